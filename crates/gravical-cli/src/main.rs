@@ -1,0 +1,2 @@
+//! The program `gravical`.
+fn main() {}

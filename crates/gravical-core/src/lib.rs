@@ -1,0 +1,2 @@
+//! The part of gravical that a microcontroller runs.
+#![no_std]

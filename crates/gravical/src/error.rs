@@ -1,0 +1,174 @@
+//! The one error of this library.
+//!
+//! An error says what, where, why and what to do next. `code` is stable and
+//! meant for scripts; the text is meant for people and carries the numbers.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Shorthand for results of this library.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Whose mistake it is; decides the exit code of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Category {
+    /// The call was wrong: an option that does not fit (exit 2).
+    Usage,
+    /// The recording or file cannot give what was asked (exit 3).
+    Input,
+    /// The machine: disk, permissions (exit 1).
+    System,
+}
+
+/// A place in a file, as far as it is known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Location {
+    /// File as it was given, `-` for standard input.
+    pub path: PathBuf,
+    /// Line from 1.
+    pub line: Option<u64>,
+}
+
+/// What went wrong, where, why, and what to do next.
+#[derive(Debug)]
+pub struct Error(Box<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    category: Category,
+    code: &'static str,
+    message: String,
+    hint: Option<String>,
+    location: Option<Location>,
+    source: Option<std::io::Error>,
+}
+
+impl Error {
+    fn new(category: Category, code: &'static str, message: impl Into<String>) -> Self {
+        Error(Box::new(Inner {
+            category,
+            code,
+            message: message.into(),
+            hint: None,
+            location: None,
+            source: None,
+        }))
+    }
+
+    /// The recording or file cannot give what was asked.
+    #[must_use]
+    pub fn input(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Category::Input, code, message)
+    }
+
+    /// An option or a combination of options that cannot be meant.
+    #[must_use]
+    pub fn usage(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Category::Usage, code, message)
+    }
+
+    /// A failed read or write of `path`.
+    #[must_use]
+    pub fn io(path: &Path, source: std::io::Error) -> Self {
+        // A file that is not there or holds garbage is the caller's input; a
+        // full disk is not.
+        let (category, code) = match source.kind() {
+            std::io::ErrorKind::NotFound => (Category::Input, "not-found"),
+            std::io::ErrorKind::PermissionDenied => (Category::Input, "permission-denied"),
+            std::io::ErrorKind::InvalidData
+            | std::io::ErrorKind::InvalidInput
+            | std::io::ErrorKind::UnexpectedEof => (Category::Input, "unreadable"),
+            std::io::ErrorKind::IsADirectory => (Category::Input, "is-a-directory"),
+            _ => (Category::System, "io"),
+        };
+        let mut error = Self::new(category, code, source.to_string()).at(path, None);
+        error.0.source = Some(source);
+        error
+    }
+
+    /// Adds what to do next.
+    #[must_use]
+    pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
+        self.0.hint = Some(hint.into());
+        self
+    }
+
+    /// Adds where it happened.
+    #[must_use]
+    pub fn at(mut self, path: &Path, line: Option<u64>) -> Self {
+        self.0.location = Some(Location {
+            path: path.to_path_buf(),
+            line,
+        });
+        self
+    }
+
+    /// Stable name of the case, for scripts: `missing-face`, `unit-unknown` ….
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        self.0.code
+    }
+
+    /// The sentence without location and hint.
+    #[must_use]
+    pub fn message(&self) -> &str {
+        &self.0.message
+    }
+
+    /// What to do next, where that is known.
+    #[must_use]
+    pub fn hint(&self) -> Option<&str> {
+        self.0.hint.as_deref()
+    }
+
+    /// Where it happened, where that is known.
+    #[must_use]
+    pub fn location(&self) -> Option<&Location> {
+        self.0.location.as_ref()
+    }
+
+    /// Whose mistake it is.
+    #[must_use]
+    pub fn category(&self) -> Category {
+        self.0.category
+    }
+
+    /// True when the recording or file is at fault.
+    #[must_use]
+    pub fn is_input(&self) -> bool {
+        self.0.category == Category::Input
+    }
+
+    /// True when the call is at fault.
+    #[must_use]
+    pub fn is_usage(&self) -> bool {
+        self.0.category == Category::Usage
+    }
+
+    /// True when writing failed because the reader of our output went away.
+    #[must_use]
+    pub fn is_broken_pipe(&self) -> bool {
+        self.0
+            .source
+            .as_ref()
+            .is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(place) = &self.0.location {
+            match place.line {
+                Some(line) => write!(f, "{}:{line}: ", place.path.display())?,
+                None => write!(f, "{}: ", place.path.display())?,
+            }
+        }
+        f.write_str(&self.0.message)
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.0.source.as_ref().map(|e| e as _)
+    }
+}

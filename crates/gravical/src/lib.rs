@@ -1,0 +1,12 @@
+//! Turn a cheap IMU into an instrument you can trust.
+//!
+//! # Overview
+//!
+//! [`recording`] reads what was recorded and names what is wrong with it.
+//! More in the modules.
+#![deny(missing_docs)]
+
+mod error;
+pub mod output;
+
+pub use error::{Category, Error, Location, Result};

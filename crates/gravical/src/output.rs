@@ -1,0 +1,98 @@
+//! Writing files so that nothing is lost: never over an existing file without
+//! being told, never half a file.
+
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use crate::{Error, Result};
+
+/// Refuses a `path` that exists unless `force`.
+///
+/// # Errors
+///
+/// `exists` (usage) when the file is there and `force` is false.
+pub fn check_target(path: &Path, force: bool) -> Result<()> {
+    if !force && path.exists() {
+        return Err(
+            Error::usage("exists", "the file exists already; nothing was written")
+                .at(path, None)
+                .with_hint("write elsewhere with -o, or add --force to replace it"),
+        );
+    }
+    Ok(())
+}
+
+/// Writes `path` through a temporary file in the same folder that replaces it
+/// in one step, so that a reader sees the old file or the whole new one.
+///
+/// # Errors
+///
+/// `exists` as [`check_target`]; otherwise what the file system says, with the
+/// path.
+pub fn write_atomic(
+    path: &Path,
+    force: bool,
+    fill: impl FnOnce(&mut dyn Write) -> Result<()>,
+) -> Result<()> {
+    check_target(path, force)?;
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    let io = |e| Error::io(path, e);
+    let mut temporary = tempfile::Builder::new();
+    let temporary = temporary.prefix(".gravical-");
+    #[cfg(unix)]
+    let temporary = {
+        use std::os::unix::fs::PermissionsExt;
+        // What a plain create would give (the umask still applies); the
+        // default of a temporary file is readable by its owner only.
+        temporary.permissions(std::fs::Permissions::from_mode(0o666))
+    };
+    let file = temporary.tempfile_in(folder).map_err(io)?;
+    let mut writer = BufWriter::with_capacity(1 << 18, file);
+    fill(&mut writer)?;
+    let file = writer.into_inner().map_err(|e| io(e.into_error()))?;
+    file.as_file().sync_all().map_err(io)?;
+    if force {
+        file.persist(path).map_err(|e| io(e.error))?;
+    } else {
+        // Closes the gap between the check above and now.
+        file.persist_noclobber(path).map_err(|e| io(e.error))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_existing_file_is_kept_unless_forced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        let put = |text: &'static str, force| {
+            write_atomic(&path, force, |w| {
+                w.write_all(text.as_bytes())
+                    .map_err(|e| Error::io(&path, e))
+            })
+        };
+        put("one", false).unwrap();
+        assert_eq!(put("two", false).unwrap_err().code(), "exists");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "one");
+        put("two", true).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "two");
+    }
+
+    #[test]
+    fn a_failed_write_leaves_nothing_behind() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        let failed = write_atomic(&path, false, |w| {
+            w.write_all(b"half").unwrap();
+            Err(Error::input("test", "stop"))
+        });
+        assert!(failed.is_err());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}
