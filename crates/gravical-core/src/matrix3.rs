@@ -1,0 +1,238 @@
+//! The few operations on 3 × 3 matrices that a calibration needs.
+//!
+//! Matrices are row-major, `matrix[row][column]`, and plain arrays, so that no
+//! linear algebra crate shows in a signature. None of these functions checks
+//! its input: a value that is not finite goes through, except in [`inverse`],
+//! which has no result then.
+
+use core::array::from_fn;
+
+use crate::Real;
+
+/// The identity matrix.
+#[must_use]
+pub fn identity<T: Real>() -> [[T; 3]; 3] {
+    diagonal([T::one(); 3])
+}
+
+/// The matrix with `values` on its diagonal and zero elsewhere.
+#[must_use]
+pub fn diagonal<T: Real>(values: [T; 3]) -> [[T; 3]; 3] {
+    from_fn(|r| from_fn(|c| if r == c { values[r] } else { T::zero() }))
+}
+
+/// The scalar product of two vectors.
+#[must_use]
+pub fn dot<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The Euclidean norm of a vector, in the unit of its components.
+///
+/// The squares of components above about 1e19 overflow in `f32` (1e154 in
+/// `f64`): the result is infinite then.
+#[must_use]
+pub fn norm<T: Real>(v: &[T; 3]) -> T {
+    dot(v, v).sqrt()
+}
+
+/// The Euclidean norm of row `row` (0, 1 or 2) of `m`, or `None` for another row.
+#[must_use]
+pub fn row_norm<T: Real>(m: &[[T; 3]; 3], row: usize) -> Option<T> {
+    m.get(row).map(norm)
+}
+
+/// The Euclidean norms of the three rows of `m`.
+#[must_use]
+pub fn row_norms<T: Real>(m: &[[T; 3]; 3]) -> [T; 3] {
+    [norm(&m[0]), norm(&m[1]), norm(&m[2])]
+}
+
+/// The matrix with rows and columns exchanged.
+#[must_use]
+pub fn transpose<T: Real>(m: &[[T; 3]; 3]) -> [[T; 3]; 3] {
+    from_fn(|r| from_fn(|c| m[c][r]))
+}
+
+/// The product `a · b`.
+///
+/// ```
+/// use gravical_core::matrix3::{mul, mul_vec};
+///
+/// let quarter_turn = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+/// assert_eq!(mul_vec(&quarter_turn, &[1.0, 0.0, 2.0]), [0.0, 1.0, 2.0]);
+/// let half_turn = mul(&quarter_turn, &quarter_turn);
+/// assert_eq!(mul_vec(&half_turn, &[1.0, 0.0, 2.0]), [-1.0, 0.0, 2.0]);
+/// ```
+#[must_use]
+pub fn mul<T: Real>(a: &[[T; 3]; 3], b: &[[T; 3]; 3]) -> [[T; 3]; 3] {
+    let columns = transpose(b);
+    from_fn(|r| from_fn(|c| dot(&a[r], &columns[c])))
+}
+
+/// The product `m · v`.
+#[must_use]
+pub fn mul_vec<T: Real>(m: &[[T; 3]; 3], v: &[T; 3]) -> [T; 3] {
+    [dot(&m[0], v), dot(&m[1], v), dot(&m[2], v)]
+}
+
+/// The difference `a − b`.
+#[must_use]
+pub fn sub<T: Real>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Each row `r` of `m` multiplied by `factors[r]`: diag(factors) · m.
+#[must_use]
+pub fn scale_rows<T: Real>(m: &[[T; 3]; 3], factors: &[T; 3]) -> [[T; 3]; 3] {
+    from_fn(|r| m[r].map(|x| x * factors[r]))
+}
+
+/// Whether every element is finite.
+#[must_use]
+pub fn is_finite<T: Real>(m: &[[T; 3]; 3]) -> bool {
+    m.iter().flatten().all(|x| x.is_finite())
+}
+
+/// The determinant, in the cubed unit of the elements.
+#[must_use]
+pub fn det<T: Real>(m: &[[T; 3]; 3]) -> T {
+    dot(&m[0], &cross(&m[1], &m[2]))
+}
+
+/// The inverse, from the adjugate of the matrix with its rows made unit vectors.
+///
+/// `None` when an element is not finite, or when |det m| is at most 8 machine
+/// epsilons of the product of the row norms (the rounding error of the
+/// determinant itself): the rows then lie in a plane and no inverse can be told
+/// from rounding. Because the test is relative, counts and m/s² fare alike.
+///
+/// ```
+/// use gravical_core::matrix3::inverse;
+///
+/// let m = [[2.0, 0.0, 0.0], [0.0, 4.0, 0.0], [1.0, 0.0, 1.0]];
+/// assert_eq!(inverse(&m), Some([[0.5, 0.0, 0.0], [0.0, 0.25, 0.0], [-0.5, 0.0, 1.0]]));
+/// assert_eq!(inverse(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]), None);
+/// ```
+#[must_use]
+pub fn inverse<T: Real>(m: &[[T; 3]; 3]) -> Option<[[T; 3]; 3]> {
+    // Unit rows keep the products of three elements inside the range of f32.
+    let reciprocal = row_norms(m).map(|n| n.recip());
+    let unit = scale_rows(m, &reciprocal);
+    let determinant = det(&unit);
+    let rounding = T::from_f64(8.0) * T::epsilon();
+    // A NaN or a row of zeros ends here as well: both make `unit` not finite.
+    if !determinant.is_finite() || determinant.abs() <= rounding {
+        return None;
+    }
+    // The columns of the adjugate are the cross products of the rows.
+    let columns = [
+        cross(&unit[1], &unit[2]),
+        cross(&unit[2], &unit[0]),
+        cross(&unit[0], &unit[1]),
+    ];
+    let inverse = from_fn(|r| from_fn(|c| columns[c][r] / determinant * reciprocal[c]));
+    is_finite(&inverse).then_some(inverse)
+}
+
+fn cross<T: Real>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const M: [[f64; 3]; 3] = [[1.0, 2.0, 3.0], [0.0, 1.0, 4.0], [5.0, 6.0, 0.0]];
+
+    #[test]
+    fn a_known_inverse() {
+        // det = 1, so the inverse is the adjugate, in integers.
+        let expected = [[-24.0, 18.0, 5.0], [20.0, -15.0, -4.0], [-5.0, 4.0, 1.0]];
+        assert_eq!(det(&M), 1.0);
+        let got = inverse(&M).unwrap();
+        for (g, e) in got.iter().flatten().zip(expected.iter().flatten()) {
+            assert!((g - e).abs() < 1e-12, "{got:?}");
+        }
+    }
+
+    #[test]
+    fn an_inverse_that_rounding_decides_is_none() {
+        assert_eq!(inverse(&[[0.0; 3]; 3]), None::<[[f64; 3]; 3]>);
+        assert_eq!(
+            inverse(&[[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+            None
+        );
+        let mut m = M;
+        m[1][1] = f64::NAN;
+        assert_eq!(inverse(&m), None);
+        m[1][1] = f64::INFINITY;
+        assert_eq!(inverse(&m), None);
+        // Plain thirds: singular on paper, not in floating point.
+        let third = 1.0 / 3.0;
+        assert_eq!(
+            inverse(&[[third, 0.1, 0.7], [1.0, 0.3, 2.1], [0.2, 5.0, 1.0]]),
+            None
+        );
+    }
+
+    #[test]
+    fn the_unit_does_not_decide_what_is_singular() {
+        // 1e-14 cubed is below the smallest f32, 1e14 cubed above the largest.
+        for factor in [1e-14_f32, 1.0, 16384.0, 1e14] {
+            let m = M.map(|row| row.map(|x| x as f32 * factor));
+            let product = mul(&m, &inverse(&m).unwrap());
+            for (r, row) in product.iter().enumerate() {
+                for (c, x) in row.iter().enumerate() {
+                    let expected = if r == c { 1.0 } else { 0.0 };
+                    assert!((x - expected).abs() < 1e-4, "{product:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rows_that_do_not_exist_have_no_norm() {
+        assert_eq!(row_norm(&M, 2), Some(61.0_f64.sqrt()));
+        assert_eq!(row_norm(&M, 3), None);
+    }
+
+    fn matrix() -> impl Strategy<Value = [[f64; 3]; 3]> {
+        prop::array::uniform3(prop::array::uniform3(-1.0..1.0))
+    }
+
+    proptest! {
+        #[test]
+        fn determinants_multiply(a in matrix(), b in matrix()) {
+            prop_assert!((det(&mul(&a, &b)) - det(&a) * det(&b)).abs() < 1e-13);
+        }
+
+        #[test]
+        fn transposes_turn_products_round(a in matrix(), b in matrix()) {
+            prop_assert_eq!(
+                transpose(&mul(&a, &b)),
+                mul(&transpose(&b), &transpose(&a))
+            );
+        }
+
+        #[test]
+        fn an_inverse_inverts_from_both_sides(noise in matrix()) {
+            // At most 0.2 from the identity per element: always invertible.
+            let m = from_fn(|r| from_fn(|c| identity::<f64>()[r][c] + 0.2 * noise[r][c]));
+            let inverted = inverse(&m).unwrap();
+            for product in [mul(&m, &inverted), mul(&inverted, &m)] {
+                for (r, row) in product.iter().enumerate() {
+                    for (c, x) in row.iter().enumerate() {
+                        let expected = if r == c { 1.0 } else { 0.0 };
+                        prop_assert!((x - expected).abs() < 1e-13);
+                    }
+                }
+            }
+        }
+    }
+}
