@@ -1,0 +1,277 @@
+use std::format;
+use std::string::ToString;
+use std::vec::Vec;
+
+use proptest::prelude::*;
+
+use super::*;
+use matrix3::{mul_vec, sub, transpose};
+
+/// The report's six mean readings in m/s², rounded to 0.01 as printed.
+const REPORT: SixPositionMeans<f64> = SixPositionMeans {
+    plus: [
+        [10.20, -0.04, -0.10],
+        [0.29, 9.73, 0.49],
+        [0.83, -0.18, 10.42],
+    ],
+    minus: [
+        [-9.43, -0.27, 0.92],
+        [0.46, -9.99, 0.39],
+        [-0.05, -0.08, -9.54],
+    ],
+};
+
+/// A sensor of a few per cent of scale error and up to 3° of misalignment.
+pub(super) const MODEL: [[f64; 3]; 3] = [
+    [1.02, 0.013, -0.021],
+    [-0.008, 0.97, 0.034],
+    [-0.052, 0.005, 1.01],
+];
+
+/// What a sensor with u = M a + b reads in six perfect placements.
+pub(super) fn placements(
+    model: [[f64; 3]; 3],
+    bias: [f64; 3],
+    gravity: f64,
+) -> SixPositionMeans<f64> {
+    let hold = |axis: usize, g: f64| from_fn(|r| bias[r] + model[r][axis] * g);
+    SixPositionMeans {
+        plus: from_fn(|axis| hold(axis, gravity)),
+        minus: from_fn(|axis| hold(axis, -gravity)),
+    }
+}
+
+pub(super) fn assert_close(got: &[[f64; 3]; 3], expected: &[[f64; 3]; 3], tolerance: f64) {
+    for (g, e) in got.iter().flatten().zip(expected.iter().flatten()) {
+        assert!((g - e).abs() <= tolerance, "{got:?} for {expected:?}");
+    }
+}
+
+fn narrow(means: &SixPositionMeans<f64>) -> SixPositionMeans<f32> {
+    SixPositionMeans {
+        plus: means.plus.map(|row| row.map(|x| x as f32)),
+        minus: means.minus.map(|row| row.map(|x| x as f32)),
+    }
+}
+
+/// RMS over the 18 components, largest component, mean of the error norms.
+fn errors(calibration: &Calibration<f64>, means: &SixPositionMeans<f64>, g: f64) -> [f64; 3] {
+    let mut errors = Vec::new();
+    for (holds, expected) in [(means.plus, g), (means.minus, -g)] {
+        for (axis, raw) in holds.into_iter().enumerate() {
+            let mut truth = [0.0; 3];
+            truth[axis] = expected;
+            errors.push(sub(&calibration.apply(raw), &truth));
+        }
+    }
+    let components = || errors.iter().flatten();
+    [
+        (components().map(|e| e * e).sum::<f64>() / 18.0).sqrt(),
+        components().fold(0.0, |largest: f64, e| largest.max(e.abs())),
+        errors.iter().map(matrix3::norm).sum::<f64>() / 6.0,
+    ]
+}
+
+fn all_close(got: [f64; 3], expected: [f64; 3], tolerance: f64) {
+    for (g, e) in got.iter().zip(expected) {
+        assert!((g - e).abs() <= tolerance, "{got:?} for {expected:?}");
+    }
+}
+
+#[test]
+fn the_report() {
+    let parameters = ferraris_accelerometer(&REPORT, 9.81).unwrap();
+    // Half a unit of the last digit that is given.
+    all_close(parameters.bias, [0.385, -0.130, 0.440], 1e-12);
+    all_close(parameters.scale, [1.001552, 1.005178, 1.018669], 5e-7);
+    let got = errors(&parameters.calibration().unwrap(), &REPORT, 9.81);
+    all_close(got, [0.01338, 0.02931, 0.01785], 5e-6);
+    // The report's third row of R, from means that are rounded to 0.01.
+    all_close(
+        parameters.orientation[2],
+        [-0.05108319, 0.00527653, 0.99868046],
+        1e-3,
+    );
+    assert_eq!(parameters.handedness(), Handedness::Right);
+}
+
+#[test]
+fn the_report_took_the_transpose_for_the_inverse() {
+    let parameters = ferraris_accelerometer(&REPORT, 9.81).unwrap();
+    let reciprocal = parameters.scale.map(f64::recip);
+    let transposed = Calibration {
+        // Rᵀ K⁻¹, in place of R⁻¹ K⁻¹.
+        matrix: matrix3::mul(
+            &transpose(&parameters.orientation),
+            &matrix3::diagonal(reciprocal),
+        ),
+        bias: parameters.bias,
+    };
+    // As printed, from means that had not been rounded: 0.0342, 0.0866, 0.0547.
+    // Rounding moves each component by up to 0.005.
+    let [rms, largest, mean_norm] = errors(&transposed, &REPORT, 9.81);
+    assert!((rms - 0.0342).abs() < 5e-4, "{rms}");
+    assert!((largest - 0.0866).abs() < 5e-3, "{largest}");
+    assert!((mean_norm - 0.0547).abs() < 1e-3, "{mean_norm}");
+    // The column of error norms in its table, placement by placement.
+    let printed = [
+        (REPORT.plus[0], [9.81, 0.0, 0.0], 0.0871),
+        (REPORT.minus[0], [-9.81, 0.0, 0.0], 0.0630),
+        (REPORT.plus[1], [0.0, 9.81, 0.0], 0.0171),
+        (REPORT.minus[1], [0.0, -9.81, 0.0], 0.0359),
+        (REPORT.plus[2], [0.0, 0.0, 9.81], 0.0567),
+        (REPORT.minus[2], [0.0, 0.0, -9.81], 0.0686),
+    ];
+    for (raw, expected, norm) in printed {
+        let got = matrix3::norm(&sub(&transposed.apply(raw), &expected));
+        assert!((got - norm).abs() < 5e-3, "{got} for {norm}");
+    }
+    // The true inverse does with less than half of it.
+    let right = errors(&parameters.calibration().unwrap(), &REPORT, 9.81);
+    assert!(right[0] < 0.5 * rms);
+}
+
+#[test]
+fn simulated_parameters_come_back() {
+    let (bias, g) = ([0.385, -0.13, 0.44], 9.793);
+    let means = placements(MODEL, bias, g);
+    let double = ferraris_accelerometer(&means, g).unwrap();
+    assert_close(&double.model(), &MODEL, 1e-12);
+    all_close(double.bias, bias, 1e-12);
+
+    let single = ferraris_accelerometer(&narrow(&means), g as f32).unwrap();
+    assert_close(&single.model().map(|row| row.map(f64::from)), &MODEL, 1e-5);
+    all_close(single.bias.map(f64::from), bias, 1e-5);
+
+    let accel = [3.0, -4.0, 9.0];
+    let raw = from_fn(|r| bias[r] + matrix3::dot(&MODEL[r], &accel));
+    let back = double.calibration().unwrap().apply(raw);
+    all_close(back, accel, 1e-12);
+    let back = single.calibration().unwrap().apply(raw.map(|x| x as f32));
+    all_close(back.map(f64::from), accel, 1e-5 * 9.0);
+}
+
+#[test]
+fn swapped_files_are_left_handed() {
+    for axis in 0..3 {
+        let mut swapped = REPORT;
+        core::mem::swap(&mut swapped.plus[axis], &mut swapped.minus[axis]);
+        let parameters = ferraris_accelerometer(&swapped, 9.81).unwrap();
+        assert_eq!(parameters.handedness(), Handedness::Left);
+        assert!((parameters.orientation_determinant() + 1.0).abs() < 0.01);
+
+        // Two axes taken for one another.
+        let mut swapped = REPORT;
+        swapped.plus.swap(axis, (axis + 1) % 3);
+        swapped.minus.swap(axis, (axis + 1) % 3);
+        let parameters = ferraris_accelerometer(&swapped, 9.81).unwrap();
+        assert_eq!(parameters.handedness(), Handedness::Left);
+    }
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let run = |means: &SixPositionMeans<f64>, g| ferraris_accelerometer(means, g).unwrap_err();
+    let mut broken = REPORT;
+    broken.minus[1][2] = f64::NAN;
+    let input = "mean readings of the accelerometer";
+    assert_eq!(run(&broken, 9.81), SixPositionError::NotFinite { input });
+    for g in [f64::NAN, f64::INFINITY] {
+        let input = "gravity";
+        assert_eq!(run(&REPORT, g), SixPositionError::NotFinite { input });
+    }
+    for g in [0.0, -9.81] {
+        assert_eq!(run(&REPORT, g), SixPositionError::GravityNotPositive);
+    }
+
+    // A frozen channel, once exactly and once as sums round it.
+    for step in [0.0, 1e-14] {
+        let mut frozen = REPORT;
+        for axis in 0..3 {
+            frozen.plus[axis][1] = 9.7 + step;
+            frozen.minus[axis][1] = 9.7;
+        }
+        let error = run(&frozen, 9.81);
+        assert_eq!(error, SixPositionError::VanishedRow { channel: 1 });
+        let text = "channel y reads the same in opposite positions";
+        assert_eq!(error.to_string(), text);
+    }
+
+    // The z channel is wired to x.
+    let mut doubled = REPORT;
+    for axis in 0..3 {
+        doubled.plus[axis][2] = doubled.plus[axis][0];
+        doubled.minus[axis][2] = doubled.minus[axis][0];
+    }
+    assert_eq!(run(&doubled, 9.81), SixPositionError::Singular);
+    assert!(format!("{}", SixPositionError::Singular).contains("three directions"));
+}
+
+/// Sensors with up to 10 % of scale error and about 6° of misalignment.
+fn sensor() -> impl Strategy<Value = SixPositionMeans<f64>> {
+    let element = || prop::array::uniform3(-0.1..0.1);
+    let tilted = prop::array::uniform3(prop::array::uniform3(-0.02..0.02));
+    (prop::array::uniform3(element()), element(), tilted).prop_map(|(mut model, bias, noise)| {
+        for (i, row) in model.iter_mut().enumerate() {
+            row[i] += 1.0;
+        }
+        let mut means = placements(model, bias, 9.81);
+        for (hold, noise) in means.plus.iter_mut().zip(noise) {
+            *hold = from_fn(|r| hold[r] + noise[r]);
+        }
+        means
+    })
+}
+
+proptest! {
+    /// Axes renamed in the placements and the channels alike rename the result.
+    #[test]
+    fn ferraris_does_not_care_for_names(
+        means in sensor(),
+        order in Just([0_usize, 1, 2]).prop_shuffle(),
+    ) {
+        let rename = |m: &[[f64; 3]; 3]| -> [[f64; 3]; 3] {
+            from_fn(|i| from_fn(|r| m[order[i]][order[r]]))
+        };
+        let renamed = SixPositionMeans {
+            plus: rename(&means.plus),
+            minus: rename(&means.minus),
+        };
+        let original = ferraris_accelerometer(&means, 9.81).unwrap();
+        let got = ferraris_accelerometer(&renamed, 9.81).unwrap();
+        // Sums in another order: a few roundings of numbers near 1.
+        all_close(got.scale, order.map(|i| original.scale[i]), 1e-14);
+        all_close(got.bias, order.map(|i| original.bias[i]), 0.0);
+        assert_close(&got.orientation, &rename(&original.orientation), 1e-14);
+    }
+
+    /// Another unit multiplies K and b and leaves R alone.
+    #[test]
+    fn a_unit_is_a_factor(means in sensor(), factor in 1e-3..1e4) {
+        let times = |m: &[[f64; 3]; 3]| m.map(|row| row.map(|x| x * factor));
+        let other = SixPositionMeans {
+            plus: times(&means.plus),
+            minus: times(&means.minus),
+        };
+        let original = ferraris_accelerometer(&means, 9.81).unwrap();
+        let got = ferraris_accelerometer(&other, 9.81).unwrap();
+        let tolerance = 1e-13 * factor;
+        all_close(got.scale, original.scale.map(|k| k * factor), tolerance);
+        all_close(got.bias, original.bias.map(|b| b * factor), tolerance);
+        assert_close(&got.orientation, &original.orientation, 1e-13);
+    }
+
+    /// Both precisions find the same sensor, and its calibration undoes its model.
+    #[test]
+    fn precisions_agree(means in sensor(), accel in prop::array::uniform3(-20.0..20.0)) {
+        let double = ferraris_accelerometer(&means, 9.81).unwrap();
+        let single = ferraris_accelerometer(&narrow(&means), 9.81).unwrap();
+        let wide = single.model().map(|row| row.map(f64::from));
+        assert_close(&wide, &double.model(), 1e-6);
+        all_close(single.bias.map(f64::from), double.bias, 2e-6);
+
+        let reading = mul_vec(&double.model(), &accel);
+        let raw = from_fn(|r| reading[r] + double.bias[r]);
+        all_close(double.calibration().unwrap().apply(raw), accel, 1e-12);
+    }
+}
