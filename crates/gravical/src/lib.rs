@@ -10,3 +10,6 @@ mod error;
 pub mod output;
 
 pub use error::{Category, Error, Location, Result};
+pub mod recording;
+pub mod scan;
+pub mod segment;

@@ -1,0 +1,235 @@
+//! Recordings: reading them whatever their shape, and saying what is wrong
+//! with them.
+//!
+//! # Overview
+//!
+//! [`read`] opens a file (plain, gzip, standard input), finds out how it is
+//! written ([`dialect`]), which column is which channel ([`layout`], by the
+//! spellings of [`names`]), and reads it into columns. Every line is booked in
+//! a [`Ledger`]: it became a row, or it was set aside for a reason. Then the
+//! stamps ([`timing`]), the units ([`units`]) and the samples ([`quality`])
+//! are judged. Whatever is odd becomes a [`Finding`] with its lines.
+//!
+//! Values stay in the unit of the file; [`AccelScale::nominal`] says what one
+//! m/s² is in it. A calibration's bias and matrix therefore mean the numbers
+//! that stand in the file.
+//!
+//! # Example
+//!
+//! ```
+//! use gravical::recording::{ReadOptions, read_bytes};
+//!
+//! let csv = "t_ms,ax,ay,az\n0,0.1,0.0,9.8\n10,0.1,0.1,9.8\n20,0.1,0.0,9.7\n";
+//! let recording = read_bytes(csv.as_bytes(), "desk.csv", &ReadOptions::default())?;
+//! assert_eq!(recording.rows(), 3);
+//! assert_eq!(recording.accel_scale.unit.name(), "m/s^2");
+//! # Ok::<(), gravical::Error>(())
+//! ```
+
+pub mod dialect;
+pub mod finding;
+pub mod layout;
+mod ledger;
+pub mod names;
+pub mod open;
+pub mod quality;
+mod read;
+pub mod row;
+pub mod timing;
+mod unit_choice;
+pub mod units;
+
+pub use finding::{Finding, LineSpans, Severity};
+pub use layout::ColumnsSpec;
+pub use ledger::{Aside, Ledger};
+pub use read::{read, read_bytes};
+pub use timing::{TimeUnit, Timing};
+pub use unit_choice::{decide_accel, quiet_norm};
+pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
+
+/// What the user says about a recording that it does not say itself.
+#[derive(Debug, Clone, Default)]
+pub struct ReadOptions {
+    /// Unit of the accelerometer; default: from the data.
+    pub accel_unit: Option<AccelUnit>,
+    /// Full-scale range of the accelerometer in g, for counts of a 16-bit
+    /// converter; default: from the data.
+    pub accel_range_g: Option<f64>,
+    /// Unit of the gyroscope; default: from turns, else from the header.
+    pub gyro_unit: Option<GyroUnit>,
+    /// Full-scale range of the gyroscope in °/s, for counts; default: from
+    /// turns.
+    pub gyro_range_deg_s: Option<f64>,
+    /// Which column is which; default: from names or numbers.
+    pub columns: Option<ColumnsSpec>,
+    /// Sampling rate in Hz, used only where there are no time stamps.
+    pub rate_hz: Option<f64>,
+    /// Unit of the time stamps; default: from header or steps.
+    pub time_unit: Option<TimeUnit>,
+    /// Counts subtracted from every accelerometer value; default: 32768 for
+    /// unsigned 16-bit values, else 0.
+    pub zero_offset: Option<f64>,
+    /// Compute the SHA-256 of the file.
+    pub hash: bool,
+}
+
+impl ReadOptions {
+    /// Checks ranges.
+    ///
+    /// # Errors
+    ///
+    /// `option-range` (usage) for a rate or range that is not positive and
+    /// finite.
+    pub fn validate(&self) -> crate::Result<()> {
+        for (name, value) in [
+            ("--rate", self.rate_hz),
+            ("--accel-range", self.accel_range_g),
+            ("--gyro-range", self.gyro_range_deg_s),
+        ] {
+            if let Some(v) = value
+                && !(v.is_finite() && v > 0.0)
+            {
+                return Err(crate::Error::usage(
+                    "option-range",
+                    format!("{name} has to be positive, not {v}"),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Labels of the rows of a recording that has a label column.
+#[derive(Debug, Clone, Default)]
+pub struct Labels {
+    /// The different labels in order of appearance.
+    pub names: Vec<String>,
+    /// For every row the index of its label.
+    pub of_row: Vec<u32>,
+}
+
+/// A recording in columns. All channels have the same number of rows; an empty
+/// cell is NaN.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    /// The file as it was given, `-` for standard input.
+    pub name: String,
+    /// SHA-256 of the file, where asked for.
+    pub sha256: Option<String>,
+    /// How the file is written, for people: `comma, header in line 1`.
+    pub description: String,
+    /// Names of the columns, as far as there is a header.
+    pub column_names: Vec<String>,
+    /// Specific force along x, y, z in the unit of the file, less
+    /// [`zero_offset`](Self::zero_offset).
+    pub accel: [Vec<f64>; 3],
+    /// Angular rate about x, y, z in the unit of the file.
+    pub gyro: Option<[Vec<f64>; 3]>,
+    /// Temperature of the sensor, °C.
+    pub temperature_c: Option<Vec<f64>>,
+    /// Seconds from the first row; none without usable stamps.
+    pub time_s: Option<Vec<f64>>,
+    /// The label column.
+    pub labels: Option<Labels>,
+    /// Rows before which there were blank rows, a reset of the board or a
+    /// repeated header: no sample follows its predecessor across one.
+    pub breaks: Vec<usize>,
+    /// What was subtracted from the accelerometer's values.
+    pub zero_offset: f64,
+    /// Unit of the accelerometer.
+    pub accel_scale: AccelScale,
+    /// Unit of the gyroscope; none without one.
+    pub gyro_scale: Option<GyroScale>,
+    /// Rates, gaps, jitter.
+    pub timing: Timing,
+    /// Every line accounted for.
+    pub ledger: Ledger,
+    /// What is odd.
+    pub findings: Vec<Finding>,
+    pub(crate) line_map: LineMap,
+}
+
+impl Recording {
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.accel[0].len()
+    }
+
+    /// Line of the file, from 1, that row `row` (from 0) stands in.
+    #[must_use]
+    pub fn line(&self, row: usize) -> u64 {
+        self.line_map.line(row)
+    }
+
+    /// The three values of a row.
+    #[must_use]
+    pub fn accel_at(&self, row: usize) -> [f64; 3] {
+        [self.accel[0][row], self.accel[1][row], self.accel[2][row]]
+    }
+
+    /// Row ranges between the breaks, none of them empty.
+    #[must_use]
+    pub fn segments(&self) -> Vec<std::ops::Range<usize>> {
+        let mut edges = vec![0];
+        edges.extend(self.breaks.iter().copied());
+        edges.push(self.rows());
+        edges
+            .windows(2)
+            .map(|w| w[0]..w[1])
+            .filter(|r| !r.is_empty())
+            .collect()
+    }
+
+    /// The rate to work with, in Hz, and whether it had to be assumed.
+    #[must_use]
+    pub fn working_rate_hz(&self) -> (f64, bool) {
+        match self.timing.rate_hz() {
+            Some(rate) => (rate, false),
+            None => (Self::ASSUMED_RATE_HZ, true),
+        }
+    }
+
+    /// The rate that window lengths are computed with when nothing tells it.
+    pub const ASSUMED_RATE_HZ: f64 = 100.0;
+}
+
+/// Row → line, as runs: a recording has few places where lines are left out.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct LineMap {
+    runs: Vec<(usize, u64)>,
+    next: (usize, u64),
+}
+
+impl LineMap {
+    pub(crate) fn push(&mut self, line: u64) {
+        let (row, expected) = self.next;
+        if line != expected || self.runs.is_empty() {
+            self.runs.push((row, line));
+        }
+        self.next = (row + 1, line + 1);
+    }
+
+    pub(crate) fn line(&self, row: usize) -> u64 {
+        let at = self.runs.partition_point(|(from, _)| *from <= row);
+        match at.checked_sub(1).and_then(|i| self.runs.get(i)) {
+            Some(&(from, line)) => line + (row - from) as u64,
+            None => row as u64 + 1,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::LineMap;
+
+    #[test]
+    fn lines_of_rows_across_gaps() {
+        let mut map = LineMap::default();
+        for line in [2, 3, 4, 9, 10, 12] {
+            map.push(line);
+        }
+        let lines: Vec<u64> = (0..6).map(|row| map.line(row)).collect();
+        assert_eq!(lines, [2, 3, 4, 9, 10, 12]);
+    }
+}

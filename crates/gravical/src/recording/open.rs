@@ -1,0 +1,199 @@
+//! From a path to bytes: plain, gzip or standard input, in whatever encoding.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use encoding_rs::{Decoder, Encoding};
+use sha2::{Digest, Sha256};
+
+use crate::{Error, Result};
+
+/// Bytes of a recording; unpacked, as UTF-8 where the file said otherwise by a
+/// byte order mark.
+pub struct Input {
+    /// The bytes to read.
+    pub reader: Box<dyn Read>,
+    /// What was done to get at them: `gzip`, `UTF-16LE` ….
+    pub unpacked: Vec<String>,
+    digest: Option<Arc<Mutex<Sha256>>>,
+}
+
+impl Input {
+    /// SHA-256 of the file as it lies on the disk, in hexadecimal; to be asked
+    /// after everything was read, none when it was not wanted.
+    #[must_use]
+    pub fn sha256(&self) -> Option<String> {
+        let digest = self.digest.as_ref()?.lock().ok()?.clone().finalize();
+        Some(digest.iter().map(|b| format!("{b:02x}")).collect())
+    }
+}
+
+/// Opens `path` (`-` is standard input).
+///
+/// # Errors
+///
+/// What the file system says; `is-a-directory` for a folder.
+pub fn open(path: &Path, hash: bool) -> Result<Input> {
+    let raw: Box<dyn Read> = if path == Path::new("-") {
+        Box::new(io::stdin().lock())
+    } else {
+        if path.is_dir() {
+            return Err(Error::input("is-a-directory", "this is a folder, not a recording")
+                .at(path, None)
+                .with_hint("give its files, or the folder to `gravical calibrate`"));
+        }
+        Box::new(File::open(path).map_err(|e| Error::io(path, e))?)
+    };
+    from_reader(raw, hash).map_err(|e| Error::io(path, e))
+}
+
+/// The same for bytes that come from anywhere.
+///
+/// # Errors
+///
+/// What the reader says while the first bytes are looked at.
+pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
+    let digest = hash.then(|| Arc::new(Mutex::new(Sha256::new())));
+    let raw: Box<dyn Read> = match &digest {
+        Some(digest) => Box::new(Hashing {
+            inner: raw,
+            digest: digest.clone(),
+        }),
+        None => raw,
+    };
+    let mut unpacked = Vec::new();
+    let (magic, raw) = peek(raw, 2)?;
+    let plain: Box<dyn Read> = if magic == [0x1f, 0x8b] {
+        unpacked.push("gzip".to_owned());
+        // Several gzip members in one file are one recording (logs that were
+        // packed piece by piece).
+        Box::new(flate2::read::MultiGzDecoder::new(raw))
+    } else {
+        raw
+    };
+    let (mark, plain) = peek(plain, 3)?;
+    let reader: Box<dyn Read> = match Encoding::for_bom(&mark) {
+        Some((encoding, _)) if encoding != encoding_rs::UTF_8 => {
+            unpacked.push(encoding.name().to_owned());
+            Box::new(Transcoding::new(plain, encoding.new_decoder()))
+        }
+        _ => plain,
+    };
+    Ok(Input {
+        reader,
+        unpacked,
+        digest,
+    })
+}
+
+fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, Box<dyn Read>)> {
+    let mut head = Vec::with_capacity(n);
+    reader.by_ref().take(n as u64).read_to_end(&mut head)?;
+    let again = io::Cursor::new(head.clone()).chain(reader);
+    Ok((head, Box::new(again)))
+}
+
+/// Passes bytes on and hashes them.
+struct Hashing {
+    inner: Box<dyn Read>,
+    digest: Arc<Mutex<Sha256>>,
+}
+
+impl Read for Hashing {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        if let Ok(mut digest) = self.digest.lock() {
+            digest.update(&buffer[..n]);
+        }
+        Ok(n)
+    }
+}
+
+/// UTF-16 (what PowerShell's `>` writes) to UTF-8, block by block.
+struct Transcoding {
+    inner: Box<dyn Read>,
+    decoder: Decoder,
+    source: Vec<u8>,
+    decoded: Vec<u8>,
+    given: usize,
+    ended: bool,
+}
+
+impl Transcoding {
+    fn new(inner: Box<dyn Read>, decoder: Decoder) -> Self {
+        Transcoding {
+            inner,
+            decoder,
+            source: vec![0; 1 << 16],
+            decoded: Vec::new(),
+            given: 0,
+            ended: false,
+        }
+    }
+}
+
+impl Read for Transcoding {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while self.given == self.decoded.len() && !self.ended {
+            let n = self.inner.read(&mut self.source)?;
+            self.ended = n == 0;
+            // Three bytes of UTF-8 for each unit of UTF-16 are always enough,
+            // plus what an incomplete character left in the decoder.
+            self.decoded.resize(3 * n + 16, 0);
+            let (_, _, written, _) =
+                self.decoder
+                    .decode_to_utf8(&self.source[..n], &mut self.decoded, self.ended);
+            self.decoded.truncate(written);
+            self.given = 0;
+        }
+        let n = buffer.len().min(self.decoded.len() - self.given);
+        buffer[..n].copy_from_slice(&self.decoded[self.given..self.given + n]);
+        self.given += n;
+        Ok(n)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    fn text(bytes: Vec<u8>) -> (String, Vec<String>, Option<String>) {
+        let mut input = from_reader(Box::new(io::Cursor::new(bytes)), true).unwrap();
+        let mut out = String::new();
+        input.reader.read_to_string(&mut out).unwrap();
+        let sha = input.sha256();
+        (out, input.unpacked, sha)
+    }
+
+    #[test]
+    fn gzip_in_two_members_and_utf16_come_out_as_utf8() {
+        let mut packed = Vec::new();
+        for part in ["a,b\n", "1,2\n"] {
+            let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+            gz.write_all(part.as_bytes()).unwrap();
+            packed.extend(gz.finish().unwrap());
+        }
+        assert_eq!(text(packed).0, "a,b\n1,2\n");
+
+        let mut wide = vec![0xff, 0xfe];
+        for unit in "gX (°/s)\n1\n".encode_utf16() {
+            wide.extend(unit.to_le_bytes());
+        }
+        let (out, how, _) = text(wide);
+        assert_eq!(out, "gX (°/s)\n1\n");
+        assert_eq!(how, ["UTF-16LE"]);
+    }
+
+    #[test]
+    fn the_hash_is_that_of_the_file() {
+        // NIST's example for "abc".
+        let (_, _, sha) = text(b"abc".to_vec());
+        assert_eq!(
+            sha.unwrap(),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+        );
+    }
+}

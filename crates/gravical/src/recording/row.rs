@@ -1,0 +1,371 @@
+//! One line of text to numbers: the hot loop of reading.
+
+use crate::scan::{parse_field, parse_field_decimal_comma, scan_number};
+
+/// Where a number of a row goes.
+pub const SLOTS: usize = 8;
+/// Slot of the time stamp.
+pub const TIME: usize = 0;
+/// Slot of the accelerometer's first axis; the others follow.
+pub const ACCEL: usize = 1;
+/// Slot of the gyroscope's first axis; the others follow.
+pub const GYRO: usize = 4;
+/// Slot of the temperature.
+pub const TEMPERATURE: usize = 7;
+/// A field that is not read.
+const SKIP: u8 = u8::MAX;
+/// A field that is text: the label.
+const LABEL: u8 = u8::MAX - 1;
+
+/// Numbers of one row, in slots; what is absent is NaN.
+pub type Values = [f64; SLOTS];
+
+/// What stands between the fields of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Delimiter {
+    /// One byte, with spaces around it tolerated.
+    Byte(u8),
+    /// Any run of spaces and tabs.
+    Whitespace,
+}
+
+impl Delimiter {
+    /// Name for people.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Delimiter::Byte(b',') => "comma",
+            Delimiter::Byte(b';') => "semicolon",
+            Delimiter::Byte(b'\t') => "tab",
+            Delimiter::Byte(b'|') => "bar",
+            Delimiter::Byte(_) => "other",
+            Delimiter::Whitespace => "white space",
+        }
+    }
+}
+
+/// Why a line is no row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RowDefect {
+    /// Fewer fields than the others.
+    TooFewFields,
+    /// More fields than the others.
+    TooManyFields,
+    /// This field (from 0) of a channel is no number.
+    NotANumber(usize),
+    /// No channel has a value.
+    Blank,
+}
+
+/// Takes lines apart.
+#[derive(Debug, Clone)]
+pub struct RowScanner {
+    delimiter: Delimiter,
+    decimal_comma: bool,
+    slot_of_field: Vec<u8>,
+}
+
+/// Byte range of one field within its line.
+pub type Span = (u32, u32);
+
+impl RowScanner {
+    /// A scanner for lines of `fields` fields; channels are assigned after.
+    #[must_use]
+    pub fn new(delimiter: Delimiter, decimal_comma: bool, fields: usize) -> Self {
+        RowScanner {
+            delimiter,
+            decimal_comma,
+            slot_of_field: vec![SKIP; fields],
+        }
+    }
+
+    /// Field `field` is read into `slot`.
+    pub fn assign(&mut self, field: usize, slot: usize) {
+        if let Some(entry) = self.slot_of_field.get_mut(field) {
+            *entry = slot as u8;
+        }
+    }
+
+    /// Field `field` is the label.
+    pub fn assign_label(&mut self, field: usize) {
+        if let Some(entry) = self.slot_of_field.get_mut(field) {
+            *entry = LABEL;
+        }
+    }
+
+    /// How many fields a row has.
+    #[must_use]
+    pub fn fields(&self) -> usize {
+        self.slot_of_field.len()
+    }
+
+    /// Reads a row; `label` gets the range of the label field.
+    ///
+    /// # Errors
+    ///
+    /// The defect that keeps the line from being a row. Values read before it
+    /// was met are left in `values`.
+    #[inline]
+    pub fn scan(&self, line: &[u8], values: &mut Values, label: &mut Span) -> Result<(), RowDefect> {
+        self.scan_with(line, values, label, |_| {})
+    }
+
+    /// As [`scan`](Self::scan), and the range of every field goes to `spans`.
+    ///
+    /// # Errors
+    ///
+    /// As [`scan`](Self::scan).
+    #[inline]
+    pub fn scan_spans(
+        &self,
+        line: &[u8],
+        values: &mut Values,
+        spans: &mut Vec<Span>,
+    ) -> Result<(), RowDefect> {
+        spans.clear();
+        let mut label = (0, 0);
+        self.scan_with(line, values, &mut label, |span| spans.push(span))
+    }
+
+    #[inline(always)]
+    fn scan_with(
+        &self,
+        line: &[u8],
+        values: &mut Values,
+        label: &mut Span,
+        mut on_field: impl FnMut(Span),
+    ) -> Result<(), RowDefect> {
+        *values = [f64::NAN; SLOTS];
+        let mut at = 0;
+        let mut any = false;
+        let mut field = 0;
+        loop {
+            at = skip_spaces(line, at, self.delimiter);
+            // White space at the end of a line starts no further field.
+            if at == line.len() && self.delimiter == Delimiter::Whitespace {
+                break;
+            }
+            let Some(&slot) = self.slot_of_field.get(field) else {
+                return Err(self.judge_surplus(&line[at..], any));
+            };
+            let from = at;
+            let end;
+            if usize::from(slot) < SLOTS {
+                // The common case in one pass: the number ends where the
+                // field ends.
+                match scan_number(&line[at..]) {
+                    Some((value, n)) if self.ends_field(line, at + n) => {
+                        end = at + n;
+                        values[usize::from(slot)] = value;
+                        any = true;
+                    }
+                    _ => {
+                        end = self.field_end(line, at);
+                        if let Some(value) = self.parse_slowly(&line[at..end], field)? {
+                            values[usize::from(slot)] = value;
+                            any = true;
+                        }
+                    }
+                }
+            } else {
+                end = self.field_end(line, at);
+                if slot == LABEL {
+                    *label = (from as u32, end as u32);
+                }
+            }
+            on_field((from as u32, end as u32));
+            field += 1;
+            at = match self.delimiter {
+                Delimiter::Whitespace => end,
+                Delimiter::Byte(_) if end == line.len() => break,
+                Delimiter::Byte(_) => end + 1,
+            };
+        }
+        if field < self.slot_of_field.len() {
+            return Err(if any || line.iter().any(|b| b.is_ascii_alphanumeric()) {
+                RowDefect::TooFewFields
+            } else {
+                RowDefect::Blank
+            });
+        }
+        if any { Ok(()) } else { Err(RowDefect::Blank) }
+    }
+
+    #[inline(always)]
+    fn ends_field(&self, line: &[u8], at: usize) -> bool {
+        match (line.get(at), self.delimiter) {
+            (None, _) => true,
+            (Some(&b), Delimiter::Byte(d)) => b == d,
+            (Some(&b), Delimiter::Whitespace) => b == b' ' || b == b'\t',
+        }
+    }
+
+    #[inline]
+    fn field_end(&self, line: &[u8], from: usize) -> usize {
+        match self.delimiter {
+            Delimiter::Byte(d) => {
+                if line.get(from) == Some(&b'"') {
+                    return quoted_end(line, from, d);
+                }
+                memchr::memchr(d, &line[from..]).map_or(line.len(), |n| from + n)
+            }
+            Delimiter::Whitespace => {
+                memchr::memchr2(b' ', b'\t', &line[from..]).map_or(line.len(), |n| from + n)
+            }
+        }
+    }
+
+    /// More fields than wanted: a trailing delimiter is none, a row of
+    /// delimiters is blank.
+    #[cold]
+    fn judge_surplus(&self, rest: &[u8], any: bool) -> RowDefect {
+        if !any && !rest.iter().any(|b| b.is_ascii_alphanumeric()) {
+            RowDefect::Blank
+        } else {
+            RowDefect::TooManyFields
+        }
+    }
+
+    /// Everything that is no plain number: quotes, white space, decimal
+    /// commas, words for "nothing", dates.
+    #[cold]
+    fn parse_slowly(&self, field: &[u8], index: usize) -> Result<Option<f64>, RowDefect> {
+        let text = field.trim_ascii();
+        let text = match text {
+            [b'"', inner @ .., b'"'] => inner.trim_ascii(),
+            other => other,
+        };
+        if text.is_empty() || is_nothing(text) {
+            return Ok(None);
+        }
+        let number = if self.decimal_comma {
+            parse_field_decimal_comma(text).or_else(|| parse_field(text))
+        } else {
+            parse_field(text)
+        };
+        if let Some(value) = number {
+            return Ok(Some(value));
+        }
+        let time = self.slot_of_field.get(index) == Some(&(TIME as u8));
+        match time.then(|| parse_date(text)).flatten() {
+            Some(seconds) => Ok(Some(seconds)),
+            None => Err(RowDefect::NotANumber(index)),
+        }
+    }
+}
+
+#[inline(always)]
+fn skip_spaces(line: &[u8], mut at: usize, delimiter: Delimiter) -> usize {
+    while let Some(&b) = line.get(at) {
+        let space = b == b' ' || (b == b'\t' && delimiter != Delimiter::Byte(b'\t'));
+        if !space {
+            break;
+        }
+        at += 1;
+    }
+    at
+}
+
+/// End of a quoted field, `""` inside it being one quote.
+#[cold]
+fn quoted_end(line: &[u8], from: usize, delimiter: u8) -> usize {
+    let mut at = from + 1;
+    while let Some(n) = memchr::memchr(b'"', &line[at..]) {
+        at += n + 1;
+        match line.get(at) {
+            Some(b'"') => at += 1,
+            _ => return memchr::memchr(delimiter, &line[at..]).map_or(line.len(), |n| at + n),
+        }
+    }
+    // The quote is never closed: then it is a character like any other.
+    memchr::memchr(delimiter, &line[from..]).map_or(line.len(), |n| from + n)
+}
+
+/// Words that programs write for "no value".
+fn is_nothing(text: &[u8]) -> bool {
+    ["nan", "na", "n/a", "null", "none", "-", "inf", "-inf", "+inf", "-nan", "nan(ind)", "-nan(ind)"]
+        .iter()
+        .any(|word| text.eq_ignore_ascii_case(word.as_bytes()))
+}
+
+/// A date and time of day as seconds since 1970 (as if in UTC; only
+/// differences are used).
+#[must_use]
+pub fn parse_date(text: &[u8]) -> Option<f64> {
+    let text = std::str::from_utf8(text).ok()?;
+    if let Ok(stamp) = text.parse::<jiff::Timestamp>() {
+        return Some(stamp.as_nanosecond() as f64 / 1e9);
+    }
+    if let Ok(civil) = text.parse::<jiff::civil::DateTime>() {
+        let stamp = civil.to_zoned(jiff::tz::TimeZone::UTC).ok()?.timestamp();
+        return Some(stamp.as_nanosecond() as f64 / 1e9);
+    }
+    let time = text.parse::<jiff::civil::Time>().ok()?;
+    let since_midnight = time.duration_since(jiff::civil::Time::midnight());
+    Some(since_midnight.as_secs_f64())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scanner(delimiter: Delimiter, slots: &[Option<usize>]) -> RowScanner {
+        let mut scanner = RowScanner::new(delimiter, true, slots.len());
+        for (field, slot) in slots.iter().enumerate() {
+            if let Some(slot) = slot {
+                scanner.assign(field, *slot);
+            }
+        }
+        scanner
+    }
+
+    fn values(scanner: &RowScanner, line: &str) -> Result<Values, RowDefect> {
+        let mut values = [0.0; SLOTS];
+        scanner.scan(line.as_bytes(), &mut values, &mut (0, 0))?;
+        Ok(values)
+    }
+
+    #[test]
+    fn fields_of_every_dialect() {
+        let comma = scanner(Delimiter::Byte(b','), &[Some(TIME), None, Some(1), Some(2)]);
+        let v = values(&comma, "12,\"a,b\", -1.5 ,2e1").unwrap();
+        assert_eq!((v[0], v[1], v[2]), (12.0, -1.5, 20.0));
+        let semi = scanner(Delimiter::Byte(b';'), &[Some(1), Some(2)]);
+        let v = values(&semi, "\"1,25\";-0,5").unwrap();
+        assert_eq!((v[1], v[2]), (1.25, -0.5));
+        let space = scanner(Delimiter::Whitespace, &[Some(1), Some(2)]);
+        let v = values(&space, "   1.0\t  2.0  ").unwrap();
+        assert_eq!((v[1], v[2]), (1.0, 2.0));
+    }
+
+    #[test]
+    fn defects_are_told_apart() {
+        let s = scanner(Delimiter::Byte(b','), &[Some(1), Some(2), Some(3)]);
+        assert_eq!(values(&s, "1,2"), Err(RowDefect::TooFewFields));
+        assert_eq!(values(&s, "1,2,3,4"), Err(RowDefect::TooManyFields));
+        assert_eq!(values(&s, "1,x2,3"), Err(RowDefect::NotANumber(1)));
+        for blank in ["", ",,", ",,,,,", "  ", ",nan,"] {
+            let got = values(&s, blank);
+            assert!(matches!(got, Err(RowDefect::Blank | RowDefect::TooFewFields)), "{blank}: {got:?}");
+        }
+        let some = values(&s, "1,,NaN").unwrap();
+        assert!(some[1] == 1.0 && some[2].is_nan() && some[3].is_nan());
+    }
+
+    #[test]
+    fn dates_count_as_time_stamps() {
+        let s = scanner(Delimiter::Byte(b','), &[Some(TIME), Some(1)]);
+        let a = values(&s, "2025-03-01 12:00:00.010,1").unwrap()[0];
+        let b = values(&s, "2025-03-01T12:00:00.035Z,1").unwrap()[0];
+        assert!((b - a - 0.025).abs() < 1e-6);
+        assert_eq!(values(&s, "12:00:01.5,1").unwrap()[0], 43201.5);
+    }
+
+    #[test]
+    fn spans_cover_the_fields() {
+        let s = scanner(Delimiter::Byte(b','), &[Some(1), None, Some(2)]);
+        let (mut values, mut spans) = ([0.0; SLOTS], Vec::new());
+        s.scan_spans(b"1.5,abc,2", &mut values, &mut spans).unwrap();
+        assert_eq!(spans, [(0, 3), (4, 7), (8, 9)]);
+    }
+}

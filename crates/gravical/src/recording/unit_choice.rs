@@ -1,0 +1,211 @@
+//! The unit of a recording: what was given, what gravity shows, what the
+//! header claims, in this order.
+
+use super::finding::Finding;
+use super::timing::median;
+use super::units::{AccelScale, AccelUnit, Evidence, Origin, accel_evidence};
+use super::ReadOptions;
+
+/// Rows of one block over which stillness is judged here.
+const BLOCK: usize = 20;
+
+/// Median magnitude of the quietest third of the blocks of 20 rows, and
+/// whether all values there are whole numbers. Still or not: gravity dominates
+/// the mean of a quiet block. None without a complete row.
+#[must_use]
+pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
+    let rows: Vec<usize> = (0..accel[0].len())
+        .filter(|&i| accel.iter().all(|c| c[i].is_finite()))
+        .collect();
+    let mut integers = true;
+    let mut blocks: Vec<(f64, f64)> = Vec::new();
+    // On a long recording every so many blocks are enough for a median.
+    let stride = (rows.len() / BLOCK / 20_000).max(1);
+    for block in rows.chunks(BLOCK).step_by(stride) {
+        let n = block.len() as f64;
+        if block.len() < BLOCK && !blocks.is_empty() {
+            continue;
+        }
+        let (mut norm2, mut variance) = (0.0, 0.0);
+        for channel in accel {
+            let mean = block.iter().map(|&i| channel[i]).sum::<f64>() / n;
+            norm2 += mean * mean;
+            variance += block.iter().map(|&i| (channel[i] - mean).powi(2)).sum::<f64>() / n;
+            integers &= block.iter().all(|&i| channel[i].fract() == 0.0);
+        }
+        blocks.push((variance, norm2.sqrt()));
+    }
+    blocks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let quiet = blocks.len().div_ceil(3);
+    let mut norms: Vec<f64> = blocks.into_iter().take(quiet).map(|(_, n)| n).collect();
+    Some((median(&mut norms)?, integers))
+}
+
+/// Unsigned 16-bit values: whole numbers around 32768 on every axis.
+#[must_use]
+pub(super) fn looks_unsigned(accel: &[Vec<f64>; 3]) -> bool {
+    accel.iter().all(|channel| {
+        let mut some: Vec<f64> = channel.iter().copied().filter(|v| v.is_finite()).collect();
+        let fits = !some.is_empty() && some.iter().all(|v| v.fract() == 0.0 && (0.0..65536.0).contains(v));
+        fits && median(&mut some).is_some_and(|m| (16384.0..49152.0).contains(&m))
+    })
+}
+
+/// Decides the unit from the magnitude of quiet readings, the header's claim
+/// and the user's word; contradictions become findings.
+#[must_use]
+pub fn decide_accel(
+    quiet: Option<(f64, bool)>,
+    unsigned: bool,
+    claim: Option<AccelUnit>,
+    options: &ReadOptions,
+    findings: &mut Vec<Finding>,
+) -> AccelScale {
+    let range_lsb = options.accel_range_g.map(|range| 32768.0 / range);
+    if let Some(unit) = options.accel_unit {
+        let counts = unit == AccelUnit::Counts;
+        let from_data = quiet.and_then(|(norm, _)| match accel_evidence(norm, true) {
+            Evidence::Unit(AccelUnit::Counts, lsb) if counts && !unsigned => lsb,
+            _ => None,
+        });
+        let scale = AccelScale {
+            unit,
+            lsb_per_g: if counts { range_lsb.or(from_data) } else { None },
+            origin: Origin::Given,
+        };
+        warn_if_gravity_disagrees(&scale, quiet, findings);
+        return scale;
+    }
+    if unsigned {
+        return AccelScale {
+            unit: AccelUnit::Counts,
+            lsb_per_g: range_lsb,
+            origin: Origin::Data,
+        };
+    }
+    let Some((norm, integers)) = quiet else {
+        return by_claim(claim, range_lsb);
+    };
+    let evidence = accel_evidence(norm, integers);
+    let by_data = |unit: AccelUnit, lsb: Option<f64>, findings: &mut Vec<Finding>| {
+        if let Some(claim) = claim
+            && claim != unit
+        {
+            findings.push(Finding::warning(
+                "unit-mismatch",
+                format!(
+                    "the header says {}, but at rest the magnitude is {}: the values are in {}; taken so",
+                    claim.name(),
+                    short(norm),
+                    unit.name()
+                ),
+            ));
+        }
+        let lsb = match unit {
+            AccelUnit::Counts => range_lsb.or(lsb),
+            _ => None,
+        };
+        AccelScale {
+            unit,
+            lsb_per_g: lsb,
+            origin: Origin::Data,
+        }
+    };
+    match evidence {
+        Evidence::Unit(unit, lsb) => by_data(unit, lsb, findings),
+        Evidence::Ambiguous if range_lsb.is_some() => by_data(AccelUnit::Counts, range_lsb, findings),
+        // Whichever of the three it is, a claim that fits settles it.
+        Evidence::Ambiguous => match claim {
+            Some(AccelUnit::MilliGravity) => by_data(AccelUnit::MilliGravity, None, findings),
+            Some(AccelUnit::Counts) => by_data(AccelUnit::Counts, Some(1024.0), findings),
+            _ => unknown(norm, "mg, cm/s² or counts at 1024 per g", findings),
+        },
+        Evidence::None if claim == Some(AccelUnit::Counts) || range_lsb.is_some() => AccelScale {
+            unit: AccelUnit::Counts,
+            lsb_per_g: range_lsb,
+            origin: if claim.is_some() { Origin::Header } else { Origin::Given },
+        },
+        Evidence::None => unknown(norm, "no unit in which gravity has that size", findings),
+    }
+}
+
+fn by_claim(claim: Option<AccelUnit>, range_lsb: Option<f64>) -> AccelScale {
+    AccelScale {
+        unit: claim.unwrap_or(AccelUnit::Unknown),
+        lsb_per_g: range_lsb,
+        origin: if claim.is_some() { Origin::Header } else { Origin::Assumed },
+    }
+}
+
+fn unknown(norm: f64, what: &str, findings: &mut Vec<Finding>) -> AccelScale {
+    findings.push(Finding::warning(
+        "unit-unknown",
+        format!("the magnitude at rest is {}: {what}; say it with --accel-unit", short(norm)),
+    ));
+    AccelScale {
+        unit: AccelUnit::Unknown,
+        lsb_per_g: None,
+        origin: Origin::Assumed,
+    }
+}
+
+fn warn_if_gravity_disagrees(scale: &AccelScale, quiet: Option<(f64, bool)>, findings: &mut Vec<Finding>) {
+    let (Some(nominal), Some((norm, _))) = (scale.nominal(), quiet) else {
+        return;
+    };
+    let g = norm / nominal / gravical_core::unit::STANDARD_GRAVITY_MPS2;
+    if !(0.75..=1.25).contains(&g) {
+        findings.push(Finding::warning(
+            "unit-mismatch",
+            format!(
+                "taken as {} as told, but then the quietest parts measure {g:.2} g",
+                scale.unit.name()
+            ),
+        ));
+    }
+}
+
+fn short(value: f64) -> String {
+    let digits = (3 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
+    format!("{value:.digits$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decide(norm: f64, claim: Option<AccelUnit>) -> (AccelScale, Vec<Finding>) {
+        let mut findings = Vec::new();
+        let scale = decide_accel(Some((norm, false)), false, claim, &ReadOptions::default(), &mut findings);
+        (scale, findings)
+    }
+
+    #[test]
+    fn a_header_that_gravity_refutes_loses() {
+        let (scale, findings) = decide(9.79, Some(AccelUnit::StandardGravity));
+        assert_eq!(scale.unit, AccelUnit::MetrePerSecondSquared);
+        assert_eq!(findings[0].kind, "unit-mismatch");
+        let (scale, findings) = decide(9.79, Some(AccelUnit::MetrePerSecondSquared));
+        assert!(findings.is_empty() && scale.origin == Origin::Data);
+    }
+
+    #[test]
+    fn what_cannot_be_told_is_asked() {
+        let (scale, findings) = decide(985.0, None);
+        assert_eq!((scale.unit, findings[0].kind.as_str()), (AccelUnit::Unknown, "unit-unknown"));
+        assert_eq!(decide(985.0, Some(AccelUnit::MilliGravity)).0.unit, AccelUnit::MilliGravity);
+    }
+
+    #[test]
+    fn the_quiet_part_decides_not_the_shaking() {
+        let mut accel = [Vec::new(), Vec::new(), Vec::new()];
+        for i in 0..400 {
+            let shake = if i < 200 { 0.0 } else { 30.0 * f64::from(i).sin() };
+            accel[0].push(shake);
+            accel[1].push(shake);
+            accel[2].push(9.81 + shake);
+        }
+        let (norm, integers) = quiet_norm(&accel).unwrap();
+        assert!((norm - 9.81).abs() < 1e-9 && !integers);
+    }
+}

@@ -1,0 +1,254 @@
+//! Units of the channels: what names claim, what the data say, and which of
+//! the two wins.
+
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Unit of an accelerometer channel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum AccelUnit {
+    /// m/s².
+    #[serde(rename = "m/s^2")]
+    MetrePerSecondSquared,
+    /// Standard gravity, 9.80665 m/s².
+    #[serde(rename = "g")]
+    StandardGravity,
+    /// A thousandth of it.
+    #[serde(rename = "mg")]
+    MilliGravity,
+    /// Raw counts of the converter.
+    #[serde(rename = "counts")]
+    Counts,
+    /// Neither header nor data tell.
+    #[serde(rename = "unknown")]
+    Unknown,
+}
+
+impl AccelUnit {
+    /// As it is written in files and options.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            AccelUnit::MetrePerSecondSquared => "m/s^2",
+            AccelUnit::StandardGravity => "g",
+            AccelUnit::MilliGravity => "mg",
+            AccelUnit::Counts => "counts",
+            AccelUnit::Unknown => "unknown",
+        }
+    }
+
+    /// Understands a unit as people write it; none when it is not one of
+    /// acceleration.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        Some(match squeeze(text).as_str() {
+            "m/s2" | "mps2" | "ms-2" | "ms2" | "m/s/s" | "m/sec2" | "m/s2r" | "m.s-2" => {
+                AccelUnit::MetrePerSecondSquared
+            }
+            "g" | "gs" | "gn" | "g0" => AccelUnit::StandardGravity,
+            "mg" | "millig" => AccelUnit::MilliGravity,
+            "counts" | "count" | "lsb" | "raw" | "adc" | "a.u." | "int16" => AccelUnit::Counts,
+            _ => return None,
+        })
+    }
+}
+
+/// Unit of a gyroscope channel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum GyroUnit {
+    /// rad/s.
+    #[serde(rename = "rad/s")]
+    RadianPerSecond,
+    /// °/s.
+    #[serde(rename = "deg/s")]
+    DegreePerSecond,
+    /// Raw counts of the converter.
+    #[serde(rename = "counts")]
+    Counts,
+    /// Neither header nor data tell.
+    #[serde(rename = "unknown")]
+    Unknown,
+}
+
+impl GyroUnit {
+    /// As it is written in files and options.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            GyroUnit::RadianPerSecond => "rad/s",
+            GyroUnit::DegreePerSecond => "deg/s",
+            GyroUnit::Counts => "counts",
+            GyroUnit::Unknown => "unknown",
+        }
+    }
+
+    /// Understands a unit as people write it; none when it is not one of
+    /// angular rate.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        let text = squeeze(text);
+        // A degree sign that was lost on the way leaves any character.
+        let degrees = matches!(
+            text.as_str(),
+            "deg/s" | "dps" | "degs" | "deg/sec" | "degree/s" | "degrees/s" | "deg.s-1"
+        ) || (text.ends_with("/s") && text.chars().count() == 3 && !text.starts_with(char::is_alphanumeric));
+        Some(match text.as_str() {
+            _ if degrees => GyroUnit::DegreePerSecond,
+            "rad/s" | "rads" | "rps" | "rad/sec" | "rad.s-1" => GyroUnit::RadianPerSecond,
+            "counts" | "count" | "lsb" | "raw" | "adc" | "a.u." | "int16" => GyroUnit::Counts,
+            _ => return None,
+        })
+    }
+}
+
+/// Lower case, without spaces, carets and underscores; `²` is `2`.
+fn squeeze(text: &str) -> String {
+    text.to_lowercase()
+        .chars()
+        .filter(|c| !c.is_whitespace() && !matches!(c, '^' | '*' | '_' | '[' | ']' | '(' | ')'))
+        .map(|c| match c {
+            '²' => '2',
+            '·' => '.',
+            other => other,
+        })
+        .collect()
+}
+
+/// How a unit came to be known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Origin {
+    /// The user said so.
+    Given,
+    /// Gravity, or the turns, show it.
+    Data,
+    /// The header says so and nothing could verify it.
+    Header,
+    /// Nobody says so; the usual one was taken.
+    Assumed,
+}
+
+/// The unit of the accelerometer and what one m/s² is in it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AccelScale {
+    /// The unit.
+    pub unit: AccelUnit,
+    /// Counts per g by the data sheet, where counts and a range are known.
+    pub lsb_per_g: Option<f64>,
+    /// How it came to be known.
+    pub origin: Origin,
+}
+
+impl AccelScale {
+    /// Input units per m/s² by definition or data sheet; none for counts of
+    /// unknown range.
+    #[must_use]
+    pub fn nominal(&self) -> Option<f64> {
+        match self.unit {
+            AccelUnit::MetrePerSecondSquared => Some(1.0),
+            AccelUnit::StandardGravity => Some(1.0 / STANDARD_GRAVITY_MPS2),
+            AccelUnit::MilliGravity => Some(1000.0 / STANDARD_GRAVITY_MPS2),
+            AccelUnit::Counts => self.lsb_per_g.map(|lsb| lsb / STANDARD_GRAVITY_MPS2),
+            AccelUnit::Unknown => None,
+        }
+    }
+}
+
+/// The unit of the gyroscope and what one rad/s is in it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct GyroScale {
+    /// The unit.
+    pub unit: GyroUnit,
+    /// Counts per °/s by the data sheet, where counts and a range are known.
+    pub lsb_per_deg_s: Option<f64>,
+    /// How it came to be known.
+    pub origin: Origin,
+}
+
+impl GyroScale {
+    /// Input units per rad/s by definition or data sheet; none when unknown.
+    #[must_use]
+    pub fn nominal(&self) -> Option<f64> {
+        let degrees_per_radian = 180.0 / std::f64::consts::PI;
+        match self.unit {
+            GyroUnit::RadianPerSecond => Some(1.0),
+            GyroUnit::DegreePerSecond => Some(degrees_per_radian),
+            GyroUnit::Counts => self.lsb_per_deg_s.map(|lsb| lsb * degrees_per_radian),
+            GyroUnit::Unknown => None,
+        }
+    }
+}
+
+/// What the magnitude of still readings says about the unit (METHODS: median
+/// ‖a‖ over still samples).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Evidence {
+    /// This unit, with counts per g where it is counts.
+    Unit(AccelUnit, Option<f64>),
+    /// Between 800 and 1250: mg, cm/s² or counts at 1024 per g.
+    Ambiguous,
+    /// Nothing that gravity could be.
+    None,
+}
+
+/// Reads the unit off `norm`, the median magnitude of still readings;
+/// `integers` says that all values are whole numbers.
+#[must_use]
+pub fn accel_evidence(norm: f64, integers: bool) -> Evidence {
+    if (0.8..=1.25).contains(&norm) {
+        return Evidence::Unit(AccelUnit::StandardGravity, None);
+    }
+    if (8.0..=12.0).contains(&norm) {
+        return Evidence::Unit(AccelUnit::MetrePerSecondSquared, None);
+    }
+    if (800.0..=1250.0).contains(&norm) {
+        // Whole numbers nearer to 1024 than to 1000 are counts; mg and cm/s²
+        // (980.665) cannot be told apart within a sensor's scale error.
+        return if integers && (1012.0..=1060.0).contains(&norm) {
+            Evidence::Unit(AccelUnit::Counts, Some(1024.0))
+        } else {
+            Evidence::Ambiguous
+        };
+    }
+    for lsb in [2048.0, 4096.0, 8192.0, 16384.0] {
+        if (norm / lsb - 1.0).abs() <= 0.2 {
+            return Evidence::Unit(AccelUnit::Counts, Some(lsb));
+        }
+    }
+    Evidence::None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_as_people_write_them() {
+        for text in ["m/s²", "m/s^2", "M/S2", "mps2", "m s-2", "m/s/s"] {
+            assert_eq!(AccelUnit::parse(text), Some(AccelUnit::MetrePerSecondSquared), "{text}");
+        }
+        for text in ["°/s", "deg/s", "dps", "º/s", "\u{fffd}/s", "?/s"] {
+            assert_eq!(GyroUnit::parse(text), Some(GyroUnit::DegreePerSecond), "{text}");
+        }
+        assert_eq!(GyroUnit::parse("rad/s"), Some(GyroUnit::RadianPerSecond));
+        assert_eq!(AccelUnit::parse("furlong"), None);
+        assert_eq!(GyroUnit::parse("m/s"), None);
+    }
+
+    #[test]
+    fn gravity_tells_the_unit() {
+        use AccelUnit::*;
+        for (norm, integers, unit, lsb) in [
+            (1.01, false, StandardGravity, None),
+            (9.5, false, MetrePerSecondSquared, None),
+            (16900.0, true, Counts, Some(16384.0)),
+            (2090.0, true, Counts, Some(2048.0)),
+            (1030.0, true, Counts, Some(1024.0)),
+        ] {
+            assert_eq!(accel_evidence(norm, integers), Evidence::Unit(unit, lsb), "{norm}");
+        }
+        assert_eq!(accel_evidence(980.0, false), Evidence::Ambiguous);
+        assert_eq!(accel_evidence(3.0, false), Evidence::None);
+    }
+}

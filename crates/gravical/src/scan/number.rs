@@ -1,0 +1,560 @@
+//! Decimal text to `f64`: exact and quick where that is easy to prove, the
+//! standard parser everywhere else.
+//!
+//! A decimal number with at most 19 digits is an integer `m` in a `u64` times a
+//! power of ten. Where `m ≤ 2⁵³` and the power is within `10^±22`, both are
+//! `f64` without error, so that one multiplication or division rounds once and
+//! gives the nearest `f64` (Clinger, "How to read floating point numbers
+//! accurately", 1990). More digits with a negative power are one integer division
+//! whose quotient has bits to spare. Long runs of digits are taken eight at a time
+//! from one 64-bit word.
+
+/// Powers of ten that an `f64` holds without error.
+const EXACT_POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+];
+
+/// Powers of five that a `u64` holds.
+const FIVES: [u64; 28] = {
+    let mut fives = [1; 28];
+    let mut k = 1;
+    while k < 28 {
+        fives[k] = 5 * fives[k - 1];
+        k += 1;
+    }
+    fives
+};
+
+/// More digits than this may overflow a `u64`.
+const MAX_DIGITS: usize = 19;
+
+/// Up to here every integer is an `f64`.
+const MAX_EXACT_INTEGER: u64 = 1 << 53;
+
+/// Reads the longest decimal number at the start of `text`; gives its value and
+/// the number of bytes it takes.
+///
+/// A number is an optional sign, digits with an optional `.` (at least one
+/// digit before or after it) and an optional exponent. An `e` that no valid
+/// exponent follows is not part of the number. `None` where no number starts;
+/// white space, `inf`, `nan` and hexadecimal are no numbers here.
+///
+/// The value is bit for bit what [`str::parse`] gives for the same bytes.
+///
+/// ```
+/// use gravical::scan::scan_number;
+///
+/// assert_eq!(scan_number(b"-9.8123,0.04"), Some((-9.8123, 7)));
+/// assert_eq!(scan_number(b"5e3 m"), Some((5000.0, 3)));
+/// assert_eq!(scan_number(b"5em"), Some((5.0, 1)));
+/// assert_eq!(scan_number(b"nan"), None);
+/// ```
+#[inline]
+#[must_use]
+pub fn scan_number(text: &[u8]) -> Option<(f64, usize)> {
+    scan::<b'.'>(text)
+}
+
+/// Reads a field that is one decimal number and nothing else.
+///
+/// ASCII white space around the number and one pair of double quotes around the
+/// field are allowed. `None` for an empty field and for anything that
+/// [`scan_number`] does not consume to the end.
+///
+/// ```
+/// use gravical::scan::parse_field;
+///
+/// assert_eq!(parse_field(b" \"9.81\" "), Some(9.81));
+/// assert_eq!(parse_field(b"9.81 m/s^2"), None);
+/// ```
+#[inline]
+#[must_use]
+pub fn parse_field(field: &[u8]) -> Option<f64> {
+    whole::<b'.'>(field)
+}
+
+/// As [`parse_field`], with a decimal comma: `1,25`.
+///
+/// A point is then no part of a number, so `1.25` and `1.250,5` are `None`
+/// rather than read as something else.
+///
+/// ```
+/// use gravical::scan::parse_field_decimal_comma;
+///
+/// assert_eq!(parse_field_decimal_comma(b"-1,25"), Some(-1.25));
+/// assert_eq!(parse_field_decimal_comma(b"1.25"), None);
+/// ```
+#[inline]
+#[must_use]
+pub fn parse_field_decimal_comma(field: &[u8]) -> Option<f64> {
+    whole::<b','>(field)
+}
+
+#[inline]
+fn whole<const POINT: u8>(field: &[u8]) -> Option<f64> {
+    match scan::<POINT>(field) {
+        Some((value, used)) if used == field.len() => Some(value),
+        _ => whole_trimmed::<POINT>(field),
+    }
+}
+
+#[inline(never)]
+fn whole_trimmed<const POINT: u8>(field: &[u8]) -> Option<f64> {
+    let mut inner = field.trim_ascii();
+    if let [b'"', quoted @ .., b'"'] = inner {
+        inner = quoted.trim_ascii();
+    }
+    match scan::<POINT>(inner) {
+        Some((value, used)) if used == inner.len() => Some(value),
+        _ => None,
+    }
+}
+
+#[inline(always)]
+fn scan<const POINT: u8>(text: &[u8]) -> Option<(f64, usize)> {
+    let first = *text.first()?;
+    let negative = first == b'-';
+    let start = usize::from(negative || first == b'+');
+
+    let mut mantissa = 0_u64;
+    let mut end = take_whole_part(text, start, &mut mantissa);
+    let mut digits = end - start;
+    let mut decimals = 0;
+    if text.get(end) == Some(&POINT) {
+        let fraction = end + 1;
+        end = take_digits(text, fraction, &mut mantissa);
+        decimals = end - fraction;
+        digits += decimals;
+    }
+    if digits == 0 {
+        return None;
+    }
+    // Where this cast would cut anything off, there are too many digits anyway.
+    let mut power = -(decimals as i32);
+    if let Some(b'e' | b'E') = text.get(end) {
+        let (exponent, used) = take_exponent(text.get(end..).unwrap_or_default());
+        power = power.saturating_add(exponent);
+        end += used;
+    }
+
+    let magnitude = if digits > MAX_DIGITS {
+        return by_std::<POINT>(text, end);
+    } else if mantissa <= MAX_EXACT_INTEGER {
+        // The detour over i64 is one instruction, from u64 it is several.
+        let whole = mantissa as i64 as f64;
+        match EXACT_POWERS.get(power.unsigned_abs() as usize) {
+            Some(scale) if power < 0 => whole / scale,
+            Some(scale) => whole * scale,
+            None => return by_std::<POINT>(text, end),
+        }
+    } else if power == 0 {
+        // Counters and time stamps in ns: the conversion itself rounds once.
+        mantissa as f64
+    } else {
+        match FIVES.get(power.unsigned_abs() as usize) {
+            Some(&five) if power < 0 => divide(mantissa, five, power),
+            _ => return by_std::<POINT>(text, end),
+        }
+    };
+    // A branch on the sign would be mispredicted on every other noisy sample.
+    let sign = u64::from(negative) << 63;
+    Some((f64::from_bits(magnitude.to_bits() | sign), end))
+}
+
+/// `mantissa / five · 2^power` to the nearest `f64`, for 16 to 19 digits as
+/// programs write that print every bit of an `f64`.
+///
+/// `five` is 5^−power, so this is `mantissa · 10^power`. With both sides shifted
+/// up to their top bit the quotient has 63 or 64 bits, ten more than an `f64`;
+/// its lowest one also says whether a remainder was left, and the conversion
+/// rounds once. Every result is a normal number: at least 2⁵³ · 10⁻²⁷.
+#[inline]
+fn divide(mantissa: u64, five: u64, power: i32) -> f64 {
+    let (mantissa_shift, five_shift) = (mantissa.leading_zeros(), five.leading_zeros());
+    let dividend = u128::from(mantissa << mantissa_shift) << 63;
+    let divisor = u128::from(five << five_shift);
+    let quotient = (dividend / divisor) as u64 | u64::from(dividend % divisor != 0);
+    let binary = five_shift as i32 - mantissa_shift as i32 - 63 + power;
+    quotient as f64 * f64::from_bits(((1023 + binary) as u64) << 52)
+}
+
+/// As [`take_digits`]; the up to three digits that a reading has before its
+/// point are taken one by one, at the least cost.
+#[inline(always)]
+fn take_whole_part(text: &[u8], position: usize, mantissa: &mut u64) -> usize {
+    for end in position..position + 3 {
+        let Some(digit) = digit(text, end) else {
+            return end;
+        };
+        *mantissa = *mantissa * 10 + digit;
+    }
+    take_digits(text, position + 3, mantissa)
+}
+
+/// Appends the digits at `position` to `mantissa` (modulo 2⁶⁴), gives the
+/// position after them.
+///
+/// The rest after the blocks of eight goes digit by digit: the branches of
+/// columns with a fixed number of decimals are predicted, and the next field
+/// need not wait until the length of this one is computed.
+#[inline(always)]
+fn take_digits(text: &[u8], mut position: usize, mantissa: &mut u64) -> usize {
+    while let Some(bytes) = text.get(position..).and_then(<[u8]>::first_chunk) {
+        // A digit becomes its value, every other byte becomes more than 9 …
+        let word = u64::from_le_bytes(*bytes) ^ 0x3030_3030_3030_3030;
+        // … and those get their top bit set. A sum carries out of a byte only
+        // where that bit is set in it anyway.
+        let other = (word.wrapping_add(0x7676_7676_7676_7676) | word) & 0x8080_8080_8080_8080;
+        if other != 0 {
+            break;
+        }
+        *mantissa = mantissa
+            .wrapping_mul(100_000_000)
+            .wrapping_add(eight_digits(word));
+        position += 8;
+    }
+    while let Some(digit) = digit(text, position) {
+        *mantissa = mantissa.wrapping_mul(10).wrapping_add(digit);
+        position += 1;
+    }
+    position
+}
+
+/// The value of the digit at `position`, if there is one.
+#[inline(always)]
+fn digit(text: &[u8], position: usize) -> Option<u64> {
+    let value = text.get(position)?.wrapping_sub(b'0');
+    (value <= 9).then_some(u64::from(value))
+}
+
+/// The number whose eight digits are the bytes of `word`, the first one lowest.
+#[inline(always)]
+fn eight_digits(word: u64) -> u64 {
+    const PAIRS: u64 = 0x0000_00FF_0000_00FF;
+    // Neighbours join to two-digit numbers in every second byte …
+    let pairs = word.wrapping_mul(10).wrapping_add(word >> 8);
+    // … and all four of them meet, weighted, in the upper half.
+    let first_and_third = (pairs & PAIRS).wrapping_mul(100 + (1_000_000 << 32));
+    let second_and_fourth = ((pairs >> 16) & PAIRS).wrapping_mul(1 + (10_000 << 32));
+    first_and_third.wrapping_add(second_and_fourth) >> 32
+}
+
+/// The exponent at the start of `text` (at the `e`) and its length, `(0, 0)`
+/// where the `e` starts none. Far beyond any `f64` the value no longer counts.
+#[inline(never)]
+fn take_exponent(text: &[u8]) -> (i32, usize) {
+    let negative = text.get(1) == Some(&b'-');
+    let start = if negative || text.get(1) == Some(&b'+') {
+        2
+    } else {
+        1
+    };
+    let mut end = start;
+    let mut exponent = 0_i32;
+    while let Some(digit @ b'0'..=b'9') = text.get(end) {
+        exponent = exponent
+            .saturating_mul(10)
+            .saturating_add(i32::from(digit - b'0'));
+        end += 1;
+    }
+    match (end == start, negative) {
+        (true, _) => (0, 0),
+        (false, true) => (-exponent, end),
+        (false, false) => (exponent, end),
+    }
+}
+
+/// The number in the first `end` bytes, read by the standard library.
+#[cold]
+#[inline(never)]
+fn by_std<const POINT: u8>(text: &[u8], end: usize) -> Option<(f64, usize)> {
+    let number = std::str::from_utf8(text.get(..end)?).ok()?;
+    let value = if POINT == b'.' {
+        number.parse()
+    } else {
+        number.replace(char::from(POINT), ".").parse()
+    };
+    Some((value.ok()?, end))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The longest prefix that is a number, found by asking the standard parser
+    /// about every one of them.
+    fn by_trial(text: &str) -> Option<(u64, usize)> {
+        (1..=text.len()).rev().find_map(|end| {
+            let prefix = text.get(..end)?;
+            // Of what std reads, only words (inf, nan) are no numbers here.
+            if prefix
+                .contains(|letter: char| letter.is_ascii_alphabetic() && !"eE".contains(letter))
+            {
+                return None;
+            }
+            Some((prefix.parse::<f64>().ok()?.to_bits(), end))
+        })
+    }
+
+    fn scanned(text: &str) -> Option<(u64, usize)> {
+        scan_number(text.as_bytes()).map(|(value, used)| (value.to_bits(), used))
+    }
+
+    /// Alone and with text behind it, where the eight-byte steps look further.
+    fn check(text: &str) {
+        for behind in [
+            "",
+            ",",
+            ",-1.25",
+            "\t12345678.87654321",
+            " m/s",
+            "-",
+            "e",
+            ".",
+            "\u{b0}",
+        ] {
+            let text = format!("{text}{behind}");
+            assert_eq!(scanned(&text), by_trial(&text), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn the_number_ends_where_it_stops_being_one() {
+        let cases: [(&str, Option<(f64, usize)>); 30] = [
+            ("", None),
+            (".", None),
+            ("-", None),
+            ("+", None),
+            ("-.", None),
+            ("e5", None),
+            (".e5", None),
+            ("--1", None),
+            (" 1", None),
+            ("inf", None),
+            ("-nan", None),
+            (",5", None),
+            ("1e", Some((1.0, 1))),
+            ("1e+", Some((1.0, 1))),
+            ("1e-x", Some((1.0, 1))),
+            ("1e+-2", Some((1.0, 1))),
+            ("1.e2", Some((100.0, 4))),
+            ("1E+02", Some((100.0, 5))),
+            ("1e2.5", Some((100.0, 3))),
+            ("1.", Some((1.0, 2))),
+            (".5", Some((0.5, 2))),
+            ("+.5", Some((0.5, 3))),
+            ("-5.", Some((-5.0, 3))),
+            ("1.2.3", Some((1.2, 3))),
+            ("12abc", Some((12.0, 2))),
+            ("0x10", Some((0.0, 1))),
+            ("1_000", Some((1.0, 1))),
+            ("-0", Some((-0.0, 2))),
+            ("1-2", Some((1.0, 1))),
+            ("9.8123,0.0042", Some((9.8123, 6))),
+        ];
+        for (text, expected) in cases {
+            let expected = expected.map(|(value, used)| (value.to_bits(), used));
+            assert_eq!(scanned(text), expected, "{text:?}");
+            check(text);
+        }
+    }
+
+    #[test]
+    fn limits_of_every_way_to_a_value() {
+        for text in [
+            "9007199254740991",
+            "9007199254740992",
+            "9007199254740993",
+            "9007199254740993.0",
+            "9007199254740995e-1",
+            "9999999999999999999",
+            "99999999999999999999",
+            "18446744073709551615",
+            "18446744073709551616",
+            "1730147727805583790",
+            "-1730147727.805583790",
+            "1e22",
+            "1e23",
+            "123456789e-22",
+            "123456789e-23",
+            "9007199254740993e-27",
+            "9007199254740993e-28",
+            "9999999999999999999e-27",
+            "0.000000000000000000000000000000000000123",
+            "0000000000000000000000000001.5",
+            "1.00000000000000011102230246251565404236316680908203125",
+            "1.00000000000000011102230246251565404236316680908203124",
+            "1.00000000000000011102230246251565404236316680908203126",
+            "2.2250738585072011e-308",
+            "2.2250738585072014e-308",
+            "4.9406564584124654e-324",
+            "2.4703282292062327e-324",
+            "1.7976931348623157e308",
+            "1.7976931348623159e308",
+            "0e999999999999999999999",
+            "0.0e-999999999999999999999",
+            "1e999999999999999999999",
+            "1e-999999999999999999999",
+            "1e2147483647",
+            "0.001e-2147483648",
+            "0.001e2147483650",
+        ] {
+            check(text);
+            check(&format!("-{text}"));
+        }
+        // Too long for any accumulator, and a power that only its length undoes.
+        check(&"7".repeat(400));
+        check(&format!("0.{}1", "0".repeat(340)));
+        check(&format!("0.{}1e400", "0".repeat(400)));
+    }
+
+    #[test]
+    fn fields() {
+        for (field, expected) in [
+            ("1.25", Some(1.25)),
+            (" 1.25\t", Some(1.25)),
+            ("1.25\r", Some(1.25)),
+            ("\"1.25\"", Some(1.25)),
+            (" \" 1.25 \" ", Some(1.25)),
+            ("", None),
+            ("  ", None),
+            ("\"\"", None),
+            ("\"", None),
+            ("\"1.25", None),
+            ("1.25\"", None),
+            ("\"\"1\"\"", None),
+            ("1.25 2", None),
+            ("1,25", None),
+            ("1e", None),
+            ("nan", None),
+        ] {
+            assert_eq!(parse_field(field.as_bytes()), expected, "{field:?}");
+        }
+        for (field, expected) in [
+            ("1,25", Some(1.25)),
+            (" \"-1,25e-3\" ", Some(-1.25e-3)),
+            (",5", Some(0.5)),
+            ("5", Some(5.0)),
+            (
+                "0,12345678901234567890123",
+                "0.12345678901234567890123".parse().ok(),
+            ),
+            ("1.25", None),
+            ("1.250,5", None),
+            ("1,2,3", None),
+            (",", None),
+        ] {
+            assert_eq!(
+                parse_field_decimal_comma(field.as_bytes()),
+                expected,
+                "{field:?}"
+            );
+        }
+    }
+
+    /// Decimal numbers of all shapes, and what nearly is one.
+    fn numbers() -> impl Strategy<Value = String> {
+        prop_oneof![
+            // What loggers write.
+            "[+-]?[0-9]{1,3}\\.[0-9]{1,8}",
+            "[+-]?[0-9]{1,20}",
+            // Long mantissas, leading zeros, exponents.
+            "[+-]?[0-9]{0,25}\\.?[0-9]{0,25}",
+            "[+-]?0{0,25}[0-9]{0,5}\\.?0{0,25}[0-9]{0,19}",
+            "[+-]?[0-9]{0,19}\\.?[0-9]{0,19}[eE][+-]?[0-9]{0,3}",
+            "[+-]?[1-9]\\.[0-9]{15,18}e[+-]?[0-2][0-9]",
+            // Anything of the same letters.
+            "[-+0-9.eE]{0,12}",
+        ]
+    }
+
+    /// The exact middle between two neighbours: 54 bits, then all its digits,
+    /// whole or cut where the digits of the quick ways end, or one digit more.
+    fn halfway() -> impl Strategy<Value = String> {
+        (1_u64 << 53..1 << 54, -30_i32..30, 0_usize..60, 0..3).prop_map(
+            |(bits, power, keep, edit)| {
+                let middle = (bits | 1) as u128;
+                let mut text = if power < 0 {
+                    // middle · 2^power = middle · 5^−power / 10^−power
+                    let places = (-power) as usize;
+                    let digits = decimal_product(middle, 5, places);
+                    let digits = format!("{digits:0>width$}", width = places + 1);
+                    let (whole, fraction) = digits.split_at(digits.len() - places);
+                    format!("{whole}.{fraction}")
+                } else {
+                    decimal_product(middle, 2, power as usize)
+                };
+                match edit {
+                    0 => text.truncate(text.len().min(keep.max(1))),
+                    1 if text.contains('.') => text.push('1'),
+                    _ => {}
+                }
+                text
+            },
+        )
+    }
+
+    /// `number · factor^times` in decimal digits, however many.
+    fn decimal_product(number: u128, factor: u8, times: usize) -> String {
+        let mut digits: Vec<u8> = number.to_string().bytes().rev().map(|b| b - b'0').collect();
+        for _ in 0..times {
+            let mut carry = 0;
+            for digit in &mut digits {
+                let product = *digit * factor + carry;
+                *digit = product % 10;
+                carry = product / 10;
+            }
+            if carry > 0 {
+                digits.push(carry);
+            }
+        }
+        digits.iter().rev().map(|d| char::from(d + b'0')).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn same_as_std(text in numbers()) {
+            check(&text);
+        }
+
+        #[test]
+        fn same_as_std_halfway(text in halfway()) {
+            check(&text);
+        }
+
+        #[test]
+        fn every_value_survives_its_text(bits: u64, precision in 0_usize..20) {
+            let value = f64::from_bits(bits);
+            prop_assume!(value.is_finite());
+            check(&format!("{value:e}"));
+            check(&format!("{value}"));
+            check(&format!("{value:.precision$e}"));
+        }
+
+        #[test]
+        fn readings_survive_their_text(value in -40_000.0..40_000.0, precision in 0_usize..20) {
+            check(&format!("{value}"));
+            check(&format!("{value:.precision$}"));
+        }
+
+        #[test]
+        fn decimal_comma_is_the_same_number(text in numbers()) {
+            let comma = text.replace('.', ",");
+            prop_assert_eq!(
+                parse_field_decimal_comma(comma.as_bytes()).map(f64::to_bits),
+                parse_field(text.as_bytes()).map(f64::to_bits)
+            );
+        }
+
+        #[test]
+        fn any_bytes_are_survived(bytes: Vec<u8>) {
+            if let Some((_, used)) = scan_number(&bytes) {
+                prop_assert!(used > 0 && used <= bytes.len());
+            }
+            let _ = parse_field(&bytes);
+            let _ = parse_field_decimal_comma(&bytes);
+        }
+    }
+}

@@ -1,0 +1,308 @@
+//! Faces: the six ways in which an axis can point straight up or down, read
+//! off the data, and what names claim about them.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result};
+
+/// A face: one axis up (`+`, it reads +g) or down (`−`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Face {
+    /// 0, 1, 2 for x, y, z.
+    pub axis: usize,
+    /// True when the axis points up.
+    pub up: bool,
+}
+
+impl Face {
+    /// All six, +x −x +y −y +z −z.
+    #[must_use]
+    pub fn all() -> [Face; 6] {
+        std::array::from_fn(|i| Face {
+            axis: i / 2,
+            up: i % 2 == 0,
+        })
+    }
+
+    /// `+x`, `-z` ….
+    #[must_use]
+    pub fn name(self) -> String {
+        format!("{}{}", if self.up { '+' } else { '-' }, AXES[self.axis])
+    }
+
+    /// Its number in [`Face::all`].
+    #[must_use]
+    pub fn index(self) -> usize {
+        2 * self.axis + usize::from(!self.up)
+    }
+
+    /// Unit vector that specific force has at rest.
+    #[must_use]
+    pub fn direction(self) -> [f64; 3] {
+        let mut d = [0.0; 3];
+        d[self.axis] = if self.up { 1.0 } else { -1.0 };
+        d
+    }
+
+    /// The opposite face.
+    #[must_use]
+    pub fn opposite(self) -> Face {
+        Face {
+            axis: self.axis,
+            up: !self.up,
+        }
+    }
+
+    /// The face nearest to a reading, and the angle to it in degrees.
+    #[must_use]
+    pub fn nearest(reading: [f64; 3]) -> (Face, f64) {
+        let mut axis = 0;
+        for i in 1..3 {
+            if reading[i].abs() > reading[axis].abs() {
+                axis = i;
+            }
+        }
+        let face = Face {
+            axis,
+            up: reading[axis] >= 0.0,
+        };
+        (face, angle_deg(reading, face.direction()))
+    }
+}
+
+/// Names of the axes.
+pub const AXES: [char; 3] = ['x', 'y', 'z'];
+
+/// Angle between two vectors in degrees, accurate at small angles; 90 for a
+/// vanished one.
+#[must_use]
+pub fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let cross = [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ];
+    let sine = cross.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let cosine: f64 = a.iter().zip(b).map(|(x, y)| x * y).sum();
+    if sine == 0.0 && cosine == 0.0 {
+        return 90.0;
+    }
+    sine.atan2(cosine).to_degrees()
+}
+
+/// How the board sits in its case: row i says which board axis, with sign, is
+/// the case's axis i.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct AxisMap {
+    rows: [(usize, bool); 3],
+}
+
+impl Default for AxisMap {
+    fn default() -> Self {
+        AxisMap {
+            rows: [(0, true), (1, true), (2, true)],
+        }
+    }
+}
+
+impl AxisMap {
+    /// A board reading seen in the case's axes.
+    #[must_use]
+    pub fn to_case(&self, board: [f64; 3]) -> [f64; 3] {
+        self.rows.map(|(axis, same)| if same { board[axis] } else { -board[axis] })
+    }
+
+    /// True when nothing is turned.
+    #[must_use]
+    pub fn is_identity(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl std::str::FromStr for AxisMap {
+    type Err = Error;
+
+    /// `x,-z,y`: the case's x is the board's x, its y the board's −z, its z the
+    /// board's y.
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = |why: &str| {
+            Error::usage("axes-syntax", format!("--axes {text}: {why}"))
+                .with_hint("three axes with signs, such as x,-z,y: the case's x, y and z in axes of the board")
+        };
+        let mut rows = Vec::new();
+        for part in text.split(',') {
+            let part = part.trim().to_lowercase();
+            let (same, letter) = match part.strip_prefix('-') {
+                Some(rest) => (false, rest),
+                None => (true, part.strip_prefix('+').unwrap_or(&part)),
+            };
+            let axis = AXES
+                .iter()
+                .position(|a| letter.len() == 1 && letter.starts_with(*a))
+                .ok_or_else(|| wrong("not an axis"))?;
+            rows.push((axis, same));
+        }
+        let rows: [(usize, bool); 3] = rows.try_into().map_err(|_| wrong("three axes are needed"))?;
+        let [a, b, c] = rows.map(|(axis, _)| axis);
+        if a == b || b == c || a == c {
+            return Err(wrong("each axis has to occur once"));
+        }
+        // Even permutations keep the hand; each sign turns it over.
+        let even = (b + 3 - a) % 3 == 1;
+        let flips = rows.iter().filter(|(_, same)| !same).count();
+        if even != (flips % 2 == 0) {
+            return Err(wrong("this mirrors the sensor; no way of mounting it does that"));
+        }
+        Ok(AxisMap { rows })
+    }
+}
+
+/// What a file name or label claims.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Claim {
+    /// This face.
+    Face(Face),
+    /// A placement along this axis, either way (`x_axis.csv`).
+    Axis(usize),
+    /// A turn about this axis.
+    Turn(usize),
+}
+
+/// Reads a claim off a label or the stem of a file name: `x_axis_neg`,
+/// `xminus`, `+z`, `z_p`, `x_a` (antiparallel), `y_rot`, `z_up` …. None when
+/// it claims nothing.
+#[must_use]
+pub fn claim(name: &str) -> Option<Claim> {
+    let name = name.trim().to_lowercase();
+    let mut axis = None;
+    let mut up = None;
+    let mut turn = false;
+    for token in name.split(['_', ' ', '.', '/']) {
+        if let Some((a, sign)) = signed_axis(token) {
+            axis.get_or_insert(a);
+            up.get_or_insert(sign);
+            continue;
+        }
+        for word in token.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()) {
+            read_word(word, &mut axis, &mut up, &mut turn);
+        }
+    }
+    let axis = axis?;
+    Some(match (turn, up) {
+        (true, _) => Claim::Turn(axis),
+        (false, Some(up)) => Claim::Face(Face { axis, up }),
+        (false, None) => Claim::Axis(axis),
+    })
+}
+
+fn axis_letter(text: &str) -> Option<usize> {
+    AXES.iter().position(|a| text.len() == 1 && text.starts_with(*a))
+}
+
+/// `+x`, `-x`, `x+`, `x-`.
+fn signed_axis(token: &str) -> Option<(usize, bool)> {
+    let sign = |c: char| match c {
+        '+' => Some(true),
+        '-' | '−' => Some(false),
+        _ => None,
+    };
+    let mut letters = token.chars();
+    let (first, last) = (letters.next()?, letters.next_back()?);
+    if token.chars().count() != 2 {
+        return None;
+    }
+    if let Some(up) = sign(first) {
+        return Some((axis_letter(&last.to_string())?, up));
+    }
+    Some((axis_letter(&first.to_string())?, sign(last)?))
+}
+
+fn read_word(word: &str, axis: &mut Option<usize>, up: &mut Option<bool>, turn: &mut bool) {
+    let sign = |word: &str| match word {
+        "p" | "pos" | "positive" | "plus" | "up" | "parallel" => Some(true),
+        "n" | "neg" | "negative" | "minus" | "m" | "a" | "anti" | "antiparallel" | "down" => Some(false),
+        _ => None,
+    };
+    if let Some(a) = axis_letter(word) {
+        axis.get_or_insert(a);
+    } else if matches!(word, "rot" | "rotation" | "turn" | "spin") {
+        *turn = true;
+    } else if let Some(s) = sign(word) {
+        up.get_or_insert(s);
+    } else if let Some(a) = word.get(..1).and_then(axis_letter) {
+        // `xminus`, `zp`, `xrot`, `xaxis` in one word.
+        let rest = &word[1..];
+        if rest == "rot" || rest == "turn" {
+            axis.get_or_insert(a);
+            *turn = true;
+        } else if rest == "axis" {
+            axis.get_or_insert(a);
+        } else if let Some(s) = sign(rest) {
+            axis.get_or_insert(a);
+            up.get_or_insert(s);
+        }
+    } else if let Some(a) = word.get(word.len().saturating_sub(1)..).and_then(axis_letter)
+        && let Some(s) = sign(&word[..word.len() - 1])
+    {
+        // `plusx`, `negz`.
+        axis.get_or_insert(a);
+        up.get_or_insert(s);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_the_wild() {
+        for (name, face) in [
+            ("x_axis_neg", "-x"),
+            ("x_axis_pos", "+x"),
+            ("xminus", "-x"),
+            ("zplus", "+z"),
+            ("+z", "+z"),
+            ("-y", "-y"),
+            ("z_p", "+z"),
+            ("y_a", "-y"),
+            ("X Up", "+x"),
+            ("session-z-down", "-z"),
+            ("neg_x", "-x"),
+            ("y-", "-y"),
+            ("acc_xp", "+x"),
+        ] {
+            match claim(name) {
+                Some(Claim::Face(f)) => assert_eq!(f.name(), face, "{name}"),
+                other => panic!("{name}: {other:?}"),
+            }
+        }
+        assert_eq!(claim("x_rot"), Some(Claim::Turn(0)));
+        assert_eq!(claim("y_axis"), Some(Claim::Axis(1)));
+        for name in ["session", "calibration", "flat", "data2", "recording_01"] {
+            assert_eq!(claim(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_face_and_its_angle() {
+        let (face, angle) = Face::nearest([0.0, -9.7, 0.17]);
+        assert_eq!(face.name(), "-y");
+        assert!((angle - 1.004).abs() < 0.01);
+        assert!(angle_deg([0.0; 3], [1.0, 0.0, 0.0]) == 90.0);
+        for (i, face) in Face::all().into_iter().enumerate() {
+            assert_eq!(face.index(), i);
+        }
+    }
+
+    #[test]
+    fn mounting_keeps_the_hand() {
+        let map: AxisMap = "x,-z,y".parse().unwrap();
+        assert_eq!(map.to_case([1.0, 2.0, 3.0]), [1.0, -3.0, 2.0]);
+        assert!("x,y,z".parse::<AxisMap>().unwrap().is_identity());
+        assert!("y,z,x".parse::<AxisMap>().is_ok());
+        for wrong in ["x,y,-z", "y,x,z", "x,x,z", "x,y", "a,b,c", "x,y,z,x"] {
+            assert!(wrong.parse::<AxisMap>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Mean of a hold and what it is worth: robust against bumps, its standard
+//! error from the means of blocks, because neighbouring samples are not
+//! independent.
+
+use std::ops::Range;
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::recording::timing::median;
+
+/// Fewer blocks than these say nothing about their own scatter.
+const LEAST_BLOCKS: usize = 8;
+/// Blocks further from the median than this many robust standard deviations
+/// are a bump.
+const BUMP: f64 = 5.0;
+/// Lags over which samples may be correlated.
+const MOST_LAGS: usize = 20;
+
+/// Noise of the holds of a session: per axis, and how much wider a mean
+/// scatters because samples are correlated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HoldNoise {
+    /// Standard deviation of a sample, in the unit of the file.
+    pub sigma: [f64; 3],
+    /// Variance inflation factor: Var(mean) = σ²·VIF/n.
+    pub vif: f64,
+}
+
+/// The mean of a hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HoldMean {
+    /// Mean of each axis.
+    pub mean: [f64; 3],
+    /// Standard error of each; none when there is one row only.
+    pub standard_error: Option<[f64; 3]>,
+    /// Rows that the mean is over.
+    pub rows: usize,
+    /// Rows left out as a bump.
+    pub left_out: usize,
+}
+
+/// Pools the noise of all `holds`: σ over their residuals, and
+/// VIF = max(1, 1 + 2 Σ r_k) with r_k the autocorrelation pooled over axes and
+/// holds, summed until it first falls under 2/√(n·axes), 20 lags at the most.
+#[must_use]
+pub fn pooled_noise(holds: &[[&[f64]; 3]]) -> HoldNoise {
+    let mut lags = [0.0_f64; MOST_LAGS + 1];
+    let mut squares = [0.0_f64; 3];
+    let mut freedom = [0.0_f64; 3];
+    let mut samples = 0.0;
+    for hold in holds {
+        for (axis, values) in hold.iter().enumerate() {
+            let values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+            if values.len() < 2 {
+                continue;
+            }
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            let residuals: Vec<f64> = values.iter().map(|v| v - mean).collect();
+            let own: f64 = residuals.iter().map(|r| r * r).sum();
+            squares[axis] += own;
+            freedom[axis] += values.len() as f64 - 1.0;
+            if own <= 0.0 {
+                continue;
+            }
+            samples += values.len() as f64;
+            // Each axis counts alike, whatever its noise.
+            let weight = values.len() as f64 / own;
+            for (lag, sum) in lags.iter_mut().enumerate() {
+                *sum += weight
+                    * residuals
+                        .iter()
+                        .zip(residuals.iter().skip(lag))
+                        .map(|(a, b)| a * b)
+                        .sum::<f64>();
+            }
+        }
+    }
+    let sigma = std::array::from_fn(|i| (squares[i] / freedom[i].max(1.0)).sqrt());
+    let mut vif = 1.0;
+    if lags[0] > 0.0 {
+        for lag in &lags[1..] {
+            let r = lag / lags[0];
+            if r < 2.0 / samples.sqrt() {
+                break;
+            }
+            vif += 2.0 * r;
+        }
+    }
+    HoldNoise {
+        sigma,
+        vif: vif.max(1.0),
+    }
+}
+
+/// Robust mean of a hold: means of blocks, those that stand out left out, then
+/// the plain mean of what remains.
+#[must_use]
+pub fn robust_mean(channels: &[&[f64]; 3], noise: &HoldNoise, rate_hz: f64) -> HoldMean {
+    let blocks = cut(channels[0].len(), noise, rate_hz);
+    let kept: Vec<Range<usize>> = if blocks.len() < LEAST_BLOCKS {
+        blocks
+    } else {
+        without_bumps(channels, blocks)
+    };
+    over(channels, &kept, noise)
+}
+
+/// Plain mean of all rows, as the classical procedure takes it.
+#[must_use]
+pub fn plain_mean(channels: &[&[f64]; 3], noise: &HoldNoise, rate_hz: f64) -> HoldMean {
+    let blocks = cut(channels[0].len(), noise, rate_hz);
+    over(channels, &blocks, noise)
+}
+
+/// Blocks of at least 0.2 s and five correlation times.
+fn cut(rows: usize, noise: &HoldNoise, rate_hz: f64) -> Vec<Range<usize>> {
+    let width = (0.2 * rate_hz).max(5.0 * noise.vif).ceil().max(1.0) as usize;
+    let count = (rows / width).max(1);
+    (0..count)
+        .map(|i| i * rows / count..(i + 1) * rows / count)
+        .collect()
+}
+
+fn mean_of(values: &[f64]) -> f64 {
+    let (mut n, mut sum) = (0.0, 0.0);
+    for v in values.iter().filter(|v| v.is_finite()) {
+        n += 1.0;
+        sum += v;
+    }
+    sum / n
+}
+
+fn without_bumps(channels: &[&[f64]; 3], blocks: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    let mut out = vec![false; blocks.len()];
+    for channel in channels {
+        let means: Vec<f64> = blocks.iter().map(|b| mean_of(&channel[b.clone()])).collect();
+        let Some(centre) = median(&mut means.clone()) else {
+            continue;
+        };
+        let mut off: Vec<f64> = means.iter().map(|m| (m - centre).abs()).collect();
+        // 1.4826 makes the median deviation that of a normal distribution.
+        let scale = 1.4826 * median(&mut off).unwrap_or(0.0);
+        if scale > 0.0 {
+            for (flag, mean) in out.iter_mut().zip(&means) {
+                *flag |= (mean - centre).abs() > BUMP * scale || mean.is_nan();
+            }
+        }
+    }
+    let kept: Vec<Range<usize>> = blocks
+        .iter()
+        .zip(&out)
+        .filter(|(_, out)| !**out)
+        .map(|(b, _)| b.clone())
+        .collect();
+    // More than a third standing out is no bump but the hold itself.
+    if kept.len() * 3 < blocks.len() * 2 { blocks } else { kept }
+}
+
+fn over(channels: &[&[f64]; 3], blocks: &[Range<usize>], noise: &HoldNoise) -> HoldMean {
+    let rows: usize = blocks.iter().map(|b| b.len()).sum();
+    let all = channels[0].len();
+    let mut mean = [f64::NAN; 3];
+    let mut error = [f64::NAN; 3];
+    for axis in 0..3 {
+        let values: Vec<f64> = blocks
+            .iter()
+            .flat_map(|b| channels[axis][b.clone()].iter().copied())
+            .filter(|v| v.is_finite())
+            .collect();
+        let n = values.len() as f64;
+        mean[axis] = values.iter().sum::<f64>() / n;
+        let pooled = noise.sigma[axis] * (noise.vif / n).sqrt();
+        error[axis] = if blocks.len() < LEAST_BLOCKS {
+            pooled
+        } else {
+            let count = blocks.len() as f64;
+            let squares: f64 = blocks
+                .iter()
+                .map(|b| (mean_of(&channels[axis][b.clone()]) - mean[axis]).powi(2))
+                .sum();
+            (squares / (count - 1.0) / count).sqrt() * widening(blocks.len() - 1)
+        };
+    }
+    let standard_error = (rows > 1 && error.iter().all(|e| e.is_finite())).then_some(error);
+    HoldMean {
+        mean,
+        standard_error,
+        rows,
+        left_out: all - rows,
+    }
+}
+
+/// Student's t at 97.5 % over the normal quantile: with it, twice the standard
+/// error keeps its meaning however few blocks there were.
+fn widening(freedom: usize) -> f64 {
+    match StudentsT::new(0.0, 1.0, freedom as f64) {
+        Ok(t) => t.inverse_cdf(0.975) / 1.959_963_984_540_054,
+        Err(_) => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
+
+    const NO_NOISE: HoldNoise = HoldNoise {
+        sigma: [1.0; 3],
+        vif: 1.0,
+    };
+
+    fn white(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
+        (0..n).map(|_| rng.sample::<f64, _>(StandardNormal)).collect()
+    }
+
+    /// First-order low-pass with a pole at `pole`: VIF (1 + pole)/(1 − pole).
+    fn red(rng: &mut ChaCha8Rng, n: usize, pole: f64) -> Vec<f64> {
+        let mut state = 0.0;
+        white(rng, n + 200)
+            .into_iter()
+            .map(|w| {
+                state = pole * state + w;
+                state
+            })
+            .skip(200)
+            .collect()
+    }
+
+    #[test]
+    fn a_bump_does_not_move_the_mean() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut x = white(&mut rng, 731);
+        for v in &mut x[300..340] {
+            *v += 50.0;
+        }
+        let y = white(&mut rng, 731);
+        let channels = [&x[..], &y[..], &y[..]];
+        let plain = plain_mean(&channels, &NO_NOISE, 100.0);
+        let robust = robust_mean(&channels, &NO_NOISE, 100.0);
+        assert!(plain.mean[0] > 2.0);
+        assert!(robust.mean[0].abs() < 0.2, "{}", robust.mean[0]);
+        assert!(robust.left_out >= 40 && robust.left_out <= 100);
+    }
+
+    #[test]
+    fn correlation_is_seen() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let holds: Vec<Vec<f64>> = (0..18).map(|_| red(&mut rng, 1000, 0.5)).collect();
+        let slices: Vec<[&[f64]; 3]> = holds.chunks(3).map(|c| [&c[0][..], &c[1][..], &c[2][..]]).collect();
+        let noise = pooled_noise(&slices);
+        assert!((noise.vif - 3.0).abs() < 0.4, "{}", noise.vif);
+    }
+
+    #[test]
+    fn the_95_percent_interval_covers_behind_a_low_pass() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let (mut covered, runs) = (0, 600);
+        for _ in 0..runs {
+            let x = red(&mut rng, 400, 0.7);
+            let channels = [&x[..], &x[..], &x[..]];
+            let noise = pooled_noise(&[channels]);
+            let hold = plain_mean(&channels, &noise, 100.0);
+            covered += usize::from(hold.mean[0].abs() < 1.96 * hold.standard_error.unwrap()[0]);
+        }
+        let share = covered as f64 / f64::from(runs);
+        assert!((0.92..=0.98).contains(&share), "{share}");
+    }
+
+    #[test]
+    fn one_row_is_a_mean_without_error() {
+        let v = [1.0];
+        let hold = plain_mean(&[&v, &v, &v], &NO_NOISE, 100.0);
+        assert_eq!((hold.mean, hold.standard_error), ([1.0; 3], None));
+    }
+}

@@ -1,0 +1,323 @@
+//! From recordings to placements: where the sensor lay still, which face was
+//! up, and the mean of each hold.
+//!
+//! Placements come from several files (one each, or several parted by blank
+//! rows), a label column, a section list, or are found in one continuous
+//! recording. Faces come from the data; names are claims that the data confirm
+//! or refute.
+
+pub mod face;
+mod found;
+pub mod hold;
+mod named;
+pub mod sections;
+pub mod still;
+pub mod turns;
+
+use std::ops::Range;
+
+use crate::recording::units::GyroScale;
+use crate::recording::{Finding, Recording, quality};
+use crate::{Error, Result};
+
+use face::{AxisMap, Claim, Face, angle_deg};
+use hold::{HoldNoise, plain_mean, pooled_noise, robust_mean};
+use sections::Section;
+use still::StillOptions;
+pub use turns::Turn;
+
+/// A reading further than this from every axis is no face, degrees.
+pub const MOST_FACE_ANGLE_DEG: f64 = 25.0;
+
+/// How a session is cut into placements.
+#[derive(Debug, Clone, Default)]
+pub struct SegmentOptions {
+    /// Take the first so many rows of each placement, as the classical
+    /// procedure does; default: the longest quiet part.
+    pub rows: Option<usize>,
+    /// Sections of the one recording; default: found.
+    pub sections: Option<Vec<Section>>,
+    /// How the board sits in its case; default: as it is.
+    pub axes: AxisMap,
+    /// Believe the names of files and labels rather than the data.
+    pub faces_by_name: bool,
+    /// How stills are found.
+    pub still: StillOptions,
+}
+
+/// Which rows of a placement its mean is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Selection {
+    /// Given by section, label or `--rows`: plain mean of all rows.
+    Given,
+    /// A still that was found: robust mean.
+    Found,
+}
+
+/// One placement of the sensor.
+#[derive(Debug, Clone)]
+pub struct Placement {
+    /// What it is called: label, or name of the file.
+    pub label: String,
+    /// The file it is from.
+    pub source: String,
+    /// Index of the recording.
+    pub recording: usize,
+    /// Its rows, in one or several stretches.
+    pub rows: Vec<Range<usize>>,
+    /// Given or found.
+    pub selection: Selection,
+    /// Mean reading in the unit of the file, less the zero offset.
+    pub mean: [f64; 3],
+    /// Standard error of each component; none where a row is a mean itself.
+    pub standard_error: Option<[f64; 3]>,
+    /// Rows that the mean is over.
+    pub count: usize,
+    /// Mean of the gyroscope, and the sum behind it with its number of rows.
+    pub gyro_sum: Option<([f64; 3], usize)>,
+    /// Mean temperature, °C.
+    pub temperature_c: Option<f64>,
+    /// The face that is up, in axes of the case; none when it lies oblique.
+    pub face: Option<Face>,
+    /// Angle of the raw mean to the nearest face, degrees.
+    pub angle_deg: f64,
+    /// What its name claims.
+    pub claim: Option<Claim>,
+    /// Samples of it that are clipped.
+    pub clipped: usize,
+}
+
+/// A session, cut.
+#[derive(Debug, Clone)]
+pub struct Segmentation {
+    /// Placements in the order of the session.
+    pub placements: Vec<Placement>,
+    /// Full turns about the axes.
+    pub turns: Vec<Turn>,
+    /// Noise of all holds together.
+    pub noise: HoldNoise,
+    /// The gyroscope's unit after the turns had their say.
+    pub gyro_scale: Option<GyroScale>,
+    /// What is odd.
+    pub findings: Vec<Finding>,
+}
+
+/// A placement before its mean is taken.
+pub(crate) struct Draft {
+    label: String,
+    recording: usize,
+    rows: Vec<Range<usize>>,
+    selection: Selection,
+    claim: Option<Claim>,
+}
+
+/// Cuts a session into placements and turns.
+///
+/// # Errors
+///
+/// `no-recordings`, `sections-range` (a section beyond the end), `several-files`
+/// (sections for more than one file), `units-differ`, `unit-unknown`,
+/// `never-still`, each with the next thing to do.
+pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Segmentation> {
+    let Some(first) = recordings.first() else {
+        return Err(Error::input("no-recordings", "there is no recording"));
+    };
+    check_units(recordings)?;
+    let mut findings = Vec::new();
+    let mut gyro_scale = first.gyro_scale;
+    let (drafts, turns) = match (&options.sections, recordings) {
+        (Some(sections), [one]) => named::by_sections(one, sections, options)?,
+        (Some(_), _) => {
+            return Err(Error::usage(
+                "several-files",
+                format!("--sections belongs to one recording; there are {}", recordings.len()),
+            ));
+        }
+        (None, [one]) => match named::by_labels(one, options, &mut findings) {
+            Some(found) => found,
+            None => found::in_one(one, options, &mut gyro_scale, &mut findings)?,
+        },
+        (None, several) => (found::in_files(several, options, &mut findings)?, Vec::new()),
+    };
+    let noise = pooled_noise(&hold_slices(recordings, &drafts));
+    let mut placements: Vec<Placement> = drafts
+        .into_iter()
+        .map(|draft| measure(draft, recordings, &noise, options))
+        .collect();
+    check_names(&mut placements, options, &mut findings);
+    if gyro_scale.is_some_and(|s| s.nominal().is_none())
+        && let Some(turn) = turns.first()
+        && let Some(integral) = plain_integral(&recordings[turn.recording], &turn.rows, &placements)
+    {
+        gyro_scale = turns::unit_by_known_turn(integral, std::f64::consts::TAU).or(gyro_scale);
+    }
+    Ok(Segmentation {
+        placements,
+        turns,
+        noise,
+        gyro_scale,
+        findings,
+    })
+}
+
+fn check_units(recordings: &[Recording]) -> Result<()> {
+    let first = &recordings[0];
+    for recording in recordings {
+        if recording.accel_scale.unit == crate::recording::AccelUnit::Unknown {
+            let why = recording
+                .findings
+                .iter()
+                .find(|f| f.kind == "unit-unknown")
+                .map_or_else(|| "the unit is not known".to_owned(), |f| f.message.clone());
+            return Err(Error::input("unit-unknown", why)
+                .at(recording.name.as_ref(), None)
+                .with_hint("say it, for example --accel-unit mg, or --accel-unit counts --accel-range 2"));
+        }
+        let same = recording.accel_scale.unit == first.accel_scale.unit
+            && recording.accel_scale.lsb_per_g == first.accel_scale.lsb_per_g
+            && recording.zero_offset == first.zero_offset;
+        if !same {
+            return Err(Error::input(
+                "units-differ",
+                format!(
+                    "the recordings are not in the same unit: {} is in {}, this one in {}",
+                    first.name,
+                    describe(first),
+                    describe(recording)
+                ),
+            )
+            .at(recording.name.as_ref(), None)
+            .with_hint("record all placements with the same settings, or say the unit with --accel-unit"));
+        }
+    }
+    Ok(())
+}
+
+fn describe(recording: &Recording) -> String {
+    match recording.accel_scale.lsb_per_g {
+        Some(lsb) => format!("counts at {lsb} per g"),
+        None => recording.accel_scale.unit.name().to_owned(),
+    }
+}
+
+fn slices<'a>(recording: &'a Recording, rows: &Range<usize>) -> [&'a [f64]; 3] {
+    std::array::from_fn(|i| &recording.accel[i][rows.clone()])
+}
+
+fn hold_slices<'a>(recordings: &'a [Recording], drafts: &[Draft]) -> Vec<[&'a [f64]; 3]> {
+    drafts
+        .iter()
+        .flat_map(|d| d.rows.iter().map(|r| slices(&recordings[d.recording], r)))
+        .collect()
+}
+
+fn measure(draft: Draft, recordings: &[Recording], noise: &HoldNoise, options: &SegmentOptions) -> Placement {
+    let recording = &recordings[draft.recording];
+    let (rate, _) = recording.working_rate_hz();
+    let gathered: [Vec<f64>; 3] = std::array::from_fn(|axis| {
+        draft
+            .rows
+            .iter()
+            .flat_map(|r| recording.accel[axis][r.clone()].iter().copied())
+            .collect()
+    });
+    let channels: [&[f64]; 3] = std::array::from_fn(|i| &gathered[i][..]);
+    let mean = match draft.selection {
+        Selection::Given => plain_mean(&channels, noise, rate),
+        Selection::Found => robust_mean(&channels, noise, rate),
+    };
+    let clipped = (0..3)
+        .map(|i| quality::clipped_rows(&gathered[i], &recording.accel_scale).len())
+        .sum();
+    let gyro_sum = recording.gyro.as_ref().map(|gyro| {
+        let mut sum = [0.0; 3];
+        let mut rows = 0;
+        for row in draft.rows.iter().flat_map(Clone::clone) {
+            let rate: [f64; 3] = std::array::from_fn(|i| gyro[i][row]);
+            if rate.iter().all(|v| v.is_finite()) {
+                rows += 1;
+                (0..3).for_each(|i| sum[i] += rate[i]);
+            }
+        }
+        (sum, rows)
+    });
+    let temperature_c = recording.temperature_c.as_ref().and_then(|t| {
+        let some: Vec<f64> = draft
+            .rows
+            .iter()
+            .flat_map(|r| t[r.clone()].iter().copied())
+            .filter(|v| v.is_finite())
+            .collect();
+        (!some.is_empty()).then(|| some.iter().sum::<f64>() / some.len() as f64)
+    });
+    let in_case = options.axes.to_case(mean.mean);
+    let (nearest, angle) = Face::nearest(in_case);
+    Placement {
+        label: draft.label,
+        source: recording.name.clone(),
+        recording: draft.recording,
+        rows: draft.rows,
+        selection: draft.selection,
+        mean: mean.mean,
+        standard_error: mean.standard_error,
+        count: mean.rows,
+        gyro_sum: gyro_sum.filter(|(_, n)| *n > 0),
+        temperature_c,
+        face: (angle <= MOST_FACE_ANGLE_DEG).then_some(nearest),
+        angle_deg: angle,
+        claim: draft.claim,
+        clipped,
+    }
+}
+
+/// Holds names against data. The data win, with a warning, unless the user
+/// believes the names.
+fn check_names(placements: &mut [Placement], options: &SegmentOptions, findings: &mut Vec<Finding>) {
+    for placement in placements {
+        let Some(Claim::Face(claimed)) = placement.claim else {
+            if let (Some(Claim::Axis(axis)), Some(face)) = (placement.claim, placement.face)
+                && axis != face.axis
+            {
+                findings.push(mismatch(placement, &format!("the {} axis", face::AXES[axis]), face));
+            }
+            continue;
+        };
+        if options.faces_by_name {
+            let reading = options.axes.to_case(placement.mean);
+            placement.angle_deg = angle_deg(reading, claimed.direction());
+            placement.face = Some(claimed);
+        } else if let Some(face) = placement.face
+            && face != claimed
+        {
+            findings.push(mismatch(placement, &claimed.name(), face));
+        }
+    }
+}
+
+fn mismatch(placement: &Placement, claimed: &str, face: Face) -> Finding {
+    Finding::warning(
+        "orientation-mismatch",
+        format!(
+            "\"{}\" claims {claimed}, but {} points up there; the data are believed",
+            placement.label,
+            face.name()
+        ),
+    )
+    .in_file(&placement.source)
+}
+
+fn plain_integral(recording: &Recording, rows: &Range<usize>, placements: &[Placement]) -> Option<[f64; 3]> {
+    let gyro = recording.gyro.as_ref()?;
+    let (mut sum, mut count) = ([0.0; 3], 0);
+    for (s, n) in placements.iter().filter_map(|p| p.gyro_sum) {
+        count += n;
+        (0..3).for_each(|i| sum[i] += s[i]);
+    }
+    let bias = sum.map(|s| s / count.max(1) as f64);
+    let mut integral = [0.0; 3];
+    for row in rows.clone() {
+        let period = turns::sample_period_s(recording, row)?;
+        (0..3).for_each(|i| integral[i] += (gyro[i][row] - bias[i]) * period);
+    }
+    Some(integral)
+}

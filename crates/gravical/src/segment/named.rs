@@ -1,0 +1,132 @@
+//! Placements and turns that the user names: a section list or a label column.
+
+use std::ops::Range;
+
+use crate::recording::{Finding, Recording};
+use crate::{Error, Result};
+
+use super::face::{Claim, claim};
+use super::sections::Section;
+use super::{Draft, SegmentOptions, Selection, Turn};
+
+/// Placements and turns of a section list.
+pub(super) fn by_sections(
+    recording: &Recording,
+    sections: &[Section],
+    options: &SegmentOptions,
+) -> Result<(Vec<Draft>, Vec<Turn>)> {
+    let rows = recording.rows();
+    if let Some(beyond) = sections.iter().find(|s| s.rows.end > rows) {
+        return Err(Error::input(
+            "sections-range",
+            format!(
+                "section \"{}\" ends at row {}, the recording has {rows} rows",
+                beyond.label, beyond.rows.end
+            ),
+        )
+        .at(recording.name.as_ref(), None)
+        .with_hint("rows are data rows counted from 0 (header and blank lines do not count), the end is exclusive"));
+    }
+    let named = sections.iter().map(|s| (s.label.clone(), vec![s.rows.clone()]));
+    split(recording, named.collect(), options)
+}
+
+/// Placements and turns of a label column; none when there is no such column
+/// or its labels claim no placement.
+pub(super) fn by_labels(
+    recording: &Recording,
+    options: &SegmentOptions,
+    findings: &mut Vec<Finding>,
+) -> Option<(Vec<Draft>, Vec<Turn>)> {
+    let labels = recording.labels.as_ref()?;
+    let mut stretches: Vec<Vec<Range<usize>>> = vec![Vec::new(); labels.names.len()];
+    let mut from = 0;
+    for row in 1..=labels.of_row.len() {
+        if row == labels.of_row.len() || labels.of_row[row] != labels.of_row[from] {
+            stretches[labels.of_row[from] as usize].push(from..row);
+            from = row;
+        }
+    }
+    let mut named = Vec::new();
+    let mut unknown = Vec::new();
+    for (name, rows) in labels.names.iter().zip(stretches) {
+        match claim(name) {
+            Some(_) => named.push((name.clone(), rows)),
+            None => unknown.push((name.clone(), rows)),
+        }
+    }
+    let placements = named.iter().filter(|(n, _)| !matches!(claim(n), Some(Claim::Turn(_)))).count();
+    if placements < 2 {
+        return None;
+    }
+    if !unknown.is_empty() {
+        let names: Vec<&str> = unknown.iter().map(|(n, _)| n.as_str()).collect();
+        let rows: usize = unknown.iter().flat_map(|(_, r)| r).map(|r| r.len()).sum();
+        findings.push(
+            Finding::note(
+                "labels-left-out",
+                format!(
+                    "{rows} rows labelled \"{}\" name no placement or turn; left out",
+                    names.join("\", \"")
+                ),
+            )
+            .counting(rows as u64)
+            .in_file(&recording.name),
+        );
+    }
+    split(recording, named, options).ok()
+}
+
+fn split(
+    recording: &Recording,
+    named: Vec<(String, Vec<Range<usize>>)>,
+    options: &SegmentOptions,
+) -> Result<(Vec<Draft>, Vec<Turn>)> {
+    let (mut drafts, mut turns) = (Vec::new(), Vec::new());
+    for (label, rows) in named {
+        match claim(&label) {
+            Some(Claim::Turn(axis)) => {
+                if recording.gyro.is_none() {
+                    return Err(Error::input(
+                        "missing-gyro",
+                        format!("section \"{label}\" is a turn, but the recording has no gyroscope"),
+                    )
+                    .at(recording.name.as_ref(), None)
+                    .with_hint("leave the turns out, or name the gyroscope's columns with --columns"));
+                }
+                // A turn is one motion: its stretches belong together only if
+                // they follow each other.
+                turns.extend(rows.into_iter().map(|rows| Turn {
+                    label: label.clone(),
+                    axis,
+                    recording: 0,
+                    rows,
+                }));
+            }
+            claim => drafts.push(Draft {
+                label,
+                recording: 0,
+                rows: first_rows(rows, options.rows),
+                selection: Selection::Given,
+                claim,
+            }),
+        }
+    }
+    Ok((drafts, turns))
+}
+
+/// The first `limit` rows of several stretches.
+pub(super) fn first_rows(stretches: Vec<Range<usize>>, limit: Option<usize>) -> Vec<Range<usize>> {
+    let Some(mut left) = limit else {
+        return stretches;
+    };
+    let mut out = Vec::new();
+    for stretch in stretches {
+        let take = stretch.len().min(left);
+        if take > 0 {
+            out.push(stretch.start..stretch.start + take);
+        }
+        left -= take;
+    }
+    out
+}

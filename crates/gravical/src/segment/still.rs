@@ -1,0 +1,252 @@
+//! Stills: the parts of a recording in which the sensor lies or is held still.
+//!
+//! The recording is cut into short blocks. Its own noise is the variance of
+//! its quietest blocks; a block is quiet while its variance stays under
+//! [`StillOptions::noise_factor`]² times that, of the gyroscope likewise. A
+//! still is a run of quiet blocks whose means agree: a slow turn is quiet and
+//! drifts. Nothing here is a constant in m/s², so that it fits any sensor in
+//! any unit.
+//!
+//! It fails where a recording is never still: then its quietest motion is
+//! taken for noise. The drift of the block means unmasks that in most cases;
+//! what is left are a few short stills, which the caller judges.
+
+use std::ops::Range;
+
+use crate::recording::Recording;
+
+/// How stills are found.
+#[derive(Debug, Clone)]
+pub struct StillOptions {
+    /// Length of a block, s (5 to 25 rows, and at least 0.05 s). Default 0.2.
+    pub block_s: f64,
+    /// A block is quiet under this many times the standard deviation of the
+    /// quietest ones. Default 3.
+    pub noise_factor: f64,
+    /// The same for the gyroscope, whose vibration is livelier. Default 9.
+    pub gyro_noise_factor: f64,
+    /// Shortest still, s; 200 rows are always enough. Default 1.
+    pub shortest_s: f64,
+}
+
+impl Default for StillOptions {
+    fn default() -> Self {
+        StillOptions {
+            block_s: 0.2,
+            noise_factor: 3.0,
+            gyro_noise_factor: 9.0,
+            shortest_s: 1.0,
+        }
+    }
+}
+
+/// Stills of a recording and the noise they were found with.
+#[derive(Debug, Clone, Default)]
+pub struct Stills {
+    /// Rows of each still, in order.
+    pub spans: Vec<Range<usize>>,
+    /// Standard deviation of the quietest blocks, the three axes together
+    /// (root of the sum of variances), in the unit of the file.
+    pub noise: f64,
+}
+
+struct Block {
+    rows: Range<usize>,
+    mean: [f64; 3],
+    variance: f64,
+    gyro_variance: f64,
+}
+
+/// Which share of the blocks is taken to be still at least.
+const QUIET_SHARE: f64 = 0.05;
+
+/// Finds the stills.
+#[must_use]
+pub fn find_stills(recording: &Recording, options: &StillOptions) -> Stills {
+    let (rate, _) = recording.working_rate_hz();
+    let width = block_rows(rate, options);
+    let segments: Vec<Vec<Block>> = recording
+        .segments()
+        .into_iter()
+        .map(|rows| blocks(recording, rows, width))
+        .collect();
+    let all = || segments.iter().flatten();
+    let Some(floor) = quiet_level(all().map(|b| b.variance)) else {
+        return Stills::default();
+    };
+    let gyro_floor = quiet_level(all().map(|b| b.gyro_variance)).unwrap_or(f64::INFINITY);
+    let quiet = |b: &Block| {
+        b.variance <= floor * options.noise_factor.powi(2)
+            && (b.gyro_variance.is_nan()
+                || b.gyro_variance <= gyro_floor * options.gyro_noise_factor.powi(2))
+    };
+    let gravity = typical_magnitude(all());
+    // Means of blocks scatter by noise/√width; correlated noise by some times
+    // that. Four thousandths of gravity is what a resting table may tremble.
+    let agree = (8.0 * (floor / width as f64).sqrt()).max(0.004 * gravity);
+    let shortest = ((options.shortest_s * rate).min(200.0) as usize)
+        .max((0.2 * rate) as usize)
+        .max(10);
+    let mut spans = Vec::new();
+    for segment in &segments {
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        let mut at = 0;
+        while at < segment.len() {
+            let end = segment[at..]
+                .iter()
+                .position(|b| !quiet(b))
+                .map_or(segment.len(), |n| at + n);
+            if end > at {
+                settle(segment, at..end, agree, &mut runs);
+            }
+            at = end + 1;
+        }
+        let joined = join(segment, runs, agree);
+        let whole = 0..segment.len();
+        spans.extend(joined.into_iter().filter_map(|run| {
+            let rows = trim(segment, &run, &whole);
+            (rows.len() >= shortest).then_some(rows)
+        }));
+    }
+    Stills {
+        spans,
+        noise: floor.sqrt(),
+    }
+}
+
+/// Rows of a block at a rate.
+#[must_use]
+pub fn block_rows(rate_hz: f64, options: &StillOptions) -> usize {
+    let wanted = (options.block_s * rate_hz).round();
+    let least = (0.05 * rate_hz).round().max(5.0);
+    wanted.clamp(5.0, 25.0).max(least) as usize
+}
+
+fn blocks(recording: &Recording, rows: Range<usize>, width: usize) -> Vec<Block> {
+    let mut out = Vec::with_capacity(rows.len() / width);
+    let mut from = rows.start;
+    while from + width <= rows.end {
+        // What is left at the end joins the last block.
+        let to = if from + 2 * width > rows.end { rows.end } else { from + width };
+        let (mean, variance) = moments(&recording.accel, from..to);
+        let gyro_variance = recording
+            .gyro
+            .as_ref()
+            .map_or(f64::NAN, |g| moments(g, from..to).1);
+        out.push(Block {
+            rows: from..to,
+            mean,
+            variance,
+            gyro_variance,
+        });
+        from = to;
+    }
+    out
+}
+
+/// Mean of each axis and the sum of the variances; empty cells are left out.
+pub(crate) fn moments(channels: &[Vec<f64>; 3], rows: Range<usize>) -> ([f64; 3], f64) {
+    let mut means = [f64::NAN; 3];
+    let mut total = 0.0;
+    for (axis, channel) in channels.iter().enumerate() {
+        let part = &channel[rows.clone()];
+        let (mut n, mut sum) = (0.0, 0.0);
+        for v in part.iter().filter(|v| v.is_finite()) {
+            n += 1.0;
+            sum += v;
+        }
+        let mean = sum / n;
+        means[axis] = mean;
+        let squares: f64 = part.iter().filter(|v| v.is_finite()).map(|v| (v - mean).powi(2)).sum();
+        total += if n > 1.0 { squares / (n - 1.0) } else { f64::NAN };
+    }
+    (means, total)
+}
+
+/// The level that the quietest twentieth of the blocks stays under. A variance
+/// of zero (repeated rows, coarse digits) says nothing about noise.
+fn quiet_level(variances: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut some: Vec<f64> = variances.filter(|v| *v > 0.0).collect();
+    if some.is_empty() {
+        return None;
+    }
+    let at = ((some.len() as f64 * QUIET_SHARE) as usize).min(some.len() - 1);
+    let (_, level, _) = some.select_nth_unstable_by(at, f64::total_cmp);
+    Some(*level)
+}
+
+fn typical_magnitude<'a>(blocks: impl Iterator<Item = &'a Block>) -> f64 {
+    let mut norms: Vec<f64> = blocks
+        .map(|b| b.mean.iter().map(|m| m * m).sum::<f64>().sqrt())
+        .filter(|n| n.is_finite())
+        .collect();
+    crate::recording::timing::median(&mut norms).unwrap_or(0.0)
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum::<f64>().sqrt()
+}
+
+fn middle(blocks: &[Block]) -> [f64; 3] {
+    std::array::from_fn(|axis| {
+        let mut values: Vec<f64> = blocks.iter().map(|b| b.mean[axis]).collect();
+        crate::recording::timing::median(&mut values).unwrap_or(f64::NAN)
+    })
+}
+
+/// Keeps a run whose block means agree; cuts one that drifts or steps where it
+/// changes most, and looks at the parts.
+fn settle(segment: &[Block], run: Range<usize>, agree: f64, out: &mut Vec<Range<usize>>) {
+    let mut pending = vec![run];
+    let mut kept = Vec::new();
+    while let Some(run) = pending.pop() {
+        let part = &segment[run.clone()];
+        if part.is_empty() {
+            continue;
+        }
+        let centre = middle(part);
+        let worst = part.iter().map(|b| distance(b.mean, centre)).fold(0.0, f64::max);
+        if worst <= agree || part.len() == 1 {
+            kept.push(run);
+            continue;
+        }
+        let cut = (1..part.len())
+            .max_by(|&i, &j| {
+                let jump = |k: usize| distance(part[k].mean, part[k - 1].mean);
+                jump(i).total_cmp(&jump(j))
+            })
+            .unwrap_or(1);
+        pending.push(run.start..run.start + cut);
+        pending.push(run.start + cut..run.end);
+    }
+    kept.sort_by_key(|r| r.start);
+    out.extend(kept);
+}
+
+/// Joins runs that a bump of at most two blocks parts while the means on both
+/// sides agree: the robust mean of the hold leaves the bump out.
+fn join(segment: &[Block], runs: Vec<Range<usize>>, agree: f64) -> Vec<Range<usize>> {
+    let mut out: Vec<Range<usize>> = Vec::new();
+    for run in runs {
+        if let Some(last) = out.last_mut() {
+            let near = run.start - last.end <= 2 && run.start > last.end;
+            let same = distance(middle(&segment[last.clone()]), middle(&segment[run.clone()])) <= agree / 2.0;
+            if near && same {
+                last.end = run.end;
+                continue;
+            }
+        }
+        out.push(run);
+    }
+    out
+}
+
+/// Rows of a run, its edges taken off where it borders on motion.
+fn trim(segment: &[Block], run: &Range<usize>, whole: &Range<usize>) -> Range<usize> {
+    let (mut from, mut to) = (run.start, run.end);
+    if run.len() >= 6 {
+        from += usize::from(run.start > whole.start);
+        to -= usize::from(run.end < whole.end);
+    }
+    segment[from].rows.start..segment[to - 1].rows.end
+}
