@@ -8,5 +8,6 @@
 
 mod error;
 pub mod output;
+pub mod simulate;
 
 pub use error::{Category, Error, Location, Result};
