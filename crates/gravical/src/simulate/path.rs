@@ -303,7 +303,7 @@ mod tests {
         let start_s = wobble.start_s;
         for h in [1e-3, 1.0 / 1013.0, 1.0 / 1700.0] {
             // Over a quarter of the wobble, from where the rate before is 0.
-            let first = ((start_s - 0.01) / h).round() as i32;
+            let first = ((start_s - 0.002) / h).round() as i32;
             let last = ((start_s + 0.5) / h).round() as i32;
             let end_s = (f64::from(last) + 0.5) * h;
             let sum: Vector3<f64> = (first..=last)
