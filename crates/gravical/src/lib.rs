@@ -8,6 +8,7 @@
 
 mod error;
 pub mod output;
+pub mod simulate;
 
 pub use error::{Category, Error, Location, Result};
 pub mod recording;

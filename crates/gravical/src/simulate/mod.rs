@@ -1,0 +1,157 @@
+//! A virtual MPU6050 with known truth.
+//!
+//! # Overview
+//!
+//! A scenario becomes a path: attitude and position as functions of time, with
+//! gravity ([`MotionPath`]). Angular rate and specific force are computed from that
+//! one path, so the two sensors agree. A sensor with faults drawn from the seed
+//! reads them, a low-pass, a converter and a board's clock follow; what was put
+//! in is kept as [`Truth`].
+//!
+//! The same options give the same rows; every kind of draw (parameters,
+//! placement tilts, noise, stamps, lost rows …) has its own random stream, so
+//! one option can be changed while all else stays as it was.
+//!
+//! # Example
+//!
+//! ```
+//! use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate};
+//!
+//! let mut options = SimulateOptions::new(Scenario::Line(LineOptions::default()));
+//! options.seed = 7;
+//! let simulation = simulate(&options)?;
+//! let line = &simulation.files[0];
+//! assert_eq!(line.t_s.len(), 1200);
+//! assert_eq!(simulation.truth.files[0].moves[0].displacement_m[1], 0.7);
+//! # Ok::<(), gravical::Error>(())
+//! ```
+
+mod low_pass;
+mod options;
+mod path;
+mod poses;
+mod random;
+mod record;
+mod scenario;
+mod scenario_options;
+mod sensor;
+#[cfg(test)]
+mod tests;
+mod truth;
+mod write;
+
+pub use options::{FileFormat, FileOptions, SensorOptions, SimulateOptions};
+pub use path::{MotionPath, PathState};
+pub use scenario_options::{
+    LineOptions, PosesOptions, Scenario, SixPositionOptions, StaticOptions,
+};
+pub use truth::{
+    AccelerometerTruth, FileTruth, GyroscopeTruth, MoveTruth, PoseKind, PoseTruth, TRUTH_FORMAT,
+    Truth, TurnTruth,
+};
+pub use write::write;
+
+use crate::Result;
+
+/// More rows than this (28 h at 100 Hz, 0.8 GB) are taken for a mistake.
+const MOST_ROWS: usize = 10_000_000;
+
+/// Seconds between two recordings of one simulation; the part stays on and
+/// goes on warming up.
+const BETWEEN_FILES_S: f64 = 10.0;
+
+/// Recordings and what was put into them.
+#[derive(Debug, Clone)]
+pub struct Simulation {
+    /// The recordings, in the order they were made.
+    pub files: Vec<SimulatedFile>,
+    /// What was put in; `truth.files` runs parallel to `files`.
+    pub truth: Truth,
+}
+
+/// One recording, as columns of equal length, and the path behind it.
+#[derive(Debug, Clone)]
+pub struct SimulatedFile {
+    /// File name, `x_axis_pos.csv` ….
+    pub name: String,
+    /// True time of each row, s from the first row. The signal in it is older
+    /// by the low-pass's delay (5.1 ms at 44 Hz).
+    pub t_s: Vec<f64>,
+    /// Time stamp as the board gives it, ms.
+    pub stamp_ms: Vec<u64>,
+    /// Reading x, y, z of the accelerometer, m/s².
+    pub accel_mps2: [Vec<f64>; 3],
+    /// Reading x, y, z of the gyroscope, rad/s.
+    pub gyro_rad_s: [Vec<f64>; 3],
+    /// Reading of the thermometer, °C.
+    pub temperature_c: Vec<f64>,
+    /// True where nothing moves (by the path, not by the delayed signal).
+    pub still: Vec<bool>,
+    /// The exact motion as a function of `t_s`.
+    pub path: MotionPath,
+}
+
+/// Simulates `options.scenario`.
+///
+/// # Errors
+///
+/// `simulate-option` (usage) for an option out of its range, or for more than
+/// ten million rows in all.
+pub fn simulate(options: &SimulateOptions) -> Result<Simulation> {
+    options.validate()?;
+    let plans = scenario::plan(options);
+    let rows: usize = plans
+        .iter()
+        .map(|p| record::row_count(&p.path, options))
+        .sum();
+    if rows > MOST_ROWS {
+        return Err(options::bad(format!(
+            "{rows} rows; {MOST_ROWS} at most: lower the rate or the duration"
+        )));
+    }
+    let sensor = sensor::Sensor::draw(options);
+    let mut files = Vec::with_capacity(plans.len());
+    let mut file_truths = Vec::with_capacity(plans.len());
+    let mut on_s = 0.0;
+    for (index, plan) in plans.into_iter().enumerate() {
+        let columns = record::record(&plan.path, &sensor, options, index, on_s);
+        on_s += plan.path.duration_s() + BETWEEN_FILES_S;
+        file_truths.push(FileTruth {
+            name: plan.name.clone(),
+            rows: columns.t_s.len(),
+            dropped_rows: columns.dropped_rows,
+            clipped_rows: columns.clipped_rows,
+            first_stamp_ms: columns.first_stamp_ms,
+            temperature_mean_c: columns.temperature_mean_c,
+            poses: plan.poses,
+            turns: plan.turns,
+            moves: plan.moves,
+        });
+        files.push(SimulatedFile {
+            name: plan.name,
+            t_s: columns.t_s,
+            stamp_ms: columns.stamp_ms,
+            accel_mps2: columns.accel_mps2,
+            gyro_rad_s: columns.gyro_rad_s,
+            temperature_c: columns.temperature_c,
+            still: columns.still,
+            path: plan.path,
+        });
+    }
+    let truth = Truth {
+        format: TRUTH_FORMAT.to_owned(),
+        tool: tool(),
+        seed: options.seed,
+        gravity_mps2: options.gravity_mps2,
+        accelerometer: sensor.accel_truth(options),
+        gyroscope: sensor.gyro_truth(options),
+        files: file_truths,
+        options: options.clone(),
+    };
+    Ok(Simulation { files, truth })
+}
+
+/// Name and version, as files carry it.
+fn tool() -> String {
+    concat!("gravical ", env!("CARGO_PKG_VERSION")).to_owned()
+}

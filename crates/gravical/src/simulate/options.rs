@@ -1,0 +1,319 @@
+//! What can be asked of the virtual sensor, with unit, default and range.
+
+use serde::{Deserialize, Serialize};
+
+use super::scenario_options::Scenario;
+use crate::{Error, Result};
+
+/// Everything that a simulation depends on: the same value gives the same
+/// bytes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SimulateOptions {
+    /// What is done with the sensor. No default.
+    pub scenario: Scenario,
+    /// Seed of every random draw. Default 1; any value.
+    pub seed: u64,
+    /// Local gravity, m/s². Default 9.80665; range 9.7 to 9.9.
+    pub gravity_mps2: f64,
+    /// True sampling rate, Hz. Default 100; range 1 to 1000.
+    pub rate_hz: f64,
+    /// How fast the board's clock runs, parts per million: a stamp is the true
+    /// time times (1 + this·10⁻⁶). Default 0; range ±50 000.
+    pub clock_error_ppm: f64,
+    /// Stamps are off by up to this much either way (uniform), ms; the samples
+    /// themselves stay regular. Default 0; at most 0.4 sampling periods, so
+    /// that time never runs backwards.
+    pub stamp_jitter_ms: f64,
+    /// Share of the rows that are lost on the way, stamps of the others stay
+    /// true. The first row of a file is never lost. Default 0; range 0 to 0.9.
+    pub dropped_fraction: f64,
+    /// How far a placement on a face is off, degrees: standard deviation of
+    /// each of the two components tangent to the nominal direction.
+    /// Default 1; range 0 to 20.
+    pub tilt_sd_deg: f64,
+    /// The sensor itself.
+    pub sensor: SensorOptions,
+    /// How the files are written.
+    pub file: FileOptions,
+}
+
+impl SimulateOptions {
+    /// The defaults for `scenario`.
+    #[must_use]
+    pub fn new(scenario: Scenario) -> Self {
+        Self {
+            scenario,
+            seed: 1,
+            gravity_mps2: 9.80665,
+            rate_hz: 100.0,
+            clock_error_ppm: 0.0,
+            stamp_jitter_ms: 0.0,
+            dropped_fraction: 0.0,
+            tilt_sd_deg: 1.0,
+            sensor: SensorOptions::default(),
+            file: FileOptions::default(),
+        }
+    }
+
+    /// Checks every field against its range.
+    ///
+    /// # Errors
+    ///
+    /// `simulate-option` (usage), with the option, its value and its range.
+    pub fn validate(&self) -> Result<()> {
+        self.scenario.validate()?;
+        within("gravity", self.gravity_mps2, 9.7, 9.9, "m/s²")?;
+        within("rate", self.rate_hz, 1.0, 1000.0, "Hz")?;
+        within("clock-error", self.clock_error_ppm, -5e4, 5e4, "ppm")?;
+        let jitter_limit_ms = 400.0 / self.rate_hz;
+        within("jitter", self.stamp_jitter_ms, 0.0, jitter_limit_ms, "ms")?;
+        within("drop", self.dropped_fraction, 0.0, 0.9, "of the rows")?;
+        within("tilt", self.tilt_sd_deg, 0.0, 20.0, "°")?;
+        self.sensor.validate()?;
+        self.file.validate()?;
+        if self.file.format == FileFormat::Raw && !self.sensor.quantise {
+            return Err(bad(
+                "raw counts need a quantised sensor: leave `quantise` on",
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// The virtual MPU6050. What is not given is drawn from the seed.
+///
+/// Model, per sample: `u = M f + b(T)`, `v = M_g ω + b_g + K f`, both with
+/// white noise, then a second-order low-pass, then rounding to counts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SensorOptions {
+    /// Measuring range of the accelerometer, g: 2, 4, 8 or 16. Default 2.
+    pub accel_range_g: u32,
+    /// Measuring range of the gyroscope, °/s: 250, 500, 1000 or 2000.
+    /// Default 250.
+    pub gyro_range_deg_s: u32,
+    /// Round to whole counts. Default true; off only for tests of physics.
+    pub quantise: bool,
+    /// −3 dB frequency of the sensor's second-order low-pass, Hz; it delays
+    /// the signal by 0.225/f (5.1 ms at 44 Hz). Default 44; range 1 to 260;
+    /// `None` = no filter, and then no band limit on the noise but the 1 kHz
+    /// of the simulation.
+    pub low_pass_hz: Option<f64>,
+    /// M of the accelerometer, row-major, dimensionless. Default drawn.
+    pub accel_matrix: Option<[[f64; 3]; 3]>,
+    /// Bias of the accelerometer at 25 °C, m/s². Default drawn.
+    pub accel_bias_mps2: Option<[f64; 3]>,
+    /// M of the gyroscope, row-major, dimensionless. Default drawn.
+    pub gyro_matrix: Option<[[f64; 3]; 3]>,
+    /// Bias of the gyroscope, rad/s. Default drawn.
+    pub gyro_bias_rad_s: Option<[f64; 3]>,
+    /// Standard deviation of the accelerometer's scale, %. Default 2 (data
+    /// sheet: ±3 %); range 0 to 10.
+    pub scale_sd_percent: f64,
+    /// Standard deviation of every off-diagonal element of M, as an angle in
+    /// degrees, both sensors. Default 1 (data sheet: ±2 % cross-axis); range 0
+    /// to 10.
+    pub misalignment_sd_deg: f64,
+    /// Half width of the uniform distribution of the accelerometer's bias,
+    /// m/s². Default 0.5 (data sheet: ±50 mg); range 0 to 200.
+    pub accel_bias_limit_mps2: f64,
+    /// Half width of the uniform distribution of the gyroscope's scale, %.
+    /// Default 3 (data sheet); range 0 to 20.
+    pub gyro_scale_limit_percent: f64,
+    /// Half width of the uniform distribution of the gyroscope's bias, °/s.
+    /// Default 2; range 0 to 100.
+    pub gyro_bias_limit_deg_s: f64,
+    /// Standard deviation of every element of the gyroscope's sensitivity to
+    /// acceleration, °/s per g. Default 0.1 (data sheet); range 0 to 5.
+    pub g_sensitivity_sd_deg_s_per_g: f64,
+    /// Noise of the accelerometer, Allan N in m/s/√s: white noise of standard
+    /// deviation N/√t in means over t seconds. Default 3.3e-3; range 0 to 1.
+    pub accel_noise_mps_rts: f64,
+    /// Noise of the gyroscope, Allan N in °/√s. Default 0.005; range 0 to 1.
+    pub gyro_noise_deg_rts: f64,
+    /// Standard deviation of a temperature reading, °C. Default 0.02; range 0
+    /// to 1.
+    pub temperature_noise_c: f64,
+    /// How far the part warms up from 25 °C, °C. Default 1.5; range ±40.
+    pub temperature_rise_c: f64,
+    /// Time constant of warming up, s. Default 120; range 1 to 10⁵.
+    pub temperature_time_s: f64,
+    /// Drift of the accelerometer's bias, mg per °C, the sign of each axis
+    /// drawn. Default 0.5; range 0 to 10; 0 switches it off.
+    pub bias_drift_mg_per_c: f64,
+}
+
+impl Default for SensorOptions {
+    fn default() -> Self {
+        Self {
+            accel_range_g: 2,
+            gyro_range_deg_s: 250,
+            quantise: true,
+            low_pass_hz: Some(44.0),
+            accel_matrix: None,
+            accel_bias_mps2: None,
+            gyro_matrix: None,
+            gyro_bias_rad_s: None,
+            scale_sd_percent: 2.0,
+            misalignment_sd_deg: 1.0,
+            accel_bias_limit_mps2: 0.5,
+            gyro_scale_limit_percent: 3.0,
+            gyro_bias_limit_deg_s: 2.0,
+            g_sensitivity_sd_deg_s_per_g: 0.1,
+            accel_noise_mps_rts: 3.3e-3,
+            gyro_noise_deg_rts: 0.005,
+            temperature_noise_c: 0.02,
+            temperature_rise_c: 1.5,
+            temperature_time_s: 120.0,
+            bias_drift_mg_per_c: 0.5,
+        }
+    }
+}
+
+impl SensorOptions {
+    /// A sensor without any fault: M = 1, no bias, no noise, no low-pass, no
+    /// rounding, constant temperature. It still clips at its range.
+    #[must_use]
+    pub fn ideal() -> Self {
+        Self {
+            quantise: false,
+            low_pass_hz: None,
+            scale_sd_percent: 0.0,
+            misalignment_sd_deg: 0.0,
+            accel_bias_limit_mps2: 0.0,
+            gyro_scale_limit_percent: 0.0,
+            gyro_bias_limit_deg_s: 0.0,
+            g_sensitivity_sd_deg_s_per_g: 0.0,
+            temperature_rise_c: 0.0,
+            bias_drift_mg_per_c: 0.0,
+            ..Self::default()
+        }
+        .with_noise_factor(0.0)
+    }
+
+    /// Multiplies the noise of accelerometer, gyroscope and thermometer.
+    #[must_use]
+    pub fn with_noise_factor(mut self, factor: f64) -> Self {
+        self.accel_noise_mps_rts *= factor;
+        self.gyro_noise_deg_rts *= factor;
+        self.temperature_noise_c *= factor;
+        self
+    }
+
+    fn validate(&self) -> Result<()> {
+        if ![2, 4, 8, 16].contains(&self.accel_range_g) {
+            let given = self.accel_range_g;
+            return Err(bad(format!("range {given} g: the part has 2, 4, 8, 16 g")));
+        }
+        if ![250, 500, 1000, 2000].contains(&self.gyro_range_deg_s) {
+            let given = self.gyro_range_deg_s;
+            return Err(bad(format!(
+                "gyro-range {given} °/s: the part has 250, 500, 1000, 2000 °/s"
+            )));
+        }
+        if let Some(f) = self.low_pass_hz {
+            within("low-pass", f, 1.0, 260.0, "Hz")?;
+        }
+        for (name, value, low, high, unit) in [
+            ("scale-sd", self.scale_sd_percent, 0.0, 10.0, "%"),
+            ("misalignment", self.misalignment_sd_deg, 0.0, 10.0, "°"),
+            ("bias", self.accel_bias_limit_mps2, 0.0, 200.0, "m/s²"),
+            ("gyro-scale", self.gyro_scale_limit_percent, 0.0, 20.0, "%"),
+            ("gyro-bias", self.gyro_bias_limit_deg_s, 0.0, 100.0, "°/s"),
+            (
+                "g-sensitivity",
+                self.g_sensitivity_sd_deg_s_per_g,
+                0.0,
+                5.0,
+                "°/s/g",
+            ),
+            ("accel-noise", self.accel_noise_mps_rts, 0.0, 1.0, "m/s/√s"),
+            ("gyro-noise", self.gyro_noise_deg_rts, 0.0, 1.0, "°/√s"),
+            (
+                "temperature-noise",
+                self.temperature_noise_c,
+                0.0,
+                1.0,
+                "°C",
+            ),
+            (
+                "temperature-rise",
+                self.temperature_rise_c,
+                -40.0,
+                40.0,
+                "°C",
+            ),
+            ("temperature-time", self.temperature_time_s, 1.0, 1e5, "s"),
+            (
+                "temperature-drift",
+                self.bias_drift_mg_per_c,
+                0.0,
+                10.0,
+                "mg/°C",
+            ),
+        ] {
+            within(name, value, low, high, unit)?;
+        }
+        let given = [self.accel_matrix, self.gyro_matrix];
+        let matrices = given.iter().flatten().flatten().flatten();
+        let given = [self.accel_bias_mps2, self.gyro_bias_rad_s];
+        let biases = given.iter().flatten().flatten();
+        if !matrices.chain(biases).all(|v| v.is_finite()) {
+            return Err(bad(
+                "a given matrix or bias holds a value that is not finite",
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// How a recording is written.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FileOptions {
+    /// Header and units. Default [`FileFormat::Report`].
+    pub format: FileFormat,
+    /// Digits after the point, not for raw counts. Default 4; range 1 to 9.
+    pub decimals: u8,
+}
+
+impl Default for FileOptions {
+    fn default() -> Self {
+        Self {
+            format: FileFormat::Report,
+            decimals: 4,
+        }
+    }
+}
+
+impl FileOptions {
+    fn validate(self) -> Result<()> {
+        within("decimals", f64::from(self.decimals), 1.0, 9.0, "digits")
+    }
+}
+
+/// Header and units of a written recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FileFormat {
+    /// The logger's header, which says g and °/s over values in m/s² and
+    /// rad/s: that defect is part of the format.
+    Report,
+    /// The same values under a header that names their units.
+    TrueHeader,
+    /// Counts as the part delivers them, int16.
+    Raw,
+}
+
+pub(super) fn bad(message: impl Into<String>) -> Error {
+    Error::usage("simulate-option", message)
+        .with_hint("`gravical simulate --help` lists every option with its range")
+}
+
+/// Refuses what is outside `low..=high`, NaN included.
+pub(super) fn within(name: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(bad(format!(
+        "{name} is {value} {unit}; it has to be between {low} and {high}"
+    )))
+}

@@ -1,0 +1,331 @@
+//! Where the sensor is and how it lies, as functions of time.
+//!
+//! Both sensors are computed from this one path: angular rate is the
+//! derivative of the attitude, specific force is f = Rᵀ(a + g ẑ) with the same
+//! attitude R (sensor → world, world z up). The accelerometer sits in the
+//! centre of every rotation.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// Attitude and position as functions of time; before the first and after the
+/// last piece the sensor rests.
+#[derive(Debug, Clone)]
+pub struct MotionPath {
+    pub(super) pieces: Vec<Piece>,
+    pub(super) gravity_mps2: f64,
+}
+
+/// The exact state at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathState {
+    /// Hamilton quaternion w, x, y, z, sensor → world.
+    pub attitude: [f64; 4],
+    /// Angular rate in the sensor frame, rad/s.
+    pub rate_rad_s: [f64; 3],
+    /// Specific force in the sensor frame, m/s².
+    pub specific_force_mps2: [f64; 3],
+    /// Position in the world, m, from the start of the path.
+    pub position_m: [f64; 3],
+    /// Velocity in the world, m/s.
+    pub velocity_mps: [f64; 3],
+    /// True while nothing moves.
+    pub still: bool,
+}
+
+/// How an angle goes from 0 over the unit interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Law {
+    /// To 1, starting and ending at rest: 10τ³ − 15τ⁴ + 6τ⁵ (Flash and Hogan
+    /// 1985).
+    MinimumJerk,
+    /// Through one full sine, back to 0.
+    Sine,
+}
+
+/// One piece of the path: a rotation about a fixed axis and a straight
+/// minimum-jerk displacement, or nothing at all.
+#[derive(Debug, Clone)]
+pub(super) struct Piece {
+    pub start_s: f64,
+    pub duration_s: f64,
+    pub attitude: UnitQuaternion<f64>,
+    /// Rotation vector in the sensor frame, rad.
+    pub rotation: Vector3<f64>,
+    pub law: Law,
+    pub position: Vector3<f64>,
+    pub displacement: Vector3<f64>,
+}
+
+impl Law {
+    /// Value and first derivative by τ.
+    fn at(self, tau: f64) -> (f64, f64) {
+        match self {
+            Law::MinimumJerk => {
+                let (s, ds, _) = minimum_jerk(tau);
+                (s, ds)
+            }
+            Law::Sine => ((TAU * tau).sin(), TAU * (TAU * tau).cos()),
+        }
+    }
+}
+
+/// Value, first and second derivative by τ.
+fn minimum_jerk(tau: f64) -> (f64, f64, f64) {
+    let rest = 1.0 - tau;
+    (
+        tau * tau * tau * (10.0 + tau * (6.0 * tau - 15.0)),
+        30.0 * tau * tau * rest * rest,
+        60.0 * tau * rest * (1.0 - 2.0 * tau),
+    )
+}
+
+impl Piece {
+    pub(super) fn end_s(&self) -> f64 {
+        self.start_s + self.duration_s
+    }
+
+    fn is_still(&self) -> bool {
+        self.rotation == Vector3::zeros() && self.displacement == Vector3::zeros()
+    }
+
+    /// Angular rate, rad/s; exact, because the axis is fixed in the sensor too.
+    fn rate(&self, tau: f64) -> Vector3<f64> {
+        self.rotation * (self.law.at(tau).1 / self.duration_s)
+    }
+
+    pub(super) fn end_attitude(&self) -> UnitQuaternion<f64> {
+        match self.law {
+            Law::MinimumJerk => self.attitude * UnitQuaternion::from_scaled_axis(self.rotation),
+            Law::Sine => self.attitude,
+        }
+    }
+
+    pub(super) fn end_position(&self) -> Vector3<f64> {
+        self.position + self.displacement
+    }
+}
+
+/// Rate, specific force (sensor frame): what the two sensors feel.
+pub(super) struct Felt {
+    pub rate: Vector3<f64>,
+    pub force: Vector3<f64>,
+}
+
+impl MotionPath {
+    /// Length of the path, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.pieces.last().map_or(0.0, Piece::end_s)
+    }
+
+    /// The exact state at `t_s` seconds after the start; the times of the
+    /// first and the last piece are extended as rest.
+    #[must_use]
+    pub fn state_at(&self, t_s: f64) -> PathState {
+        let Some(piece) = self.piece_at(t_s) else {
+            return PathState {
+                attitude: [1.0, 0.0, 0.0, 0.0],
+                rate_rad_s: [0.0; 3],
+                specific_force_mps2: [0.0, 0.0, self.gravity_mps2],
+                position_m: [0.0; 3],
+                velocity_mps: [0.0; 3],
+                still: true,
+            };
+        };
+        let now = self.evaluate(piece, t_s);
+        let q = now.attitude.quaternion();
+        PathState {
+            attitude: [q.w, q.i, q.j, q.k],
+            rate_rad_s: now.rate.into(),
+            specific_force_mps2: self.force(&now).into(),
+            position_m: now.position.into(),
+            velocity_mps: now.velocity.into(),
+            still: piece.is_still(),
+        }
+    }
+
+    /// What the sensors feel at `t_s`, for a sensor that takes a value every
+    /// `step_s`.
+    ///
+    /// A wobble sets in at once; where such a jump of the rate falls inside
+    /// the step around `t_s`, its two sides count by their share. Without that
+    /// the sum of the rates would be off by up to half a step of it.
+    pub(super) fn felt_at(&self, t_s: f64, step_s: f64) -> Felt {
+        let Some(index) = self.index_at(t_s) else {
+            return Felt {
+                rate: Vector3::zeros(),
+                force: Vector3::z() * self.gravity_mps2,
+            };
+        };
+        let now = self.evaluate(&self.pieces[index], t_s);
+        let mut rate = now.rate;
+        let (from_s, to_s) = (t_s - 0.5 * step_s, t_s + 0.5 * step_s);
+        let nearest = if index > 0 && self.pieces[index].start_s > from_s {
+            index
+        } else {
+            index + 1
+        };
+        if let (Some(before), Some(after)) = (
+            self.pieces.get(nearest.wrapping_sub(1)),
+            self.pieces.get(nearest),
+        ) && (from_s..to_s).contains(&after.start_s)
+        {
+            let share = (to_s - after.start_s) / step_s;
+            rate = before.rate(1.0) * (1.0 - share) + after.rate(0.0) * share;
+        }
+        Felt {
+            rate,
+            force: self.force(&now),
+        }
+    }
+
+    /// True while nothing moves at `t_s`.
+    #[must_use]
+    pub fn is_still_at(&self, t_s: f64) -> bool {
+        self.piece_at(t_s).is_none_or(Piece::is_still)
+    }
+
+    fn piece_at(&self, t_s: f64) -> Option<&Piece> {
+        self.pieces.get(self.index_at(t_s)?)
+    }
+
+    /// The piece of that instant, the first one before the start; none for a
+    /// path without pieces.
+    fn index_at(&self, t_s: f64) -> Option<usize> {
+        let after = self.pieces.partition_point(|p| p.start_s <= t_s);
+        (!self.pieces.is_empty()).then(|| after.saturating_sub(1))
+    }
+
+    fn evaluate(&self, piece: &Piece, t_s: f64) -> Kinematics {
+        let tau = ((t_s - piece.start_s) / piece.duration_s).clamp(0.0, 1.0);
+        let moving = !piece.is_still() && (0.0..=piece.duration_s).contains(&(t_s - piece.start_s));
+        if !moving {
+            let ended = tau >= 1.0;
+            return Kinematics {
+                attitude: if ended {
+                    piece.end_attitude()
+                } else {
+                    piece.attitude
+                },
+                position: if ended {
+                    piece.end_position()
+                } else {
+                    piece.position
+                },
+                rate: Vector3::zeros(),
+                velocity: Vector3::zeros(),
+                acceleration: Vector3::zeros(),
+            };
+        }
+        let (angle, _) = piece.law.at(tau);
+        let (way, speed, acceleration) = minimum_jerk(tau);
+        let per_s = 1.0 / piece.duration_s;
+        Kinematics {
+            attitude: piece.attitude * UnitQuaternion::from_scaled_axis(piece.rotation * angle),
+            rate: piece.rate(tau),
+            position: piece.position + piece.displacement * way,
+            velocity: piece.displacement * (speed * per_s),
+            acceleration: piece.displacement * (acceleration * per_s * per_s),
+        }
+    }
+
+    fn force(&self, now: &Kinematics) -> Vector3<f64> {
+        let up = Vector3::z() * self.gravity_mps2;
+        now.attitude
+            .inverse_transform_vector(&(now.acceleration + up))
+    }
+}
+
+struct Kinematics {
+    attitude: UnitQuaternion<f64>,
+    rate: Vector3<f64>,
+    position: Vector3<f64>,
+    velocity: Vector3<f64>,
+    acceleration: Vector3<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn path() -> MotionPath {
+        let piece = Piece {
+            start_s: 0.0,
+            duration_s: 1.5,
+            attitude: UnitQuaternion::from_euler_angles(0.3, -0.2, 1.0),
+            rotation: Vector3::new(0.5, 1.5, -0.7),
+            law: Law::MinimumJerk,
+            position: Vector3::new(0.1, 0.2, 0.3),
+            displacement: Vector3::new(0.05, -0.02, 0.04),
+        };
+        let wobble = Piece {
+            start_s: 1.5,
+            duration_s: 2.0,
+            attitude: piece.end_attitude(),
+            rotation: Vector3::new(0.1, 0.0, 0.05),
+            law: Law::Sine,
+            position: piece.end_position(),
+            displacement: Vector3::new(0.0, 0.7, 0.0),
+        };
+        MotionPath {
+            pieces: vec![piece, wobble],
+            gravity_mps2: 9.81,
+        }
+    }
+
+    #[test]
+    fn rate_velocity_and_force_are_derivatives_of_the_path() {
+        let path = path();
+        let h = 1e-4;
+        for i in 1..34 {
+            let t = 0.1 * f64::from(i) + 0.013;
+            let at = |t| path.evaluate(path.piece_at(t).unwrap(), t);
+            let (before, now, after) = (at(t - h), at(t), at(t + h));
+            let turned = (before.attitude.inverse() * after.attitude).scaled_axis() / (2.0 * h);
+            assert!((turned - now.rate).norm() < 1e-6, "rate at {t}");
+            let velocity = (after.position - before.position) / (2.0 * h);
+            assert!((velocity - now.velocity).norm() < 1e-6, "velocity at {t}");
+            let second = (after.velocity - before.velocity) / (2.0 * h);
+            let force = now.attitude.inverse() * (second + Vector3::z() * 9.81);
+            assert!(
+                (force - path.felt_at(t, h).force).norm() < 1e-5,
+                "force at {t}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_sum_of_the_rates_is_the_angle_wherever_a_jump_falls() {
+        let path = path();
+        let wobble = &path.pieces[1];
+        let start_s = wobble.start_s;
+        for h in [1e-3, 1.0 / 1013.0, 1.0 / 1700.0] {
+            // Over a quarter of the wobble, from where the rate before is 0.
+            let first = ((start_s - 0.002) / h).round() as i32;
+            let last = ((start_s + 0.5) / h).round() as i32;
+            let end_s = (f64::from(last) + 0.5) * h;
+            let sum: Vector3<f64> = (first..=last)
+                .map(|step| path.felt_at(f64::from(step) * h, h).rate * h)
+                .sum();
+            let angle = (TAU * (end_s - start_s) / wobble.duration_s).sin();
+            let off = (sum - wobble.rotation * angle).norm();
+            assert!(off < 1e-6, "{h}: {off}");
+        }
+    }
+
+    #[test]
+    fn before_and_after_it_rests() {
+        let path = path();
+        for t in [-1.0, 4.0] {
+            let state = path.state_at(t);
+            assert_eq!(state.rate_rad_s, [0.0; 3]);
+            let norm = Vector3::from(state.specific_force_mps2).norm();
+            assert!((norm - 9.81).abs() < 1e-12);
+        }
+        assert_eq!(path.state_at(-1.0).position_m, [0.1, 0.2, 0.3]);
+        let end = Vector3::from(path.state_at(9.0).position_m);
+        assert!((end - Vector3::new(0.15, 0.88, 0.34)).norm() < 1e-12);
+    }
+}

@@ -1,0 +1,189 @@
+//! Directions and attitudes of placements.
+
+use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
+use rand_chacha::ChaCha8Rng;
+
+use super::random::{Purpose, normal, stream};
+
+/// Axis, positive, label, in the order in which faces are placed.
+pub(super) const FACES: [(usize, bool, &str); 6] = [
+    (0, true, "+x"),
+    (0, false, "-x"),
+    (1, true, "+y"),
+    (1, false, "-y"),
+    (2, true, "+z"),
+    (2, false, "-z"),
+];
+
+/// A hand misses the free pose that was meant by this much per component, rad.
+const FREE_POSE_SD: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// Draws placements with their tilt.
+pub(super) struct Draws {
+    tilts: ChaCha8Rng,
+    tilt_sd: f64,
+}
+
+impl Draws {
+    pub(super) fn new(seed: u64, tilt_sd_deg: f64) -> Self {
+        Self {
+            tilts: stream(seed, Purpose::Tilts, 0),
+            tilt_sd: tilt_sd_deg.to_radians(),
+        }
+    }
+
+    /// Nominal and true direction of up for a placement on a face.
+    pub(super) fn placement(
+        &mut self,
+        axis: usize,
+        positive: bool,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let nominal = face(axis, positive);
+        let tilted = tilted(nominal, &mut self.tilts, self.tilt_sd);
+        (nominal, tilted)
+    }
+}
+
+/// Unit vector up in the sensor frame when that face is up.
+pub(super) fn face(axis: usize, positive: bool) -> Vector3<f64> {
+    let mut up = Vector3::zeros();
+    up[axis] = if positive { 1.0 } else { -1.0 };
+    up
+}
+
+/// Moves `direction` by two normal components tangent to it, sd in rad each.
+fn tilted(direction: Vector3<f64>, rng: &mut ChaCha8Rng, sd: f64) -> Vector3<f64> {
+    let (first, second) = tangents(direction);
+    let delta = sd * (first * normal(rng) + second * normal(rng));
+    let angle = delta.norm();
+    if angle == 0.0 {
+        return direction;
+    }
+    direction * angle.cos() + delta * (angle.sin() / angle)
+}
+
+/// Two unit vectors that make a right-handed frame with `direction`.
+fn tangents(direction: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let first = direction.cross(&Vector3::ith(direction.iamin(), 1.0));
+    let first = first.normalize();
+    (first, direction.cross(&first))
+}
+
+/// Angle between two unit vectors, rad; exact for small ones too.
+pub(super) fn tilt_between(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
+    a.cross(&b).norm().atan2(a.dot(&b))
+}
+
+/// Attitude (sensor → world) in which `up` points up and the sensor's x, made
+/// horizontal, points along the world's x; y in place of x where x is up.
+pub(super) fn attitude_of(up: Vector3<f64>) -> UnitQuaternion<f64> {
+    let reference = if up.x.abs() > 0.9 {
+        Vector3::y()
+    } else {
+        Vector3::x()
+    };
+    let x = (reference - up * up.dot(&reference)).normalize();
+    let rows = Matrix3::from_columns(&[x, up.cross(&x), up]).transpose();
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rows))
+}
+
+/// The rotation of least angle that takes `from` to `to` (unit vectors).
+pub(super) fn shortest_turn(from: Vector3<f64>, to: Vector3<f64>) -> UnitQuaternion<f64> {
+    let angle = tilt_between(from, to);
+    let axis = from.cross(&to);
+    // Between opposite directions every axis is as short; take a fixed one.
+    let axis = if axis.norm() > 1e-9 {
+        axis
+    } else {
+        tangents(from).0
+    };
+    UnitQuaternion::from_axis_angle(&Unit::new_normalize(axis), angle)
+}
+
+/// `count` directions far from the six faces and from each other: each is the
+/// one of 400 on a Fibonacci sphere that is farthest from all before, missed
+/// by a hand's few degrees.
+pub(super) fn spread_directions(count: usize, seed: u64) -> Vec<Vector3<f64>> {
+    let candidates = fibonacci_sphere(400);
+    let mut taken: Vec<_> = FACES.iter().map(|f| face(f.0, f.1)).collect();
+    let mut rng = stream(seed, Purpose::FreePoses, 0);
+    let mut found = Vec::with_capacity(count);
+    for _ in 0..count {
+        let closeness = |c: &Vector3<f64>| {
+            taken
+                .iter()
+                .map(|t| t.dot(c))
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        let farthest = candidates
+            .iter()
+            .min_by(|a, b| closeness(a).total_cmp(&closeness(b)));
+        if let Some(&direction) = farthest {
+            taken.push(direction);
+            found.push(tilted(direction, &mut rng, FREE_POSE_SD));
+        }
+    }
+    found
+}
+
+/// Nearly even directions on the unit sphere.
+fn fibonacci_sphere(count: u32) -> Vec<Vector3<f64>> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    (0..count)
+        .map(|i| {
+            let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
+            let (sin, cos) = (golden * f64::from(i)).sin_cos();
+            let r = (1.0 - z * z).sqrt();
+            Vector3::new(r * cos, r * sin, z)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tilt_has_the_sd_that_was_asked_for_in_each_component() {
+        let mut sums = [0.0; 3];
+        let mut count = 0.0;
+        for seed in 0..400 {
+            let mut draws = Draws::new(seed, 1.0);
+            for (axis, positive, _) in FACES {
+                let (nominal, up) = draws.placement(axis, positive);
+                assert!((up.norm() - 1.0).abs() < 1e-12);
+                let (a, b) = tangents(nominal);
+                sums[0] += a.dot(&up).asin().to_degrees().powi(2);
+                sums[1] += b.dot(&up).asin().to_degrees().powi(2);
+                sums[2] += tilt_between(nominal, up).to_degrees().powi(2);
+                count += 1.0;
+            }
+        }
+        let [a, b, both] = sums.map(|s| (s / count).sqrt());
+        // 2400 draws: the sd of an sd is 1.4 %.
+        assert!((a - 1.0).abs() < 0.06, "{a}");
+        assert!((b - 1.0).abs() < 0.06, "{b}");
+        assert!((both - 2f64.sqrt()).abs() < 0.06, "{both}");
+    }
+
+    #[test]
+    fn free_poses_keep_away_from_faces_and_from_each_other() {
+        for seed in 1..20 {
+            let found = spread_directions(8, seed);
+            for (i, a) in found.iter().enumerate() {
+                assert!(a.iter().all(|c| c.abs() < 0.93));
+                for b in &found[..i] {
+                    assert!(tilt_between(*a, *b).to_degrees() > 20.0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_shortest_turn_arrives_also_from_the_opposite_side() {
+        for to in [-Vector3::x(), Vector3::y(), Vector3::x()] {
+            let turned = shortest_turn(Vector3::x(), to) * Vector3::x();
+            assert!((turned - to).norm() < 1e-12);
+        }
+    }
+}

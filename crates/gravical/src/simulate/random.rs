@@ -1,0 +1,43 @@
+//! Seeded randomness, one stream per purpose, so that changing one option does
+//! not reshuffle what the others draw.
+
+use nalgebra::Vector3;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+/// What is drawn; the number is part of what a seed means and never changes.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Purpose {
+    Parameters = 1,
+    Tilts = 2,
+    Hands = 3,
+    FreePoses = 4,
+    Noise = 5,
+    Stamps = 6,
+    Drops = 7,
+}
+
+/// The stream of `purpose` for the file of that index (0 for what all share).
+pub(super) fn stream(seed: u64, purpose: Purpose, file: usize) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(((file as u64) << 8) | purpose as u64);
+    rng
+}
+
+/// Standard normal.
+pub(super) fn normal(rng: &mut impl Rng) -> f64 {
+    rng.sample(StandardNormal)
+}
+
+/// Uniform over −1 to 1.
+pub(super) fn either_way(rng: &mut impl Rng) -> f64 {
+    2.0 * rng.random::<f64>() - 1.0
+}
+
+/// Three of `draw`, x first.
+pub(super) fn three(mut draw: impl FnMut() -> f64) -> Vector3<f64> {
+    let x = draw();
+    let y = draw();
+    Vector3::new(x, y, draw())
+}

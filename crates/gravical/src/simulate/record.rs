@@ -1,0 +1,259 @@
+//! The virtual board: from a path to the rows of one recording.
+//!
+//! The sensor runs at about 1 kHz, its low-pass works on signal and noise
+//! there, and every k-th value is read out. So neighbouring samples are
+//! correlated as they are in the real part, and the low-frequency noise is the
+//! density that was asked for whatever the rate is.
+
+use nalgebra::Vector3;
+use rand::RngExt;
+
+use super::low_pass::LowPass;
+use super::options::{SensorOptions, SimulateOptions};
+use super::path::MotionPath;
+use super::random::{Purpose, either_way, normal, stream, three};
+use super::sensor::{START_TEMPERATURE_C, Sensor, TEMPERATURE_AT_ZERO_C, TEMPERATURE_LSB_PER_C};
+
+/// The slowest rate at which the inside of the sensor is simulated, Hz.
+const INSIDE_HZ: f64 = 1000.0;
+
+/// The columns of one recording; row 0 is at true time 0.
+#[derive(Debug, Default)]
+pub(super) struct Columns {
+    pub t_s: Vec<f64>,
+    pub stamp_ms: Vec<u64>,
+    pub accel_mps2: [Vec<f64>; 3],
+    pub gyro_rad_s: [Vec<f64>; 3],
+    pub temperature_c: Vec<f64>,
+    pub still: Vec<bool>,
+    pub first_stamp_ms: u64,
+    pub dropped_rows: usize,
+    pub clipped_rows: usize,
+    pub temperature_mean_c: f64,
+}
+
+/// Number of rows before any is lost.
+pub(super) fn row_count(path: &MotionPath, options: &SimulateOptions) -> usize {
+    // A hair more, so that 10 s at 100 Hz are 1000 rows in floating point too.
+    (path.duration_s() * options.rate_hz + 1e-6).floor() as usize
+}
+
+/// Records `path`. `file` numbers the recordings of a simulation (their noise
+/// differs), `warm_s` is how long the part has been on at the start.
+pub(super) fn record(
+    path: &MotionPath,
+    sensor: &Sensor,
+    options: &SimulateOptions,
+    file: usize,
+    warm_s: f64,
+) -> Columns {
+    let rows = row_count(path, options);
+    let per_row = (INSIDE_HZ / options.rate_hz).ceil() as usize;
+    let step_s = 1.0 / (options.rate_hz * per_row as f64);
+    let mut part = Part::new(sensor, options, step_s, file, path);
+    let mut stamps = Stamps::new(options, file);
+    let mut drops = stream(options.seed, Purpose::Drops, file);
+    let mut columns = Columns {
+        first_stamp_ms: stamps.first_ms,
+        ..Columns::default()
+    };
+    columns.reserve(rows);
+
+    // What the low-pass still remembers at row 0 has to be noise already.
+    let settle_steps = options
+        .sensor
+        .low_pass_hz
+        .map_or(0, |f| (5.0 / (f * step_s)).ceil() as usize);
+    let warmer_c = |t_s: f64| warming(&options.sensor, warm_s + t_s);
+    for _ in 0..settle_steps {
+        part.update(path, 0.0, warmer_c(0.0));
+    }
+    let mut temperature_sum = 0.0;
+    for row in 0..rows {
+        let t_s = row as f64 / options.rate_hz;
+        let warmer = warmer_c(t_s);
+        temperature_sum += warmer;
+        let before = if row == 0 { per_row } else { 1 };
+        for step in before..per_row {
+            let t_s = ((row - 1) * per_row + step) as f64 * step_s;
+            part.update(path, t_s, warmer);
+        }
+        let reading = part.read(path, t_s, warmer);
+        let stamp_ms = stamps.at(row);
+        let lost = drops.random::<f64>() < options.dropped_fraction;
+        if lost && row > 0 {
+            columns.dropped_rows += 1;
+            continue;
+        }
+        columns.push(t_s, stamp_ms, &reading, path.is_still_at(t_s));
+    }
+    columns.temperature_mean_c = START_TEMPERATURE_C + temperature_sum / rows.max(1) as f64;
+    columns
+}
+
+/// °C above the start after `on_s` seconds.
+fn warming(o: &SensorOptions, on_s: f64) -> f64 {
+    o.temperature_rise_c * -(-on_s / o.temperature_time_s).exp_m1()
+}
+
+/// What one read-out of the registers gives.
+struct Reading {
+    accel: [f64; 3],
+    gyro: [f64; 3],
+    temperature_c: f64,
+    clipped: bool,
+}
+
+/// The part between what it feels and what it gives out.
+struct Part<'a> {
+    sensor: &'a Sensor,
+    options: &'a SensorOptions,
+    filters: Option<[LowPass; 6]>,
+    noise: rand_chacha::ChaCha8Rng,
+    accel_sd: f64,
+    gyro_sd: f64,
+    step_s: f64,
+}
+
+impl<'a> Part<'a> {
+    fn new(
+        sensor: &'a Sensor,
+        options: &'a SimulateOptions,
+        step_s: f64,
+        file: usize,
+        path: &MotionPath,
+    ) -> Self {
+        let o = &options.sensor;
+        let felt = path.felt_at(0.0, step_s);
+        let first = [
+            sensor.read_accel(felt.force, 0.0),
+            sensor.read_gyro(felt.rate, felt.force),
+        ];
+        let filters = o.low_pass_hz.map(|cutoff_hz| {
+            let mut filters = [LowPass::new(cutoff_hz, 1.0 / step_s); 6];
+            for (filter, &input) in filters.iter_mut().zip(first.iter().flatten()) {
+                filter.settle(input);
+            }
+            filters
+        });
+        // White noise whose means over t have the standard deviation N/√t.
+        let per_step = 1.0 / step_s.sqrt();
+        Self {
+            sensor,
+            options: o,
+            filters,
+            noise: stream(options.seed, Purpose::Noise, file),
+            accel_sd: o.accel_noise_mps_rts * per_step,
+            gyro_sd: o.gyro_noise_deg_rts.to_radians() * per_step,
+            step_s,
+        }
+    }
+
+    /// One step of the inside: acceleration, then angular rate.
+    fn update(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> [f64; 6] {
+        let felt = path.felt_at(t_s, self.step_s);
+        let accel = self.sensor.read_accel(felt.force, warmer_c) + self.draw(self.accel_sd);
+        let gyro = self.sensor.read_gyro(felt.rate, felt.force) + self.draw(self.gyro_sd);
+        let mut values = [accel.x, accel.y, accel.z, gyro.x, gyro.y, gyro.z];
+        if let Some(filters) = &mut self.filters {
+            for (filter, value) in filters.iter_mut().zip(&mut values) {
+                *value = filter.update(*value);
+            }
+        }
+        values
+    }
+
+    fn draw(&mut self, sd: f64) -> Vector3<f64> {
+        // Drawn with a noise of 0 too: accelerometer and gyroscope share the
+        // stream, and switching one off must not reshuffle the other.
+        sd * three(|| normal(&mut self.noise))
+    }
+
+    fn read(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> Reading {
+        let [ax, ay, az, gx, gy, gz] = self.update(path, t_s, warmer_c);
+        let mut clipped = false;
+        let quantise = self.options.quantise;
+        let mut give = |value: f64, lsb: f64| {
+            let counts = value / lsb;
+            let counts = if quantise { counts.round() } else { counts };
+            let limited = counts.clamp(f64::from(i16::MIN), f64::from(i16::MAX));
+            clipped |= limited <= f64::from(i16::MIN) || limited >= f64::from(i16::MAX);
+            limited * lsb
+        };
+        let (accel_lsb, gyro_lsb) = (self.sensor.accel_lsb, self.sensor.gyro_lsb);
+        let accel = [ax, ay, az].map(|v| give(v, accel_lsb));
+        let gyro = [gx, gy, gz].map(|v| give(v, gyro_lsb));
+        let noise_c = self.options.temperature_noise_c * normal(&mut self.noise);
+        let temperature_c = START_TEMPERATURE_C + warmer_c + noise_c;
+        let counts = temperature_counts(temperature_c);
+        Reading {
+            accel,
+            gyro,
+            temperature_c: if quantise {
+                counts / TEMPERATURE_LSB_PER_C + TEMPERATURE_AT_ZERO_C
+            } else {
+                temperature_c
+            },
+            clipped,
+        }
+    }
+}
+
+/// Register value of a temperature.
+pub(super) fn temperature_counts(temperature_c: f64) -> f64 {
+    ((temperature_c - TEMPERATURE_AT_ZERO_C) * TEMPERATURE_LSB_PER_C).round()
+}
+
+/// The board's clock in whole milliseconds.
+struct Stamps<'a> {
+    options: &'a SimulateOptions,
+    rng: rand_chacha::ChaCha8Rng,
+    first_ms: u64,
+}
+
+impl<'a> Stamps<'a> {
+    fn new(options: &'a SimulateOptions, file: usize) -> Self {
+        let mut rng = stream(options.seed, Purpose::Stamps, file);
+        // Opening the port resets the board; the first line comes after its
+        // setup.
+        let first_ms = rng.random_range(100..300);
+        Self {
+            options,
+            rng,
+            first_ms,
+        }
+    }
+
+    fn at(&mut self, row: usize) -> u64 {
+        let o = self.options;
+        let jitter_ms = o.stamp_jitter_ms * either_way(&mut self.rng);
+        let true_ms = row as f64 * 1000.0 / o.rate_hz;
+        let board_ms = self.first_ms as f64 + true_ms * (1.0 + o.clock_error_ppm * 1e-6);
+        // millis() cuts off; the hair keeps 30 ms from becoming 29.
+        (board_ms + jitter_ms + 1e-6).floor().max(0.0) as u64
+    }
+}
+
+impl Columns {
+    fn reserve(&mut self, rows: usize) {
+        self.t_s.reserve(rows);
+        self.stamp_ms.reserve(rows);
+        for channel in self.accel_mps2.iter_mut().chain(&mut self.gyro_rad_s) {
+            channel.reserve(rows);
+        }
+        self.temperature_c.reserve(rows);
+        self.still.reserve(rows);
+    }
+
+    fn push(&mut self, t_s: f64, stamp_ms: u64, reading: &Reading, still: bool) {
+        self.t_s.push(t_s);
+        self.stamp_ms.push(stamp_ms);
+        for axis in 0..3 {
+            self.accel_mps2[axis].push(reading.accel[axis]);
+            self.gyro_rad_s[axis].push(reading.gyro[axis]);
+        }
+        self.temperature_c.push(reading.temperature_c);
+        self.still.push(still);
+        self.clipped_rows += usize::from(reading.clipped);
+    }
+}

@@ -1,0 +1,153 @@
+//! What is done with the sensor, and how long it takes.
+
+use serde::{Deserialize, Serialize};
+
+use super::options::{bad, within};
+use crate::Result;
+
+/// What is done with the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "name", rename_all = "kebab-case")]
+pub enum Scenario {
+    /// Six still placements, one file each; or a whole Ferraris session.
+    SixPosition(SixPositionOptions),
+    /// Six faces and free poses in one continuous recording.
+    Poses(PosesOptions),
+    /// Lying flat and still.
+    Static(StaticOptions),
+    /// Rest, one straight move, rest.
+    Line(LineOptions),
+}
+
+impl Scenario {
+    /// `six-position`, `poses`, `static` or `line`.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::SixPosition(_) => "six-position",
+            Self::Poses(_) => "poses",
+            Self::Static(_) => "static",
+            Self::Line(_) => "line",
+        }
+    }
+
+    pub(super) fn validate(&self) -> Result<()> {
+        match self {
+            Self::SixPosition(o) => {
+                within("hold", o.hold_s, 0.1, 3600.0, "s")?;
+                within("rest", o.rest_s, 0.1, 3600.0, "s")?;
+                within("turn-time", o.turn_time_s, 0.5, 60.0, "s")?;
+                within("turn-angle", o.turn_angle_deg, -3600.0, 3600.0, "°")
+            }
+            Self::Poses(o) => {
+                within("hold", o.hold_s, 0.1, 3600.0, "s")?;
+                if o.free > 50 {
+                    return Err(bad(format!("free is {}; 50 poses at most", o.free)));
+                }
+                Ok(())
+            }
+            Self::Static(o) => within("duration", o.duration_s, 0.1, 86_400.0, "s"),
+            Self::Line(o) => {
+                within("distance", o.distance_m, -100.0, 100.0, "m")?;
+                within("offset", o.offset_m, -100.0, 100.0, "m")?;
+                within("move-time", o.move_time_s, 0.1, 3600.0, "s")?;
+                within("rest", o.rest_s, 0.1, 3600.0, "s")?;
+                within("wobble", o.wobble_deg, -45.0, 45.0, "°")
+            }
+        }
+    }
+}
+
+/// Six placements: +x, −x, +y, −y, +z, −z (the axis that points up).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SixPositionOptions {
+    /// Length of each placement, s. Default 10; range 0.1 to 3600.
+    pub hold_s: f64,
+    /// One recording `session.csv` with hand movement between the placements
+    /// and three turns after them, in place of six files. Default false.
+    pub continuous: bool,
+    /// Rest before and after each turn, s. Default 3; range 0.1 to 3600.
+    pub rest_s: f64,
+    /// Angle of each turn, right-handed about the axis, °. Default −360;
+    /// range ±3600.
+    pub turn_angle_deg: f64,
+    /// Duration of a turn, s; the peak rate is 1.875·angle/duration.
+    /// Default 4; range 0.5 to 60.
+    pub turn_time_s: f64,
+}
+
+impl Default for SixPositionOptions {
+    fn default() -> Self {
+        Self {
+            hold_s: 10.0,
+            continuous: false,
+            rest_s: 3.0,
+            turn_angle_deg: -360.0,
+            turn_time_s: 4.0,
+        }
+    }
+}
+
+/// Six faces, then free poses spread over the sphere.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct PosesOptions {
+    /// Length of each hold, s. Default 4; range 0.1 to 3600.
+    pub hold_s: f64,
+    /// Number of free poses. Default 6; range 0 to 50.
+    pub free: u32,
+}
+
+impl Default for PosesOptions {
+    fn default() -> Self {
+        Self {
+            hold_s: 4.0,
+            free: 6,
+        }
+    }
+}
+
+/// Lying flat, z up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct StaticOptions {
+    /// Length of the recording, s. Default 10; range 0.1 to 86 400.
+    pub duration_s: f64,
+}
+
+impl Default for StaticOptions {
+    fn default() -> Self {
+        Self { duration_s: 10.0 }
+    }
+}
+
+/// Rest, a minimum-jerk move along y of the frame (z up, x along the sensor's
+/// x at rest, made horizontal), rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct LineOptions {
+    /// Way along y, m. Default 0.7; range ±100.
+    pub distance_m: f64,
+    /// Way along x, m. Default 0.02; range ±100.
+    pub offset_m: f64,
+    /// Duration of the move, s. Default 2; range 0.1 to 3600.
+    pub move_time_s: f64,
+    /// Rest before and after, s. Default 5; range 0.1 to 3600.
+    pub rest_s: f64,
+    /// Amplitude of one full sine of tilt about the sensor's x during the
+    /// move, °. Default 0; range ±45. The rate jumps at both ends of the move.
+    pub wobble_deg: f64,
+}
+
+impl Default for LineOptions {
+    fn default() -> Self {
+        Self {
+            distance_m: 0.7,
+            offset_m: 0.02,
+            move_time_s: 2.0,
+            rest_s: 5.0,
+            wobble_deg: 0.0,
+        }
+    }
+}

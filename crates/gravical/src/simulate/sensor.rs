@@ -1,0 +1,145 @@
+//! The parameters of one virtual sensor, drawn from the seed or given.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::options::{FileFormat, SimulateOptions};
+use super::random::{Purpose, either_way, normal, stream, three};
+use super::truth::{AccelerometerTruth, GyroscopeTruth};
+
+/// Standard gravity, m/s²: what the part's "g" means, wherever it is used.
+pub(super) const STANDARD_GRAVITY_MPS2: f64 = 9.80665;
+
+/// Temperature at the start, °C; biases are stated for it.
+pub(super) const START_TEMPERATURE_C: f64 = 25.0;
+
+/// Counts per °C and °C at count 0 (MPU6050 register map, 4.18).
+pub(super) const TEMPERATURE_LSB_PER_C: f64 = 340.0;
+pub(super) const TEMPERATURE_AT_ZERO_C: f64 = 36.53;
+
+/// What one particular part does to what it feels.
+#[derive(Debug, Clone)]
+pub(super) struct Sensor {
+    pub accel_matrix: Matrix3<f64>,
+    pub accel_bias: Vector3<f64>,
+    pub accel_drift_per_c: Vector3<f64>,
+    pub gyro_matrix: Matrix3<f64>,
+    pub gyro_bias: Vector3<f64>,
+    pub g_sensitivity: Matrix3<f64>,
+    pub accel_lsb: f64,
+    pub gyro_lsb: f64,
+}
+
+impl Sensor {
+    /// Everything is drawn every time and in this order, so that giving one
+    /// parameter or changing one width leaves the others as they were.
+    pub(super) fn draw(options: &SimulateOptions) -> Self {
+        let o = &options.sensor;
+        let mut rng = stream(options.seed, Purpose::Parameters, 0);
+        let scale_sd = o.scale_sd_percent / 100.0;
+        let misalignment_sd = o.misalignment_sd_deg.to_radians();
+
+        let scale = three(|| 1.0 + scale_sd * normal(&mut rng));
+        let cross = matrix(|| misalignment_sd * normal(&mut rng));
+        let accel_matrix = scaled_and_misaligned(scale, cross);
+        let accel_bias = three(|| o.accel_bias_limit_mps2 * either_way(&mut rng));
+        let drift = o.bias_drift_mg_per_c * 1e-3 * STANDARD_GRAVITY_MPS2;
+        let accel_drift_per_c = three(|| drift.copysign(either_way(&mut rng)));
+
+        let scale_limit = o.gyro_scale_limit_percent / 100.0;
+        let scale = three(|| 1.0 + scale_limit * either_way(&mut rng));
+        let cross = matrix(|| misalignment_sd * normal(&mut rng));
+        let gyro_matrix = scaled_and_misaligned(scale, cross);
+        let limit = o.gyro_bias_limit_deg_s.to_radians();
+        let gyro_bias = three(|| limit * either_way(&mut rng));
+        let per_g = o.g_sensitivity_sd_deg_s_per_g.to_radians();
+        let g_sensitivity = matrix(|| per_g / STANDARD_GRAVITY_MPS2 * normal(&mut rng));
+
+        Self {
+            accel_matrix: o.accel_matrix.map_or(accel_matrix, from_rows),
+            accel_bias: o.accel_bias_mps2.map_or(accel_bias, Vector3::from),
+            accel_drift_per_c,
+            gyro_matrix: o.gyro_matrix.map_or(gyro_matrix, from_rows),
+            gyro_bias: o.gyro_bias_rad_s.map_or(gyro_bias, Vector3::from),
+            g_sensitivity,
+            accel_lsb: STANDARD_GRAVITY_MPS2 / (32768.0 / f64::from(o.accel_range_g)),
+            gyro_lsb: (1.0 / gyro_lsb_per_deg_s(o.gyro_range_deg_s)).to_radians(),
+        }
+    }
+
+    /// Reading of the accelerometer without noise, m/s².
+    pub(super) fn read_accel(&self, force: Vector3<f64>, warmer_c: f64) -> Vector3<f64> {
+        self.accel_matrix * force + self.accel_bias + self.accel_drift_per_c * warmer_c
+    }
+
+    /// Reading of the gyroscope without noise, rad/s.
+    pub(super) fn read_gyro(&self, rate: Vector3<f64>, force: Vector3<f64>) -> Vector3<f64> {
+        self.gyro_matrix * rate + self.gyro_bias + self.g_sensitivity * force
+    }
+
+    pub(super) fn accel_truth(&self, options: &SimulateOptions) -> AccelerometerTruth {
+        let raw = options.file.format == FileFormat::Raw;
+        let (file_unit, per) = if raw {
+            ("counts", 1.0 / self.accel_lsb)
+        } else {
+            ("m/s^2", 1.0)
+        };
+        AccelerometerTruth {
+            matrix: to_rows(&self.accel_matrix),
+            bias_mps2: self.accel_bias.into(),
+            bias_drift_mps2_per_c: self.accel_drift_per_c.into(),
+            file_unit: file_unit.to_owned(),
+            matrix_file: to_rows(&(self.accel_matrix * per)),
+            bias_file: (self.accel_bias * per).into(),
+            noise_mps_rts: options.sensor.accel_noise_mps_rts,
+            lsb_mps2: self.accel_lsb,
+        }
+    }
+
+    pub(super) fn gyro_truth(&self, options: &SimulateOptions) -> GyroscopeTruth {
+        let raw = options.file.format == FileFormat::Raw;
+        GyroscopeTruth {
+            matrix: to_rows(&self.gyro_matrix),
+            bias_rad_s: self.gyro_bias.into(),
+            g_sensitivity_rad_s_per_mps2: to_rows(&self.g_sensitivity),
+            file_unit: if raw { "counts" } else { "rad/s" }.to_owned(),
+            noise_rad_rts: options.sensor.gyro_noise_deg_rts.to_radians(),
+            lsb_rad_s: self.gyro_lsb,
+        }
+    }
+}
+
+/// Sensitivity as the data sheet prints it.
+fn gyro_lsb_per_deg_s(range_deg_s: u32) -> f64 {
+    match range_deg_s {
+        250 => 131.0,
+        500 => 65.5,
+        1000 => 32.8,
+        _ => 16.4,
+    }
+}
+
+/// K (I + E), E off the diagonal only.
+fn scaled_and_misaligned(scale: Vector3<f64>, mut cross: Matrix3<f64>) -> Matrix3<f64> {
+    cross.set_diagonal(&Vector3::repeat(1.0));
+    Matrix3::from_diagonal(&scale) * cross
+}
+
+/// Nine of `draw`, row by row.
+fn matrix(mut draw: impl FnMut() -> f64) -> Matrix3<f64> {
+    let mut m = Matrix3::zeros();
+    for row in 0..3 {
+        for column in 0..3 {
+            m[(row, column)] = draw();
+        }
+    }
+    m
+}
+
+fn from_rows(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
+    // nalgebra's arrays are columns.
+    Matrix3::from(rows).transpose()
+}
+
+fn to_rows(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    m.transpose().into()
+}

@@ -1,0 +1,174 @@
+//! Is it physics ([`physics`]), is it the sensor that was asked for
+//! ([`sensor`]), is it repeatable and written as it should be (here)?
+
+mod physics;
+mod sensor;
+
+use nalgebra::Vector3;
+
+use super::*;
+
+fn ideal(scenario: Scenario) -> SimulateOptions {
+    SimulateOptions {
+        tilt_sd_deg: 0.0,
+        sensor: SensorOptions::ideal(),
+        ..SimulateOptions::new(scenario)
+    }
+}
+
+fn session() -> Scenario {
+    Scenario::SixPosition(SixPositionOptions {
+        continuous: true,
+        hold_s: 3.0,
+        ..Default::default()
+    })
+}
+
+fn quick_six() -> SimulateOptions {
+    SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
+        hold_s: 1.0,
+        ..Default::default()
+    }))
+}
+
+fn still_for(duration_s: f64) -> Scenario {
+    Scenario::Static(StaticOptions { duration_s })
+}
+
+fn accel(file: &SimulatedFile, row: usize) -> Vector3<f64> {
+    Vector3::from([0, 1, 2].map(|axis| file.accel_mps2[axis][row]))
+}
+
+fn gyro(file: &SimulatedFile, row: usize) -> Vector3<f64> {
+    Vector3::from([0, 1, 2].map(|axis| file.gyro_rad_s[axis][row]))
+}
+
+/// Rows with start ≤ t < end.
+fn rows(file: &SimulatedFile, start_s: f64, end_s: f64) -> std::ops::Range<usize> {
+    let first = file.t_s.partition_point(|&t| t < start_s);
+    first..file.t_s.partition_point(|&t| t < end_s)
+}
+
+#[test]
+fn the_same_options_give_the_same_files() {
+    let mut written = Vec::new();
+    for seed in [3, 3, 4] {
+        let folder = tempfile::tempdir().unwrap();
+        let options = SimulateOptions {
+            seed,
+            dropped_fraction: 0.05,
+            stamp_jitter_ms: 1.0,
+            ..quick_six()
+        };
+        let paths = write(&simulate(&options).unwrap(), folder.path(), false).unwrap();
+        assert_eq!(paths.len(), 7);
+        written.push(
+            paths
+                .iter()
+                .map(|p| std::fs::read(p).unwrap())
+                .collect::<Vec<_>>(),
+        );
+    }
+    assert_eq!(written[0], written[1]);
+    for (a, b) in written[0].iter().zip(&written[2]) {
+        assert_ne!(a, b);
+    }
+}
+
+#[test]
+fn changing_one_option_leaves_the_other_draws_alone() {
+    let base = simulate(&quick_six()).unwrap();
+    let mut other = quick_six();
+    other.sensor = other.sensor.with_noise_factor(3.0);
+    other.dropped_fraction = 0.2;
+    other.stamp_jitter_ms = 2.0;
+    other.sensor.accel_bias_mps2 = Some([0.1, 0.2, 0.3]);
+    let other = simulate(&other).unwrap();
+    let (a, b) = (&base.truth.accelerometer, &other.truth.accelerometer);
+    assert_eq!(a.matrix, b.matrix);
+    assert_eq!(a.bias_drift_mps2_per_c, b.bias_drift_mps2_per_c);
+    assert_eq!(b.bias_mps2, [0.1, 0.2, 0.3]);
+    let (a, b) = (&base.truth.gyroscope, &other.truth.gyroscope);
+    assert_eq!(a.bias_rad_s, b.bias_rad_s);
+    for (a, b) in base.truth.files.iter().zip(&other.truth.files) {
+        assert_eq!(a.poses, b.poses);
+        assert_eq!(a.first_stamp_ms, b.first_stamp_ms);
+    }
+}
+
+#[test]
+fn a_seed_means_the_same_for_ever() {
+    // Someone's published seed has to give the same sensor in later versions
+    // and on other machines.
+    let truth = simulate(&quick_six()).unwrap().truth;
+    let expected = [
+        0.020644224984499693,
+        0.43800558980164694,
+        -0.3049738384099647,
+    ];
+    for (found, expected) in truth.accelerometer.bias_mps2.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-12);
+    }
+    assert!((truth.accelerometer.matrix[0][1] - 0.01948855773237508).abs() < 1e-12);
+    assert_eq!(truth.files[0].first_stamp_ms, 201);
+}
+
+#[test]
+fn each_format_has_its_header_and_units() {
+    let text = |format| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut options = SimulateOptions::new(still_for(0.5));
+        options.file.format = format;
+        let target = folder.path().join("new/folder");
+        let simulation = simulate(&options).unwrap();
+        let paths = write(&simulation, &target, false).unwrap();
+        assert_eq!(
+            write(&simulation, &target, false).unwrap_err().code(),
+            "exists"
+        );
+        write(&simulation, &target, true).unwrap();
+        let truth: Truth = serde_json::from_slice(&std::fs::read(&paths[1]).unwrap()).unwrap();
+        assert_eq!(truth, simulation.truth);
+        std::fs::read_to_string(&paths[0]).unwrap()
+    };
+    let az = |text: &str| -> f64 {
+        let row = text.lines().nth(4).unwrap();
+        assert_eq!(row.split(',').count(), 8);
+        row.split(',').nth(3).unwrap().parse().unwrap()
+    };
+    let report = text(FileFormat::Report);
+    assert!(report.lines().take(3).all(|l| l.starts_with("# ")));
+    let header = "Timestamp,aX (g),aY (g),aZ (g),Temp (C),gX (°/s),gY (°/s),gZ (°/s)";
+    assert_eq!(report.lines().nth(3), Some(header));
+    assert!((8.0..12.0).contains(&az(&report)));
+    assert_eq!(report.lines().count(), 54);
+    let honest = text(FileFormat::TrueHeader);
+    assert!(honest.contains("Timestamp (ms),aX (m/s^2)"));
+    assert_eq!(az(&honest), az(&report));
+    let raw = text(FileFormat::Raw);
+    assert!(raw.contains("Timestamp (ms),ax,ay,az,temp,gx,gy,gz"));
+    assert!((az(&raw) * 9.80665 / 16384.0 - az(&report)).abs() < 1e-4);
+}
+
+#[test]
+fn nothing_is_written_when_one_target_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("truth.json"), "mine").unwrap();
+    let simulation = simulate(&quick_six()).unwrap();
+    assert!(write(&simulation, folder.path(), false).is_err());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn options_out_of_range_are_named() {
+    let mut options = SimulateOptions::new(still_for(10.0));
+    options.rate_hz = f64::NAN;
+    let error = simulate(&options).unwrap_err();
+    assert!(error.is_usage() && error.message().contains("rate"));
+    options.rate_hz = 100.0;
+    options.sensor.accel_range_g = 3;
+    assert!(simulate(&options).unwrap_err().message().contains("3 g"));
+    let mut options = SimulateOptions::new(still_for(86_400.0));
+    options.rate_hz = 1000.0;
+    assert!(simulate(&options).unwrap_err().message().contains("rows"));
+}

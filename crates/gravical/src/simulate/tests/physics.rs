@@ -1,0 +1,107 @@
+//! Gyroscope and accelerometer tell the same story as the path.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::*;
+
+/// Change of attitude by the gyroscope over `rows`, midpoint rule.
+fn turned(file: &SimulatedFile, rows: std::ops::Range<usize>) -> UnitQuaternion<f64> {
+    let mut q = UnitQuaternion::identity();
+    for row in rows {
+        let dt = file.t_s[row + 1] - file.t_s[row];
+        let rate = 0.5 * (gyro(file, row) + gyro(file, row + 1));
+        q *= UnitQuaternion::from_scaled_axis(rate * dt);
+    }
+    q
+}
+
+#[test]
+fn the_gyroscope_turns_gravity_to_where_the_accelerometer_finds_it() {
+    let mut options = ideal(Scenario::Poses(PosesOptions::default()));
+    options.rate_hz = 500.0;
+    options.tilt_sd_deg = 2.0;
+    let simulation = simulate(&options).unwrap();
+    let (file, truth) = (&simulation.files[0], &simulation.truth.files[0]);
+    assert_eq!(truth.poses.len(), 12);
+    for pair in truth.poses.windows(2) {
+        let between = rows(file, pair[0].end_s - 0.1, pair[1].start_s + 0.1);
+        let before = accel(file, between.start).normalize();
+        let after = accel(file, between.end).normalize();
+        let predicted = turned(file, between).inverse() * before;
+        let off = (predicted - after).norm();
+        assert!(off < 1e-6, "{} to {}: {off}", pair[0].label, pair[1].label);
+        assert!((after - Vector3::from(pair[1].up)).norm() < 1e-9);
+    }
+}
+
+#[test]
+fn a_turn_of_minus_360_degrees_integrates_to_minus_two_pi() {
+    let simulation = simulate(&ideal(session())).unwrap();
+    let (file, truth) = (&simulation.files[0], &simulation.truth.files[0]);
+    assert_eq!(truth.turns.len(), 3);
+    for (axis, turn) in truth.turns.iter().enumerate() {
+        assert_eq!(turn.angle_deg, -360.0);
+        let mut sum = Vector3::zeros();
+        for row in rows(file, turn.start_s, turn.end_s) {
+            sum += gyro(file, row) / 100.0;
+        }
+        let mut expected = Vector3::zeros();
+        expected[axis] = -std::f64::consts::TAU;
+        assert!((sum - expected).norm() < 1e-6, "{sum}");
+    }
+}
+
+#[test]
+fn double_integration_of_the_accelerometer_gives_the_line() {
+    let mut options = ideal(Scenario::Line(LineOptions::default()));
+    options.rate_hz = 1000.0;
+    let simulation = simulate(&options).unwrap();
+    let (file, truth) = (&simulation.files[0], &simulation.truth.files[0].moves[0]);
+    let gravity = Vector3::z() * options.gravity_mps2;
+    let (mut velocity, mut position) = (Vector3::zeros(), Vector3::zeros());
+    for row in 1..file.t_s.len() {
+        let dt = file.t_s[row] - file.t_s[row - 1];
+        let a = 0.5 * (accel(file, row) + accel(file, row - 1)) - gravity;
+        position += velocity * dt + 0.5 * a * dt * dt;
+        velocity += a * dt;
+    }
+    assert!(velocity.norm() < 1e-9);
+    let expected = Vector3::from(truth.displacement_m);
+    assert_eq!(expected, Vector3::new(0.02, 0.7, 0.0));
+    assert!((position - expected).norm() < 1e-6, "{position}");
+}
+
+#[test]
+fn strapdown_with_both_sensors_finds_a_wobbling_line() {
+    let mut options = ideal(Scenario::Line(LineOptions {
+        wobble_deg: 3.0,
+        ..Default::default()
+    }));
+    options.rate_hz = 1000.0;
+    options.tilt_sd_deg = 1.0;
+    let simulation = simulate(&options).unwrap();
+    let file = &simulation.files[0];
+    let start = file.path.state_at(0.0).attitude;
+    let mut attitude = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+        start[0], start[1], start[2], start[3],
+    ));
+    let gravity = Vector3::z() * options.gravity_mps2;
+    let (mut velocity, mut position) = (Vector3::zeros(), Vector3::zeros());
+    let mut mean_subtracted = [0.0; 2];
+    let (mut before, level) = (Vector3::zeros(), accel(file, 0).y);
+    for row in 1..file.t_s.len() {
+        attitude *= turned(file, row - 1..row);
+        let now = attitude * accel(file, row) - gravity;
+        velocity += 0.5e-3 * (before + now);
+        position += 1e-3 * velocity;
+        before = now;
+        if rows(file, 5.0, 7.0).contains(&row) {
+            mean_subtracted[0] += 1e-3 * (accel(file, row).y - level);
+            mean_subtracted[1] += 1e-3 * mean_subtracted[0];
+        }
+    }
+    let error = (position - Vector3::new(0.02, 0.7, 0.0)).norm();
+    assert!(error < 2e-4, "{error}");
+    // What the same wobble costs without the gyroscope: g·A·T²/2π = 327 mm.
+    assert!(((mean_subtracted[1] - 0.7).abs() - 0.327).abs() < 0.01);
+}

@@ -1,0 +1,212 @@
+//! The sensor, its converter and the board's clock do what was asked for.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::*;
+
+#[test]
+fn values_lie_on_the_grid_of_the_converter() {
+    let mut options = SimulateOptions::new(still_for(2.0));
+    options.sensor.accel_range_g = 8;
+    let simulation = simulate(&options).unwrap();
+    let file = &simulation.files[0];
+    for row in 0..file.t_s.len() {
+        for value in accel(file, row).iter() {
+            let counts = value / (9.80665 / 4096.0);
+            assert!((counts - counts.round()).abs() < 1e-9);
+        }
+        for value in gyro(file, row).iter() {
+            let counts = value.to_degrees() * 131.0;
+            assert!((counts - counts.round()).abs() < 1e-9);
+        }
+        let counts = (file.temperature_c[row] - 36.53) * 340.0;
+        assert!((counts - counts.round()).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn a_bias_beyond_the_range_saturates() {
+    let mut options = SimulateOptions::new(still_for(1.0));
+    options.sensor.accel_bias_mps2 = Some([25.0, -25.0, 0.0]);
+    let simulation = simulate(&options).unwrap();
+    let file = &simulation.files[0];
+    let lsb = simulation.truth.accelerometer.lsb_mps2;
+    assert!(
+        file.accel_mps2[0]
+            .iter()
+            .all(|v| (v / lsb - 32767.0).abs() < 1e-9)
+    );
+    assert!(
+        file.accel_mps2[1]
+            .iter()
+            .all(|v| (v / lsb + 32768.0).abs() < 1e-9)
+    );
+    assert_eq!(simulation.truth.files[0].clipped_rows, 100);
+}
+
+#[test]
+fn lost_rows_leave_the_stamps_of_the_others_alone() {
+    let whole = simulate(&SimulateOptions::new(still_for(40.0))).unwrap();
+    let mut options = SimulateOptions::new(still_for(40.0));
+    options.dropped_fraction = 0.05;
+    let holey = simulate(&options).unwrap();
+    let (whole, file) = (&whole.files[0], &holey.files[0]);
+    let lost = holey.truth.files[0].dropped_rows;
+    assert_eq!(file.t_s.len() + lost, 4000);
+    // 200 ± 14.
+    assert!((140..260).contains(&lost), "{lost}");
+    for row in 0..file.t_s.len() {
+        let same = (file.t_s[row] * 100.0).round() as usize;
+        assert_eq!(file.stamp_ms[row], whole.stamp_ms[same]);
+        assert_eq!(file.accel_mps2[2][row], whole.accel_mps2[2][same]);
+    }
+}
+
+#[test]
+fn stamps_follow_rate_clock_and_jitter() {
+    let mut options = SimulateOptions::new(still_for(40.0));
+    options.rate_hz = 62.5;
+    let file = simulate(&options).unwrap().files.remove(0);
+    assert_eq!(file.t_s.len(), 2500);
+    assert!(file.stamp_ms.windows(2).all(|w| w[1] - w[0] == 16));
+
+    options.clock_error_ppm = 2000.0;
+    let file = simulate(&options).unwrap().files.remove(0);
+    let counted = (file.stamp_ms[2499] - file.stamp_ms[0]) as f64 / 1000.0;
+    let ppm = (counted / file.t_s[2499] - 1.0) * 1e6;
+    assert!((ppm - 2000.0).abs() < 30.0, "{ppm}");
+
+    options.clock_error_ppm = 0.0;
+    options.stamp_jitter_ms = 3.0;
+    let simulation = simulate(&options).unwrap();
+    let (file, first) = (
+        &simulation.files[0],
+        simulation.truth.files[0].first_stamp_ms,
+    );
+    let off: Vec<_> = (0..2500)
+        .map(|i| file.stamp_ms[i] as f64 - first as f64 - 16.0 * i as f64)
+        .collect();
+    assert!(off.iter().all(|o| (-3.0..=3.0).contains(o)));
+    assert!(off.iter().any(|o| *o > 1.5) && off.iter().any(|o| *o < -1.5));
+    assert!(file.stamp_ms.is_sorted());
+}
+
+/// Standard deviation of means over `seconds`, pooled over three axes, about
+/// the mean of each.
+fn sd_of_means(channels: &[Vec<f64>; 3], per_block: usize) -> f64 {
+    let (mut sum, mut freedom) = (0.0, 0.0);
+    for channel in channels {
+        let blocks = channel.chunks_exact(per_block);
+        let means: Vec<f64> = blocks
+            .map(|b| b.iter().sum::<f64>() / per_block as f64)
+            .collect();
+        let mean = means.iter().sum::<f64>() / means.len() as f64;
+        sum += means.iter().map(|m| (m - mean).powi(2)).sum::<f64>();
+        freedom += means.len() as f64 - 1.0;
+    }
+    (sum / freedom).sqrt()
+}
+
+#[test]
+fn the_noise_has_the_density_that_was_asked_for_at_every_rate() {
+    for rate_hz in [62.5, 200.0] {
+        let mut options = SimulateOptions::new(still_for(200.0));
+        options.rate_hz = rate_hz;
+        options.sensor.temperature_rise_c = 0.0;
+        let file = simulate(&options).unwrap().files.remove(0);
+        // Means over 2 s of white noise N: N/√2. 300 blocks: ±4 %. At 62.5 Hz
+        // what the low-pass leaves above 31 Hz folds back: up to 12 % more.
+        let per_block = (2.0 * rate_hz) as usize;
+        let n = sd_of_means(&file.accel_mps2, per_block) * 2f64.sqrt();
+        let ratio = n / 3.3e-3;
+        let expected = if rate_hz > 100.0 {
+            1.0
+        } else {
+            folded(rate_hz)
+        };
+        assert!((ratio / expected - 1.0).abs() < 0.1, "{rate_hz}: {ratio}");
+        let n = sd_of_means(&file.gyro_rad_s, per_block) * 2f64.sqrt();
+        let ratio = n / 0.005f64.to_radians();
+        assert!((ratio / expected - 1.0).abs() < 0.1, "{rate_hz}: {ratio}");
+    }
+}
+
+/// Gain at frequency 0 after sampling behind a 44 Hz Butterworth: the power
+/// at multiples of the rate folds onto it.
+fn folded(rate_hz: f64) -> f64 {
+    let power = |f: f64| 1.0 / (1.0 + (f / 44.0).powi(4));
+    let above: f64 = (1..5).map(|i| 2.0 * power(f64::from(i) * rate_hz)).sum();
+    (1.0 + above).sqrt()
+}
+
+#[test]
+fn a_narrow_low_pass_correlates_neighbours() {
+    let correlation = |low_pass_hz| {
+        let mut options = SimulateOptions::new(still_for(20.0));
+        options.sensor.low_pass_hz = low_pass_hz;
+        options.sensor.temperature_rise_c = 0.0;
+        let file = simulate(&options).unwrap().files.remove(0);
+        let x = &file.accel_mps2[0];
+        let mean = x.iter().sum::<f64>() / x.len() as f64;
+        let lagged: f64 = x.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum();
+        lagged / x.iter().map(|v| (v - mean).powi(2)).sum::<f64>()
+    };
+    assert!(correlation(None).abs() < 0.07);
+    let at_44 = correlation(Some(44.0));
+    assert!((0.0..0.25).contains(&at_44), "{at_44}");
+    assert!(correlation(Some(10.0)) > 0.6);
+}
+
+#[test]
+fn averages_of_a_clean_set_give_back_what_was_put_in() {
+    let mut options = quick_six();
+    options.tilt_sd_deg = 0.0;
+    options.sensor = options.sensor.with_noise_factor(0.0);
+    options.sensor.quantise = false;
+    options.sensor.temperature_rise_c = 0.0;
+    let simulation = simulate(&options).unwrap();
+    let mean = |i: usize| {
+        let file = &simulation.files[i];
+        let n = file.t_s.len();
+        (0..n).map(|row| accel(file, row)).sum::<Vector3<f64>>() / n as f64
+    };
+    let truth = &simulation.truth.accelerometer;
+    let mut found = Matrix3::zeros();
+    for axis in 0..3 {
+        let (plus, minus) = (mean(2 * axis), mean(2 * axis + 1));
+        found.set_column(axis, &((plus - minus) / (2.0 * options.gravity_mps2)));
+        let bias = (plus + minus) / 2.0;
+        assert!((bias - Vector3::from(truth.bias_mps2)).norm() < 1e-9);
+    }
+    for row in 0..3 {
+        for column in 0..3 {
+            assert!((found[(row, column)] - truth.matrix[row][column]).abs() < 1e-9);
+        }
+    }
+    assert_ne!(truth.matrix[0][1], truth.matrix[1][0]);
+}
+
+#[test]
+fn the_part_warms_up_and_its_bias_drifts_across_the_files() {
+    let mut options = quick_six();
+    options.sensor = SensorOptions {
+        temperature_rise_c: 10.0,
+        temperature_time_s: 30.0,
+        bias_drift_mg_per_c: 1.0,
+        ..SensorOptions::ideal()
+    };
+    options.tilt_sd_deg = 0.0;
+    let simulation = simulate(&options).unwrap();
+    let temperatures: Vec<_> = simulation
+        .files
+        .iter()
+        .map(|f| f.temperature_c[0])
+        .collect();
+    assert_eq!(temperatures[0], 25.0);
+    assert!(temperatures.is_sorted() && temperatures[5] > 32.0);
+    let drift = simulation.truth.accelerometer.bias_drift_mps2_per_c[1];
+    assert!((drift.abs() - 9.80665e-3).abs() < 1e-12);
+    // +x and −x files: y reads nothing but its bias.
+    let moved = simulation.files[1].accel_mps2[1][0] - simulation.files[0].accel_mps2[1][0];
+    assert!((moved - drift * (temperatures[1] - 25.0)).abs() < 1e-9);
+}

@@ -1,0 +1,153 @@
+//! What was put in: the parameters and the events that a calibration or a
+//! motion result is compared with.
+
+use serde::{Deserialize, Serialize};
+
+use super::options::SimulateOptions;
+
+/// The tag of `truth.json`; within `/1` fields are only added.
+pub const TRUTH_FORMAT: &str = "gravical-truth/1";
+
+/// Everything known about a simulation. Times are true seconds since the first
+/// row of the file; a clock error is not in them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    /// [`TRUTH_FORMAT`].
+    pub format: String,
+    /// Program and version that simulated.
+    pub tool: String,
+    /// The seed.
+    pub seed: u64,
+    /// Local gravity, m/s².
+    pub gravity_mps2: f64,
+    /// The accelerometer.
+    pub accelerometer: AccelerometerTruth,
+    /// The gyroscope.
+    pub gyroscope: GyroscopeTruth,
+    /// The recordings, in the order they were made.
+    pub files: Vec<FileTruth>,
+    /// Every option, as it was used.
+    pub options: SimulateOptions,
+}
+
+/// u = M f + b + drift·(T − 25 °C).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AccelerometerTruth {
+    /// M, row-major, dimensionless: reading in m/s² per m/s².
+    pub matrix: [[f64; 3]; 3],
+    /// Bias at 25 °C, m/s².
+    pub bias_mps2: [f64; 3],
+    /// Drift of the bias, m/s² per °C.
+    pub bias_drift_mps2_per_c: [f64; 3],
+    /// Unit of the written values: `m/s^2` or `counts`.
+    pub file_unit: String,
+    /// M in file units per m/s².
+    pub matrix_file: [[f64; 3]; 3],
+    /// Bias at 25 °C in file units.
+    pub bias_file: [f64; 3],
+    /// Allan N, m/s/√s.
+    pub noise_mps_rts: f64,
+    /// One count, m/s².
+    pub lsb_mps2: f64,
+}
+
+/// v = M ω + b + K f, f the specific force in m/s².
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GyroscopeTruth {
+    /// M, row-major, dimensionless: reading in rad/s per rad/s.
+    pub matrix: [[f64; 3]; 3],
+    /// Bias, rad/s.
+    pub bias_rad_s: [f64; 3],
+    /// K, row-major, rad/s per m/s².
+    pub g_sensitivity_rad_s_per_mps2: [[f64; 3]; 3],
+    /// Unit of the written values: `rad/s` or `counts`.
+    pub file_unit: String,
+    /// Allan N, rad/√s.
+    pub noise_rad_rts: f64,
+    /// One count, rad/s.
+    pub lsb_rad_s: f64,
+}
+
+/// One recording.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FileTruth {
+    /// File name.
+    pub name: String,
+    /// Rows written.
+    pub rows: usize,
+    /// Rows lost on the way.
+    pub dropped_rows: usize,
+    /// Rows with a value at the end of its range.
+    pub clipped_rows: usize,
+    /// Time stamp of the first row before jitter, ms.
+    pub first_stamp_ms: u64,
+    /// Mean temperature of the part, °C.
+    pub temperature_mean_c: f64,
+    /// What was held, in order.
+    pub poses: Vec<PoseTruth>,
+    /// Full turns about one axis.
+    pub turns: Vec<TurnTruth>,
+    /// Everything between the poses that is not a turn.
+    pub moves: Vec<MoveTruth>,
+}
+
+/// Why a pose was held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PoseKind {
+    /// A placement on a face, up to the placement tilt.
+    Face,
+    /// Any attitude.
+    Free,
+    /// A pause before or after a move or turn; lies on a face, tilt included.
+    Rest,
+}
+
+/// A still hold.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PoseTruth {
+    /// `+x` … `-z` (the axis that points up), `free1` …, `rest1` ….
+    pub label: String,
+    /// Why it was held.
+    pub kind: PoseKind,
+    /// Unit vector up in the sensor frame, tilt included.
+    pub up: [f64; 3],
+    /// Angle between `up` and the face, °; null for a free pose.
+    pub tilt_deg: Option<f64>,
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+}
+
+/// A turn about an axis fixed in the sensor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TurnTruth {
+    /// `x`, `y` or `z`.
+    pub label: String,
+    /// The true axis in the sensor frame: the vertical of that placement.
+    pub axis: [f64; 3],
+    /// Right-handed angle about it, °.
+    pub angle_deg: f64,
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+}
+
+/// A change of position or attitude between two poses.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MoveTruth {
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+    /// Displacement in the world, m. The world is z up, x along the sensor's x
+    /// at the first rest, made horizontal (where x points up: y for x).
+    pub displacement_m: [f64; 3],
+    /// The same in the sensor's frame at the first rest, m.
+    pub displacement_sensor_m: [f64; 3],
+    /// Change of attitude from start to end, rotation vector in the sensor
+    /// frame at the start, °.
+    pub rotation_deg: [f64; 3],
+}
