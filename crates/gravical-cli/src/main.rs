@@ -1,2 +1,70 @@
-//! The program `gravical`.
-fn main() {}
+//! The program `gravical`: the table of contents. Every verb has its file in
+//! `cmd`; what it does lives in the library.
+
+mod cmd;
+mod failure;
+mod options;
+mod text;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(
+    name = "gravical",
+    version,
+    about = "Turn a cheap IMU into an instrument you can trust.",
+    after_help = "Exit codes: 0 ok, 1 internal, 2 usage, 3 bad input, 4 ran but a quality gate failed.",
+    arg_required_else_help = true,
+    propagate_version = true
+)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// What is in a recording: columns, units, rate, defects, stills, faces
+    Inspect(cmd::inspect::Args),
+    /// Recordings of still placements → calibration
+    Calibrate(Box<cmd::calibrate::Args>),
+    /// Recording → calibrated recording, streaming
+    Apply(cmd::apply::Args),
+    /// A calibration in another program's format
+    Export(cmd::export::Args),
+    /// Recordings of a virtual sensor with known truth
+    Simulate(Box<cmd::simulate::Args>),
+    /// Completions for your shell
+    Completions(cmd::completions::Args),
+    /// The manual as man pages
+    Man(cmd::man::Args),
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let json = cli.verb.wants_json();
+    let done = match &cli.verb {
+        Verb::Inspect(args) => cmd::inspect::run(args),
+        Verb::Calibrate(args) => cmd::calibrate::run(args),
+        Verb::Apply(args) => cmd::apply::run(args),
+        Verb::Export(args) => cmd::export::run(args),
+        Verb::Simulate(args) => cmd::simulate::run(args),
+        Verb::Completions(args) => cmd::completions::run(args, Cli::command()),
+        Verb::Man(args) => cmd::man::run(args, Cli::command()),
+    };
+    done.unwrap_or_else(|error| failure::report(&error, json))
+}
+
+impl Verb {
+    fn wants_json(&self) -> bool {
+        match self {
+            Verb::Inspect(args) => args.json,
+            Verb::Calibrate(args) => args.json,
+            Verb::Apply(args) => args.json,
+            Verb::Simulate(args) => args.json(),
+            Verb::Export(_) | Verb::Completions(_) | Verb::Man(_) => false,
+        }
+    }
+}

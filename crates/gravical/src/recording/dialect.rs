@@ -137,7 +137,10 @@ fn candidates(lines: &[HeadLine<'_>], min_columns: usize) -> Option<Candidate> {
 /// least two numbers (a recorder that writes each channel when it arrives
 /// leaves most cells empty).
 fn is_data(cells: &[Cell], min_columns: usize) -> bool {
-    let numbers = cells.iter().filter(|c| matches!(c, Cell::Number(_))).count();
+    let numbers = cells
+        .iter()
+        .filter(|c| matches!(c, Cell::Number(_)))
+        .count();
     let texts = cells.iter().filter(|c| **c == Cell::Text).count();
     cells.len() >= min_columns && numbers >= 2.min(min_columns) && texts <= 2 && numbers > texts
 }
@@ -201,7 +204,10 @@ fn finish(best: Candidate, lines: &[HeadLine<'_>]) -> Dialect {
             .position(|l| l.number == h.lines[0])
             .unwrap_or(first)
     });
-    let metadata = lines[..before].iter().filter_map(|l| key_value(l.text)).collect();
+    let metadata = lines[..before]
+        .iter()
+        .filter_map(|l| key_value(l.text))
+        .collect();
     let sample = lines[first..]
         .iter()
         .filter(|l| is_row(l))
@@ -237,7 +243,10 @@ fn find_header(best: &Candidate, before: &[HeadLine<'_>]) -> Option<Header> {
             .iter()
             .map(|f| decode(f.trim_ascii()))
             .collect();
-        let named = names.iter().filter(|n| n.chars().any(char::is_alphabetic)).count();
+        let named = names
+            .iter()
+            .filter(|n| n.chars().any(char::is_alphabetic))
+            .count();
         let fits = names.len() == best.fields || names.len() + 1 == best.fields;
         (fits && named * 2 > names.len()).then_some(names)
     };
@@ -267,7 +276,10 @@ fn find_header(best: &Candidate, before: &[HeadLine<'_>]) -> Option<Header> {
 }
 
 fn repeats(names: &[String]) -> bool {
-    names.iter().enumerate().any(|(i, n)| names[..i].contains(n))
+    names
+        .iter()
+        .enumerate()
+        .any(|(i, n)| names[..i].contains(n))
 }
 
 /// A header behind a comment sign (`# t ax ay az`) is a header.

@@ -39,7 +39,9 @@ impl std::str::FromStr for ColumnsSpec {
                         "columns-syntax",
                         format!("--columns: there is no channel \"{other}\""),
                     )
-                    .with_hint("channels are t, ax, ay, az, gx, gy, gz, temp and label; _ skips a column"));
+                    .with_hint(
+                        "channels are t, ax, ay, az, gx, gy, gz, temp and label; _ skips a column",
+                    ));
                 }
             })
         };
@@ -77,7 +79,10 @@ impl Layout {
     /// Field of a channel, from 0.
     #[must_use]
     pub fn field(&self, quantity: Quantity) -> Option<usize> {
-        self.fields.iter().find(|(q, _)| *q == quantity).map(|(_, f)| *f)
+        self.fields
+            .iter()
+            .find(|(q, _)| *q == quantity)
+            .map(|(_, f)| *f)
     }
 
     /// True when all three axes of the gyroscope are there.
@@ -111,7 +116,11 @@ impl Layout {
 /// `no-accelerometer` or `columns-unknown` (input) when they cannot be found,
 /// with the names that are there; `columns-missing` (usage) when `--columns`
 /// names one that is not.
-pub fn find(dialect: &Dialect, spec: Option<&ColumnsSpec>, findings: &mut Vec<Finding>) -> Result<Layout> {
+pub fn find(
+    dialect: &Dialect,
+    spec: Option<&ColumnsSpec>,
+    findings: &mut Vec<Finding>,
+) -> Result<Layout> {
     match (spec, &dialect.header) {
         (Some(spec), _) => by_spec(dialect, spec),
         (None, Some(header)) => by_names(&header.names, findings),
@@ -127,10 +136,19 @@ fn by_spec(dialect: &Dialect, spec: &ColumnsSpec) -> Result<Layout> {
             if order.len() > dialect.fields {
                 return Err(Error::usage(
                     "columns-missing",
-                    format!("--columns names {} columns, the file has {}", order.len(), dialect.fields),
+                    format!(
+                        "--columns names {} columns, the file has {}",
+                        order.len(),
+                        dialect.fields
+                    ),
                 ));
             }
-            fields.extend(order.iter().enumerate().filter_map(|(i, q)| Some(((*q)?, i))));
+            fields.extend(
+                order
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(i, q)| Some(((*q)?, i))),
+            );
         }
         ColumnsSpec::Named(pairs) => {
             for (quantity, name) in pairs {
@@ -152,19 +170,34 @@ fn by_spec(dialect: &Dialect, spec: &ColumnsSpec) -> Result<Layout> {
         .collect();
     let layout = with_claims(fields, &claims);
     if (0..3).any(|i| layout.field(Quantity::Accel(i)).is_none()) {
-        return Err(Error::usage("columns-missing", "--columns has to name ax, ay and az"));
+        return Err(Error::usage(
+            "columns-missing",
+            "--columns has to name ax, ay and az",
+        ));
     }
     Ok(layout)
 }
 
 fn columns_there(names: &[String]) -> String {
     if names.is_empty() {
-        return "the file has no header: give the channels in order, as --columns t,ax,ay,az".to_owned();
+        return "the file has no header: give the channels in order, as --columns t,ax,ay,az"
+            .to_owned();
     }
-    let list: Vec<&str> = names.iter().map(String::as_str).filter(|n| !n.is_empty()).collect();
+    let list: Vec<&str> = names
+        .iter()
+        .map(String::as_str)
+        .filter(|n| !n.is_empty())
+        .collect();
     let shown: Vec<&str> = list.iter().copied().take(16).collect();
-    let more = if list.len() > shown.len() { ", …" } else { "" };
-    format!("its columns are: {}{more}; say which is which with --columns ax=…,ay=…,az=…", shown.join(", "))
+    let more = if list.len() > shown.len() {
+        ", …"
+    } else {
+        ""
+    };
+    format!(
+        "its columns are: {}{more}; say which is which with --columns ax=…,ay=…,az=…",
+        shown.join(", ")
+    )
 }
 
 fn by_names(names: &[String], findings: &mut Vec<Finding>) -> Result<Layout> {
@@ -213,7 +246,11 @@ fn by_names(names: &[String], findings: &mut Vec<Finding>) -> Result<Layout> {
         .find(|g| name_of(g[0]).is_some_and(|c| c.sensor == sensor))
         .or(gyros.first());
     if accels.len() > 1 {
-        let list: Vec<&str> = accels.iter().filter_map(|a| names.get(a[0])).map(String::as_str).collect();
+        let list: Vec<&str> = accels
+            .iter()
+            .filter_map(|a| names.get(a[0]))
+            .map(String::as_str)
+            .collect();
         findings.push(Finding::warning(
             "several-sensors",
             format!(
@@ -223,12 +260,14 @@ fn by_names(names: &[String], findings: &mut Vec<Finding>) -> Result<Layout> {
             ),
         ));
     }
-    let mut fields: Vec<(Quantity, usize)> = (0..3).map(|i| (Quantity::Accel(i), accel[i])).collect();
+    let mut fields: Vec<(Quantity, usize)> =
+        (0..3).map(|i| (Quantity::Accel(i), accel[i])).collect();
     if let Some(gyro) = gyro {
         fields.extend((0..3).map(|i| (Quantity::Gyro(i), gyro[i])));
     }
     for quantity in [Quantity::Time, Quantity::Temperature, Quantity::Label] {
-        let of_sensor = |(_, c): &&(usize, ColumnName)| c.quantity == quantity && c.sensor == sensor;
+        let of_sensor =
+            |(_, c): &&(usize, ColumnName)| c.quantity == quantity && c.sensor == sensor;
         if let Some((field, _)) = understood
             .iter()
             .find(of_sensor)
@@ -241,7 +280,10 @@ fn by_names(names: &[String], findings: &mut Vec<Finding>) -> Result<Layout> {
         .iter()
         .filter_map(|(q, f)| Some((*q, name_of(*f)?.clone())))
         .collect();
-    if claims.iter().any(|(q, c)| matches!(q, Quantity::Accel(_)) && c.without_gravity) {
+    if claims
+        .iter()
+        .any(|(q, c)| matches!(q, Quantity::Accel(_)) && c.without_gravity)
+    {
         findings.push(Finding::warning(
             "without-gravity",
             "the only acceleration here may have gravity taken out by the device; calibration needs the raw specific force",
@@ -270,7 +312,8 @@ fn with_claims(fields: Vec<(Quantity, usize)>, claims: &[(Quantity, ColumnName)]
 /// hardly changes, since gravity never leaves it.
 fn by_content(dialect: &Dialect, findings: &mut Vec<Finding>) -> Result<Layout> {
     let sample = &dialect.sample;
-    let column = |i: usize| -> Vec<f64> { sample.iter().filter_map(|r| r.get(i).copied()).collect() };
+    let column =
+        |i: usize| -> Vec<f64> { sample.iter().filter_map(|r| r.get(i).copied()).collect() };
     let first = column(0);
     let rises = first.len() > 3 && first.windows(2).all(|w| w[1] > w[0]);
     let counter = rises && first.windows(2).all(|w| w[1] - w[0] == 1.0);
@@ -280,7 +323,10 @@ fn by_content(dialect: &Dialect, findings: &mut Vec<Finding>) -> Result<Layout> 
     let unknown = || {
         Error::input(
             "columns-unknown",
-            format!("the file has no header and {} columns whose meaning the numbers do not show", dialect.fields),
+            format!(
+                "the file has no header and {} columns whose meaning the numbers do not show",
+                dialect.fields
+            ),
         )
         .with_hint("name them in order, as --columns t,ax,ay,az,gx,gy,gz (_ skips one)")
     };
@@ -298,7 +344,10 @@ fn by_content(dialect: &Dialect, findings: &mut Vec<Finding>) -> Result<Layout> 
         3 => (triple(0), None, None),
         4 => (triple(0), None, Some(from + 3)),
         6 | 9 => {
-            let (a, b) = (steady(triple(0)).ok_or_else(unknown)?, steady(triple(3)).ok_or_else(unknown)?);
+            let (a, b) = (
+                steady(triple(0)).ok_or_else(unknown)?,
+                steady(triple(3)).ok_or_else(unknown)?,
+            );
             let gravity = |norm: f64| !matches!(accel_evidence(norm, true), Evidence::None);
             match (gravity(a.0), gravity(b.0)) {
                 (true, false) => (triple(0), Some(triple(3)), None),
@@ -314,7 +363,11 @@ fn by_content(dialect: &Dialect, findings: &mut Vec<Finding>) -> Result<Layout> 
                 let c = column(from + i);
                 let mean = c.iter().sum::<f64>() / c.len().max(1) as f64;
                 let most = c.iter().fold(0.0_f64, |m, v| m.max((v - mean).abs()));
-                if mean.abs() > 1.0 { most / mean.abs() } else { f64::INFINITY }
+                if mean.abs() > 1.0 {
+                    most / mean.abs()
+                } else {
+                    f64::INFINITY
+                }
             };
             if spread(3) <= spread(6) {
                 (triple(0), Some(triple(4)), Some(from + 3))
@@ -324,7 +377,8 @@ fn by_content(dialect: &Dialect, findings: &mut Vec<Finding>) -> Result<Layout> 
         }
         _ => return Err(unknown()),
     };
-    let mut fields: Vec<(Quantity, usize)> = (0..3).map(|i| (Quantity::Accel(i), accel[i])).collect();
+    let mut fields: Vec<(Quantity, usize)> =
+        (0..3).map(|i| (Quantity::Accel(i), accel[i])).collect();
     if let Some(gyro) = gyro {
         fields.extend((0..3).map(|i| (Quantity::Gyro(i), gyro[i])));
     }
@@ -361,12 +415,20 @@ mod tests {
 
     fn layout(text: &str, spec: Option<&str>) -> Result<Layout> {
         let spec = spec.map(|s| s.parse().unwrap());
-        find(&sniff(text.as_bytes(), true, 3).unwrap(), spec.as_ref(), &mut Vec::new())
+        find(
+            &sniff(text.as_bytes(), true, 3).unwrap(),
+            spec.as_ref(),
+            &mut Vec::new(),
+        )
     }
 
     #[test]
     fn the_reports_header() {
-        let l = layout("Timestamp,aX (g),aY (g),aZ (g),Temp (C),gX (°/s),gY (°/s),gZ (°/s)\n1,2,3,4,5,6,7,8\n", None).unwrap();
+        let l = layout(
+            "Timestamp,aX (g),aY (g),aZ (g),Temp (C),gX (°/s),gY (°/s),gZ (°/s)\n1,2,3,4,5,6,7,8\n",
+            None,
+        )
+        .unwrap();
         assert_eq!(l.field(Quantity::Gyro(2)), Some(7));
         assert_eq!(l.accel_claim, Some(AccelUnit::StandardGravity));
         assert_eq!(l.gyro_claim, Some(GyroUnit::DegreePerSecond));
@@ -375,7 +437,10 @@ mod tests {
     #[test]
     fn the_first_of_two_sensors_unless_told() {
         let text = "l_acc_x,r_acc_x,l_acc_y,r_acc_y,l_acc_z,r_acc_z\n1,2,3,4,5,6\n";
-        assert_eq!(layout(text, None).unwrap().field(Quantity::Accel(1)), Some(2));
+        assert_eq!(
+            layout(text, None).unwrap().field(Quantity::Accel(1)),
+            Some(2)
+        );
         let told = layout(text, Some("ax=r_acc_x,ay=r_acc_y,az=r_acc_z")).unwrap();
         assert_eq!(told.field(Quantity::Accel(1)), Some(3));
     }
@@ -383,19 +448,46 @@ mod tests {
     #[test]
     fn without_names_the_numbers_decide() {
         let gyro_first: String = (0..50)
-            .map(|i| format!("{} 0.01 0.02 0.1 {} 9.8\n", 0.03 * f64::from(i % 7), 0.01 * f64::from(i % 3)))
+            .map(|i| {
+                format!(
+                    "{} 0.01 0.02 0.1 {} 9.8\n",
+                    0.03 * f64::from(i % 7),
+                    0.01 * f64::from(i % 3)
+                )
+            })
             .collect();
         let l = layout(&gyro_first, None).unwrap();
-        assert_eq!((l.field(Quantity::Accel(0)), l.field(Quantity::Gyro(0))), (Some(3), Some(0)));
-        let timed = layout("0.01 33000 33100 36400\n0.02 33000 33100 36400\n0.035 33000 33101 36400\n0.04 1 2 3\n", None).unwrap();
-        assert_eq!((timed.field(Quantity::Time), timed.field(Quantity::Accel(2))), (Some(0), Some(3)));
+        assert_eq!(
+            (l.field(Quantity::Accel(0)), l.field(Quantity::Gyro(0))),
+            (Some(3), Some(0))
+        );
+        let timed = layout(
+            "0.01 33000 33100 36400\n0.02 33000 33100 36400\n0.035 33000 33101 36400\n0.04 1 2 3\n",
+            None,
+        )
+        .unwrap();
+        assert_eq!(
+            (timed.field(Quantity::Time), timed.field(Quantity::Accel(2))),
+            (Some(0), Some(3))
+        );
     }
 
     #[test]
     fn what_is_not_there_is_said() {
-        assert_eq!(layout("a,b,c\n1,2,3\n", None).unwrap_err().code(), "no-accelerometer");
-        assert_eq!(layout("1,2,3,4,5\n1,2,3,4,5\n", None).unwrap_err().code(), "columns-unknown");
-        assert_eq!(layout("p,q,r\n1,2,3\n", Some("ax=p,ay=q,az=x")).unwrap_err().code(), "columns-missing");
+        assert_eq!(
+            layout("a,b,c\n1,2,3\n", None).unwrap_err().code(),
+            "no-accelerometer"
+        );
+        assert_eq!(
+            layout("1,2,3,4,5\n1,2,3,4,5\n", None).unwrap_err().code(),
+            "columns-unknown"
+        );
+        assert_eq!(
+            layout("p,q,r\n1,2,3\n", Some("ax=p,ay=q,az=x"))
+                .unwrap_err()
+                .code(),
+            "columns-missing"
+        );
         assert!("ax,by".parse::<ColumnsSpec>().is_err());
     }
 }

@@ -67,9 +67,13 @@ impl Aside {
             Aside::Blank => "blank; taken as a break between segments",
             Aside::RepeatedHeader => "the header once more; kept out of the data",
             Aside::TornLine => "fewer fields than the other rows (half-written); set aside",
-            Aside::TooManyFields => "more fields than the other rows (lines run together?); set aside",
+            Aside::TooManyFields => {
+                "more fields than the other rows (lines run together?); set aside"
+            }
             Aside::NotANumber => "a channel that is not a number; set aside",
-            Aside::ZeroTail => "all channels zero up to the end of the file (never written); set aside",
+            Aside::ZeroTail => {
+                "all channels zero up to the end of the file (never written); set aside"
+            }
         }
     }
 }

@@ -329,7 +329,10 @@ mod tests {
 
     #[test]
     fn the_rest_of_the_name_is_the_sensor() {
-        assert_eq!(understand("left_sensor.acc_x").unwrap().sensor, "left sensor");
+        assert_eq!(
+            understand("left_sensor.acc_x").unwrap().sensor,
+            "left sensor"
+        );
         assert!(understand("userAcceleration.x").unwrap().without_gravity);
     }
 }

@@ -40,9 +40,11 @@ pub fn open(path: &Path, hash: bool) -> Result<Input> {
         Box::new(io::stdin().lock())
     } else {
         if path.is_dir() {
-            return Err(Error::input("is-a-directory", "this is a folder, not a recording")
-                .at(path, None)
-                .with_hint("give its files, or the folder to `gravical calibrate`"));
+            return Err(
+                Error::input("is-a-directory", "this is a folder, not a recording")
+                    .at(path, None)
+                    .with_hint("give its files, or the folder to `gravical calibrate`"),
+            );
         }
         Box::new(File::open(path).map_err(|e| Error::io(path, e))?)
     };

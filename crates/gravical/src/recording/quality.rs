@@ -1,9 +1,9 @@
 //! What is wrong with the samples themselves: frozen axes, clipping, rows that
 //! repeat, cells that are empty.
 
+use super::Recording;
 use super::finding::{Finding, LineSpans};
 use super::units::{AccelScale, AccelUnit};
-use super::Recording;
 
 /// Rows an axis has to stay exactly the same, while another moves, to be
 /// called frozen: a live sensor's noise flips its last digit sooner.
@@ -31,7 +31,11 @@ pub fn empty_cells(
         .zip(accel.iter().map(|c| &c[..]))
         .collect();
     if let Some(gyro) = gyro {
-        channels.extend(["gx", "gy", "gz"].into_iter().zip(gyro.iter().map(|c| &c[..])));
+        channels.extend(
+            ["gx", "gy", "gz"]
+                .into_iter()
+                .zip(gyro.iter().map(|c| &c[..])),
+        );
     }
     channels.extend(temperature_c.map(|t| ("temperature", t)));
     let mut total = 0;
@@ -47,7 +51,9 @@ pub fn empty_cells(
         return None;
     }
     let rows = accel[0].len();
-    let incomplete = (0..rows).filter(|&i| accel.iter().any(|c| c[i].is_nan())).count();
+    let incomplete = (0..rows)
+        .filter(|&i| accel.iter().any(|c| c[i].is_nan()))
+        .count();
     Some(
         Finding::warning(
             "empty-cells",
@@ -170,7 +176,10 @@ pub fn clipped_rows(values: &[f64], scale: &AccelScale) -> Vec<usize> {
     if scale.unit == AccelUnit::Counts {
         return at_end;
     }
-    let repeats = at_end.windows(2).filter(|w| values[w[0]] == values[w[1]]).count();
+    let repeats = at_end
+        .windows(2)
+        .filter(|w| values[w[0]] == values[w[1]])
+        .count();
     if repeats >= 3 { at_end } else { Vec::new() }
 }
 

@@ -44,7 +44,8 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
 pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
     let reader = Box::new(std::io::Cursor::new(bytes.to_vec()));
-    let input = open::from_reader(reader, options.hash).map_err(|e| Error::io(Path::new(name), e))?;
+    let input =
+        open::from_reader(reader, options.hash).map_err(|e| Error::io(Path::new(name), e))?;
     read_input(input, name, options)
 }
 
@@ -59,7 +60,11 @@ pub(crate) struct Prepared<R> {
 }
 
 /// Looks at the head and finds dialect and columns; nothing is consumed.
-pub(crate) fn prepare<R: Read>(reader: R, name: &str, options: &ReadOptions) -> Result<Prepared<R>> {
+pub(crate) fn prepare<R: Read>(
+    reader: R,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<Prepared<R>> {
     let here = Path::new(name);
     let io = |e| Error::io(here, e);
     let mut lines = Lines::new(reader);
@@ -126,7 +131,9 @@ impl Columns {
             Some(&index) => index,
             None => {
                 let index = self.labels.names.len() as u32;
-                self.labels.names.push(decode(text).trim_matches('"').to_owned());
+                self.labels
+                    .names
+                    .push(decode(text).trim_matches('"').to_owned());
                 self.label_index.insert(text.to_vec(), index);
                 index
             }
@@ -213,7 +220,10 @@ fn read_input(mut input: Input, name: &str, options: &ReadOptions) -> Result<Rec
             Err(e) if e.kind() == std::io::ErrorKind::UnexpectedEof && columns.rows() > 0 => {
                 findings.push(Finding::warning(
                     "truncated-file",
-                    format!("the packed file ends in the middle; {} rows could be unpacked", columns.rows()),
+                    format!(
+                        "the packed file ends in the middle; {} rows could be unpacked",
+                        columns.rows()
+                    ),
                 ));
                 break;
             }
@@ -226,7 +236,11 @@ fn read_input(mut input: Input, name: &str, options: &ReadOptions) -> Result<Rec
             if std::str::from_utf8(line.bytes).is_err() {
                 foreign_lines.push(line.number);
             }
-            ledger.aside(reason_before(line.bytes, line.number, &dialect), line.number, line.bytes);
+            ledger.aside(
+                reason_before(line.bytes, line.number, &dialect),
+                line.number,
+                line.bytes,
+            );
             continue;
         }
         let mut label = (0, 0);
@@ -235,7 +249,11 @@ fn read_input(mut input: Input, name: &str, options: &ReadOptions) -> Result<Rec
                 ledger.row();
                 columns.push(&values, &present, line.number);
                 if label_field.is_some() {
-                    columns.push_label(line.bytes.get(label.0 as usize..label.1 as usize).unwrap_or(b""));
+                    columns.push_label(
+                        line.bytes
+                            .get(label.0 as usize..label.1 as usize)
+                            .unwrap_or(b""),
+                    );
                 }
             }
             Err(defect) => {
@@ -256,31 +274,48 @@ fn read_input(mut input: Input, name: &str, options: &ReadOptions) -> Result<Rec
     findings.extend(ledger.findings());
     if !nul_lines.is_empty() {
         findings.push(
-            Finding::warning("nul-bytes", format!("NUL bytes in {} lines; taken out", nul_lines.count()))
-                .at_lines(&nul_lines),
+            Finding::warning(
+                "nul-bytes",
+                format!("NUL bytes in {} lines; taken out", nul_lines.count()),
+            )
+            .at_lines(&nul_lines),
         );
     }
     if !foreign_lines.is_empty() {
         findings.push(
-            Finding::note("not-utf8", "text that is not UTF-8; read as Windows-1252").at_lines(&foreign_lines),
+            Finding::note("not-utf8", "text that is not UTF-8; read as Windows-1252")
+                .at_lines(&foreign_lines),
         );
     }
     if let Some(encoding) = unpacked.iter().find(|u| u.starts_with("UTF-16")) {
-        findings.push(Finding::note("not-utf8", format!("the file is {encoding}; read as such")));
+        findings.push(Finding::note(
+            "not-utf8",
+            format!("the file is {encoding}; read as such"),
+        ));
     }
     unpacked.push(format!("{} separated", dialect.delimiter.name()));
     if dialect.decimal_comma {
         unpacked.push("decimal comma".to_owned());
     }
     unpacked.push(match &dialect.header {
-        Some(h) if h.lines[0] != h.lines[1] => format!("header in lines {} and {}", h.lines[0], h.lines[1]),
+        Some(h) if h.lines[0] != h.lines[1] => {
+            format!("header in lines {} and {}", h.lines[0], h.lines[1])
+        }
         Some(h) => format!("header in line {}", h.lines[0]),
         None => "no header".to_owned(),
     });
     let description = unpacked.join(", ");
     let sha256 = input.sha256();
     Ok(assemble(
-        columns, ledger, findings, &dialect, &layout, options, name, description, sha256,
+        columns,
+        ledger,
+        findings,
+        &dialect,
+        &layout,
+        options,
+        name,
+        description,
+        sha256,
     ))
 }
 
@@ -290,7 +325,10 @@ fn zero_tail(columns: &mut Columns, ledger: &mut Ledger) {
         (ACCEL..ACCEL + 6).all(|slot| columns.slots[slot].get(row).is_none_or(|v| *v == 0.0))
     };
     let rows = columns.rows();
-    let kept = (0..rows).rev().find(|row| !zero(*row)).map_or(0, |row| row + 1);
+    let kept = (0..rows)
+        .rev()
+        .find(|row| !zero(*row))
+        .map_or(0, |row| row + 1);
     if kept > 0 && rows - kept >= 2 {
         let lines: Vec<u64> = (kept..rows).map(|row| columns.lines.line(row)).collect();
         ledger.move_rows_aside(Aside::ZeroTail, lines.into_iter());
@@ -301,16 +339,24 @@ fn zero_tail(columns: &mut Columns, ledger: &mut Ledger) {
 fn refuse_unusable(columns: &Columns, ledger: &Ledger, here: &Path) -> Result<()> {
     let rows = columns.rows();
     if rows == 0 {
-        return Err(Error::input("no-rows", format!("no row could be read: {}", ledger.sum())).at(here, None));
+        return Err(
+            Error::input("no-rows", format!("no row could be read: {}", ledger.sum()))
+                .at(here, None),
+        );
     }
     let accel = &columns.slots[ACCEL..ACCEL + 3];
     if let Some(axis) = (0..3).find(|i| accel[*i].iter().all(|v| v.is_nan())) {
         return Err(Error::input(
             "no-values",
-            format!("a{} has no value in any of the {rows} rows (empty or NaN)", ["x", "y", "z"][axis]),
+            format!(
+                "a{} has no value in any of the {rows} rows (empty or NaN)",
+                ["x", "y", "z"][axis]
+            ),
         )
         .at(here, None)
-        .with_hint("look at the columns with `gravical inspect`, or choose others with --columns"));
+        .with_hint(
+            "look at the columns with `gravical inspect`, or choose others with --columns",
+        ));
     }
     if accel.iter().all(|c| c.iter().all(|v| *v == 0.0)) {
         return Err(Error::input(
@@ -327,10 +373,19 @@ fn refuse_unusable(columns: &Columns, ledger: &Ledger, here: &Path) -> Result<()
 fn claimed_rate(metadata: &[(String, String)]) -> Option<f64> {
     metadata.iter().find_map(|(key, value)| {
         let is_rate = ["fs", "rate", "odr"].contains(&key.as_str())
-            || ["sampling", "sample rate", "sample_rate", "frequency", "rate_hz", "rate hz"]
-                .iter()
-                .any(|w| key.contains(w));
-        let number = value.split(|c: char| c.is_whitespace() || c.is_alphabetic()).next()?;
+            || [
+                "sampling",
+                "sample rate",
+                "sample_rate",
+                "frequency",
+                "rate_hz",
+                "rate hz",
+            ]
+            .iter()
+            .any(|w| key.contains(w));
+        let number = value
+            .split(|c: char| c.is_whitespace() || c.is_alphabetic())
+            .next()?;
         let rate: f64 = number.parse().ok()?;
         (is_rate && rate.is_finite() && rate > 0.0).then_some(rate)
     })
@@ -354,7 +409,9 @@ fn assemble(
     let some = |v: Vec<f64>| (!v.is_empty()).then_some(v);
 
     let unsigned = options.zero_offset.is_none() && looks_unsigned(&accel);
-    let zero_offset = options.zero_offset.unwrap_or(if unsigned { 32768.0 } else { 0.0 });
+    let zero_offset = options
+        .zero_offset
+        .unwrap_or(if unsigned { 32768.0 } else { 0.0 });
     if zero_offset != 0.0 {
         for value in accel.iter_mut().flatten() {
             *value -= zero_offset;
@@ -371,7 +428,9 @@ fn assemble(
         let (low, high) = t
             .iter()
             .filter(|v| v.is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                (l.min(*v), h.max(*v))
+            });
         (high - low).max(0.0)
     });
     let claims = Claims {
@@ -390,7 +449,11 @@ fn assemble(
     breaks.dedup();
 
     let gyro = (!gx.is_empty()).then_some([gx, gy, gz]);
-    findings.extend(quality::empty_cells(&accel, gyro.as_ref(), temperature_c.as_deref()));
+    findings.extend(quality::empty_cells(
+        &accel,
+        gyro.as_ref(),
+        temperature_c.as_deref(),
+    ));
     hold_last_values(&mut accel);
     let accel_scale = decide_accel(
         quiet_norm(&accel),
@@ -404,7 +467,10 @@ fn assemble(
         name: name.to_owned(),
         sha256,
         description,
-        column_names: dialect.header.as_ref().map_or_else(Vec::new, |h| h.names.clone()),
+        column_names: dialect
+            .header
+            .as_ref()
+            .map_or_else(Vec::new, |h| h.names.clone()),
         accel,
         gyro,
         temperature_c,
@@ -432,7 +498,9 @@ fn assemble(
 /// Elsewhere an empty cell stays empty.
 fn hold_last_values(accel: &mut [Vec<f64>; 3]) {
     let rows = accel[0].len();
-    let incomplete = (0..rows).filter(|&i| accel.iter().any(|c| c[i].is_nan())).count();
+    let incomplete = (0..rows)
+        .filter(|&i| accel.iter().any(|c| c[i].is_nan()))
+        .count();
     if incomplete * 5 <= rows {
         return;
     }
@@ -470,8 +538,16 @@ fn gyro_by_claim(gyro: &[Vec<f64>; 3], layout: &Layout, options: &ReadOptions) -
         .all(|c| c.iter().all(|v| v.is_nan() || v.fract() == 0.0));
     let moves = gyro.iter().flatten().any(|v| v.abs() >= 1.0);
     GyroScale {
-        unit: if integers && moves { GyroUnit::Counts } else { GyroUnit::Unknown },
+        unit: if integers && moves {
+            GyroUnit::Counts
+        } else {
+            GyroUnit::Unknown
+        },
         lsb_per_deg_s,
-        origin: if integers && moves { Origin::Data } else { Origin::Assumed },
+        origin: if integers && moves {
+            Origin::Data
+        } else {
+            Origin::Assumed
+        },
     }
 }

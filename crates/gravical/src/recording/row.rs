@@ -106,7 +106,12 @@ impl RowScanner {
     /// The defect that keeps the line from being a row. Values read before it
     /// was met are left in `values`.
     #[inline]
-    pub fn scan(&self, line: &[u8], values: &mut Values, label: &mut Span) -> Result<(), RowDefect> {
+    pub fn scan(
+        &self,
+        line: &[u8],
+        values: &mut Values,
+        label: &mut Span,
+    ) -> Result<(), RowDefect> {
         self.scan_with(line, values, label, |_| {})
     }
 
@@ -283,9 +288,22 @@ fn quoted_end(line: &[u8], from: usize, delimiter: u8) -> usize {
 
 /// Words that programs write for "no value".
 fn is_nothing(text: &[u8]) -> bool {
-    ["nan", "na", "n/a", "null", "none", "-", "inf", "-inf", "+inf", "-nan", "nan(ind)", "-nan(ind)"]
-        .iter()
-        .any(|word| text.eq_ignore_ascii_case(word.as_bytes()))
+    [
+        "nan",
+        "na",
+        "n/a",
+        "null",
+        "none",
+        "-",
+        "inf",
+        "-inf",
+        "+inf",
+        "-nan",
+        "nan(ind)",
+        "-nan(ind)",
+    ]
+    .iter()
+    .any(|word| text.eq_ignore_ascii_case(word.as_bytes()))
 }
 
 /// A date and time of day as seconds since 1970 (as if in UTC; only
@@ -346,7 +364,10 @@ mod tests {
         assert_eq!(values(&s, "1,x2,3"), Err(RowDefect::NotANumber(1)));
         for blank in ["", ",,", ",,,,,", "  ", ",nan,"] {
             let got = values(&s, blank);
-            assert!(matches!(got, Err(RowDefect::Blank | RowDefect::TooFewFields)), "{blank}: {got:?}");
+            assert!(
+                matches!(got, Err(RowDefect::Blank | RowDefect::TooFewFields)),
+                "{blank}: {got:?}"
+            );
         }
         let some = values(&s, "1,,NaN").unwrap();
         assert!(some[1] == 1.0 && some[2].is_nan() && some[3].is_nan());

@@ -160,7 +160,10 @@ pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
             if let Some(period) = wrap_period(before, stamp) {
                 offset += period;
                 faults.wrapped.push(line(row));
-            } else if stamp < 0.5 * before && -step > 20.0 * median && stamp < 100.0 * median.max(1.0 / per_s) {
+            } else if stamp < 0.5 * before
+                && -step > 20.0 * median
+                && stamp < 100.0 * median.max(1.0 / per_s)
+            {
                 // The board began to count anew: it was reset.
                 restarts.push(row);
                 offset += before + median - stamp;
@@ -198,7 +201,10 @@ pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
 
     // Several samples that arrive with one stamp, then a long step: stamps of
     // arrival at the computer, not of sampling.
-    let bunched = steps.iter().filter(|d| **d >= 0.0 && **d * per_s * mean_rate.unwrap_or(0.0) < 0.2).count();
+    let bunched = steps
+        .iter()
+        .filter(|d| **d >= 0.0 && **d * per_s * mean_rate.unwrap_or(0.0) < 0.2)
+        .count();
     if bunched * 2 > steps.len() && n > 20 {
         findings.push(
             Finding::warning(
@@ -268,7 +274,11 @@ pub(super) fn untimed(rows: usize, claims: &Claims, findings: Vec<Finding>) -> T
 /// The median of millisecond stamps at 62.5 Hz is 16 ms exactly never: use the
 /// mean of the steps near the median.
 fn steady_rate(regular: &[f64], median_s: f64) -> f64 {
-    let near: Vec<f64> = regular.iter().copied().filter(|d| *d > 0.5 * median_s).collect();
+    let near: Vec<f64> = regular
+        .iter()
+        .copied()
+        .filter(|d| *d > 0.5 * median_s)
+        .collect();
     if near.is_empty() {
         return 1.0 / median_s;
     }
@@ -281,7 +291,9 @@ fn rate_findings(timing: &Timing, missing: f64, findings: &mut Vec<Finding>) {
     {
         findings.push(Finding::warning(
             "rate-mismatch",
-            format!("{nominal} Hz is claimed, the time stamps say {rate:.2} Hz; the stamps are used"),
+            format!(
+                "{nominal} Hz is claimed, the time stamps say {rate:.2} Hz; the stamps are used"
+            ),
         ));
     }
     if let Some(share) = timing.missing_share
@@ -291,7 +303,10 @@ fn rate_findings(timing: &Timing, missing: f64, findings: &mut Vec<Finding>) {
         findings.push(
             Finding::warning(
                 "missing-samples",
-                format!("{missing:.0} samples ({:.1} %) are missing between the time stamps", 100.0 * share),
+                format!(
+                    "{missing:.0} samples ({:.1} %) are missing between the time stamps",
+                    100.0 * share
+                ),
             )
             .counting(missing as u64),
         );
@@ -319,7 +334,10 @@ impl Faults {
         };
         add(
             &self.wrapped,
-            Finding::note("wrapped-time", "the 32-bit counter of the time stamps wrapped; unwrapped"),
+            Finding::note(
+                "wrapped-time",
+                "the 32-bit counter of the time stamps wrapped; unwrapped",
+            ),
         );
         add(
             &self.restarted,
@@ -332,7 +350,10 @@ impl Faults {
             &self.backward,
             Finding::warning(
                 "backward-time",
-                format!("{} time stamps run backwards; kept as recorded", self.backward.count()),
+                format!(
+                    "{} time stamps run backwards; kept as recorded",
+                    self.backward.count()
+                ),
             ),
         );
         add(
@@ -348,7 +369,10 @@ impl Faults {
         );
         add(
             &self.absent,
-            Finding::warning("absent-time", format!("{} rows have no time stamp", self.absent.count())),
+            Finding::warning(
+                "absent-time",
+                format!("{} rows have no time stamp", self.absent.count()),
+            ),
         );
         add(
             &self.gaps,
@@ -373,14 +397,21 @@ fn wrap_period(before: f64, now: f64) -> Option<f64> {
 
 /// The unit at which the median step gives a usual rate, nearest to 100 Hz
 /// where two do.
-fn guess_unit(median: f64, steps: usize, claims: &Claims, findings: &mut Vec<Finding>) -> Option<TimeUnit> {
+fn guess_unit(
+    median: f64,
+    steps: usize,
+    claims: &Claims,
+    findings: &mut Vec<Finding>,
+) -> Option<TimeUnit> {
     let mut fitting: Vec<(TimeUnit, f64)> = TimeUnit::ALL
         .into_iter()
         .map(|u| (u, 1.0 / (median * u.seconds())))
         .filter(|(_, rate)| PLAUSIBLE_HZ.contains(rate))
         .collect();
     if let Some(nominal) = claims.nominal_rate_hz
-        && let Some(at) = fitting.iter().position(|(_, rate)| (rate / nominal - 1.0).abs() < 0.5)
+        && let Some(at) = fitting
+            .iter()
+            .position(|(_, rate)| (rate / nominal - 1.0).abs() < 0.5)
     {
         return Some(fitting[at].0);
     }
@@ -406,7 +437,11 @@ fn guess_unit(median: f64, steps: usize, claims: &Claims, findings: &mut Vec<Fin
             format!(
                 "the time stamps are taken as {} ({rate:.2} Hz){}; --time-unit says otherwise",
                 unit.name(),
-                if by_temperature { ", since in a finer unit the temperature would change impossibly fast" } else { "" }
+                if by_temperature {
+                    ", since in a finer unit the temperature would change impossibly fast"
+                } else {
+                    ""
+                }
             ),
         ));
     }
@@ -464,7 +499,9 @@ mod tests {
     #[test]
     fn a_wrapped_counter_goes_on() {
         let start = 4_294_967_296.0 - 50.0;
-        let raw = (0..20).map(|i| (start + 10.0 * f64::from(i)) % 4_294_967_296.0).collect();
+        let raw = (0..20)
+            .map(|i| (start + 10.0 * f64::from(i)) % 4_294_967_296.0)
+            .collect();
         let timed = judged(raw);
         assert_eq!(kinds(&timed), ["wrapped-time"]);
         let t = timed.time_s.unwrap();
@@ -480,7 +517,10 @@ mod tests {
             *t += 300.0;
         }
         let timed = judged(raw);
-        assert_eq!(kinds(&timed), ["backward-time", "duplicate-time", "gap", "missing-samples"]);
+        assert_eq!(
+            kinds(&timed),
+            ["backward-time", "duplicate-time", "gap", "missing-samples"]
+        );
         assert_eq!(timed.findings[1].lines, [[51, 51]]);
         assert!((timed.timing.median_rate_hz.unwrap() - 100.0).abs() < 0.5);
     }

@@ -1,10 +1,10 @@
 //! The unit of a recording: what was given, what gravity shows, what the
 //! header claims, in this order.
 
+use super::ReadOptions;
 use super::finding::Finding;
 use super::timing::median;
 use super::units::{AccelScale, AccelUnit, Evidence, Origin, accel_evidence};
-use super::ReadOptions;
 
 /// Rows of one block over which stillness is judged here.
 const BLOCK: usize = 20;
@@ -30,7 +30,11 @@ pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
         for channel in accel {
             let mean = block.iter().map(|&i| channel[i]).sum::<f64>() / n;
             norm2 += mean * mean;
-            variance += block.iter().map(|&i| (channel[i] - mean).powi(2)).sum::<f64>() / n;
+            variance += block
+                .iter()
+                .map(|&i| (channel[i] - mean).powi(2))
+                .sum::<f64>()
+                / n;
             integers &= block.iter().all(|&i| channel[i].fract() == 0.0);
         }
         blocks.push((variance, norm2.sqrt()));
@@ -46,7 +50,10 @@ pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
 pub(super) fn looks_unsigned(accel: &[Vec<f64>; 3]) -> bool {
     accel.iter().all(|channel| {
         let mut some: Vec<f64> = channel.iter().copied().filter(|v| v.is_finite()).collect();
-        let fits = !some.is_empty() && some.iter().all(|v| v.fract() == 0.0 && (0.0..65536.0).contains(v));
+        let fits = !some.is_empty()
+            && some
+                .iter()
+                .all(|v| v.fract() == 0.0 && (0.0..65536.0).contains(v));
         fits && median(&mut some).is_some_and(|m| (16384.0..49152.0).contains(&m))
     })
 }
@@ -70,7 +77,11 @@ pub fn decide_accel(
         });
         let scale = AccelScale {
             unit,
-            lsb_per_g: if counts { range_lsb.or(from_data) } else { None },
+            lsb_per_g: if counts {
+                range_lsb.or(from_data)
+            } else {
+                None
+            },
             origin: Origin::Given,
         };
         warn_if_gravity_disagrees(&scale, quiet, findings);
@@ -113,7 +124,9 @@ pub fn decide_accel(
     };
     match evidence {
         Evidence::Unit(unit, lsb) => by_data(unit, lsb, findings),
-        Evidence::Ambiguous if range_lsb.is_some() => by_data(AccelUnit::Counts, range_lsb, findings),
+        Evidence::Ambiguous if range_lsb.is_some() => {
+            by_data(AccelUnit::Counts, range_lsb, findings)
+        }
         // Whichever of the three it is, a claim that fits settles it.
         Evidence::Ambiguous => match claim {
             Some(AccelUnit::MilliGravity) => by_data(AccelUnit::MilliGravity, None, findings),
@@ -123,7 +136,11 @@ pub fn decide_accel(
         Evidence::None if claim == Some(AccelUnit::Counts) || range_lsb.is_some() => AccelScale {
             unit: AccelUnit::Counts,
             lsb_per_g: range_lsb,
-            origin: if claim.is_some() { Origin::Header } else { Origin::Given },
+            origin: if claim.is_some() {
+                Origin::Header
+            } else {
+                Origin::Given
+            },
         },
         Evidence::None => unknown(norm, "no unit in which gravity has that size", findings),
     }
@@ -133,14 +150,21 @@ fn by_claim(claim: Option<AccelUnit>, range_lsb: Option<f64>) -> AccelScale {
     AccelScale {
         unit: claim.unwrap_or(AccelUnit::Unknown),
         lsb_per_g: range_lsb,
-        origin: if claim.is_some() { Origin::Header } else { Origin::Assumed },
+        origin: if claim.is_some() {
+            Origin::Header
+        } else {
+            Origin::Assumed
+        },
     }
 }
 
 fn unknown(norm: f64, what: &str, findings: &mut Vec<Finding>) -> AccelScale {
     findings.push(Finding::warning(
         "unit-unknown",
-        format!("the magnitude at rest is {}: {what}; say it with --accel-unit", short(norm)),
+        format!(
+            "the magnitude at rest is {}: {what}; say it with --accel-unit",
+            short(norm)
+        ),
     ));
     AccelScale {
         unit: AccelUnit::Unknown,
@@ -149,7 +173,11 @@ fn unknown(norm: f64, what: &str, findings: &mut Vec<Finding>) -> AccelScale {
     }
 }
 
-fn warn_if_gravity_disagrees(scale: &AccelScale, quiet: Option<(f64, bool)>, findings: &mut Vec<Finding>) {
+fn warn_if_gravity_disagrees(
+    scale: &AccelScale,
+    quiet: Option<(f64, bool)>,
+    findings: &mut Vec<Finding>,
+) {
     let (Some(nominal), Some((norm, _))) = (scale.nominal(), quiet) else {
         return;
     };
@@ -176,7 +204,13 @@ mod tests {
 
     fn decide(norm: f64, claim: Option<AccelUnit>) -> (AccelScale, Vec<Finding>) {
         let mut findings = Vec::new();
-        let scale = decide_accel(Some((norm, false)), false, claim, &ReadOptions::default(), &mut findings);
+        let scale = decide_accel(
+            Some((norm, false)),
+            false,
+            claim,
+            &ReadOptions::default(),
+            &mut findings,
+        );
         (scale, findings)
     }
 
@@ -192,15 +226,25 @@ mod tests {
     #[test]
     fn what_cannot_be_told_is_asked() {
         let (scale, findings) = decide(985.0, None);
-        assert_eq!((scale.unit, findings[0].kind.as_str()), (AccelUnit::Unknown, "unit-unknown"));
-        assert_eq!(decide(985.0, Some(AccelUnit::MilliGravity)).0.unit, AccelUnit::MilliGravity);
+        assert_eq!(
+            (scale.unit, findings[0].kind.as_str()),
+            (AccelUnit::Unknown, "unit-unknown")
+        );
+        assert_eq!(
+            decide(985.0, Some(AccelUnit::MilliGravity)).0.unit,
+            AccelUnit::MilliGravity
+        );
     }
 
     #[test]
     fn the_quiet_part_decides_not_the_shaking() {
         let mut accel = [Vec::new(), Vec::new(), Vec::new()];
         for i in 0..400 {
-            let shake = if i < 200 { 0.0 } else { 30.0 * f64::from(i).sin() };
+            let shake = if i < 200 {
+                0.0
+            } else {
+                30.0 * f64::from(i).sin()
+            };
             accel[0].push(shake);
             accel[1].push(shake);
             accel[2].push(9.81 + shake);

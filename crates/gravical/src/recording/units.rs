@@ -92,7 +92,9 @@ impl GyroUnit {
         let degrees = matches!(
             text.as_str(),
             "deg/s" | "dps" | "degs" | "deg/sec" | "degree/s" | "degrees/s" | "deg.s-1"
-        ) || (text.ends_with("/s") && text.chars().count() == 3 && !text.starts_with(char::is_alphanumeric));
+        ) || (text.ends_with("/s")
+            && text.chars().count() == 3
+            && !text.starts_with(char::is_alphanumeric));
         Some(match text.as_str() {
             _ if degrees => GyroUnit::DegreePerSecond,
             "rad/s" | "rads" | "rps" | "rad/sec" | "rad.s-1" => GyroUnit::RadianPerSecond,
@@ -226,10 +228,18 @@ mod tests {
     #[test]
     fn units_as_people_write_them() {
         for text in ["m/s²", "m/s^2", "M/S2", "mps2", "m s-2", "m/s/s"] {
-            assert_eq!(AccelUnit::parse(text), Some(AccelUnit::MetrePerSecondSquared), "{text}");
+            assert_eq!(
+                AccelUnit::parse(text),
+                Some(AccelUnit::MetrePerSecondSquared),
+                "{text}"
+            );
         }
         for text in ["°/s", "deg/s", "dps", "º/s", "\u{fffd}/s", "?/s"] {
-            assert_eq!(GyroUnit::parse(text), Some(GyroUnit::DegreePerSecond), "{text}");
+            assert_eq!(
+                GyroUnit::parse(text),
+                Some(GyroUnit::DegreePerSecond),
+                "{text}"
+            );
         }
         assert_eq!(GyroUnit::parse("rad/s"), Some(GyroUnit::RadianPerSecond));
         assert_eq!(AccelUnit::parse("furlong"), None);
@@ -246,7 +256,11 @@ mod tests {
             (2090.0, true, Counts, Some(2048.0)),
             (1030.0, true, Counts, Some(1024.0)),
         ] {
-            assert_eq!(accel_evidence(norm, integers), Evidence::Unit(unit, lsb), "{norm}");
+            assert_eq!(
+                accel_evidence(norm, integers),
+                Evidence::Unit(unit, lsb),
+                "{norm}"
+            );
         }
         assert_eq!(accel_evidence(980.0, false), Evidence::Ambiguous);
         assert_eq!(accel_evidence(3.0, false), Evidence::None);

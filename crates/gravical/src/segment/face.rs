@@ -110,7 +110,8 @@ impl AxisMap {
     /// A board reading seen in the case's axes.
     #[must_use]
     pub fn to_case(&self, board: [f64; 3]) -> [f64; 3] {
-        self.rows.map(|(axis, same)| if same { board[axis] } else { -board[axis] })
+        self.rows
+            .map(|(axis, same)| if same { board[axis] } else { -board[axis] })
     }
 
     /// True when nothing is turned.
@@ -127,8 +128,9 @@ impl std::str::FromStr for AxisMap {
     /// board's y.
     fn from_str(text: &str) -> Result<Self> {
         let wrong = |why: &str| {
-            Error::usage("axes-syntax", format!("--axes {text}: {why}"))
-                .with_hint("three axes with signs, such as x,-z,y: the case's x, y and z in axes of the board")
+            Error::usage("axes-syntax", format!("--axes {text}: {why}")).with_hint(
+                "three axes with signs, such as x,-z,y: the case's x, y and z in axes of the board",
+            )
         };
         let mut rows = Vec::new();
         for part in text.split(',') {
@@ -143,7 +145,9 @@ impl std::str::FromStr for AxisMap {
                 .ok_or_else(|| wrong("not an axis"))?;
             rows.push((axis, same));
         }
-        let rows: [(usize, bool); 3] = rows.try_into().map_err(|_| wrong("three axes are needed"))?;
+        let rows: [(usize, bool); 3] = rows
+            .try_into()
+            .map_err(|_| wrong("three axes are needed"))?;
         let [a, b, c] = rows.map(|(axis, _)| axis);
         if a == b || b == c || a == c {
             return Err(wrong("each axis has to occur once"));
@@ -152,7 +156,9 @@ impl std::str::FromStr for AxisMap {
         let even = (b + 3 - a) % 3 == 1;
         let flips = rows.iter().filter(|(_, same)| !same).count();
         if even != (flips % 2 == 0) {
-            return Err(wrong("this mirrors the sensor; no way of mounting it does that"));
+            return Err(wrong(
+                "this mirrors the sensor; no way of mounting it does that",
+            ));
         }
         Ok(AxisMap { rows })
     }
@@ -184,7 +190,10 @@ pub fn claim(name: &str) -> Option<Claim> {
             up.get_or_insert(sign);
             continue;
         }
-        for word in token.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()) {
+        for word in token
+            .split(|c: char| !c.is_alphanumeric())
+            .filter(|w| !w.is_empty())
+        {
             read_word(word, &mut axis, &mut up, &mut turn);
         }
     }
@@ -197,7 +206,8 @@ pub fn claim(name: &str) -> Option<Claim> {
 }
 
 fn axis_letter(text: &str) -> Option<usize> {
-    AXES.iter().position(|a| text.len() == 1 && text.starts_with(*a))
+    AXES.iter()
+        .position(|a| text.len() == 1 && text.starts_with(*a))
 }
 
 /// `+x`, `-x`, `x+`, `x-`.
@@ -221,7 +231,9 @@ fn signed_axis(token: &str) -> Option<(usize, bool)> {
 fn read_word(word: &str, axis: &mut Option<usize>, up: &mut Option<bool>, turn: &mut bool) {
     let sign = |word: &str| match word {
         "p" | "pos" | "positive" | "plus" | "up" | "parallel" => Some(true),
-        "n" | "neg" | "negative" | "minus" | "m" | "a" | "anti" | "antiparallel" | "down" => Some(false),
+        "n" | "neg" | "negative" | "minus" | "m" | "a" | "anti" | "antiparallel" | "down" => {
+            Some(false)
+        }
         _ => None,
     };
     if let Some(a) = axis_letter(word) {
@@ -242,7 +254,9 @@ fn read_word(word: &str, axis: &mut Option<usize>, up: &mut Option<bool>, turn: 
             axis.get_or_insert(a);
             up.get_or_insert(s);
         }
-    } else if let Some(a) = word.get(word.len().saturating_sub(1)..).and_then(axis_letter)
+    } else if let Some(a) = word
+        .get(word.len().saturating_sub(1)..)
+        .and_then(axis_letter)
         && let Some(s) = sign(&word[..word.len() - 1])
     {
         // `plusx`, `negz`.

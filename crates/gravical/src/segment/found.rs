@@ -40,9 +40,21 @@ pub(super) fn in_files(
                 Some(n) => first_rows(vec![segment.clone()], Some(n)),
                 None => longest_per_face(recording, &stills, segment, one_face, options),
             };
-            let selection = if options.rows.is_some() { Selection::Given } else { Selection::Found };
+            let selection = if options.rows.is_some() {
+                Selection::Given
+            } else {
+                Selection::Found
+            };
             if spans.is_empty() {
-                add_without_still(recording, segment, &label, index, claimed, &mut drafts, findings);
+                add_without_still(
+                    recording,
+                    segment,
+                    &label,
+                    index,
+                    claimed,
+                    &mut drafts,
+                    findings,
+                );
                 continue;
             }
             tell_motion(recording, segment, &spans, options, findings);
@@ -121,15 +133,26 @@ pub(super) fn in_one(
 }
 
 fn never_still(name: &str, files: usize) -> Error {
-    let what = if files > 1 { "the recordings are" } else { "the recording is" };
-    Error::input("never-still", format!("{what} never still long enough for a hold"))
-        .at(Path::new(name), None)
-        .with_hint("lay the sensor down for 3 s or more in each position; `gravical inspect` shows the stills")
+    let what = if files > 1 {
+        "the recordings are"
+    } else {
+        "the recording is"
+    };
+    Error::input(
+        "never-still",
+        format!("{what} never still long enough for a hold"),
+    )
+    .at(Path::new(name), None)
+    .with_hint(
+        "lay the sensor down for 3 s or more in each position; `gravical inspect` shows the stills",
+    )
 }
 
 /// Name of a file without folder and endings (`.csv.gz` is two).
 pub(super) fn stem(name: &str) -> String {
-    let file = Path::new(name).file_name().map_or_else(|| name.into(), |f| f.to_string_lossy());
+    let file = Path::new(name)
+        .file_name()
+        .map_or_else(|| name.into(), |f| f.to_string_lossy());
     let mut stem = file.as_ref();
     for ending in [".gz", ".csv", ".txt", ".tsv", ".log", ".dat"] {
         stem = stem.strip_suffix(ending).unwrap_or(stem);
@@ -145,7 +168,11 @@ fn longest_per_face(
     options: &SegmentOptions,
 ) -> Vec<Range<usize>> {
     let mut best: Vec<(Option<Face>, Range<usize>)> = Vec::new();
-    for span in stills.spans.iter().filter(|s| s.start >= segment.start && s.end <= segment.end) {
+    for span in stills
+        .spans
+        .iter()
+        .filter(|s| s.start >= segment.start && s.end <= segment.end)
+    {
         let (mean, _) = moments(&recording.accel, span.clone());
         let (face, angle) = Face::nearest(options.axes.to_case(mean));
         let face = (angle <= MOST_FACE_ANGLE_DEG).then_some(face);
@@ -176,7 +203,10 @@ fn add_without_still(
         findings.push(
             Finding::warning(
                 "short-hold",
-                format!("{label}: {} rows only; all are taken, moving or not", segment.len()),
+                format!(
+                    "{label}: {} rows only; all are taken, moving or not",
+                    segment.len()
+                ),
             )
             .in_file(&recording.name),
         );

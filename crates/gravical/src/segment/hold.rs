@@ -133,7 +133,10 @@ fn mean_of(values: &[f64]) -> f64 {
 fn without_bumps(channels: &[&[f64]; 3], blocks: Vec<Range<usize>>) -> Vec<Range<usize>> {
     let mut out = vec![false; blocks.len()];
     for channel in channels {
-        let means: Vec<f64> = blocks.iter().map(|b| mean_of(&channel[b.clone()])).collect();
+        let means: Vec<f64> = blocks
+            .iter()
+            .map(|b| mean_of(&channel[b.clone()]))
+            .collect();
         let Some(centre) = median(&mut means.clone()) else {
             continue;
         };
@@ -153,7 +156,11 @@ fn without_bumps(channels: &[&[f64]; 3], blocks: Vec<Range<usize>>) -> Vec<Range
         .map(|(b, _)| b.clone())
         .collect();
     // More than a third standing out is no bump but the hold itself.
-    if kept.len() * 3 < blocks.len() * 2 { blocks } else { kept }
+    if kept.len() * 3 < blocks.len() * 2 {
+        blocks
+    } else {
+        kept
+    }
 }
 
 fn over(channels: &[&[f64]; 3], blocks: &[Range<usize>], noise: &HoldNoise) -> HoldMean {
@@ -212,7 +219,9 @@ mod tests {
     };
 
     fn white(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
-        (0..n).map(|_| rng.sample::<f64, _>(StandardNormal)).collect()
+        (0..n)
+            .map(|_| rng.sample::<f64, _>(StandardNormal))
+            .collect()
     }
 
     /// First-order low-pass with a pole at `pole`: VIF (1 + pole)/(1 − pole).
@@ -248,7 +257,10 @@ mod tests {
     fn correlation_is_seen() {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         let holds: Vec<Vec<f64>> = (0..18).map(|_| red(&mut rng, 1000, 0.5)).collect();
-        let slices: Vec<[&[f64]; 3]> = holds.chunks(3).map(|c| [&c[0][..], &c[1][..], &c[2][..]]).collect();
+        let slices: Vec<[&[f64]; 3]> = holds
+            .chunks(3)
+            .map(|c| [&c[0][..], &c[1][..], &c[2][..]])
+            .collect();
         let noise = pooled_noise(&slices);
         assert!((noise.vif - 3.0).abs() < 0.4, "{}", noise.vif);
     }

@@ -130,14 +130,20 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         (Some(_), _) => {
             return Err(Error::usage(
                 "several-files",
-                format!("--sections belongs to one recording; there are {}", recordings.len()),
+                format!(
+                    "--sections belongs to one recording; there are {}",
+                    recordings.len()
+                ),
             ));
         }
         (None, [one]) => match named::by_labels(one, options, &mut findings) {
             Some(found) => found,
             None => found::in_one(one, options, &mut gyro_scale, &mut findings)?,
         },
-        (None, several) => (found::in_files(several, options, &mut findings)?, Vec::new()),
+        (None, several) => (
+            found::in_files(several, options, &mut findings)?,
+            Vec::new(),
+        ),
     };
     let noise = pooled_noise(&hold_slices(recordings, &drafts));
     let mut placements: Vec<Placement> = drafts
@@ -171,7 +177,9 @@ fn check_units(recordings: &[Recording]) -> Result<()> {
                 .map_or_else(|| "the unit is not known".to_owned(), |f| f.message.clone());
             return Err(Error::input("unit-unknown", why)
                 .at(recording.name.as_ref(), None)
-                .with_hint("say it, for example --accel-unit mg, or --accel-unit counts --accel-range 2"));
+                .with_hint(
+                    "say it, for example --accel-unit mg, or --accel-unit counts --accel-range 2",
+                ));
         }
         let same = recording.accel_scale.unit == first.accel_scale.unit
             && recording.accel_scale.lsb_per_g == first.accel_scale.lsb_per_g
@@ -187,7 +195,9 @@ fn check_units(recordings: &[Recording]) -> Result<()> {
                 ),
             )
             .at(recording.name.as_ref(), None)
-            .with_hint("record all placements with the same settings, or say the unit with --accel-unit"));
+            .with_hint(
+                "record all placements with the same settings, or say the unit with --accel-unit",
+            ));
         }
     }
     Ok(())
@@ -211,7 +221,12 @@ fn hold_slices<'a>(recordings: &'a [Recording], drafts: &[Draft]) -> Vec<[&'a [f
         .collect()
 }
 
-fn measure(draft: Draft, recordings: &[Recording], noise: &HoldNoise, options: &SegmentOptions) -> Placement {
+fn measure(
+    draft: Draft,
+    recordings: &[Recording],
+    noise: &HoldNoise,
+    options: &SegmentOptions,
+) -> Placement {
     let recording = &recordings[draft.recording];
     let (rate, _) = recording.working_rate_hz();
     let gathered: [Vec<f64>; 3] = std::array::from_fn(|axis| {
@@ -272,13 +287,21 @@ fn measure(draft: Draft, recordings: &[Recording], noise: &HoldNoise, options: &
 
 /// Holds names against data. The data win, with a warning, unless the user
 /// believes the names.
-fn check_names(placements: &mut [Placement], options: &SegmentOptions, findings: &mut Vec<Finding>) {
+fn check_names(
+    placements: &mut [Placement],
+    options: &SegmentOptions,
+    findings: &mut Vec<Finding>,
+) {
     for placement in placements {
         let Some(Claim::Face(claimed)) = placement.claim else {
             if let (Some(Claim::Axis(axis)), Some(face)) = (placement.claim, placement.face)
                 && axis != face.axis
             {
-                findings.push(mismatch(placement, &format!("the {} axis", face::AXES[axis]), face));
+                findings.push(mismatch(
+                    placement,
+                    &format!("the {} axis", face::AXES[axis]),
+                    face,
+                ));
             }
             continue;
         };
@@ -306,7 +329,11 @@ fn mismatch(placement: &Placement, claimed: &str, face: Face) -> Finding {
     .in_file(&placement.source)
 }
 
-fn plain_integral(recording: &Recording, rows: &Range<usize>, placements: &[Placement]) -> Option<[f64; 3]> {
+fn plain_integral(
+    recording: &Recording,
+    rows: &Range<usize>,
+    placements: &[Placement],
+) -> Option<[f64; 3]> {
     let gyro = recording.gyro.as_ref()?;
     let (mut sum, mut count) = ([0.0; 3], 0);
     for (s, n) in placements.iter().filter_map(|p| p.gyro_sum) {

@@ -27,7 +27,9 @@ pub(super) fn by_sections(
         .at(recording.name.as_ref(), None)
         .with_hint("rows are data rows counted from 0 (header and blank lines do not count), the end is exclusive"));
     }
-    let named = sections.iter().map(|s| (s.label.clone(), vec![s.rows.clone()]));
+    let named = sections
+        .iter()
+        .map(|s| (s.label.clone(), vec![s.rows.clone()]));
     split(recording, named.collect(), options)
 }
 
@@ -55,7 +57,10 @@ pub(super) fn by_labels(
             None => unknown.push((name.clone(), rows)),
         }
     }
-    let placements = named.iter().filter(|(n, _)| !matches!(claim(n), Some(Claim::Turn(_)))).count();
+    let placements = named
+        .iter()
+        .filter(|(n, _)| !matches!(claim(n), Some(Claim::Turn(_))))
+        .count();
     if placements < 2 {
         return None;
     }
@@ -89,10 +94,14 @@ fn split(
                 if recording.gyro.is_none() {
                     return Err(Error::input(
                         "missing-gyro",
-                        format!("section \"{label}\" is a turn, but the recording has no gyroscope"),
+                        format!(
+                            "section \"{label}\" is a turn, but the recording has no gyroscope"
+                        ),
                     )
                     .at(recording.name.as_ref(), None)
-                    .with_hint("leave the turns out, or name the gyroscope's columns with --columns"));
+                    .with_hint(
+                        "leave the turns out, or name the gyroscope's columns with --columns",
+                    ));
                 }
                 // A turn is one motion: its stretches belong together only if
                 // they follow each other.

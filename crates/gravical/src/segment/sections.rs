@@ -61,7 +61,10 @@ pub fn parse_sections(bytes: &[u8]) -> Result<Vec<Section>> {
         Some(_) => from_csv(bytes)?,
     };
     if sections.is_empty() {
-        return Err(Error::input("sections-empty", "the section list has no section"));
+        return Err(Error::input(
+            "sections-empty",
+            "the section list has no section",
+        ));
     }
     Ok(sections)
 }
@@ -139,7 +142,11 @@ fn from_csv(bytes: &[u8]) -> Result<Vec<Section>> {
 }
 
 fn header(record: &csv::StringRecord) -> Option<[usize; 3]> {
-    let find = |names: &[&str]| record.iter().position(|f| names.contains(&f.to_lowercase().as_str()));
+    let find = |names: &[&str]| {
+        record
+            .iter()
+            .position(|f| names.contains(&f.to_lowercase().as_str()))
+    };
     let (start, end) = (find(&["start"])?, find(&["end", "stop"])?);
     let label = find(&["label", "part", "section", "name", "s_id", ""]).unwrap_or(0);
     Some([label, start, end])
@@ -149,14 +156,20 @@ fn section(row: &Row, line: Option<u64>) -> Result<Section> {
     let whole = |v: f64| v.fract() == 0.0 && (0.0..9.0e15).contains(&v);
     if !whole(row.start) || !whole(row.end) {
         return Err(syntax(
-            format!("section \"{}\": start {} and end {} have to be whole row numbers from 0", row.label, row.start, row.end),
+            format!(
+                "section \"{}\": start {} and end {} have to be whole row numbers from 0",
+                row.label, row.start, row.end
+            ),
             line,
         ));
     }
     if row.end <= row.start {
         return Err(Error::input(
             "sections-order",
-            format!("section \"{}\" ends at {} and starts at {}: it has no rows", row.label, row.end, row.start),
+            format!(
+                "section \"{}\" ends at {} and starts at {}: it has no rows",
+                row.label, row.end, row.start
+            ),
         )
         .at(Path::new(""), line)
         .with_hint("the end is exclusive: rows 0 to 499 are start 0, end 500"));
@@ -183,7 +196,9 @@ mod tests {
     fn both_forms_say_the_same() {
         let json = labels(r#"{"x_p":{"start":540,"end":1271},"x_rot":{"start":6770,"end":7093}}"#);
         assert_eq!(json.len(), 2);
-        let mut list = labels(r#"[{"label":"x_p","start":540,"end":1271},{"label":"x_rot","start":6770,"end":7093}]"#);
+        let mut list = labels(
+            r#"[{"label":"x_p","start":540,"end":1271},{"label":"x_rot","start":6770,"end":7093}]"#,
+        );
         assert_eq!(json, list);
         list = labels("label,start,end\nx_p,540,1271\nx_rot, 6770, 7093\n");
         assert_eq!(json, list);
@@ -195,7 +210,10 @@ mod tests {
     fn what_is_wrong_is_said_with_its_line() {
         let error = |text: &str| parse_sections(text.as_bytes()).unwrap_err();
         let torn = error("label,start,end\nx_p,540,1271\ny_p,12\n");
-        assert_eq!((torn.code(), torn.location().unwrap().line), ("sections-syntax", Some(3)));
+        assert_eq!(
+            (torn.code(), torn.location().unwrap().line),
+            ("sections-syntax", Some(3))
+        );
         assert_eq!(error("x_p,10,abc").code(), "sections-syntax");
         assert_eq!(error("x_p,10,10").code(), "sections-order");
         assert_eq!(error("x_p,-1,10").code(), "sections-syntax");

@@ -127,7 +127,11 @@ fn blocks(recording: &Recording, rows: Range<usize>, width: usize) -> Vec<Block>
     let mut from = rows.start;
     while from + width <= rows.end {
         // What is left at the end joins the last block.
-        let to = if from + 2 * width > rows.end { rows.end } else { from + width };
+        let to = if from + 2 * width > rows.end {
+            rows.end
+        } else {
+            from + width
+        };
         let (mean, variance) = moments(&recording.accel, from..to);
         let gyro_variance = recording
             .gyro
@@ -157,8 +161,16 @@ pub(crate) fn moments(channels: &[Vec<f64>; 3], rows: Range<usize>) -> ([f64; 3]
         }
         let mean = sum / n;
         means[axis] = mean;
-        let squares: f64 = part.iter().filter(|v| v.is_finite()).map(|v| (v - mean).powi(2)).sum();
-        total += if n > 1.0 { squares / (n - 1.0) } else { f64::NAN };
+        let squares: f64 = part
+            .iter()
+            .filter(|v| v.is_finite())
+            .map(|v| (v - mean).powi(2))
+            .sum();
+        total += if n > 1.0 {
+            squares / (n - 1.0)
+        } else {
+            f64::NAN
+        };
     }
     (means, total)
 }
@@ -184,7 +196,11 @@ fn typical_magnitude<'a>(blocks: impl Iterator<Item = &'a Block>) -> f64 {
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum::<f64>().sqrt()
+    a.iter()
+        .zip(b)
+        .map(|(x, y)| (x - y).powi(2))
+        .sum::<f64>()
+        .sqrt()
 }
 
 fn middle(blocks: &[Block]) -> [f64; 3] {
@@ -205,7 +221,10 @@ fn settle(segment: &[Block], run: Range<usize>, agree: f64, out: &mut Vec<Range<
             continue;
         }
         let centre = middle(part);
-        let worst = part.iter().map(|b| distance(b.mean, centre)).fold(0.0, f64::max);
+        let worst = part
+            .iter()
+            .map(|b| distance(b.mean, centre))
+            .fold(0.0, f64::max);
         if worst <= agree || part.len() == 1 {
             kept.push(run);
             continue;
@@ -230,7 +249,10 @@ fn join(segment: &[Block], runs: Vec<Range<usize>>, agree: f64) -> Vec<Range<usi
     for run in runs {
         if let Some(last) = out.last_mut() {
             let near = run.start - last.end <= 2 && run.start > last.end;
-            let same = distance(middle(&segment[last.clone()]), middle(&segment[run.clone()])) <= agree / 2.0;
+            let same = distance(
+                middle(&segment[last.clone()]),
+                middle(&segment[run.clone()]),
+            ) <= agree / 2.0;
             if near && same {
                 last.end = run.end;
                 continue;

@@ -66,11 +66,17 @@ pub fn motions(recording: &Recording, stills: &[Range<usize>]) -> Vec<Motion> {
     let mut out = Vec::new();
     for pair in stills.windows(2) {
         let rows = pair[0].end..pair[1].start;
-        let broken = recording.breaks.iter().any(|b| *b > pair[0].start && *b < pair[1].end);
+        let broken = recording
+            .breaks
+            .iter()
+            .any(|b| *b > pair[0].start && *b < pair[1].end);
         if broken || rows.is_empty() {
             continue;
         }
-        let (before, after) = (moments(gyro, pair[0].clone()).0, moments(gyro, pair[1].clone()).0);
+        let (before, after) = (
+            moments(gyro, pair[0].clone()).0,
+            moments(gyro, pair[1].clone()).0,
+        );
         let bias: [f64; 3] = std::array::from_fn(|i| 0.5 * (before[i] + after[i]));
         let mut integral = [0.0; 3];
         for row in rows.clone() {
@@ -195,11 +201,16 @@ pub fn decide_gyro_unit(
     let cast: usize = votes.iter().sum();
     let best = (0..all.len()).max_by_key(|&i| votes[i])?;
     let same = |h: &GyroScale| {
-        h.unit == claimed.unit && (claimed.lsb_per_deg_s.is_none() || h.lsb_per_deg_s == claimed.lsb_per_deg_s)
+        h.unit == claimed.unit
+            && (claimed.lsb_per_deg_s.is_none() || h.lsb_per_deg_s == claimed.lsb_per_deg_s)
     };
     let clear = votes[best] * 4 > cast * 3;
     let file = &recording.name;
-    let needed = if claimed.origin == Origin::Header { 3 } else { 1 };
+    let needed = if claimed.origin == Origin::Header {
+        3
+    } else {
+        1
+    };
     if clear && (votes[best] >= needed || (cast > 0 && same(&all[best]))) {
         let found = all[best];
         if claimed.unit != found.unit && claimed.origin == Origin::Header {
@@ -250,7 +261,11 @@ pub fn unit_by_known_turn(integral: [f64; 3], angle_rad: f64) -> Option<GyroScal
 /// the turn, and its angle in the unit of the gyroscope is within 60° of a full
 /// one.
 #[must_use]
-pub fn full_turns(recording_index: usize, motions: &[Motion], scale: Option<GyroScale>) -> Vec<Turn> {
+pub fn full_turns(
+    recording_index: usize,
+    motions: &[Motion],
+    scale: Option<GyroScale>,
+) -> Vec<Turn> {
     let Some(nominal) = scale.and_then(|s| s.nominal()) else {
         return Vec::new();
     };
@@ -290,7 +305,9 @@ mod tests {
 
     #[test]
     fn a_known_turn_tells_the_unit() {
-        let unit = |size: f64| unit_by_known_turn([0.1, size, 0.0], TAU).map(|s| (s.unit, s.lsb_per_deg_s));
+        let unit = |size: f64| {
+            unit_by_known_turn([0.1, size, 0.0], TAU).map(|s| (s.unit, s.lsb_per_deg_s))
+        };
         assert_eq!(unit(-6.1), Some((GyroUnit::RadianPerSecond, None)));
         assert_eq!(unit(371.0), Some((GyroUnit::DegreePerSecond, None)));
         assert_eq!(unit(360.0 * 16.7), Some((GyroUnit::Counts, Some(16.4))));

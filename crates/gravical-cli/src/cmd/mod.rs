@@ -1,0 +1,3 @@
+//! One file a verb: `Args` and `run`.
+
+pub mod simulate;

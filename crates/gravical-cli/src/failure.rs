@@ -1,0 +1,53 @@
+//! How a failure is told: a sentence with place, reason and next step, or the
+//! same as JSON; and which exit code it has.
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use gravical::Category;
+
+/// Exit code when the program ran and a quality gate failed.
+pub const QUALITY: u8 = 4;
+
+/// Tells `error` and gives the exit code.
+pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
+    let known = error.downcast_ref::<gravical::Error>();
+    if is_broken_pipe(error) {
+        // The reader of our output has seen enough.
+        return ExitCode::SUCCESS;
+    }
+    let code = known.map_or(1, |e| match e.category() {
+        Category::Usage => 2,
+        Category::Input => 3,
+        Category::System => 1,
+    });
+    if json {
+        let object = serde_json::json!({
+            "code": known.map_or("internal", gravical::Error::code),
+            "message": format!("{error:#}"),
+            "hint": known.and_then(gravical::Error::hint),
+        });
+        // Nowhere is left to complain when this cannot be written.
+        let _ = writeln!(io::stdout(), "{object:#}");
+    } else {
+        let _ = writeln!(io::stderr(), "error: {error:#}");
+        if let Some(e) = known {
+            if let Some(hint) = e.hint() {
+                let _ = writeln!(io::stderr(), "  try: {hint}");
+            }
+            let _ = writeln!(io::stderr(), "  code: {}", e.code());
+        }
+    }
+    ExitCode::from(code)
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| {
+        cause
+            .downcast_ref::<gravical::Error>()
+            .is_some_and(gravical::Error::is_broken_pipe)
+            || cause
+                .downcast_ref::<io::Error>()
+                .is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
+    })
+}

@@ -1,0 +1,127 @@
+//! Options that several verbs share.
+
+use clap::{Args, ValueEnum};
+use gravical::recording::{AccelUnit, ColumnsSpec, GyroUnit, ReadOptions, TimeUnit};
+use gravical::segment::face::AxisMap;
+
+/// What the user says about a recording.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "About the recording")]
+pub struct RecordingArgs {
+    /// Unit of the accelerometer [default: from the data]
+    #[arg(long, value_enum, value_name = "UNIT")]
+    pub accel_unit: Option<AccelUnitArg>,
+    /// Full-scale range of the accelerometer in g, for raw counts [default: from the data]
+    #[arg(long, value_name = "G")]
+    pub accel_range: Option<f64>,
+    /// Unit of the gyroscope [default: from turns, else the header]
+    #[arg(long, value_enum, value_name = "UNIT")]
+    pub gyro_unit: Option<GyroUnitArg>,
+    /// Full-scale range of the gyroscope in °/s, for raw counts [default: from turns]
+    #[arg(long, value_name = "DEG_S")]
+    pub gyro_range: Option<f64>,
+    /// Which column is which: t=Timestamp,ax=… by name, or ax,ay,az,_,gx in order (_ skips one)
+    #[arg(long, value_name = "COLUMNS")]
+    pub columns: Option<ColumnsSpec>,
+    /// Sampling rate in Hz, used only where there are no time stamps
+    #[arg(long, value_name = "HZ")]
+    pub rate: Option<f64>,
+    /// Unit of the time stamps [default: from header or steps]
+    #[arg(long, value_enum, value_name = "UNIT")]
+    pub time_unit: Option<TimeUnitArg>,
+    /// Counts subtracted on reading [default: 32768 for unsigned values, else 0]
+    #[arg(long, value_name = "COUNTS", allow_negative_numbers = true)]
+    pub zero_offset: Option<f64>,
+    /// How the board sits in its case: the case's x, y and z in axes of the board
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        default_value = "x,y,z",
+        allow_hyphen_values = true,
+        hide_default_value = true
+    )]
+    pub axes: AxisMapArg,
+}
+
+/// [`AxisMap`] with a default for clap.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct AxisMapArg(pub AxisMap);
+
+impl std::str::FromStr for AxisMapArg {
+    type Err = gravical::Error;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(AxisMapArg(text.parse()?))
+    }
+}
+
+/// Units of the accelerometer, as options.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum AccelUnitArg {
+    /// metres per second squared
+    #[value(name = "m/s^2", alias = "m/s2", alias = "mps2")]
+    Mps2,
+    /// standard gravity
+    G,
+    /// thousandths of it
+    Mg,
+    /// raw counts
+    Counts,
+}
+
+/// Units of the gyroscope, as options.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum GyroUnitArg {
+    /// radians per second
+    #[value(name = "rad/s")]
+    RadS,
+    /// degrees per second
+    #[value(name = "deg/s", alias = "dps")]
+    DegS,
+    /// raw counts
+    Counts,
+}
+
+/// Units of time, as options.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum TimeUnitArg {
+    /// seconds
+    S,
+    /// milliseconds
+    Ms,
+    /// microseconds
+    Us,
+    /// nanoseconds
+    Ns,
+}
+
+impl RecordingArgs {
+    /// As the library wants it.
+    pub fn read_options(&self, hash: bool) -> ReadOptions {
+        ReadOptions {
+            accel_unit: self.accel_unit.map(|u| match u {
+                AccelUnitArg::Mps2 => AccelUnit::MetrePerSecondSquared,
+                AccelUnitArg::G => AccelUnit::StandardGravity,
+                AccelUnitArg::Mg => AccelUnit::MilliGravity,
+                AccelUnitArg::Counts => AccelUnit::Counts,
+            }),
+            accel_range_g: self.accel_range,
+            gyro_unit: self.gyro_unit.map(|u| match u {
+                GyroUnitArg::RadS => GyroUnit::RadianPerSecond,
+                GyroUnitArg::DegS => GyroUnit::DegreePerSecond,
+                GyroUnitArg::Counts => GyroUnit::Counts,
+            }),
+            gyro_range_deg_s: self.gyro_range,
+            columns: self.columns.clone(),
+            rate_hz: self.rate,
+            time_unit: self.time_unit.map(|u| match u {
+                TimeUnitArg::S => TimeUnit::Second,
+                TimeUnitArg::Ms => TimeUnit::Millisecond,
+                TimeUnitArg::Us => TimeUnit::Microsecond,
+                TimeUnitArg::Ns => TimeUnit::Nanosecond,
+            }),
+            zero_offset: self.zero_offset,
+            hash,
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! imucal's JSON: read (2.0 and before) and written.
+//!
+//! imucal calibrates by R⁻¹K⁻¹(r − b) in m/s² and °/s; ours is the same model
+//! with rad/s for the gyroscope, so that its K_g is our scale · π/180. Without
+//! a gyroscope identity and zero are written, because imucal requires the keys.
+
+use gravical_core::matrix3::{inverse, mul, row_norms, scale_rows};
+use gravical_core::unit::{DEGREES_PER_RADIAN, RADIANS_PER_DEGREE, STANDARD_GRAVITY_MPS2};
+use serde::{Deserialize, Serialize};
+
+use crate::recording::units::{AccelUnit, GyroUnit};
+use crate::{Error, Result};
+
+use super::{
+    AccelerometerSection, CalibrationFile, FORMAT, Grade, GravitySource, GyroscopeSection,
+    SensorInfo, Verdict, creation_time,
+};
+
+type Matrix = [[f64; 3]; 3];
+
+#[derive(Serialize, Deserialize)]
+#[allow(non_snake_case)] // imucal's keys
+struct Imucal {
+    acc_unit: Option<String>,
+    #[serde(alias = "gyro_unit")]
+    gyr_unit: Option<String>,
+    #[serde(default)]
+    from_acc_unit: Option<String>,
+    #[serde(default)]
+    from_gyr_unit: Option<String>,
+    #[serde(default)]
+    comment: Option<String>,
+    K_a: Matrix,
+    R_a: Matrix,
+    b_a: [f64; 3],
+    K_g: Matrix,
+    R_g: Matrix,
+    K_ga: Matrix,
+    b_g: [f64; 3],
+    cal_type: String,
+    #[serde(rename = "_format_version", default)]
+    format_version: Option<String>,
+}
+
+/// Reads imucal's calibration; the format before 2.0 has no version and no
+/// input units.
+///
+/// # Errors
+///
+/// `calibration-syntax` for missing keys, `calibration-format` for an output
+/// unit other than m/s² and °/s or a version above 2, `calibration-values` for
+/// singular matrices.
+pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
+    let file: Imucal = serde_json::from_value(value.clone())
+        .map_err(|e| Error::input("calibration-syntax", format!("as a file of imucal: {e}")))?;
+    if let Some(version) = &file.format_version
+        && !version.starts_with("2.")
+    {
+        return Err(Error::input(
+            "calibration-format",
+            format!("imucal's format {version}; versions 2.x and before 2.0 are read"),
+        ));
+    }
+    let unit = |text: &Option<String>, wanted: &str| match text.as_deref() {
+        None => Ok(()),
+        Some(t) if t == wanted => Ok(()),
+        Some(other) => Err(Error::input(
+            "calibration-format",
+            format!("it calibrates to {other}; only {wanted} is read"),
+        )),
+    };
+    unit(&file.acc_unit, "m/s^2")?;
+    unit(&file.gyr_unit, "deg/s")?;
+    let (scale, orientation, matrix) = parts(&file.K_a, &file.R_a, 1.0)?;
+    let accelerometer = AccelerometerSection {
+        method: file.cal_type.to_lowercase(),
+        input_unit: file
+            .from_acc_unit
+            .as_deref()
+            .and_then(AccelUnit::parse)
+            .unwrap_or(AccelUnit::Unknown),
+        output_unit: AccelUnit::MetrePerSecondSquared,
+        bias: file.b_a,
+        matrix,
+        scale,
+        orientation,
+        covariance: None,
+        positions: Vec::new(),
+        errors: None,
+        scale_deviation_percent: None,
+        degrees_of_freedom: 0,
+        leave_one_out_rms_mps2: None,
+        predicted_norm_error_mps2: None,
+        placement_tilt_deg: None,
+    };
+    let identity: Matrix = gravical_core::matrix3::identity();
+    let no_gyro = file.K_g == identity
+        && file.R_g == identity
+        && file.b_g == [0.0; 3]
+        && file.K_ga == [[0.0; 3]; 3];
+    let gyroscope = if no_gyro {
+        None
+    } else {
+        let (scale, orientation, matrix) = parts(&file.K_g, &file.R_g, DEGREES_PER_RADIAN)?;
+        Some(GyroscopeSection {
+            input_unit: file
+                .from_gyr_unit
+                .as_deref()
+                .and_then(GyroUnit::parse)
+                .unwrap_or(GyroUnit::Unknown),
+            output_unit: GyroUnit::RadianPerSecond,
+            bias: file.b_g,
+            matrix,
+            scale,
+            orientation,
+            g_sensitivity: file.K_ga,
+        })
+    };
+    let file = CalibrationFile {
+        format: FORMAT.to_owned(),
+        created: creation_time(),
+        tool: "imucal".to_owned(),
+        sensor: SensorInfo::default(),
+        gravity_mps2: STANDARD_GRAVITY_MPS2,
+        gravity_source: GravitySource::Standard,
+        temperature_c: None,
+        accelerometer,
+        gyroscope,
+        inputs: Vec::new(),
+        findings: Vec::new(),
+        verdict: Verdict {
+            grade: Grade::NotVerifiable,
+            reasons: vec!["read from a file of imucal, which carries no measure of its quality and not the gravity it was made with".to_owned()],
+        },
+        command: None,
+    };
+    file.check()?;
+    Ok(file)
+}
+
+/// Scale, orientation and matrix of K·R, `per_unit` output units of theirs in
+/// one of ours.
+fn parts(k: &Matrix, r: &Matrix, per_unit: f64) -> Result<([f64; 3], Matrix, Matrix)> {
+    let model = mul(k, r);
+    let diagonal = (0..3).all(|i| (0..3).all(|j| i == j || k[i][j] == 0.0));
+    // With K diagonal, as imucal writes it, K and R are taken as they are: no
+    // digit is lost.
+    let (scale, orientation) = if diagonal {
+        (std::array::from_fn(|i| k[i][i]), *r)
+    } else {
+        let norms = row_norms(&model);
+        (norms, scale_rows(&model, &norms.map(|n| 1.0 / n)))
+    };
+    let singular = || {
+        Error::input(
+            "calibration-values",
+            "K or R of the imucal file is singular",
+        )
+    };
+    let k_inverse = inverse(k).ok_or_else(singular)?;
+    let r_inverse = inverse(r).ok_or_else(singular)?;
+    let matrix = mul(&r_inverse, &k_inverse).map(|row| row.map(|v| v / per_unit));
+    Ok((scale.map(|s| s * per_unit), orientation, matrix))
+}
+
+/// Writes a calibration as imucal reads it.
+///
+/// # Errors
+///
+/// `calibration-syntax` only if the values cannot be written as JSON.
+pub fn to_imucal(file: &CalibrationFile) -> Result<String> {
+    let diagonal = gravical_core::matrix3::diagonal;
+    let identity: Matrix = gravical_core::matrix3::identity();
+    let a = &file.accelerometer;
+    let gyro = file.gyroscope.as_ref();
+    let name = |unit: &str| match unit {
+        "counts" => Some("a.u.".to_owned()),
+        "unknown" => None,
+        other => Some(other.to_owned()),
+    };
+    let imucal = Imucal {
+        acc_unit: Some("m/s^2".to_owned()),
+        gyr_unit: Some("deg/s".to_owned()),
+        from_acc_unit: name(a.input_unit.name()),
+        from_gyr_unit: gyro.map_or(Some("deg/s".to_owned()), |g| name(g.input_unit.name())),
+        comment: Some(format!(
+            "{}, {}, verdict {}",
+            file.tool,
+            file.created,
+            file.verdict.grade.name()
+        )),
+        K_a: diagonal(a.scale),
+        R_a: a.orientation,
+        b_a: a.bias,
+        K_g: gyro.map_or(identity, |g| {
+            diagonal(g.scale.map(|s| s * RADIANS_PER_DEGREE))
+        }),
+        R_g: gyro.map_or(identity, |g| g.orientation),
+        K_ga: gyro.map_or([[0.0; 3]; 3], |g| g.g_sensitivity),
+        b_g: gyro.map_or([0.0; 3], |g| g.bias),
+        cal_type: "Ferraris".to_owned(),
+        format_version: Some("2.0.0".to_owned()),
+    };
+    let mut text = serde_json::to_string_pretty(&imucal)
+        .map_err(|e| Error::input("calibration-syntax", e.to_string()))?;
+    text.push('\n');
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> serde_json::Value {
+        serde_json::json!({
+            "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "a.u.", "from_gyr_unit": "a.u.",
+            "comment": null,
+            "K_a": [[208.5, 0.0, 0.0], [0.0, 208.0, 0.0], [0.0, 0.0, 214.7]],
+            "R_a": [[0.99, 0.01, -0.01], [-0.01, 0.99, 0.02], [0.02, -0.01, 0.99]],
+            "b_a": [-6.0, -48.2, -28.9],
+            "K_g": [[16.6, 0.0, 0.0], [0.0, 16.1, 0.0], [0.0, 0.0, 16.2]],
+            "R_g": [[-0.99, 0.01, 0.01], [0.01, -0.99, -0.03], [-0.01, 0.03, -0.99]],
+            "K_ga": [[0.002, -0.016, 0.018], [0.013, 0.005, -0.008], [-0.009, 0.008, -0.003]],
+            "b_g": [1.9, -4.4, -3.6],
+            "cal_type": "Ferraris", "_format_version": "2.0"
+        })
+    }
+
+    #[test]
+    fn there_and_back_keeps_the_values() {
+        let file = from_imucal(&sample()).unwrap();
+        let again: serde_json::Value = serde_json::from_str(&to_imucal(&file).unwrap()).unwrap();
+        for key in [
+            "K_a",
+            "R_a",
+            "b_a",
+            "R_g",
+            "K_ga",
+            "b_g",
+            "from_acc_unit",
+            "cal_type",
+        ] {
+            assert_eq!(again[key], sample()[key], "{key}");
+        }
+        let k = again["K_g"][0][0].as_f64().unwrap();
+        assert!((k / 16.6 - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_model_is_the_same() {
+        let file = from_imucal(&sample()).unwrap();
+        let cal = file.accelerometer_calibration();
+        let m = mul(
+            &gravical_core::matrix3::diagonal(file.accelerometer.scale),
+            &file.accelerometer.orientation,
+        );
+        let back = mul(&cal.matrix, &m);
+        for (i, row) in back.iter().enumerate() {
+            for (j, v) in row.iter().enumerate() {
+                assert!((v - f64::from(u8::from(i == j))).abs() < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn the_old_format_and_foreign_units() {
+        let mut old = sample();
+        let map = old.as_object_mut().unwrap();
+        for key in [
+            "_format_version",
+            "from_acc_unit",
+            "from_gyr_unit",
+            "gyr_unit",
+            "comment",
+        ] {
+            map.remove(key);
+        }
+        map.insert("gyro_unit".into(), "deg/s".into());
+        let file = from_imucal(&old).unwrap();
+        assert_eq!(file.accelerometer.input_unit, AccelUnit::Unknown);
+        old["acc_unit"] = "g".into();
+        assert_eq!(from_imucal(&old).unwrap_err().code(), "calibration-format");
+    }
+}
