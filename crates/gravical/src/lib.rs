@@ -11,7 +11,13 @@ pub mod output;
 pub mod simulate;
 
 pub use error::{Category, Error, Location, Result};
+pub mod calibrate;
 pub mod calibration_file;
+pub mod estimate;
+pub mod gravity;
+pub mod inspect;
+pub mod report;
+pub mod validate;
 pub mod recording;
 pub mod scan;
 pub mod segment;
