@@ -26,8 +26,3 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print(&text)?;
     Ok(())
 }
-
-/// Says `text` on stderr; when that is gone, nobody listens.
-pub fn say(text: &str) {
-    let _ = writeln!(io::stderr(), "{text}");
-}

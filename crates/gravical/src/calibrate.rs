@@ -66,6 +66,9 @@ impl Default for CalibrateOptions {
 /// Tilt of a box on a table, degrees (sd of each component).
 pub const ASSUMED_TILT_DEG: f64 = 1.0;
 
+/// So many times the assumed tilt is more than chance and a good board explain.
+pub const UNUSUAL_TILT: f64 = 1.4;
+
 impl CalibrateOptions {
     /// Checks ranges.
     ///
@@ -75,7 +78,10 @@ impl CalibrateOptions {
     pub fn validate(&self) -> Result<()> {
         let wrong = |what: String| Err(Error::usage("option-range", what));
         if !(self.turn_angle_deg.is_finite() && self.turn_angle_deg.abs() >= 30.0) {
-            return wrong(format!("--turn-angle of {}°: at least 30° are needed", self.turn_angle_deg));
+            return wrong(format!(
+                "--turn-angle of {}°: at least 30° are needed",
+                self.turn_angle_deg
+            ));
         }
         if let Some(tilt) = self.placement_tilt_deg
             && !(0.0..=10.0).contains(&tilt)
@@ -113,29 +119,42 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let segmentation = segment(recordings, &options.segment)?;
     let faces = ferraris::sort_into_faces(&segmentation.placements, recordings)?;
 
-    // K, R and b of u = K R a + b, with the covariance that noise and placement
-    // tilt give them.
+    // K, R and b of u = K R a + b.
     let gravity = options.gravity.value_mps2;
-    let tilt = PlacementTilt {
-        value: options.placement_tilt_deg.unwrap_or(ASSUMED_TILT_DEG),
-        source: match options.placement_tilt_deg {
-            Some(_) => TiltSource::Given,
-            None => TiltSource::Assumed,
-        },
-    };
-    let offset = recordings.first().map_or(0.0, |r| r.zero_offset);
-    let fit = ferraris::accelerometer(&faces, gravity, tilt.value.to_radians(), options.segment.faces_by_name)?;
+    let fit = ferraris::accelerometer(&faces, gravity, options.segment.faces_by_name)?;
+
+    // Their covariance, from the noise of the means and the tilt of the
+    // placements.
+    let face_angle = fit.face_angle_rms_deg(&faces);
+    let tilt = placement_tilt(options.placement_tilt_deg, face_angle);
+    let covariance = fit.covariance(&faces, gravity, tilt.value.to_radians());
 
     // The gyroscope from the pauses and the known turns.
     let angle = options.turn_angle_deg.to_radians();
-    let gyroscope = ferraris::gyroscope(recordings, &segmentation, &faces, &fit.calibration, gravity, angle)?;
+    let gyroscope = ferraris::gyroscope(
+        recordings,
+        &segmentation,
+        &faces,
+        &fit.calibration,
+        gravity,
+        angle,
+    )?;
 
     // What do the fitted placements say, and what do they not?
-    let positions = errors::positions(&segmentation.placements, &faces, &fit.calibration, gravity, offset);
+    let offset = recordings.first().map_or(0.0, |r| r.zero_offset);
+    let positions = errors::positions(
+        &segmentation.placements,
+        &faces,
+        &fit.calibration,
+        gravity,
+        offset,
+    );
     let nominal = recordings.first().and_then(|r| r.accel_scale.nominal());
     let mut accelerometer = AccelerometerSection {
         method: "ferraris".to_owned(),
-        input_unit: recordings.first().map_or(AccelUnit::Unknown, |r| r.accel_scale.unit),
+        input_unit: recordings
+            .first()
+            .map_or(AccelUnit::Unknown, |r| r.accel_scale.unit),
         output_unit: AccelUnit::MetrePerSecondSquared,
         // A zero offset is only a way of reading; what is applied to the file's
         // own numbers carries it in the bias.
@@ -143,30 +162,42 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         matrix: fit.calibration.matrix,
         scale: fit.parameters.scale,
         orientation: fit.parameters.orientation,
-        covariance: fit.covariance.map(|c| Covariance {
+        covariance: covariance.as_ref().map(|c| Covariance {
             parameters: Covariance::parameter_names(),
             values: c.iter().map(|row| row.to_vec()).collect(),
         }),
         errors: errors::fit_errors(&positions),
         positions,
-        scale_deviation_percent: nominal.map(|n| fit.parameters.scale.map(|k| 100.0 * (k / n - 1.0))),
+        scale_deviation_percent: nominal
+            .map(|n| fit.parameters.scale.map(|k| 100.0 * (k / n - 1.0))),
         degrees_of_freedom: (faces.placements() as u32).saturating_sub(6),
         leave_one_out_rms_mps2: None,
         predicted_norm_error_mps2: None,
         placement_tilt_deg: Some(tilt),
     };
-    accelerometer.predicted_norm_error_mps2 = fit
-        .covariance
+    accelerometer.predicted_norm_error_mps2 = covariance
         .as_ref()
         .and_then(|c| predicted::norm_error(&fit.calibration.matrix, c, gravity));
 
     // Everything odd, gathered; the verdict follows from it.
-    let mut findings: Vec<Finding> = recordings.iter().flat_map(|r| r.findings.iter().cloned()).collect();
+    let mut findings: Vec<Finding> = recordings
+        .iter()
+        .flat_map(|r| r.findings.iter().cloned())
+        .collect();
     findings.extend(segmentation.findings.iter().cloned());
     findings.extend(gyroscope.findings);
     findings.extend(options.gravity.finding());
-    findings.extend(checks::accelerometer(&accelerometer, &faces, &segmentation.placements, recordings, gravity));
-    findings.extend(checks::names(&segmentation.placements, options.segment.faces_by_name));
+    findings.extend(checks::accelerometer(
+        &accelerometer,
+        &faces,
+        &segmentation.placements,
+        offset,
+        face_angle,
+    ));
+    findings.extend(checks::names(
+        &segmentation.placements,
+        options.segment.faces_by_name,
+    ));
     let verdict = checks::verdict(&accelerometer, &findings);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
 
@@ -192,6 +223,19 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         command: options.command.clone(),
     };
     Ok(Calibrated { file, segmentation })
+}
+
+/// The tilt that the uncertainty is computed with. Faces that lie further off
+/// than the usual tilt explains are not believed to be better than they look:
+/// an angle of rms α has two components of sd α/√2.
+fn placement_tilt(given: Option<f64>, face_angle_rms_deg: f64) -> PlacementTilt {
+    let seen = face_angle_rms_deg / std::f64::consts::SQRT_2;
+    let (value, source) = match given {
+        Some(value) => (value, TiltSource::Given),
+        None if seen > ASSUMED_TILT_DEG * UNUSUAL_TILT => (seen, TiltSource::Estimated),
+        None => (ASSUMED_TILT_DEG, TiltSource::Assumed),
+    };
+    PlacementTilt { value, source }
 }
 
 fn temperature(placements: &[Placement]) -> Option<TemperatureRange> {

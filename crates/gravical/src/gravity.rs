@@ -54,7 +54,9 @@ impl Gravity {
         if !(-90.0..=90.0).contains(&latitude_deg) || !(-500.0..=9000.0).contains(&height_m) {
             return Err(Error::usage(
                 "option-range",
-                format!("latitude {latitude_deg}° and height {height_m} m: −90 to 90 and −500 to 9000 are possible"),
+                format!(
+                    "latitude {latitude_deg}° and height {height_m} m: −90 to 90 and −500 to 9000 are possible"
+                ),
             ));
         }
         Ok(Gravity {

@@ -6,10 +6,10 @@ use serde::Serialize;
 use crate::recording::timing::Timing;
 use crate::recording::units::{AccelScale, GyroScale};
 use crate::recording::{Finding, Recording};
+use crate::segment::MOST_FACE_ANGLE_DEG;
 use crate::segment::face::{AxisMap, Face};
 use crate::segment::still::{StillOptions, find_stills, moments};
 use crate::segment::turns::{Turn, decide_gyro_unit, full_turns, motions};
-use crate::segment::MOST_FACE_ANGLE_DEG;
 
 /// A recording, looked at.
 #[derive(Debug, Clone, Serialize)]
@@ -153,7 +153,14 @@ fn turn_span(turn: &Turn) -> TurnSpan {
 }
 
 fn temperature_range(recording: &Recording) -> Option<[f64; 2]> {
-    let some = || recording.temperature_c.iter().flatten().copied().filter(|t| t.is_finite());
+    let some = || {
+        recording
+            .temperature_c
+            .iter()
+            .flatten()
+            .copied()
+            .filter(|t| t.is_finite())
+    };
     let low = some().fold(f64::INFINITY, f64::min);
     let high = some().fold(f64::NEG_INFINITY, f64::max);
     (low <= high).then_some([low, high])

@@ -69,10 +69,22 @@ struct MethodArgs {
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     latitude: Option<f64>,
     /// Height above sea level in m, with --latitude
-    #[arg(long, value_name = "M", requires = "latitude", allow_negative_numbers = true, default_value = "0", hide_default_value = true)]
+    #[arg(
+        long,
+        value_name = "M",
+        requires = "latitude",
+        allow_negative_numbers = true,
+        default_value = "0",
+        hide_default_value = true
+    )]
     altitude: f64,
     /// Angle of each of the three turns in degrees, with its sign
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, default_value = "-360")]
+    #[arg(
+        long,
+        value_name = "DEG",
+        allow_negative_numbers = true,
+        default_value = "-360"
+    )]
     turn_angle: f64,
     /// How far placements may be off level, degrees (sd of each direction) [default: 1, assumed]
     #[arg(long, value_name = "DEG")]
@@ -158,9 +170,16 @@ impl Args {
 /// The command as it was typed, with the program's plain name.
 fn command_line() -> String {
     let words = std::env::args().skip(1).map(|word| {
-        if word.contains(char::is_whitespace) { format!("'{word}'") } else { word }
+        if word.contains(char::is_whitespace) {
+            format!("'{word}'")
+        } else {
+            word
+        }
     });
-    std::iter::once("gravical".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+    std::iter::once("gravical".to_owned())
+        .chain(words)
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// Endings of files in a folder that may be recordings.
@@ -168,18 +187,26 @@ const ENDINGS: [&str; 6] = ["csv", "txt", "tsv", "log", "dat", "gz"];
 
 /// Reads files or the recordings of one folder; files of a folder that are none
 /// are named, not dropped silently.
-fn read_session(inputs: &[PathBuf], options: &ReadOptions) -> Result<(Vec<Recording>, Vec<Finding>)> {
+fn read_session(
+    inputs: &[PathBuf],
+    options: &ReadOptions,
+) -> Result<(Vec<Recording>, Vec<Finding>)> {
     let folder = match inputs {
         [one] if one.is_dir() => one,
         _ => {
-            let recordings: Result<Vec<Recording>> = inputs.iter().map(|p| read(p, options)).collect();
+            let recordings: Result<Vec<Recording>> =
+                inputs.iter().map(|p| read(p, options)).collect();
             return Ok((recordings?, Vec::new()));
         }
     };
     let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
     let mut paths: Vec<PathBuf> = entries
         .filter_map(|entry| entry.ok().map(|e| e.path()))
-        .filter(|p| p.is_file() && p.extension().is_some_and(|e| ENDINGS.iter().any(|x| e.eq_ignore_ascii_case(x))))
+        .filter(|p| {
+            p.is_file()
+                && p.extension()
+                    .is_some_and(|e| ENDINGS.iter().any(|x| e.eq_ignore_ascii_case(x)))
+        })
         .collect();
     paths.sort();
     let (mut recordings, mut left_out) = (Vec::new(), Vec::new());
@@ -188,15 +215,22 @@ fn read_session(inputs: &[PathBuf], options: &ReadOptions) -> Result<(Vec<Record
             Ok(recording) => recordings.push(recording),
             Err(error) if matches!(error.code(), "no-rows" | "no-accelerometer") => {
                 let file = path.display().to_string();
-                left_out.push(Finding::note("no-recording", format!("{}; left out", error.message())).in_file(&file));
+                left_out.push(
+                    Finding::note("no-recording", format!("{}; left out", error.message()))
+                        .in_file(&file),
+                );
             }
             Err(error) => return Err(error),
         }
     }
     if recordings.is_empty() {
-        return Err(Error::input("no-recordings", "there is no recording in this folder")
-            .at(folder, None)
-            .with_hint("recordings are text files that end in .csv, .txt, .tsv, .log, .dat or .gz"));
+        return Err(
+            Error::input("no-recordings", "there is no recording in this folder")
+                .at(folder, None)
+                .with_hint(
+                    "recordings are text files that end in .csv, .txt, .tsv, .log, .dat or .gz",
+                ),
+        );
     }
     Ok((recordings, left_out))
 }
@@ -204,8 +238,12 @@ fn read_session(inputs: &[PathBuf], options: &ReadOptions) -> Result<(Vec<Record
 /// Reads the file back: "saved" is said of what can be read.
 fn confirm(path: &Path, file: &CalibrationFile) -> Result<()> {
     let back = CalibrationFile::read(path)?;
-    if back.accelerometer.matrix != file.accelerometer.matrix || back.accelerometer.bias != file.accelerometer.bias {
-        return Err(Error::input("not-saved", "what was written reads back differently").at(path, None));
+    if back.accelerometer.matrix != file.accelerometer.matrix
+        || back.accelerometer.bias != file.accelerometer.bias
+    {
+        return Err(
+            Error::input("not-saved", "what was written reads back differently").at(path, None),
+        );
     }
     Ok(())
 }

@@ -40,7 +40,9 @@ pub fn run(args: &Args, mut program: clap::Command) -> anyhow::Result<ExitCode> 
         let path = folder.join(name);
         let mut page = Vec::new();
         Man::new(command).render(&mut page)?;
-        write_atomic(&path, args.force, |w| w.write_all(&page).map_err(|e| Error::io(&path, e)))?;
+        write_atomic(&path, args.force, |w| {
+            w.write_all(&page).map_err(|e| Error::io(&path, e))
+        })?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -10,7 +10,7 @@ use gravical_core::six_position::{
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::units::{GyroScale, GyroUnit};
 use crate::recording::{Finding, Recording};
-use crate::segment::face::{AXES, Face};
+use crate::segment::face::{AXES, Face, angle_deg};
 use crate::segment::turns::sample_period_s;
 use crate::segment::{MOST_FACE_ANGLE_DEG, Placement, Segmentation};
 use crate::{Error, Result};
@@ -37,7 +37,9 @@ impl Faces {
     /// The face for which placement `index` is used; none when it is oblique.
     #[must_use]
     pub fn face_of(&self, index: usize) -> Option<Face> {
-        Face::all().into_iter().find(|f| self.of_face[f.index()].contains(&index))
+        Face::all()
+            .into_iter()
+            .find(|f| self.of_face[f.index()].contains(&index))
     }
 }
 
@@ -52,9 +54,14 @@ pub fn sort_into_faces(placements: &[Placement], recordings: &[Recording]) -> Re
     let mut of_face: [Vec<usize>; 6] = Default::default();
     for face in Face::all() {
         let mut there: Vec<usize> = (0..placements.len())
-            .filter(|&i| placements[i].face == Some(face) && placements[i].mean.iter().all(|v| v.is_finite()))
+            .filter(|&i| {
+                placements[i].face == Some(face) && placements[i].mean.iter().all(|v| v.is_finite())
+            })
             .collect();
-        let best = there.iter().map(|&i| placements[i].angle_deg).fold(f64::INFINITY, f64::min);
+        let best = there
+            .iter()
+            .map(|&i| placements[i].angle_deg)
+            .fold(f64::INFINITY, f64::min);
         there.retain(|&i| placements[i].angle_deg <= best + REPEAT_WITHIN_DEG);
         of_face[face.index()] = there;
     }
@@ -92,11 +99,18 @@ struct Pooled {
 fn pool(placements: &[Placement], indices: &[usize]) -> Pooled {
     let rows: f64 = indices.iter().map(|&i| placements[i].count as f64).sum();
     let weight = |i: usize| placements[i].count as f64 / rows;
-    let mean = std::array::from_fn(|axis| indices.iter().map(|&i| weight(i) * placements[i].mean[axis]).sum());
+    let mean = std::array::from_fn(|axis| {
+        indices
+            .iter()
+            .map(|&i| weight(i) * placements[i].mean[axis])
+            .sum()
+    });
     let mut squares = Some([0.0; 3]);
     for &i in indices {
         squares = match (squares, placements[i].standard_error) {
-            (Some(sum), Some(own)) => Some(std::array::from_fn(|axis| sum[axis] + (weight(i) * own[axis]).powi(2))),
+            (Some(sum), Some(own)) => Some(std::array::from_fn(|axis| {
+                sum[axis] + (weight(i) * own[axis]).powi(2)
+            })),
             _ => None,
         };
     }
@@ -106,7 +120,11 @@ fn pool(placements: &[Placement], indices: &[usize]) -> Pooled {
     }
 }
 
-fn incomplete(placements: &[Placement], of_face: &[Vec<usize>; 6], recordings: &[Recording]) -> Error {
+fn incomplete(
+    placements: &[Placement],
+    of_face: &[Vec<usize>; 6],
+    recordings: &[Recording],
+) -> Error {
     let names = |wanted: bool| -> Vec<String> {
         Face::all()
             .into_iter()
@@ -124,7 +142,10 @@ fn incomplete(placements: &[Placement], of_face: &[Vec<usize>; 6], recordings: &
         .iter()
         .map(|face| {
             let (sign, axis) = face.split_at(1);
-            format!("the {axis} axis pointing {}", if sign == "+" { "up" } else { "down" })
+            format!(
+                "the {axis} axis pointing {}",
+                if sign == "+" { "up" } else { "down" }
+            )
         })
         .collect::<Vec<_>>()
         .join(", and with ");
@@ -133,7 +154,11 @@ fn incomplete(placements: &[Placement], of_face: &[Vec<usize>; 6], recordings: &
             .iter()
             .map(|&i| {
                 let p = &placements[i];
-                if recordings.len() > 1 { p.source.clone() } else { p.label.clone() }
+                if recordings.len() > 1 {
+                    p.source.clone()
+                } else {
+                    p.label.clone()
+                }
             })
             .collect();
         Error::input(
@@ -141,7 +166,11 @@ fn incomplete(placements: &[Placement], of_face: &[Vec<usize>; 6], recordings: &
             format!(
                 "{} points up in {} ({}), and no placement has {} up",
                 face.name(),
-                if sources.len() == 2 { "two placements".to_owned() } else { format!("{} placements", sources.len()) },
+                if sources.len() == 2 {
+                    "two placements".to_owned()
+                } else {
+                    format!("{} placements", sources.len())
+                },
                 sources.join(" and "),
                 missing.join(", ")
             ),
@@ -150,7 +179,11 @@ fn incomplete(placements: &[Placement], of_face: &[Vec<usize>; 6], recordings: &
         let mut message = format!(
             "{} of six faces found ({}); missing: {}",
             there.len(),
-            if there.is_empty() { "none".to_owned() } else { there.join(" ") },
+            if there.is_empty() {
+                "none".to_owned()
+            } else {
+                there.join(" ")
+            },
             missing.join(" ")
         );
         if !oblique.is_empty() {
@@ -172,7 +205,9 @@ fn incomplete(placements: &[Placement], of_face: &[Vec<usize>; 6], recordings: &
         [one] => error.at(one.name.as_ref(), None),
         _ => error,
     };
-    error.with_hint(format!("record 3 s or more at rest with {next}, and calibrate again with that recording added"))
+    error.with_hint(format!(
+        "record 3 s or more at rest with {next}, and calibrate again with that recording added"
+    ))
 }
 
 /// A fitted accelerometer.
@@ -182,8 +217,61 @@ pub struct AccelerometerFit {
     pub parameters: AccelerometerParameters<f64>,
     /// matrix · (raw − bias).
     pub calibration: Calibration<f64>,
-    /// Of row-major M and b; none without standard errors.
-    pub covariance: Option<[[f64; 12]; 12]>,
+}
+
+impl AccelerometerFit {
+    /// Angle of each face that placement and misalignment leave when bias and
+    /// scale are taken off, rms over the faces, degrees. Ferraris' method
+    /// cannot tell the two apart, so this bounds the tilt from above.
+    #[must_use]
+    pub fn face_angle_rms_deg(&self, faces: &Faces) -> f64 {
+        let k = &self.parameters.scale;
+        let squares: f64 = Face::all()
+            .into_iter()
+            .map(|face| {
+                let side = if face.up {
+                    &faces.means.plus
+                } else {
+                    &faces.means.minus
+                };
+                let reading = side[face.axis];
+                let channels: [f64; 3] =
+                    std::array::from_fn(|i| (reading[i] - self.parameters.bias[i]) / k[i]);
+                angle_deg(self.to_case(channels), face.direction()).powi(2)
+            })
+            .sum();
+        (squares / 6.0).sqrt()
+    }
+
+    /// Board channels in the order of the case's axes: each row of R says
+    /// which axis its channel measures.
+    fn to_case(&self, channels: [f64; 3]) -> [f64; 3] {
+        let mut out = channels;
+        for (channel, row) in self.parameters.orientation.iter().enumerate() {
+            let axis = (0..3).fold(0, |best, i| {
+                if row[i].abs() > row[best].abs() {
+                    i
+                } else {
+                    best
+                }
+            });
+            out[axis] = channels[channel] * row[axis].signum();
+        }
+        out
+    }
+
+    /// Covariance of row-major M and b by the noise of the means and a
+    /// placement tilt (sd of each component); none without standard errors.
+    #[must_use]
+    pub fn covariance(
+        &self,
+        faces: &Faces,
+        gravity: f64,
+        tilt_rad: f64,
+    ) -> Option<[[f64; 12]; 12]> {
+        let errors = faces.standard_errors.as_ref()?;
+        Some(ferraris_covariance(&faces.means, errors, gravity, tilt_rad))
+    }
 }
 
 /// Fits K, R and b.
@@ -192,14 +280,20 @@ pub struct AccelerometerFit {
 ///
 /// `not-finite`, `singular`; `left-handed` when the faces were taken from names
 /// and contradict each other.
-pub fn accelerometer(faces: &Faces, gravity: f64, tilt_rad: f64, by_name: bool) -> Result<AccelerometerFit> {
+pub fn accelerometer(faces: &Faces, gravity: f64, by_name: bool) -> Result<AccelerometerFit> {
     let failed = |e: six_position::SixPositionError| {
-        Error::input("singular", format!("the six means determine no parameters: {e}"))
-            .with_hint("`gravical inspect` shows what each placement reads")
+        Error::input(
+            "singular",
+            format!("the six means determine no parameters: {e}"),
+        )
+        .with_hint("`gravical inspect` shows what each placement reads")
     };
     let parameters = ferraris_accelerometer(&faces.means, gravity).map_err(failed)?;
     let sign_clash = (0..3).find(|&i| faces.means.plus[i][i] <= faces.means.minus[i][i]);
-    if by_name && (parameters.orientation_determinant() <= 0.0 || sign_clash.is_some_and(|_| is_diagonal(&parameters))) {
+    if by_name
+        && (parameters.orientation_determinant() <= 0.0
+            || sign_clash.is_some_and(|_| is_diagonal(&parameters)))
+    {
         let why = match sign_clash {
             Some(i) if is_diagonal(&parameters) => format!(
                 "{a} reads less with +{a} up ({:.4}) than with −{a} up ({:.4})",
@@ -211,21 +305,18 @@ pub fn accelerometer(faces: &Faces, gravity: f64, tilt_rad: f64, by_name: bool) 
         };
         return Err(Error::input(
             "left-handed",
-            format!("the faces as named make a left-handed sensor ({why}): two placements are swapped"),
+            format!(
+                "the faces as named make a left-handed sensor ({why}): two placements are swapped"
+            ),
         )
         .with_hint("leave --faces names out, and the faces are taken from the data"));
     }
     let calibration = parameters
         .calibration()
         .ok_or_else(|| failed(six_position::SixPositionError::Singular))?;
-    let covariance = faces
-        .standard_errors
-        .as_ref()
-        .map(|errors| ferraris_covariance(&faces.means, errors, gravity, tilt_rad));
     Ok(AccelerometerFit {
         parameters,
         calibration,
-        covariance,
     })
 }
 
@@ -268,7 +359,10 @@ pub fn gyroscope(
     if !missing.is_empty() {
         fit.findings.push(Finding::note(
             "turns-incomplete",
-            format!("no full turn about {}: the gyroscope is not calibrated", missing.join(" and ")),
+            format!(
+                "no full turn about {}: the gyroscope is not calibrated",
+                missing.join(" and ")
+            ),
         ));
         return Ok(fit);
     }
@@ -279,16 +373,29 @@ pub fn gyroscope(
         let about: Vec<_> = session.turns.iter().filter(|t| t.axis == axis).collect();
         for turn in &about {
             let recording = &recordings[turn.recording];
-            let integral = integrate(recording, turn.rows.clone(), bias, sensitivity, accelerometer)?;
+            let integral = integrate(
+                recording,
+                turn.rows.clone(),
+                bias,
+                sensitivity,
+                accelerometer,
+            )?;
             (0..3).for_each(|i| sum[i] += integral[i] / about.len() as f64);
         }
     }
-    let parameters = ferraris_gyroscope(bias, &means, gravity, &turns, angle_rad).map_err(singular)?;
-    let calibration = parameters
-        .calibration()
-        .ok_or_else(|| Error::input("singular", "the three turns do not span space: were two about the same axis?"))?;
+    let parameters =
+        ferraris_gyroscope(bias, &means, gravity, &turns, angle_rad).map_err(singular)?;
+    let calibration = parameters.calibration().ok_or_else(|| {
+        Error::input(
+            "singular",
+            "the three turns do not span space: were two about the same axis?",
+        )
+    })?;
     let diagonal: [f64; 3] = std::array::from_fn(|i| parameters.orientation[i][i]);
-    let backwards: Vec<String> = (0..3).filter(|&i| diagonal[i] < 0.0).map(|i| AXES[i].to_string()).collect();
+    let backwards: Vec<String> = (0..3)
+        .filter(|&i| diagonal[i] < 0.0)
+        .map(|i| AXES[i].to_string())
+        .collect();
     if !backwards.is_empty() {
         let degrees = angle_rad.to_degrees();
         fit.findings.push(Finding::warning(
@@ -302,7 +409,9 @@ pub fn gyroscope(
             ),
         ));
     }
-    let unit = session.gyro_scale.map_or(GyroUnit::Unknown, |s: GyroScale| s.unit);
+    let unit = session
+        .gyro_scale
+        .map_or(GyroUnit::Unknown, |s: GyroScale| s.unit);
     fit.section = Some(GyroscopeSection {
         input_unit: unit,
         output_unit: GyroUnit::RadianPerSecond,
@@ -339,9 +448,14 @@ fn at_rest(placements: &[Placement], faces: &Faces) -> Result<([f64; 3], SixPosi
         if count == 0 {
             return Err(Error::input(
                 "missing-gyro",
-                format!("the placement {} has no reading of the gyroscope, which the turns need", face.name()),
+                format!(
+                    "the placement {} has no reading of the gyroscope, which the turns need",
+                    face.name()
+                ),
             )
-            .with_hint("record all placements with the gyroscope's columns, or leave the turns out"));
+            .with_hint(
+                "record all placements with the gyroscope's columns, or leave the turns out",
+            ));
         }
         rows += count;
         (0..3).for_each(|i| total[i] += sum[i]);
@@ -363,14 +477,18 @@ fn integrate(
     accelerometer: &Calibration<f64>,
 ) -> Result<[f64; 3]> {
     let Some(gyro) = &recording.gyro else {
-        return Err(Error::input("missing-gyro", "a turn needs a gyroscope").at(recording.name.as_ref(), None));
+        return Err(Error::input("missing-gyro", "a turn needs a gyroscope")
+            .at(recording.name.as_ref(), None));
     };
     let mut integral = TurnIntegral::new(bias, sensitivity);
     for row in rows {
         let period = sample_period_s(recording, row).ok_or_else(|| {
-            Error::input("rate-unknown", "there are no time stamps, and a turn needs the time between samples")
-                .at(recording.name.as_ref(), None)
-                .with_hint("say the sampling rate: --rate 100")
+            Error::input(
+                "rate-unknown",
+                "there are no time stamps, and a turn needs the time between samples",
+            )
+            .at(recording.name.as_ref(), None)
+            .with_hint("say the sampling rate: --rate 100")
         })?;
         let rate: [f64; 3] = std::array::from_fn(|i| gyro[i][row]);
         let accel = accelerometer.apply(recording.accel_at(row));

@@ -183,7 +183,37 @@ pub fn clipped_rows(values: &[f64], scale: &AccelScale) -> Vec<usize> {
     if repeats >= 3 { at_end } else { Vec::new() }
 }
 
+/// Columns that were taken for an accelerometer by their numbers alone and do
+/// not behave like one: gravity never leaves an accelerometer, so that its
+/// magnitude at rest and in motion are alike.
+pub(super) fn maybe_gyroscope(recording: &Recording) -> Option<Finding> {
+    let (quiet, _) = super::quiet_norm(&recording.accel)?;
+    let mut norms: Vec<f64> = (0..recording.rows())
+        .map(|row| {
+            recording
+                .accel_at(row)
+                .iter()
+                .map(|v| v * v)
+                .sum::<f64>()
+                .sqrt()
+        })
+        .filter(|n| n.is_finite())
+        .collect();
+    let at = ((norms.len() * 49) / 50).min(norms.len().checked_sub(1)?);
+    let (_, high, _) = norms.select_nth_unstable_by(at, f64::total_cmp);
+    (*high > 4.0 * quiet).then(|| {
+        Finding::warning(
+            "not-an-accelerometer",
+            format!("the magnitude is {quiet:.0} at rest and up to {high:.0} in motion: these columns look like a gyroscope"),
+        )
+    })
+}
+
 fn repeated_rows(recording: &Recording, findings: &mut Vec<Finding>) {
+    // Where values are held until the next one comes, repeats are ours.
+    if recording.findings.iter().any(|f| f.kind == "empty-cells") {
+        return;
+    }
     let rows = recording.rows();
     let mut spans = LineSpans::default();
     let channels: Vec<&Vec<f64>> = recording

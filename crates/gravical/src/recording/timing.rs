@@ -116,6 +116,9 @@ pub(super) struct Claims {
 /// Rates that recordings have, Hz.
 const PLAUSIBLE_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 
+/// Seconds since 1970 from 2000 to 2100.
+const DATES_S: std::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
+
 /// Judges raw stamps; `line` gives the line of a row.
 pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64) -> Timed {
     let mut findings = Vec::new();
@@ -130,7 +133,7 @@ pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
     };
     let unit = match claims.unit {
         Some(unit) => unit,
-        None => match guess_unit(median, steps.len(), claims, &mut findings) {
+        None => match guess_unit(&raw, median, claims, &mut findings) {
             Some(unit) => unit,
             None => {
                 findings.push(Finding::warning(
@@ -398,11 +401,12 @@ fn wrap_period(before: f64, now: f64) -> Option<f64> {
 /// The unit at which the median step gives a usual rate, nearest to 100 Hz
 /// where two do.
 fn guess_unit(
+    raw: &[f64],
     median: f64,
-    steps: usize,
     claims: &Claims,
     findings: &mut Vec<Finding>,
 ) -> Option<TimeUnit> {
+    let steps = raw.len() - 1;
     let mut fitting: Vec<(TimeUnit, f64)> = TimeUnit::ALL
         .into_iter()
         .map(|u| (u, 1.0 / (median * u.seconds())))
@@ -414,6 +418,11 @@ fn guess_unit(
             .position(|(_, rate)| (rate / nominal - 1.0).abs() < 0.5)
     {
         return Some(fitting[at].0);
+    }
+    // A stamp that counts from 1970 is a date in one unit only.
+    let date = |u: TimeUnit| raw[0].is_finite() && DATES_S.contains(&(raw[0] * u.seconds()));
+    if let Some((unit, _)) = fitting.iter().find(|(u, _)| date(*u)) {
+        return Some(*unit);
     }
     // Faster than 2 °C a second is no temperature of a sensor.
     let slowest_s = claims.temperature_span_c / 2.0;
@@ -555,6 +564,16 @@ mod tests {
         let plain = judge(raw, &claims(0.0), |r| r as u64);
         assert_eq!(plain.timing.unit, Some(TimeUnit::Nanosecond));
         assert_eq!(kinds(&plain), ["time-unit-assumed"]);
+    }
+
+    #[test]
+    fn a_stamp_since_1970_tells_its_unit() {
+        let raw = (0..50)
+            .map(|i| 1_730_147_727_805_583_790.0 + 1e6 * f64::from(i))
+            .collect();
+        let timed = judged(raw);
+        assert_eq!(timed.timing.unit, Some(TimeUnit::Nanosecond));
+        assert!(timed.findings.is_empty());
     }
 
     #[test]

@@ -23,7 +23,11 @@ pub fn calibration_text(file: &CalibrationFile) -> String {
 
 fn head(file: &CalibrationFile) -> String {
     let a = &file.accelerometer;
-    let faces = a.positions.iter().filter(|p| p.kind == PositionKind::Face).count();
+    let faces = a
+        .positions
+        .iter()
+        .filter(|p| p.kind == PositionKind::Face)
+        .count();
     let inputs = match &file.inputs[..] {
         [one] => short_name(&one.path),
         several => format!("{} files", several.len()),
@@ -39,7 +43,7 @@ fn head(file: &CalibrationFile) -> String {
             TiltSource::Estimated => "estimated",
             TiltSource::Assumed => "assumed",
         };
-        format!(", placement tilt {}° ({how})", t.value)
+        format!(", placement tilt {:.1}° ({how})", t.value)
     });
     let oblique = a.positions.len() - faces;
     let oblique = match oblique {
@@ -93,9 +97,23 @@ fn parameters(file: &CalibrationFile) -> String {
     );
     for i in 0..3 {
         let (bias_sd, scale_sd) = sd.map_or((f64::NAN, f64::NAN), |(b, k)| (b[i], k[i]));
-        let bias_decimals = if sd.is_some() { decimals_for(bias_sd) } else { decimals_of(a.scale[i], 6) };
-        let scale_decimals = if sd.is_some() { decimals_for(scale_sd) } else { decimals_of(a.scale[i], 7) };
-        let plus_minus = |v: f64, d: usize| if v.is_nan() { String::new() } else { format!("± {v:.d$}") };
+        let bias_decimals = if sd.is_some() {
+            decimals_for(bias_sd)
+        } else {
+            decimals_of(a.scale[i], 6)
+        };
+        let scale_decimals = if sd.is_some() {
+            decimals_for(scale_sd)
+        } else {
+            decimals_of(a.scale[i], 7)
+        };
+        let plus_minus = |v: f64, d: usize| {
+            if v.is_nan() {
+                String::new()
+            } else {
+                format!("± {v:.d$}")
+            }
+        };
         let deviation = a
             .scale_deviation_percent
             .map_or_else(|| "unknown".to_owned(), |d| format!("{:+.2} %", d[i]));
@@ -109,7 +127,10 @@ fn parameters(file: &CalibrationFile) -> String {
             deviation
         ));
     }
-    out.push_str(&format!("\n  {:<34}{}\n", "R (rows of length one)", "matrix = R⁻¹ K⁻¹"));
+    out.push_str(&format!(
+        "\n  {:<34}{}\n",
+        "R (rows of length one)", "matrix = R⁻¹ K⁻¹"
+    ));
     let decimals = decimals_of(a.matrix[0][0], 6);
     for (r, m) in a.orientation.iter().zip(&a.matrix) {
         let row = |values: &[f64; 3], width: usize, d: usize| -> String {
@@ -138,8 +159,14 @@ fn gyroscope(file: &CalibrationFile) -> String {
         "R"
     );
     for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-        let r: String = g.orientation[i].iter().map(|v| format!("{v:>10.5}")).collect();
-        out.push_str(&format!("  {axis:<5}{:>13.5}{:>15.5}   {r}\n", g.bias[i], g.scale[i]));
+        let r: String = g.orientation[i]
+            .iter()
+            .map(|v| format!("{v:>10.5}"))
+            .collect();
+        out.push_str(&format!(
+            "  {axis:<5}{:>13.5}{:>15.5}   {r}\n",
+            g.bias[i], g.scale[i]
+        ));
     }
     out
 }
@@ -157,23 +184,32 @@ fn placements(file: &CalibrationFile) -> String {
         return out;
     }
     out.push_str(&format!(
-        "\n  {:<8}{:>26}{:>26}{:>9}{:>8}\n",
-        "position", "raw mean", "calibrated m/s²", "|error|", "tilt"
+        "\n  {:<9}{:^27}  {:^24}{:>10}{:>7}\n",
+        "position", "raw mean", "calibrated, m/s²", "|error|", "tilt"
     ));
+    let largest = a
+        .positions
+        .iter()
+        .flat_map(|p| p.raw)
+        .fold(0.0_f64, |m, v| m.max(v.abs()));
+    let decimals = decimals_of(largest, 5).min(4);
     for position in &a.positions {
-        out.push_str(&placement(position));
+        out.push_str(&placement(position, decimals));
     }
     out
 }
 
-fn placement(p: &Position) -> String {
-    let largest = p.raw.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let decimals = decimals_of(largest, 5).min(4);
+fn placement(p: &Position, decimals: usize) -> String {
     let raw: String = p.raw.iter().map(|v| format!("{v:>9.decimals$}")).collect();
     let calibrated: String = p.calibrated.iter().map(|v| format!("{v:>8.3}")).collect();
-    let tilt = p.tilt_deg.map_or_else(|| "–".to_owned(), |t| format!("{t:.1}°"));
+    let tilt = p
+        .tilt_deg
+        .map_or_else(|| "–".to_owned(), |t| format!("{t:.1}°"));
     let label: String = p.label.chars().take(9).collect();
-    format!("  {label:<9}{raw}  {calibrated}{:>10.4}{tilt:>7}\n", p.error_norm)
+    format!(
+        "  {label:<9}{raw}  {calibrated}{:>10.4}{tilt:>7}\n",
+        p.error_norm
+    )
 }
 
 fn verdict(file: &CalibrationFile) -> String {

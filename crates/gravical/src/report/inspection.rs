@@ -41,8 +41,15 @@ pub fn inspection_text(inspection: &Inspection) -> String {
     out.push_str(&format!("          {}\n", bar(inspection)));
     out.push_str(&stills(inspection));
     if !inspection.turns.is_empty() {
-        let about: Vec<String> = inspection.turns.iter().map(|t| t.axis.to_string()).collect();
-        out.push_str(&format!("  turns   full turns about {}\n", about.join(", ")));
+        let about: Vec<String> = inspection
+            .turns
+            .iter()
+            .map(|t| t.axis.to_string())
+            .collect();
+        out.push_str(&format!(
+            "  turns   full turns about {}\n",
+            about.join(", ")
+        ));
     }
     if inspection.findings.is_empty() {
         out.push_str("  nothing odd was found\n");
@@ -93,7 +100,11 @@ fn accel(inspection: &Inspection) -> String {
     match (a.unit, a.lsb_per_g) {
         (AccelUnit::Unknown, _) => "unit unknown: say it with --accel-unit".to_owned(),
         (AccelUnit::Counts, Some(lsb)) => {
-            format!("counts, {lsb:.0} per g (±{:.0} g), {}", 32768.0 / lsb, origin(a.origin))
+            format!(
+                "counts, {lsb:.0} per g (±{:.0} g), {}",
+                32768.0 / lsb,
+                origin(a.origin)
+            )
         }
         (AccelUnit::Counts, None) => format!("counts of unknown range, {}", origin(a.origin)),
         (unit, _) => format!("{}, {}", unit.name(), origin(a.origin)),
@@ -105,7 +116,11 @@ fn gyro(inspection: &Inspection) -> Option<String> {
     Some(match (g.unit, g.lsb_per_deg_s) {
         (GyroUnit::Unknown, _) => "unit unknown: say it with --gyro-unit".to_owned(),
         (GyroUnit::Counts, Some(lsb)) => {
-            format!("counts, {lsb} per °/s (±{:.0} °/s), {}", 32768.0 / lsb, origin(g.origin))
+            format!(
+                "counts, {lsb} per °/s (±{:.0} °/s), {}",
+                32768.0 / lsb,
+                origin(g.origin)
+            )
         }
         (unit, _) => format!("{}, {}", unit.name(), origin(g.origin)),
     })
@@ -114,8 +129,14 @@ fn gyro(inspection: &Inspection) -> Option<String> {
 fn stillness(inspection: &Inspection) -> String {
     match inspection.stills.len() {
         0 => "never".to_owned(),
-        1 => format!("{:.0} % of the rows, in one piece", 100.0 * inspection.still_share),
-        n => format!("{:.0} % of the rows, in {n} pieces", 100.0 * inspection.still_share),
+        1 => format!(
+            "{:.0} % of the rows, in one piece",
+            100.0 * inspection.still_share
+        ),
+        n => format!(
+            "{:.0} % of the rows, in {n} pieces",
+            100.0 * inspection.still_share
+        ),
     }
 }
 
@@ -169,7 +190,11 @@ fn still_line(number: usize, still: &StillSpan) -> String {
     };
     let largest = still.mean.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let decimals = super::text::decimals_of(largest, 4);
-    let mean: String = still.mean.iter().map(|v| format!("{v:>9.decimals$}")).collect();
+    let mean: String = still
+        .mean
+        .iter()
+        .map(|v| format!("{v:>9.decimals$}"))
+        .collect();
     format!(
         "  {number:>4}{:>20}{seconds:>16}{:>7}{:>7}{mean}\n",
         format!("{}–{}", still.lines[0], still.lines[1]),

@@ -41,9 +41,13 @@ pub fn findings_text(findings: &[Finding], several_files: bool) -> String {
     for severity in [Severity::Warning, Severity::Note] {
         for finding in findings.iter().filter(|f| f.severity == severity) {
             // Numbers differ from file to file; the words do not.
-            let same = |f: &&Finding| f.kind == finding.kind && skeleton(&f.message) == skeleton(&finding.message);
+            let same = |f: &&Finding| {
+                f.kind == finding.kind && skeleton(&f.message) == skeleton(&finding.message)
+            };
             let alike: Vec<&Finding> = findings.iter().filter(same).collect();
-            if told.iter().any(|(kind, message)| *kind == finding.kind && skeleton(message) == skeleton(&finding.message)) {
+            if told.iter().any(|(kind, message)| {
+                *kind == finding.kind && skeleton(message) == skeleton(&finding.message)
+            }) {
                 continue;
             }
             told.push((&finding.kind, &finding.message));
@@ -72,7 +76,10 @@ pub fn findings_text(findings: &[Finding], several_files: bool) -> String {
 }
 
 fn skeleton(message: &str) -> String {
-    message.chars().filter(|c| !c.is_ascii_digit() && !matches!(c, '.' | '-')).collect()
+    message
+        .chars()
+        .filter(|c| !c.is_ascii_digit() && !matches!(c, '.' | '-'))
+        .collect()
 }
 
 /// Name of a file without its folder.
@@ -97,7 +104,8 @@ mod tests {
 
     #[test]
     fn shared_findings_are_told_once() {
-        let finding = |file: &str, n: u32| Finding::warning("gap", format!("{n} gaps")).in_file(file);
+        let finding =
+            |file: &str, n: u32| Finding::warning("gap", format!("{n} gaps")).in_file(file);
         let text = findings_text(&[finding("a/x.csv", 1), finding("a/y.csv", 2)], true);
         assert_eq!(text, "  ! gap: 1 gaps (x.csv and 1 more)\n");
     }

@@ -2,9 +2,9 @@
 
 use crate::calibration_file::{AccelerometerSection, Grade, PositionKind, TiltSource, Verdict};
 use crate::estimate::ferraris::Faces;
-use crate::recording::{Finding, Recording};
+use crate::recording::Finding;
 use crate::segment::Placement;
-use crate::segment::face::{Claim, Face, angle_deg};
+use crate::segment::face::{Claim, Face};
 
 use super::errors::free_norm_error;
 
@@ -27,14 +27,15 @@ const GATES: [&str; 5] = [
     "turned-other-way",
 ];
 
-/// Checks of the accelerometer's parameters and placements.
+/// Checks of the accelerometer's parameters and placements; `offset` is the zero
+/// offset in its bias.
 #[must_use]
 pub fn accelerometer(
     section: &AccelerometerSection,
     faces: &Faces,
     placements: &[Placement],
-    recordings: &[Recording],
-    gravity: f64,
+    offset: f64,
+    face_angle_rms_deg: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     let axes = ["x", "y", "z"];
@@ -55,12 +56,15 @@ pub fn accelerometer(
         } else if !off.is_empty() {
             findings.push(Finding::warning(
                 "scale-high",
-                format!("the scale is further from nominal than usual ({})", off.join(", ")),
+                format!(
+                    "the scale is further from nominal than usual ({})",
+                    off.join(", ")
+                ),
             ));
         }
     }
-    let offset = recordings.first().map_or(0.0, |r| r.zero_offset);
-    let bias_mps2: [f64; 3] = std::array::from_fn(|i| (section.bias[i] - offset) / section.scale[i]);
+    let bias_mps2: [f64; 3] =
+        std::array::from_fn(|i| (section.bias[i] - offset) / section.scale[i]);
     let large: Vec<String> = (0..3)
         .filter(|&i| bias_mps2[i].abs() > BIAS_GATE_MPS2)
         .map(|i| format!("{} {:+.2} m/s²", axes[i], bias_mps2[i]))
@@ -68,7 +72,10 @@ pub fn accelerometer(
     if !large.is_empty() && offset == 0.0 {
         findings.push(Finding::warning(
             "large-bias",
-            format!("a bias above 0.35 g ({}): no sensor of this kind has that", large.join(", ")),
+            format!(
+                "a bias above 0.35 g ({}): no sensor of this kind has that",
+                large.join(", ")
+            ),
         ));
     }
     for (index, placement) in placements.iter().enumerate() {
@@ -85,18 +92,25 @@ pub fn accelerometer(
             );
         }
     }
-    findings.extend(tilts(section, faces, placements, gravity));
+    findings.extend(tilts(section, faces, placements, face_angle_rms_deg));
     findings
 }
 
 /// Tilts: of single faces that lie far off, and of all when they are larger
 /// than the uncertainty assumes.
-fn tilts(section: &AccelerometerSection, faces: &Faces, placements: &[Placement], gravity: f64) -> Vec<Finding> {
+fn tilts(
+    section: &AccelerometerSection,
+    faces: &Faces,
+    placements: &[Placement],
+    face_angle_rms_deg: f64,
+) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut list = Vec::new();
-    let (mut squares, mut low, mut high) = (0.0, f64::INFINITY, 0.0_f64);
+    let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
     for (index, placement) in placements.iter().enumerate() {
-        let Some(face) = faces.face_of(index) else { continue };
+        let Some(face) = faces.face_of(index) else {
+            continue;
+        };
         let tilt = placement.angle_deg;
         list.push(format!("{} {tilt:.1}°", face.name()));
         (low, high) = (low.min(tilt), high.max(tilt));
@@ -113,48 +127,20 @@ fn tilts(section: &AccelerometerSection, faces: &Faces, placements: &[Placement]
             );
         }
     }
-    // Bias turns a raw reading, too; what placement and misalignment leave is
-    // the angle of the calibrated mean under scale and bias alone.
-    let nominal: Vec<f64> = section
-        .positions
-        .iter()
-        .filter(|p| p.kind == PositionKind::Face)
-        .map(|p| {
-            let unbiased: [f64; 3] = std::array::from_fn(|i| (p.raw[i] - section.bias[i]) / section.scale[i]);
-            angle_deg(turn_to_case(section, unbiased), p.expected.map(|e| e / gravity))
-        })
-        .collect();
-    for angle in &nominal {
-        squares += angle * angle;
-    }
-    let rms = (squares / nominal.len().max(1) as f64).sqrt();
     let Some(tilt) = section.placement_tilt_deg else {
         return findings;
     };
-    // Two components of sd τ make an angle of rms τ√2; half as much again is
-    // more than chance and a good board explain.
-    if rms > 1.4 * tilt.value * std::f64::consts::SQRT_2 && tilt.source == TiltSource::Assumed {
+    if tilt.source == TiltSource::Estimated {
         findings.push(Finding::warning(
             "placement-tilt",
             format!(
-                "the placements lie {low:.1}–{high:.1}° off their faces ({}), {rms:.1}° rms after bias: more than the {}° assumed. Six faces cannot tell placement from misalignment: R shows both. Say --placement-tilt 2, or use a box",
+                "the placements lie {low:.1}–{high:.1}° off their faces ({}), {face_angle_rms_deg:.1}° rms without the bias. Six faces cannot tell placement from misalignment, R shows both; the uncertainty is computed with a tilt of {:.1}°. A box or a jig would help",
                 list.join(", "),
                 tilt.value
             ),
         ));
     }
     findings
-}
-
-/// Board channels in the order of the case's axes: each row of R says which
-/// axis its channel measures.
-fn turn_to_case(section: &AccelerometerSection, channels: [f64; 3]) -> [f64; 3] {
-    let mut out = channels;
-    for (channel, row) in section.orientation.iter().enumerate() {
-        let axis = (0..3).fold(0, |best, i| if row[i].abs() > row[best].abs() { i } else { best });
-        out[axis] = channels[channel] * row[axis].signum();
-    }
-    out
 }
 
 /// Names that, taken together, describe a mirrored sensor: placements were
@@ -177,7 +163,10 @@ pub fn names(placements: &[Placement], by_name: bool) -> Vec<Finding> {
         return Vec::new();
     };
     let unchanged = Face::all().iter().zip(&all).all(|(a, b)| a == b);
-    let reversed = Face::all().iter().zip(&all).all(|(a, b)| a.opposite() == *b);
+    let reversed = Face::all()
+        .iter()
+        .zip(&all)
+        .all(|(a, b)| a.opposite() == *b);
     if unchanged {
         return Vec::new();
     }
@@ -210,7 +199,11 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding]) -> Verdict 
         .filter(|f| GATES.contains(&f.kind.as_str()))
         .map(|f| f.message.clone())
         .collect();
-    let grade = if reasons.is_empty() { Grade::NotVerifiable } else { Grade::Poor };
+    let grade = if reasons.is_empty() {
+        Grade::NotVerifiable
+    } else {
+        Grade::Poor
+    };
     reasons.push(if section.degrees_of_freedom == 0 {
         "six faces determine six parameters of the magnitude exactly: the residuals of the fitted placements prove nothing".to_owned()
     } else {
@@ -220,9 +213,13 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding]) -> Verdict 
         && let Some(tilt) = section.placement_tilt_deg
     {
         reasons.push(format!(
-            "by noise and a placement tilt of {}° ({}) the magnitude at rest is uncertain by {:.0} mm/s² ({:.1} mg), 1σ over all directions",
+            "by noise and a placement tilt of {:.2}° ({}) the magnitude at rest is uncertain by {:.0} mm/s² ({:.1} mg), 1σ over all directions",
             tilt.value,
-            if tilt.source == TiltSource::Given { "given" } else { "assumed" },
+            match tilt.source {
+                TiltSource::Given => "given",
+                TiltSource::Estimated => "what the faces show",
+                TiltSource::Assumed => "assumed",
+            },
             1000.0 * error,
             1000.0 * error / gravical_core::unit::STANDARD_GRAVITY_MPS2
         ));
@@ -231,7 +228,9 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding]) -> Verdict 
         .positions
         .iter()
         .find(|p| p.kind == PositionKind::Face)
-        .map_or(0.0, |p| p.expected.iter().map(|e| e * e).sum::<f64>().sqrt());
+        .map_or(0.0, |p| {
+            p.expected.iter().map(|e| e * e).sum::<f64>().sqrt()
+        });
     if let Some((error, count)) = free_norm_error(&section.positions, gravity) {
         reasons.push(format!(
             "{count} oblique {} no part in the fit; there the magnitude is off by {:.0} mm/s² ({:.1} mg) rms",

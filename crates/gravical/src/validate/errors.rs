@@ -58,7 +58,10 @@ pub fn positions(
 /// the fitted faces.
 #[must_use]
 pub fn fit_errors(positions: &[Position]) -> Option<FitErrors> {
-    let faces: Vec<&Position> = positions.iter().filter(|p| p.kind == PositionKind::Face).collect();
+    let faces: Vec<&Position> = positions
+        .iter()
+        .filter(|p| p.kind == PositionKind::Face)
+        .collect();
     if faces.is_empty() {
         return None;
     }

@@ -20,7 +20,11 @@ pub fn sphere(n: usize) -> impl Iterator<Item = [f64; 3]> {
 /// moves the measured length along n by −wᵀ(dM n g + db), w = Aᵀ n; so with
 /// h = \[g w⊗n ; w\] its variance is hᵀ C h. None when that is not a number.
 #[must_use]
-pub fn norm_error(matrix: &[[f64; 3]; 3], covariance: &[[f64; 12]; 12], gravity: f64) -> Option<f64> {
+pub fn norm_error(
+    matrix: &[[f64; 3]; 3],
+    covariance: &[[f64; 12]; 12],
+    gravity: f64,
+) -> Option<f64> {
     let mut sum = 0.0;
     for n in sphere(DIRECTIONS) {
         let w: [f64; 3] = std::array::from_fn(|i| (0..3).map(|k| matrix[k][i] * n[k]).sum());
