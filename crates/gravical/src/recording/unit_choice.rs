@@ -26,10 +26,9 @@ pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
         if block.len() < BLOCK && !blocks.is_empty() {
             continue;
         }
-        let (mut norm2, mut variance) = (0.0, 0.0);
+        let mut variance = 0.0;
         for channel in accel {
             let mean = block.iter().map(|&i| channel[i]).sum::<f64>() / n;
-            norm2 += mean * mean;
             variance += block
                 .iter()
                 .map(|&i| (channel[i] - mean).powi(2))
@@ -37,7 +36,10 @@ pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
                 / n;
             integers &= block.iter().all(|&i| channel[i].fract() == 0.0);
         }
-        blocks.push((variance, norm2.sqrt()));
+        // The mean of the lengths, not the length of the mean: in a short list
+        // of means every row is another placement.
+        let length = |&i: &usize| accel.iter().map(|c| c[i] * c[i]).sum::<f64>().sqrt();
+        blocks.push((variance, block.iter().map(length).sum::<f64>() / n));
     }
     blocks.sort_by(|a, b| a.0.total_cmp(&b.0));
     let quiet = blocks.len().div_ceil(3);

@@ -134,9 +134,13 @@ fn tilts(
         findings.push(Finding::warning(
             "placement-tilt",
             format!(
-                "the placements lie {low:.1}–{high:.1}° off their faces ({}), {face_angle_rms_deg:.1}° rms without the bias. Six faces cannot tell placement from misalignment, R shows both; the uncertainty is computed with a tilt of {:.1}°. A box or a jig would help",
+                "the placements lie {low:.1}–{high:.1}° off their faces ({}), {face_angle_rms_deg:.1}° rms without the bias. Six faces cannot tell placement from misalignment, R shows both{}. A box or a jig would help",
                 list.join(", "),
-                tilt.value
+                if section.covariance.is_some() {
+                    format!("; the uncertainty is computed with a tilt of {:.1}°", tilt.value)
+                } else {
+                    String::new()
+                }
             ),
         ));
     }
