@@ -41,6 +41,24 @@ pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
     ExitCode::from(code)
 }
 
+/// Tells a wrong call; help and version come this way, too.
+pub fn usage(error: &clap::Error) -> ExitCode {
+    let code = u8::try_from(error.exit_code()).unwrap_or(2);
+    if code != 0 && std::env::args().any(|word| word == "--json") {
+        let text = error.render().to_string();
+        let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
+        let object = serde_json::json!({
+            "code": "usage",
+            "message": lines.next().map(|l| l.trim_start_matches("error: ")),
+            "hint": lines.find_map(|l| l.strip_prefix("tip: ")),
+        });
+        let _ = writeln!(io::stdout(), "{object:#}");
+    } else {
+        let _ = error.print();
+    }
+    ExitCode::from(code)
+}
+
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
         cause
