@@ -106,7 +106,10 @@ fn frozen(recording: &Recording, findings: &mut Vec<Finding>) {
                 findings.push(
                     Finding::warning(
                         "frozen-axis",
-                        format!("{} stands still to the last digit for {longest} rows while the others change", names[axis]),
+                        format!(
+                            "{letter}{} stands still to the last digit for {longest} rows while the others change",
+                            ["x", "y", "z"][axis]
+                        ),
                     )
                     .at_lines(&spans),
                 );
