@@ -260,10 +260,7 @@ fn check_recording(r: &Recording) {
     .into_iter()
     .flatten()
     {
-        assert!(
-            nominal > 0.0 && nominal.is_finite(),
-            "a scale of {nominal}"
-        );
+        assert!(nominal > 0.0 && nominal.is_finite(), "a scale of {nominal}");
     }
     check_findings(&r.findings, r.ledger.lines);
 }
