@@ -279,7 +279,7 @@ fn skip_spaces(line: &[u8], mut at: usize, delimiter: Delimiter) -> usize {
 
 /// End of a quoted field, `""` inside it being one quote.
 #[cold]
-fn quoted_end(line: &[u8], from: usize, delimiter: u8) -> usize {
+pub(super) fn quoted_end(line: &[u8], from: usize, delimiter: u8) -> usize {
     let mut at = from + 1;
     while let Some(n) = memchr::memchr(b'"', &line[at..]) {
         at += n + 1;
@@ -316,6 +316,10 @@ fn is_nothing(text: &[u8]) -> bool {
 /// differences are used).
 #[must_use]
 pub fn parse_date(text: &[u8]) -> Option<f64> {
+    // Words are not worth the three attempts: a header can have many.
+    if !matches!(text, [b'0'..=b'9' | b'+' | b'-', ..]) {
+        return None;
+    }
     let text = std::str::from_utf8(text).ok()?;
     if let Ok(stamp) = text.parse::<jiff::Timestamp>() {
         return Some(stamp.as_nanosecond() as f64 / 1e9);
