@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::POSSIBLE;
 use super::finding::{Finding, LineSpans};
 
 /// Unit of the time stamps.
@@ -132,7 +133,14 @@ pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
         return untimed(raw.len(), claims, findings);
     };
     let unit = match claims.unit {
-        Some(unit) => unit,
+        Some(unit) if POSSIBLE.contains(&(1.0 / (median * unit.seconds()))) => unit,
+        Some(unit) => {
+            findings.push(Finding::warning(
+                "time-unit-unknown",
+                format!("steps of {median:e} {} are no rate that a sensor has; the stamps are not used (give --time-unit)", unit.name()),
+            ));
+            return untimed(raw.len(), claims, findings);
+        }
         None => match guess_unit(&raw, median, claims, &mut findings) {
             Some(unit) => unit,
             None => {
@@ -188,7 +196,9 @@ pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
     }
     let n = time_s.iter().filter(|t| t.is_finite()).count();
     let duration_s = latest * per_s;
-    let mean_rate = (n > 1 && duration_s > 0.0).then(|| (n - 1) as f64 / duration_s);
+    let mean_rate = (n > 1 && duration_s > 0.0)
+        .then(|| (n - 1) as f64 / duration_s)
+        .filter(|rate| POSSIBLE.contains(rate));
     let median_s = median * per_s;
     let regular: Vec<f64> = steps
         .iter()
