@@ -3,8 +3,8 @@
 
 use super::ReadOptions;
 use super::finding::Finding;
-use super::timing::median;
 use super::units::{AccelScale, AccelUnit, Evidence, Origin, accel_evidence};
+use crate::stats::median;
 
 /// Rows of one block over which stillness is judged here.
 const BLOCK: usize = 20;
