@@ -21,16 +21,18 @@ pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
         Category::Input => 3,
         Category::System => 1,
     });
+    // Our own errors say all of it themselves; others as a chain of causes.
+    let message = known.map_or_else(|| format!("{error:#}"), ToString::to_string);
     if json {
         let object = serde_json::json!({
             "code": known.map_or("internal", gravical::Error::code),
-            "message": format!("{error:#}"),
+            "message": message,
             "hint": known.and_then(gravical::Error::hint),
         });
         // Nowhere is left to complain when this cannot be written.
         let _ = writeln!(io::stdout(), "{object:#}");
     } else {
-        let _ = writeln!(io::stderr(), "error: {error:#}");
+        let _ = writeln!(io::stderr(), "error: {message}");
         if let Some(e) = known {
             if let Some(hint) = e.hint() {
                 let _ = writeln!(io::stderr(), "  try: {hint}");

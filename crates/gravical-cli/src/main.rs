@@ -4,6 +4,7 @@
 mod cmd;
 mod failure;
 mod options;
+mod session;
 mod text;
 
 use std::process::ExitCode;
