@@ -11,6 +11,7 @@ pub mod output;
 pub mod simulate;
 
 pub use error::{Category, Error, Location, Result};
+pub mod apply;
 pub mod calibration_file;
 pub mod recording;
 pub mod scan;

@@ -95,7 +95,7 @@ impl Timing {
 }
 
 /// Result of looking at the stamps.
-pub(super) struct Timed {
+pub(crate) struct Timed {
     pub timing: Timing,
     /// Seconds from the first row; none when the stamps are of no use.
     pub time_s: Option<Vec<f64>>,
@@ -105,7 +105,7 @@ pub(super) struct Timed {
 }
 
 /// What is known about the stamps from outside.
-pub(super) struct Claims {
+pub(crate) struct Claims {
     pub unit: Option<TimeUnit>,
     pub nominal_rate_hz: Option<f64>,
     /// Span of the temperature in the recording, °C: a sensor cannot warm by
@@ -117,7 +117,7 @@ pub(super) struct Claims {
 const PLAUSIBLE_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 
 /// Judges raw stamps; `line` gives the line of a row.
-pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64) -> Timed {
+pub(crate) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64) -> Timed {
     let mut findings = Vec::new();
     let steps: Vec<f64> = raw.windows(2).map(|w| w[1] - w[0]).collect();
     let mut rising: Vec<f64> = steps.iter().copied().filter(|d| *d > 0.0).collect();
@@ -143,42 +143,25 @@ pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
     };
     let per_s = unit.seconds();
     let mut time_s = Vec::with_capacity(raw.len());
-    let mut faults = Faults::default();
+    let mut stamps = Stamps::new(median, per_s);
     let first = raw.iter().copied().find(|t| t.is_finite()).unwrap_or(0.0);
     let mut offset = -first;
     let mut restarts = Vec::new();
-    let mut before = f64::NAN;
     let mut latest = f64::NEG_INFINITY;
     for (row, &stamp) in raw.iter().enumerate() {
-        if !stamp.is_finite() {
-            faults.absent.push(line(row));
-            time_s.push(f64::NAN);
-            continue;
-        }
-        let step = stamp - before;
-        if step < 0.0 {
-            if let Some(period) = wrap_period(before, stamp) {
-                offset += period;
-                faults.wrapped.push(line(row));
-            } else if stamp < 0.5 * before
-                && -step > 20.0 * median
-                && stamp < 100.0 * median.max(1.0 / per_s)
-            {
-                // The board began to count anew: it was reset.
+        let before = stamps.before;
+        match stamps.see(stamp, || line(row)) {
+            Clock::Absent => {
+                time_s.push(f64::NAN);
+                continue;
+            }
+            Clock::Wrapped(period) => offset += period,
+            Clock::Restarted => {
                 restarts.push(row);
                 offset += before + median - stamp;
-                faults.restarted.push(line(row));
-            } else {
-                faults.backward.push(line(row));
             }
-        } else if step == 0.0 {
-            faults.duplicate.push(line(row));
-        } else if step > 4.5 * median {
-            // Below that, single lost samples: they are in the missing share.
-            faults.gaps.push(line(row));
-            faults.longest_gap_s = faults.longest_gap_s.max(step * per_s);
+            Clock::GoesOn => {}
         }
-        before = stamp;
         let t = stamp + offset;
         latest = latest.max(t);
         time_s.push(t * per_s);
@@ -197,7 +180,7 @@ pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
         .filter(|d| **d > 1.5 * median && **d < 1e6 * median)
         .map(|d| (d / median).round() - 1.0)
         .sum();
-    faults.report(&mut findings, n);
+    stamps.report(Treatment::Repaired, &mut findings);
 
     // Several samples that arrive with one stamp, then a long step: stamps of
     // arrival at the computer, not of sampling.
@@ -313,6 +296,101 @@ fn rate_findings(timing: &Timing, missing: f64, findings: &mut Vec<Finding>) {
     }
 }
 
+/// What a stamp says about the clock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Clock {
+    /// The stamp stands as it is, odd or not.
+    GoesOn,
+    /// The row has none.
+    Absent,
+    /// The counter began at zero again after this many.
+    Wrapped(f64),
+    /// The board was reset.
+    Restarted,
+}
+
+/// What becomes of stamps that wrap or start anew.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Treatment {
+    /// They are made to go on.
+    Repaired,
+    /// They stay as they stand in the file.
+    Kept,
+}
+
+/// Follows raw stamps one after the other and books what is odd about them.
+pub(crate) struct Stamps {
+    /// Usual step, in the unit of the stamps.
+    median: f64,
+    /// Seconds per unit.
+    per_s: f64,
+    before: f64,
+    /// Rows with a stamp.
+    rows: u64,
+    faults: Faults,
+}
+
+impl Stamps {
+    /// With an infinite `median` there are no gaps and no restarts.
+    pub(crate) fn new(median: f64, per_s: f64) -> Self {
+        Stamps {
+            median,
+            per_s,
+            before: f64::NAN,
+            rows: 0,
+            faults: Faults::default(),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn see(&mut self, stamp: f64, line: impl Fn() -> u64) -> Clock {
+        let step = stamp - self.before;
+        if step > 0.0 && step < 4.5 * self.median {
+            self.before = stamp;
+            self.rows += 1;
+            return Clock::GoesOn;
+        }
+        self.see_odd(stamp, line())
+    }
+
+    #[cold]
+    fn see_odd(&mut self, stamp: f64, line: u64) -> Clock {
+        if !stamp.is_finite() {
+            self.faults.absent.push(line);
+            return Clock::Absent;
+        }
+        let before = std::mem::replace(&mut self.before, stamp);
+        self.rows += 1;
+        let step = stamp - before;
+        if step < 0.0 {
+            if let Some(period) = wrap_period(before, stamp) {
+                self.faults.wrapped.push(line);
+                return Clock::Wrapped(period);
+            }
+            if stamp < 0.5 * before
+                && -step > 20.0 * self.median
+                && stamp < 100.0 * self.median.max(1.0 / self.per_s)
+            {
+                // The board began to count anew: it was reset.
+                self.faults.restarted.push(line);
+                return Clock::Restarted;
+            }
+            self.faults.backward.push(line);
+        } else if step == 0.0 {
+            self.faults.duplicate.push(line);
+        } else if step > 4.5 * self.median {
+            // Below that, single lost samples: they are in the missing share.
+            self.faults.gaps.push(line);
+            self.faults.longest_gap_s = self.faults.longest_gap_s.max(step * self.per_s);
+        }
+        Clock::GoesOn
+    }
+
+    pub(crate) fn report(&self, treatment: Treatment, findings: &mut Vec<Finding>) {
+        self.faults.report(findings, self.rows, treatment);
+    }
+}
+
 #[derive(Default)]
 struct Faults {
     wrapped: LineSpans,
@@ -325,7 +403,7 @@ struct Faults {
 }
 
 impl Faults {
-    fn report(&self, findings: &mut Vec<Finding>, rows: usize) {
+    fn report(&self, findings: &mut Vec<Finding>, rows: u64, treatment: Treatment) {
         let share = |spans: &LineSpans| 100.0 * spans.count() as f64 / rows.max(1) as f64;
         let mut add = |spans: &LineSpans, finding: Finding| {
             if !spans.is_empty() {
@@ -336,14 +414,28 @@ impl Faults {
             &self.wrapped,
             Finding::note(
                 "wrapped-time",
-                "the 32-bit counter of the time stamps wrapped; unwrapped",
+                match treatment {
+                    Treatment::Repaired => {
+                        "the 32-bit counter of the time stamps wrapped; unwrapped"
+                    }
+                    Treatment::Kept => {
+                        "the 32-bit counter of the time stamps wrapped; kept as recorded"
+                    }
+                },
             ),
         );
         add(
             &self.restarted,
             Finding::warning(
                 "restarted-time",
-                "the time stamps start anew (the board was reset); taken as a break, the clock goes on from the row before",
+                match treatment {
+                    Treatment::Repaired => {
+                        "the time stamps start anew (the board was reset); taken as a break, the clock goes on from the row before"
+                    }
+                    Treatment::Kept => {
+                        "the time stamps start anew (the board was reset); kept as recorded"
+                    }
+                },
             ),
         );
         add(
