@@ -60,8 +60,8 @@ impl Head {
             .has_gyro()
             .then(|| [take(GYRO), take(GYRO + 1), take(GYRO + 2)]);
         Head {
-            accel_held: hold_last_values(&mut accel),
-            gyro_held: gyro.as_mut().is_some_and(hold_last_values),
+            accel_held: hold_sparse(&mut accel),
+            gyro_held: gyro.as_mut().is_some_and(hold_sparse),
             accel,
             gyro,
             time,
@@ -116,4 +116,18 @@ impl Head {
             _ => Stamps::new(f64::INFINITY, 1.0),
         })
     }
+}
+
+/// Holds the last values where most rows are incomplete. A cell that is empty
+/// now and then stays empty: nobody measured it.
+fn hold_sparse(channels: &mut [Vec<f64>; 3]) -> bool {
+    let rows = channels[0].len();
+    let incomplete = (0..rows)
+        .filter(|&i| channels.iter().any(|c| c[i].is_nan()))
+        .count();
+    let sparse = incomplete * 2 > rows;
+    if sparse {
+        hold_last_values(channels);
+    }
+    sparse
 }

@@ -87,7 +87,7 @@ pub(super) struct Stream<'a> {
     empty: [LineSpans; 2],
     nul_lines: LineSpans,
     foreign_lines: LineSpans,
-    tail: Tail,
+    pub(super) tail: Tail,
     any_movement: bool,
     block: Vec<u8>,
 }
