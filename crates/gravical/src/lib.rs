@@ -10,7 +10,7 @@
 //! 3. [`calibrate`] estimates the parameters ([`estimate`]), holds them against
 //!    what can show them wrong ([`validate`]) and says how far to trust them.
 //!    Read it first: it is the whole method in order.
-//! 4. [`calibration_file`] keeps them; `apply` calibrates recordings of any
+//! 4. [`calibration_file`] keeps them; [`apply`] calibrates recordings of any
 //!    size with them.
 //!
 //! [`simulate`] makes recordings of a sensor whose truth is known; [`report`]
@@ -40,6 +40,7 @@
 //! ```
 #![deny(missing_docs)]
 
+pub mod apply;
 pub mod calibrate;
 pub mod calibration_file;
 mod error;

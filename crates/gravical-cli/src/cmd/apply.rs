@@ -1,10 +1,179 @@
-//! Placeholder until the branch lands.
+//! `gravical apply`: a recording, calibrated.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-#[derive(clap::Args)]
+
+use gravical::Error;
+use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
+use gravical::calibration_file::CalibrationFile;
+use gravical::output::{check_target, write_atomic};
+use gravical::recording::finding::format_spans;
+use gravical::recording::{Finding, Origin, Severity, open};
+
+use crate::options::RecordingArgs;
+
+/// Line ranges shown with a finding.
+const SHOWN_SPANS: usize = 6;
+
+/// Apply a calibration to a recording: one pass, any size
+///
+/// The calibrated channels take the place of the raw ones, as ax_mps2 … and gx_rad_s …; every other
+/// column is kept as it is. The table goes to stdout, or to a file with -o; the summary to stderr.
+#[derive(Debug, clap::Args)]
 pub struct Args {
+    /// Calibration: a file of `gravical calibrate` or of imucal
+    #[arg(value_name = "CAL")]
+    calibration: PathBuf,
+    /// Recording, plain or gzip; - is standard input
+    #[arg(value_name = "INPUT")]
+    input: PathBuf,
+    /// File to write [default: stdout]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Keep the raw columns too; the calibrated ones come last
+    #[arg(long)]
+    keep_raw: bool,
+    /// Replace the file of -o when it is there
+    #[arg(long)]
+    force: bool,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+    /// Print the summary as one JSON object on stdout (needs -o)
     #[arg(long)]
     pub json: bool,
+    #[command(flatten)]
+    recording: RecordingArgs,
 }
-pub fn run(_: &Args) -> anyhow::Result<ExitCode> {
+
+/// Calibrates, writes, tells.
+///
+/// # Errors
+///
+/// A calibration that does not fit the recording, a recording or file that
+/// cannot be read, a file that is there already, or what the disk says.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let target = args
+        .output
+        .as_deref()
+        .filter(|path| *path != Path::new("-"));
+    if args.json && target.is_none() {
+        return Err(Error::usage(
+            "json-needs-output",
+            "--json prints the summary on stdout, where the recording goes",
+        )
+        .with_hint("write the recording to a file with -o")
+        .into());
+    }
+    if let Some(path) = target {
+        check_target(path, args.force)?;
+    }
+    let calibration = CalibrationFile::read(&args.calibration)?;
+    let options = ApplyOptions {
+        read: args.recording.read_options(false),
+        keep_raw: args.keep_raw,
+        axes: args.recording.axes.0,
+    };
+    options.read.validate()?;
+    let input = open::open(&args.input, false)?;
+    let name = args.input.display().to_string();
+    let summary = match target {
+        None => apply(
+            &calibration,
+            input,
+            &name,
+            &mut io::stdout().lock(),
+            &options,
+        )?,
+        Some(path) => {
+            let mut summary = None;
+            write_atomic(path, args.force, |out| {
+                summary = Some(apply(&calibration, input, &name, out, &options)?);
+                Ok(())
+            })?;
+            summary.ok_or_else(|| anyhow::anyhow!("nothing was written"))?
+        }
+    };
+    if args.json {
+        let mut out = io::stdout().lock();
+        serde_json::to_writer_pretty(&mut out, &summary).map_err(io::Error::from)?;
+        out.write_all(b"\n")?;
+    }
+    if !args.quiet {
+        tell(&summary, target)?;
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+fn tell(summary: &ApplySummary, target: Option<&Path>) -> io::Result<()> {
+    let mut err = io::stderr().lock();
+    let target = target.map_or_else(|| "stdout".to_owned(), |p| p.display().to_string());
+    writeln!(
+        err,
+        "{}: {} rows calibrated → {target}",
+        summary.input, summary.rows
+    )?;
+    writeln!(err, "  read as       {}", summary.description)?;
+    write!(
+        err,
+        "  accelerometer {} ({}) → m/s²",
+        summary.accelerometer.unit.name(),
+        origin(summary.accelerometer.origin)
+    )?;
+    match summary.quiet_norm_mps2 {
+        Some(norm) => writeln!(
+            err,
+            "; at its quietest {norm:.3} m/s², gravity is {:.3}",
+            summary.gravity_mps2
+        )?,
+        None => writeln!(err)?,
+    }
+    match summary.gyroscope {
+        GyroscopeOutcome::Calibrated(unit) => {
+            writeln!(err, "  gyroscope     {} → rad/s", unit.name())?;
+        }
+        GyroscopeOutcome::Kept => {
+            writeln!(
+                err,
+                "  gyroscope     kept as it is: the calibration has none"
+            )?;
+        }
+        GyroscopeOutcome::Absent => {}
+    }
+    write!(
+        err,
+        "  lines         {} = {} rows",
+        summary.lines, summary.rows
+    )?;
+    for aside in &summary.set_aside {
+        write!(err, " + {} {}", aside.lines, aside.reason.name())?;
+    }
+    writeln!(err)?;
+    for finding in &summary.findings {
+        tell_finding(&mut err, finding)?;
+    }
+    Ok(())
+}
+
+fn tell_finding(err: &mut impl Write, finding: &Finding) -> io::Result<()> {
+    let severity = match finding.severity {
+        Severity::Note => "note",
+        Severity::Warning => "warning",
+    };
+    write!(err, "  {severity}: {}: {}", finding.kind, finding.message)?;
+    if !finding.lines.is_empty() {
+        let lines = format_spans(&finding.lines, finding.count, SHOWN_SPANS);
+        write!(err, " (lines {lines})")?;
+    }
+    writeln!(err)
+}
+
+fn origin(origin: Origin) -> &'static str {
+    match origin {
+        Origin::Given => "given",
+        Origin::Data => "as gravity shows",
+        Origin::Header => "as the header says",
+        Origin::Assumed => "assumed",
+    }
 }

@@ -28,6 +28,26 @@ pub struct Dialect {
     pub sample: Vec<Vec<f64>>,
 }
 
+impl Dialect {
+    /// For people: `comma separated, header in line 1`.
+    #[must_use]
+    pub fn description(&self) -> String {
+        let header = match &self.header {
+            Some(h) if h.lines[0] != h.lines[1] => {
+                format!("header in lines {} and {}", h.lines[0], h.lines[1])
+            }
+            Some(h) => format!("header in line {}", h.lines[0]),
+            None => "no header".to_owned(),
+        };
+        let comma = if self.decimal_comma {
+            ", decimal comma"
+        } else {
+            ""
+        };
+        format!("{} separated{comma}, {header}", self.delimiter.name())
+    }
+}
+
 /// The line that names the columns.
 #[derive(Debug, Clone)]
 pub struct Header {

@@ -112,6 +112,19 @@ impl LineSpans {
         }
     }
 
+    /// Adds a range in which `count` lines are concerned; `from` comes after
+    /// all lines so far.
+    pub fn push_range(&mut self, from: u64, to: u64, count: u64) {
+        self.push(from);
+        self.count += count.saturating_sub(1);
+        if let Some(span) = self.spans.last_mut()
+            && span[1] == from
+        {
+            span[1] = to;
+        }
+        self.last = to;
+    }
+
     /// How many lines were added.
     #[must_use]
     pub fn count(&self) -> u64 {
@@ -169,6 +182,10 @@ mod tests {
         assert_eq!(spans.display(9), "1-3, 7, 9-10");
         assert_eq!(spans.display(2), "1-3, 7, …");
         assert_eq!(spans.count(), 6);
+        spans.push_range(11, 20, 9);
+        spans.push(21);
+        assert_eq!(spans.display(9), "1-3, 7, 9-21");
+        assert_eq!(spans.count(), 16);
     }
 
     #[test]

@@ -42,8 +42,13 @@ pub mod units;
 pub use finding::{Finding, LineSpans, Severity};
 pub use layout::ColumnsSpec;
 pub use ledger::{Aside, Ledger};
+pub(crate) use read::{
+    Prepared, claimed_rate, cut_off, hold_last_values, prepare, reason_before, reason_for,
+    text_findings,
+};
 pub use read::{read, read_bytes};
 pub use timing::{TimeUnit, Timing};
+pub(crate) use unit_choice::{Quiet, looks_unsigned, quiet};
 pub use unit_choice::{decide_accel, quiet_norm};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use encoding_rs::{Decoder, Encoding};
@@ -18,9 +19,17 @@ pub struct Input {
     /// What was done to get at them: `gzip`, `UTF-16LE` ….
     pub unpacked: Vec<String>,
     digest: Option<Arc<Mutex<Sha256>>>,
+    cut_off: Arc<AtomicBool>,
 }
 
 impl Input {
+    /// True when the reader came to the end of a packed file that was cut off
+    /// in the middle: what could be unpacked was given.
+    #[must_use]
+    pub fn is_cut_off(&self) -> bool {
+        self.cut_off.load(Ordering::Relaxed)
+    }
+
     /// SHA-256 of the file as it lies on the disk, in hexadecimal; to be asked
     /// after everything was read, none when it was not wanted.
     #[must_use]
@@ -67,11 +76,15 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
     };
     let mut unpacked = Vec::new();
     let (magic, raw) = peek(raw, 2)?;
+    let cut_off = Arc::new(AtomicBool::new(false));
     let plain: Box<dyn Read> = if magic == [0x1f, 0x8b] {
         unpacked.push("gzip".to_owned());
         // Several gzip members in one file are one recording (logs that were
         // packed piece by piece).
-        Box::new(flate2::read::MultiGzDecoder::new(raw))
+        Box::new(UntilCut {
+            inner: flate2::read::MultiGzDecoder::new(raw),
+            cut_off: cut_off.clone(),
+        })
     } else {
         raw
     };
@@ -87,6 +100,7 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
         reader,
         unpacked,
         digest,
+        cut_off,
     })
 }
 
@@ -95,6 +109,27 @@ fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, Box<dyn Rea
     reader.by_ref().take(n as u64).read_to_end(&mut head)?;
     let again = io::Cursor::new(head.clone()).chain(reader);
     Ok((head, Box::new(again)))
+}
+
+/// Passes bytes on; where a packed file ends in the middle, they end.
+struct UntilCut<R> {
+    inner: R,
+    cut_off: Arc<AtomicBool>,
+}
+
+impl<R: Read> Read for UntilCut<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.cut_off.load(Ordering::Relaxed) {
+            return Ok(0);
+        }
+        match self.inner.read(buffer) {
+            Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
+                self.cut_off.store(true, Ordering::Relaxed);
+                Ok(0)
+            }
+            result => result,
+        }
+    }
 }
 
 /// Passes bytes on and hashes them.
@@ -187,6 +222,20 @@ mod tests {
         let (out, how, _) = text(wide);
         assert_eq!(out, "gX (°/s)\n1\n");
         assert_eq!(how, ["UTF-16LE"]);
+    }
+
+    #[test]
+    fn a_short_packed_file_that_was_cut_off_gives_what_is_there() {
+        let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        for i in 0..2000 {
+            writeln!(gz, "{i},0.1,0.2,9.8").unwrap();
+        }
+        let packed = gz.finish().unwrap();
+        let cut = packed[..packed.len() / 2].to_vec();
+        let mut input = from_reader(Box::new(io::Cursor::new(cut)), false).unwrap();
+        let mut out = String::new();
+        input.reader.read_to_string(&mut out).unwrap();
+        assert!(out.starts_with("0,0.1") && input.is_cut_off());
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::units::{AccelScale, AccelUnit};
 
 /// Rows an axis has to stay exactly the same, while another moves, to be
 /// called frozen: a live sensor's noise flips its last digit sooner.
-const FROZEN_ROWS: usize = 100;
+pub(crate) const FROZEN_ROWS: usize = 100;
 
 /// Looks at all samples of a recording.
 #[must_use]

@@ -55,6 +55,10 @@ pub(crate) struct Prepared<R> {
     pub dialect: Dialect,
     pub layout: Layout,
     pub findings: Vec<Finding>,
+    /// The head of the file without NUL bytes.
+    pub head: Vec<u8>,
+    /// The head is all there is.
+    pub whole: bool,
 }
 
 /// Looks at the head and finds dialect and columns; nothing is consumed.
@@ -87,6 +91,8 @@ pub(crate) fn prepare<R: Read>(
         dialect,
         layout,
         findings,
+        head: clean,
+        whole,
     })
 }
 
@@ -154,6 +160,45 @@ impl Columns {
     }
 }
 
+/// A packed file that was cut off: what could be unpacked is kept.
+pub(crate) fn cut_off(rows: u64) -> Finding {
+    Finding::warning(
+        "truncated-file",
+        format!("the packed file ends in the middle; {rows} rows could be unpacked"),
+    )
+}
+
+/// What is odd about the bytes of a file.
+pub(crate) fn text_findings(
+    nul_lines: &LineSpans,
+    foreign_lines: &LineSpans,
+    unpacked: &[String],
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    if !nul_lines.is_empty() {
+        findings.push(
+            Finding::warning(
+                "nul-bytes",
+                format!("NUL bytes in {} lines; taken out", nul_lines.count()),
+            )
+            .at_lines(nul_lines),
+        );
+    }
+    if !foreign_lines.is_empty() {
+        findings.push(
+            Finding::note("not-utf8", "text that is not UTF-8; read as Windows-1252")
+                .at_lines(foreign_lines),
+        );
+    }
+    if let Some(encoding) = unpacked.iter().find(|u| u.starts_with("UTF-16")) {
+        findings.push(Finding::note(
+            "not-utf8",
+            format!("the file is {encoding}; read as such"),
+        ));
+    }
+    findings
+}
+
 /// Classifies one line of the data part that is no row.
 pub(crate) fn reason_for(line: &[u8], defect: RowDefect, header: Option<&[u8]>) -> Aside {
     let text = line.trim_ascii();
@@ -213,17 +258,6 @@ fn read_input(mut input: Input, name: &str, options: &ReadOptions) -> Result<Rec
         let line = match lines.next_line() {
             Ok(Some(line)) => line,
             Ok(None) => break,
-            // A packed file that was cut off: keep what could be unpacked.
-            Err(e) if e.kind() == std::io::ErrorKind::UnexpectedEof && columns.rows() > 0 => {
-                findings.push(Finding::warning(
-                    "truncated-file",
-                    format!(
-                        "the packed file ends in the middle; {} rows could be unpacked",
-                        columns.rows()
-                    ),
-                ));
-                break;
-            }
             Err(e) => return Err(Error::io(here, e)),
         };
         if line.nul_bytes > 0 {
@@ -266,41 +300,14 @@ fn read_input(mut input: Input, name: &str, options: &ReadOptions) -> Result<Rec
         }
     }
     drop(lines);
+    if input.is_cut_off() {
+        findings.push(cut_off(columns.rows() as u64));
+    }
     zero_tail(&mut columns, &mut ledger);
     refuse_unusable(&columns, &ledger, here)?;
     findings.extend(ledger.findings());
-    if !nul_lines.is_empty() {
-        findings.push(
-            Finding::warning(
-                "nul-bytes",
-                format!("NUL bytes in {} lines; taken out", nul_lines.count()),
-            )
-            .at_lines(&nul_lines),
-        );
-    }
-    if !foreign_lines.is_empty() {
-        findings.push(
-            Finding::note("not-utf8", "text that is not UTF-8; read as Windows-1252")
-                .at_lines(&foreign_lines),
-        );
-    }
-    if let Some(encoding) = unpacked.iter().find(|u| u.starts_with("UTF-16")) {
-        findings.push(Finding::note(
-            "not-utf8",
-            format!("the file is {encoding}; read as such"),
-        ));
-    }
-    unpacked.push(format!("{} separated", dialect.delimiter.name()));
-    if dialect.decimal_comma {
-        unpacked.push("decimal comma".to_owned());
-    }
-    unpacked.push(match &dialect.header {
-        Some(h) if h.lines[0] != h.lines[1] => {
-            format!("header in lines {} and {}", h.lines[0], h.lines[1])
-        }
-        Some(h) => format!("header in line {}", h.lines[0]),
-        None => "no header".to_owned(),
-    });
+    findings.extend(text_findings(&nul_lines, &foreign_lines, &unpacked));
+    unpacked.push(dialect.description());
     let description = unpacked.join(", ");
     let sha256 = input.sha256();
     Ok(assemble(
@@ -367,7 +374,7 @@ fn refuse_unusable(columns: &Columns, ledger: &Ledger, here: &Path) -> Result<()
 }
 
 /// The rate that the metadata claim: `Fs,100`, `# rate: 62.5 Hz`.
-fn claimed_rate(metadata: &[(String, String)]) -> Option<f64> {
+pub(crate) fn claimed_rate(metadata: &[(String, String)]) -> Option<f64> {
     metadata.iter().find_map(|(key, value)| {
         let is_rate = ["fs", "rate", "odr"].contains(&key.as_str())
             || [
@@ -502,7 +509,7 @@ fn assemble(
 /// A recorder that writes each channel when it arrives leaves most cells
 /// empty; there the last value of a channel holds until the next comes.
 /// Elsewhere an empty cell stays empty.
-fn hold_last_values(accel: &mut [Vec<f64>; 3]) {
+pub(crate) fn hold_last_values(accel: &mut [Vec<f64>; 3]) {
     let rows = accel[0].len();
     let incomplete = (0..rows)
         .filter(|&i| accel.iter().any(|c| c[i].is_nan()))

@@ -14,6 +14,22 @@ const BLOCK: usize = 20;
 /// the mean of a quiet block. None without a complete row.
 #[must_use]
 pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
+    quiet(accel).map(|q| (q.norm, q.integers))
+}
+
+/// The quietest third of the blocks of a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Quiet {
+    /// Median magnitude of their means, in the unit of the values.
+    pub norm: f64,
+    /// Median standard deviation within them, all axes together.
+    pub spread: f64,
+    /// All values of the recording are whole numbers.
+    pub integers: bool,
+}
+
+/// As [`quiet_norm`], with how quiet they are.
+pub(crate) fn quiet(accel: &[Vec<f64>; 3]) -> Option<Quiet> {
     let rows: Vec<usize> = (0..accel[0].len())
         .filter(|&i| accel.iter().all(|c| c[i].is_finite()))
         .collect();
@@ -42,14 +58,18 @@ pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
         blocks.push((variance, block.iter().map(length).sum::<f64>() / n));
     }
     blocks.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let quiet = blocks.len().div_ceil(3);
-    let mut norms: Vec<f64> = blocks.into_iter().take(quiet).map(|(_, n)| n).collect();
-    Some((median(&mut norms)?, integers))
+    blocks.truncate(blocks.len().div_ceil(3));
+    let (mut variances, mut norms): (Vec<f64>, Vec<f64>) = blocks.into_iter().unzip();
+    Some(Quiet {
+        norm: median(&mut norms)?,
+        spread: median(&mut variances)?.sqrt(),
+        integers,
+    })
 }
 
 /// Unsigned 16-bit values: whole numbers around 32768 on every axis.
 #[must_use]
-pub(super) fn looks_unsigned(accel: &[Vec<f64>; 3]) -> bool {
+pub(crate) fn looks_unsigned(accel: &[Vec<f64>; 3]) -> bool {
     accel.iter().all(|channel| {
         let mut some: Vec<f64> = channel.iter().copied().filter(|v| v.is_finite()).collect();
         let fits = !some.is_empty()
@@ -290,7 +310,7 @@ mod tests {
             accel_range_g: Some(2.0),
             ..ReadOptions::default()
         };
-        decide_accel(Some((8200.0, true)), false, None, &options, &mut findings);
+        let _ = decide_accel(Some((8200.0, true)), false, None, &options, &mut findings);
         assert_eq!(findings[0].kind, "range-mismatch");
     }
 

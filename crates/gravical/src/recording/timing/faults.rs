@@ -1,5 +1,5 @@
 //! Stamps followed one by one: where they wrap, restart, repeat, run backwards
-//! or leave a gap.
+//! or leave a gap. A stream follows them with the same code.
 
 use crate::recording::finding::{Finding, LineSpans};
 
@@ -11,7 +11,8 @@ pub(super) struct Followed {
     pub restarts: Vec<usize>,
     /// The latest time, s.
     pub duration_s: f64,
-    pub faults: Faults,
+    /// What was odd.
+    pub stamps: Stamps,
 }
 
 /// Follows the stamps; `median` is their usual step, both in units of `per_s`
@@ -23,41 +24,24 @@ pub(super) fn follow(
     line: impl Fn(usize) -> u64,
 ) -> Followed {
     let mut time_s = Vec::with_capacity(raw.len());
-    let mut faults = Faults::default();
+    let mut stamps = Stamps::new(median, per_s);
     let mut offset = -raw.iter().copied().find(|t| t.is_finite()).unwrap_or(0.0);
     let mut restarts = Vec::new();
-    let mut before = f64::NAN;
     let mut latest = f64::NEG_INFINITY;
     for (row, &stamp) in raw.iter().enumerate() {
-        if !stamp.is_finite() {
-            faults.absent.push(line(row));
-            time_s.push(f64::NAN);
-            continue;
-        }
-        let step = stamp - before;
-        if step < 0.0 {
-            if let Some(period) = wrap_period(before, stamp) {
-                offset += period;
-                faults.wrapped.push(line(row));
-            } else if stamp < 0.5 * before
-                && -step > 20.0 * median
-                && stamp < 100.0 * median.max(1.0 / per_s)
-            {
-                // The board began to count anew: it was reset.
+        let before = stamps.before;
+        match stamps.see(stamp, || line(row)) {
+            Clock::Absent => {
+                time_s.push(f64::NAN);
+                continue;
+            }
+            Clock::Wrapped(period) => offset += period,
+            Clock::Restarted => {
                 restarts.push(row);
                 offset += before + median - stamp;
-                faults.restarted.push(line(row));
-            } else {
-                faults.backward.push(line(row));
             }
-        } else if step == 0.0 {
-            faults.duplicate.push(line(row));
-        } else if step > 4.5 * median {
-            // Below that, single lost samples: they are in the missing share.
-            faults.gaps.push(line(row));
-            faults.longest_gap_s = faults.longest_gap_s.max(step * per_s);
+            Clock::GoesOn => {}
         }
-        before = stamp;
         let t = stamp + offset;
         latest = latest.max(t);
         time_s.push(t * per_s);
@@ -66,12 +50,107 @@ pub(super) fn follow(
         time_s,
         restarts,
         duration_s: latest * per_s,
-        faults,
+        stamps,
+    }
+}
+
+/// What a stamp says about the clock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Clock {
+    /// The stamp stands as it is, odd or not.
+    GoesOn,
+    /// The row has none.
+    Absent,
+    /// The counter began at zero again after this many.
+    Wrapped(f64),
+    /// The board was reset.
+    Restarted,
+}
+
+/// What becomes of stamps that wrap or start anew.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Treatment {
+    /// They are made to go on.
+    Repaired,
+    /// They stay as they stand in the file.
+    Kept,
+}
+
+/// Follows raw stamps one after the other and books what is odd about them.
+pub(crate) struct Stamps {
+    /// Usual step, in the unit of the stamps.
+    median: f64,
+    /// Seconds per unit.
+    per_s: f64,
+    before: f64,
+    /// Rows with a stamp.
+    rows: u64,
+    faults: Faults,
+}
+
+impl Stamps {
+    /// With an infinite `median` there are no gaps and no restarts.
+    pub(crate) fn new(median: f64, per_s: f64) -> Self {
+        Stamps {
+            median,
+            per_s,
+            before: f64::NAN,
+            rows: 0,
+            faults: Faults::default(),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn see(&mut self, stamp: f64, line: impl Fn() -> u64) -> Clock {
+        let step = stamp - self.before;
+        if step > 0.0 && step < 4.5 * self.median {
+            self.before = stamp;
+            self.rows += 1;
+            return Clock::GoesOn;
+        }
+        self.see_odd(stamp, line())
+    }
+
+    #[cold]
+    fn see_odd(&mut self, stamp: f64, line: u64) -> Clock {
+        if !stamp.is_finite() {
+            self.faults.absent.push(line);
+            return Clock::Absent;
+        }
+        let before = std::mem::replace(&mut self.before, stamp);
+        self.rows += 1;
+        let step = stamp - before;
+        if step < 0.0 {
+            if let Some(period) = wrap_period(before, stamp) {
+                self.faults.wrapped.push(line);
+                return Clock::Wrapped(period);
+            }
+            if stamp < 0.5 * before
+                && -step > 20.0 * self.median
+                && stamp < 100.0 * self.median.max(1.0 / self.per_s)
+            {
+                // The board began to count anew: it was reset.
+                self.faults.restarted.push(line);
+                return Clock::Restarted;
+            }
+            self.faults.backward.push(line);
+        } else if step == 0.0 {
+            self.faults.duplicate.push(line);
+        } else if step > 4.5 * self.median {
+            // Below that, single lost samples: they are in the missing share.
+            self.faults.gaps.push(line);
+            self.faults.longest_gap_s = self.faults.longest_gap_s.max(step * self.per_s);
+        }
+        Clock::GoesOn
+    }
+
+    pub(crate) fn report(&self, treatment: Treatment, findings: &mut Vec<Finding>) {
+        self.faults.report(findings, self.rows, treatment);
     }
 }
 
 #[derive(Default)]
-pub(super) struct Faults {
+struct Faults {
     wrapped: LineSpans,
     restarted: LineSpans,
     backward: LineSpans,
@@ -82,8 +161,7 @@ pub(super) struct Faults {
 }
 
 impl Faults {
-    /// What is to be said about them.
-    pub(super) fn report(&self, findings: &mut Vec<Finding>, rows: usize) {
+    fn report(&self, findings: &mut Vec<Finding>, rows: u64, treatment: Treatment) {
         let share = |spans: &LineSpans| 100.0 * spans.count() as f64 / rows.max(1) as f64;
         let mut add = |spans: &LineSpans, finding: Finding| {
             if !spans.is_empty() {
@@ -94,14 +172,28 @@ impl Faults {
             &self.wrapped,
             Finding::note(
                 "wrapped-time",
-                "the 32-bit counter of the time stamps wrapped; unwrapped",
+                match treatment {
+                    Treatment::Repaired => {
+                        "the 32-bit counter of the time stamps wrapped; unwrapped"
+                    }
+                    Treatment::Kept => {
+                        "the 32-bit counter of the time stamps wrapped; kept as recorded"
+                    }
+                },
             ),
         );
         add(
             &self.restarted,
             Finding::warning(
                 "restarted-time",
-                "the time stamps start anew (the board was reset); taken as a break, the clock goes on from the row before",
+                match treatment {
+                    Treatment::Repaired => {
+                        "the time stamps start anew (the board was reset); taken as a break, the clock goes on from the row before"
+                    }
+                    Treatment::Kept => {
+                        "the time stamps start anew (the board was reset); kept as recorded"
+                    }
+                },
             ),
         );
         add(

@@ -12,6 +12,7 @@ use super::finding::Finding;
 use crate::stats::{median, standard_deviation};
 
 use faults::{Followed, follow};
+pub(crate) use faults::{Stamps, Treatment};
 pub use unit::TimeUnit;
 use unit::guess_unit;
 
@@ -43,7 +44,7 @@ impl Timing {
 }
 
 /// Result of looking at the stamps.
-pub(super) struct Timed {
+pub(crate) struct Timed {
     pub timing: Timing,
     /// Seconds from the first row; none when the stamps are of no use.
     pub time_s: Option<Vec<f64>>,
@@ -53,7 +54,7 @@ pub(super) struct Timed {
 }
 
 /// What is known about the stamps from outside.
-pub(super) struct Claims {
+pub(crate) struct Claims {
     pub unit: Option<TimeUnit>,
     pub nominal_rate_hz: Option<f64>,
     /// Span of the temperature in the recording, °C: a sensor cannot warm by
@@ -62,7 +63,7 @@ pub(super) struct Claims {
 }
 
 /// Judges raw stamps; `line` gives the line of a row.
-pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64) -> Timed {
+pub(crate) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64) -> Timed {
     let mut findings = Vec::new();
     let steps: Vec<f64> = raw.windows(2).map(|w| w[1] - w[0]).collect();
     let mut rising: Vec<f64> = steps.iter().copied().filter(|d| *d > 0.0).collect();
@@ -98,7 +99,7 @@ pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
         time_s,
         restarts,
         duration_s,
-        faults,
+        stamps,
     } = follow(&raw, median, per_s, line);
     let n = time_s.iter().filter(|t| t.is_finite()).count();
     let mean_rate = (n > 1 && duration_s > 0.0)
@@ -115,7 +116,7 @@ pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
         .filter(|d| **d > 1.5 * median && **d < 1e6 * median)
         .map(|d| (d / median).round() - 1.0)
         .sum();
-    faults.report(&mut findings, n);
+    stamps.report(Treatment::Repaired, &mut findings);
 
     // Several samples that arrive with one stamp, then a long step: stamps of
     // arrival at the computer, not of sampling.
@@ -172,7 +173,7 @@ pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
 }
 
 /// Without stamps: the claimed rate is all there is.
-pub(super) fn untimed(rows: usize, claims: &Claims, findings: Vec<Finding>) -> Timed {
+pub(crate) fn untimed(rows: usize, claims: &Claims, findings: Vec<Finding>) -> Timed {
     Timed {
         timing: Timing {
             unit: None,

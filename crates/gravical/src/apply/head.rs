@@ -1,0 +1,134 @@
+//! The first rows of a recording, by which its unit and clock are judged.
+
+use gravical_core::calibration::Calibration;
+
+use crate::recording::dialect::{Dialect, terminator};
+use crate::recording::layout::Layout;
+use crate::recording::names::Quantity;
+use crate::recording::row::{ACCEL, GYRO, SLOTS, TEMPERATURE, TIME, Values};
+use crate::recording::timing::{Claims, Stamps, judge};
+use crate::recording::{ReadOptions, claimed_rate, hold_last_values};
+use crate::scan::Lines;
+use crate::stats::median;
+
+/// Channels of the head, in the unit of the file.
+pub(super) struct Head {
+    pub accel: [Vec<f64>; 3],
+    /// None without all three axes.
+    pub gyro: Option<[Vec<f64>; 3]>,
+    time: Vec<f64>,
+    temperature_span_c: f64,
+    /// The recorder writes each channel when it arrives; the last values hold.
+    pub accel_held: bool,
+    /// The same for the gyroscope.
+    pub gyro_held: bool,
+    /// There is no more than this.
+    pub whole: bool,
+}
+
+impl Head {
+    /// Scans `bytes`; of a head that is not `whole` the last line is cut off
+    /// and not used.
+    pub fn read(bytes: &[u8], whole: bool, dialect: &Dialect, layout: &Layout) -> Self {
+        let scanner = layout.scanner(dialect);
+        let mut slots: [Vec<f64>; SLOTS] = Default::default();
+        let mut values: Values = [f64::NAN; SLOTS];
+        let mut lines = Lines::new(bytes).with_terminator(terminator(bytes));
+        // Reading from memory does not fail.
+        while let Ok(Some(line)) = lines.next_line() {
+            if line.number < dialect.first_data_line || !(line.terminated || whole) {
+                continue;
+            }
+            if scanner.scan(line.bytes, &mut values, &mut (0, 0)).is_ok() {
+                for (slot, value) in slots.iter_mut().zip(values) {
+                    slot.push(value);
+                }
+            }
+        }
+        let (low, high) = slots[TEMPERATURE]
+            .iter()
+            .filter(|v| v.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                (l.min(*v), h.max(*v))
+            });
+        let mut take = |slot: usize| std::mem::take(&mut slots[slot]);
+        let time = match layout.field(Quantity::Time) {
+            Some(_) => take(TIME),
+            None => Vec::new(),
+        };
+        let mut accel = [take(ACCEL), take(ACCEL + 1), take(ACCEL + 2)];
+        let mut gyro = layout
+            .has_gyro()
+            .then(|| [take(GYRO), take(GYRO + 1), take(GYRO + 2)]);
+        Head {
+            accel_held: hold_sparse(&mut accel),
+            gyro_held: gyro.as_mut().is_some_and(hold_sparse),
+            accel,
+            gyro,
+            time,
+            temperature_span_c: (high - low).max(0.0),
+            whole,
+        }
+    }
+
+    pub fn rows(&self) -> usize {
+        self.accel[0].len()
+    }
+
+    /// The accelerometer, calibrated.
+    pub fn calibrated(&self, calibration: &Calibration<f64>) -> [Vec<f64>; 3] {
+        let [x, y, z] = &self.accel;
+        let mut out: [Vec<f64>; 3] = Default::default();
+        for ((x, y), z) in x.iter().zip(y).zip(z) {
+            let a = calibration.apply([*x, *y, *z]);
+            for (channel, value) in out.iter_mut().zip(a) {
+                channel.push(value);
+            }
+        }
+        out
+    }
+
+    /// What follows the stamps of the whole recording; none without stamps.
+    pub fn stamps(
+        &self,
+        dialect: &Dialect,
+        layout: &Layout,
+        options: &ReadOptions,
+    ) -> Option<Stamps> {
+        if self.time.is_empty() {
+            return None;
+        }
+        let claims = Claims {
+            unit: options.time_unit.or(layout.time_claim),
+            nominal_rate_hz: options.rate_hz.or_else(|| claimed_rate(&dialect.metadata)),
+            temperature_span_c: self.temperature_span_c,
+        };
+        let unit = judge(self.time.clone(), &claims, |row| row as u64)
+            .timing
+            .unit;
+        let mut rising: Vec<f64> = self
+            .time
+            .windows(2)
+            .map(|w| w[1] - w[0])
+            .filter(|step| *step > 0.0)
+            .collect();
+        Some(match (unit, median(&mut rising)) {
+            (Some(unit), Some(step)) => Stamps::new(step, unit.seconds()),
+            _ => Stamps::new(f64::INFINITY, 1.0),
+        })
+    }
+}
+
+/// Holds the last values where most rows are incomplete. A cell that is empty
+/// now and then stays empty: nobody measured it.
+fn hold_sparse(channels: &mut [Vec<f64>; 3]) -> bool {
+    let rows = channels[0].len();
+    let incomplete = (0..rows)
+        .filter(|&i| channels.iter().any(|c| c[i].is_nan()))
+        .count();
+    let sparse = incomplete * 2 > rows;
+    if sparse {
+        hold_last_values(channels);
+    }
+    sparse
+}

@@ -1,0 +1,322 @@
+//! Does the calibration fit the recording? Its unit and range by the rules of
+//! [`decide_accel`], and at last gravity: what the quietest parts of the head
+//! measure once they are calibrated.
+
+use std::path::Path;
+
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+use crate::calibration_file::CalibrationFile;
+use crate::recording::layout::Layout;
+use crate::recording::{
+    AccelScale, AccelUnit, Finding, GyroUnit, Origin, Quiet, ReadOptions, decide_accel,
+    looks_unsigned, quiet,
+};
+use crate::{Error, Result};
+
+use super::head::Head;
+
+/// How far calibrated gravity, or counts per g, may be off: far beyond any
+/// sensor, far below the next range.
+const TOLERANCE: f64 = 0.2;
+
+/// Standard deviation within the quietest blocks, over their magnitude, from
+/// which the mean of a block says little about gravity.
+const MOVING: f64 = 0.15;
+
+/// Of a moving sensor: no unit is as near as this to another.
+const MOVING_FACTOR: f64 = 5.0;
+
+/// What was found out before the first row.
+pub(super) struct Judged {
+    pub accel: AccelScale,
+    /// Taken off when clipping is judged, never before calibrating.
+    pub zero_offset: f64,
+    /// Unit of the gyroscope when it will be calibrated.
+    pub gyro: Option<GyroUnit>,
+    pub quiet_norm_mps2: Option<f64>,
+}
+
+/// # Errors
+///
+/// `all-zero`, and `unit-mismatch` as [`super::apply`] says.
+pub(super) fn judge(
+    calibration: &CalibrationFile,
+    head: &Head,
+    layout: &Layout,
+    options: &ReadOptions,
+    name: &str,
+    findings: &mut Vec<Finding>,
+) -> Result<Judged> {
+    let given = options.accel_unit.is_some();
+    let all_zero = head.rows() > 0 && head.accel.iter().flatten().all(|v| *v == 0.0);
+    if all_zero && (head.whole || !given) {
+        return Err(all_zero_error(head.rows() as u64, name));
+    }
+    let unsigned = options.zero_offset.is_none() && looks_unsigned(&head.accel);
+    let zero_offset = options
+        .zero_offset
+        .unwrap_or(if unsigned { 32768.0 } else { 0.0 });
+    let shifted = head
+        .accel
+        .each_ref()
+        .map(|c| c.iter().map(|v| v - zero_offset).collect());
+    let raw = quiet(&shifted);
+    let calibrated = quiet(&head.calibrated(&calibration.accelerometer_calibration()));
+    let fit = Fit {
+        calibration,
+        given,
+        rows: head.rows(),
+        moving: raw.is_none_or(|q| q.spread > MOVING * q.norm),
+        norm_mps2: calibrated.map(|q| q.norm),
+        name,
+    };
+    let accel = fit.accelerometer(raw, unsigned, layout.accel_claim, options, findings)?;
+    let header_lies = layout.accel_claim.is_some_and(|claim| claim != accel.unit);
+    Ok(Judged {
+        accel,
+        zero_offset,
+        gyro: gyroscope(
+            calibration,
+            head,
+            layout,
+            options,
+            header_lies,
+            name,
+            findings,
+        )?,
+        quiet_norm_mps2: fit.norm_mps2,
+    })
+}
+
+pub(super) fn all_zero_error(rows: u64, name: &str) -> Error {
+    Error::input(
+        "all-zero",
+        format!("the accelerometer reads zero in all {rows} rows: it did not answer"),
+    )
+    .at(Path::new(name), None)
+    .with_hint("check the wiring (SDA, SCL, power) and that the sketch wakes the sensor")
+}
+
+fn mismatch(message: String, hint: &str, name: &str) -> Error {
+    Error::input("unit-mismatch", message)
+        .at(Path::new(name), None)
+        .with_hint(hint)
+}
+
+struct Fit<'a> {
+    calibration: &'a CalibrationFile,
+    /// The user gave the unit.
+    given: bool,
+    rows: usize,
+    moving: bool,
+    /// Calibrated magnitude of the quietest parts.
+    norm_mps2: Option<f64>,
+    name: &'a str,
+}
+
+impl Fit<'_> {
+    fn accelerometer(
+        &self,
+        raw: Option<Quiet>,
+        unsigned: bool,
+        claim: Option<AccelUnit>,
+        options: &ReadOptions,
+        findings: &mut Vec<Finding>,
+    ) -> Result<AccelScale> {
+        let wanted = self.calibration.accelerometer.input_unit;
+        let gravity = self.calibration.gravity_mps2;
+        let ratio = self.norm_mps2.map(|norm| norm / gravity);
+        let fits = ratio.is_some_and(|r| (r - 1.0).abs() <= TOLERANCE);
+        let measured = match self.norm_mps2 {
+            Some(norm) => format!("calibrated, its quietest parts measure {norm:.2} m/s²"),
+            None => "no row of its head is complete".to_owned(),
+        };
+        let mut told = Vec::new();
+        let by_data = decide_accel(
+            raw.map(|q| (q.norm, q.integers)),
+            unsigned,
+            claim,
+            options,
+            &mut told,
+        );
+        let by_header = !self.given && !fits && self.moving && claim.is_some();
+        let accel = if by_header {
+            findings.push(Finding::note(
+                "unit-unverified",
+                format!(
+                    "the sensor moves all through the first {} rows, so that gravity does not show the unit; taken from the header",
+                    self.rows
+                ),
+            ));
+            decide_accel(None, unsigned, claim, options, &mut Vec::new())
+        } else if by_data.unit == AccelUnit::Unknown && fits && wanted != AccelUnit::Unknown {
+            findings.push(Finding::note(
+                "unit-unverified",
+                format!(
+                    "the recording's unit cannot be told; taken as the calibration's, {}: {measured}",
+                    wanted.name()
+                ),
+            ));
+            AccelScale {
+                unit: wanted,
+                lsb_per_g: None,
+                origin: Origin::Assumed,
+            }
+        } else {
+            findings.append(&mut told);
+            by_data
+        };
+        if wanted == AccelUnit::Unknown {
+            findings.push(Finding::note(
+                "unit-unverified",
+                format!(
+                    "the calibration does not say which unit it takes; applied to values in {}: {measured}",
+                    accel.unit.name()
+                ),
+            ));
+        } else if accel.unit != AccelUnit::Unknown && accel.unit != wanted {
+            return Err(self.wrong_unit(accel));
+        }
+        self.check_range(accel, findings)?;
+        let near =
+            by_header && ratio.is_none_or(|r| (1.0 / MOVING_FACTOR..=MOVING_FACTOR).contains(&r));
+        if ratio.is_some() && !fits && !near {
+            let message = format!(
+                "in the first {} rows the recording does not fit the calibration: {measured}, gravity is {gravity:.2}; another sensor, range or unit",
+                self.rows
+            );
+            if !self.given {
+                return Err(mismatch(
+                    message,
+                    &self.insist("the calibration of this sensor"),
+                    self.name,
+                ));
+            }
+            findings.push(Finding::warning("unit-mismatch", message));
+        }
+        Ok(accel)
+    }
+
+    /// What to do about a refusal.
+    fn insist(&self, other: &str) -> String {
+        let wanted = match self.calibration.accelerometer.input_unit {
+            AccelUnit::Unknown => "UNIT",
+            known => known.name(),
+        };
+        format!("use {other}, or --accel-unit {wanted} to apply this one all the same")
+    }
+
+    fn wrong_unit(&self, accel: AccelScale) -> Error {
+        let wanted = self.calibration.accelerometer.input_unit.name();
+        let how = match accel.origin {
+            Origin::Given => "as --accel-unit says",
+            Origin::Data => "as gravity shows",
+            Origin::Header => "as its header says",
+            Origin::Assumed => "as it seems",
+        };
+        mismatch(
+            format!(
+                "the recording is in {} ({how}), the calibration is for {wanted}",
+                accel.unit.name()
+            ),
+            &self.insist(&format!(
+                "a calibration made from recordings in {}",
+                accel.unit.name()
+            )),
+            self.name,
+        )
+    }
+
+    /// Counts at another range look like the same unit.
+    fn check_range(&self, accel: AccelScale, findings: &mut Vec<Finding>) -> Result<()> {
+        let section = &self.calibration.accelerometer;
+        let Some(lsb) = accel.lsb_per_g else {
+            return Ok(());
+        };
+        let expected = section.scale.iter().sum::<f64>() / 3.0 * STANDARD_GRAVITY_MPS2;
+        let counts = accel.unit == AccelUnit::Counts && section.input_unit == AccelUnit::Counts;
+        if !counts || (lsb / expected - 1.0).abs() <= TOLERANCE {
+            return Ok(());
+        }
+        let message = format!(
+            "the recording has {lsb:.0} counts per g, the calibration is for {expected:.0}: another range"
+        );
+        if self.given {
+            findings.push(Finding::warning("unit-mismatch", message));
+            return Ok(());
+        }
+        Err(mismatch(
+            message,
+            &self.insist("a calibration made at this range"),
+            self.name,
+        ))
+    }
+}
+
+/// The unit of the gyroscope when it is to be calibrated.
+///
+/// Gravity says nothing about it; only fractions (no counts), the header and
+/// the user do. A header that is wrong about the accelerometer proves nothing.
+fn gyroscope(
+    calibration: &CalibrationFile,
+    head: &Head,
+    layout: &Layout,
+    options: &ReadOptions,
+    header_lies: bool,
+    name: &str,
+    findings: &mut Vec<Finding>,
+) -> Result<Option<GyroUnit>> {
+    let (Some(section), Some(gyro)) = (&calibration.gyroscope, &head.gyro) else {
+        return Ok(None);
+    };
+    let wanted = section.input_unit;
+    let whole_numbers = gyro
+        .iter()
+        .flatten()
+        .all(|v| v.is_nan() || v.fract() == 0.0);
+    let large = gyro.iter().flatten().any(|v| v.abs() >= 1.0);
+    let (unit, how) = match (options.gyro_unit, layout.gyro_claim) {
+        (Some(given), _) => (given, "as --gyro-unit says"),
+        (None, Some(GyroUnit::Counts)) if !whole_numbers => {
+            (GyroUnit::Unknown, "values with fractions")
+        }
+        (None, Some(claim)) => (claim, "as its header says"),
+        (None, None) if whole_numbers && large => (GyroUnit::Counts, "whole numbers"),
+        (None, None) => (GyroUnit::Unknown, "values with fractions"),
+    };
+    let differs = match (unit, wanted) {
+        (_, GyroUnit::Unknown) => false,
+        (GyroUnit::Unknown, GyroUnit::Counts) => !whole_numbers,
+        (GyroUnit::Unknown, _) => false,
+        (unit, wanted) => unit != wanted,
+    };
+    let said = format!(
+        "the gyroscope is in {} ({how}), the calibration is for {}",
+        unit.name(),
+        wanted.name()
+    );
+    if !differs {
+        if unit == GyroUnit::Unknown || wanted == GyroUnit::Unknown {
+            findings.push(Finding::note(
+                "unit-unverified",
+                format!("{said}; taken as the same"),
+            ));
+        }
+        return Ok(Some(wanted));
+    }
+    if options.gyro_unit.is_none() && header_lies && unit != GyroUnit::Unknown {
+        findings.push(Finding::warning(
+            "unit-mismatch",
+            format!(
+                "{said}; since the header is wrong about the accelerometer, the calibration's is taken"
+            ),
+        ));
+        return Ok(Some(wanted));
+    }
+    Err(mismatch(
+        said,
+        &format!("--gyro-unit {} when that is what it is in", wanted.name()),
+        name,
+    ))
+}

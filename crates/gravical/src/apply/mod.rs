@@ -1,0 +1,234 @@
+//! A calibration applied to a recording: one pass, flat memory, any size.
+//!
+//! # Overview
+//!
+//! [`apply`] looks at the head of the recording to find out how it is written
+//! and in which unit ([`judge`]), lays out the columns to write ([`plan`]) and
+//! goes through the lines once ([`stream`]). The calibrated channels take the
+//! place of the raw ones under SI names; every other column is kept byte for
+//! byte. A calibration that does not fit the recording's unit is refused
+//! before anything is written. Nothing is dropped without a word: the
+//! [`ApplySummary`] accounts for every line and carries what is odd about the
+//! samples ([`watch`]).
+//!
+//! `calibrated = matrix · (raw − bias)` for the accelerometer and
+//! `matrix · (raw − bias − g_sensitivity · a)` for the gyroscope, with raw as it
+//! stands in the file.
+//!
+//! # Example
+//!
+//! ```
+//! use gravical::apply::{ApplyOptions, apply};
+//! use gravical::calibration_file::CalibrationFile;
+//! use gravical::recording::open::from_reader;
+//!
+//! let calibration = CalibrationFile::parse(br#"{
+//!     "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "g", "cal_type": "Ferraris",
+//!     "K_a": [[0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]], "b_a": [0, 0, 0.02],
+//!     "R_a": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+//!     "K_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "b_g": [0, 0, 0],
+//!     "R_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+//!     "K_ga": [[0, 0, 0], [0, 0, 0], [0, 0, 0]]
+//! }"#)?;
+//! let recording = "t_ms,ax,ay,az,battery\n0,0.01,0.00,1.00,3.30\n10,0.02,0.00,1.01,3.30\n";
+//! let input = from_reader(Box::new(recording.as_bytes()), false)?;
+//! let mut out = Vec::new();
+//! let summary = apply(&calibration, input, "desk.csv", &mut out, &ApplyOptions::default())?;
+//! assert_eq!(summary.rows, 2);
+//! assert_eq!(
+//!     String::from_utf8_lossy(&out),
+//!     "t_ms,ax_mps2,ay_mps2,az_mps2,battery\n\
+//!      0,0.100000,0.000000,9.800000,3.30\n\
+//!      10,0.200000,0.000000,9.900000,3.30\n"
+//! );
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod head;
+mod judge;
+mod plan;
+mod stream;
+mod tail;
+mod watch;
+
+#[cfg(test)]
+mod tests;
+
+use std::io::Write;
+
+use serde::Serialize;
+
+use crate::Result;
+use crate::calibration_file::{CalibrationFile, Grade};
+use crate::recording::open::Input;
+use crate::recording::{
+    AccelScale, AccelUnit, Aside, Finding, GyroUnit, Prepared, ReadOptions, prepare,
+};
+use crate::segment::face::AxisMap;
+
+use head::Head;
+use plan::Plan;
+use stream::{Sensor, Stream};
+use watch::Watch;
+
+/// How a calibration is applied.
+#[derive(Debug, Clone, Default)]
+pub struct ApplyOptions {
+    /// What the user says about the recording. `zero_offset` serves only to
+    /// judge the unit: a calibration's bias contains it. With `accel_unit` the
+    /// calibration is applied even where gravity speaks against it.
+    pub read: ReadOptions,
+    /// Keep the raw columns too; the calibrated ones come last. Default: they
+    /// replace the raw ones.
+    pub keep_raw: bool,
+    /// How the board sits in its case: the calibrated vectors are written in
+    /// the case's axes. Default: the board's.
+    pub axes: AxisMap,
+}
+
+/// What was done to a recording.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ApplySummary {
+    /// The recording as it was given, `-` for standard input.
+    pub input: String,
+    /// How it is written, for people: `comma separated, header in line 1`.
+    pub description: String,
+    /// Its lines: `lines = rows + Σ set_aside`.
+    pub lines: u64,
+    /// Rows that were written.
+    pub rows: u64,
+    /// Rows of them without calibrated acceleration, since a value was missing.
+    pub rows_without_acceleration: u64,
+    /// Lines that are no rows, by reason. Blank ones are written as blank lines.
+    pub set_aside: Vec<SetAside>,
+    /// Unit of the accelerometer in the recording, and how it is known.
+    pub accelerometer: AccelScale,
+    /// Unit that the accelerometer's calibration takes.
+    pub calibration_unit: AccelUnit,
+    /// What became of the gyroscope.
+    pub gyroscope: GyroscopeOutcome,
+    /// Calibrated magnitude in the quietest parts of the head, m/s²; null when
+    /// no row of it is complete.
+    pub quiet_norm_mps2: Option<f64>,
+    /// Gravity that the calibration rests on, m/s².
+    pub gravity_mps2: f64,
+    /// Names of the columns that were written.
+    pub columns: Vec<String>,
+    /// What is odd.
+    pub findings: Vec<Finding>,
+}
+
+/// Lines that are no rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct SetAside {
+    /// Why.
+    pub reason: Aside,
+    /// How many.
+    pub lines: u64,
+}
+
+/// What became of the gyroscope's columns.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "outcome", content = "unit")]
+pub enum GyroscopeOutcome {
+    /// Calibrated from this unit to rad/s.
+    Calibrated(GyroUnit),
+    /// Kept byte for byte: the calibration has no gyroscope.
+    Kept,
+    /// The recording has none.
+    Absent,
+}
+
+/// Applies `calibration` to the recording `input` and writes a table with a
+/// header to `out`; `name` stands in messages.
+///
+/// Memory is flat: a few MiB, whatever the size of the recording. The unit is
+/// judged by the first 256 KiB, so nothing is written before they are there.
+///
+/// Values have six decimals. The delimiter is that of the input; white space
+/// becomes a tab. A recording with decimal commas stays one.
+///
+/// # Errors
+///
+/// `unit-mismatch` (input) when the calibration is for another unit or range,
+/// or when gravity, calibrated, is off by more than a fifth; `all-zero`,
+/// `no-rows`, `no-values`, `empty-file`, `no-accelerometer`, `columns-unknown`
+/// as [`crate::recording::read`]; what reading and writing report. With
+/// `all-zero` and `no-values` parts may have been written already.
+pub fn apply(
+    calibration: &CalibrationFile,
+    mut input: Input,
+    name: &str,
+    out: &mut dyn Write,
+    options: &ApplyOptions,
+) -> Result<ApplySummary> {
+    options.read.validate()?;
+    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
+    let Prepared {
+        lines,
+        dialect,
+        layout,
+        mut findings,
+        head,
+        whole,
+    } = prepare(reader, name, &options.read)?;
+    let head = Head::read(&head, whole, &dialect, &layout);
+    let judged = judge::judge(
+        calibration,
+        &head,
+        &layout,
+        &options.read,
+        name,
+        &mut findings,
+    )?;
+    if calibration.verdict.grade == Grade::Poor {
+        findings.push(Finding::warning(
+            "poor-calibration",
+            format!(
+                "the calibration's own verdict is poor: {}",
+                calibration.verdict.reasons.join("; ")
+            ),
+        ));
+    }
+    let plan = Plan::new(&dialect, &layout, judged.gyro.is_some(), options.keep_raw);
+    findings.extend(plan.findings.iter().cloned());
+
+    let stream = Stream::new(
+        Sensor::new(calibration, judged.gyro.is_some(), options.axes),
+        Watch::new(judged.accel, judged.zero_offset, layout.has_gyro()),
+        head.stamps(&dialect, &layout, &options.read),
+        [head.accel_held, head.gyro_held],
+        &dialect,
+        layout.scanner(&dialect),
+        &plan,
+    );
+    let mut described = input.unpacked.clone();
+    described.push(dialect.description());
+    let done = stream.run(lines, &input, name, out, &mut findings)?;
+    for finding in &mut findings {
+        finding.file = Some(name.to_owned());
+    }
+    Ok(ApplySummary {
+        input: name.to_owned(),
+        description: described.join(", "),
+        lines: done.ledger.lines,
+        rows: done.ledger.rows,
+        rows_without_acceleration: done.without_acceleration,
+        set_aside: done
+            .ledger
+            .reasons()
+            .map(|(reason, lines)| SetAside { reason, lines })
+            .collect(),
+        accelerometer: judged.accel,
+        calibration_unit: calibration.accelerometer.input_unit,
+        gyroscope: match judged.gyro {
+            Some(unit) => GyroscopeOutcome::Calibrated(unit),
+            None if layout.has_gyro() => GyroscopeOutcome::Kept,
+            None => GyroscopeOutcome::Absent,
+        },
+        quiet_norm_mps2: judged.quiet_norm_mps2,
+        gravity_mps2: calibration.gravity_mps2,
+        columns: plan.names,
+        findings,
+    })
+}

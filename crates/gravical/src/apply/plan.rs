@@ -1,0 +1,170 @@
+//! Which columns are written, under which names, from which bytes of a line.
+
+use crate::recording::Finding;
+use crate::recording::dialect::Dialect;
+use crate::recording::layout::Layout;
+use crate::recording::names::Quantity;
+use crate::recording::row::{Delimiter, Span};
+use crate::scan::write_fixed;
+
+/// Names of the calibrated channels.
+const CALIBRATED: [&str; 6] = [
+    "ax_mps2", "ay_mps2", "az_mps2", "gx_rad_s", "gy_rad_s", "gz_rad_s",
+];
+
+/// Decimals of a calibrated value: a millionth of its unit.
+const DECIMALS: u32 = 6;
+
+/// A part of an output row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Piece {
+    /// Fields of the line as they stand, from the first to the last.
+    Kept(usize, usize),
+    /// A calibrated value.
+    Value(usize),
+}
+
+/// The layout of the output.
+pub(super) struct Plan {
+    /// Names of the columns.
+    pub names: Vec<String>,
+    /// Columns that had to be renamed.
+    pub findings: Vec<Finding>,
+    pieces: Vec<Piece>,
+    delimiter: u8,
+    decimal_comma: bool,
+    /// Fields are parted by one byte, so that neighbours can be copied at once.
+    adjoining: bool,
+}
+
+impl Plan {
+    pub fn new(dialect: &Dialect, layout: &Layout, with_gyro: bool, keep_raw: bool) -> Self {
+        let calibrated_field = |i: usize| match i {
+            0..3 => layout.field(Quantity::Accel(i)),
+            _ => layout.field(Quantity::Gyro(i - 3)),
+        };
+        let calibrated = 0..if with_gyro { 6 } else { 3 };
+        let mut plan = Plan {
+            names: Vec::new(),
+            findings: Vec::new(),
+            pieces: Vec::new(),
+            // White space of any width becomes one tab: no field contains it,
+            // not even with decimal commas.
+            delimiter: match dialect.delimiter {
+                Delimiter::Byte(b) => b,
+                Delimiter::Whitespace => b'\t',
+            },
+            decimal_comma: dialect.decimal_comma,
+            adjoining: matches!(dialect.delimiter, Delimiter::Byte(_)),
+        };
+        for field in 0..dialect.fields {
+            let value = calibrated
+                .clone()
+                .find(|i| calibrated_field(*i) == Some(field));
+            match value {
+                Some(i) if !keep_raw => plan.value(i),
+                _ => {
+                    let name = input_name(dialect, layout, field);
+                    let name = plan.free_name(name, &CALIBRATED[calibrated.clone()]);
+                    plan.keep(field, name);
+                }
+            }
+        }
+        if keep_raw {
+            calibrated.for_each(|i| plan.value(i));
+        }
+        plan
+    }
+
+    fn value(&mut self, i: usize) {
+        self.names.push(CALIBRATED[i].to_owned());
+        self.pieces.push(Piece::Value(i));
+    }
+
+    /// A kept column that has the name of a calibrated one gets another.
+    fn free_name(&mut self, name: String, taken: &[&str]) -> String {
+        if !taken.contains(&name.as_str()) {
+            return name;
+        }
+        let free = format!("input_{name}");
+        self.findings.push(Finding::note(
+            "renamed-column",
+            format!("the input has a column {name}; it is kept as {free}"),
+        ));
+        free
+    }
+
+    fn keep(&mut self, field: usize, name: String) {
+        self.names.push(name);
+        match self.pieces.last_mut() {
+            Some(Piece::Kept(_, last)) if self.adjoining => *last = field,
+            _ => self.pieces.push(Piece::Kept(field, field)),
+        }
+    }
+
+    /// The line that names the columns; names are quoted where they have to be.
+    pub fn header(&self) -> Vec<u8> {
+        let mut writer = csv::WriterBuilder::new()
+            .delimiter(self.delimiter)
+            .from_writer(Vec::new());
+        // Writing to memory does not fail.
+        let _ = writer.write_record(&self.names);
+        writer.into_inner().unwrap_or_default()
+    }
+
+    /// Appends the row of `line`, whose fields are at `spans`.
+    #[inline]
+    pub fn write_row(&self, line: &[u8], spans: &[Span], values: &[f64; 6], out: &mut Vec<u8>) {
+        for piece in &self.pieces {
+            match *piece {
+                Piece::Kept(first, last) => {
+                    // Spaces after a delimiter stand before the span.
+                    let from = match first.checked_sub(1) {
+                        Some(before) if self.adjoining => spans[before].1 + 1,
+                        Some(_) => spans[first].0,
+                        None if self.adjoining => 0,
+                        None => spans[0].0,
+                    };
+                    out.extend_from_slice(&line[from as usize..spans[last].1 as usize]);
+                }
+                Piece::Value(i) => {
+                    write_fixed(out, values[i], DECIMALS);
+                    if self.decimal_comma {
+                        put_comma(out);
+                    }
+                }
+            }
+            out.push(self.delimiter);
+        }
+        // The last delimiter ends the line.
+        if let Some(end) = out.last_mut() {
+            *end = b'\n';
+        }
+    }
+}
+
+/// Turns the point of the number that was just written into a comma.
+fn put_comma(out: &mut [u8]) {
+    let at = out.len().wrapping_sub(DECIMALS as usize + 1);
+    if let Some(point) = out.get_mut(at)
+        && *point == b'.'
+    {
+        *point = b',';
+    }
+}
+
+/// The name a kept column has in the header, or gets without one.
+fn input_name(dialect: &Dialect, layout: &Layout, field: usize) -> String {
+    if let Some(header) = &dialect.header {
+        return header.names.get(field).cloned().unwrap_or_default();
+    }
+    let axis = |prefix: &str, i: usize| format!("{prefix}{}", ["x", "y", "z"][i]);
+    match layout.fields.iter().find(|(_, f)| *f == field) {
+        Some((Quantity::Time, _)) => "t".to_owned(),
+        Some((Quantity::Temperature, _)) => "temperature".to_owned(),
+        Some((Quantity::Label, _)) => "label".to_owned(),
+        Some((Quantity::Accel(i), _)) => axis("a", *i),
+        Some((Quantity::Gyro(i), _)) => axis("g", *i),
+        Some((Quantity::Index, _)) | None => format!("column_{}", field + 1),
+    }
+}

@@ -1,0 +1,375 @@
+//! The one pass over the lines.
+
+use std::io::{Read, Write};
+use std::path::Path;
+
+use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+
+use crate::calibration_file::CalibrationFile;
+use crate::recording::dialect::Dialect;
+use crate::recording::open::Input;
+use crate::recording::row::{ACCEL, GYRO, RowDefect, RowScanner, SLOTS, Span, TIME, Values};
+use crate::recording::timing::{Stamps, Treatment};
+use crate::recording::{
+    Aside, Finding, Ledger, LineSpans, cut_off, reason_before, reason_for, text_findings,
+};
+use crate::scan::{Line, Lines};
+use crate::segment::face::AxisMap;
+use crate::{Error, Result};
+
+use super::judge::all_zero_error;
+use super::plan::Plan;
+use super::tail::Tail;
+use super::watch::Watch;
+
+/// Output is handed on in blocks of this many bytes.
+const BLOCK: usize = 256 << 10;
+
+/// Both calibrations and the way the board sits.
+pub(super) struct Sensor {
+    accel: Calibration<f64>,
+    gyro: Option<GyroscopeCalibration<f64>>,
+    /// The gyroscope reacts to acceleration: without it there is no rate.
+    g_sensitive: bool,
+    axes: AxisMap,
+}
+
+impl Sensor {
+    pub fn new(calibration: &CalibrationFile, with_gyro: bool, axes: AxisMap) -> Self {
+        let gyro = calibration.gyroscope_calibration().filter(|_| with_gyro);
+        Sensor {
+            accel: calibration.accelerometer_calibration(),
+            g_sensitive: gyro
+                .iter()
+                .any(|g| g.g_sensitivity.iter().flatten().any(|v| *v != 0.0)),
+            gyro,
+            axes,
+        }
+    }
+
+    /// Specific force in m/s² and angular rate in rad/s; NaN on all axes of a
+    /// sensor where one is missing.
+    #[inline]
+    fn calibrate(&self, values: &Values) -> [f64; 6] {
+        let accel = self
+            .accel
+            .apply([values[ACCEL], values[ACCEL + 1], values[ACCEL + 2]]);
+        let [ax, ay, az] = self.axes.to_case(accel);
+        let Some(gyro) = &self.gyro else {
+            return [ax, ay, az, f64::NAN, f64::NAN, f64::NAN];
+        };
+        let felt = if self.g_sensitive { accel } else { [0.0; 3] };
+        let rate = gyro.apply([values[GYRO], values[GYRO + 1], values[GYRO + 2]], felt);
+        let [gx, gy, gz] = self.axes.to_case(rate);
+        [ax, ay, az, gx, gy, gz]
+    }
+}
+
+/// What is left when the last line is written.
+pub(super) struct Done {
+    pub ledger: Ledger,
+    pub without_acceleration: u64,
+}
+
+/// The state of the pass.
+pub(super) struct Stream<'a> {
+    sensor: Sensor,
+    watch: Watch,
+    stamps: Option<Stamps>,
+    /// Accelerometer, gyroscope: an empty cell means the value before.
+    held: [bool; 2],
+    last: Values,
+    dialect: &'a Dialect,
+    scanner: RowScanner,
+    plan: &'a Plan,
+    ledger: Ledger,
+    /// Rows whose calibrated acceleration, or rate, is empty.
+    empty: [LineSpans; 2],
+    nul_lines: LineSpans,
+    foreign_lines: LineSpans,
+    pub(super) tail: Tail,
+    any_movement: bool,
+    block: Vec<u8>,
+}
+
+impl<'a> Stream<'a> {
+    pub fn new(
+        sensor: Sensor,
+        watch: Watch,
+        stamps: Option<Stamps>,
+        held: [bool; 2],
+        dialect: &'a Dialect,
+        scanner: RowScanner,
+        plan: &'a Plan,
+    ) -> Self {
+        let mut block = Vec::with_capacity(BLOCK + (BLOCK >> 2));
+        block.extend_from_slice(&plan.header());
+        Stream {
+            sensor,
+            watch,
+            stamps,
+            held,
+            last: [f64::NAN; SLOTS],
+            dialect,
+            scanner,
+            plan,
+            ledger: Ledger::default(),
+            empty: Default::default(),
+            nul_lines: LineSpans::default(),
+            foreign_lines: LineSpans::default(),
+            tail: Tail::default(),
+            any_movement: false,
+            block,
+        }
+    }
+
+    /// Goes through `lines`, writes them to `out` and says what is odd.
+    ///
+    /// # Errors
+    ///
+    /// `no-rows`, `no-values`, `all-zero`; what reading and writing report.
+    pub fn run<R: Read>(
+        mut self,
+        mut lines: Lines<R>,
+        input: &Input,
+        name: &str,
+        out: &mut dyn Write,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Done> {
+        let here = Path::new(name);
+        let mut values: Values = [f64::NAN; SLOTS];
+        let mut spans = Vec::with_capacity(self.scanner.fields());
+        while let Some(line) = lines.next_line().map_err(|e| Error::io(here, e))? {
+            if line.nul_bytes > 0 {
+                self.nul_lines.push(line.number);
+            }
+            if line.number < self.dialect.first_data_line {
+                let reason = reason_before(line.bytes, line.number, self.dialect);
+                self.set_aside(reason, &line);
+                continue;
+            }
+            match self.scanner.scan_spans(line.bytes, &mut values, &mut spans) {
+                Ok(()) => self.row(&line, &mut values, &spans),
+                Err(defect) => self.no_row(&line, defect),
+            }
+            if self.block.len() >= BLOCK {
+                self.hand_on(out)?;
+            }
+        }
+        self.finish(input, name, out, findings)
+    }
+
+    #[inline]
+    fn row(&mut self, line: &Line<'_>, values: &mut Values, spans: &[Span]) {
+        self.ledger.row();
+        if self.held != [false; 2] {
+            self.hold(values);
+        }
+        let mut calibrated = self.sensor.calibrate(values);
+        let [ax, ay, az, gx, gy, gz] = calibrated;
+        if !(ax + ay + az).is_finite() {
+            self.empty[0].push(line.number);
+            calibrated[..3].fill(f64::NAN);
+        }
+        if self.sensor.gyro.is_some() && !(gx + gy + gz).is_finite() {
+            self.empty[1].push(line.number);
+            calibrated[3..].fill(f64::NAN);
+        }
+        let zero = is_zero(values, self.watch.channels());
+        self.any_movement |= !zero;
+        if zero && self.any_movement && self.tail.holds() {
+            return self.hold_back(line, values, spans, &calibrated);
+        }
+        if !zero && !self.tail.is_clear() {
+            self.write_tail();
+        }
+        if zero && !self.tail.holds() {
+            self.tail.given_up.push(line.number);
+        }
+        self.see(values, line.number);
+        self.plan
+            .write_row(line.bytes, spans, &calibrated, &mut self.block);
+    }
+
+    /// The last value of a channel holds until the next comes.
+    fn hold(&mut self, values: &mut Values) {
+        for (sensor, from) in [(0, ACCEL), (1, GYRO)] {
+            if !self.held[sensor] {
+                continue;
+            }
+            for slot in from..from + 3 {
+                if values[slot].is_nan() {
+                    values[slot] = self.last[slot];
+                } else {
+                    self.last[slot] = values[slot];
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn see(&mut self, values: &Values, line: u64) {
+        self.watch.see(values, line);
+        if let Some(stamps) = &mut self.stamps {
+            stamps.see(values[TIME], || line);
+        }
+    }
+
+    #[cold]
+    fn hold_back(&mut self, line: &Line<'_>, values: &Values, spans: &[Span], row: &[f64; 6]) {
+        self.plan
+            .write_row(line.bytes, spans, row, &mut self.tail.text);
+        self.tail.rows.push((line.number, values[TIME]));
+        if self.tail.is_full() {
+            self.tail.give_up();
+            self.release();
+        }
+    }
+
+    /// The rows that were held back are data.
+    #[cold]
+    fn write_tail(&mut self) {
+        self.release();
+        self.tail.given_up = LineSpans::default();
+    }
+
+    fn release(&mut self) {
+        let mut values: Values = [0.0; SLOTS];
+        for (line, time) in std::mem::take(&mut self.tail.rows) {
+            values[TIME] = time;
+            self.see(&values, line);
+        }
+        self.block.append(&mut self.tail.text);
+    }
+
+    #[cold]
+    fn no_row(&mut self, line: &Line<'_>, defect: RowDefect) {
+        let header = self.dialect.header.as_ref().map(|h| h.text.as_slice());
+        let reason = reason_for(line.bytes, defect, header);
+        if reason == Aside::Blank {
+            // It parts segments, so it stays.
+            let target = if self.tail.rows.is_empty() {
+                &mut self.block
+            } else {
+                &mut self.tail.text
+            };
+            target.push(b'\n');
+        }
+        self.set_aside(reason, line);
+    }
+
+    fn set_aside(&mut self, reason: Aside, line: &Line<'_>) {
+        if std::str::from_utf8(line.bytes).is_err() {
+            self.foreign_lines.push(line.number);
+        }
+        self.ledger.aside(reason, line.number, line.bytes);
+    }
+
+    fn hand_on(&mut self, out: &mut dyn Write) -> Result<()> {
+        out.write_all(&self.block)
+            .map_err(|e| Error::io(Path::new("output"), e))?;
+        self.block.clear();
+        Ok(())
+    }
+
+    fn finish(
+        mut self,
+        input: &Input,
+        name: &str,
+        out: &mut dyn Write,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Done> {
+        if input.is_cut_off() {
+            findings.push(cut_off(self.ledger.rows));
+        }
+        self.refuse_unusable(name)?;
+        // A single row of zeros can be a measurement.
+        if self.tail.rows.len() < 2 {
+            self.release();
+        } else {
+            let lines = self.tail.rows.iter().map(|(line, _)| *line);
+            self.ledger.move_rows_aside(Aside::ZeroTail, lines);
+        }
+        self.hand_on(out)?;
+        out.flush().map_err(|e| Error::io(Path::new("output"), e))?;
+
+        findings.extend(self.ledger.findings());
+        findings.extend(text_findings(
+            &self.nul_lines,
+            &self.foreign_lines,
+            &input.unpacked,
+        ));
+        if !self.tail.given_up.is_empty() {
+            findings.push(
+                Finding::warning(
+                    "zero-tail",
+                    format!(
+                        "all channels are zero in the last {} rows: too many to hold back, so they were written as data",
+                        self.tail.given_up.count()
+                    ),
+                )
+                .at_lines(&self.tail.given_up),
+            );
+        }
+        if let Some(stamps) = &self.stamps {
+            stamps.report(Treatment::Kept, findings);
+        }
+        for (spans, name) in self.empty.iter().zip(["accelerometer", "gyroscope"]) {
+            if !spans.is_empty() {
+                findings.push(
+                    Finding::warning(
+                        "empty-cells",
+                        format!(
+                            "{} rows lack a value of the {name}; its calibrated cells are empty there",
+                            spans.count()
+                        ),
+                    )
+                    .at_lines(spans),
+                );
+            }
+        }
+        for (held, name) in self.held.iter().zip(["accelerometer", "gyroscope"]) {
+            if *held {
+                findings.push(Finding::warning(
+                    "empty-cells",
+                    format!(
+                        "each channel of the {name} is written when it arrives; the last value of the others is held"
+                    ),
+                ));
+            }
+        }
+        self.watch.finish(findings);
+        Ok(Done {
+            ledger: self.ledger,
+            without_acceleration: self.empty[0].count(),
+        })
+    }
+
+    fn refuse_unusable(&self, name: &str) -> Result<()> {
+        let rows = self.ledger.rows;
+        if rows == 0 {
+            let message = format!("no row could be read: {}", self.ledger.sum());
+            return Err(Error::input("no-rows", message).at(Path::new(name), None));
+        }
+        if self.empty[0].count() == rows {
+            return Err(Error::input(
+                "no-values",
+                format!("none of the {rows} rows has all three values of the accelerometer"),
+            )
+            .at(Path::new(name), None)
+            .with_hint(
+                "look at the columns with `gravical inspect`, or choose others with --columns",
+            ));
+        }
+        if !self.any_movement {
+            return Err(all_zero_error(rows, name));
+        }
+        Ok(())
+    }
+}
+
+/// Accelerometer and gyroscope read zero on every axis.
+#[inline]
+fn is_zero(values: &Values, channels: usize) -> bool {
+    values[ACCEL..ACCEL + channels].iter().all(|v| *v == 0.0)
+}

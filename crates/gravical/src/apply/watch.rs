@@ -1,0 +1,212 @@
+//! What is odd about the samples, found row by row with flat memory: the
+//! findings of [`crate::recording::quality`] without its columns.
+
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+use crate::recording::quality::{FROZEN_ROWS, is_clipped};
+use crate::recording::row::{ACCEL, Values};
+use crate::recording::{AccelScale, AccelUnit, Finding, LineSpans};
+
+/// Smallest full scale of any accelerometer here, g.
+const SMALLEST_RANGE_G: f64 = 2.0;
+
+/// Rows from which a channel that never changes is told, as in a batch.
+const WHOLE_ROWS: u64 = 20;
+
+const NAMES: [&str; 6] = ["ax", "ay", "az", "gx", "gy", "gz"];
+
+/// Follows the samples.
+pub(super) struct Watch {
+    scale: AccelScale,
+    zero_offset: f64,
+    /// Nothing of a smaller magnitude is clipped.
+    certain: f64,
+    /// Three, or six with a gyroscope.
+    channels: usize,
+    rows: u64,
+    last_line: u64,
+    previous: [f64; 6],
+    /// How often each channel has changed.
+    changes: [u64; 6],
+    runs: [Run; 6],
+    frozen: [LineSpans; 6],
+    longest: [u64; 6],
+    clipped: [Clipped; 3],
+    repeated: LineSpans,
+}
+
+/// Rows through which a channel keeps one value.
+#[derive(Clone, Copy, Default)]
+struct Run {
+    from_row: u64,
+    from_line: u64,
+    /// `changes` of the channels of the same sensor at its first row.
+    changes: [u64; 3],
+}
+
+#[derive(Default)]
+struct Clipped {
+    lines: LineSpans,
+    last: f64,
+    repeats: u64,
+}
+
+impl Watch {
+    pub fn new(scale: AccelScale, zero_offset: f64, with_gyro: bool) -> Self {
+        let smallest = match (scale.unit, scale.nominal()) {
+            (AccelUnit::Counts, _) => 32767.0,
+            (_, Some(nominal)) => 0.999 * SMALLEST_RANGE_G * nominal * STANDARD_GRAVITY_MPS2,
+            (_, None) => f64::INFINITY,
+        };
+        Watch {
+            scale,
+            zero_offset,
+            certain: smallest,
+            channels: if with_gyro { 6 } else { 3 },
+            rows: 0,
+            last_line: 0,
+            previous: [f64::NAN; 6],
+            changes: [0; 6],
+            runs: Default::default(),
+            frozen: Default::default(),
+            longest: [0; 6],
+            clipped: Default::default(),
+            repeated: LineSpans::default(),
+        }
+    }
+
+    /// Three, or six with a gyroscope.
+    #[inline]
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// A row and the line it stands in.
+    #[inline]
+    pub fn see(&mut self, values: &Values, line: u64) {
+        let mut now = [0.0; 6];
+        now.copy_from_slice(&values[ACCEL..ACCEL + 6]);
+        let mut changed = [false; 6];
+        let mut any = false;
+        for i in 0..self.channels {
+            changed[i] = now[i] != self.previous[i];
+            any |= changed[i];
+            if changed[i] && self.rows - self.runs[i].from_row >= FROZEN_ROWS as u64 {
+                self.end_run(i);
+            }
+        }
+        for i in 0..self.channels {
+            self.changes[i] += u64::from(changed[i]);
+        }
+        for i in 0..self.channels {
+            if changed[i] {
+                let sensor = i / 3 * 3;
+                self.runs[i] = Run {
+                    from_row: self.rows,
+                    from_line: line,
+                    changes: [
+                        self.changes[sensor],
+                        self.changes[sensor + 1],
+                        self.changes[sensor + 2],
+                    ],
+                };
+            }
+        }
+        for (i, value) in now.iter().take(3).enumerate() {
+            let value = value - self.zero_offset;
+            if value.abs() >= self.certain {
+                self.see_large(i, value, line);
+            }
+        }
+        if !any {
+            self.repeated.push(line);
+        }
+        self.previous = now;
+        self.rows += 1;
+        self.last_line = line;
+    }
+
+    #[cold]
+    fn see_large(&mut self, axis: usize, value: f64, line: u64) {
+        if is_clipped(value, &self.scale) {
+            let clipped = &mut self.clipped[axis];
+            clipped.repeats += u64::from(clipped.last == value);
+            clipped.last = value;
+            clipped.lines.push(line);
+        }
+    }
+
+    /// Books the run of a channel up to the last row, when it is a frozen one:
+    /// while another channel of the sensor changes in every tenth row or more.
+    #[cold]
+    fn end_run(&mut self, i: usize) {
+        let run = self.runs[i];
+        let length = self.rows - run.from_row;
+        let sensor = i / 3 * 3;
+        let others_move = (0..3).filter(|o| sensor + o != i).any(|o| {
+            let changes = self.changes[sensor + o] - run.changes[o];
+            changes * 10 > length
+        });
+        if others_move {
+            self.longest[i] = self.longest[i].max(length);
+            self.frozen[i].push_range(run.from_line, self.last_line, length);
+        }
+    }
+
+    /// The findings, after the last row.
+    pub fn finish(mut self, findings: &mut Vec<Finding>) {
+        for i in 0..self.channels {
+            let length = self.rows - self.runs[i].from_row;
+            let whole = length == self.rows && length >= WHOLE_ROWS;
+            if length >= FROZEN_ROWS as u64 || whole {
+                self.end_run(i);
+            }
+        }
+        for i in 0..self.channels {
+            if !self.frozen[i].is_empty() {
+                findings.push(
+                    Finding::warning(
+                        "frozen-axis",
+                        format!(
+                            "{} stands still to the last digit for {} rows while the others change",
+                            NAMES[i], self.longest[i]
+                        ),
+                    )
+                    .at_lines(&self.frozen[i]),
+                );
+            }
+        }
+        for (axis, clipped) in self.clipped.iter().enumerate() {
+            // In physical units a single value at a full scale is chance.
+            let repeats = self.scale.unit == AccelUnit::Counts || clipped.repeats >= 3;
+            if repeats && !clipped.lines.is_empty() {
+                findings.push(
+                    Finding::warning(
+                        "clipped",
+                        format!(
+                            "{} reaches the end of its range in {} rows: the true value is larger; record at a wider range",
+                            NAMES[axis],
+                            clipped.lines.count()
+                        ),
+                    )
+                    .at_lines(&clipped.lines),
+                );
+            }
+        }
+        // Coarse digits repeat by chance now and then.
+        let share = self.repeated.count() as f64 / self.rows.max(1) as f64;
+        if share > 0.01 && self.repeated.count() >= 10 {
+            findings.push(
+                Finding::warning(
+                    "repeated-rows",
+                    format!(
+                        "{} rows ({:.0} %) repeat the row before in every channel: the sensor was read faster than it measures",
+                        self.repeated.count(),
+                        100.0 * share
+                    ),
+                )
+                .at_lines(&self.repeated),
+            );
+        }
+    }
+}
