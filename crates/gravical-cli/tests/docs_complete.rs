@@ -2,6 +2,8 @@
 //! that stands in the sources stands in docs/recording.md, so that its tables
 //! cannot fall behind.
 
+#![allow(clippy::unwrap_used, clippy::panic)] // helpers of a test may panic as it does
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
