@@ -52,6 +52,7 @@ pub mod report;
 pub mod scan;
 pub mod segment;
 pub mod simulate;
+mod stats;
 pub mod validate;
 
 pub use error::{Category, Error, Location, Result};

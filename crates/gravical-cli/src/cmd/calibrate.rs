@@ -7,7 +7,6 @@ use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade, SensorInfo};
 use gravical::gravity::Gravity;
 use gravical::output::check_target;
-use gravical::recording::{Finding, ReadOptions, Recording, read};
 use gravical::report::calibration_text;
 use gravical::segment::SegmentOptions;
 use gravical::segment::sections::read_sections;
@@ -15,6 +14,7 @@ use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
 use crate::options::RecordingArgs;
+use crate::session::read_session;
 use crate::text;
 
 #[derive(clap::Args)]
@@ -180,59 +180,6 @@ fn command_line() -> String {
         .chain(words)
         .collect::<Vec<_>>()
         .join(" ")
-}
-
-/// Endings of files in a folder that may be recordings.
-const ENDINGS: [&str; 6] = ["csv", "txt", "tsv", "log", "dat", "gz"];
-
-/// Reads files or the recordings of one folder; files of a folder that are none
-/// are named, not dropped silently.
-fn read_session(
-    inputs: &[PathBuf],
-    options: &ReadOptions,
-) -> Result<(Vec<Recording>, Vec<Finding>)> {
-    let folder = match inputs {
-        [one] if one.is_dir() => one,
-        _ => {
-            let recordings: Result<Vec<Recording>> =
-                inputs.iter().map(|p| read(p, options)).collect();
-            return Ok((recordings?, Vec::new()));
-        }
-    };
-    let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
-    let mut paths: Vec<PathBuf> = entries
-        .filter_map(|entry| entry.ok().map(|e| e.path()))
-        .filter(|p| {
-            p.is_file()
-                && p.extension()
-                    .is_some_and(|e| ENDINGS.iter().any(|x| e.eq_ignore_ascii_case(x)))
-        })
-        .collect();
-    paths.sort();
-    let (mut recordings, mut left_out) = (Vec::new(), Vec::new());
-    for path in paths {
-        match read(&path, options) {
-            Ok(recording) => recordings.push(recording),
-            Err(error) if matches!(error.code(), "no-rows" | "no-accelerometer") => {
-                let file = path.display().to_string();
-                left_out.push(
-                    Finding::note("no-recording", format!("{}; left out", error.message()))
-                        .in_file(&file),
-                );
-            }
-            Err(error) => return Err(error),
-        }
-    }
-    if recordings.is_empty() {
-        return Err(
-            Error::input("no-recordings", "there is no recording in this folder")
-                .at(folder, None)
-                .with_hint(
-                    "recordings are text files that end in .csv, .txt, .tsv, .log, .dat or .gz",
-                ),
-        );
-    }
-    Ok((recordings, left_out))
 }
 
 /// Reads the file back: "saved" is said of what can be read.

@@ -3,7 +3,7 @@
 
 use crate::scan::{parse_field, parse_field_decimal_comma};
 
-use super::row::{Delimiter, parse_date};
+use super::row::{Delimiter, parse_date, quoted_end};
 
 /// How many lines of the head are looked at.
 const LINES: usize = 400;
@@ -57,8 +57,9 @@ struct HeadLine<'a> {
 #[must_use]
 pub fn sniff(head: &[u8], whole: bool, min_columns: usize) -> Option<Dialect> {
     let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    let end = terminator(head);
     let mut lines: Vec<HeadLine<'_>> = head
-        .split(|&b| b == terminator(head))
+        .split(|&b| b == end)
         .enumerate()
         .map(|(i, text)| HeadLine {
             number: i as u64 + 1,
@@ -166,7 +167,7 @@ fn cells(line: &[u8], delimiter: Delimiter, decimal_comma: bool) -> Vec<Cell> {
         .collect()
 }
 
-/// Cuts a line; quoted fields by the rules of CSV.
+/// Cuts a line; quoted fields as the scanner of the rows cuts them.
 fn split(line: &[u8], delimiter: Delimiter) -> Vec<Vec<u8>> {
     match delimiter {
         Delimiter::Whitespace => line
@@ -174,20 +175,45 @@ fn split(line: &[u8], delimiter: Delimiter) -> Vec<Vec<u8>> {
             .filter(|f| !f.is_empty())
             .map(<[u8]>::to_vec)
             .collect(),
-        Delimiter::Byte(d) if line.contains(&b'"') => {
-            let mut reader = csv::ReaderBuilder::new()
-                .has_headers(false)
-                .flexible(true)
-                .delimiter(d)
-                .trim(csv::Trim::All)
-                .from_reader(line);
-            match reader.byte_records().next() {
-                Some(Ok(record)) => record.iter().map(<[u8]>::to_vec).collect(),
-                _ => Vec::new(),
-            }
-        }
+        Delimiter::Byte(d) if line.contains(&b'"') => split_quoted(line, d),
         Delimiter::Byte(d) => line.split(|b| *b == d).map(<[u8]>::to_vec).collect(),
     }
+}
+
+fn split_quoted(line: &[u8], delimiter: u8) -> Vec<Vec<u8>> {
+    let mut fields = Vec::new();
+    let mut at = 0;
+    loop {
+        // White space in front of a quote, but not a delimiter that is a tab.
+        let space = |b: &&u8| matches!(**b, b' ' | b'\t') && **b != delimiter;
+        at += line[at..].iter().take_while(space).count();
+        let end = match line.get(at) {
+            Some(b'"') => quoted_end(line, at, delimiter),
+            _ => memchr::memchr(delimiter, &line[at..]).map_or(line.len(), |n| at + n),
+        };
+        fields.push(unquote(&line[at..end]));
+        if end == line.len() {
+            return fields;
+        }
+        at = end + 1;
+    }
+}
+
+/// A field without its quotes; `""` inside them is one quote.
+fn unquote(field: &[u8]) -> Vec<u8> {
+    let field = field.trim_ascii();
+    let [b'"', inner @ .., b'"'] = field else {
+        return field.to_vec();
+    };
+    let mut text = Vec::with_capacity(inner.len());
+    let mut bytes = inner.iter().peekable();
+    while let Some(&byte) = bytes.next() {
+        text.push(byte);
+        if byte == b'"' {
+            bytes.next_if(|next| **next == b'"');
+        }
+    }
+    text
 }
 
 fn finish(best: Candidate, lines: &[HeadLine<'_>]) -> Dialect {
@@ -327,6 +353,19 @@ mod tests {
         let d = of("t;x;y\n0,5;1,25;-3,0\n0,6;1,25;-3,0\n");
         assert!(d.delimiter == Delimiter::Byte(b';') && d.decimal_comma);
         assert_eq!(d.sample[0], [0.5, 1.25, -3.0]);
+    }
+
+    #[test]
+    fn quoted_fields() {
+        let texts = |line: &str, delimiter| -> Vec<String> {
+            let fields = split(line.as_bytes(), Delimiter::Byte(delimiter));
+            fields.iter().map(|f| decode(f)).collect()
+        };
+        assert_eq!(
+            texts(r#" "a, ""b""" ,"c", d "e, "" ,"f,g"#, b','),
+            ["a, \"b\"", "c", "d \"e", "", "\"f", "g"]
+        );
+        assert_eq!(texts("\"1\"\t\t\"2\"", b'\t'), ["1", "", "2"]);
     }
 
     #[test]

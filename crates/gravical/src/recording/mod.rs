@@ -47,6 +47,11 @@ pub use timing::{TimeUnit, Timing};
 pub use unit_choice::{decide_accel, quiet_norm};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 
+/// Sampling rates (Hz) and full-scale ranges (g, °/s) that can be meant: wide
+/// of everything that exists, so that windows, scales and durations computed
+/// from them are finite.
+pub(crate) const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
+
 /// What the user says about a recording that it does not say itself.
 #[derive(Debug, Clone, Default)]
 pub struct ReadOptions {
@@ -78,8 +83,8 @@ impl ReadOptions {
     ///
     /// # Errors
     ///
-    /// `option-range` (usage) for a rate or range that is not positive and
-    /// finite.
+    /// `option-range` (usage) for a rate or range that is not between 1e-6 and
+    /// 1e9, and for an offset beyond 32-bit counts.
     pub fn validate(&self) -> crate::Result<()> {
         for (name, value) in [
             ("--rate", self.rate_hz),
@@ -87,13 +92,21 @@ impl ReadOptions {
             ("--gyro-range", self.gyro_range_deg_s),
         ] {
             if let Some(v) = value
-                && !(v.is_finite() && v > 0.0)
+                && !POSSIBLE.contains(&v)
             {
                 return Err(crate::Error::usage(
                     "option-range",
-                    format!("{name} has to be positive, not {v}"),
+                    format!("{name} has to be between 1e-6 and 1e9, not {v}"),
                 ));
             }
+        }
+        if let Some(offset) = self.zero_offset
+            && (offset.is_nan() || offset.abs() > f64::from(u32::MAX))
+        {
+            return Err(crate::Error::usage(
+                "option-range",
+                format!("--zero-offset has to be a number of counts of a converter, not {offset}"),
+            ));
         }
         Ok(())
     }
@@ -221,7 +234,30 @@ impl LineMap {
 
 #[cfg(test)]
 mod tests {
-    use super::LineMap;
+    use super::{LineMap, ReadOptions};
+
+    #[test]
+    fn options_that_cannot_be_meant() {
+        for wrong in [0.0, -1.0, 1e-300, 1e300, f64::INFINITY, f64::NAN] {
+            let rate = ReadOptions {
+                rate_hz: Some(wrong),
+                ..ReadOptions::default()
+            };
+            assert!(rate.validate().is_err(), "{wrong}");
+        }
+        for (offset, fits) in [
+            (32768.0, true),
+            (-5.5, true),
+            (1e300, false),
+            (f64::NAN, false),
+        ] {
+            let options = ReadOptions {
+                zero_offset: Some(offset),
+                ..ReadOptions::default()
+            };
+            assert_eq!(options.validate().is_ok(), fits, "{offset}");
+        }
+    }
 
     #[test]
     fn lines_of_rows_across_gaps() {

@@ -72,11 +72,10 @@ pub fn empty_cells(
 }
 
 fn frozen(recording: &Recording, findings: &mut Vec<Finding>) {
-    let sensors: [(&[&str; 3], Option<&[Vec<f64>; 3]>); 2] = [
-        (&["ax", "ay", "az"], Some(&recording.accel)),
-        (&["gx", "gy", "gz"], recording.gyro.as_ref()),
-    ];
-    for (names, sensor) in sensors {
+    for (letter, sensor) in [
+        ("a", Some(&recording.accel)),
+        ("g", recording.gyro.as_ref()),
+    ] {
         let Some(sensor) = sensor else { continue };
         for axis in 0..3 {
             let mut spans = LineSpans::default();
@@ -107,7 +106,10 @@ fn frozen(recording: &Recording, findings: &mut Vec<Finding>) {
                 findings.push(
                     Finding::warning(
                         "frozen-axis",
-                        format!("{} stands still to the last digit for {longest} rows while the others change", names[axis]),
+                        format!(
+                            "{letter}{} stands still to the last digit for {longest} rows while the others change",
+                            ["x", "y", "z"][axis]
+                        ),
                     )
                     .at_lines(&spans),
                 );

@@ -18,7 +18,7 @@ use super::row::{ACCEL, GYRO, RowDefect, SLOTS, TEMPERATURE, TIME, Values};
 use super::timing::{self, Claims};
 use super::unit_choice::{decide_accel, looks_unsigned, quiet_norm};
 use super::units::{GyroScale, GyroUnit, Origin};
-use super::{Labels, LineMap, ReadOptions, Recording, quality};
+use super::{Labels, LineMap, POSSIBLE, ReadOptions, Recording, quality};
 
 /// How much of a file is looked at to find its dialect.
 pub(crate) const HEAD: usize = 1 << 18;
@@ -384,7 +384,7 @@ fn claimed_rate(metadata: &[(String, String)]) -> Option<f64> {
             .split(|c: char| c.is_whitespace() || c.is_alphabetic())
             .next()?;
         let rate: f64 = number.parse().ok()?;
-        (is_rate && rate.is_finite() && rate > 0.0).then_some(rate)
+        (is_rate && POSSIBLE.contains(&rate)).then_some(rate)
     })
 }
 

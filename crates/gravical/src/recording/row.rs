@@ -12,6 +12,10 @@ pub const ACCEL: usize = 1;
 pub const GYRO: usize = 4;
 /// Slot of the temperature.
 pub const TEMPERATURE: usize = 7;
+/// A number of at least this magnitude, infinite ones included, is no reading
+/// and no time: it counts as an empty field. Below it, squares, differences and
+/// sums of what was read stay finite.
+const TOO_LARGE: f64 = 1e100;
 /// A field that is not read.
 const SKIP: u8 = u8::MAX;
 /// A field that is text: the label.
@@ -159,7 +163,9 @@ impl RowScanner {
                 // The common case in one pass: the number ends where the
                 // field ends.
                 match scan_number(&line[at..]) {
-                    Some((value, n)) if self.ends_field(line, at + n) => {
+                    Some((value, n))
+                        if value.abs() < TOO_LARGE && self.ends_field(line, at + n) =>
+                    {
                         end = at + n;
                         values[usize::from(slot)] = value;
                         any = true;
@@ -249,7 +255,7 @@ impl RowScanner {
             parse_field(text)
         };
         if let Some(value) = number {
-            return Ok(Some(value));
+            return Ok((value.abs() < TOO_LARGE).then_some(value));
         }
         let time = self.slot_of_field.get(index) == Some(&(TIME as u8));
         match time.then(|| parse_date(text)).flatten() {
@@ -273,7 +279,7 @@ fn skip_spaces(line: &[u8], mut at: usize, delimiter: Delimiter) -> usize {
 
 /// End of a quoted field, `""` inside it being one quote.
 #[cold]
-fn quoted_end(line: &[u8], from: usize, delimiter: u8) -> usize {
+pub(super) fn quoted_end(line: &[u8], from: usize, delimiter: u8) -> usize {
     let mut at = from + 1;
     while let Some(n) = memchr::memchr(b'"', &line[at..]) {
         at += n + 1;
@@ -310,6 +316,10 @@ fn is_nothing(text: &[u8]) -> bool {
 /// differences are used).
 #[must_use]
 pub fn parse_date(text: &[u8]) -> Option<f64> {
+    // Words are not worth the three attempts: a header can have many.
+    if !matches!(text, [b'0'..=b'9' | b'+' | b'-', ..]) {
+        return None;
+    }
     let text = std::str::from_utf8(text).ok()?;
     if let Ok(stamp) = text.parse::<jiff::Timestamp>() {
         return Some(stamp.as_nanosecond() as f64 / 1e9);
@@ -370,6 +380,8 @@ mod tests {
             );
         }
         let some = values(&s, "1,,NaN").unwrap();
+        assert!(some[1] == 1.0 && some[2].is_nan() && some[3].is_nan());
+        let some = values(&s, "1,1e999, -1e100").unwrap();
         assert!(some[1] == 1.0 && some[2].is_nan() && some[3].is_nan());
     }
 

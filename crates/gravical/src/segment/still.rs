@@ -214,7 +214,7 @@ fn typical_magnitude<'a>(blocks: impl Iterator<Item = &'a Block>) -> f64 {
         .map(|b| b.mean.iter().map(|m| m * m).sum::<f64>().sqrt())
         .filter(|n| n.is_finite())
         .collect();
-    crate::recording::timing::median(&mut norms).unwrap_or(0.0)
+    crate::stats::median(&mut norms).unwrap_or(0.0)
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -228,7 +228,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 fn middle(blocks: &[Block]) -> [f64; 3] {
     std::array::from_fn(|axis| {
         let mut values: Vec<f64> = blocks.iter().map(|b| b.mean[axis]).collect();
-        crate::recording::timing::median(&mut values).unwrap_or(f64::NAN)
+        crate::stats::median(&mut values).unwrap_or(f64::NAN)
     })
 }
 

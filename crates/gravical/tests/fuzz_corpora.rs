@@ -1,0 +1,58 @@
+//! Replays what the fuzzers start from (`fuzz/seeds`) and what they once found
+//! (`fuzz/regressions`) through the same checks, with the stable compiler.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+#[path = "../../../fuzz/src/lib.rs"]
+mod checks;
+
+/// Every file of a target: at least `least` seeds, and all regressions.
+fn replay(target: &str, least: usize, check: fn(&[u8])) {
+    let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz");
+    let seeds = files(&fuzz.join("seeds").join(target));
+    assert!(seeds.len() >= least, "only {} seeds", seeds.len());
+    for file in seeds
+        .into_iter()
+        .chain(files(&fuzz.join("regressions").join(target)))
+    {
+        // Shown when the check fails.
+        println!("{}", file.display());
+        match fs::read(&file) {
+            Ok(bytes) => check(&bytes),
+            Err(e) => unreachable!("{e}"),
+        }
+    }
+}
+
+/// What lies in a folder, in order; nothing when there is no such folder.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|entry| entry.path())
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn reader() {
+    replay("reader", 40, checks::reader);
+}
+
+#[test]
+fn sections() {
+    replay("sections", 10, checks::sections);
+}
+
+#[test]
+fn calibration_file() {
+    replay("calibration_file", 6, checks::calibration_file);
+}
+
+#[test]
+fn number() {
+    replay("number", 20, checks::number);
+}

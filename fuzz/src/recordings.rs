@@ -1,0 +1,317 @@
+//! Recordings: what has to hold of any that the reader accepts, and of what
+//! segmentation makes of it.
+
+use std::ops::Range;
+
+use gravical::recording::{
+    AccelUnit, ColumnsSpec, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, read_bytes,
+};
+use gravical::segment::sections::Section;
+use gravical::segment::{SegmentOptions, Segmentation, segment};
+
+/// Longer inputs only make a run slower.
+const MOST: usize = 64 << 10;
+
+/// What an input starts with whose next [`OPTIONS`] bytes choose options; no
+/// recording starts so.
+const WITH_OPTIONS: u8 = 1;
+const OPTIONS: usize = 8;
+
+/// Parts several recordings in such an input.
+const NEXT_RECORDING: u8 = 0x1e;
+
+/// Bytes of a recording; or, behind a byte 1, eight bytes that choose options
+/// and then up to three recordings with a byte 0x1e between them.
+pub fn reader(data: &[u8]) {
+    let data = &data[..data.len().min(MOST)];
+    match data {
+        [WITH_OPTIONS, rest @ ..] if rest.len() >= OPTIONS => {
+            let (choice, files) = rest.split_at(OPTIONS);
+            with_options(choice, files);
+        }
+        _ => {
+            if let Ok(recording) = read_bytes(data, "fuzzed.csv", &ReadOptions::default()) {
+                check_recording(&recording);
+                check_segment(&[recording], &SegmentOptions::default());
+            }
+        }
+    }
+}
+
+fn with_options(choice: &[u8], files: &[u8]) {
+    let pick = |at: usize| usize::from(choice.get(at).copied().unwrap_or(0));
+    let options = ReadOptions {
+        columns: of(&COLUMNS, pick(0)).and_then(|text| text.parse::<ColumnsSpec>().ok()),
+        accel_unit: of(&ACCEL_UNITS, pick(1)),
+        gyro_unit: of(&GYRO_UNITS, pick(1) / 8),
+        time_unit: of(&TIME_UNITS, pick(2)),
+        hash: pick(2) & 0x80 != 0,
+        rate_hz: of(&RATES_HZ, pick(3)),
+        accel_range_g: of(&RANGES, pick(4)),
+        gyro_range_deg_s: of(&RANGES, pick(4) / 16),
+        zero_offset: of(&OFFSETS, pick(5)),
+    };
+    let names = match pick(6) / 16 % 4 {
+        0 => ["session.csv", "x_axis_neg.csv", "z_rot.csv"],
+        1 => ["xplus.txt", "-y.csv.gz", "z_p"],
+        2 => ["x_axis.csv", "folder/y.csv", "−z.csv"],
+        _ => ["", "/", "ünïcode+.csv"],
+    };
+    let mut recordings = Vec::new();
+    for (name, bytes) in names.iter().zip(files.split(|b| *b == NEXT_RECORDING)) {
+        if let Ok(recording) = read_bytes(bytes, name, &options) {
+            check_recording(&recording);
+            recordings.push(recording);
+        }
+    }
+    let rows = recordings.first().map_or(0, Recording::rows);
+    let options = SegmentOptions {
+        rows: of(&ROWS, pick(6)),
+        sections: of(&SECTIONS, pick(7)).map(|list| {
+            list.iter()
+                .map(|&(label, from, to)| Section {
+                    label: label.to_owned(),
+                    rows: rows * from / 100..(rows * to / 100).max(rows * from / 100 + 1),
+                })
+                .collect()
+        }),
+        axes: of(&AXES, pick(7) / 8)
+            .and_then(|text| text.parse().ok())
+            .unwrap_or_default(),
+        faces_by_name: pick(7) & 0x80 != 0,
+        ..SegmentOptions::default()
+    };
+    check_segment(&recordings, &options);
+    for recording in recordings {
+        check_segment(&[recording], &options);
+    }
+}
+
+fn of<T: Copy, const N: usize>(values: &[Option<T>; N], at: usize) -> Option<T> {
+    values[at % N]
+}
+
+const COLUMNS: [Option<&str>; 10] = [
+    None,
+    Some("ax,ay,az"),
+    Some("t,ax,ay,az"),
+    Some("t,ax,ay,az,gx,gy,gz,temp"),
+    Some("ax,ay,az,gx,gy,gz"),
+    Some("_,ax,ay,az,_,label"),
+    Some("ax,ax,ay,az,t,t"),
+    Some("ax=x,ay=y,az=z"),
+    Some("t=t,ax=ax,ay=ay,az=az,gx=gx,gy=gx,gz=gx"),
+    Some("label=part,ax=ax,ay=ax,az=az"),
+];
+const ACCEL_UNITS: [Option<AccelUnit>; 6] = [
+    None,
+    Some(AccelUnit::MetrePerSecondSquared),
+    Some(AccelUnit::StandardGravity),
+    Some(AccelUnit::MilliGravity),
+    Some(AccelUnit::Counts),
+    Some(AccelUnit::Unknown),
+];
+const GYRO_UNITS: [Option<GyroUnit>; 5] = [
+    None,
+    Some(GyroUnit::RadianPerSecond),
+    Some(GyroUnit::DegreePerSecond),
+    Some(GyroUnit::Counts),
+    Some(GyroUnit::Unknown),
+];
+const TIME_UNITS: [Option<TimeUnit>; 5] = [
+    None,
+    Some(TimeUnit::Second),
+    Some(TimeUnit::Millisecond),
+    Some(TimeUnit::Microsecond),
+    Some(TimeUnit::Nanosecond),
+];
+const RATES_HZ: [Option<f64>; 13] = [
+    None,
+    Some(100.0),
+    Some(62.5),
+    Some(0.5),
+    Some(1e5),
+    Some(1e20),
+    Some(f64::MAX),
+    Some(f64::MIN_POSITIVE),
+    Some(5e-324),
+    Some(f64::INFINITY),
+    Some(f64::NAN),
+    Some(0.0),
+    Some(-1.0),
+];
+const RANGES: [Option<f64>; 8] = [
+    None,
+    Some(2.0),
+    Some(16.0),
+    Some(2000.0),
+    Some(f64::MAX),
+    Some(5e-324),
+    Some(0.0),
+    Some(f64::NAN),
+];
+const OFFSETS: [Option<f64>; 8] = [
+    None,
+    Some(0.0),
+    Some(32768.0),
+    Some(-0.5),
+    Some(f64::MAX),
+    Some(f64::MIN),
+    Some(f64::INFINITY),
+    Some(f64::NAN),
+];
+const ROWS: [Option<usize>; 6] = [
+    None,
+    Some(0),
+    Some(1),
+    Some(10),
+    Some(1000),
+    Some(usize::MAX),
+];
+/// Label, start and end in percent of the rows.
+const SECTIONS: [Option<&[(&str, usize, usize)]>; 5] = [
+    None,
+    Some(&[("x_p", 0, 100)]),
+    Some(&[("x_p", 0, 30), ("x_a", 30, 60), ("x_rot", 60, 100)]),
+    Some(&[("pose 7", 50, 20), ("-z", 0, 101)]),
+    Some(&[]),
+];
+const AXES: [Option<&str>; 4] = [None, Some("x,-z,y"), Some("z,x,y"), Some("-x,-y,z")];
+
+fn check_recording(r: &Recording) {
+    let rows = r.rows();
+    assert!(rows > 0, "a recording without rows");
+    assert!(r.ledger.balances(), "{}", r.ledger.sum());
+    assert_eq!(r.ledger.rows, rows as u64, "{}", r.ledger.sum());
+
+    let channels = r
+        .accel
+        .iter()
+        .chain(r.gyro.iter().flatten())
+        .chain(&r.temperature_c)
+        .chain(&r.time_s);
+    for channel in channels {
+        assert_eq!(channel.len(), rows);
+        assert!(
+            !channel.iter().any(|v| v.is_infinite()),
+            "an infinite value"
+        );
+    }
+    assert!(r.accel.iter().flatten().any(|v| v.is_finite()));
+    assert!(r.zero_offset.is_finite());
+    assert_eq!(r.gyro.is_some(), r.gyro_scale.is_some());
+    if let Some(labels) = &r.labels {
+        assert_eq!(labels.of_row.len(), rows);
+        assert!(
+            labels
+                .of_row
+                .iter()
+                .all(|i| (*i as usize) < labels.names.len())
+        );
+    }
+
+    assert!(r.breaks.windows(2).all(|w| w[0] < w[1]), "{:?}", r.breaks);
+    assert!(
+        r.breaks.iter().all(|b| (1..=rows).contains(b)),
+        "{:?}",
+        r.breaks
+    );
+    let mut next = 0;
+    for part in r.segments() {
+        assert!(
+            part.start == next && part.end > part.start,
+            "{:?}",
+            r.segments()
+        );
+        next = part.end;
+    }
+    assert_eq!(next, rows, "segments do not cover the rows");
+
+    let mut before = 0;
+    for row in 0..rows {
+        let line = r.line(row);
+        assert!(
+            line > before,
+            "row {row} in line {line} after line {before}"
+        );
+        before = line;
+    }
+    assert!(before <= r.ledger.lines);
+
+    let timing = &r.timing;
+    let rates = [
+        timing.median_rate_hz,
+        timing.mean_rate_hz,
+        timing.nominal_rate_hz,
+    ];
+    for rate in rates.into_iter().flatten() {
+        assert!(rate > 0.0 && rate.is_finite(), "{timing:?}");
+    }
+    for length in [timing.duration_s, timing.jitter_s].into_iter().flatten() {
+        assert!(length >= 0.0 && length.is_finite(), "{timing:?}");
+    }
+    if let Some(share) = timing.missing_share {
+        assert!((0.0..=1.0).contains(&share), "{timing:?}");
+    }
+    for nominal in [
+        r.accel_scale.nominal(),
+        r.gyro_scale.and_then(|s| s.nominal()),
+    ]
+    .into_iter()
+    .flatten()
+    {
+        assert!(nominal > 0.0 && nominal.is_finite(), "a scale of {nominal}");
+    }
+    check_findings(&r.findings, r.ledger.lines);
+}
+
+fn check_findings(findings: &[Finding], lines: u64) {
+    for finding in findings {
+        assert!(!finding.kind.is_empty() && !finding.message.is_empty());
+        let mut before = 0;
+        for &[from, to] in &finding.lines {
+            assert!(before < from && from <= to && to <= lines, "{finding:?}");
+            before = to;
+        }
+    }
+}
+
+fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
+    let Ok(found) = segment(recordings, options) else {
+        return;
+    };
+    let Segmentation {
+        placements,
+        turns,
+        noise,
+        ..
+    } = &found;
+    for placement in placements {
+        let mut rows = 0;
+        for range in &placement.rows {
+            check_range(recordings, placement.recording, range);
+            rows += range.len();
+        }
+        assert!(placement.count <= rows, "{placement:?}");
+        assert!(placement.clipped <= 3 * rows, "{placement:?}");
+        if let Some(errors) = placement.standard_error {
+            assert!(
+                errors.iter().all(|e| *e >= 0.0 && e.is_finite()),
+                "{placement:?}"
+            );
+        }
+        if let Some((_, rows)) = placement.gyro_sum {
+            assert!(rows > 0, "{placement:?}");
+        }
+    }
+    for turn in turns {
+        assert!(turn.axis < 3, "{turn:?}");
+        check_range(recordings, turn.recording, &turn.rows);
+    }
+    assert!(noise.vif >= 1.0, "{noise:?}");
+}
+
+fn check_range(recordings: &[Recording], recording: usize, rows: &Range<usize>) {
+    let of = recordings.get(recording).map_or(0, Recording::rows);
+    assert!(rows.start < rows.end && rows.end <= of, "{rows:?} of {of}");
+}
