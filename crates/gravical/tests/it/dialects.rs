@@ -1,0 +1,242 @@
+//! The ways in which the same recording is written: all read alike, without
+//! an option.
+
+use std::io::Write;
+
+use gravical::recording::{AccelUnit, ColumnsSpec, ReadOptions, Recording, TimeUnit};
+
+use crate::support::*;
+
+const ROWS: usize = 300;
+
+fn text() -> String {
+    report_lines(HEADER, ROWS).join("\n") + "\n"
+}
+
+/// The bytes have to read as the plain file does, and be described as `how`.
+fn reads_alike(bytes: &[u8], how: &str) -> Recording {
+    let plain = read(text().as_bytes());
+    let recording = read(bytes);
+    assert_eq!(recording.accel, plain.accel);
+    assert_eq!(recording.gyro, plain.gyro);
+    assert_eq!(recording.temperature_c, plain.temperature_c);
+    assert_eq!(recording.time_s, plain.time_s);
+    assert!(
+        recording.description.contains(how),
+        "{how} in {}",
+        recording.description
+    );
+    recording
+}
+
+#[test]
+fn semicolon() {
+    reads_alike(text().replace(',', ";").as_bytes(), "semicolon");
+}
+
+#[test]
+fn semicolon_with_decimal_comma() {
+    let text = text().replace(',', ";").replace('.', ",");
+    reads_alike(text.as_bytes(), "decimal comma");
+}
+
+#[test]
+fn tab() {
+    reads_alike(text().replace(',', "\t").as_bytes(), "tab");
+}
+
+#[test]
+fn white_space() {
+    let (_, rows) = text()
+        .split_once('\n')
+        .map(|(a, b)| (a.to_owned(), b.to_owned()))
+        .unwrap();
+    let header = "t_ms ax ay az temp gx gy gz";
+    let text = format!("{header}\n{}", rows.replace(',', "   "));
+    reads_alike(text.as_bytes(), "white space");
+    let padded: String = text.lines().map(|l| format!("  {l}  \n")).collect();
+    reads_alike(padded.as_bytes(), "white space");
+}
+
+#[test]
+fn spaces_after_commas() {
+    reads_alike(text().replace(',', ", ").as_bytes(), "comma");
+}
+
+#[test]
+fn crlf_and_old_mac_line_ends() {
+    reads_alike(text().replace('\n', "\r\n").as_bytes(), "comma");
+    reads_alike(text().replace('\n', "\r").as_bytes(), "comma");
+}
+
+#[test]
+fn quoted_fields() {
+    let quoted: String = text()
+        .lines()
+        .map(|l| {
+            let cells: Vec<String> = l.split(',').map(|c| format!("\"{c}\"")).collect();
+            cells.join(",") + "\n"
+        })
+        .collect();
+    reads_alike(quoted.as_bytes(), "comma");
+}
+
+#[test]
+fn byte_order_marks() {
+    let mut utf8 = b"\xef\xbb\xbf".to_vec();
+    utf8.extend(text().as_bytes());
+    reads_alike(&utf8, "comma");
+    for big in [false, true] {
+        let mut wide = if big {
+            vec![0xfe, 0xff]
+        } else {
+            vec![0xff, 0xfe]
+        };
+        for unit in text().encode_utf16() {
+            wide.extend(if big {
+                unit.to_be_bytes()
+            } else {
+                unit.to_le_bytes()
+            });
+        }
+        reads_alike(&wide, "UTF-16");
+    }
+}
+
+#[test]
+fn gzip() {
+    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gz.write_all(text().as_bytes()).unwrap();
+    let packed = gz.finish().unwrap();
+    reads_alike(&packed, "gzip");
+}
+
+#[test]
+fn gzip_that_was_cut_off_keeps_what_can_be_unpacked() {
+    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gz.write_all(report_lines(HEADER, 5000).join("\n").as_bytes())
+        .unwrap();
+    let packed = gz.finish().unwrap();
+    let recording = read(&packed[..packed.len() * 2 / 3]);
+    assert!(recording.rows() > 1000, "{}", recording.rows());
+    finding(&recording, "truncated-file");
+}
+
+#[test]
+fn dates_as_stamps() {
+    let text: String = std::iter::once("time,ax,ay,az\n".to_owned())
+        .chain((0..200).map(|i| {
+            format!(
+                "2025-03-01T12:00:{:02}.{:03}Z,0.1,0.2,{}\n",
+                i / 50,
+                20 * (i % 50),
+                9.8 + 0.001 * f64::from(i % 7)
+            )
+        }))
+        .collect();
+    for form in [
+        text.clone(),
+        text.replace('T', " ").replace('Z', ""),
+        text.replace("2025-03-01T", "").replace('Z', ""),
+    ] {
+        let recording = read(form.as_bytes());
+        assert_eq!(recording.timing.unit, Some(TimeUnit::Second));
+        close(recording.timing.rate_hz().unwrap(), 50.0, 1e-3);
+    }
+}
+
+#[test]
+fn a_trailing_delimiter_on_every_row_is_no_column() {
+    let trailing: String = text().lines().map(|l| format!("{l},\n")).collect();
+    reads_alike(trailing.as_bytes(), "comma");
+    let (header, rows) = trailing.split_once('\n').unwrap();
+    let header_without = header.trim_end_matches(',');
+    reads_alike(format!("{header_without}\n{rows}").as_bytes(), "comma");
+}
+
+#[test]
+fn an_unnamed_index_column_does_not_shift_the_channels() {
+    // R's write.table and pandas without a name for the index.
+    let mut lines = text()
+        .lines()
+        .map(str::to_owned)
+        .collect::<Vec<_>>()
+        .into_iter();
+    let header = lines.next().unwrap();
+    let rows: Vec<String> = lines.enumerate().map(|(i, l)| format!("{i},{l}")).collect();
+    for header in [format!(",{header}"), header] {
+        reads_alike(
+            format!("{header}\n{}\n", rows.join("\n")).as_bytes(),
+            "comma",
+        );
+    }
+}
+
+#[test]
+fn columns_by_name_and_in_order() {
+    let plain = read(text().as_bytes());
+    let by_name = |spec: &str| ReadOptions {
+        columns: Some(spec.parse::<ColumnsSpec>().unwrap()),
+        ..ReadOptions::default()
+    };
+    // The board lay turned: its y is taken for x, its gyroscope left out.
+    let told = read_with(
+        text().as_bytes(),
+        &by_name("t=Timestamp (ms),ax=aY (m/s^2),ay=aX (m/s^2),az=aZ (m/s^2)"),
+    );
+    assert_eq!(told.accel[0], plain.accel[1]);
+    assert_eq!(told.accel[1], plain.accel[0]);
+    assert!(told.gyro.is_none());
+    let told = read_with(text().as_bytes(), &by_name("t,ax,ay,az,_,gx,gy,gz"));
+    assert_eq!(told.accel, plain.accel);
+    assert!(told.temperature_c.is_none());
+}
+
+#[test]
+fn two_sensors_in_two_header_rows_and_how_to_choose() {
+    let mut text = "sensor,left,left,left,right,right,right\naxis,acc_x,acc_y,acc_z,acc_x,acc_y,acc_z\n".to_owned();
+    for i in 0..100 {
+        let n = f64::from(i % 5) * 0.01;
+        text.push_str(&format!("{i},0.1,{n},9.8,9.7,0.2,{n}\n"));
+    }
+    let first = read(text.as_bytes());
+    finding(&first, "several-sensors");
+    close(accel_means(&first)[2], 9.8, 1e-9);
+    let spec = "ax=right.acc_x,ay=right.acc_y,az=right.acc_z";
+    let options = ReadOptions {
+        columns: Some(spec.parse().unwrap()),
+        ..ReadOptions::default()
+    };
+    close(
+        accel_means(&read_with(text.as_bytes(), &options))[0],
+        9.7,
+        1e-9,
+    );
+}
+
+#[test]
+fn every_unit_is_recognised() {
+    let sensor = |unit: f64, decimals| Sensor {
+        unit,
+        decimals,
+        ..Sensor::default()
+    };
+    for (unit, per_mps2, decimals) in [
+        (AccelUnit::MetrePerSecondSquared, 1.0, 4),
+        (AccelUnit::StandardGravity, 1.0 / 9.80665, 5),
+        (AccelUnit::Counts, 16384.0 / 9.80665, 0),
+    ] {
+        let text = sensor(per_mps2, decimals).file([0.0, 1.0, 0.0], 300, 1);
+        let recording = read(text.as_bytes());
+        assert_eq!(recording.accel_scale.unit, unit);
+        assert!(recording.findings.is_empty(), "{:?}", recording.findings);
+    }
+    // mg falls together with counts at 1024 per g and with cm/s²: asked for.
+    let text = sensor(1000.0 / 9.80665, 1).file([0.0, 1.0, 0.0], 300, 1);
+    finding(&read(text.as_bytes()), "unit-unknown");
+    let named = text.replace("ax,ay,az", "ax_mg,ay_mg,az_mg");
+    assert_eq!(
+        read(named.as_bytes()).accel_scale.unit,
+        AccelUnit::MilliGravity
+    );
+}

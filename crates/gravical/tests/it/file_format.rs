@@ -1,0 +1,186 @@
+//! The calibration file: what the schema promises, what readers may rely on.
+
+use std::path::{Path, PathBuf};
+
+use gravical::calibration_file::{CalibrationFile, to_imucal};
+use gravical::recording::AccelUnit;
+use serde_json::{Value, json};
+
+use crate::support::*;
+
+fn schema_path() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../docs/gravical-calibration-1.schema.json")
+}
+
+/// `GRAVICAL_BLESS=1 cargo test -p gravical schema` writes it anew.
+#[test]
+fn the_checked_in_schema_is_the_one_of_the_code() {
+    let text = serde_json::to_string_pretty(&CalibrationFile::schema()).unwrap() + "\n";
+    let path = schema_path();
+    if std::env::var_os("GRAVICAL_BLESS").is_some() {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, &text).unwrap();
+    }
+    let there = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        there == text,
+        "docs/gravical-calibration-1.schema.json is stale; GRAVICAL_BLESS=1 rewrites it"
+    );
+}
+
+fn sample() -> CalibrationFile {
+    calibrated(&six_files(&Sensor::default(), 600), &given_gravity()).file
+}
+
+#[test]
+fn every_key_of_the_design_is_there() {
+    let written = serde_json::to_value(sample()).unwrap();
+    for pointer in [
+        "/format",
+        "/created",
+        "/tool",
+        "/sensor/id",
+        "/sensor/model",
+        "/gravity_mps2",
+        "/gravity_source",
+        "/temperature_c",
+        "/accelerometer/method",
+        "/accelerometer/input_unit",
+        "/accelerometer/output_unit",
+        "/accelerometer/bias/2",
+        "/accelerometer/matrix/2/2",
+        "/accelerometer/scale/2",
+        "/accelerometer/orientation/2/2",
+        "/accelerometer/covariance/parameters/11",
+        "/accelerometer/covariance/values/11/11",
+        "/accelerometer/positions/5/label",
+        "/accelerometer/positions/5/kind",
+        "/accelerometer/positions/5/source",
+        "/accelerometer/positions/5/rows",
+        "/accelerometer/positions/5/raw/2",
+        "/accelerometer/positions/5/expected/2",
+        "/accelerometer/positions/5/calibrated/2",
+        "/accelerometer/positions/5/error/2",
+        "/accelerometer/positions/5/error_norm",
+        "/accelerometer/positions/5/tilt_deg",
+        "/accelerometer/errors/rms",
+        "/accelerometer/errors/max",
+        "/accelerometer/errors/mean_norm",
+        "/accelerometer/scale_deviation_percent/2",
+        "/accelerometer/degrees_of_freedom",
+        "/accelerometer/leave_one_out_rms_mps2",
+        "/accelerometer/predicted_norm_error_mps2",
+        "/accelerometer/placement_tilt_deg/value",
+        "/accelerometer/placement_tilt_deg/source",
+        "/gyroscope",
+        "/inputs/5/path",
+        "/inputs/5/sha256",
+        "/findings",
+        "/verdict/grade",
+        "/verdict/reasons",
+    ] {
+        assert!(written.pointer(pointer).is_some(), "{pointer}");
+    }
+    assert_eq!(written["format"], "gravical-calibration/1");
+    assert_eq!(written["accelerometer"]["positions"][0]["kind"], "face");
+    assert_eq!(written["verdict"]["grade"], "not-verifiable");
+    assert_eq!(
+        written["accelerometer"]["covariance"]["parameters"],
+        json!([
+            "m_xx", "m_xy", "m_xz", "m_yx", "m_yy", "m_yz", "m_zx", "m_zy", "m_zz", "bias_x",
+            "bias_y", "bias_z"
+        ])
+    );
+}
+
+#[test]
+fn written_and_read_back_is_the_same_to_the_last_digit() {
+    let file = sample();
+    let text = file.to_json().unwrap();
+    let back = CalibrationFile::parse(text.as_bytes()).unwrap();
+    assert_eq!(file, back);
+    assert_eq!(back.to_json().unwrap(), text);
+}
+
+#[test]
+fn fields_of_a_later_version_are_ignored() {
+    let file = sample();
+    let mut value = serde_json::to_value(&file).unwrap();
+    value["temperature_model"] = json!({"slope": [1, 2, 3]});
+    value["accelerometer"]["condition"] = json!(3.2);
+    value["accelerometer"]["positions"][0]["tilt_sd_deg"] = json!(0.4);
+    value["accelerometer"]["bias_sd"] = json!([0.1, 0.1, 0.1]);
+    value["verdict"]["next_pose"] = json!([0, 0.7, 0.7]);
+    let schema = CalibrationFile::schema();
+    assert!(jsonschema::is_valid(&schema, &value), "open to new fields");
+    let back = CalibrationFile::parse(value.to_string().as_bytes()).unwrap();
+    assert_eq!(file, back);
+}
+
+#[test]
+fn a_file_of_a_later_format_is_refused() {
+    let mut value = serde_json::to_value(sample()).unwrap();
+    value["format"] = json!("gravical-calibration/2");
+    let error = CalibrationFile::parse(value.to_string().as_bytes()).unwrap_err();
+    assert_eq!(error.code(), "calibration-format");
+    assert!(error.is_input());
+}
+
+#[test]
+fn what_cannot_be_applied_is_refused() {
+    let with = |change: fn(&mut Value)| {
+        let mut value = serde_json::to_value(sample()).unwrap();
+        change(&mut value);
+        CalibrationFile::parse(value.to_string().as_bytes())
+            .unwrap_err()
+            .code()
+    };
+    assert_eq!(
+        with(|v| v["accelerometer"]["matrix"][1] = v["accelerometer"]["matrix"][0].clone()),
+        "calibration-values"
+    );
+    assert_eq!(
+        with(|v| v["accelerometer"]["bias"] = json!([1.0, 2.0])),
+        "calibration-syntax"
+    );
+    assert_eq!(
+        with(|v| v["accelerometer"]["bias"] = json!(null)),
+        "calibration-syntax"
+    );
+    assert_eq!(
+        with(|v| drop(v.as_object_mut().unwrap().remove("accelerometer"))),
+        "calibration-syntax"
+    );
+    for (text, line) in [("{", Some(1)), ("", None), ("{\n \"format\": \n}", Some(3))] {
+        let error = CalibrationFile::parse(text.as_bytes()).unwrap_err();
+        assert_eq!(error.code(), "calibration-syntax", "{text:?}");
+        if line.is_some() {
+            assert_eq!(error.location().unwrap().line, line, "{text:?}");
+        }
+    }
+}
+
+#[test]
+fn imucals_form_there_and_back() {
+    let file = sample();
+    let text = to_imucal(&file).unwrap();
+    let back = CalibrationFile::parse(text.as_bytes()).unwrap();
+    validate(&back);
+    let (a, b) = (&file.accelerometer, &back.accelerometer);
+    assert_eq!((a.bias, a.scale), (b.bias, b.scale));
+    assert_eq!(a.orientation, b.orientation);
+    for (x, y) in a.matrix.iter().flatten().zip(b.matrix.iter().flatten()) {
+        close(*x, *y, 1e-12);
+    }
+    assert_eq!(b.input_unit, AccelUnit::MetrePerSecondSquared);
+    assert!(back.gyroscope.is_none());
+}
+
+#[test]
+fn the_time_of_creation_can_be_pinned() {
+    // Set for the whole process: nothing else here looks at it.
+    let file = sample();
+    assert!(file.created.ends_with('Z'), "{}", file.created);
+    assert!(file.created.len() == "2025-01-01T00:00:00Z".len());
+}

@@ -1,0 +1,12 @@
+//! Acceptance tests of the library: reading what is broken, truth from the
+//! simulator, properties, and the format of the calibration file.
+// The exemption of tests in clippy.toml does not reach helpers outside #[test].
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod dialects;
+mod file_format;
+mod properties;
+mod reader;
+mod session;
+mod support;
+mod truth;

@@ -1,0 +1,179 @@
+//! What must not matter: the unit, the order, how the board sits in its case.
+
+use gravical::calibrate::CalibrateOptions;
+use gravical::calibration_file::CalibrationFile;
+use gravical::recording::{AccelUnit, ReadOptions, Recording, read_bytes};
+use gravical::segment::SegmentOptions;
+use gravical::segment::face::AxisMap;
+
+use crate::support::*;
+
+const STANDARD: f64 = 9.80665;
+
+/// A clearly tilted session, so that a mixed-up pair of placements shows.
+fn tilted() -> Vec<Recording> {
+    let sensor = Sensor {
+        decimals: 12,
+        ..Sensor::default()
+    };
+    FACES
+        .iter()
+        .enumerate()
+        .map(|(i, (name, up))| {
+            let mut up = *up;
+            up[(i / 2 + 1) % 3] += 0.03;
+            up[(i / 2 + 2) % 3] -= 0.02;
+            let length = up.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let text = sensor.file(up.map(|v| v / length), 400, i as u64);
+            read_bytes(
+                text.as_bytes(),
+                &format!("{name}.csv"),
+                &ReadOptions::default(),
+            )
+            .unwrap()
+        })
+        .collect()
+}
+
+fn with_axes(axes: &str) -> CalibrateOptions {
+    CalibrateOptions {
+        segment: SegmentOptions {
+            axes: axes.parse().unwrap(),
+            ..SegmentOptions::default()
+        },
+        ..given_gravity()
+    }
+}
+
+fn fit(session: &[Recording], options: &CalibrateOptions) -> CalibrationFile {
+    calibrated(session, options).file
+}
+
+#[test]
+fn the_way_the_board_sits_in_its_case_only_turns_the_result() {
+    let session = tilted();
+    let board = fit(&session, &given_gravity()).accelerometer;
+    for axes in ["y,z,x", "z,x,y", "x,-z,y", "-y,x,z", "-x,-y,z"] {
+        let map: AxisMap = axes.parse().unwrap();
+        let case = fit(&session, &with_axes(axes)).accelerometer;
+        for reading in [[9.0, -2.0, 3.0], [0.1, 0.2, 9.8], [-4.0, -5.0, 6.0]] {
+            let apply = |matrix: &[[f64; 3]; 3], bias: &[f64; 3]| -> [f64; 3] {
+                std::array::from_fn(|i| {
+                    (0..3).map(|j| matrix[i][j] * (reading[j] - bias[j])).sum()
+                })
+            };
+            let want = map.to_case(apply(&board.matrix, &board.bias));
+            let got = apply(&case.matrix, &case.bias);
+            for i in 0..3 {
+                close(got[i], want[i], 1e-9);
+            }
+        }
+        for i in 0..3 {
+            close(case.bias[i], board.bias[i], 1e-9);
+            close(case.scale[i], board.scale[i], 1e-9);
+        }
+        // What is known of it turns along: the bias as well as before.
+        let variance = |a: &gravical::calibration_file::AccelerometerSection, i: usize| {
+            a.covariance.as_ref().unwrap().values[i][i]
+        };
+        for i in 9..12 {
+            close(
+                variance(&case, i) / variance(&board, i),
+                1.0,
+                1e-6,
+            );
+        }
+        close(
+            case.predicted_norm_error_mps2.unwrap(),
+            board.predicted_norm_error_mps2.unwrap(),
+            1e-6,
+        );
+    }
+}
+
+/// The session in another unit, from the same values.
+fn in_unit(session: &[Recording], per_mps2: f64) -> Vec<Recording> {
+    session
+        .iter()
+        .map(|r| {
+            let mut text = "t_ms,ax,ay,az\n".to_owned();
+            for row in 0..r.rows() {
+                let a = r.accel_at(row).map(|v| v * per_mps2);
+                text += &format!("{},{},{},{}\n", 10 * row, a[0], a[1], a[2]);
+            }
+            read_bytes(text.as_bytes(), &r.name, &ReadOptions::default()).unwrap()
+        })
+        .collect()
+}
+
+#[test]
+fn the_unit_of_the_recording_does_not_matter() {
+    let session = tilted();
+    let mps2 = fit(&session, &given_gravity()).accelerometer;
+    let g = fit(&in_unit(&session, 1.0 / STANDARD), &given_gravity()).accelerometer;
+    assert_eq!(
+        (mps2.input_unit, g.input_unit),
+        (
+            AccelUnit::MetrePerSecondSquared,
+            AccelUnit::StandardGravity
+        )
+    );
+    let (one, other) = (
+        mps2.scale_deviation_percent.unwrap(),
+        g.scale_deviation_percent.unwrap(),
+    );
+    for i in 0..3 {
+        close(g.bias[i] * STANDARD, mps2.bias[i], 1e-9);
+        close(other[i], one[i], 1e-9);
+        for j in 0..3 {
+            close(g.matrix[i][j] / STANDARD, mps2.matrix[i][j], 1e-9);
+            close(g.orientation[i][j], mps2.orientation[i][j], 1e-9);
+        }
+    }
+    // Errors and their prediction are in m/s² whatever the input.
+    close(g.errors.unwrap().rms, mps2.errors.unwrap().rms, 1e-9);
+    close(
+        g.predicted_norm_error_mps2.unwrap(),
+        mps2.predicted_norm_error_mps2.unwrap(),
+        1e-9,
+    );
+}
+
+#[test]
+fn gravity_scales_and_nothing_else() {
+    let session = tilted();
+    let options = |g: f64| CalibrateOptions {
+        gravity: gravical::gravity::Gravity::given(g).unwrap(),
+        ..CalibrateOptions::default()
+    };
+    let one = fit(&session, &options(9.78)).accelerometer;
+    let other = fit(&session, &options(9.83)).accelerometer;
+    for i in 0..3 {
+        close(one.bias[i], other.bias[i], 1e-12);
+        close(one.scale[i] / other.scale[i], 9.83 / 9.78, 1e-12);
+    }
+}
+
+#[test]
+fn a_session_measured_twice_is_twice_as_sure() {
+    let sensor = Sensor::default();
+    let once = six_files(&sensor, 800);
+    let mut twice = once.clone();
+    for mut recording in six_files(&sensor, 800) {
+        recording.name = format!("again/{}", recording.name);
+        twice.push(recording);
+    }
+    let options = CalibrateOptions {
+        placement_tilt_deg: Some(0.0),
+        ..given_gravity()
+    };
+    let sd = |session: &[Recording]| {
+        let file = fit(session, &options);
+        let c = file.accelerometer.covariance.unwrap();
+        c.values[9][9].sqrt()
+    };
+    close(sd(&once) / sd(&twice), 2_f64.sqrt(), 0.01);
+    let file = fit(&twice, &options);
+    assert_eq!(file.accelerometer.degrees_of_freedom, 6);
+    assert_eq!(file.accelerometer.positions.len(), 12);
+}

@@ -1,0 +1,236 @@
+//! Sessions of every shape: the same sensor, the same parameters.
+
+use gravical::calibrate::{CalibrateOptions, calibrate};
+use gravical::calibration_file::Grade;
+use gravical::recording::{ReadOptions, Recording, read_bytes};
+use gravical::segment::SegmentOptions;
+use gravical::segment::sections::parse_sections;
+
+use crate::support::*;
+
+/// Bias and scale have to be those of `sensor`, to what the noise allows.
+fn fits(session: &[Recording], options: &CalibrateOptions, sensor: &Sensor) {
+    let file = calibrated(session, options).file;
+    let a = &file.accelerometer;
+    for i in 0..3 {
+        close(a.bias[i], sensor.bias[i] * sensor.unit, 0.01 * sensor.unit);
+        let norm = sensor.matrix[i].iter().map(|v| v * v).sum::<f64>().sqrt();
+        close(a.scale[i], norm * sensor.unit, 0.001 * sensor.unit);
+        for j in 0..3 {
+            let model = a.scale[i] * a.orientation[i][j];
+            close(model, sensor.matrix[i][j] * sensor.unit, 0.002 * sensor.unit);
+        }
+    }
+    assert_eq!(file.verdict.grade, Grade::NotVerifiable);
+}
+
+fn named(name: &str, text: &str) -> Recording {
+    read_bytes(text.as_bytes(), name, &ReadOptions::default()).unwrap()
+}
+
+#[test]
+fn six_files_in_any_order() {
+    let sensor = Sensor::default();
+    let mut session = six_files(&sensor, 600);
+    fits(&session, &given_gravity(), &sensor);
+    let first = calibrated(&session, &given_gravity()).file;
+    for _ in 0..5 {
+        session.rotate_left(1);
+        session.swap(1, 4);
+        let again = calibrated(&session, &given_gravity()).file;
+        assert_eq!(again.accelerometer.matrix, first.accelerometer.matrix);
+        assert_eq!(again.accelerometer.bias, first.accelerometer.bias);
+    }
+}
+
+#[test]
+fn six_files_with_names_that_say_nothing() {
+    let sensor = Sensor::default();
+    let mut session = six_files(&sensor, 600);
+    for (i, recording) in session.iter_mut().enumerate() {
+        recording.name = format!("recording_0{i}.csv");
+    }
+    fits(&session, &given_gravity(), &sensor);
+}
+
+#[test]
+fn one_file_per_axis_with_blank_rows_between_the_directions() {
+    let sensor = Sensor::default();
+    let session: Vec<Recording> = ["x", "y", "z"]
+        .iter()
+        .enumerate()
+        .map(|(axis, name)| {
+            let mut text = String::new();
+            for (k, (_, up)) in FACES[2 * axis..2 * axis + 2].iter().enumerate() {
+                let file = sensor.file(*up, 500, 10 + (2 * axis + k) as u64);
+                let rows = file.split_once('\n').unwrap().1;
+                text += if k == 0 { "t_ms,ax,ay,az\n" } else { "\n\n\n" };
+                for line in rows.lines() {
+                    let (t, rest) = line.split_once(',').unwrap();
+                    let t: u64 = t.parse::<u64>().unwrap() + 20_000 * k as u64;
+                    text += &format!("{t},{rest}\n");
+                }
+            }
+            named(&format!("{name}_axis.csv"), &text)
+        })
+        .collect();
+    fits(&session, &given_gravity(), &sensor);
+    let file = calibrated(&session, &given_gravity()).file;
+    assert_eq!(file.accelerometer.positions.len(), 6);
+    // A pause of the logger is no gap to warn of, and nothing contradicts.
+    assert!(file.findings.iter().all(|f| f.kind != "orientation-mismatch"));
+}
+
+/// All six holds in one file, and where they are.
+fn one_file(sensor: &Sensor, labels: Option<[&str; 6]>) -> (String, Vec<std::ops::Range<usize>>) {
+    let mut text = "t_ms,ax,ay,az".to_owned();
+    text += if labels.is_some() { ",part\n" } else { "\n" };
+    let mut noise = Noise::new(9);
+    let mut row = 0_usize;
+    let mut holds = Vec::new();
+    for (i, (_, up)) in FACES.iter().enumerate() {
+        // The hand: two seconds of shaking.
+        for _ in 0..200 {
+            let shaken: Vec<String> = (0..3)
+                .map(|k| format!("{:.4}", sensor.unit * (9.81 * up[k] + 3.0 * noise.normal())))
+                .collect();
+            text += &format!("{},{}", 10 * row, shaken.join(","));
+            text += if labels.is_some() { ",move\n" } else { "\n" };
+            row += 1;
+        }
+        let start = row;
+        for values in sensor.hold(*up, 500, 50 + i as u64) {
+            let values: Vec<String> = values.iter().map(|v| sensor.text(*v)).collect();
+            text += &format!("{},{}", 10 * row, values.join(","));
+            match labels {
+                Some(labels) => text += &format!(",{}\n", labels[i]),
+                None => text += "\n",
+            }
+            row += 1;
+        }
+        holds.push(start..row);
+    }
+    (text, holds)
+}
+
+const LABELS: [&str; 6] = ["x_p", "x_a", "y_p", "y_a", "z_p", "z_a"];
+
+#[test]
+fn one_continuous_recording() {
+    let sensor = Sensor::default();
+    let (text, holds) = one_file(&sensor, None);
+    let session = [named("session.csv", &text)];
+    fits(&session, &given_gravity(), &sensor);
+    let result = calibrated(&session, &given_gravity());
+    for (placement, hold) in result.segmentation.placements.iter().zip(holds) {
+        let rows = &placement.rows[0];
+        assert!(
+            rows.start >= hold.start && rows.end <= hold.end,
+            "{rows:?} in {hold:?}: no motion in a mean"
+        );
+        assert!(rows.len() > 400, "{rows:?} of {hold:?}");
+    }
+}
+
+#[test]
+fn one_file_with_a_label_column() {
+    let sensor = Sensor::default();
+    let (text, _) = one_file(&sensor, Some(LABELS));
+    let session = [named("session.csv", &text)];
+    fits(&session, &given_gravity(), &sensor);
+    let file = calibrated(&session, &given_gravity()).file;
+    assert!(file.accelerometer.positions.iter().all(|p| p.rows == 500));
+    let left_out = file.findings.iter().find(|f| f.kind == "labels-left-out");
+    assert_eq!(left_out.unwrap().count, 1200);
+}
+
+#[test]
+fn one_file_with_sections_as_json_and_as_csv() {
+    let sensor = Sensor::default();
+    let (text, holds) = one_file(&sensor, None);
+    let session = [named("session.csv", &text)];
+    let mut csv = "label,start,end\n".to_owned();
+    let mut json = serde_json::Map::new();
+    for (label, hold) in LABELS.iter().zip(&holds) {
+        csv += &format!("{label},{},{}\n", hold.start, hold.end);
+        json.insert(
+            (*label).to_owned(),
+            serde_json::json!({"start": hold.start, "end": hold.end}),
+        );
+    }
+    let json = serde_json::Value::Object(json).to_string();
+    let mut files = Vec::new();
+    for list in [csv, json] {
+        let options = CalibrateOptions {
+            segment: SegmentOptions {
+                sections: Some(parse_sections(list.as_bytes()).unwrap()),
+                ..SegmentOptions::default()
+            },
+            ..given_gravity()
+        };
+        fits(&session, &options, &sensor);
+        files.push(calibrated(&session, &options).file.accelerometer);
+    }
+    assert_eq!(files[0], files[1]);
+}
+
+#[test]
+fn the_first_rows_only_as_the_report_takes_them() {
+    let sensor = Sensor::default();
+    let session = six_files(&sensor, 600);
+    let options = CalibrateOptions {
+        segment: SegmentOptions {
+            rows: Some(100),
+            ..SegmentOptions::default()
+        },
+        ..given_gravity()
+    };
+    let file = calibrated(&session, &options).file;
+    for (position, recording) in file.accelerometer.positions.iter().zip(&session) {
+        assert_eq!(position.rows, 100);
+        for i in 0..3 {
+            close(position.raw[i], mean(&recording.accel[i][..100]), 1e-12);
+        }
+    }
+}
+
+#[test]
+fn a_bump_in_a_hold_does_not_move_the_mean() {
+    let sensor = Sensor::default();
+    let mut session = six_files(&sensor, 731);
+    for value in &mut session[0].accel[1][300..340] {
+        *value += 4.0;
+    }
+    fits(&session, &given_gravity(), &sensor);
+}
+
+#[test]
+fn a_name_that_says_plus_while_minus_was_up_is_named_and_overruled() {
+    let sensor = Sensor::default();
+    let mut session = six_files(&sensor, 600);
+    session[4].name = "z_axis_neg.csv".to_owned();
+    session[5].name = "z_axis_pos.csv".to_owned();
+    let result = calibrate(&session, &given_gravity()).unwrap();
+    let told: Vec<&str> = result
+        .file
+        .findings
+        .iter()
+        .filter(|f| f.kind == "orientation-mismatch")
+        .map(|f| f.message.as_str())
+        .collect();
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert!(told[0].contains("claims -z, but +z"), "{}", told[0]);
+    close(result.file.accelerometer.bias[2], sensor.bias[2], 0.01);
+    // Two files swapped: no mounting does that.
+    assert_eq!(result.file.verdict.grade, Grade::Poor);
+}
+
+#[test]
+fn a_label_column_with_turns_needs_a_gyroscope() {
+    let sensor = Sensor::default();
+    let (text, _) = one_file(&sensor, Some(LABELS));
+    // The hand's rows are called turns.
+    let session = [named("session.csv", &text.replace(",move", ",x_rot"))];
+    let error = calibrate(&session, &given_gravity()).unwrap_err();
+    assert_eq!(error.code(), "missing-gyro");
+}

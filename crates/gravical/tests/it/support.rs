@@ -1,0 +1,87 @@
+//! What the tests of the library share.
+
+#[path = "../../../../tests/support/synthetic.rs"]
+mod synthetic;
+
+pub use synthetic::*;
+
+use gravical::calibrate::{CalibrateOptions, Calibrated, calibrate};
+use gravical::calibration_file::CalibrationFile;
+use gravical::gravity::Gravity;
+use gravical::recording::{Finding, ReadOptions, Recording, read_bytes};
+
+/// The report's header with the units that its values really have.
+pub const HEADER: &str = "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)";
+
+pub fn read(bytes: &[u8]) -> Recording {
+    read_with(bytes, &ReadOptions::default())
+}
+
+/// Reads; whatever the file is like, every line has to be accounted for.
+pub fn read_with(bytes: &[u8], options: &ReadOptions) -> Recording {
+    let recording = read_bytes(bytes, "test.csv", options).unwrap();
+    assert!(recording.ledger.balances(), "{}", recording.ledger.sum());
+    assert_eq!(recording.ledger.rows, recording.rows() as u64);
+    recording
+}
+
+pub fn finding<'a>(recording: &'a Recording, kind: &str) -> &'a Finding {
+    recording
+        .findings
+        .iter()
+        .find(|f| f.kind == kind)
+        .unwrap_or_else(|| panic!("no {kind} among {:?}", kinds(recording)))
+}
+
+pub fn kinds(recording: &Recording) -> Vec<&str> {
+    recording.findings.iter().map(|f| f.kind.as_str()).collect()
+}
+
+pub fn mean(values: &[f64]) -> f64 {
+    let some: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    some.iter().sum::<f64>() / some.len() as f64
+}
+
+pub fn accel_means(recording: &Recording) -> [f64; 3] {
+    std::array::from_fn(|i| mean(&recording.accel[i]))
+}
+
+pub fn close(a: f64, b: f64, tolerance: f64) {
+    assert!((a - b).abs() <= tolerance, "{a} against {b} ± {tolerance}");
+}
+
+/// Calibrates at g = 9.81 and validates the file against the schema.
+pub fn calibrated(session: &[Recording], options: &CalibrateOptions) -> Calibrated {
+    let result = calibrate(session, options).unwrap();
+    validate(&result.file);
+    result
+}
+
+pub fn given_gravity() -> CalibrateOptions {
+    CalibrateOptions {
+        gravity: Gravity::given(GRAVITY).unwrap(),
+        ..CalibrateOptions::default()
+    }
+}
+
+/// Every file that is written has to be what the schema promises.
+pub fn validate(file: &CalibrationFile) {
+    let written: serde_json::Value = serde_json::from_str(&file.to_json().unwrap()).unwrap();
+    let schema = CalibrationFile::schema();
+    if let Err(error) = jsonschema::validate(&schema, &written) {
+        panic!("{error} at {}", error.instance_path());
+    }
+}
+
+/// Six files of a synthetic sensor, read.
+pub fn six_files(sensor: &Sensor, rows: usize) -> Vec<Recording> {
+    FACES
+        .iter()
+        .enumerate()
+        .map(|(i, (name, up))| {
+            let text = sensor.file(*up, rows, 100 + i as u64);
+            let name = format!("{name}.csv");
+            read_bytes(text.as_bytes(), &name, &ReadOptions::default()).unwrap()
+        })
+        .collect()
+}

@@ -1,0 +1,232 @@
+//! Against sensors whose truth is known: are the parameters as good as the
+//! covariance says?
+
+use gravical::calibrate::CalibrateOptions;
+use gravical::gravity::Gravity;
+use gravical::recording::{ReadOptions, Recording, read_bytes};
+use gravical::segment::SegmentOptions;
+use gravical::simulate::{
+    PosesOptions, Scenario, SimulateOptions, Simulation, SixPositionOptions, simulate,
+};
+
+use crate::support::*;
+
+/// The recordings of a simulation, as if its files had been read.
+fn recordings(simulation: &Simulation) -> Vec<Recording> {
+    simulation
+        .files
+        .iter()
+        .map(|file| {
+            let mut text = HEADER.to_owned() + "\n";
+            for row in 0..file.t_s.len() {
+                let a: [f64; 3] = std::array::from_fn(|i| file.accel_mps2[i][row]);
+                let g: [f64; 3] = std::array::from_fn(|i| file.gyro_rad_s[i][row]);
+                text += &format!(
+                    "{},{:.5},{:.5},{:.5},{:.2},{:.6},{:.6},{:.6}\n",
+                    file.stamp_ms[row],
+                    a[0],
+                    a[1],
+                    a[2],
+                    file.temperature_c[row],
+                    g[0],
+                    g[1],
+                    g[2]
+                );
+            }
+            read_bytes(text.as_bytes(), &file.name, &ReadOptions::default()).unwrap()
+        })
+        .collect()
+}
+
+fn options(tilt_deg: f64, rows: Option<usize>) -> CalibrateOptions {
+    CalibrateOptions {
+        segment: SegmentOptions {
+            rows,
+            ..SegmentOptions::default()
+        },
+        gravity: Gravity::given(9.80665).unwrap(),
+        placement_tilt_deg: Some(tilt_deg),
+        ..CalibrateOptions::default()
+    }
+}
+
+/// Errors over their standard deviations, of many sensors.
+#[derive(Default)]
+struct Scores {
+    bias: Vec<f64>,
+    scale: Vec<f64>,
+    /// (error of ‖a‖ over the sphere)² over its predicted mean square.
+    norm: Vec<f64>,
+}
+
+fn mean_square(z: &[f64]) -> f64 {
+    z.iter().map(|v| v * v).sum::<f64>() / z.len() as f64
+}
+
+fn coverage(z: &[f64]) -> f64 {
+    z.iter().filter(|v| v.abs() < 1.96).count() as f64 / z.len() as f64
+}
+
+/// Simulates `seeds` sensors with holds of `hold_s` and calibrates each.
+///
+/// The bias does not drift here: between placements it is no part of the
+/// covariance, which speaks of noise and tilt.
+fn scores(seeds: u64, hold_s: f64, tilt_deg: f64, rows: Option<usize>) -> Scores {
+    let mut out = Scores::default();
+    for seed in 1..=seeds {
+        let mut simulated = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
+            hold_s,
+            ..Default::default()
+        }));
+        simulated.seed = seed;
+        simulated.tilt_sd_deg = tilt_deg;
+        simulated.sensor.bias_drift_mg_per_c = 0.0;
+        let simulation = simulate(&simulated).unwrap();
+        let truth = &simulation.truth.accelerometer;
+        let file = calibrated(&recordings(&simulation), &options(tilt_deg, rows)).file;
+        let a = &file.accelerometer;
+        let c = &a.covariance.as_ref().unwrap().values;
+        for i in 0..3 {
+            out.bias
+                .push((a.bias[i] - truth.bias_mps2[i]) / c[9 + i][9 + i].sqrt());
+            let row = &truth.matrix[i];
+            let scale = row.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let r = &a.orientation[i];
+            let variance: f64 = (0..3)
+                .flat_map(|j| (0..3).map(move |k| (j, k)))
+                .map(|(j, k)| r[j] * r[k] * c[3 * i + j][3 * i + k])
+                .sum();
+            out.scale.push((a.scale[i] - scale) / variance.sqrt());
+        }
+        let predicted = a.predicted_norm_error_mps2.unwrap();
+        let squares: Vec<f64> = sphere(200)
+            .into_iter()
+            .map(|n| {
+                let raw: [f64; 3] = std::array::from_fn(|i| {
+                    let force: f64 = (0..3).map(|j| truth.matrix[i][j] * 9.80665 * n[j]).sum();
+                    force + truth.bias_mps2[i]
+                });
+                let calibrated = file.accelerometer_calibration().apply(raw);
+                let norm = calibrated.iter().map(|v| v * v).sum::<f64>().sqrt();
+                ((norm - 9.80665) / predicted).powi(2)
+            })
+            .collect();
+        out.norm.push(mean(&squares));
+    }
+    out
+}
+
+/// Nearly even directions (Fibonacci).
+fn sphere(count: u32) -> Vec<[f64; 3]> {
+    let golden = std::f64::consts::PI * (3.0 - 5_f64.sqrt());
+    (0..count)
+        .map(|i| {
+            let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
+            let (sine, cosine) = (golden * f64::from(i)).sin_cos();
+            let r = (1.0 - z * z).sqrt();
+            [r * cosine, r * sine, z]
+        })
+        .collect()
+}
+
+/// 400 sensors with a tilt of 1° that is given, and holds of 1 s taken whole.
+///
+/// The bias error of a tilted pair is a product of two tilts and has tails
+/// (kurtosis up to 6): over 1200 components the mean square of z scatters by
+/// √(5/1200) = 0.065 at worst, the coverage by √(0.05·0.95/1200) = 0.006. The
+/// bounds are three times that. The scale errors of one sensor share the
+/// second-order shortening by τ², which the covariance holds as a mean square.
+#[test]
+fn bias_scale_and_magnitude_err_as_the_covariance_says() {
+    let scores = scores(400, 1.0, 1.0, Some(100));
+    let (bias, scale) = (mean_square(&scores.bias), mean_square(&scores.scale));
+    let (covered, norm) = (coverage(&scores.bias), mean(&scores.norm));
+    println!("mean square of z: bias {bias:.3}, scale {scale:.3}; coverage {covered:.4}; ‖a‖ {norm:.3}");
+    assert!((0.8..=1.2).contains(&bias), "{bias}");
+    assert!((0.7..=1.3).contains(&scale), "{scale}");
+    assert!((0.93..=0.97).contains(&covered), "{covered}");
+    assert!((0.8..=1.2).contains(&norm), "{norm}");
+}
+
+/// Without tilt only noise is left: the standard errors of the means behind a
+/// low-pass have to be right, which σ/√n is not.
+#[test]
+fn without_tilt_the_noise_of_the_means_explains_the_errors() {
+    let scores = scores(200, 1.0, 0.0, Some(100));
+    let (bias, scale) = (mean_square(&scores.bias), mean_square(&scores.scale));
+    let covered = coverage(&scores.bias);
+    println!("mean square of z: bias {bias:.3}, scale {scale:.3}; coverage {covered:.4}");
+    // Normal errors: √(2/600) = 0.058 for the mean square, 0.009 for coverage.
+    assert!((0.8..=1.2).contains(&bias), "{bias}");
+    assert!((0.8..=1.2).contains(&scale), "{scale}");
+    assert!((0.92..=0.98).contains(&covered), "{covered}");
+}
+
+/// Holds that are found use block means; Student's t widens them, so that they
+/// may cover more than 95 % and never clearly less.
+#[test]
+fn found_holds_are_not_surer_than_they_may_be() {
+    let scores = scores(60, 3.0, 0.0, None);
+    let (bias, covered) = (mean_square(&scores.bias), coverage(&scores.bias));
+    println!("mean square of z: bias {bias:.3}; coverage {covered:.4}");
+    assert!((0.5..=1.25).contains(&bias), "{bias}");
+    assert!(covered > 0.92, "{covered}");
+}
+
+#[test]
+fn a_session_with_turns_gives_the_gyroscope_back() {
+    for seed in 1..=8 {
+        let mut simulated = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
+            continuous: true,
+            hold_s: 4.0,
+            rest_s: 1.5,
+            ..Default::default()
+        }));
+        simulated.seed = seed;
+        // A turn's axis is the vertical of its placement: tilt is misalignment.
+        simulated.tilt_sd_deg = 0.0;
+        let simulation = simulate(&simulated).unwrap();
+        let result = calibrated(&recordings(&simulation), &options(0.0, None));
+        assert_eq!(result.segmentation.turns.len(), 3, "seed {seed}");
+        let truth = &simulation.truth.gyroscope;
+        let gyro = result.file.gyroscope.unwrap();
+        for i in 0..3 {
+            close(gyro.bias[i], truth.bias_rad_s[i], 1e-3);
+            for j in 0..3 {
+                // The low-pass and rounding to milliseconds leave a little.
+                let model = gyro.scale[i] * gyro.orientation[i][j];
+                close(model, truth.matrix[i][j], 2e-3);
+                close(
+                    gyro.g_sensitivity[i][j],
+                    truth.g_sensitivity_rad_s_per_mps2[i][j],
+                    1e-4,
+                );
+            }
+        }
+        let kinds: Vec<_> = result.file.findings.iter().map(|f| &f.kind).collect();
+        assert!(!kinds.iter().any(|k| *k == "turned-other-way"), "{kinds:?}");
+    }
+}
+
+#[test]
+fn faces_and_free_poses_are_told_apart() {
+    for seed in 1..=6 {
+        let mut simulated = SimulateOptions::new(Scenario::Poses(PosesOptions {
+            hold_s: 3.0,
+            free: 5,
+        }));
+        simulated.seed = seed;
+        let simulation = simulate(&simulated).unwrap();
+        let file = calibrated(&recordings(&simulation), &options(1.0, None)).file;
+        let positions = &file.accelerometer.positions;
+        let faces: Vec<&str> = positions
+            .iter()
+            .filter(|p| p.kind == gravical::calibration_file::PositionKind::Face)
+            .map(|p| p.label.as_str())
+            .collect();
+        assert_eq!(faces, ["+x", "-x", "+y", "-y", "+z", "-z"], "seed {seed}");
+        assert_eq!(positions.len(), 11, "seed {seed}");
+        let told = file.verdict.reasons.join(" ");
+        assert!(told.contains("5 oblique placements took no part"), "{told}");
+    }
+}

@@ -1,0 +1,91 @@
+//! What a microcontroller would call of `gravical-core`, in single precision:
+//! Ferraris for both sensors, the covariance, and the calibration of a sample.
+#![no_std]
+
+use core::f32::consts::TAU;
+
+use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_core::six_position::{
+    SixPositionMeans, TurnIntegral, ferraris_accelerometer, ferraris_covariance,
+    ferraris_gyroscope,
+};
+use gravical_core::unit::local_gravity_mps2;
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {}
+}
+
+/// Six placements of three channels: x, y, z up, then x, y, z down.
+pub type Means = [[f32; 3]; 6];
+
+fn means(values: &Means) -> SixPositionMeans<f32> {
+    let [a, b, c, d, e, f] = *values;
+    SixPositionMeans {
+        plus: [a, b, c],
+        minus: [d, e, f],
+    }
+}
+
+/// Calibrates the accelerometer; 0 when it worked.
+#[unsafe(no_mangle)]
+pub extern "C" fn probe_accelerometer(
+    readings: &Means,
+    errors: &Means,
+    latitude_deg: f32,
+    out: &mut Calibration<f32>,
+    sd: &mut [f32; 12],
+) -> i32 {
+    let gravity = local_gravity_mps2(latitude_deg, 0.0);
+    let means_accel = means(readings);
+    let Ok(parameters) = ferraris_accelerometer(&means_accel, gravity) else {
+        return 1;
+    };
+    let Some(calibration) = parameters.calibration() else {
+        return 2;
+    };
+    *out = calibration;
+    let covariance = ferraris_covariance(&means_accel, &means(errors), gravity, 0.017);
+    for (i, sd) in sd.iter_mut().enumerate() {
+        *sd = covariance[i][i];
+    }
+    0
+}
+
+/// Calibrates the gyroscope from three recorded turns; 0 when it worked.
+#[unsafe(no_mangle)]
+pub extern "C" fn probe_gyroscope(
+    readings: &Means,
+    bias: &[f32; 3],
+    turns: &[[[f32; 3]; 64]; 3],
+    out: &mut GyroscopeCalibration<f32>,
+) -> i32 {
+    let gravity = 9.81;
+    let integrals = core::array::from_fn(|axis| {
+        let mut turn = TurnIntegral::new(*bias, [[0.0; 3]; 3]);
+        for rate in &turns[axis] {
+            turn.add(*rate, [0.0, 0.0, gravity], 0.01);
+        }
+        turn.finish()
+    });
+    let fitted = ferraris_gyroscope(*bias, &means(readings), gravity, &integrals, -TAU);
+    match fitted.ok().and_then(|p| p.calibration()) {
+        Some(calibration) => {
+            *out = calibration;
+            0
+        }
+        None => 1,
+    }
+}
+
+/// Calibrates one sample of each sensor in place.
+#[unsafe(no_mangle)]
+pub extern "C" fn probe_apply(
+    accelerometer: &Calibration<f32>,
+    gyroscope: &GyroscopeCalibration<f32>,
+    accel: &mut [f32; 3],
+    gyro: &mut [f32; 3],
+) {
+    *accel = accelerometer.apply(*accel);
+    *gyro = gyroscope.apply(*gyro, *accel);
+}
