@@ -26,3 +26,8 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print(&text)?;
     Ok(())
 }
+
+/// Says `text` on stderr; when that is gone, nobody listens.
+pub fn say(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}

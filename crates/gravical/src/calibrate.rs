@@ -33,14 +33,12 @@ use crate::validate::{checks, errors, predicted};
 use crate::{Error, Result};
 
 /// How to calibrate.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct CalibrateOptions {
     /// How the session is cut.
     pub segment: SegmentOptions,
     /// Local gravity; default: standard.
     pub gravity: Gravity,
-    /// Angle of each known turn, degrees; default −360.
-    pub turn_angle_deg: f64,
     /// Tilt of the placements, degrees (sd of each of two components); default:
     /// 1 is assumed.
     pub placement_tilt_deg: Option<f64>,
@@ -50,24 +48,11 @@ pub struct CalibrateOptions {
     pub command: Option<String>,
 }
 
-impl Default for CalibrateOptions {
-    fn default() -> Self {
-        CalibrateOptions {
-            segment: SegmentOptions::default(),
-            gravity: Gravity::default(),
-            turn_angle_deg: -360.0,
-            placement_tilt_deg: None,
-            sensor: SensorInfo::default(),
-            command: None,
-        }
-    }
-}
-
 /// Tilt of a box on a table, degrees (sd of each component).
 pub const ASSUMED_TILT_DEG: f64 = 1.0;
 
 /// So many times the assumed tilt is more than chance and a good board explain.
-pub const UNUSUAL_TILT: f64 = 1.4;
+pub const UNUSUAL_TILT: f64 = 1.6;
 
 impl CalibrateOptions {
     /// Checks ranges.
@@ -77,11 +62,9 @@ impl CalibrateOptions {
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
         let wrong = |what: String| Err(Error::usage("option-range", what));
-        if !(self.turn_angle_deg.is_finite() && self.turn_angle_deg.abs() >= 30.0) {
-            return wrong(format!(
-                "--turn-angle of {}°: at least 30° are needed",
-                self.turn_angle_deg
-            ));
+        let turn = self.segment.turn_angle_deg;
+        if !(turn.is_finite() && turn.abs() >= 30.0) {
+            return wrong(format!("--turn-angle of {turn}°: at least 30° are needed"));
         }
         if let Some(tilt) = self.placement_tilt_deg
             && !(0.0..=10.0).contains(&tilt)
@@ -130,7 +113,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let covariance = fit.covariance(&faces, gravity, tilt.value.to_radians());
 
     // The gyroscope from the pauses and the known turns.
-    let angle = options.turn_angle_deg.to_radians();
+    let angle = options.segment.turn_angle_deg.to_radians();
     let gyroscope = ferraris::gyroscope(
         recordings,
         &segmentation,

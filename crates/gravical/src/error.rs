@@ -81,7 +81,11 @@ impl Error {
             std::io::ErrorKind::IsADirectory => (Category::Input, "is-a-directory"),
             _ => (Category::System, "io"),
         };
-        let mut error = Self::new(category, code, source.to_string()).at(path, None);
+        let what = match code {
+            "not-found" => "there is no such file".to_owned(),
+            _ => source.to_string(),
+        };
+        let mut error = Self::new(category, code, what).at(path, None);
         error.0.source = Some(source);
         error
     }
@@ -158,9 +162,13 @@ impl Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(place) = &self.0.location {
+            let name = match place.path.to_str() {
+                Some("-") => "standard input".into(),
+                _ => place.path.to_string_lossy(),
+            };
             match place.line {
-                Some(line) => write!(f, "{}:{line}: ", place.path.display())?,
-                None => write!(f, "{}: ", place.path.display())?,
+                Some(line) => write!(f, "{name}:{line}: ")?,
+                None => write!(f, "{name}: ")?,
             }
         }
         f.write_str(&self.0.message)

@@ -94,7 +94,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     let spans = find_stills(recording, &StillOptions::default()).spans;
     let moves = motions(recording, &spans);
     let gyroscope = decide_gyro_unit(recording, &moves, &mut findings);
-    let turns = full_turns(0, &moves, gyroscope);
+    let turns = full_turns(0, &moves, gyroscope, std::f64::consts::TAU);
     let held: usize = spans.iter().map(|s| s.len()).sum();
     let (rate, assumed) = recording.working_rate_hz();
     let time = |row: usize| match &recording.time_s {

@@ -40,6 +40,14 @@ pub fn write_atomic(
         _ => Path::new("."),
     };
     let io = |e| Error::io(path, e);
+    if !folder.is_dir() {
+        return Err(Error::usage(
+            "no-folder",
+            format!("there is no folder \"{}\"", folder.display()),
+        )
+        .at(path, None)
+        .with_hint("make it first, or write elsewhere with -o"));
+    }
     let mut temporary = tempfile::Builder::new();
     let temporary = temporary.prefix(".gravical-");
     #[cfg(unix)]

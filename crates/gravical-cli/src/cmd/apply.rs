@@ -8,13 +8,10 @@ use gravical::Error;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
 use gravical::calibration_file::CalibrationFile;
 use gravical::output::{check_target, write_atomic};
-use gravical::recording::finding::format_spans;
-use gravical::recording::{Finding, Origin, Severity, open};
+use gravical::recording::{Origin, open};
+use gravical::report::findings_text;
 
 use crate::options::RecordingArgs;
-
-/// Line ranges shown with a finding.
-const SHOWN_SPANS: usize = 6;
 
 /// Apply a calibration to a recording: one pass, any size
 ///
@@ -150,23 +147,7 @@ fn tell(summary: &ApplySummary, target: Option<&Path>) -> io::Result<()> {
         write!(err, " + {} {}", aside.lines, aside.reason.name())?;
     }
     writeln!(err)?;
-    for finding in &summary.findings {
-        tell_finding(&mut err, finding)?;
-    }
-    Ok(())
-}
-
-fn tell_finding(err: &mut impl Write, finding: &Finding) -> io::Result<()> {
-    let severity = match finding.severity {
-        Severity::Note => "note",
-        Severity::Warning => "warning",
-    };
-    write!(err, "  {severity}: {}: {}", finding.kind, finding.message)?;
-    if !finding.lines.is_empty() {
-        let lines = format_spans(&finding.lines, finding.count, SHOWN_SPANS);
-        write!(err, " (lines {lines})")?;
-    }
-    writeln!(err)
+    err.write_all(findings_text(&summary.findings, false).as_bytes())
 }
 
 fn origin(origin: Origin) -> &'static str {

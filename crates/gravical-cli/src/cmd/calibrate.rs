@@ -128,7 +128,14 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     if args.json {
         text::print_json(&file)?;
-    } else if !args.quiet {
+    } else if args.quiet {
+        if file.verdict.grade == Grade::Poor {
+            text::say(&format!(
+                "verdict: poor: {}",
+                file.verdict.reasons.join("; ")
+            ));
+        }
+    } else {
         text::print(&calibration_text(&file))?;
         text::print(&next_step(args, &file))?;
     }
@@ -153,10 +160,10 @@ impl Args {
                 sections: m.sections.as_deref().map(read_sections).transpose()?,
                 axes: self.recording.axes.0,
                 faces_by_name: m.faces == FacesFrom::Names,
+                turn_angle_deg: m.turn_angle,
                 ..SegmentOptions::default()
             },
             gravity,
-            turn_angle_deg: m.turn_angle,
             placement_tilt_deg: m.placement_tilt,
             sensor: SensorInfo {
                 id: m.sensor_id.clone(),
@@ -203,6 +210,9 @@ fn next_step(args: &Args, file: &CalibrationFile) -> String {
                 "\nSaved to {p}.\nNext: gravical apply {p} RECORDING.csv -o calibrated.csv{caution}\n",
                 p = path.display()
             )
+        }
+        None if file.verdict.grade == Grade::Poor => {
+            "\nNothing was saved. Mend what the verdict names first; -o cal.json saves it all the same.\n".to_owned()
         }
         None => "\nNothing was saved. Next: the same command with -o cal.json, then\n`gravical apply cal.json RECORDING.csv -o calibrated.csv`\n".to_owned(),
     }

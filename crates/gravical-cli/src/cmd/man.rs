@@ -30,9 +30,7 @@ pub fn run(args: &Args, mut program: clap::Command) -> anyhow::Result<ExitCode> 
     };
     std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
     let mut pages = vec![("gravical.1".to_owned(), program.clone())];
-    for verb in program.get_subcommands().filter(|v| v.get_name() != "help") {
-        pages.push((format!("gravical-{}.1", verb.get_name()), verb.clone()));
-    }
+    collect("gravical", &program, &mut pages);
     for (name, _) in &pages {
         check_target(&folder.join(name), args.force)?;
     }
@@ -45,4 +43,13 @@ pub fn run(args: &Args, mut program: clap::Command) -> anyhow::Result<ExitCode> 
         })?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A page for each verb and for each of its own verbs.
+fn collect(name: &str, command: &clap::Command, pages: &mut Vec<(String, clap::Command)>) {
+    for verb in command.get_subcommands().filter(|v| v.get_name() != "help") {
+        let name = format!("{name}-{}", verb.get_name());
+        pages.push((format!("{name}.1"), verb.clone()));
+        collect(&name, verb, pages);
+    }
 }

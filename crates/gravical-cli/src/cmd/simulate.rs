@@ -379,14 +379,15 @@ fn clipped(rows: usize) -> String {
 fn next(simulation: &Simulation, scenario: &Scenario, shared: &Shared) -> String {
     let dir = shared.output.display();
     let file = simulation.files.first().map_or("", |f| f.name.as_str());
+    let file = shared.output.join(file);
+    let gravity = simulation.truth.gravity_mps2;
     match scenario {
-        Scenario::SixPosition(o) if !o.continuous => format!("gravical calibrate {dir}"),
+        Scenario::SixPosition(o) if !o.continuous => {
+            format!("gravical calibrate {dir} --gravity {gravity}")
+        }
         Scenario::SixPosition(_) | Scenario::Poses(_) => {
-            format!("gravical calibrate {}", shared.output.join(file).display())
+            format!("gravical calibrate {} --gravity {gravity}", file.display())
         }
-        Scenario::Static(_) => {
-            format!("gravical inspect {}", shared.output.join(file).display())
-        }
-        Scenario::Line(_) => format!("gravical motion {}", shared.output.join(file).display()),
+        Scenario::Static(_) | Scenario::Line(_) => format!("gravical inspect {}", file.display()),
     }
 }

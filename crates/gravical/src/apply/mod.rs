@@ -190,6 +190,16 @@ pub fn apply(
             ),
         ));
     }
+    let names = dialect.header.as_ref().map_or(&[][..], |h| &h.names);
+    if ["ax_mps2", "ay_mps2", "az_mps2"]
+        .iter()
+        .all(|own| names.iter().any(|n| n == own))
+    {
+        findings.push(Finding::warning(
+            "already-calibrated",
+            "its columns are named as this program names calibrated ones: calibrating twice corrects twice",
+        ));
+    }
     let plan = Plan::new(&dialect, &layout, judged.gyro.is_some(), options.keep_raw);
     findings.extend(plan.findings.iter().cloned());
 

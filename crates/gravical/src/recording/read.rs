@@ -6,6 +6,7 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::scan::Lines;
+use crate::stats::median;
 use crate::{Error, Result};
 
 use super::dialect::{Dialect, decode, sniff, terminator};
@@ -427,7 +428,7 @@ fn assemble(
             ));
         }
     }
-    let temperature_c = some(temperature);
+    let temperature_c = some(temperature).filter(|t| is_celsius(t, &mut findings));
     let span = temperature_c.as_deref().map_or(0.0, |t| {
         let (low, high) = t
             .iter()
@@ -504,6 +505,29 @@ fn assemble(
         finding.file = Some(name.to_owned());
     }
     recording
+}
+
+/// Raw counts of a temperature are no °C; no sensor of this kind is colder than
+/// −60 or hotter than 150.
+fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bool {
+    let mut some: Vec<f64> = temperature
+        .iter()
+        .copied()
+        .filter(|t| t.is_finite())
+        .collect();
+    let Some(middle) = median(&mut some) else {
+        return true;
+    };
+    let fits = (-60.0..=150.0).contains(&middle);
+    if !fits {
+        findings.push(Finding::note(
+            "temperature-unit",
+            format!(
+                "the temperature column is around {middle:.0}: no °C (raw counts?); it is not used"
+            ),
+        ));
+    }
+    fits
 }
 
 /// A recorder that writes each channel when it arrives leaves most cells

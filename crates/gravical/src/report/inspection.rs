@@ -128,6 +128,7 @@ fn gyro(inspection: &Inspection) -> Option<String> {
 
 fn stillness(inspection: &Inspection) -> String {
     match inspection.stills.len() {
+        0 if inspection.account.rows < 40 => "too few rows to tell".to_owned(),
         0 => "never".to_owned(),
         1 => format!(
             "{:.0} % of the rows, in one piece",

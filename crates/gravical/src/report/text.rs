@@ -66,7 +66,8 @@ pub fn findings_text(findings: &[Finding], several_files: bool) -> String {
                 let files = alike.iter().filter_map(|f| f.file.as_ref()).count();
                 text.push_str(&match files {
                     0 | 1 => format!(" ({name})"),
-                    n => format!(" ({name} and {} more)", n - 1),
+                    2 => format!(" ({name}; 1 other file alike)"),
+                    n => format!(" ({name}; {} other files alike)", n - 1),
                 });
             }
             out.push_str(&paragraph(mark, &text));
@@ -107,7 +108,7 @@ mod tests {
         let finding =
             |file: &str, n: u32| Finding::warning("gap", format!("{n} gaps")).in_file(file);
         let text = findings_text(&[finding("a/x.csv", 1), finding("a/y.csv", 2)], true);
-        assert_eq!(text, "  ! gap: 1 gaps (x.csv and 1 more)\n");
+        assert_eq!(text, "  ! gap: 1 gaps (x.csv; 1 other file alike)\n");
     }
 
     #[test]

@@ -122,7 +122,7 @@ pub(super) fn in_one(
     }
     let moves = motions(recording, &spans);
     *gyro_scale = decide_gyro_unit(recording, &moves, findings);
-    let turns = full_turns(0, &moves, *gyro_scale);
+    let turns = full_turns(0, &moves, *gyro_scale, options.turn_angle_deg.to_radians());
     let drafts = spans
         .into_iter()
         .enumerate()

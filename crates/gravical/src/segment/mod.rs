@@ -30,7 +30,7 @@ pub use turns::Turn;
 pub const MOST_FACE_ANGLE_DEG: f64 = 25.0;
 
 /// How a session is cut into placements.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct SegmentOptions {
     /// Take the first so many rows of each placement, as the classical
     /// procedure does; default: the longest quiet part.
@@ -41,8 +41,23 @@ pub struct SegmentOptions {
     pub axes: AxisMap,
     /// Believe the names of files and labels rather than the data.
     pub faces_by_name: bool,
+    /// Angle of each known turn, degrees, with its sign; default −360.
+    pub turn_angle_deg: f64,
     /// How stills are found.
     pub still: StillOptions,
+}
+
+impl Default for SegmentOptions {
+    fn default() -> Self {
+        SegmentOptions {
+            rows: None,
+            sections: None,
+            axes: AxisMap::default(),
+            faces_by_name: false,
+            turn_angle_deg: -360.0,
+            still: StillOptions::default(),
+        }
+    }
 }
 
 /// Which rows of a placement its mean is over.
@@ -151,11 +166,13 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         .map(|draft| measure(draft, recordings, &noise, options))
         .collect();
     check_names(&mut placements, options, &mut findings);
+    check_rows(&placements, options, &mut findings);
     if gyro_scale.is_some_and(|s| s.nominal().is_none())
         && let Some(turn) = turns.first()
         && let Some(integral) = plain_integral(&recordings[turn.recording], &turn.rows, &placements)
     {
-        gyro_scale = turns::unit_by_known_turn(integral, std::f64::consts::TAU).or(gyro_scale);
+        gyro_scale =
+            turns::unit_by_known_turn(integral, options.turn_angle_deg.to_radians()).or(gyro_scale);
     }
     Ok(Segmentation {
         placements,
@@ -175,11 +192,14 @@ fn check_units(recordings: &[Recording]) -> Result<()> {
                 .iter()
                 .find(|f| f.kind == "wrong-full-scale" || f.kind == "unit-unknown")
                 .map_or_else(|| "the unit is not known".to_owned(), |f| f.message.clone());
+            let hint = if why.contains("full-scale") {
+                "record again with the range that the sketch converts with; or, to use the numbers as they are, --accel-unit m/s^2"
+            } else {
+                "say it, for example --accel-unit mg, or --accel-unit counts --accel-range 2"
+            };
             return Err(Error::input("unit-unknown", why)
                 .at(recording.name.as_ref(), None)
-                .with_hint(
-                    "say it, for example --accel-unit mg, or --accel-unit counts --accel-range 2",
-                ));
+                .with_hint(hint));
         }
         let same = recording.accel_scale.unit == first.accel_scale.unit
             && recording.accel_scale.lsb_per_g == first.accel_scale.lsb_per_g
@@ -313,6 +333,26 @@ fn check_names(
             && face != claimed
         {
             findings.push(mismatch(placement, &claimed.name(), face));
+        }
+    }
+}
+
+/// `--rows` beyond what there is.
+fn check_rows(placements: &[Placement], options: &SegmentOptions, findings: &mut Vec<Finding>) {
+    let Some(wanted) = options.rows else { return };
+    for placement in placements {
+        let there: usize = placement.rows.iter().map(|r| r.len()).sum();
+        if there < wanted {
+            findings.push(
+                Finding::warning(
+                    "few-rows",
+                    format!(
+                        "{}: {there} rows in place of the {wanted} that were asked for",
+                        placement.label
+                    ),
+                )
+                .in_file(&placement.source),
+            );
         }
     }
 }

@@ -265,14 +265,15 @@ pub fn unit_by_known_turn(integral: [f64; 3], angle_rad: f64) -> Option<GyroScal
         .find(|h| h.nominal().is_some_and(|n| (size / n - 1.0).abs() < 0.25))
 }
 
-/// Full turns among the moves: gravity comes back within 10°, one axis carries
-/// the turn, and its angle in the unit of the gyroscope is within 60° of a full
-/// one.
+/// Turns by `angle_rad` among the moves: one axis carries the turn, its angle in
+/// the unit of the gyroscope is within a sixth of the one wanted, and after a
+/// full turn gravity is back within 10°.
 #[must_use]
 pub fn full_turns(
     recording_index: usize,
     motions: &[Motion],
     scale: Option<GyroScale>,
+    angle_rad: f64,
 ) -> Vec<Turn> {
     let Some(nominal) = scale.and_then(|s| s.nominal()) else {
         return Vec::new();
@@ -280,12 +281,13 @@ pub fn full_turns(
     motions
         .iter()
         .filter_map(|motion| {
-            let back = angle_deg(motion.gravity[0], motion.gravity[1]) < 10.0;
+            let whole_turns = (angle_rad / TAU).fract().abs() < 1e-9;
+            let back = !whole_turns || angle_deg(motion.gravity[0], motion.gravity[1]) < 10.0;
             let angles = motion.integral.map(|v| v / nominal);
             let axis = (0..3).max_by(|&i, &j| angles[i].abs().total_cmp(&angles[j].abs()))?;
             let whole = angles.iter().map(|a| a * a).sum::<f64>().sqrt();
             let carries = angles[axis].abs() > 0.9 * whole;
-            let full = (angles[axis].abs() - TAU).abs() < 60_f64.to_radians();
+            let full = (angles[axis].abs() / angle_rad.abs() - 1.0).abs() < 1.0 / 6.0;
             (back && carries && full).then(|| Turn {
                 label: format!("turn about {}", super::face::AXES[axis]),
                 axis,

@@ -242,6 +242,8 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding]) -> Verdict 
             1000.0 * error,
             1000.0 * error / gravical_core::unit::STANDARD_GRAVITY_MPS2
         ));
+    } else if grade == Grade::NotVerifiable {
+        reasons.push("what would verify it: a still reading in any oblique position, calibrated, has to be as long as gravity".to_owned());
     }
     Verdict { grade, reasons }
 }

@@ -194,7 +194,9 @@ fn columns_by_name_and_in_order() {
 
 #[test]
 fn two_sensors_in_two_header_rows_and_how_to_choose() {
-    let mut text = "sensor,left,left,left,right,right,right\naxis,acc_x,acc_y,acc_z,acc_x,acc_y,acc_z\n".to_owned();
+    let mut text =
+        "sensor,left,left,left,right,right,right\naxis,acc_x,acc_y,acc_z,acc_x,acc_y,acc_z\n"
+            .to_owned();
     for i in 0..100 {
         let n = f64::from(i % 5) * 0.01;
         text.push_str(&format!("{i},0.1,{n},9.8,9.7,0.2,{n}\n"));

@@ -9,8 +9,7 @@ use serde_json::{Value, json};
 use crate::support::*;
 
 fn schema_path() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../docs/gravical-calibration-1.schema.json")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/gravical-calibration-1.schema.json")
 }
 
 /// `GRAVICAL_BLESS=1 cargo test -p gravical schema` writes it anew.

@@ -58,9 +58,7 @@ fn the_way_the_board_sits_in_its_case_only_turns_the_result() {
         let case = fit(&session, &with_axes(axes)).accelerometer;
         for reading in [[9.0, -2.0, 3.0], [0.1, 0.2, 9.8], [-4.0, -5.0, 6.0]] {
             let apply = |matrix: &[[f64; 3]; 3], bias: &[f64; 3]| -> [f64; 3] {
-                std::array::from_fn(|i| {
-                    (0..3).map(|j| matrix[i][j] * (reading[j] - bias[j])).sum()
-                })
+                std::array::from_fn(|i| (0..3).map(|j| matrix[i][j] * (reading[j] - bias[j])).sum())
             };
             let want = map.to_case(apply(&board.matrix, &board.bias));
             let got = apply(&case.matrix, &case.bias);
@@ -77,11 +75,7 @@ fn the_way_the_board_sits_in_its_case_only_turns_the_result() {
             a.covariance.as_ref().unwrap().values[i][i]
         };
         for i in 9..12 {
-            close(
-                variance(&case, i) / variance(&board, i),
-                1.0,
-                1e-6,
-            );
+            close(variance(&case, i) / variance(&board, i), 1.0, 1e-6);
         }
         close(
             case.predicted_norm_error_mps2.unwrap(),
@@ -113,10 +107,7 @@ fn the_unit_of_the_recording_does_not_matter() {
     let g = fit(&in_unit(&session, 1.0 / STANDARD), &given_gravity()).accelerometer;
     assert_eq!(
         (mps2.input_unit, g.input_unit),
-        (
-            AccelUnit::MetrePerSecondSquared,
-            AccelUnit::StandardGravity
-        )
+        (AccelUnit::MetrePerSecondSquared, AccelUnit::StandardGravity)
     );
     let (one, other) = (
         mps2.scale_deviation_percent.unwrap(),

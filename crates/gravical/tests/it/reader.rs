@@ -2,9 +2,7 @@
 //! lines, every line is accounted for, and the mean does not suffer.
 
 use gravical::inspect::inspect;
-use gravical::recording::{
-    AccelUnit, Aside, GyroUnit, ReadOptions, Recording, Severity, TimeUnit,
-};
+use gravical::recording::{AccelUnit, Aside, GyroUnit, ReadOptions, Recording, Severity, TimeUnit};
 use gravical::segment::face::AxisMap;
 use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate, write};
 
@@ -326,10 +324,7 @@ fn two_lines_run_together_and_garbage_are_set_aside() {
 
 #[test]
 fn a_header_of_g_over_mps2_loses() {
-    let recording = read(&joined(&report_lines(
-        &HEADER.replace("m/s^2", "g"),
-        ROWS,
-    )));
+    let recording = read(&joined(&report_lines(&HEADER.replace("m/s^2", "g"), ROWS)));
     let found = finding(&recording, "unit-mismatch");
     assert!(
         found.message.contains("the header says g"),

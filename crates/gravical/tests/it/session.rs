@@ -18,7 +18,11 @@ fn fits(session: &[Recording], options: &CalibrateOptions, sensor: &Sensor) {
         close(a.scale[i], norm * sensor.unit, 0.001 * sensor.unit);
         for j in 0..3 {
             let model = a.scale[i] * a.orientation[i][j];
-            close(model, sensor.matrix[i][j] * sensor.unit, 0.002 * sensor.unit);
+            close(
+                model,
+                sensor.matrix[i][j] * sensor.unit,
+                0.002 * sensor.unit,
+            );
         }
     }
     assert_eq!(file.verdict.grade, Grade::NotVerifiable);
@@ -78,7 +82,11 @@ fn one_file_per_axis_with_blank_rows_between_the_directions() {
     let file = calibrated(&session, &given_gravity()).file;
     assert_eq!(file.accelerometer.positions.len(), 6);
     // A pause of the logger is no gap to warn of, and nothing contradicts.
-    assert!(file.findings.iter().all(|f| f.kind != "orientation-mismatch"));
+    assert!(
+        file.findings
+            .iter()
+            .all(|f| f.kind != "orientation-mismatch")
+    );
 }
 
 /// All six holds in one file, and where they are.

@@ -11,7 +11,8 @@ use gravical::gravity::Gravity;
 use gravical::recording::{Finding, ReadOptions, Recording, read_bytes};
 
 /// The report's header with the units that its values really have.
-pub const HEADER: &str = "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)";
+pub const HEADER: &str =
+    "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)";
 
 pub fn read(bytes: &[u8]) -> Recording {
     read_with(bytes, &ReadOptions::default())

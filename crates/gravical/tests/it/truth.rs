@@ -23,14 +23,7 @@ fn recordings(simulation: &Simulation) -> Vec<Recording> {
                 let g: [f64; 3] = std::array::from_fn(|i| file.gyro_rad_s[i][row]);
                 text += &format!(
                     "{},{:.5},{:.5},{:.5},{:.2},{:.6},{:.6},{:.6}\n",
-                    file.stamp_ms[row],
-                    a[0],
-                    a[1],
-                    a[2],
-                    file.temperature_c[row],
-                    g[0],
-                    g[1],
-                    g[2]
+                    file.stamp_ms[row], a[0], a[1], a[2], file.temperature_c[row], g[0], g[1], g[2]
                 );
             }
             read_bytes(text.as_bytes(), &file.name, &ReadOptions::default()).unwrap()
@@ -141,7 +134,9 @@ fn bias_scale_and_magnitude_err_as_the_covariance_says() {
     let scores = scores(400, 1.0, 1.0, Some(100));
     let (bias, scale) = (mean_square(&scores.bias), mean_square(&scores.scale));
     let (covered, norm) = (coverage(&scores.bias), mean(&scores.norm));
-    println!("mean square of z: bias {bias:.3}, scale {scale:.3}; coverage {covered:.4}; ‖a‖ {norm:.3}");
+    println!(
+        "mean square of z: bias {bias:.3}, scale {scale:.3}; coverage {covered:.4}; ‖a‖ {norm:.3}"
+    );
     assert!((0.8..=1.2).contains(&bias), "{bias}");
     assert!((0.7..=1.3).contains(&scale), "{scale}");
     assert!((0.93..=0.97).contains(&covered), "{covered}");

@@ -134,13 +134,10 @@ fn incomplete(
         .iter()
         .map(|face| {
             let (sign, axis) = face.split_at(1);
-            format!(
-                "the {axis} axis pointing {}",
-                if sign == "+" { "up" } else { "down" }
-            )
+            format!("{axis} {}", if sign == "+" { "up" } else { "down" })
         })
         .collect::<Vec<_>>()
-        .join(", and with ");
+        .join(", ");
     let error = if let Some(face) = twice {
         let sources: Vec<String> = of_face[face.index()]
             .iter()
@@ -198,6 +195,6 @@ fn incomplete(
         _ => error,
     };
     error.with_hint(format!(
-        "record 3 s or more at rest with {next}, and calibrate again with that recording added"
+        "record 3 s or more at rest with each of these axes: {next}; then calibrate again with all placements"
     ))
 }

@@ -177,7 +177,7 @@ fn integrate(
                 "there are no time stamps, and a turn needs the time between samples",
             )
             .at(recording.name.as_ref(), None)
-            .with_hint("say the sampling rate: --rate 100")
+            .with_hint("say the true sampling rate of this recording with --rate HZ; a wrong one scales the gyroscope wrongly")
         })?;
         let rate: [f64; 3] = std::array::from_fn(|i| gyro[i][row]);
         let accel = accelerometer.apply(recording.accel_at(row));

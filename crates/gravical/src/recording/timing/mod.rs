@@ -161,7 +161,7 @@ pub(crate) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
         mean_rate_hz: mean_rate,
         duration_s: Some(duration_s),
         jitter_s: (regular.len() > 2).then(|| standard_deviation(&regular)),
-        missing_share: Some(missing / (n as f64 + missing).max(1.0)),
+        missing_share: Some((missing / (n as f64 + missing).max(1.0)).max(0.0)),
     };
     rate_findings(&timing, missing, &mut findings);
     Timed {
