@@ -21,22 +21,42 @@ pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
         Category::Input => 3,
         Category::System => 1,
     });
+    // Our own errors say all of it themselves; others as a chain of causes.
+    let message = known.map_or_else(|| format!("{error:#}"), ToString::to_string);
     if json {
         let object = serde_json::json!({
             "code": known.map_or("internal", gravical::Error::code),
-            "message": format!("{error:#}"),
+            "message": message,
             "hint": known.and_then(gravical::Error::hint),
         });
         // Nowhere is left to complain when this cannot be written.
         let _ = writeln!(io::stdout(), "{object:#}");
     } else {
-        let _ = writeln!(io::stderr(), "error: {error:#}");
+        let _ = writeln!(io::stderr(), "error: {message}");
         if let Some(e) = known {
             if let Some(hint) = e.hint() {
                 let _ = writeln!(io::stderr(), "  try: {hint}");
             }
             let _ = writeln!(io::stderr(), "  code: {}", e.code());
         }
+    }
+    ExitCode::from(code)
+}
+
+/// Tells a wrong call; help and version come this way, too.
+pub fn usage(error: &clap::Error) -> ExitCode {
+    let code = u8::try_from(error.exit_code()).unwrap_or(2);
+    if code != 0 && std::env::args().any(|word| word == "--json") {
+        let text = error.render().to_string();
+        let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
+        let object = serde_json::json!({
+            "code": "usage",
+            "message": lines.next().map(|l| l.trim_start_matches("error: ")),
+            "hint": lines.find_map(|l| l.strip_prefix("tip: ")),
+        });
+        let _ = writeln!(io::stdout(), "{object:#}");
+    } else {
+        let _ = error.print();
     }
     ExitCode::from(code)
 }

@@ -4,6 +4,7 @@
 mod cmd;
 mod failure;
 mod options;
+mod session;
 mod text;
 
 use std::process::ExitCode;
@@ -43,7 +44,10 @@ enum Verb {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return failure::usage(&error),
+    };
     let json = cli.verb.wants_json();
     let done = match &cli.verb {
         Verb::Inspect(args) => cmd::inspect::run(args),

@@ -2,16 +2,57 @@
 //!
 //! # Overview
 //!
-//! [`recording`] reads what was recorded and names what is wrong with it.
-//! More in the modules.
+//! The way of the data, one module a stage:
+//!
+//! 1. [`recording`] reads what was recorded, whatever its shape, and names what
+//!    is wrong with it; [`inspect`] says what is in it.
+//! 2. [`segment`] finds where the sensor lay still and which face was up.
+//! 3. [`calibrate`] estimates the parameters ([`estimate`]), holds them against
+//!    what can show them wrong ([`validate`]) and says how far to trust them.
+//!    Read it first: it is the whole method in order.
+//! 4. [`calibration_file`] keeps them; `apply` calibrates recordings of any
+//!    size with them.
+//!
+//! [`simulate`] makes recordings of a sensor whose truth is known; [`report`]
+//! turns results into text. What a microcontroller runs lives in the crate
+//! `gravical-core`.
+//!
+//! # Example
+//!
+//! ```
+//! use gravical::calibrate::{CalibrateOptions, calibrate};
+//! use gravical::recording::{ReadOptions, read};
+//! use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate, write};
+//!
+//! // Six still placements of a virtual sensor, one file each …
+//! let folder = tempfile::tempdir()?;
+//! let options = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions::default()));
+//! let files = write(&simulate(&options)?, folder.path(), false)?;
+//!
+//! // … read and calibrated.
+//! let mut session = Vec::new();
+//! for path in files.iter().filter(|p| p.extension().is_some_and(|e| e == "csv")) {
+//!     session.push(read(path, &ReadOptions::default())?);
+//! }
+//! let result = calibrate(&session, &CalibrateOptions::default())?;
+//! assert_eq!(result.file.accelerometer.positions.len(), 6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![deny(missing_docs)]
 
-mod error;
-pub mod output;
-pub mod simulate;
-
-pub use error::{Category, Error, Location, Result};
+pub mod calibrate;
 pub mod calibration_file;
+mod error;
+pub mod estimate;
+pub mod gravity;
+pub mod inspect;
+pub mod output;
 pub mod recording;
+pub mod report;
 pub mod scan;
 pub mod segment;
+pub mod simulate;
+mod stats;
+pub mod validate;
+
+pub use error::{Category, Error, Location, Result};

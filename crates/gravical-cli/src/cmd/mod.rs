@@ -1,3 +1,9 @@
 //! One file a verb: `Args` and `run`.
 
+pub mod apply;
+pub mod calibrate;
+pub mod completions;
+pub mod export;
+pub mod inspect;
+pub mod man;
 pub mod simulate;

@@ -15,6 +15,18 @@ pub struct Args {
     scenario: Command,
 }
 
+impl Args {
+    /// True when the truth is wanted as JSON, and errors too.
+    pub fn json(&self) -> bool {
+        match &self.scenario {
+            Command::SixPosition { shared, .. }
+            | Command::Poses { shared, .. }
+            | Command::Static { shared, .. }
+            | Command::Line { shared, .. } => shared.json,
+        }
+    }
+}
+
 #[derive(Debug, clap::Subcommand)]
 enum Command {
     /// Six still placements, one file each (or one Ferraris session)

@@ -101,7 +101,7 @@ impl ReadOptions {
             }
         }
         if let Some(offset) = self.zero_offset
-            && !(offset.abs() <= f64::from(u32::MAX))
+            && (offset.is_nan() || offset.abs() > f64::from(u32::MAX))
         {
             return Err(crate::Error::usage(
                 "option-range",

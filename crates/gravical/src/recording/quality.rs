@@ -72,11 +72,10 @@ pub fn empty_cells(
 }
 
 fn frozen(recording: &Recording, findings: &mut Vec<Finding>) {
-    let sensors: [(&[&str; 3], Option<&[Vec<f64>; 3]>); 2] = [
-        (&["ax", "ay", "az"], Some(&recording.accel)),
-        (&["gx", "gy", "gz"], recording.gyro.as_ref()),
-    ];
-    for (names, sensor) in sensors {
+    for (letter, sensor) in [
+        ("a", Some(&recording.accel)),
+        ("g", recording.gyro.as_ref()),
+    ] {
         let Some(sensor) = sensor else { continue };
         for axis in 0..3 {
             let mut spans = LineSpans::default();
@@ -107,7 +106,10 @@ fn frozen(recording: &Recording, findings: &mut Vec<Finding>) {
                 findings.push(
                     Finding::warning(
                         "frozen-axis",
-                        format!("{} stands still to the last digit for {longest} rows while the others change", names[axis]),
+                        format!(
+                            "{letter}{} stands still to the last digit for {longest} rows while the others change",
+                            ["x", "y", "z"][axis]
+                        ),
                     )
                     .at_lines(&spans),
                 );
@@ -183,7 +185,37 @@ pub fn clipped_rows(values: &[f64], scale: &AccelScale) -> Vec<usize> {
     if repeats >= 3 { at_end } else { Vec::new() }
 }
 
+/// Columns that were taken for an accelerometer by their numbers alone and do
+/// not behave like one: gravity never leaves an accelerometer, so that its
+/// magnitude at rest and in motion are alike.
+pub(super) fn maybe_gyroscope(recording: &Recording) -> Option<Finding> {
+    let (quiet, _) = super::quiet_norm(&recording.accel)?;
+    let mut norms: Vec<f64> = (0..recording.rows())
+        .map(|row| {
+            recording
+                .accel_at(row)
+                .iter()
+                .map(|v| v * v)
+                .sum::<f64>()
+                .sqrt()
+        })
+        .filter(|n| n.is_finite())
+        .collect();
+    let at = ((norms.len() * 49) / 50).min(norms.len().checked_sub(1)?);
+    let (_, high, _) = norms.select_nth_unstable_by(at, f64::total_cmp);
+    (*high > 4.0 * quiet).then(|| {
+        Finding::warning(
+            "not-an-accelerometer",
+            format!("the magnitude is {quiet:.0} at rest and up to {high:.0} in motion: these columns look like a gyroscope"),
+        )
+    })
+}
+
 fn repeated_rows(recording: &Recording, findings: &mut Vec<Finding>) {
+    // Where values are held until the next one comes, repeats are ours.
+    if recording.findings.iter().any(|f| f.kind == "empty-cells") {
+        return;
+    }
     let rows = recording.rows();
     let mut spans = LineSpans::default();
     let channels: Vec<&Vec<f64>> = recording

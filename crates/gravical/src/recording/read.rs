@@ -55,8 +55,6 @@ pub(crate) struct Prepared<R> {
     pub dialect: Dialect,
     pub layout: Layout,
     pub findings: Vec<Finding>,
-    /// The head of the file: raw bytes.
-    pub head: Vec<u8>,
 }
 
 /// Looks at the head and finds dialect and columns; nothing is consumed.
@@ -89,7 +87,6 @@ pub(crate) fn prepare<R: Read>(
         dialect,
         layout,
         findings,
-        head: clean,
     })
 }
 
@@ -487,6 +484,15 @@ fn assemble(
     };
     let samples = quality::inspect(&recording);
     recording.findings.extend(samples);
+    if recording
+        .findings
+        .iter()
+        .any(|f| f.kind == "columns-guessed")
+    {
+        recording
+            .findings
+            .extend(quality::maybe_gyroscope(&recording));
+    }
     for finding in &mut recording.findings {
         finding.file = Some(name.to_owned());
     }

@@ -3,8 +3,8 @@
 
 use super::ReadOptions;
 use super::finding::Finding;
-use super::timing::median;
 use super::units::{AccelScale, AccelUnit, Evidence, Origin, accel_evidence};
+use crate::stats::median;
 
 /// Rows of one block over which stillness is judged here.
 const BLOCK: usize = 20;
@@ -26,10 +26,9 @@ pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
         if block.len() < BLOCK && !blocks.is_empty() {
             continue;
         }
-        let (mut norm2, mut variance) = (0.0, 0.0);
+        let mut variance = 0.0;
         for channel in accel {
             let mean = block.iter().map(|&i| channel[i]).sum::<f64>() / n;
-            norm2 += mean * mean;
             variance += block
                 .iter()
                 .map(|&i| (channel[i] - mean).powi(2))
@@ -37,7 +36,10 @@ pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
                 / n;
             integers &= block.iter().all(|&i| channel[i].fract() == 0.0);
         }
-        blocks.push((variance, norm2.sqrt()));
+        // The mean of the lengths, not the length of the mean: in a short list
+        // of means every row is another placement.
+        let length = |&i: &usize| accel.iter().map(|c| c[i] * c[i]).sum::<f64>().sqrt();
+        blocks.push((variance, block.iter().map(length).sum::<f64>() / n));
     }
     blocks.sort_by(|a, b| a.0.total_cmp(&b.0));
     let quiet = blocks.len().div_ceil(3);
@@ -113,7 +115,10 @@ pub fn decide_accel(
             ));
         }
         let lsb = match unit {
-            AccelUnit::Counts => range_lsb.or(lsb),
+            AccelUnit::Counts => {
+                warn_if_range_disagrees(range_lsb, lsb, findings);
+                range_lsb.or(lsb)
+            }
             _ => None,
         };
         AccelScale {
@@ -158,7 +163,44 @@ fn by_claim(claim: Option<AccelUnit>, range_lsb: Option<f64>) -> AccelScale {
     }
 }
 
+/// A range that was given and a magnitude at rest that belongs to another.
+fn warn_if_range_disagrees(given: Option<f64>, shown: Option<f64>, findings: &mut Vec<Finding>) {
+    if let (Some(given), Some(shown)) = (given, shown)
+        && (given / shown - 1.0).abs() > 0.2
+    {
+        findings.push(Finding::warning(
+            "range-mismatch",
+            format!(
+                "±{} g was given, but gravity at rest is that of ±{} g; taken as given",
+                short(32768.0 / given),
+                short(32768.0 / shown)
+            ),
+        ));
+    }
+}
+
+/// Gravity that is a power of two too large or too small: the converter ran at
+/// another range than the one its counts were converted with.
+fn wrong_full_scale(norm: f64) -> Option<String> {
+    for (unit, gravity) in [("m/s^2", 9.80665), ("g", 1.0)] {
+        for factor in [0.125, 0.25, 0.5, 2.0, 4.0, 8.0] {
+            if (norm / gravity / factor - 1.0).abs() < 0.1 {
+                return Some(format!(
+                    "; it would be gravity in {unit} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?"
+                ));
+            }
+        }
+    }
+    None
+}
+
 fn unknown(norm: f64, what: &str, findings: &mut Vec<Finding>) -> AccelScale {
+    if let Some(guess) = wrong_full_scale(norm) {
+        findings.push(Finding::warning(
+            "wrong-full-scale",
+            format!("the magnitude at rest is {}{guess}", short(norm)),
+        ));
+    }
     findings.push(Finding::warning(
         "unit-unknown",
         format!(
@@ -234,6 +276,22 @@ mod tests {
             decide(985.0, Some(AccelUnit::MilliGravity)).0.unit,
             AccelUnit::MilliGravity
         );
+    }
+
+    #[test]
+    fn a_wrong_full_scale_is_named() {
+        for norm in [4.9, 19.6, 0.5] {
+            let (scale, findings) = decide(norm, Some(AccelUnit::MetrePerSecondSquared));
+            assert_eq!(scale.unit, AccelUnit::Unknown, "{norm}");
+            assert_eq!(findings[0].kind, "wrong-full-scale", "{norm}");
+        }
+        let mut findings = Vec::new();
+        let options = ReadOptions {
+            accel_range_g: Some(2.0),
+            ..ReadOptions::default()
+        };
+        decide_accel(Some((8200.0, true)), false, None, &options, &mut findings);
+        assert_eq!(findings[0].kind, "range-mismatch");
     }
 
     #[test]

@@ -94,7 +94,7 @@ impl GyroUnit {
             "deg/s" | "dps" | "degs" | "deg/sec" | "degree/s" | "degrees/s" | "deg.s-1"
         ) || (text.ends_with("/s")
             && text.chars().count() == 3
-            && !text.starts_with(char::is_alphanumeric));
+            && !text.starts_with(|c: char| c.is_ascii_alphanumeric()));
         Some(match text.as_str() {
             _ if degrees => GyroUnit::DegreePerSecond,
             "rad/s" | "rads" | "rps" | "rad/sec" | "rad.s-1" => GyroUnit::RadianPerSecond,

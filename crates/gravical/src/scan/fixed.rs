@@ -13,9 +13,8 @@ const TWO_POW_53: f64 = 9_007_199_254_740_992.0;
 /// The text is that of `format!("{value:.decimals$}")`, with two differences:
 /// what rounds to zero has no sign (`0.000`, never `-0.000`), and NaN and
 /// infinities append nothing, which leaves an empty field. Quick up to nine
-/// decimals and `|value| · 10^decimals < 2⁵³`; beyond that, and where the value
-/// is too near to halfway between two texts for one multiplication to decide,
-/// the standard library writes it.
+/// decimals and `|value| · 10^decimals < 2⁵⁰`; from there on the standard library
+/// writes more and more of the values, from 2⁵¹ on all of them.
 ///
 /// ```
 /// let mut row = Vec::new();
@@ -34,10 +33,17 @@ pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
     let floor = scaled as i64;
     let above_half = scaled - floor as f64 - 0.5;
     // The product is off by at most scaled · 2⁻⁵³; twice that is kept clear.
-    if above_half.abs() <= scaled * f64::EPSILON {
+    let round_up = if above_half.abs() > scaled * f64::EPSILON {
+        above_half > 0.0
+    } else if scaled < TWO_POW_50 {
+        // A fused multiply-add gives what the product lost, without error; a
+        // true tie goes to the even neighbour, as in the standard library.
+        let above_half = above_half + value.abs().mul_add(*power, -scaled);
+        above_half > 0.0 || (above_half == 0.0 && floor % 2 == 1)
+    } else {
         return by_std(out, value, decimals);
-    }
-    let units = floor as u64 + u64::from(above_half > 0.0);
+    };
+    let units = floor as u64 + u64::from(round_up);
 
     // From the last character to the first; sixteen digits, point and sign fit.
     let mut text = [0; END + COPIED];
@@ -83,6 +89,10 @@ pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
 /// Where the text ends in its buffer, and how much of that is copied.
 const END: usize = 20;
 const COPIED: usize = 24;
+
+/// Below it what a product may lose is at most a sixteenth, and a value beside a
+/// tie is not beside a whole number as well.
+const TWO_POW_50: f64 = 1_125_899_906_842_624.0;
 
 /// `00` to `99`.
 const PAIRS: [[u8; 2]; 100] = {
@@ -168,7 +178,7 @@ mod tests {
                     }
                 }
             }
-            for edge in [TWO_POW_53, TWO_POW_53 / 2.0] {
+            for edge in [TWO_POW_53, TWO_POW_53 / 2.0, TWO_POW_50, TWO_POW_50 + 0.5] {
                 let edge = edge / 10_f64.powi(decimals as i32);
                 for value in [edge, edge.next_up(), edge.next_down()] {
                     assert_eq!(fixed(-value, decimals), expected(-value, decimals));

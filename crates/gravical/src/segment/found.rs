@@ -10,7 +10,7 @@ use crate::{Error, Result};
 
 use super::face::{Claim, Face, claim};
 use super::named::first_rows;
-use super::still::{Stills, find_stills, moments};
+use super::still::{StillOptions, Stills, find_stills, moments};
 use super::turns::{Turn, decide_gyro_unit, full_turns, motions};
 use super::{Draft, MOST_FACE_ANGLE_DEG, SegmentOptions, Selection};
 
@@ -36,10 +36,15 @@ pub(super) fn in_files(
             // A name with a sign speaks of one placement; with two stretches
             // in the file it can speak of neither.
             let one_face = matches!(claimed, Some(Claim::Face(_))) && segments.len() == 1;
-            let spans = match options.rows {
+            let mut spans = match options.rows {
                 Some(n) => first_rows(vec![segment.clone()], Some(n)),
                 None => longest_per_face(recording, &stills, segment, one_face, options),
             };
+            if spans.is_empty() {
+                let shaky = find_stills(recording, &StillOptions::unsteady());
+                spans = longest_per_face(recording, &shaky, segment, true, options);
+                tell_unsteady(recording, &label, &spans, &shaky, findings);
+            }
             let selection = if options.rows.is_some() {
                 Selection::Given
             } else {
@@ -230,6 +235,33 @@ fn add_without_still(
         )
         .in_file(&recording.name),
     );
+}
+
+/// Says that a hold was taken from a rest that was none.
+fn tell_unsteady(
+    recording: &Recording,
+    label: &str,
+    spans: &[Range<usize>],
+    stills: &Stills,
+    findings: &mut Vec<Finding>,
+) {
+    for span in spans {
+        let (mean, variance) = moments(&recording.accel, span.clone());
+        let gravity = mean.iter().map(|m| m * m).sum::<f64>().sqrt();
+        findings.push(
+            Finding::warning(
+                "unsteady-hold",
+                format!(
+                    "{label}: never quite still; the calmest part, lines {} to {}, shakes by {:.0} mg rms (its quietest blocks by {:.0}) and is taken",
+                    recording.line(span.start),
+                    recording.line(span.end - 1),
+                    1000.0 * variance.sqrt() / gravity,
+                    1000.0 * stills.noise / gravity
+                ),
+            )
+            .in_file(&recording.name),
+        );
+    }
 }
 
 /// Says how much of a file is motion or a shorter still, and thus not in the

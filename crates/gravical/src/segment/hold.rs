@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::recording::timing::median;
+use crate::stats::median;
 
 /// Fewer blocks than these say nothing about their own scatter.
 const LEAST_BLOCKS: usize = 8;

@@ -173,7 +173,7 @@ fn check_units(recordings: &[Recording]) -> Result<()> {
             let why = recording
                 .findings
                 .iter()
-                .find(|f| f.kind == "unit-unknown")
+                .find(|f| f.kind == "wrong-full-scale" || f.kind == "unit-unknown")
                 .map_or_else(|| "the unit is not known".to_owned(), |f| f.message.clone());
             return Err(Error::input("unit-unknown", why)
                 .at(recording.name.as_ref(), None)

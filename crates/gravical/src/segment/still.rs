@@ -25,8 +25,28 @@ pub struct StillOptions {
     pub noise_factor: f64,
     /// The same for the gyroscope, whose vibration is livelier. Default 9.
     pub gyro_noise_factor: f64,
+    /// Means of blocks agree within this many times noise/√width. Default 10.
+    pub mean_factor: f64,
+    /// … or within this share of gravity, what a resting table may tremble.
+    /// Default 0.004.
+    pub tremor: f64,
     /// Shortest still, s; 200 rows are always enough. Default 1.
     pub shortest_s: f64,
+}
+
+impl StillOptions {
+    /// For a rest in the hand or on something that shakes: what is taken for a
+    /// hold has to be said with a warning.
+    #[must_use]
+    pub fn unsteady() -> Self {
+        StillOptions {
+            noise_factor: 6.0,
+            gyro_noise_factor: 20.0,
+            mean_factor: 30.0,
+            tremor: 0.03,
+            ..Self::default()
+        }
+    }
 }
 
 impl Default for StillOptions {
@@ -35,6 +55,8 @@ impl Default for StillOptions {
             block_s: 0.2,
             noise_factor: 3.0,
             gyro_noise_factor: 9.0,
+            mean_factor: 10.0,
+            tremor: 0.004,
             shortest_s: 1.0,
         }
     }
@@ -81,9 +103,9 @@ pub fn find_stills(recording: &Recording, options: &StillOptions) -> Stills {
                 || b.gyro_variance <= gyro_floor * options.gyro_noise_factor.powi(2))
     };
     let gravity = typical_magnitude(all());
-    // Means of blocks scatter by noise/√width; correlated noise by some times
-    // that. Four thousandths of gravity is what a resting table may tremble.
-    let agree = (8.0 * (floor / width as f64).sqrt()).max(0.004 * gravity);
+    // Means of blocks scatter by noise/√width, correlated noise by some times
+    // that.
+    let agree = (options.mean_factor * (floor / width as f64).sqrt()).max(options.tremor * gravity);
     let shortest = ((options.shortest_s * rate).min(200.0) as usize)
         .max((0.2 * rate) as usize)
         .max(10);
@@ -192,7 +214,7 @@ fn typical_magnitude<'a>(blocks: impl Iterator<Item = &'a Block>) -> f64 {
         .map(|b| b.mean.iter().map(|m| m * m).sum::<f64>().sqrt())
         .filter(|n| n.is_finite())
         .collect();
-    crate::recording::timing::median(&mut norms).unwrap_or(0.0)
+    crate::stats::median(&mut norms).unwrap_or(0.0)
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -206,7 +228,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 fn middle(blocks: &[Block]) -> [f64; 3] {
     std::array::from_fn(|axis| {
         let mut values: Vec<f64> = blocks.iter().map(|b| b.mean[axis]).collect();
-        crate::recording::timing::median(&mut values).unwrap_or(f64::NAN)
+        crate::stats::median(&mut values).unwrap_or(f64::NAN)
     })
 }
 
@@ -252,7 +274,7 @@ fn join(segment: &[Block], runs: Vec<Range<usize>>, agree: f64) -> Vec<Range<usi
             let same = distance(
                 middle(&segment[last.clone()]),
                 middle(&segment[run.clone()]),
-            ) <= agree / 2.0;
+            ) <= agree;
             if near && same {
                 last.end = run.end;
                 continue;

@@ -237,9 +237,17 @@ pub fn decide_gyro_unit(
                     "nothing tells the unit of the gyroscope: no header, and no turn between stills; --gyro-unit says it".to_owned()
                 }
                 unit => format!(
-                    "the gyroscope is taken as {}{}; no turn between stills verifies it",
+                    "the gyroscope is taken as {}{}; no turn between stills verifies it{}",
                     unit.name(),
-                    if claimed.origin == Origin::Header { " as the header says" } else { "" }
+                    if claimed.origin == Origin::Header { " as the header says" } else { "" },
+                    // One wrong unit in a header makes the other doubtful.
+                    if claimed.origin == Origin::Header
+                        && recording.findings.iter().any(|f| f.kind == "unit-mismatch")
+                    {
+                        ", and the same header is wrong about the accelerometer"
+                    } else {
+                        ""
+                    }
                 ),
             },
         )

@@ -1,0 +1,209 @@
+//! `gravical calibrate`: recordings of still placements → calibration.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use gravical::calibrate::{CalibrateOptions, calibrate};
+use gravical::calibration_file::{CalibrationFile, Grade, SensorInfo};
+use gravical::gravity::Gravity;
+use gravical::output::check_target;
+use gravical::report::calibration_text;
+use gravical::segment::SegmentOptions;
+use gravical::segment::sections::read_sections;
+use gravical::{Error, Result};
+
+use crate::failure::QUALITY;
+use crate::options::RecordingArgs;
+use crate::session::read_session;
+use crate::text;
+
+#[derive(clap::Args)]
+#[command(after_help = "\
+A session is six files, a folder, one file per axis with blank rows between the
+two directions, one file with a label column, one with --sections, or one
+continuous recording whose holds are found.
+
+Exit codes: 0 calibrated, 3 no parameters could be had (nothing is written),
+4 calibrated, but the verdict is poor (the file is written all the same).")]
+pub struct Args {
+    /// The session: files, or one folder; - is standard input
+    #[arg(required = true, value_name = "INPUT")]
+    inputs: Vec<PathBuf>,
+    /// Write the calibration to this file (JSON)
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
+    /// Print the calibration as JSON on stdout instead of the tables
+    #[arg(long)]
+    pub json: bool,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    recording: RecordingArgs,
+}
+
+#[derive(clap::Args)]
+#[command(next_help_heading = "Method")]
+struct MethodArgs {
+    /// How to estimate
+    #[arg(long, value_enum, default_value = "ferraris")]
+    method: Method,
+    /// Sections of the one recording: imucal's JSON, or CSV label,start,end
+    #[arg(long, value_name = "FILE")]
+    sections: Option<PathBuf>,
+    /// Take the first N rows of each placement [default: its longest quiet part]
+    #[arg(long, value_name = "N")]
+    rows: Option<usize>,
+    /// Whom to believe about faces when names and data disagree
+    #[arg(long, value_enum, default_value = "data")]
+    faces: FacesFrom,
+    /// Local gravity in m/s² [default: 9.80665]
+    #[arg(long, value_name = "MPS2", conflicts_with = "latitude")]
+    gravity: Option<f64>,
+    /// Latitude in degrees, for local gravity
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    latitude: Option<f64>,
+    /// Height above sea level in m, with --latitude
+    #[arg(
+        long,
+        value_name = "M",
+        requires = "latitude",
+        allow_negative_numbers = true,
+        default_value = "0",
+        hide_default_value = true
+    )]
+    altitude: f64,
+    /// Angle of each of the three turns in degrees, with its sign
+    #[arg(
+        long,
+        value_name = "DEG",
+        allow_negative_numbers = true,
+        default_value = "-360"
+    )]
+    turn_angle: f64,
+    /// How far placements may be off level, degrees (sd of each direction) [default: 1, assumed]
+    #[arg(long, value_name = "DEG")]
+    placement_tilt: Option<f64>,
+    /// Name or serial number of the sensor, for the file
+    #[arg(long, value_name = "TEXT")]
+    sensor_id: Option<String>,
+    /// Type of the sensor, for the file
+    #[arg(long, value_name = "TEXT")]
+    sensor_model: Option<String>,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Method {
+    /// Six faces in closed form
+    Ferraris,
+}
+
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+enum FacesFrom {
+    /// What gravity shows
+    Data,
+    /// What files and labels are called
+    Names,
+}
+
+/// Runs the verb.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    if let Some(path) = &args.output {
+        // Before the work, not after it.
+        check_target(path, args.force)?;
+    }
+    let options = args.options()?;
+    let read_options = args.recording.read_options(true);
+    let (recordings, left_out) = read_session(&args.inputs, &read_options)?;
+    let mut file = calibrate(&recordings, &options)?.file;
+    file.findings.extend(left_out);
+    if let Some(path) = &args.output {
+        file.write(path, args.force)?;
+        confirm(path, &file)?;
+    }
+    if args.json {
+        text::print_json(&file)?;
+    } else if !args.quiet {
+        text::print(&calibration_text(&file))?;
+        text::print(&next_step(args, &file))?;
+    }
+    Ok(match file.verdict.grade {
+        Grade::Poor => ExitCode::from(QUALITY),
+        _ => ExitCode::SUCCESS,
+    })
+}
+
+impl Args {
+    fn options(&self) -> Result<CalibrateOptions> {
+        let m = &self.method;
+        let Method::Ferraris = m.method;
+        let gravity = match (m.gravity, m.latitude) {
+            (Some(g), _) => Gravity::given(g)?,
+            (None, Some(latitude)) => Gravity::at(latitude, m.altitude)?,
+            (None, None) => Gravity::default(),
+        };
+        Ok(CalibrateOptions {
+            segment: SegmentOptions {
+                rows: m.rows,
+                sections: m.sections.as_deref().map(read_sections).transpose()?,
+                axes: self.recording.axes.0,
+                faces_by_name: m.faces == FacesFrom::Names,
+                ..SegmentOptions::default()
+            },
+            gravity,
+            turn_angle_deg: m.turn_angle,
+            placement_tilt_deg: m.placement_tilt,
+            sensor: SensorInfo {
+                id: m.sensor_id.clone(),
+                model: m.sensor_model.clone(),
+            },
+            command: Some(command_line()),
+        })
+    }
+}
+
+/// The command as it was typed, with the program's plain name.
+fn command_line() -> String {
+    let words = std::env::args().skip(1).map(|word| {
+        if word.contains(char::is_whitespace) {
+            format!("'{word}'")
+        } else {
+            word
+        }
+    });
+    std::iter::once("gravical".to_owned())
+        .chain(words)
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Reads the file back: "saved" is said of what can be read.
+fn confirm(path: &Path, file: &CalibrationFile) -> Result<()> {
+    let back = CalibrationFile::read(path)?;
+    if back.accelerometer.matrix != file.accelerometer.matrix
+        || back.accelerometer.bias != file.accelerometer.bias
+    {
+        return Err(
+            Error::input("not-saved", "what was written reads back differently").at(path, None),
+        );
+    }
+    Ok(())
+}
+
+fn next_step(args: &Args, file: &CalibrationFile) -> String {
+    match &args.output {
+        Some(path) => {
+            let caution = if file.verdict.grade == Grade::Poor { " (but mend what the verdict names first)" } else { "" };
+            format!(
+                "\nSaved to {p}.\nNext: gravical apply {p} RECORDING.csv -o calibrated.csv{caution}\n",
+                p = path.display()
+            )
+        }
+        None => "\nNothing was saved. Next: the same command with -o cal.json, then\n`gravical apply cal.json RECORDING.csv -o calibrated.csv`\n".to_owned(),
+    }
+}

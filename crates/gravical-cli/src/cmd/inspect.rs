@@ -1,0 +1,75 @@
+//! `gravical inspect`: what is in a recording.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use gravical::inspect::inspect;
+use gravical::recording::read;
+use gravical::report::inspection_text;
+
+use crate::options::RecordingArgs;
+use crate::session::{files_in, is_something_else};
+use crate::{failure, text};
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// Recordings: text or CSV, plain or .gz, or folders of them; - is standard input
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Print one JSON object: {"recordings": […], "errors": […]}
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    recording: RecordingArgs,
+}
+
+/// Runs the verb. A file that cannot be read does not stop the others.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let options = args.recording.read_options(false);
+    options.validate()?;
+    let (mut found, mut failed) = (Vec::new(), Vec::new());
+    let mut files: Vec<(PathBuf, bool)> = Vec::new();
+    for path in &args.files {
+        if path.is_dir() {
+            files.extend(files_in(path)?.into_iter().map(|file| (file, true)));
+        } else {
+            files.push((path.clone(), false));
+        }
+    }
+    for (path, listed) in &files {
+        match read(path, &options) {
+            Ok(recording) => {
+                let inspection = inspect(&recording, &args.recording.axes.0);
+                if args.json {
+                    found.push(inspection);
+                } else {
+                    text::print(&inspection_text(&inspection))?;
+                    if files.len() > 1 {
+                        text::print("\n")?;
+                    }
+                }
+            }
+            // Nobody said that this file of a folder is a recording.
+            Err(error) if *listed && is_something_else(&error) && !args.json => {
+                text::print(&format!("{error}\n\n"))?;
+            }
+            Err(error) => failed.push((error, *listed)),
+        }
+    }
+    let serious = failed
+        .iter()
+        .any(|(error, listed)| !(*listed && is_something_else(error)));
+    if args.json {
+        let errors: Vec<_> = failed
+            .iter()
+            .map(|(e, _)| serde_json::json!({"code": e.code(), "message": e.to_string(), "hint": e.hint()}))
+            .collect();
+        text::print_json(&serde_json::json!({"recordings": found, "errors": errors}))?;
+        return Ok(ExitCode::from(if serious { 3 } else { 0 }));
+    }
+    let mut code = ExitCode::SUCCESS;
+    for (error, _) in failed {
+        code = failure::report(&error.into(), false);
+    }
+    Ok(code)
+}

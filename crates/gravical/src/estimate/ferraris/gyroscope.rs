@@ -1,0 +1,189 @@
+//! The gyroscope from the placements and the known turns.
+
+use gravical_core::calibration::Calibration;
+use gravical_core::six_position::{
+    SixPositionError, SixPositionMeans, TurnIntegral, ferraris_gyroscope, g_sensitivity,
+};
+
+use super::Faces;
+use crate::calibration_file::GyroscopeSection;
+use crate::recording::units::{GyroScale, GyroUnit};
+use crate::recording::{Finding, Recording};
+use crate::segment::face::{AXES, Face};
+use crate::segment::turns::sample_period_s;
+use crate::segment::{Placement, Segmentation};
+use crate::{Error, Result};
+
+/// A gyroscope, or why there is none.
+#[derive(Debug, Default)]
+pub struct GyroscopeFit {
+    /// The parameters; none without a turn about each axis.
+    pub section: Option<GyroscopeSection>,
+    /// What is odd.
+    pub findings: Vec<Finding>,
+}
+
+/// Fits the gyroscope from its readings at rest and the turns by `angle_rad`.
+///
+/// # Errors
+///
+/// `missing-gyro` when there are turns and no gyroscope, `rate-unknown` when
+/// neither stamps nor `--rate` tell the time, `singular`.
+pub fn gyroscope(
+    recordings: &[Recording],
+    session: &Segmentation,
+    faces: &Faces,
+    accelerometer: &Calibration<f64>,
+    gravity: f64,
+    angle_rad: f64,
+) -> Result<GyroscopeFit> {
+    let mut fit = GyroscopeFit::default();
+    if session.turns.is_empty() {
+        return Ok(fit);
+    }
+    let missing: Vec<String> = (0..3)
+        .filter(|axis| session.turns.iter().all(|t| t.axis != *axis))
+        .map(|axis| AXES[axis].to_string())
+        .collect();
+    if !missing.is_empty() {
+        fit.findings.push(Finding::note(
+            "turns-incomplete",
+            format!(
+                "no full turn about {}: the gyroscope is not calibrated",
+                missing.join(" and ")
+            ),
+        ));
+        return Ok(fit);
+    }
+    let (bias, means) = at_rest(&session.placements, faces)?;
+    let sensitivity = g_sensitivity(&means, gravity).map_err(singular)?;
+    let mut turns = [[0.0; 3]; 3];
+    for (axis, sum) in turns.iter_mut().enumerate() {
+        let about: Vec<_> = session.turns.iter().filter(|t| t.axis == axis).collect();
+        for turn in &about {
+            let recording = &recordings[turn.recording];
+            let integral = integrate(
+                recording,
+                turn.rows.clone(),
+                bias,
+                sensitivity,
+                accelerometer,
+            )?;
+            (0..3).for_each(|i| sum[i] += integral[i] / about.len() as f64);
+        }
+    }
+    let parameters =
+        ferraris_gyroscope(bias, &means, gravity, &turns, angle_rad).map_err(singular)?;
+    let calibration = parameters.calibration().ok_or_else(|| {
+        Error::input(
+            "singular",
+            "the three turns do not span space: were two about the same axis?",
+        )
+    })?;
+    let diagonal: [f64; 3] = std::array::from_fn(|i| parameters.orientation[i][i]);
+    let backwards: Vec<String> = (0..3)
+        .filter(|&i| diagonal[i] < 0.0)
+        .map(|i| AXES[i].to_string())
+        .collect();
+    if !backwards.is_empty() {
+        let degrees = angle_rad.to_degrees();
+        fit.findings.push(Finding::warning(
+            "turned-other-way",
+            format!(
+                "about {} the sensor turned the other way than {degrees}°, or its gyroscope is left-handed: R_g has {} on its diagonal and det {:.3}; with --turn-angle {} it comes out right-handed",
+                backwards.join(", "),
+                diagonal.map(|d| format!("{d:.3}")).join(", "),
+                gravical_core::matrix3::det(&parameters.orientation),
+                -degrees
+            ),
+        ));
+    }
+    let unit = session
+        .gyro_scale
+        .map_or(GyroUnit::Unknown, |s: GyroScale| s.unit);
+    fit.section = Some(GyroscopeSection {
+        input_unit: unit,
+        output_unit: GyroUnit::RadianPerSecond,
+        bias: parameters.bias,
+        matrix: calibration.matrix,
+        scale: parameters.scale,
+        orientation: parameters.orientation,
+        g_sensitivity: parameters.g_sensitivity,
+    });
+    Ok(fit)
+}
+
+fn singular(e: SixPositionError) -> Error {
+    Error::input("singular", format!("the turns determine no gyroscope: {e}"))
+}
+
+/// Bias (mean over all samples of the six faces) and the mean of each face.
+fn at_rest(placements: &[Placement], faces: &Faces) -> Result<([f64; 3], SixPositionMeans<f64>)> {
+    let sum_of = |indices: &[usize]| {
+        let (mut sum, mut count) = ([0.0; 3], 0);
+        for (s, n) in indices.iter().filter_map(|&i| placements[i].gyro_sum) {
+            count += n;
+            (0..3).for_each(|i| sum[i] += s[i]);
+        }
+        (sum, count)
+    };
+    let (mut total, mut rows) = ([0.0; 3], 0);
+    let mut means = SixPositionMeans {
+        plus: [[0.0; 3]; 3],
+        minus: [[0.0; 3]; 3],
+    };
+    for face in Face::all() {
+        let (sum, count) = sum_of(&faces.of_face[face.index()]);
+        if count == 0 {
+            return Err(Error::input(
+                "missing-gyro",
+                format!(
+                    "the placement {} has no reading of the gyroscope, which the turns need",
+                    face.name()
+                ),
+            )
+            .with_hint(
+                "record all placements with the gyroscope's columns, or leave the turns out",
+            ));
+        }
+        rows += count;
+        (0..3).for_each(|i| total[i] += sum[i]);
+        let mean = sum.map(|s| s / count as f64);
+        if face.up {
+            means.plus[face.axis] = mean;
+        } else {
+            means.minus[face.axis] = mean;
+        }
+    }
+    Ok((total.map(|t| t / rows as f64), means))
+}
+
+fn integrate(
+    recording: &Recording,
+    rows: std::ops::Range<usize>,
+    bias: [f64; 3],
+    sensitivity: [[f64; 3]; 3],
+    accelerometer: &Calibration<f64>,
+) -> Result<[f64; 3]> {
+    let Some(gyro) = &recording.gyro else {
+        return Err(Error::input("missing-gyro", "a turn needs a gyroscope")
+            .at(recording.name.as_ref(), None));
+    };
+    let mut integral = TurnIntegral::new(bias, sensitivity);
+    for row in rows {
+        let period = sample_period_s(recording, row).ok_or_else(|| {
+            Error::input(
+                "rate-unknown",
+                "there are no time stamps, and a turn needs the time between samples",
+            )
+            .at(recording.name.as_ref(), None)
+            .with_hint("say the sampling rate: --rate 100")
+        })?;
+        let rate: [f64; 3] = std::array::from_fn(|i| gyro[i][row]);
+        let accel = accelerometer.apply(recording.accel_at(row));
+        if rate.iter().chain(&accel).all(|v| v.is_finite()) {
+            integral.add(rate, accel, period);
+        }
+    }
+    Ok(integral.finish())
+}

@@ -1,0 +1,131 @@
+//! Ferraris' six-position calibration: from placements to what the closed form
+//! of [`gravical_core::six_position`] needs, and back.
+
+mod faces;
+mod gyroscope;
+
+use gravical_core::calibration::Calibration;
+use gravical_core::six_position::{
+    AccelerometerParameters, SixPositionError, ferraris_accelerometer, ferraris_covariance,
+};
+
+use crate::segment::face::{AXES, Face, angle_deg};
+use crate::{Error, Result};
+
+pub use faces::{Faces, sort_into_faces};
+pub use gyroscope::{GyroscopeFit, gyroscope};
+
+/// A fitted accelerometer.
+#[derive(Debug, Clone)]
+pub struct AccelerometerFit {
+    /// K, R and b.
+    pub parameters: AccelerometerParameters<f64>,
+    /// matrix · (raw − bias).
+    pub calibration: Calibration<f64>,
+}
+
+impl AccelerometerFit {
+    /// Angle of each face that placement and misalignment leave when bias and
+    /// scale are taken off, rms over the faces, degrees. Ferraris' method
+    /// cannot tell the two apart, so this bounds the tilt from above.
+    #[must_use]
+    pub fn face_angle_rms_deg(&self, faces: &Faces) -> f64 {
+        let k = &self.parameters.scale;
+        let squares: f64 = Face::all()
+            .into_iter()
+            .map(|face| {
+                let side = if face.up {
+                    &faces.means.plus
+                } else {
+                    &faces.means.minus
+                };
+                let reading = side[face.axis];
+                let channels: [f64; 3] =
+                    std::array::from_fn(|i| (reading[i] - self.parameters.bias[i]) / k[i]);
+                angle_deg(self.to_case(channels), face.direction()).powi(2)
+            })
+            .sum();
+        (squares / 6.0).sqrt()
+    }
+
+    /// Board channels in the order of the case's axes: each row of R says
+    /// which axis its channel measures.
+    fn to_case(&self, channels: [f64; 3]) -> [f64; 3] {
+        let mut out = channels;
+        for (channel, row) in self.parameters.orientation.iter().enumerate() {
+            let axis = (0..3).fold(0, |best, i| {
+                if row[i].abs() > row[best].abs() {
+                    i
+                } else {
+                    best
+                }
+            });
+            out[axis] = channels[channel] * row[axis].signum();
+        }
+        out
+    }
+
+    /// Covariance of row-major M and b by the noise of the means and a
+    /// placement tilt (sd of each component); none without standard errors.
+    #[must_use]
+    pub fn covariance(
+        &self,
+        faces: &Faces,
+        gravity: f64,
+        tilt_rad: f64,
+    ) -> Option<[[f64; 12]; 12]> {
+        let errors = faces.standard_errors.as_ref()?;
+        Some(ferraris_covariance(&faces.means, errors, gravity, tilt_rad))
+    }
+}
+
+/// Fits K, R and b.
+///
+/// # Errors
+///
+/// `not-finite`, `singular`; `left-handed` when the faces were taken from names
+/// and contradict each other.
+pub fn accelerometer(faces: &Faces, gravity: f64, by_name: bool) -> Result<AccelerometerFit> {
+    let failed = |e: SixPositionError| {
+        Error::input(
+            "singular",
+            format!("the six means determine no parameters: {e}"),
+        )
+        .with_hint("`gravical inspect` shows what each placement reads")
+    };
+    let parameters = ferraris_accelerometer(&faces.means, gravity).map_err(failed)?;
+    let sign_clash = (0..3).find(|&i| faces.means.plus[i][i] <= faces.means.minus[i][i]);
+    if by_name
+        && (parameters.orientation_determinant() <= 0.0
+            || sign_clash.is_some_and(|_| is_diagonal(&parameters)))
+    {
+        let why = match sign_clash {
+            Some(i) if is_diagonal(&parameters) => format!(
+                "{a} reads less with +{a} up ({:.4}) than with −{a} up ({:.4})",
+                faces.means.plus[i][i],
+                faces.means.minus[i][i],
+                a = AXES[i]
+            ),
+            _ => format!("det R = {:.3}", parameters.orientation_determinant()),
+        };
+        return Err(Error::input(
+            "left-handed",
+            format!(
+                "the faces as named make a left-handed sensor ({why}): two placements are swapped"
+            ),
+        )
+        .with_hint("leave --faces names out, and the faces are taken from the data"));
+    }
+    let calibration = parameters
+        .calibration()
+        .ok_or_else(|| failed(SixPositionError::Singular))?;
+    Ok(AccelerometerFit {
+        parameters,
+        calibration,
+    })
+}
+
+/// True when each channel measures its own axis, one way or the other.
+fn is_diagonal(parameters: &AccelerometerParameters<f64>) -> bool {
+    (0..3).all(|i| parameters.orientation[i][i].abs() > 0.7)
+}

@@ -1,0 +1,3 @@
+//! Estimators: from the means of placements to the parameters of a sensor.
+
+pub mod ferraris;

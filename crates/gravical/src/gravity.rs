@@ -1,0 +1,78 @@
+//! Local gravity: given, from where the sensor stands, or assumed.
+
+use gravical_core::unit::{STANDARD_GRAVITY_MPS2, local_gravity_mps2};
+
+use crate::calibration_file::GravitySource;
+use crate::recording::Finding;
+use crate::{Error, Result};
+
+/// Local gravity and how it is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gravity {
+    /// m/s².
+    pub value_mps2: f64,
+    /// How it is known.
+    pub source: GravitySource,
+}
+
+impl Default for Gravity {
+    fn default() -> Self {
+        Gravity {
+            value_mps2: STANDARD_GRAVITY_MPS2,
+            source: GravitySource::Standard,
+        }
+    }
+}
+
+impl Gravity {
+    /// A value that is known, m/s².
+    ///
+    /// # Errors
+    ///
+    /// `option-range` (usage) outside 9.7 to 9.9: nowhere on Earth.
+    pub fn given(value_mps2: f64) -> Result<Self> {
+        if !(9.7..=9.9).contains(&value_mps2) {
+            return Err(Error::usage(
+                "option-range",
+                format!("gravity of {value_mps2} m/s²: on Earth it is 9.76 to 9.84"),
+            )
+            .with_hint("the sensor's own reading at rest is not gravity; use --latitude when it is not known"));
+        }
+        Ok(Gravity {
+            value_mps2,
+            source: GravitySource::Given,
+        })
+    }
+
+    /// From latitude in degrees and height in m (WGS 84).
+    ///
+    /// # Errors
+    ///
+    /// `option-range` (usage) for a latitude beyond ±90° or a height beyond
+    /// −500 to 9000 m.
+    pub fn at(latitude_deg: f64, height_m: f64) -> Result<Self> {
+        if !(-90.0..=90.0).contains(&latitude_deg) || !(-500.0..=9000.0).contains(&height_m) {
+            return Err(Error::usage(
+                "option-range",
+                format!(
+                    "latitude {latitude_deg}° and height {height_m} m: −90 to 90 and −500 to 9000 are possible"
+                ),
+            ));
+        }
+        Ok(Gravity {
+            value_mps2: local_gravity_mps2(latitude_deg, height_m),
+            source: GravitySource::Latitude,
+        })
+    }
+
+    /// What the assumption costs, where one was made.
+    #[must_use]
+    pub fn finding(&self) -> Option<Finding> {
+        (self.source == GravitySource::Standard).then(|| {
+            Finding::note(
+                "gravity-assumed",
+                "local gravity is taken as 9.80665 m/s²: the scale may be off by up to 0.27 % at sea level (0.34 % in La Paz); --latitude and --altitude, or --gravity, settle it",
+            )
+        })
+    }
+}

@@ -1,0 +1,178 @@
+//! What is in a recording: the first thing to know before anything is done
+//! with it.
+
+use serde::Serialize;
+
+use crate::recording::timing::Timing;
+use crate::recording::units::{AccelScale, GyroScale};
+use crate::recording::{Finding, Recording};
+use crate::segment::MOST_FACE_ANGLE_DEG;
+use crate::segment::face::{AxisMap, Face};
+use crate::segment::still::{StillOptions, find_stills, moments};
+use crate::segment::turns::{Turn, decide_gyro_unit, full_turns, motions};
+
+/// A recording, looked at.
+#[derive(Debug, Clone, Serialize)]
+pub struct Inspection {
+    /// The file as it was given.
+    pub file: String,
+    /// How it is written.
+    pub description: String,
+    /// Names of its columns.
+    pub columns: Vec<String>,
+    /// The sum `lines = rows + …`.
+    pub account: Account,
+    /// Rates, duration, jitter.
+    pub timing: Timing,
+    /// Unit of the accelerometer.
+    pub accelerometer: AccelScale,
+    /// Unit of the gyroscope.
+    pub gyroscope: Option<GyroScale>,
+    /// Lowest and highest temperature, °C.
+    pub temperature_c: Option<[f64; 2]>,
+    /// Labels of the label column with their numbers of rows.
+    pub labels: Vec<(String, u64)>,
+    /// The stills, in order.
+    pub stills: Vec<StillSpan>,
+    /// Full turns about an axis.
+    pub turns: Vec<TurnSpan>,
+    /// Share of the rows that are still, 0 to 1.
+    pub still_share: f64,
+    /// What is odd.
+    pub findings: Vec<Finding>,
+}
+
+/// Every line accounted for.
+#[derive(Debug, Clone, Serialize)]
+pub struct Account {
+    /// Lines of the file.
+    pub lines: u64,
+    /// Lines that became rows.
+    pub rows: u64,
+    /// Lines set aside, by reason.
+    pub aside: Vec<(String, u64)>,
+    /// The same for people.
+    pub sum: String,
+}
+
+/// A still of a recording.
+#[derive(Debug, Clone, Serialize)]
+pub struct StillSpan {
+    /// First row, from 0.
+    pub start_row: usize,
+    /// Row after the last.
+    pub end_row: usize,
+    /// First and last line of the file.
+    pub lines: [u64; 2],
+    /// Seconds from the start of the recording; none without a rate.
+    pub start_s: Option<f64>,
+    /// The same for the end.
+    pub end_s: Option<f64>,
+    /// Mean of the accelerometer, unit of the file.
+    pub mean: [f64; 3],
+    /// `+x` …, none when it lies oblique.
+    pub face: Option<String>,
+    /// Angle to the nearest face, degrees.
+    pub tilt_deg: f64,
+}
+
+/// A full turn.
+#[derive(Debug, Clone, Serialize)]
+pub struct TurnSpan {
+    /// `x`, `y` or `z`.
+    pub axis: char,
+    /// First row, from 0.
+    pub start_row: usize,
+    /// Row after the last.
+    pub end_row: usize,
+}
+
+/// Looks at a recording.
+#[must_use]
+pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
+    let mut findings = recording.findings.clone();
+    let spans = find_stills(recording, &StillOptions::default()).spans;
+    let moves = motions(recording, &spans);
+    let gyroscope = decide_gyro_unit(recording, &moves, &mut findings);
+    let turns = full_turns(0, &moves, gyroscope);
+    let held: usize = spans.iter().map(|s| s.len()).sum();
+    let (rate, assumed) = recording.working_rate_hz();
+    let time = |row: usize| match &recording.time_s {
+        Some(t) => t.get(row).copied().filter(|t| t.is_finite()),
+        None => (!assumed).then(|| row as f64 / rate),
+    };
+    let stills = spans
+        .iter()
+        .map(|span| {
+            let (mean, _) = moments(&recording.accel, span.clone());
+            let (face, tilt_deg) = Face::nearest(axes.to_case(mean));
+            StillSpan {
+                start_row: span.start,
+                end_row: span.end,
+                lines: [recording.line(span.start), recording.line(span.end - 1)],
+                start_s: time(span.start),
+                end_s: time(span.end - 1),
+                mean,
+                face: (tilt_deg <= MOST_FACE_ANGLE_DEG).then(|| face.name()),
+                tilt_deg,
+            }
+        })
+        .collect();
+    Inspection {
+        file: recording.name.clone(),
+        description: recording.description.clone(),
+        columns: recording.column_names.clone(),
+        account: Account {
+            lines: recording.ledger.lines,
+            rows: recording.ledger.rows,
+            aside: recording
+                .ledger
+                .reasons()
+                .map(|(reason, n)| (reason.name().to_owned(), n))
+                .collect(),
+            sum: recording.ledger.sum(),
+        },
+        timing: recording.timing.clone(),
+        accelerometer: recording.accel_scale,
+        gyroscope,
+        temperature_c: temperature_range(recording),
+        labels: label_counts(recording),
+        stills,
+        turns: turns.iter().map(turn_span).collect(),
+        still_share: held as f64 / recording.rows().max(1) as f64,
+        findings,
+    }
+}
+
+fn turn_span(turn: &Turn) -> TurnSpan {
+    TurnSpan {
+        axis: crate::segment::face::AXES[turn.axis],
+        start_row: turn.rows.start,
+        end_row: turn.rows.end,
+    }
+}
+
+fn temperature_range(recording: &Recording) -> Option<[f64; 2]> {
+    let some = || {
+        recording
+            .temperature_c
+            .iter()
+            .flatten()
+            .copied()
+            .filter(|t| t.is_finite())
+    };
+    let low = some().fold(f64::INFINITY, f64::min);
+    let high = some().fold(f64::NEG_INFINITY, f64::max);
+    (low <= high).then_some([low, high])
+}
+
+fn label_counts(recording: &Recording) -> Vec<(String, u64)> {
+    let Some(labels) = &recording.labels else {
+        return Vec::new();
+    };
+    let mut counts = vec![0_u64; labels.names.len()];
+    for &label in &labels.of_row {
+        counts[label as usize] += 1;
+    }
+    labels.names.iter().cloned().zip(counts).collect()
+}

@@ -1,0 +1,80 @@
+use super::*;
+use crate::recording::dialect::sniff;
+
+fn layout(text: &str, spec: Option<&str>) -> Result<Layout> {
+    let spec = spec.map(|s| s.parse().unwrap());
+    find(
+        &sniff(text.as_bytes(), true, 3).unwrap(),
+        spec.as_ref(),
+        &mut Vec::new(),
+    )
+}
+
+#[test]
+fn the_reports_header() {
+    let l = layout(
+        "Timestamp,aX (g),aY (g),aZ (g),Temp (C),gX (°/s),gY (°/s),gZ (°/s)\n1,2,3,4,5,6,7,8\n",
+        None,
+    )
+    .unwrap();
+    assert_eq!(l.field(Quantity::Gyro(2)), Some(7));
+    assert_eq!(l.accel_claim, Some(AccelUnit::StandardGravity));
+    assert_eq!(l.gyro_claim, Some(GyroUnit::DegreePerSecond));
+}
+
+#[test]
+fn the_first_of_two_sensors_unless_told() {
+    let text = "l_acc_x,r_acc_x,l_acc_y,r_acc_y,l_acc_z,r_acc_z\n1,2,3,4,5,6\n";
+    assert_eq!(
+        layout(text, None).unwrap().field(Quantity::Accel(1)),
+        Some(2)
+    );
+    let told = layout(text, Some("ax=r_acc_x,ay=r_acc_y,az=r_acc_z")).unwrap();
+    assert_eq!(told.field(Quantity::Accel(1)), Some(3));
+}
+
+#[test]
+fn without_names_the_numbers_decide() {
+    let gyro_first: String = (0..50)
+        .map(|i| {
+            format!(
+                "{} 0.01 0.02 0.1 {} 9.8\n",
+                0.03 * f64::from(i % 7),
+                0.01 * f64::from(i % 3)
+            )
+        })
+        .collect();
+    let l = layout(&gyro_first, None).unwrap();
+    assert_eq!(
+        (l.field(Quantity::Accel(0)), l.field(Quantity::Gyro(0))),
+        (Some(3), Some(0))
+    );
+    let timed = layout(
+        "0.01 33000 33100 36400\n0.02 33000 33100 36400\n0.035 33000 33101 36400\n0.04 1 2 3\n",
+        None,
+    )
+    .unwrap();
+    assert_eq!(
+        (timed.field(Quantity::Time), timed.field(Quantity::Accel(2))),
+        (Some(0), Some(3))
+    );
+}
+
+#[test]
+fn what_is_not_there_is_said() {
+    assert_eq!(
+        layout("a,b,c\n1,2,3\n", None).unwrap_err().code(),
+        "no-accelerometer"
+    );
+    assert_eq!(
+        layout("1,2,3,4,5\n1,2,3,4,5\n", None).unwrap_err().code(),
+        "columns-unknown"
+    );
+    assert_eq!(
+        layout("p,q,r\n1,2,3\n", Some("ax=p,ay=q,az=x"))
+            .unwrap_err()
+            .code(),
+        "columns-missing"
+    );
+    assert!("ax,by".parse::<ColumnsSpec>().is_err());
+}

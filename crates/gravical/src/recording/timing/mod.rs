@@ -1,0 +1,232 @@
+//! Time stamps as they were recorded: unit, wraps, repeats, gaps, true rate.
+
+mod faults;
+#[cfg(test)]
+mod tests;
+mod unit;
+
+use serde::Serialize;
+
+use super::POSSIBLE;
+use super::finding::Finding;
+use crate::stats::{median, standard_deviation};
+
+use faults::{Followed, follow};
+pub use unit::TimeUnit;
+use unit::guess_unit;
+
+/// What the time stamps say about the sampling.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Timing {
+    /// Unit of the stamps; none without stamps.
+    pub unit: Option<TimeUnit>,
+    /// The rate that somebody claims (metadata, `--rate`), in Hz.
+    pub nominal_rate_hz: Option<f64>,
+    /// One over the median step, in Hz.
+    pub median_rate_hz: Option<f64>,
+    /// Rows per second over the whole recording, in Hz: what is really there.
+    pub mean_rate_hz: Option<f64>,
+    /// From the first stamp to the last, in s; without stamps rows over rate.
+    pub duration_s: Option<f64>,
+    /// Standard deviation of the steps that are no gaps, in s.
+    pub jitter_s: Option<f64>,
+    /// Share of samples that are missing, 0 to 1.
+    pub missing_share: Option<f64>,
+}
+
+impl Timing {
+    /// The rate to work with, in Hz: that of the stamps, else the claimed one.
+    #[must_use]
+    pub fn rate_hz(&self) -> Option<f64> {
+        self.median_rate_hz.or(self.nominal_rate_hz)
+    }
+}
+
+/// Result of looking at the stamps.
+pub(super) struct Timed {
+    pub timing: Timing,
+    /// Seconds from the first row; none when the stamps are of no use.
+    pub time_s: Option<Vec<f64>>,
+    /// Rows at which the clock started anew.
+    pub restarts: Vec<usize>,
+    pub findings: Vec<Finding>,
+}
+
+/// What is known about the stamps from outside.
+pub(super) struct Claims {
+    pub unit: Option<TimeUnit>,
+    pub nominal_rate_hz: Option<f64>,
+    /// Span of the temperature in the recording, °C: a sensor cannot warm by
+    /// tens of degrees within seconds.
+    pub temperature_span_c: f64,
+}
+
+/// Judges raw stamps; `line` gives the line of a row.
+pub(super) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64) -> Timed {
+    let mut findings = Vec::new();
+    let steps: Vec<f64> = raw.windows(2).map(|w| w[1] - w[0]).collect();
+    let mut rising: Vec<f64> = steps.iter().copied().filter(|d| *d > 0.0).collect();
+    let Some(median) = median(&mut rising) else {
+        findings.push(Finding::warning(
+            "frozen-time",
+            "the time stamps never advance; they are not used",
+        ));
+        return untimed(raw.len(), claims, findings);
+    };
+    let unit = match claims.unit {
+        Some(unit) if POSSIBLE.contains(&(1.0 / (median * unit.seconds()))) => unit,
+        Some(unit) => {
+            findings.push(Finding::warning(
+                "time-unit-unknown",
+                format!("steps of {median:e} {} are no rate that a sensor has; the stamps are not used (give --time-unit)", unit.name()),
+            ));
+            return untimed(raw.len(), claims, findings);
+        }
+        None => match guess_unit(&raw, median, claims, &mut findings) {
+            Some(unit) => unit,
+            None => {
+                findings.push(Finding::warning(
+                    "time-unit-unknown",
+                    format!("steps of {median} fit no unit of time at a usual rate; the stamps are not used (give --time-unit)"),
+                ));
+                return untimed(raw.len(), claims, findings);
+            }
+        },
+    };
+    let per_s = unit.seconds();
+    let Followed {
+        time_s,
+        restarts,
+        duration_s,
+        faults,
+    } = follow(&raw, median, per_s, line);
+    let n = time_s.iter().filter(|t| t.is_finite()).count();
+    let mean_rate = (n > 1 && duration_s > 0.0)
+        .then(|| (n - 1) as f64 / duration_s)
+        .filter(|rate| POSSIBLE.contains(rate));
+    let median_s = median * per_s;
+    let regular: Vec<f64> = steps
+        .iter()
+        .map(|d| d * per_s)
+        .filter(|d| *d >= 0.0 && *d < 1.5 * median_s)
+        .collect();
+    let missing: f64 = steps
+        .iter()
+        .filter(|d| **d > 1.5 * median && **d < 1e6 * median)
+        .map(|d| (d / median).round() - 1.0)
+        .sum();
+    faults.report(&mut findings, n);
+
+    // Several samples that arrive with one stamp, then a long step: stamps of
+    // arrival at the computer, not of sampling.
+    let bunched = steps
+        .iter()
+        .filter(|d| **d >= 0.0 && **d * per_s * mean_rate.unwrap_or(0.0) < 0.2)
+        .count();
+    if bunched * 2 > steps.len() && n > 20 {
+        findings.push(
+            Finding::warning(
+                "burst-time",
+                format!(
+                    "{bunched} of {} steps are far shorter than the mean: the stamps are times of arrival; the mean rate of {:.2} Hz is used instead",
+                    steps.len(),
+                    mean_rate.unwrap_or(f64::NAN)
+                ),
+            )
+            .counting(bunched as u64),
+        );
+        let rate = mean_rate.unwrap_or(1.0);
+        let timing = Timing {
+            unit: Some(unit),
+            nominal_rate_hz: claims.nominal_rate_hz,
+            median_rate_hz: mean_rate,
+            mean_rate_hz: mean_rate,
+            duration_s: Some(duration_s),
+            jitter_s: None,
+            missing_share: None,
+        };
+        let time_s = (0..raw.len()).map(|i| i as f64 / rate).collect();
+        return Timed {
+            timing,
+            time_s: Some(time_s),
+            restarts,
+            findings,
+        };
+    }
+    let timing = Timing {
+        unit: Some(unit),
+        nominal_rate_hz: claims.nominal_rate_hz,
+        median_rate_hz: Some(steady_rate(&regular, median_s)),
+        mean_rate_hz: mean_rate,
+        duration_s: Some(duration_s),
+        jitter_s: (regular.len() > 2).then(|| standard_deviation(&regular)),
+        missing_share: Some(missing / (n as f64 + missing).max(1.0)),
+    };
+    rate_findings(&timing, missing, &mut findings);
+    Timed {
+        timing,
+        time_s: Some(time_s),
+        restarts,
+        findings,
+    }
+}
+
+/// Without stamps: the claimed rate is all there is.
+pub(super) fn untimed(rows: usize, claims: &Claims, findings: Vec<Finding>) -> Timed {
+    Timed {
+        timing: Timing {
+            unit: None,
+            nominal_rate_hz: claims.nominal_rate_hz,
+            median_rate_hz: None,
+            mean_rate_hz: None,
+            duration_s: claims.nominal_rate_hz.map(|r| rows as f64 / r),
+            jitter_s: None,
+            missing_share: None,
+        },
+        time_s: None,
+        restarts: Vec::new(),
+        findings,
+    }
+}
+
+/// The median of millisecond stamps at 62.5 Hz is 16 ms exactly never: use the
+/// mean of the steps near the median.
+fn steady_rate(regular: &[f64], median_s: f64) -> f64 {
+    let near: Vec<f64> = regular
+        .iter()
+        .copied()
+        .filter(|d| *d > 0.5 * median_s)
+        .collect();
+    if near.is_empty() {
+        return 1.0 / median_s;
+    }
+    near.len() as f64 / near.iter().sum::<f64>()
+}
+
+fn rate_findings(timing: &Timing, missing: f64, findings: &mut Vec<Finding>) {
+    if let (Some(nominal), Some(rate)) = (timing.nominal_rate_hz, timing.rate_hz())
+        && (rate / nominal - 1.0).abs() > 0.02
+    {
+        findings.push(Finding::warning(
+            "rate-mismatch",
+            format!(
+                "{nominal} Hz is claimed, the time stamps say {rate:.2} Hz; the stamps are used"
+            ),
+        ));
+    }
+    if let Some(share) = timing.missing_share
+        && share > 0.001
+        && missing >= 1.0
+    {
+        findings.push(
+            Finding::warning(
+                "missing-samples",
+                format!(
+                    "{missing:.0} samples ({:.1} %) are missing between the time stamps",
+                    100.0 * share
+                ),
+            )
+            .counting(missing as u64),
+        );
+    }
+}

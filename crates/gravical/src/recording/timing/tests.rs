@@ -1,0 +1,94 @@
+use super::*;
+
+fn judged(raw: Vec<f64>) -> Timed {
+    let claims = Claims {
+        unit: None,
+        nominal_rate_hz: None,
+        temperature_span_c: 0.0,
+    };
+    judge(raw, &claims, |row| row as u64 + 1)
+}
+
+fn kinds(timed: &Timed) -> Vec<&str> {
+    timed.findings.iter().map(|f| f.kind.as_str()).collect()
+}
+
+#[test]
+fn millisecond_stamps_at_62_5_hz_give_the_true_rate() {
+    let timed = judged((0..1000).map(|i| (f64::from(i) * 16.0).floor()).collect());
+    let rate = timed.timing.rate_hz().unwrap();
+    assert_eq!(timed.timing.unit, Some(TimeUnit::Millisecond));
+    assert!((rate - 62.5).abs() < 0.01, "{rate}");
+    assert!(timed.findings.is_empty());
+}
+
+#[test]
+fn a_wrapped_counter_goes_on() {
+    let start = 4_294_967_296.0 - 50.0;
+    let raw = (0..20)
+        .map(|i| (start + 10.0 * f64::from(i)) % 4_294_967_296.0)
+        .collect();
+    let timed = judged(raw);
+    assert_eq!(kinds(&timed), ["wrapped-time"]);
+    let t = timed.time_s.unwrap();
+    assert!(t.windows(2).all(|w| (w[1] - w[0] - 0.01).abs() < 1e-9));
+}
+
+#[test]
+fn repeats_steps_back_and_gaps_are_named_with_their_lines() {
+    let mut raw: Vec<f64> = (0..200).map(|i| 10.0 * f64::from(i)).collect();
+    raw[50] = raw[49];
+    raw[70] = raw[68] - 5.0;
+    for t in &mut raw[100..] {
+        *t += 300.0;
+    }
+    let timed = judged(raw);
+    assert_eq!(
+        kinds(&timed),
+        ["backward-time", "duplicate-time", "gap", "missing-samples"]
+    );
+    assert_eq!(timed.findings[1].lines, [[51, 51]]);
+    assert!((timed.timing.median_rate_hz.unwrap() - 100.0).abs() < 0.5);
+}
+
+#[test]
+fn a_reset_of_the_board_is_a_break() {
+    let mut raw: Vec<f64> = (0..100).map(|i| 5000.0 + 10.0 * f64::from(i)).collect();
+    raw.extend((0..100).map(|i| 120.0 + 10.0 * f64::from(i)));
+    let timed = judged(raw);
+    assert_eq!(kinds(&timed), ["restarted-time"]);
+    assert_eq!(timed.restarts, [100]);
+}
+
+#[test]
+fn bursts_are_arrival_times() {
+    let raw = (0..300).map(|i| f64::from(i / 10) * 100.0).collect();
+    let timed = judged(raw);
+    assert!(kinds(&timed).contains(&"burst-time"));
+    assert!((timed.timing.rate_hz().unwrap() - 103.0).abs() < 1.0);
+}
+
+#[test]
+fn an_undocumented_unit_is_settled_by_the_temperature() {
+    let raw: Vec<f64> = (0..5000).map(|i| 505_700.0 * f64::from(i)).collect();
+    let claims = |span| Claims {
+        unit: None,
+        nominal_rate_hz: None,
+        temperature_span_c: span,
+    };
+    let warm = judge(raw.clone(), &claims(70.0), |r| r as u64);
+    assert_eq!(warm.timing.unit, Some(TimeUnit::Microsecond));
+    let plain = judge(raw, &claims(0.0), |r| r as u64);
+    assert_eq!(plain.timing.unit, Some(TimeUnit::Nanosecond));
+    assert_eq!(kinds(&plain), ["time-unit-assumed"]);
+}
+
+#[test]
+fn a_stamp_since_1970_tells_its_unit() {
+    let raw = (0..50)
+        .map(|i| 1_730_147_727_805_583_790.0 + 1e6 * f64::from(i))
+        .collect();
+    let timed = judged(raw);
+    assert_eq!(timed.timing.unit, Some(TimeUnit::Nanosecond));
+    assert!(timed.findings.is_empty());
+}

@@ -1,0 +1,134 @@
+//! The unit of time stamps: as named, or guessed from their steps.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Claims;
+use crate::recording::finding::Finding;
+
+/// Unit of the time stamps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum TimeUnit {
+    /// Seconds.
+    #[serde(rename = "s")]
+    Second,
+    /// Milliseconds.
+    #[serde(rename = "ms")]
+    Millisecond,
+    /// Microseconds.
+    #[serde(rename = "us")]
+    Microsecond,
+    /// Nanoseconds.
+    #[serde(rename = "ns")]
+    Nanosecond,
+}
+
+impl TimeUnit {
+    const ALL: [TimeUnit; 4] = [
+        TimeUnit::Second,
+        TimeUnit::Millisecond,
+        TimeUnit::Microsecond,
+        TimeUnit::Nanosecond,
+    ];
+
+    /// Seconds per unit.
+    #[must_use]
+    pub fn seconds(self) -> f64 {
+        match self {
+            TimeUnit::Second => 1.0,
+            TimeUnit::Millisecond => 1e-3,
+            TimeUnit::Microsecond => 1e-6,
+            TimeUnit::Nanosecond => 1e-9,
+        }
+    }
+
+    /// As it is written in options.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            TimeUnit::Second => "s",
+            TimeUnit::Millisecond => "ms",
+            TimeUnit::Microsecond => "us",
+            TimeUnit::Nanosecond => "ns",
+        }
+    }
+
+    /// Understands a unit as people write it.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        Some(match text.trim().to_lowercase().as_str() {
+            "s" | "sec" | "secs" | "second" | "seconds" => TimeUnit::Second,
+            "ms" | "msec" | "millis" | "millisecond" | "milliseconds" => TimeUnit::Millisecond,
+            "us" | "µs" | "μs" | "usec" | "micros" | "microsecond" | "microseconds" => {
+                TimeUnit::Microsecond
+            }
+            "ns" | "nsec" | "nanos" | "nanosecond" | "nanoseconds" => TimeUnit::Nanosecond,
+            _ => return None,
+        })
+    }
+}
+
+/// Rates that recordings have, Hz.
+const PLAUSIBLE_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
+
+/// Seconds since 1970 from 2000 to 2100.
+const DATES_S: std::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
+
+/// The unit at which the median step gives a usual rate, nearest to 100 Hz
+/// where two do.
+pub(super) fn guess_unit(
+    raw: &[f64],
+    median: f64,
+    claims: &Claims,
+    findings: &mut Vec<Finding>,
+) -> Option<TimeUnit> {
+    let steps = raw.len() - 1;
+    let mut fitting: Vec<(TimeUnit, f64)> = TimeUnit::ALL
+        .into_iter()
+        .map(|u| (u, 1.0 / (median * u.seconds())))
+        .filter(|(_, rate)| PLAUSIBLE_HZ.contains(rate))
+        .collect();
+    if let Some(nominal) = claims.nominal_rate_hz
+        && let Some(at) = fitting
+            .iter()
+            .position(|(_, rate)| (rate / nominal - 1.0).abs() < 0.5)
+    {
+        return Some(fitting[at].0);
+    }
+    // A stamp that counts from 1970 is a date in one unit only.
+    let date = |u: TimeUnit| raw[0].is_finite() && DATES_S.contains(&(raw[0] * u.seconds()));
+    if let Some((unit, _)) = fitting.iter().find(|(u, _)| date(*u)) {
+        return Some(*unit);
+    }
+    // Faster than 2 °C a second is no temperature of a sensor.
+    let slowest_s = claims.temperature_span_c / 2.0;
+    let calm: Vec<_> = fitting
+        .iter()
+        .copied()
+        .filter(|(_, rate)| steps as f64 / rate >= slowest_s)
+        .collect();
+    let by_temperature = calm.len() < fitting.len() && !calm.is_empty();
+    if !calm.is_empty() {
+        fitting = calm;
+    }
+    fitting.sort_by(|a, b| {
+        let far = |rate: f64| (rate / 100.0).ln().abs();
+        far(a.1).total_cmp(&far(b.1))
+    });
+    let &(unit, rate) = fitting.first()?;
+    if by_temperature || fitting.len() > 1 {
+        findings.push(Finding::warning(
+            "time-unit-assumed",
+            format!(
+                "the time stamps are taken as {} ({rate:.2} Hz){}; --time-unit says otherwise",
+                unit.name(),
+                if by_temperature {
+                    ", since in a finer unit the temperature would change impossibly fast"
+                } else {
+                    ""
+                }
+            ),
+        ));
+    }
+    Some(unit)
+}

@@ -1,0 +1,10 @@
+//! Results as text for people, 80 columns wide. Every number comes from the
+//! same value that is written as JSON.
+
+mod calibration;
+mod inspection;
+mod text;
+
+pub use calibration::calibration_text;
+pub use inspection::inspection_text;
+pub use text::findings_text;

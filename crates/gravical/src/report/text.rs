@@ -1,0 +1,118 @@
+//! Pieces of text: numbers with as many digits as they are worth, wrapped
+//! sentences, findings.
+
+use crate::recording::finding::format_spans;
+use crate::recording::{Finding, Severity};
+
+/// Width of a line.
+pub(super) const WIDTH: usize = 80;
+
+/// Decimals that show `uncertainty` with two digits, 0 to 6.
+pub(super) fn decimals_for(uncertainty: f64) -> usize {
+    if !(uncertainty.is_finite() && uncertainty > 0.0) {
+        return 6;
+    }
+    (1.0 - uncertainty.log10().floor()).clamp(0.0, 6.0) as usize
+}
+
+/// Decimals that show `value` with `digits` significant digits, 0 to 6.
+pub(super) fn decimals_of(value: f64, digits: i32) -> usize {
+    let magnitude = value.abs().max(1e-9).log10().floor() as i32;
+    (digits - 1 - magnitude).clamp(0, 6) as usize
+}
+
+/// A paragraph, its first line behind `first`, the others behind as much space.
+pub(super) fn paragraph(first: &str, text: &str) -> String {
+    let rest = " ".repeat(first.chars().count());
+    let options = textwrap::Options::new(WIDTH)
+        .initial_indent(first)
+        .subsequent_indent(&rest)
+        .break_words(false);
+    let mut out = textwrap::fill(text, options);
+    out.push('\n');
+    out
+}
+
+/// Findings, warnings first; those that several files share are told once.
+#[must_use]
+pub fn findings_text(findings: &[Finding], several_files: bool) -> String {
+    let mut out = String::new();
+    let mut told: Vec<(&str, &str)> = Vec::new();
+    for severity in [Severity::Warning, Severity::Note] {
+        for finding in findings.iter().filter(|f| f.severity == severity) {
+            // Numbers differ from file to file; the words do not.
+            let same = |f: &&Finding| {
+                f.kind == finding.kind && skeleton(&f.message) == skeleton(&finding.message)
+            };
+            let alike: Vec<&Finding> = findings.iter().filter(same).collect();
+            if told.iter().any(|(kind, message)| {
+                *kind == finding.kind && skeleton(message) == skeleton(&finding.message)
+            }) {
+                continue;
+            }
+            told.push((&finding.kind, &finding.message));
+            let mark = match severity {
+                Severity::Warning => "  ! ",
+                Severity::Note => "  · ",
+            };
+            let mut text = format!("{}: {}", finding.kind, finding.message);
+            if !finding.lines.is_empty() {
+                let lines = format_spans(&finding.lines, finding.count, 4);
+                let word = if finding.count == 1 { "line" } else { "lines" };
+                text.push_str(&format!(" [{word} {lines}]"));
+            }
+            if several_files && let Some(file) = &finding.file {
+                let name = short_name(file);
+                let files = alike.iter().filter_map(|f| f.file.as_ref()).count();
+                text.push_str(&match files {
+                    0 | 1 => format!(" ({name})"),
+                    n => format!(" ({name} and {} more)", n - 1),
+                });
+            }
+            out.push_str(&paragraph(mark, &text));
+        }
+    }
+    out
+}
+
+fn skeleton(message: &str) -> String {
+    message
+        .chars()
+        .filter(|c| !c.is_ascii_digit() && !matches!(c, '.' | '-'))
+        .collect()
+}
+
+/// Name of a file without its folder.
+pub(super) fn short_name(path: &str) -> String {
+    std::path::Path::new(path)
+        .file_name()
+        .map_or_else(|| path.to_owned(), |n| n.to_string_lossy().into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_follow_the_uncertainty() {
+        assert_eq!(decimals_for(0.0021), 4);
+        assert_eq!(decimals_for(0.21), 2);
+        assert_eq!(decimals_for(21.0), 0);
+        assert_eq!(decimals_of(16384.0, 6), 1);
+        assert_eq!(decimals_of(1.0015, 6), 5);
+    }
+
+    #[test]
+    fn shared_findings_are_told_once() {
+        let finding =
+            |file: &str, n: u32| Finding::warning("gap", format!("{n} gaps")).in_file(file);
+        let text = findings_text(&[finding("a/x.csv", 1), finding("a/y.csv", 2)], true);
+        assert_eq!(text, "  ! gap: 1 gaps (x.csv and 1 more)\n");
+    }
+
+    #[test]
+    fn no_line_is_wider_than_the_screen() {
+        let text = paragraph("  ! ", &"word ".repeat(60));
+        assert!(text.lines().all(|l| l.chars().count() <= WIDTH));
+    }
+}

@@ -1,0 +1,247 @@
+//! Checks that can show a calibration wrong, and the verdict.
+
+use crate::calibration_file::{AccelerometerSection, Grade, PositionKind, TiltSource, Verdict};
+use crate::estimate::ferraris::Faces;
+use crate::recording::Finding;
+use crate::segment::Placement;
+use crate::segment::face::{Claim, Face};
+
+use super::errors::free_norm_error;
+
+/// Scale further from nominal than this is wrong rather than inaccurate, %.
+/// The data sheet allows 3 %, a second range is 100 % away.
+const SCALE_GATE_PERCENT: f64 = 10.0;
+/// Scale further from nominal than this is worth a word, %.
+const SCALE_NOTE_PERCENT: f64 = 5.0;
+/// A bias above this is no MPU6050's, m/s² (0.35 g).
+const BIAS_GATE_MPS2: f64 = 0.35 * 9.80665;
+/// Above this a face is accepted with a note, degrees.
+const FACE_NOTE_DEG: f64 = 10.0;
+
+/// Kinds of findings that make a calibration poor.
+const GATES: [&str; 5] = [
+    "scale-off",
+    "large-bias",
+    "clipped-hold",
+    "names-mirrored",
+    "turned-other-way",
+];
+
+/// Checks of the accelerometer's parameters and placements; `offset` is the zero
+/// offset in its bias.
+#[must_use]
+pub fn accelerometer(
+    section: &AccelerometerSection,
+    faces: &Faces,
+    placements: &[Placement],
+    offset: f64,
+    face_angle_rms_deg: f64,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let axes = ["x", "y", "z"];
+    if let Some(deviation) = section.scale_deviation_percent {
+        let off: Vec<String> = (0..3)
+            .filter(|&i| deviation[i].abs() > SCALE_NOTE_PERCENT)
+            .map(|i| format!("{} {:+.1} %", axes[i], deviation[i]))
+            .collect();
+        let worst = deviation.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+        if worst > SCALE_GATE_PERCENT {
+            findings.push(Finding::warning(
+                "scale-off",
+                format!(
+                    "the scale is off by more than {SCALE_GATE_PERCENT} % ({}): a data sheet allows 3; is the unit or the range right?",
+                    off.join(", ")
+                ),
+            ));
+        } else if !off.is_empty() {
+            findings.push(Finding::warning(
+                "scale-high",
+                format!(
+                    "the scale is further from nominal than usual ({})",
+                    off.join(", ")
+                ),
+            ));
+        }
+    }
+    let bias_mps2: [f64; 3] =
+        std::array::from_fn(|i| (section.bias[i] - offset) / section.scale[i]);
+    let large: Vec<String> = (0..3)
+        .filter(|&i| bias_mps2[i].abs() > BIAS_GATE_MPS2)
+        .map(|i| format!("{} {:+.2} m/s²", axes[i], bias_mps2[i]))
+        .collect();
+    if !large.is_empty() && offset == 0.0 {
+        findings.push(Finding::warning(
+            "large-bias",
+            format!(
+                "a bias above 0.35 g ({}): no sensor of this kind has that",
+                large.join(", ")
+            ),
+        ));
+    }
+    for (index, placement) in placements.iter().enumerate() {
+        if faces.face_of(index).is_some() && placement.clipped > 0 {
+            findings.push(
+                Finding::warning(
+                    "clipped-hold",
+                    format!(
+                        "{}: {} samples at the end of the range; its mean is too small",
+                        placement.label, placement.clipped
+                    ),
+                )
+                .in_file(&placement.source),
+            );
+        }
+    }
+    findings.extend(tilts(section, faces, placements, face_angle_rms_deg));
+    findings
+}
+
+/// Tilts: of single faces that lie far off, and of all when they are larger
+/// than the uncertainty assumes.
+fn tilts(
+    section: &AccelerometerSection,
+    faces: &Faces,
+    placements: &[Placement],
+    face_angle_rms_deg: f64,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut list = Vec::new();
+    let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+    for (index, placement) in placements.iter().enumerate() {
+        let Some(face) = faces.face_of(index) else {
+            continue;
+        };
+        let tilt = placement.angle_deg;
+        list.push(format!("{} {tilt:.1}°", face.name()));
+        (low, high) = (low.min(tilt), high.max(tilt));
+        if tilt > FACE_NOTE_DEG {
+            findings.push(
+                Finding::warning(
+                    "face-tilt",
+                    format!(
+                        "{} lies {tilt:.1}° off its face (raw, bias included): more than {FACE_NOTE_DEG}° costs accuracy",
+                        face.name()
+                    ),
+                )
+                .in_file(&placement.source),
+            );
+        }
+    }
+    let Some(tilt) = section.placement_tilt_deg else {
+        return findings;
+    };
+    if tilt.source == TiltSource::Estimated {
+        findings.push(Finding::warning(
+            "placement-tilt",
+            format!(
+                "the placements lie {low:.1}–{high:.1}° off their faces ({}), {face_angle_rms_deg:.1}° rms without the bias. Six faces cannot tell placement from misalignment, R shows both{}. A box or a jig would help",
+                list.join(", "),
+                if section.covariance.is_some() {
+                    format!("; the uncertainty is computed with a tilt of {:.1}°", tilt.value)
+                } else {
+                    String::new()
+                }
+            ),
+        ));
+    }
+    findings
+}
+
+/// Names that, taken together, describe a mirrored sensor: placements were
+/// swapped. All six the other way round is a convention, and a turned board a
+/// mounting; both keep the data's word.
+#[must_use]
+pub fn names(placements: &[Placement], by_name: bool) -> Vec<Finding> {
+    if by_name {
+        return Vec::new();
+    }
+    // Where the names send each face of the data.
+    let mut sent: [Option<Face>; 6] = [None; 6];
+    for placement in placements {
+        if let (Some(Claim::Face(claimed)), Some(face)) = (placement.claim, placement.face) {
+            sent[face.index()] = Some(claimed);
+        }
+    }
+    let all: Option<Vec<Face>> = sent.into_iter().collect();
+    let Some(all) = all else {
+        return Vec::new();
+    };
+    let unchanged = Face::all().iter().zip(&all).all(|(a, b)| a == b);
+    let reversed = Face::all()
+        .iter()
+        .zip(&all)
+        .all(|(a, b)| a.opposite() == *b);
+    if unchanged {
+        return Vec::new();
+    }
+    if reversed {
+        return vec![Finding::note(
+            "names-reversed",
+            "every name says the opposite of the data: here a sign means the axis that points down; the data are believed",
+        )];
+    }
+    let consistent = (0..3).all(|axis| all[2 * axis].opposite() == all[2 * axis + 1]);
+    let columns: [[f64; 3]; 3] = std::array::from_fn(|axis| all[2 * axis].direction());
+    let hand = gravical_core::matrix3::det(&columns);
+    if consistent && hand > 0.5 {
+        return vec![Finding::warning(
+            "names-turned",
+            "the names describe a board that sits turned in its case; the calibration is in axes of the board. If the case is meant, say so with --axes, or --faces names",
+        )];
+    }
+    vec![Finding::warning(
+        "names-mirrored",
+        "the names contradict the data in a way that no mounting explains (two placements swapped?); the faces were taken from the data, but check which recording is which",
+    )]
+}
+
+/// Grade and reasons. A fit of six faces leaves nothing to verify it with.
+#[must_use]
+pub fn verdict(section: &AccelerometerSection, findings: &[Finding]) -> Verdict {
+    let mut reasons: Vec<String> = findings
+        .iter()
+        .filter(|f| GATES.contains(&f.kind.as_str()))
+        .map(|f| f.message.clone())
+        .collect();
+    let grade = if reasons.is_empty() {
+        Grade::NotVerifiable
+    } else {
+        Grade::Poor
+    };
+    reasons.push(if section.degrees_of_freedom == 0 {
+        "six faces determine six parameters of the magnitude exactly: the residuals of the fitted placements prove nothing".to_owned()
+    } else {
+        "the six-face method compares no placement that it was not fitted to: its residuals prove nothing".to_owned()
+    });
+    if let Some(error) = section.predicted_norm_error_mps2
+        && let Some(tilt) = section.placement_tilt_deg
+    {
+        reasons.push(format!(
+            "by noise and a placement tilt of {:.2}° ({}) the magnitude at rest is uncertain by {:.0} mm/s² ({:.1} mg), 1σ over all directions",
+            tilt.value,
+            match tilt.source {
+                TiltSource::Given => "given",
+                TiltSource::Estimated => "what the faces show",
+                TiltSource::Assumed => "assumed",
+            },
+            1000.0 * error,
+            1000.0 * error / gravical_core::unit::STANDARD_GRAVITY_MPS2
+        ));
+    }
+    let gravity = section
+        .positions
+        .iter()
+        .find(|p| p.kind == PositionKind::Face)
+        .map_or(0.0, |p| {
+            p.expected.iter().map(|e| e * e).sum::<f64>().sqrt()
+        });
+    if let Some((error, count)) = free_norm_error(&section.positions, gravity) {
+        reasons.push(format!(
+            "{count} oblique {} no part in the fit; there the magnitude is off by {:.0} mm/s² ({:.1} mg) rms",
+            if count == 1 { "placement took" } else { "placements took" },
+            1000.0 * error,
+            1000.0 * error / gravical_core::unit::STANDARD_GRAVITY_MPS2
+        ));
+    }
+    Verdict { grade, reasons }
+}

@@ -1,0 +1,89 @@
+//! Errors of the placements: what each read, what it should have read.
+
+use gravical_core::calibration::Calibration;
+
+use crate::calibration_file::{FitErrors, Position, PositionKind};
+use crate::estimate::ferraris::Faces;
+use crate::segment::Placement;
+
+fn norm(v: [f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// One entry a placement: faces against ±g on their axis, oblique ones against
+/// gravity's length along their own direction. `offset` is added back to the
+/// raw means, so that they are the file's own numbers. Means are in channels of
+/// the board, faces in axes of the case: the calibration leads from one to the
+/// other.
+#[must_use]
+pub fn positions(
+    placements: &[Placement],
+    faces: &Faces,
+    calibration: &Calibration<f64>,
+    gravity: f64,
+    offset: f64,
+) -> Vec<Position> {
+    placements
+        .iter()
+        .enumerate()
+        .map(|(index, placement)| {
+            let calibrated = calibration.apply(placement.mean);
+            let face = faces.face_of(index);
+            let length = norm(calibrated).max(f64::MIN_POSITIVE);
+            let expected = match face {
+                Some(face) => face.direction().map(|d| d * gravity),
+                None => calibrated.map(|c| c / length * gravity),
+            };
+            let error = std::array::from_fn(|i| calibrated[i] - expected[i]);
+            Position {
+                label: face.map_or_else(|| placement.label.clone(), |f| f.name()),
+                kind: match face {
+                    Some(_) => PositionKind::Face,
+                    None => PositionKind::Free,
+                },
+                source: placement.source.clone(),
+                rows: placement.count as u64,
+                raw: placement.mean.map(|m| m + offset),
+                expected,
+                calibrated,
+                error,
+                error_norm: norm(error),
+                tilt_deg: face.map(|_| placement.angle_deg),
+            }
+        })
+        .collect()
+}
+
+/// RMS over all components, largest component and mean norm of the errors of
+/// the fitted faces.
+#[must_use]
+pub fn fit_errors(positions: &[Position]) -> Option<FitErrors> {
+    let faces: Vec<&Position> = positions
+        .iter()
+        .filter(|p| p.kind == PositionKind::Face)
+        .collect();
+    if faces.is_empty() {
+        return None;
+    }
+    let components: Vec<f64> = faces.iter().flat_map(|p| p.error).collect();
+    Some(FitErrors {
+        rms: (components.iter().map(|e| e * e).sum::<f64>() / components.len() as f64).sqrt(),
+        max: components.iter().fold(0.0, |m, e| m.max(e.abs())),
+        mean_norm: faces.iter().map(|p| p.error_norm).sum::<f64>() / faces.len() as f64,
+    })
+}
+
+/// RMS of ‖a‖ − g over the oblique placements, which took no part in a fit of
+/// six faces, m/s², and their number.
+#[must_use]
+pub fn free_norm_error(positions: &[Position], gravity: f64) -> Option<(f64, usize)> {
+    let off: Vec<f64> = positions
+        .iter()
+        .filter(|p| p.kind == PositionKind::Free)
+        .map(|p| norm(p.calibrated) - gravity)
+        .collect();
+    (!off.is_empty()).then(|| {
+        let squares: f64 = off.iter().map(|e| e * e).sum();
+        ((squares / off.len() as f64).sqrt(), off.len())
+    })
+}
