@@ -71,7 +71,7 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
         unpacked.push("gzip".to_owned());
         // Several gzip members in one file are one recording (logs that were
         // packed piece by piece).
-        Box::new(flate2::read::MultiGzDecoder::new(raw))
+        Box::new(Unpacking::new(raw))
     } else {
         raw
     };
@@ -95,6 +95,61 @@ fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, Box<dyn Rea
     reader.by_ref().take(n as u64).read_to_end(&mut head)?;
     let again = io::Cursor::new(head.clone()).chain(reader);
     Ok((head, Box::new(again)))
+}
+
+/// Text of a recording shrinks to a tenth, that of a dead sensor to a
+/// hundredth at the least; what unpacks to more, beyond the first
+/// [`UNPACKED_FREELY`] bytes, was made to fill the memory.
+const MOST_UNPACKED: u64 = 200;
+const UNPACKED_FREELY: u64 = 64 << 20;
+
+/// Unpacks gzip, within reason.
+struct Unpacking {
+    decoder: flate2::read::MultiGzDecoder<Counting>,
+    unpacked: u64,
+}
+
+impl Unpacking {
+    fn new(packed: Box<dyn Read>) -> Self {
+        Unpacking {
+            decoder: flate2::read::MultiGzDecoder::new(Counting {
+                inner: packed,
+                bytes: 0,
+            }),
+            unpacked: 0,
+        }
+    }
+}
+
+impl Read for Unpacking {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.decoder.read(buffer)?;
+        self.unpacked += n as u64;
+        let packed = self.decoder.get_ref().bytes;
+        if self.unpacked > UNPACKED_FREELY.max(MOST_UNPACKED.saturating_mul(packed)) {
+            return Err(io::Error::new(
+                io::ErrorKind::InvalidData,
+                format!(
+                    "it unpacks to more than {MOST_UNPACKED} times its size; no recording does"
+                ),
+            ));
+        }
+        Ok(n)
+    }
+}
+
+/// Passes bytes on and counts them.
+struct Counting {
+    inner: Box<dyn Read>,
+    bytes: u64,
+}
+
+impl Read for Counting {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.bytes += n as u64;
+        Ok(n)
+    }
 }
 
 /// Passes bytes on and hashes them.
@@ -187,6 +242,19 @@ mod tests {
         let (out, how, _) = text(wide);
         assert_eq!(out, "gX (°/s)\n1\n");
         assert_eq!(how, ["UTF-16LE"]);
+    }
+
+    #[test]
+    fn what_was_made_to_fill_the_memory_is_refused() {
+        let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        let block = b"1,1,1\n".repeat(10_000);
+        for _ in 0..=UNPACKED_FREELY / block.len() as u64 {
+            gz.write_all(&block).unwrap();
+        }
+        let bytes = gz.finish().unwrap();
+        let mut input = from_reader(Box::new(io::Cursor::new(bytes)), false).unwrap();
+        let unpacked = io::copy(&mut input.reader, &mut io::sink());
+        assert_eq!(unpacked.unwrap_err().kind(), io::ErrorKind::InvalidData);
     }
 
     #[test]
