@@ -101,7 +101,7 @@ fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, Box<dyn Rea
 /// hundredth at the least; what unpacks to more, beyond the first
 /// [`UNPACKED_FREELY`] bytes, was made to fill the memory.
 const MOST_UNPACKED: u64 = 200;
-const UNPACKED_FREELY: u64 = 64 << 20;
+const UNPACKED_FREELY: u64 = 16 << 20;
 
 /// Unpacks gzip, within reason.
 struct Unpacking {
