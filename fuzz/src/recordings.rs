@@ -173,7 +173,8 @@ const ROWS: [Option<usize>; 6] = [
     Some(usize::MAX),
 ];
 /// Label, start and end in percent of the rows.
-const SECTIONS: [Option<&[(&str, usize, usize)]>; 5] = [
+type Stretch = (&'static str, usize, usize);
+const SECTIONS: [Option<&[Stretch]>; 5] = [
     None,
     Some(&[("x_p", 0, 100)]),
     Some(&[("x_p", 0, 30), ("x_a", 30, 60), ("x_rot", 60, 100)]),
