@@ -1,11 +1,15 @@
 //! Recordings: what has to hold of any that the reader accepts, and of what
-//! segmentation makes of it.
+//! segmentation, inspection and calibration make of it.
 
 use std::ops::Range;
 
+use gravical::calibrate::{CalibrateOptions, calibrate};
+use gravical::calibration_file::CalibrationFile;
+use gravical::inspect::inspect;
 use gravical::recording::{
     AccelUnit, ColumnsSpec, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, read_bytes,
 };
+use gravical::report::{calibration_text, inspection_text};
 use gravical::segment::sections::Section;
 use gravical::segment::{SegmentOptions, Segmentation, segment};
 
@@ -32,7 +36,7 @@ pub fn reader(data: &[u8]) {
         _ => {
             if let Ok(recording) = read_bytes(data, "fuzzed.csv", &ReadOptions::default()) {
                 check_recording(&recording);
-                check_segment(&[recording], &SegmentOptions::default());
+                check_session(&[recording], &SegmentOptions::default());
             }
         }
     }
@@ -81,9 +85,9 @@ fn with_options(choice: &[u8], files: &[u8]) {
         faces_by_name: pick(7) & 0x80 != 0,
         ..SegmentOptions::default()
     };
-    check_segment(&recordings, &options);
+    check_session(&recordings, &options);
     for recording in recordings {
-        check_segment(&[recording], &options);
+        check_session(&[recording], &options);
     }
 }
 
@@ -169,7 +173,8 @@ const ROWS: [Option<usize>; 6] = [
     Some(usize::MAX),
 ];
 /// Label, start and end in percent of the rows.
-const SECTIONS: [Option<&[(&str, usize, usize)]>; 5] = [
+type Stretch = (&'static str, usize, usize);
+const SECTIONS: [Option<&[Stretch]>; 5] = [
     None,
     Some(&[("x_p", 0, 100)]),
     Some(&[("x_p", 0, 30), ("x_a", 30, 60), ("x_rot", 60, 100)]),
@@ -272,6 +277,28 @@ fn check_findings(findings: &[Finding], lines: u64) {
         for &[from, to] in &finding.lines {
             assert!(before < from && from <= to && to <= lines, "{finding:?}");
             before = to;
+        }
+    }
+}
+
+fn check_session(recordings: &[Recording], options: &SegmentOptions) {
+    for recording in recordings {
+        let inspection = inspect(recording, &options.axes);
+        assert!(!inspection_text(&inspection).is_empty());
+    }
+    check_segment(recordings, options);
+    let options = CalibrateOptions {
+        segment: options.clone(),
+        ..CalibrateOptions::default()
+    };
+    if let Ok(calibrated) = calibrate(recordings, &options) {
+        assert!(!calibration_text(&calibrated.file).is_empty());
+        match calibrated.file.to_json() {
+            Ok(text) => {
+                assert!(CalibrationFile::parse(text.as_bytes()).is_ok(), "{text}");
+                super::calibration_file(text.as_bytes());
+            }
+            Err(e) => unreachable!("calibrated and not writable: {e}"),
         }
     }
 }
