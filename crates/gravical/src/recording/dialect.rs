@@ -77,8 +77,9 @@ struct HeadLine<'a> {
 #[must_use]
 pub fn sniff(head: &[u8], whole: bool, min_columns: usize) -> Option<Dialect> {
     let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    let end = terminator(head);
     let mut lines: Vec<HeadLine<'_>> = head
-        .split(|&b| b == terminator(head))
+        .split(|&b| b == end)
         .enumerate()
         .map(|(i, text)| HeadLine {
             number: i as u64 + 1,
