@@ -197,11 +197,12 @@ impl<'a> Stream<'a> {
             if !self.held[sensor] {
                 continue;
             }
-            for slot in from..from + 3 {
-                if values[slot].is_nan() {
-                    values[slot] = self.last[slot];
+            let channels = values[from..from + 3].iter_mut();
+            for (value, last) in channels.zip(&mut self.last[from..from + 3]) {
+                if value.is_nan() {
+                    *value = *last;
                 } else {
-                    self.last[slot] = values[slot];
+                    *last = *value;
                 }
             }
         }

@@ -277,7 +277,7 @@ fn semicolons_decimal_commas_tabs_and_spaces() {
 fn every_line_is_accounted_for() {
     let text = "Fs,100\n\nt,ax,ay,az\n\
                 0,0.1,0.2,9.8\n\n,,,\n1,0.1,0.2,9.8\n# a remark\nt,ax,ay,az\n2,0.1,0.2\n\
-                3,0.1,0.2,9.8,4,0.1\n4,0.1,abc,9.8\n5,,0.2,9.8\n\x006,0.1,0.2,9.8\n";
+                3,0.1,0.2,9.8,4,0.1\n4,0.1,abc,9.8\n5,,0.2,9.8\n\u{0}6,0.1,0.2,9.8\n";
     let (out, summary) = run(&si(), text);
     let starts: Vec<&str> = out.lines().map(|l| l.split(',').next().unwrap()).collect();
     assert_eq!(starts, ["t", "0", "", "", "1", "5", "6"]);

@@ -84,24 +84,23 @@ impl Watch {
     /// A row and the line it stands in.
     #[inline]
     pub fn see(&mut self, values: &Values, line: u64) {
+        // A gyroscope that is not there never changes, all axes alike.
         let mut now = [0.0; 6];
-        now.copy_from_slice(&values[ACCEL..ACCEL + 6]);
-        let mut changed = [false; 6];
-        let mut any = false;
-        for i in 0..self.channels {
-            changed[i] = now[i] != self.previous[i];
-            any |= changed[i];
-            if changed[i] && self.rows - self.runs[i].from_row >= FROZEN_ROWS as u64 {
+        now[..self.channels].copy_from_slice(&values[ACCEL..ACCEL + self.channels]);
+        let changed: [bool; 6] = std::array::from_fn(|i| now[i] != self.previous[i]);
+        let any = changed.contains(&true);
+        for (i, changed) in changed.iter().enumerate() {
+            if *changed && self.rows - self.runs[i].from_row >= FROZEN_ROWS as u64 {
                 self.end_run(i);
             }
         }
-        for i in 0..self.channels {
-            self.changes[i] += u64::from(changed[i]);
+        for (count, changed) in self.changes.iter_mut().zip(changed) {
+            *count += u64::from(changed);
         }
-        for i in 0..self.channels {
+        for (i, run) in self.runs.iter_mut().enumerate() {
             if changed[i] {
                 let sensor = i / 3 * 3;
-                self.runs[i] = Run {
+                *run = Run {
                     from_row: self.rows,
                     from_line: line,
                     changes: [
@@ -155,15 +154,15 @@ impl Watch {
 
     /// The findings, after the last row.
     pub fn finish(mut self, findings: &mut Vec<Finding>) {
-        for i in 0..self.channels {
+        for i in 0..NAMES.len() {
             let length = self.rows - self.runs[i].from_row;
             let whole = length == self.rows && length >= WHOLE_ROWS;
             if length >= FROZEN_ROWS as u64 || whole {
                 self.end_run(i);
             }
         }
-        for i in 0..self.channels {
-            if !self.frozen[i].is_empty() {
+        for (i, lines) in self.frozen.iter().enumerate() {
+            if !lines.is_empty() {
                 findings.push(
                     Finding::warning(
                         "frozen-axis",
@@ -172,7 +171,7 @@ impl Watch {
                             NAMES[i], self.longest[i]
                         ),
                     )
-                    .at_lines(&self.frozen[i]),
+                    .at_lines(lines),
                 );
             }
         }

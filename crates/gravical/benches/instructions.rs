@@ -1,0 +1,106 @@
+//! Instructions, counted under valgrind: the only stable figure on a machine
+//! that others use too.
+//!
+//! `cargo bench --bench instructions` needs valgrind and `gungraun-runner` of
+//! the version that Cargo.lock names for gungraun. Without `--bench`, as
+//! `cargo test --all-targets` calls it, nothing is done.
+
+/// Rows of the recording.
+#[cfg(unix)]
+const ROWS: usize = 10_000;
+
+#[cfg(unix)]
+mod counted {
+    use std::fmt::Write;
+    use std::hint::black_box;
+
+    use gravical::apply::{ApplyOptions, apply};
+    use gravical::calibration_file::CalibrationFile;
+    use gravical::recording::open::{Input, from_reader};
+    use gravical::recording::{ReadOptions, Recording, read_bytes};
+    use gungraun::{library_benchmark, library_benchmark_group};
+
+    use super::ROWS;
+
+    const CALIBRATION: &str = r#"{
+        "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "m/s^2", "cal_type": "Ferraris",
+        "K_a": [[1.02, 0, 0], [0, 0.99, 0], [0, 0, 1.01]], "b_a": [0.1, -0.2, 0.05],
+        "R_a": [[1, 0.01, 0], [0, 1, 0.02], [0.01, 0, 1]],
+        "K_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "b_g": [0, 0, 0],
+        "R_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+        "K_ga": [[0, 0, 0], [0, 0, 0], [0, 0, 0]]
+    }"#;
+
+    /// The columns of the report, noise in the last digits.
+    fn recording() -> Vec<u8> {
+        let mut text =
+            String::from("Timestamp,aX (g),aY (g),aZ (g),Temp (C),gX (°/s),gY (°/s),gZ (°/s)\n");
+        let mut state = 1_u32;
+        let mut noise = || {
+            // Numerical Recipes' generator: any would do.
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 16) / 65536.0 - 0.5
+        };
+        for i in 0..ROWS {
+            let _ = writeln!(
+                text,
+                "{},{:.4},{:.4},{:.4},{:.2},{:.4},{:.4},{:.4}",
+                10 * i,
+                0.1 + 0.2 * noise(),
+                -0.2 + 0.2 * noise(),
+                9.8 + 0.2 * noise(),
+                27.0 + 0.1 * noise(),
+                0.1 * noise(),
+                0.1 * noise(),
+                0.1 * noise()
+            );
+        }
+        text.into_bytes()
+    }
+
+    fn calibrated() -> (CalibrationFile, Input, Vec<u8>) {
+        let calibration = CalibrationFile::parse(CALIBRATION.as_bytes());
+        let input = from_reader(Box::new(std::io::Cursor::new(recording())), false);
+        match (calibration, input) {
+            (Ok(calibration), Ok(input)) => (calibration, input, Vec::with_capacity(2 << 20)),
+            _ => unreachable!("both are written here"),
+        }
+    }
+
+    #[library_benchmark]
+    #[bench::report(recording())]
+    fn read(bytes: Vec<u8>) -> gravical::Result<Recording> {
+        let done = read_bytes(black_box(&bytes), "report.csv", &ReadOptions::default());
+        assert!(done.is_ok());
+        done
+    }
+
+    #[library_benchmark]
+    #[bench::report(calibrated())]
+    fn calibrate_rows((calibration, input, mut out): (CalibrationFile, Input, Vec<u8>)) -> Vec<u8> {
+        let options = ApplyOptions::default();
+        let done = apply(
+            black_box(&calibration),
+            input,
+            "report.csv",
+            &mut out,
+            &options,
+        );
+        assert!(done.is_ok());
+        out
+    }
+
+    library_benchmark_group!(name = recordings, benchmarks = [read, calibrate_rows]);
+    gungraun::main!(library_benchmark_groups = recordings);
+
+    pub fn run() {
+        main();
+    }
+}
+
+fn main() {
+    #[cfg(unix)]
+    if std::env::args().any(|a| a == "--bench" || a == "--gungraun-run") {
+        counted::run();
+    }
+}
