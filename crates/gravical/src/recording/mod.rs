@@ -26,6 +26,8 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
+mod assemble;
+mod columns;
 pub mod dialect;
 pub mod finding;
 pub mod layout;
@@ -39,13 +41,11 @@ pub mod timing;
 mod unit_choice;
 pub mod units;
 
+pub(crate) use assemble::{claimed_rate, hold_last_values};
 pub use finding::{Finding, LineSpans, Severity};
 pub use layout::ColumnsSpec;
 pub use ledger::{Aside, Ledger};
-pub(crate) use read::{
-    Prepared, claimed_rate, cut_off, hold_last_values, prepare, reason_before, reason_for,
-    text_findings,
-};
+pub(crate) use read::{Prepared, cut_off, prepare, reason_before, reason_for, text_findings};
 pub use read::{read, read_bytes};
 pub use timing::{TimeUnit, Timing};
 pub(crate) use unit_choice::{Quiet, looks_unsigned, quiet};

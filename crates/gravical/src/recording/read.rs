@@ -1,25 +1,22 @@
 //! Reading a recording, in order: open, find the dialect and the columns, scan
 //! the lines, judge stamps, units and samples.
 
-use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;
 
 use crate::scan::Lines;
-use crate::stats::median;
 use crate::{Error, Result};
 
-use super::dialect::{Dialect, decode, sniff, terminator};
+use super::assemble::{Parts, assemble};
+use super::columns::{Columns, refuse_unusable, zero_tail};
+use super::dialect::{Dialect, sniff, terminator};
 use super::finding::{Finding, LineSpans};
 use super::layout::{self, Layout};
 use super::ledger::{Aside, Ledger};
 use super::names::Quantity;
 use super::open::{self, Input};
 use super::row::{ACCEL, GYRO, RowDefect, SLOTS, TEMPERATURE, TIME, Values};
-use super::timing::{self, Claims};
-use super::unit_choice::{decide_accel, looks_unsigned, quiet_norm};
-use super::units::{GyroScale, GyroUnit, Origin};
-use super::{Labels, LineMap, POSSIBLE, ReadOptions, Recording, quality};
+use super::{ReadOptions, Recording};
 
 /// How much of a file is looked at to find its dialect.
 pub(crate) const HEAD: usize = 1 << 18;
@@ -95,70 +92,6 @@ pub(crate) fn prepare<R: Read>(
         head: clean,
         whole,
     })
-}
-
-struct Columns {
-    slots: [Vec<f64>; SLOTS],
-    labels: Labels,
-    label_index: HashMap<Vec<u8>, u32>,
-    lines: LineMap,
-    breaks: Vec<usize>,
-}
-
-impl Columns {
-    fn new() -> Self {
-        Columns {
-            slots: std::array::from_fn(|_| Vec::new()),
-            labels: Labels::default(),
-            label_index: HashMap::new(),
-            lines: LineMap::default(),
-            breaks: Vec::new(),
-        }
-    }
-
-    fn rows(&self) -> usize {
-        self.slots[ACCEL].len()
-    }
-
-    fn push(&mut self, values: &Values, present: &[bool; SLOTS], line: u64) {
-        for slot in 0..SLOTS {
-            if present[slot] {
-                self.slots[slot].push(values[slot]);
-            }
-        }
-        self.lines.push(line);
-    }
-
-    fn push_label(&mut self, text: &[u8]) {
-        let text = text.trim_ascii();
-        let index = match self.label_index.get(text) {
-            Some(&index) => index,
-            None => {
-                let index = self.labels.names.len() as u32;
-                self.labels
-                    .names
-                    .push(decode(text).trim_matches('"').to_owned());
-                self.label_index.insert(text.to_vec(), index);
-                index
-            }
-        };
-        self.labels.of_row.push(index);
-    }
-
-    fn note_break(&mut self) {
-        let row = self.rows();
-        if row > 0 && self.breaks.last() != Some(&row) {
-            self.breaks.push(row);
-        }
-    }
-
-    fn truncate(&mut self, rows: usize) {
-        for slot in &mut self.slots {
-            slot.truncate(rows);
-        }
-        self.labels.of_row.truncate(rows);
-        self.breaks.retain(|b| *b < rows);
-    }
 }
 
 /// A packed file that was cut off: what could be unpacked is kept.
@@ -311,280 +244,15 @@ fn read_input(mut input: Input, name: &str, options: &ReadOptions) -> Result<Rec
     unpacked.push(dialect.description());
     let description = unpacked.join(", ");
     let sha256 = input.sha256();
-    Ok(assemble(
+    Ok(assemble(Parts {
         columns,
         ledger,
         findings,
-        &dialect,
-        &layout,
+        dialect: &dialect,
+        layout: &layout,
         options,
         name,
         description,
         sha256,
-    ))
-}
-
-/// Rows of zeros up to the end of the file were never written by the sensor.
-fn zero_tail(columns: &mut Columns, ledger: &mut Ledger) {
-    let zero = |row: usize| {
-        (ACCEL..ACCEL + 6).all(|slot| columns.slots[slot].get(row).is_none_or(|v| *v == 0.0))
-    };
-    let rows = columns.rows();
-    let kept = (0..rows)
-        .rev()
-        .find(|row| !zero(*row))
-        .map_or(0, |row| row + 1);
-    if kept > 0 && rows - kept >= 2 {
-        let lines: Vec<u64> = (kept..rows).map(|row| columns.lines.line(row)).collect();
-        ledger.move_rows_aside(Aside::ZeroTail, lines.into_iter());
-        columns.truncate(kept);
-    }
-}
-
-fn refuse_unusable(columns: &Columns, ledger: &Ledger, here: &Path) -> Result<()> {
-    let rows = columns.rows();
-    if rows == 0 {
-        return Err(
-            Error::input("no-rows", format!("no row could be read: {}", ledger.sum()))
-                .at(here, None),
-        );
-    }
-    let accel = &columns.slots[ACCEL..ACCEL + 3];
-    if let Some(axis) = (0..3).find(|i| accel[*i].iter().all(|v| v.is_nan())) {
-        return Err(Error::input(
-            "no-values",
-            format!(
-                "a{} has no value in any of the {rows} rows (empty or NaN)",
-                ["x", "y", "z"][axis]
-            ),
-        )
-        .at(here, None)
-        .with_hint(
-            "look at the columns with `gravical inspect`, or choose others with --columns",
-        ));
-    }
-    if accel.iter().all(|c| c.iter().all(|v| *v == 0.0)) {
-        return Err(Error::input(
-            "all-zero",
-            format!("the accelerometer reads zero in all {rows} rows: it did not answer"),
-        )
-        .at(here, None)
-        .with_hint("check the wiring (SDA, SCL, power) and that the sketch wakes the sensor"));
-    }
-    Ok(())
-}
-
-/// The rate that the metadata claim: `Fs,100`, `# rate: 62.5 Hz`.
-pub(crate) fn claimed_rate(metadata: &[(String, String)]) -> Option<f64> {
-    metadata.iter().find_map(|(key, value)| {
-        let is_rate = ["fs", "rate", "odr"].contains(&key.as_str())
-            || [
-                "sampling",
-                "sample rate",
-                "sample_rate",
-                "frequency",
-                "rate_hz",
-                "rate hz",
-            ]
-            .iter()
-            .any(|w| key.contains(w));
-        let number = value
-            .split(|c: char| c.is_whitespace() || c.is_alphabetic())
-            .next()?;
-        let rate: f64 = number.parse().ok()?;
-        (is_rate && POSSIBLE.contains(&rate)).then_some(rate)
-    })
-}
-
-#[allow(clippy::too_many_arguments)] // the parts of one value, put together once
-fn assemble(
-    columns: Columns,
-    ledger: Ledger,
-    mut findings: Vec<Finding>,
-    dialect: &Dialect,
-    layout: &Layout,
-    options: &ReadOptions,
-    name: &str,
-    description: String,
-    sha256: Option<String>,
-) -> Recording {
-    let [time, ax, ay, az, gx, gy, gz, temperature] = columns.slots;
-    let mut accel = [ax, ay, az];
-    let line_map = columns.lines;
-    let some = |v: Vec<f64>| (!v.is_empty()).then_some(v);
-
-    let unsigned = options.zero_offset.is_none() && looks_unsigned(&accel);
-    let zero_offset = options
-        .zero_offset
-        .unwrap_or(if unsigned { 32768.0 } else { 0.0 });
-    if zero_offset != 0.0 {
-        for value in accel.iter_mut().flatten() {
-            *value -= zero_offset;
-        }
-        if unsigned {
-            findings.push(Finding::note(
-                "unsigned-counts",
-                "unsigned 16-bit values around 32768: that is subtracted; the range is not known",
-            ));
-        }
-    }
-    let temperature_c = some(temperature).filter(|t| is_celsius(t, &mut findings));
-    let span = temperature_c.as_deref().map_or(0.0, |t| {
-        let (low, high) = t
-            .iter()
-            .filter(|v| v.is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-                (l.min(*v), h.max(*v))
-            });
-        (high - low).max(0.0)
-    });
-    let claims = Claims {
-        unit: options.time_unit.or(layout.time_claim),
-        nominal_rate_hz: options.rate_hz.or_else(|| claimed_rate(&dialect.metadata)),
-        temperature_span_c: span,
-    };
-    let timed = match some(time) {
-        Some(raw) => timing::judge(raw, &claims, |row| line_map.line(row)),
-        None => timing::untimed(accel[0].len(), &claims, Vec::new()),
-    };
-    findings.extend(timed.findings);
-    let mut breaks = columns.breaks;
-    breaks.extend(timed.restarts);
-    breaks.sort_unstable();
-    breaks.dedup();
-
-    let gyro = (!gx.is_empty()).then_some([gx, gy, gz]);
-    findings.extend(quality::empty_cells(
-        &accel,
-        gyro.as_ref(),
-        temperature_c.as_deref(),
-    ));
-    hold_last_values(&mut accel);
-    let accel_scale = decide_accel(
-        quiet_norm(&accel),
-        unsigned,
-        layout.accel_claim,
-        options,
-        &mut findings,
-    );
-    let gyro_scale = gyro.as_ref().map(|g| gyro_by_claim(g, layout, options));
-    let mut recording = Recording {
-        name: name.to_owned(),
-        sha256,
-        description,
-        column_names: dialect
-            .header
-            .as_ref()
-            .map_or_else(Vec::new, |h| h.names.clone()),
-        accel,
-        gyro,
-        temperature_c,
-        time_s: timed.time_s,
-        labels: (!columns.labels.of_row.is_empty()).then_some(columns.labels),
-        breaks,
-        zero_offset,
-        accel_scale,
-        gyro_scale,
-        timing: timed.timing,
-        ledger,
-        findings,
-        line_map,
-    };
-    let samples = quality::inspect(&recording);
-    recording.findings.extend(samples);
-    if recording
-        .findings
-        .iter()
-        .any(|f| f.kind == "columns-guessed")
-    {
-        recording
-            .findings
-            .extend(quality::maybe_gyroscope(&recording));
-    }
-    for finding in &mut recording.findings {
-        finding.file = Some(name.to_owned());
-    }
-    recording
-}
-
-/// Raw counts of a temperature are no °C; no sensor of this kind is colder than
-/// −60 or hotter than 150.
-fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bool {
-    let mut some: Vec<f64> = temperature
-        .iter()
-        .copied()
-        .filter(|t| t.is_finite())
-        .collect();
-    let Some(middle) = median(&mut some) else {
-        return true;
-    };
-    let fits = (-60.0..=150.0).contains(&middle);
-    if !fits {
-        findings.push(Finding::note(
-            "temperature-unit",
-            format!(
-                "the temperature column is around {middle:.0}: no °C (raw counts?); it is not used"
-            ),
-        ));
-    }
-    fits
-}
-
-/// A recorder that writes each channel when it arrives leaves most cells
-/// empty; there the last value of a channel holds until the next comes.
-/// Elsewhere an empty cell stays empty.
-pub(crate) fn hold_last_values(accel: &mut [Vec<f64>; 3]) {
-    let rows = accel[0].len();
-    let incomplete = (0..rows)
-        .filter(|&i| accel.iter().any(|c| c[i].is_nan()))
-        .count();
-    if incomplete * 5 <= rows {
-        return;
-    }
-    for channel in accel {
-        let mut last = f64::NAN;
-        for value in channel {
-            if value.is_nan() {
-                *value = last;
-            } else {
-                last = *value;
-            }
-        }
-    }
-}
-
-/// The gyroscope's unit before any turn has been looked at.
-fn gyro_by_claim(gyro: &[Vec<f64>; 3], layout: &Layout, options: &ReadOptions) -> GyroScale {
-    let lsb_per_deg_s = options.gyro_range_deg_s.map(|range| 32768.0 / range);
-    if let Some(unit) = options.gyro_unit {
-        return GyroScale {
-            unit,
-            lsb_per_deg_s,
-            origin: Origin::Given,
-        };
-    }
-    if let Some(unit) = layout.gyro_claim {
-        return GyroScale {
-            unit,
-            lsb_per_deg_s,
-            origin: Origin::Header,
-        };
-    }
-    let integers = gyro
-        .iter()
-        .all(|c| c.iter().all(|v| v.is_nan() || v.fract() == 0.0));
-    let moves = gyro.iter().flatten().any(|v| v.abs() >= 1.0);
-    GyroScale {
-        unit: if integers && moves {
-            GyroUnit::Counts
-        } else {
-            GyroUnit::Unknown
-        },
-        lsb_per_deg_s,
-        origin: if integers && moves {
-            Origin::Data
-        } else {
-            Origin::Assumed
-        },
-    }
+    }))
 }

@@ -1,0 +1,243 @@
+//! From columns of numbers to a recording: what the stamps, the units and the
+//! samples say.
+
+use crate::stats::median;
+
+use super::columns::Columns;
+use super::dialect::Dialect;
+use super::finding::Finding;
+use super::layout::Layout;
+use super::ledger::Ledger;
+use super::timing::{self, Claims};
+use super::unit_choice::{decide_accel, looks_unsigned, quiet_norm};
+use super::units::{GyroScale, GyroUnit, Origin};
+use super::{POSSIBLE, ReadOptions, Recording, quality};
+
+/// The rate that the metadata claim: `Fs,100`, `# rate: 62.5 Hz`.
+pub(crate) fn claimed_rate(metadata: &[(String, String)]) -> Option<f64> {
+    metadata.iter().find_map(|(key, value)| {
+        let is_rate = ["fs", "rate", "odr"].contains(&key.as_str())
+            || [
+                "sampling",
+                "sample rate",
+                "sample_rate",
+                "frequency",
+                "rate_hz",
+                "rate hz",
+            ]
+            .iter()
+            .any(|w| key.contains(w));
+        let number = value
+            .split(|c: char| c.is_whitespace() || c.is_alphabetic())
+            .next()?;
+        let rate: f64 = number.parse().ok()?;
+        (is_rate && POSSIBLE.contains(&rate)).then_some(rate)
+    })
+}
+
+/// What reading a file gave.
+pub(super) struct Parts<'a> {
+    pub columns: Columns,
+    pub ledger: Ledger,
+    pub findings: Vec<Finding>,
+    pub dialect: &'a Dialect,
+    pub layout: &'a Layout,
+    pub options: &'a ReadOptions,
+    pub name: &'a str,
+    pub description: String,
+    pub sha256: Option<String>,
+}
+
+/// Judges stamps, units and samples, and makes a recording of it all.
+pub(super) fn assemble(parts: Parts<'_>) -> Recording {
+    let Parts {
+        columns,
+        ledger,
+        mut findings,
+        dialect,
+        layout,
+        options,
+        name,
+        description,
+        sha256,
+    } = parts;
+    let [time, ax, ay, az, gx, gy, gz, temperature] = columns.slots;
+    let mut accel = [ax, ay, az];
+    let line_map = columns.lines;
+    let some = |v: Vec<f64>| (!v.is_empty()).then_some(v);
+
+    let unsigned = options.zero_offset.is_none() && looks_unsigned(&accel);
+    let zero_offset = options
+        .zero_offset
+        .unwrap_or(if unsigned { 32768.0 } else { 0.0 });
+    if zero_offset != 0.0 {
+        for value in accel.iter_mut().flatten() {
+            *value -= zero_offset;
+        }
+        if unsigned {
+            findings.push(Finding::note(
+                "unsigned-counts",
+                "unsigned 16-bit values around 32768: that is subtracted; the range is not known",
+            ));
+        }
+    }
+    let temperature_c = some(temperature).filter(|t| is_celsius(t, &mut findings));
+    let span = temperature_c.as_deref().map_or(0.0, |t| {
+        let (low, high) = t
+            .iter()
+            .filter(|v| v.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                (l.min(*v), h.max(*v))
+            });
+        (high - low).max(0.0)
+    });
+    let claims = Claims {
+        unit: options.time_unit.or(layout.time_claim),
+        nominal_rate_hz: options.rate_hz.or_else(|| claimed_rate(&dialect.metadata)),
+        temperature_span_c: span,
+    };
+    let timed = match some(time) {
+        Some(raw) => timing::judge(raw, &claims, |row| line_map.line(row)),
+        None => timing::untimed(accel[0].len(), &claims, Vec::new()),
+    };
+    findings.extend(timed.findings);
+    let mut breaks = columns.breaks;
+    breaks.extend(timed.restarts);
+    breaks.sort_unstable();
+    breaks.dedup();
+
+    let gyro = (!gx.is_empty()).then_some([gx, gy, gz]);
+    findings.extend(quality::empty_cells(
+        &accel,
+        gyro.as_ref(),
+        temperature_c.as_deref(),
+    ));
+    hold_last_values(&mut accel);
+    let accel_scale = decide_accel(
+        quiet_norm(&accel),
+        unsigned,
+        layout.accel_claim,
+        options,
+        &mut findings,
+    );
+    let gyro_scale = gyro.as_ref().map(|g| gyro_by_claim(g, layout, options));
+    let mut recording = Recording {
+        name: name.to_owned(),
+        sha256,
+        description,
+        column_names: dialect
+            .header
+            .as_ref()
+            .map_or_else(Vec::new, |h| h.names.clone()),
+        accel,
+        gyro,
+        temperature_c,
+        time_s: timed.time_s,
+        labels: (!columns.labels.of_row.is_empty()).then_some(columns.labels),
+        breaks,
+        zero_offset,
+        accel_scale,
+        gyro_scale,
+        timing: timed.timing,
+        ledger,
+        findings,
+        line_map,
+    };
+    let samples = quality::inspect(&recording);
+    recording.findings.extend(samples);
+    if recording
+        .findings
+        .iter()
+        .any(|f| f.kind == "columns-guessed")
+    {
+        recording
+            .findings
+            .extend(quality::maybe_gyroscope(&recording));
+    }
+    for finding in &mut recording.findings {
+        finding.file = Some(name.to_owned());
+    }
+    recording
+}
+
+/// Raw counts of a temperature are no °C; no sensor of this kind is colder than
+/// −60 or hotter than 150.
+fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bool {
+    let mut some: Vec<f64> = temperature
+        .iter()
+        .copied()
+        .filter(|t| t.is_finite())
+        .collect();
+    let Some(middle) = median(&mut some) else {
+        return true;
+    };
+    let fits = (-60.0..=150.0).contains(&middle);
+    if !fits {
+        findings.push(Finding::note(
+            "temperature-unit",
+            format!(
+                "the temperature column is around {middle:.0}: no °C (raw counts?); it is not used"
+            ),
+        ));
+    }
+    fits
+}
+
+/// A recorder that writes each channel when it arrives leaves most cells
+/// empty; there the last value of a channel holds until the next comes.
+/// Elsewhere an empty cell stays empty.
+pub(crate) fn hold_last_values(accel: &mut [Vec<f64>; 3]) {
+    let rows = accel[0].len();
+    let incomplete = (0..rows)
+        .filter(|&i| accel.iter().any(|c| c[i].is_nan()))
+        .count();
+    if incomplete * 5 <= rows {
+        return;
+    }
+    for channel in accel {
+        let mut last = f64::NAN;
+        for value in channel {
+            if value.is_nan() {
+                *value = last;
+            } else {
+                last = *value;
+            }
+        }
+    }
+}
+
+/// The gyroscope's unit before any turn has been looked at.
+fn gyro_by_claim(gyro: &[Vec<f64>; 3], layout: &Layout, options: &ReadOptions) -> GyroScale {
+    let lsb_per_deg_s = options.gyro_range_deg_s.map(|range| 32768.0 / range);
+    if let Some(unit) = options.gyro_unit {
+        return GyroScale {
+            unit,
+            lsb_per_deg_s,
+            origin: Origin::Given,
+        };
+    }
+    if let Some(unit) = layout.gyro_claim {
+        return GyroScale {
+            unit,
+            lsb_per_deg_s,
+            origin: Origin::Header,
+        };
+    }
+    let integers = gyro
+        .iter()
+        .all(|c| c.iter().all(|v| v.is_nan() || v.fract() == 0.0));
+    let moves = gyro.iter().flatten().any(|v| v.abs() >= 1.0);
+    GyroScale {
+        unit: if integers && moves {
+            GyroUnit::Counts
+        } else {
+            GyroUnit::Unknown
+        },
+        lsb_per_deg_s,
+        origin: if integers && moves {
+            Origin::Data
+        } else {
+            Origin::Assumed
+        },
+    }
+}

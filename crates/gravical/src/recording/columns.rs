@@ -1,0 +1,131 @@
+//! Rows gathered into columns while a file is read.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use crate::{Error, Result};
+
+use super::dialect::decode;
+use super::ledger::{Aside, Ledger};
+use super::row::{ACCEL, SLOTS, Values};
+use super::{Labels, LineMap};
+
+/// Rows as they are read.
+pub(super) struct Columns {
+    pub slots: [Vec<f64>; SLOTS],
+    pub labels: Labels,
+    pub label_index: HashMap<Vec<u8>, u32>,
+    pub lines: LineMap,
+    pub breaks: Vec<usize>,
+}
+
+impl Columns {
+    pub fn new() -> Self {
+        Columns {
+            slots: std::array::from_fn(|_| Vec::new()),
+            labels: Labels::default(),
+            label_index: HashMap::new(),
+            lines: LineMap::default(),
+            breaks: Vec::new(),
+        }
+    }
+
+    pub fn rows(&self) -> usize {
+        self.slots[ACCEL].len()
+    }
+
+    pub fn push(&mut self, values: &Values, present: &[bool; SLOTS], line: u64) {
+        for slot in 0..SLOTS {
+            if present[slot] {
+                self.slots[slot].push(values[slot]);
+            }
+        }
+        self.lines.push(line);
+    }
+
+    pub fn push_label(&mut self, text: &[u8]) {
+        let text = text.trim_ascii();
+        let index = match self.label_index.get(text) {
+            Some(&index) => index,
+            None => {
+                let index = self.labels.names.len() as u32;
+                self.labels
+                    .names
+                    .push(decode(text).trim_matches('"').to_owned());
+                self.label_index.insert(text.to_vec(), index);
+                index
+            }
+        };
+        self.labels.of_row.push(index);
+    }
+
+    pub fn note_break(&mut self) {
+        let row = self.rows();
+        if row > 0 && self.breaks.last() != Some(&row) {
+            self.breaks.push(row);
+        }
+    }
+
+    pub fn truncate(&mut self, rows: usize) {
+        for slot in &mut self.slots {
+            slot.truncate(rows);
+        }
+        self.labels.of_row.truncate(rows);
+        self.breaks.retain(|b| *b < rows);
+    }
+}
+
+/// Rows of zeros up to the end of the file were never written by the sensor.
+pub(super) fn zero_tail(columns: &mut Columns, ledger: &mut Ledger) {
+    let zero = |row: usize| {
+        (ACCEL..ACCEL + 6).all(|slot| columns.slots[slot].get(row).is_none_or(|v| *v == 0.0))
+    };
+    let rows = columns.rows();
+    let kept = (0..rows)
+        .rev()
+        .find(|row| !zero(*row))
+        .map_or(0, |row| row + 1);
+    if kept > 0 && rows - kept >= 2 {
+        let lines: Vec<u64> = (kept..rows).map(|row| columns.lines.line(row)).collect();
+        ledger.move_rows_aside(Aside::ZeroTail, lines.into_iter());
+        columns.truncate(kept);
+    }
+}
+
+/// Refuses a file whose accelerometer said nothing.
+///
+/// # Errors
+///
+/// `no-rows`, `no-values`, `all-zero`.
+pub(super) fn refuse_unusable(columns: &Columns, ledger: &Ledger, here: &Path) -> Result<()> {
+    let rows = columns.rows();
+    if rows == 0 {
+        return Err(
+            Error::input("no-rows", format!("no row could be read: {}", ledger.sum()))
+                .at(here, None),
+        );
+    }
+    let accel = &columns.slots[ACCEL..ACCEL + 3];
+    if let Some(axis) = (0..3).find(|i| accel[*i].iter().all(|v| v.is_nan())) {
+        return Err(Error::input(
+            "no-values",
+            format!(
+                "a{} has no value in any of the {rows} rows (empty or NaN)",
+                ["x", "y", "z"][axis]
+            ),
+        )
+        .at(here, None)
+        .with_hint(
+            "look at the columns with `gravical inspect`, or choose others with --columns",
+        ));
+    }
+    if accel.iter().all(|c| c.iter().all(|v| *v == 0.0)) {
+        return Err(Error::input(
+            "all-zero",
+            format!("the accelerometer reads zero in all {rows} rows: it did not answer"),
+        )
+        .at(here, None)
+        .with_hint("check the wiring (SDA, SCL, power) and that the sketch wakes the sensor"));
+    }
+    Ok(())
+}
