@@ -47,8 +47,8 @@ fn the_tables_that_people_read_carry_the_same_numbers() {
     for text in [
         "0.385",
         "-0.130",
-        "1.00155",
-        "1.01867",
+        "1.001552",
+        "1.018669",
         "RMS 0.01338, maximum 0.02931, mean norm 0.01785",
         "+0.16 %",
         "Verdict: not verifiable",
@@ -63,5 +63,5 @@ fn the_tables_that_people_read_carry_the_same_numbers() {
         );
     }
     let widest = run.out.lines().map(|l| l.chars().count()).max().unwrap();
-    assert!(widest <= 82, "{widest} columns");
+    assert!(widest <= 80, "{widest} columns");
 }

@@ -56,7 +56,11 @@ fn the_manual_as_pages() {
         let text = std::fs::read_to_string(folder.path().join("pages").join(page)).unwrap();
         assert!(text.contains(".SH"), "{page}");
     }
-    assert_eq!(run_in(folder.path(), ["man", "-o", "pages"]).code, 2, "kept");
+    assert_eq!(
+        run_in(folder.path(), ["man", "-o", "pages"]).code,
+        2,
+        "kept"
+    );
 }
 
 #[test]

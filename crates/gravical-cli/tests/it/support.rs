@@ -141,7 +141,9 @@ pub fn faces(calibration: &Value) -> Vec<String> {
 }
 
 pub fn positions(calibration: &Value) -> &[Value] {
-    calibration["accelerometer"]["positions"].as_array().unwrap()
+    calibration["accelerometer"]["positions"]
+        .as_array()
+        .unwrap()
 }
 
 /// A folder with the six files of a synthetic sensor.

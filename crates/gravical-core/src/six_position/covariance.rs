@@ -210,12 +210,7 @@ mod tests {
         compare_of(MODEL, errors, tilt, left_out);
     }
 
-    fn compare_of(
-        model: [[f64; 3]; 3],
-        errors: &SixPositionMeans<f64>,
-        tilt: f64,
-        left_out: f64,
-    ) {
+    fn compare_of(model: [[f64; 3]; 3], errors: &SixPositionMeans<f64>, tilt: f64, left_out: f64) {
         const DRAWS: usize = 40_000;
         let means = placements(model, BIAS, GRAVITY);
         let predicted = ferraris_covariance(&means, errors, GRAVITY, tilt);
@@ -258,9 +253,7 @@ mod tests {
         let [x, y, z] = MODEL;
         let permuted = [x, y, z].map(|[a, b, c]| [c, a, b]);
         let (sine, cosine) = (0.643, 0.766);
-        let oblique = [x, y, z].map(|[a, b, c]| {
-            [a * cosine - b * sine, a * sine + b * cosine, c]
-        });
+        let oblique = [x, y, z].map(|[a, b, c]| [a * cosine - b * sine, a * sine + b * cosine, c]);
         for model in [permuted, oblique] {
             compare_of(model, &errors, DEGREE, 0.0);
         }
