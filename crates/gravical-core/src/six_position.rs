@@ -168,7 +168,9 @@ impl<T: Real> AccelerometerParameters<T> {
 ///
 /// `means` in any unit (the raw unit), `gravity_mps2` in m/s². With D = U₊ − U₋:
 /// K_ii = ‖row i of D‖/2g, R = K⁻¹D/2g, b = the diagonal of (U₊ + U₋)/2: each
-/// axis from its own pair, where a tilt of the placement enters squared.
+/// channel from the pair of placements along which it points, where a tilt
+/// enters squared. That is its own axis, unless the sensor sits turned in the
+/// frame of the placements.
 ///
 /// The result depends on nothing but the six means, and has as many parameters
 /// as they have directions to give: its errors on these same placements say
@@ -213,7 +215,22 @@ pub fn ferraris_accelerometer<T: Real>(
     Ok(AccelerometerParameters {
         scale,
         orientation,
-        bias: from_fn(|i| half * (means.plus[i][i] + means.minus[i][i])),
+        bias: from_fn(|i| {
+            let pair = own_pair(&model, i);
+            half * (means.plus[pair][i] + means.minus[pair][i])
+        }),
+    })
+}
+
+/// The axis of the placements along which a channel points most: its own one
+/// where two are alike.
+fn own_pair<T: Real>(model: &[[T; 3]; 3], channel: usize) -> usize {
+    (0..3).fold(channel, |best, axis| {
+        if model[channel][axis].abs() > model[channel][best].abs() {
+            axis
+        } else {
+            best
+        }
     })
 }
 

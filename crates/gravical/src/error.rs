@@ -87,6 +87,9 @@ impl Error {
         };
         let mut error = Self::new(category, code, what).at(path, None);
         error.0.source = Some(source);
+        if code == "not-found" {
+            error = error.with_hint("check the path; relative ones start at the current folder");
+        }
         error
     }
 

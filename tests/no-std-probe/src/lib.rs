@@ -6,8 +6,7 @@ use core::f32::consts::TAU;
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::six_position::{
-    SixPositionMeans, TurnIntegral, ferraris_accelerometer, ferraris_covariance,
-    ferraris_gyroscope,
+    SixPositionMeans, TurnIntegral, ferraris_accelerometer, ferraris_covariance, ferraris_gyroscope,
 };
 use gravical_core::unit::local_gravity_mps2;
 

@@ -1,6 +1,6 @@
 //! How sure the six placements are of the accelerometer's parameters.
 
-use super::SixPositionMeans;
+use super::{SixPositionMeans, own_pair};
 use crate::Real;
 
 /// The 12 × 12 covariance of the parameters that
@@ -23,6 +23,10 @@ use crate::Real;
 /// - Cov(m_j) = (C_j+ + C_j−)/4g²; nothing between different columns,
 /// - Var(b_i) = (C_i+ + C_i−)_ii/4, different axes independent,
 /// - Cov(b_i, M_ri) = (C_i+ − C_i−)_ir/4g, other columns independent.
+///
+/// Where the sensor sits turned in the frame of the placements, the bias of
+/// channel i comes from the pair j along which it points: read j for the index
+/// of C and of the column there, i for the element.
 ///
 /// To second order a tilted placement reads g|δ|²/2 short along m_j. That
 /// shortens every column by τ² on average, a bias of the estimate, and scatters
@@ -88,12 +92,19 @@ pub fn ferraris_covariance<T: Real>(
                 covariance[3 * r + j][3 * c + j] =
                     first_order + scattered * model[r][j] * model[c][j];
             }
-            let crossed = (up(j, r) - down(j, r)) / (four * g);
-            covariance[9 + j][3 * r + j] = crossed;
-            covariance[3 * r + j][9 + j] = crossed;
         }
-        let short = g * g * scattered * model[j][j] * model[j][j];
-        covariance[9 + j][9 + j] = (up(j, j) + down(j, j)) / four + short;
+        let here = |i: usize| own_pair(&model, i) == j;
+        for i in (0..3).filter(|&i| here(i)) {
+            for r in 0..3 {
+                let crossed = (up(i, r) - down(i, r)) / (four * g);
+                covariance[9 + i][3 * r + j] = crossed;
+                covariance[3 * r + j][9 + i] = crossed;
+            }
+            for k in (0..3).filter(|&k| here(k)) {
+                let short = g * g * scattered * model[i][j] * model[k][j];
+                covariance[9 + i][9 + k] = (up(i, k) + down(i, k)) / four + short;
+            }
+        }
     }
     // Every reading is short, never long: the columns err the same way.
     for p in 0..9 {
@@ -196,10 +207,14 @@ mod tests {
 
     /// `left_out` is what the higher orders may add, relative to the variance.
     fn compare(errors: &SixPositionMeans<f64>, tilt: f64, left_out: f64) {
+        compare_of(MODEL, errors, tilt, left_out);
+    }
+
+    fn compare_of(model: [[f64; 3]; 3], errors: &SixPositionMeans<f64>, tilt: f64, left_out: f64) {
         const DRAWS: usize = 40_000;
-        let means = placements(MODEL, BIAS, GRAVITY);
+        let means = placements(model, BIAS, GRAVITY);
         let predicted = ferraris_covariance(&means, errors, GRAVITY, tilt);
-        let observed = simulate(&MODEL, errors, tilt, DRAWS);
+        let observed = simulate(&model, errors, tilt, DRAWS);
         // The relative standard deviation of a mean square of N draws is
         // √((κ − 1)/N): 0.7 % for a normal error (kurtosis κ = 3), 1.1 % for the
         // bias under a pure tilt (a Laplace difference, κ = 6). Five of those.
@@ -225,6 +240,23 @@ mod tests {
         };
         compare(&errors, 0.0, 0.0);
         compare(&errors, DEGREE, 0.0);
+    }
+
+    #[test]
+    fn a_turned_sensor_scatters_as_predicted() {
+        // Its x points along the placements' y, y along z, z along x; and one
+        // turned by 40° about z, where no channel points along a placement.
+        let errors = SixPositionMeans {
+            plus: [[0.02, 0.01, 0.03]; 3],
+            minus: [[0.01, 0.03, 0.02]; 3],
+        };
+        let [x, y, z] = MODEL;
+        let permuted = [x, y, z].map(|[a, b, c]| [c, a, b]);
+        let (sine, cosine) = (0.643, 0.766);
+        let oblique = [x, y, z].map(|[a, b, c]| [a * cosine - b * sine, a * sine + b * cosine, c]);
+        for model in [permuted, oblique] {
+            compare_of(model, &errors, DEGREE, 0.0);
+        }
     }
 
     #[test]

@@ -243,7 +243,20 @@ fn finish(best: Candidate, lines: &[HeadLine<'_>]) -> Dialect {
         cells.len() == best.fields && is_data(&cells, best.fields.min(3))
     };
     let first = lines.iter().position(is_row).unwrap_or(0);
-    let header = find_header(&best, &lines[..first]);
+    let mut header = find_header(&best, &lines[..first]);
+    let open_ended = || {
+        let rows = lines[first..].iter().filter(|l| is_row(l)).take(LINES);
+        rows.into_iter()
+            .all(|l| cut(l.text).last() == Some(&Cell::Empty))
+    };
+    if let Some(header) = &mut header
+        && header.names.len() < best.fields
+    {
+        // One name less than fields: rows that end with a delimiter have an
+        // empty last one, else the first is an index without a name.
+        let at = if open_ended() { best.fields - 1 } else { 0 };
+        header.names.insert(at, String::new());
+    }
     let before = header.as_ref().map_or(first, |h| {
         lines
             .iter()
@@ -279,9 +292,8 @@ fn finish(best: Candidate, lines: &[HeadLine<'_>]) -> Dialect {
     }
 }
 
-/// The last line before the data that has as many fields as they (one less
-/// when the first column is an unnamed index, one more never) and is text; with
-/// the line above it when that is a header row too.
+/// The last line before the data that has as many fields as they, or one less,
+/// and is text; with the line above it when that is a header row too.
 fn find_header(best: &Candidate, before: &[HeadLine<'_>]) -> Option<Header> {
     let names_of = |line: &HeadLine<'_>| -> Option<Vec<String>> {
         let text = strip_comment(line.text);
@@ -313,7 +325,6 @@ fn find_header(best: &Candidate, before: &[HeadLine<'_>]) -> Option<Header> {
             .collect();
         lines[0] = before[upper_at].number;
     }
-    names.resize(best.fields, String::new());
     Some(Header {
         lines,
         names,

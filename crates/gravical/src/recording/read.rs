@@ -73,7 +73,9 @@ pub(crate) fn prepare<R: Read>(
     let lines = lines.with_terminator(terminator(&head));
     let clean: Vec<u8> = head.iter().copied().filter(|b| *b != 0).collect();
     if clean.iter().all(u8::is_ascii_whitespace) && whole {
-        return Err(Error::input("empty-file", "the file is empty").at(here, None));
+        return Err(Error::input("empty-file", "the file is empty")
+            .at(here, None)
+            .with_hint("record again: nothing was written to this file"));
     }
     let min_columns = 3;
     let dialect = sniff(&clean, whole, min_columns).ok_or_else(|| {

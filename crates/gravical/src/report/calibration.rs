@@ -174,7 +174,7 @@ fn placements(file: &CalibrationFile) -> String {
     let mut out = String::new();
     if let Some(errors) = a.errors {
         out.push_str(&format!(
-            "\nErrors over the fitted faces, m/s²: RMS {:.5}, maximum {:.5}, mean norm {:.5}\n",
+            "\nErrors over fitted faces, m/s²: RMS {:.5}, maximum {:.5}, mean norm {:.5}\n",
             errors.rms, errors.max, errors.mean_norm
         ));
     }

@@ -152,7 +152,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
             ));
         }
         (None, [one]) => match named::by_labels(one, options, &mut findings) {
-            Some(found) => found,
+            Some(found) => found?,
             None => found::in_one(one, options, &mut gyro_scale, &mut findings)?,
         },
         (None, several) => (

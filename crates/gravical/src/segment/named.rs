@@ -39,7 +39,7 @@ pub(super) fn by_labels(
     recording: &Recording,
     options: &SegmentOptions,
     findings: &mut Vec<Finding>,
-) -> Option<(Vec<Draft>, Vec<Turn>)> {
+) -> Option<Result<(Vec<Draft>, Vec<Turn>)>> {
     let labels = recording.labels.as_ref()?;
     let mut stretches: Vec<Vec<Range<usize>>> = vec![Vec::new(); labels.names.len()];
     let mut from = 0;
@@ -79,7 +79,7 @@ pub(super) fn by_labels(
             .in_file(&recording.name),
         );
     }
-    split(recording, named, options).ok()
+    Some(split(recording, named, options))
 }
 
 fn split(
@@ -94,9 +94,7 @@ fn split(
                 if recording.gyro.is_none() {
                     return Err(Error::input(
                         "missing-gyro",
-                        format!(
-                            "section \"{label}\" is a turn, but the recording has no gyroscope"
-                        ),
+                        format!("\"{label}\" is a turn, but the recording has no gyroscope"),
                     )
                     .at(recording.name.as_ref(), None)
                     .with_hint(

@@ -79,21 +79,28 @@ fn from_json(bytes: &[u8]) -> Result<Vec<Section>> {
     let wrong = |e: serde_json::Error| syntax(e.to_string(), Some(e.line() as u64));
     let value: serde_json::Value = serde_json::from_slice(bytes).map_err(wrong)?;
     let list: Vec<Row> = match value {
-        serde_json::Value::Object(map) => map
-            .into_iter()
-            .map(|(label, limits)| {
-                let limits: Limits = serde_json::from_value(limits)
-                    .map_err(|e| syntax(format!("section \"{label}\": {e}"), None))?;
-                Ok(Row {
-                    label,
-                    start: limits.start,
-                    end: limits.end,
+        serde_json::Value::Object(map) => in_order(
+            map.into_iter()
+                .map(|(label, limits)| {
+                    let limits: Limits = serde_json::from_value(limits)
+                        .map_err(|e| syntax(format!("section \"{label}\": {e}"), None))?;
+                    Ok(Row {
+                        label,
+                        start: limits.start,
+                        end: limits.end,
+                    })
                 })
-            })
-            .collect::<Result<_>>()?,
+                .collect::<Result<_>>()?,
+        ),
         other => serde_json::from_value(other).map_err(wrong)?,
     };
     list.iter().map(|row| section(row, None)).collect()
+}
+
+/// An object has no order: that of the recording.
+fn in_order(mut list: Vec<Row>) -> Vec<Row> {
+    list.sort_by(|a, b| a.start.total_cmp(&b.start));
+    list
 }
 
 fn from_csv(bytes: &[u8]) -> Result<Vec<Section>> {

@@ -412,17 +412,20 @@ fn the_full_scale_is_recognised_in_counts() {
 
 #[test]
 fn a_wrong_full_scale_setting_is_named() {
-    // ±4 g was set, ±2 g is claimed.
+    // ±4 g was set, ±2 g is claimed: taken as told, with a warning.
     let claim = |accel_unit| ReadOptions {
         accel_unit,
         accel_range_g: Some(2.0),
         ..ReadOptions::default()
     };
-    for unit in [None, Some(AccelUnit::Counts)] {
+    for (unit, kind, words) in [
+        (None, "range-mismatch", "that of ±4.000 g"),
+        (Some(AccelUnit::Counts), "unit-mismatch", "0.53 g"),
+    ] {
         let recording = read_with(&counts(4.0, false), &claim(unit));
-        assert_eq!(recording.accel_scale.lsb_per_g, Some(16384.0), "as told");
-        let found = finding(&recording, "unit-mismatch");
-        assert!(found.message.contains("0.5"), "{}", found.message);
+        assert_eq!(recording.accel_scale.lsb_per_g, Some(16384.0));
+        let message = &finding(&recording, kind).message;
+        assert!(message.contains(words), "{message}");
     }
 }
 

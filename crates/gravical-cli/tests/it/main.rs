@@ -1,0 +1,17 @@
+//! Acceptance tests of the program: real recordings, the report's numbers, bad
+//! input and its exit codes, files and pipes, imucal.
+//!
+//! Real recordings are found through `GRAVICAL_DATA`; without it those tests say
+//! that they are skipped. `GRAVICAL_IMUCAL_PYTHON` does the same for imucal.
+// The exemption of tests in clippy.toml does not reach helpers outside #[test].
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod bad_input;
+mod every_recording;
+mod files;
+mod imucal;
+mod inputs;
+mod recordings;
+mod report;
+mod shell;
+mod support;

@@ -1,0 +1,67 @@
+//! The report's session: six raw means, and its three error figures.
+
+use crate::support::*;
+
+const MEANS: &str = "\
+label,ax,ay,az
+-x,-9.43,-0.27,0.92
++x,10.20,-0.04,-0.10
+-y,0.46,-9.99,0.39
++y,0.29,9.73,0.49
+-z,-0.05,-0.08,-9.54
++z,0.83,-0.18,10.42
+";
+
+#[test]
+fn six_raw_means_give_the_reports_parameters_and_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "means.csv", MEANS);
+    let file = calibrate(folder.path(), "means.csv --gravity 9.81", 0);
+    let a = &file["accelerometer"];
+    for (got, want) in numbers(&a["bias"]).iter().zip([0.385, -0.130, 0.440]) {
+        close(*got, want, 1e-12);
+    }
+    let scale = [1.001552, 1.005178, 1.018669];
+    for (got, want) in numbers(&a["scale"]).iter().zip(scale) {
+        close(*got, want, 5e-7);
+    }
+    let e = &a["errors"];
+    close(e["rms"].as_f64().unwrap(), 0.01338, 5e-6);
+    close(e["max"].as_f64().unwrap(), 0.02931, 5e-6);
+    close(e["mean_norm"].as_f64().unwrap(), 0.01785, 5e-6);
+
+    // A row that is a mean carries no noise: nothing is known of the covariance.
+    assert!(a["covariance"].is_null());
+    assert!(a["predicted_norm_error_mps2"].is_null());
+    assert_eq!(file["gravity_source"], "given");
+    assert_eq!(file["verdict"]["grade"], "not-verifiable");
+}
+
+#[test]
+fn the_tables_that_people_read_carry_the_same_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "means.csv", MEANS);
+    let run = run_in(folder.path(), words("calibrate means.csv --gravity 9.81"));
+    assert_eq!(run.code, 0);
+    assert!(run.err.is_empty(), "{}", run.err);
+    for text in [
+        "0.385",
+        "-0.130",
+        "1.001552",
+        "1.018669",
+        "RMS 0.01338, maximum 0.02931, mean norm 0.01785",
+        "+0.16 %",
+        "Verdict: not verifiable",
+        "residuals of the fitted placements",
+        "Nothing was saved",
+    ] {
+        let flat = run.out.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(
+            run.out.contains(text) || flat.contains(text),
+            "{text} in\n{}",
+            run.out
+        );
+    }
+    let widest = run.out.lines().map(|l| l.chars().count()).max().unwrap();
+    assert!(widest <= 80, "{widest} columns");
+}

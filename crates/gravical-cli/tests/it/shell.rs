@@ -1,0 +1,116 @@
+//! The program in a shell: help, completions, manual, pipes.
+
+use std::process::{Command, Stdio};
+
+use crate::support::*;
+
+const VERBS: [&str; 7] = [
+    "inspect",
+    "calibrate",
+    "apply",
+    "export",
+    "simulate",
+    "completions",
+    "man",
+];
+
+#[test]
+fn help_of_the_program_and_of_every_verb() {
+    let help = run(["--help"]);
+    assert_eq!(help.code, 0);
+    for verb in VERBS {
+        assert!(help.out.contains(verb), "{verb} in\n{}", help.out);
+        let own = run([verb, "--help"]);
+        assert_eq!(own.code, 0, "{verb}");
+        assert!(own.out.contains("Usage: gravical"), "{verb}: {}", own.out);
+    }
+    let version = run(["--version"]);
+    assert_eq!(version.code, 0);
+    assert!(version.out.starts_with("gravical "), "{}", version.out);
+    // Called without anything it shows what there is, as a usage error.
+    let nothing = run::<&str>([]);
+    assert_eq!(nothing.code, 2);
+    assert!(nothing.err.contains("calibrate"), "{}", nothing.err);
+}
+
+#[test]
+fn completions_for_every_shell() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let run = run(["completions", shell]);
+        assert_eq!(run.code, 0, "{shell}");
+        assert!(run.out.contains("calibrate"), "{shell}");
+        assert!(run.out.contains("placement-tilt"), "{shell}");
+    }
+    assert_eq!(run(["completions", "tcsh"]).code, 2);
+}
+
+#[test]
+fn the_manual_as_pages() {
+    let main = run(["man"]);
+    assert_eq!(main.code, 0);
+    assert!(main.out.contains(".TH gravical 1"), "{}", &main.out[..200]);
+    let folder = tempfile::tempdir().unwrap();
+    let run = run_in(folder.path(), ["man", "-o", "pages"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    for page in ["gravical.1", "gravical-calibrate.1", "gravical-inspect.1"] {
+        let text = std::fs::read_to_string(folder.path().join("pages").join(page)).unwrap();
+        assert!(text.contains(".SH"), "{page}");
+    }
+    assert_eq!(
+        run_in(folder.path(), ["man", "-o", "pages"]).code,
+        2,
+        "kept"
+    );
+}
+
+#[test]
+fn a_pipe_that_is_closed_is_no_error() {
+    let folder = six_files(&Sensor::default());
+    // Far more text than a pipe holds.
+    let files: Vec<String> = (0..40)
+        .flat_map(|_| FACES.iter().map(|f| format!("{}.csv", f.0)))
+        .collect();
+    let mut child = Command::new(program())
+        .arg("inspect")
+        .args(&files)
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stderr.is_empty(), "{:?}", output.stderr);
+}
+
+#[test]
+fn quiet_is_quiet_and_messages_stay_off_stdout() {
+    let folder = six_files(&Sensor::default());
+    let run = run_in(
+        folder.path(),
+        words("calibrate . --gravity 9.81 --quiet -o cal.json"),
+    );
+    assert_eq!((run.code, run.out.as_str(), run.err.as_str()), (0, "", ""));
+    let run = run_in(
+        folder.path(),
+        words("simulate static --duration 1 -o s --json"),
+    );
+    assert_eq!(run.json()["format"], "gravical-truth/1");
+    assert!(run.err.contains("wrote"), "{}", run.err);
+}
+
+#[test]
+fn several_files_are_inspected_even_when_one_is_broken() {
+    let folder = six_files(&Sensor::default());
+    write(folder.path(), "broken.csv", "");
+    let line = "inspect x_axis_pos.csv broken.csv z_axis_neg.csv";
+    let text = run_in(folder.path(), words(line));
+    assert_eq!(text.code, 3);
+    assert!(text.out.contains("x_axis_pos.csv") && text.out.contains("z_axis_neg.csv"));
+    assert!(text.err.contains("empty-file"), "{}", text.err);
+    let json = run_in(folder.path(), words(&format!("{line} --json")));
+    assert_eq!(json.code, 3);
+    assert_eq!(json.json()["recordings"].as_array().unwrap().len(), 2);
+    assert_eq!(json.json()["errors"][0]["code"], "empty-file");
+}
