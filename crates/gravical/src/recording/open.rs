@@ -280,7 +280,6 @@ mod tests {
     }
 
     #[test]
-<<<<<<< HEAD
     fn a_short_packed_file_that_was_cut_off_gives_what_is_there() {
         let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         for i in 0..2000 {
@@ -292,7 +291,9 @@ mod tests {
         let mut out = String::new();
         input.reader.read_to_string(&mut out).unwrap();
         assert!(out.starts_with("0,0.1") && input.is_cut_off());
-=======
+    }
+
+    #[test]
     fn what_was_made_to_fill_the_memory_is_refused() {
         let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         let block = b"1,1,1\n".repeat(10_000);
@@ -303,7 +304,6 @@ mod tests {
         let mut input = from_reader(Box::new(io::Cursor::new(bytes)), false).unwrap();
         let unpacked = io::copy(&mut input.reader, &mut io::sink());
         assert_eq!(unpacked.unwrap_err().kind(), io::ErrorKind::InvalidData);
->>>>>>> fuzz
     }
 
     #[test]
