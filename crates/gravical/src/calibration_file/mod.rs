@@ -128,11 +128,15 @@ impl CalibrationFile {
             .bias
             .iter()
             .chain(a.matrix.iter().flatten())
+            .chain(&a.scale)
+            .chain(a.orientation.iter().flatten())
             .all(|v| v.is_finite());
         let gyro_finite = self.gyroscope.as_ref().is_none_or(|g| {
             g.bias
                 .iter()
                 .chain(g.matrix.iter().flatten())
+                .chain(&g.scale)
+                .chain(g.orientation.iter().flatten())
                 .chain(g.g_sensitivity.iter().flatten())
                 .all(|v| v.is_finite())
         });
