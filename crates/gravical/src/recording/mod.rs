@@ -43,8 +43,8 @@ pub use finding::{Finding, LineSpans, Severity};
 pub use layout::ColumnsSpec;
 pub use ledger::{Aside, Ledger};
 pub(crate) use read::{
-    Prepared, claimed_rate, cut_off, hold_last_values, prepare, reason_before, reason_for,
-    text_findings,
+    Prepared, claimed_rate, cut_off, hold_last_values, is_sparse, prepare, reason_before,
+    reason_for, text_findings,
 };
 pub use read::{read, read_bytes};
 pub use timing::{TimeUnit, Timing};
