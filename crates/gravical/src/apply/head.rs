@@ -7,7 +7,7 @@ use crate::recording::layout::Layout;
 use crate::recording::names::Quantity;
 use crate::recording::row::{ACCEL, GYRO, SLOTS, TEMPERATURE, TIME, Values};
 use crate::recording::timing::{Claims, Stamps, judge};
-use crate::recording::{ReadOptions, claimed_rate, hold_last_values};
+use crate::recording::{ReadOptions, claimed_rate, hold_last_values, is_sparse};
 use crate::scan::Lines;
 use crate::stats::median;
 
@@ -119,14 +119,12 @@ impl Head {
     }
 }
 
-/// Holds the last values where most rows are incomplete. A cell that is empty
-/// now and then stays empty: nobody measured it.
+/// Rows below which nothing is held: a few empty cells are no habit.
+const SPARSE_ROWS: usize = 20;
+
+/// Holds the last values by the rule of reading, and says whether it applies.
 fn hold_sparse(channels: &mut [Vec<f64>; 3]) -> bool {
-    let rows = channels[0].len();
-    let incomplete = (0..rows)
-        .filter(|&i| channels.iter().any(|c| c[i].is_nan()))
-        .count();
-    let sparse = incomplete * 2 > rows;
+    let sparse = channels[0].len() >= SPARSE_ROWS && is_sparse(channels);
     if sparse {
         hold_last_values(channels);
     }

@@ -193,7 +193,10 @@ impl Fit<'_> {
                     self.name,
                 ));
             }
-            findings.push(Finding::warning("unit-mismatch", message));
+            // Said already where the unit itself has the wrong size.
+            if !findings.iter().any(|f| f.kind == "unit-mismatch") {
+                findings.push(Finding::warning("unit-mismatch", message));
+            }
         }
         Ok(accel)
     }

@@ -3,13 +3,13 @@
 //! # Overview
 //!
 //! [`apply`] looks at the head of the recording to find out how it is written
-//! and in which unit ([`judge`]), lays out the columns to write ([`plan`]) and
-//! goes through the lines once ([`stream`]). The calibrated channels take the
+//! and in which unit (`judge`), lays out the columns to write (`plan`) and
+//! goes through the lines once (`stream`). The calibrated channels take the
 //! place of the raw ones under SI names; every other column is kept byte for
 //! byte. A calibration that does not fit the recording's unit is refused
 //! before anything is written. Nothing is dropped without a word: the
 //! [`ApplySummary`] accounts for every line and carries what is odd about the
-//! samples ([`watch`]).
+//! samples (`watch`).
 //!
 //! `calibrated = matrix · (raw − bias)` for the accelerometer and
 //! `matrix · (raw − bias − g_sensitivity · a)` for the gyroscope, with raw as it

@@ -112,7 +112,9 @@ pub(super) fn assemble(parts: Parts<'_>) -> Recording {
         gyro.as_ref(),
         temperature_c.as_deref(),
     ));
-    hold_last_values(&mut accel);
+    if is_sparse(&accel) {
+        hold_last_values(&mut accel);
+    }
     let accel_scale = decide_accel(
         quiet_norm(&accel),
         unsigned,
@@ -185,16 +187,9 @@ fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bool {
 
 /// A recorder that writes each channel when it arrives leaves most cells
 /// empty; there the last value of a channel holds until the next comes.
-/// Elsewhere an empty cell stays empty.
-pub(crate) fn hold_last_values(accel: &mut [Vec<f64>; 3]) {
-    let rows = accel[0].len();
-    let incomplete = (0..rows)
-        .filter(|&i| accel.iter().any(|c| c[i].is_nan()))
-        .count();
-    if incomplete * 5 <= rows {
-        return;
-    }
-    for channel in accel {
+/// Elsewhere ([`is_sparse`]) an empty cell stays empty.
+pub(crate) fn hold_last_values(channels: &mut [Vec<f64>; 3]) {
+    for channel in channels {
         let mut last = f64::NAN;
         for value in channel {
             if value.is_nan() {
@@ -204,6 +199,15 @@ pub(crate) fn hold_last_values(accel: &mut [Vec<f64>; 3]) {
             }
         }
     }
+}
+
+/// More than a fifth of the rows lack a value.
+pub(crate) fn is_sparse(channels: &[Vec<f64>; 3]) -> bool {
+    let rows = channels[0].len();
+    let incomplete = (0..rows)
+        .filter(|&i| channels.iter().any(|c| c[i].is_nan()))
+        .count();
+    incomplete * 5 > rows
 }
 
 /// The gyroscope's unit before any turn has been looked at.
