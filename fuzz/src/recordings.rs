@@ -320,6 +320,10 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
             rows += range.len();
         }
         assert!(placement.count <= rows, "{placement:?}");
+        assert!(
+            placement.mean.iter().all(|m| m.is_finite()),
+            "{placement:?}"
+        );
         assert!(placement.clipped <= 3 * rows, "{placement:?}");
         if let Some(errors) = placement.standard_error {
             assert!(

@@ -165,6 +165,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         .into_iter()
         .map(|draft| measure(draft, recordings, &noise, options))
         .collect();
+    leave_out_empty(&mut placements, &mut findings);
     check_names(&mut placements, options, &mut findings);
     check_rows(&placements, options, &mut findings);
     if gyro_scale.is_some_and(|s| s.nominal().is_none())
@@ -303,6 +304,28 @@ fn measure(
         claim: draft.claim,
         clipped,
     }
+}
+
+/// A placement that a section or label names may have rows, but no value of
+/// some axis in any of them: it has no mean.
+fn leave_out_empty(placements: &mut Vec<Placement>, findings: &mut Vec<Finding>) {
+    placements.retain(|placement| {
+        let Some(axis) = placement.mean.iter().position(|m| !m.is_finite()) else {
+            return true;
+        };
+        findings.push(
+            Finding::warning(
+                "empty-placement",
+                format!(
+                    "\"{}\" has no value of a{} in any of its rows; left out",
+                    placement.label,
+                    face::AXES[axis]
+                ),
+            )
+            .in_file(&placement.source),
+        );
+        false
+    });
 }
 
 /// Holds names against data. The data win, with a warning, unless the user
