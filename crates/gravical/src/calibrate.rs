@@ -104,7 +104,11 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
 
     // K, R and b of u = K R a + b.
     let gravity = options.gravity.value_mps2;
-    let fit = ferraris::accelerometer(&faces, gravity, options.segment.faces_by_name)?;
+    let names = options
+        .segment
+        .faces_by_name
+        .then_some(&options.segment.axes);
+    let fit = ferraris::accelerometer(&faces, gravity, names)?;
 
     // Their covariance, from the noise of the means and the tilt of the
     // placements.

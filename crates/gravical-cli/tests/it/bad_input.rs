@@ -114,6 +114,26 @@ fn names_that_are_believed_and_left_handed() {
 }
 
 #[test]
+fn names_that_are_believed_speak_of_the_case() {
+    // Half a turn about z, and the names say so.
+    let half = swapped(&[("x_axis_pos", "x_axis_neg"), ("y_axis_pos", "y_axis_neg")]);
+    let line = ". --gravity 9.81 --faces names --axes=-x,-y,z";
+    let file = calibrate(half.path(), line, 0);
+    let data = calibrate(half.path(), ". --gravity 9.81 --axes=-x,-y,z", 0);
+    assert_eq!(
+        file["accelerometer"]["matrix"],
+        data["accelerometer"]["matrix"]
+    );
+    refused(
+        six_files(&Sensor::default()).path(),
+        &format!("calibrate {line}"),
+        3,
+        "left-handed",
+        &["+x up"],
+    );
+}
+
+#[test]
 fn names_of_a_turned_board_are_no_mistake() {
     // x → y, y → −x: a quarter turn about z, and every sign the other way round.
     let quarter = swapped(&[

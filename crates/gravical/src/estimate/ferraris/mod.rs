@@ -9,7 +9,7 @@ use gravical_core::six_position::{
     AccelerometerParameters, SixPositionError, ferraris_accelerometer, ferraris_covariance,
 };
 
-use crate::segment::face::{AXES, Face, angle_deg};
+use crate::segment::face::{AXES, AxisMap, Face, angle_deg};
 use crate::{Error, Result};
 
 pub use faces::{Faces, sort_into_faces};
@@ -79,13 +79,18 @@ impl AccelerometerFit {
     }
 }
 
-/// Fits K, R and b.
+/// Fits K, R and b. `names` is how the board sits in the case whose faces the
+/// names tell; none when the faces are the data's own.
 ///
 /// # Errors
 ///
 /// `not-finite`, `singular`; `left-handed` when the faces were taken from names
 /// and contradict each other.
-pub fn accelerometer(faces: &Faces, gravity: f64, by_name: bool) -> Result<AccelerometerFit> {
+pub fn accelerometer(
+    faces: &Faces,
+    gravity: f64,
+    names: Option<&AxisMap>,
+) -> Result<AccelerometerFit> {
     let failed = |e: SixPositionError| {
         Error::input(
             "singular",
@@ -94,20 +99,9 @@ pub fn accelerometer(faces: &Faces, gravity: f64, by_name: bool) -> Result<Accel
         .with_hint("`gravical inspect` shows what each placement reads")
     };
     let parameters = ferraris_accelerometer(&faces.means, gravity).map_err(failed)?;
-    let sign_clash = (0..3).find(|&i| faces.means.plus[i][i] <= faces.means.minus[i][i]);
-    if by_name
-        && (parameters.orientation_determinant() <= 0.0
-            || sign_clash.is_some_and(|_| is_diagonal(&parameters)))
+    if let Some(axes) = names
+        && let Some(why) = mirrored(faces, &parameters, axes)
     {
-        let why = match sign_clash {
-            Some(i) if is_diagonal(&parameters) => format!(
-                "{a} reads less with +{a} up ({:.4}) than with −{a} up ({:.4})",
-                faces.means.plus[i][i],
-                faces.means.minus[i][i],
-                a = AXES[i]
-            ),
-            _ => format!("det R = {:.3}", parameters.orientation_determinant()),
-        };
         return Err(Error::input(
             "left-handed",
             format!(
@@ -125,7 +119,32 @@ pub fn accelerometer(faces: &Faces, gravity: f64, by_name: bool) -> Result<Accel
     })
 }
 
-/// True when each channel measures its own axis, one way or the other.
-fn is_diagonal(parameters: &AccelerometerParameters<f64>) -> bool {
-    (0..3).all(|i| parameters.orientation[i][i].abs() > 0.7)
+/// Why faces that were taken from names cannot be those of a real sensor.
+fn mirrored(
+    faces: &Faces,
+    parameters: &AccelerometerParameters<f64>,
+    axes: &AxisMap,
+) -> Option<String> {
+    let determinant = parameters.orientation_determinant();
+    let seen = |reading: [f64; 3], axis: usize| axes.to_case(reading)[axis];
+    let column = |axis: usize| parameters.orientation.map(|row| row[axis]);
+    // Each axis of the case is measured by the channel that --axes says, one
+    // way or the other.
+    let as_told = (0..3).all(|i| seen(column(i), i).abs() > 0.7);
+    let clash = (0..3)
+        .map(|i| {
+            (
+                i,
+                seen(faces.means.plus[i], i),
+                seen(faces.means.minus[i], i),
+            )
+        })
+        .find(|(_, up, down)| up <= down);
+    match clash {
+        Some((i, up, down)) if as_told => Some(format!(
+            "{a} reads less with +{a} up ({up:.4}) than with −{a} up ({down:.4})",
+            a = AXES[i]
+        )),
+        _ => (determinant <= 0.0).then(|| format!("det R = {determinant:.3}")),
+    }
 }
