@@ -50,10 +50,13 @@ fn head(file: &CalibrationFile) -> String {
         n => format!(" and {n} oblique poses"),
     };
     format!(
-        "{} of {inputs}: {faces} placements on six faces{oblique}\nraw in {}, g = {:.5} m/s² ({gravity}){tilt}\n",
+        "{} of {inputs}: {faces} placements on six faces{oblique}\nraw in {}, g = {} m/s² ({gravity}){tilt}\n",
         method_name(&a.method),
         a.input_unit.name(),
-        file.gravity_mps2,
+        match file.gravity_source {
+            GravitySource::Latitude => format!("{:.5}", file.gravity_mps2),
+            GravitySource::Given | GravitySource::Standard => file.gravity_mps2.to_string(),
+        },
     )
 }
 
