@@ -26,13 +26,16 @@ pub(super) struct Watch {
     rows: u64,
     last_line: u64,
     previous: [f64; 6],
-    /// How often each channel has changed.
-    changes: [u64; 6],
+    /// A bit for each channel that is there.
+    present: u8,
+    /// A bit for each channel that kept its value in the last row.
+    still: u8,
     runs: [Run; 6],
     frozen: [LineSpans; 6],
     longest: [u64; 6],
     clipped: [Clipped; 3],
     repeated: LineSpans,
+    ended: bool,
 }
 
 /// Rows through which a channel keeps one value.
@@ -40,7 +43,7 @@ pub(super) struct Watch {
 struct Run {
     from_row: u64,
     from_line: u64,
-    /// `changes` of the channels of the same sensor at its first row.
+    /// How often the channels of the same sensor have changed since.
     changes: [u64; 3],
 }
 
@@ -63,15 +66,17 @@ impl Watch {
             zero_offset,
             certain: smallest,
             channels: if with_gyro { 6 } else { 3 },
+            present: if with_gyro { 0b11_1111 } else { 0b111 },
+            still: 0,
             rows: 0,
             last_line: 0,
             previous: [f64::NAN; 6],
-            changes: [0; 6],
             runs: Default::default(),
             frozen: Default::default(),
             longest: [0; 6],
             clipped: Default::default(),
             repeated: LineSpans::default(),
+            ended: false,
         }
     }
 
@@ -84,69 +89,79 @@ impl Watch {
     /// A row and the line it stands in.
     #[inline]
     pub fn see(&mut self, values: &Values, line: u64) {
-        // A gyroscope that is not there never changes, all axes alike.
         let mut now = [0.0; 6];
         now[..self.channels].copy_from_slice(&values[ACCEL..ACCEL + self.channels]);
-        let changed: [bool; 6] = std::array::from_fn(|i| now[i] != self.previous[i]);
-        let any = changed.contains(&true);
-        for (i, changed) in changed.iter().enumerate() {
-            if *changed && self.rows - self.runs[i].from_row >= FROZEN_ROWS as u64 {
-                self.end_run(i);
-            }
+        let mut still = 0;
+        for (i, (now, before)) in now.iter().zip(&self.previous).enumerate() {
+            still |= u8::from(now == before) << i;
         }
-        for (count, changed) in self.changes.iter_mut().zip(changed) {
-            *count += u64::from(changed);
+        still &= self.present;
+        // Noise moves every channel in nearly every row.
+        if still | self.still != 0 {
+            self.see_still(still, line);
         }
-        for (i, run) in self.runs.iter_mut().enumerate() {
-            if changed[i] {
-                let sensor = i / 3 * 3;
-                *run = Run {
-                    from_row: self.rows,
-                    from_line: line,
-                    changes: [
-                        self.changes[sensor],
-                        self.changes[sensor + 1],
-                        self.changes[sensor + 2],
-                    ],
-                };
-            }
-        }
-        for (i, value) in now.iter().take(3).enumerate() {
-            let value = value - self.zero_offset;
-            if value.abs() >= self.certain {
-                self.see_large(i, value, line);
-            }
-        }
-        if !any {
-            self.repeated.push(line);
+        let largest = now
+            .iter()
+            .take(3)
+            .fold(0.0_f64, |most, v| most.max((v - self.zero_offset).abs()));
+        if largest >= self.certain {
+            self.see_large(&now, line);
         }
         self.previous = now;
         self.rows += 1;
         self.last_line = line;
     }
 
+    /// Channels that keep their value in this row, or did up to it.
+    #[inline(never)]
+    fn see_still(&mut self, still: u8, line: u64) {
+        for i in 0..NAMES.len() {
+            let (is_still, was_still) = (still >> i & 1 == 1, self.still >> i & 1 == 1);
+            if was_still && !is_still {
+                self.end_run(i);
+            }
+            if !is_still {
+                continue;
+            }
+            if !was_still {
+                self.runs[i] = Run {
+                    from_row: self.rows - 1,
+                    from_line: self.last_line,
+                    changes: [0; 3],
+                };
+            }
+            let moving = !still >> (i / 3 * 3);
+            for (o, changes) in self.runs[i].changes.iter_mut().enumerate() {
+                *changes += u64::from(moving >> o & 1);
+            }
+        }
+        self.still = still;
+        if still == self.present {
+            self.repeated.push(line);
+        }
+    }
+
     #[cold]
-    fn see_large(&mut self, axis: usize, value: f64, line: u64) {
-        if is_clipped(value, &self.scale) {
-            let clipped = &mut self.clipped[axis];
-            clipped.repeats += u64::from(clipped.last == value);
-            clipped.last = value;
-            clipped.lines.push(line);
+    fn see_large(&mut self, now: &[f64; 6], line: u64) {
+        for (clipped, value) in self.clipped.iter_mut().zip(now) {
+            let value = value - self.zero_offset;
+            if is_clipped(value, &self.scale) {
+                clipped.repeats += u64::from(clipped.last == value);
+                clipped.last = value;
+                clipped.lines.push(line);
+            }
         }
     }
 
     /// Books the run of a channel up to the last row, when it is a frozen one:
-    /// while another channel of the sensor changes in every tenth row or more.
-    #[cold]
+    /// long, while another channel of the sensor changes in every tenth row or
+    /// more. A channel that never changes at all need not be as long.
     fn end_run(&mut self, i: usize) {
         let run = self.runs[i];
         let length = self.rows - run.from_row;
-        let sensor = i / 3 * 3;
-        let others_move = (0..3).filter(|o| sensor + o != i).any(|o| {
-            let changes = self.changes[sensor + o] - run.changes[o];
-            changes * 10 > length
-        });
-        if others_move {
+        let whole = run.from_row == 0 && length >= WHOLE_ROWS && self.ended;
+        let others_move = run.changes.iter().any(|changes| changes * 10 > length);
+        if (length >= FROZEN_ROWS as u64 || whole) && others_move {
             self.longest[i] = self.longest[i].max(length);
             self.frozen[i].push_range(run.from_line, self.last_line, length);
         }
@@ -154,10 +169,9 @@ impl Watch {
 
     /// The findings, after the last row.
     pub fn finish(mut self, findings: &mut Vec<Finding>) {
+        self.ended = true;
         for i in 0..NAMES.len() {
-            let length = self.rows - self.runs[i].from_row;
-            let whole = length == self.rows && length >= WHOLE_ROWS;
-            if length >= FROZEN_ROWS as u64 || whole {
+            if self.still >> i & 1 == 1 {
                 self.end_run(i);
             }
         }

@@ -116,7 +116,10 @@ impl RowScanner {
         values: &mut Values,
         label: &mut Span,
     ) -> Result<(), RowDefect> {
-        self.scan_with(line, values, label, |_| {})
+        match self.delimiter {
+            Delimiter::Byte(d) => self.scan_with(Delimiter::Byte(d), line, values, label, |_| {}),
+            white => self.scan_with(white, line, values, label, |_| {}),
+        }
     }
 
     /// As [`scan`](Self::scan), and the range of every field goes to `spans`.
@@ -133,12 +136,21 @@ impl RowScanner {
     ) -> Result<(), RowDefect> {
         spans.clear();
         let mut label = (0, 0);
-        self.scan_with(line, values, &mut label, |span| spans.push(span))
+        let on_field = |span| spans.push(span);
+        match self.delimiter {
+            Delimiter::Byte(d) => {
+                self.scan_with(Delimiter::Byte(d), line, values, &mut label, on_field)
+            }
+            white => self.scan_with(white, line, values, &mut label, on_field),
+        }
     }
 
+    /// Compiled once for each kind of `delimiter`, which is that of `self`: the
+    /// loop over the fields then asks no more.
     #[inline(always)]
     fn scan_with(
         &self,
+        delimiter: Delimiter,
         line: &[u8],
         values: &mut Values,
         label: &mut Span,
@@ -149,9 +161,9 @@ impl RowScanner {
         let mut any = false;
         let mut field = 0;
         loop {
-            at = skip_spaces(line, at, self.delimiter);
+            at = skip_spaces(line, at, delimiter);
             // White space at the end of a line starts no further field.
-            if at == line.len() && self.delimiter == Delimiter::Whitespace {
+            if at == line.len() && delimiter == Delimiter::Whitespace {
                 break;
             }
             let Some(&slot) = self.slot_of_field.get(field) else {
@@ -164,7 +176,7 @@ impl RowScanner {
                 // field ends.
                 match scan_number(&line[at..]) {
                     Some((value, n))
-                        if value.abs() < TOO_LARGE && self.ends_field(line, at + n) =>
+                        if value.abs() < TOO_LARGE && ends_field(line, at + n, delimiter) =>
                     {
                         end = at + n;
                         values[usize::from(slot)] = value;
@@ -186,7 +198,7 @@ impl RowScanner {
             }
             on_field((from as u32, end as u32));
             field += 1;
-            at = match self.delimiter {
+            at = match delimiter {
                 Delimiter::Whitespace => end,
                 Delimiter::Byte(_) if end == line.len() => break,
                 Delimiter::Byte(_) => end + 1,
@@ -200,15 +212,6 @@ impl RowScanner {
             });
         }
         if any { Ok(()) } else { Err(RowDefect::Blank) }
-    }
-
-    #[inline(always)]
-    fn ends_field(&self, line: &[u8], at: usize) -> bool {
-        match (line.get(at), self.delimiter) {
-            (None, _) => true,
-            (Some(&b), Delimiter::Byte(d)) => b == d,
-            (Some(&b), Delimiter::Whitespace) => b == b' ' || b == b'\t',
-        }
     }
 
     #[inline]
@@ -262,6 +265,15 @@ impl RowScanner {
             Some(seconds) => Ok(Some(seconds)),
             None => Err(RowDefect::NotANumber(index)),
         }
+    }
+}
+
+#[inline(always)]
+fn ends_field(line: &[u8], at: usize, delimiter: Delimiter) -> bool {
+    match (line.get(at), delimiter) {
+        (None, _) => true,
+        (Some(&b), Delimiter::Byte(d)) => b == d,
+        (Some(&b), Delimiter::Whitespace) => b == b' ' || b == b'\t',
     }
 }
 
