@@ -63,6 +63,14 @@ pub fn read_session(
     let (mut recordings, mut left_out) = (Vec::new(), Vec::new());
     for path in files_in(folder)? {
         match read(&path, options) {
+            // A result beside its sources is no placement.
+            Ok(recording) if recording.is_calibrated() => {
+                let finding = Finding::warning(
+                    "already-calibrated",
+                    "calibrated already, by its column names; left out",
+                );
+                left_out.push(finding.in_file(&recording.name));
+            }
             Ok(recording) => recordings.push(recording),
             Err(error) if is_something_else(&error) => {
                 let file = path.display().to_string();

@@ -125,6 +125,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         &fit.calibration,
         gravity,
         angle,
+        &options.segment.axes,
     )?;
 
     // What do the fitted placements say, and what do they not?
@@ -174,6 +175,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     findings.extend(segmentation.findings.iter().cloned());
     findings.extend(gyroscope.findings);
     findings.extend(options.gravity.finding());
+    findings.extend(checks::inputs(recordings));
     findings.extend(checks::accelerometer(
         &accelerometer,
         &faces,
@@ -182,6 +184,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         face_angle,
     ));
     findings.extend(checks::names(
+        &options.segment.axes,
         &segmentation.placements,
         options.segment.faces_by_name,
     ));

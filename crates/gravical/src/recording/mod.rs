@@ -180,6 +180,14 @@ impl Recording {
         self.line_map.line(row)
     }
 
+    /// True when its columns are named as `gravical apply` names them.
+    #[must_use]
+    pub fn is_calibrated(&self) -> bool {
+        ["ax_mps2", "ay_mps2", "az_mps2"]
+            .iter()
+            .all(|own| self.column_names.iter().any(|n| n == own))
+    }
+
     /// The three values of a row.
     #[must_use]
     pub fn accel_at(&self, row: usize) -> [f64; 3] {

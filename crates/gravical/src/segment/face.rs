@@ -114,6 +114,28 @@ impl AxisMap {
             .map(|(axis, same)| if same { board[axis] } else { -board[axis] })
     }
 
+    /// The case's axis along which the board's axis `board` lies.
+    #[must_use]
+    pub fn case_axis(&self, board: usize) -> usize {
+        self.rows
+            .iter()
+            .position(|(axis, _)| *axis == board)
+            .unwrap_or(board)
+    }
+
+    /// Rows of a matrix, one a channel of the board, in the order and with the
+    /// signs of the case's axes.
+    #[must_use]
+    pub fn rows_to_case(&self, rows: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+        self.rows.map(|(axis, same)| {
+            if same {
+                rows[axis]
+            } else {
+                rows[axis].map(|v| -v)
+            }
+        })
+    }
+
     /// True when nothing is turned.
     #[must_use]
     pub fn is_identity(&self) -> bool {

@@ -122,7 +122,11 @@ pub(super) fn in_one(
     }
     let moves = motions(recording, &spans);
     *gyro_scale = decide_gyro_unit(recording, &moves, findings);
-    let turns = full_turns(0, &moves, *gyro_scale, options.turn_angle_deg.to_radians());
+    let mut turns = full_turns(0, &moves, *gyro_scale, options.turn_angle_deg.to_radians());
+    for turn in &mut turns {
+        // Found by the board's channel, meant about an axis of the case.
+        turn.axis = options.axes.case_axis(turn.axis);
+    }
     let drafts = spans
         .into_iter()
         .enumerate()

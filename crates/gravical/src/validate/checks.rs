@@ -2,9 +2,9 @@
 
 use crate::calibration_file::{AccelerometerSection, Grade, PositionKind, TiltSource, Verdict};
 use crate::estimate::ferraris::Faces;
-use crate::recording::Finding;
+use crate::recording::{Finding, Recording};
 use crate::segment::Placement;
-use crate::segment::face::{Claim, Face};
+use crate::segment::face::{AxisMap, Claim, Face};
 
 use super::errors::free_norm_error;
 
@@ -18,13 +18,18 @@ const BIAS_GATE_MPS2: f64 = 0.35 * 9.80665;
 /// Above this a face is accepted with a note, degrees.
 const FACE_NOTE_DEG: f64 = 10.0;
 
+/// Oblique placements further off than so many times the predicted error
+/// contradict the result.
+const OBLIQUE_GATE: f64 = 3.0;
+
 /// Kinds of findings that make a calibration poor.
-const GATES: [&str; 5] = [
+const GATES: [&str; 6] = [
     "scale-off",
     "large-bias",
     "clipped-hold",
     "names-mirrored",
     "turned-other-way",
+    "oblique-off",
 ];
 
 /// Checks of the accelerometer's parameters and placements; `offset` is the zero
@@ -92,7 +97,68 @@ pub fn accelerometer(
             );
         }
     }
+    findings.extend(oblique(section));
     findings.extend(tilts(section, faces, placements, face_angle_rms_deg));
+    findings
+}
+
+/// Placements that took no part in the fit and contradict it.
+fn oblique(section: &AccelerometerSection) -> Option<Finding> {
+    let predicted = section.predicted_norm_error_mps2?;
+    let (error, count) = free_norm_error(&section.positions, gravity_of(section))?;
+    (error > OBLIQUE_GATE * predicted).then(|| {
+        Finding::warning(
+            "oblique-off",
+            format!(
+                "{count} oblique placements, which took no part in the fit, read the magnitude off by {:.0} mm/s² rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
+                1000.0 * error
+            ),
+        )
+    })
+}
+
+/// Length of gravity by the expected readings of the faces, m/s².
+fn gravity_of(section: &AccelerometerSection) -> f64 {
+    section
+        .positions
+        .iter()
+        .find(|p| p.kind == PositionKind::Face)
+        .map_or(0.0, |p| {
+            p.expected.iter().map(|e| e * e).sum::<f64>().sqrt()
+        })
+}
+
+/// Inputs that do not belong into a session: a recording that is calibrated
+/// already, or the same one twice.
+#[must_use]
+pub fn inputs(recordings: &[Recording]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (i, recording) in recordings.iter().enumerate() {
+        if recording.is_calibrated() {
+            findings.push(
+                Finding::warning(
+                    "already-calibrated",
+                    "its columns are named as this program names calibrated ones: a session needs raw recordings",
+                )
+                .in_file(&recording.name),
+            );
+        }
+        let twin = recordings[..i]
+            .iter()
+            .find(|other| recording.sha256.is_some() && other.sha256 == recording.sha256);
+        if let Some(twin) = twin {
+            findings.push(
+                Finding::warning(
+                    "same-file-twice",
+                    format!(
+                        "it is the same as {}, byte for byte, and counts twice",
+                        twin.name
+                    ),
+                )
+                .in_file(&recording.name),
+            );
+        }
+    }
     findings
 }
 
@@ -151,7 +217,7 @@ fn tilts(
 /// swapped. All six the other way round is a convention, and a turned board a
 /// mounting; both keep the data's word.
 #[must_use]
-pub fn names(placements: &[Placement], by_name: bool) -> Vec<Finding> {
+pub fn names(axes: &AxisMap, placements: &[Placement], by_name: bool) -> Vec<Finding> {
     if by_name {
         return Vec::new();
     }
@@ -186,7 +252,11 @@ pub fn names(placements: &[Placement], by_name: bool) -> Vec<Finding> {
     if consistent && hand > 0.5 {
         return vec![Finding::warning(
             "names-turned",
-            "the names describe a board that sits turned in its case; the calibration is in axes of the board. If the case is meant, say so with --axes, or --faces names",
+            if axes.is_identity() {
+                "the names describe a board that sits turned in its case; the calibration is in axes of the board. If the case is meant, say so with --axes, or --faces names"
+            } else {
+                "the names describe another way of sitting in the case than --axes does; --axes is believed"
+            },
         )];
     }
     vec![Finding::warning(
@@ -228,14 +298,7 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding]) -> Verdict 
             1000.0 * error / gravical_core::unit::STANDARD_GRAVITY_MPS2
         ));
     }
-    let gravity = section
-        .positions
-        .iter()
-        .find(|p| p.kind == PositionKind::Face)
-        .map_or(0.0, |p| {
-            p.expected.iter().map(|e| e * e).sum::<f64>().sqrt()
-        });
-    if let Some((error, count)) = free_norm_error(&section.positions, gravity) {
+    if let Some((error, count)) = free_norm_error(&section.positions, gravity_of(section)) {
         reasons.push(format!(
             "{count} oblique {} no part in the fit; there the magnitude is off by {:.0} mm/s² ({:.1} mg) rms",
             if count == 1 { "placement took" } else { "placements took" },

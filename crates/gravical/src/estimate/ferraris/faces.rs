@@ -3,12 +3,12 @@
 use gravical_core::six_position::SixPositionMeans;
 
 use crate::recording::Recording;
-use crate::segment::face::Face;
+use crate::segment::face::{Face, angle_deg};
 use crate::segment::{MOST_FACE_ANGLE_DEG, Placement};
 use crate::{Error, Result};
 
-/// A repeat of a face that lies this much further off than the best one is an
-/// oblique pose, degrees.
+/// A repeat of a face that points this far from the best one is an oblique
+/// pose, degrees.
 const REPEAT_WITHIN_DEG: f64 = 5.0;
 
 /// Placements of each face, by index, in the order of [`Face::all`].
@@ -52,9 +52,12 @@ pub fn sort_into_faces(placements: &[Placement], recordings: &[Recording]) -> Re
             .collect();
         let best = there
             .iter()
-            .map(|&i| placements[i].angle_deg)
-            .fold(f64::INFINITY, f64::min);
-        there.retain(|&i| placements[i].angle_deg <= best + REPEAT_WITHIN_DEG);
+            .copied()
+            .min_by(|&a, &b| placements[a].angle_deg.total_cmp(&placements[b].angle_deg));
+        if let Some(best) = best {
+            let mean = placements[best].mean;
+            there.retain(|&i| angle_deg(placements[i].mean, mean) <= REPEAT_WITHIN_DEG);
+        }
         of_face[face.index()] = there;
     }
     if of_face.iter().any(Vec::is_empty) {

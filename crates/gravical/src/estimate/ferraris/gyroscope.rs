@@ -9,7 +9,7 @@ use super::Faces;
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::units::{GyroScale, GyroUnit};
 use crate::recording::{Finding, Recording};
-use crate::segment::face::{AXES, Face};
+use crate::segment::face::{AXES, AxisMap, Face};
 use crate::segment::turns::sample_period_s;
 use crate::segment::{Placement, Segmentation};
 use crate::{Error, Result};
@@ -36,6 +36,7 @@ pub fn gyroscope(
     accelerometer: &Calibration<f64>,
     gravity: f64,
     angle_rad: f64,
+    axes: &AxisMap,
 ) -> Result<GyroscopeFit> {
     let mut fit = GyroscopeFit::default();
     if session.turns.is_empty() {
@@ -80,7 +81,8 @@ pub fn gyroscope(
             "the three turns do not span space: were two about the same axis?",
         )
     })?;
-    let diagonal: [f64; 3] = std::array::from_fn(|i| parameters.orientation[i][i]);
+    let in_case = axes.rows_to_case(&parameters.orientation);
+    let diagonal: [f64; 3] = std::array::from_fn(|i| in_case[i][i]);
     let backwards: Vec<String> = (0..3)
         .filter(|&i| diagonal[i] < 0.0)
         .map(|i| AXES[i].to_string())
@@ -93,7 +95,7 @@ pub fn gyroscope(
                 "about {} the sensor turned the other way than {degrees}°, or its gyroscope is left-handed: R_g has {} on its diagonal and det {:.3}; with --turn-angle {} it comes out right-handed",
                 backwards.join(", "),
                 diagonal.map(|d| format!("{d:.3}")).join(", "),
-                gravical_core::matrix3::det(&parameters.orientation),
+                gravical_core::matrix3::det(&in_case),
                 -degrees
             ),
         ));
