@@ -12,6 +12,12 @@ use crate::{Error, Result};
 ///
 /// `exists` (usage) when the file is there and `force` is false.
 pub fn check_target(path: &Path, force: bool) -> Result<()> {
+    if path == Path::new("-") {
+        return Err(Error::usage(
+            "stdout-target",
+            "-o names a file; standard output is where it goes without -o",
+        ));
+    }
     if !force && path.exists() {
         return Err(
             Error::usage("exists", "the file exists already; nothing was written")

@@ -203,24 +203,22 @@ pub enum Claim {
 #[must_use]
 pub fn claim(name: &str) -> Option<Claim> {
     let name = name.trim().to_lowercase();
-    let mut axis = None;
-    let mut up = None;
-    let mut turn = false;
+    let mut words = Words::default();
     for token in name.split(['_', ' ', '.', '/']) {
-        if let Some((a, sign)) = signed_axis(token) {
-            axis.get_or_insert(a);
-            up.get_or_insert(sign);
+        if let Some((axis, sign)) = signed_axis(token) {
+            words.axis.get_or_insert(axis);
+            words.up.get_or_insert(sign);
             continue;
         }
         for word in token
             .split(|c: char| !c.is_alphanumeric())
             .filter(|w| !w.is_empty())
         {
-            read_word(word, &mut axis, &mut up, &mut turn);
+            words.read(word);
         }
     }
-    let axis = axis?;
-    Some(match (turn, up) {
+    let axis = words.axis?;
+    Some(match (words.turn, words.up.or(words.letter)) {
         (true, _) => Claim::Turn(axis),
         (false, Some(up)) => Claim::Face(Face { axis, up }),
         (false, None) => Claim::Axis(axis),
@@ -250,40 +248,62 @@ fn signed_axis(token: &str) -> Option<(usize, bool)> {
     Some((axis_letter(&first.to_string())?, sign(last)?))
 }
 
-fn read_word(word: &str, axis: &mut Option<usize>, up: &mut Option<bool>, turn: &mut bool) {
-    let sign = |word: &str| match word {
-        "p" | "pos" | "positive" | "plus" | "up" | "parallel" => Some(true),
-        "n" | "neg" | "negative" | "minus" | "m" | "a" | "anti" | "antiparallel" | "down" => {
-            Some(false)
+/// What the words of a name have said so far.
+#[derive(Default)]
+struct Words {
+    axis: Option<usize>,
+    /// By a whole word (`pos`, `neg`), which overrules a letter.
+    up: Option<bool>,
+    /// By one letter right behind the axis (`x_a`).
+    letter: Option<bool>,
+    turn: bool,
+    after_axis: bool,
+}
+
+impl Words {
+    fn read(&mut self, word: &str) {
+        let whole = |word: &str| match word {
+            "pos" | "positive" | "plus" | "up" | "parallel" => Some(true),
+            "neg" | "negative" | "minus" | "anti" | "antiparallel" | "down" => Some(false),
+            _ => None,
+        };
+        let letter = |word: &str| match word {
+            "p" => Some(true),
+            "n" | "m" | "a" => Some(false),
+            _ => None,
+        };
+        let behind_axis = std::mem::take(&mut self.after_axis);
+        if let Some(axis) = axis_letter(word) {
+            self.axis.get_or_insert(axis);
+            self.after_axis = true;
+        } else if matches!(word, "rot" | "rotation" | "turn" | "spin") {
+            self.turn = true;
+        } else if let Some(sign) = whole(word) {
+            self.up.get_or_insert(sign);
+        } else if let Some(sign) = letter(word) {
+            if behind_axis {
+                self.letter.get_or_insert(sign);
+            }
+        } else if let Some(axis) = word.get(..1).and_then(axis_letter) {
+            // `xminus`, `zp`, `xrot`, `xaxis` in one word.
+            let rest = &word[1..];
+            let sign = whole(rest).or_else(|| letter(rest));
+            if matches!(rest, "rot" | "turn") || rest == "axis" || sign.is_some() {
+                self.axis.get_or_insert(axis);
+                self.turn |= matches!(rest, "rot" | "turn");
+                if let Some(sign) = sign {
+                    self.up.get_or_insert(sign);
+                }
+            }
+        } else if let Some(axis) = word
+            .get(word.len().saturating_sub(1)..)
+            .and_then(axis_letter)
+            && let Some(sign) = whole(&word[..word.len() - 1])
+        {
+            // `plusx`, `negz`.
+            self.axis.get_or_insert(axis);
+            self.up.get_or_insert(sign);
         }
-        _ => None,
-    };
-    if let Some(a) = axis_letter(word) {
-        axis.get_or_insert(a);
-    } else if matches!(word, "rot" | "rotation" | "turn" | "spin") {
-        *turn = true;
-    } else if let Some(s) = sign(word) {
-        up.get_or_insert(s);
-    } else if let Some(a) = word.get(..1).and_then(axis_letter) {
-        // `xminus`, `zp`, `xrot`, `xaxis` in one word.
-        let rest = &word[1..];
-        if rest == "rot" || rest == "turn" {
-            axis.get_or_insert(a);
-            *turn = true;
-        } else if rest == "axis" {
-            axis.get_or_insert(a);
-        } else if let Some(s) = sign(rest) {
-            axis.get_or_insert(a);
-            up.get_or_insert(s);
-        }
-    } else if let Some(a) = word
-        .get(word.len().saturating_sub(1)..)
-        .and_then(axis_letter)
-        && let Some(s) = sign(&word[..word.len() - 1])
-    {
-        // `plusx`, `negz`.
-        axis.get_or_insert(a);
-        up.get_or_insert(s);
     }
 }
 
@@ -307,6 +327,8 @@ mod tests {
             ("neg_x", "-x"),
             ("y-", "-y"),
             ("acc_xp", "+x"),
+            ("sensor_a_x_axis_pos", "+x"),
+            ("m_z_axis_neg", "-z"),
         ] {
             match claim(name) {
                 Some(Claim::Face(f)) => assert_eq!(f.name(), face, "{name}"),

@@ -17,7 +17,7 @@ pub mod turns;
 use std::ops::Range;
 
 use crate::recording::units::GyroScale;
-use crate::recording::{Finding, Recording, quality};
+use crate::recording::{Finding, Origin, Recording, quality};
 use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face, angle_deg};
@@ -168,12 +168,16 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     leave_out_empty(&mut placements, &mut findings);
     check_names(&mut placements, options, &mut findings);
     check_rows(&placements, options, &mut findings);
-    if gyro_scale.is_some_and(|s| s.nominal().is_none())
-        && let Some(turn) = turns.first()
-        && let Some(integral) = plain_integral(&recordings[turn.recording], &turn.rows, &placements)
-    {
-        gyro_scale =
-            turns::unit_by_known_turn(integral, options.turn_angle_deg.to_radians()).or(gyro_scale);
+    check_steadiness(&placements, recordings, &mut findings);
+    if let Some(turn) = turns.first() {
+        settle_gyro_unit(
+            &recordings[turn.recording],
+            turn,
+            &placements,
+            options,
+            &mut gyro_scale,
+            &mut findings,
+        );
     }
     Ok(Segmentation {
         placements,
@@ -193,7 +197,11 @@ fn check_units(recordings: &[Recording]) -> Result<()> {
                 .iter()
                 .find(|f| f.kind == "wrong-full-scale" || f.kind == "unit-unknown")
                 .map_or_else(|| "the unit is not known".to_owned(), |f| f.message.clone());
-            let hint = if why.contains("full-scale") {
+            let hint = if recording
+                .findings
+                .iter()
+                .any(|f| f.kind == "wrong-full-scale")
+            {
                 "record again with the range that the sketch converts with; or, to use the numbers as they are, --accel-unit m/s^2"
             } else {
                 "say it, for example --accel-unit mg, or --accel-unit counts --accel-range 2"
@@ -327,6 +335,97 @@ fn leave_out_empty(placements: &mut Vec<Placement>, findings: &mut Vec<Finding>)
         false
     });
 }
+
+/// A turn by a known angle tells the unit of the gyroscope, whatever the header
+/// says; a unit that was given or that turns of gravity have shown stays.
+fn settle_gyro_unit(
+    recording: &Recording,
+    turn: &Turn,
+    placements: &[Placement],
+    options: &SegmentOptions,
+    scale: &mut Option<GyroScale>,
+    findings: &mut Vec<Finding>,
+) {
+    let Some(claimed) = *scale else { return };
+    let settled =
+        matches!(claimed.origin, Origin::Given | Origin::Data) && claimed.nominal().is_some();
+    if settled {
+        return;
+    }
+    let shown = plain_integral(recording, &turn.rows, placements).and_then(|integral| {
+        turns::unit_by_known_turn(integral, options.turn_angle_deg.to_radians())
+    });
+    match shown {
+        Some(shown) => {
+            if claimed.origin == Origin::Header && claimed.unit != shown.unit {
+                findings.push(
+                    Finding::warning(
+                        "unit-mismatch",
+                        format!(
+                            "the header says {} for the gyroscope, but a turn by {}° comes out right in {}; taken so",
+                            claimed.unit.name(),
+                            options.turn_angle_deg,
+                            shown.unit.name()
+                        ),
+                    )
+                    .in_file(&recording.name),
+                );
+            }
+            *scale = Some(shown);
+        }
+        None => findings.push(
+            Finding::note(
+                "gyro-unit-unverified",
+                format!(
+                    "the gyroscope is taken as {}; a turn by {}° comes out right in no unit",
+                    claimed.unit.name(),
+                    options.turn_angle_deg
+                ),
+            )
+            .in_file(&recording.name),
+        ),
+    }
+}
+
+/// Holds that shake many times as much as the usual one of the session.
+fn check_steadiness(
+    placements: &[Placement],
+    recordings: &[Recording],
+    findings: &mut Vec<Finding>,
+) {
+    let shake = |p: &Placement| -> f64 {
+        let rows = p.rows.iter().map(|r| r.len()).sum::<usize>().max(1) as f64;
+        let sum: f64 = p
+            .rows
+            .iter()
+            .map(|r| r.len() as f64 * still::moments(&recordings[p.recording].accel, r.clone()).1)
+            .filter(|v| v.is_finite())
+            .sum();
+        (sum / rows).sqrt()
+    };
+    let all: Vec<f64> = placements.iter().map(shake).collect();
+    let Some(usual) = crate::stats::median(&mut all.clone()) else {
+        return;
+    };
+    for (placement, own) in placements.iter().zip(&all) {
+        if *own > UNSTEADY * usual && usual > 0.0 {
+            findings.push(
+                Finding::warning(
+                    "unsteady-hold",
+                    format!(
+                        "{}: shakes {:.0} times as much as the usual placement of this session; was it moving?",
+                        placement.label,
+                        own / usual
+                    ),
+                )
+                .in_file(&placement.source),
+            );
+        }
+    }
+}
+
+/// Holds that shake so many times as much as the median one are worth a word.
+const UNSTEADY: f64 = 6.0;
 
 /// Holds names against data. The data win, with a warning, unless the user
 /// believes the names.
