@@ -168,3 +168,45 @@ fn a_session_measured_twice_is_twice_as_sure() {
     assert_eq!(file.accelerometer.degrees_of_freedom, 6);
     assert_eq!(file.accelerometer.positions.len(), 12);
 }
+
+/// Accelerometer and gyroscope of a board that sits turned in its case come out
+/// in the same axes.
+#[test]
+fn the_gyroscope_turns_with_the_board_in_its_case() {
+    use gravical::calibrate::{CalibrateOptions, calibrate};
+    use gravical::recording::{ReadOptions, read};
+    use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate, write};
+
+    let folder = tempfile::tempdir().unwrap();
+    let session = SixPositionOptions {
+        continuous: true,
+        ..SixPositionOptions::default()
+    };
+    let made = simulate(&SimulateOptions::new(Scenario::SixPosition(session))).unwrap();
+    let files = write(&made, folder.path(), false).unwrap();
+    let recording = [read(&files[0], &ReadOptions::default()).unwrap()];
+    let with_axes = |axes: &str| {
+        let mut options = CalibrateOptions::default();
+        options.segment.axes = axes.parse().unwrap();
+        calibrate(&recording, &options).unwrap().file
+    };
+    let (plain, turned) = (with_axes("x,y,z"), with_axes("y,z,x"));
+    let gyroscope = |file: &gravical::calibration_file::CalibrationFile| {
+        file.gyroscope.as_ref().unwrap().orientation
+    };
+    for channel in 0..3 {
+        for case in 0..3 {
+            let board = (case + 1) % 3;
+            for (a, b) in [
+                (
+                    plain.accelerometer.orientation,
+                    turned.accelerometer.orientation,
+                ),
+                (gyroscope(&plain), gyroscope(&turned)),
+            ] {
+                let off = a[channel][board] - b[channel][case];
+                assert!(off.abs() < 1e-6, "{channel} {case}: {off}");
+            }
+        }
+    }
+}
