@@ -1,3 +1,4 @@
 //! Estimators: from the means of placements to the parameters of a sensor.
 
 pub mod ferraris;
+pub mod solve;

@@ -1,0 +1,267 @@
+//! A problem made linear and factored: Q R of every block's local columns, then
+//! of what is left.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{Jacobian, Problem, Shape};
+
+/// A column of R shorter than this share of the column before elimination is
+/// not determined by the residuals.
+const RANK_TOLERANCE: f64 = 1e-10;
+
+/// A block after elimination: `upper · local + coupling · shared = right`.
+#[derive(Debug, Clone)]
+struct Local {
+    upper: DMatrix<f64>,
+    coupling: DMatrix<f64>,
+    right: DVector<f64>,
+}
+
+/// A linearised problem, factored: local parameters eliminated, shared ones in
+/// an upper triangle.
+#[derive(Debug, Clone)]
+pub struct Factor {
+    locals: Vec<Local>,
+    /// p × p, upper triangular, columns divided by `scale`.
+    upper: DMatrix<f64>,
+    right: DVector<f64>,
+    /// Length of every shared column.
+    scale: DVector<f64>,
+    cost: f64,
+    /// Length of the residuals, weights applied.
+    length: f64,
+    local_gradient: f64,
+}
+
+/// Covariance of the shared parameters, and how well they are determined.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Covariance {
+    /// p × p, row-major; none when the rank is not full.
+    pub values: Option<Vec<Vec<f64>>>,
+    /// How many directions of the parameters the residuals determine.
+    pub rank: usize,
+    /// Largest over smallest singular value of the Jacobian with columns of
+    /// length one; infinite without full rank.
+    pub condition: f64,
+    /// For every direction that is not determined, its unit vector in
+    /// parameters that are each divided by their column's length.
+    pub undetermined: Vec<Vec<f64>>,
+}
+
+impl Factor {
+    /// Linearises `problem` at `state`; none when something is not finite.
+    #[must_use]
+    pub fn new<P: Problem>(problem: &P, state: &P::State) -> Option<Factor> {
+        let p = problem.shared();
+        let shapes: Vec<Shape> = (0..problem.blocks()).map(|b| problem.shape(b)).collect();
+        let rows: usize = shapes.iter().map(|s| s.residuals - s.local).sum();
+        // At least p rows, so that R is square.
+        let mut stacked = DMatrix::zeros(rows.max(p), p + 1);
+        let mut locals = Vec::with_capacity(shapes.len());
+        let (mut cost, mut squares, mut at) = (0.0, 0.0, 0);
+        let mut local_gradient = 0.0_f64;
+        let (mut residuals, mut shared, mut local) = (Vec::new(), Vec::new(), Vec::new());
+        for (block, shape) in shapes.iter().enumerate() {
+            let (m, q) = (shape.residuals, shape.local);
+            residuals.clear();
+            residuals.resize(m, 0.0);
+            shared.clear();
+            shared.resize(m * p, 0.0);
+            local.clear();
+            local.resize(m * q, 0.0);
+            let jacobian = Jacobian {
+                shared: &mut shared,
+                local: &mut local,
+            };
+            problem.evaluate(state, block, &mut residuals, Some(jacobian));
+            let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
+            if !(finite(&residuals) && finite(&shared) && finite(&local)) {
+                return None;
+            }
+            let square: f64 = residuals.iter().map(|r| r * r).sum();
+            let (rho, slope) = problem.loss(block).of(square);
+            cost += rho;
+            squares += slope * square;
+            let weight = slope.sqrt();
+            if q == 0 {
+                for i in 0..m {
+                    for j in 0..p {
+                        stacked[(at + i, j)] = weight * shared[i * p + j];
+                    }
+                    stacked[(at + i, p)] = weight * residuals[i];
+                }
+            } else {
+                let qr = DMatrix::from_fn(m, q, |i, j| weight * local[i * q + j]).qr();
+                let mut rest = DMatrix::from_fn(m, p + 1, |i, j| {
+                    weight
+                        * if j < p {
+                            shared[i * p + j]
+                        } else {
+                            residuals[i]
+                        }
+                });
+                qr.q_tr_mul(&mut rest);
+                let upper = qr.unpack_r();
+                let right = rest.view((0, p), (q, 1)).column(0).into_owned();
+                // Cosine of the residuals with what the local columns span.
+                if square > 0.0 {
+                    local_gradient =
+                        local_gradient.max(right.norm() / (slope * square).sqrt().max(1e-300));
+                }
+                let coupling = rest.view((0, 0), (q, p)).into_owned();
+                stacked
+                    .view_mut((at, 0), (m - q, p + 1))
+                    .copy_from(&rest.view((q, 0), (m - q, p + 1)));
+                locals.push(Local {
+                    upper,
+                    coupling,
+                    right,
+                });
+            }
+            at += m - q;
+        }
+        let scale = DVector::from_fn(p, |j, _| {
+            let length = stacked.column(j).norm();
+            if length > 0.0 { length } else { 1.0 }
+        });
+        for j in 0..p {
+            stacked.column_mut(j).unscale_mut(scale[j]);
+        }
+        let jacobian = stacked.columns(0, p).into_owned().qr();
+        let mut right = stacked.column(p).into_owned();
+        jacobian.q_tr_mul(&mut right);
+        Some(Factor {
+            locals,
+            upper: jacobian.unpack_r(),
+            right: right.rows(0, p).into_owned(),
+            scale,
+            cost,
+            length: squares.sqrt(),
+            local_gradient,
+        })
+    }
+
+    /// Sum of squares, losses applied.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        self.cost
+    }
+
+    /// Largest cosine between the residuals and a column.
+    pub(super) fn gradient(&self) -> f64 {
+        if self.length == 0.0 {
+            return 0.0;
+        }
+        let shared = (self.upper.tr_mul(&self.right)).amax() / self.length;
+        shared.max(self.local_gradient)
+    }
+
+    /// The step that minimises the linearised cost plus `damping` times the
+    /// scaled length of the shared step, squared; with it the cost that the
+    /// linearisation promises to lose, and the scaled length. None when the
+    /// step is not finite.
+    pub(super) fn step(&self, damping: f64) -> Option<Step> {
+        let p = self.scale.len();
+        let mut augmented = DMatrix::zeros(2 * p, p);
+        augmented.view_mut((0, 0), (p, p)).copy_from(&self.upper);
+        for j in 0..p {
+            augmented[(p + j, j)] = damping.sqrt();
+        }
+        let qr = augmented.qr();
+        let mut right = DVector::zeros(2 * p);
+        right.rows_mut(0, p).copy_from(&self.right);
+        qr.q_tr_mul(&mut right);
+        let scaled = -qr
+            .unpack_r()
+            .solve_upper_triangular(&right.rows(0, p).into_owned())?;
+        let shared = scaled.component_div(&self.scale);
+        let mut local = Vec::new();
+        let mut promised = 0.0;
+        for block in &self.locals {
+            let right = -&block.right - &block.coupling * &shared;
+            local.extend(block.upper.solve_upper_triangular(&right)?.iter());
+            promised += block.right.norm_squared();
+        }
+        // ‖r‖² − ‖r + Js‖² for this s, without the cancellation.
+        promised += (&self.upper * &scaled).norm_squared() + 2.0 * damping * scaled.norm_squared();
+        let finite = shared.iter().chain(&local).all(|v| v.is_finite());
+        finite.then(|| Step {
+            shared: shared.as_slice().to_vec(),
+            local,
+            promised,
+            length: scaled.norm(),
+        })
+    }
+
+    /// Rank, condition and covariance (unit weight) of the shared parameters,
+    /// the local ones marginalised.
+    #[must_use]
+    pub fn covariance(&self) -> Covariance {
+        let p = self.scale.len();
+        let svd = self.upper.clone().svd(false, true);
+        let (values, v_t) = (&svd.singular_values, svd.v_t.as_ref());
+        let largest = values.max();
+        let kept: Vec<usize> = (0..values.len())
+            .filter(|&i| values[i] > RANK_TOLERANCE * largest)
+            .collect();
+        let undetermined = v_t.map_or_else(Vec::new, |v_t| {
+            (0..p)
+                .filter(|i| !kept.contains(i))
+                .map(|i| v_t.row(i).iter().copied().collect())
+                .collect()
+        });
+        let full = kept.len() == p;
+        let values_out = v_t.filter(|_| full).map(|v_t| {
+            let half = DMatrix::from_fn(p, p, |i, j| v_t[(j, i)] / values[j] / self.scale[i]);
+            let c = &half * half.transpose();
+            (0..p)
+                .map(|i| (0..p).map(|j| c[(i, j)]).collect())
+                .collect()
+        });
+        Covariance {
+            rank: kept.len(),
+            condition: if full {
+                largest / values.min()
+            } else {
+                f64::INFINITY
+            },
+            values: values_out,
+            undetermined,
+        }
+    }
+
+    /// Covariance of the local parameters of every block that has some, in
+    /// order, row-major q × q, the shared ones marginalised. `shared` is the
+    /// covariance of these.
+    #[must_use]
+    pub fn local_covariances(&self, shared: &[Vec<f64>]) -> Vec<Vec<Vec<f64>>> {
+        let p = self.scale.len();
+        let c = DMatrix::from_fn(p, p, |i, j| shared[i][j]);
+        self.locals
+            .iter()
+            .map(|block| {
+                let q = block.upper.nrows();
+                let identity = DMatrix::identity(q, q);
+                let inverse = block
+                    .upper
+                    .solve_upper_triangular(&identity)
+                    .unwrap_or_else(|| DMatrix::from_element(q, q, f64::INFINITY));
+                let follows = &inverse * &block.coupling;
+                let total = &inverse * inverse.transpose() + &follows * &c * follows.transpose();
+                (0..q)
+                    .map(|i| (0..q).map(|j| total[(i, j)]).collect())
+                    .collect()
+            })
+            .collect()
+    }
+}
+
+/// A step of all parameters.
+pub(super) struct Step {
+    pub shared: Vec<f64>,
+    pub local: Vec<f64>,
+    /// Cost that the linearisation says is lost.
+    pub promised: f64,
+    /// Length of the scaled shared step.
+    pub length: f64,
+}

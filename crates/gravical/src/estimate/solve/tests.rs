@@ -1,0 +1,175 @@
+//! Small problems with answers on paper; NIST's are in `tests/it`.
+
+use super::*;
+
+/// y = a + b·x with an own offset for every pair of rows: shared (a, b), local
+/// offset with a prior of sd 1.
+struct Line {
+    y: Vec<[f64; 2]>,
+}
+
+impl Problem for Line {
+    type State = (Vec<f64>, Vec<f64>);
+    fn shared(&self) -> usize {
+        2
+    }
+    fn blocks(&self) -> usize {
+        self.y.len()
+    }
+    fn shape(&self, _: usize) -> Shape {
+        Shape {
+            residuals: 3,
+            local: 1,
+        }
+    }
+    fn evaluate(&self, s: &Self::State, i: usize, r: &mut [f64], j: Option<Jacobian<'_>>) {
+        for k in 0..2 {
+            let x = (2 * i + k) as f64;
+            r[k] = s.0[0] + s.0[1] * x + s.1[i] - self.y[i][k];
+        }
+        r[2] = s.1[i];
+        if let Some(j) = j {
+            for k in 0..2 {
+                let x = (2 * i + k) as f64;
+                j.shared[2 * k..2 * k + 2].copy_from_slice(&[1.0, x]);
+                j.local[k] = 1.0;
+            }
+            j.local[2] = 1.0;
+        }
+    }
+    fn moved(&self, s: &Self::State, shared: &[f64], local: &[f64]) -> Self::State {
+        let add = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x + y).collect();
+        (add(&s.0, shared), add(&s.1, local))
+    }
+}
+
+#[test]
+fn elimination_equals_the_dense_solution() {
+    let y = vec![[0.3, 1.2], [2.9, 3.1], [4.4, 5.6], [6.2, 7.7]];
+    let n = y.len();
+    let problem = Line { y: y.clone() };
+    let start = (vec![0.0; 2], vec![0.0; n]);
+    let (state, summary) = solve(&problem, start, &Options::default());
+    assert!(summary.converged(), "{summary:?}");
+
+    // The same with all unknowns in one matrix.
+    let mut a = nalgebra::DMatrix::zeros(3 * n, 2 + n);
+    let mut b = nalgebra::DVector::zeros(3 * n);
+    for i in 0..n {
+        for k in 0..2 {
+            a[(3 * i + k, 0)] = 1.0;
+            a[(3 * i + k, 1)] = (2 * i + k) as f64;
+            a[(3 * i + k, 2 + i)] = 1.0;
+            b[3 * i + k] = y[i][k];
+        }
+        a[(3 * i + 2, 2 + i)] = 1.0;
+    }
+    let normal = a.tr_mul(&a);
+    let c = normal.try_inverse().unwrap();
+    let x = &c * a.tr_mul(&b);
+    for j in 0..2 {
+        assert!((state.0[j] - x[j]).abs() < 1e-12);
+    }
+    for i in 0..n {
+        assert!((state.1[i] - x[2 + i]).abs() < 1e-12);
+    }
+    let factor = Factor::new(&problem, &state).unwrap();
+    let covariance = factor.covariance();
+    assert_eq!(covariance.rank, 2);
+    let shared = covariance.values.unwrap();
+    for i in 0..2 {
+        for j in 0..2 {
+            assert!((shared[i][j] - c[(i, j)]).abs() < 1e-12);
+        }
+    }
+    for (i, local) in factor.local_covariances(&shared).iter().enumerate() {
+        assert!((local[0][0] - c[(2 + i, 2 + i)]).abs() < 1e-12);
+    }
+}
+
+/// Distances to points on a line: the position across it has two answers, and
+/// along a third axis none.
+struct Constant {
+    values: Vec<f64>,
+    loss: Loss,
+    parameters: usize,
+}
+
+impl Problem for Constant {
+    type State = Vec<f64>;
+    fn shared(&self) -> usize {
+        self.parameters
+    }
+    fn blocks(&self) -> usize {
+        self.values.len()
+    }
+    fn shape(&self, _: usize) -> Shape {
+        Shape {
+            residuals: 1,
+            local: 0,
+        }
+    }
+    fn evaluate(&self, s: &Vec<f64>, i: usize, r: &mut [f64], j: Option<Jacobian<'_>>) {
+        r[0] = s.iter().sum::<f64>() - self.values[i];
+        if let Some(j) = j {
+            j.shared.fill(1.0);
+        }
+    }
+    fn moved(&self, s: &Vec<f64>, shared: &[f64], _: &[f64]) -> Vec<f64> {
+        s.iter().zip(shared).map(|(a, b)| a + b).collect()
+    }
+    fn loss(&self, _: usize) -> Loss {
+        self.loss
+    }
+}
+
+#[test]
+fn what_is_not_determined_is_named() {
+    let problem = Constant {
+        values: vec![1.0, 2.0, 3.0],
+        loss: Loss::Squared,
+        parameters: 2,
+    };
+    let (state, summary) = solve(&problem, vec![0.0; 2], &Options::default());
+    assert!(summary.converged(), "{summary:?}");
+    assert!((state[0] + state[1] - 2.0).abs() < 1e-9);
+    let covariance = Factor::new(&problem, &state).unwrap().covariance();
+    assert_eq!((covariance.rank, covariance.values), (1, None));
+    let direction = &covariance.undetermined[0];
+    assert!((direction[0] + direction[1]).abs() < 1e-12, "{direction:?}");
+}
+
+#[test]
+fn losses_end_where_their_equations_say() {
+    let fit = |loss| {
+        let values = vec![-0.1, 0.0, 0.1, 10.0];
+        let problem = Constant {
+            values,
+            loss,
+            parameters: 1,
+        };
+        let (state, summary) = solve(&problem, vec![1.0], &Options::default());
+        assert!(summary.converged(), "{summary:?}");
+        state[0]
+    };
+    assert!((fit(Loss::Squared) - 2.5).abs() < 1e-9);
+    // Three pull with r, the fourth with c: 3x = c.
+    assert!((fit(Loss::Huber(0.5)) - 0.5 / 3.0).abs() < 1e-6);
+    // Σ r/(1 + r²/c²) = 0 holds nearer to the three.
+    let x = fit(Loss::Cauchy(0.5));
+    let pull = |v: f64| (x - v) / (1.0 + ((x - v) / 0.5).powi(2));
+    let sum: f64 = [-0.1, 0.0, 0.1, 10.0].into_iter().map(pull).sum();
+    assert!(x.abs() < 0.02 && sum.abs() < 1e-5, "{x} {sum}");
+}
+
+#[test]
+fn a_start_that_is_no_number_is_said() {
+    let problem = Constant {
+        values: vec![f64::NAN],
+        loss: Loss::Squared,
+        parameters: 1,
+    };
+    let (_, summary) = solve(&problem, vec![0.0], &Options::default());
+    assert_eq!(summary.ending, Ending::NotFinite);
+    assert!(!summary.converged());
+}
