@@ -14,33 +14,65 @@ pub fn sphere(n: usize) -> impl Iterator<Item = [f64; 3]> {
     })
 }
 
+/// How a small error of (M, b) moves the length along `n`: with u = M a + b and
+/// A = M⁻¹ (`matrix`), an error (dM, db) moves the measured length along n by
+/// −wᵀ(dM n g + db), w = Aᵀ n; so h = \[g w⊗n ; w\].
+#[must_use]
+pub fn sensitivity(matrix: &[[f64; 3]; 3], n: [f64; 3], gravity: f64) -> [f64; 12] {
+    let w: [f64; 3] = std::array::from_fn(|i| (0..3).map(|k| matrix[k][i] * n[k]).sum());
+    let mut h = [0.0; 12];
+    for i in 0..3 {
+        for j in 0..3 {
+            h[3 * i + j] = gravity * w[i] * n[j];
+        }
+        h[9 + i] = w[i];
+    }
+    h
+}
+
+/// C h.
+#[must_use]
+pub fn times(covariance: &[[f64; 12]; 12], h: &[f64; 12]) -> [f64; 12] {
+    covariance.map(|row| row.iter().zip(h).map(|(c, x)| c * x).sum())
+}
+
+/// hᵀ C h.
+#[must_use]
+pub fn variance(covariance: &[[f64; 12]; 12], h: &[f64; 12]) -> f64 {
+    times(covariance, h).iter().zip(h).map(|(c, x)| c * x).sum()
+}
+
 /// Standard uncertainty of ‖a‖ at rest, root mean square over the sphere, m/s².
-///
-/// With u = M a + b and A = M⁻¹ (`matrix`), an error (dM, db) of the parameters
-/// moves the measured length along n by −wᵀ(dM n g + db), w = Aᵀ n; so with
-/// h = \[g w⊗n ; w\] its variance is hᵀ C h. None when that is not a number.
+/// None when that is not a number.
 #[must_use]
 pub fn norm_error(
     matrix: &[[f64; 3]; 3],
     covariance: &[[f64; 12]; 12],
     gravity: f64,
 ) -> Option<f64> {
-    let mut sum = 0.0;
+    let sum: f64 = sphere(DIRECTIONS)
+        .map(|n| variance(covariance, &sensitivity(matrix, n, gravity)))
+        .sum();
+    let mean = sum / DIRECTIONS as f64;
+    (mean.is_finite() && mean >= 0.0).then(|| mean.sqrt())
+}
+
+/// The direction in which ‖a‖ is known least, and its standard uncertainty
+/// there, m/s².
+#[must_use]
+pub fn weakest(
+    matrix: &[[f64; 3]; 3],
+    covariance: &[[f64; 12]; 12],
+    gravity: f64,
+) -> ([f64; 3], f64) {
+    let mut worst = ([0.0, 0.0, 1.0], f64::NEG_INFINITY);
     for n in sphere(DIRECTIONS) {
-        let w: [f64; 3] = std::array::from_fn(|i| (0..3).map(|k| matrix[k][i] * n[k]).sum());
-        let mut h = [0.0; 12];
-        for i in 0..3 {
-            for j in 0..3 {
-                h[3 * i + j] = gravity * w[i] * n[j];
-            }
-            h[9 + i] = w[i];
+        let v = variance(covariance, &sensitivity(matrix, n, gravity));
+        if v > worst.1 || v.is_nan() {
+            worst = (n, v);
         }
-        sum += (0..12)
-            .map(|r| h[r] * (0..12).map(|c| covariance[r][c] * h[c]).sum::<f64>())
-            .sum::<f64>();
     }
-    let variance = sum / DIRECTIONS as f64;
-    (variance.is_finite() && variance >= 0.0).then(|| variance.sqrt())
+    (worst.0, worst.1.sqrt())
 }
 
 #[cfg(test)]

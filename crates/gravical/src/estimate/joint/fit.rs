@@ -1,0 +1,225 @@
+//! One fit with everything else held: which poses are faces, the tilt, the
+//! model error.
+
+use gravical_core::matrix3;
+
+use crate::estimate::solve::{Covariance, Factor, Jacobian, Options, Problem, solve};
+use crate::segment::face::Face;
+
+use super::model::{Direction, Model, Place, Reading, State, unit};
+
+/// A mean reading and what it is taken for, in axes of the board.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pose {
+    pub mean: [f64; 3],
+    pub sd: [f64; 3],
+    pub face: Option<Face>,
+    /// Poses of the same group lay the same way and share their tilt.
+    pub group: usize,
+    /// Not fitted.
+    pub left_out: bool,
+}
+
+/// What is held in a fit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Held {
+    pub gravity: f64,
+    pub tilt: f64,
+    pub prior: Option<f64>,
+    /// Standard deviation that is added to every mean, input unit.
+    pub model_error: f64,
+}
+
+/// The minimum, and what follows from it.
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    pub model: Model,
+    pub state: State,
+    /// Place of every pose; none when it is left out.
+    pub place_of: Vec<Option<usize>>,
+    pub covariance: Covariance,
+    /// Of the tilt of every face place, rad², by place.
+    pub tilt_variance: Vec<Option<[f64; 2]>>,
+    /// Well-determined tilt components: 2 N − tr(C)/σ².
+    pub gamma: f64,
+    /// Σ‖δ‖² over the faces, rad².
+    pub tilt_squares: f64,
+    /// Whitened squares of the readings, and their degrees of freedom.
+    pub chi2: f64,
+    pub freedom: f64,
+    pub converged: bool,
+}
+
+/// Number of different axes among the faces.
+pub(super) fn axes_of(poses: &[Pose]) -> usize {
+    let mut seen = [false; 3];
+    for pose in poses.iter().filter(|p| !p.left_out) {
+        if let Some(face) = pose.face {
+            seen[face.axis] = true;
+        }
+    }
+    seen.iter().filter(|s| **s).count()
+}
+
+/// Fits M, b and the directions. `start` is M and b. None when nothing finite
+/// comes of it.
+pub(super) fn fit(poses: &[Pose], held: &Held, start: ([[f64; 3]; 3], [f64; 3])) -> Option<Fit> {
+    // Without faces on two axes nothing holds the frame to the case.
+    let triangular = axes_of(poses) < 2;
+    let (mut m, b) = start;
+    if triangular {
+        m = upper(&m)?;
+    }
+    let inverse = matrix3::inverse(&m)?;
+    let mut places: Vec<Place> = Vec::new();
+    let mut groups: Vec<(usize, usize)> = Vec::new();
+    let mut at = Vec::new();
+    let place_of = poses
+        .iter()
+        .map(|pose| {
+            if pose.left_out {
+                return None;
+            }
+            let face = pose.face.filter(|_| !triangular);
+            let reading = Reading {
+                mean: pose.mean,
+                sd: pose.sd.map(|s| s.hypot(held.model_error)),
+            };
+            if face.is_some()
+                && let Some((_, place)) = groups.iter().find(|(g, _)| *g == pose.group)
+            {
+                places[*place].readings.push(reading);
+                return Some(*place);
+            }
+            groups.push((pose.group, places.len()));
+            at.push(match face {
+                Some(_) => Direction::Tilted([0.0; 2]),
+                None => Direction::Any(unit(matrix3::mul_vec(
+                    &inverse,
+                    &matrix3::sub(&pose.mean, &b),
+                ))),
+            });
+            places.push(Place {
+                face,
+                readings: vec![reading],
+            });
+            Some(places.len() - 1)
+        })
+        .collect();
+    let model = Model {
+        places,
+        gravity: held.gravity,
+        tilt: held.tilt,
+        prior: held.prior,
+        triangular,
+    };
+    let (state, summary) = solve(&model, State { m, b, at }, &OPTIONS);
+    let factor = Factor::new(&model, &state)?;
+    let covariance = factor.covariance();
+    let mut fit = Fit {
+        place_of,
+        tilt_variance: vec![None; model.places.len()],
+        gamma: 0.0,
+        tilt_squares: 0.0,
+        chi2: 0.0,
+        freedom: 0.0,
+        converged: summary.converged(),
+        covariance,
+        model,
+        state,
+    };
+    fit.count(&factor);
+    Some(fit)
+}
+
+/// Fits of means in single precision do not need more.
+const OPTIONS: Options = Options {
+    most_steps: 60,
+    cost_tolerance: 1e-12,
+    gradient_tolerance: 1e-12,
+    step_tolerance: 1e-12,
+    damping: 1e-6,
+};
+
+/// The upper triangular matrix with the same M Mᵀ and a positive diagonal: the
+/// frame that the convention chooses.
+pub(super) fn upper(m: &[[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
+    // M Mᵀ = U Uᵀ is Cholesky's L Lᵀ with rows and columns reversed.
+    let product = matrix3::mul(m, &matrix3::transpose(m));
+    let reversed = nalgebra::Matrix3::from_fn(|i, j| product[2 - i][2 - j]);
+    let l = reversed.cholesky()?.l();
+    Some(std::array::from_fn(|i| {
+        std::array::from_fn(|j| l[(2 - i, 2 - j)])
+    }))
+}
+
+impl Fit {
+    /// Counts degrees of freedom. The trace of the hat matrix over all rows is
+    /// the number of unknowns; what the rows of priors take of it, the readings
+    /// keep.
+    fn count(&mut self, factor: &Factor) {
+        let model = &self.model;
+        let p = model.shared();
+        let mut taken_by_priors = 0.0;
+        let mut faces = 0;
+        let mut readings = 0;
+        let Some(values) = &self.covariance.values else {
+            return;
+        };
+        let locals = factor.local_covariances(values);
+        for (k, place) in model.places.iter().enumerate() {
+            readings += place.readings.len();
+            let shape = model.shape(k);
+            let mut r = vec![0.0; shape.residuals];
+            model.evaluate(&self.state, k, &mut r, None);
+            let rows = 3 * place.readings.len();
+            self.chi2 += r[..rows].iter().map(|x| x * x).sum::<f64>();
+            if let Direction::Tilted(d) = self.state.at[k] {
+                faces += 1;
+                self.tilt_squares += d[0] * d[0] + d[1] * d[1];
+                let own = [locals[k][0][0], locals[k][1][1]];
+                self.tilt_variance[k] = Some(own);
+                taken_by_priors += (own[0] + own[1]) / (model.tilt * model.tilt);
+            }
+        }
+        self.gamma = 2.0 * f64::from(faces) - taken_by_priors;
+        if model.prior.is_some() {
+            let block = model.places.len();
+            let (mut r, mut j) = (vec![0.0; 9], vec![0.0; 9 * p]);
+            let jacobian = Jacobian {
+                shared: &mut j,
+                local: &mut [],
+            };
+            model.evaluate(&self.state, block, &mut r, Some(jacobian));
+            for row in j.chunks_exact(p) {
+                taken_by_priors += (0..p)
+                    .map(|a| row[a] * (0..p).map(|b| values[a][b] * row[b]).sum::<f64>())
+                    .sum::<f64>();
+            }
+        }
+        self.freedom =
+            3.0 * readings as f64 - p as f64 - 2.0 * model.places.len() as f64 + taken_by_priors;
+    }
+
+    /// The twelve by twelve covariance; zero for what the convention fixes.
+    pub fn full_covariance(&self) -> Option<[[f64; 12]; 12]> {
+        let values = self.covariance.values.as_ref()?;
+        let elements = self.model.elements();
+        let mut out = [[0.0; 12]; 12];
+        for (i, &row) in elements.iter().enumerate() {
+            for (j, &column) in elements.iter().enumerate() {
+                out[row][column] = values[i][j];
+            }
+        }
+        Some(out)
+    }
+
+    /// M⁻¹(u − b), m/s².
+    pub fn calibrated(&self, reading: [f64; 3]) -> Option<[f64; 3]> {
+        let inverse = matrix3::inverse(&self.state.m)?;
+        Some(matrix3::mul_vec(
+            &inverse,
+            &matrix3::sub(&reading, &self.state.b),
+        ))
+    }
+}

@@ -1,0 +1,419 @@
+//! Faces and free poses in one fit, the tilt of every placement a nuisance.
+//!
+//! # The model
+//!
+//! At rest pose k reads u_k = M g n_k + b + noise. Of a *face* it is known that
+//! n_k points along an axis of the case but for a small tilt δ_k, whose two
+//! components have the standard deviation σ_tilt; of a *free* pose nothing is
+//! known but that gravity is g long. Fitted are M, b and every n_k, at the
+//! maximum of the posterior density:
+//!
+//! ```text
+//! Σ ‖(u_k − b − g M n_k)/s_k‖² + Σ_faces ‖δ_k/σ_tilt‖² + data-sheet prior
+//! ```
+//!
+//! The prior speaks of the lengths of M's rows (scale, 3 %), of the angles
+//! between them (cross-axis, 2 % each) and of the bias (0.6 m/s²): of nothing
+//! that depends on how the board sits in its case.
+//!
+//! # What is found out on the way, in this order, until nothing changes
+//!
+//! 1. *Model error*: real sensors miss the model by more than the noise of
+//!    their means. A variance is added to every mean until χ² equals its degrees
+//!    of freedom (Paule and Mandel, J. Res. NBS 87 (1982) 377).
+//! 2. *Tilt*: σ² ← Σ‖δ‖²/γ with γ = 2 N − tr(C_δδ)/σ², the maximum of the
+//!    marginal likelihood (MacKay, Neural Comput. 4 (1992) 415), where γ ≥ 4;
+//!    else 1° is assumed.
+//! 3. *Face or free*: a pose near an axis stays a face while its tilt under the
+//!    fit is within 3.72 σ_tilt (one in a thousand is further off).
+//! 4. *Repeats that lay the same way* share their tilt: they do not average it.
+//! 5. *Bad poses*: one whose deletion lowers χ² more than chance allows is left
+//!    out.
+//!
+//! It fails where poses determine nothing: see [`JointError`].
+
+mod bad;
+mod fit;
+mod leave_out;
+mod model;
+mod roles;
+#[cfg(test)]
+mod tests;
+
+use gravical_core::matrix3;
+
+use crate::segment::face::Face;
+use crate::stats::median;
+use crate::validate::predicted;
+
+use fit::{Fit, Held, Pose, fit};
+pub use roles::Role;
+
+/// A mean reading at rest, in axes of the board.
+#[derive(Debug, Clone, Copy)]
+pub struct JointPose {
+    /// Mean, input unit.
+    pub mean: [f64; 3],
+    /// Standard error of each component, input unit, above 0.
+    pub standard_error: [f64; 3],
+    /// What is known of its direction.
+    pub role: Role,
+}
+
+/// What is known beside the poses.
+#[derive(Debug, Clone, Copy)]
+pub struct JointOptions {
+    /// Local gravity, m/s².
+    pub gravity: f64,
+    /// Nominal scale, input unit per m/s²; none where the range is not known.
+    pub nominal: Option<f64>,
+    /// Use the data-sheet prior (needs the nominal scale).
+    pub prior: bool,
+    /// σ_tilt in rad; none: estimated.
+    pub tilt: Option<f64>,
+    /// M at the start, for a board that does not sit straight.
+    pub start: Option<[[f64; 3]; 3]>,
+}
+
+/// How σ_tilt came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TiltFrom {
+    /// It was given.
+    Given,
+    /// By the scatter of the faces.
+    Estimated,
+    /// The faces say too little: 1°.
+    Assumed,
+}
+
+/// What became of a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseResult {
+    /// The face it was fitted as.
+    pub face: Option<Face>,
+    /// Unit vector of specific force, board axes.
+    pub direction: [f64; 3],
+    /// Fitted tilt and its standard deviation, rad, of a face.
+    pub tilt: Option<(f64, f64)>,
+    /// Left out as a bad one: the probability that a good one misses as much.
+    pub bad: Option<f64>,
+    /// ‖a‖ − g when it and its neighbours within 25° are left out, m/s².
+    pub left_out_error: Option<f64>,
+}
+
+/// The fitted accelerometer.
+#[derive(Debug, Clone)]
+pub struct JointFit {
+    /// M of u = M a + b, axes of the board, input unit per m/s².
+    pub model: [[f64; 3]; 3],
+    /// b, input unit.
+    pub bias: [f64; 3],
+    /// Of M (row-major) and b, directions marginalised.
+    pub covariance: [[f64; 12]; 12],
+    /// For every pose.
+    pub poses: Vec<PoseResult>,
+    /// σ_tilt, rad.
+    pub tilt: f64,
+    /// How it is known.
+    pub tilt_from: TiltFrom,
+    /// Well-determined tilt components (degrees of freedom of σ_tilt).
+    pub gamma: f64,
+    /// Standard deviation added to every mean, input unit.
+    pub model_error: f64,
+    /// χ² of the readings by their standard errors alone, over its degrees of
+    /// freedom; none without any.
+    pub chi2_per_freedom: Option<f64>,
+    /// Degrees of freedom of the readings.
+    pub freedom: f64,
+    /// Condition of the Jacobian with columns of length one.
+    pub condition: f64,
+    /// False when too few faces tell how the frame lies: M is upper triangular
+    /// then.
+    pub oriented: bool,
+    /// Repeats of faces lay the same way and were fitted with one tilt.
+    pub shared_tilts: bool,
+}
+
+/// Why there is no fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum JointError {
+    /// No pose, or a mean that is no number.
+    NoPoses,
+    /// Poses leave parameters open: along this direction (board axes) ‖a‖ is
+    /// known to no better than `sd` m/s² (infinite without a prior).
+    Undetermined {
+        /// The direction that is known least.
+        direction: [f64; 3],
+        /// Standard deviation of ‖a‖ there.
+        sd: f64,
+    },
+    /// The search did not end at a minimum.
+    NotConverged,
+}
+
+/// σ_tilt of a box on a table, rad.
+pub const ASSUMED_TILT: f64 = 1.0 / DEG;
+/// Tilts are estimated from at least so many well-determined components.
+const LEAST_GAMMA: f64 = 4.0;
+/// Limits of an estimated tilt, rad.
+const TILT_RANGE: [f64; 2] = [0.02 / DEG, 10.0 / DEG];
+/// ‖a‖ that is less well known than this share of gravity in some direction is
+/// not known: the data sheet alone says as much.
+const UNKNOWN: f64 = 0.035;
+const DEG: f64 = 180.0 / std::f64::consts::PI;
+
+/// Fits M and b.
+///
+/// # Errors
+///
+/// [`JointError`].
+pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, JointError> {
+    let start = start(poses, options).ok_or(JointError::NoPoses)?;
+    let mut work: Vec<Pose> = poses
+        .iter()
+        .enumerate()
+        .map(|(group, pose)| Pose {
+            mean: pose.mean,
+            sd: pose.standard_error,
+            face: None,
+            group,
+            left_out: false,
+        })
+        .collect();
+    roles::first(poses, &mut work, start);
+    let mut search = Search::new(poses, options, start);
+    let mut last = search.settle(&mut work)?;
+    let mut shared_tilts = false;
+    if roles::lie_the_same_way(&work, &last, search.held.tilt) {
+        roles::share_tilts(&mut work);
+        shared_tilts = true;
+        last = search.settle(&mut work)?;
+    }
+    let mut bad = vec![None; poses.len()];
+    while let Some((worst, chance)) = bad::worst(&work, &last, &bad) {
+        bad[worst] = Some(chance);
+        work[worst].left_out = true;
+        search.held.model_error = 0.0;
+        last = search.settle(&mut work)?;
+    }
+    search.finish(&work, last, &bad, shared_tilts)
+}
+
+/// M and b to start with: the nominal scale (or the one that readings of usual
+/// length have), and no bias.
+fn start(poses: &[JointPose], options: &JointOptions) -> Option<([[f64; 3]; 3], [f64; 3])> {
+    let finite = |p: &JointPose| {
+        p.mean.iter().all(|v| v.is_finite())
+            && p.standard_error.iter().all(|s| s.is_finite() && *s > 0.0)
+    };
+    if poses.is_empty() || !poses.iter().all(finite) {
+        return None;
+    }
+    let mut lengths: Vec<f64> = poses.iter().map(|p| model::norm(p.mean)).collect();
+    let usual = median(&mut lengths)? / options.gravity;
+    let m = options.start.unwrap_or_else(|| {
+        // A nominal scale that is far off is a wrong unit, not a start.
+        let scale = options
+            .nominal
+            .filter(|n| (0.5..2.0).contains(&(usual / n)))
+            .unwrap_or(usual);
+        matrix3::diagonal([scale; 3])
+    });
+    (usual > 0.0).then_some((m, [0.0; 3]))
+}
+
+/// The loop around the fit: model error, tilt and roles until they rest.
+struct Search<'a> {
+    poses: &'a [JointPose],
+    options: &'a JointOptions,
+    held: Held,
+    start: ([[f64; 3]; 3], [f64; 3]),
+    tilt_from: TiltFrom,
+}
+
+impl<'a> Search<'a> {
+    fn new(
+        poses: &'a [JointPose],
+        options: &'a JointOptions,
+        start: ([[f64; 3]; 3], [f64; 3]),
+    ) -> Self {
+        Search {
+            poses,
+            options,
+            held: Held {
+                gravity: options.gravity,
+                // Tilts of exactly 0 are `linear12`; this is as good.
+                tilt: options.tilt.unwrap_or(ASSUMED_TILT).max(1e-7),
+                prior: options.nominal.filter(|_| options.prior),
+                model_error: 0.0,
+            },
+            start,
+            tilt_from: match options.tilt {
+                Some(_) => TiltFrom::Given,
+                None => TiltFrom::Assumed,
+            },
+        }
+    }
+
+    /// Repeats the fit until roles, tilt and model error rest.
+    fn settle(&mut self, work: &mut [Pose]) -> Result<Fit, JointError> {
+        let mut seen: Vec<Vec<Option<Face>>> = Vec::new();
+        let mut rounds = 0;
+        loop {
+            let found = self.balance(work)?;
+            let before: Vec<Option<Face>> = work.iter().map(|p| p.face).collect();
+            roles::sort(self.poses, work, &found, self.held.tilt);
+            let after: Vec<Option<Face>> = work.iter().map(|p| p.face).collect();
+            rounds += 1;
+            // Back and forth: what was there before is as good.
+            if after == before || seen.contains(&after) || rounds == 10 {
+                if after != before {
+                    work.iter_mut().zip(before).for_each(|(p, f)| p.face = f);
+                }
+                return Ok(found);
+            }
+            seen.push(before);
+        }
+    }
+
+    /// Tilt and model error for the present roles.
+    fn balance(&mut self, work: &[Pose]) -> Result<Fit, JointError> {
+        for round in 0.. {
+            let found = fit(work, &self.held, self.start).ok_or_else(|| self.open(work))?;
+            if found.covariance.values.is_none() {
+                return Err(self.open(work));
+            }
+            if !found.converged {
+                return Err(JointError::NotConverged);
+            }
+            self.start = (found.state.m, found.state.b);
+            let tilt = self.next_tilt(&found);
+            let error = self.next_model_error(work, &found);
+            let scale = model::norm(found.state.m[0]) * self.held.gravity;
+            let rests = (tilt / self.held.tilt - 1.0).abs() < 1e-3
+                && (error - self.held.model_error).abs()
+                    < 1e-3 * self.held.model_error.max(1e-7 * scale);
+            if rests || round == 60 {
+                return Ok(found);
+            }
+            (self.held.tilt, self.held.model_error) = (tilt, error);
+        }
+        Err(JointError::NotConverged)
+    }
+
+    fn next_tilt(&mut self, found: &Fit) -> f64 {
+        if self.tilt_from == TiltFrom::Given {
+            return self.held.tilt;
+        }
+        if found.gamma < LEAST_GAMMA {
+            self.tilt_from = TiltFrom::Assumed;
+            return ASSUMED_TILT;
+        }
+        self.tilt_from = TiltFrom::Estimated;
+        (found.tilt_squares / found.gamma)
+            .sqrt()
+            .clamp(TILT_RANGE[0], TILT_RANGE[1])
+    }
+
+    /// Variance that makes χ² its degrees of freedom, never below 0.
+    fn next_model_error(&self, work: &[Pose], found: &Fit) -> f64 {
+        if found.freedom < 1.0 {
+            return 0.0;
+        }
+        let now = self.held.model_error.powi(2);
+        let mut inverse = 0.0;
+        let mut count = 0.0;
+        for s in work.iter().filter(|p| !p.left_out).flat_map(|p| p.sd) {
+            inverse += 1.0 / (s * s + now);
+            count += 1.0;
+        }
+        let change = (found.chi2 / found.freedom - 1.0) * count / inverse;
+        (now + change).max(0.0).sqrt()
+    }
+
+    /// What the poses leave open.
+    fn open(&self, work: &[Pose]) -> JointError {
+        // The direction that the poses have least of.
+        let mut moment = nalgebra::Matrix3::zeros();
+        for pose in work.iter().filter(|p| !p.left_out) {
+            let n = nalgebra::Vector3::from(model::unit(pose.mean));
+            moment += n * n.transpose();
+        }
+        let eigen = moment.symmetric_eigen();
+        let weakest = eigen.eigenvalues.imin();
+        let v = eigen.eigenvectors.column(weakest);
+        JointError::Undetermined {
+            direction: [v[0], v[1], v[2]],
+            sd: f64::INFINITY,
+        }
+    }
+
+    fn finish(
+        self,
+        work: &[Pose],
+        found: Fit,
+        bad: &[Option<f64>],
+        shared_tilts: bool,
+    ) -> Result<JointFit, JointError> {
+        let covariance = found.full_covariance().ok_or_else(|| self.open(work))?;
+        let inverse = matrix3::inverse(&found.state.m).ok_or(JointError::NotConverged)?;
+        let (direction, sd) = predicted::weakest(&inverse, &covariance, self.held.gravity);
+        if sd > UNKNOWN * self.held.gravity || !sd.is_finite() {
+            return Err(JointError::Undetermined { direction, sd });
+        }
+        let left_out = leave_out::errors(work, &found, &self.held);
+        let results = work
+            .iter()
+            .enumerate()
+            .map(|(k, pose)| {
+                let place = found.place_of[k];
+                let direction = match place {
+                    Some(place) => found.model.direction(&found.state, place),
+                    None => model::unit(matrix3::mul_vec(
+                        &inverse,
+                        &matrix3::sub(&pose.mean, &found.state.b),
+                    )),
+                };
+                let tilt = place.and_then(|place| {
+                    let model::Direction::Tilted(d) = found.state.at[place] else {
+                        return None;
+                    };
+                    let [p, q] = found.tilt_variance[place]?;
+                    Some((d[0].hypot(d[1]), (0.5 * (p + q)).sqrt()))
+                });
+                PoseResult {
+                    face: place.and_then(|place| found.model.places[place].face),
+                    direction,
+                    tilt,
+                    bad: bad[k],
+                    left_out_error: left_out[k],
+                }
+            })
+            .collect();
+        let alone = fit(
+            work,
+            &Held {
+                model_error: 0.0,
+                ..self.held
+            },
+            self.start,
+        );
+        Ok(JointFit {
+            model: found.state.m,
+            bias: found.state.b,
+            covariance,
+            poses: results,
+            tilt: self.held.tilt,
+            tilt_from: self.tilt_from,
+            gamma: found.gamma,
+            model_error: self.held.model_error,
+            chi2_per_freedom: alone
+                .filter(|a| a.freedom >= 1.0)
+                .map(|a| a.chi2 / a.freedom),
+            freedom: found.freedom,
+            condition: found.covariance.condition,
+            oriented: !found.model.triangular,
+            shared_tilts,
+        })
+    }
+}

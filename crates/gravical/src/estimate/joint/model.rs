@@ -1,0 +1,380 @@
+//! The joint model as a least-squares problem.
+
+use crate::estimate::solve::{Jacobian, Problem, Shape};
+use crate::segment::face::Face;
+
+/// Relative standard deviation of a scale by the data sheet (MPU6050: ±3 %).
+const SCALE_SD: f64 = 0.03;
+/// Standard deviation of the cosine between two sensitive axes: cross-axis
+/// sensitivity of 2 % in either axis.
+const ANGLE_SD: f64 = 0.02 * std::f64::consts::SQRT_2;
+/// Standard deviation of a zero-g offset, m/s² (±60 mg).
+const BIAS_SD_MPS2: f64 = 0.6;
+
+/// One mean reading as the model sees it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reading {
+    pub mean: [f64; 3],
+    /// Standard deviation of each component, model error included.
+    pub sd: [f64; 3],
+}
+
+/// A direction in space and the readings that share it.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    /// The face it is meant to be, or none for a free pose.
+    pub face: Option<Face>,
+    pub readings: Vec<Reading>,
+}
+
+/// Everything that is held while M, b and the tilts are fitted.
+#[derive(Debug, Clone)]
+pub(super) struct Model {
+    pub places: Vec<Place>,
+    pub gravity: f64,
+    /// sd of each component of a placement's tilt, rad.
+    pub tilt: f64,
+    /// Nominal scale (input unit per m/s²), for the prior; none switches it
+    /// off.
+    pub prior: Option<f64>,
+    /// The orientation is free: M is kept upper triangular.
+    pub triangular: bool,
+}
+
+/// M, b and the direction of every place.
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    pub m: [[f64; 3]; 3],
+    pub b: [f64; 3],
+    pub at: Vec<Direction>,
+}
+
+/// Direction of specific force at a place.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Direction {
+    /// Two angles off the face, rad, in its tangent plane.
+    Tilted([f64; 2]),
+    /// Any unit vector.
+    Any([f64; 3]),
+}
+
+/// Elements of (M, b) that are fitted when M is upper triangular.
+pub(super) const TRIANGULAR: [usize; 9] = [0, 1, 2, 4, 5, 8, 9, 10, 11];
+const ALL: [usize; 12] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
+
+/// Two unit vectors that make a right-handed frame with `n`.
+pub(super) fn tangents(n: [f64; 3]) -> [[f64; 3]; 2] {
+    // The axis that n leans on least is never parallel to it.
+    let axis = (0..3).fold(
+        0,
+        |best, i| {
+            if n[i].abs() < n[best].abs() { i } else { best }
+        },
+    );
+    let mut a = [0.0; 3];
+    a[axis] = 1.0;
+    let along = n[axis];
+    let t = unit(std::array::from_fn(|i| a[i] - along * n[i]));
+    [t, cross(n, t)]
+}
+
+pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(super) fn norm(v: [f64; 3]) -> f64 {
+    dot(v, v).sqrt()
+}
+
+pub(super) fn unit(v: [f64; 3]) -> [f64; 3] {
+    let length = norm(v);
+    v.map(|x| x / length)
+}
+
+/// Direction that is turned from `face` by the angles `d` (exponential map), and
+/// its derivatives.
+pub(super) fn tilted(face: Face, d: [f64; 2]) -> ([f64; 3], [[f64; 3]; 2]) {
+    let e = face.direction();
+    let t = tangents(e);
+    let angle = d[0].hypot(d[1]);
+    // sin θ/θ, and its derivative over θ; the series where they lose digits.
+    let (sinc, slope) = if angle < 1e-3 {
+        let s = angle * angle;
+        (1.0 - s / 6.0, -1.0 / 3.0 + s / 30.0)
+    } else {
+        let (sine, cosine) = angle.sin_cos();
+        (
+            sine / angle,
+            (angle * cosine - sine) / (angle * angle * angle),
+        )
+    };
+    let cosine = angle.cos();
+    let aside: [f64; 3] = std::array::from_fn(|i| d[0] * t[0][i] + d[1] * t[1][i]);
+    let n = std::array::from_fn(|i| cosine * e[i] + sinc * aside[i]);
+    let derivative = [0, 1].map(|k| {
+        std::array::from_fn(|i| -sinc * d[k] * e[i] + sinc * t[k][i] + slope * d[k] * aside[i])
+    });
+    (n, derivative)
+}
+
+impl Model {
+    /// Which of the twelve parameters are fitted.
+    pub fn elements(&self) -> &'static [usize] {
+        if self.triangular { &TRIANGULAR } else { &ALL }
+    }
+
+    /// Direction of place `k`.
+    pub fn direction(&self, state: &State, k: usize) -> [f64; 3] {
+        match (state.at[k], self.places[k].face) {
+            (Direction::Any(n), _) => n,
+            (Direction::Tilted(d), Some(face)) => tilted(face, d).0,
+            // A tilt belongs to a face; places are made that way.
+            (Direction::Tilted(_), None) => [f64::NAN; 3],
+        }
+    }
+
+    fn prior(&self, state: &State, nominal: f64, r: &mut [f64], jacobian: Option<Jacobian<'_>>) {
+        let m = &state.m;
+        let k = m.map(norm);
+        let mut d = [[0.0; 12]; 9];
+        for i in 0..3 {
+            r[i] = (k[i] / nominal - 1.0) / SCALE_SD;
+            r[6 + i] = state.b[i] / (BIAS_SD_MPS2 * nominal);
+            d[6 + i][9 + i] = 1.0 / (BIAS_SD_MPS2 * nominal);
+            for c in 0..3 {
+                d[i][3 * i + c] = m[i][c] / k[i] / nominal / SCALE_SD;
+            }
+            let (p, q) = (i, (i + 1) % 3);
+            let cosine = dot(m[p], m[q]) / (k[p] * k[q]);
+            r[3 + i] = cosine / ANGLE_SD;
+            for c in 0..3 {
+                d[3 + i][3 * p + c] =
+                    (m[q][c] / (k[p] * k[q]) - cosine * m[p][c] / (k[p] * k[p])) / ANGLE_SD;
+                d[3 + i][3 * q + c] =
+                    (m[p][c] / (k[p] * k[q]) - cosine * m[q][c] / (k[q] * k[q])) / ANGLE_SD;
+            }
+        }
+        if let Some(j) = jacobian {
+            let elements = self.elements();
+            for (row, all) in d.iter().enumerate() {
+                for (column, &element) in elements.iter().enumerate() {
+                    j.shared[row * elements.len() + column] = all[element];
+                }
+            }
+        }
+    }
+}
+
+impl Problem for Model {
+    type State = State;
+
+    fn shared(&self) -> usize {
+        self.elements().len()
+    }
+
+    fn blocks(&self) -> usize {
+        self.places.len() + usize::from(self.prior.is_some())
+    }
+
+    fn shape(&self, block: usize) -> Shape {
+        match self.places.get(block) {
+            Some(place) => Shape {
+                residuals: 3 * place.readings.len() + if place.face.is_some() { 2 } else { 0 },
+                local: 2,
+            },
+            None => Shape {
+                residuals: 9,
+                local: 0,
+            },
+        }
+    }
+
+    fn evaluate(
+        &self,
+        state: &State,
+        block: usize,
+        r: &mut [f64],
+        mut jacobian: Option<Jacobian<'_>>,
+    ) {
+        let Some(place) = self.places.get(block) else {
+            if let Some(nominal) = self.prior {
+                self.prior(state, nominal, r, jacobian);
+            }
+            return;
+        };
+        let g = self.gravity;
+        let (n, derivative) = match (state.at[block], place.face) {
+            (Direction::Tilted(d), Some(face)) => tilted(face, d),
+            (Direction::Any(n), _) => (n, tangents(n)),
+            (Direction::Tilted(_), None) => ([f64::NAN; 3], [[f64::NAN; 3]; 2]),
+        };
+        let elements = self.elements();
+        let force = [0, 1, 2].map(|i| g * dot(state.m[i], n));
+        let along = derivative.map(|d| [0, 1, 2].map(|i| g * dot(state.m[i], d)));
+        for (at, reading) in place.readings.iter().enumerate() {
+            for i in 0..3 {
+                let row = 3 * at + i;
+                let s = reading.sd[i];
+                r[row] = (force[i] + state.b[i] - reading.mean[i]) / s;
+                let Some(j) = jacobian.as_mut() else { continue };
+                let shared = &mut j.shared[row * elements.len()..][..elements.len()];
+                for (slot, &element) in shared.iter_mut().zip(elements) {
+                    *slot = if element == 9 + i {
+                        1.0 / s
+                    } else if element < 9 && element / 3 == i {
+                        g * n[element % 3] / s
+                    } else {
+                        0.0
+                    };
+                }
+                j.local[2 * row] = along[0][i] / s;
+                j.local[2 * row + 1] = along[1][i] / s;
+            }
+        }
+        if let Direction::Tilted(d) = state.at[block] {
+            let row = 3 * place.readings.len();
+            for i in 0..2 {
+                r[row + i] = d[i] / self.tilt;
+                if let Some(j) = jacobian.as_mut() {
+                    j.local[2 * (row + i) + i] = 1.0 / self.tilt;
+                }
+            }
+        }
+    }
+
+    fn moved(&self, state: &State, shared: &[f64], local: &[f64]) -> State {
+        let mut out = state.clone();
+        for (step, &element) in shared.iter().zip(self.elements()) {
+            if element < 9 {
+                out.m[element / 3][element % 3] += step;
+            } else {
+                out.b[element - 9] += step;
+            }
+        }
+        for (at, step) in out.at.iter_mut().zip(local.chunks_exact(2)) {
+            match at {
+                Direction::Tilted(d) => {
+                    d[0] += step[0];
+                    d[1] += step[1];
+                }
+                Direction::Any(n) => {
+                    let t = tangents(*n);
+                    *n = unit(std::array::from_fn(|i| {
+                        n[i] + step[0] * t[0][i] + step[1] * t[1][i]
+                    }));
+                }
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state() -> (Model, State) {
+        let face = Face { axis: 2, up: false };
+        let reading = Reading {
+            mean: [0.3, -0.1, -9.5],
+            sd: [0.01, 0.02, 0.03],
+        };
+        let model = Model {
+            places: vec![
+                Place {
+                    face: Some(face),
+                    readings: vec![reading, reading],
+                },
+                Place {
+                    face: None,
+                    readings: vec![Reading {
+                        mean: [5.0, 6.0, 5.0],
+                        ..reading
+                    }],
+                },
+            ],
+            gravity: 9.81,
+            tilt: 0.02,
+            prior: Some(1.0),
+            triangular: false,
+        };
+        let state = State {
+            m: [[1.01, 0.02, -0.01], [0.015, 0.98, 0.03], [0.0, -0.02, 1.02]],
+            b: [0.2, -0.3, 0.1],
+            at: vec![
+                Direction::Tilted([0.05, -0.03]),
+                Direction::Any(unit([0.5, 0.6, 0.55])),
+            ],
+        };
+        (model, state)
+    }
+
+    #[test]
+    fn derivatives_equal_differences() {
+        let (mut model, state) = state();
+        for triangular in [false, true] {
+            model.triangular = triangular;
+            let p = model.shared();
+            for block in 0..model.blocks() {
+                let shape = model.shape(block);
+                let (m, q) = (shape.residuals, shape.local);
+                let (mut r, mut shared) = (vec![0.0; m], vec![0.0; m * p]);
+                let mut local = vec![0.0; m * q];
+                let jacobian = Jacobian {
+                    shared: &mut shared,
+                    local: &mut local,
+                };
+                model.evaluate(&state, block, &mut r, Some(jacobian));
+                let h = 1e-6;
+                for column in 0..p + q {
+                    let value = |sign: f64| {
+                        let mut step = vec![0.0; p];
+                        let mut locals = vec![0.0; 4];
+                        if column < p {
+                            step[column] = sign * h;
+                        } else {
+                            locals[2 * block + column - p] = sign * h;
+                        }
+                        let moved = model.moved(&state, &step, &locals);
+                        let mut r = vec![0.0; m];
+                        model.evaluate(&moved, block, &mut r, None);
+                        r
+                    };
+                    let (up, down) = (value(1.0), value(-1.0));
+                    for row in 0..m {
+                        let difference = (up[row] - down[row]) / (2.0 * h);
+                        let exact = if column < p {
+                            shared[row * p + column]
+                        } else {
+                            local[row * q + column - p]
+                        };
+                        assert!(
+                            (difference - exact).abs() < 1e-5 * (1.0 + exact.abs()),
+                            "block {block} row {row} column {column}: {difference} {exact}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_tilt_is_an_angle() {
+        for face in Face::all() {
+            for d in [[0.0, 0.0], [1e-5, 0.0], [0.1, -0.2], [0.0, 1.5]] {
+                let (n, _) = tilted(face, d);
+                assert!((norm(n) - 1.0).abs() < 1e-12);
+                let angle = crate::segment::face::angle_deg(n, face.direction());
+                assert!((angle.to_radians() - d[0].hypot(d[1])).abs() < 1e-12);
+            }
+        }
+    }
+}

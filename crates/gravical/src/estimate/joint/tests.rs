@@ -1,0 +1,102 @@
+use super::*;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+const G: f64 = 9.80665;
+
+struct Sensor {
+    m: [[f64; 3]; 3],
+    b: [f64; 3],
+}
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    rng.sample::<f64, _>(StandardNormal)
+}
+
+/// Scale sd 2 %, misalignment 1°, bias ±0.5 m/s².
+fn sensor(rng: &mut ChaCha8Rng) -> Sensor {
+    let mut m = [[0.0; 3]; 3];
+    for i in 0..3 {
+        let k = 1.0 + 0.02 * normal(rng);
+        for j in 0..3 {
+            let r = if i == j { 1.0 } else { normal(rng) / DEG };
+            m[i][j] = k * r;
+        }
+    }
+    Sensor {
+        m,
+        b: std::array::from_fn(|_| rng.random::<f64>() - 0.5),
+    }
+}
+
+impl Sensor {
+    fn read(&self, n: [f64; 3], noise: f64, rng: &mut ChaCha8Rng) -> [f64; 3] {
+        std::array::from_fn(|i| G * model::dot(self.m[i], n) + self.b[i] + noise * normal(rng))
+    }
+}
+
+fn free(rng: &mut ChaCha8Rng) -> [f64; 3] {
+    model::unit(std::array::from_fn(|_| normal(rng)))
+}
+
+fn session(sensor: &Sensor, frees: usize, tilt: f64, rng: &mut ChaCha8Rng) -> Vec<JointPose> {
+    let noise = 1.24e-3;
+    let mut out: Vec<JointPose> = Face::all()
+        .into_iter()
+        .map(|face| {
+            let d = [tilt * normal(rng), tilt * normal(rng)];
+            JointPose {
+                mean: sensor.read(model::tilted(face, d).0, noise, rng),
+                standard_error: [noise; 3],
+                role: Role::Face(face),
+            }
+        })
+        .collect();
+    for _ in 0..frees {
+        out.push(JointPose {
+            mean: sensor.read(free(rng), noise, rng),
+            standard_error: [noise; 3],
+            role: Role::Open,
+        });
+    }
+    out
+}
+
+const OPTIONS: JointOptions = JointOptions {
+    gravity: G,
+    nominal: Some(1.0),
+    prior: true,
+    tilt: None,
+    start: None,
+};
+
+/// RMS over the sphere of ‖a‖ − g, mg.
+fn norm_error(sensor: &Sensor, found: &JointFit) -> f64 {
+    let inverse = matrix3::inverse(&found.model).unwrap();
+    let squares: f64 = predicted::sphere(200)
+        .map(|n| {
+            let u: [f64; 3] = std::array::from_fn(|i| G * model::dot(sensor.m[i], n) + sensor.b[i]);
+            let a = matrix3::mul_vec(&inverse, &matrix3::sub(&u, &found.bias));
+            (model::norm(a) - G).powi(2)
+        })
+        .sum();
+    (squares / 200.0).sqrt() / G * 1000.0
+}
+
+#[test]
+fn faces_and_free_poses_give_the_magnitude() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    for _ in 0..20 {
+        let sensor = sensor(&mut rng);
+        let poses = session(&sensor, 12, 1.0 / DEG, &mut rng);
+        let found = joint(&poses, &OPTIONS).unwrap();
+        let error = norm_error(&sensor, &found);
+        println!(
+            "{error:.3} mg, tilt {:.2}°, gamma {:.1}",
+            found.tilt * DEG,
+            found.gamma
+        );
+        assert!(error < 0.6, "{error}");
+    }
+}
