@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade, SensorInfo};
+use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::gravity::Gravity;
 use gravical::output::check_target;
 use gravical::report::calibration_text;
@@ -51,7 +52,7 @@ pub struct Args {
 #[command(next_help_heading = "Method")]
 struct MethodArgs {
     /// How to estimate
-    #[arg(long, value_enum, default_value = "ferraris")]
+    #[arg(long, value_enum, default_value = "joint")]
     method: Method,
     /// Sections of the one recording: imucal's JSON, or CSV label,start,end
     #[arg(long, value_name = "FILE")]
@@ -86,9 +87,19 @@ struct MethodArgs {
         default_value = "-360"
     )]
     turn_angle: f64,
-    /// How far placements may be off level, degrees (sd of each direction) [default: 1, assumed]
+    /// How far placements may be off level, degrees (sd of each of two directions):
+    /// a jig 0.1, a box on a table 0.5 to 1, by hand 2 [default: estimated, else 1]
     #[arg(long, value_name = "DEG")]
     placement_tilt: Option<f64>,
+    /// What the data sheet says about scale, cross-axis and bias
+    #[arg(long, value_enum, default_value = "data-sheet")]
+    prior: Prior,
+    /// A placement (label or file) that lies on no face, whatever it looks like; repeatable
+    #[arg(long, value_name = "NAME")]
+    free: Vec<String>,
+    /// A placement that lies on a face, however crookedly; repeatable
+    #[arg(long, value_name = "NAME")]
+    face: Vec<String>,
     /// Name or serial number of the sensor, for the file
     #[arg(long, value_name = "TEXT")]
     sensor_id: Option<String>,
@@ -99,8 +110,18 @@ struct MethodArgs {
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Method {
+    /// Faces and free poses in one fit, crooked placements allowed for
+    Joint,
     /// Six faces in closed form
     Ferraris,
+}
+
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+enum Prior {
+    /// Scale ±3 %, cross-axis ±2 %, bias ±0.6 m/s²
+    DataSheet,
+    /// Only what the recordings say
+    Off,
 }
 
 #[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
@@ -148,7 +169,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 impl Args {
     fn options(&self) -> Result<CalibrateOptions> {
         let m = &self.method;
-        let Method::Ferraris = m.method;
         let gravity = match (m.gravity, m.latitude) {
             (Some(g), _) => Gravity::given(g)?,
             (None, Some(latitude)) => Gravity::at(latitude, m.altitude)?,
@@ -164,7 +184,16 @@ impl Args {
                 ..SegmentOptions::default()
             },
             gravity,
-            placement_tilt_deg: m.placement_tilt,
+            estimate: EstimateOptions {
+                method: match m.method {
+                    Method::Joint => accelerometer::Method::Joint,
+                    Method::Ferraris => accelerometer::Method::Ferraris,
+                },
+                placement_tilt_deg: m.placement_tilt,
+                prior: m.prior == Prior::DataSheet,
+                free: m.free.clone(),
+                face: m.face.clone(),
+            },
             sensor: SensorInfo {
                 id: m.sensor_id.clone(),
                 model: m.sensor_model.clone(),

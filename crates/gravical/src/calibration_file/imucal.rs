@@ -92,6 +92,11 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
         leave_one_out_rms_mps2: None,
         predicted_norm_error_mps2: None,
         placement_tilt_deg: None,
+        deviations: None,
+        fit: None,
+        worst_pose: None,
+        next_poses: Vec::new(),
+        budget: None,
     };
     let identity: Matrix = gravical_core::matrix3::identity();
     let no_gyro = file.K_g == identity

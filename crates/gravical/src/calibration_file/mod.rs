@@ -8,6 +8,7 @@
 //! only added.
 
 mod imucal;
+mod trust;
 mod types;
 
 use std::path::Path;
@@ -16,6 +17,7 @@ use crate::output::write_atomic;
 use crate::{Error, Result};
 
 pub use imucal::{from_imucal, to_imucal};
+pub use trust::*;
 pub use types::*;
 
 /// The value of `format`.

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::trust::{Budget, Deviations, FitQuality, NextPose, WorstPose};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
 
@@ -109,6 +110,21 @@ pub struct AccelerometerSection {
     /// Tilt of the placements that the uncertainty assumes, degrees (sd of each
     /// of two components).
     pub placement_tilt_deg: Option<PlacementTilt>,
+    /// Standard deviations of bias, scale and the angles between the axes.
+    #[serde(default)]
+    pub deviations: Option<Deviations>,
+    /// What the fit shows of itself (joint and magnitude fits).
+    #[serde(default)]
+    pub fit: Option<FitQuality>,
+    /// The placement that the result suffers from most.
+    #[serde(default)]
+    pub worst_pose: Option<WorstPose>,
+    /// Placements that would help most, each after the ones before it.
+    #[serde(default)]
+    pub next_poses: Vec<NextPose>,
+    /// What the uncertainty of ‖a‖ at rest consists of.
+    #[serde(default)]
+    pub budget: Option<Budget>,
 }
 
 /// A symmetric matrix with the names of its rows.
@@ -167,9 +183,27 @@ pub struct Position {
     pub error: [f64; 3],
     /// Its length.
     pub error_norm: f64,
-    /// Angle between the raw mean and the face, degrees: placement, bias and
-    /// misalignment together; null for free positions.
+    /// Tilt off the face, degrees; null for free positions. Fitted by `joint`;
+    /// by `ferraris` the angle of the raw mean: placement, bias and misalignment
+    /// together.
     pub tilt_deg: Option<f64>,
+    /// Standard deviation of a fitted tilt, degrees (each of two components).
+    #[serde(default)]
+    pub tilt_sd_deg: Option<f64>,
+    /// ‖calibrated‖ − gravity, m/s².
+    #[serde(default)]
+    pub magnitude_error_mps2: Option<f64>,
+    /// The same with this position and those within 25° of it left out of the
+    /// fit; null where the rest determines too little.
+    #[serde(default)]
+    pub left_out_error_mps2: Option<f64>,
+    /// False when it took no part in the fit.
+    #[serde(default = "yes")]
+    pub fitted: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// The three error figures of the classical report, over the fitted faces.

@@ -136,6 +136,45 @@ impl AxisMap {
         })
     }
 
+    /// A face of the case as a face of the board.
+    #[must_use]
+    pub fn face_to_board(&self, face: Face) -> Face {
+        let (axis, same) = self.rows[face.axis];
+        Face {
+            axis,
+            up: face.up == same,
+        }
+    }
+
+    /// A face of the board as a face of the case.
+    #[must_use]
+    pub fn face_to_case(&self, face: Face) -> Face {
+        let axis = self.case_axis(face.axis);
+        Face {
+            axis,
+            up: face.up == self.rows[axis].1,
+        }
+    }
+
+    /// Turns the columns of M in a covariance of row-major M and b from axes of
+    /// the board to axes of the case.
+    pub fn columns_to_case(&self, covariance: &mut [[f64; 12]; 12]) {
+        let from = |index: usize| -> (usize, f64) {
+            if index >= 9 {
+                return (index, 1.0);
+            }
+            let (axis, same) = self.rows[index % 3];
+            (index - index % 3 + axis, if same { 1.0 } else { -1.0 })
+        };
+        let board = *covariance;
+        for i in 0..12 {
+            for j in 0..12 {
+                let ((row, a), (column, b)) = (from(i), from(j));
+                covariance[i][j] = a * b * board[row][column];
+            }
+        }
+    }
+
     /// True when nothing is turned.
     #[must_use]
     pub fn is_identity(&self) -> bool {

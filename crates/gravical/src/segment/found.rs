@@ -158,7 +158,7 @@ fn never_still(name: &str, files: usize) -> Error {
 }
 
 /// Name of a file without folder and endings (`.csv.gz` is two).
-pub(super) fn stem(name: &str) -> String {
+pub(crate) fn stem(name: &str) -> String {
     let file = Path::new(name)
         .file_name()
         .map_or_else(|| name.into(), |f| f.to_string_lossy());

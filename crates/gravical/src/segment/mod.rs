@@ -15,6 +15,8 @@ pub mod sections;
 pub mod still;
 pub mod turns;
 
+pub(crate) use found::stem;
+
 use std::ops::Range;
 
 use crate::recording::units::GyroScale;

@@ -3,7 +3,7 @@
 use gravical_core::calibration::Calibration;
 
 use crate::calibration_file::{FitErrors, Position, PositionKind};
-use crate::estimate::ferraris::Faces;
+use crate::estimate::accelerometer::Use;
 use crate::segment::Placement;
 
 fn norm(v: [f64; 3]) -> f64 {
@@ -18,7 +18,7 @@ fn norm(v: [f64; 3]) -> f64 {
 #[must_use]
 pub fn positions(
     placements: &[Placement],
-    faces: &Faces,
+    uses: &[Use],
     calibration: &Calibration<f64>,
     gravity: f64,
     offset: f64,
@@ -28,7 +28,8 @@ pub fn positions(
         .enumerate()
         .map(|(index, placement)| {
             let calibrated = calibration.apply(placement.mean);
-            let face = faces.face_of(index);
+            let own = &uses[index];
+            let face = own.face;
             let length = norm(calibrated).max(f64::MIN_POSITIVE);
             let expected = match face {
                 Some(face) => face.direction().map(|d| d * gravity),
@@ -48,7 +49,11 @@ pub fn positions(
                 calibrated,
                 error,
                 error_norm: norm(error),
-                tilt_deg: face.map(|_| placement.angle_deg),
+                tilt_deg: own.tilt_deg.map(|(tilt, _)| tilt),
+                tilt_sd_deg: own.tilt_deg.and_then(|(_, sd)| sd),
+                magnitude_error_mps2: Some(length - gravity),
+                left_out_error_mps2: own.left_out_error,
+                fitted: own.fitted,
             }
         })
         .collect()
@@ -79,7 +84,7 @@ pub fn fit_errors(positions: &[Position]) -> Option<FitErrors> {
 pub fn free_norm_error(positions: &[Position], gravity: f64) -> Option<(f64, usize)> {
     let off: Vec<f64> = positions
         .iter()
-        .filter(|p| p.kind == PositionKind::Free)
+        .filter(|p| p.kind == PositionKind::Free && !p.fitted)
         .map(|p| norm(p.calibrated) - gravity)
         .collect();
     (!off.is_empty()).then(|| {

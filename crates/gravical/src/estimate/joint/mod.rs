@@ -37,6 +37,7 @@ mod fit;
 mod leave_out;
 mod model;
 mod roles;
+mod sources;
 #[cfg(test)]
 mod tests;
 
@@ -48,6 +49,7 @@ use crate::validate::predicted;
 
 use fit::{Fit, Held, Pose, fit};
 pub use roles::Role;
+pub use sources::Source;
 
 /// A mean reading at rest, in axes of the board.
 #[derive(Debug, Clone, Copy)]
@@ -71,6 +73,9 @@ pub struct JointOptions {
     pub prior: bool,
     /// σ_tilt in rad; none: estimated.
     pub tilt: Option<f64>,
+    /// Standard deviation of every mean by the steps of the converter, input
+    /// unit; it is added to the standard errors.
+    pub quantisation: [f64; 3],
     /// M at the start, for a board that does not sit straight.
     pub start: Option<[[f64; 3]; 3]>,
 }
@@ -110,6 +115,8 @@ pub struct JointFit {
     pub bias: [f64; 3],
     /// Of M (row-major) and b, directions marginalised.
     pub covariance: [[f64; 12]; 12],
+    /// The covariance by what it comes from.
+    pub sources: Vec<(Source, [[f64; 12]; 12])>,
     /// For every pose.
     pub poses: Vec<PoseResult>,
     /// σ_tilt, rad.
@@ -125,7 +132,8 @@ pub struct JointFit {
     pub chi2_per_freedom: Option<f64>,
     /// Degrees of freedom of the readings.
     pub freedom: f64,
-    /// Condition of the Jacobian with columns of length one.
+    /// Condition of what the magnitudes alone say of their nine parameters
+    /// (M Mᵀ and b), columns of length one; infinite for fewer than nine poses.
     pub condition: f64,
     /// False when too few faces tell how the frame lies: M is upper triangular
     /// then.
@@ -174,7 +182,7 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
         .enumerate()
         .map(|(group, pose)| Pose {
             mean: pose.mean,
-            sd: pose.standard_error,
+            sd: std::array::from_fn(|i| pose.standard_error[i].hypot(options.quantisation[i])),
             face: None,
             group,
             left_out: false,
@@ -398,7 +406,15 @@ impl<'a> Search<'a> {
             },
             self.start,
         );
+        let sources = sources::by_source(
+            work,
+            &found,
+            self.options.quantisation,
+            self.held.model_error,
+        )
+        .ok_or_else(|| self.open(work))?;
         Ok(JointFit {
+            sources,
             model: found.state.m,
             bias: found.state.b,
             covariance,
@@ -411,9 +427,40 @@ impl<'a> Search<'a> {
                 .filter(|a| a.freedom >= 1.0)
                 .map(|a| a.chi2 / a.freedom),
             freedom: found.freedom,
-            condition: found.covariance.condition,
+            condition: magnitude_condition(&found),
             oriented: !found.model.triangular,
             shared_tilts,
         })
     }
+}
+
+/// Singular values of the derivatives of ‖a‖ by the nine parameters of an upper
+/// triangular M, largest over smallest.
+fn magnitude_condition(found: &Fit) -> f64 {
+    let places = found.model.places.len();
+    let elements = &model::TRIANGULAR;
+    let Some(upper) = fit::upper(&found.state.m).filter(|_| places >= elements.len()) else {
+        return f64::INFINITY;
+    };
+    let Some(back) = matrix3::inverse(&upper) else {
+        return f64::INFINITY;
+    };
+    // M = U Q: in the frame of U the direction n is Q n.
+    let q = matrix3::mul(&back, &found.state.m);
+    let mut rows = nalgebra::DMatrix::zeros(places, elements.len());
+    for k in 0..places {
+        let n = matrix3::mul_vec(&q, &found.model.direction(&found.state, k));
+        let h = predicted::sensitivity(&back, n, found.model.gravity);
+        for (column, &element) in elements.iter().enumerate() {
+            rows[(k, column)] = h[element];
+        }
+    }
+    for mut column in rows.column_iter_mut() {
+        let length = column.norm();
+        if length > 0.0 {
+            column.unscale_mut(length);
+        }
+    }
+    let values = rows.singular_values();
+    values.max() / values.min()
 }

@@ -68,6 +68,7 @@ const OPTIONS: JointOptions = JointOptions {
     nominal: Some(1.0),
     prior: true,
     tilt: None,
+    quantisation: [0.0; 3],
     start: None,
 };
 

@@ -1,7 +1,9 @@
-//! Checks that can show a calibration wrong, and the verdict.
+//! Checks that can show a calibration wrong.
 
-use crate::calibration_file::{AccelerometerSection, Grade, PositionKind, TiltSource, Verdict};
-use crate::estimate::ferraris::Faces;
+mod fit;
+
+use crate::calibration_file::{AccelerometerSection, TiltSource};
+use crate::estimate::accelerometer::{Estimate, Method};
 use crate::recording::{Finding, Recording};
 use crate::segment::Placement;
 use crate::segment::face::{AxisMap, Claim, Face};
@@ -22,25 +24,15 @@ const FACE_NOTE_DEG: f64 = 10.0;
 /// contradict the result.
 const OBLIQUE_GATE: f64 = 3.0;
 
-/// Kinds of findings that make a calibration poor.
-const GATES: [&str; 6] = [
-    "scale-off",
-    "large-bias",
-    "clipped-hold",
-    "names-mirrored",
-    "turned-other-way",
-    "oblique-off",
-];
-
 /// Checks of the accelerometer's parameters and placements; `offset` is the zero
 /// offset in its bias.
 #[must_use]
 pub fn accelerometer(
     section: &AccelerometerSection,
-    faces: &Faces,
+    estimate: &Estimate,
     placements: &[Placement],
     offset: f64,
-    face_angle_rms_deg: f64,
+    gravity: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     let axes = ["x", "y", "z"];
@@ -84,7 +76,7 @@ pub fn accelerometer(
         ));
     }
     for (index, placement) in placements.iter().enumerate() {
-        if faces.face_of(index).is_some() && placement.clipped > 0 {
+        if estimate.uses[index].fitted && placement.clipped > 0 {
             findings.push(
                 Finding::warning(
                     "clipped-hold",
@@ -97,15 +89,19 @@ pub fn accelerometer(
             );
         }
     }
-    findings.extend(oblique(section));
-    findings.extend(tilts(section, faces, placements, face_angle_rms_deg));
+    findings.extend(oblique(section, gravity));
+    findings.extend(tilts(section, estimate, placements));
+    findings.extend(fit::findings(section, estimate, placements));
     findings
 }
 
 /// Placements that took no part in the fit and contradict it.
-fn oblique(section: &AccelerometerSection) -> Option<Finding> {
+fn oblique(section: &AccelerometerSection, gravity: f64) -> Option<Finding> {
     let predicted = section.predicted_norm_error_mps2?;
-    let (error, count) = free_norm_error(&section.positions, gravity_of(section))?;
+    if section.method != Method::Ferraris.name() {
+        return None;
+    }
+    let (error, count) = free_norm_error(&section.positions, gravity)?;
     (error > OBLIQUE_GATE * predicted).then(|| {
         Finding::warning(
             "oblique-off",
@@ -115,17 +111,6 @@ fn oblique(section: &AccelerometerSection) -> Option<Finding> {
             ),
         )
     })
-}
-
-/// Length of gravity by the expected readings of the faces, m/s².
-fn gravity_of(section: &AccelerometerSection) -> f64 {
-    section
-        .positions
-        .iter()
-        .find(|p| p.kind == PositionKind::Face)
-        .map_or(0.0, |p| {
-            p.expected.iter().map(|e| e * e).sum::<f64>().sqrt()
-        })
 }
 
 /// Inputs that do not belong into a session: a recording that is calibrated
@@ -166,18 +151,19 @@ pub fn inputs(recordings: &[Recording]) -> Vec<Finding> {
 /// than the uncertainty assumes.
 fn tilts(
     section: &AccelerometerSection,
-    faces: &Faces,
+    estimate: &Estimate,
     placements: &[Placement],
-    face_angle_rms_deg: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut list = Vec::new();
     let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
     for (index, placement) in placements.iter().enumerate() {
-        let Some(face) = faces.face_of(index) else {
+        let Some(face) = estimate.uses[index].face else {
             continue;
         };
-        let tilt = placement.angle_deg;
+        let tilt = estimate.uses[index]
+            .tilt_deg
+            .map_or(placement.angle_deg, |(t, _)| t);
         list.push(format!("{} {tilt:.1}°", face.name()));
         (low, high) = (low.min(tilt), high.max(tilt));
         if tilt > FACE_NOTE_DEG {
@@ -196,7 +182,9 @@ fn tilts(
     let Some(tilt) = section.placement_tilt_deg else {
         return findings;
     };
-    if tilt.source == TiltSource::Estimated {
+    if let Some(face_angle_rms_deg) = estimate.face_angle_rms_deg
+        && tilt.source == TiltSource::Estimated
+    {
         findings.push(Finding::warning(
             "placement-tilt",
             format!(
@@ -263,50 +251,4 @@ pub fn names(axes: &AxisMap, placements: &[Placement], by_name: bool) -> Vec<Fin
         "names-mirrored",
         "the names contradict the data in a way that no mounting explains (two placements swapped?); the faces were taken from the data, but check which recording is which",
     )]
-}
-
-/// Grade and reasons. A fit of six faces leaves nothing to verify it with.
-#[must_use]
-pub fn verdict(section: &AccelerometerSection, findings: &[Finding]) -> Verdict {
-    let mut reasons: Vec<String> = findings
-        .iter()
-        .filter(|f| GATES.contains(&f.kind.as_str()))
-        .map(|f| f.message.clone())
-        .collect();
-    let grade = if reasons.is_empty() {
-        Grade::NotVerifiable
-    } else {
-        Grade::Poor
-    };
-    reasons.push(if section.degrees_of_freedom == 0 {
-        "six faces determine six parameters of the magnitude exactly: the residuals of the fitted placements prove nothing".to_owned()
-    } else {
-        "the six-face method compares no placement that it was not fitted to: its residuals prove nothing".to_owned()
-    });
-    if let Some(error) = section.predicted_norm_error_mps2
-        && let Some(tilt) = section.placement_tilt_deg
-    {
-        reasons.push(format!(
-            "by noise and a placement tilt of {:.2}° ({}) the magnitude at rest is uncertain by {:.0} mm/s² ({:.1} mg), 1σ over all directions",
-            tilt.value,
-            match tilt.source {
-                TiltSource::Given => "given",
-                TiltSource::Estimated => "what the faces show",
-                TiltSource::Assumed => "assumed",
-            },
-            1000.0 * error,
-            1000.0 * error / gravical_core::unit::STANDARD_GRAVITY_MPS2
-        ));
-    }
-    if let Some((error, count)) = free_norm_error(&section.positions, gravity_of(section)) {
-        reasons.push(format!(
-            "{count} oblique {} no part in the fit; there the magnitude is off by {:.0} mm/s² ({:.1} mg) rms",
-            if count == 1 { "placement took" } else { "placements took" },
-            1000.0 * error,
-            1000.0 * error / gravical_core::unit::STANDARD_GRAVITY_MPS2
-        ));
-    } else if grade == Grade::NotVerifiable {
-        reasons.push("what would verify it: a still reading in any oblique position, calibrated, has to be as long as gravity".to_owned());
-    }
-    Verdict { grade, reasons }
 }

@@ -1,0 +1,166 @@
+//! Why poses determine nothing, in words, and what to do next.
+
+use crate::Error;
+use crate::segment::Placement;
+use crate::segment::face::Face;
+
+use super::accelerometer::{Session, distinct};
+use super::joint::JointError;
+
+/// Directions count as spanned when the poses lie this far out of the plane (or
+/// line) of the others, rms: sin 10°.
+const SPANNED: f64 = 0.17;
+
+/// How many directions of space a set of unit vectors spans, and the direction
+/// that they have least of.
+#[must_use]
+pub(crate) fn span(directions: &[[f64; 3]]) -> (usize, [f64; 3]) {
+    let mut moment = nalgebra::Matrix3::zeros();
+    for n in directions {
+        let n = nalgebra::Vector3::from(*n);
+        moment += n * n.transpose() / directions.len() as f64;
+    }
+    let eigen = moment.symmetric_eigen();
+    let spanned = eigen
+        .eigenvalues
+        .iter()
+        .filter(|v| v.max(0.0).sqrt() > SPANNED)
+        .count();
+    let weakest = eigen.eigenvectors.column(eigen.eigenvalues.imin());
+    (spanned, [weakest[0], weakest[1], weakest[2]])
+}
+
+/// A direction of specific force as a person holds a board: `x up`, or
+/// `x up, leaning 30° towards -z`.
+#[must_use]
+pub fn in_words(n: [f64; 3]) -> String {
+    let (face, angle) = Face::nearest(n);
+    let say = |face: Face| {
+        let axis = super::super::segment::face::AXES[face.axis];
+        format!("{axis} {}", if face.up { "up" } else { "down" })
+    };
+    if angle < 8.0 {
+        return say(face);
+    }
+    let mut rest = n;
+    rest[face.axis] = 0.0;
+    let (second, aside) = Face::nearest(rest);
+    if aside < 15.0 {
+        return format!(
+            "{}, leaned {angle:.0}° so that {}",
+            say(face),
+            toward(second)
+        );
+    }
+    rest[second.axis] = 0.0;
+    let (third, _) = Face::nearest(rest);
+    format!(
+        "{}, leaned {angle:.0}° so that {} and {}",
+        say(face),
+        toward(second),
+        toward(third)
+    )
+}
+
+fn toward(face: Face) -> String {
+    let axis = super::super::segment::face::AXES[face.axis];
+    format!("{axis} points {}", if face.up { "up" } else { "down" })
+}
+
+/// The error for a fit that could not be had.
+pub(super) fn explain(error: JointError, placements: &[Placement], session: &Session<'_>) -> Error {
+    let directions: Vec<[f64; 3]> = placements
+        .iter()
+        .filter(|p| p.mean.iter().all(|v| v.is_finite()))
+        .map(|p| {
+            let n = session.axes.to_case(p.mean);
+            let length = n.iter().map(|v| v * v).sum::<f64>().sqrt();
+            n.map(|v| v / length)
+        })
+        .collect();
+    let count = directions.len();
+    let error = match error {
+        JointError::NoPoses => Error::input("no-poses", "no placement has a mean reading")
+            .with_hint("`gravical inspect` shows what is in the recording"),
+        JointError::NotConverged => Error::input(
+            "not-converged",
+            format!("the fit of {count} placements did not settle"),
+        )
+        .with_hint("`gravical inspect` shows the placements; leave out one that moved, or name faces with --face"),
+        JointError::Undetermined { direction, sd } => {
+            let (spanned, missing) = span(&directions);
+            let different = distinct(&directions);
+            let direction = session.axes.to_case(direction);
+            let plural = |n: usize| if n == 1 { "" } else { "s" };
+            let mut message = format!(
+                "{count} placement{} in {different} direction{} more than 25° apart ",
+                plural(count),
+                plural(different)
+            );
+            message.push_str(&match spanned {
+                3 => "span all three directions of space, but leave parameters open".to_owned(),
+                n => format!("span {n} of 3 directions of space"),
+            });
+            if sd.is_finite() {
+                message.push_str(&format!(
+                    ": with {} up the magnitude would be known to ±{:.0} mg only",
+                    nearest_axis(direction),
+                    1000.0 * sd / session.gravity
+                ));
+            }
+            let next = if spanned < 3 {
+                let face = Face::nearest(missing).0;
+                format!(
+                    "lay the sensor with {} up and with {} down too, 3 s or more each, and calibrate again with all placements",
+                    super::super::segment::face::AXES[face.axis],
+                    super::super::segment::face::AXES[face.axis]
+                )
+            } else {
+                format!(
+                    "add a placement with {}, 3 s or more at rest, and calibrate again with all of them",
+                    in_words(direction)
+                )
+            };
+            Error::input("underdetermined", message).with_hint(next)
+        }
+    };
+    match session.recordings {
+        [one] => error.at(one.name.as_ref(), None),
+        _ => error,
+    }
+}
+
+fn nearest_axis(n: [f64; 3]) -> String {
+    let face = Face::nearest(n).0;
+    format!(
+        "{}{}",
+        if face.up { "+" } else { "−" },
+        super::super::segment::face::AXES[face.axis]
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_in_words() {
+        assert_eq!(in_words([0.0, 0.05, -1.0]), "z down");
+        assert_eq!(
+            in_words([0.8, 0.0, -0.6]),
+            "x up, leaned 37° so that z points down"
+        );
+        assert_eq!(
+            in_words([0.6, 0.58, 0.57]),
+            "x up, leaned 54° so that y points up and z points up"
+        );
+    }
+
+    #[test]
+    fn a_plane_is_two_directions() {
+        let plane = [[1.0, 0.0, 0.02], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.03]];
+        let (spanned, missing) = span(&plane);
+        assert_eq!(spanned, 2);
+        assert!(missing[2].abs() > 0.99);
+    }
+}

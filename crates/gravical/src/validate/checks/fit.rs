@@ -1,0 +1,154 @@
+//! What the joint fit itself shows to be odd.
+
+use crate::calibration_file::{AccelerometerSection, TiltSource};
+use crate::estimate::accelerometer::{Estimate, UNUSUAL_TILT};
+use crate::recording::Finding;
+use crate::segment::Placement;
+use crate::segment::face::Claim;
+
+/// Nine parameters of the magnitude with a condition above this hang on details.
+const CONDITION_NOTE: f64 = 30.0;
+/// Two axes further from a right angle than this are no MPU6050's, cosine:
+/// three times the ±2 % of the data sheet on either axis.
+const CROSS_AXIS_GATE: f64 = 0.085;
+/// A sensor that misses the model by more than this, m/s², does something that
+/// the model has no word for.
+const MODEL_ERROR_NOTE: f64 = 0.02;
+
+/// Findings about poses and parameters of the joint fit.
+pub(super) fn findings(
+    section: &AccelerometerSection,
+    estimate: &Estimate,
+    placements: &[Placement],
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let cosines = cosines(section);
+    if let Some((pair, cosine)) = cosines
+        .into_iter()
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+        && cosine.abs() > CROSS_AXIS_GATE
+    {
+        findings.push(Finding::warning(
+            "cross-axis-high",
+            format!(
+                "the axes {pair} are {:.1}° from a right angle; a data sheet allows about 1.6°: too few or too similar placements for so many parameters",
+                cosine.asin().to_degrees().abs()
+            ),
+        ));
+    }
+    for (k, own) in estimate.uses.iter().enumerate() {
+        if let Some(chance) = own.bad {
+            findings.push(
+                Finding::warning(
+                    "bad-pose",
+                    format!(
+                        "{}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?",
+                        placements[k].label,
+                        1000.0 * (magnitude(section, k) / 9.80665)
+                    ),
+                )
+                .in_file(&placements[k].source),
+            );
+        }
+        let named = matches!(placements[k].claim, Some(Claim::Face(_)));
+        if named && own.face.is_none() && own.bad.is_none() && placements[k].face.is_some() {
+            findings.push(
+                Finding::warning(
+                    "no-face",
+                    format!(
+                        "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose (--face {} keeps it)",
+                        placements[k].label, placements[k].angle_deg, placements[k].label
+                    ),
+                )
+                .in_file(&placements[k].source),
+            );
+        }
+    }
+    let Some(fit) = &estimate.joint else {
+        return findings;
+    };
+    if let Some(quality) = &section.fit {
+        if let Some(condition) = quality.condition
+            && condition > CONDITION_NOTE
+        {
+            findings.push(Finding::note(
+                "ill-conditioned",
+                format!(
+                    "the magnitudes of {} placements alone tell their nine parameters apart badly (condition {condition:.0}, more than {CONDITION_NOTE}): known faces and the data sheet carry the rest",
+                    section.positions.len()
+                ),
+            ));
+        }
+        if quality.model_error_mps2 > MODEL_ERROR_NOTE {
+            findings.push(Finding::warning(
+                "model-error",
+                format!(
+                    "the placements contradict each other by {:.0} mm/s² beyond their noise: was the sensor quite still, and warm?",
+                    1000.0 * quality.model_error_mps2
+                ),
+            ));
+        }
+    }
+    if estimate.noise.assumed {
+        findings.push(Finding::note(
+            "noise-assumed",
+            "each row is a mean whose scatter nobody knows: 4 mm/s² were assumed for the uncertainty",
+        ));
+    }
+    if !fit.oriented {
+        findings.push(Finding::note(
+            "orientation-open",
+            "faces on fewer than two axes: nothing tells how the sensor sits in its case. Its x, y plane and z axis were fixed by convention (triangular matrix); magnitudes are not affected",
+        ));
+    }
+    if fit.shared_tilts {
+        findings.push(Finding::note(
+            "same-placement",
+            "repeats of a face lay the same way to a fraction of their tilt: they average noise, not tilt. Turn the sensor by 180° on the table between repeats",
+        ));
+    }
+    if let Some(tilt) = section.placement_tilt_deg
+        && tilt.source == TiltSource::Estimated
+        && tilt.value > UNUSUAL_TILT
+    {
+        let list: Vec<String> = section
+            .positions
+            .iter()
+            .filter_map(|p| {
+                Some(format!(
+                    "{} {:.1} ± {:.1}°",
+                    p.label, p.tilt_deg?, p.tilt_sd_deg?
+                ))
+            })
+            .take(12)
+            .collect();
+        findings.push(Finding::warning(
+            "placement-tilt",
+            format!(
+                "the placements lie {:.1}° off their faces in each of two components ({}). A box or a jig would help",
+                tilt.value,
+                list.join(", ")
+            ),
+        ));
+    }
+    findings
+}
+
+fn magnitude(section: &AccelerometerSection, k: usize) -> f64 {
+    section
+        .positions
+        .get(k)
+        .and_then(|p| p.magnitude_error_mps2)
+        .unwrap_or(f64::NAN)
+}
+
+/// Cosines between the sensitive axes.
+fn cosines(section: &AccelerometerSection) -> [(&'static str, f64); 3] {
+    let r = &section.orientation;
+    let dot = |i: usize, j: usize| (0..3).map(|c| r[i][c] * r[j][c]).sum::<f64>();
+    [
+        ("x and y", dot(0, 1)),
+        ("y and z", dot(1, 2)),
+        ("z and x", dot(2, 0)),
+    ]
+}

@@ -1,0 +1,300 @@
+//! How far a result can be trusted, in numbers: predicted error, errors left one
+//! out, what hurts, what would help, and the budget of the uncertainty.
+
+use gravical_core::matrix3;
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::calibration_file::{
+    Budget, Contribution, Deviations, FitQuality, GravitySource, NextPose, Position,
+    TemperatureRange, WorstPose,
+};
+use crate::estimate::accelerometer::Estimate;
+use crate::estimate::in_words;
+use crate::estimate::joint::{Source, TiltFrom};
+use crate::gravity::Gravity;
+use crate::stats::{median, standard_deviation};
+
+use super::predicted;
+
+/// Free poses that are proposed.
+const PROPOSED: usize = 3;
+/// Bias of an MPU6050 over temperature, m/s² per °C: ±35 mg from −40 to 85 °C
+/// on x and y, ±60 mg on z by its data sheet, 0.4 mg/°C in the middle.
+const DRIFT_MPS2_PER_C: f64 = 0.4e-3 * STANDARD_GRAVITY_MPS2;
+/// Standard uncertainty of gravity when nothing is known of the place: 9.780 to
+/// 9.832 m/s² at sea level, all alike.
+const UNKNOWN_PLACE_MPS2: f64 = 0.015;
+/// … and by latitude and height: anomalies of the field.
+const ANOMALY_MPS2: f64 = 0.0005;
+/// k of the expanded uncertainty.
+const COVERAGE: f64 = 2.0;
+
+/// What the covariance and the left-out placements say.
+#[derive(Debug, Clone, Default)]
+pub struct Trust {
+    /// Standard uncertainty of ‖a‖ over all directions, m/s².
+    pub predicted: Option<f64>,
+    /// Standard deviations of bias and scale.
+    pub deviations: Option<Deviations>,
+    /// RMS of ‖a‖ − g on placements left out, m/s².
+    pub leave_one_out: Option<f64>,
+    /// What the fit shows of itself.
+    pub fit: Option<FitQuality>,
+    /// The pose that hurts most.
+    pub worst: Option<WorstPose>,
+    /// Poses that would help most.
+    pub next: Vec<NextPose>,
+    /// The budget.
+    pub budget: Option<Budget>,
+}
+
+/// Judges an estimate.
+#[must_use]
+pub fn trust(
+    estimate: &Estimate,
+    positions: &[Position],
+    gravity: &Gravity,
+    temperature: Option<&TemperatureRange>,
+    temperatures: &[f64],
+    prior: bool,
+) -> Trust {
+    let g = gravity.value_mps2;
+    let matrix = &estimate.calibration.matrix;
+    let predicted = estimate
+        .covariance
+        .as_ref()
+        .and_then(|c| predicted::norm_error(matrix, c, g));
+    let left_out: Vec<f64> = estimate
+        .uses
+        .iter()
+        .filter_map(|u| u.left_out_error)
+        .collect();
+    let scale = matrix3::row_norms(&estimate.model)[0];
+    Trust {
+        predicted,
+        deviations: deviations(estimate),
+        leave_one_out: rms(&left_out),
+        fit: estimate.joint.as_ref().map(|fit| FitQuality {
+            chi2_per_freedom: fit.chi2_per_freedom,
+            freedom: fit.freedom,
+            model_error_mps2: fit.model_error / scale,
+            condition: Some(fit.condition).filter(|c| c.is_finite()),
+            oriented: fit.oriented,
+            shared_tilts: fit.shared_tilts,
+            tilt_freedom: fit.gamma,
+            prior,
+        }),
+        worst: worst(estimate, positions, rms(&left_out)),
+        next: next_poses(estimate, g),
+        budget: budget(estimate, predicted, gravity, temperature, temperatures),
+    }
+}
+
+fn rms(values: &[f64]) -> Option<f64> {
+    let squares: f64 = values.iter().map(|v| v * v).sum();
+    (!values.is_empty()).then(|| (squares / values.len() as f64).sqrt())
+}
+
+/// Standard deviations by propagation: the scale is the length of a row of M,
+/// the angle between two axes the arc cosine of two rows.
+fn deviations(estimate: &Estimate) -> Option<Deviations> {
+    let c = estimate.covariance.as_ref()?;
+    let m = &estimate.model;
+    let k = matrix3::row_norms(m);
+    let r = matrix3::scale_rows(m, &k.map(|k| 1.0 / k));
+    let mut out = Deviations {
+        bias: std::array::from_fn(|i| c[9 + i][9 + i].max(0.0).sqrt()),
+        scale: [0.0; 3],
+        axis_angle_deg: [0.0; 3],
+        coverage_factor_95: coverage_factor(estimate),
+    };
+    for i in 0..3 {
+        let mut h = [0.0; 12];
+        h[3 * i..3 * i + 3].copy_from_slice(&r[i]);
+        out.scale[i] = predicted::variance(c, &h).max(0.0).sqrt();
+        let (p, q) = (i, (i + 1) % 3);
+        let cosine = matrix3::dot(&r[p], &r[q]);
+        let mut h = [0.0; 12];
+        for a in 0..3 {
+            h[3 * p + a] += (r[q][a] - cosine * r[p][a]) / k[p];
+            h[3 * q + a] += (r[p][a] - cosine * r[q][a]) / k[q];
+        }
+        out.axis_angle_deg[i] = predicted::variance(c, &h).max(0.0).sqrt().to_degrees();
+    }
+    Some(out)
+}
+
+/// Student's t for an estimated tilt, the normal quantile else.
+fn coverage_factor(estimate: &Estimate) -> f64 {
+    const NORMAL: f64 = 1.959_963_984_540_054;
+    match &estimate.joint {
+        Some(fit) if fit.tilt_from == TiltFrom::Estimated => {
+            StudentsT::new(0.0, 1.0, fit.gamma).map_or(NORMAL, |t| t.inverse_cdf(0.975))
+        }
+        _ => NORMAL,
+    }
+}
+
+/// The pose with the largest error when it is left out; where none can be, the
+/// one that lies furthest off its face.
+fn worst(estimate: &Estimate, positions: &[Position], usual: Option<f64>) -> Option<WorstPose> {
+    let mg = 1000.0 / STANDARD_GRAVITY_MPS2;
+    let of = |key: &dyn Fn(usize) -> Option<f64>| {
+        (0..positions.len())
+            .filter(|&k| estimate.uses[k].fitted)
+            .filter_map(|k| Some((k, key(k)?)))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    if let Some((k, error)) = of(&|k| estimate.uses[k].left_out_error.map(f64::abs)) {
+        let others = usual.map_or(String::new(), |u| {
+            format!("; all of them {:.2} mg rms", u * mg)
+        });
+        return Some(WorstPose {
+            label: positions[k].label.clone(),
+            reason: format!(
+                "left out, its magnitude is off by {:+.2} mg{others}",
+                estimate.uses[k].left_out_error.unwrap_or(error) * mg
+            ),
+        });
+    }
+    let (k, tilt) = of(&|k| estimate.uses[k].tilt_deg.map(|(t, _)| t))?;
+    Some(WorstPose {
+        label: positions[k].label.clone(),
+        reason: format!("it lies {tilt:.1}° off its face, more than the others"),
+    })
+}
+
+/// Greedy: the direction in which ‖a‖ is known least, then the same with a
+/// reading there, which is worth h hᵀ/σ² of information on (M, b).
+fn next_poses(estimate: &Estimate, gravity: f64) -> Vec<NextPose> {
+    let Some(fit) = &estimate.joint else {
+        return Vec::new();
+    };
+    let matrix = &estimate.calibration.matrix;
+    let scale = matrix3::row_norms(&estimate.model)[0];
+    let mut noises: Vec<f64> = estimate.noise.noise.iter().flatten().copied().collect();
+    let noise = median(&mut noises).unwrap_or(0.0).hypot(fit.model_error) / scale;
+    let Some(mut c) = estimate.covariance else {
+        return Vec::new();
+    };
+    (0..PROPOSED)
+        .filter_map(|_| {
+            let (direction, sd) = predicted::weakest(matrix, &c, gravity);
+            let h = predicted::sensitivity(matrix, direction, gravity);
+            let ch = predicted::times(&c, &h);
+            let total = sd * sd + noise * noise;
+            for i in 0..12 {
+                for j in 0..12 {
+                    c[i][j] -= ch[i] * ch[j] / total;
+                }
+            }
+            Some(NextPose {
+                direction,
+                hint: in_words(direction),
+                predicted_norm_error_mps2: predicted::norm_error(matrix, &c, gravity)?,
+            })
+        })
+        .collect()
+}
+
+fn budget(
+    estimate: &Estimate,
+    predicted: Option<f64>,
+    gravity: &Gravity,
+    temperature: Option<&TemperatureRange>,
+    temperatures: &[f64],
+) -> Option<Budget> {
+    let g = gravity.value_mps2;
+    let matrix = &estimate.calibration.matrix;
+    let mut contributions = Vec::new();
+    let mut add = |source: &str, norm_mps2: Option<f64>, basis: String| {
+        contributions.push(Contribution {
+            source: source.to_owned(),
+            norm_mps2,
+            basis,
+        });
+    };
+    let tilt = estimate.tilt.map_or_else(
+        || "no faces".to_owned(),
+        |t| format!("σ of {:.2}° in each of two components", t.value),
+    );
+    match &estimate.joint {
+        Some(fit) => {
+            for (source, part) in &fit.sources {
+                let norm = predicted::norm_error(matrix, part, g);
+                match source {
+                    Source::Noise => add(
+                        "noise",
+                        norm,
+                        if estimate.noise.assumed {
+                            "assumed: the rows are means themselves".to_owned()
+                        } else {
+                            "standard errors of the means".to_owned()
+                        },
+                    ),
+                    Source::Quantisation => {
+                        add("quantisation", norm, "steps of the converter behind that noise".to_owned());
+                    }
+                    Source::ModelError => add(
+                        "model-error",
+                        norm,
+                        "what the readings miss the model by beyond noise".to_owned(),
+                    ),
+                    Source::Tilt => add("placement-tilt", norm, tilt.clone()),
+                    Source::DataSheet => add(
+                        "data-sheet",
+                        norm,
+                        "scale ±3 %, cross-axis ±2 %, zero-g ±0.6 m/s², where the placements do not say more".to_owned(),
+                    ),
+                }
+            }
+        }
+        None => add(
+            "noise-and-tilt",
+            predicted,
+            format!("standard errors of the means; {tilt}"),
+        ),
+    }
+    let (uncertain, basis) = match gravity.source {
+        GravitySource::Given => (0.0, "taken as exact: it was given"),
+        GravitySource::Latitude => (ANOMALY_MPS2, "anomalies of the field at that latitude"),
+        GravitySource::Standard => (
+            UNKNOWN_PLACE_MPS2,
+            "9.80665 m/s² assumed; 9.780 to 9.832 at sea level",
+        ),
+    };
+    add("local-gravity", Some(uncertain), basis.to_owned());
+    match temperature {
+        Some(range) if temperatures.len() > 1 => {
+            let spread = standard_deviation(temperatures);
+            add(
+                "temperature",
+                Some(spread * DRIFT_MPS2_PER_C),
+                format!(
+                    "{:.1} to {:.1} °C during the session at 0.4 mg/°C",
+                    range.min, range.max
+                ),
+            );
+        }
+        Some(_) => add("temperature", Some(0.0), "one temperature".to_owned()),
+        None => add(
+            "temperature",
+            None,
+            "no temperature was recorded".to_owned(),
+        ),
+    }
+    predicted?;
+    let combined = contributions
+        .iter()
+        .filter_map(|c| c.norm_mps2)
+        .map(|n| n * n)
+        .sum::<f64>()
+        .sqrt();
+    Some(Budget {
+        contributions,
+        combined_mps2: combined,
+        coverage_factor: COVERAGE,
+        expanded_mps2: COVERAGE * combined,
+    })
+}

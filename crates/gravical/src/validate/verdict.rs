@@ -1,0 +1,175 @@
+//! The grade of a calibration and its reasons.
+
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+use crate::calibration_file::{AccelerometerSection, Grade, PositionKind, TiltSource, Verdict};
+use crate::recording::Finding;
+
+use super::errors::free_norm_error;
+
+/// Kinds of findings that make a calibration poor.
+const GATES: [&str; 6] = [
+    "scale-off",
+    "large-bias",
+    "clipped-hold",
+    "names-mirrored",
+    "turned-other-way",
+    "oblique-off",
+];
+/// Predicted 2σ error of ‖a‖ over all directions, mg, up to which a result is
+/// good, and fair.
+const GOOD_MG: f64 = 5.0;
+const FAIR_MG: f64 = 20.0;
+/// Errors of placements left out are good up to this, mg, or three predicted
+/// standard deviations.
+const GOOD_LEFT_OUT_MG: f64 = 10.0;
+
+fn mg(mps2: f64) -> f64 {
+    1000.0 * mps2 / STANDARD_GRAVITY_MPS2
+}
+
+/// A figure in mg with two digits that count.
+fn figure(mps2: f64) -> String {
+    let v = mg(mps2);
+    if v.abs() < 0.995 {
+        format!("{v:.2} mg")
+    } else if v.abs() < 9.95 {
+        format!("{v:.1} mg")
+    } else {
+        format!("{v:.0} mg")
+    }
+}
+
+/// Grade and reasons.
+#[must_use]
+pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f64) -> Verdict {
+    let mut reasons: Vec<String> = findings
+        .iter()
+        .filter(|f| GATES.contains(&f.kind.as_str()))
+        .map(|f| f.message.clone())
+        .collect();
+    let measured = measured(section);
+    let grade = if reasons.is_empty() {
+        measured
+    } else {
+        Grade::Poor
+    };
+    if let Some(error) = section.predicted_norm_error_mps2 {
+        let tilt = section.placement_tilt_deg.map_or(String::new(), |t| {
+            format!(
+                ", with a placement tilt of {:.2}° ({})",
+                t.value,
+                match t.source {
+                    TiltSource::Given => "given",
+                    TiltSource::Estimated => "what the faces show",
+                    TiltSource::Assumed => "assumed",
+                }
+            )
+        });
+        reasons.push(format!(
+            "predicted error of the magnitude at rest: {} (1σ, over all directions{tilt})",
+            figure(error)
+        ));
+    }
+    match section.leave_one_out_rms_mps2 {
+        Some(error) => reasons.push(format!(
+            "{} placements left out of the fit one by one: the magnitude is off by {} rms",
+            section
+                .positions
+                .iter()
+                .filter(|p| p.left_out_error_mps2.is_some())
+                .count(),
+            figure(error)
+        )),
+        None => reasons.push(unverified(section)),
+    }
+    if section.leave_one_out_rms_mps2.is_none()
+        && let Some((error, count)) = free_norm_error(&section.positions, gravity)
+    {
+        reasons.push(format!(
+            "{count} oblique {} no part in the fit; there the magnitude is off by {} rms",
+            if count == 1 {
+                "placement took"
+            } else {
+                "placements took"
+            },
+            figure(error)
+        ));
+    }
+    reasons.extend(open_angles(section));
+    if let Some(worst) = &section.worst_pose
+        && section.leave_one_out_rms_mps2.is_some()
+    {
+        reasons.push(format!("hurts most: {} ({})", worst.label, worst.reason));
+    }
+    if let Some(next) = section.next_poses.first()
+        && let Some(now) = section.predicted_norm_error_mps2
+    {
+        let last = section.next_poses.last().unwrap_or(next);
+        reasons.push(format!(
+            "would help most: a placement with {}: {} → {}{}",
+            next.hint,
+            figure(now),
+            figure(next.predicted_norm_error_mps2),
+            if section.next_poses.len() > 1 {
+                format!(
+                    "; {} such placements: {}",
+                    section.next_poses.len(),
+                    figure(last.predicted_norm_error_mps2)
+                )
+            } else {
+                String::new()
+            }
+        ));
+    } else if grade == Grade::NotVerifiable {
+        reasons.push("what would verify it: a still reading in any oblique position, calibrated, has to be as long as gravity".to_owned());
+    }
+    Verdict { grade, reasons }
+}
+
+/// The grade by predicted error and placements left out. Their number alone
+/// says nothing.
+fn measured(section: &AccelerometerSection) -> Grade {
+    let (Some(predicted), Some(left_out)) = (
+        section.predicted_norm_error_mps2,
+        section.leave_one_out_rms_mps2,
+    ) else {
+        return Grade::NotVerifiable;
+    };
+    let limit = GOOD_LEFT_OUT_MG.max(3.0 * mg(predicted));
+    if 2.0 * mg(predicted) <= GOOD_MG && mg(left_out) <= limit {
+        Grade::Good
+    } else if 2.0 * mg(predicted) <= FAIR_MG && mg(left_out) <= FAIR_MG.max(3.0 * mg(predicted)) {
+        Grade::Fair
+    } else {
+        Grade::Poor
+    }
+}
+
+fn unverified(section: &AccelerometerSection) -> String {
+    let fitted = section.positions.iter().filter(|p| p.fitted);
+    let faces = fitted
+        .clone()
+        .filter(|p| p.kind == PositionKind::Face)
+        .count();
+    if section.method == "ferraris" && section.degrees_of_freedom > 0 {
+        return "the six-face method compares no placement that it was not fitted to: its residuals prove nothing".to_owned();
+    }
+    if fitted.count() == faces && faces == 6 {
+        return "six faces determine six parameters of the magnitude exactly: the residuals of the fitted placements prove nothing".to_owned();
+    }
+    "too few placements to leave one out: nothing verifies the result".to_owned()
+}
+
+/// Angles between the axes that the placements do not tell from their own tilt.
+fn open_angles(section: &AccelerometerSection) -> Option<String> {
+    let d = section.deviations.as_ref()?;
+    let tilt = section.placement_tilt_deg?;
+    let worst = d.axis_angle_deg.iter().fold(0.0_f64, |m, a| m.max(*a));
+    (worst > 0.3).then(|| {
+        format!(
+            "faces alone cannot tell how crookedly a placement lay (σ {:.1}°) from how crookedly the axes sit: the angles between the axes are known to ±{worst:.1}° (1σ); oblique placements tell them apart",
+            tilt.value
+        )
+    })
+}
