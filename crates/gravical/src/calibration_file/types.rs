@@ -172,6 +172,9 @@ pub struct Position {
     pub source: String,
     /// Rows that the mean is over.
     pub rows: u64,
+    /// First and last line of the file that they stand in.
+    #[serde(default)]
+    pub lines: Option<[u64; 2]>,
     /// Mean reading, input unit.
     pub raw: [f64; 3],
     /// What an ideal sensor reads there, m/s²; for a free position the

@@ -230,6 +230,14 @@ fn by_joint(
 ) -> Result<Estimate> {
     let placements = &session.segmentation.placements;
     check_names(placements, options)?;
+    let faces = ferraris::sort_into_faces(placements, session.recordings).ok();
+    if session.faces_by_name
+        && let Some(faces) = &faces
+    {
+        // Names that contradict each other, or --axes, are refused in the words
+        // of the closed form.
+        ferraris::accelerometer(faces, session.gravity, Some(session.axes))?;
+    }
     let poses: Vec<JointPose> = placements
         .iter()
         .enumerate()
@@ -251,10 +259,12 @@ fn by_joint(
     };
     let fit =
         joint(&poses, &joint_options).map_err(|e| undetermined::explain(e, placements, session))?;
-    if session.faces_by_name && matrix3::det(&fit.model) <= 0.0 {
+    let turned = matrix3::scale_rows(&fit.model, &matrix3::row_norms(&fit.model).map(|k| 1.0 / k));
+    let hand = matrix3::det(&turned);
+    if hand <= 0.0 {
         return Err(Error::input(
             "left-handed",
-            "the faces as named make a left-handed sensor: two placements are swapped",
+            format!("the faces as named make a left-handed sensor (det R = {hand:.3}): two placements are swapped"),
         )
         .with_hint("leave --faces names out, and the faces are taken from the data"));
     }
@@ -312,7 +322,7 @@ fn by_joint(
             },
         }),
         degrees_of_freedom: (distinct(&fitted) as u32).saturating_sub(MAGNITUDE_PARAMETERS),
-        faces: ferraris::sort_into_faces(placements, session.recordings).ok(),
+        faces,
         face_angle_rms_deg: None,
         joint: Some(fit),
         noise,

@@ -94,7 +94,7 @@ fn decimal_step(values: &[f64]) -> f64 {
         .find(|p| {
             values
                 .iter()
-                .all(|v| ((v * p).round() - v * p).abs() < 1e-6 * (v * p).abs().max(1.0))
+                .all(|v| ((v * p).round() - v * p).abs() < 1e-4)
         })
         .map_or(0.0, |p| 1.0 / p)
 }

@@ -39,7 +39,7 @@ pub fn in_words(n: [f64; 3]) -> String {
         let axis = super::super::segment::face::AXES[face.axis];
         format!("{axis} {}", if face.up { "up" } else { "down" })
     };
-    if angle < 8.0 {
+    if angle < 12.0 {
         return say(face);
     }
     let mut rest = n;

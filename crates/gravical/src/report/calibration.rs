@@ -1,5 +1,7 @@
 //! A calibration as text: parameters, errors, placements, findings, verdict.
 
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
 use crate::calibration_file::{CalibrationFile, GravitySource, Position, PositionKind, TiltSource};
 
 use super::text::{decimals_for, decimals_of, findings_text, paragraph, short_name};
@@ -11,6 +13,7 @@ pub fn calibration_text(file: &CalibrationFile) -> String {
     out.push_str(&parameters(file));
     out.push_str(&gyroscope(file));
     out.push_str(&placements(file));
+    out.push_str(&uncertainty(file));
     if !file.findings.is_empty() {
         out.push_str("\nFindings\n");
         out.push_str(&findings_text(&file.findings, file.inputs.len() > 1));
@@ -43,14 +46,29 @@ fn head(file: &CalibrationFile) -> String {
         };
         format!(", placement tilt {:.1}° ({how})", t.value)
     });
-    let oblique = a.positions.len() - faces;
-    let oblique = match oblique {
+    let mut different: Vec<&str> = a
+        .positions
+        .iter()
+        .filter(|p| p.kind == PositionKind::Face)
+        .map(|p| p.label.as_str())
+        .collect();
+    different.sort_unstable();
+    different.dedup();
+    let on = match different.len() {
+        6 => "six faces".to_owned(),
+        n => format!("{n} of six faces"),
+    };
+    let oblique = match a.positions.len() - faces {
         0 => String::new(),
-        1 => " and 1 oblique pose".to_owned(),
-        n => format!(" and {n} oblique poses"),
+        1 => " and 1 free pose".to_owned(),
+        n => format!(" and {n} free poses"),
+    };
+    let placed = match faces {
+        0 => format!("{} free poses", a.positions.len()),
+        n => format!("{n} placements on {on}{oblique}"),
     };
     format!(
-        "{} of {inputs}: {faces} placements on six faces{oblique}\nraw in {}, g = {} m/s² ({gravity}){tilt}\n",
+        "{} of {inputs}: {placed}\nraw in {}, g = {} m/s² ({gravity}){tilt}\n",
         method_name(&a.method),
         a.input_unit.name(),
         match file.gravity_source {
@@ -63,35 +81,15 @@ fn head(file: &CalibrationFile) -> String {
 fn method_name(method: &str) -> String {
     match method {
         "ferraris" => "Ferraris calibration".to_owned(),
+        "joint" => "Calibration".to_owned(),
         other => format!("Calibration ({other})"),
     }
-}
-
-/// Standard deviations of bias and scale, by the covariance of M and b: the
-/// scale is the length of a row of M.
-fn deviations(file: &CalibrationFile) -> Option<([f64; 3], [f64; 3])> {
-    let c = &file.accelerometer.covariance.as_ref()?.values;
-    let r = &file.accelerometer.orientation;
-    let at = |i: usize, j: usize| c.get(i).and_then(|row| row.get(j)).copied();
-    let mut bias = [0.0; 3];
-    let mut scale = [0.0; 3];
-    for i in 0..3 {
-        bias[i] = at(9 + i, 9 + i)?.sqrt();
-        let mut variance = 0.0;
-        for j in 0..3 {
-            for k in 0..3 {
-                variance += r[i][j] * r[i][k] * at(3 * i + j, 3 * i + k)?;
-            }
-        }
-        scale[i] = variance.sqrt();
-    }
-    Some((bias, scale))
 }
 
 fn parameters(file: &CalibrationFile) -> String {
     let a = &file.accelerometer;
     let axes = ["x", "y", "z"];
-    let sd = deviations(file);
+    let sd = a.deviations.map(|d| (d.bias, d.scale));
     let mut out = format!(
         "\nAccelerometer: raw = K R a + b; calibrated = matrix · (raw − b)\n\n  {:<5}{:>13} {:<9}{:>13} {:<9}{:>10}\n",
         "axis", "bias b", "  ± 1σ", "scale K", "  ± 1σ", "deviation"
@@ -175,7 +173,8 @@ fn gyroscope(file: &CalibrationFile) -> String {
 fn placements(file: &CalibrationFile) -> String {
     let a = &file.accelerometer;
     let mut out = String::new();
-    if let Some(errors) = a.errors {
+    let exact = a.method == "ferraris";
+    if let Some(errors) = a.errors.filter(|_| exact) {
         out.push_str(&format!(
             "\nErrors over fitted faces, m/s²: RMS {:.5}, maximum {:.5}, mean norm {:.5}\n",
             errors.rms, errors.max, errors.mean_norm
@@ -185,9 +184,20 @@ fn placements(file: &CalibrationFile) -> String {
         return out;
     }
     out.push_str(&format!(
-        "\n  {:<9}{:^27}  {:^24}{:>8}{:>10}\n",
-        "position", "raw mean", "calibrated, m/s²", "|error|", "raw tilt"
+        "\n  {:<8}{:^24}  {:^21}{:>7}{:>9}{:>7}\n",
+        "position",
+        "raw mean",
+        "calibrated, m/s²",
+        if exact { "|error|" } else { "|a|−g" },
+        if exact { "raw tilt" } else { "left out" },
+        if exact { "" } else { "tilt" },
     ));
+    if !exact {
+        out.push_str(&format!(
+            "{:57}{:>7}{:>9}{:>7}\n",
+            "", "mm/s²", "mm/s²", "°"
+        ));
+    }
     let largest = a
         .positions
         .iter()
@@ -195,22 +205,58 @@ fn placements(file: &CalibrationFile) -> String {
         .fold(0.0_f64, |m, v| m.max(v.abs()));
     let decimals = decimals_of(largest, 5).min(4);
     for position in &a.positions {
-        out.push_str(&placement(position, decimals));
+        out.push_str(&placement(position, decimals, exact));
     }
     out
 }
 
-fn placement(p: &Position, decimals: usize) -> String {
-    let raw: String = p.raw.iter().map(|v| format!("{v:>9.decimals$}")).collect();
-    let calibrated: String = p.calibrated.iter().map(|v| format!("{v:>8.3}")).collect();
-    let tilt = p
-        .tilt_deg
-        .map_or_else(|| "–".to_owned(), |t| format!("{t:.1}°"));
-    let label: String = p.label.chars().take(9).collect();
-    format!(
-        "  {label:<9}{raw}  {calibrated}{:>8.4}{tilt:>9}\n",
-        p.error_norm
-    )
+fn placement(p: &Position, decimals: usize, exact: bool) -> String {
+    let raw: String = p.raw.iter().map(|v| format!("{v:>8.decimals$}")).collect();
+    let calibrated: String = p.calibrated.iter().map(|v| format!("{v:>7.3}")).collect();
+    let tilt = match (p.tilt_deg, p.tilt_sd_deg) {
+        (Some(tilt), Some(sd)) => format!("{tilt:.1}±{sd:.1}"),
+        (Some(tilt), None) => format!("{tilt:.1}°"),
+        _ => "–".to_owned(),
+    };
+    let mm = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| format!("{:+.2}", 1000.0 * v));
+    let label: String = p.label.chars().take(8).collect();
+    let start = format!("  {label:<8}{raw}  {calibrated}");
+    if exact {
+        return format!("{start}{:>7.4}{tilt:>9}\n", p.error_norm);
+    }
+    let left_out = if p.fitted {
+        mm(p.left_out_error_mps2)
+    } else {
+        "not used".to_owned()
+    };
+    let own = mm(p.magnitude_error_mps2);
+    format!("{start}{own:>7}{left_out:>9}{tilt:>8}\n")
+}
+
+/// What the uncertainty consists of, and the poses that would lower it.
+fn uncertainty(file: &CalibrationFile) -> String {
+    let a = &file.accelerometer;
+    let mg = |v: f64| format!("{:.2}", 1000.0 * v / STANDARD_GRAVITY_MPS2);
+    let mut out = String::new();
+    if let Some(budget) = a.budget.as_ref().filter(|_| a.fit.is_some()) {
+        out.push_str("\nUncertainty of the magnitude at rest, all directions, 1σ in mg\n\n");
+        for part in &budget.contributions {
+            let value = part.norm_mps2.map_or_else(|| "–".to_owned(), mg);
+            let name = part.source.replace('-', " ");
+            out.push_str(&paragraph(
+                &format!("  {name:<16}{value:>7}  "),
+                &part.basis,
+            ));
+        }
+        out.push_str(&format!(
+            "  {:<16}{:>7}  k = {}: ± {} mg\n",
+            "combined",
+            mg(budget.combined_mps2),
+            budget.coverage_factor,
+            mg(budget.expanded_mps2)
+        ));
+    }
+    out
 }
 
 fn verdict(file: &CalibrationFile) -> String {

@@ -84,6 +84,8 @@ pub struct Placement {
     pub recording: usize,
     /// Its rows, in one or several stretches.
     pub rows: Vec<Range<usize>>,
+    /// First and last line of the file that they stand in.
+    pub lines: Option<[u64; 2]>,
     /// Given or found.
     pub selection: Selection,
     /// Mean reading in the unit of the file, less the zero offset.
@@ -300,7 +302,14 @@ fn measure(
     });
     let in_case = options.axes.to_case(mean.mean);
     let (nearest, angle) = Face::nearest(in_case);
+    let lines = draft
+        .rows
+        .first()
+        .zip(draft.rows.last())
+        .filter(|(first, last)| !first.is_empty() && !last.is_empty())
+        .map(|(first, last)| [recording.line(first.start), recording.line(last.end - 1)]);
     Placement {
+        lines,
         label: draft.label,
         source: recording.name.clone(),
         recording: draft.recording,

@@ -44,6 +44,7 @@ pub fn positions(
                 },
                 source: placement.source.clone(),
                 rows: placement.count as u64,
+                lines: placement.lines,
                 raw: placement.mean.map(|m| m + offset),
                 expected,
                 calibrated,

@@ -108,7 +108,7 @@ fn fields_of_a_later_version_are_ignored() {
     let mut value = serde_json::to_value(&file).unwrap();
     value["temperature_model"] = json!({"slope": [1, 2, 3]});
     value["accelerometer"]["condition"] = json!(3.2);
-    value["accelerometer"]["positions"][0]["tilt_sd_deg"] = json!(0.4);
+    value["accelerometer"]["positions"][0]["humidity"] = json!(0.4);
     value["accelerometer"]["bias_sd"] = json!([0.1, 0.1, 0.1]);
     value["verdict"]["next_pose"] = json!([0, 0.7, 0.7]);
     let schema = CalibrationFile::schema();

@@ -135,6 +135,7 @@ fn gravity_scales_and_nothing_else() {
     let session = tilted();
     let options = |g: f64| CalibrateOptions {
         gravity: gravical::gravity::Gravity::given(g).unwrap(),
+        estimate: by_ferraris(None),
         ..CalibrateOptions::default()
     };
     let one = fit(&session, &options(9.78)).accelerometer;
@@ -155,7 +156,7 @@ fn a_session_measured_twice_is_twice_as_sure() {
         twice.push(recording);
     }
     let options = CalibrateOptions {
-        placement_tilt_deg: Some(0.0),
+        estimate: by_ferraris(Some(0.0)),
         ..given_gravity()
     };
     let sd = |session: &[Recording]| {

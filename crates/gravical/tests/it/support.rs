@@ -7,6 +7,7 @@ pub use synthetic::*;
 
 use gravical::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use gravical::calibration_file::CalibrationFile;
+use gravical::estimate::accelerometer::{EstimateOptions, Method};
 use gravical::gravity::Gravity;
 use gravical::recording::{Finding, ReadOptions, Recording, read_bytes};
 
@@ -58,10 +59,21 @@ pub fn calibrated(session: &[Recording], options: &CalibrateOptions) -> Calibrat
     result
 }
 
+/// Ferraris' closed form: what the exact comparisons are with.
 pub fn given_gravity() -> CalibrateOptions {
     CalibrateOptions {
         gravity: Gravity::given(GRAVITY).unwrap(),
+        estimate: by_ferraris(None),
         ..CalibrateOptions::default()
+    }
+}
+
+/// Ferraris' method, with a placement tilt in degrees.
+pub fn by_ferraris(placement_tilt_deg: Option<f64>) -> EstimateOptions {
+    EstimateOptions {
+        method: Method::Ferraris,
+        placement_tilt_deg,
+        ..EstimateOptions::default()
     }
 }
 

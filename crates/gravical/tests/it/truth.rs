@@ -38,7 +38,7 @@ fn options(tilt_deg: f64, rows: Option<usize>) -> CalibrateOptions {
             ..SegmentOptions::default()
         },
         gravity: Gravity::given(9.80665).unwrap(),
-        placement_tilt_deg: Some(tilt_deg),
+        estimate: by_ferraris(Some(tilt_deg)),
         ..CalibrateOptions::default()
     }
 }

@@ -217,8 +217,7 @@ fn start(poses: &[JointPose], options: &JointOptions) -> Option<([[f64; 3]; 3], 
     if poses.is_empty() || !poses.iter().all(finite) {
         return None;
     }
-    let mut lengths: Vec<f64> = poses.iter().map(|p| model::norm(p.mean)).collect();
-    let usual = median(&mut lengths)? / options.gravity;
+    let usual = usual_scale(poses, options.gravity);
     let m = options.start.unwrap_or_else(|| {
         // A nominal scale that is far off is a wrong unit, not a start.
         let scale = options
@@ -228,6 +227,12 @@ fn start(poses: &[JointPose], options: &JointOptions) -> Option<([[f64; 3]; 3], 
         matrix3::diagonal([scale; 3])
     });
     (usual > 0.0).then_some((m, [0.0; 3]))
+}
+
+/// Scale by the usual length of a reading; NaN without readings.
+fn usual_scale(poses: &[JointPose], gravity: f64) -> f64 {
+    let mut lengths: Vec<f64> = poses.iter().map(|p| model::norm(p.mean)).collect();
+    median(&mut lengths).unwrap_or(f64::NAN) / gravity
 }
 
 /// The loop around the fit: model error, tilt and roles until they rest.
@@ -245,6 +250,7 @@ impl<'a> Search<'a> {
         options: &'a JointOptions,
         start: ([[f64; 3]; 3], [f64; 3]),
     ) -> Self {
+        let usual = usual_scale(poses, options.gravity);
         Search {
             poses,
             options,
@@ -252,7 +258,11 @@ impl<'a> Search<'a> {
                 gravity: options.gravity,
                 // Tilts of exactly 0 are `linear12`; this is as good.
                 tilt: options.tilt.unwrap_or(ASSUMED_TILT).max(1e-7),
-                prior: options.nominal.filter(|_| options.prior),
+                // A nominal scale that gravity contradicts is a wrong unit or
+                // range: no knowledge.
+                prior: options
+                    .nominal
+                    .filter(|n| options.prior && (0.8..1.25).contains(&(usual / n))),
                 model_error: 0.0,
             },
             start,

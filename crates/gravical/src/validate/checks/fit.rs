@@ -4,7 +4,8 @@ use crate::calibration_file::{AccelerometerSection, TiltSource};
 use crate::estimate::accelerometer::{Estimate, UNUSUAL_TILT};
 use crate::recording::Finding;
 use crate::segment::Placement;
-use crate::segment::face::Claim;
+use crate::segment::face::{Claim, Face};
+use crate::validate::predicted::{sensitivity, variance};
 
 /// Nine parameters of the magnitude with a condition above this hang on details.
 const CONDITION_NOTE: f64 = 30.0;
@@ -20,6 +21,7 @@ pub(super) fn findings(
     section: &AccelerometerSection,
     estimate: &Estimate,
     placements: &[Placement],
+    gravity: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     let cosines = cosines(section);
@@ -67,6 +69,8 @@ pub(super) fn findings(
     let Some(fit) = &estimate.joint else {
         return findings;
     };
+    findings
+        .extend(same_face_twice(estimate, placements).or_else(|| missing_face(estimate, gravity)));
     if let Some(quality) = &section.fit {
         if let Some(condition) = quality.condition
             && condition > CONDITION_NOTE
@@ -132,6 +136,66 @@ pub(super) fn findings(
         ));
     }
     findings
+}
+
+/// Six placements of which two share a face while another face is missing: one
+/// was probably recorded twice.
+fn same_face_twice(estimate: &Estimate, placements: &[Placement]) -> Option<Finding> {
+    let faces: Vec<Face> = estimate.uses.iter().filter_map(|u| u.face).collect();
+    if placements.len() != 6 || faces.len() != 6 {
+        return None;
+    }
+    let twice = Face::all()
+        .into_iter()
+        .find(|f| faces.iter().filter(|g| *g == f).count() > 1)?;
+    let missing: Vec<String> = Face::all()
+        .into_iter()
+        .filter(|f| !faces.contains(f))
+        .map(Face::name)
+        .collect();
+    let both: Vec<&str> = (0..6)
+        .filter(|&k| estimate.uses[k].face == Some(twice))
+        .map(|k| placements[k].label.as_str())
+        .collect();
+    Some(Finding::warning(
+        "same-face-twice",
+        format!(
+            "{} points up in {} of six placements ({}), and no placement has {} up",
+            twice.name(),
+            both.len(),
+            both.join(" and "),
+            missing.join(", ")
+        ),
+    ))
+}
+
+/// Faces only, and one of them missing: what that costs.
+fn missing_face(estimate: &Estimate, gravity: f64) -> Option<Finding> {
+    let uses = || estimate.uses.iter().filter(|u| u.fitted);
+    let missing: Vec<Face> = Face::all()
+        .into_iter()
+        .filter(|f| uses().all(|u| u.face != Some(*f)))
+        .collect();
+    if missing.is_empty() || uses().any(|u| u.face.is_none()) {
+        return None;
+    }
+    let c = estimate.covariance.as_ref()?;
+    let list: Vec<String> = missing
+        .iter()
+        .map(|face| {
+            let h = sensitivity(&estimate.calibration.matrix, face.direction(), gravity);
+            let sd = variance(c, &h).max(0.0).sqrt();
+            format!("{} up: ±{:.0} mg", face.name(), 1000.0 * sd / gravity)
+        })
+        .collect();
+    Some(Finding::warning(
+        "missing-face",
+        format!(
+            "{} of six faces are there; the magnitude is known badly with {} (1σ)",
+            6 - missing.len(),
+            list.join(", ")
+        ),
+    ))
 }
 
 fn magnitude(section: &AccelerometerSection, k: usize) -> f64 {

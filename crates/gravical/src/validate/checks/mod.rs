@@ -91,7 +91,7 @@ pub fn accelerometer(
     }
     findings.extend(oblique(section, gravity));
     findings.extend(tilts(section, estimate, placements));
-    findings.extend(fit::findings(section, estimate, placements));
+    findings.extend(fit::findings(section, estimate, placements, gravity));
     findings
 }
 
