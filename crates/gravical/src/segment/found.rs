@@ -8,7 +8,7 @@ use crate::recording::units::GyroScale;
 use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
-use super::face::{Claim, Face, claim};
+use super::face::{Claim, Face, angle_deg, claim};
 use super::named::first_rows;
 use super::still::{StillOptions, Stills, find_stills, moments};
 use super::turns::{Turn, decide_gyro_unit, full_turns, motions};
@@ -88,7 +88,7 @@ pub(super) fn in_one(
     findings: &mut Vec<Finding>,
 ) -> Result<(Vec<Draft>, Vec<Turn>)> {
     let stills = find_stills(recording, &options.still);
-    let mut spans = stills.spans;
+    let mut spans = longest_per_hold(recording, stills.spans);
     let mut selection = Selection::Found;
     if let Some(n) = options.rows {
         let segments = recording.segments();
@@ -139,6 +139,37 @@ pub(super) fn in_one(
         })
         .collect();
     Ok((drafts, turns))
+}
+
+/// Stills that a twitch of less than a second parts and that point the same way
+/// are one hold: its longest part is taken.
+fn longest_per_hold(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    const TWITCH_S: f64 = 1.0;
+    const SAME_DEG: f64 = 3.0;
+    let near = (TWITCH_S * recording.working_rate_hz().0) as usize;
+    let mean = |span: &Range<usize>| moments(&recording.accel, span.clone()).0;
+    let mut out: Vec<Range<usize>> = Vec::new();
+    let mut end = 0;
+    for span in spans {
+        let twitched = out.last().is_some_and(|last| {
+            span.start - end < near
+                && !recording
+                    .breaks
+                    .iter()
+                    .any(|b| (end..=span.start).contains(b))
+                && angle_deg(mean(last), mean(&span)) < SAME_DEG
+        });
+        end = span.end;
+        match out.last_mut() {
+            Some(last) if twitched => {
+                if span.len() > last.len() {
+                    *last = span;
+                }
+            }
+            _ => out.push(span),
+        }
+    }
+    out
 }
 
 fn never_still(name: &str, files: usize) -> Error {

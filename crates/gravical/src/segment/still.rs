@@ -23,7 +23,8 @@ pub struct StillOptions {
     /// A block is quiet under this many times the standard deviation of the
     /// quietest ones. Default 3.
     pub noise_factor: f64,
-    /// The same for the gyroscope, whose vibration is livelier. Default 9.
+    /// The same for the gyroscope, which a hand that holds still moves more than
+    /// the accelerometer. Default 18.
     pub gyro_noise_factor: f64,
     /// Means of blocks agree within this many times noise/√width. Default 10.
     pub mean_factor: f64,
@@ -41,7 +42,7 @@ impl StillOptions {
     pub fn unsteady() -> Self {
         StillOptions {
             noise_factor: 6.0,
-            gyro_noise_factor: 20.0,
+            gyro_noise_factor: 50.0,
             mean_factor: 30.0,
             tremor: 0.03,
             ..Self::default()
@@ -54,7 +55,7 @@ impl Default for StillOptions {
         StillOptions {
             block_s: 0.2,
             noise_factor: 3.0,
-            gyro_noise_factor: 9.0,
+            gyro_noise_factor: 18.0,
             mean_factor: 10.0,
             tremor: 0.004,
             shortest_s: 1.0,
