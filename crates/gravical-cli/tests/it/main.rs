@@ -11,6 +11,7 @@ mod every_recording;
 mod files;
 mod imucal;
 mod inputs;
+mod joint;
 mod recordings;
 mod report;
 mod shell;

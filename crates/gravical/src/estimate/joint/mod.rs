@@ -167,7 +167,7 @@ const LEAST_GAMMA: f64 = 4.0;
 const TILT_RANGE: [f64; 2] = [0.02 / DEG, 10.0 / DEG];
 /// ‖a‖ that is less well known than this share of gravity in some direction is
 /// not known: the data sheet alone says as much.
-const UNKNOWN: f64 = 0.035;
+const UNKNOWN: f64 = 0.028;
 const DEG: f64 = 180.0 / std::f64::consts::PI;
 
 /// Fits M and b.
@@ -366,6 +366,18 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// True when the poses alone determine every parameter.
+    fn determined_without_prior(&self, work: &[Pose]) -> bool {
+        if self.held.prior.is_none() {
+            return true;
+        }
+        let bare = Held {
+            prior: None,
+            ..self.held
+        };
+        fit(work, &bare, self.start).is_some_and(|f| f.covariance.values.is_some())
+    }
+
     fn finish(
         self,
         work: &[Pose],
@@ -376,7 +388,8 @@ impl<'a> Search<'a> {
         let covariance = found.full_covariance().ok_or_else(|| self.open(work))?;
         let inverse = matrix3::inverse(&found.state.m).ok_or(JointError::NotConverged)?;
         let (direction, sd) = predicted::weakest(&inverse, &covariance, self.held.gravity);
-        if sd > UNKNOWN * self.held.gravity || !sd.is_finite() {
+        let open = sd > UNKNOWN * self.held.gravity || !sd.is_finite();
+        if open || !self.determined_without_prior(work) {
             return Err(JointError::Undetermined { direction, sd });
         }
         let left_out = leave_out::errors(work, &found, &self.held);
