@@ -15,3 +15,4 @@ mod recordings;
 mod report;
 mod shell;
 mod support;
+mod thermal;
