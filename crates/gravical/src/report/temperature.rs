@@ -26,7 +26,7 @@ pub fn temperature_text(model: &TemperatureModel) -> String {
         ),
     );
     out.push_str(&format!(
-        "\n  {:<5}{:>11} {:<8}{:>11}{:>11}{:>11}   {}\n  {:<5}{:>11} {:<8}{:>11}{:>11}{:>11}\n",
+        "\n  {:<4}{:>10} {:<7}{:>11}{:>11}{:>10}  {}\n  {:<4}{:>10} {:<7}{:>11}{:>11}{:>10}\n",
         "",
         "slope",
         "",
@@ -84,12 +84,7 @@ fn line(channel: &ChannelDrift) -> String {
     let r2 = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), r2_text);
     let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), small);
     let verdict = if channel.is_accepted() {
-        let scale = if channel.scale_coefficients.is_empty() {
-            ""
-        } else {
-            ", scale"
-        };
-        format!("taken off, order {}{scale}", channel.order)
+        format!("taken off, order {}", channel.order)
     } else {
         "refused".to_owned()
     };
@@ -98,7 +93,7 @@ fn line(channel: &ChannelDrift) -> String {
         known => known,
     };
     format!(
-        "  {:<5}{:>11} {:<8}{:>11}{:>11}{:>11}   {verdict}\n",
+        "  {:<4}{:>10} {:<7}{:>11}{:>11}{:>10}  {verdict}\n",
         channel.channel,
         number(channel.slope),
         unit,
