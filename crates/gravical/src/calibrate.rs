@@ -34,6 +34,7 @@ use crate::estimate::ferraris;
 use crate::gravity::Gravity;
 use crate::recording::{AccelUnit, Finding, Recording, Severity};
 use crate::segment::{SegmentOptions, Segmentation, segment};
+use crate::temperature::for_calibration;
 use crate::validate::{checks, errors, trust, verdict};
 use crate::{Error, Result};
 
@@ -50,6 +51,9 @@ pub struct CalibrateOptions {
     pub sensor: SensorInfo,
     /// The command line, for the record.
     pub command: Option<String>,
+    /// Soak recordings of the same sensor, for a temperature model; default:
+    /// from the session itself where it spans enough.
+    pub thermal: Vec<Recording>,
 }
 
 impl CalibrateOptions {
@@ -97,7 +101,8 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let gravity = options.gravity.value_mps2;
 
     // Where did the sensor lie still, and which face was up?
-    let segmentation = segment(recordings, &options.segment)?;
+    let mut segmentation = segment(recordings, &options.segment)?;
+    let temperature_model = for_calibration(recordings, &options.thermal, &mut segmentation)?;
     let placements = &segmentation.placements;
 
     // M and b of u = M a + b, and their covariance.
@@ -220,6 +225,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         findings,
         verdict,
         command: options.command.clone(),
+        temperature_model,
     };
     Ok(Calibrated { file, segmentation })
 }

@@ -3,6 +3,7 @@
 
 use serde::Serialize;
 
+use crate::calibration_file::TemperatureModel;
 use crate::recording::timing::Timing;
 use crate::recording::units::{AccelScale, GyroScale};
 use crate::recording::{Finding, Recording};
@@ -10,6 +11,7 @@ use crate::segment::MOST_FACE_ANGLE_DEG;
 use crate::segment::face::{AxisMap, Face};
 use crate::segment::still::{StillOptions, find_stills, moments};
 use crate::segment::turns::{Turn, decide_gyro_unit, full_turns, motions};
+use crate::temperature::study_if_any;
 
 /// A recording, looked at.
 #[derive(Debug, Clone, Serialize)]
@@ -30,6 +32,9 @@ pub struct Inspection {
     pub gyroscope: Option<GyroScale>,
     /// Lowest and highest temperature, °C.
     pub temperature_c: Option<[f64; 2]>,
+    /// Drift with temperature while still; null unless that spans more than
+    /// 5 °C.
+    pub temperature_drift: Option<TemperatureModel>,
     /// Labels of the label column with their numbers of rows.
     pub labels: Vec<(String, u64)>,
     /// The stills, in order.
@@ -136,6 +141,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         accelerometer: recording.accel_scale,
         gyroscope,
         temperature_c: temperature_range(recording),
+        temperature_drift: study_if_any(std::slice::from_ref(recording)),
         labels: label_counts(recording),
         stills,
         turns: turns.iter().map(turn_span).collect(),

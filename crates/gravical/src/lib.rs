@@ -54,6 +54,7 @@ pub mod scan;
 pub mod segment;
 pub mod simulate;
 mod stats;
+pub mod temperature;
 pub mod validate;
 
 pub use error::{Category, Error, Location, Result};

@@ -138,6 +138,15 @@ fn tell(summary: &ApplySummary, target: Option<&Path>) -> io::Result<()> {
         }
         GyroscopeOutcome::Absent => {}
     }
+    if let Some(t) = &summary.temperature {
+        writeln!(
+            err,
+            "  temperature   drift of {} taken off, measured from {:.1} to {:.1} °C",
+            t.channels.join(", "),
+            t.range_c[0],
+            t.range_c[1]
+        )?;
+    }
     write!(
         err,
         "  lines         {} = {} rows",

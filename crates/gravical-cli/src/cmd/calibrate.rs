@@ -8,9 +8,11 @@ use gravical::calibration_file::{CalibrationFile, Grade, SensorInfo};
 use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::gravity::Gravity;
 use gravical::output::check_target;
+use gravical::recording::{Recording, read};
 use gravical::report::calibration_text;
 use gravical::segment::SegmentOptions;
 use gravical::segment::sections::read_sections;
+use gravical::temperature::soak_alone;
 use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
@@ -100,6 +102,10 @@ struct MethodArgs {
     /// A placement that lies on a face, however crookedly; repeatable
     #[arg(long, value_name = "NAME")]
     face: Vec<String>,
+    /// Add a temperature model from a recording of the same sensor at rest that cools and warms;
+    /// repeat it for more placements [default: from the session, where it spans over 5 °C at rest]
+    #[arg(long, value_name = "FILE")]
+    thermal: Vec<PathBuf>,
     /// Name or serial number of the sensor, for the file
     #[arg(long, value_name = "TEXT")]
     sensor_id: Option<String>,
@@ -114,6 +120,8 @@ enum Method {
     Joint,
     /// Six faces in closed form
     Ferraris,
+    /// Drift with temperature only, from a recording at rest that cools and warms
+    Thermal,
 }
 
 #[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
@@ -141,7 +149,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let options = args.options()?;
     let read_options = args.recording.read_options(true);
     let (recordings, left_out) = read_session(&args.inputs, &read_options)?;
-    let mut file = calibrate(&recordings, &options)?.file;
+    let mut file = match args.method.method {
+        Method::Thermal => soak_alone(&recordings, &options)?,
+        _ => calibrate(&recordings, &options)?.file,
+    };
     file.findings.extend(left_out);
     if let Some(path) = &args.output {
         file.write(path, args.force)?;
@@ -167,6 +178,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 impl Args {
+    /// The soak recordings of --thermal.
+    fn thermal(&self) -> Result<Vec<Recording>> {
+        let options = self.recording.read_options(true);
+        let files = self.method.thermal.iter();
+        files.map(|file| read(file, &options)).collect()
+    }
+
     fn options(&self) -> Result<CalibrateOptions> {
         let m = &self.method;
         let gravity = match (m.gravity, m.latitude) {
@@ -186,7 +204,7 @@ impl Args {
             gravity,
             estimate: EstimateOptions {
                 method: match m.method {
-                    Method::Joint => accelerometer::Method::Joint,
+                    Method::Joint | Method::Thermal => accelerometer::Method::Joint,
                     Method::Ferraris => accelerometer::Method::Ferraris,
                 },
                 placement_tilt_deg: m.placement_tilt,
@@ -199,6 +217,7 @@ impl Args {
                 model: m.sensor_model.clone(),
             },
             command: Some(command_line()),
+            thermal: self.thermal()?,
         })
     }
 }

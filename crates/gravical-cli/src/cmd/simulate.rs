@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use gravical::simulate::{
     FileFormat, FileOptions, LineOptions, PosesOptions, Scenario, SensorOptions, SimulateOptions,
-    Simulation, SixPositionOptions, StaticOptions, simulate, write,
+    Simulation, SixPositionOptions, SoakOptions, StaticOptions, simulate, write,
 };
 
 /// Make recordings of a virtual MPU6050, and the truth about them
@@ -72,6 +72,20 @@ enum Command {
         /// Length of the recording, s
         #[arg(long, value_name = "S", default_value_t = 10.0)]
         duration: f64,
+        /// In a chamber that goes from HIGH to LOW and back, °C, in place of warming up on a table
+        #[arg(
+            long,
+            value_name = "HIGH,LOW",
+            value_parser = two_numbers,
+            allow_hyphen_values = true
+        )]
+        soak: Option<(f64, f64)>,
+        /// Hysteresis of the drift in the chamber: its width, °C
+        #[arg(long, value_name = "C", default_value_t = 0.0, requires = "soak")]
+        soak_hysteresis: f64,
+        /// Drift of the gyroscope's bias in the chamber, °/s per °C
+        #[arg(long, value_name = "DEG_S_C", default_value_t = 0.0, requires = "soak")]
+        gyro_drift: f64,
         #[command(flatten)]
         shared: Box<Shared>,
     },
@@ -254,9 +268,21 @@ impl Args {
                 }),
                 shared,
             ),
-            Command::Static { duration, shared } => (
+            Command::Static {
+                duration,
+                soak,
+                soak_hysteresis,
+                gyro_drift,
+                shared,
+            } => (
                 Scenario::Static(StaticOptions {
                     duration_s: *duration,
+                    soak: soak.map(|(high_c, low_c)| SoakOptions {
+                        high_c,
+                        low_c,
+                        hysteresis_c: *soak_hysteresis,
+                        gyro_drift_deg_s_per_c: *gyro_drift,
+                    }),
                 }),
                 shared,
             ),
@@ -333,6 +359,14 @@ impl Sensor {
         }
         .with_noise_factor(self.noise)
     }
+}
+
+fn two_numbers(text: &str) -> Result<(f64, f64), String> {
+    let (high, low) = text
+        .split_once(',')
+        .ok_or("two temperatures are wanted, as 50,-10")?;
+    let number = |t: &str| t.trim().parse().map_err(|e| format!("{t}: {e}"));
+    Ok((number(high)?, number(low)?))
 }
 
 /// Simulates and writes.

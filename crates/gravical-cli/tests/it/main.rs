@@ -16,3 +16,4 @@ mod recordings;
 mod report;
 mod shell;
 mod support;
+mod thermal;

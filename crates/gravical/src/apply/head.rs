@@ -11,12 +11,16 @@ use crate::recording::{ReadOptions, claimed_rate, hold_last_values, is_sparse};
 use crate::scan::Lines;
 use crate::stats::median;
 
+use super::drift::Drift;
+
 /// Channels of the head, in the unit of the file.
 pub(super) struct Head {
     pub accel: [Vec<f64>; 3],
     /// None without all three axes.
     pub gyro: Option<[Vec<f64>; 3]>,
     time: Vec<f64>,
+    /// °C, by what the recording says; empty cells are NaN.
+    pub temperature: Vec<f64>,
     temperature_span_c: f64,
     /// The recorder writes each channel when it arrives; the last values hold.
     pub accel_held: bool,
@@ -65,6 +69,7 @@ impl Head {
             gyro_held: gyro.as_mut().is_some_and(hold_sparse),
             accel,
             gyro,
+            temperature: std::mem::take(&mut slots[TEMPERATURE]),
             time,
             temperature_span_c: (high - low).max(0.0),
             whole,
@@ -75,12 +80,17 @@ impl Head {
         self.accel[0].len()
     }
 
-    /// The accelerometer, calibrated.
-    pub fn calibrated(&self, calibration: &Calibration<f64>) -> [Vec<f64>; 3] {
+    /// The accelerometer, calibrated, its drift with temperature taken off.
+    pub fn calibrated(
+        &self,
+        calibration: &Calibration<f64>,
+        drift: Option<&Drift>,
+    ) -> [Vec<f64>; 3] {
         let [x, y, z] = &self.accel;
         let mut out: [Vec<f64>; 3] = Default::default();
-        for ((x, y), z) in x.iter().zip(y).zip(z) {
-            let a = calibration.apply([*x, *y, *z]);
+        for (((x, y), z), t_c) in x.iter().zip(y).zip(z).zip(&self.temperature) {
+            let raw = [*x, *y, *z];
+            let a = calibration.apply(drift.map_or(raw, |d| d.accel_at(raw, *t_c)));
             for (channel, value) in out.iter_mut().zip(a) {
                 channel.push(value);
             }

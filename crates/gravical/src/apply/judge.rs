@@ -14,6 +14,7 @@ use crate::recording::{
 };
 use crate::{Error, Result};
 
+use super::drift::Drift;
 use super::head::Head;
 
 /// How far calibrated gravity, or counts per g, may be off: far beyond any
@@ -46,6 +47,7 @@ pub(super) fn judge(
     layout: &Layout,
     options: &ReadOptions,
     name: &str,
+    drift: Option<&Drift>,
     findings: &mut Vec<Finding>,
 ) -> Result<Judged> {
     let given = options.accel_unit.is_some();
@@ -62,7 +64,7 @@ pub(super) fn judge(
         .each_ref()
         .map(|c| c.iter().map(|v| v - zero_offset).collect());
     let raw = quiet(&shifted);
-    let calibrated = quiet(&head.calibrated(&calibration.accelerometer_calibration()));
+    let calibrated = quiet(&head.calibrated(&calibration.accelerometer_calibration(), drift));
     let fit = Fit {
         calibration,
         given,

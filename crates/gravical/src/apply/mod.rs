@@ -13,7 +13,8 @@
 //!
 //! `calibrated = matrix · (raw − bias)` for the accelerometer and
 //! `matrix · (raw − bias − g_sensitivity · a)` for the gyroscope, with raw as it
-//! stands in the file.
+//! stands in the file, less its drift with temperature where the calibration
+//! has a model of it and the recording temperatures (`drift`).
 //!
 //! # Example
 //!
@@ -44,6 +45,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod drift;
 mod head;
 mod judge;
 mod plan;
@@ -66,6 +68,9 @@ use crate::recording::{
 };
 use crate::segment::face::AxisMap;
 
+pub use drift::TemperatureOutcome;
+
+use drift::Drift;
 use head::Head;
 use plan::Plan;
 use stream::{Sensor, Stream};
@@ -107,6 +112,9 @@ pub struct ApplySummary {
     pub calibration_unit: AccelUnit,
     /// What became of the gyroscope.
     pub gyroscope: GyroscopeOutcome,
+    /// What was done about drift with temperature; null when the calibration
+    /// has none to take off, or the recording no temperatures.
+    pub temperature: Option<TemperatureOutcome>,
     /// Calibrated magnitude in the quietest parts of the head, m/s²; null when
     /// no row of it is complete.
     pub quiet_norm_mps2: Option<f64>,
@@ -173,12 +181,14 @@ pub fn apply(
         whole,
     } = prepare(reader, name, &options.read)?;
     let head = Head::read(&head, whole, &dialect, &layout);
+    let drift = Drift::new(calibration, &head, &layout, &mut findings);
     let judged = judge::judge(
         calibration,
         &head,
         &layout,
         &options.read,
         name,
+        drift.as_ref(),
         &mut findings,
     )?;
     if calibration.verdict.grade == Grade::Poor {
@@ -204,7 +214,7 @@ pub fn apply(
     findings.extend(plan.findings.iter().cloned());
 
     let stream = Stream::new(
-        Sensor::new(calibration, judged.gyro.is_some(), options.axes),
+        Sensor::new(calibration, judged.gyro.is_some(), options.axes).without_drift(drift),
         Watch::new(judged.accel, judged.zero_offset, layout.has_gyro()),
         head.stamps(&dialect, &layout, &options.read),
         [head.accel_held, head.gyro_held],
@@ -236,6 +246,7 @@ pub fn apply(
             None if layout.has_gyro() => GyroscopeOutcome::Kept,
             None => GyroscopeOutcome::Absent,
         },
+        temperature: done.temperature,
         quiet_norm_mps2: judged.quiet_norm_mps2,
         gravity_mps2: calibration.gravity_mps2,
         columns: plan.names,

@@ -17,6 +17,7 @@ use crate::scan::{Line, Lines};
 use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 
+use super::drift::{Drift, TemperatureOutcome};
 use super::judge::all_zero_error;
 use super::plan::Plan;
 use super::tail::Tail;
@@ -32,6 +33,8 @@ pub(super) struct Sensor {
     /// The gyroscope reacts to acceleration: without it there is no rate.
     g_sensitive: bool,
     axes: AxisMap,
+    /// Drift with temperature, taken off before calibrating.
+    drift: Option<Drift>,
 }
 
 impl Sensor {
@@ -44,7 +47,14 @@ impl Sensor {
                 .any(|g| g.g_sensitivity.iter().flatten().any(|v| *v != 0.0)),
             gyro,
             axes,
+            drift: None,
         }
+    }
+
+    /// Takes off `drift` as well.
+    pub fn without_drift(mut self, drift: Option<Drift>) -> Self {
+        self.drift = drift;
+        self
     }
 
     /// Specific force in m/s² and angular rate in rad/s; NaN on all axes of a
@@ -68,6 +78,7 @@ impl Sensor {
 /// What is left when the last line is written.
 pub(super) struct Done {
     pub ledger: Ledger,
+    pub temperature: Option<TemperatureOutcome>,
     pub without_acceleration: u64,
 }
 
@@ -165,7 +176,14 @@ impl<'a> Stream<'a> {
         if self.held != [false; 2] {
             self.hold(values);
         }
-        let mut calibrated = self.sensor.calibrate(values);
+        let zero = is_zero(values, self.watch.channels());
+        let mut calibrated = match &mut self.sensor.drift {
+            None => self.sensor.calibrate(values),
+            Some(drift) => {
+                let steady = drift.taken_off(values, line.number, !zero);
+                self.sensor.calibrate(&steady)
+            }
+        };
         let [ax, ay, az, gx, gy, gz] = calibrated;
         if !(ax + ay + az).is_finite() {
             self.empty[0].push(line.number);
@@ -175,7 +193,6 @@ impl<'a> Stream<'a> {
             self.empty[1].push(line.number);
             calibrated[3..].fill(f64::NAN);
         }
-        let zero = is_zero(values, self.watch.channels());
         self.any_movement |= !zero;
         if zero && self.any_movement && self.tail.holds() {
             return self.hold_back(line, values, spans, &calibrated);
@@ -341,6 +358,7 @@ impl<'a> Stream<'a> {
         }
         self.watch.finish(findings);
         Ok(Done {
+            temperature: self.sensor.drift.as_ref().map(|d| d.finish(findings)),
             ledger: self.ledger,
             without_acceleration: self.empty[0].count(),
         })

@@ -340,7 +340,8 @@ fn a_tail_too_long_to_hold_back_is_written_with_a_finding() {
     let head = Head::read(&prepared.head, true, &dialect, &layout);
     let plan = Plan::new(&dialect, &layout, false, false);
     let mut findings = Vec::new();
-    let judged = judge::judge(&cal, &head, &layout, &options.read, "", &mut findings).unwrap();
+    let judged =
+        judge::judge(&cal, &head, &layout, &options.read, "", None, &mut findings).unwrap();
     let mut stream = Stream::new(
         Sensor::new(&cal, false, options.axes),
         Watch::new(judged.accel, 0.0, false),

@@ -138,6 +138,7 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
             reasons: vec!["read from a file of imucal, which carries no measure of its quality and not the gravity it was made with".to_owned()],
         },
         command: None,
+        temperature_model: None,
     };
     file.check()?;
     Ok(file)

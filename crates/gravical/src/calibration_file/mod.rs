@@ -8,6 +8,7 @@
 //! only added.
 
 mod imucal;
+mod temperature;
 mod trust;
 mod types;
 
@@ -17,6 +18,7 @@ use crate::output::write_atomic;
 use crate::{Error, Result};
 
 pub use imucal::{from_imucal, to_imucal};
+pub use temperature::*;
 pub use trust::*;
 pub use types::*;
 
@@ -146,6 +148,16 @@ impl CalibrationFile {
             return Err(Error::input(
                 "calibration-values",
                 "a parameter is not a finite number",
+            ));
+        }
+        if self
+            .temperature_model
+            .as_ref()
+            .is_some_and(|m| !m.is_usable())
+        {
+            return Err(Error::input(
+                "calibration-values",
+                "the temperature model cannot be applied: a number is not finite, its range runs backwards, its gain reaches a half, or a channel is unknown or there twice",
             ));
         }
         if gravical_core::matrix3::inverse(&a.matrix).is_none() {

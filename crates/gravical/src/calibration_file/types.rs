@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::TemperatureModel;
 use super::trust::{Budget, Deviations, FitQuality, NextPose, WorstPose};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
@@ -38,6 +39,10 @@ pub struct CalibrationFile {
     /// The command that made it, where it was a command.
     #[serde(default)]
     pub command: Option<String>,
+    /// How the readings drift with temperature; null where that was not
+    /// measured.
+    #[serde(default)]
+    pub temperature_model: Option<TemperatureModel>,
 }
 
 /// Which sensor a calibration belongs to.

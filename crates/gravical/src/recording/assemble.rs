@@ -162,9 +162,11 @@ pub(super) fn assemble(parts: Parts<'_>) -> Recording {
     recording
 }
 
-/// Raw counts of a temperature are no °C; no sensor of this kind is colder than
-/// −60 or hotter than 150.
-fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bool {
+/// No sensor of this kind is colder or hotter, °C.
+pub(crate) const POSSIBLE_C: std::ops::RangeInclusive<f64> = -60.0..=150.0;
+
+/// Raw counts of a temperature are no °C.
+pub(crate) fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bool {
     let mut some: Vec<f64> = temperature
         .iter()
         .copied()
@@ -173,7 +175,7 @@ fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bool {
     let Some(middle) = median(&mut some) else {
         return true;
     };
-    let fits = (-60.0..=150.0).contains(&middle);
+    let fits = POSSIBLE_C.contains(&middle);
     if !fits {
         findings.push(Finding::note(
             "temperature-unit",

@@ -41,7 +41,7 @@ pub mod timing;
 mod unit_choice;
 pub mod units;
 
-pub(crate) use assemble::{claimed_rate, hold_last_values, is_sparse};
+pub(crate) use assemble::{POSSIBLE_C, claimed_rate, hold_last_values, is_celsius, is_sparse};
 pub use finding::{Finding, LineSpans, Severity};
 pub use layout::ColumnsSpec;
 pub use ledger::{Aside, Ledger};

@@ -4,16 +4,21 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{CalibrationFile, GravitySource, Position, PositionKind, TiltSource};
 
+use super::temperature::{model_text, soak_text};
 use super::text::{decimals_for, decimals_of, findings_text, paragraph, short_name};
 
 /// The whole report.
 #[must_use]
 pub fn calibration_text(file: &CalibrationFile) -> String {
+    if file.accelerometer.method == "thermal" {
+        return soak_text(file) + &verdict(file);
+    }
     let mut out = head(file);
     out.push_str(&parameters(file));
     out.push_str(&gyroscope(file));
     out.push_str(&placements(file));
     out.push_str(&uncertainty(file));
+    out.push_str(&model_text(file));
     if !file.findings.is_empty() {
         out.push_str("\nFindings\n");
         out.push_str(&findings_text(&file.findings, file.inputs.len() > 1));

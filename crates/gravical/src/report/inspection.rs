@@ -4,6 +4,7 @@ use crate::inspect::{Inspection, StillSpan};
 use crate::recording::Origin;
 use crate::recording::units::{AccelUnit, GyroUnit};
 
+use super::temperature::temperature_text;
 use super::text::{findings_text, paragraph};
 
 /// Cells of the bar that shows where the recording is still.
@@ -50,6 +51,10 @@ pub fn inspection_text(inspection: &Inspection) -> String {
             "  turns   full turns about {}\n",
             about.join(", ")
         ));
+    }
+    if let Some(model) = &inspection.temperature_drift {
+        out.push_str(&temperature_text(model));
+        out.push('\n');
     }
     if inspection.findings.is_empty() {
         out.push_str("  nothing odd was found\n");

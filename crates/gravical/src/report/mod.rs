@@ -3,8 +3,10 @@
 
 mod calibration;
 mod inspection;
+mod temperature;
 mod text;
 
 pub use calibration::calibration_text;
 pub use inspection::inspection_text;
+pub use temperature::temperature_text;
 pub use text::findings_text;

@@ -194,7 +194,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     })
 }
 
-fn check_units(recordings: &[Recording]) -> Result<()> {
+pub(crate) fn check_units(recordings: &[Recording]) -> Result<()> {
     let first = &recordings[0];
     for recording in recordings {
         if recording.accel_scale.unit == crate::recording::AccelUnit::Unknown {

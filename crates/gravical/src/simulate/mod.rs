@@ -26,6 +26,7 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
+mod chamber;
 mod low_pass;
 mod options;
 mod path;
@@ -43,7 +44,7 @@ mod write;
 pub use options::{FileFormat, FileOptions, SensorOptions, SimulateOptions};
 pub use path::{MotionPath, PathState};
 pub use scenario_options::{
-    LineOptions, PosesOptions, Scenario, SixPositionOptions, StaticOptions,
+    LineOptions, PosesOptions, Scenario, SixPositionOptions, SoakOptions, StaticOptions,
 };
 pub use truth::{
     AccelerometerTruth, FileTruth, GyroscopeTruth, MoveTruth, PoseKind, PoseTruth, TRUTH_FORMAT,

@@ -8,6 +8,7 @@
 use nalgebra::Vector3;
 use rand::RngExt;
 
+use super::chamber::{Chamber, Warmth};
 use super::low_pass::LowPass;
 use super::options::{SensorOptions, SimulateOptions};
 use super::path::MotionPath;
@@ -64,21 +65,22 @@ pub(super) fn record(
         .sensor
         .low_pass_hz
         .map_or(0, |f| (5.0 / (f * step_s)).ceil() as usize);
-    let warmer_c = |t_s: f64| warming(&options.sensor, warm_s + t_s);
+    let soak = options.scenario.soak();
+    let mut chamber = Chamber::new(&options.sensor, soak, path.duration_s(), warm_s);
     for _ in 0..settle_steps {
-        part.update(path, 0.0, warmer_c(0.0));
+        part.update(path, 0.0, chamber.at(0.0).felt_c);
     }
     let mut temperature_sum = 0.0;
     for row in 0..rows {
         let t_s = row as f64 / options.rate_hz;
-        let warmer = warmer_c(t_s);
-        temperature_sum += warmer;
+        let warmth = chamber.at(t_s);
+        temperature_sum += warmth.thermometer_c;
         let before = if row == 0 { per_row } else { 1 };
         for step in before..per_row {
             let t_s = ((row - 1) * per_row + step) as f64 * step_s;
-            part.update(path, t_s, warmer);
+            part.update(path, t_s, warmth.felt_c);
         }
-        let reading = part.read(path, t_s, warmer);
+        let reading = part.read(path, t_s, warmth);
         let stamp_ms = stamps.at(row);
         let lost = drops.random::<f64>() < options.dropped_fraction;
         if lost && row > 0 {
@@ -89,11 +91,6 @@ pub(super) fn record(
     }
     columns.temperature_mean_c = START_TEMPERATURE_C + temperature_sum / rows.max(1) as f64;
     columns
-}
-
-/// °C above the start after `on_s` seconds.
-fn warming(o: &SensorOptions, on_s: f64) -> f64 {
-    o.temperature_rise_c * -(-on_s / o.temperature_time_s).exp_m1()
 }
 
 /// What one read-out of the registers gives.
@@ -127,7 +124,7 @@ impl<'a> Part<'a> {
         let felt = path.felt_at(0.0, step_s);
         let first = [
             sensor.read_accel(felt.force, 0.0),
-            sensor.read_gyro(felt.rate, felt.force),
+            sensor.read_gyro(felt.rate, felt.force, 0.0),
         ];
         let filters = o.low_pass_hz.map(|cutoff_hz| {
             let mut filters = [LowPass::new(cutoff_hz, 1.0 / step_s); 6];
@@ -153,7 +150,7 @@ impl<'a> Part<'a> {
     fn update(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> [f64; 6] {
         let felt = path.felt_at(t_s, self.step_s);
         let accel = self.sensor.read_accel(felt.force, warmer_c) + self.draw(self.accel_sd);
-        let gyro = self.sensor.read_gyro(felt.rate, felt.force) + self.draw(self.gyro_sd);
+        let gyro = self.sensor.read_gyro(felt.rate, felt.force, warmer_c) + self.draw(self.gyro_sd);
         let mut values = [accel.x, accel.y, accel.z, gyro.x, gyro.y, gyro.z];
         if let Some(filters) = &mut self.filters {
             for (filter, value) in filters.iter_mut().zip(&mut values) {
@@ -169,8 +166,8 @@ impl<'a> Part<'a> {
         sd * three(|| normal(&mut self.noise))
     }
 
-    fn read(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> Reading {
-        let [ax, ay, az, gx, gy, gz] = self.update(path, t_s, warmer_c);
+    fn read(&mut self, path: &MotionPath, t_s: f64, warmth: Warmth) -> Reading {
+        let [ax, ay, az, gx, gy, gz] = self.update(path, t_s, warmth.felt_c);
         let mut clipped = false;
         let quantise = self.options.quantise;
         let mut give = |value: f64, lsb: f64| {
@@ -184,7 +181,7 @@ impl<'a> Part<'a> {
         let accel = [ax, ay, az].map(|v| give(v, accel_lsb));
         let gyro = [gx, gy, gz].map(|v| give(v, gyro_lsb));
         let noise_c = self.options.temperature_noise_c * normal(&mut self.noise);
-        let temperature_c = START_TEMPERATURE_C + warmer_c + noise_c;
+        let temperature_c = START_TEMPERATURE_C + warmth.thermometer_c + noise_c;
         let counts = temperature_counts(temperature_c);
         Reading {
             accel,

@@ -31,6 +31,14 @@ impl Scenario {
         }
     }
 
+    /// The chamber, where there is one.
+    pub(super) fn soak(&self) -> Option<SoakOptions> {
+        match self {
+            Self::Static(o) => o.soak,
+            _ => None,
+        }
+    }
+
     pub(super) fn validate(&self) -> Result<()> {
         match self {
             Self::SixPosition(o) => {
@@ -46,7 +54,10 @@ impl Scenario {
                 }
                 Ok(())
             }
-            Self::Static(o) => within("duration", o.duration_s, 0.1, 86_400.0, "s"),
+            Self::Static(o) => {
+                within("duration", o.duration_s, 0.1, 86_400.0, "s")?;
+                o.soak.map_or(Ok(()), |soak| soak.validate())
+            }
             Self::Line(o) => {
                 within("distance", o.distance_m, -100.0, 100.0, "m")?;
                 within("offset", o.offset_m, -100.0, 100.0, "m")?;
@@ -114,11 +125,59 @@ impl Default for PosesOptions {
 pub struct StaticOptions {
     /// Length of the recording, s. Default 10; range 0.1 to 86 400.
     pub duration_s: f64,
+    /// Cooled and warmed again meanwhile. Default: on a table, warming up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub soak: Option<SoakOptions>,
 }
 
 impl Default for StaticOptions {
     fn default() -> Self {
-        Self { duration_s: 10.0 }
+        Self {
+            duration_s: 10.0,
+            soak: None,
+        }
+    }
+}
+
+/// A chamber that goes from its highest temperature to its lowest and back, on
+/// a cosine, once in the recording.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SoakOptions {
+    /// Temperature at start and end, °C. Default 50; range −40 to 105.
+    pub high_c: f64,
+    /// Temperature in the middle, °C. Default −10; range −40 to 105.
+    pub low_c: f64,
+    /// Width of the hysteresis: drift lags behind the thermometer by half of
+    /// it, either way, °C. Default 0; range 0 to 100.
+    pub hysteresis_c: f64,
+    /// Drift of the gyroscope's bias, °/s per °C. Default 0; range 0 to 1.
+    pub gyro_drift_deg_s_per_c: f64,
+}
+
+impl Default for SoakOptions {
+    fn default() -> Self {
+        Self {
+            high_c: 50.0,
+            low_c: -10.0,
+            hysteresis_c: 0.0,
+            gyro_drift_deg_s_per_c: 0.0,
+        }
+    }
+}
+
+impl SoakOptions {
+    fn validate(&self) -> Result<()> {
+        within("soak", self.high_c, -40.0, 105.0, "°C")?;
+        within("soak", self.low_c, -40.0, 105.0, "°C")?;
+        within("soak-hysteresis", self.hysteresis_c, 0.0, 100.0, "°C")?;
+        within(
+            "gyro-drift",
+            self.gyro_drift_deg_s_per_c,
+            0.0,
+            1.0,
+            "°/s/°C",
+        )
     }
 }
 

@@ -24,6 +24,7 @@ pub(super) struct Sensor {
     pub accel_drift_per_c: Vector3<f64>,
     pub gyro_matrix: Matrix3<f64>,
     pub gyro_bias: Vector3<f64>,
+    pub gyro_drift_per_c: Vector3<f64>,
     pub g_sensitivity: Matrix3<f64>,
     pub accel_lsb: f64,
     pub gyro_lsb: f64,
@@ -54,12 +55,19 @@ impl Sensor {
         let per_g = o.g_sensitivity_sd_deg_s_per_g.to_radians();
         let g_sensitivity = matrix(|| per_g / STANDARD_GRAVITY_MPS2 * normal(&mut rng));
 
+        let drift = options
+            .scenario
+            .soak()
+            .map_or(0.0, |s| s.gyro_drift_deg_s_per_c.to_radians());
+        let gyro_drift_per_c = three(|| drift.copysign(either_way(&mut rng)));
+
         Self {
             accel_matrix: o.accel_matrix.map_or(accel_matrix, from_rows),
             accel_bias: o.accel_bias_mps2.map_or(accel_bias, Vector3::from),
             accel_drift_per_c,
             gyro_matrix: o.gyro_matrix.map_or(gyro_matrix, from_rows),
             gyro_bias: o.gyro_bias_rad_s.map_or(gyro_bias, Vector3::from),
+            gyro_drift_per_c,
             g_sensitivity,
             accel_lsb: STANDARD_GRAVITY_MPS2 / (32768.0 / f64::from(o.accel_range_g)),
             gyro_lsb: (1.0 / gyro_lsb_per_deg_s(o.gyro_range_deg_s)).to_radians(),
@@ -72,8 +80,16 @@ impl Sensor {
     }
 
     /// Reading of the gyroscope without noise, rad/s.
-    pub(super) fn read_gyro(&self, rate: Vector3<f64>, force: Vector3<f64>) -> Vector3<f64> {
-        self.gyro_matrix * rate + self.gyro_bias + self.g_sensitivity * force
+    pub(super) fn read_gyro(
+        &self,
+        rate: Vector3<f64>,
+        force: Vector3<f64>,
+        warmer_c: f64,
+    ) -> Vector3<f64> {
+        self.gyro_matrix * rate
+            + self.gyro_bias
+            + self.gyro_drift_per_c * warmer_c
+            + self.g_sensitivity * force
     }
 
     pub(super) fn accel_truth(&self, options: &SimulateOptions) -> AccelerometerTruth {
@@ -100,6 +116,10 @@ impl Sensor {
         GyroscopeTruth {
             matrix: to_rows(&self.gyro_matrix),
             bias_rad_s: self.gyro_bias.into(),
+            bias_drift_rad_s_per_c: options
+                .scenario
+                .soak()
+                .map(|_| self.gyro_drift_per_c.into()),
             g_sensitivity_rad_s_per_mps2: to_rows(&self.g_sensitivity),
             file_unit: if raw { "counts" } else { "rad/s" }.to_owned(),
             noise_rad_rts: options.sensor.gyro_noise_deg_rts.to_radians(),

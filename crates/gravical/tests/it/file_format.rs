@@ -106,7 +106,7 @@ fn written_and_read_back_is_the_same_to_the_last_digit() {
 fn fields_of_a_later_version_are_ignored() {
     let file = sample();
     let mut value = serde_json::to_value(&file).unwrap();
-    value["temperature_model"] = json!({"slope": [1, 2, 3]});
+    value["humidity_model"] = json!({"slope": [1, 2, 3]});
     value["accelerometer"]["condition"] = json!(3.2);
     value["accelerometer"]["positions"][0]["humidity"] = json!(0.4);
     value["accelerometer"]["bias_sd"] = json!([0.1, 0.1, 0.1]);
@@ -115,6 +115,89 @@ fn fields_of_a_later_version_are_ignored() {
     assert!(jsonschema::is_valid(&schema, &value), "open to new fields");
     let back = CalibrationFile::parse(value.to_string().as_bytes()).unwrap();
     assert_eq!(file, back);
+}
+
+#[test]
+fn files_from_before_the_temperature_model_are_read() {
+    let file = sample();
+    let mut value = serde_json::to_value(&file).unwrap();
+    assert!(
+        value
+            .as_object_mut()
+            .unwrap()
+            .remove("temperature_model")
+            .is_some()
+    );
+    assert!(jsonschema::is_valid(&CalibrationFile::schema(), &value));
+    assert_eq!(
+        CalibrationFile::parse(value.to_string().as_bytes()).unwrap(),
+        file
+    );
+}
+
+/// A soak of two placements, for a model with drift and gain.
+fn with_temperature_model() -> CalibrationFile {
+    let rows = |up: f64| {
+        let mut csv = String::from("t_s,ax (m/s^2),ay (m/s^2),az (m/s^2),temp (C)\n");
+        for i in 0..6000 {
+            let t_s = 0.1 * f64::from(i);
+            let x = 0.2 * (t_s - 300.0).abs() - 30.0;
+            let wobble = 0.005 * (2.4 * f64::from(i)).sin();
+            let az = 2e-3 * x + up * (1.0 + 3e-4 * x) * 9.8 + wobble;
+            csv += &format!(
+                "{t_s:.1},{:.5},{:.5},{az:.5},{:.2}\n",
+                wobble,
+                -wobble,
+                20.0 + x
+            );
+        }
+        read(csv.as_bytes())
+    };
+    let model = gravical::temperature::study(&[rows(1.0), rows(-1.0)]).unwrap();
+    assert!(model.channel("az").unwrap().scale_coefficients[0] > 2.9e-4);
+    CalibrationFile {
+        temperature_model: Some(model),
+        ..sample()
+    }
+}
+
+#[test]
+fn a_temperature_model_is_kept_to_the_last_digit() {
+    let file = with_temperature_model();
+    validate(&file);
+    let back = CalibrationFile::parse(file.to_json().unwrap().as_bytes()).unwrap();
+    assert_eq!(file, back);
+}
+
+#[test]
+fn a_temperature_model_that_cannot_be_applied_is_refused() {
+    let with = |change: fn(&mut Value)| {
+        let mut value = serde_json::to_value(with_temperature_model()).unwrap();
+        change(&mut value["temperature_model"]);
+        CalibrationFile::parse(value.to_string().as_bytes())
+            .unwrap_err()
+            .code()
+    };
+    assert_eq!(
+        with(|m| m["range_c"] = json!([50.0, -10.0])),
+        "calibration-values"
+    );
+    assert_eq!(
+        with(|m| m["channels"][0]["channel"] = json!("mx")),
+        "calibration-values"
+    );
+    assert_eq!(
+        with(|m| m["channels"][0]["channel"] = json!("az")),
+        "calibration-values"
+    );
+    assert_eq!(
+        with(|m| m["channels"][2]["scale_coefficients"] = json!([0.1])),
+        "calibration-values"
+    );
+    assert_eq!(
+        with(|m| m["reference_c"] = json!(null)),
+        "calibration-syntax"
+    );
 }
 
 #[test]

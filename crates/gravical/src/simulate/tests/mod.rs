@@ -32,7 +32,10 @@ fn quick_six() -> SimulateOptions {
 }
 
 fn still_for(duration_s: f64) -> Scenario {
-    Scenario::Static(StaticOptions { duration_s })
+    Scenario::Static(StaticOptions {
+        duration_s,
+        ..StaticOptions::default()
+    })
 }
 
 fn accel(file: &SimulatedFile, row: usize) -> Vector3<f64> {

@@ -1,0 +1,347 @@
+//! Drift with temperature: the real soak says what is known about it, and what
+//! was put into a virtual sensor is taken off again.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::support::*;
+
+const SOAK: &str = "tofupilot-thermal/part1_rows0-5249.tsv";
+
+fn channel<'a>(model: &'a Value, name: &str) -> &'a Value {
+    let all = model["channels"].as_array().unwrap();
+    all.iter().find(|c| c["channel"] == name).unwrap()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+fn accepted(model: &Value) -> Vec<&str> {
+    let all = model["channels"].as_array().unwrap().iter();
+    all.filter(|c| c["verdict"] == "accepted")
+        .map(|c| c["channel"].as_str().unwrap())
+        .collect()
+}
+
+/// R² of both ways, the worse first.
+fn r2(model: &Value, name: &str) -> [f64; 2] {
+    let c = channel(model, name);
+    let (a, b) = (
+        number(&c["r2_cooling_to_warming"]),
+        number(&c["r2_warming_to_cooling"]),
+    );
+    [a.min(b), a.max(b)]
+}
+
+#[test]
+fn the_drone_in_its_chamber_shows_which_drift_is_predictable() {
+    let Some(data) = data() else { return };
+    let run = run_in(&data, words(&format!("inspect {SOAK} --json")));
+    let model = &run.json()["recordings"][0]["temperature_drift"];
+    let directions: Vec<&str> = model["sweeps"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|s| s["direction"].as_str().unwrap())
+        .collect();
+    assert_eq!(directions, ["cooling", "warming"]);
+    assert_eq!(model["poses"], 1);
+    let range = numbers(&model["range_c"]);
+    close(range[0], -17.6, 0.1);
+    close(range[1], 49.0, 0.2);
+
+    // Predictable both ways: acc x and gyro y, nothing else.
+    assert_eq!(accepted(model), ["ax", "gy"]);
+    let [low, high] = r2(model, "ax");
+    assert!(low > 0.80 && high < 0.92, "ax {low} {high}");
+    let [low, high] = r2(model, "gy");
+    assert!(low > 0.77 && high < 0.99, "gy {low} {high}");
+    // acc z one way only.
+    let [low, high] = r2(model, "az");
+    assert!(
+        (0.39..0.7).contains(&low) && (0.7..0.87).contains(&high),
+        "az {low} {high}"
+    );
+    let reason = channel(model, "az")["reason"].as_str().unwrap();
+    assert!(reason.contains("one way only"), "{reason}");
+    // The others not at all.
+    for name in ["ay", "gx", "gz"] {
+        assert!(r2(model, name)[1] < 0.0, "{name} {:?}", r2(model, name));
+        let reason = channel(model, name)["reason"].as_str().unwrap();
+        assert!(reason.contains("hysteresis or drift with time"), "{reason}");
+        assert_eq!(channel(model, name)["coefficients"], serde_json::json!([]));
+    }
+
+    // Slopes: acc x 1.4 (warming) to 1.6 mm/s² per °C (cooling), acc z −10 to −8.
+    let ax = channel(model, "ax");
+    close(number(&ax["slope_cooling"]), 1.57e-3, 0.05e-3);
+    close(number(&ax["slope_warming"]), 1.40e-3, 0.05e-3);
+    let az = channel(model, "az");
+    close(number(&az["slope_cooling"]), -9.7e-3, 0.2e-3);
+    close(number(&az["slope_warming"]), -7.7e-3, 0.2e-3);
+    // Gyro y bends: 4.4e-4 rad/s per °C on the whole, 5.9e-4 at 25 °C.
+    let gy = channel(model, "gy");
+    close(number(&gy["slope"]), 4.4e-4, 0.2e-4);
+    let c = numbers(&gy["coefficients"]);
+    assert_eq!(c.len(), 2, "order 2");
+    let x = 25.0 - number(&model["reference_c"]);
+    close(c[0] + 2.0 * c[1] * x, 5.9e-4, 0.4e-4);
+
+    let text = run_in(&data, words(&format!("inspect {SOAK}"))).out;
+    let table = &text[text.find("Temperature:").unwrap()..];
+    assert!(table.lines().all(|l| l.chars().count() <= 80), "{table}");
+    assert!(
+        table.contains("taken off, order 2") && table.contains("refused"),
+        "{table}"
+    );
+}
+
+#[test]
+fn the_drones_drift_is_halved_where_it_is_predictable() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = data.join(SOAK).display().to_string();
+    let made = calibrate(
+        folder.path(),
+        &format!("{file} --method thermal --gyro-unit rad/s -o cal.json"),
+        0,
+    );
+    assert_eq!(made["verdict"]["grade"], "not-verifiable");
+    assert_eq!(made["accelerometer"]["method"], "thermal");
+    let sha = made["temperature_model"]["inputs"][0]["sha256"]
+        .as_str()
+        .unwrap();
+    assert_eq!(sha.len(), 64);
+    let done = run_in(
+        folder.path(),
+        words(&format!(
+            "apply cal.json {file} -o out.tsv --gyro-unit rad/s --json"
+        )),
+    );
+    assert_eq!(done.code, 0, "{}", done.err);
+    let summary = done.json();
+    assert_eq!(
+        summary["temperature"]["channels"],
+        serde_json::json!(["ax", "gy"])
+    );
+    // The first minute was warmer than what both ways reached.
+    finding(&summary, "temperature-outside");
+
+    // What temperature explains in hindsight is no proof; that much it has to be.
+    let spread = |path: &Path, name: &str| {
+        let text = std::fs::read_to_string(path).unwrap();
+        let mut lines = text.lines();
+        let column = lines
+            .next()
+            .unwrap()
+            .split('\t')
+            .position(|n| n == name)
+            .unwrap();
+        let values: Vec<f64> = lines
+            .map(|l| l.split('\t').nth(column).unwrap().parse().unwrap())
+            .collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
+    };
+    let (before, after) = (data.join(SOAK), folder.path().join("out.tsv"));
+    for (raw, calibrated, most) in [
+        ("imu.acc.x", "ax_mps2", 0.4),
+        ("imu.gyro.y", "gy_rad_s", 0.3),
+        ("imu.acc.z", "az_mps2", 1.000001),
+    ] {
+        let ratio = spread(&after, calibrated) / spread(&before, raw);
+        assert!(ratio < most, "{raw}: {ratio}");
+        assert!(most < 1.0 || ratio > 0.99, "{raw} was refused: {ratio}");
+    }
+}
+
+/// A folder with `soak/static.csv` of a virtual sensor that drifts by 1 mg per
+/// °C, and six placements of the same one in `six`.
+fn virtual_session(seed: u32) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let sensor =
+        format!("--seed {seed} --true-header --decimals 6 --temperature-drift 1 -q --rate 50");
+    for line in [
+        format!("static -o soak --soak 45,5 --duration 900 --gyro-drift 0.01 {sensor}"),
+        format!("six-position -o six --hold 10 --tilt 0 --temperature-rise 0 {sensor}"),
+    ] {
+        let run = run_in(folder.path(), words(&format!("simulate {line}")));
+        assert_eq!(run.code, 0, "{}", run.err);
+    }
+    folder
+}
+
+#[test]
+fn a_model_of_a_soak_is_added_and_taken_off_again() {
+    let folder = virtual_session(5);
+    let at = folder.path();
+    let made = calibrate(
+        at,
+        "six --method ferraris --thermal soak/static.csv --gravity 9.80665 -o cal.json",
+        0,
+    );
+    let model = &made["temperature_model"];
+    assert_eq!(accepted(model), ["ax", "ay", "az", "gx", "gy", "gz"]);
+    close(number(&model["reference_c"]), 25.0, 0.1);
+    assert_eq!(model["reference_source"], "session");
+    finding(&made, "temperature-model");
+
+    let truth: Value =
+        serde_json::from_str(&std::fs::read_to_string(at.join("soak/truth.json")).unwrap())
+            .unwrap();
+    let put = numbers(&truth["accelerometer"]["bias_drift_mps2_per_c"]);
+    for (name, put) in ["ax", "ay", "az"].iter().zip(put) {
+        let found = numbers(&channel(model, name)["coefficients"]);
+        close(found[0], put, 0.01 * put.abs());
+    }
+
+    // 40 °C of 9.8 mm/s² each are 0.39 m/s²: only noise is left of it.
+    let run = run_in(
+        at,
+        words("apply cal.json soak/static.csv -o out.csv --json"),
+    );
+    assert_eq!(run.code, 0, "{}", run.err);
+    let text = std::fs::read_to_string(at.join("out.csv")).unwrap();
+    let means = |axis: usize| -> Vec<f64> {
+        let column: Vec<f64> = text
+            .lines()
+            .skip(1)
+            .map(|l| l.split(',').nth(1 + axis).unwrap().parse().unwrap())
+            .collect();
+        // Half a minute each: a standard error of 0.6 mm/s².
+        column
+            .chunks_exact(1500)
+            .map(|c| c.iter().sum::<f64>() / c.len() as f64)
+            .collect()
+    };
+    for axis in 0..3 {
+        let all = means(axis);
+        let middle = all.iter().sum::<f64>() / all.len() as f64;
+        for mean in &all {
+            close(*mean, middle, 4e-3);
+        }
+    }
+}
+
+#[test]
+fn a_session_without_temperatures_counts_from_the_soaks_middle() {
+    let folder = virtual_session(6);
+    let at = folder.path();
+    for entry in std::fs::read_dir(at.join("six")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "csv") {
+            let text = std::fs::read_to_string(&path).unwrap();
+            std::fs::write(&path, text.replace("Temp (C)", "spare")).unwrap();
+        }
+    }
+    let made = calibrate(
+        at,
+        "six --method ferraris --thermal soak/static.csv -o cal.json",
+        0,
+    );
+    assert_eq!(made["temperature_model"]["reference_source"], "soak");
+    close(number(&made["temperature_model"]["reference_c"]), 25.0, 0.2);
+    let told = finding(&made, "temperature-reference")["message"]
+        .as_str()
+        .unwrap();
+    assert!(
+        told.contains("25.0 °C") && told.contains("ax by up to 0.19"),
+        "{told}"
+    );
+    // Nor can a ride without temperatures be corrected.
+    let run = run_in(
+        at,
+        words("apply cal.json six/x_axis_pos.csv -o out.csv --json"),
+    );
+    let summary = run.json();
+    finding(&summary, "temperature-not-applied");
+    assert!(summary["temperature"].is_null());
+}
+
+#[test]
+fn a_soak_that_cannot_serve_is_refused() {
+    let folder = virtual_session(7);
+    let at = folder.path();
+    let code = |line: &str, exit: i32| {
+        let run = run_in(at, words(&format!("calibrate {line} --json")));
+        assert_eq!(run.code, exit, "{line}\n{}{}", run.out, run.err);
+        run.error_code()
+    };
+    assert_eq!(
+        code("six --thermal six/x_axis_pos.csv", 3),
+        "temperature-span"
+    );
+    assert_eq!(code("six --thermal nowhere.csv", 3), "not-found");
+    assert_eq!(
+        code("six/x_axis_pos.csv --method thermal", 3),
+        "temperature-span"
+    );
+    let counts = run_in(
+        at,
+        words("simulate static -o counts --soak 45,5 --duration 300 --raw --seed 7 -q --rate 50"),
+    );
+    assert_eq!(counts.code, 0, "{}", counts.err);
+    let text = std::fs::read_to_string(at.join("counts/static.csv")).unwrap();
+    assert!(text.contains("temp"));
+    // Counts of the thermometer are no °C.
+    assert_eq!(code("six --thermal counts/static.csv", 3), "units-differ");
+    assert_eq!(
+        code("counts/static.csv --method thermal", 3),
+        "missing-temperature"
+    );
+}
+
+#[test]
+fn half_a_soak_gives_nothing_to_take_off() {
+    let folder = virtual_session(8);
+    let at = folder.path();
+    let text = std::fs::read_to_string(at.join("soak/static.csv")).unwrap();
+    let half: Vec<&str> = text.lines().take(22_000).collect();
+    write(at, "half.csv", &half.join("\n"));
+    let made = calibrate(at, "half.csv --method thermal", 4);
+    assert_eq!(made["verdict"]["grade"], "poor");
+    assert_eq!(accepted(&made["temperature_model"]), [""; 0]);
+    let reason = channel(&made["temperature_model"], "ax")["reason"]
+        .as_str()
+        .unwrap();
+    assert!(reason.contains("only fell"), "{reason}");
+    finding(&made, "temperature-refused");
+}
+
+#[test]
+fn placements_at_other_temperatures_are_brought_to_one() {
+    let folder = virtual_session(9);
+    let at = folder.path();
+    // The same six placements while the part warms by 12 °C.
+    let sensor = "--seed 9 --true-header --decimals 6 --temperature-drift 1 -q --rate 50";
+    let run = run_in(
+        at,
+        words(&format!(
+            "simulate six-position -o warm --hold 10 --tilt 0 --temperature-rise 12 --temperature-time 60 {sensor}"
+        )),
+    );
+    assert_eq!(run.code, 0, "{}", run.err);
+    let truth: Value =
+        serde_json::from_str(&std::fs::read_to_string(at.join("warm/truth.json")).unwrap())
+            .unwrap();
+    let at_25 = numbers(&truth["accelerometer"]["bias_mps2"]);
+    let drift = numbers(&truth["accelerometer"]["bias_drift_mps2_per_c"]);
+    let off = |made: &Value| {
+        let mean_c = number(&made["temperature_c"]["mean"]);
+        let bias = numbers(&made["accelerometer"]["bias"]);
+        (0..3)
+            .map(|i| (bias[i] - at_25[i] - drift[i] * (mean_c - 25.0)).abs())
+            .fold(0.0, f64::max)
+    };
+    let plain = calibrate(at, "warm --method ferraris --gravity 9.80665", 0);
+    let brought = calibrate(
+        at,
+        "warm --method ferraris --gravity 9.80665 --thermal soak/static.csv",
+        0,
+    );
+    let (plain, brought) = (off(&plain), off(&brought));
+    assert!(plain > 0.02, "{plain}");
+    assert!(brought < 0.003, "{brought}");
+}

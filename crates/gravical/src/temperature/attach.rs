@@ -1,0 +1,197 @@
+//! A temperature model beside the parameters of a session.
+
+use crate::calibration_file::{CHANNELS, ReferenceSource, TemperatureModel};
+use crate::recording::{Finding, GyroUnit, Recording};
+use crate::segment::{Placement, Segmentation, check_units};
+use crate::{Error, Result};
+
+use super::{in_unit, study, study_if_any};
+
+/// The model for a session: from the soak recordings `thermal`, or, without
+/// any, from the session itself where it spans enough while still. Its drift is
+/// zero at the mean temperature of the placements, where bias and matrix are
+/// to hold; the means of the placements are brought to that temperature.
+///
+/// # Errors
+///
+/// Of a soak that was given: those of [`study`], and `unit-unknown` and
+/// `units-differ` when it is not in the unit of the session.
+pub fn for_calibration(
+    recordings: &[Recording],
+    thermal: &[Recording],
+    segmentation: &mut Segmentation,
+) -> Result<Option<TemperatureModel>> {
+    let findings = &mut segmentation.findings;
+    let model = if thermal.is_empty() {
+        study_if_any(recordings)
+    } else {
+        same_units(recordings, thermal, findings)?;
+        Some(study(thermal)?)
+    };
+    let Some(model) = model else { return Ok(None) };
+    findings.push(summary(&model, !segmentation.turns.is_empty()));
+    if !model.any_accepted() {
+        // No drift is taken off: where it is zero does not matter.
+        return Ok(Some(model));
+    }
+    let [low, high] = model.range_c;
+    let Some(session_c) = mean_c(&segmentation.placements) else {
+        let reference_c = model.reference_c;
+        findings.push(Finding::warning(
+            "temperature-reference",
+            format!(
+                "the placements have no temperature: bias and matrix are taken to hold at {reference_c:.1} °C, the middle of the soak; {}",
+                cost_text(&model)
+            ),
+        ));
+        return Ok(Some(model));
+    };
+    let inside_c = session_c.clamp(low, high);
+    if inside_c != session_c {
+        findings.push(Finding::warning(
+            "temperature-outside",
+            format!(
+                "the placements were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are taken to hold at {inside_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used"
+            ),
+        ));
+    }
+    let mut model = model.about(inside_c);
+    model.reference_source = ReferenceSource::Session;
+    let zero_offset = recordings.first().map_or(0.0, |r| r.zero_offset);
+    for placement in &mut segmentation.placements {
+        bring_to_reference(placement, &model, zero_offset);
+    }
+    Ok(Some(model))
+}
+
+fn mean_c(placements: &[Placement]) -> Option<f64> {
+    let some: Vec<f64> = placements.iter().filter_map(|p| p.temperature_c).collect();
+    (!some.is_empty()).then(|| some.iter().sum::<f64>() / some.len() as f64)
+}
+
+/// Takes off what its own temperature adds to the means of a placement.
+fn bring_to_reference(placement: &mut Placement, model: &TemperatureModel, zero_offset: f64) {
+    let Some(t_c) = placement.temperature_c else {
+        return;
+    };
+    for (axis, name) in CHANNELS[..3].iter().enumerate() {
+        let (drift, gain) = model.drift_at(name, t_c);
+        let in_file = placement.mean[axis] + zero_offset;
+        placement.mean[axis] = (in_file - drift) / (1.0 + gain) - zero_offset;
+    }
+    if let Some((sum, rows)) = &mut placement.gyro_sum {
+        for (axis, name) in CHANNELS[3..].iter().enumerate() {
+            sum[axis] -= model.drift_at(name, t_c).0 * *rows as f64;
+        }
+    }
+}
+
+/// What was accepted and what was not, in one sentence.
+pub(super) fn summary(model: &TemperatureModel, with_gyro: bool) -> Finding {
+    let list = |accepted: bool| -> Vec<&str> {
+        let some = model.channels.iter();
+        some.filter(|c| c.is_accepted() == accepted)
+            .map(|c| c.channel.as_str())
+            .collect()
+    };
+    let [low, high] = model.range_c;
+    let (accepted, refused) = (list(true).join(", "), list(false).join(", "));
+    if accepted.is_empty() {
+        return Finding::warning(
+            "temperature-refused",
+            format!(
+                "temperature moves while still ({low:.1} to {high:.1} °C), but of no channel can the drift be predicted ({refused}): none is taken off"
+            ),
+        );
+    }
+    let idle = !with_gyro && accepted.contains('g');
+    let idle = if idle {
+        " (of the gyroscope only once it is calibrated)"
+    } else {
+        ""
+    };
+    let rest = if refused.is_empty() {
+        String::new()
+    } else {
+        format!("; that of {refused} is not predictable, or not there")
+    };
+    Finding::note(
+        "temperature-model",
+        format!(
+            "the drift of {accepted} with temperature is taken off{idle} between {low:.1} and {high:.1} °C{rest}"
+        ),
+    )
+}
+
+/// What one reading may be off by without the model, over its range.
+pub(crate) fn cost_text(model: &TemperatureModel) -> String {
+    let parts: Vec<String> = model
+        .channels
+        .iter()
+        .filter(|c| c.is_accepted())
+        .map(|c| {
+            let [low, high] = model.range_c;
+            let values = (0..=50).map(|i| {
+                let t_c = low + (high - low) * f64::from(i) / 50.0;
+                model.drift_at(&c.channel, t_c).0
+            });
+            let most = values.fold(0.0, |m: f64, v| m.max(v.abs()));
+            let most = in_unit(most, &c.input_unit);
+            format!("{} by up to {most}", c.channel)
+        })
+        .collect();
+    format!(
+        "between {:.1} and {:.1} °C that may put {}",
+        model.range_c[0],
+        model.range_c[1],
+        parts.join(", ")
+    ) + " off"
+}
+
+fn same_units(
+    recordings: &[Recording],
+    thermal: &[Recording],
+    findings: &mut Vec<Finding>,
+) -> Result<()> {
+    check_units(thermal)?;
+    let (Some(session), Some(soak)) = (recordings.first(), thermal.first()) else {
+        return Ok(());
+    };
+    let differ = |of: &str, soak_unit: String, session_unit: String| {
+        Error::input(
+            "units-differ",
+            format!("the soak's {of} is in {soak_unit}, that of the session in {session_unit}"),
+        )
+        .at(soak.name.as_ref(), None)
+        .with_hint(
+            "record the soak with the same sensor, range and program as the session, or say its unit",
+        )
+    };
+    let (a, b) = (session.accel_scale, soak.accel_scale);
+    if a.unit != b.unit || a.lsb_per_g != b.lsb_per_g || session.zero_offset != soak.zero_offset {
+        let describe = |r: &Recording| match r.accel_scale.lsb_per_g {
+            Some(lsb) => format!("counts at {lsb:.0} per g"),
+            None => r.accel_scale.unit.name().to_owned(),
+        };
+        return Err(differ("accelerometer", describe(soak), describe(session)));
+    }
+    if let (Some(a), Some(b)) = (session.gyro_scale, soak.gyro_scale) {
+        if a.unit == GyroUnit::Unknown || b.unit == GyroUnit::Unknown {
+            findings.push(Finding::note(
+                "unit-unverified",
+                format!(
+                    "the gyroscope's unit is {} in the session and {} in the soak: taken as the same",
+                    a.unit.name(),
+                    b.unit.name()
+                ),
+            ));
+        } else if a.unit != b.unit {
+            return Err(differ(
+                "gyroscope",
+                b.unit.name().to_owned(),
+                a.unit.name().to_owned(),
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,188 @@
+//! Means of short blocks in which nothing moves, and the stretches of one
+//! placement that they make up.
+//!
+//! The stills of [`crate::segment`] are no help here: their means have to
+//! agree, and a drift is what is looked for. A block is still by its variance;
+//! a stretch ends where the recording breaks, or where the mean of the
+//! accelerometer jumps.
+
+use crate::recording::Recording;
+use crate::stats::median;
+
+use super::TemperatureOptions;
+
+/// Readings of the quietest twentieth of the blocks are noise alone.
+const QUIET_SHARE: f64 = 0.05;
+/// Variances of still blocks stay under this many times the noise floor …
+const QUIET_FACTOR: f64 = 9.0;
+/// … and of the gyroscope, which feels every tremor.
+const QUIET_FACTOR_GYRO: f64 = 81.0;
+/// Means of neighbouring blocks differ by less than so many times what is
+/// usual (1.4826 × the median step) …
+const JUMP_FACTOR: f64 = 8.0;
+/// … or by less than this share of gravity, 0.11°.
+const JUMP_SHARE: f64 = 0.002;
+/// Blocks that motion takes out allow for so much more drift at most.
+const MOST_MISSING: usize = 4;
+/// Fewer rows have no variance worth the name.
+const LEAST_ROWS: usize = 6;
+
+/// The mean of a block.
+#[derive(Debug, Clone)]
+pub(super) struct Block {
+    pub t_c: f64,
+    /// Accelerometer and gyroscope; NaN without one.
+    pub values: [f64; 6],
+}
+
+/// One placement, held from the first block to the last.
+#[derive(Debug, Clone)]
+pub(super) struct Stretch {
+    pub recording: usize,
+    pub blocks: Vec<Block>,
+}
+
+impl Stretch {
+    /// Lowest and highest temperature.
+    pub fn range_c(&self) -> [f64; 2] {
+        self.blocks
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], b| {
+                [low.min(b.t_c), high.max(b.t_c)]
+            })
+    }
+}
+
+struct Candidate {
+    /// Its number, counted over all blocks: neighbours follow each other.
+    number: usize,
+    segment: usize,
+    block: Block,
+    variance: [f64; 2],
+}
+
+/// Stretches of `recording`, which has temperatures; `index` is its number.
+pub(super) fn stretches(
+    recording: &Recording,
+    index: usize,
+    options: &TemperatureOptions,
+) -> Vec<Stretch> {
+    let candidates = cut(recording, options);
+    let floor = |i: usize| quiet_level(candidates.iter().map(|c| c.variance[i]));
+    let Some(accel_floor) = floor(0) else {
+        return Vec::new();
+    };
+    let gyro_floor = floor(1).unwrap_or(f64::INFINITY);
+    let still: Vec<&Candidate> = candidates
+        .iter()
+        .filter(|c| {
+            c.variance[0] <= QUIET_FACTOR * accel_floor
+                && (c.variance[1].is_nan() || c.variance[1] <= QUIET_FACTOR_GYRO * gyro_floor)
+        })
+        .collect();
+    let mut steps: Vec<f64> = still.windows(2).map(|w| step(w[0], w[1])).collect();
+    let mut norms: Vec<f64> = still.iter().map(|c| norm(&c.block)).collect();
+    let usual = 1.4826 * median(&mut steps).unwrap_or(0.0);
+    let gravity = median(&mut norms).unwrap_or(0.0);
+    let most = (JUMP_FACTOR * usual).max(JUMP_SHARE * gravity);
+
+    let mut out: Vec<Stretch> = Vec::new();
+    let mut last: Option<&Candidate> = None;
+    for candidate in still {
+        let follows = last.is_some_and(|before| {
+            let missing = (candidate.number - before.number - 1).min(MOST_MISSING);
+            candidate.segment == before.segment
+                && step(before, candidate) <= most * (1 + missing) as f64
+        });
+        match out.last_mut() {
+            Some(stretch) if follows => stretch.blocks.push(candidate.block.clone()),
+            _ => out.push(Stretch {
+                recording: index,
+                blocks: vec![candidate.block.clone()],
+            }),
+        }
+        last = Some(candidate);
+    }
+    out
+}
+
+fn cut(recording: &Recording, options: &TemperatureOptions) -> Vec<Candidate> {
+    let Some(temperature) = &recording.temperature_c else {
+        return Vec::new();
+    };
+    let (rate, _) = recording.working_rate_hz();
+    let width = ((options.block_s * rate).round() as usize).max(LEAST_ROWS);
+    let mut out = Vec::new();
+    let mut number = 0;
+    for (segment, rows) in recording.segments().into_iter().enumerate() {
+        let mut from = rows.start;
+        while from + width <= rows.end {
+            let span = from..from + width;
+            from += width;
+            number += 1;
+            let (t_c, _) = moments(&temperature[span.clone()]);
+            let mut values = [f64::NAN; 6];
+            let mut variance = [0.0, f64::NAN];
+            for (axis, channel) in recording.accel.iter().enumerate() {
+                let (mean, own) = moments(&channel[span.clone()]);
+                values[axis] = mean;
+                variance[0] += own;
+            }
+            if let Some(gyro) = &recording.gyro {
+                variance[1] = 0.0;
+                for (axis, channel) in gyro.iter().enumerate() {
+                    let (mean, own) = moments(&channel[span.clone()]);
+                    values[3 + axis] = mean;
+                    variance[1] += own;
+                }
+            }
+            if t_c.is_finite() && values[..3].iter().all(|v| v.is_finite()) {
+                out.push(Candidate {
+                    number,
+                    segment,
+                    block: Block { t_c, values },
+                    variance,
+                });
+            }
+        }
+    }
+    out
+}
+
+/// Mean and variance of the values that are there.
+fn moments(values: &[f64]) -> (f64, f64) {
+    let (mut n, mut sum) = (0.0, 0.0);
+    for v in values.iter().filter(|v| v.is_finite()) {
+        n += 1.0;
+        sum += v;
+    }
+    let mean = sum / n;
+    let squares: f64 = values
+        .iter()
+        .filter(|v| v.is_finite())
+        .map(|v| (v - mean).powi(2))
+        .sum();
+    (mean, squares / (n - 1.0))
+}
+
+/// A variance of zero (coarse digits) says nothing about noise.
+fn quiet_level(variances: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut some: Vec<f64> = variances.filter(|v| *v > 0.0).collect();
+    if some.is_empty() {
+        return None;
+    }
+    let at = ((some.len() as f64 * QUIET_SHARE) as usize).min(some.len() - 1);
+    let (_, level, _) = some.select_nth_unstable_by(at, f64::total_cmp);
+    Some(*level)
+}
+
+fn step(a: &Candidate, b: &Candidate) -> f64 {
+    (0..3)
+        .map(|i| (a.block.values[i] - b.block.values[i]).powi(2))
+        .sum::<f64>()
+        .sqrt()
+}
+
+fn norm(block: &Block) -> f64 {
+    block.values[..3].iter().map(|v| v * v).sum::<f64>().sqrt()
+}

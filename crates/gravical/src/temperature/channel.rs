@@ -1,0 +1,255 @@
+//! One channel judged: fitted on the cooling sweeps it has to predict the
+//! warming ones, and the other way round.
+
+use std::collections::BTreeMap;
+
+use crate::calibration_file::{ChannelDrift, DriftVerdict, SweepDirection};
+
+use super::fit::{Fit, Frame, Sample, Shape, about_means, rms};
+use super::reason;
+use super::sweeps::Bin;
+
+use SweepDirection::{Cooling, Warming};
+
+/// A drift is taken off when each direction explains this much of the other.
+pub const LEAST_R2: f64 = 0.7;
+/// A higher order has to leave so much less unexplained.
+const BETTER: f64 = 0.9;
+/// Highest order: more bends than two in a range of some tens of °C are
+/// something else.
+const MOST_ORDER: usize = 3;
+/// Unless what is left is within so many standard errors of the means: noise.
+const AT_NOISE: f64 = 1.5;
+/// Bins in each direction, for a test to mean something.
+const LEAST_BINS: usize = 6;
+/// Below so many standard errors of the means a drift is none.
+const NOISE_FACTOR: f64 = 2.0;
+/// Bias and scale are told apart when gravity on the axis differs by this much
+/// between placements, g.
+const LEAST_SPREAD_G: f64 = 0.5;
+/// An axis that bears less of gravity than this shows its bias alone, g.
+const BEARS_G: f64 = 0.2;
+
+/// What all channels share.
+pub(super) struct Common<'a> {
+    pub bins: &'a [Bin],
+    pub frame: Frame,
+    /// Where both directions were, °C.
+    pub overlap_c: [f64; 2],
+    /// More than this is needed of it, °C.
+    pub least_span_c: f64,
+    pub unit: &'a str,
+}
+
+/// What a test of one shape gave.
+#[derive(Clone, Copy)]
+pub(super) struct Tested {
+    pub shape: Shape,
+    pub to_warming: f64,
+    pub to_cooling: f64,
+}
+
+impl Tested {
+    pub fn worse(&self) -> f64 {
+        self.to_warming.min(self.to_cooling)
+    }
+
+    fn passes(&self) -> bool {
+        self.worse() >= LEAST_R2
+    }
+}
+
+/// Everything about channel `index` (0 to 5), about `frame.centre_c`.
+pub(super) fn judge(common: &Common<'_>, index: usize, name: &str) -> ChannelDrift {
+    let samples = samples(common.bins, index);
+    let part = |way: SweepDirection| -> Vec<Sample> {
+        let of_way = samples.iter().filter(|(d, _)| *d == way);
+        of_way.map(|(_, s)| *s).collect()
+    };
+    let (cooling, warming) = (part(Cooling), part(Warming));
+    let all: Vec<Sample> = samples.iter().map(|(_, s)| *s).collect();
+    let scale_observed = index < 3 && scale_shows(common, &all);
+    let slope = |of: &[Sample]| straight(of, common.frame);
+    let joint = slope(&all);
+    let mut out = ChannelDrift {
+        channel: name.to_owned(),
+        input_unit: common.unit.to_owned(),
+        verdict: DriftVerdict::Refused,
+        reason: String::new(),
+        order: 0,
+        r2_cooling_to_warming: None,
+        r2_warming_to_cooling: None,
+        slope: joint,
+        slope_cooling: slope(&cooling),
+        slope_warming: slope(&warming),
+        hysteresis: hysteresis(common.bins, index, joint.unwrap_or(0.0)),
+        drift_rms: rms(&about_means(&all)),
+        residual_rms: None,
+        coefficients: Vec::new(),
+        scale_coefficients: Vec::new(),
+        scale_observed,
+    };
+    let shared_c = common.overlap_c[1] - common.overlap_c[0];
+    if cooling.is_empty() || warming.is_empty() {
+        let way = if cooling.is_empty() { Warming } else { Cooling };
+        out.reason = reason::one_way(way);
+        return out;
+    }
+    if shared_c <= common.least_span_c || cooling.len().min(warming.len()) < LEAST_BINS {
+        out.reason = reason::little_shared(shared_c.max(0.0), common.least_span_c);
+        return out;
+    }
+    let noise = mean_noise(common.bins, index);
+    // Share of the variance that is noise: no shape explains it.
+    let noise_share = (AT_NOISE * noise / out.drift_rms).powi(2);
+    let Some(tested) = choose(common, &cooling, &warming, scale_observed, noise_share) else {
+        out.reason = reason::no_fit();
+        return out;
+    };
+    out.order = tested.shape.order as u32;
+    out.r2_cooling_to_warming = Some(tested.to_warming);
+    out.r2_warming_to_cooling = Some(tested.to_cooling);
+    let fit = Fit::new(&all, tested.shape, common.frame);
+    match fit {
+        Some(fit) if tested.passes() => {
+            out.verdict = DriftVerdict::Accepted;
+            out.residual_rms = Some(rms(&fit.residuals(&all)));
+            let unknown = !scale_observed
+                && index < 3
+                && all
+                    .iter()
+                    .any(|s| s.level.abs() > BEARS_G * common.frame.gravity);
+            out.reason = reason::accepted(&tested, unknown);
+            out.coefficients = fit.drift;
+            out.scale_coefficients = fit.gain;
+        }
+        _ if out.drift_rms <= NOISE_FACTOR * noise => {
+            out.reason = reason::no_drift(out.drift_rms, noise, common.unit);
+        }
+        _ => out.reason = reason::unpredictable(&tested, out.hysteresis, common.unit),
+    }
+    out
+}
+
+fn samples(bins: &[Bin], index: usize) -> Vec<(SweepDirection, Sample)> {
+    let mut levels: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+    let bins = || bins.iter().filter(|b| b.values[index].is_finite());
+    for bin in bins() {
+        let (sum, n) = levels.entry(bin.stretch).or_default();
+        *sum += bin.values[index];
+        *n += 1.0;
+    }
+    bins()
+        .map(|bin| {
+            let (sum, n) = levels.get(&bin.stretch).copied().unwrap_or((0.0, 1.0));
+            let sample = Sample {
+                stretch: bin.stretch,
+                t_c: bin.t_c,
+                y: bin.values[index],
+                level: sum / n,
+            };
+            (bin.direction, sample)
+        })
+        .collect()
+}
+
+/// True when placements that gravity acts on differently share temperatures.
+fn scale_shows(common: &Common<'_>, all: &[Sample]) -> bool {
+    let range = |stretch: usize| {
+        let own = all.iter().filter(|s| s.stretch == stretch);
+        own.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], s| {
+            [l.min(s.t_c), h.max(s.t_c)]
+        })
+    };
+    let mut levels: Vec<(usize, f64)> = all.iter().map(|s| (s.stretch, s.level)).collect();
+    levels.dedup();
+    levels.iter().enumerate().any(|(i, (a, level_a))| {
+        levels[..i].iter().any(|(b, level_b)| {
+            let ([low_a, high_a], [low_b, high_b]) = (range(*a), range(*b));
+            (level_a - level_b).abs() >= LEAST_SPREAD_G * common.frame.gravity
+                && high_a.min(high_b) - low_a.max(low_b) > common.least_span_c
+        })
+    })
+}
+
+/// The simplest shape that predicts as well as any.
+fn choose(
+    common: &Common<'_>,
+    cooling: &[Sample],
+    warming: &[Sample],
+    scale_observed: bool,
+    noise_share: f64,
+) -> Option<Tested> {
+    let mut best: Option<Tested> = None;
+    for order in 1..=MOST_ORDER {
+        for with_scale in [false, true] {
+            if with_scale && !scale_observed {
+                continue;
+            }
+            let shape = Shape { order, with_scale };
+            let Some(tested) = test(shape, common.frame, cooling, warming) else {
+                continue;
+            };
+            let better = best.is_none_or(|b| {
+                let left = 1.0 - b.worse();
+                (left > noise_share && 1.0 - tested.worse() < BETTER * left)
+                    || (tested.passes() && !b.passes())
+            });
+            if better {
+                best = Some(tested);
+            }
+        }
+    }
+    best
+}
+
+fn test(shape: Shape, frame: Frame, cooling: &[Sample], warming: &[Sample]) -> Option<Tested> {
+    Some(Tested {
+        shape,
+        to_warming: Fit::new(cooling, shape, frame)?.r2(warming)?,
+        to_cooling: Fit::new(warming, shape, frame)?.r2(cooling)?,
+    })
+}
+
+fn straight(samples: &[Sample], frame: Frame) -> Option<f64> {
+    let line = Shape {
+        order: 1,
+        with_scale: false,
+    };
+    Fit::new(samples, line, frame).and_then(|f| f.drift.first().copied())
+}
+
+/// Largest difference between cooling and warming at one temperature in one
+/// placement; `slope` levels what the bins differ in temperature.
+fn hysteresis(bins: &[Bin], index: usize, slope: f64) -> Option<f64> {
+    let mut pairs: BTreeMap<(usize, i64), [(f64, f64); 2]> = BTreeMap::new();
+    for bin in bins.iter().filter(|b| b.values[index].is_finite()) {
+        let sums = pairs.entry((bin.stretch, bin.degree)).or_default();
+        let (sum, n) = &mut sums[usize::from(bin.direction == Warming)];
+        *sum += bin.values[index] - slope * bin.t_c;
+        *n += 1.0;
+    }
+    let apart: Vec<f64> = pairs
+        .values()
+        .filter(|[c, w]| c.1 > 0.0 && w.1 > 0.0)
+        .map(|[c, w]| c.0 / c.1 - w.0 / w.1)
+        .collect();
+    // Over three neighbours, so that it is not the noise of one.
+    apart
+        .windows(apart.len().clamp(1, 3))
+        .map(|w| (w.iter().sum::<f64>() / w.len() as f64).abs())
+        .reduce(f64::max)
+}
+
+/// Standard error of the bins (rms), by the scatter of their blocks. What the
+/// drift does within a bin is in it, so it is not too small.
+fn mean_noise(bins: &[Bin], index: usize) -> f64 {
+    let bins = || bins.iter().filter(|b| b.values[index].is_finite());
+    let squares: f64 = bins().map(|b| b.squares[index]).sum();
+    let freedom: f64 = bins().map(|b| b.blocks - 1.0).sum();
+    let (sum, n) = bins().fold((0.0, 0.0), |(sum, n), b| (sum + 1.0 / b.blocks, n + 1.0));
+    if freedom < 1.0 {
+        return 0.0;
+    }
+    (squares / freedom * sum / n).sqrt()
+}

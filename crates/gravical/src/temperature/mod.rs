@@ -1,0 +1,305 @@
+//! Drift with temperature: what of it can be predicted, and what cannot.
+//!
+//! # Overview
+//!
+//! A sensor that lies still while its temperature goes down and up again shows
+//! its drift. [`study`] takes means of short still blocks (`blocks`), parts
+//! cooling from warming (`sweeps`), and asks of every channel (`channel`): does
+//! a polynomial of the temperature, fitted to the one, predict the other, both
+//! ways? Only then is it worth taking off. Folds that are drawn at random, or
+//! from one sweep, do not ask that: neighbours in time agree whatever moved
+//! them.
+//!
+//! The result is a [`TemperatureModel`]; [`for_calibration`] puts it beside the
+//! parameters of a session, [`soak_alone`] makes a calibration of nothing else.
+//!
+//! # Example
+//!
+//! ```
+//! use gravical::recording::{ReadOptions, read_bytes};
+//! use gravical::temperature::study;
+//!
+//! // Ten minutes from 20 °C to 50 °C and back; ax drifts by 2 mm/s² per °C.
+//! let mut csv = String::from("t_s,ax,ay,az,temp\n");
+//! for i in 0..6000 {
+//!     let t_c = 50.0 - 30.0 * (f64::from(i) / 3000.0 - 1.0).abs();
+//!     let noise = 0.004 * (f64::from(i) * 2.4).sin();
+//!     let ax = 0.1 + 0.002 * t_c + noise;
+//!     csv += &format!("{:.1},{ax:.5},{:.5},{:.5},{t_c:.2}\n", 0.1 * f64::from(i), noise, 9.81 - noise);
+//! }
+//! let soak = read_bytes(csv.as_bytes(), "soak.csv", &ReadOptions::default())?;
+//! let model = study(&[soak])?;
+//! let ax = model.channel("ax").unwrap();
+//! assert!(ax.is_accepted() && (ax.slope.unwrap() - 0.002).abs() < 1e-5);
+//! assert!(!model.channel("ay").unwrap().is_accepted());
+//! # Ok::<(), gravical::Error>(())
+//! ```
+
+mod attach;
+mod blocks;
+mod channel;
+mod fit;
+mod polynomial;
+mod reason;
+mod soak;
+mod sweeps;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use crate::calibration_file::{
+    CHANNELS, InputFile, ReferenceSource, SweepDirection, TemperatureModel,
+};
+use crate::recording::Recording;
+use crate::segment::check_units;
+use crate::stats::median;
+use crate::{Error, Result};
+
+pub(crate) use attach::cost_text;
+pub use attach::for_calibration;
+pub use channel::LEAST_R2;
+pub use polynomial::evaluate;
+pub(crate) use reason::{in_unit, r2_text, short};
+pub use soak::soak_alone;
+
+use blocks::Stretch;
+use channel::Common;
+use fit::Frame;
+
+/// The temperature has to span more than this while still, °C: less says
+/// little, and means little.
+pub const LEAST_SPAN_C: f64 = 5.0;
+
+/// A placement that spans less than this teaches nothing, °C.
+const LEAST_STRETCH_C: f64 = 2.0;
+
+/// How temperature is studied.
+#[derive(Debug, Clone)]
+pub(crate) struct TemperatureOptions {
+    /// Length of a block, s; six rows at least.
+    pub block_s: f64,
+}
+
+impl Default for TemperatureOptions {
+    fn default() -> Self {
+        TemperatureOptions { block_s: 3.0 }
+    }
+}
+
+/// Studies the drift of a sensor in recordings of one unit.
+///
+/// # Errors
+///
+/// All of them input errors: `missing-temperature` without a thermometer,
+/// `never-still`, and `temperature-span` when the temperature spans
+/// [`LEAST_SPAN_C`] or less while still; of several recordings `unit-unknown`
+/// and `units-differ`. A drift that is not predictable is no
+/// error: the channel is refused.
+pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
+    study_with_levels(recordings).map(|(model, _)| model)
+}
+
+/// The same, and what each channel reads at the reference temperature (over all
+/// placements, so that it means something for a gyroscope only).
+fn study_with_levels(recordings: &[Recording]) -> Result<(TemperatureModel, [f64; 6])> {
+    let options = TemperatureOptions::default();
+    if recordings.len() > 1 {
+        check_units(recordings)?;
+    }
+    let name = recordings.first().map_or("", |r| r.name.as_str());
+    let input = |code, message: String| Error::input(code, message).at(Path::new(name), None);
+    if recordings.iter().all(|r| temperature_span_c(r).is_none()) {
+        return Err(
+            input("missing-temperature", "there is no temperature".to_owned()).with_hint(
+                "record the sensor's own temperature in a column called temperature, or name it with --columns",
+            ),
+        );
+    }
+    let found: Vec<Stretch> = recordings
+        .iter()
+        .enumerate()
+        .flat_map(|(i, r)| blocks::stretches(r, i, &options))
+        .collect();
+    if found.is_empty() {
+        return Err(input(
+            "never-still",
+            "it is never still for some seconds".to_owned(),
+        )
+        .with_hint("let the sensor lie untouched while its temperature changes"));
+    }
+    let widest = found
+        .iter()
+        .map(|s| s.range_c()[1] - s.range_c()[0])
+        .fold(0.0, f64::max);
+    let kept: Vec<Stretch> = found
+        .into_iter()
+        .filter(|s| s.range_c()[1] - s.range_c()[0] > LEAST_STRETCH_C)
+        .collect();
+    let [low, high] = kept
+        .iter()
+        .map(Stretch::range_c)
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], [a, b]| {
+            [l.min(a), h.max(b)]
+        });
+    let span_c = if kept.is_empty() { widest } else { high - low };
+    if kept.is_empty() || span_c <= LEAST_SPAN_C {
+        return Err(input(
+            "temperature-span",
+            format!(
+                "the temperature spans {span_c:.1} °C while still; more than {LEAST_SPAN_C:.0} °C are needed"
+            ),
+        )
+        .with_hint("cool the sensor and let it come back, lying untouched, over all temperatures it will work at"));
+    }
+    Ok(model(recordings, &kept, [low, high]))
+}
+
+/// What [`study`] finds, where there is anything to find: none for a recording
+/// without the temperatures for it.
+#[must_use]
+pub fn study_if_any(recordings: &[Recording]) -> Option<TemperatureModel> {
+    // The whole span is quickly had, and mostly too small.
+    let spans = recordings.iter().filter_map(temperature_span_c);
+    let [low, high] = spans.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], [a, b]| {
+        [l.min(a), h.max(b)]
+    });
+    if high - low > LEAST_SPAN_C {
+        study(recordings).ok()
+    } else {
+        None
+    }
+}
+
+/// Lowest and highest temperature; none without any.
+fn temperature_span_c(recording: &Recording) -> Option<[f64; 2]> {
+    let all = recording.temperature_c.iter().flatten();
+    let [low, high] = all
+        .filter(|t| t.is_finite())
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], t| {
+            [l.min(*t), h.max(*t)]
+        });
+    (low <= high).then_some([low, high])
+}
+
+fn model(
+    recordings: &[Recording],
+    stretches: &[Stretch],
+    span_c: [f64; 2],
+) -> (TemperatureModel, [f64; 6]) {
+    let (sweeps, mut bins) = sweeps::bins(stretches, span_c[1] - span_c[0]);
+    // What only one direction reached was never tested: it is no part of it.
+    let range = |way: SweepDirection| {
+        let own = bins.iter().filter(|b| b.direction == way);
+        own.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], b| {
+            [l.min(b.range_c[0]), h.max(b.range_c[1])]
+        })
+    };
+    let (cooling, warming) = (
+        range(SweepDirection::Cooling),
+        range(SweepDirection::Warming),
+    );
+    let overlap_c = [cooling[0].max(warming[0]), cooling[1].min(warming[1])];
+    let shared = overlap_c[1] - overlap_c[0] > LEAST_SPAN_C;
+    let range_c = if shared { overlap_c } else { span_c };
+    bins.retain(|b| (range_c[0]..=range_c[1]).contains(&b.t_c));
+
+    let mut norms: Vec<f64> = stretches
+        .iter()
+        .flat_map(|s| &s.blocks)
+        .map(|b| b.values[..3].iter().map(|v| v * v).sum::<f64>().sqrt())
+        .collect();
+    let frame = Frame {
+        centre_c: 0.5 * (range_c[0] + range_c[1]),
+        half_c: 0.5 * (range_c[1] - range_c[0]),
+        gravity: median(&mut norms).unwrap_or(1.0).max(f64::MIN_POSITIVE),
+    };
+    let first = recordings.first();
+    let accel_unit = first.map_or("unknown", |r| r.accel_scale.unit.name());
+    let gyro_unit = first
+        .and_then(|r| r.gyro_scale)
+        .map_or("unknown", |g| g.unit.name());
+    let with_gyro = bins
+        .iter()
+        .any(|b| b.values[3..].iter().any(|v| v.is_finite()));
+    let channels = if with_gyro { 6 } else { 3 };
+    let zero_offset = first.map_or(0.0, |r| r.zero_offset);
+    let model = TemperatureModel {
+        reference_c: frame.centre_c,
+        reference_source: ReferenceSource::Soak,
+        range_c,
+        poses: stretches.len() as u32,
+        sweeps,
+        channels: CHANNELS[..channels]
+            .iter()
+            .enumerate()
+            .map(|(index, name)| {
+                let common = Common {
+                    bins: &bins,
+                    frame,
+                    overlap_c,
+                    least_span_c: LEAST_SPAN_C,
+                    unit: if index < 3 { accel_unit } else { gyro_unit },
+                };
+                let mut channel = channel::judge(&common, index, name);
+                // What is applied to the file's own numbers: a zero offset is
+                // no part of what the scale multiplies.
+                if index < 3 {
+                    let scale = channel.scale_coefficients.iter();
+                    for (c, s) in channel.coefficients.iter_mut().zip(scale) {
+                        *c -= zero_offset * s;
+                    }
+                }
+                channel
+            })
+            .collect(),
+        inputs: recordings
+            .iter()
+            .map(|r| InputFile {
+                path: r.name.clone(),
+                sha256: r.sha256.clone(),
+            })
+            .collect(),
+    };
+    let levels = std::array::from_fn(|index| {
+        let name = CHANNELS[index];
+        let own = bins.iter().filter(|b| b.values[index].is_finite());
+        let (sum, n) = own.fold((0.0, 0.0), |(sum, n), b| {
+            (
+                sum + b.values[index] - model.drift_at(name, b.t_c).0,
+                n + 1.0,
+            )
+        });
+        sum / n
+    });
+    (model, levels)
+}
+
+impl TemperatureModel {
+    /// The same model with drift and gain zero at `reference_c`.
+    #[must_use]
+    pub fn about(mut self, reference_c: f64) -> Self {
+        let by = reference_c - self.reference_c;
+        for channel in &mut self.channels {
+            let (drift, gain) =
+                polynomial::about(&channel.coefficients, &channel.scale_coefficients, by);
+            channel.coefficients = drift;
+            channel.scale_coefficients = gain;
+        }
+        self.reference_c = reference_c;
+        self
+    }
+
+    /// Drift (input unit) and gain (relative) of channel `name` at `t_c`; a
+    /// temperature outside of the range counts as its nearer edge.
+    #[must_use]
+    pub fn drift_at(&self, name: &str, t_c: f64) -> (f64, f64) {
+        let x = t_c.clamp(self.range_c[0], self.range_c[1]) - self.reference_c;
+        self.channel(name).map_or((0.0, 0.0), |c| {
+            (
+                evaluate(&c.coefficients, x),
+                evaluate(&c.scale_coefficients, x),
+            )
+        })
+    }
+}

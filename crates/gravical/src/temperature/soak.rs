@@ -1,0 +1,144 @@
+//! A calibration from a soak alone: the drift, and nothing about geometry.
+
+use gravical_core::matrix3::identity;
+
+use crate::calibrate::CalibrateOptions;
+use crate::calibration_file::{
+    AccelerometerSection, CalibrationFile, FORMAT, Grade, GyroscopeSection, TemperatureRange,
+    Verdict, creation_time,
+};
+use crate::recording::{AccelUnit, Finding, GyroUnit, Recording, Severity};
+use crate::segment::check_units;
+use crate::{Error, Result};
+
+use super::attach::summary;
+use super::study_with_levels;
+
+/// A calibration that takes off the drift with temperature, from recordings in
+/// which the sensor lies still while its temperature goes down and up.
+///
+/// One placement shows neither scale nor bias of the accelerometer: matrix and
+/// scale are those of the unit, its bias is zero. The gyroscope's bias is what
+/// it reads at rest at the reference temperature, the middle of the soak.
+///
+/// # Errors
+///
+/// Those of [`super::study`]; `unit-unknown`, `units-differ`, `no-recordings`.
+pub fn soak_alone(recordings: &[Recording], options: &CalibrateOptions) -> Result<CalibrationFile> {
+    let Some(first) = recordings.first() else {
+        return Err(Error::input("no-recordings", "there is no recording"));
+    };
+    check_units(recordings)?;
+    let Some(nominal) = first.accel_scale.nominal() else {
+        return Err(Error::input(
+            "unit-unknown",
+            "counts of unknown range: what one g is has to be known, since a soak does not show it",
+        )
+        .at(first.name.as_ref(), None)
+        .with_hint("say it, for example --accel-unit counts --accel-range 2"));
+    };
+    let (model, levels) = study_with_levels(recordings)?;
+    let mut findings: Vec<Finding> = recordings
+        .iter()
+        .flat_map(|r| r.findings.iter().cloned())
+        .collect();
+    let gyroscope = gyroscope(first, levels, &mut findings);
+    findings.push(summary(&model, gyroscope.is_some()));
+    findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
+    let diagonal = |v: f64| {
+        let mut m = identity();
+        (0..3).for_each(|i| m[i][i] = v);
+        m
+    };
+    Ok(CalibrationFile {
+        format: FORMAT.to_owned(),
+        created: creation_time(),
+        tool: concat!("gravical ", env!("CARGO_PKG_VERSION")).to_owned(),
+        sensor: options.sensor.clone(),
+        gravity_mps2: options.gravity.value_mps2,
+        gravity_source: options.gravity.source,
+        temperature_c: Some(TemperatureRange {
+            mean: model.reference_c,
+            min: model.range_c[0],
+            max: model.range_c[1],
+        }),
+        accelerometer: AccelerometerSection {
+            method: "thermal".to_owned(),
+            input_unit: first.accel_scale.unit,
+            output_unit: AccelUnit::MetrePerSecondSquared,
+            bias: [first.zero_offset; 3],
+            matrix: diagonal(1.0 / nominal),
+            scale: [nominal; 3],
+            orientation: identity(),
+            covariance: None,
+            positions: Vec::new(),
+            errors: None,
+            scale_deviation_percent: None,
+            degrees_of_freedom: 0,
+            leave_one_out_rms_mps2: None,
+            predicted_norm_error_mps2: None,
+            placement_tilt_deg: None,
+            deviations: None,
+            fit: None,
+            worst_pose: None,
+            next_poses: Vec::new(),
+            budget: None,
+        },
+        gyroscope,
+        inputs: model.inputs.clone(),
+        findings,
+        verdict: verdict(model.any_accepted()),
+        command: options.command.clone(),
+        temperature_model: Some(model),
+    })
+}
+
+fn gyroscope(
+    first: &Recording,
+    levels: [f64; 6],
+    findings: &mut Vec<Finding>,
+) -> Option<GyroscopeSection> {
+    first.gyro.as_ref()?;
+    let scale = first.gyro_scale?;
+    let Some(nominal) = scale.nominal() else {
+        findings.push(Finding::warning(
+            "gyro-unit-unknown",
+            "the unit of the gyroscope is not known, so that nothing can be calibrated to rad/s: `apply` leaves it as it is; say the unit with --gyro-unit",
+        ));
+        return None;
+    };
+    let bias = [levels[3], levels[4], levels[5]];
+    if !bias.iter().all(|b| b.is_finite()) {
+        return None;
+    }
+    let mut matrix = identity();
+    (0..3).for_each(|i| matrix[i][i] = 1.0 / nominal);
+    Some(GyroscopeSection {
+        input_unit: scale.unit,
+        output_unit: GyroUnit::RadianPerSecond,
+        bias,
+        matrix,
+        scale: [nominal; 3],
+        orientation: identity(),
+        g_sensitivity: [[0.0; 3]; 3],
+    })
+}
+
+fn verdict(any_accepted: bool) -> Verdict {
+    let geometry = "a soak shows no geometry: matrix and scale are nominal, the bias of the accelerometer is taken as zero; only drift with temperature is taken off";
+    let mut reasons = Vec::new();
+    if !any_accepted {
+        reasons.push(
+            "of no channel can the drift be predicted: there is nothing to take off".to_owned(),
+        );
+    }
+    reasons.push(geometry.to_owned());
+    Verdict {
+        grade: if any_accepted {
+            Grade::NotVerifiable
+        } else {
+            Grade::Poor
+        },
+        reasons,
+    }
+}

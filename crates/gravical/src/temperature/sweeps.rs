@@ -1,0 +1,207 @@
+//! Cooling and warming: the temperature's history cut at its turning points,
+//! and the means of every sweep degree by degree.
+
+use std::collections::BTreeMap;
+
+use crate::calibration_file::{Sweep, SweepDirection};
+
+use super::blocks::Stretch;
+
+/// The temperature has turned when it has come back by this share of all that
+/// it spans …
+const TURN_SHARE: f64 = 0.1;
+/// … and by so many °C: a thermometer is noisy, a chamber swings.
+const LEAST_TURN_C: f64 = 1.0;
+
+/// Bins over all that is spanned, and their widths in °C.
+const BINS: f64 = 60.0;
+const BIN_C: std::ops::RangeInclusive<f64> = 0.2..=1.0;
+
+/// The mean of one sweep of one placement over about a degree. Bins count
+/// alike: a chamber lingers at its ends, and a model has to predict in between
+/// too.
+#[derive(Debug, Clone)]
+pub(super) struct Bin {
+    pub stretch: usize,
+    pub direction: SweepDirection,
+    /// The same number is the same temperature.
+    pub degree: i64,
+    /// Mean, lowest and highest temperature in it.
+    pub t_c: f64,
+    pub range_c: [f64; 2],
+    pub values: [f64; 6],
+    /// Blocks that it is the mean of.
+    pub blocks: f64,
+    /// Sum of the squares of what they differ from it.
+    pub squares: [f64; 6],
+}
+
+/// Sweeps of all stretches in order, and their bins.
+pub(super) fn bins(stretches: &[Stretch], span_c: f64) -> (Vec<Sweep>, Vec<Bin>) {
+    let turn_c = (TURN_SHARE * span_c).max(LEAST_TURN_C);
+    let width_c = (span_c / BINS).clamp(*BIN_C.start(), *BIN_C.end());
+    let mut sweeps = Vec::new();
+    let mut bins = Vec::new();
+    let mut from = 0;
+    while from < stretches.len() {
+        // The temperature goes its way while the sensor is moved.
+        let recording = stretches[from].recording;
+        let to = stretches[from..]
+            .iter()
+            .position(|s| s.recording != recording)
+            .map_or(stretches.len(), |n| from + n);
+        let history: Vec<f64> = stretches[from..to]
+            .iter()
+            .flat_map(|s| s.blocks.iter().map(|b| b.t_c))
+            .collect();
+        let own = cut(&history, turn_c);
+        let mut at = 0;
+        let mut sorted: BTreeMap<(usize, usize, i64), Vec<[f64; 7]>> = BTreeMap::new();
+        for (index, stretch) in stretches.iter().enumerate().take(to).skip(from) {
+            for block in &stretch.blocks {
+                if let Some(sweep) = own.iter().position(|(rows, _)| rows.contains(&at)) {
+                    let degree = (block.t_c / width_c).floor() as i64;
+                    let mut row = [block.t_c; 7];
+                    row[..6].copy_from_slice(&block.values);
+                    sorted.entry((index, sweep, degree)).or_default().push(row);
+                }
+                at += 1;
+            }
+        }
+        bins.extend(sorted.into_iter().map(|((stretch, sweep, degree), rows)| {
+            let (means, squares) = moments(&rows);
+            let mut values = [0.0; 6];
+            values.copy_from_slice(&means[..6]);
+            Bin {
+                stretch,
+                direction: own[sweep].1.direction,
+                degree,
+                t_c: means[6],
+                range_c: rows
+                    .iter()
+                    .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
+                        [low.min(r[6]), high.max(r[6])]
+                    }),
+                values,
+                blocks: rows.len() as f64,
+                squares,
+            }
+        }));
+        sweeps.extend(own.iter().map(|(_, sweep)| *sweep));
+        from = to;
+    }
+    (sweeps, bins)
+}
+
+fn moments(rows: &[[f64; 7]]) -> ([f64; 7], [f64; 6]) {
+    let n = rows.len() as f64;
+    let means: [f64; 7] = std::array::from_fn(|i| rows.iter().map(|r| r[i]).sum::<f64>() / n);
+    let squares = std::array::from_fn(|i| rows.iter().map(|r| (r[i] - means[i]).powi(2)).sum());
+    (means, squares)
+}
+
+/// Ranges of `history` between its turning points. A turn counts when the
+/// temperature has come back by `turn_c`; a plateau belongs to the sweeps
+/// beside it, parted at its extreme.
+fn cut(history: &[f64], turn_c: f64) -> Vec<(std::ops::Range<usize>, Sweep)> {
+    let (Some(&first), Some(&end)) = (history.first(), history.last()) else {
+        return Vec::new();
+    };
+    let mut starts: Vec<(usize, SweepDirection)> = Vec::new();
+    let (mut low, mut high) = ((0, first), (0, first));
+    for (i, &t) in history.iter().enumerate() {
+        if t < low.1 {
+            low = (i, t);
+        }
+        if t > high.1 {
+            high = (i, t);
+        }
+        let way = starts.last().map(|s| s.1);
+        let (pivot, turned) = if t - low.1 >= turn_c && way != Some(SweepDirection::Warming) {
+            (low.0, SweepDirection::Warming)
+        } else if high.1 - t >= turn_c && way != Some(SweepDirection::Cooling) {
+            (high.0, SweepDirection::Cooling)
+        } else {
+            continue;
+        };
+        starts.push((if starts.is_empty() { 0 } else { pivot }, turned));
+        (low, high) = ((i, t), (i, t));
+    }
+    let ends = starts.iter().skip(1).map(|(at, _)| (*at, history[*at]));
+    let ends = ends.chain([(history.len(), end)]);
+    starts
+        .iter()
+        .zip(ends)
+        .map(|(&(at, direction), (until, to_c))| {
+            let from_c = history[at];
+            let sweep = Sweep {
+                direction,
+                from_c,
+                to_c,
+            };
+            (at..until, sweep)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use SweepDirection::{Cooling, Warming};
+
+    fn directions(history: &[f64]) -> Vec<(SweepDirection, f64, f64)> {
+        cut(history, 2.0)
+            .into_iter()
+            .map(|(_, s)| (s.direction, s.from_c, s.to_c))
+            .collect()
+    }
+
+    fn ramp(from: f64, to: f64, n: usize) -> Vec<f64> {
+        (0..n)
+            .map(|i| from + (to - from) * i as f64 / (n - 1) as f64)
+            .collect()
+    }
+
+    #[test]
+    fn down_and_up_are_two_sweeps_whatever_the_noise() {
+        let mut history = ramp(50.0, -10.0, 300);
+        history.extend(vec![-10.0; 100]);
+        history.extend(ramp(-10.0, 48.0, 300));
+        for (i, t) in history.iter_mut().enumerate() {
+            *t += 0.7 * (i as f64 * 2.399).sin();
+        }
+        let found = directions(&history);
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert_eq!((found[0].0, found[1].0), (Cooling, Warming));
+        assert!((found[0].2 + 10.7).abs() < 0.1 && (found[1].2 - 48.0).abs() < 0.8);
+        // Every block belongs to one of them.
+        let parts = cut(&history, 2.0);
+        assert_eq!(parts[0].0.end, parts[1].0.start);
+        assert_eq!((parts[0].0.start, parts[1].0.end), (0, history.len()));
+        assert!((300..400).contains(&parts[0].0.end));
+    }
+
+    #[test]
+    fn one_way_and_no_way() {
+        assert_eq!(directions(&ramp(20.0, 40.0, 50)), [(Warming, 20.0, 40.0)]);
+        assert_eq!(directions(&ramp(40.0, 20.0, 50)), [(Cooling, 40.0, 20.0)]);
+        assert_eq!(directions(&[25.0; 30]), []);
+        assert_eq!(directions(&[]), []);
+    }
+
+    #[test]
+    fn steps_of_a_chamber_are_one_sweep_and_cycles_are_several() {
+        let mut history = Vec::new();
+        for level in [20.0, 30.0, 40.0, 50.0] {
+            history.extend(ramp(level - 10.0, level, 20));
+            // Overshoot and settle.
+            history.extend((0..40).map(|i| level + 0.9 * (f64::from(i) * 0.5).sin()));
+        }
+        assert_eq!(directions(&history).len(), 1);
+        let mut cycles = ramp(10.0, 50.0, 40);
+        cycles.extend(ramp(50.0, 10.0, 40));
+        cycles.extend(ramp(10.0, 50.0, 40));
+        let ways: Vec<_> = directions(&cycles).iter().map(|d| d.0).collect();
+        assert_eq!(ways, [Warming, Cooling, Warming]);
+    }
+}

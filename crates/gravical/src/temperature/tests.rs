@@ -1,0 +1,311 @@
+use rand::{RngExt, SeedableRng};
+
+use super::*;
+use crate::calibration_file::ChannelDrift;
+use crate::recording::{ReadOptions, read, read_bytes};
+use crate::simulate::{
+    Scenario, SimulateOptions, Simulation, SoakOptions, StaticOptions, simulate, write,
+};
+
+fn seeded_normal(seed: u64) -> impl FnMut() -> f64 {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    move || rng.sample(rand_distr::StandardNormal)
+}
+
+/// A virtual soak of ten minutes, written and read, and what was put in.
+fn virtual_soak(seed: u64, soak: SoakOptions, drift_mg_per_c: f64) -> (Vec<Recording>, Simulation) {
+    let mut options = SimulateOptions::new(Scenario::Static(StaticOptions {
+        duration_s: 600.0,
+        soak: Some(soak),
+    }));
+    options.seed = seed;
+    options.rate_hz = 100.0;
+    options.sensor.bias_drift_mg_per_c = drift_mg_per_c;
+    options.file.decimals = 6;
+    let simulation = simulate(&options).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let paths = write(&simulation, folder.path(), false).unwrap();
+    let recording = read(&paths[0], &ReadOptions::default()).unwrap();
+    (vec![recording], simulation)
+}
+
+/// Rows of `s` seconds at 10 Hz: temperature and the six channels by `at`.
+fn recorded(seconds: u32, mut at: impl FnMut(f64) -> (f64, [f64; 6])) -> Recording {
+    let mut noise = seeded_normal(7);
+    let mut csv = String::from(
+        "t (s),ax (m/s^2),ay (m/s^2),az (m/s^2),temp (C),gx (rad/s),gy (rad/s),gz (rad/s)\n",
+    );
+    for i in 0..10 * seconds {
+        let t_s = 0.1 * f64::from(i);
+        let (t_c, mut v) = at(t_s);
+        for (axis, value) in v.iter_mut().enumerate() {
+            *value += if axis < 3 { 4e-3 } else { 2e-4 } * noise();
+        }
+        csv += &format!(
+            "{t_s:.1},{:.6},{:.6},{:.6},{t_c:.3},{:.7},{:.7},{:.7}\n",
+            v[0], v[1], v[2], v[3], v[4], v[5]
+        );
+    }
+    read_bytes(csv.as_bytes(), "soak.csv", &ReadOptions::default()).unwrap()
+}
+
+/// 50 → −10 → 50 °C in 600 s.
+fn down_and_up(t_s: f64) -> f64 {
+    -10.0 + 0.2 * (t_s - 300.0).abs()
+}
+
+fn channel<'a>(model: &'a TemperatureModel, name: &str) -> &'a ChannelDrift {
+    model.channel(name).unwrap()
+}
+
+fn verdicts(model: &TemperatureModel) -> String {
+    let all = model.channels.iter().filter(|c| c.is_accepted());
+    all.map(|c| c.channel.as_str())
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+#[test]
+fn the_drift_that_was_put_in_is_found() {
+    for seed in 1..=4 {
+        let soak = SoakOptions {
+            gyro_drift_deg_s_per_c: 0.01,
+            ..SoakOptions::default()
+        };
+        let (recordings, simulation) = virtual_soak(seed, soak, 0.5);
+        let model = study(&recordings).unwrap();
+        assert_eq!(verdicts(&model), "ax ay az gx gy gz");
+        let truth = &simulation.truth;
+        let accel = truth.accelerometer.bias_drift_mps2_per_c;
+        let gyro = truth.gyroscope.bias_drift_rad_s_per_c.unwrap();
+        for (name, put) in CHANNELS.iter().zip(accel.iter().chain(&gyro)) {
+            let found = channel(&model, name);
+            assert_eq!((found.order, found.coefficients.len()), (1, 1), "{name}");
+            let off = found.coefficients[0] / put - 1.0;
+            assert!(off.abs() < 0.01, "{name}: {off}");
+            assert!(found.r2_cooling_to_warming.unwrap() > 0.99);
+            // Down to the noise of a block of 3 s; the scatter of what is left
+            // is known to 6 %, and there are 24 of it.
+            let noise = match name.starts_with('a') {
+                true => truth.accelerometer.noise_mps_rts,
+                false => truth.gyroscope.noise_rad_rts,
+            };
+            let left = found.residual_rms.unwrap();
+            assert!(left < 1.2 * noise / 3f64.sqrt(), "{name}: {left}");
+        }
+        assert!((model.range_c[0] + 10.0).abs() < 0.2 && (model.range_c[1] - 50.0).abs() < 0.2);
+        assert_eq!((model.poses, model.sweeps.len()), (1, 2));
+    }
+}
+
+#[test]
+fn a_drift_that_is_not_there_is_not_found() {
+    for seed in 1..=8 {
+        let (recordings, _) = virtual_soak(seed, SoakOptions::default(), 0.0);
+        let model = study(&recordings).unwrap();
+        assert_eq!(verdicts(&model), "", "seed {seed}");
+        for channel in &model.channels {
+            assert!(channel.coefficients.is_empty());
+            assert!(
+                channel.reason.contains("no drift beyond the noise"),
+                "{}",
+                channel.reason
+            );
+        }
+    }
+}
+
+#[test]
+fn a_wide_hysteresis_is_refused_and_a_narrow_one_is_told() {
+    let with = |hysteresis_c: f64| {
+        let soak = SoakOptions {
+            hysteresis_c,
+            ..SoakOptions::default()
+        };
+        study(&virtual_soak(3, soak, 0.5).0).unwrap()
+    };
+    let wide = with(40.0);
+    assert_eq!(verdicts(&wide), "");
+    let ax = channel(&wide, "ax");
+    assert!(
+        ax.reason.contains("hysteresis or drift with time"),
+        "{}",
+        ax.reason
+    );
+    // A play of 40 °C at 4.9 mm/s² per °C.
+    assert!((ax.hysteresis.unwrap() - 0.196).abs() < 0.01);
+    let narrow = with(6.0);
+    assert_eq!(verdicts(&narrow), "ax ay az");
+    assert!((channel(&narrow, "ax").hysteresis.unwrap() - 0.029).abs() < 0.005);
+}
+
+#[test]
+fn drift_with_time_is_no_drift_with_temperature() {
+    let recording = recorded(600, |t| {
+        (down_and_up(t), [1e-3 * t, 0.0, 9.81, 0.0, 0.0, 0.0])
+    });
+    let model = study(&[recording]).unwrap();
+    let ax = channel(&model, "ax");
+    assert!(!ax.is_accepted());
+    assert!(ax.r2_cooling_to_warming.unwrap() < 0.0);
+    assert!(ax.reason.contains("drift with time"), "{}", ax.reason);
+}
+
+#[test]
+fn one_sweep_proves_nothing() {
+    for (way, word) in [(1.0, "rose"), (-1.0, "fell")] {
+        let recording = recorded(300, |t| {
+            let t_c = 20.0 + way * 0.1 * (t - 150.0);
+            (t_c, [2e-3 * t_c, 0.0, 9.81, 0.0, 0.0, 0.0])
+        });
+        let model = study(&[recording]).unwrap();
+        assert_eq!(verdicts(&model), "");
+        let ax = channel(&model, "ax");
+        assert!(ax.reason.contains(&format!("only {word}")), "{}", ax.reason);
+        assert!((ax.slope.unwrap() - 2e-3).abs() < 2e-5);
+        assert_eq!(ax.r2_cooling_to_warming, None);
+    }
+}
+
+#[test]
+fn cooling_and_warming_have_to_meet() {
+    // 50 → 20 °C, then back by 4 °C only.
+    let recording = recorded(340, |t| {
+        let t_c = 20.0 + 0.1 * (t - 300.0).abs();
+        (t_c, [2e-3 * t_c, 0.0, 9.81, 0.0, 0.0, 0.0])
+    });
+    let model = study(&[recording]).unwrap();
+    let ax = channel(&model, "ax");
+    assert!(!ax.is_accepted());
+    assert!(ax.reason.contains("share 3."), "{}", ax.reason);
+}
+
+#[test]
+fn too_small_a_span_and_no_thermometer_are_errors() {
+    let recording = recorded(300, |t| {
+        let t_c = 20.0 + 0.02 * (t - 150.0).abs();
+        (t_c, [0.0, 0.0, 9.81, 0.0, 0.0, 0.0])
+    });
+    assert!(study_if_any(std::slice::from_ref(&recording)).is_none());
+    let error = study(&[recording]).unwrap_err();
+    assert_eq!(error.code(), "temperature-span");
+    assert!(
+        error.message().contains("spans 3.0 °C") || error.message().contains("spans 2.9 °C"),
+        "{error}"
+    );
+    let bare = "t_s,ax,ay,az\n0,0,0.1,9.8\n1,0.1,0,9.8\n2,0,0.1,9.7\n";
+    let bare = read_bytes(bare.as_bytes(), "bare.csv", &ReadOptions::default()).unwrap();
+    assert_eq!(study(&[bare]).unwrap_err().code(), "missing-temperature");
+}
+
+#[test]
+fn a_bent_drift_gets_the_order_it_needs() {
+    let put = [1e-3, 4e-5];
+    let recording = recorded(600, |t| {
+        let t_c = down_and_up(t);
+        let bend = evaluate(&put, t_c - 20.0);
+        (t_c, [bend, 2e-3 * t_c, 9.81, 0.0, 0.0, 0.0])
+    });
+    let model = study(&[recording]).unwrap();
+    let ax = channel(&model, "ax").clone();
+    assert_eq!((ax.order, channel(&model, "ay").order), (2, 1));
+    let about = model.about(20.0);
+    for (found, put) in channel(&about, "ax").coefficients.iter().zip(put) {
+        assert!((found / put - 1.0).abs() < 0.02, "{found} {put}");
+    }
+}
+
+#[test]
+fn bias_and_scale_are_told_apart_when_it_is_turned_over() {
+    let (drift, gain) = (2e-3, 3e-4);
+    let in_pose = |up: f64| {
+        recorded(600, move |t| {
+            let x = down_and_up(t) - 20.0;
+            let az = 0.2 + drift * x + (1.0 + gain * x) * (up * 9.8);
+            (down_and_up(t), [0.0, 0.0, az, 0.0, 0.0, 0.0])
+        })
+    };
+    let both = study(&[in_pose(1.0), in_pose(-1.0)]).unwrap().about(20.0);
+    let az = channel(&both, "az");
+    assert!(az.is_accepted() && az.scale_observed, "{}", az.reason);
+    // The level of a placement contains the bias: drift' = drift − gain · bias.
+    assert!((az.coefficients[0] - (drift - gain * 0.2)).abs() < 2e-5);
+    assert!((az.scale_coefficients[0] / gain - 1.0).abs() < 0.01);
+    for up in [9.8, -9.8] {
+        let raw = 0.2 + drift * 25.0 + (1.0 + gain * 25.0) * up;
+        let (d, g) = both.drift_at("az", 45.0);
+        assert!(((raw - d) / (1.0 + g) - (0.2 + up)).abs() < 2e-3);
+    }
+    assert!(!channel(&both, "ax").is_accepted());
+
+    let one = study(&[in_pose(1.0)]).unwrap();
+    let az = channel(&one, "az");
+    assert!(az.is_accepted() && !az.scale_observed && az.scale_coefficients.is_empty());
+    assert!(az.reason.contains("ascribed to the bias"), "{}", az.reason);
+    assert!((az.slope.unwrap() - (drift + gain * 9.8)).abs() < 5e-5);
+}
+
+#[test]
+fn a_push_in_the_middle_is_another_placement() {
+    let recording = recorded(600, |t| {
+        let t_c = down_and_up(t);
+        // Tilted by 1° at 200 s, within half a second.
+        let tilt = 0.171 * ((t - 200.0) / 0.5).clamp(0.0, 1.0);
+        (t_c, [tilt + 2e-3 * t_c, 0.0, 9.81, 0.0, 0.0, 0.0])
+    });
+    let model = study(&[recording]).unwrap();
+    assert_eq!(model.poses, 2);
+    let ax = channel(&model, "ax");
+    assert!(ax.is_accepted(), "{}", ax.reason);
+    assert!((ax.coefficients[0] / 2e-3 - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn a_coarse_thermometer_and_long_plateaus_do() {
+    let recording = recorded(1200, |t| {
+        // 300 s at 40, down, 300 s at 10, up.
+        let t_c = match t {
+            ..300.0 => 40.0,
+            ..600.0 => 40.0 - 0.1 * (t - 300.0),
+            ..900.0 => 10.0,
+            _ => 10.0 + 0.1 * (t - 900.0),
+        };
+        (f64::round(t_c), [2e-3 * t_c, 0.0, 9.81, 0.0, 0.0, 0.0])
+    });
+    let model = study(&[recording]).unwrap();
+    assert_eq!(verdicts(&model), "ax");
+    assert!((channel(&model, "ax").coefficients[0] / 2e-3 - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn the_sensors_own_unit_and_offset_do_not_matter() {
+    // The same soak in unsigned counts, bias drift 2 counts per °C, and a gain.
+    let poses = [1.0, -1.0].map(|up: f64| {
+        let mut noise = seeded_normal(3);
+        let mut csv = String::from("t_s,ax,ay,az,temp\n");
+        for i in 0..6000 {
+            let t_c = down_and_up(0.1 * f64::from(i));
+            let x = t_c - 20.0;
+            let az = 32768.0 + 2.0 * x + (1.0 + 2e-4 * x) * (up * 16384.0) + 20.0 * noise();
+            let rest: [f64; 2] = std::array::from_fn(|_| 32768.0 + 20.0 * noise());
+            csv += &format!(
+                "{:.1},{:.0},{:.0},{az:.0},{t_c:.2}\n",
+                0.1 * f64::from(i),
+                rest[0],
+                rest[1]
+            );
+        }
+        let options = ReadOptions {
+            zero_offset: Some(32768.0),
+            ..ReadOptions::default()
+        };
+        read_bytes(csv.as_bytes(), "u16.csv", &options).unwrap()
+    });
+    let model = study(&poses).unwrap().about(20.0);
+    for up in [16384.0, -16384.0] {
+        let raw = 32768.0 + 2.0 * 25.0 + (1.0 + 2e-4 * 25.0) * up;
+        let (d, g) = model.drift_at("az", 45.0);
+        let steady = (raw - d) / (1.0 + g);
+        assert!((steady - (32768.0 + up)).abs() < 3.0, "{steady}");
+    }
+}
