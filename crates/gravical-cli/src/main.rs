@@ -33,6 +33,10 @@ enum Verb {
     Calibrate(Box<cmd::calibrate::Args>),
     /// Recording → calibrated recording, streaming
     Apply(cmd::apply::Args),
+    /// Does a calibration still fit new still readings?
+    Check(Box<cmd::check::Args>),
+    /// Do two calibrations differ by more than their uncertainty?
+    Compare(cmd::compare::Args),
     /// A calibration in another program's format
     Export(cmd::export::Args),
     /// Recordings of a virtual sensor with known truth
@@ -53,6 +57,8 @@ fn main() -> ExitCode {
         Verb::Inspect(args) => cmd::inspect::run(args),
         Verb::Calibrate(args) => cmd::calibrate::run(args),
         Verb::Apply(args) => cmd::apply::run(args),
+        Verb::Check(args) => cmd::check::run(args),
+        Verb::Compare(args) => cmd::compare::run(args),
         Verb::Export(args) => cmd::export::run(args),
         Verb::Simulate(args) => cmd::simulate::run(args),
         Verb::Completions(args) => cmd::completions::run(args, Cli::command()),
@@ -67,6 +73,8 @@ impl Verb {
             Verb::Inspect(args) => args.json,
             Verb::Calibrate(args) => args.json,
             Verb::Apply(args) => args.json,
+            Verb::Check(args) => args.json,
+            Verb::Compare(args) => args.json,
             Verb::Simulate(args) => args.json(),
             Verb::Export(_) | Verb::Completions(_) | Verb::Man(_) => false,
         }

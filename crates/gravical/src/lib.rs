@@ -11,7 +11,8 @@
 //!    what can show them wrong ([`validate`]) and says how far to trust them.
 //!    Read it first: it is the whole method in order.
 //! 4. [`calibration_file`] keeps them; [`apply`] calibrates recordings of any
-//!    size with them.
+//!    size with them, [`check`] says whether one still fits new recordings,
+//!    [`compare`] whether two of them differ by more than their uncertainty.
 //!
 //! [`simulate`] makes recordings of a sensor whose truth is known; [`report`]
 //! turns results into text. What a microcontroller runs lives in the crate
@@ -43,6 +44,8 @@
 pub mod apply;
 pub mod calibrate;
 pub mod calibration_file;
+pub mod check;
+pub mod compare;
 mod error;
 pub mod estimate;
 pub mod gravity;
@@ -55,6 +58,7 @@ pub mod segment;
 pub mod simulate;
 mod stats;
 pub mod temperature;
+mod uncertainty;
 pub mod validate;
 
 pub use error::{Category, Error, Location, Result};

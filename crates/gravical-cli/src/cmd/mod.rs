@@ -2,6 +2,8 @@
 
 pub mod apply;
 pub mod calibrate;
+pub mod check;
+pub mod compare;
 pub mod completions;
 pub mod export;
 pub mod inspect;

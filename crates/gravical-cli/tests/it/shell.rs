@@ -4,10 +4,12 @@ use std::process::{Command, Stdio};
 
 use crate::support::*;
 
-const VERBS: [&str; 7] = [
+const VERBS: [&str; 9] = [
     "inspect",
     "calibrate",
     "apply",
+    "check",
+    "compare",
     "export",
     "simulate",
     "completions",
@@ -38,7 +40,9 @@ fn completions_for_every_shell() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let run = run(["completions", shell]);
         assert_eq!(run.code, 0, "{shell}");
-        assert!(run.out.contains("calibrate"), "{shell}");
+        for verb in ["calibrate", "check", "compare"] {
+            assert!(run.out.contains(verb), "{verb} in {shell}");
+        }
         assert!(run.out.contains("placement-tilt"), "{shell}");
     }
     assert_eq!(run(["completions", "tcsh"]).code, 2);
@@ -52,7 +56,13 @@ fn the_manual_as_pages() {
     let folder = tempfile::tempdir().unwrap();
     let run = run_in(folder.path(), ["man", "-o", "pages"]);
     assert_eq!(run.code, 0, "{}", run.err);
-    for page in ["gravical.1", "gravical-calibrate.1", "gravical-inspect.1"] {
+    for page in [
+        "gravical.1",
+        "gravical-calibrate.1",
+        "gravical-check.1",
+        "gravical-compare.1",
+        "gravical-inspect.1",
+    ] {
         let text = std::fs::read_to_string(folder.path().join("pages").join(page)).unwrap();
         assert!(text.contains(".SH"), "{page}");
     }

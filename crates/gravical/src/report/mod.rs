@@ -2,11 +2,15 @@
 //! same value that is written as JSON.
 
 mod calibration;
+mod check;
+mod compare;
 mod inspection;
 mod temperature;
 mod text;
 
 pub use calibration::calibration_text;
+pub use check::check_text;
+pub use compare::comparison_text;
 pub use inspection::inspection_text;
 pub use temperature::temperature_text;
 pub use text::findings_text;

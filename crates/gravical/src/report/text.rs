@@ -83,6 +83,16 @@ fn skeleton(message: &str) -> String {
         .collect()
 }
 
+/// "+z", "12° off +z", or all three components where no axis is near.
+pub(super) fn direction(n: [f64; 3]) -> String {
+    let (face, off) = crate::segment::face::Face::nearest(n);
+    match off {
+        off if off < 1.0 => face.name(),
+        off if off < 25.0 => format!("{off:.0}° off {}", face.name()),
+        _ => format!("({})", n.map(|v| format!("{v:+.2}")).join(", ")),
+    }
+}
+
 /// Name of a file without its folder.
 pub(super) fn short_name(path: &str) -> String {
     std::path::Path::new(path)

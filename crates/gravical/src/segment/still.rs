@@ -31,8 +31,18 @@ pub struct StillOptions {
     /// … or within this share of gravity, what a resting table may tremble.
     /// Default 0.004.
     pub tremor: f64,
-    /// Shortest still, s; 200 rows are always enough. Default 1.
+    /// Shortest still, s, where there are fewer rows than `enough_rows` in it.
+    /// Default 1.
     pub shortest_s: f64,
+    /// So many rows are always enough, however little time they take.
+    /// Default 200.
+    pub enough_rows: usize,
+    /// But nothing shorter than this is a still, s. Default 0.2.
+    pub least_s: f64,
+    /// Let a still grow row by row into the blocks at its ends, while the rows
+    /// are within noise of its mean: a short rest loses up to two blocks to
+    /// where the blocks happen to begin. Default false.
+    pub grow_edges: bool,
 }
 
 impl StillOptions {
@@ -48,6 +58,20 @@ impl StillOptions {
             ..Self::default()
         }
     }
+
+    /// For short rests, as after setting the sensor down, where the mean of any
+    /// pose is of use: 0.15 s and 150 rows, counted after the edges have grown.
+    /// A rest of that length holds two whole blocks wherever they begin; what its
+    /// mean is worth, its standard error has to say.
+    #[must_use]
+    pub fn short_rests() -> Self {
+        StillOptions {
+            enough_rows: 150,
+            least_s: 0.15,
+            grow_edges: true,
+            ..Self::default()
+        }
+    }
 }
 
 impl Default for StillOptions {
@@ -59,6 +83,9 @@ impl Default for StillOptions {
             mean_factor: 10.0,
             tremor: 0.004,
             shortest_s: 1.0,
+            enough_rows: 200,
+            least_s: 0.2,
+            grow_edges: false,
         }
     }
 }
@@ -107,10 +134,10 @@ pub fn find_stills(recording: &Recording, options: &StillOptions) -> Stills {
     // Means of blocks scatter by noise/√width, correlated noise by some times
     // that.
     let agree = (options.mean_factor * (floor / width as f64).sqrt()).max(options.tremor * gravity);
-    let shortest = ((options.shortest_s * rate).min(200.0) as usize)
-        .max((0.2 * rate) as usize)
+    let shortest = ((options.shortest_s * rate).min(options.enough_rows as f64) as usize)
+        .max((options.least_s * rate) as usize)
         .max(10);
-    let mut spans = Vec::new();
+    let mut spans: Vec<Range<usize>> = Vec::new();
     for segment in &segments {
         let mut runs: Vec<Range<usize>> = Vec::new();
         let mut at = 0;
@@ -126,15 +153,49 @@ pub fn find_stills(recording: &Recording, options: &StillOptions) -> Stills {
         }
         let joined = join(segment, runs, agree);
         let whole = 0..segment.len();
-        spans.extend(joined.into_iter().filter_map(|run| {
-            let rows = trim(segment, &run, &whole);
-            (rows.len() >= shortest).then_some(rows)
-        }));
+        let edges = match (segment.first(), segment.last()) {
+            (Some(first), Some(last)) => first.rows.start..last.rows.end,
+            _ => continue,
+        };
+        for run in joined {
+            let mut rows = trim(segment, &run, &whole);
+            if options.grow_edges {
+                let from = spans.last().map_or(0, |s| s.end).max(edges.start);
+                rows = grow(recording, rows, from..edges.end, width, floor);
+            }
+            if rows.len() >= shortest {
+                spans.push(rows);
+            }
+        }
     }
     Stills {
         spans,
         noise: floor.sqrt(),
     }
+}
+
+/// A row further than this many standard deviations of an axis from the mean of
+/// a still does not belong to it: one in 65,000 of those that do.
+const EDGE_SIGMAS: f64 = 5.0;
+
+/// Takes rows on at both ends, at most a block each and not beyond `within`, up
+/// to the first that is off by more than [`EDGE_SIGMAS`].
+fn grow(
+    recording: &Recording,
+    rows: Range<usize>,
+    within: Range<usize>,
+    width: usize,
+    floor: f64,
+) -> Range<usize> {
+    let (mean, _) = moments(&recording.accel, rows.clone());
+    // The floor is the sum over the three axes.
+    let far = EDGE_SIGMAS * (floor / 3.0).sqrt();
+    let belongs = |row: &usize| distance(recording.accel_at(*row), mean) <= far;
+    let before = (within.start..rows.start).rev().take(width);
+    let after = (rows.end..within.end).take(width);
+    let from = before.take_while(belongs).last().unwrap_or(rows.start);
+    let to = after.take_while(belongs).last().map_or(rows.end, |r| r + 1);
+    from..to
 }
 
 /// Rows of a block at a rate.

@@ -3,6 +3,7 @@
 // The exemption of tests in clippy.toml does not reach helpers outside #[test].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod compare_check;
 mod dialects;
 mod file_format;
 mod properties;

@@ -12,7 +12,7 @@ use gravical::simulate::{
 use crate::support::*;
 
 /// The recordings of a simulation, as if its files had been read.
-fn recordings(simulation: &Simulation) -> Vec<Recording> {
+pub fn recordings(simulation: &Simulation) -> Vec<Recording> {
     simulation
         .files
         .iter()

@@ -1,0 +1,89 @@
+//! `gravical check`: does a calibration still fit new still readings?
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use gravical::Result;
+use gravical::calibration_file::CalibrationFile;
+use gravical::check::{CheckOptions, Judgement, check};
+use gravical::gravity::Gravity;
+use gravical::report::check_text;
+
+use crate::failure::QUALITY;
+use crate::options::RecordingArgs;
+use crate::session::read_session;
+use crate::text;
+
+/// Does a calibration still fit new still readings?
+///
+/// At rest the calibrated vector has to be as long as gravity, in any pose. Every still of the
+/// recordings is held against that, and the error against what the calibration predicts.
+#[derive(clap::Args)]
+#[command(after_help = "\
+A recording with one still of any pose will do; more poses test more.
+
+Exit codes: 0 it fits, or it cannot be said; 3 no still, or another unit; 4 it
+does not fit any more (p < 0.01).")]
+pub struct Args {
+    /// Calibration: a file of `gravical calibrate` or of imucal
+    #[arg(value_name = "CAL")]
+    calibration: PathBuf,
+    /// Recordings with stills: files, or one folder; - is standard input
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// Print the check as one JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
+    /// Local gravity in m/s² [default: that of the calibration]
+    #[arg(long, value_name = "MPS2", conflicts_with = "latitude")]
+    gravity: Option<f64>,
+    /// Latitude in degrees, for local gravity
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    latitude: Option<f64>,
+    /// Height above sea level in m, with --latitude
+    #[arg(
+        long,
+        value_name = "M",
+        requires = "latitude",
+        allow_negative_numbers = true,
+        default_value = "0",
+        hide_default_value = true
+    )]
+    altitude: f64,
+    #[command(flatten)]
+    recording: RecordingArgs,
+}
+
+/// Runs the verb.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let options = CheckOptions {
+        gravity: args.gravity()?,
+        axes: args.recording.axes.0,
+        ..CheckOptions::default()
+    };
+    let calibration = CalibrationFile::read(&args.calibration)?;
+    let read_options = args.recording.read_options(true);
+    let (recordings, left_out) = read_session(&args.recordings, &read_options)?;
+    let name = args.calibration.display().to_string();
+    let mut report = check(&calibration, &name, &recordings, &options)?;
+    report.findings.extend(left_out);
+    if args.json {
+        text::print_json(&report)?;
+    } else {
+        text::print(&check_text(&report))?;
+    }
+    Ok(match report.verdict.judgement {
+        Judgement::DoesNotFit => ExitCode::from(QUALITY),
+        Judgement::Fits | Judgement::CannotSay => ExitCode::SUCCESS,
+    })
+}
+
+impl Args {
+    fn gravity(&self) -> Result<Option<Gravity>> {
+        match (self.gravity, self.latitude) {
+            (Some(g), _) => Gravity::given(g).map(Some),
+            (None, Some(latitude)) => Gravity::at(latitude, self.altitude).map(Some),
+            (None, None) => Ok(None),
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! What has to be known to read a check.
+
+use super::CheckOptions;
+use super::rests::Rest;
+use super::types::{Cause, Explanation};
+use crate::calibration_file::{CalibrationFile, Grade, GravitySource};
+use crate::gravity::Gravity;
+use crate::recording::{Finding, Recording};
+
+/// A still this far outside the calibration's temperatures is told, °C.
+const TEMPERATURE_MARGIN_C: f64 = 2.0;
+
+/// Gravity that differs by less than this share is the same.
+const SAME_GRAVITY: f64 = 1e-5;
+
+/// Keeps the longest `most` stills in their order.
+pub(super) fn keep_longest(rests: &mut Vec<Rest>, most: usize, findings: &mut Vec<Finding>) {
+    if rests.len() <= most {
+        return;
+    }
+    let mut counts: Vec<usize> = rests.iter().map(|r| r.count).collect();
+    counts.sort_unstable_by(|a, b| b.cmp(a));
+    let least = counts[most - 1];
+    let all = rests.len();
+    rests.retain(|r| r.count >= least);
+    rests.truncate(most);
+    findings.push(Finding::note(
+        "stills-left-out",
+        format!("{all} stills; the longest {} are compared", rests.len()),
+    ));
+}
+
+/// Sensor, temperature, gravity, inputs, quality.
+pub(super) fn circumstances(
+    calibration: &CalibrationFile,
+    recordings: &[Recording],
+    rests: &[Rest],
+    gravity: &Gravity,
+    options: &CheckOptions,
+    findings: &mut Vec<Finding>,
+) {
+    if calibration.verdict.grade == Grade::Poor {
+        findings.push(Finding::warning(
+            "poor-calibration",
+            "the calibration's own verdict is poor; mend what it names first",
+        ));
+    }
+    if calibration.accelerometer.covariance.is_none() {
+        findings.push(Finding::warning(
+            "covariance-missing",
+            "the calibration does not say how uncertain its parameters are; calibrate again from the recordings for a sharper check",
+        ));
+    }
+    for recording in recordings {
+        if recording.is_calibrated() {
+            findings.push(
+                Finding::warning(
+                    "already-calibrated",
+                    "its columns are named as this program names calibrated ones: a check needs the raw recording",
+                )
+                .in_file(&recording.name),
+            );
+        }
+        let used = |i: &crate::calibration_file::InputFile| {
+            i.sha256.is_some() && i.sha256 == recording.sha256
+        };
+        if calibration.inputs.iter().any(used) {
+            findings.push(
+                Finding::warning(
+                    "same-recordings",
+                    "the calibration was made from this very recording: a still that it was fitted to proves nothing, another one does",
+                )
+                .in_file(&recording.name),
+            );
+        }
+    }
+    for rest in rests.iter().filter(|r| r.clipped > 0) {
+        let recording = &recordings[rest.recording];
+        findings.push(
+            Finding::warning(
+                "clipped-hold",
+                format!(
+                    "{} samples at the end of the range in lines {} to {}: the mean is too small, and the still does not count unless there is no other",
+                    rest.clipped,
+                    recording.line(rest.first()),
+                    recording.line(rest.last())
+                ),
+            )
+            .in_file(&recording.name),
+        );
+    }
+    findings.extend(temperature(calibration, rests));
+    let ratio = gravity.value_mps2 / calibration.gravity_mps2 - 1.0;
+    if options.gravity.is_some() && ratio.abs() > SAME_GRAVITY {
+        findings.push(Finding::warning(
+            "gravity-differs",
+            format!(
+                "the calibration's scale rests on {:.5} m/s²{}, here gravity is {:.5}: made in this place, it would be off by {:+.1} mg everywhere for that alone",
+                calibration.gravity_mps2,
+                match calibration.gravity_source {
+                    GravitySource::Standard => " (assumed)",
+                    GravitySource::Given | GravitySource::Latitude => "",
+                },
+                gravity.value_mps2,
+                -1000.0 * ratio
+            ),
+        ));
+    }
+}
+
+fn temperature(calibration: &CalibrationFile, rests: &[Rest]) -> Option<Finding> {
+    let range = calibration.temperature_c?;
+    let some = || rests.iter().filter_map(|r| r.temperature_c);
+    let low = some().fold(f64::INFINITY, f64::min);
+    let high = some().fold(f64::NEG_INFINITY, f64::max);
+    let outside = (range.min - low).max(high - range.max);
+    (outside > TEMPERATURE_MARGIN_C).then(|| {
+        Finding::warning(
+            "temperature-outside",
+            format!(
+                "the stills are at {low:.1} to {high:.1} °C, the calibration was made at {:.1} to {:.1} °C: the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, and the uncertainty knows nothing of it; calibrate at this temperature",
+                range.min, range.max
+            ),
+        )
+    })
+}
+
+/// Says what would explain a misfit.
+pub(super) fn explained(
+    explanations: &[Explanation],
+    gravity: &Gravity,
+    findings: &mut Vec<Finding>,
+) {
+    let good: Vec<&Explanation> = explanations.iter().filter(|e| e.explains).collect();
+    for e in &good {
+        if let Some(share) = e.share_percent {
+            findings.push(Finding::warning(
+                "off-by-share",
+                format!(
+                    "all stills are off by one share, {share:+.3} % ± {:.3} %: the scale, or local gravity, which would be {:.4} m/s² here{}",
+                    e.sigma,
+                    gravity.value_mps2 * (1.0 + share / 100.0),
+                    if good.len() > 1 { " (a bias explains it as well: too few directions to tell)" } else { "" }
+                ),
+            ));
+        }
+    }
+    let single: Vec<String> = good
+        .iter()
+        .filter_map(|e| {
+            let (axis, at) = match e.cause {
+                Cause::BiasX => ("x", 0),
+                Cause::BiasY => ("y", 1),
+                Cause::BiasZ => ("z", 2),
+                Cause::Share | Cause::Bias => return None,
+            };
+            let value = e.bias_mps2?[at];
+            Some(format!("{axis} by {value:+.4} ± {:.4} m/s²", e.sigma))
+        })
+        .collect();
+    if !single.is_empty() {
+        findings.push(Finding::warning(
+            "off-along-axis",
+            format!(
+                "a bias that has moved along one axis explains it: {}; calibrate again",
+                single.join(", or ")
+            ),
+        ));
+    }
+    if let Some(bias) = good
+        .iter()
+        .find(|e| e.cause == Cause::Bias)
+        .and_then(|e| e.bias_mps2)
+    {
+        findings.push(Finding::warning(
+            "off-along-axis",
+            format!(
+                "biases that have moved explain it: x {:+.4}, y {:+.4}, z {:+.4} m/s²; calibrate again",
+                bias[0], bias[1], bias[2]
+            ),
+        ));
+    }
+}

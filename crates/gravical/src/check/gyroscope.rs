@@ -1,0 +1,94 @@
+//! The gyroscope's bias at rest. It moves with every start and with temperature,
+//! so that its judgement stands apart from that of the accelerometer.
+
+use super::rests::Rest;
+use super::types::{GyroscopeCheck, Judgement};
+use crate::calibration_file::CalibrationFile;
+use crate::recording::units::GyroUnit;
+use crate::recording::{Finding, Recording};
+
+/// A calibrated rate at rest above this is worth a new bias, °/s: what an
+/// MPU6050 may drift in 3 °C (product specification, 6.1: ±20 °/s over 125 °C).
+pub const GYRO_LIMIT_DEG_S: f64 = 0.5;
+
+/// Standard errors by which a mean has to be beyond the limit: 99 %.
+const CONFIDENCE: f64 = 2.576;
+
+/// Mean calibrated rate over all rests, weighted by their rows; `accel` is the
+/// calibrated specific force of each, m/s².
+pub(super) fn gyroscope(
+    calibration: &CalibrationFile,
+    recordings: &[Recording],
+    rests: &[Rest],
+    accel: &[[f64; 3]],
+    findings: &mut Vec<Finding>,
+) -> Option<GyroscopeCheck> {
+    let section = calibration.gyroscope.as_ref()?;
+    let apply = calibration.gyroscope_calibration()?;
+    for recording in recordings {
+        let unit = recording.gyro_scale.map_or(GyroUnit::Unknown, |s| s.unit);
+        let known = unit != GyroUnit::Unknown && section.input_unit != GyroUnit::Unknown;
+        if recording.gyro.is_some() && known && unit != section.input_unit {
+            findings.push(
+                Finding::warning(
+                    "unit-mismatch",
+                    format!(
+                        "the gyroscope is in {}, the calibration is for {}; it is not judged (--gyro-unit {} when that is what it is in)",
+                        unit.name(),
+                        section.input_unit.name(),
+                        section.input_unit.name()
+                    ),
+                )
+                .in_file(&recording.name),
+            );
+            return None;
+        }
+    }
+    let (mut rate, mut raw, mut variance) = ([0.0; 3], [0.0; 3], Some([0.0; 3]));
+    let mut rows = 0.0;
+    for (rest, accel) in rests.iter().zip(accel) {
+        let Some((mean, error)) = rest.gyro else {
+            continue;
+        };
+        let weight = rest.count as f64;
+        let calibrated = apply.apply(mean, *accel);
+        for i in 0..3 {
+            rate[i] += weight * calibrated[i];
+            raw[i] += weight * (mean[i] - dot(section.g_sensitivity[i], *accel));
+        }
+        variance = variance.zip(error).map(|(sum, error)| {
+            std::array::from_fn(|i| sum[i] + (weight * error[i] / section.scale[i]).powi(2))
+        });
+        rows += weight;
+    }
+    if rows == 0.0 {
+        return None;
+    }
+    let rate = rate.map(|r| (r / rows).to_degrees());
+    let error = variance.map(|v| v.map(|v| (v.sqrt() / rows).to_degrees()));
+    let beyond = |sign: f64| {
+        (0..3).any(|i| {
+            let slack = error.map_or(0.0, |e| CONFIDENCE * e[i]);
+            rate[i].abs() + sign * slack > GYRO_LIMIT_DEG_S
+        })
+    };
+    let judgement = if beyond(-1.0) {
+        Judgement::DoesNotFit
+    } else if beyond(1.0) {
+        Judgement::CannotSay
+    } else {
+        Judgement::Fits
+    };
+    Some(GyroscopeCheck {
+        input_unit: section.input_unit,
+        rate_deg_s: rate,
+        standard_error_deg_s: error,
+        bias_now: raw.map(|r| r / rows),
+        limit_deg_s: GYRO_LIMIT_DEG_S,
+        judgement,
+    })
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    gravical_core::matrix3::dot(&a, &b)
+}

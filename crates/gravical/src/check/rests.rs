@@ -1,0 +1,260 @@
+//! Still readings to hold a calibration against, and what their means are worth.
+
+use std::ops::Range;
+
+use crate::recording::{Finding, Recording, quality};
+use crate::segment::hold::{HoldNoise, pooled_noise, robust_mean};
+use crate::segment::still::{StillOptions, find_stills, moments};
+use crate::segment::{SegmentOptions, segment};
+use crate::{Error, Result};
+
+/// A recording faster than this is averaged down to it when the correlation of
+/// its noise is looked at, Hz: after setting down a sensor rocks for a while,
+/// at 5 to 20 Hz, and 20 lags of a fast recording do not see that.
+const SLOW_RATE_HZ: f64 = 100.0;
+
+/// A still reading.
+pub(super) struct Rest {
+    pub recording: usize,
+    pub label: Option<String>,
+    pub rows: Vec<Range<usize>>,
+    /// Accelerometer, in the unit of the file, zero offset added back.
+    pub mean: [f64; 3],
+    pub standard_error: Option<[f64; 3]>,
+    /// Gyroscope, in the unit of the file.
+    pub gyro: Option<([f64; 3], Option<[f64; 3]>)>,
+    pub count: usize,
+    /// None where the rate is not known, or a row is a mean itself.
+    pub duration_s: Option<f64>,
+    pub temperature_c: Option<f64>,
+    pub clipped: usize,
+}
+
+impl Rest {
+    pub fn first(&self) -> usize {
+        self.rows.first().map_or(0, |r| r.start)
+    }
+
+    pub fn last(&self) -> usize {
+        self.rows.last().map_or(0, |r| r.end.saturating_sub(1))
+    }
+}
+
+/// A still before its mean is taken.
+struct Draft {
+    recording: usize,
+    label: Option<String>,
+    rows: Vec<Range<usize>>,
+}
+
+/// All stills of all recordings.
+///
+/// # Errors
+///
+/// `no-recordings`; `never-still` when no recording has one.
+pub(super) fn rests(
+    recordings: &[Recording],
+    still: &StillOptions,
+    findings: &mut Vec<Finding>,
+) -> Result<Vec<Rest>> {
+    let Some(first) = recordings.first() else {
+        return Err(Error::input("no-recordings", "there is no recording"));
+    };
+    let mut drafts = Vec::new();
+    for (index, recording) in recordings.iter().enumerate() {
+        let found = in_one(index, recording, still, findings);
+        if found.is_empty() {
+            findings.push(
+                Finding::warning("no-still", "never still in the whole recording; left out")
+                    .in_file(&recording.name),
+            );
+        }
+        drafts.extend(found);
+    }
+    if drafts.is_empty() {
+        return Err(Error::input(
+            "never-still",
+            "nowhere still long enough to compare with gravity",
+        )
+        .at(first.name.as_ref(), None)
+        .with_hint("lay the sensor down for 3 s or more, in any pose, better in several"));
+    }
+    let noise = Noise::of(recordings, &drafts, |r| Some(&r.accel));
+    let gyro_noise = Noise::of(recordings, &drafts, |r| r.gyro.as_ref());
+    Ok(drafts
+        .into_iter()
+        .map(|draft| measure(draft, recordings, &noise, &gyro_noise))
+        .filter(|rest| rest.mean.iter().all(|m| m.is_finite()))
+        .collect())
+}
+
+fn in_one(
+    index: usize,
+    recording: &Recording,
+    still: &StillOptions,
+    findings: &mut Vec<Finding>,
+) -> Vec<Draft> {
+    let as_drafts = |spans: Vec<Range<usize>>| -> Vec<Draft> {
+        let one = |rows| Draft {
+            recording: index,
+            label: None,
+            rows: vec![rows],
+        };
+        spans.into_iter().map(one).collect()
+    };
+    let found = find_stills(recording, still).spans;
+    if !found.is_empty() {
+        return as_drafts(found);
+    }
+    // A table of means, or placements that somebody named: the stills are given.
+    if recording.labels.is_some() || recording.rows() < 40 {
+        let given = segment(std::slice::from_ref(recording), &SegmentOptions::default());
+        if let Ok(given) = given {
+            let named = |label: String| recording.labels.is_some().then_some(label);
+            return given
+                .placements
+                .into_iter()
+                .map(|p| Draft {
+                    recording: index,
+                    label: named(p.label),
+                    rows: p.rows,
+                })
+                .collect();
+        }
+    }
+    let shaky = find_stills(recording, &StillOptions::unsteady()).spans;
+    let held: usize = shaky.iter().map(|s| s.len()).sum();
+    // Scraps of a recording that moves throughout are no rests.
+    if held * 10 < recording.rows() {
+        return Vec::new();
+    }
+    for span in &shaky {
+        let (mean, variance) = moments(&recording.accel, span.clone());
+        let gravity = gravical_core::matrix3::norm(&mean);
+        findings.push(
+            Finding::warning(
+                "unsteady-hold",
+                format!(
+                    "never quite still; the calmest part, lines {} to {}, shakes by {:.0} mg rms and is taken",
+                    recording.line(span.start),
+                    recording.line(span.end - 1),
+                    1000.0 * variance.sqrt() / gravity
+                ),
+            )
+            .in_file(&recording.name),
+        );
+    }
+    as_drafts(shaky)
+}
+
+/// Noise of all rests, sample by sample and of averages of some samples.
+struct Noise {
+    fast: HoldNoise,
+    slow: HoldNoise,
+}
+
+fn group(recording: &Recording) -> usize {
+    let (rate, _) = recording.working_rate_hz();
+    ((rate / SLOW_RATE_HZ) as usize).max(1)
+}
+
+impl Noise {
+    fn of<'a>(
+        recordings: &'a [Recording],
+        drafts: &[Draft],
+        channels: impl Fn(&'a Recording) -> Option<&'a [Vec<f64>; 3]>,
+    ) -> Self {
+        let mut fast: Vec<[&[f64]; 3]> = Vec::new();
+        let mut averages: Vec<[Vec<f64>; 3]> = Vec::new();
+        for draft in drafts {
+            let recording = &recordings[draft.recording];
+            let Some(channels) = channels(recording) else {
+                continue;
+            };
+            for rows in &draft.rows {
+                fast.push(std::array::from_fn(|i| &channels[i][rows.clone()]));
+                averages.push(std::array::from_fn(|i| {
+                    averaged(&channels[i][rows.clone()], group(recording))
+                }));
+            }
+        }
+        let slow: Vec<[&[f64]; 3]> = averages
+            .iter()
+            .map(|a| a.each_ref().map(|v| &v[..]))
+            .collect();
+        Noise {
+            fast: pooled_noise(&fast),
+            slow: pooled_noise(&slow),
+        }
+    }
+
+    /// Robust mean of the channels and its standard error: by blocks where
+    /// there are enough of them, else the larger of what samples and what
+    /// averages of samples say.
+    fn mean(
+        &self,
+        channels: &[Vec<f64>; 3],
+        recording: &Recording,
+    ) -> ([f64; 3], Option<[f64; 3]>, usize) {
+        let (rate, _) = recording.working_rate_hz();
+        let slices: [&[f64]; 3] = channels.each_ref().map(|c| &c[..]);
+        let hold = robust_mean(&slices, &self.fast, rate);
+        let groups = (hold.rows / group(recording)).max(1) as f64;
+        let error = hold.standard_error.map(|error| {
+            std::array::from_fn(|i| {
+                error[i].max(self.slow.sigma[i] * (self.slow.vif / groups).sqrt())
+            })
+        });
+        (hold.mean, error, hold.rows)
+    }
+}
+
+/// Means of `group` values each; what is left over at the end is dropped.
+fn averaged(values: &[f64], group: usize) -> Vec<f64> {
+    values
+        .chunks_exact(group)
+        .map(|c| {
+            let some = || c.iter().filter(|v| v.is_finite());
+            some().sum::<f64>() / some().count() as f64
+        })
+        .collect()
+}
+
+fn gathered(channels: &[Vec<f64>; 3], rows: &[Range<usize>]) -> [Vec<f64>; 3] {
+    std::array::from_fn(|i| {
+        rows.iter()
+            .flat_map(|r| channels[i][r.clone()].iter().copied())
+            .collect()
+    })
+}
+
+fn measure(draft: Draft, recordings: &[Recording], noise: &Noise, gyro_noise: &Noise) -> Rest {
+    let recording = &recordings[draft.recording];
+    let accel = gathered(&recording.accel, &draft.rows);
+    let (mean, standard_error, count) = noise.mean(&accel, recording);
+    let clipped = (0..3)
+        .map(|i| quality::clipped_rows(&accel[i], &recording.accel_scale).len())
+        .sum();
+    let gyro = recording.gyro.as_ref().and_then(|g| {
+        let (mean, error, _) = gyro_noise.mean(&gathered(g, &draft.rows), recording);
+        mean.iter().all(|m| m.is_finite()).then_some((mean, error))
+    });
+    let temperature_c = recording.temperature_c.as_ref().and_then(|t| {
+        let rows = draft.rows.iter().flat_map(Clone::clone);
+        let some: Vec<f64> = rows.map(|r| t[r]).filter(|v| v.is_finite()).collect();
+        (!some.is_empty()).then(|| some.iter().sum::<f64>() / some.len() as f64)
+    });
+    let (rate, assumed) = recording.working_rate_hz();
+    Rest {
+        duration_s: (!assumed && count > 1).then(|| count as f64 / rate),
+        recording: draft.recording,
+        label: draft.label,
+        mean: mean.map(|m| m + recording.zero_offset),
+        standard_error,
+        gyro,
+        count,
+        temperature_c,
+        clipped,
+        rows: draft.rows,
+    }
+}

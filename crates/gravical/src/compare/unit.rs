@@ -1,0 +1,172 @@
+//! Two calibrations in one unit: nominal m/s², so that counts and g compare.
+
+use gravical_core::matrix3::inverse;
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+use crate::calibration_file::{AccelerometerSection, CalibrationFile};
+use crate::recording::{AccelUnit, Finding};
+use crate::uncertainty::{Covariance12, covariance_of};
+use crate::{Error, Result};
+
+/// Scales within this share of each other are of one unit and range: far beyond
+/// any sensor, far below the next range.
+const SAME_SCALE: f64 = 0.2;
+
+/// Half of the range of an unsigned 16-bit converter.
+const UNSIGNED_OFFSET: f64 = 32768.0;
+
+/// One calibration: u = M a + b with u in nominal m/s².
+pub(super) struct Side {
+    /// M, near 1.
+    pub model: [[f64; 3]; 3],
+    /// M⁻¹.
+    pub matrix: [[f64; 3]; 3],
+    /// b, m/s².
+    pub bias: [f64; 3],
+    /// Covariance of M and b in these units.
+    pub covariance: Option<Covariance12>,
+    /// Gravity of its session, m/s².
+    pub gravity: f64,
+}
+
+/// Brings both calibrations to nominal m/s².
+///
+/// # Errors
+///
+/// `units-differ` (input) where a nominal scale is not known and the units or
+/// ranges are not the same; `calibration-values` for a singular matrix.
+pub(super) fn sides(
+    a: &CalibrationFile,
+    b: &CalibrationFile,
+    names: [&str; 2],
+    findings: &mut Vec<Finding>,
+) -> Result<[Side; 2]> {
+    let [sa, sb] = [&a.accelerometer, &b.accelerometer];
+    let (per_a, per_b) = match (nominal(sa), nominal(sb)) {
+        (Some(na), Some(nb)) => (na, nb),
+        _ => {
+            let (ka, kb) = (mean_scale(sa), mean_scale(sb));
+            let compatible = sa.input_unit == sb.input_unit
+                || sa.input_unit == AccelUnit::Unknown
+                || sb.input_unit == AccelUnit::Unknown;
+            if !compatible || (kb / ka - 1.0).abs() > SAME_SCALE {
+                return Err(units_differ(sa, sb, names));
+            }
+            if sa.input_unit == AccelUnit::Unknown || sb.input_unit == AccelUnit::Unknown {
+                findings.push(Finding::note(
+                    "unit-unverified",
+                    format!(
+                        "the input unit is {} in {} and {} in {}; their scales are alike, so they are taken as the same",
+                        sa.input_unit.name(),
+                        names[0],
+                        sb.input_unit.name(),
+                        names[1]
+                    ),
+                ));
+            }
+            // One unit for both: the nominal one where it is known, else what
+            // the first calibration calls 1 m/s².
+            let per = nominal(sa).or(nominal(sb)).unwrap_or(ka);
+            (per, per)
+        }
+    };
+    if sa.input_unit != sb.input_unit && nominal(sa).is_some() && nominal(sb).is_some() {
+        findings.push(Finding::note(
+            "units-converted",
+            format!(
+                "{} takes {}, {} takes {}: both were brought to m/s² by the nominal scale",
+                names[0],
+                sa.input_unit.name(),
+                names[1],
+                sb.input_unit.name()
+            ),
+        ));
+    }
+    let offsets = [zero_offset(sa), zero_offset(sb)];
+    if offsets[0] != offsets[1] {
+        findings.push(Finding::note(
+            "units-converted",
+            "one calibration takes unsigned counts, the other signed ones: 32768 was taken off its bias",
+        ));
+    }
+    Ok([
+        side(a, per_a, offsets[0], names[0])?,
+        side(b, per_b, offsets[1], names[1])?,
+    ])
+}
+
+fn side(file: &CalibrationFile, per_mps2: f64, offset: f64, name: &str) -> Result<Side> {
+    let section = &file.accelerometer;
+    let matrix = section.matrix.map(|row| row.map(|v| v * per_mps2));
+    let model = inverse(&matrix).ok_or_else(|| {
+        Error::input(
+            "calibration-values",
+            "the accelerometer's matrix is singular",
+        )
+        .at(name.as_ref(), None)
+    })?;
+    Ok(Side {
+        model,
+        matrix,
+        bias: section.bias.map(|b| (b - offset) / per_mps2),
+        covariance: covariance_of(section)
+            .map(|c| c.map(|row| row.map(|v| v / (per_mps2 * per_mps2)))),
+        gravity: file.gravity_mps2,
+    })
+}
+
+/// Input units per m/s² by definition, or by the deviation that the file gives.
+pub(super) fn nominal(section: &AccelerometerSection) -> Option<f64> {
+    match section.input_unit {
+        AccelUnit::MetrePerSecondSquared => Some(1.0),
+        AccelUnit::StandardGravity => Some(1.0 / STANDARD_GRAVITY_MPS2),
+        AccelUnit::MilliGravity => Some(1000.0 / STANDARD_GRAVITY_MPS2),
+        AccelUnit::Counts | AccelUnit::Unknown => {
+            let deviation = section.scale_deviation_percent?[0];
+            let nominal = section.scale[0] / (1.0 + deviation / 100.0);
+            (nominal.is_finite() && nominal > 0.0).then_some(nominal)
+        }
+    }
+}
+
+fn mean_scale(section: &AccelerometerSection) -> f64 {
+    section.scale.iter().sum::<f64>() / 3.0
+}
+
+/// The offset of unsigned counts, where the bias shows that it contains one.
+fn zero_offset(section: &AccelerometerSection) -> f64 {
+    let unsigned = section.input_unit == AccelUnit::Counts
+        && section
+            .bias
+            .iter()
+            .all(|b| (b / UNSIGNED_OFFSET - 1.0).abs() < 0.25);
+    if unsigned { UNSIGNED_OFFSET } else { 0.0 }
+}
+
+fn units_differ(a: &AccelerometerSection, b: &AccelerometerSection, names: [&str; 2]) -> Error {
+    let say = |s: &AccelerometerSection| {
+        format!(
+            "{} ({:.5} per m/s²{})",
+            s.input_unit.name(),
+            mean_scale(s),
+            if nominal(s).is_none() {
+                ", nominal scale unknown"
+            } else {
+                ""
+            }
+        )
+    };
+    Error::input(
+        "units-differ",
+        format!(
+            "the calibrations are for different units: {} for {}, {} for {}",
+            names[0],
+            say(a),
+            names[1],
+            say(b)
+        ),
+    )
+    .with_hint(
+        "calibrate again with the range given (--accel-unit counts --accel-range 2), so that counts can be converted",
+    )
+}
