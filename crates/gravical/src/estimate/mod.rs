@@ -2,4 +2,10 @@
 
 pub mod ferraris;
 pub mod joint;
+pub mod linear;
+pub mod magnitude;
+mod reading;
 pub mod solve;
+mod undetermined;
+
+pub use reading::Reading;

@@ -5,6 +5,7 @@
 
 mod dialects;
 mod file_format;
+mod magnitude;
 mod properties;
 mod reader;
 mod session;
