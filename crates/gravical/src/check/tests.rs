@@ -48,7 +48,10 @@ fn calibration() -> CalibrationFile {
         .collect();
     let options = CalibrateOptions {
         gravity: Gravity::given(G).unwrap(),
-        placement_tilt_deg: Some(0.1),
+        estimate: crate::estimate::accelerometer::EstimateOptions {
+            placement_tilt_deg: Some(0.1),
+            ..Default::default()
+        },
         ..CalibrateOptions::default()
     };
     calibrate(&session, &options).unwrap().file

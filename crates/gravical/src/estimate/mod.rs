@@ -3,8 +3,13 @@
 pub mod accelerometer;
 pub mod ferraris;
 pub mod joint;
+pub mod linear;
+pub mod magnitude;
 pub mod pose_noise;
+mod reading;
 pub mod solve;
 mod undetermined;
+mod wanted;
 
+pub use reading::Reading;
 pub use undetermined::in_words;

@@ -47,7 +47,10 @@ fn session(
 fn calibration(session: &[Recording], tilt_deg: f64) -> CalibrationFile {
     let options = CalibrateOptions {
         gravity: Gravity::given(9.80665).unwrap(),
-        placement_tilt_deg: Some(tilt_deg),
+        estimate: gravical::estimate::accelerometer::EstimateOptions {
+            placement_tilt_deg: Some(tilt_deg),
+            ..Default::default()
+        },
         ..CalibrateOptions::default()
     };
     calibrated(session, &options).file
