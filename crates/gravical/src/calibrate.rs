@@ -146,7 +146,6 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         &options.gravity,
         range.as_ref(),
         &temperatures,
-        options.estimate.prior,
     );
     let nominal = recordings.first().and_then(|r| r.accel_scale.nominal());
     let scale = matrix3::row_norms(&estimate.model);

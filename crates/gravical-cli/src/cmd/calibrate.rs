@@ -120,6 +120,12 @@ enum Method {
     Joint,
     /// Six faces in closed form
     Ferraris,
+    /// Nine parameters from the length of gravity, any poses
+    Magnitude9,
+    /// Six parameters from the length of gravity: scale and bias only
+    Magnitude6,
+    /// Least squares with the faces taken as exact: for precise fixtures
+    Linear12,
     /// Drift with temperature only, from a recording at rest that cools and warms
     Thermal,
 }
@@ -206,6 +212,9 @@ impl Args {
                 method: match m.method {
                     Method::Joint | Method::Thermal => accelerometer::Method::Joint,
                     Method::Ferraris => accelerometer::Method::Ferraris,
+                    Method::Magnitude9 => accelerometer::Method::Magnitude9,
+                    Method::Magnitude6 => accelerometer::Method::Magnitude6,
+                    Method::Linear12 => accelerometer::Method::Linear12,
                 },
                 placement_tilt_deg: m.placement_tilt,
                 prior: m.prior == Prior::DataSheet,

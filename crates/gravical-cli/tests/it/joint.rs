@@ -6,7 +6,7 @@ use crate::support::*;
 
 const MG: f64 = 1000.0 / 9.80665;
 
-fn accelerometer<'a>(file: &'a Value) -> &'a Value {
+fn accelerometer(file: &Value) -> &Value {
     &file["accelerometer"]
 }
 
@@ -113,6 +113,18 @@ fn tomisuarez_ten_poses_stay_within_the_data_sheet() {
     }
     // No worse than six parameters left one out (2.2 mg).
     assert!(left_out_mg(&file) <= 2.2, "{}", left_out_mg(&file));
+}
+
+#[test]
+fn tomisuarez_nine_parameters_are_too_many() {
+    let Some(data) = data() else { return };
+    let line = "tomisuarez-mpu6050/calibration.csv --method magnitude9";
+    let run = run_in(&data, words(&format!("calibrate {line} --json")));
+    let file = run.json();
+    let told = |kind: &str| finding(&file, kind)["message"].to_string();
+    assert!(told("ill-conditioned").contains("condition"));
+    assert!(told("cross-axis-high").contains("data sheet"));
+    assert_eq!(run.code, 4);
 }
 
 #[test]

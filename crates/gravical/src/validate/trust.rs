@@ -57,7 +57,6 @@ pub fn trust(
     gravity: &Gravity,
     temperature: Option<&TemperatureRange>,
     temperatures: &[f64],
-    prior: bool,
 ) -> Trust {
     let g = gravity.value_mps2;
     let matrix = &estimate.calibration.matrix;
@@ -70,21 +69,11 @@ pub fn trust(
         .iter()
         .filter_map(|u| u.left_out_error)
         .collect();
-    let scale = matrix3::row_norms(&estimate.model)[0];
     Trust {
         predicted,
         deviations: deviations(estimate),
         leave_one_out: rms(&left_out),
-        fit: estimate.joint.as_ref().map(|fit| FitQuality {
-            chi2_per_freedom: fit.chi2_per_freedom,
-            freedom: fit.freedom,
-            model_error_mps2: fit.model_error / scale,
-            condition: Some(fit.condition).filter(|c| c.is_finite()),
-            oriented: fit.oriented,
-            shared_tilts: fit.shared_tilts,
-            tilt_freedom: fit.gamma,
-            prior,
-        }),
+        fit: estimate.quality,
         worst: worst(estimate, positions, rms(&left_out)),
         next: next_poses(estimate, g),
         budget: budget(estimate, predicted, gravity, temperature, temperatures),

@@ -10,8 +10,8 @@ use crate::validate::predicted::{sensitivity, variance};
 /// Nine parameters of the magnitude with a condition above this hang on details.
 const CONDITION_NOTE: f64 = 30.0;
 /// Two axes further from a right angle than this are no MPU6050's, cosine:
-/// three times the ±2 % of the data sheet on either axis.
-const CROSS_AXIS_GATE: f64 = 0.085;
+/// two and a half times the ±2 % of the data sheet.
+const CROSS_AXIS_GATE: f64 = 0.05;
 /// A sensor that misses the model by more than this, m/s², does something that
 /// the model has no word for.
 const MODEL_ERROR_NOTE: f64 = 0.02;
@@ -66,15 +66,30 @@ pub(super) fn findings(
             );
         }
     }
+    let weak = section
+        .fit
+        .and_then(|f| f.condition)
+        .filter(|c| *c > CONDITION_NOTE);
     let Some(fit) = &estimate.joint else {
+        findings.extend(weak.map(|condition| {
+            Finding::warning(
+                "ill-conditioned",
+                format!(
+                    "the placements tell the parameters apart badly (condition {condition:.0}, more than {CONDITION_NOTE}): small errors become large ones. The default method uses faces and data sheet too"
+                ),
+            )
+        }));
+        if section.fit.is_some_and(|f| !f.oriented) {
+            findings.push(orientation_open(
+                "the length of gravity alone tells nothing of how the sensor sits in its case",
+            ));
+        }
         return findings;
     };
     findings
         .extend(same_face_twice(estimate, placements).or_else(|| missing_face(estimate, gravity)));
     if let Some(quality) = &section.fit {
-        if let Some(condition) = quality.condition
-            && condition > CONDITION_NOTE
-        {
+        if let Some(condition) = weak {
             findings.push(Finding::note(
                 "ill-conditioned",
                 format!(
@@ -100,9 +115,8 @@ pub(super) fn findings(
         ));
     }
     if !fit.oriented {
-        findings.push(Finding::note(
-            "orientation-open",
-            "faces on fewer than two axes: nothing tells how the sensor sits in its case. Its x, y plane and z axis were fixed by convention (triangular matrix); magnitudes are not affected",
+        findings.push(orientation_open(
+            "faces on fewer than two axes: nothing tells how the sensor sits in its case",
         ));
     }
     if fit.shared_tilts {
@@ -136,6 +150,15 @@ pub(super) fn findings(
         ));
     }
     findings
+}
+
+fn orientation_open(why: &str) -> Finding {
+    Finding::note(
+        "orientation-open",
+        format!(
+            "{why}. The frame was fixed by convention (triangular matrix); magnitudes are not affected"
+        ),
+    )
 }
 
 /// Six placements of which two share a face while another face is missing: one

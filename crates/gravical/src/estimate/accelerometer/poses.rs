@@ -1,0 +1,293 @@
+//! Methods that take poses of any kind.
+
+use gravical_core::calibration::Calibration;
+use gravical_core::matrix3;
+
+use crate::calibration_file::{FitQuality, PlacementTilt, TiltSource};
+use crate::estimate::joint::{JointFit, JointOptions, JointPose, Role, TiltFrom, joint};
+use crate::estimate::magnitude::{
+    Kind, MagnitudeOptions, NEIGHBOUR_DEG, Weights, leave_out, magnitude,
+};
+use crate::estimate::pose_noise::PoseNoise;
+use crate::estimate::{Reading, ferraris, undetermined};
+use crate::segment::Placement;
+use crate::segment::face::{AxisMap, Claim, Face};
+use crate::{Error, Result};
+
+use super::{Estimate, EstimateOptions, MAGNITUDE_PARAMETERS, Method, Session, Use, distinct};
+
+pub(super) fn by_joint(
+    session: &Session<'_>,
+    options: &EstimateOptions,
+    noise: PoseNoise,
+    nominal: Option<f64>,
+) -> Result<Estimate> {
+    let placements = &session.segmentation.placements;
+    check_names(placements, options)?;
+    let faces = ferraris::sort_into_faces(placements, session.recordings).ok();
+    if session.faces_by_name
+        && let Some(faces) = &faces
+    {
+        // Names that contradict each other, or --axes, are refused in the words
+        // of the closed form.
+        ferraris::accelerometer(faces, session.gravity, Some(session.axes))?;
+    }
+    let poses: Vec<JointPose> = placements
+        .iter()
+        .enumerate()
+        .map(|(k, p)| JointPose {
+            mean: p.mean,
+            standard_error: noise.noise[k],
+            role: role(p, options, session.axes),
+        })
+        .collect();
+    let joint_options = JointOptions {
+        gravity: session.gravity,
+        nominal,
+        prior: options.prior,
+        tilt: options.placement_tilt_deg.map(f64::to_radians),
+        quantisation: noise.quantisation,
+        start: session
+            .faces_by_name
+            .then(|| start_by_names(&poses, nominal, session.gravity)),
+    };
+    let fit =
+        joint(&poses, &joint_options).map_err(|e| undetermined::explain(e, placements, session))?;
+    let turned = matrix3::scale_rows(&fit.model, &matrix3::row_norms(&fit.model).map(|k| 1.0 / k));
+    let hand = matrix3::det(&turned);
+    if hand <= 0.0 {
+        return Err(Error::input(
+            "left-handed",
+            format!("the faces as named make a left-handed sensor (det R = {hand:.3}): two placements are swapped"),
+        )
+        .with_hint("leave --faces names out, and the faces are taken from the data"));
+    }
+    let axes = session.axes;
+    // u = M_board a_board + b, and a_board = P a_case.
+    let columns = |rows: &[[f64; 3]; 3]| rows.map(|row| axes.to_case(row));
+    let model = columns(&fit.model);
+    let matrix = matrix3::inverse(&model).ok_or_else(|| {
+        Error::input("singular", "the fitted model has no inverse")
+            .with_hint("`gravical inspect` shows what each placement reads")
+    })?;
+    let mut fit = fit;
+    for (_, part) in &mut fit.sources {
+        axes.columns_to_case(part);
+    }
+    let mut covariance = fit.covariance;
+    axes.columns_to_case(&mut covariance);
+    let uses = fit
+        .poses
+        .iter()
+        .map(|pose| Use {
+            face: pose.face.map(|f| axes.face_to_case(f)),
+            fitted: pose.bad.is_none(),
+            tilt_deg: pose
+                .tilt
+                .map(|(tilt, sd)| (tilt.to_degrees(), Some(sd.to_degrees()))),
+            direction: Some(axes.to_case(pose.direction)),
+            left_out_error: pose.left_out_error,
+            bad: pose.bad,
+        })
+        .collect();
+    let fitted: Vec<[f64; 3]> = fit
+        .poses
+        .iter()
+        .filter(|p| p.bad.is_none())
+        .map(|p| p.direction)
+        .collect();
+    let has_faces = fit.poses.iter().any(|p| p.face.is_some());
+    Ok(Estimate {
+        method: Method::Joint,
+        model,
+        bias: fit.bias,
+        calibration: Calibration {
+            matrix,
+            bias: fit.bias,
+        },
+        covariance: Some(covariance),
+        uses,
+        tilt: has_faces.then_some(PlacementTilt {
+            value: fit.tilt.to_degrees(),
+            source: match fit.tilt_from {
+                TiltFrom::Given => TiltSource::Given,
+                TiltFrom::Estimated => TiltSource::Estimated,
+                TiltFrom::Assumed => TiltSource::Assumed,
+            },
+        }),
+        degrees_of_freedom: (distinct(&fitted) as u32).saturating_sub(MAGNITUDE_PARAMETERS),
+        faces,
+        face_angle_rms_deg: None,
+        quality: Some(quality(&fit, &model, options.prior && nominal.is_some())),
+        joint: Some(fit),
+        noise,
+        findings: Vec::new(),
+    })
+}
+
+fn quality(fit: &JointFit, model: &[[f64; 3]; 3], prior: bool) -> FitQuality {
+    FitQuality {
+        chi2_per_freedom: fit.chi2_per_freedom,
+        freedom: fit.freedom,
+        model_error_mps2: fit.model_error / matrix3::row_norms(model)[0],
+        condition: Some(fit.condition).filter(|c| c.is_finite()),
+        oriented: fit.oriented,
+        shared_tilts: fit.shared_tilts,
+        tilt_freedom: fit.gamma,
+        prior,
+    }
+}
+
+/// Parameters from the length of gravity alone; the frame is fixed by the
+/// triangular convention.
+pub(super) fn by_magnitude(
+    session: &Session<'_>,
+    kind: Kind,
+    noise: PoseNoise,
+    nominal: Option<f64>,
+) -> Result<Estimate> {
+    let placements = &session.segmentation.placements;
+    let readings: Vec<Reading> = placements.iter().map(Reading::from).collect();
+    let options = MagnitudeOptions {
+        gravity: session.gravity,
+        nominal,
+        kind,
+        // Real sensors miss the model by more than the noise of their means.
+        weights: Weights::Alike,
+    };
+    let fit = magnitude(&readings, &options)?;
+    let left_out = leave_out(&readings, &options, NEIGHBOUR_DEG)?;
+    let axes = session.axes;
+    let model = fit.model.map(|row| axes.to_case(row));
+    let matrix = axes.rows_to_case(&fit.matrix);
+    let mut covariance = fit.covariance;
+    if let Some(c) = &mut covariance {
+        axes.columns_to_case(c);
+    }
+    let uses = placements
+        .iter()
+        .zip(&left_out.errors_mps2)
+        .map(|(p, error)| {
+            let force = axes.to_case(fit.calibrated(p.mean));
+            let length = matrix3::norm(&force);
+            Use {
+                face: None,
+                fitted: true,
+                tilt_deg: None,
+                direction: Some(force.map(|f| f / length)),
+                left_out_error: *error,
+                bad: None,
+            }
+        })
+        .collect();
+    Ok(Estimate {
+        method: match kind {
+            Kind::Nine => Method::Magnitude9,
+            Kind::Six => Method::Magnitude6,
+        },
+        model,
+        bias: fit.bias,
+        calibration: Calibration {
+            matrix,
+            bias: fit.bias,
+        },
+        covariance,
+        uses,
+        tilt: None,
+        degrees_of_freedom: fit.freedom as u32,
+        faces: ferraris::sort_into_faces(placements, session.recordings).ok(),
+        face_angle_rms_deg: None,
+        quality: Some(FitQuality {
+            chi2_per_freedom: fit
+                .chi2
+                .filter(|_| fit.freedom > 0)
+                .map(|c| c / fit.freedom as f64),
+            freedom: fit.freedom as f64,
+            model_error_mps2: 0.0,
+            condition: Some(fit.condition).filter(|c| c.is_finite()),
+            oriented: false,
+            shared_tilts: false,
+            tilt_freedom: 0.0,
+            prior: false,
+        }),
+        joint: None,
+        noise,
+        findings: Vec::new(),
+    })
+}
+
+/// True when `name` is the label of a placement, or its file.
+fn is_called(placement: &Placement, name: &str) -> bool {
+    let stem = crate::segment::stem(&placement.source);
+    placement.label == name || stem == name || placement.source == name
+}
+
+fn role(placement: &Placement, options: &EstimateOptions, axes: &AxisMap) -> Role {
+    let board = |face: Face| axes.face_to_board(face);
+    if options.free.iter().any(|n| is_called(placement, n)) {
+        return Role::Free;
+    }
+    if options.face.iter().any(|n| is_called(placement, n)) {
+        return placement.face.map_or(Role::Open, |f| Role::Face(board(f)));
+    }
+    match (placement.claim, placement.face) {
+        // Names were believed, or held against the data, when it was cut.
+        (Some(Claim::Face(_) | Claim::Axis(_)), Some(face)) => Role::Named(board(face)),
+        _ => Role::Open,
+    }
+}
+
+fn check_names(placements: &[Placement], options: &EstimateOptions) -> Result<()> {
+    for (option, names) in [("--free", &options.free), ("--face", &options.face)] {
+        for name in names {
+            let Some(placement) = placements.iter().find(|p| is_called(p, name)) else {
+                let known: Vec<&str> = placements.iter().map(|p| p.label.as_str()).collect();
+                return Err(Error::usage(
+                    "no-such-placement",
+                    format!(
+                        "{option} {name}: there is no such placement ({})",
+                        known.join(", ")
+                    ),
+                ));
+            };
+            if option == "--face" && placement.face.is_none() {
+                return Err(Error::usage(
+                    "no-such-placement",
+                    format!(
+                        "--face {name}: it lies {:.0}° from the nearest axis; beyond 25° it is no face",
+                        placement.angle_deg
+                    ),
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// M to start with when names say how the board sits: each column from its two
+/// faces, the nominal scale where one is missing.
+fn start_by_names(poses: &[JointPose], nominal: Option<f64>, gravity: f64) -> [[f64; 3]; 3] {
+    let mean = |face: Face| {
+        let some: Vec<[f64; 3]> = poses
+            .iter()
+            .filter(|p| matches!(p.role, Role::Named(f) | Role::Face(f) if f == face))
+            .map(|p| p.mean)
+            .collect();
+        (!some.is_empty()).then(|| {
+            let sum = some
+                .iter()
+                .fold([0.0; 3], |s, m| std::array::from_fn(|i| s[i] + m[i]));
+            sum.map(|s| s / some.len() as f64)
+        })
+    };
+    let mut model = matrix3::diagonal([nominal.unwrap_or(1.0); 3]);
+    for axis in 0..3 {
+        let sides = [true, false].map(|up| mean(Face { axis, up }));
+        if let [Some(up), Some(down)] = sides {
+            for row in 0..3 {
+                model[row][axis] = (up[row] - down[row]) / (2.0 * gravity);
+            }
+        }
+    }
+    model
+}
