@@ -3,7 +3,6 @@
 
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::calibration_file::{
     Budget, Contribution, Deviations, FitQuality, GravitySource, NextPose, Position,
@@ -11,7 +10,7 @@ use crate::calibration_file::{
 };
 use crate::estimate::accelerometer::Estimate;
 use crate::estimate::in_words;
-use crate::estimate::joint::{Source, TiltFrom};
+use crate::estimate::joint::{JointFit, NORMAL_95, Source};
 use crate::gravity::Gravity;
 use crate::stats::{median, standard_deviation};
 
@@ -107,7 +106,10 @@ fn deviations(estimate: &Estimate) -> Option<Deviations> {
         bias: std::array::from_fn(|i| c[9 + i][9 + i].max(0.0).sqrt()),
         scale: [0.0; 3],
         axis_angle_deg: [0.0; 3],
-        coverage_factor_95: coverage_factor(estimate),
+        coverage_factor_95: estimate
+            .joint
+            .as_ref()
+            .map_or(NORMAL_95, JointFit::coverage_factor_95),
     };
     for i in 0..3 {
         let mut h = [0.0; 12];
@@ -123,17 +125,6 @@ fn deviations(estimate: &Estimate) -> Option<Deviations> {
         out.axis_angle_deg[i] = predicted::variance(c, &h).max(0.0).sqrt().to_degrees();
     }
     Some(out)
-}
-
-/// Student's t for an estimated tilt, the normal quantile else.
-fn coverage_factor(estimate: &Estimate) -> f64 {
-    const NORMAL: f64 = 1.959_963_984_540_054;
-    match &estimate.joint {
-        Some(fit) if fit.tilt_from == TiltFrom::Estimated => {
-            StudentsT::new(0.0, 1.0, fit.gamma).map_or(NORMAL, |t| t.inverse_cdf(0.975))
-        }
-        _ => NORMAL,
-    }
 }
 
 /// The pose with the largest error when it is left out; where none can be, the
@@ -173,35 +164,21 @@ fn called(position: &Position) -> String {
     }
 }
 
-/// Greedy: the direction in which ‖a‖ is known least, then the same with a
-/// reading there, which is worth h hᵀ/σ² of information on (M, b).
+/// Poses that would help most.
 fn next_poses(estimate: &Estimate, gravity: f64) -> Vec<NextPose> {
-    let Some(fit) = &estimate.joint else {
+    let (Some(fit), Some(covariance)) = (&estimate.joint, &estimate.covariance) else {
         return Vec::new();
     };
     let matrix = &estimate.calibration.matrix;
     let scale = matrix3::row_norms(&estimate.model)[0];
     let mut noises: Vec<f64> = estimate.noise.noise.iter().flatten().copied().collect();
     let noise = median(&mut noises).unwrap_or(0.0).hypot(fit.model_error) / scale;
-    let Some(mut c) = estimate.covariance else {
-        return Vec::new();
-    };
-    (0..PROPOSED)
-        .filter_map(|_| {
-            let (direction, sd) = predicted::weakest(matrix, &c, gravity);
-            let h = predicted::sensitivity(matrix, direction, gravity);
-            let ch = predicted::times(&c, &h);
-            let total = sd * sd + noise * noise;
-            for i in 0..12 {
-                for j in 0..12 {
-                    c[i][j] -= ch[i] * ch[j] / total;
-                }
-            }
-            Some(NextPose {
-                direction,
-                hint: in_words(direction),
-                predicted_norm_error_mps2: predicted::norm_error(matrix, &c, gravity)?,
-            })
+    predicted::propose(matrix, covariance, gravity, noise, PROPOSED)
+        .into_iter()
+        .map(|(direction, predicted_norm_error_mps2)| NextPose {
+            direction,
+            hint: in_words(direction),
+            predicted_norm_error_mps2,
         })
         .collect()
 }

@@ -36,18 +36,20 @@ mod bad;
 mod fit;
 mod leave_out;
 mod model;
+mod reduced;
 mod roles;
 mod sources;
 #[cfg(test)]
 mod tests;
 
 use gravical_core::matrix3;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::segment::face::Face;
 use crate::stats::median;
 use crate::validate::predicted;
 
-use fit::{Fit, Held, Pose, fit};
+use fit::{Fit, Held, Pose, Start, fit};
 pub use roles::Role;
 pub use sources::Source;
 
@@ -140,6 +142,23 @@ pub struct JointFit {
     pub oriented: bool,
     /// Repeats of faces lay the same way and were fitted with one tilt.
     pub shared_tilts: bool,
+}
+
+/// Two-sided 95 % quantile of the normal distribution.
+pub const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+impl JointFit {
+    /// So many standard deviations make a 95 % interval: Student's t with γ
+    /// degrees of freedom for an estimated tilt, the normal quantile else.
+    #[must_use]
+    pub fn coverage_factor_95(&self) -> f64 {
+        match self.tilt_from {
+            TiltFrom::Estimated => {
+                StudentsT::new(0.0, 1.0, self.gamma).map_or(NORMAL_95, |t| t.inverse_cdf(0.975))
+            }
+            TiltFrom::Given | TiltFrom::Assumed => NORMAL_95,
+        }
+    }
 }
 
 /// Why there is no fit.
@@ -240,7 +259,7 @@ struct Search<'a> {
     poses: &'a [JointPose],
     options: &'a JointOptions,
     held: Held,
-    start: ([[f64; 3]; 3], [f64; 3]),
+    start: Start,
     tilt_from: TiltFrom,
 }
 
@@ -248,7 +267,7 @@ impl<'a> Search<'a> {
     fn new(
         poses: &'a [JointPose],
         options: &'a JointOptions,
-        start: ([[f64; 3]; 3], [f64; 3]),
+        (m, b): ([[f64; 3]; 3], [f64; 3]),
     ) -> Self {
         let usual = usual_scale(poses, options.gravity);
         Search {
@@ -265,7 +284,11 @@ impl<'a> Search<'a> {
                     .filter(|n| options.prior && (0.8..1.25).contains(&(usual / n))),
                 model_error: 0.0,
             },
-            start,
+            start: Start {
+                m,
+                b,
+                at: Vec::new(),
+            },
             tilt_from: match options.tilt {
                 Some(_) => TiltFrom::Given,
                 None => TiltFrom::Assumed,
@@ -297,14 +320,14 @@ impl<'a> Search<'a> {
     /// Tilt and model error for the present roles.
     fn balance(&mut self, work: &[Pose]) -> Result<Fit, JointError> {
         for round in 0.. {
-            let found = fit(work, &self.held, self.start).ok_or_else(|| self.open(work))?;
+            let found = fit(work, &self.held, &self.start).ok_or_else(|| self.open(work))?;
             if found.covariance.values.is_none() {
                 return Err(self.open(work));
             }
             if !found.converged {
                 return Err(JointError::NotConverged);
             }
-            self.start = (found.state.m, found.state.b);
+            self.start = found.start();
             let tilt = self.next_tilt(&found);
             let error = self.next_model_error(work, &found);
             let scale = model::norm(found.state.m[0]) * self.held.gravity;
@@ -427,7 +450,7 @@ impl<'a> Search<'a> {
                 model_error: 0.0,
                 ..self.held
             },
-            self.start,
+            &self.start,
         );
         let sources = sources::by_source(
             work,
