@@ -72,6 +72,46 @@ pub(super) fn axes_of(poses: &[Pose]) -> usize {
 
 /// Fits M, b and the directions. None when nothing finite comes of it.
 pub(super) fn fit(poses: &[Pose], held: &Held, start: &Start) -> Option<Fit> {
+    let (model, state, place_of) = placed(poses, held, start)?;
+    let (state, summary) = solve(&model, state, &OPTIONS);
+    let factor = Factor::new(&model, &state)?;
+    let covariance = factor.covariance();
+    let mut fit = Fit {
+        place_of,
+        tilt_variance: vec![None; model.places.len()],
+        gamma: 0.0,
+        tilt_squares: 0.0,
+        chi2: 0.0,
+        freedom: 0.0,
+        converged: summary.converged(),
+        covariance,
+        model,
+        state,
+    };
+    fit.count(&factor);
+    Some(fit)
+}
+
+/// M and b alone, to a thousandth of how far they are from the start.
+pub(super) fn roughly(
+    poses: &[Pose],
+    held: &Held,
+    start: &Start,
+) -> Option<([[f64; 3]; 3], [f64; 3])> {
+    let (model, state, _) = placed(poses, held, start)?;
+    let options = Options {
+        cost_tolerance: 1e-7,
+        step_tolerance: 1e-3,
+        ..OPTIONS
+    };
+    let (state, summary) = solve(&model, state, &options);
+    summary.converged().then_some((state.m, state.b))
+}
+
+/// The problem, where its search starts, and the place of every pose.
+type Placed = (Model, State, Vec<Option<usize>>);
+
+fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
     // Without faces on two axes nothing holds the frame to the case.
     let triangular = axes_of(poses) < 2;
     let Start { mut m, b, .. } = *start;
@@ -128,23 +168,7 @@ pub(super) fn fit(poses: &[Pose], held: &Held, start: &Start) -> Option<Fit> {
         prior: held.prior,
         triangular,
     };
-    let (state, summary) = solve(&model, State { m, b, at }, &OPTIONS);
-    let factor = Factor::new(&model, &state)?;
-    let covariance = factor.covariance();
-    let mut fit = Fit {
-        place_of,
-        tilt_variance: vec![None; model.places.len()],
-        gamma: 0.0,
-        tilt_squares: 0.0,
-        chi2: 0.0,
-        freedom: 0.0,
-        converged: summary.converged(),
-        covariance,
-        model,
-        state,
-    };
-    fit.count(&factor);
-    Some(fit)
+    Some((model, State { m, b, at }, place_of))
 }
 
 /// Fits of means in single precision do not need more.

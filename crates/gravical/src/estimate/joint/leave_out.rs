@@ -5,7 +5,7 @@ use gravical_core::matrix3;
 use crate::estimate::solve::Problem;
 use crate::segment::face::angle_deg;
 
-use super::fit::{Fit, Held, Pose, axes_of, fit};
+use super::fit::{Fit, Held, Pose, axes_of, fit, roughly};
 use super::model;
 use super::reduced::Reduced;
 
@@ -15,8 +15,8 @@ const NEIGHBOUR_DEG: f64 = 25.0;
 const LEAST_POSES: usize = 6;
 /// What remains determines nothing when its condition, prior off, is worse.
 const MOST_CONDITION: f64 = 1e4;
-/// A step of M (relative) and of b (in g) up to this is taken for the refit:
-/// what it neglects is its square, 4 µg.
+/// A step that stretches by no more than this, and moves b by no more of g, is
+/// taken for the refit: what it neglects is its square, 4 µg.
 const SMALL_STEP: f64 = 2e-3;
 
 /// For every pose: refit without it and every pose within 25° of it, and
@@ -63,28 +63,27 @@ type Parameters = ([[f64; 3]; 3], [f64; 3]);
 
 /// M and b after a step of the shared parameters, or by a search where the step
 /// is too large to be believed.
+///
+/// M + dM = M(I + E). The antisymmetric part of E is a rotation of the whole
+/// frame, which no length sees; without a face it may be large, and taken as
+/// linear it would lengthen all. So it is left away.
 fn refit(rest: &[Pose], found: &Fit, held: &Held, step: &[f64]) -> Option<Parameters> {
-    let scale = model::norm(found.state.m[0]);
-    let small = found
-        .model
-        .elements()
-        .iter()
-        .zip(step)
-        .all(|(&element, s)| {
-            let unit = if element < 9 {
-                scale
-            } else {
-                scale * held.gravity
-            };
-            s.abs() <= SMALL_STEP * unit
-        });
+    let still = vec![0.0; 2 * found.model.places.len()];
+    let moved = found.model.moved(&found.state, step, &still);
+    let m = &found.state.m;
+    let inverse = matrix3::inverse(m)?;
+    let relative = matrix3::mul(&inverse, &moved.m);
+    let stretch: [[f64; 3]; 3] =
+        std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (relative[i][j] + relative[j][i])));
+    let off = matrix3::mul_vec(&inverse, &matrix3::sub(&moved.b, &found.state.b));
+    let small = (0..3).all(|i| {
+        off[i].abs() <= SMALL_STEP * held.gravity
+            && (0..3).all(|j| (stretch[i][j] - f64::from(i == j)).abs() <= SMALL_STEP)
+    });
     if small {
-        let still = vec![0.0; 2 * found.model.places.len()];
-        let moved = found.model.moved(&found.state, step, &still);
-        return Some((moved.m, moved.b));
+        return Some((matrix3::mul(m, &stretch), moved.b));
     }
-    let refit = fit(rest, held, &found.start())?;
-    Some((refit.state.m, refit.state.b))
+    roughly(rest, held, &found.start())
 }
 
 /// Too few faces remain to hold the frame to the case: M is triangular then.
@@ -97,6 +96,5 @@ fn in_another_frame(rest: &[Pose], found: &Fit, held: &Held) -> Option<Parameter
     if bare.covariance.values.is_none() || bare.covariance.condition > MOST_CONDITION {
         return None;
     }
-    let refit = fit(rest, held, &bare.start())?;
-    Some((refit.state.m, refit.state.b))
+    roughly(rest, held, &bare.start())
 }
