@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use gravical::estimate::joint::{JointFit, JointOptions, JointPose, Role, joint};
 use gravical::simulate::means::{Errors, MeanReading, MeansOptions, Part, Planned, Scores};
+use gravical::validate::predicted;
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
 
 /// `work` for every index, on all cores; the order is that of the indices.
@@ -34,6 +35,9 @@ pub fn each<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     done.into_iter().map(|(_, value)| value).collect()
 }
 
+/// M and b.
+pub type Parameters = ([[f64; 3]; 3], [f64; 3]);
+
 /// What is done to each part.
 #[derive(Debug, Clone, Copy)]
 pub struct Session {
@@ -54,6 +58,8 @@ pub enum Plan {
     Faces(usize),
     /// Six faces and so many poses far from each other.
     Spread(usize),
+    /// Six faces and so many of a Fibonacci lattice.
+    Lattice(usize),
     /// Six faces and so many at random.
     Random(usize),
     /// Six faces, and so many where the fit of these says that they help most.
@@ -65,24 +71,21 @@ pub enum Plan {
 /// One part's result.
 #[derive(Debug, Clone)]
 pub struct Outcome {
+    /// How far it is off.
     pub errors: Errors,
+    /// … in its own standard deviations.
     pub scores: Option<Scores>,
+    /// The joint fit, if it is one.
     pub fit: Option<JointFit>,
 }
 
-pub fn poses(means: &[MeanReading], noise: f64, told: bool) -> Vec<JointPose> {
-    means
-        .iter()
-        .map(|m| JointPose {
-            mean: m.mean,
-            standard_error: [noise; 3],
-            role: match m.face {
-                Some(face) if told => Role::Face(face),
-                None if told => Role::Free,
-                _ => Role::Open,
-            },
-        })
-        .collect()
+/// Errors and scores of a fit.
+pub fn outcome(part: &mut Part, fit: JointFit) -> Option<Outcome> {
+    Some(Outcome {
+        errors: part.errors(&fit.model, &fit.bias)?,
+        scores: part.scores(&fit),
+        fit: Some(fit),
+    })
 }
 
 impl Session {
@@ -106,6 +109,7 @@ impl Session {
         match self.plan {
             Plan::Faces(_) | Plan::Proposed(_) => {}
             Plan::Spread(count) => planned.extend(Planned::spread(count, index as u64)),
+            Plan::Lattice(count) => planned.extend(Planned::lattice(count)),
             Plan::Random(count) => planned.extend(part.random_poses(count)),
             Plan::Twice(turned) => planned.extend(Planned::faces_turned(turned.to_radians())),
         }
@@ -116,8 +120,7 @@ impl Session {
         {
             let noise = self.means.noise_mps2;
             let g = self.means.gravity_mps2;
-            let next =
-                gravical::validate::predicted::propose(&matrix, &fit.covariance, g, noise, count);
+            let next = predicted::propose(&matrix, &fit.covariance, g, noise, count);
             let next: Vec<Planned> = next.into_iter().map(|(n, _)| Planned::Free(n)).collect();
             means.extend(part.place(&next));
         }
@@ -125,7 +128,19 @@ impl Session {
     }
 
     pub fn poses(&self, means: &[MeanReading]) -> Vec<JointPose> {
-        poses(means, self.means.noise_mps2, self.roles_told)
+        let told = self.roles_told;
+        means
+            .iter()
+            .map(|m| JointPose {
+                mean: m.mean,
+                standard_error: [self.means.noise_mps2; 3],
+                role: match m.face {
+                    Some(face) if told => Role::Face(face),
+                    None if told => Role::Free,
+                    _ => Role::Open,
+                },
+            })
+            .collect()
     }
 
     /// The joint fit of `count` parts.
@@ -134,11 +149,7 @@ impl Session {
             let mut part = Part::draw(&self.means, seed, index);
             let means = self.place(&mut part, index);
             let fit = joint(&self.poses(&means), &self.options()).ok()?;
-            Some(Outcome {
-                errors: part.errors(&fit.model, &fit.bias)?,
-                scores: part.scores(&fit.model, &fit.bias, &fit.covariance),
-                fit: Some(fit),
-            })
+            outcome(&mut part, fit)
         })
     }
 
@@ -147,7 +158,7 @@ impl Session {
         &self,
         seed: u64,
         count: usize,
-        estimator: impl Fn(&[MeanReading]) -> Option<([[f64; 3]; 3], [f64; 3])> + Sync,
+        estimator: impl Fn(&[MeanReading]) -> Option<Parameters> + Sync,
     ) -> Vec<Option<Outcome>> {
         each(count, |index| {
             let mut part = Part::draw(&self.means, seed, index);
@@ -162,8 +173,17 @@ impl Session {
     }
 }
 
+/// Least squares of u = g M n + b with the directions taken as exact. On the six
+/// faces its normal equations are diagonal: M is Ferraris', b the mean of all.
+pub fn linear(means: &[MeanReading], gravity: f64) -> Option<Parameters> {
+    let (model, _) = ferraris(means, gravity)?;
+    let bias =
+        std::array::from_fn(|i| means.iter().map(|m| m.mean[i]).sum::<f64>() / means.len() as f64);
+    Some((model, bias))
+}
+
 /// Ferraris' method: repeats of a face are averaged.
-pub fn ferraris(means: &[MeanReading], gravity: f64) -> Option<([[f64; 3]; 3], [f64; 3])> {
+pub fn ferraris(means: &[MeanReading], gravity: f64) -> Option<Parameters> {
     let side = |up: bool, axis: usize| {
         let (mut sum, mut count) = ([0.0; 3], 0.0);
         for m in means {

@@ -13,10 +13,13 @@
 //! assert!((means[0].mean[0] - part.gravity_mps2()).abs() < 2.0);
 //! ```
 
+use std::f64::consts::PI;
+
 use gravical_core::matrix3;
 use nalgebra::{Rotation3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 
+use crate::estimate::joint::JointFit;
 use crate::segment::face::{Face, angle_deg};
 use crate::validate::predicted;
 
@@ -69,8 +72,9 @@ impl Default for MeansOptions {
 /// A placement that is meant to be made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Planned {
-    /// On a face; `turned_rad` about the vertical, which matters on a table that
-    /// is not level.
+    /// On a face, the way that the case happens to be put down on it, and
+    /// `turned_rad` about the vertical: which matters on a table that is not
+    /// level.
     Face {
         /// Which.
         face: Face,
@@ -94,6 +98,13 @@ impl Planned {
         Face::all()
             .map(|face| Planned::Face { face, turned_rad })
             .to_vec()
+    }
+
+    /// `count` directions of a Fibonacci lattice, spread evenly over the sphere
+    /// without regard to the faces.
+    #[must_use]
+    pub fn lattice(count: usize) -> Vec<Planned> {
+        predicted::sphere(count).map(Planned::Free).collect()
     }
 
     /// `count` directions far from the faces and from each other (each the
@@ -123,7 +134,8 @@ pub struct MeanReading {
 pub struct Part {
     model: [[f64; 3]; 3],
     bias: [f64; 3],
-    table: [f64; 2],
+    /// Tilt of the table as it looks from the case on each face.
+    table: [[f64; 2]; 6],
     options: MeansOptions,
     tilts: ChaCha8Rng,
     noise: ChaCha8Rng,
@@ -151,7 +163,8 @@ impl Part {
         let turn = Rotation3::from_axis_angle(&axis, options.board_turn_rad);
         let turn = std::array::from_fn(|i| std::array::from_fn(|j| turn[(i, j)]));
         let mut tilts = stream(seed, Purpose::Tilts, index);
-        let table = [0, 1].map(|_| options.table_sd_rad * normal(&mut tilts));
+        let [p, q] = [0, 1].map(|_| options.table_sd_rad * normal(&mut tilts));
+        let table = [0; 6].map(|_| turned([p, q], PI * either_way(&mut tilts)));
         Part {
             model: matrix3::mul(&model, &turn),
             bias,
@@ -216,10 +229,8 @@ impl Part {
         let nominal = Vector3::from(face.direction());
         let (first, second) = tangents(nominal);
         let own = [0, 1].map(|_| self.options.tilt_sd_rad * normal(&mut self.tilts));
-        let (sine, cosine) = turned_rad.sin_cos();
-        let [p, q] = self.table;
-        let delta =
-            first * (own[0] + cosine * p - sine * q) + second * (own[1] + sine * p + cosine * q);
+        let table = turned(self.table[face.index()], turned_rad);
+        let delta = first * (own[0] + table[0]) + second * (own[1] + table[1]);
         let angle = delta.norm();
         if angle == 0.0 {
             return nominal.into();
@@ -259,37 +270,43 @@ impl Part {
         })
     }
 
-    /// Errors of an estimate over the standard deviations that its covariance
-    /// (row-major M, then b) claims. None when M has no inverse.
+    /// Errors of a fit over the standard deviations that it claims. None when M
+    /// has no inverse.
     #[must_use]
-    pub fn scores(
-        &mut self,
-        model: &[[f64; 3]; 3],
-        bias: &[f64; 3],
-        covariance: &[[f64; 12]; 12],
-    ) -> Option<Scores> {
-        let matrix = matrix3::inverse(model)?;
-        let (found, truth) = (matrix3::row_norms(model), matrix3::row_norms(&self.model));
-        let scale = std::array::from_fn(|i| {
-            let mut h = [0.0; 12];
-            for j in 0..3 {
-                h[3 * i + j] = model[i][j] / found[i];
-            }
-            (found[i] - truth[i]) / predicted::variance(covariance, &h).sqrt()
-        });
+    pub fn scores(&mut self, fit: &JointFit) -> Option<Scores> {
+        let matrix = matrix3::inverse(&fit.model)?;
+        let (found, truth) = (
+            matrix3::row_norms(&fit.model),
+            matrix3::row_norms(&self.model),
+        );
+        let score = |error: f64, h: [f64; 12]| {
+            let sd = predicted::variance(&fit.covariance, &h).sqrt();
+            (error / sd, fit.coverage_factor_95(&h))
+        };
         let norm = std::array::from_fn(|_| {
             let n = self.random_direction();
             let h = predicted::sensitivity(&matrix, n, self.options.gravity_mps2);
-            self.norm_error(&matrix, bias, n) / predicted::variance(covariance, &h).sqrt()
+            score(self.norm_error(&matrix, &fit.bias, n), h)
         });
-        Some(Scores {
-            bias: std::array::from_fn(|i| {
-                (bias[i] - self.bias[i]) / covariance[9 + i][9 + i].sqrt()
-            }),
-            scale,
-            norm,
-        })
+        let scale = std::array::from_fn(|i| {
+            let mut h = [0.0; 12];
+            for j in 0..3 {
+                h[3 * i + j] = fit.model[i][j] / found[i];
+            }
+            score(found[i] - truth[i], h)
+        });
+        let bias = std::array::from_fn(|i| {
+            let mut h = [0.0; 12];
+            h[9 + i] = 1.0;
+            score(fit.bias[i] - self.bias[i], h)
+        });
+        Some(Scores { bias, scale, norm })
     }
+}
+
+fn turned([p, q]: [f64; 2], angle_rad: f64) -> [f64; 2] {
+    let (sine, cosine) = angle_rad.sin_cos();
+    [cosine * p - sine * q, sine * p + cosine * q]
 }
 
 /// How far an estimate is off.
@@ -304,16 +321,16 @@ pub struct Errors {
     pub direction_rad: f64,
 }
 
-/// Errors over their standard deviations: all should be within ±1.96 in 95 of
-/// 100 cases.
+/// Errors over their standard deviations, each with the coverage factor of its
+/// 95 % interval: in 95 of 100 cases the first should be within ± the second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scores {
     /// Of each bias.
-    pub bias: [f64; 3],
+    pub bias: [(f64, f64); 3],
     /// Of each scale (row norm of M).
-    pub scale: [f64; 3],
+    pub scale: [(f64, f64); 3],
     /// Of ‖a‖ in three directions, drawn.
-    pub norm: [f64; 3],
+    pub norm: [(f64, f64); 3],
 }
 
 #[cfg(test)]
@@ -350,7 +367,7 @@ mod tests {
         };
         let mut part = Part::draw(&options, 1, 0);
         let once = part.place(&Planned::six_faces());
-        let turned = part.place(&Planned::faces_turned(std::f64::consts::PI));
+        let turned = part.place(&Planned::faces_turned(PI));
         for (a, b) in once.iter().zip(&turned) {
             let nominal = a.face.unwrap().direction();
             let angle = angle_deg(a.direction, nominal);

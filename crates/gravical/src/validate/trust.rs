@@ -10,7 +10,7 @@ use crate::calibration_file::{
 };
 use crate::estimate::accelerometer::Estimate;
 use crate::estimate::in_words;
-use crate::estimate::joint::{JointFit, NORMAL_95, Source};
+use crate::estimate::joint::{NORMAL_95, Source};
 use crate::gravity::Gravity;
 use crate::stats::{median, standard_deviation};
 
@@ -102,19 +102,23 @@ fn deviations(estimate: &Estimate) -> Option<Deviations> {
     let m = &estimate.model;
     let k = matrix3::row_norms(m);
     let r = matrix3::scale_rows(m, &k.map(|k| 1.0 / k));
+    let mut factor = NORMAL_95;
     let mut out = Deviations {
         bias: std::array::from_fn(|i| c[9 + i][9 + i].max(0.0).sqrt()),
         scale: [0.0; 3],
         axis_angle_deg: [0.0; 3],
-        coverage_factor_95: estimate
-            .joint
-            .as_ref()
-            .map_or(NORMAL_95, JointFit::coverage_factor_95),
+        coverage_factor_95: NORMAL_95,
+    };
+    // One factor for all: the largest that any of them needs.
+    let mut needs = |h: &[f64; 12]| {
+        let own = estimate.joint.as_ref().map(|f| f.coverage_factor_95(h));
+        factor = factor.max(own.unwrap_or(NORMAL_95));
     };
     for i in 0..3 {
         let mut h = [0.0; 12];
         h[3 * i..3 * i + 3].copy_from_slice(&r[i]);
         out.scale[i] = predicted::variance(c, &h).max(0.0).sqrt();
+        needs(&h);
         let (p, q) = (i, (i + 1) % 3);
         let cosine = matrix3::dot(&r[p], &r[q]);
         let mut h = [0.0; 12];
@@ -123,7 +127,12 @@ fn deviations(estimate: &Estimate) -> Option<Deviations> {
             h[3 * q + a] += (r[p][a] - cosine * r[q][a]) / k[q];
         }
         out.axis_angle_deg[i] = predicted::variance(c, &h).max(0.0).sqrt().to_degrees();
+        needs(&h);
+        let mut h = [0.0; 12];
+        h[9 + i] = 1.0;
+        needs(&h);
     }
+    out.coverage_factor_95 = factor;
     Some(out)
 }
 

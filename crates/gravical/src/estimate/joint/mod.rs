@@ -148,16 +148,29 @@ pub struct JointFit {
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 impl JointFit {
-    /// So many standard deviations make a 95 % interval: Student's t with γ
-    /// degrees of freedom for an estimated tilt, the normal quantile else.
+    /// So many standard deviations of hᵀ(M, b) make a 95 % interval. An estimated
+    /// tilt is known by γ components only: Student's t for the part of the
+    /// variance that follows from it, by the effective degrees of freedom of
+    /// Welch and Satterthwaite (JCGM 100:2008, G.4); the normal quantile else.
     #[must_use]
-    pub fn coverage_factor_95(&self) -> f64 {
-        match self.tilt_from {
-            TiltFrom::Estimated => {
-                StudentsT::new(0.0, 1.0, self.gamma).map_or(NORMAL_95, |t| t.inverse_cdf(0.975))
-            }
-            TiltFrom::Given | TiltFrom::Assumed => NORMAL_95,
+    pub fn coverage_factor_95(&self, h: &[f64; 12]) -> f64 {
+        if self.tilt_from != TiltFrom::Estimated {
+            return NORMAL_95;
         }
+        let (mut tilt, mut all) = (0.0, 0.0);
+        for (source, part) in &self.sources {
+            let variance = predicted::variance(part, h);
+            all += variance;
+            if *source == Source::Tilt {
+                tilt = variance;
+            }
+        }
+        let share: f64 = tilt / all;
+        let freedom = self.gamma / (share * share);
+        if freedom.is_nan() || freedom > 1e6 {
+            return NORMAL_95;
+        }
+        StudentsT::new(0.0, 1.0, freedom).map_or(NORMAL_95, |t| t.inverse_cdf(0.975))
     }
 }
 
