@@ -28,6 +28,7 @@
 
 mod chamber;
 mod low_pass;
+pub mod means;
 mod options;
 mod path;
 mod poses;

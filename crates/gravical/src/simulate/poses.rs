@@ -63,7 +63,7 @@ fn tilted(direction: Vector3<f64>, rng: &mut ChaCha8Rng, sd: f64) -> Vector3<f64
 }
 
 /// Two unit vectors that make a right-handed frame with `direction`.
-fn tangents(direction: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+pub(super) fn tangents(direction: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     let first = direction.cross(&Vector3::ith(direction.iamin(), 1.0));
     let first = first.normalize();
     (first, direction.cross(&first))

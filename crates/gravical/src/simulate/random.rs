@@ -16,6 +16,7 @@ pub(super) enum Purpose {
     Noise = 5,
     Stamps = 6,
     Drops = 7,
+    Board = 8,
 }
 
 /// The stream of `purpose` for the file of that index (0 for what all share).

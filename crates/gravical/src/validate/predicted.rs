@@ -75,6 +75,35 @@ pub fn weakest(
     (worst.0, worst.1.sqrt())
 }
 
+/// Directions whose readings would help most, the best first, and the predicted
+/// error of ‖a‖ once each has been read too, m/s². Greedy: the direction in which
+/// ‖a‖ is known least; then the same with a free pose read there, whose length is
+/// worth h hᵀ/σ² of information on (M, b), σ = `noise` in m/s².
+#[must_use]
+pub fn propose(
+    matrix: &[[f64; 3]; 3],
+    covariance: &[[f64; 12]; 12],
+    gravity: f64,
+    noise: f64,
+    count: usize,
+) -> Vec<([f64; 3], f64)> {
+    let mut c = *covariance;
+    (0..count)
+        .map_while(|_| {
+            let (direction, sd) = weakest(matrix, &c, gravity);
+            let h = sensitivity(matrix, direction, gravity);
+            let ch = times(&c, &h);
+            let total = sd * sd + noise * noise;
+            for i in 0..12 {
+                for j in 0..12 {
+                    c[i][j] -= ch[i] * ch[j] / total;
+                }
+            }
+            Some((direction, norm_error(matrix, &c, gravity)?))
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

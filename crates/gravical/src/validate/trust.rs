@@ -3,7 +3,6 @@
 
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::calibration_file::{
     Budget, Contribution, Deviations, FitQuality, GravitySource, NextPose, Position,
@@ -11,7 +10,7 @@ use crate::calibration_file::{
 };
 use crate::estimate::accelerometer::Estimate;
 use crate::estimate::in_words;
-use crate::estimate::joint::{Source, TiltFrom};
+use crate::estimate::joint::{NORMAL_95, Source};
 use crate::gravity::Gravity;
 use crate::stats::{median, standard_deviation};
 
@@ -92,16 +91,23 @@ fn deviations(estimate: &Estimate) -> Option<Deviations> {
     let m = &estimate.model;
     let k = matrix3::row_norms(m);
     let r = matrix3::scale_rows(m, &k.map(|k| 1.0 / k));
+    let mut factor = NORMAL_95;
     let mut out = Deviations {
         bias: std::array::from_fn(|i| c[9 + i][9 + i].max(0.0).sqrt()),
         scale: [0.0; 3],
         axis_angle_deg: [0.0; 3],
-        coverage_factor_95: coverage_factor(estimate),
+        coverage_factor_95: NORMAL_95,
+    };
+    // One factor for all: the largest that any of them needs.
+    let mut needs = |h: &[f64; 12]| {
+        let own = estimate.joint.as_ref().map(|f| f.coverage_factor_95(h));
+        factor = factor.max(own.unwrap_or(NORMAL_95));
     };
     for i in 0..3 {
         let mut h = [0.0; 12];
         h[3 * i..3 * i + 3].copy_from_slice(&r[i]);
         out.scale[i] = predicted::variance(c, &h).max(0.0).sqrt();
+        needs(&h);
         let (p, q) = (i, (i + 1) % 3);
         let cosine = matrix3::dot(&r[p], &r[q]);
         let mut h = [0.0; 12];
@@ -110,19 +116,13 @@ fn deviations(estimate: &Estimate) -> Option<Deviations> {
             h[3 * q + a] += (r[p][a] - cosine * r[q][a]) / k[q];
         }
         out.axis_angle_deg[i] = predicted::variance(c, &h).max(0.0).sqrt().to_degrees();
+        needs(&h);
+        let mut h = [0.0; 12];
+        h[9 + i] = 1.0;
+        needs(&h);
     }
+    out.coverage_factor_95 = factor;
     Some(out)
-}
-
-/// Student's t for an estimated tilt, the normal quantile else.
-fn coverage_factor(estimate: &Estimate) -> f64 {
-    const NORMAL: f64 = 1.959_963_984_540_054;
-    match &estimate.joint {
-        Some(fit) if fit.tilt_from == TiltFrom::Estimated => {
-            StudentsT::new(0.0, 1.0, fit.gamma).map_or(NORMAL, |t| t.inverse_cdf(0.975))
-        }
-        _ => NORMAL,
-    }
 }
 
 /// The pose with the largest error when it is left out; where none can be, the
@@ -162,35 +162,21 @@ fn called(position: &Position) -> String {
     }
 }
 
-/// Greedy: the direction in which ‖a‖ is known least, then the same with a
-/// reading there, which is worth h hᵀ/σ² of information on (M, b).
+/// Poses that would help most.
 fn next_poses(estimate: &Estimate, gravity: f64) -> Vec<NextPose> {
-    let Some(fit) = &estimate.joint else {
+    let (Some(fit), Some(covariance)) = (&estimate.joint, &estimate.covariance) else {
         return Vec::new();
     };
     let matrix = &estimate.calibration.matrix;
     let scale = matrix3::row_norms(&estimate.model)[0];
     let mut noises: Vec<f64> = estimate.noise.noise.iter().flatten().copied().collect();
     let noise = median(&mut noises).unwrap_or(0.0).hypot(fit.model_error) / scale;
-    let Some(mut c) = estimate.covariance else {
-        return Vec::new();
-    };
-    (0..PROPOSED)
-        .filter_map(|_| {
-            let (direction, sd) = predicted::weakest(matrix, &c, gravity);
-            let h = predicted::sensitivity(matrix, direction, gravity);
-            let ch = predicted::times(&c, &h);
-            let total = sd * sd + noise * noise;
-            for i in 0..12 {
-                for j in 0..12 {
-                    c[i][j] -= ch[i] * ch[j] / total;
-                }
-            }
-            Some(NextPose {
-                direction,
-                hint: in_words(direction),
-                predicted_norm_error_mps2: predicted::norm_error(matrix, &c, gravity)?,
-            })
+    predicted::propose(matrix, covariance, gravity, noise, PROPOSED)
+        .into_iter()
+        .map(|(direction, predicted_norm_error_mps2)| NextPose {
+            direction,
+            hint: in_words(direction),
+            predicted_norm_error_mps2,
         })
         .collect()
 }

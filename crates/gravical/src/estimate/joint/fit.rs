@@ -30,6 +30,15 @@ pub(super) struct Held {
     pub model_error: f64,
 }
 
+/// Where a search starts.
+#[derive(Debug, Clone)]
+pub(super) struct Start {
+    pub m: [[f64; 3]; 3],
+    pub b: [f64; 3],
+    /// Directions of the poses, where they are known in the frame of `m`.
+    pub at: Vec<Option<Direction>>,
+}
+
 /// The minimum, and what follows from it.
 #[derive(Debug, Clone)]
 pub(super) struct Fit {
@@ -61,22 +70,66 @@ pub(super) fn axes_of(poses: &[Pose]) -> usize {
     seen.iter().filter(|s| **s).count()
 }
 
-/// Fits M, b and the directions. `start` is M and b. None when nothing finite
-/// comes of it.
-pub(super) fn fit(poses: &[Pose], held: &Held, start: ([[f64; 3]; 3], [f64; 3])) -> Option<Fit> {
+/// Fits M, b and the directions. None when nothing finite comes of it.
+pub(super) fn fit(poses: &[Pose], held: &Held, start: &Start) -> Option<Fit> {
+    let (model, state, place_of) = placed(poses, held, start)?;
+    let (state, summary) = solve(&model, state, &OPTIONS);
+    let factor = Factor::new(&model, &state)?;
+    let covariance = factor.covariance();
+    let mut fit = Fit {
+        place_of,
+        tilt_variance: vec![None; model.places.len()],
+        gamma: 0.0,
+        tilt_squares: 0.0,
+        chi2: 0.0,
+        freedom: 0.0,
+        converged: summary.converged(),
+        covariance,
+        model,
+        state,
+    };
+    fit.count(&factor);
+    Some(fit)
+}
+
+/// M and b alone, to a thousandth of how far they are from the start.
+pub(super) fn roughly(
+    poses: &[Pose],
+    held: &Held,
+    start: &Start,
+) -> Option<([[f64; 3]; 3], [f64; 3])> {
+    let (model, state, _) = placed(poses, held, start)?;
+    let options = Options {
+        cost_tolerance: 1e-7,
+        step_tolerance: 1e-3,
+        ..OPTIONS
+    };
+    let (state, summary) = solve(&model, state, &options);
+    summary.converged().then_some((state.m, state.b))
+}
+
+/// The problem, where its search starts, and the place of every pose.
+type Placed = (Model, State, Vec<Option<usize>>);
+
+fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
     // Without faces on two axes nothing holds the frame to the case.
     let triangular = axes_of(poses) < 2;
-    let (mut m, b) = start;
+    let Start { mut m, b, .. } = *start;
     if triangular {
         m = upper(&m)?;
     }
+    let known = |k: usize| {
+        let same_frame = m == start.m;
+        start.at.get(k).copied().flatten().filter(|_| same_frame)
+    };
     let inverse = matrix3::inverse(&m)?;
     let mut places: Vec<Place> = Vec::new();
     let mut groups: Vec<(usize, usize)> = Vec::new();
     let mut at = Vec::new();
     let place_of = poses
         .iter()
-        .map(|pose| {
+        .enumerate()
+        .map(|(k, pose)| {
             if pose.left_out {
                 return None;
             }
@@ -92,9 +145,11 @@ pub(super) fn fit(poses: &[Pose], held: &Held, start: ([[f64; 3]; 3], [f64; 3]))
                 return Some(*place);
             }
             groups.push((pose.group, places.len()));
-            at.push(match face {
-                Some(_) => Direction::Tilted([0.0; 2]),
-                None => Direction::Any(unit(matrix3::mul_vec(
+            at.push(match (face, known(k)) {
+                (Some(_), Some(Direction::Tilted(d))) => Direction::Tilted(d),
+                (Some(_), _) => Direction::Tilted([0.0; 2]),
+                (None, Some(Direction::Any(n))) => Direction::Any(n),
+                (None, _) => Direction::Any(unit(matrix3::mul_vec(
                     &inverse,
                     &matrix3::sub(&pose.mean, &b),
                 ))),
@@ -113,23 +168,7 @@ pub(super) fn fit(poses: &[Pose], held: &Held, start: ([[f64; 3]; 3], [f64; 3]))
         prior: held.prior,
         triangular,
     };
-    let (state, summary) = solve(&model, State { m, b, at }, &OPTIONS);
-    let factor = Factor::new(&model, &state)?;
-    let covariance = factor.covariance();
-    let mut fit = Fit {
-        place_of,
-        tilt_variance: vec![None; model.places.len()],
-        gamma: 0.0,
-        tilt_squares: 0.0,
-        chi2: 0.0,
-        freedom: 0.0,
-        converged: summary.converged(),
-        covariance,
-        model,
-        state,
-    };
-    fit.count(&factor);
-    Some(fit)
+    Some((model, State { m, b, at }, place_of))
 }
 
 /// Fits of means in single precision do not need more.
@@ -201,6 +240,19 @@ impl Fit {
             3.0 * readings as f64 - p as f64 - 2.0 * model.places.len() as f64 + taken_by_priors;
     }
 
+    /// A search from here.
+    pub fn start(&self) -> Start {
+        Start {
+            m: self.state.m,
+            b: self.state.b,
+            at: self
+                .place_of
+                .iter()
+                .map(|place| place.map(|place| self.state.at[place]))
+                .collect(),
+        }
+    }
+
     /// The twelve by twelve covariance; zero for what the convention fixes.
     pub fn full_covariance(&self) -> Option<[[f64; 12]; 12]> {
         let values = self.covariance.values.as_ref()?;
@@ -212,14 +264,5 @@ impl Fit {
             }
         }
         Some(out)
-    }
-
-    /// M⁻¹(u − b), m/s².
-    pub fn calibrated(&self, reading: [f64; 3]) -> Option<[f64; 3]> {
-        let inverse = matrix3::inverse(&self.state.m)?;
-        Some(matrix3::mul_vec(
-            &inverse,
-            &matrix3::sub(&reading, &self.state.b),
-        ))
     }
 }

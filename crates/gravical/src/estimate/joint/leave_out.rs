@@ -1,9 +1,13 @@
 //! Error of ‖a‖ on poses that were left out of the fit.
 
+use gravical_core::matrix3;
+
+use crate::estimate::solve::Problem;
 use crate::segment::face::angle_deg;
 
-use super::fit::{Fit, Held, Pose, fit};
+use super::fit::{Fit, Held, Pose, axes_of, fit, roughly};
 use super::model;
+use super::reduced::Reduced;
 
 /// Neighbours within this angle know a pose's answer, degrees.
 const NEIGHBOUR_DEG: f64 = 25.0;
@@ -11,42 +15,86 @@ const NEIGHBOUR_DEG: f64 = 25.0;
 const LEAST_POSES: usize = 6;
 /// What remains determines nothing when its condition, prior off, is worse.
 const MOST_CONDITION: f64 = 1e4;
+/// A step that stretches by no more than this, and moves b by no more of g, is
+/// taken for the refit: what it neglects is its square, 4 µg.
+const SMALL_STEP: f64 = 2e-3;
 
 /// For every pose: refit without it and every pose within 25° of it, and
 /// ‖M⁻¹(u − b)‖ − g there, m/s². None where what remains does not determine the
 /// parameters without the data-sheet prior, and for poses that were left out as
 /// bad.
 pub(super) fn errors(work: &[Pose], found: &Fit, held: &Held) -> Vec<Option<f64>> {
-    let start = (found.state.m, found.state.b);
-    let directions: Vec<Option<[f64; 3]>> = work
-        .iter()
-        .map(|p| found.calibrated(p.mean).map(model::unit))
+    let reduced = Reduced::new(found);
+    let directions: Vec<[f64; 3]> = (0..found.model.places.len())
+        .map(|place| found.model.direction(&found.state, place))
         .collect();
     (0..work.len())
         .map(|k| {
-            if work[k].left_out {
-                return None;
-            }
-            let own = directions[k]?;
+            let own = directions[found.place_of[k]?];
+            let gone: Vec<bool> = directions
+                .iter()
+                .map(|d| angle_deg(*d, own) <= NEIGHBOUR_DEG)
+                .collect();
             let mut rest = work.to_vec();
-            for (pose, direction) in rest.iter_mut().zip(&directions) {
-                if direction.is_none_or(|d| angle_deg(d, own) <= NEIGHBOUR_DEG) {
-                    pose.left_out = true;
-                }
+            for (pose, place) in rest.iter_mut().zip(&found.place_of) {
+                pose.left_out = place.is_none_or(|place| gone[place]);
             }
             if rest.iter().filter(|p| !p.left_out).count() < LEAST_POSES {
                 return None;
             }
-            let open = Held {
-                prior: None,
-                ..*held
+            let (m, b) = if axes_of(&rest) < 2 && !found.model.triangular {
+                in_another_frame(&rest, found, held)?
+            } else {
+                let bare = reduced.without(&gone);
+                if bare.condition() > MOST_CONDITION {
+                    return None;
+                }
+                let step = reduced.with_prior(&bare).step()?;
+                refit(&rest, found, held, &step)?
             };
-            let bare = fit(&rest, &open, start)?;
-            if bare.covariance.values.is_none() || bare.covariance.condition > MOST_CONDITION {
-                return None;
-            }
-            let refit = fit(&rest, held, (bare.state.m, bare.state.b))?;
-            Some(model::norm(refit.calibrated(work[k].mean)?) - held.gravity)
+            let inverse = matrix3::inverse(&m)?;
+            let force = matrix3::mul_vec(&inverse, &matrix3::sub(&work[k].mean, &b));
+            Some(model::norm(force) - held.gravity)
         })
         .collect()
+}
+
+type Parameters = ([[f64; 3]; 3], [f64; 3]);
+
+/// M and b after a step of the shared parameters, or by a search where the step
+/// is too large to be believed.
+///
+/// M + dM = M(I + E). The antisymmetric part of E is a rotation of the whole
+/// frame, which no length sees; without a face it may be large, and taken as
+/// linear it would lengthen all. So it is left away.
+fn refit(rest: &[Pose], found: &Fit, held: &Held, step: &[f64]) -> Option<Parameters> {
+    let still = vec![0.0; 2 * found.model.places.len()];
+    let moved = found.model.moved(&found.state, step, &still);
+    let m = &found.state.m;
+    let inverse = matrix3::inverse(m)?;
+    let relative = matrix3::mul(&inverse, &moved.m);
+    let stretch: [[f64; 3]; 3] =
+        std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (relative[i][j] + relative[j][i])));
+    let off = matrix3::mul_vec(&inverse, &matrix3::sub(&moved.b, &found.state.b));
+    let small = (0..3).all(|i| {
+        off[i].abs() <= SMALL_STEP * held.gravity
+            && (0..3).all(|j| (stretch[i][j] - f64::from(i == j)).abs() <= SMALL_STEP)
+    });
+    if small {
+        return Some((matrix3::mul(m, &stretch), moved.b));
+    }
+    roughly(rest, held, &found.start())
+}
+
+/// Too few faces remain to hold the frame to the case: M is triangular then.
+fn in_another_frame(rest: &[Pose], found: &Fit, held: &Held) -> Option<Parameters> {
+    let open = Held {
+        prior: None,
+        ..*held
+    };
+    let bare = fit(rest, &open, &found.start())?;
+    if bare.covariance.values.is_none() || bare.covariance.condition > MOST_CONDITION {
+        return None;
+    }
+    roughly(rest, held, &bare.start())
 }

@@ -36,18 +36,20 @@ mod bad;
 mod fit;
 mod leave_out;
 mod model;
+mod reduced;
 mod roles;
 mod sources;
 #[cfg(test)]
 mod tests;
 
 use gravical_core::matrix3;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::segment::face::Face;
 use crate::stats::median;
 use crate::validate::predicted;
 
-use fit::{Fit, Held, Pose, fit};
+use fit::{Fit, Held, Pose, Start, fit};
 pub use roles::Role;
 pub use sources::Source;
 
@@ -140,6 +142,36 @@ pub struct JointFit {
     pub oriented: bool,
     /// Repeats of faces lay the same way and were fitted with one tilt.
     pub shared_tilts: bool,
+}
+
+/// Two-sided 95 % quantile of the normal distribution.
+pub const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+impl JointFit {
+    /// So many standard deviations of hᵀ(M, b) make a 95 % interval. An estimated
+    /// tilt is known by γ components only: Student's t for the part of the
+    /// variance that follows from it, by the effective degrees of freedom of
+    /// Welch and Satterthwaite (JCGM 100:2008, G.4); the normal quantile else.
+    #[must_use]
+    pub fn coverage_factor_95(&self, h: &[f64; 12]) -> f64 {
+        if self.tilt_from != TiltFrom::Estimated {
+            return NORMAL_95;
+        }
+        let (mut tilt, mut all) = (0.0, 0.0);
+        for (source, part) in &self.sources {
+            let variance = predicted::variance(part, h);
+            all += variance;
+            if *source == Source::Tilt {
+                tilt = variance;
+            }
+        }
+        let share: f64 = tilt / all;
+        let freedom = self.gamma / (share * share);
+        if freedom.is_nan() || freedom > 1e6 {
+            return NORMAL_95;
+        }
+        StudentsT::new(0.0, 1.0, freedom).map_or(NORMAL_95, |t| t.inverse_cdf(0.975))
+    }
 }
 
 /// Why there is no fit.
@@ -240,7 +272,7 @@ struct Search<'a> {
     poses: &'a [JointPose],
     options: &'a JointOptions,
     held: Held,
-    start: ([[f64; 3]; 3], [f64; 3]),
+    start: Start,
     tilt_from: TiltFrom,
 }
 
@@ -248,7 +280,7 @@ impl<'a> Search<'a> {
     fn new(
         poses: &'a [JointPose],
         options: &'a JointOptions,
-        start: ([[f64; 3]; 3], [f64; 3]),
+        (m, b): ([[f64; 3]; 3], [f64; 3]),
     ) -> Self {
         let usual = usual_scale(poses, options.gravity);
         Search {
@@ -265,7 +297,11 @@ impl<'a> Search<'a> {
                     .filter(|n| options.prior && (0.8..1.25).contains(&(usual / n))),
                 model_error: 0.0,
             },
-            start,
+            start: Start {
+                m,
+                b,
+                at: Vec::new(),
+            },
             tilt_from: match options.tilt {
                 Some(_) => TiltFrom::Given,
                 None => TiltFrom::Assumed,
@@ -297,14 +333,14 @@ impl<'a> Search<'a> {
     /// Tilt and model error for the present roles.
     fn balance(&mut self, work: &[Pose]) -> Result<Fit, JointError> {
         for round in 0.. {
-            let found = fit(work, &self.held, self.start).ok_or_else(|| self.open(work))?;
+            let found = fit(work, &self.held, &self.start).ok_or_else(|| self.open(work))?;
             if found.covariance.values.is_none() {
                 return Err(self.open(work));
             }
             if !found.converged {
                 return Err(JointError::NotConverged);
             }
-            self.start = (found.state.m, found.state.b);
+            self.start = found.start();
             let tilt = self.next_tilt(&found);
             let error = self.next_model_error(work, &found);
             let scale = model::norm(found.state.m[0]) * self.held.gravity;
@@ -427,7 +463,7 @@ impl<'a> Search<'a> {
                 model_error: 0.0,
                 ..self.held
             },
-            self.start,
+            &self.start,
         );
         let sources = sources::by_source(
             work,

@@ -1,0 +1,404 @@
+//! Means of placements drawn directly: what a session would measure, without
+//! its rows.
+//!
+//! For planning a session (which placements, how many, how carefully?) and for
+//! judging an estimator against the truth over hundreds of parts, which takes
+//! seconds where whole recordings would take hours.
+//!
+//! ```
+//! use gravical::simulate::means::{MeansOptions, Part, Planned};
+//!
+//! let mut part = Part::draw(&MeansOptions::default(), 7, 0);
+//! let means = part.place(&Planned::six_faces());
+//! assert!((means[0].mean[0] - part.gravity_mps2()).abs() < 2.0);
+//! ```
+
+use std::f64::consts::PI;
+
+use gravical_core::matrix3;
+use nalgebra::{Rotation3, Unit, Vector3};
+use rand_chacha::ChaCha8Rng;
+
+use crate::estimate::joint::JointFit;
+use crate::segment::face::{Face, angle_deg};
+use crate::validate::predicted;
+
+use super::poses::{spread_directions, tangents};
+use super::random::{Purpose, either_way, normal, stream, three};
+
+/// Directions over which errors of ‖a‖ are averaged.
+const DIRECTIONS: usize = 300;
+
+/// What parts and placements are like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeansOptions {
+    /// Gravity, m/s².
+    pub gravity_mps2: f64,
+    /// Standard deviation of a scale, relative.
+    pub scale_sd: f64,
+    /// Standard deviation of every off-diagonal element of R, rad.
+    pub misalignment_sd_rad: f64,
+    /// Biases are uniform over ± this, m/s².
+    pub bias_limit_mps2: f64,
+    /// Standard deviation of each component of a mean, m/s².
+    pub noise_mps2: f64,
+    /// Standard deviation of each of the two components of a placement's own
+    /// tilt, rad.
+    pub tilt_sd_rad: f64,
+    /// … and of the tilt of the table that all placements share, rad.
+    pub table_sd_rad: f64,
+    /// Angle by which the board is turned in its case, about an axis that is
+    /// drawn, rad.
+    pub board_turn_rad: f64,
+}
+
+impl Default for MeansOptions {
+    /// A cheap part on a level table: scale 2 %, misalignment 1°, bias ±0.5 m/s²,
+    /// means good to 1.24 mm/s² (10 s at 44 Hz of bandwidth), tilts of 1°.
+    fn default() -> Self {
+        MeansOptions {
+            gravity_mps2: 9.80665,
+            scale_sd: 0.02,
+            misalignment_sd_rad: 1_f64.to_radians(),
+            bias_limit_mps2: 0.5,
+            noise_mps2: 1.24e-3,
+            tilt_sd_rad: 1_f64.to_radians(),
+            table_sd_rad: 0.0,
+            board_turn_rad: 0.0,
+        }
+    }
+}
+
+/// A placement that is meant to be made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Planned {
+    /// On a face, the way that the case happens to be put down on it, and
+    /// `turned_rad` about the vertical: which matters on a table that is not
+    /// level.
+    Face {
+        /// Which.
+        face: Face,
+        /// Turn about the vertical.
+        turned_rad: f64,
+    },
+    /// Exactly this direction of specific force, axes of the case.
+    Free([f64; 3]),
+}
+
+impl Planned {
+    /// The six faces once, +x −x +y −y +z −z.
+    #[must_use]
+    pub fn six_faces() -> Vec<Planned> {
+        Self::faces_turned(0.0)
+    }
+
+    /// The six faces once, all turned about the vertical by the same angle.
+    #[must_use]
+    pub fn faces_turned(turned_rad: f64) -> Vec<Planned> {
+        Face::all()
+            .map(|face| Planned::Face { face, turned_rad })
+            .to_vec()
+    }
+
+    /// `count` directions of a Fibonacci lattice, spread evenly over the sphere
+    /// without regard to the faces.
+    #[must_use]
+    pub fn lattice(count: usize) -> Vec<Planned> {
+        predicted::sphere(count).map(Planned::Free).collect()
+    }
+
+    /// `count` directions far from the faces and from each other (each the
+    /// farthest of 400 from all before, missed by the 5° of a hand).
+    #[must_use]
+    pub fn spread(count: usize, seed: u64) -> Vec<Planned> {
+        spread_directions(count, seed)
+            .into_iter()
+            .map(|n| Planned::Free(n.into()))
+            .collect()
+    }
+}
+
+/// What a placement gave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeanReading {
+    /// Mean, m/s².
+    pub mean: [f64; 3],
+    /// The face it was meant to be.
+    pub face: Option<Face>,
+    /// True direction of specific force, axes of the case.
+    pub direction: [f64; 3],
+}
+
+/// One virtual part with known truth, in its case.
+#[derive(Debug, Clone)]
+pub struct Part {
+    model: [[f64; 3]; 3],
+    bias: [f64; 3],
+    /// Tilt of the table as it looks from the case on each face.
+    table: [[f64; 2]; 6],
+    options: MeansOptions,
+    tilts: ChaCha8Rng,
+    noise: ChaCha8Rng,
+    frees: ChaCha8Rng,
+}
+
+impl Part {
+    /// Part number `index` of `seed`: its own random streams, so that it is the
+    /// same whichever others are drawn, and one stream each for parameters,
+    /// tilts, noise and free directions.
+    #[must_use]
+    pub fn draw(options: &MeansOptions, seed: u64, index: usize) -> Self {
+        let mut rng = stream(seed, Purpose::Parameters, index);
+        let mut model = [[0.0; 3]; 3];
+        for (i, row) in model.iter_mut().enumerate() {
+            let scale = 1.0 + options.scale_sd * normal(&mut rng);
+            for (j, element) in row.iter_mut().enumerate() {
+                let off = options.misalignment_sd_rad * normal(&mut rng);
+                *element = scale * if i == j { 1.0 } else { off };
+            }
+        }
+        let bias = three(|| options.bias_limit_mps2 * either_way(&mut rng)).into();
+        let mut board = stream(seed, Purpose::Board, index);
+        let axis = Unit::new_normalize(three(|| normal(&mut board)));
+        let turn = Rotation3::from_axis_angle(&axis, options.board_turn_rad);
+        let turn = std::array::from_fn(|i| std::array::from_fn(|j| turn[(i, j)]));
+        let mut tilts = stream(seed, Purpose::Tilts, index);
+        let [p, q] = [0, 1].map(|_| options.table_sd_rad * normal(&mut tilts));
+        let table = [0; 6].map(|_| turned([p, q], PI * either_way(&mut tilts)));
+        Part {
+            model: matrix3::mul(&model, &turn),
+            bias,
+            table,
+            options: *options,
+            tilts,
+            noise: stream(seed, Purpose::Noise, index),
+            frees: stream(seed, Purpose::FreePoses, index),
+        }
+    }
+
+    /// M of u = M a + b, dimensionless.
+    #[must_use]
+    pub fn model(&self) -> [[f64; 3]; 3] {
+        self.model
+    }
+
+    /// b, m/s².
+    #[must_use]
+    pub fn bias_mps2(&self) -> [f64; 3] {
+        self.bias
+    }
+
+    /// Gravity, m/s².
+    #[must_use]
+    pub fn gravity_mps2(&self) -> f64 {
+        self.options.gravity_mps2
+    }
+
+    /// A direction, all alike.
+    pub fn random_direction(&mut self) -> [f64; 3] {
+        three(|| normal(&mut self.frees)).normalize().into()
+    }
+
+    /// `count` of them, as placements.
+    pub fn random_poses(&mut self, count: usize) -> Vec<Planned> {
+        (0..count)
+            .map(|_| Planned::Free(self.random_direction()))
+            .collect()
+    }
+
+    /// Makes placements, each with a tilt and noise of its own.
+    pub fn place(&mut self, planned: &[Planned]) -> Vec<MeanReading> {
+        planned.iter().map(|p| self.place_one(p)).collect()
+    }
+
+    fn place_one(&mut self, planned: &Planned) -> MeanReading {
+        let (direction, face) = match *planned {
+            Planned::Face { face, turned_rad } => (self.tilted(face, turned_rad), Some(face)),
+            Planned::Free(direction) => (direction, None),
+        };
+        let exact = self.read(direction);
+        MeanReading {
+            mean: exact.map(|u| u + self.options.noise_mps2 * normal(&mut self.noise)),
+            face,
+            direction,
+        }
+    }
+
+    /// Its own tilt, and the table's as it looks from the case.
+    fn tilted(&mut self, face: Face, turned_rad: f64) -> [f64; 3] {
+        let nominal = Vector3::from(face.direction());
+        let (first, second) = tangents(nominal);
+        let own = [0, 1].map(|_| self.options.tilt_sd_rad * normal(&mut self.tilts));
+        let table = turned(self.table[face.index()], turned_rad);
+        let delta = first * (own[0] + table[0]) + second * (own[1] + table[1]);
+        let angle = delta.norm();
+        if angle == 0.0 {
+            return nominal.into();
+        }
+        (nominal * angle.cos() + delta * (angle.sin() / angle)).into()
+    }
+
+    /// Reading without noise, m/s².
+    #[must_use]
+    pub fn read(&self, direction: [f64; 3]) -> [f64; 3] {
+        let g = self.options.gravity_mps2;
+        let force = matrix3::mul_vec(&self.model, &direction);
+        std::array::from_fn(|i| g * force[i] + self.bias[i])
+    }
+
+    /// Error of ‖matrix · (u − bias)‖ along a direction, m/s².
+    fn norm_error(&self, matrix: &[[f64; 3]; 3], bias: &[f64; 3], n: [f64; 3]) -> f64 {
+        let a = matrix3::mul_vec(matrix, &matrix3::sub(&self.read(n), bias));
+        matrix3::norm(&a) - self.options.gravity_mps2
+    }
+
+    /// How far an estimate of M and b is off. None when M has no inverse.
+    #[must_use]
+    pub fn errors(&self, model: &[[f64; 3]; 3], bias: &[f64; 3]) -> Option<Errors> {
+        let matrix = matrix3::inverse(model)?;
+        let norm: f64 = predicted::sphere(DIRECTIONS)
+            .map(|n| self.norm_error(&matrix, bias, n).powi(2))
+            .sum();
+        let directions: f64 = (0..3)
+            .map(|i| angle_deg(model[i], self.model[i]).to_radians().powi(2))
+            .sum();
+        let difference = matrix3::sub(bias, &self.bias);
+        Some(Errors {
+            norm_mps2: (norm / DIRECTIONS as f64).sqrt(),
+            bias_mps2: (matrix3::dot(&difference, &difference) / 3.0).sqrt(),
+            direction_rad: (directions / 3.0).sqrt(),
+        })
+    }
+
+    /// Errors of a fit over the standard deviations that it claims. None when M
+    /// has no inverse.
+    #[must_use]
+    pub fn scores(&mut self, fit: &JointFit) -> Option<Scores> {
+        let matrix = matrix3::inverse(&fit.model)?;
+        let (found, truth) = (
+            matrix3::row_norms(&fit.model),
+            matrix3::row_norms(&self.model),
+        );
+        let score = |error: f64, h: [f64; 12]| {
+            let sd = predicted::variance(&fit.covariance, &h).sqrt();
+            (error / sd, fit.coverage_factor_95(&h))
+        };
+        let norm = std::array::from_fn(|_| {
+            let n = self.random_direction();
+            let h = predicted::sensitivity(&matrix, n, self.options.gravity_mps2);
+            score(self.norm_error(&matrix, &fit.bias, n), h)
+        });
+        let scale = std::array::from_fn(|i| {
+            let mut h = [0.0; 12];
+            for j in 0..3 {
+                h[3 * i + j] = fit.model[i][j] / found[i];
+            }
+            score(found[i] - truth[i], h)
+        });
+        let bias = std::array::from_fn(|i| {
+            let mut h = [0.0; 12];
+            h[9 + i] = 1.0;
+            score(fit.bias[i] - self.bias[i], h)
+        });
+        Some(Scores { bias, scale, norm })
+    }
+}
+
+fn turned([p, q]: [f64; 2], angle_rad: f64) -> [f64; 2] {
+    let (sine, cosine) = angle_rad.sin_cos();
+    [cosine * p - sine * q, sine * p + cosine * q]
+}
+
+/// How far an estimate is off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// Root mean square over the sphere of ‖a‖ − g, m/s².
+    pub norm_mps2: f64,
+    /// … over the axes of the bias, m/s².
+    pub bias_mps2: f64,
+    /// … over the axes of the angle between true and estimated sensitive axis,
+    /// rad.
+    pub direction_rad: f64,
+}
+
+/// Errors over their standard deviations, each with the coverage factor of its
+/// 95 % interval: in 95 of 100 cases the first should be within ± the second.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scores {
+    /// Of each bias.
+    pub bias: [(f64, f64); 3],
+    /// Of each scale (row norm of M).
+    pub scale: [(f64, f64); 3],
+    /// Of ‖a‖ in three directions, drawn.
+    pub norm: [(f64, f64); 3],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_do_not_depend_on_each_other() {
+        let options = MeansOptions::default();
+        let mut one = Part::draw(&options, 3, 5);
+        let mut same = Part::draw(&options, 3, 5);
+        let other = Part::draw(&options, 3, 6);
+        assert_eq!(
+            one.place(&Planned::six_faces()),
+            same.place(&Planned::six_faces())
+        );
+        assert_ne!(one.model(), other.model());
+    }
+
+    #[test]
+    fn the_truth_has_no_error() {
+        let part = Part::draw(&MeansOptions::default(), 1, 0);
+        let errors = part.errors(&part.model(), &part.bias_mps2()).unwrap();
+        assert!(errors.norm_mps2 < 1e-12 && errors.direction_rad < 1e-12);
+        assert_eq!(errors.bias_mps2, 0.0);
+    }
+
+    #[test]
+    fn a_table_that_is_not_level_tilts_opposite_ways_when_turned() {
+        let options = MeansOptions {
+            tilt_sd_rad: 0.0,
+            table_sd_rad: 0.03,
+            ..MeansOptions::default()
+        };
+        let mut part = Part::draw(&options, 1, 0);
+        let once = part.place(&Planned::six_faces());
+        let turned = part.place(&Planned::faces_turned(PI));
+        for (a, b) in once.iter().zip(&turned) {
+            let nominal = a.face.unwrap().direction();
+            let angle = angle_deg(a.direction, nominal);
+            assert!(angle > 0.1 && (angle - angle_deg(b.direction, nominal)).abs() < 1e-9);
+            let middle = std::array::from_fn(|i| a.direction[i] + b.direction[i]);
+            assert!(angle_deg(middle, nominal) < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_turned_board_has_turned_axes_and_the_same_scales() {
+        let options = MeansOptions {
+            misalignment_sd_rad: 0.0,
+            ..MeansOptions::default()
+        };
+        let straight = Part::draw(&options, 1, 0);
+        let turned = Part::draw(
+            &MeansOptions {
+                board_turn_rad: 0.05,
+                ..options
+            },
+            1,
+            0,
+        );
+        let (a, b) = (straight.model(), turned.model());
+        for i in 0..3 {
+            assert!((matrix3::norm(&a[i]) - matrix3::norm(&b[i])).abs() < 1e-12);
+        }
+        let largest = (0..3)
+            .map(|i| angle_deg(a[i], b[i]).to_radians())
+            .fold(0.0, f64::max);
+        assert!(largest > 0.03 && largest < 0.050_001, "{largest}");
+    }
+}
