@@ -97,21 +97,8 @@ pub(crate) fn upper_tail(chi2: f64, degrees_of_freedom: f64) -> Option<f64> {
         .map(|d| d.sf(chi2).clamp(0.0, 1.0))
 }
 
-/// How ‖a‖ at rest along the unit vector `n` (calibrated axes) follows errors of
-/// the parameters: h = \[g w⊗n ; w\] with w = Aᵀ n, A the `matrix`.
-pub(crate) fn norm_sensitivity(matrix: &[[f64; 3]; 3], n: [f64; 3], gravity: f64) -> [f64; 12] {
-    let w: [f64; 3] = std::array::from_fn(|i| (0..3).map(|k| matrix[k][i] * n[k]).sum());
-    let mut h = [0.0; 12];
-    for i in 0..3 {
-        for j in 0..3 {
-            h[3 * i + j] = gravity * w[i] * n[j];
-        }
-        h[9 + i] = w[i];
-    }
-    h
-}
-
-/// The second-order part of the same: d ↦ dᵀ Q d for errors d of the parameters.
+/// The second-order part of how ‖a‖ at rest along `n` follows errors d of the
+/// parameters, d ↦ dᵀ Q d; the first is [`crate::validate::predicted::sensitivity`].
 ///
 /// With x = A (dM a + db) and a = g n the calibrated vector moves by
 /// −x + A dM x, and its length to second order by
@@ -140,13 +127,6 @@ pub(crate) fn norm_curvature(
     SMatrix::from_fn(|i, j| {
         0.5 * (product(&parts[i], &parts[j].1) + product(&parts[j], &parts[i].1))
     })
-}
-
-/// g₁ᵀ C g₂.
-pub(crate) fn bilinear(left: &[f64; 12], covariance: &Covariance12, right: &[f64; 12]) -> f64 {
-    (0..12)
-        .map(|r| left[r] * (0..12).map(|c| covariance[r][c] * right[c]).sum::<f64>())
-        .sum()
 }
 
 /// The covariance of a file as numbers; none where it is absent, of another
@@ -222,7 +202,7 @@ mod tests {
             let c = gravical_core::matrix3::mul_vec(&a2, &off);
             gravical_core::matrix3::norm(&c)
         };
-        let h = norm_sensitivity(&a, n, g);
+        let h = crate::validate::predicted::sensitivity(&a, n, g);
         let q = norm_curvature(&a, n, g);
         for theta in 0..12 {
             let slope = (length(theta, 1e-6) - length(theta, -1e-6)) / 2e-6;

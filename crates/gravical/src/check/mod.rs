@@ -81,12 +81,15 @@ impl Default for CheckOptions {
 /// ```
 /// use gravical::calibrate::{CalibrateOptions, calibrate};
 /// use gravical::check::{CheckOptions, check};
+/// use gravical::estimate::accelerometer::Method;
 /// use gravical::recording::{ReadOptions, read_bytes};
 ///
 /// let means = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n\
 ///              -y,0.46,-9.99,0.39\n+y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
 /// let read = |text: &str| read_bytes(text.as_bytes(), "means.csv", &ReadOptions::default());
-/// let file = calibrate(&[read(means)?], &CalibrateOptions::default())?.file;
+/// let mut options = CalibrateOptions::default();
+/// options.estimate.method = Method::Ferraris;
+/// let file = calibrate(&[read(means)?], &options)?.file;
 ///
 /// // Later, once more with z up.
 /// let later = "label,ax,ay,az\nagain,0.81,-0.15,10.52\n";

@@ -13,6 +13,10 @@ use crate::{Error, Result};
 /// at 5 to 20 Hz, and 20 lags of a fast recording do not see that.
 const SLOW_RATE_HZ: f64 = 100.0;
 
+/// What shakes by more than this share of gravity, rms, is no rest, however even
+/// it is: a hand trembles by a hundredth, a running engine by less than a tenth.
+const MOST_SHAKE: f64 = 0.1;
+
 /// A still reading.
 pub(super) struct Rest {
     pub recording: usize,
@@ -102,7 +106,12 @@ fn in_one(
         };
         spans.into_iter().map(one).collect()
     };
-    let found = find_stills(recording, still).spans;
+    let calm = |options: &StillOptions| -> Vec<Range<usize>> {
+        let mut spans = find_stills(recording, options).spans;
+        spans.retain(|rows| shake(recording, rows) < MOST_SHAKE);
+        spans
+    };
+    let found = calm(still);
     if !found.is_empty() {
         return as_drafts(found);
     }
@@ -122,15 +131,13 @@ fn in_one(
                 .collect();
         }
     }
-    let shaky = find_stills(recording, &StillOptions::unsteady()).spans;
+    let shaky = calm(&StillOptions::unsteady());
     let held: usize = shaky.iter().map(|s| s.len()).sum();
     // Scraps of a recording that moves throughout are no rests.
     if held * 10 < recording.rows() {
         return Vec::new();
     }
     for span in &shaky {
-        let (mean, variance) = moments(&recording.accel, span.clone());
-        let gravity = gravical_core::matrix3::norm(&mean);
         findings.push(
             Finding::warning(
                 "unsteady-hold",
@@ -138,13 +145,20 @@ fn in_one(
                     "never quite still; the calmest part, lines {} to {}, shakes by {:.0} mg rms and is taken",
                     recording.line(span.start),
                     recording.line(span.end - 1),
-                    1000.0 * variance.sqrt() / gravity
+                    1000.0 * shake(recording, span)
                 ),
             )
             .in_file(&recording.name),
         );
     }
     as_drafts(shaky)
+}
+
+/// Standard deviation of the rows, the three axes together, over their mean
+/// magnitude.
+fn shake(recording: &Recording, rows: &Range<usize>) -> f64 {
+    let (mean, variance) = moments(&recording.accel, rows.clone());
+    variance.sqrt() / gravical_core::matrix3::norm(&mean)
 }
 
 /// Noise of all rests, sample by sample and of averages of some samples.

@@ -3,6 +3,7 @@
 use super::*;
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::TemperatureRange;
+use crate::estimate::accelerometer::{EstimateOptions, Method};
 use crate::recording::{ReadOptions, read_bytes};
 use crate::segment::still::find_stills;
 use rand::{RngExt, SeedableRng};
@@ -48,9 +49,10 @@ fn calibration() -> CalibrationFile {
         .collect();
     let options = CalibrateOptions {
         gravity: Gravity::given(G).unwrap(),
-        estimate: crate::estimate::accelerometer::EstimateOptions {
+        estimate: EstimateOptions {
             placement_tilt_deg: Some(0.1),
-            ..Default::default()
+            method: Method::Ferraris,
+            ..EstimateOptions::default()
         },
         ..CalibrateOptions::default()
     };

@@ -5,7 +5,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, SMatrix, SVector};
 
 use super::rests::Rest;
 use crate::calibration_file::AccelerometerSection;
-use crate::uncertainty::{Covariance12, bilinear, norm_curvature, norm_sensitivity};
+use crate::uncertainty::{Covariance12, norm_curvature};
+use crate::validate::predicted::{sensitivity, variance};
 
 /// No mean of a cheap accelerometer is better than this, m/s² (0.1 mg): its bias
 /// wanders by as much from one minute to the next.
@@ -62,9 +63,13 @@ impl Place {
     }
 }
 
-/// What the file says of errors that its covariance does not contain: the
-/// error on placements that were left out of the fit beyond the predicted one.
+/// What readings miss the model of twelve parameters by, m/s²: what the fit says
+/// of itself, else the error on placements that were left out beyond the
+/// predicted one.
 fn model_error(section: &AccelerometerSection) -> f64 {
+    if let Some(fit) = &section.fit {
+        return fit.model_error_mps2.max(0.0);
+    }
     let left_out = section.leave_one_out_rms_mps2.unwrap_or(0.0);
     let predicted = section.predicted_norm_error_mps2.unwrap_or(0.0);
     (left_out * left_out - predicted * predicted)
@@ -173,7 +178,7 @@ fn residuals(
         );
         let length = norm(&a).max(f64::MIN_POSITIVE);
         left[i] = length - gravity;
-        let row = norm_sensitivity(&matrix, a.map(|v| v / length), length);
+        let row = sensitivity(&matrix, a.map(|v| v / length), length);
         (0..12).for_each(|k| h[(i, k)] = row[k]);
     }
     Some((left, h))
@@ -188,11 +193,11 @@ fn calibration_variance(
     direction: [f64; 3],
     gravity: f64,
 ) -> f64 {
-    let h = norm_sensitivity(&section.matrix, direction, gravity);
+    let h = sensitivity(&section.matrix, direction, gravity);
     let c = SMatrix::<f64, 12, 12>::from_fn(|r, k| covariance[r][k]);
     let qc = norm_curvature(&section.matrix, direction, gravity) * c;
     let second = 2.0 * (qc * qc).trace() + qc.trace().powi(2);
-    (bilinear(&h, covariance, &h) + second).max(0.0)
+    (variance(covariance, &h) + second).max(0.0)
 }
 
 /// The covariance of a session is itself of first order in the tilts of its

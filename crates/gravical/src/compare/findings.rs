@@ -142,9 +142,13 @@ fn source(source: GravitySource) -> &'static str {
     }
 }
 
-/// False where the placements do not show how the sensor sits in its case:
-/// faces on one axis at most. Files without placements are believed.
+/// False where the placements do not show how the sensor sits in its case: the
+/// fit says so, or there are faces on one axis at most. Files without placements
+/// are believed.
 pub(super) fn orientation_is_known(file: &CalibrationFile) -> bool {
+    if let Some(fit) = &file.accelerometer.fit {
+        return fit.oriented;
+    }
     let positions = &file.accelerometer.positions;
     let axes = AXES.iter().filter(|axis| {
         positions

@@ -24,7 +24,7 @@ use crate::segment::face::AXES;
 use crate::uncertainty::chi_square;
 
 use findings::{Independence, SAME_GRAVITY, circumstances, independence, orientation_is_known};
-use parameters::{Jacobian, PAIRS, Turn, invariants, propagate, turn};
+use parameters::{Jacobian, PAIRS, Turn, invariants, propagate, second_order, turn};
 use unit::{Side, sides};
 
 pub use types::*;
@@ -86,7 +86,11 @@ impl Difference {
         let covariance = a.covariance.as_ref().zip(b.covariance.as_ref());
         let covariance = covariance.map(|(ca, cb)| {
             let sum = propagate(&rows(&ja, -1.0, 0), ca) + propagate(&rows(&jb, 1.0, 1), cb);
-            sum.view((0, 0), (count, count)).into_owned()
+            let mut sum = sum.view((0, 0), (count, count)).into_owned();
+            let second = second_order(a, ca) + second_order(b, cb);
+            let mut block = sum.view_mut((0, 0), (9, 9));
+            block += second;
+            sum
         });
         Difference {
             a: va,
@@ -152,12 +156,15 @@ impl Difference {
 /// ```
 /// use gravical::calibrate::{CalibrateOptions, calibrate};
 /// use gravical::compare::{Agreement, compare};
+/// use gravical::estimate::accelerometer::Method;
 /// use gravical::recording::{ReadOptions, read_bytes};
 ///
 /// let csv = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n\
 ///            -y,0.46,-9.99,0.39\n+y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
 /// let session = [read_bytes(csv.as_bytes(), "means.csv", &ReadOptions::default())?];
-/// let file = calibrate(&session, &CalibrateOptions::default())?.file;
+/// let mut options = CalibrateOptions::default();
+/// options.estimate.method = Method::Ferraris;
+/// let file = calibrate(&session, &options)?.file;
 /// let mut moved = file.clone();
 /// moved.accelerometer.bias[0] += 1.0;
 /// let result = compare(&file, &moved, ["a.json", "b.json"])?;

@@ -6,8 +6,7 @@ use gravical_core::matrix3::{mul_vec, norm};
 use super::types::GyroscopeDifference;
 use super::unit::Side;
 use crate::calibration_file::{CalibrationFile, GyroscopeSection};
-use crate::uncertainty::{bilinear, norm_sensitivity};
-use crate::validate::predicted::sphere;
+use crate::validate::predicted::{sensitivity, sphere, variance};
 
 /// Directions that are looked at.
 const DIRECTIONS: usize = 400;
@@ -32,18 +31,18 @@ pub(super) fn difference(a: &Side, b: &Side) -> Norms {
         let length = norm(&by_b);
         let off = length - a.gravity;
         squares += off * off;
-        let variance = a
+        let here = a
             .covariance
             .as_ref()
             .zip(b.covariance.as_ref())
             .map(|(ca, cb)| {
-                let ha = norm_sensitivity(&a.matrix, n, a.gravity);
-                let hb = norm_sensitivity(&b.matrix, by_b.map(|v| v / length), length);
-                bilinear(&ha, ca, &ha) + bilinear(&hb, cb, &hb)
+                let ha = sensitivity(&a.matrix, n, a.gravity);
+                let hb = sensitivity(&b.matrix, by_b.map(|v| v / length), length);
+                variance(ca, &ha) + variance(cb, &hb)
             });
-        variances = variances.zip(variance).map(|(sum, v)| sum + v);
+        variances = variances.zip(here).map(|(sum, v)| sum + v);
         if off.abs() > largest.abs() {
-            (largest, at, variance_at) = (off, n, variance);
+            (largest, at, variance_at) = (off, n, here);
         }
     }
     let root = |v: f64| v.max(0.0).sqrt();

@@ -3,6 +3,7 @@
 use super::*;
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::{Covariance, GyroscopeSection, InputFile, TemperatureRange};
+use crate::estimate::accelerometer::Method;
 use crate::recording::units::GyroUnit;
 use crate::recording::{AccelUnit, ReadOptions, read_bytes};
 
@@ -11,9 +12,9 @@ fn file(sigma: f64) -> CalibrationFile {
     let csv = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n\
                -y,0.46,-9.99,0.39\n+y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
     let session = [read_bytes(csv.as_bytes(), "means.csv", &ReadOptions::default()).unwrap()];
-    let mut file = calibrate(&session, &CalibrateOptions::default())
-        .unwrap()
-        .file;
+    let mut options = CalibrateOptions::default();
+    options.estimate.method = Method::Ferraris;
+    let mut file = calibrate(&session, &options).unwrap().file;
     file.accelerometer.covariance = Some(diagonal(sigma, 1.0));
     file
 }

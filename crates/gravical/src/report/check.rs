@@ -65,7 +65,7 @@ fn head(report: &CheckReport) -> String {
 
 fn stills(report: &CheckReport) -> String {
     let mut out = format!(
-        "\n  {:<24}{:>6}  {:<10}{:>17}{:>12}{:>7}\n",
+        "\n  {:<22}{:>6}  {:<10}{:>17}{:>12}{:>7}\n",
         "still", "rows", "up", "error, mm/s² (mg)", "± 1σ", "z"
     );
     let all = report.stills.iter().enumerate();
@@ -102,14 +102,14 @@ fn line(report: &CheckReport, still: &StillCheck, mark: &str) -> String {
         (None, 1) => format!("at {at}"),
         (None, _) => format!("{} {at}", short_name(&still.file)),
     };
-    let name: String = if name.chars().count() > 23 {
-        let tail: Vec<char> = name.chars().rev().take(22).collect();
+    let name: String = if name.chars().count() > 21 {
+        let tail: Vec<char> = name.chars().rev().take(20).collect();
         std::iter::once('…').chain(tail.into_iter().rev()).collect()
     } else {
         name
     };
     format!(
-        "  {name:<24}{:>6}  {:<10}{:>9}{:>8}{:>12}{:>7} {mark}",
+        "  {name:<22}{:>6}  {:<10}{:>9}{:>8}{:>12}{:>7} {mark}",
         still.rows,
         format!("{} {:.1}°", still.nearest, still.nearest_deg),
         format!("{:+.1}", 1000.0 * still.error_mps2),

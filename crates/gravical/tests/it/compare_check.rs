@@ -5,6 +5,7 @@ use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::CalibrationFile;
 use gravical::check::{Cause, CheckOptions, CheckReport, Judgement, check};
 use gravical::compare::{Agreement, Comparison, compare};
+use gravical::estimate::accelerometer::{EstimateOptions, Method};
 use gravical::gravity::Gravity;
 use gravical::recording::Recording;
 use gravical::simulate::{
@@ -44,12 +45,13 @@ fn session(
     simulate(&options).unwrap()
 }
 
-fn calibration(session: &[Recording], tilt_deg: f64) -> CalibrationFile {
+fn calibration(session: &[Recording], tilt_deg: f64, method: Method) -> CalibrationFile {
     let options = CalibrateOptions {
         gravity: Gravity::given(9.80665).unwrap(),
-        estimate: gravical::estimate::accelerometer::EstimateOptions {
+        estimate: EstimateOptions {
             placement_tilt_deg: Some(tilt_deg),
-            ..Default::default()
+            method,
+            ..EstimateOptions::default()
         },
         ..CalibrateOptions::default()
     };
@@ -64,24 +66,32 @@ fn p_values<T>(of: &[T], p: impl Fn(&T) -> f64) -> Vec<f64> {
     of.iter().map(p).collect()
 }
 
-/// Two sessions of each of 200 sensors, six faces placed within `tilt_deg`.
-fn compared(tilt_deg: f64) -> Vec<Comparison> {
-    (1..=200)
+/// Two sessions of each of 150 sensors, six faces placed within `tilt_deg`.
+fn compared(tilt_deg: f64, method: Method) -> Vec<Comparison> {
+    (1..=150)
         .map(|seed| {
             let first = session(six(1.0), seed, tilt_deg, None);
             let second = session(six(1.0), 10_000 + seed, tilt_deg, Some(&first));
-            let [a, b] = [first, second].map(|s| calibration(&recordings(&s), tilt_deg));
+            let [a, b] = [first, second].map(|s| calibration(&recordings(&s), tilt_deg, method));
             compare(&a, &b, ["a.json", "b.json"]).unwrap()
         })
         .collect()
 }
 
-/// At a level of 5 % a share of 200 scatters by 1.5 %, at 1 % by 0.7 %; bounds
-/// are about three times that.
+/// At a level of 5 % a share of 150 scatters by 1.8 %, at 1 % by 0.8 %; bounds
+/// are about three times that. Two sessions share the data-sheet prior of the
+/// joint fit, and are nearer to each other than their covariances say where it is
+/// all that tells the angles between the axes (0.6 times at 2°): the lower bound
+/// of the RMS.
 #[test]
 fn two_sessions_of_one_sensor_seldom_differ() {
-    for tilt in [0.1, 1.0, 2.0] {
-        let all = compared(tilt);
+    for (method, tilt) in [
+        (Method::Joint, 0.1),
+        (Method::Joint, 1.0),
+        (Method::Joint, 2.0),
+        (Method::Ferraris, 1.0),
+    ] {
+        let all = compared(tilt, method);
         let magnitude = p_values(&all, |c| c.magnitude.test.unwrap().p_value);
         let turned = p_values(&all, |c| {
             c.orientation.as_ref().unwrap().test.unwrap().p_value
@@ -97,35 +107,37 @@ fn two_sessions_of_one_sensor_seldom_differ() {
         let (five_m, five_o) = (share_under(&magnitude, 0.05), share_under(&turned, 0.05));
         let wrong = share_under(&differ, 0.5);
         println!(
-            "tilt {tilt}: p < 0.05 in {five_m:.3} (‖a‖) and {five_o:.3} (rotation), {wrong:.3} differ; RMS over predicted {:.3}",
+            "{method:?}, tilt {tilt}: p < 0.05 in {five_m:.3} (‖a‖) and {five_o:.3} (rotation), {wrong:.3} differ; RMS over predicted {:.3}",
             (rms / predicted).sqrt()
         );
         assert!((0.005..=0.1).contains(&five_m), "{five_m}");
         assert!((0.005..=0.1).contains(&five_o), "{five_o}");
         assert!(wrong <= 0.03, "{wrong}");
         assert!(
-            (0.8..=1.2).contains(&(rms / predicted).sqrt()),
+            (0.55..=1.15).contains(&(rms / predicted).sqrt()),
             "{rms} {predicted}"
         );
     }
 }
 
-/// A calibration of each of 120 sensors, checked on a later session. The errors
-/// of tilted faces are products of tilts with heavy tails: 1 to 2.5 % are
-/// claimed at a level of 1 %.
+/// A calibration of each of 100 sensors, checked on a later session. The errors
+/// of tilted faces are products of tilts with heavy tails: up to 3.5 % are
+/// claimed at a level of 1 % (Ferraris, 3°), none to 1 % by the joint fit.
 #[test]
 fn new_stills_seldom_contradict_a_good_calibration() {
-    for (tilt, later) in [
-        (0.1, poses(3.0, 6)),
-        (1.0, poses(3.0, 6)),
-        (1.0, six(1.0)),
-        (3.0, poses(3.0, 6)),
+    for (method, tilt, later) in [
+        (Method::Joint, 0.1, poses(3.0, 6)),
+        (Method::Joint, 1.0, poses(3.0, 6)),
+        (Method::Joint, 1.0, six(1.0)),
+        (Method::Joint, 2.0, poses(3.0, 6)),
+        (Method::Ferraris, 1.0, poses(3.0, 6)),
+        (Method::Ferraris, 3.0, poses(3.0, 6)),
     ] {
-        let reports: Vec<CheckReport> = (1..=120)
+        let reports: Vec<CheckReport> = (1..=100)
             .map(|seed| {
                 let first = session(six(1.0), seed, tilt, None);
                 let second = session(later, 20_000 + seed, 1.0, Some(&first));
-                let file = calibration(&recordings(&first), tilt);
+                let file = calibration(&recordings(&first), tilt, method);
                 let new = recordings(&second);
                 check(&file, "cal.json", &new, &CheckOptions::default()).unwrap()
             })
@@ -140,14 +152,14 @@ fn new_stills_seldom_contradict_a_good_calibration() {
             .filter(|r| r.verdict.judgement == Judgement::DoesNotFit)
             .count();
         println!(
-            "tilt {tilt}, {}: p < 0.05 in {:.3}, {wrong} of 120 do not fit, mean z² {:.3}",
+            "{method:?}, tilt {tilt}, {}: p < 0.05 in {:.3}, {wrong} of 100 do not fit, mean z² {:.3}",
             later.name(),
             share_under(&p, 0.05),
             mean(&z)
         );
         assert!(share_under(&p, 0.05) <= 0.11);
         assert!(wrong <= 6, "{wrong}");
-        assert!((0.7..=1.25).contains(&mean(&z)), "{}", mean(&z));
+        assert!((0.6..=1.25).contains(&mean(&z)), "{}", mean(&z));
     }
 }
 
@@ -160,7 +172,7 @@ fn a_bias_off_by_five_sigma_is_found_and_named() {
         let axis = seed as usize % 3;
         let first = session(six(1.0), seed, 0.3, None);
         let second = session(six(10.0), 30_000 + seed, 0.3, Some(&first));
-        let good = calibration(&recordings(&first), 0.3);
+        let good = calibration(&recordings(&first), 0.3, Method::Joint);
         let mut altered = good.clone();
         let variance = good.accelerometer.covariance.as_ref().unwrap().values[9 + axis][9 + axis];
         altered.accelerometer.bias[axis] += 5.0 * variance.sqrt();
@@ -174,7 +186,7 @@ fn a_bias_off_by_five_sigma_is_found_and_named() {
                 .iter()
                 .any(|e| e.explains && e.cause == wanted),
         );
-        let other = calibration(&new, 0.3);
+        let other = calibration(&new, 0.3, Method::Joint);
         let result = compare(&altered, &other, ["a.json", "b.json"]).unwrap();
         differ += usize::from(result.verdict.judgement == Agreement::Differ);
     }

@@ -1,0 +1,283 @@
+//! `gravical compare` and `gravical check`: what they print and how they end.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::support::*;
+
+/// A session of six faces and, later, of the same sensor, twelve poses.
+fn sensor(folder: &Path) {
+    for line in [
+        "simulate six-position -o first --seed 5 --tilt 0.1 --temperature-drift 0 --quiet",
+        "simulate poses -o later --seed 5 --tilt 0.1 --temperature-drift 0 --hold 10 --quiet",
+        "calibrate first -o first.json --gravity 9.80665 --placement-tilt 0.1 --quiet",
+        "calibrate later/poses.csv -o later.json --gravity 9.80665 --placement-tilt 0.1 --quiet",
+    ] {
+        let run = run_in(folder, words(line));
+        assert_eq!(run.code, 0, "{line}\n{}{}", run.out, run.err);
+    }
+}
+
+/// Moves one bias of `first.json` by `sigmas` of its standard deviation.
+fn alter(folder: &Path, sigmas: f64) {
+    let text = std::fs::read_to_string(folder.join("first.json")).unwrap();
+    let mut file: Value = serde_json::from_str(&text).unwrap();
+    let a = &mut file["accelerometer"];
+    let variance = a["covariance"]["values"][10][10].as_f64().unwrap();
+    let bias = a["bias"][1].as_f64().unwrap();
+    a["bias"][1] = (bias + sigmas * variance.sqrt()).into();
+    write(folder, "altered.json", &file.to_string());
+}
+
+fn json(folder: &Path, line: &str, code: i32) -> Value {
+    let run = run_in(folder, words(&format!("{line} --json")));
+    assert_eq!(run.code, code, "{line}\n{}{}", run.out, run.err);
+    run.json()
+}
+
+fn narrow(text: &str) {
+    for line in text.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+        assert_eq!(line, line.trim_end(), "{line:?}");
+    }
+}
+
+#[test]
+fn a_good_calibration_fits_and_an_altered_one_does_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    sensor(path);
+    let good = json(path, "check first.json later/poses.csv", 0);
+    assert_eq!(good["verdict"]["judgement"], "fits");
+    assert_eq!(good["stills"].as_array().unwrap().len(), 12);
+    assert_eq!(
+        good["coverage"]["untested_axes"].as_array().unwrap().len(),
+        0
+    );
+
+    alter(path, 5.0);
+    let bad = json(path, "check altered.json later/poses.csv", 4);
+    assert_eq!(bad["verdict"]["judgement"], "does-not-fit");
+    assert!(
+        finding(&bad, "off-along-axis")["message"]
+            .as_str()
+            .unwrap()
+            .contains("y by")
+    );
+    let text = run_in(path, words("check altered.json later/poses.csv"));
+    assert_eq!(text.code, 4);
+    narrow(&text.out);
+    assert!(text.out.contains("Verdict: does not fit"), "{}", text.out);
+
+    // The gravity of another place looks like a scale.
+    let elsewhere = json(path, "check first.json later/poses.csv --gravity 9.78", 4);
+    finding(&elsewhere, "off-by-share");
+    finding(&elsewhere, "gravity-differs");
+    let run = run_in(
+        path,
+        words("check first.json later/poses.csv --latitude 45"),
+    );
+    assert!(run.out.contains("from latitude"), "{}", run.out);
+}
+
+#[test]
+fn two_sessions_agree_and_an_altered_one_differs() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    sensor(path);
+    let agree = json(path, "compare first.json later.json", 0);
+    assert_eq!(agree["verdict"]["judgement"], "agree");
+    assert_eq!(agree["parameters"].as_array().unwrap().len(), 12);
+    alter(path, 10.0);
+    let differ = json(path, "compare altered.json later.json", 4);
+    assert_eq!(differ["magnitude"]["judgement"], "differ");
+    assert_eq!(differ["orientation"]["judgement"], "agree");
+    let text = run_in(path, words("compare altered.json later.json"));
+    assert_eq!(text.code, 4);
+    narrow(&text.out);
+    assert!(text.out.contains("Verdict: differ"), "{}", text.out);
+    // The same file twice says nothing, and that is what it says.
+    let same = json(path, "compare first.json first.json", 0);
+    assert_eq!(same["verdict"]["judgement"], "cannot-say");
+    finding(&same, "same-calibration");
+}
+
+#[test]
+fn one_pose_will_do_and_what_it_leaves_open_is_said() {
+    let folder = six_files(&Sensor::default());
+    let path = folder.path();
+    let line = "calibrate . --gravity 9.81 --method ferraris -o cal.json --quiet";
+    assert_eq!(run_in(path, words(line)).code, 0);
+    let file = Sensor::default().file([0.0, 0.0, 1.0], 300, 7);
+    std::fs::create_dir(path.join("new")).unwrap();
+    write(&path.join("new"), "z.csv", &file);
+    let run = run_in(path, words("check cal.json new/z.csv"));
+    assert_eq!(run.code, 0, "{}{}", run.out, run.err);
+    narrow(&run.out);
+    assert!(
+        run.out.contains("says nothing about the x and y axes"),
+        "{}",
+        run.out
+    );
+    // What it was fitted to proves nothing.
+    let old = json(path, "check cal.json z_axis_pos.csv", 0);
+    finding(&old, "same-recordings");
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused_with_the_next_step() {
+    let folder = six_files(&Sensor::default());
+    let path = folder.path();
+    let line = "calibrate . --gravity 9.81 --method ferraris -o cal.json --quiet";
+    assert_eq!(run_in(path, words(line)).code, 0);
+    let in_g = Sensor {
+        unit: 1.0 / 9.80665,
+        ..Sensor::default()
+    };
+    let other = six_files(&in_g);
+    let line = "calibrate . --gravity 9.81 --method ferraris -o g.json --quiet";
+    assert_eq!(run_in(other.path(), words(line)).code, 0);
+    let g = other.path().join("g.json").display().to_string();
+    // The same sensor in two units: converted, and the same.
+    let same = json(path, &format!("compare cal.json {g}"), 0);
+    finding(&same, "units-converted");
+    let run = run_in(path, words(&format!("check {g} z_axis_pos.csv --json")));
+    assert_eq!((run.code, run.error_code().as_str()), (3, "unit-mismatch"));
+    // Shaken throughout.
+    let shaken: String = (0..400)
+        .map(|i| {
+            let t = f64::from(i) / 100.0;
+            let a = 6.0 * (11.0 * t).sin();
+            format!(
+                "{},{:.3},{:.3},{:.3}\n",
+                10 * i,
+                a,
+                3.0 * (7.0 * t).cos(),
+                9.8 - a
+            )
+        })
+        .collect();
+    write(
+        path,
+        "shaken.csv",
+        &format!("t_ms,ax_mps2,ay_mps2,az_mps2\n{shaken}"),
+    );
+    let run = run_in(
+        path,
+        words("check cal.json shaken.csv --accel-unit m/s^2 --json"),
+    );
+    assert_eq!((run.code, run.error_code().as_str()), (3, "never-still"));
+    for line in [
+        "check cal.json",
+        "compare cal.json",
+        "check cal.json a.csv --gravity 20",
+    ] {
+        assert_eq!(run_in(path, words(line)).code, 2, "{line}");
+    }
+    assert_eq!(run_in(path, words("compare cal.json missing.json")).code, 3);
+}
+
+/// The rests at the end of two recordings of a lift, 0.16 to 0.19 s after the
+/// sensor was put back, took no part in the calibration.
+#[test]
+fn airbrakes_end_rests_agree_within_the_predicted_error() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let source = data.join("airbrakes-sixmoves");
+    let source = source.display();
+    for method in ["joint", "ferraris"] {
+        let line = format!("calibrate {source} --method {method} -o {method}.json --quiet");
+        assert_eq!(run_in(folder.path(), words(&line)).code, 0);
+        for (name, after_s, up) in [("zplus", 2.7, "+z"), ("zminus", 3.8, "-z")] {
+            let report = json(
+                folder.path(),
+                &format!("check {method}.json {source}/{name}.csv"),
+                0,
+            );
+            let stills = report["stills"].as_array().unwrap();
+            let ends: Vec<&Value> = stills
+                .iter()
+                .filter(|s| s["start_s"].as_f64().unwrap() > after_s)
+                .collect();
+            assert_eq!(ends.len(), 1, "{name}: {stills:?}");
+            let number = |key: &str| ends[0][key].as_f64().unwrap();
+            assert_eq!(ends[0]["nearest"], up);
+            assert!(
+                (150.0..=300.0).contains(&number("rows")),
+                "{}",
+                number("rows")
+            );
+            assert!(
+                number("error_mps2").abs() < number("sigma_mps2"),
+                "{name}: {:?}",
+                ends[0]
+            );
+            // Within 2 mg, too, and with a prediction that says something.
+            assert!(number("error_mg").abs() < 2.0);
+            assert!(number("sigma_mps2") < 0.04, "{}", number("sigma_mps2"));
+            assert_eq!(report["verdict"]["judgement"], "fits");
+        }
+    }
+}
+
+/// Three sensors of one type, 22 or 23 poses each: they differ from each other,
+/// and each one's later poses fit its earlier ones.
+#[test]
+fn mikoff_sensors_differ_and_the_later_half_fits_the_earlier() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for sensor in 0..3 {
+        let name = format!("mikoff-mpu9150/imu{sensor}.log");
+        let text = std::fs::read_to_string(data.join(name)).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        let cut = lines.len() * 2 / 3;
+        write(
+            path,
+            &format!("early{sensor}.log"),
+            &lines[..cut].join("\n"),
+        );
+        write(path, &format!("late{sensor}.log"), &lines[cut..].join("\n"));
+        let columns = "--columns ax,ay,az,gx,gy,gz --rate 100";
+        let line = format!("calibrate early{sensor}.log {columns} -o {sensor}.json --quiet");
+        assert_eq!(run_in(path, words(&line)).code, 0);
+        let report = json(
+            path,
+            &format!("check {sensor}.json late{sensor}.log {columns}"),
+            0,
+        );
+        assert_eq!(
+            report["verdict"]["judgement"], "fits",
+            "{}",
+            report["verdict"]
+        );
+        println!("imu{sensor}: {}", report["verdict"]["reasons"][0]);
+    }
+    for (a, b) in [(0, 1), (1, 2), (0, 2)] {
+        let result = json(path, &format!("compare {a}.json {b}.json"), 4);
+        assert_eq!(result["magnitude"]["judgement"], "differ");
+    }
+}
+
+/// imucal's file says nothing of its uncertainty.
+#[test]
+fn without_a_covariance_nothing_is_claimed() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let imucal = data.join("imucal-ferraris/published_example_cal.json");
+    let (imucal, session) = (
+        imucal.display(),
+        data.join("imucal-ferraris/annotated_session.csv"),
+    );
+    let line = format!(
+        "check {imucal} {} --rate 204.8 --gravity 9.81",
+        session.display()
+    );
+    let report = json(folder.path(), &line, 0);
+    assert_eq!(report["verdict"]["judgement"], "cannot-say");
+    finding(&report, "covariance-missing");
+    assert!(report["rms_mps2"].as_f64().unwrap() < 0.01);
+    let result = json(folder.path(), &format!("compare {imucal} {imucal}"), 0);
+    assert_eq!(result["verdict"]["judgement"], "cannot-say");
+}
