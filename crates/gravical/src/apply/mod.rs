@@ -49,6 +49,7 @@ mod drift;
 mod head;
 mod judge;
 mod plan;
+mod sensor;
 mod stream;
 mod tail;
 mod watch;
@@ -73,7 +74,8 @@ pub use drift::TemperatureOutcome;
 use drift::Drift;
 use head::Head;
 use plan::Plan;
-use stream::{Sensor, Stream};
+use sensor::Sensor;
+use stream::Stream;
 use watch::Watch;
 
 /// How a calibration is applied.

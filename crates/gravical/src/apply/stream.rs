@@ -3,9 +3,6 @@
 use std::io::{Read, Write};
 use std::path::Path;
 
-use gravical_core::calibration::{Calibration, GyroscopeCalibration};
-
-use crate::calibration_file::CalibrationFile;
 use crate::recording::dialect::Dialect;
 use crate::recording::open::Input;
 use crate::recording::row::{ACCEL, GYRO, RowDefect, RowScanner, SLOTS, Span, TIME, Values};
@@ -14,66 +11,17 @@ use crate::recording::{
     Aside, Finding, Ledger, LineSpans, cut_off, reason_before, reason_for, text_findings,
 };
 use crate::scan::{Line, Lines};
-use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 
-use super::drift::{Drift, TemperatureOutcome};
+use super::drift::TemperatureOutcome;
 use super::judge::all_zero_error;
 use super::plan::Plan;
+use super::sensor::Sensor;
 use super::tail::Tail;
 use super::watch::Watch;
 
 /// Output is handed on in blocks of this many bytes.
 const BLOCK: usize = 256 << 10;
-
-/// Both calibrations and the way the board sits.
-pub(super) struct Sensor {
-    accel: Calibration<f64>,
-    gyro: Option<GyroscopeCalibration<f64>>,
-    /// The gyroscope reacts to acceleration: without it there is no rate.
-    g_sensitive: bool,
-    axes: AxisMap,
-    /// Drift with temperature, taken off before calibrating.
-    drift: Option<Drift>,
-}
-
-impl Sensor {
-    pub fn new(calibration: &CalibrationFile, with_gyro: bool, axes: AxisMap) -> Self {
-        let gyro = calibration.gyroscope_calibration().filter(|_| with_gyro);
-        Sensor {
-            accel: calibration.accelerometer_calibration(),
-            g_sensitive: gyro
-                .iter()
-                .any(|g| g.g_sensitivity.iter().flatten().any(|v| *v != 0.0)),
-            gyro,
-            axes,
-            drift: None,
-        }
-    }
-
-    /// Takes off `drift` as well.
-    pub fn without_drift(mut self, drift: Option<Drift>) -> Self {
-        self.drift = drift;
-        self
-    }
-
-    /// Specific force in m/s² and angular rate in rad/s; NaN on all axes of a
-    /// sensor where one is missing.
-    #[inline]
-    fn calibrate(&self, values: &Values) -> [f64; 6] {
-        let accel = self
-            .accel
-            .apply([values[ACCEL], values[ACCEL + 1], values[ACCEL + 2]]);
-        let [ax, ay, az] = self.axes.to_case(accel);
-        let Some(gyro) = &self.gyro else {
-            return [ax, ay, az, f64::NAN, f64::NAN, f64::NAN];
-        };
-        let felt = if self.g_sensitive { accel } else { [0.0; 3] };
-        let rate = gyro.apply([values[GYRO], values[GYRO + 1], values[GYRO + 2]], felt);
-        let [gx, gy, gz] = self.axes.to_case(rate);
-        [ax, ay, az, gx, gy, gz]
-    }
-}
 
 /// What is left when the last line is written.
 pub(super) struct Done {
@@ -176,13 +124,10 @@ impl<'a> Stream<'a> {
         if self.held != [false; 2] {
             self.hold(values);
         }
-        let zero = is_zero(values, self.watch.channels());
-        let mut calibrated = match &mut self.sensor.drift {
-            None => self.sensor.calibrate(values),
-            Some(drift) => {
-                let steady = drift.taken_off(values, line.number, !zero);
-                self.sensor.calibrate(&steady)
-            }
+        let mut calibrated = if self.sensor.drift.is_none() {
+            self.sensor.calibrate(values)
+        } else {
+            self.without_drift(values, line.number)
         };
         let [ax, ay, az, gx, gy, gz] = calibrated;
         if !(ax + ay + az).is_finite() {
@@ -193,6 +138,7 @@ impl<'a> Stream<'a> {
             self.empty[1].push(line.number);
             calibrated[3..].fill(f64::NAN);
         }
+        let zero = is_zero(values, self.watch.channels());
         self.any_movement |= !zero;
         if zero && self.any_movement && self.tail.holds() {
             return self.hold_back(line, values, spans, &calibrated);
@@ -206,6 +152,20 @@ impl<'a> Stream<'a> {
         self.see(values, line.number);
         self.plan
             .write_row(line.bytes, spans, &calibrated, &mut self.block);
+    }
+
+    /// A calibrated row whose drift with temperature was taken off.
+    // Most calibrations have no model of it: their loop stays as it was.
+    #[inline(never)]
+    fn without_drift(&mut self, values: &Values, line: u64) -> [f64; 6] {
+        let counts = !is_zero(values, self.watch.channels());
+        match &mut self.sensor.drift {
+            Some(drift) => {
+                let steady = drift.taken_off(values, line, counts);
+                self.sensor.calibrate(&steady)
+            }
+            None => self.sensor.calibrate(values),
+        }
     }
 
     /// The last value of a channel holds until the next comes.

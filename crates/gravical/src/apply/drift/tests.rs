@@ -1,0 +1,170 @@
+use crate::apply::{ApplyOptions, ApplySummary, apply};
+use crate::calibration_file::CalibrationFile;
+use crate::recording::open::from_reader;
+
+/// Twice the reading, bias 0.1; ax drifts by 0.01 per °C and az has a gain of
+/// 0.1 % per °C about 25 °C, measured from 0 to 50 °C; ay was refused.
+fn calibration(with_model: bool) -> CalibrationFile {
+    let mut value = serde_json::json!({
+        "format": "gravical-calibration/1", "created": "", "tool": "",
+        "sensor": {"id": null, "model": null},
+        "gravity_mps2": 9.80665, "gravity_source": "standard", "temperature_c": null,
+        "accelerometer": {
+            "method": "ferraris", "input_unit": "m/s^2", "output_unit": "m/s^2",
+            "bias": [0.1, 0.0, 0.0], "matrix": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            "scale": [1.0, 1.0, 1.0], "orientation": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            "covariance": null, "positions": [], "errors": null, "scale_deviation_percent": null,
+            "degrees_of_freedom": 0, "leave_one_out_rms_mps2": null,
+            "predicted_norm_error_mps2": null, "placement_tilt_deg": null},
+        "gyroscope": {"input_unit": "rad/s", "output_unit": "rad/s", "bias": [0.0, 0.0, 0.0],
+            "matrix": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "scale": [1.0, 1.0, 1.0],
+            "orientation": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            "g_sensitivity": [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]},
+        "inputs": [], "findings": [], "verdict": {"grade": "not-verifiable", "reasons": []}
+    });
+    if with_model {
+        let channel = |name: &str, verdict: &str, drift: &[f64], gain: &[f64]| {
+            serde_json::json!({
+                "channel": name, "input_unit": "m/s^2", "verdict": verdict, "reason": "",
+                "order": 1, "r2_cooling_to_warming": null, "r2_warming_to_cooling": null,
+                "slope": null, "slope_cooling": null, "slope_warming": null, "hysteresis": null,
+                "drift_rms": 0.0, "residual_rms": null, "coefficients": drift,
+                "scale_coefficients": gain, "scale_observed": false})
+        };
+        value["temperature_model"] = serde_json::json!({
+        "reference_c": 25.0, "reference_source": "session", "range_c": [0.0, 50.0],
+        "poses": 1, "sweeps": [], "inputs": [], "channels": [
+            channel("ax", "accepted", &[0.01], &[]),
+            channel("ay", "refused", &[], &[]),
+            channel("az", "accepted", &[0.0], &[0.001]),
+            channel("gy", "accepted", &[0.001, 0.0001], &[]),
+        ]});
+    }
+    CalibrationFile::parse(value.to_string().as_bytes()).unwrap()
+}
+
+fn run(with_model: bool, text: &str) -> (ApplySummary, Vec<Vec<String>>) {
+    let input = from_reader(
+        Box::new(std::io::Cursor::new(text.as_bytes().to_vec())),
+        false,
+    )
+    .unwrap();
+    let mut out = Vec::new();
+    let summary = apply(
+        &calibration(with_model),
+        input,
+        "ride.csv",
+        &mut out,
+        &ApplyOptions::default(),
+    )
+    .unwrap();
+    let rows = String::from_utf8(out).unwrap();
+    let cells = |line: &str| line.split(',').map(str::to_owned).collect();
+    (summary, rows.lines().skip(1).map(cells).collect())
+}
+
+const HEADER: &str =
+    "t_s,ax (m/s^2),ay (m/s^2),az (m/s^2),temp (C),gx (rad/s),gy (rad/s),gz (rad/s)\n";
+
+fn ride(temperatures: &[&str]) -> String {
+    let rows = temperatures
+        .iter()
+        .enumerate()
+        .map(|(i, t)| format!("{i},0.5,0.2,9.8,{t},0.01,0.02,0.03\n"));
+    HEADER.to_owned() + &rows.collect::<String>()
+}
+
+fn kinds(summary: &ApplySummary) -> Vec<&str> {
+    let all = summary.findings.iter().map(|f| f.kind.as_str());
+    all.filter(|k| k.starts_with("temperature")).collect()
+}
+
+#[test]
+fn every_row_by_its_own_temperature() {
+    let (summary, rows) = run(true, &ride(&["25", "35", "15.0"]));
+    // (raw − drift)/(1 + gain) − bias
+    assert_eq!(rows[0][1..4], ["0.400000", "0.200000", "9.800000"]);
+    assert_eq!(rows[1][1..4], ["0.300000", "0.200000", "9.702970"]);
+    assert_eq!(rows[2][1..4], ["0.500000", "0.200000", "9.898990"]);
+    // gy: 0.001 x + 0.0001 x²
+    assert_eq!(rows[1][5..], ["0.010000", "0.000000", "0.030000"]);
+    assert_eq!(rows[2][5..], ["0.010000", "0.020000", "0.030000"]);
+    assert_eq!(rows[2][4], "15.0", "the temperature is kept as it is");
+    let done = summary.temperature.unwrap();
+    assert_eq!(done.channels, ["ax", "az", "gy"]);
+    assert_eq!(
+        (done.rows_outside, done.rows_held, done.rows_without),
+        (0, 0, 0)
+    );
+}
+
+#[test]
+fn beyond_the_range_the_edge_is_held_and_told() {
+    let (summary, rows) = run(true, &ride(&["50", "50.4", "90", "-30"]));
+    // 0.5 − 0.25 − 0.1 at 50 °C and beyond, 0.5 + 0.25 − 0.1 at 0 °C.
+    let ax: Vec<&str> = rows.iter().map(|r| r[1].as_str()).collect();
+    assert_eq!(ax, ["0.150000", "0.150000", "0.150000", "0.650000"]);
+    assert_eq!(kinds(&summary), ["temperature-outside"]);
+    let told = summary
+        .findings
+        .iter()
+        .find(|f| f.kind == "temperature-outside")
+        .unwrap();
+    assert_eq!((told.count, &told.lines[..]), (2, &[[4, 5]][..]));
+    for number in ["0.0 to 50.0", "down to -30.0", "up to 90.0"] {
+        assert!(told.message.contains(number), "{}", told.message);
+    }
+}
+
+#[test]
+fn an_empty_temperature_is_the_last_one() {
+    let (summary, rows) = run(true, &ride(&["", "35", "", "nan", "-3276.8", "15"]));
+    let ax: Vec<&str> = rows.iter().map(|r| r[1].as_str()).collect();
+    assert_eq!(
+        ax,
+        [
+            "0.300000", "0.300000", "0.300000", "0.300000", "0.300000", "0.500000"
+        ]
+    );
+    assert_eq!(kinds(&summary), ["temperature-held"]);
+    assert_eq!(summary.temperature.unwrap().rows_held, 4);
+}
+
+#[test]
+fn without_temperatures_nothing_is_taken_off_and_the_cost_is_told() {
+    let bare = "t_s,ax,ay,az\n0,0.5,0.2,9.8\n1,0.5,0.21,9.8\n";
+    let (summary, rows) = run(true, bare);
+    assert_eq!(rows[0][1], "0.400000");
+    assert_eq!(kinds(&summary), ["temperature-not-applied"]);
+    let told = &summary
+        .findings
+        .iter()
+        .find(|f| f.kind == "temperature-not-applied")
+        .unwrap();
+    assert!(
+        told.message.contains("ax by up to 0.250 m/s^2"),
+        "{}",
+        told.message
+    );
+    assert!(summary.temperature.is_none());
+
+    // Raw counts of a thermometer are no °C.
+    let (summary, rows) = run(true, &ride(&["-3400", "-3410", "-3420"]));
+    assert_eq!(rows[2][1], "0.400000");
+    assert_eq!(
+        kinds(&summary),
+        ["temperature-unit", "temperature-not-applied"]
+    );
+}
+
+#[test]
+fn without_a_model_nothing_changes() {
+    let text = ride(&["25", "35", "90"]);
+    let (summary, rows) = run(false, &text);
+    assert!(
+        rows.iter()
+            .all(|r| r[1] == "0.400000" && r[3] == "9.800000")
+    );
+    assert_eq!(kinds(&summary), [""; 0]);
+    assert!(summary.temperature.is_none());
+}

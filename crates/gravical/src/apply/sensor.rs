@@ -1,0 +1,58 @@
+//! What a calibration does to the values of one row.
+
+use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+
+use crate::calibration_file::CalibrationFile;
+use crate::recording::row::{ACCEL, GYRO, Values};
+use crate::segment::face::AxisMap;
+
+use super::drift::Drift;
+
+/// Both calibrations and the way the board sits.
+pub(super) struct Sensor {
+    accel: Calibration<f64>,
+    pub gyro: Option<GyroscopeCalibration<f64>>,
+    /// The gyroscope reacts to acceleration: without it there is no rate.
+    g_sensitive: bool,
+    axes: AxisMap,
+    /// Drift with temperature, taken off before calibrating.
+    pub drift: Option<Drift>,
+}
+
+impl Sensor {
+    pub fn new(calibration: &CalibrationFile, with_gyro: bool, axes: AxisMap) -> Self {
+        let gyro = calibration.gyroscope_calibration().filter(|_| with_gyro);
+        Sensor {
+            accel: calibration.accelerometer_calibration(),
+            g_sensitive: gyro
+                .iter()
+                .any(|g| g.g_sensitivity.iter().flatten().any(|v| *v != 0.0)),
+            gyro,
+            axes,
+            drift: None,
+        }
+    }
+
+    /// Takes off `drift` as well.
+    pub fn without_drift(mut self, drift: Option<Drift>) -> Self {
+        self.drift = drift;
+        self
+    }
+
+    /// Specific force in m/s² and angular rate in rad/s; NaN on all axes of a
+    /// sensor where one is missing.
+    #[inline]
+    pub fn calibrate(&self, values: &Values) -> [f64; 6] {
+        let accel = self
+            .accel
+            .apply([values[ACCEL], values[ACCEL + 1], values[ACCEL + 2]]);
+        let [ax, ay, az] = self.axes.to_case(accel);
+        let Some(gyro) = &self.gyro else {
+            return [ax, ay, az, f64::NAN, f64::NAN, f64::NAN];
+        };
+        let felt = if self.g_sensitive { accel } else { [0.0; 3] };
+        let rate = gyro.apply([values[GYRO], values[GYRO + 1], values[GYRO + 2]], felt);
+        let [gx, gy, gz] = self.axes.to_case(rate);
+        [ax, ay, az, gx, gy, gz]
+    }
+}
