@@ -411,7 +411,7 @@ impl<'a> Search<'a> {
             prior: None,
             ..self.held
         };
-        fit(work, &bare, self.start).is_some_and(|f| f.covariance.values.is_some())
+        fit(work, &bare, &self.start).is_some_and(|f| f.covariance.values.is_some())
     }
 
     fn finish(
