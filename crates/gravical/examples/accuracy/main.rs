@@ -5,7 +5,7 @@
 //! $ cargo run --release --example accuracy -- --write docs/accuracy.md
 //! ```
 //!
-//! Options: `--sensors N` (500), `--seed S` (1), `--only NAME`, and `--write FILE`
+//! Options: `--sensors N` (1000), `--seed S` (1), `--only NAME`, and `--write FILE`
 //! to put the tables into a file between their marks. Without it they are printed.
 
 mod runs;
@@ -34,7 +34,7 @@ struct Arguments {
 fn arguments() -> Result<Arguments, String> {
     let mut out = Arguments {
         runs: Runs {
-            count: 500,
+            count: 1000,
             seed: 1,
         },
         only: None,

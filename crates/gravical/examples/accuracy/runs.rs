@@ -2,7 +2,10 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use gravical::estimate::Reading;
 use gravical::estimate::joint::{JointFit, JointOptions, JointPose, Role, joint};
+use gravical::estimate::linear::linear12;
+use gravical::estimate::magnitude::{Kind, MagnitudeOptions, Weights, magnitude};
 use gravical::simulate::means::{Errors, MeanReading, MeansOptions, Part, Planned, Scores};
 use gravical::validate::predicted;
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
@@ -54,6 +57,8 @@ pub struct Session {
 /// Which placements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Plan {
+    /// So many poses spread over the sphere, none of them a face.
+    Poses(usize),
     /// Each face so many times, each with a tilt of its own.
     Faces(usize),
     /// Six faces and so many poses far from each other.
@@ -103,11 +108,12 @@ impl Session {
     /// The placements of one part.
     pub fn place(&self, part: &mut Part, index: usize) -> Vec<MeanReading> {
         let mut planned = match self.plan {
+            Plan::Poses(count) => Planned::lattice(count),
             Plan::Faces(times) => (0..times).flat_map(|_| Planned::six_faces()).collect(),
             _ => Planned::six_faces(),
         };
         match self.plan {
-            Plan::Faces(_) | Plan::Proposed(_) => {}
+            Plan::Faces(_) | Plan::Poses(_) | Plan::Proposed(_) => {}
             Plan::Spread(count) => planned.extend(Planned::spread(count, index as u64)),
             Plan::Lattice(count) => planned.extend(Planned::lattice(count)),
             Plan::Random(count) => planned.extend(part.random_poses(count)),
@@ -158,12 +164,12 @@ impl Session {
         &self,
         seed: u64,
         count: usize,
-        estimator: impl Fn(&[MeanReading]) -> Option<Parameters> + Sync,
+        estimator: impl Fn(&[MeanReading], &MeansOptions) -> Option<Parameters> + Sync,
     ) -> Vec<Option<Outcome>> {
         each(count, |index| {
             let mut part = Part::draw(&self.means, seed, index);
             let means = self.place(&mut part, index);
-            let (model, bias) = estimator(&means)?;
+            let (model, bias) = estimator(&means, &self.means)?;
             Some(Outcome {
                 errors: part.errors(&model, &bias)?,
                 scores: None,
@@ -173,17 +179,53 @@ impl Session {
     }
 }
 
-/// Least squares of u = g M n + b with the directions taken as exact. On the six
-/// faces its normal equations are diagonal: M is Ferraris', b the mean of all.
-pub fn linear(means: &[MeanReading], gravity: f64) -> Option<Parameters> {
-    let (model, _) = ferraris(means, gravity)?;
-    let bias =
-        std::array::from_fn(|i| means.iter().map(|m| m.mean[i]).sum::<f64>() / means.len() as f64);
-    Some((model, bias))
+fn readings(means: &[MeanReading], noise: f64) -> Vec<Reading> {
+    means
+        .iter()
+        .map(|m| Reading {
+            mean: m.mean,
+            standard_error: Some([noise; 3]),
+        })
+        .collect()
+}
+
+/// Least squares with the faces taken as exact.
+pub fn linear(means: &[MeanReading], options: &MeansOptions) -> Option<Parameters> {
+    let directions: Vec<[f64; 3]> = means
+        .iter()
+        .filter_map(|m| Some(m.face?.direction()))
+        .collect();
+    let found = linear12(
+        &readings(means, options.noise_mps2),
+        &directions,
+        options.gravity_mps2,
+    );
+    found.ok().map(|f| (f.model, f.bias))
+}
+
+/// By the length of gravity, six parameters.
+pub fn magnitude6(means: &[MeanReading], options: &MeansOptions) -> Option<Parameters> {
+    by_magnitude(means, options, Kind::Six)
+}
+
+/// … and nine.
+pub fn magnitude9(means: &[MeanReading], options: &MeansOptions) -> Option<Parameters> {
+    by_magnitude(means, options, Kind::Nine)
+}
+
+fn by_magnitude(means: &[MeanReading], options: &MeansOptions, kind: Kind) -> Option<Parameters> {
+    let options_of_fit = MagnitudeOptions {
+        gravity: options.gravity_mps2,
+        nominal: Some(1.0),
+        kind,
+        weights: Weights::StandardErrors,
+    };
+    let found = magnitude(&readings(means, options.noise_mps2), &options_of_fit).ok()?;
+    Some((found.model, found.bias))
 }
 
 /// Ferraris' method: repeats of a face are averaged.
-pub fn ferraris(means: &[MeanReading], gravity: f64) -> Option<Parameters> {
+pub fn ferraris(means: &[MeanReading], options: &MeansOptions) -> Option<Parameters> {
     let side = |up: bool, axis: usize| {
         let (mut sum, mut count) = ([0.0; 3], 0.0);
         for m in means {
@@ -198,6 +240,6 @@ pub fn ferraris(means: &[MeanReading], gravity: f64) -> Option<Parameters> {
         plus: std::array::from_fn(|axis| side(true, axis)),
         minus: std::array::from_fn(|axis| side(false, axis)),
     };
-    let found = ferraris_accelerometer(&six, gravity).ok()?;
+    let found = ferraris_accelerometer(&six, options.gravity_mps2).ok()?;
     Some((found.model(), found.bias))
 }

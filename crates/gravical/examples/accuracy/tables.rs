@@ -3,7 +3,7 @@
 use gravical::estimate::joint::joint;
 use gravical::simulate::means::{MeanReading, MeansOptions, Part};
 
-use crate::runs::{Plan, Session, each, ferraris, linear, outcome};
+use crate::runs::{Plan, Session, each, ferraris, linear, magnitude6, magnitude9, outcome};
 use crate::table::{MG, Outcomes, coverage, direction_deg, errors, markdown, norm_mg, quantiles};
 
 const TILTS_DEG: [f64; 4] = [0.1, 1.0, 2.0, 3.0];
@@ -33,12 +33,10 @@ fn row(name: &str, cells: impl IntoIterator<Item = String>) -> Vec<String> {
 
 /// Every estimator on every kind of session.
 pub fn estimators(runs: Runs) -> String {
-    let by = |plan, tilt, f: fn(&[MeanReading], f64) -> _| {
-        let session = session(plan, tilt);
-        let g = session.means.gravity_mps2;
-        errors(&session.by(runs.seed, runs.count, |m| f(m, g)))
+    let by = |plan, tilt, f: fn(&[MeanReading], &MeansOptions) -> _| {
+        errors(&session(plan, tilt).by(runs.seed, runs.count, f))
     };
-    let nothing = |_: &[MeanReading], _: f64| {
+    let nothing = |_: &[MeanReading], _: &MeansOptions| {
         Some((
             [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             [0.0; 3],
@@ -54,7 +52,16 @@ pub fn estimators(runs: Runs) -> String {
             "`linear12`, 6 faces",
             TILTS_DEG.map(|t| by(Plan::Faces(1), t, linear)),
         ),
+        row(
+            "`magnitude6`, 6 faces",
+            TILTS_DEG.map(|t| by(Plan::Faces(1), t, magnitude6)),
+        ),
+        row(
+            "`magnitude9`, 12 poses",
+            [by(Plan::Poses(12), 1.0, magnitude9)],
+        ),
     ];
+    rows[4].resize(5, String::new());
     rows[0].resize(5, String::new());
     for (name, plan) in [
         ("`joint`, 6 faces", Plan::Faces(1)),
@@ -140,14 +147,13 @@ pub fn table_not_level(runs: Runs) -> String {
         let mut session = session(plan, 0.2);
         session.means.table_sd_rad = 2_f64.to_radians();
         session.tilt_given = false;
-        let g = session.means.gravity_mps2;
         let fitted = session.joint(runs.seed, runs.count);
         let shared = fitted.iter().flatten().filter_map(|o| o.fit.as_ref());
         let shared = shared.filter(|f| f.shared_tilts).count();
         rows.push(row(
             name,
             [
-                norm_mg(&session.by(runs.seed, runs.count, |m| ferraris(m, g))),
+                norm_mg(&session.by(runs.seed, runs.count, ferraris)),
                 norm_mg(&fitted),
                 format!("{shared} of {}", runs.count),
             ],
