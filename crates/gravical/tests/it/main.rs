@@ -10,5 +10,6 @@ mod magnitude;
 mod properties;
 mod reader;
 mod session;
+mod solve;
 mod support;
 mod truth;

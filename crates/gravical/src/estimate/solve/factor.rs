@@ -156,16 +156,35 @@ impl Factor {
         shared.max(self.local_gradient)
     }
 
+    /// Raises `longest` to the lengths of the shared columns.
+    pub(super) fn lengthen(&self, longest: &mut Vec<f64>) {
+        longest.resize(self.scale.len(), 0.0);
+        for (j, length) in longest.iter_mut().enumerate() {
+            // An empty column has no length; the others are of length one here.
+            if self.upper.column(j).norm_squared() > 0.5 {
+                *length = length.max(self.scale[j]);
+            }
+        }
+    }
+
     /// The step that minimises the linearised cost plus `damping` times the
-    /// scaled length of the shared step, squared; with it the cost that the
-    /// linearisation promises to lose, and the scaled length. None when the
-    /// step is not finite.
-    pub(super) fn step(&self, damping: f64) -> Option<Step> {
+    /// squared length of the shared step, each parameter in units of one over
+    /// `longest`; with it the cost that the linearisation promises to lose, and
+    /// the scaled length. None when the step is not finite: then a block does not
+    /// determine its local parameters.
+    pub(super) fn step(&self, damping: f64, longest: &[f64]) -> Option<Step> {
         let p = self.scale.len();
         let mut augmented = DMatrix::zeros(2 * p, p);
         augmented.view_mut((0, 0), (p, p)).copy_from(&self.upper);
+        let mut damped = DVector::zeros(p);
         for j in 0..p {
-            augmented[(p + j, j)] = damping.sqrt();
+            let ratio = if longest[j] > 0.0 {
+                longest[j] / self.scale[j]
+            } else {
+                1.0
+            };
+            damped[j] = damping.sqrt() * ratio;
+            augmented[(p + j, j)] = damped[j];
         }
         let qr = augmented.qr();
         let mut right = DVector::zeros(2 * p);
@@ -177,19 +196,25 @@ impl Factor {
         let shared = scaled.component_div(&self.scale);
         let mut local = Vec::new();
         let mut promised = 0.0;
+        let mut length = scaled.norm_squared();
         for block in &self.locals {
             let right = -&block.right - &block.coupling * &shared;
-            local.extend(block.upper.solve_upper_triangular(&right)?.iter());
+            let own = block.upper.solve_upper_triangular(&right)?;
+            for (column, step) in block.upper.column_iter().zip(own.iter()) {
+                length += column.norm_squared() * step * step;
+            }
+            local.extend(own.iter());
             promised += block.right.norm_squared();
         }
         // ‖r‖² − ‖r + Js‖² for this s, without the cancellation.
-        promised += (&self.upper * &scaled).norm_squared() + 2.0 * damping * scaled.norm_squared();
+        promised += (&self.upper * &scaled).norm_squared()
+            + 2.0 * damped.component_mul(&scaled).norm_squared();
         let finite = shared.iter().chain(&local).all(|v| v.is_finite());
         finite.then(|| Step {
             shared: shared.as_slice().to_vec(),
             local,
             promised,
-            length: scaled.norm(),
+            length: length.sqrt(),
         })
     }
 
@@ -262,6 +287,6 @@ pub(super) struct Step {
     pub local: Vec<f64>,
     /// Cost that the linearisation says is lost.
     pub promised: f64,
-    /// Length of the scaled shared step.
+    /// Length of the step, every parameter times the length of its column.
     pub length: f64,
 }

@@ -133,8 +133,9 @@ pub struct Options {
     /// Converged when the scaled step is shorter than this share of the
     /// parameters moved so far. Default 1e-13.
     pub step_tolerance: f64,
-    /// Damping at the start, relative to the scaled Jacobian. Default 1e-4;
-    /// towards 1 for a start that is far away.
+    /// Damping at the start, relative to the scaled Jacobian. Default 1e-4. Up
+    /// to 100 and more for a start whose linearisation is worth little (steps
+    /// begin short), down to 1e-8 to begin with Gauss and Newton.
     pub damping: f64,
 }
 
@@ -161,7 +162,8 @@ pub enum Ending {
     Step,
     /// [`Options::most_steps`] were tried.
     MostSteps,
-    /// Residuals or derivatives of the start are not finite.
+    /// Residuals or derivatives of the start are not finite, or a block does not
+    /// determine its local parameters.
     NotFinite,
 }
 

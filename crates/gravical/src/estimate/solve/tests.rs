@@ -173,3 +173,49 @@ fn a_start_that_is_no_number_is_said() {
     assert_eq!(summary.ending, Ending::NotFinite);
     assert!(!summary.converged());
 }
+
+/// q = 2 and q·p = 10⁶ in units that make p's column 10⁻⁹ long, and empty at
+/// q = 0; with `local`, a local parameter that no residual knows.
+struct Hidden {
+    local: usize,
+}
+
+impl Problem for Hidden {
+    type State = [f64; 2];
+    fn shared(&self) -> usize {
+        2
+    }
+    fn blocks(&self) -> usize {
+        1
+    }
+    fn shape(&self, _: usize) -> Shape {
+        Shape {
+            residuals: 3,
+            local: self.local,
+        }
+    }
+    fn evaluate(&self, [q, p]: &[f64; 2], _: usize, r: &mut [f64], j: Option<Jacobian<'_>>) {
+        r.copy_from_slice(&[q - 2.0, 1e-9 * (q * p - 1e6), 0.0]);
+        if let Some(j) = j {
+            j.shared
+                .copy_from_slice(&[1.0, 0.0, 1e-9 * p, 1e-9 * q, 0.0, 0.0]);
+        }
+    }
+    fn moved(&self, s: &[f64; 2], shared: &[f64], _: &[f64]) -> [f64; 2] {
+        [s[0] + shared[0], s[1] + shared[1]]
+    }
+}
+
+#[test]
+fn a_column_that_is_empty_at_the_start_comes_into_play() {
+    let (state, summary) = solve(&Hidden { local: 0 }, [0.0, 0.0], &Options::default());
+    assert!(summary.converged() && summary.tried < 20, "{summary:?}");
+    assert!((state[0] - 2.0).abs() < 1e-9, "{state:?}");
+    assert!((state[1] / 5e5 - 1.0).abs() < 1e-6, "{state:?}");
+}
+
+#[test]
+fn a_local_parameter_that_nothing_determines_is_no_minimum() {
+    let (_, summary) = solve(&Hidden { local: 1 }, [0.0, 0.0], &Options::default());
+    assert_eq!(summary.ending, Ending::NotFinite);
+}
