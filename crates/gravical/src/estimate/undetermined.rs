@@ -91,15 +91,15 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
             let (spanned, missing) = span(&directions);
             let different = distinct(&directions);
             let direction = session.axes.to_case(direction);
-            let plural = |n: usize| if n == 1 { "" } else { "s" };
-            let mut message = format!(
-                "{count} placement{} in {different} direction{} more than 25° apart ",
-                plural(count),
-                plural(different)
-            );
+            let mut message = match count {
+                1 => "1 placement spans ".to_owned(),
+                _ => format!(
+                    "{count} placements, {different} of them more than 25° apart, span "
+                ),
+            };
             message.push_str(&match spanned {
-                3 => "span all three directions of space, but leave parameters open".to_owned(),
-                n => format!("span {n} of 3 directions of space"),
+                3 => "all three directions of space, but leave parameters open".to_owned(),
+                n => format!("{n} of 3 directions of space"),
             });
             if sd.is_finite() {
                 message.push_str(&format!(
