@@ -18,7 +18,7 @@
 use gravical_core::matrix3;
 use nalgebra::{DMatrix, DVector};
 
-use crate::estimate::{Reading, reading, wanted};
+use crate::estimate::{Reading, reading, undetermined, wanted};
 use crate::{Error, Result};
 
 /// The fitted accelerometer.
@@ -157,7 +157,7 @@ fn determined(directions: &[[f64; 3]]) -> Result<()> {
         "underdetermined",
         format!(
             "{n} placements span {} of 3 directions and determine {} of the 12 parameters",
-            wanted::spanned(directions),
+            undetermined::span(directions).0,
             12 - 3 * open.len()
         ),
     )
@@ -275,11 +275,11 @@ mod tests {
             what,
             "4 placements span 2 of 3 directions and determine 9 of the 12 parameters"
         );
-        assert!(hint.ends_with("record it with +z up"), "{hint}");
+        assert!(hint.ends_with("record it with z up"), "{hint}");
         // +x, +y, +z lie in a plane.
         let (what, hint) = named(&[0, 2, 4]);
         assert!(what.contains("9 of the 12"), "{what}");
-        assert!(hint.contains("record it with -"), "{hint}");
+        assert!(hint.ends_with(" down"), "{hint}");
         assert!(named(&[]).0.contains("0 of the 12"));
     }
 

@@ -32,7 +32,7 @@ use gravical_core::matrix3;
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimate::solve::{Factor, Options, Problem, solve};
-use crate::estimate::{Reading, reading, wanted};
+use crate::estimate::{Reading, reading, undetermined, wanted};
 use crate::stats::median;
 use crate::validate::predicted;
 use crate::{Error, Result};
@@ -144,9 +144,8 @@ pub fn magnitude(readings: &[Reading], options: &MagnitudeOptions) -> Result<Mag
 /// The fit, however well it is known.
 fn fit(readings: &[Reading], options: &MagnitudeOptions) -> Result<MagnitudeFit> {
     reading::check(readings)?;
-    let first = start(readings, options).ok_or_else(|| {
-        Error::input("underdetermined", "there is no reading of gravity's length")
-    })?;
+    let first = start(readings, options)
+        .ok_or_else(|| Error::input("no-poses", "there is no reading of gravity's length"))?;
     let mut problem = Model {
         readings: readings.iter().map(|r| r.mean).collect(),
         sd: vec![1.0; readings.len()],
@@ -304,7 +303,7 @@ fn determined(problem: &Model, state: &State) -> Result<()> {
         "underdetermined",
         format!(
             "{poses} poses span {} of 3 directions and determine {} of the {p} parameters",
-            wanted::spanned(&directions),
+            undetermined::span(&directions).0,
             p - open.len()
         ),
     )

@@ -185,12 +185,12 @@ fn what_is_missing_is_said() {
         what.starts_with("12 poses span 3 of 3 directions"),
         "{what}"
     );
-    assert_eq!(hint.matches("halfway between").count(), 3, "{hint}");
+    assert_eq!(hint.matches("leaned 45°").count(), 3, "{hint}");
     println!("{what}; {hint}");
     // Five of six sides.
     let (what, hint) = said(faces[..5].to_vec(), Kind::Six);
     assert!(what.ends_with("determine 5 of the 6 parameters"), "{what}");
-    assert!(hint.ends_with("record it with -z up"), "{hint}");
+    assert!(hint.ends_with("record it with z down"), "{hint}");
     println!("{what}; {hint}");
     assert!(magnitude(&[], &options(Kind::Six)).is_err());
 }

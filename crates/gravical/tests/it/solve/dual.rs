@@ -89,6 +89,7 @@ impl Sub for Dual {
 
 impl Mul for Dual {
     type Output = Dual;
+    #[allow(clippy::suspicious_arithmetic_impl)] // the product rule
     fn mul(self, o: Dual) -> Dual {
         Dual {
             value: self.value * o.value,
