@@ -108,6 +108,12 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
     } else {
         let (scale, orientation, matrix) = parts(&file.K_g, &file.R_g, DEGREES_PER_RADIAN)?;
         Some(GyroscopeSection {
+            method: "turns".to_owned(),
+            covariance: None,
+            residual: None,
+            residual_deg: None,
+            motions: None,
+            leave_one_out_deg: None,
             input_unit: file
                 .from_gyr_unit
                 .as_deref()

@@ -1,0 +1,84 @@
+//! What the motions determine, and what they do not.
+
+use super::fit::Covariance;
+use crate::recording::Finding;
+use crate::segment::face::AXES;
+
+/// A matrix that is not known better than this is no better than the data
+/// sheet's, which allows 3 %.
+const LIMIT: f64 = 0.03;
+
+/// Which axes lack a turn: none when the covariance of E says that all nine
+/// elements are known to [`LIMIT`] in every direction.
+pub(super) fn lacking(
+    covariance: Option<&Covariance>,
+    motions: usize,
+    nominal: bool,
+) -> Option<Finding> {
+    let (axes, worst) = match covariance {
+        Some(c) => weak_axes(c),
+        None => (vec![0, 1, 2], f64::INFINITY),
+    };
+    if axes.is_empty() {
+        return None;
+    }
+    let names = |list: &[usize]| -> String {
+        let names: Vec<String> = list.iter().map(|i| AXES[*i].to_string()).collect();
+        names.join(" and ")
+    };
+    let strong: Vec<usize> = (0..3).filter(|i| !axes.contains(i)).collect();
+    let count = match motions {
+        1 => "the one motion between stills turns".to_owned(),
+        n => format!("the {n} motions between stills turn"),
+    };
+    let what = if strong.is_empty() {
+        format!("{count} too little to calibrate the gyroscope")
+    } else {
+        format!(
+            "{count} about {} of 3 axes enough ({}), but too little about {}",
+            strong.len(),
+            names(&strong),
+            names(&axes)
+        )
+    };
+    let how_well = if worst < 10.0 {
+        format!(" (known to {:.0} %)", 100.0 * worst)
+    } else {
+        String::new()
+    };
+    let then = if nominal {
+        "it gets its bias only, with the nominal scale"
+    } else {
+        "it is not calibrated"
+    };
+    Some(Finding::note(
+        "gyro-undetermined",
+        format!(
+            "{what}{how_well}; {then}. Turn it about {} too, by 90° and more, with that axis level",
+            names(&axes)
+        ),
+    ))
+}
+
+/// Axes whose column of E has a part in a direction known worse than
+/// [`LIMIT`], and the standard deviation in the worst direction.
+fn weak_axes(covariance: &Covariance) -> (Vec<usize>, f64) {
+    let elements = covariance.fixed_view::<9, 9>(0, 0).into_owned();
+    let eigen = elements.symmetric_eigen();
+    let mut load = [0.0_f64; 3];
+    let mut worst = 0.0_f64;
+    for (i, &value) in eigen.eigenvalues.iter().enumerate() {
+        let deviation = value.max(0.0).sqrt();
+        if !(deviation <= LIMIT) {
+            worst = worst.max(deviation);
+            for row in 0..3 {
+                for axis in 0..3 {
+                    load[axis] += value * eigen.eigenvectors[(3 * row + axis, i)].powi(2);
+                }
+            }
+        }
+    }
+    let total: f64 = load.iter().sum();
+    let axes = (0..3).filter(|i| load[*i] > 0.1 * total).collect();
+    (axes, worst)
+}

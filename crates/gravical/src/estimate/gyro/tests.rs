@@ -1,0 +1,3 @@
+//! Simulated sensors with known truth.
+
+use super::*;
