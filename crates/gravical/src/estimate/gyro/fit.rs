@@ -40,6 +40,10 @@ pub(super) struct Fit {
     pub residuals: Vec<f64>,
     /// The same when the motion takes no part.
     pub left_out: Option<Vec<f64>>,
+    /// Variance per component that noise does not explain.
+    more: f64,
+    /// The last step.
+    step: Delta,
 }
 
 /// No direction and no turn is known better, rad: 0.00006°.
@@ -47,6 +51,10 @@ const FLOOR: f64 = 1e-6;
 
 /// A residual this many times the usual one contradicts the others.
 const OUTLIER: f64 = 6.0;
+
+/// A motion is an outlier when it misses its prediction by this many standard
+/// deviations: one in a thousand does with five degrees of freedom.
+const SURPRISE: f64 = 5.0;
 
 /// Median length of two components that are normal with unit variance.
 const RAYLEIGH_MEDIAN: f64 = 1.1774;
@@ -190,30 +198,65 @@ impl<'a> Setup<'a> {
         step
     }
 
-    /// Judges the motions at a robust solution and fits those that agree.
-    pub(super) fn fit(&self, at: &Robust) -> Option<Fit> {
-        let lengths: Vec<f64> = at.linear.iter().map(|l| l.residual.norm()).collect();
-        let (kept, outliers) = self.judge(&lengths);
+    /// Judges the motions at a robust solution and fits those that agree. Where
+    /// the motions are few, a robust fit may follow some of them too closely; so
+    /// what it calls an outlier is heard again, against what the others predict
+    /// for it and how well.
+    pub(super) fn fit(&self, robust: Robust) -> Option<Fit> {
+        let lengths: Vec<f64> = robust.linear.iter().map(|l| l.residual.norm()).collect();
+        let (mut kept, mut outliers) = self.judge(&lengths);
+        let mut at = robust;
+        let mut passes = 0;
+        loop {
+            let (fit, moves) = self.fit_kept(&at, &kept, &outliers)?;
+            passes += 1;
+            let back: Vec<usize> = match &fit.covariance {
+                Some(c) => outliers
+                    .iter()
+                    .copied()
+                    .filter(|&m| self.surprise(&at.linear[m], &fit, c, m) < SURPRISE)
+                    .collect(),
+                None => Vec::new(),
+            };
+            let usual = median(&mut fit.residuals.clone())
+                .unwrap_or(FLOOR)
+                .max(FLOOR);
+            if passes == MOST_PASSES || (back.is_empty() && moves < SETTLED * usual) {
+                return Some(fit);
+            }
+            outliers.retain(|m| !back.contains(m));
+            kept.extend(back);
+            kept.sort_unstable();
+            at = self.at(fit.state);
+        }
+    }
+
+    /// Length of a residual in standard deviations of its prediction by a fit
+    /// that it took no part in.
+    fn surprise(&self, linear: &Linear, fit: &Fit, covariance: &Covariance, m: usize) -> f64 {
+        let own = self.sigma[m].powi(2) + fit.more;
+        let predicted = linear.jacobian * covariance * linear.jacobian.transpose()
+            + Matrix3::from_diagonal_element(own);
+        let residual = linear.after(&fit.step);
+        predicted
+            .cholesky()
+            .map_or(f64::INFINITY, |c| c.solve(&residual).dot(&residual).sqrt())
+    }
+
+    /// Generalised least squares on `kept`, and how far its step moves any
+    /// residual.
+    fn fit_kept(&self, at: &Robust, kept: &[usize], outliers: &[usize]) -> Option<(Fit, f64)> {
         let freedom = 2.0 * kept.len() as f64 - 9.0;
         if freedom < 3.0 {
             return None;
         }
-        let more = self.unexplained(&kept, &lengths, freedom);
-        let own: Vec<f64> = self
-            .motions
-            .list
-            .iter()
-            .map(|m| own_variance(m.seconds, self.known) + more)
-            .collect();
-        let problem = Chained::new(
-            self.motions,
-            &at.linear,
-            &kept,
-            &self.known.spread,
-            &own,
-            self.prior(&at.state),
-        )?;
-        let (step, summary) = solve(&problem, Delta::zeros(), &SEARCH);
+        // What the residuals show must not be that of a start that is off.
+        let first = self.chained(at, kept, 0.0)?;
+        let (step, _) = solve(&first, Delta::zeros(), &SEARCH);
+        let lengths: Vec<f64> = at.linear.iter().map(|l| l.after(&step).norm()).collect();
+        let more = self.unexplained(kept, &lengths, freedom);
+        let problem = self.chained(at, kept, more)?;
+        let (step, summary) = solve(&problem, step, &SEARCH);
         // Where the residuals say how large they are, few of them say it
         // badly: the variance of Student's t.
         let wide = if more > 0.0 {
@@ -223,17 +266,36 @@ impl<'a> Setup<'a> {
         };
         let covariance = dense(&Factor::new(&problem, &step)?)
             .map(|c| c * (summary.cost / freedom).max(1.0) * wide);
-        Some(Fit {
-            left_out: self.leave_one_out(at, &kept, more),
+        let moves = kept
+            .iter()
+            .map(|&m| (at.linear[m].jacobian * step).norm())
+            .fold(0.0, f64::max);
+        let fit = Fit {
+            left_out: self.leave_one_out(at, kept, more),
             state: at.state.moved(&step),
             covariance,
             residuals: kept
                 .iter()
                 .map(|&m| at.linear[m].after(&step).norm())
                 .collect(),
-            kept,
-            outliers,
-        })
+            kept: kept.to_vec(),
+            outliers: outliers.to_vec(),
+            more,
+            step,
+        };
+        Some((fit, moves))
+    }
+
+    fn chained(&self, at: &Robust, kept: &[usize], more: f64) -> Option<Chained> {
+        let own: Vec<f64> = self
+            .motions
+            .list
+            .iter()
+            .map(|m| own_variance(m.seconds, self.known) + more)
+            .collect();
+        let spread = &self.known.spread;
+        let prior = self.prior(&at.state);
+        Chained::new(self.motions, &at.linear, kept, spread, &own, prior)
     }
 
     /// Motions that agree, and motions that do not.
@@ -244,8 +306,8 @@ impl<'a> Setup<'a> {
         let limit = OUTLIER * swallowed * self.excess(lengths.iter().copied());
         let (kept, outliers): (Vec<usize>, Vec<usize>) =
             (0..all).partition(|&m| lengths[m] <= limit * self.sigma[m]);
-        if 2 * kept.len() < 9 + 6 || outliers.len() * 3 > all {
-            // Too few to call any of them wrong.
+        if 2 * kept.len() < 9 + 6 || outliers.len() * 5 > all {
+            // Too few, or too many, to call any of them wrong.
             return ((0..all).collect(), Vec::new());
         }
         (kept, outliers)

@@ -195,8 +195,9 @@ pub fn from_motions(
             robust = other;
         }
     }
+    let typical = robust.typical;
     let fitted = setup
-        .fit(&robust)
+        .fit(robust)
         .filter(|f| matrix3::is_finite(&f.state.e) && matrix3::inverse(&f.state.e).is_some());
     let lacking = determined::lacking(
         fitted.as_ref().and_then(|f| f.covariance.as_ref()),
@@ -215,7 +216,7 @@ pub fn from_motions(
         &fitted,
         nominal,
         per_unit,
-        robust.typical,
+        typical,
         &mut out.findings,
     );
     out.section = section(&rest, &motions, &fitted, per_unit, unit);
@@ -444,7 +445,7 @@ fn tell(
         add(Finding::warning(
             "gyro-misfit",
             format!(
-                "the integrated turns of the gyroscope miss gravity by {:.1}° in the usual motion: do both sensors have the same clock, and is the rate right?",
+                "the integrated turns of the gyroscope miss gravity by {:.1}° in the usual motion: do both sensors have one clock, is the rate right, and the accelerometer's calibration sound?",
                 typical.to_degrees()
             ),
         ));
