@@ -174,31 +174,34 @@ fn imucals_session_by_motions_and_by_turns() {
         scale: cut.gyro_scale,
     };
     let fit = from_motions(&recording, &stills, &accelerometer, &options).unwrap();
-    println!("{:#?}", fit.findings);
     let section = fit.section.unwrap();
-    println!(
-        "{} K {:?} b {:?} residual {:?} motions {:?}; turns K {} b {}",
-        section.method,
-        section.scale,
-        section.bias,
-        section.residual_deg,
-        section.motions,
-        turns["gyroscope"]["scale"],
-        turns["gyroscope"]["bias"]
-    );
-    let of = |g: &GyroscopeCalibration<f64>| {
+    assert_eq!(section.method, "motion", "{:?}", fit.findings);
+    let by_turns = gyroscope_of(&turns["gyroscope"]);
+    let by_motion = GyroscopeCalibration {
+        matrix: section.matrix,
+        bias: section.bias,
+        g_sensitivity: section.g_sensitivity,
+    };
+    let [motion, turned] = [by_motion, by_turns].map(|c| {
         rms(&motion_residuals_deg(
             &recording,
             &stills,
             &accelerometer,
-            g,
+            &c,
             &options,
         ))
-    };
+    });
     println!(
-        "residual by turns {}",
-        of(&gyroscope_of(&turns["gyroscope"]))
+        "imucal: by motions {motion:.3}°, by turns {turned:.3}°; {:?}, K {:?}",
+        section.motions, section.scale
     );
+    // A turn by hand is 360° but for a degree or two.
+    for i in 0..3 {
+        let scale = turns["gyroscope"]["scale"][i].as_f64().unwrap();
+        close(section.scale[i] / scale, 1.0, 0.02);
+        close(section.bias[i], by_turns.bias[i], 0.02);
+    }
+    assert!(motion < turned, "{motion} {turned}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! same value that is written as JSON.
 
 mod calibration;
+mod gyroscope;
 mod check;
 mod compare;
 mod inspection;

@@ -50,7 +50,7 @@ pub fn gyroscope(
         fit.findings.push(Finding::note(
             "turns-incomplete",
             format!(
-                "no full turn about {}: the gyroscope is not calibrated",
+                "no full turn about {}: the turns do not calibrate the gyroscope",
                 missing.join(" and ")
             ),
         ));
