@@ -108,12 +108,6 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
     } else {
         let (scale, orientation, matrix) = parts(&file.K_g, &file.R_g, DEGREES_PER_RADIAN)?;
         Some(GyroscopeSection {
-            method: "turns".to_owned(),
-            covariance: None,
-            residual: None,
-            residual_deg: None,
-            motions: None,
-            leave_one_out_deg: None,
             input_unit: file
                 .from_gyr_unit
                 .as_deref()
@@ -125,6 +119,7 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
             scale,
             orientation,
             g_sensitivity: file.K_ga,
+            ..GyroscopeSection::default()
         })
     };
     let file = CalibrationFile {

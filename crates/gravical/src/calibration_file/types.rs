@@ -1,5 +1,6 @@
 //! What stands in a calibration file, field by field.
 
+use gravical_core::matrix3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -287,6 +288,27 @@ pub struct GyroscopeSection {
     /// degrees; null where what remains does not determine the parameters.
     #[serde(default)]
     pub leave_one_out_deg: Option<f64>,
+}
+
+/// The gyroscope that changes nothing, for want of better; its unit is not known.
+impl Default for GyroscopeSection {
+    fn default() -> Self {
+        GyroscopeSection {
+            method: turns(),
+            input_unit: GyroUnit::Unknown,
+            output_unit: GyroUnit::RadianPerSecond,
+            bias: [0.0; 3],
+            matrix: matrix3::identity(),
+            scale: [1.0; 3],
+            orientation: matrix3::identity(),
+            g_sensitivity: [[0.0; 3]; 3],
+            covariance: None,
+            residual: None,
+            residual_deg: None,
+            motions: None,
+            leave_one_out_deg: None,
+        }
+    }
 }
 
 /// The method of files that do not name one.

@@ -2,9 +2,9 @@
 //! same value that is written as JSON.
 
 mod calibration;
-mod gyroscope;
 mod check;
 mod compare;
+mod gyroscope;
 mod inspection;
 mod temperature;
 mod text;

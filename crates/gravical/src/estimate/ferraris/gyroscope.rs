@@ -104,12 +104,6 @@ pub fn gyroscope(
         .gyro_scale
         .map_or(GyroUnit::Unknown, |s: GyroScale| s.unit);
     fit.section = Some(GyroscopeSection {
-        method: "turns".to_owned(),
-        covariance: None,
-        residual: None,
-        residual_deg: None,
-        motions: None,
-        leave_one_out_deg: None,
         input_unit: unit,
         output_unit: GyroUnit::RadianPerSecond,
         bias: parameters.bias,
@@ -117,6 +111,7 @@ pub fn gyroscope(
         scale: parameters.scale,
         orientation: parameters.orientation,
         g_sensitivity: parameters.g_sensitivity,
+        ..GyroscopeSection::default()
     });
     Ok(fit)
 }

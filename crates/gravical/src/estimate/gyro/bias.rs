@@ -56,17 +56,13 @@ fn with_nominal(
     GyroscopeSection {
         method: "bias".to_owned(),
         input_unit: unit,
-        output_unit: GyroUnit::RadianPerSecond,
         bias,
         matrix: matrix3::diagonal([nominal.recip(); 3]),
         scale: [nominal; 3],
         orientation: matrix3::identity(),
         g_sensitivity,
         covariance,
-        residual: None,
-        residual_deg: None,
-        motions: None,
-        leave_one_out_deg: None,
+        ..GyroscopeSection::default()
     }
 }
 

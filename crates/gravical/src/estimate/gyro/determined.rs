@@ -8,6 +8,10 @@ use crate::segment::face::AXES;
 /// sheet's, which allows 3 %.
 const LIMIT: f64 = 0.03;
 
+/// Motions with two residuals each for nine parameters, and three residuals to
+/// judge them by.
+pub(super) const LEAST_MOTIONS: usize = 6;
+
 /// Which axes lack a turn: none when the covariance of E says that all nine
 /// elements are known to [`LIMIT`] in every direction.
 pub(super) fn lacking(
@@ -16,8 +20,8 @@ pub(super) fn lacking(
     nominal: bool,
 ) -> Option<Finding> {
     let (axes, worst) = match covariance {
-        Some(c) => weak_axes(c),
-        None => (vec![0, 1, 2], f64::INFINITY),
+        Some(c) if motions >= LEAST_MOTIONS => weak_axes(c),
+        _ => (vec![0, 1, 2], f64::INFINITY),
     };
     if axes.is_empty() {
         return None;
@@ -31,7 +35,11 @@ pub(super) fn lacking(
         1 => "the one motion between stills turns".to_owned(),
         n => format!("the {n} motions between stills turn"),
     };
-    let what = if strong.is_empty() {
+    let what = if motions < LEAST_MOTIONS {
+        format!(
+            "{motions} usable motions between stills are too few for the gyroscope: {LEAST_MOTIONS} are needed, and twice as many are good"
+        )
+    } else if strong.is_empty() {
         format!("{count} too little to calibrate the gyroscope")
     } else {
         format!(
