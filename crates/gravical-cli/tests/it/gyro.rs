@@ -112,37 +112,44 @@ fn the_xsens_set_against_its_published_result() {
 }
 
 #[test]
-fn hand_turned_sets_give_a_gyroscope() {
+fn three_boards_turned_by_hand() {
     let Some(folder) = data() else { return };
-    for (name, options, limit_deg) in [
-        ("mikoff-mpu9150/imu0.log", "--rate 100", 1.0),
-        ("mikoff-mpu9150/imu1.log", "--rate 100", 1.0),
-        ("mikoff-mpu9150/imu2.log", "--rate 100", 1.0),
-        ("tomisuarez-mpu6050/calibration.csv", "", 1.0),
-    ] {
+    for name in ["imu0", "imu1", "imu2"] {
+        let file = folder.join(format!("mikoff-mpu9150/{name}.log"));
         let run = run(words(&format!(
-            "calibrate {} {options} --json",
-            folder.join(name).display()
+            "calibrate {} --rate 100 --json",
+            file.display()
         )));
-        let found = run.json();
+        let found = run.calibration();
         let g = &found["gyroscope"];
         println!(
-            "{name} {} residual {} loo {} motions {} K {} b {}",
-            g["method"],
-            g["residual_deg"],
-            g["leave_one_out_deg"],
-            g["motions"],
-            g["scale"],
-            g["bias"]
+            "{name}: residual {}°, left out {}°, {}; K {} b {}",
+            g["residual_deg"], g["leave_one_out_deg"], g["motions"], g["scale"], g["bias"]
         );
-        for f in found["findings"].as_array().unwrap() {
-            if f["kind"].as_str().unwrap().contains("gyro") {
-                println!("  {} {}", f["kind"], f["message"]);
-            }
-        }
         assert_eq!(g["method"], "motion", "{name}");
-        let residual = g["residual_deg"].as_f64().unwrap();
-        assert!(residual < limit_deg, "{name}: {residual}");
+        assert!(g["residual_deg"].as_f64().unwrap() < 0.25, "{name}");
+        assert!(g["leave_one_out_deg"].as_f64().unwrap() < 0.3, "{name}");
+        // The data sheet allows 3 %.
+        for k in numbers(&g["scale"]) {
+            close(k, 1.0, 0.03);
+        }
+    }
+}
+
+#[test]
+fn six_motions_that_were_not_too_fast_are_too_few() {
+    let Some(folder) = data() else { return };
+    let file = folder.join("tomisuarez-mpu6050/calibration.csv");
+    let run = run(words(&format!("calibrate {} --json", file.display())));
+    let found = run.calibration();
+    let clipped = finding(&found, "gyro-motion-clipped");
+    assert_eq!(clipped["count"], 18);
+    finding(&found, "gyro-undetermined");
+    let g = &found["gyroscope"];
+    assert_eq!(g["method"], "bias");
+    // The published result, within 0.08 °/s: this board's bias drifts.
+    for (b, published) in numbers(&g["bias"]).iter().zip([-427.46, 147.95, -80.72]) {
+        close(*b, published, 10.0);
     }
 }
 

@@ -31,41 +31,34 @@ pub(super) fn lacking(
         names.join(" and ")
     };
     let strong: Vec<usize> = (0..3).filter(|i| !axes.contains(i)).collect();
-    let count = match motions {
-        1 => "the one motion between stills turns".to_owned(),
-        n => format!("the {n} motions between stills turn"),
-    };
-    let what = if motions < LEAST_MOTIONS {
-        format!(
-            "{motions} usable motions between stills are too few for the gyroscope: {LEAST_MOTIONS} are needed, and twice as many are good"
-        )
-    } else if strong.is_empty() {
-        format!("{count} too little to calibrate the gyroscope")
-    } else {
-        format!(
-            "{count} about {} of 3 axes enough ({}), but too little about {}",
-            strong.len(),
-            names(&strong),
-            names(&axes)
-        )
-    };
     let how_well = if worst < 10.0 {
-        format!(" (known to {:.0} %)", 100.0 * worst)
+        format!("known to {:.0} %", 100.0 * worst)
     } else {
-        String::new()
+        "not known at all".to_owned()
     };
     let then = if nominal {
         "it gets its bias only, with the nominal scale"
     } else {
         "it is not calibrated"
     };
-    Some(Finding::note(
-        "gyro-undetermined",
+    let message = if motions < LEAST_MOTIONS {
         format!(
-            "{what}{how_well}; {then}. Turn it about {} too, by 90° and more, with that axis level",
+            "{motions} usable motions between stills are too few for the gyroscope: {LEAST_MOTIONS} are needed, and twice as many are good; {then}"
+        )
+    } else if strong.is_empty() {
+        format!(
+            "the {motions} usable motions between stills do not determine the gyroscope: its matrix is {how_well}, no better than the data sheet says; {then}. Turn it more often, by 90° and more about each axis while that axis is level"
+        )
+    } else {
+        format!(
+            "the {motions} usable motions between stills turn about {} of 3 axes enough ({}), but too little about {} ({how_well}); {then}. Turn it about {} too, by 90° and more, with that axis level",
+            strong.len(),
+            names(&strong),
+            names(&axes),
             names(&axes)
-        ),
-    ))
+        )
+    };
+    Some(Finding::note("gyro-undetermined", message))
 }
 
 /// Axes whose column of E has a part in a direction known worse than
