@@ -6,6 +6,7 @@
 mod compare_check;
 mod dialects;
 mod file_format;
+mod join;
 mod magnitude;
 mod properties;
 mod reader;
