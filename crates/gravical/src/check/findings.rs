@@ -1,6 +1,7 @@
 //! What has to be known to read a check.
 
 use super::CheckOptions;
+use super::drift;
 use super::rests::Rest;
 use super::types::{Cause, Explanation};
 use crate::calibration_file::{CalibrationFile, Grade, GravitySource};
@@ -109,17 +110,25 @@ pub(super) fn circumstances(
 }
 
 fn temperature(calibration: &CalibrationFile, rests: &[Rest]) -> Option<Finding> {
-    let range = calibration.temperature_c?;
+    // Within the range of a temperature model the drift is taken off.
+    let (least, most, what) = match (drift::accepted(calibration), calibration.temperature_c) {
+        (Some(model), _) => (
+            model.range_c[0],
+            model.range_c[1],
+            "its temperature model reaches from",
+        ),
+        (None, Some(range)) => (range.min, range.max, "the calibration was made at"),
+        (None, None) => return None,
+    };
     let some = || rests.iter().filter_map(|r| r.temperature_c);
     let low = some().fold(f64::INFINITY, f64::min);
     let high = some().fold(f64::NEG_INFINITY, f64::max);
-    let outside = (range.min - low).max(high - range.max);
+    let outside = (least - low).max(high - most);
     (outside > TEMPERATURE_MARGIN_C).then(|| {
         Finding::warning(
             "temperature-outside",
             format!(
-                "the stills are at {low:.1} to {high:.1} °C, the calibration was made at {:.1} to {:.1} °C: the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, and the uncertainty knows nothing of it; calibrate at this temperature",
-                range.min, range.max
+                "the stills are at {low:.1} to {high:.1} °C, {what} {least:.1} to {most:.1} °C: the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, and the uncertainty knows nothing of it; calibrate at this temperature"
             ),
         )
     })

@@ -10,6 +10,7 @@
 //! acceleration looks like rest and is judged as one.
 
 mod coverage;
+mod drift;
 mod explain;
 mod findings;
 mod gyroscope;
@@ -109,6 +110,7 @@ pub fn check(
         .flat_map(|r| r.findings.iter().cloned().map(|f| named(f, r)))
         .collect();
     let mut rests = rests(recordings, &options.still, &mut findings)?;
+    drift::take_off(calibration, &mut rests, &mut findings);
     findings::keep_longest(&mut rests, MOST_STILLS, &mut findings);
     let gravity = options.gravity.unwrap_or(Gravity {
         value_mps2: calibration.gravity_mps2,

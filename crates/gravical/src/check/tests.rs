@@ -199,6 +199,38 @@ fn temperature_clipping_and_old_recordings_are_told() {
     );
 }
 
+#[test]
+fn a_temperature_model_is_taken_off() {
+    let mut file = calibration();
+    let later = [rest(UP[4], 300, [0.0, 0.0, 0.2], G, 0.0, 8)];
+    assert_eq!(
+        checked(&file, &later).verdict.judgement,
+        Judgement::DoesNotFit
+    );
+    // 0.02 m/s² per °C on z, known at 15 °C: the recording is at 25.
+    let channel = serde_json::json!({
+        "channel": "az", "input_unit": "m/s^2", "verdict": "accepted", "reason": "",
+        "order": 1, "drift_rms": 0.1, "coefficients": [0.02], "scale_coefficients": [],
+        "scale_observed": false
+    });
+    let model = serde_json::json!({
+        "reference_c": 15.0, "reference_source": "session", "range_c": [10.0, 30.0],
+        "poses": 1, "sweeps": [], "channels": [channel], "inputs": []
+    });
+    file.temperature_model = Some(serde_json::from_value(model).unwrap());
+    let report = checked(&file, &later);
+    assert_eq!(
+        report.verdict.judgement,
+        Judgement::Fits,
+        "{:?}",
+        report.verdict
+    );
+    assert!(!has(&report, "temperature-outside"));
+    let mut cold = later;
+    cold[0].temperature_c = None;
+    assert!(has(&checked(&file, &cold), "temperature-not-applied"));
+}
+
 /// A rest of 0.15 s between motions at 1 kHz is found wherever it begins.
 #[test]
 fn a_short_rest_is_found_wherever_it_begins() {

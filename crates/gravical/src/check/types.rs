@@ -63,7 +63,8 @@ pub struct StillCheck {
     pub start_s: Option<f64>,
     /// Rows that the mean is over.
     pub rows: u64,
-    /// Mean reading, input unit of the calibration.
+    /// Mean reading, input unit of the calibration; at the reference temperature
+    /// where the calibration has a temperature model.
     pub raw: [f64; 3],
     /// The same, calibrated, in axes of the case, m/s².
     pub calibrated: [f64; 3],

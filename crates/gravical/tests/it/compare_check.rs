@@ -121,8 +121,8 @@ fn two_sessions_of_one_sensor_seldom_differ() {
 }
 
 /// A calibration of each of 100 sensors, checked on a later session. The errors
-/// of tilted faces are products of tilts with heavy tails: up to 3.5 % are
-/// claimed at a level of 1 % (Ferraris, 3°), none to 1 % by the joint fit.
+/// of tilted faces are products of tilts with heavy tails: up to 4 % are
+/// claimed at a level of 1 % (Ferraris, 3°), none of 100 by the joint fit.
 #[test]
 fn new_stills_seldom_contradict_a_good_calibration() {
     for (method, tilt, later) in [
