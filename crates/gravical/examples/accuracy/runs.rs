@@ -220,7 +220,9 @@ fn by_magnitude(means: &[MeanReading], options: &MeansOptions, kind: Kind) -> Op
         kind,
         weights: Weights::StandardErrors,
     };
-    let found = magnitude(&readings(means, options.noise_mps2), &options_of_fit).ok()?;
+    let found = magnitude(&readings(means, options.noise_mps2), &options_of_fit)
+        .inspect_err(|e| eprintln!("{e:?}"))
+        .ok()?;
     Some((found.model, found.bias))
 }
 

@@ -6,6 +6,8 @@
 mod compare_check;
 mod dialects;
 mod file_format;
+mod joint;
+mod joint_properties;
 mod magnitude;
 mod properties;
 mod reader;
