@@ -220,9 +220,7 @@ fn by_magnitude(means: &[MeanReading], options: &MeansOptions, kind: Kind) -> Op
         kind,
         weights: Weights::StandardErrors,
     };
-    let found = magnitude(&readings(means, options.noise_mps2), &options_of_fit)
-        .inspect_err(|e| eprintln!("{e:?}"))
-        .ok()?;
+    let found = magnitude(&readings(means, options.noise_mps2), &options_of_fit).ok()?;
     Some((found.model, found.bias))
 }
 

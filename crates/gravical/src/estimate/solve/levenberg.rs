@@ -5,6 +5,11 @@ use super::{Ending, Factor, Options, Problem, Summary};
 /// Least damping: below it a step is Gauss–Newton's.
 const LEAST_DAMPING: f64 = 1e-15;
 
+/// So many steps in a row that gain nothing to be seen are the end. Where
+/// everything can be fitted exactly, or the start is the minimum, rounding is
+/// all that steps can change.
+const MOST_IDLE: usize = 12;
+
 /// Share of the cost under which rounding hides whether it was lost.
 const ROUNDING: f64 = 1e-13;
 
@@ -29,6 +34,7 @@ pub fn solve<P: Problem>(problem: &P, start: P::State, options: &Options) -> (P:
     summary.cost = factor.cost();
     let (mut damping, mut grow) = (options.damping, 2.0);
     let mut travelled = 0.0_f64;
+    let mut idle = 0;
     summary.ending = loop {
         if factor.gradient() <= options.gradient_tolerance {
             break Ending::Gradient;
@@ -65,7 +71,10 @@ pub fn solve<P: Problem>(problem: &P, start: P::State, options: &Options) -> (P:
             (state, factor) = (moved, next);
             summary.cost = factor.cost();
             summary.accepted += 1;
-            if !blurred {
+            if blurred {
+                idle += 1;
+            } else {
+                idle = 0;
                 damping *= (1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3)).max(1.0 / 9.0);
             }
             damping = damping.max(LEAST_DAMPING);
@@ -73,7 +82,7 @@ pub fn solve<P: Problem>(problem: &P, start: P::State, options: &Options) -> (P:
             if small {
                 break Ending::Cost;
             }
-            if short {
+            if short || idle >= MOST_IDLE {
                 break Ending::Step;
             }
         } else if small {
@@ -82,7 +91,8 @@ pub fn solve<P: Problem>(problem: &P, start: P::State, options: &Options) -> (P:
         } else {
             damping *= grow;
             grow *= 2.0;
-            if !damping.is_finite() || step.length <= options.step_tolerance * travelled {
+            idle += 1;
+            if idle >= MOST_IDLE || step.length <= options.step_tolerance * travelled {
                 break Ending::Step;
             }
         }
