@@ -7,6 +7,8 @@ mod compare_check;
 mod dialects;
 mod file_format;
 mod join;
+mod joint;
+mod joint_properties;
 mod magnitude;
 mod properties;
 mod reader;

@@ -45,6 +45,7 @@ mod tests;
 use gravical_core::matrix3;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use crate::estimate::solve::singular_values;
 use crate::segment::face::Face;
 use crate::stats::median;
 use crate::validate::predicted;
@@ -243,7 +244,7 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
 /// length have), and no bias.
 fn start(poses: &[JointPose], options: &JointOptions) -> Option<([[f64; 3]; 3], [f64; 3])> {
     let finite = |p: &JointPose| {
-        p.mean.iter().all(|v| v.is_finite())
+        model::norm(p.mean).is_finite()
             && p.standard_error.iter().all(|s| s.is_finite() && *s > 0.0)
     };
     if poses.is_empty() || !poses.iter().all(finite) {
@@ -520,6 +521,5 @@ fn magnitude_condition(found: &Fit) -> f64 {
             column.unscale_mut(length);
         }
     }
-    let values = rows.singular_values();
-    values.max() / values.min()
+    singular_values(rows).map_or(f64::INFINITY, |values| values.max() / values.min())
 }

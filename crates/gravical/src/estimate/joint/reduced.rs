@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::estimate::solve::{Jacobian, Problem};
+use crate::estimate::solve::{Jacobian, Problem, singular_values};
 
 use super::fit::Fit;
 
@@ -111,8 +111,7 @@ impl Triangle {
             }
             column.unscale_mut(length);
         }
-        let values = upper.singular_values();
-        values.max() / values.min()
+        singular_values(upper).map_or(f64::INFINITY, |values| values.max() / values.min())
     }
 
     /// The step of the shared parameters to the minimum.

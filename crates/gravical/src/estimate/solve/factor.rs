@@ -9,6 +9,19 @@ use super::{Jacobian, Problem, Shape};
 /// not determined by the residuals.
 const RANK_TOLERANCE: f64 = 1e-10;
 
+/// Singular values are found to this, relative to the largest.
+const SVD_TOLERANCE: f64 = 5.0 * f64::EPSILON;
+/// … or given up after so many sweeps: without a limit a value that is no
+/// number would never end.
+const MOST_SWEEPS: usize = 1000;
+
+/// Singular values, largest first; none when they are not found.
+pub(crate) fn singular_values(matrix: DMatrix<f64>) -> Option<DVector<f64>> {
+    let svd = matrix.try_svd(false, false, SVD_TOLERANCE, MOST_SWEEPS)?;
+    let values = svd.singular_values;
+    values.iter().all(|v| v.is_finite()).then_some(values)
+}
+
 /// A block after elimination: `upper · local + coupling · shared = right`.
 #[derive(Debug, Clone)]
 struct Local {
@@ -130,9 +143,14 @@ impl Factor {
         let jacobian = stacked.columns(0, p).into_owned().qr();
         let mut right = stacked.column(p).into_owned();
         jacobian.q_tr_mul(&mut right);
+        let upper = jacobian.unpack_r();
+        // Squares of finite numbers may not be.
+        if !upper.iter().chain(&right).all(|v| v.is_finite()) {
+            return None;
+        }
         Some(Factor {
             locals,
-            upper: jacobian.unpack_r(),
+            upper,
             right: right.rows(0, p).into_owned(),
             scale,
             cost,
@@ -223,7 +241,18 @@ impl Factor {
     #[must_use]
     pub fn covariance(&self) -> Covariance {
         let p = self.scale.len();
-        let svd = self.upper.clone().svd(false, true);
+        let Some(svd) = self
+            .upper
+            .clone()
+            .try_svd(false, true, SVD_TOLERANCE, MOST_SWEEPS)
+        else {
+            return Covariance {
+                values: None,
+                rank: 0,
+                condition: f64::INFINITY,
+                undetermined: Vec::new(),
+            };
+        };
         let (values, v_t) = (&svd.singular_values, svd.v_t.as_ref());
         let largest = values.max();
         let kept: Vec<usize> = (0..values.len())

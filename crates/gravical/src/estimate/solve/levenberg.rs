@@ -12,6 +12,10 @@ const ROUNDING: f64 = 1e-11;
 /// A step is taken when it loses this share of what was promised.
 const LEAST_GAIN: f64 = 1e-4;
 
+/// So many refused steps in a row are the end: damping has grown by 2⁷⁸. Where
+/// everything can be fitted exactly, rounding is all that steps can change.
+const MOST_REFUSED: usize = 12;
+
 /// Minimises the cost of `problem` from `start`.
 ///
 /// Finds a local minimum: it fails (ends elsewhere, [`Ending::MostSteps`]) where
@@ -37,6 +41,7 @@ pub fn solve<P: Problem>(problem: &P, start: P::State, options: &Options) -> (P:
     let (mut damping, mut grow) = (options.damping, 2.0);
     let mut travelled = 0.0_f64;
     let mut longest = Vec::new();
+    let mut refused = 0;
     summary.ending = loop {
         if factor.gradient() <= options.gradient_tolerance {
             break Ending::Gradient;
@@ -79,11 +84,13 @@ pub fn solve<P: Problem>(problem: &P, start: P::State, options: &Options) -> (P:
             }
             damping *= grow;
             grow *= 2.0;
-            if !damping.is_finite() || step.length <= options.step_tolerance * travelled {
+            refused += 1;
+            if refused == MOST_REFUSED || step.length <= options.step_tolerance * travelled {
                 break Ending::Step;
             }
             continue;
         };
+        refused = 0;
         travelled = travelled.max(step.length);
         (state, factor) = (moved, next);
         summary.cost = factor.cost();

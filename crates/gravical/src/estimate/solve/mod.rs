@@ -57,6 +57,7 @@ mod loss;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use factor::singular_values;
 pub use factor::{Covariance, Factor};
 pub use levenberg::solve;
 pub use loss::Loss;
