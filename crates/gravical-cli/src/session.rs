@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravical::recording::{Finding, ReadOptions, Recording, read};
+use gravical::recording::{Finding, ReadOptions, Recording, join_gyroscope, read};
 use gravical::{Error, Result};
 
 /// Endings of files in a folder that may be recordings.
@@ -40,6 +40,27 @@ fn no_recordings(folder: &Path) -> Error {
 /// True for a file of a folder that is no recording at all, such as a licence.
 pub fn is_something_else(error: &Error) -> bool {
     matches!(error.code(), "no-rows" | "no-accelerometer")
+}
+
+/// Joins the gyroscope of the file at `path` to the one recording there is.
+///
+/// # Errors
+///
+/// `gyro-inputs` (usage) when there are several; those of [`join_gyroscope`].
+pub fn join_gyro(recordings: &mut [Recording], path: &Path, options: &ReadOptions) -> Result<()> {
+    match recordings {
+        [one] => join_gyroscope(one, path, options),
+        several => Err(several_with_gyro(several.len())),
+    }
+}
+
+/// `--gyro` beside several inputs.
+pub fn several_with_gyro(inputs: usize) -> Error {
+    Error::usage(
+        "gyro-inputs",
+        format!("--gyro belongs to one recording of the accelerometer; there are {inputs}"),
+    )
+    .with_hint("give one continuous recording, or files that hold both sensors")
 }
 
 /// Reads files, or the recordings of one folder; files of the folder that are

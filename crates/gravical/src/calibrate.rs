@@ -214,13 +214,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         temperature_c: range,
         accelerometer,
         gyroscope: gyroscope.section,
-        inputs: recordings
-            .iter()
-            .map(|r| InputFile {
-                path: r.name.clone(),
-                sha256: r.sha256.clone(),
-            })
-            .collect(),
+        inputs: InputFile::of(recordings),
         findings,
         verdict,
         command: options.command.clone(),

@@ -17,7 +17,7 @@ use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
 use crate::options::RecordingArgs;
-use crate::session::read_session;
+use crate::session::{join_gyro, read_session};
 use crate::text;
 
 #[derive(clap::Args)]
@@ -32,6 +32,9 @@ pub struct Args {
     /// The session: files, or one folder; - is standard input
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
+    /// A second file with the gyroscope, joined to the one INPUT on time
+    #[arg(long, value_name = "FILE")]
+    gyro: Option<PathBuf>,
     /// Write the calibration to this file (JSON)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -154,7 +157,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let options = args.options()?;
     let read_options = args.recording.read_options(true);
-    let (recordings, left_out) = read_session(&args.inputs, &read_options)?;
+    let (mut recordings, left_out) = read_session(&args.inputs, &read_options)?;
+    if let Some(path) = &args.gyro {
+        join_gyro(&mut recordings, path, &read_options)?;
+    }
     let mut file = match args.method.method {
         Method::Thermal => soak_alone(&recordings, &options)?,
         _ => calibrate(&recordings, &options)?.file,

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::inspect::inspect;
-use gravical::recording::read;
+use gravical::recording::{join_gyroscope, read};
 use gravical::report::inspection_text;
 
 use crate::options::RecordingArgs;
-use crate::session::{files_in, is_something_else};
+use crate::session::{files_in, is_something_else, several_with_gyro};
 use crate::{failure, text};
 
 #[derive(clap::Args)]
@@ -16,6 +16,9 @@ pub struct Args {
     /// Recordings: text or CSV, plain or .gz, or folders of them; - is standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
+    /// A second file with the gyroscope, joined to the one FILE on time
+    #[arg(long, value_name = "FILE")]
+    gyro: Option<PathBuf>,
     /// Print one JSON object: {"recordings": […], "errors": […]}
     #[arg(long)]
     pub json: bool,
@@ -36,8 +39,17 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             files.push((path.clone(), false));
         }
     }
+    if args.gyro.is_some() && files.len() != 1 {
+        return Err(several_with_gyro(files.len()).into());
+    }
     for (path, listed) in &files {
-        match read(path, &options) {
+        let recording = read(path, &options).and_then(|mut recording| {
+            if let Some(gyro) = &args.gyro {
+                join_gyroscope(&mut recording, gyro, &options)?;
+            }
+            Ok(recording)
+        });
+        match recording {
             Ok(recording) => {
                 let inspection = inspect(&recording, &args.recording.axes.0);
                 if args.json {

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::TemperatureModel;
 use super::trust::{Budget, Deviations, FitQuality, NextPose, WorstPose};
-use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
+use crate::recording::{Finding, Recording};
 
 /// A calibration of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -273,6 +273,28 @@ pub struct InputFile {
     pub path: String,
     /// SHA-256 of the file, hexadecimal; null for standard input and imports.
     pub sha256: Option<String>,
+}
+
+impl InputFile {
+    /// The files behind recordings: each with the one that its gyroscope was
+    /// joined from.
+    #[must_use]
+    pub fn of(recordings: &[Recording]) -> Vec<Self> {
+        recordings
+            .iter()
+            .flat_map(|r| {
+                let own = InputFile {
+                    path: r.name.clone(),
+                    sha256: r.sha256.clone(),
+                };
+                let gyro = r.gyro_file.as_ref().map(|g| InputFile {
+                    path: g.name.clone(),
+                    sha256: g.sha256.clone(),
+                });
+                std::iter::once(own).chain(gyro)
+            })
+            .collect()
+    }
 }
 
 /// How far a calibration can be trusted.

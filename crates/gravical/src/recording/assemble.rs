@@ -3,11 +3,9 @@
 
 use crate::stats::median;
 
-use super::columns::Columns;
-use super::dialect::Dialect;
 use super::finding::Finding;
 use super::layout::Layout;
-use super::ledger::Ledger;
+use super::read::Scanned;
 use super::timing::{self, Claims};
 use super::unit_choice::{decide_accel, looks_unsigned, quiet_norm};
 use super::units::{GyroScale, GyroUnit, Origin};
@@ -35,32 +33,17 @@ pub(crate) fn claimed_rate(metadata: &[(String, String)]) -> Option<f64> {
     })
 }
 
-/// What reading a file gave.
-pub(super) struct Parts<'a> {
-    pub columns: Columns,
-    pub ledger: Ledger,
-    pub findings: Vec<Finding>,
-    pub dialect: &'a Dialect,
-    pub layout: &'a Layout,
-    pub options: &'a ReadOptions,
-    pub name: &'a str,
-    pub description: String,
-    pub sha256: Option<String>,
-}
-
 /// Judges stamps, units and samples, and makes a recording of it all.
-pub(super) fn assemble(parts: Parts<'_>) -> Recording {
-    let Parts {
+pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> Recording {
+    let Scanned {
         columns,
         ledger,
         mut findings,
         dialect,
         layout,
-        options,
-        name,
         description,
         sha256,
-    } = parts;
+    } = scanned;
     let [time, ax, ay, az, gx, gy, gz, temperature] = columns.slots;
     let mut accel = [ax, ay, az];
     let line_map = columns.lines;
@@ -122,7 +105,7 @@ pub(super) fn assemble(parts: Parts<'_>) -> Recording {
         options,
         &mut findings,
     );
-    let gyro_scale = gyro.as_ref().map(|g| gyro_by_claim(g, layout, options));
+    let gyro_scale = gyro.as_ref().map(|g| gyro_by_claim(g, &layout, options));
     let mut recording = Recording {
         name: name.to_owned(),
         sha256,
@@ -133,8 +116,10 @@ pub(super) fn assemble(parts: Parts<'_>) -> Recording {
             .map_or_else(Vec::new, |h| h.names.clone()),
         accel,
         gyro,
+        gyro_file: None,
         temperature_c,
         time_s: timed.time_s,
+        time_origin_s: timed.origin_s,
         labels: (!columns.labels.of_row.is_empty()).then_some(columns.labels),
         breaks,
         zero_offset,
@@ -213,7 +198,11 @@ pub(crate) fn is_sparse(channels: &[Vec<f64>; 3]) -> bool {
 }
 
 /// The gyroscope's unit before any turn has been looked at.
-fn gyro_by_claim(gyro: &[Vec<f64>; 3], layout: &Layout, options: &ReadOptions) -> GyroScale {
+pub(super) fn gyro_by_claim(
+    gyro: &[Vec<f64>; 3],
+    layout: &Layout,
+    options: &ReadOptions,
+) -> GyroScale {
     let lsb_per_deg_s = options.gyro_range_deg_s.map(|range| 32768.0 / range);
     if let Some(unit) = options.gyro_unit {
         return GyroScale {

@@ -7,7 +7,7 @@ use crate::{Error, Result};
 
 use super::dialect::decode;
 use super::ledger::{Aside, Ledger};
-use super::row::{ACCEL, SLOTS, Values};
+use super::row::{ACCEL, GYRO, SLOTS, Values};
 use super::{Labels, LineMap};
 
 /// Rows as they are read.
@@ -17,6 +17,7 @@ pub(super) struct Columns {
     pub label_index: HashMap<Vec<u8>, u32>,
     pub lines: LineMap,
     pub breaks: Vec<usize>,
+    rows: usize,
 }
 
 impl Columns {
@@ -27,11 +28,12 @@ impl Columns {
             label_index: HashMap::new(),
             lines: LineMap::default(),
             breaks: Vec::new(),
+            rows: 0,
         }
     }
 
     pub fn rows(&self) -> usize {
-        self.slots[ACCEL].len()
+        self.rows
     }
 
     pub fn push(&mut self, values: &Values, present: &[bool; SLOTS], line: u64) {
@@ -41,6 +43,7 @@ impl Columns {
             }
         }
         self.lines.push(line);
+        self.rows += 1;
     }
 
     pub fn push_label(&mut self, text: &[u8]) {
@@ -70,6 +73,7 @@ impl Columns {
         for slot in &mut self.slots {
             slot.truncate(rows);
         }
+        self.rows = self.rows.min(rows);
         self.labels.of_row.truncate(rows);
         self.breaks.retain(|b| *b < rows);
     }
@@ -98,27 +102,9 @@ pub(super) fn zero_tail(columns: &mut Columns, ledger: &mut Ledger) {
 ///
 /// `no-rows`, `no-values`, `all-zero`.
 pub(super) fn refuse_unusable(columns: &Columns, ledger: &Ledger, here: &Path) -> Result<()> {
+    refuse_without_values(columns, ledger, ACCEL, here)?;
     let rows = columns.rows();
-    if rows == 0 {
-        return Err(
-            Error::input("no-rows", format!("no row could be read: {}", ledger.sum()))
-                .at(here, None),
-        );
-    }
     let accel = &columns.slots[ACCEL..ACCEL + 3];
-    if let Some(axis) = (0..3).find(|i| accel[*i].iter().all(|v| v.is_nan())) {
-        return Err(Error::input(
-            "no-values",
-            format!(
-                "a{} has no value in any of the {rows} rows (empty or NaN)",
-                ["x", "y", "z"][axis]
-            ),
-        )
-        .at(here, None)
-        .with_hint(
-            "look at the columns with `gravical inspect`, or choose others with --columns",
-        ));
-    }
     if accel.iter().all(|c| c.iter().all(|v| *v == 0.0)) {
         return Err(Error::input(
             "all-zero",
@@ -126,6 +112,64 @@ pub(super) fn refuse_unusable(columns: &Columns, ledger: &Ledger, here: &Path) -
         )
         .at(here, None)
         .with_hint("check the wiring (SDA, SCL, power) and that the sketch wakes the sensor"));
+    }
+    Ok(())
+}
+
+/// Refuses a file that is read for its gyroscope, and whose gyroscope said
+/// nothing.
+///
+/// # Errors
+///
+/// `no-rows`, `no-values`, `all-zero`.
+pub(super) fn refuse_silent_gyroscope(
+    columns: &Columns,
+    ledger: &Ledger,
+    here: &Path,
+) -> Result<()> {
+    refuse_without_values(columns, ledger, GYRO, here)?;
+    let gyro = &columns.slots[GYRO..GYRO + 3];
+    if gyro.iter().all(|c| c.iter().all(|v| *v == 0.0)) {
+        return Err(Error::input(
+            "all-zero",
+            format!(
+                "the gyroscope reads zero in all {} rows: it did not answer",
+                columns.rows()
+            ),
+        )
+        .at(here, None)
+        .with_hint("check that the sketch wakes the gyroscope, or leave --gyro out"));
+    }
+    Ok(())
+}
+
+fn refuse_without_values(
+    columns: &Columns,
+    ledger: &Ledger,
+    first_slot: usize,
+    here: &Path,
+) -> Result<()> {
+    let rows = columns.rows();
+    if rows == 0 {
+        return Err(
+            Error::input("no-rows", format!("no row could be read: {}", ledger.sum()))
+                .at(here, None),
+        );
+    }
+    let sensor = &columns.slots[first_slot..first_slot + 3];
+    if let Some(axis) = (0..3).find(|i| sensor[*i].iter().all(|v| v.is_nan())) {
+        return Err(Error::input(
+            "no-values",
+            format!(
+                "{}{} has no value in any of the {rows} rows (empty or NaN)",
+                if first_slot == ACCEL { "a" } else { "g" },
+                ["x", "y", "z"][axis]
+            ),
+        )
+        .at(here, None)
+        .with_hint(
+            "look at the columns with `gravical inspect`, or choose others with --columns",
+        ));
     }
     Ok(())
 }

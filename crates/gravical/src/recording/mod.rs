@@ -30,6 +30,7 @@ mod assemble;
 mod columns;
 pub mod dialect;
 pub mod finding;
+pub mod join;
 pub mod layout;
 mod ledger;
 pub mod names;
@@ -43,6 +44,7 @@ pub mod units;
 
 pub(crate) use assemble::{POSSIBLE_C, claimed_rate, hold_last_values, is_celsius, is_sparse};
 pub use finding::{Finding, LineSpans, Severity};
+pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
 pub use layout::ColumnsSpec;
 pub use ledger::{Aside, Ledger};
 pub(crate) use read::{Prepared, cut_off, prepare, reason_before, reason_for, text_findings};
@@ -143,10 +145,17 @@ pub struct Recording {
     pub accel: [Vec<f64>; 3],
     /// Angular rate about x, y, z in the unit of the file.
     pub gyro: Option<[Vec<f64>; 3]>,
+    /// The file that the gyroscope came from, where it was another one
+    /// ([`join`]).
+    pub gyro_file: Option<JoinedFile>,
     /// Temperature of the sensor, °C.
     pub temperature_c: Option<Vec<f64>>,
     /// Seconds from the first row; none without usable stamps.
     pub time_s: Option<Vec<f64>>,
+    /// The first stamp itself, s, on the recorder's clock: where
+    /// [`time_s`](Self::time_s) is 0. Two files of one recorder are put side by
+    /// side by it.
+    pub time_origin_s: Option<f64>,
     /// The label column.
     pub labels: Option<Labels>,
     /// Rows before which there were blank rows, a reset of the board or a

@@ -72,38 +72,53 @@ pub fn empty_cells(
 }
 
 fn frozen(recording: &Recording, findings: &mut Vec<Finding>) {
-    for (letter, sensor) in [
-        ("a", Some(&recording.accel)),
-        ("g", recording.gyro.as_ref()),
-    ] {
-        let Some(sensor) = sensor else { continue };
-        for axis in 0..3 {
-            let mut spans = LineSpans::default();
-            let (mut from, mut longest) = (0, 0);
-            let rows = sensor[axis].len();
-            for row in 1..=rows {
-                let goes_on = row < rows && sensor[axis][row] == sensor[axis][from];
-                if goes_on {
-                    continue;
-                }
-                let length = row - from;
-                let others_move = || {
-                    (0..3).filter(|o| *o != axis).any(|o| {
-                        let part = &sensor[o][from..row];
-                        part.windows(2).filter(|w| w[0] != w[1]).count() * 10 > length
-                    })
-                };
-                let whole = length == rows && rows >= 20;
-                if (length >= FROZEN_ROWS || whole) && others_move() {
-                    longest = longest.max(length);
-                    for r in from..row {
-                        spans.push(recording.line(r));
-                    }
-                }
-                from = row;
+    frozen_axes(recording, "a", &recording.accel, findings);
+    findings.extend(frozen_gyroscope(recording));
+}
+
+/// Axes of the gyroscope that stand still while others move.
+#[must_use]
+pub(super) fn frozen_gyroscope(recording: &Recording) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    if let Some(gyro) = &recording.gyro {
+        frozen_axes(recording, "g", gyro, &mut findings);
+    }
+    findings
+}
+
+fn frozen_axes(
+    recording: &Recording,
+    letter: &str,
+    sensor: &[Vec<f64>; 3],
+    findings: &mut Vec<Finding>,
+) {
+    for axis in 0..3 {
+        let mut spans = LineSpans::default();
+        let (mut from, mut longest) = (0, 0);
+        let rows = sensor[axis].len();
+        for row in 1..=rows {
+            let goes_on = row < rows && sensor[axis][row] == sensor[axis][from];
+            if goes_on {
+                continue;
             }
-            if !spans.is_empty() {
-                findings.push(
+            let length = row - from;
+            let others_move = || {
+                (0..3).filter(|o| *o != axis).any(|o| {
+                    let part = &sensor[o][from..row];
+                    part.windows(2).filter(|w| w[0] != w[1]).count() * 10 > length
+                })
+            };
+            let whole = length == rows && rows >= 20;
+            if (length >= FROZEN_ROWS || whole) && others_move() {
+                longest = longest.max(length);
+                for r in from..row {
+                    spans.push(recording.line(r));
+                }
+            }
+            from = row;
+        }
+        if !spans.is_empty() {
+            findings.push(
                     Finding::warning(
                         "frozen-axis",
                         format!(
@@ -113,7 +128,6 @@ fn frozen(recording: &Recording, findings: &mut Vec<Finding>) {
                     )
                     .at_lines(&spans),
                 );
-            }
         }
     }
 }

@@ -7,8 +7,8 @@ use std::path::Path;
 use crate::scan::Lines;
 use crate::{Error, Result};
 
-use super::assemble::{Parts, assemble};
-use super::columns::{Columns, refuse_unusable, zero_tail};
+use super::assemble::assemble;
+use super::columns::{Columns, refuse_silent_gyroscope, refuse_unusable, zero_tail};
 use super::dialect::{Dialect, sniff, terminator};
 use super::finding::{Finding, LineSpans};
 use super::layout::{self, Layout};
@@ -65,6 +65,24 @@ pub(crate) fn prepare<R: Read>(
     name: &str,
     options: &ReadOptions,
 ) -> Result<Prepared<R>> {
+    prepare_as(Role::Recording, reader, name, options)
+}
+
+/// What a file is read for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    /// It has an accelerometer, and maybe more.
+    Recording,
+    /// Only its gyroscope and its time are wanted.
+    Gyroscope,
+}
+
+fn prepare_as<R: Read>(
+    role: Role,
+    reader: R,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<Prepared<R>> {
     let here = Path::new(name);
     let io = |e| Error::io(here, e);
     let mut lines = Lines::new(reader);
@@ -84,8 +102,11 @@ pub(crate) fn prepare<R: Read>(
             .with_hint("a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces")
     })?;
     let mut findings = Vec::new();
-    let layout = layout::find(&dialect, options.columns.as_ref(), &mut findings)
-        .map_err(|e| e.at(here, dialect.header.as_ref().map(|h| h.lines[1])))?;
+    let layout = match role {
+        Role::Recording => layout::find(&dialect, options.columns.as_ref(), &mut findings),
+        Role::Gyroscope => layout::find_gyroscope(&dialect, &mut findings),
+    }
+    .map_err(|e| e.at(here, dialect.header.as_ref().map(|h| h.lines[1])))?;
     Ok(Prepared {
         lines,
         dialect,
@@ -161,7 +182,34 @@ pub(crate) fn reason_before(line: &[u8], number: u64, dialect: &Dialect) -> Asid
     }
 }
 
-fn read_input(mut input: Input, name: &str, options: &ReadOptions) -> Result<Recording> {
+fn read_input(input: Input, name: &str, options: &ReadOptions) -> Result<Recording> {
+    let scanned = scan_rows(Role::Recording, input, name, options)?;
+    Ok(assemble(scanned, options, name))
+}
+
+/// The rows of a file before stamps, units and samples are judged.
+pub(super) struct Scanned {
+    pub columns: Columns,
+    pub ledger: Ledger,
+    pub findings: Vec<Finding>,
+    pub dialect: Dialect,
+    pub layout: Layout,
+    pub description: String,
+    pub sha256: Option<String>,
+}
+
+/// Reads all rows of a file.
+///
+/// # Errors
+///
+/// As [`read`]; for [`Role::Gyroscope`] `no-gyroscope` in place of
+/// `no-accelerometer`.
+pub(super) fn scan_rows(
+    role: Role,
+    mut input: Input,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<Scanned> {
     let here = Path::new(name);
     let mut unpacked = input.unpacked.clone();
     let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
@@ -171,7 +219,7 @@ fn read_input(mut input: Input, name: &str, options: &ReadOptions) -> Result<Rec
         layout,
         mut findings,
         ..
-    } = prepare(reader, name, options)?;
+    } = prepare_as(role, reader, name, options)?;
     let scanner = layout.scanner(&dialect);
     let label_field = layout.field(Quantity::Label);
     let mut present = [false; SLOTS];
@@ -239,22 +287,26 @@ fn read_input(mut input: Input, name: &str, options: &ReadOptions) -> Result<Rec
     if input.is_cut_off() {
         findings.push(cut_off(columns.rows() as u64));
     }
-    zero_tail(&mut columns, &mut ledger);
-    refuse_unusable(&columns, &ledger, here)?;
+    match role {
+        Role::Recording => {
+            zero_tail(&mut columns, &mut ledger);
+            refuse_unusable(&columns, &ledger, here)?;
+        }
+        // At rest a gyroscope may well read zero to the end.
+        Role::Gyroscope => refuse_silent_gyroscope(&columns, &ledger, here)?,
+    }
     findings.extend(ledger.findings());
     findings.extend(text_findings(&nul_lines, &foreign_lines, &unpacked));
     unpacked.push(dialect.description());
     let description = unpacked.join(", ");
     let sha256 = input.sha256();
-    Ok(assemble(Parts {
+    Ok(Scanned {
         columns,
         ledger,
         findings,
-        dialect: &dialect,
-        layout: &layout,
-        options,
-        name,
+        dialect,
+        layout,
         description,
         sha256,
-    }))
+    })
 }

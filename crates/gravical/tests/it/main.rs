@@ -7,6 +7,7 @@ mod compare_check;
 mod dialects;
 mod file_format;
 mod magnitude;
+mod join;
 mod properties;
 mod reader;
 mod session;

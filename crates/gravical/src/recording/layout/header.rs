@@ -6,38 +6,48 @@ use crate::recording::finding::Finding;
 use crate::recording::names::{ColumnName, Quantity, understand};
 use crate::{Error, Result};
 
-/// The layout that the names show.
-pub(super) fn by_names(names: &[String], findings: &mut Vec<Finding>) -> Result<Layout> {
-    let understood: Vec<(usize, ColumnName)> = names
+/// Columns whose names say something, with their fields.
+pub(super) fn understand_all(names: &[String]) -> Vec<(usize, ColumnName)> {
+    names
         .iter()
         .enumerate()
         .filter_map(|(i, n)| Some((i, understand(n)?)))
-        .collect();
-    // One sensor is one choice of (name, unit) with all three axes.
-    let sensors = |of: fn(usize) -> Quantity| -> Vec<[usize; 3]> {
-        let mut found: Vec<[usize; 3]> = Vec::new();
-        for (_, first) in understood.iter().filter(|(_, c)| c.quantity == of(0)) {
-            let axis = |i: usize| {
-                understood
-                    .iter()
-                    .find(|(_, c)| {
-                        c.quantity == of(i)
-                            && c.sensor == first.sensor
-                            && c.without_gravity == first.without_gravity
-                            && c.unit == first.unit
-                    })
-                    .map(|(f, _)| *f)
-            };
-            if let (Some(x), Some(y), Some(z)) = (axis(0), axis(1), axis(2))
-                && !found.contains(&[x, y, z])
-            {
-                found.push([x, y, z]);
-            }
+        .collect()
+}
+
+/// Fields of x, y and z of every sensor of a kind: one sensor is one choice of
+/// (name, unit) with all three axes.
+pub(super) fn sensors(
+    understood: &[(usize, ColumnName)],
+    of: fn(usize) -> Quantity,
+) -> Vec<[usize; 3]> {
+    let mut found: Vec<[usize; 3]> = Vec::new();
+    for (_, first) in understood.iter().filter(|(_, c)| c.quantity == of(0)) {
+        let axis = |i: usize| {
+            understood
+                .iter()
+                .find(|(_, c)| {
+                    c.quantity == of(i)
+                        && c.sensor == first.sensor
+                        && c.without_gravity == first.without_gravity
+                        && c.unit == first.unit
+                })
+                .map(|(f, _)| *f)
+        };
+        if let (Some(x), Some(y), Some(z)) = (axis(0), axis(1), axis(2))
+            && !found.contains(&[x, y, z])
+        {
+            found.push([x, y, z]);
         }
-        found
-    };
+    }
+    found
+}
+
+/// The layout that the names show.
+pub(super) fn by_names(names: &[String], findings: &mut Vec<Finding>) -> Result<Layout> {
+    let understood = understand_all(names);
     let name_of = |field: usize| understood.iter().find(|(f, _)| *f == field).map(|(_, c)| c);
-    let mut accels = sensors(Quantity::Accel);
+    let mut accels = sensors(&understood, Quantity::Accel);
     accels.sort_by_key(|a| name_of(a[0]).is_some_and(|c| c.without_gravity));
     let Some(&accel) = accels.first() else {
         return Err(Error::input(
@@ -47,7 +57,7 @@ pub(super) fn by_names(names: &[String], findings: &mut Vec<Finding>) -> Result<
         .with_hint(columns_there(names)));
     };
     let sensor = name_of(accel[0]).map_or("", |c| &c.sensor);
-    let gyros = sensors(Quantity::Gyro);
+    let gyros = sensors(&understood, Quantity::Gyro);
     let gyro = gyros
         .iter()
         .find(|g| name_of(g[0]).is_some_and(|c| c.sensor == sensor))

@@ -2,6 +2,7 @@
 //! or, without a header, by what the numbers look like.
 
 mod content;
+mod gyroscope;
 mod header;
 mod spec;
 #[cfg(test)]
@@ -17,6 +18,7 @@ use super::timing::TimeUnit;
 use super::units::{AccelUnit, GyroUnit};
 
 use content::by_content;
+pub(crate) use gyroscope::find_gyroscope;
 use header::by_names;
 pub use spec::ColumnsSpec;
 use spec::by_spec;

@@ -48,6 +48,8 @@ pub(crate) struct Timed {
     pub timing: Timing,
     /// Seconds from the first row; none when the stamps are of no use.
     pub time_s: Option<Vec<f64>>,
+    /// The first stamp itself, s: where `time_s` is 0.
+    pub origin_s: Option<f64>,
     /// Rows at which the clock started anew.
     pub restarts: Vec<usize>,
     pub findings: Vec<Finding>,
@@ -95,6 +97,7 @@ pub(crate) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
         },
     };
     let per_s = unit.seconds();
+    let origin_s = raw.iter().find(|t| t.is_finite()).map(|t| t * per_s);
     let Followed {
         time_s,
         restarts,
@@ -150,6 +153,7 @@ pub(crate) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
         return Timed {
             timing,
             time_s: Some(time_s),
+            origin_s,
             restarts,
             findings,
         };
@@ -167,6 +171,7 @@ pub(crate) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
     Timed {
         timing,
         time_s: Some(time_s),
+        origin_s,
         restarts,
         findings,
     }
@@ -185,6 +190,7 @@ pub(crate) fn untimed(rows: usize, claims: &Claims, findings: Vec<Finding>) -> T
             missing_share: None,
         },
         time_s: None,
+        origin_s: None,
         restarts: Vec::new(),
         findings,
     }

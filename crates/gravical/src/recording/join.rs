@@ -1,0 +1,341 @@
+//! A gyroscope that was written to a file of its own, joined to the
+//! accelerometer's recording on time.
+//!
+//! Both files are read by the same reader. Where both have time stamps, these
+//! are taken as stamps of one clock: what counts is the stamp itself, not the
+//! time since the first row, so that files that start apart stay apart. Rows
+//! with the same stamp belong together; between two stamps of the gyroscope
+//! its rate is interpolated linearly. Where one of the two has no stamps the
+//! rows belong together one by one, and there have to be as many.
+//!
+//! Fails where the two files were stamped by different clocks: then the
+//! directions of gravity do not fit the turns, and the fit of the gyroscope
+//! shows it.
+
+use std::path::Path;
+
+use crate::{Error, Result};
+
+use super::assemble::{claimed_rate, gyro_by_claim};
+use super::finding::{Finding, LineSpans};
+use super::open::{self, Input};
+use super::quality;
+use super::read::{Role, Scanned, scan_rows};
+use super::timing::{self, Claims, TimeUnit};
+use super::{ReadOptions, Recording};
+
+/// A file that was joined to a recording.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JoinedFile {
+    /// The file as it was given.
+    pub name: String,
+    /// SHA-256 of the file, where asked for.
+    pub sha256: Option<String>,
+}
+
+/// Stamps that differ by less than this share of the gyroscope's period are
+/// the same: what a rate changes within it is far below its noise.
+const SAME_STAMP: f64 = 0.02;
+
+/// Between stamps further apart than this many periods nothing is
+/// interpolated: the reader calls that a gap.
+const GAP_PERIODS: f64 = 4.5;
+
+/// Reads the gyroscope of `path` and joins it to `recording` on time. Rows
+/// that it does not cover get NaN and a finding.
+///
+/// `options` are those that the recording was read with; `--columns` is not
+/// applied to this file: a header names its columns, without one they are
+/// t, gx, gy, gz or gx, gy, gz.
+///
+/// # Errors
+///
+/// `gyro-twice` when the recording has a gyroscope, `no-gyroscope` when the
+/// file has none, `gyro-overlap` when the stamps have no time in common,
+/// `gyro-length` when rows have to be joined one by one and their numbers
+/// differ, `gyro-restart` when a clock started anew; and what keeps a file from
+/// being read.
+pub fn join_gyroscope(recording: &mut Recording, path: &Path, options: &ReadOptions) -> Result<()> {
+    refuse_second(recording)?;
+    let input = open::open(path, options.hash)?;
+    join_input(recording, input, &path.display().to_string(), options)
+}
+
+/// As [`join_gyroscope`] from bytes; `name` stands in messages.
+///
+/// # Errors
+///
+/// As [`join_gyroscope`].
+pub fn join_gyroscope_bytes(
+    recording: &mut Recording,
+    bytes: &[u8],
+    name: &str,
+    options: &ReadOptions,
+) -> Result<()> {
+    refuse_second(recording)?;
+    let reader = Box::new(std::io::Cursor::new(bytes.to_vec()));
+    let input =
+        open::from_reader(reader, options.hash).map_err(|e| Error::io(Path::new(name), e))?;
+    join_input(recording, input, name, options)
+}
+
+fn refuse_second(recording: &Recording) -> Result<()> {
+    if recording.gyro.is_none() {
+        return Ok(());
+    }
+    Err(Error::usage(
+        "gyro-twice",
+        "this recording has a gyroscope of its own, and --gyro gives a second one",
+    )
+    .at(recording.name.as_ref(), None)
+    .with_hint(
+        "leave --gyro out; or read the accelerometer alone, with --columns t=…,ax=…,ay=…,az=…",
+    ))
+}
+
+/// Rows of a gyroscope with their time.
+struct Gyro {
+    channels: [Vec<f64>; 3],
+    /// Seconds on the recorder's clock.
+    stamps_s: Option<Vec<f64>>,
+    period_s: f64,
+    /// Rows before which something is missing.
+    breaks: Vec<usize>,
+}
+
+fn join_input(
+    recording: &mut Recording,
+    input: Input,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<()> {
+    let scanned = scan_rows(Role::Gyroscope, input, name, options)?;
+    let Scanned {
+        columns,
+        dialect,
+        layout,
+        mut findings,
+        sha256,
+        ..
+    } = scanned;
+    let [time, _, _, _, gx, gy, gz, _] = columns.slots;
+    let lines = columns.lines;
+    let claims = Claims {
+        unit: options
+            .time_unit
+            .or(layout.time_claim)
+            .or_else(|| unit_of(recording, &time)),
+        nominal_rate_hz: options.rate_hz.or_else(|| claimed_rate(&dialect.metadata)),
+        temperature_span_c: 0.0,
+    };
+    let timed = if time.is_empty() {
+        timing::untimed(gx.len(), &claims, Vec::new())
+    } else {
+        timing::judge(time, &claims, |row| lines.line(row))
+    };
+    if let Some(row) = timed.restarts.first() {
+        return Err(restarted(name, Some(lines.line(*row))));
+    }
+    findings.extend(timed.findings);
+    let mut gyro = Gyro {
+        channels: [gx, gy, gz],
+        stamps_s: absolute(timed.time_s, timed.origin_s),
+        period_s: timed.timing.rate_hz().map_or(f64::NAN, |r| 1.0 / r),
+        breaks: columns.breaks,
+    };
+    let own = absolute(recording.time_s.clone(), recording.time_origin_s);
+    let joined = match (own, gyro.stamps_s.take()) {
+        (Some(own), Some(other)) if own == other => gyro.channels,
+        (Some(own), Some(other)) => {
+            if recording
+                .findings
+                .iter()
+                .any(|f| f.kind == "restarted-time")
+            {
+                return Err(restarted(&recording.name, None));
+            }
+            by_stamps(recording, &own, &gyro, &other, name, &mut findings)?
+        }
+        _ => row_by_row(recording, gyro, name, &mut findings)?,
+    };
+    recording.gyro_scale = Some(gyro_by_claim(&joined, &layout, options));
+    recording.gyro = Some(joined);
+    recording.gyro_file = Some(JoinedFile {
+        name: name.to_owned(),
+        sha256,
+    });
+    findings.extend(quality::frozen_gyroscope(recording));
+    for finding in &mut findings {
+        finding.file.get_or_insert_with(|| name.to_owned());
+    }
+    recording.findings.extend(findings);
+    Ok(())
+}
+
+/// The unit of the accelerometer's stamps, when it makes a rate of the
+/// gyroscope's that is of the same order.
+fn unit_of(recording: &Recording, time: &[f64]) -> Option<TimeUnit> {
+    let unit = recording.timing.unit?;
+    let rate = recording.timing.rate_hz()?;
+    let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.retain(|d| *d > 0.0);
+    let period = crate::stats::median(&mut steps)? * unit.seconds();
+    (0.02..50.0).contains(&(period * rate)).then_some(unit)
+}
+
+fn absolute(time_s: Option<Vec<f64>>, origin_s: Option<f64>) -> Option<Vec<f64>> {
+    let (mut time, origin) = (time_s?, origin_s?);
+    for t in &mut time {
+        *t += origin;
+    }
+    Some(time)
+}
+
+fn restarted(file: &str, line: Option<u64>) -> Error {
+    Error::input(
+        "gyro-restart",
+        "the time stamps start anew in the middle: two files cannot be joined on them",
+    )
+    .at(file.as_ref(), line)
+    .with_hint("cut both files where the board was reset, and give the parts")
+}
+
+fn row_by_row(
+    recording: &Recording,
+    gyro: Gyro,
+    name: &str,
+    findings: &mut Vec<Finding>,
+) -> Result<[Vec<f64>; 3]> {
+    let (own, other) = (recording.rows(), gyro.channels[0].len());
+    if own != other {
+        return Err(Error::input(
+            "gyro-length",
+            format!("{other} rows of the gyroscope, {own} of the accelerometer, and no time stamps in both to join them on"),
+        )
+        .at(name.as_ref(), None)
+        .with_hint("give files with time stamps, or with one row of each for every sample"));
+    }
+    findings.push(Finding::note(
+        "gyro-row-by-row",
+        "not both files have time stamps: joined row by row, the first with the first",
+    ));
+    Ok(gyro.channels)
+}
+
+/// What covers one row of the accelerometer.
+enum Cover {
+    Same(usize),
+    Between(usize, usize, f64),
+    Nothing,
+}
+
+fn by_stamps(
+    recording: &Recording,
+    own: &[f64],
+    gyro: &Gyro,
+    stamps: &[f64],
+    name: &str,
+    findings: &mut Vec<Finding>,
+) -> Result<[Vec<f64>; 3]> {
+    // Interpolation needs times that rise: rows that repeat a stamp or run
+    // backwards were named by the reader and are passed over.
+    let mut rising: Vec<usize> = Vec::with_capacity(stamps.len());
+    let mut latest = f64::NEG_INFINITY;
+    for (row, &t) in stamps.iter().enumerate() {
+        if t > latest {
+            latest = t;
+            rising.push(row);
+        }
+    }
+    let (first, last) = match (rising.first(), rising.last()) {
+        (Some(&a), Some(&b)) => (stamps[a], stamps[b]),
+        _ => (f64::NAN, f64::NAN),
+    };
+    let near = SAME_STAMP * gyro.period_s;
+    let mut joined: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::with_capacity(own.len()));
+    let mut uncovered = LineSpans::default();
+    let mut between = 0_u64;
+    let mut at = 0;
+    for (row, &t) in own.iter().enumerate() {
+        // A stamp that runs backwards starts the search again.
+        if at > 0 && rising.get(at - 1).is_some_and(|&r| stamps[r] > t) {
+            at = rising.partition_point(|&r| stamps[r] < t);
+        }
+        while rising.get(at).is_some_and(|&r| stamps[r] < t) {
+            at += 1;
+        }
+        let below = at.checked_sub(1).and_then(|i| rising.get(i)).copied();
+        let above = rising.get(at).copied();
+        let cover = match (below, above) {
+            _ if !t.is_finite() => Cover::Nothing,
+            (_, Some(r)) if stamps[r] - t <= near => Cover::Same(r),
+            (Some(r), _) if t - stamps[r] <= near => Cover::Same(r),
+            (Some(a), Some(b))
+                if stamps[b] - stamps[a] < GAP_PERIODS * gyro.period_s
+                    && !gyro.breaks.iter().any(|x| (a + 1..=b).contains(x)) =>
+            {
+                Cover::Between(a, b, (t - stamps[a]) / (stamps[b] - stamps[a]))
+            }
+            _ => Cover::Nothing,
+        };
+        let value = |axis: usize| match cover {
+            Cover::Same(r) => gyro.channels[axis][r],
+            Cover::Between(a, b, share) => {
+                let (from, to) = (gyro.channels[axis][a], gyro.channels[axis][b]);
+                from + share * (to - from)
+            }
+            Cover::Nothing => f64::NAN,
+        };
+        for (axis, channel) in joined.iter_mut().enumerate() {
+            channel.push(value(axis));
+        }
+        match cover {
+            Cover::Same(_) => {}
+            Cover::Between(..) => between += 1,
+            Cover::Nothing => uncovered.push(recording.line(row)),
+        }
+    }
+    let rows = own.len() as u64;
+    if uncovered.count() == rows {
+        return Err(no_overlap(recording, own, [first, last], name));
+    }
+    if !uncovered.is_empty() {
+        findings.push(
+            Finding::warning(
+                "gyro-uncovered",
+                format!(
+                    "{} of {rows} rows of the accelerometer ({:.1} %) have no reading of the gyroscope within {:.0} ms: before it starts, after it ends, or in its gaps; left empty there",
+                    uncovered.count(),
+                    100.0 * uncovered.count() as f64 / rows as f64,
+                    1e3 * GAP_PERIODS * gyro.period_s
+                ),
+            )
+            .at_lines(&uncovered)
+            .in_file(&recording.name),
+        );
+    }
+    if between > 0 {
+        findings.push(
+            Finding::note(
+                "gyro-interpolated",
+                format!("{between} of {rows} rows of the accelerometer lie between two stamps of the gyroscope; its rate is interpolated there"),
+            )
+            .counting(between),
+        );
+    }
+    Ok(joined)
+}
+
+fn no_overlap(recording: &Recording, own: &[f64], other: [f64; 2], name: &str) -> Error {
+    let low = own.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = own.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    Error::input(
+        "gyro-overlap",
+        format!(
+            "the two files have no time in common: {} runs from {low:.3} to {high:.3} s, this one from {:.3} to {:.3} s",
+            recording.name, other[0], other[1]
+        ),
+    )
+    .at(name.as_ref(), None)
+    .with_hint("give the two files of one recording, stamped by one clock; --time-unit says the unit of both")
+}

@@ -1,0 +1,182 @@
+//! A gyroscope in a file of its own.
+
+use std::fmt::Write;
+
+use gravical::Error;
+use gravical::recording::{ReadOptions, Recording, join_gyroscope_bytes};
+
+use crate::support::*;
+
+/// `rows` samples at 100 Hz from `from_s` on, four columns without a header.
+fn four_columns(from_s: f64, rows: usize, values: impl Fn(f64) -> [f64; 3]) -> String {
+    let mut text = String::new();
+    for i in 0..rows {
+        let t = from_s + 0.01 * i as f64;
+        let [x, y, z] = values(t);
+        writeln!(text, "{t:.4} {x:.4} {y:.4} {z:.4}").unwrap();
+    }
+    text
+}
+
+fn gravity(_: f64) -> [f64; 3] {
+    [0.1, -0.2, 9.8]
+}
+
+/// A rate that a straight line between two samples meets exactly.
+fn ramp(t: f64) -> [f64; 3] {
+    [t, -2.0 * t, 10.0 + t]
+}
+
+fn accel(from_s: f64, rows: usize) -> Recording {
+    read(four_columns(from_s, rows, gravity).as_bytes())
+}
+
+fn join(recording: &mut Recording, gyro: &str) -> Result<(), Error> {
+    join_gyroscope_bytes(
+        recording,
+        gyro.as_bytes(),
+        "gyro.txt",
+        &ReadOptions::default(),
+    )
+}
+
+fn rates(recording: &Recording) -> &[Vec<f64>; 3] {
+    recording.gyro.as_ref().unwrap()
+}
+
+#[test]
+fn equal_stamps_belong_together() {
+    let mut recording = accel(5.0, 300);
+    let before = recording.findings.len();
+    join(&mut recording, &four_columns(5.0, 300, ramp)).unwrap();
+    let gyro = rates(&recording);
+    for row in 0..300 {
+        close(gyro[1][row], -2.0 * (5.0 + 0.01 * row as f64), 1e-4);
+    }
+    let source = recording.gyro_file.as_ref().unwrap();
+    assert_eq!((source.name.as_str(), &source.sha256), ("gyro.txt", &None));
+    assert_eq!(recording.findings.len(), before, "{:?}", kinds(&recording));
+}
+
+#[test]
+fn files_that_start_apart_stay_apart() {
+    // The gyroscope starts 0.5 s later, between the stamps, and ends earlier.
+    let mut recording = accel(5.0, 300);
+    join(&mut recording, &four_columns(5.504, 200, ramp)).unwrap();
+    let gyro = rates(&recording);
+    for row in 0..300 {
+        let t = 5.0 + 0.01 * row as f64;
+        let covered = (5.504..=7.494).contains(&t);
+        assert_eq!(gyro[0][row].is_finite(), covered, "{t}");
+        if covered {
+            // The file has four digits.
+            close(gyro[0][row], t, 1e-4);
+            close(gyro[2][row], 10.0 + t, 1e-4);
+        }
+    }
+    let uncovered = finding(&recording, "gyro-uncovered");
+    // 5.00 to 5.50 and 7.50 to 7.99.
+    assert_eq!(uncovered.count, 51 + 50);
+    assert_eq!(uncovered.lines, [[1, 51], [251, 300]]);
+    assert!(
+        uncovered.message.contains("33.7 %"),
+        "{}",
+        uncovered.message
+    );
+    assert_eq!(finding(&recording, "gyro-interpolated").count, 199);
+    assert_eq!(
+        finding(&recording, "gyro-interpolated").file.as_deref(),
+        Some("gyro.txt")
+    );
+}
+
+#[test]
+fn nothing_is_made_up_in_a_gap() {
+    let mut recording = accel(0.01, 300);
+    let text = four_columns(0.01, 300, ramp);
+    // 100 samples are missing; three single ones too.
+    let kept: String = text
+        .lines()
+        .enumerate()
+        .filter(|(i, _)| !(100..200).contains(i) && ![20, 40, 41, 42].contains(i))
+        .fold(String::new(), |all, (_, line)| all + line + "\n");
+    join(&mut recording, &kept).unwrap();
+    let gyro = rates(&recording);
+    let empty: Vec<usize> = (0..300).filter(|&i| gyro[0][i].is_nan()).collect();
+    assert_eq!(empty, (100..200).collect::<Vec<_>>());
+    close(gyro[0][20], 0.21, 1e-4);
+    close(gyro[0][41], 0.42, 1e-4);
+    assert_eq!(finding(&recording, "gyro-interpolated").count, 4);
+}
+
+#[test]
+fn a_header_names_the_gyroscope_and_its_units() {
+    let mut recording = read(b"t_ms,ax,ay,az\n1000,0,0,9.8\n1010,0,0,9.8\n1020,0,0.1,9.8\n");
+    let text = "time (s),ax,ay,az,gX (dps),gY (dps),gZ (dps)\n\
+                1.00,1,1,1,3,4,5\n1.01,1,1,1,6,7,8\n1.02,1,1,1,9,10,11\n";
+    join(&mut recording, text).unwrap();
+    assert_eq!(rates(&recording)[0], [3.0, 6.0, 9.0]);
+    assert_eq!(recording.gyro_scale.unwrap().unit.name(), "deg/s");
+
+    let mut recording = accel(1.0, 3);
+    join(
+        &mut recording,
+        "t,x,y,z\n1.00,1,2,3\n1.01,2,3,4\n1.02,3,4,6\n",
+    )
+    .unwrap();
+    assert_eq!(rates(&recording)[2], [3.0, 4.0, 6.0]);
+}
+
+#[test]
+fn without_stamps_rows_are_counted() {
+    let mut recording = read(b"ax,ay,az\n0,0,9.8\n0,0,9.7\n0,0.1,9.8\n");
+    join(&mut recording, "1 2 3\n2 3 4\n3 4 6\n").unwrap();
+    assert_eq!(rates(&recording)[0], [1.0, 2.0, 3.0]);
+    finding(&recording, "gyro-row-by-row");
+
+    let mut recording = read(b"ax,ay,az\n0,0,9.8\n0,0,9.7\n0,0.1,9.8\n");
+    let error = join(&mut recording, "1 2 3\n2 3 4\n").unwrap_err();
+    assert_eq!(error.code(), "gyro-length");
+    assert!(recording.gyro.is_none());
+}
+
+#[test]
+fn what_cannot_be_joined_is_said() {
+    let code = |text: &str| {
+        let mut recording = accel(5.0, 100);
+        let error = join(&mut recording, text).unwrap_err();
+        assert!(error.hint().is_some(), "{error}");
+        assert!(recording.gyro.is_none() && recording.gyro_file.is_none());
+        error.code()
+    };
+    assert_eq!(code(&four_columns(500.0, 100, ramp)), "gyro-overlap");
+    assert_eq!(code("t,ax,ay,az\n1,2,3,4\n2,2,3,4\n"), "no-gyroscope");
+    assert_eq!(code("t,a,b,c\n1,2,3,4\n2,2,3,4\n"), "no-gyroscope");
+    assert_eq!(code("3 2 3 4\n2 2 3 4\n2 2 3 4\n"), "columns-unknown");
+    assert_eq!(code(&four_columns(5.0, 100, |_| [0.0; 3])), "all-zero");
+    assert_eq!(code(""), "empty-file");
+    let reset = four_columns(5.0, 60, ramp) + &four_columns(0.0, 60, ramp);
+    assert_eq!(code(&reset), "gyro-restart");
+
+    let mut both = read(b"ax,ay,az,gx,gy,gz\n0,0,9.8,1,2,3\n0,0,9.7,1,2,4\n");
+    assert_eq!(
+        join(&mut both, "1 2 3\n2 3 4\n").unwrap_err().code(),
+        "gyro-twice"
+    );
+}
+
+#[test]
+fn both_files_stand_in_the_inputs() {
+    let options = ReadOptions {
+        hash: true,
+        ..ReadOptions::default()
+    };
+    let mut recording = read_with(four_columns(5.0, 30, gravity).as_bytes(), &options);
+    let gyro = four_columns(5.0, 30, ramp);
+    join_gyroscope_bytes(&mut recording, gyro.as_bytes(), "gyro.txt", &options).unwrap();
+    let inputs = gravical::calibration_file::InputFile::of(&[recording]);
+    assert_eq!(inputs[0].path, "test.csv");
+    assert_eq!(inputs[1].path, "gyro.txt");
+    let hashes: Vec<_> = inputs.iter().map(|i| i.sha256.clone().unwrap()).collect();
+    assert!(hashes.iter().all(|h| h.len() == 64) && hashes[0] != hashes[1]);
+}
