@@ -30,7 +30,7 @@ use crate::calibration_file::{
     TemperatureRange, creation_time,
 };
 use crate::estimate::accelerometer::{EstimateOptions, Session, accelerometer};
-use crate::estimate::ferraris;
+use crate::estimate::{ferraris, gyro};
 use crate::gravity::Gravity;
 use crate::recording::{AccelUnit, Finding, Recording, Severity};
 use crate::segment::{SegmentOptions, Segmentation, segment};
@@ -116,7 +116,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let estimate = accelerometer(&session, &options.estimate)?;
 
     // The gyroscope from the pauses and the known turns.
-    let gyroscope = match &estimate.faces {
+    let turns = match &estimate.faces {
         Some(faces) => ferraris::gyroscope(
             recordings,
             &segmentation,
@@ -127,6 +127,15 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
             &options.segment.axes,
         )?,
         None => ferraris::GyroscopeFit::default(),
+    };
+    // … else from the motions between the stills.
+    let gyroscope = if turns.section.is_some() {
+        gyro::GyroFit {
+            section: turns.section,
+            findings: turns.findings,
+        }
+    } else {
+        gyro::of_session(recordings, &segmentation, &estimate.calibration)?.or_after(turns.findings)
     };
 
     // What do the placements say of the result, and what can they not say?

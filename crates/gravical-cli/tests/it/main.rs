@@ -10,6 +10,7 @@ mod bad_input;
 mod compare_check;
 mod every_recording;
 mod files;
+mod gyro;
 mod imucal;
 mod inputs;
 mod joint;

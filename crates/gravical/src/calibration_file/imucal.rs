@@ -119,6 +119,7 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
             scale,
             orientation,
             g_sensitivity: file.K_ga,
+            ..GyroscopeSection::default()
         })
     };
     let file = CalibrationFile {

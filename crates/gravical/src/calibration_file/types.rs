@@ -1,5 +1,6 @@
 //! What stands in a calibration file, field by field.
 
+use gravical_core::matrix3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -249,6 +250,10 @@ pub enum TiltSource {
 /// Parameters of the gyroscope.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GyroscopeSection {
+    /// `turns`: from three known turns (Ferraris); `motion`: from the motions
+    /// between stills; `bias`: the bias alone, with the nominal matrix.
+    #[serde(default = "turns")]
+    pub method: String,
     /// Unit of the raw values.
     pub input_unit: GyroUnit,
     /// `rad/s`.
@@ -264,6 +269,60 @@ pub struct GyroscopeSection {
     pub orientation: [[f64; 3]; 3],
     /// Input unit per m/s².
     pub g_sensitivity: [[f64; 3]; 3],
+    /// Covariance of raw = M ω + b, M = K R, or of b alone; null where it is
+    /// not known.
+    #[serde(default)]
+    pub covariance: Option<Covariance>,
+    /// How far gravity, turned by the integrated rate, is off after the motions
+    /// that were fitted: root mean square length of the difference of unit
+    /// vectors.
+    #[serde(default)]
+    pub residual: Option<f64>,
+    /// The same as an angle, degrees.
+    #[serde(default)]
+    pub residual_deg: Option<f64>,
+    /// The motions between stills.
+    #[serde(default)]
+    pub motions: Option<MotionCounts>,
+    /// The angle for motions that are left out of the fit one by one, rms,
+    /// degrees; null where what remains does not determine the parameters.
+    #[serde(default)]
+    pub leave_one_out_deg: Option<f64>,
+}
+
+/// The gyroscope that changes nothing, for want of better; its unit is not known.
+impl Default for GyroscopeSection {
+    fn default() -> Self {
+        GyroscopeSection {
+            method: turns(),
+            input_unit: GyroUnit::Unknown,
+            output_unit: GyroUnit::RadianPerSecond,
+            bias: [0.0; 3],
+            matrix: matrix3::identity(),
+            scale: [1.0; 3],
+            orientation: matrix3::identity(),
+            g_sensitivity: [[0.0; 3]; 3],
+            covariance: None,
+            residual: None,
+            residual_deg: None,
+            motions: None,
+            leave_one_out_deg: None,
+        }
+    }
+}
+
+/// The method of files that do not name one.
+fn turns() -> String {
+    "turns".to_owned()
+}
+
+/// Motions between stills that a gyroscope was fitted to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct MotionCounts {
+    /// Motions in the fit.
+    pub used: u32,
+    /// Motions with a gap, with clipped samples, or that contradict the others.
+    pub left_out: u32,
 }
 
 /// A recording that a calibration was computed from.

@@ -156,6 +156,7 @@ fn the_gyroscope_has_its_own_judgement() {
         scale: [1.0; 3],
         orientation: gravical_core::matrix3::identity(),
         g_sensitivity: [[0.0; 3]; 3],
+        ..crate::calibration_file::GyroscopeSection::default()
     });
     let still = checked(&file, &[rest(UP[4], 300, [0.0; 3], G, 0.001, 5)]);
     assert_eq!(still.gyroscope.unwrap().judgement, Judgement::Fits);

@@ -222,6 +222,7 @@ fn mirror_images_and_gyroscopes() {
         scale: [131.0_f64.to_degrees(); 3],
         orientation: gravical_core::matrix3::identity(),
         g_sensitivity: [[0.0; 3]; 3],
+        ..GyroscopeSection::default()
     };
     let (mut a, mut b) = (a.clone(), a);
     (a.gyroscope, b.gyroscope) = (Some(gyro(131.0)), Some(gyro(262.0)));

@@ -2,6 +2,7 @@
 
 pub mod accelerometer;
 pub mod ferraris;
+pub mod gyro;
 pub mod joint;
 pub mod linear;
 pub mod magnitude;

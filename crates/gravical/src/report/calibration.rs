@@ -4,6 +4,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{CalibrationFile, GravitySource, Position, PositionKind, TiltSource};
 
+use super::gyroscope::gyroscope;
 use super::temperature::{model_text, soak_text};
 use super::text::{decimals_for, decimals_of, findings_text, paragraph, short_name};
 
@@ -15,7 +16,7 @@ pub fn calibration_text(file: &CalibrationFile) -> String {
     }
     let mut out = head(file);
     out.push_str(&parameters(file));
-    out.push_str(&gyroscope(file));
+    out.push_str(&file.gyroscope.as_ref().map_or_else(String::new, gyroscope));
     out.push_str(&placements(file));
     out.push_str(&uncertainty(file));
     out.push_str(&model_text(file));
@@ -146,31 +147,6 @@ fn parameters(file: &CalibrationFile) -> String {
             row(m, 11, decimals)
         };
         out.push_str(&format!("  {:<32}{small}\n", row(r, 10, 5)));
-    }
-    out
-}
-
-fn gyroscope(file: &CalibrationFile) -> String {
-    let Some(g) = &file.gyroscope else {
-        return String::new();
-    };
-    let mut out = format!(
-        "\nGyroscope: raw = K R ω + b + S a, raw in {}\n\n  {:<5}{:>13}{:>15}   {:<30}\n",
-        g.input_unit.name(),
-        "axis",
-        "bias b",
-        "K per rad/s",
-        "R"
-    );
-    for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-        let r: String = g.orientation[i]
-            .iter()
-            .map(|v| format!("{v:>10.5}"))
-            .collect();
-        out.push_str(&format!(
-            "  {axis:<5}{:>13.5}{:>15.5}   {r}\n",
-            g.bias[i], g.scale[i]
-        ));
     }
     out
 }

@@ -4,6 +4,7 @@
 mod calibration;
 mod check;
 mod compare;
+mod gyroscope;
 mod inspection;
 mod temperature;
 mod text;

@@ -163,7 +163,8 @@ const LEAST_TURN_DEG: f64 = 10.0;
 /// Decides the unit of the gyroscope by letting every turn of gravity vote:
 /// the best hypothesis counts when its residual is under max(3°, 0.15·Δ) and
 /// the next one is over three times that and over 5°. Three votes decide
-/// against a header, one where there is none. What was decided, or that nothing
+/// against a header, one where there is none; and the hypothesis has to fit
+/// more than half of all turns. What was decided, or that nothing
 /// could be, goes to `findings`.
 #[must_use]
 pub fn decide_gyro_unit(
@@ -177,11 +178,14 @@ pub fn decide_gyro_unit(
     }
     let all = hypotheses();
     let mut votes = vec![0_usize; all.len()];
+    let mut fits = vec![0_usize; all.len()];
+    let mut turns = 0;
     for motion in motions {
         let delta = angle_deg(motion.gravity[0], motion.gravity[1]);
         if delta < LEAST_TURN_DEG {
             continue;
         }
+        turns += 1;
         let mut residuals: Vec<(usize, f64)> = all
             .iter()
             .enumerate()
@@ -189,6 +193,9 @@ pub fn decide_gyro_unit(
             .filter_map(|(i, h)| Some((i, residual_deg(recording, motion, h.nominal()?))))
             .filter(|(_, r)| r.is_finite())
             .collect();
+        for &(i, residual) in &residuals {
+            fits[i] += usize::from(residual < (0.15 * delta).max(3.0));
+        }
         residuals.sort_by(|a, b| a.1.total_cmp(&b.1));
         if let [best, next, ..] = residuals[..]
             && best.1 < (0.15 * delta).max(3.0)
@@ -204,7 +211,9 @@ pub fn decide_gyro_unit(
         h.unit == claimed.unit
             && (claimed.lsb_per_deg_s.is_none() || h.lsb_per_deg_s == claimed.lsb_per_deg_s)
     };
-    let clear = votes[best] * 4 > cast * 3;
+    // A scale that is none of these fits a motion now and then, five times
+    // round being as good as once; the right one fits most of them.
+    let clear = votes[best] * 4 > cast * 3 && fits[best] * 2 > turns;
     let file = &recording.name;
     let needed = if claimed.origin == Origin::Header {
         3
@@ -235,6 +244,14 @@ pub fn decide_gyro_unit(
             match claimed.unit {
                 GyroUnit::Unknown => {
                     "nothing tells the unit of the gyroscope: no header, and no turn between stills; --gyro-unit says it".to_owned()
+                }
+                GyroUnit::Counts if claimed.nominal().is_none() => {
+                    let sheet = if turns > 0 {
+                        " (131, 65.5, 32.8 and 16.4 per °/s, as an MPU6050 has, do not fit the turns)"
+                    } else {
+                        ""
+                    };
+                    format!("the gyroscope is in counts of a scale that nothing tells{sheet}; --gyro-range says it, and turns between stills show it")
                 }
                 unit => format!(
                     "the gyroscope is taken as {}{}; no turn between stills verifies it{}",

@@ -114,6 +114,7 @@ fn gyroscope(
     let mut matrix = identity();
     (0..3).for_each(|i| matrix[i][i] = 1.0 / nominal);
     Some(GyroscopeSection {
+        method: "bias".to_owned(),
         input_unit: scale.unit,
         output_unit: GyroUnit::RadianPerSecond,
         bias,
@@ -121,6 +122,7 @@ fn gyroscope(
         scale: [nominal; 3],
         orientation: identity(),
         g_sensitivity: [[0.0; 3]; 3],
+        ..GyroscopeSection::default()
     })
 }
 

@@ -6,8 +6,8 @@
 mod compare_check;
 mod dialects;
 mod file_format;
-mod magnitude;
 mod join;
+mod magnitude;
 mod properties;
 mod reader;
 mod session;

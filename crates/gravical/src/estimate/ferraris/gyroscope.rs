@@ -50,7 +50,7 @@ pub fn gyroscope(
         fit.findings.push(Finding::note(
             "turns-incomplete",
             format!(
-                "no full turn about {}: the gyroscope is not calibrated",
+                "no full turn about {}: the turns do not calibrate the gyroscope",
                 missing.join(" and ")
             ),
         ));
@@ -111,6 +111,7 @@ pub fn gyroscope(
         scale: parameters.scale,
         orientation: parameters.orientation,
         g_sensitivity: parameters.g_sensitivity,
+        ..GyroscopeSection::default()
     });
     Ok(fit)
 }

@@ -1,0 +1,241 @@
+//! The gyroscope from motions between stills, on real recordings and from a
+//! second file.
+
+use std::path::{Path, PathBuf};
+
+use gravical::calibration_file::CalibrationFile;
+use gravical::estimate::gyro::{GyroOptions, Still, from_motions, motion_residuals_deg};
+use gravical::recording::{ReadOptions, Recording, join_gyroscope, read};
+use gravical::segment::{SegmentOptions, Segmentation, segment};
+use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use serde_json::Value;
+
+use crate::support::*;
+
+fn xsens(folder: &Path) -> [PathBuf; 2] {
+    ["xsens_acc.txt.gz", "xsens_gyro.txt.gz"].map(|n| folder.join("imu_tk-xsens").join(n))
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+/// Stills, and the accelerometer of a calibration for [`Recording::accel`].
+fn prepared(recording: &Recording, file: &CalibrationFile) -> (Segmentation, Calibration<f64>) {
+    let session = segment(std::slice::from_ref(recording), &SegmentOptions::default()).unwrap();
+    let a = &file.accelerometer;
+    let accelerometer = Calibration {
+        matrix: a.matrix,
+        bias: a.bias.map(|b| b - recording.zero_offset),
+    };
+    (session, accelerometer)
+}
+
+fn gyroscope_of(value: &Value) -> GyroscopeCalibration<f64> {
+    serde_json::from_value::<gravical::calibration_file::GyroscopeSection>(value.clone())
+        .map(|g| GyroscopeCalibration {
+            matrix: g.matrix,
+            bias: g.bias,
+            g_sensitivity: g.g_sensitivity,
+        })
+        .unwrap()
+}
+
+#[test]
+fn the_xsens_set_against_its_published_result() {
+    let Some(folder) = data() else { return };
+    let [acc, gyro] = xsens(&folder);
+    let line = format!(
+        "{} --gyro {} --gravity 9.81744",
+        acc.display(),
+        gyro.display()
+    );
+    let found = calibrate(Path::new("."), &line, 0);
+    let section = &found["gyroscope"];
+    assert_eq!(section["method"], "motion");
+    assert_eq!(section["input_unit"], "counts");
+    assert_eq!(found["inputs"].as_array().unwrap().len(), 2);
+    assert_eq!(
+        found["inputs"][1]["sha256"].as_str().unwrap().len(),
+        64,
+        "{}",
+        found["inputs"]
+    );
+    let listed = GyroscopeCalibration {
+        matrix: gravical_core::matrix3::diagonal([2.09294526e-4, 2.09898540e-4, 2.09482984e-4]),
+        bias: [32777.13994, 32459.80288, 32511.84746],
+        g_sensitivity: [[0.0; 3]; 3],
+    };
+    let own = gyroscope_of(section);
+    for i in 0..3 {
+        close(own.matrix[i][i] / listed.matrix[i][i], 1.0, 0.01);
+        // The listed bias is that of the first still; ours is without the
+        // part that gravity has in it.
+        close(own.bias[i], listed.bias[i], 12.0);
+    }
+
+    let mut recording = read(&acc, &ReadOptions::default()).unwrap();
+    join_gyroscope(&mut recording, &gyro, &ReadOptions::default()).unwrap();
+    let file: CalibrationFile = serde_json::from_value(found.clone()).unwrap();
+    let (session, accelerometer) = prepared(&recording, &file);
+    let stills = Still::of(&session.placements, 0);
+    let options = GyroOptions {
+        scale: session.gyro_scale,
+    };
+    let residual = |c: &GyroscopeCalibration<f64>| {
+        rms(&motion_residuals_deg(
+            &recording,
+            &stills,
+            &accelerometer,
+            c,
+            &options,
+        ))
+    };
+    // The published scale and bias with the misalignment and reaction to
+    // gravity found here, that were not published.
+    let completed = GyroscopeCalibration {
+        matrix: std::array::from_fn(|r| {
+            std::array::from_fn(|c| own.matrix[r][c] / own.matrix[c][c] * listed.matrix[c][c])
+        }),
+        ..listed
+    };
+    let [ours, theirs, mixed] = [own, listed, completed].map(|c| residual(&c));
+    println!(
+        "residual on {} motions: {ours:.3}°, listed {theirs:.3}°, listed with our misalignment {mixed:.3}°; fit {} leave-one-out {}",
+        section["motions"], section["residual_deg"], section["leave_one_out_deg"]
+    );
+    assert!(
+        ours < 0.2 && ours < theirs && ours < mixed,
+        "{ours} {theirs} {mixed}"
+    );
+    assert!(section["leave_one_out_deg"].as_f64().unwrap() < 0.2);
+}
+
+#[test]
+fn three_boards_turned_by_hand() {
+    let Some(folder) = data() else { return };
+    for name in ["imu0", "imu1", "imu2"] {
+        let file = folder.join(format!("mikoff-mpu9150/{name}.log"));
+        let run = run(words(&format!(
+            "calibrate {} --rate 100 --json",
+            file.display()
+        )));
+        let found = run.calibration();
+        let g = &found["gyroscope"];
+        println!(
+            "{name}: residual {}°, left out {}°, {}; K {} b {}",
+            g["residual_deg"], g["leave_one_out_deg"], g["motions"], g["scale"], g["bias"]
+        );
+        assert_eq!(g["method"], "motion", "{name}");
+        assert!(g["residual_deg"].as_f64().unwrap() < 0.25, "{name}");
+        assert!(g["leave_one_out_deg"].as_f64().unwrap() < 0.3, "{name}");
+        // The data sheet allows 3 %.
+        for k in numbers(&g["scale"]) {
+            close(k, 1.0, 0.03);
+        }
+    }
+}
+
+#[test]
+fn six_motions_that_were_not_too_fast_are_too_few() {
+    let Some(folder) = data() else { return };
+    let file = folder.join("tomisuarez-mpu6050/calibration.csv");
+    let run = run(words(&format!("calibrate {} --json", file.display())));
+    let found = run.calibration();
+    let clipped = finding(&found, "gyro-motion-clipped");
+    assert_eq!(clipped["count"], 18);
+    finding(&found, "gyro-undetermined");
+    let g = &found["gyroscope"];
+    assert_eq!(g["method"], "bias");
+    // The published result, within 0.08 °/s: this board's bias drifts.
+    for (b, published) in numbers(&g["bias"]).iter().zip([-427.46, 147.95, -80.72]) {
+        close(*b, published, 10.0);
+    }
+}
+
+#[test]
+fn imucals_session_by_motions_and_by_turns() {
+    let Some(folder) = data() else { return };
+    let folder = folder.join("imucal-ferraris");
+    let session = folder.join("example_ferraris_session.csv");
+    let list = folder.join("example_ferraris_session_list.json");
+    let line = format!(
+        "{} --sections {} --gravity 9.81 --rate 102.4",
+        session.display(),
+        list.display()
+    );
+    let turns = run(words(&format!("calibrate {line} --json"))).json();
+    assert_eq!(turns["gyroscope"]["method"], "turns");
+    let file: CalibrationFile = serde_json::from_value(turns.clone()).unwrap();
+    let recording = read(
+        &session,
+        &ReadOptions {
+            rate_hz: Some(102.4),
+            ..ReadOptions::default()
+        },
+    )
+    .unwrap();
+    let (cut, accelerometer) = prepared(&recording, &file);
+    let stills = Still::of(&cut.placements, 0);
+    let options = GyroOptions {
+        scale: cut.gyro_scale,
+    };
+    let fit = from_motions(&recording, &stills, &accelerometer, &options).unwrap();
+    let section = fit.section.unwrap();
+    assert_eq!(section.method, "motion", "{:?}", fit.findings);
+    let by_turns = gyroscope_of(&turns["gyroscope"]);
+    let by_motion = GyroscopeCalibration {
+        matrix: section.matrix,
+        bias: section.bias,
+        g_sensitivity: section.g_sensitivity,
+    };
+    let [motion, turned] = [by_motion, by_turns].map(|c| {
+        rms(&motion_residuals_deg(
+            &recording,
+            &stills,
+            &accelerometer,
+            &c,
+            &options,
+        ))
+    });
+    println!(
+        "imucal: by motions {motion:.3}°, by turns {turned:.3}°; {:?}, K {:?}",
+        section.motions, section.scale
+    );
+    // A turn by hand is 360° but for a degree or two.
+    for i in 0..3 {
+        let scale = turns["gyroscope"]["scale"][i].as_f64().unwrap();
+        close(section.scale[i] / scale, 1.0, 0.02);
+        close(section.bias[i], by_turns.bias[i], 0.02);
+    }
+    assert!(motion < turned, "{motion} {turned}");
+}
+
+#[test]
+fn a_second_file_that_does_not_fit_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    write_six_files(here, &Sensor::default());
+    write(here, "gyro.txt", "1 2 3\n2 3 4\n3 4 6\n");
+    let code = |line: &str, exit: i32| {
+        let run = run_in(here, words(&format!("{line} --json")));
+        assert_eq!(run.code, exit, "{line}\n{}{}", run.out, run.err);
+        run.error_code()
+    };
+    let two = "x_axis_pos.csv x_axis_neg.csv --gyro gyro.txt";
+    assert_eq!(code(&format!("calibrate {two}"), 2), "gyro-inputs");
+    assert_eq!(code(&format!("inspect {two}"), 2), "gyro-inputs");
+    write(
+        here,
+        "both.txt",
+        "ax,ay,az,gx,gy,gz\n0,0,9.8,1,2,3\n0,0,9.7,1,2,4\n0,1,9.8,1,2,3\n",
+    );
+    assert_eq!(code("calibrate both.txt --gyro gyro.txt", 2), "gyro-twice");
+    write(
+        here,
+        "acc.txt",
+        "ax,ay,az\n0,0,9.8\n0,0,9.7\n0,0.1,9.8\n0,0.1,9.8\n",
+    );
+    assert_eq!(code("calibrate acc.txt --gyro gyro.txt", 3), "gyro-length");
+    assert_eq!(code("calibrate acc.txt --gyro nowhere.txt", 3), "not-found");
+}

@@ -1,0 +1,281 @@
+//! From angular rates to a rotation, and how it changes with the parameters:
+//! the inner loop.
+//!
+//! With ω = E (y − β), y the rates in rad/s by the nominal scale less the bias,
+//! the attitude A (sensor → sensor at the start) follows A' = A [ω]×. Over one
+//! sample the rate is taken as a straight line; the rotation vector of the step
+//! is then h (ω₀ + ω₁)/2 + h²/12 ω₀ × ω₁ (Magnus' series). What is left is the
+//! straight line: 0.003° for 5 s of tumbling at 1.5 rad/s and 100 Hz, falling
+//! with h².
+//!
+//! A small change of the parameters turns the result by
+//!
+//! ```text
+//! ψ = ∫ A δω dt = Σ w A (δE (y − β) − E δβ),   w the trapezoid's weights,
+//! ```
+//!
+//! seen from the start, so that running sums of A and of its products with y
+//! hold all derivatives.
+
+/// Rate in rad/s by the nominal scale, and the time to the next sample, s.
+pub(super) type Sample = [f64; 4];
+
+type Matrix = [[f64; 3]; 3];
+
+/// The rotation of a motion, and the sums that its derivatives need.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turned {
+    /// From the sensor at the end to the sensor at the start.
+    pub attitude: Matrix,
+    /// Σ w A_kr (y − β)_c, and Σ w A_kr as the fourth c.
+    pub sums: [[[f64; 4]; 3]; 3],
+}
+
+/// Squared angle of a half step, rad², above which the series gives way to the
+/// exact sine: 0.5 rad a sample. Below it the series' error is under 3e-13.
+const SERIES: f64 = 0.0625;
+
+/// The quaternion of a rotation vector.
+#[inline(always)]
+fn step(x: f64, y: f64, z: f64) -> [f64; 4] {
+    let half2 = 0.25 * (x * x + y * y + z * z);
+    let (cosine, factor) = if half2 < SERIES {
+        (
+            1.0 - half2
+                * (1.0 / 2.0 - half2 * (1.0 / 24.0 - half2 * (1.0 / 720.0 - half2 / 40320.0))),
+            0.5 - half2
+                * (1.0 / 12.0
+                    - half2 * (1.0 / 240.0 - half2 * (1.0 / 10080.0 - half2 / 725_760.0))),
+        )
+    } else {
+        let half = half2.sqrt();
+        (half.cos(), 0.5 * half.sin() / half)
+    };
+    [cosine, factor * x, factor * y, factor * z]
+}
+
+#[inline(always)]
+fn times(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    [
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] + a[2] * b[0] + a[3] * b[1] - a[1] * b[3],
+        a[0] * b[3] + a[3] * b[0] + a[1] * b[2] - a[2] * b[1],
+    ]
+}
+
+#[inline(always)]
+fn matrix([w, x, y, z]: [f64; 4]) -> Matrix {
+    let (x2, y2, z2) = (x + x, y + y, z + z);
+    let (xx, yy, zz) = (x * x2, y * y2, z * z2);
+    let (xy, xz, yz) = (x * y2, x * z2, y * z2);
+    let (wx, wy, wz) = (w * x2, w * y2, w * z2);
+    [
+        [1.0 - yy - zz, xy - wz, xz + wy],
+        [xy + wz, 1.0 - xx - zz, yz - wx],
+        [xz - wy, yz + wx, 1.0 - xx - yy],
+    ]
+}
+
+/// One rate by the parameters: y − β and E (y − β).
+#[inline(always)]
+fn rate(e: &Matrix, beta: [f64; 3], s: &Sample) -> ([f64; 3], [f64; 3]) {
+    let y = [s[0] - beta[0], s[1] - beta[1], s[2] - beta[2]];
+    let row = |r: usize| e[r][0] * y[0] + e[r][1] * y[1] + e[r][2] * y[2];
+    (y, [row(0), row(1), row(2)])
+}
+
+/// Quaternion of the way from one sample to the next.
+#[inline(always)]
+fn between(from: [f64; 3], to: [f64; 3], h: f64) -> [f64; 4] {
+    let (a, b) = (0.5 * h, h * h / 12.0);
+    step(
+        a * (from[0] + to[0]) + b * (from[1] * to[2] - from[2] * to[1]),
+        a * (from[1] + to[1]) + b * (from[2] * to[0] - from[0] * to[2]),
+        a * (from[2] + to[2]) + b * (from[0] * to[1] - from[1] * to[0]),
+    )
+}
+
+/// Rounding and the series leave the length of a product of many quaternions
+/// off by some 1e-12.
+fn made_unit(q: [f64; 4]) -> [f64; 4] {
+    let length = q.iter().map(|v| v * v).sum::<f64>().sqrt();
+    q.map(|v| v / length)
+}
+
+/// The attitude at the end of `samples`, seen from the start.
+pub(super) fn attitude(samples: &[Sample], e: &Matrix, beta: [f64; 3]) -> Matrix {
+    let Some(first) = samples.first() else {
+        return gravical_core::matrix3::identity();
+    };
+    let mut q = [1.0, 0.0, 0.0, 0.0];
+    let (_, mut before) = rate(e, beta, first);
+    let mut h = first[3];
+    for s in &samples[1..] {
+        let (_, now) = rate(e, beta, s);
+        q = times(q, between(before, now, h));
+        (before, h) = (now, s[3]);
+    }
+    matrix(made_unit(q))
+}
+
+/// The attitude and the sums for its derivatives.
+pub(super) fn turned(samples: &[Sample], e: &Matrix, beta: [f64; 3]) -> Turned {
+    let mut sums = [[[0.0; 4]; 3]; 3];
+    let mut q = [1.0, 0.0, 0.0, 0.0];
+    let mut add = |a: &Matrix, y: [f64; 3], w: f64| {
+        // Four lanes: one instruction where the machine has such wide ones.
+        let wy = [w * y[0], w * y[1], w * y[2], w];
+        for k in 0..3 {
+            for r in 0..3 {
+                for c in 0..4 {
+                    sums[k][r][c] += a[k][r] * wy[c];
+                }
+            }
+        }
+    };
+    let mut a = gravical_core::matrix3::identity();
+    if let Some(first) = samples.first() {
+        let (y, mut before) = rate(e, beta, first);
+        let mut h = if samples.len() > 1 { first[3] } else { 0.0 };
+        add(&a, y, 0.5 * h);
+        let last = samples.len() - 1;
+        for (i, s) in samples.iter().enumerate().skip(1) {
+            let (y, now) = rate(e, beta, s);
+            q = times(q, between(before, now, h));
+            a = matrix(q);
+            let next = if i < last { s[3] } else { 0.0 };
+            add(&a, y, 0.5 * (h + next));
+            (before, h) = (now, next);
+        }
+        a = matrix(made_unit(q));
+    }
+    Turned { attitude: a, sums }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gravical_core::matrix3;
+    use nalgebra::{Rotation3, Vector3};
+
+    /// A rate that tumbles, rad/s, and its samples.
+    fn tumbling(rate_hz: f64, seconds: f64) -> Vec<Sample> {
+        let n = (seconds * rate_hz) as usize;
+        (0..=n)
+            .map(|i| {
+                let t = i as f64 / rate_hz;
+                [
+                    1.5 * (1.1 * t).sin(),
+                    0.8 * (0.7 * t).cos() - 0.3,
+                    1.2 * (1.7 * t + 0.4).sin(),
+                    1.0 / rate_hz,
+                ]
+            })
+            .collect()
+    }
+
+    const E: [[f64; 3]; 3] = [[1.03, 0.02, -0.01], [0.0, 0.98, 0.015], [-0.02, 0.01, 1.01]];
+    const BETA: [f64; 3] = [0.01, -0.02, 0.005];
+
+    fn distance(a: &Matrix, b: &Matrix) -> f64 {
+        let flat = |m: &Matrix| m.concat();
+        flat(a)
+            .iter()
+            .zip(flat(b))
+            .map(|(x, y)| (x - y).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    }
+
+    #[test]
+    fn a_constant_rate_is_exact() {
+        let samples = vec![[0.3, -0.4, 1.2, 0.01]; 501];
+        let exact = Rotation3::new(Vector3::new(1.5, -2.0, 6.0));
+        let exact: Matrix = exact.matrix().transpose().into();
+        let found = attitude(&samples, &matrix3::identity(), [0.0; 3]);
+        assert!(distance(&found, &exact) < 1e-10, "{found:?}");
+    }
+
+    #[test]
+    fn the_error_falls_with_the_square_of_the_step_or_faster() {
+        let errors = |path: &dyn Fn(f64) -> Vec<Sample>| -> Vec<f64> {
+            let truth = attitude(&path(6400.0), &E, BETA);
+            [25.0, 50.0, 100.0]
+                .map(|hz| distance(&attitude(&path(hz), &E, BETA), &truth))
+                .to_vec()
+        };
+        // In the middle of a motion the straight lines between samples miss
+        // h²/12 times the change of the rate's slope: 0.007° here at 100 Hz.
+        let open = errors(&|hz| tumbling(hz, 5.0));
+        assert!(
+            open[0] / open[1] > 3.9 && open[1] / open[2] > 3.9,
+            "{open:?}"
+        );
+        assert!(open[2] < 2e-4, "{open:?}");
+        // From rest to rest it is less.
+        let closed = errors(&|hz| {
+            let mut samples = tumbling(hz, 5.0);
+            let last = (samples.len() - 1) as f64;
+            for (i, s) in samples.iter_mut().enumerate() {
+                let window = (std::f64::consts::PI * i as f64 / last).sin().powi(2);
+                (0..3).for_each(|k| s[k] *= window);
+            }
+            samples
+        });
+        assert!(
+            closed[0] / closed[1] > 3.9 && closed[2] < 1e-4,
+            "{closed:?}"
+        );
+    }
+
+    #[test]
+    fn a_fast_step_takes_the_exact_sine() {
+        for size in [0.4, 0.4999, 0.5001, 3.0] {
+            let [w, x, y, z] = step(0.6 * size, 0.0, 0.8 * size);
+            let (sine, cosine) = (0.5_f64 * size).sin_cos();
+            assert!((w - cosine).abs() < 1e-11 && y == 0.0, "{size}");
+            assert!((x - 0.6 * sine).abs() < 1e-11 && (z - 0.8 * sine).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn the_sums_are_the_derivatives() {
+        let samples = tumbling(100.0, 4.0);
+        let at = turned(&samples, &E, BETA);
+        assert!(distance(&at.attitude, &attitude(&samples, &E, BETA)) < 1e-11);
+        let small = 1e-5;
+        // ψ of a change, from two attitudes: A₊ A₋ᵀ = I + [2ψ]×.
+        let psi = |plus: Matrix, minus: Matrix| {
+            let between = matrix3::mul(&plus, &matrix3::transpose(&minus));
+            [(2, 1), (0, 2), (1, 0)].map(|(i, j)| (between[i][j] - between[j][i]) / (4.0 * small))
+        };
+        for r in 0..3 {
+            for c in 0..3 {
+                let moved = |by: f64| {
+                    let mut e = E;
+                    e[r][c] += by;
+                    attitude(&samples, &e, BETA)
+                };
+                let found = psi(moved(small), moved(-small));
+                for k in 0..3 {
+                    assert!(
+                        (found[k] - at.sums[k][r][c]).abs() < 2e-4,
+                        "E{r}{c}: {found:?}"
+                    );
+                }
+            }
+            let moved = |by: f64| {
+                let mut beta = BETA;
+                beta[r] += by;
+                attitude(&samples, &E, beta)
+            };
+            let found = psi(moved(small), moved(-small));
+            let time = at.sums.map(|row| row.map(|s| s[3]));
+            let sums = matrix3::mul(&time, &E);
+            for k in 0..3 {
+                assert!((found[k] + sums[k][r]).abs() < 2e-4, "β{r}: {found:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,367 @@
+//! The gyroscope from the motions between stills.
+//!
+//! # Overview
+//!
+//! Between two stills the sensor is turned, by hand and anyhow. Gravity's
+//! direction is known in both from the calibrated accelerometer, so that the
+//! integrated angular rate has to turn the one into the other:
+//!
+//! ```text
+//! C(∫ω dt) v₀ − v₁ = 0,   ω = G (u − b − S a)
+//! ```
+//!
+//! over all motions, for the nine elements of G and the bias b, which the stills
+//! hold (Tedaldi, Pretto, Menegatti, "A robust and easy to implement method for
+//! IMU calibration without external equipments", ICRA 2014). No turn has to be
+//! known. The axes of the result are those of the calibrated accelerometer, so
+//! that both sensors agree.
+//!
+//! The order: what the stills say of bias, drift, reaction to gravity and noise
+//! (`rest`); the motions (`motions`) without those that have a gap or are
+//! clipped; a start where the scale is not known (`start`); a check of what the
+//! motions can determine (`determined`); a robust fit, then generalised least
+//! squares without the motions that contradict the others (`fit`, `problem`,
+//! with `integrate` as the inner loop).
+//!
+//! It fails where the sensor never turns about one of its axes while that axis
+//! is level: a turn about the vertical leaves gravity where it is. Then
+//! [`from_motions`] refuses and returns the bias alone.
+
+mod bias;
+mod determined;
+mod fit;
+mod integrate;
+mod motions;
+mod problem;
+mod rest;
+mod result;
+mod start;
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_core::matrix3;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::Result;
+use crate::calibration_file::GyroscopeSection;
+use crate::recording::units::{GyroScale, GyroUnit};
+use crate::recording::{Finding, Recording};
+use crate::segment::{Placement, Segmentation};
+
+pub use bias::at_rest;
+
+/// One still of a continuous recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Still {
+    /// Its rows.
+    pub rows: Range<usize>,
+    /// Mean of the accelerometer over them, as in [`Recording::accel`].
+    pub accel: [f64; 3],
+    /// Its standard error; none where it is not known.
+    pub standard_error: Option<[f64; 3]>,
+}
+
+impl Still {
+    /// The stills of a recording, in the order of its rows: every stretch of
+    /// every placement.
+    #[must_use]
+    pub fn of(placements: &[Placement], recording: usize) -> Vec<Still> {
+        let mut stills: Vec<Still> = placements
+            .iter()
+            .filter(|p| p.recording == recording)
+            .flat_map(|p| {
+                p.rows.iter().map(|rows| Still {
+                    rows: rows.clone(),
+                    accel: p.mean,
+                    standard_error: p.standard_error,
+                })
+            })
+            .collect();
+        stills.sort_by_key(|s| s.rows.start);
+        stills
+    }
+}
+
+/// What is known beforehand.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct GyroOptions {
+    /// Unit and nominal scale; without a nominal scale the motions give it.
+    pub scale: Option<GyroScale>,
+}
+
+/// A gyroscope, or why there is none.
+#[derive(Debug, Clone, Default)]
+pub struct GyroFit {
+    /// The parameters, method `motion` or `bias`; none where not even a nominal
+    /// scale is known.
+    pub section: Option<GyroscopeSection>,
+    /// What is odd.
+    pub findings: Vec<Finding>,
+}
+
+impl GyroFit {
+    /// With what was found about known turns before: that some are missing
+    /// matters only where the motions do not do without them.
+    #[must_use]
+    pub fn or_after(mut self, turns: Vec<Finding>) -> Self {
+        if self.section.as_ref().is_none_or(|s| s.method != "motion") {
+            self.findings.splice(0..0, turns);
+        }
+        self
+    }
+}
+
+/// Motions whose typical residual is above this do not fit at all, degrees.
+const MISFIT_DEG: f64 = 3.0;
+
+/// Fits the gyroscope of one recording from the motions between its stills.
+///
+/// `accelerometer` calibrates the values of [`Recording::accel`] (its zero
+/// offset taken off) to m/s²; its axes become those of the gyroscope. Every
+/// still needs readings of both sensors.
+///
+/// The covariance is that of noise, drift and what else the residuals show; an
+/// error of the accelerometer's calibration is in it only as far as the
+/// residuals show it.
+///
+/// # Errors
+///
+/// None today: what cannot be determined is a finding, and the bias remains.
+pub fn from_motions(
+    recording: &Recording,
+    stills: &[Still],
+    accelerometer: &Calibration<f64>,
+    options: &GyroOptions,
+) -> Result<GyroFit> {
+    let mut out = GyroFit::default();
+    let Some(prepared) =
+        Prepared::new(recording, stills, accelerometer, options, &mut out.findings)
+    else {
+        return Ok(out);
+    };
+    let Prepared {
+        rest,
+        mut motions,
+        spread,
+        ..
+    } = prepared;
+    let unit = options.scale.map_or(GyroUnit::Unknown, |s| s.unit);
+    let nominal = options.scale.and_then(|s| s.nominal());
+    let bias_only = |findings: &mut Vec<Finding>| {
+        bias::section(&rest, unit, nominal, findings, &recording.name)
+    };
+    if motions.list.is_empty() {
+        out.section = bias_only(&mut out.findings);
+        return Ok(out);
+    }
+    // Rad/s per unit of the file: nominal, or as the motions show it.
+    let Some(per_unit) = nominal.map(f64::recip).or_else(|| start::scale(&motions)) else {
+        out.section = bias_only(&mut out.findings);
+        return Ok(out);
+    };
+    for sample in &mut motions.samples {
+        (0..3).for_each(|i| sample[i] *= per_unit);
+    }
+    let size = per_unit.abs();
+    let mean_square = |v: [f64; 3]| (v.iter().map(|x| x * x).sum::<f64>() / 3.0).sqrt() * size;
+    let known = fit::Known {
+        spread,
+        noise: mean_square(rest.noise),
+        drift: mean_square(rest.local_sd),
+        beta_sigma: rest.bias_error.map(|s| (s * size).max(1e-9)),
+    };
+    let setup = fit::Setup::new(&motions, &known);
+    let at_start = setup.at(problem::State::start());
+    let expected = setup.expected_covariance(&at_start);
+    if let Some(why) = determined::lacking(expected.as_ref(), motions.list.len(), nominal.is_some())
+    {
+        out.findings.push(why.in_file(&recording.name));
+        out.section = bias_only(&mut out.findings);
+        return Ok(out);
+    }
+    let mut robust = setup.robust(at_start);
+    if robust.typical.to_degrees() > MISFIT_DEG
+        && let Some(e) = start::matrix(&motions)
+    {
+        // Perhaps the axes are not the accelerometer's.
+        let other = setup.robust(setup.at(problem::State { e, beta: [0.0; 3] }));
+        if other.typical < robust.typical {
+            robust = other;
+        }
+    }
+    let typical = robust.typical;
+    let fitted = setup
+        .fit(robust)
+        .filter(|f| matrix3::is_finite(&f.state.e) && matrix3::inverse(&f.state.e).is_some());
+    let lacking = determined::lacking(
+        fitted.as_ref().and_then(|f| f.covariance.as_ref()),
+        motions.list.len(),
+        nominal.is_some(),
+    );
+    let (Some(fitted), None) = (fitted, &lacking) else {
+        out.findings
+            .extend(lacking.map(|why| why.in_file(&recording.name)));
+        out.section = bias_only(&mut out.findings);
+        return Ok(out);
+    };
+    result::tell(
+        recording,
+        &motions,
+        &fitted,
+        nominal,
+        per_unit,
+        typical,
+        &mut out.findings,
+    );
+    out.section = result::section(&rest, &motions, &fitted, per_unit, unit);
+    Ok(out)
+}
+
+/// The gyroscope of a session without three known turns: from the motions of
+/// its one recording, or, from several files, the bias alone. Neither section
+/// nor finding where there is no gyroscope.
+///
+/// # Errors
+///
+/// As [`from_motions`].
+pub fn of_session(
+    recordings: &[Recording],
+    session: &Segmentation,
+    accelerometer: &Calibration<f64>,
+) -> Result<GyroFit> {
+    let options = GyroOptions {
+        scale: session.gyro_scale,
+    };
+    match recordings {
+        [one] => {
+            let stills = Still::of(&session.placements, 0);
+            from_motions(one, &stills, accelerometer, &options)
+        }
+        _ => Ok(at_rest(&session.placements, session.gyro_scale)),
+    }
+}
+
+/// Stills and motions, looked at.
+struct Prepared {
+    rest: rest::Rest,
+    motions: motions::Motions,
+    spread: Vec<Matrix3<f64>>,
+}
+
+impl Prepared {
+    fn new(
+        recording: &Recording,
+        stills: &[Still],
+        accelerometer: &Calibration<f64>,
+        options: &GyroOptions,
+        findings: &mut Vec<Finding>,
+    ) -> Option<Prepared> {
+        let gyro = recording.gyro.as_ref()?;
+        // A still without a reading says nothing and parts two motions.
+        let read: Vec<Still> = stills
+            .iter()
+            .filter(|s| rest::mean(gyro, s.rows.clone()).is_some())
+            .cloned()
+            .collect();
+        let accel: Vec<[f64; 3]> = read.iter().map(|s| accelerometer.apply(s.accel)).collect();
+        let rate = recording.timing.rate_hz();
+        // Without a time the noise only weighs stills against each other.
+        let period_s = rate.map_or(1.0 / Recording::ASSUMED_RATE_HZ, f64::recip);
+        let rest = rest::at_rest(gyro, &read, &accel, period_s)?;
+        let directions: Vec<[f64; 3]> = accel
+            .iter()
+            .map(|a| Vector3::from(*a).normalize().into())
+            .collect();
+        let spread = read
+            .iter()
+            .zip(&accel)
+            .map(|(still, a)| direction_covariance(still, *a, accelerometer))
+            .collect();
+        let motions = if rate.is_some() {
+            motions::gather(&motions::Source {
+                recording,
+                gyro,
+                scale: options.scale,
+                stills: &read,
+                directions: &directions,
+                accelerometer,
+                rest: &rest,
+                period_s,
+            })
+        } else {
+            if read.len() > 1 {
+                findings.push(
+                    Finding::note(
+                        "gyro-rate-unknown",
+                        "no time stamps and no --rate: the turns between stills cannot be integrated, and the gyroscope gets its bias only",
+                    )
+                    .in_file(&recording.name),
+                );
+            }
+            motions::Motions::default()
+        };
+        findings.extend(motions.findings.iter().cloned());
+        Some(Prepared {
+            rest,
+            motions,
+            spread,
+        })
+    }
+}
+
+/// Covariance of a unit vector along A (u − b), from the standard error of u.
+fn direction_covariance(
+    still: &Still,
+    accel: [f64; 3],
+    accelerometer: &Calibration<f64>,
+) -> Matrix3<f64> {
+    let error = Vector3::from(still.standard_error.unwrap_or([0.0; 3]));
+    let a = Vector3::from(accel);
+    let direction = a.normalize();
+    let across = Matrix3::identity() - direction * direction.transpose();
+    // nalgebra's arrays are columns.
+    let to_direction = across * Matrix3::from(accelerometer.matrix).transpose() / a.norm();
+    to_direction * Matrix3::from_diagonal(&error.component_mul(&error)) * to_direction.transpose()
+}
+
+/// How far gravity, turned by a calibrated gyroscope, is off after each motion
+/// between stills, in degrees; none for motions with a gap or clipped samples
+/// left out. To compare calibrations on the same motions.
+#[must_use]
+pub fn motion_residuals_deg(
+    recording: &Recording,
+    stills: &[Still],
+    accelerometer: &Calibration<f64>,
+    gyroscope: &GyroscopeCalibration<f64>,
+    options: &GyroOptions,
+) -> Vec<f64> {
+    let Some(mut prepared) =
+        Prepared::new(recording, stills, accelerometer, options, &mut Vec::new())
+    else {
+        return Vec::new();
+    };
+    let motions = &mut prepared.motions;
+    for motion in &motions.list {
+        for (sample, row) in motions.samples[motion.samples.clone()]
+            .iter_mut()
+            .zip(motion.rows.clone())
+        {
+            let Some(gyro) = &recording.gyro else {
+                continue;
+            };
+            let rate = gyroscope.apply(
+                [gyro[0][row], gyro[1][row], gyro[2][row]],
+                accelerometer.apply(recording.accel_at(row)),
+            );
+            *sample = [rate[0], rate[1], rate[2], sample[3]];
+        }
+    }
+    motions
+        .list
+        .iter()
+        .map(|m| result::chord_deg(problem::residual(motions, m, &problem::State::start()).norm()))
+        .collect()
+}

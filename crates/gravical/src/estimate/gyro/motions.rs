@@ -1,0 +1,299 @@
+//! The motions between stills, gathered for the inner loop.
+
+use std::ops::Range;
+
+use gravical_core::calibration::Calibration;
+use gravical_core::matrix3;
+
+use super::Still;
+use super::integrate::Sample;
+use super::rest::Rest;
+use crate::recording::units::{GyroScale, GyroUnit};
+use crate::recording::{Finding, LineSpans, Recording};
+
+/// One motion: directions of gravity before and after, and where its samples
+/// are.
+#[derive(Debug, Clone)]
+pub(super) struct Motion {
+    /// Index of the still before it; the next one is after it.
+    pub still: usize,
+    /// Rows of the recording, both ends included in the integration.
+    pub rows: Range<usize>,
+    /// Its range of [`Motions::samples`].
+    pub samples: Range<usize>,
+    /// Unit vectors of gravity in both stills.
+    pub gravity: [[f64; 3]; 2],
+    pub seconds: f64,
+}
+
+/// All motions that can be used.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Motions {
+    pub list: Vec<Motion>,
+    /// Rates less bias and reaction to gravity, units of the file, and steps.
+    pub samples: Vec<Sample>,
+    /// Motions left out: gaps, clipped samples.
+    pub left_out: usize,
+    pub findings: Vec<Finding>,
+}
+
+/// A step longer than this many periods is a gap: what happened in it is not
+/// known.
+const GAP_PERIODS: f64 = 4.5;
+
+/// What motions are gathered from.
+pub(super) struct Source<'a> {
+    pub recording: &'a Recording,
+    /// Its gyroscope.
+    pub gyro: &'a [Vec<f64>; 3],
+    pub scale: Option<GyroScale>,
+    pub stills: &'a [Still],
+    /// Unit vector of gravity in every still.
+    pub directions: &'a [[f64; 3]],
+    pub accelerometer: &'a Calibration<f64>,
+    pub rest: &'a Rest,
+    pub period_s: f64,
+}
+
+/// Gathers them.
+pub(super) fn gather(source: &Source<'_>) -> Motions {
+    let Source {
+        recording,
+        gyro,
+        scale,
+        stills,
+        directions,
+        ..
+    } = *source;
+    let ends: [Option<[f64; 2]>; 3] = std::array::from_fn(|i| range_end(&gyro[i], scale));
+    let mut motions = Motions::default();
+    let (mut gaps, mut clips) = (LineSpans::default(), LineSpans::default());
+    let (mut with_gap, mut with_clip) = (0, 0);
+    for (still, pair) in stills.windows(2).enumerate() {
+        let rows = pair[0].rows.end.saturating_sub(1)..pair[1].rows.start + 1;
+        if rows.len() < 3 {
+            continue;
+        }
+        let lines = (recording.line(rows.start), recording.line(rows.end - 1));
+        let mut clipped = 0_u64;
+        let from = motions.samples.len();
+        let whole = push(source, rows.clone(), still, &mut motions.samples);
+        for row in rows.clone() {
+            clipped += u64::from((0..3).any(|i| {
+                ends[i].is_some_and(|[low, high]| gyro[i][row] <= low || gyro[i][row] >= high)
+            }));
+        }
+        if !whole || clipped > 0 {
+            motions.samples.truncate(from);
+            if whole {
+                with_clip += 1;
+                clips.push_range(lines.0, lines.1, clipped);
+            } else {
+                with_gap += 1;
+                gaps.push_range(lines.0, lines.1, lines.1 - lines.0 + 1);
+            }
+            continue;
+        }
+        let samples = from..motions.samples.len();
+        let seconds = motions.samples[samples.clone()].iter().map(|s| s[3]).sum();
+        motions.list.push(Motion {
+            still,
+            rows,
+            samples,
+            gravity: [directions[still], directions[still + 1]],
+            seconds,
+        });
+    }
+    motions.left_out = with_gap + with_clip;
+    if with_gap > 0 {
+        motions.findings.push(
+            Finding::warning(
+                "gyro-motion-gap",
+                format!("{with_gap} of the motions between stills have a gap, a break or rows without a reading of the gyroscope; left out of its fit"),
+            )
+            .at_lines(&gaps)
+            .in_file(&recording.name),
+        );
+    }
+    if with_clip > 0 {
+        motions.findings.push(
+            Finding::warning(
+                "gyro-motion-clipped",
+                format!(
+                    "in {with_clip} of the motions between stills the gyroscope reaches the end of its range ({} rows): turned too fast; left out of its fit",
+                    clips.count()
+                ),
+            )
+            .at_lines(&clips)
+            .in_file(&recording.name),
+        );
+    }
+    motions
+}
+
+/// Adds the samples of one motion; false when something is missing in it.
+fn push(source: &Source<'_>, rows: Range<usize>, still: usize, samples: &mut Vec<Sample>) -> bool {
+    let Source {
+        recording,
+        gyro,
+        accelerometer,
+        rest,
+        period_s,
+        ..
+    } = *source;
+    if recording
+        .breaks
+        .iter()
+        .any(|b| (rows.start + 1..rows.end).contains(b))
+    {
+        return false;
+    }
+    // The drift of the bias is what both stills show of it.
+    let bias: [f64; 3] = std::array::from_fn(|i| {
+        rest.bias[i] + 0.5 * (rest.local[still][i] + rest.local[still + 1][i])
+    });
+    let reacts = rest.g_sensitivity != [[0.0; 3]; 3];
+    let last = rows.end - 1;
+    for row in rows {
+        let mut rate: [f64; 3] = std::array::from_fn(|i| gyro[i][row] - bias[i]);
+        if reacts {
+            let felt = matrix3::mul_vec(
+                &rest.g_sensitivity,
+                &accelerometer.apply(recording.accel_at(row)),
+            );
+            rate = matrix3::sub(&rate, &felt);
+        }
+        let step = match (&recording.time_s, row == last) {
+            (_, true) => 0.0,
+            (Some(t), false) => t[row + 1] - t[row],
+            (None, false) => period_s,
+        };
+        let usable = rate.iter().all(|v| v.is_finite())
+            && step.is_finite()
+            && step > -GAP_PERIODS * period_s
+            && step < GAP_PERIODS * period_s;
+        if !usable {
+            return false;
+        }
+        samples.push([rate[0], rate[1], rate[2], step]);
+    }
+    true
+}
+
+/// Full scales in use, °/s.
+const FULL_SCALES_DEG_S: [f64; 7] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
+
+/// Values of a channel at and beyond which it is clipped; none when it never
+/// is. The end of the range is known where the unit is; everywhere it shows as
+/// three or more neighbours at the channel's own extreme that the signal comes
+/// to, or leaves, in a step far above its last digit: the top of a smooth
+/// motion is reached in small ones.
+fn range_end(channel: &[f64], scale: Option<GyroScale>) -> Option<[f64; 2]> {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut digit = f64::INFINITY;
+    let mut before = f64::NAN;
+    for &v in channel {
+        low = low.min(v);
+        high = high.max(v);
+        let change = (v - before).abs();
+        if change > 0.0 {
+            digit = digit.min(change);
+        }
+        before = v;
+    }
+    if !digit.is_finite() {
+        return None;
+    }
+    let signed = low < 16384.0;
+    let repeats = |extreme: f64| channel.iter().filter(|v| **v == extreme).take(3).count() == 3;
+    let at_end = |extreme: f64| {
+        known_end(extreme, signed, scale) && (is_counts(scale) || repeats(extreme))
+            || flat_top(channel, extreme, digit)
+    };
+    let (bottom, top) = (at_end(low), at_end(high));
+    (bottom || top).then_some([
+        if bottom { low } else { f64::NEG_INFINITY },
+        if top { high } else { f64::INFINITY },
+    ])
+}
+
+fn is_counts(scale: Option<GyroScale>) -> bool {
+    scale.is_some_and(|s| s.unit == GyroUnit::Counts)
+}
+
+fn known_end(extreme: f64, signed: bool, scale: Option<GyroScale>) -> bool {
+    let Some(scale) = scale else { return false };
+    if scale.unit == GyroUnit::Counts {
+        // 16-bit values, signed, or unsigned around 32768.
+        return if signed {
+            extreme >= 32767.0 || extreme <= -32767.0
+        } else {
+            extreme >= 65535.0
+        };
+    }
+    scale.nominal().is_some_and(|nominal| {
+        let rate_deg_s = (extreme / nominal).to_degrees().abs();
+        FULL_SCALES_DEG_S
+            .iter()
+            .any(|full| rate_deg_s <= full * 1.0005 && rate_deg_s >= full * (1.0 - 2.5 / 32768.0))
+    })
+}
+
+fn flat_top(channel: &[f64], extreme: f64, digit: f64) -> bool {
+    let mut from = 0;
+    for row in 0..=channel.len() {
+        if row < channel.len() && channel[row] == extreme {
+            continue;
+        }
+        if row - from >= 3 {
+            let edge =
+                |outside: Option<&f64>| outside.is_some_and(|v| (v - extreme).abs() > 5.0 * digit);
+            if edge(from.checked_sub(1).and_then(|i| channel.get(i))) || edge(channel.get(row)) {
+                return true;
+            }
+        }
+        from = row + 1;
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::units::Origin;
+
+    #[test]
+    fn a_flat_top_is_clipped_and_a_round_one_is_not() {
+        let wave = |limit: f64, digit: f64| -> Vec<f64> {
+            (0..400)
+                .map(|i| {
+                    let v = 300.0 * (f64::from(i) * 0.05).sin();
+                    (v / digit).round() * digit
+                })
+                .map(|v| v.clamp(-limit, limit))
+                .collect()
+        };
+        assert_eq!(range_end(&wave(1e9, 0.01), None), None);
+        assert_eq!(range_end(&wave(1e9, 5.0), None), None);
+        let clipped = range_end(&wave(250.0, 0.01), None).unwrap();
+        assert_eq!(clipped, [-250.0, 250.0]);
+        assert_eq!(range_end(&[1.0; 50], None), None);
+    }
+
+    #[test]
+    fn the_end_of_the_range_is_known_with_the_unit() {
+        let scale = |unit, lsb| {
+            Some(GyroScale {
+                unit,
+                lsb_per_deg_s: lsb,
+                origin: Origin::Data,
+            })
+        };
+        let counts = scale(GyroUnit::Counts, Some(131.0));
+        assert!(known_end(32767.0, true, counts) && known_end(-32768.0, true, counts));
+        // The rest of an unsigned channel is there, not its end.
+        assert!(!known_end(32767.0, false, counts) && !known_end(40000.0, false, counts));
+        let rad = scale(GyroUnit::RadianPerSecond, None);
+        assert!(known_end(250_f64.to_radians(), true, rad) && !known_end(4.2, true, rad));
+    }
+}

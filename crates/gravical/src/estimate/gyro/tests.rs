@@ -1,0 +1,347 @@
+//! Simulated sensors with known truth.
+
+use super::result::rms;
+use super::*;
+use crate::recording::{ReadOptions, read_bytes};
+use crate::segment::{SegmentOptions, segment};
+use crate::simulate::{PosesOptions, Scenario, SimulateOptions, Simulation, simulate};
+
+/// Six faces and `free` poses, without drift of the accelerometer's bias: that
+/// is an error of the accelerometer's calibration.
+fn poses(seed: u64, free: u32, change: impl Fn(&mut SimulateOptions)) -> Simulation {
+    let mut options = SimulateOptions::new(Scenario::Poses(PosesOptions { hold_s: 3.0, free }));
+    options.seed = seed;
+    options.sensor.bias_drift_mg_per_c = 0.0;
+    change(&mut options);
+    simulate(&options).unwrap()
+}
+
+/// The recording as if its file had been read; `gyro` makes the file's numbers
+/// of rates in rad/s.
+fn recording(simulation: &Simulation, gyro: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Recording {
+    use std::fmt::Write;
+    let file = &simulation.files[0];
+    let mut text = "t_ms,ax,ay,az,gx,gy,gz\n".to_owned();
+    for row in 0..file.t_s.len() {
+        let a: [f64; 3] = std::array::from_fn(|i| file.accel_mps2[i][row]);
+        let g = gyro(row, std::array::from_fn(|i| file.gyro_rad_s[i][row]));
+        write!(text, "{}", file.stamp_ms[row]).unwrap();
+        for v in a.iter().chain(&g) {
+            write!(text, ",{v:.6}").unwrap();
+        }
+        text.push('\n');
+    }
+    read_bytes(text.as_bytes(), &file.name, &ReadOptions::default()).unwrap()
+}
+
+fn true_accelerometer(simulation: &Simulation) -> Calibration<f64> {
+    let truth = &simulation.truth.accelerometer;
+    Calibration {
+        matrix: matrix3::inverse(&truth.matrix).unwrap(),
+        bias: truth.bias_mps2,
+    }
+}
+
+fn fitted(simulation: &Simulation, recording: &Recording) -> GyroFit {
+    let session = segment(std::slice::from_ref(recording), &SegmentOptions::default()).unwrap();
+    of_session(
+        std::slice::from_ref(recording),
+        &session,
+        &true_accelerometer(simulation),
+    )
+    .unwrap()
+}
+
+fn kinds(fit: &GyroFit) -> Vec<&str> {
+    fit.findings.iter().map(|f| f.kind.as_str()).collect()
+}
+
+/// Errors of M and b over their standard deviations.
+fn scores(simulation: &Simulation, section: &GyroscopeSection) -> Vec<f64> {
+    let truth = &simulation.truth.gyroscope;
+    let covariance = &section.covariance.as_ref().unwrap().values;
+    let model = matrix3::inverse(&section.matrix).unwrap();
+    let errors: Vec<f64> = model
+        .concat()
+        .iter()
+        .zip(truth.matrix.concat())
+        .map(|(found, t)| found - t)
+        .chain((0..3).map(|i| section.bias[i] - truth.bias_rad_s[i]))
+        .collect();
+    (0..12)
+        .map(|i| errors[i] / covariance[i][i].sqrt())
+        .collect()
+}
+
+fn share_within_196(z: &[f64]) -> f64 {
+    z.iter().filter(|v| v.abs() < 1.96).count() as f64 / z.len() as f64
+}
+
+#[test]
+fn the_truth_lies_within_the_claimed_covariance() {
+    let (mut matrix, mut bias) = (Vec::new(), Vec::new());
+    let mut sums = [0.0; 2];
+    for seed in 1..=80 {
+        let simulation = poses(seed, 12, |_| {});
+        let fit = fitted(&simulation, &recording(&simulation, |_, g| g));
+        let section = fit.section.unwrap();
+        assert_eq!(section.method, "motion", "{:?}", fit.findings);
+        let z = scores(&simulation, &section);
+        matrix.extend_from_slice(&z[..9]);
+        bias.extend_from_slice(&z[9..]);
+        let model = matrix3::inverse(&section.matrix).unwrap();
+        let truth = simulation.truth.gyroscope.matrix;
+        for i in 0..9 {
+            sums[0] += (model[i / 3][i % 3] - truth[i / 3][i % 3]).powi(2) / 720.0;
+        }
+        sums[1] += section.residual_deg.unwrap() / 80.0;
+    }
+    let covered = [share_within_196(&matrix), share_within_196(&bias)];
+    let spread = [rms(&matrix), rms(&bias)];
+    println!(
+        "coverage {covered:?}, z rms {spread:?}, M rms {:.6}, residual {:.4}°",
+        sums[0].sqrt(),
+        sums[1]
+    );
+    // 720 elements in 80 sensors: two standard deviations are 0.02.
+    assert!((0.92..=0.985).contains(&covered[0]), "{covered:?}");
+    assert!((0.90..=0.99).contains(&covered[1]), "{covered:?}");
+    assert!((0.85..=1.15).contains(&spread[0]), "{spread:?}");
+    // A tenth of what the data sheet leaves open (3 %).
+    assert!(sums[0].sqrt() < 0.003, "{}", sums[0].sqrt());
+}
+
+/// What a known sensor has to give back: every element within 4 standard
+/// deviations.
+fn assert_true(simulation: &Simulation, section: &GyroscopeSection) {
+    let z = scores(simulation, section);
+    assert!(z.iter().all(|v| v.abs() < 4.0), "{z:.1?}");
+}
+
+#[test]
+fn unsigned_counts_of_unknown_scale() {
+    let simulation = poses(3, 12, |_| {});
+    let per_rad_s = 4778.0;
+    let recording = recording(&simulation, |_, g| {
+        g.map(|v| (32768.0 + per_rad_s * v).round())
+    });
+    let fit = fitted(&simulation, &recording);
+    assert!(
+        kinds(&fit).contains(&"gyro-scale-found"),
+        "{:?}",
+        fit.findings
+    );
+    let mut section = fit.section.unwrap();
+    assert_eq!(section.input_unit, GyroUnit::Counts);
+    assert!((section.bias[0] - 32768.0).abs() < 400.0);
+    // Back to rad/s, and the same truth holds.
+    section.bias = section.bias.map(|b| (b - 32768.0) / per_rad_s);
+    section.matrix = section.matrix.map(|row| row.map(|v| v * per_rad_s));
+    for row in &mut section.covariance.as_mut().unwrap().values {
+        row.iter_mut().for_each(|v| *v /= per_rad_s * per_rad_s);
+    }
+    assert_true(&simulation, &section);
+}
+
+#[test]
+fn axes_that_are_not_the_accelerometers() {
+    let simulation = poses(4, 12, |_| {});
+    // A board turned by 90° about z in its case, and one axis turned round.
+    let turned = fitted(
+        &simulation,
+        &recording(&simulation, |_, [x, y, z]| [-y, x, z]),
+    );
+    let truth = simulation.truth.gyroscope.matrix;
+    let model = matrix3::inverse(&turned.section.unwrap().matrix).unwrap();
+    for c in 0..3 {
+        assert!((model[0][c] + truth[1][c]).abs() < 2e-3, "{model:?}");
+        assert!((model[1][c] - truth[0][c]).abs() < 2e-3, "{model:?}");
+    }
+    let mirrored = fitted(
+        &simulation,
+        &recording(&simulation, |_, [x, y, z]| [x, y, -z]),
+    );
+    assert!(
+        kinds(&mirrored).contains(&"gyro-left-handed"),
+        "{:?}",
+        mirrored.findings
+    );
+    let model = matrix3::inverse(&mirrored.section.unwrap().matrix).unwrap();
+    assert!((model[2][2] + truth[2][2]).abs() < 2e-3, "{model:?}");
+}
+
+/// Rows in the middle of the `n`th move.
+fn middle_of_move(simulation: &Simulation, n: usize) -> usize {
+    let piece = &simulation.truth.files[0].moves[n];
+    (50.0 * (piece.start_s + piece.end_s)) as usize
+}
+
+#[test]
+fn a_bad_motion_is_found_and_named() {
+    let simulation = poses(5, 12, |_| {});
+    let middle = middle_of_move(&simulation, 7);
+    let recording = recording(&simulation, |row, g| {
+        // Somebody knocked against it: 6° that the gyroscope made up.
+        let knocked = (middle..middle + 10).contains(&row);
+        g.map(|v| if knocked { v + 1.0 } else { v })
+    });
+    let fit = fitted(&simulation, &recording);
+    let found = fit
+        .findings
+        .iter()
+        .find(|f| f.kind == "gyro-motion-outlier")
+        .unwrap();
+    let [from, to] = found.lines[0];
+    assert_eq!(found.lines.len(), 1);
+    assert!((from..to).contains(&(middle as u64 + 2)), "{found:?}");
+    let section = fit.section.unwrap();
+    let counts = section.motions.unwrap();
+    assert_eq!((counts.used, counts.left_out), (16, 1));
+    assert_true(&simulation, &section);
+}
+
+#[test]
+fn gaps_and_clipped_motions_are_left_out() {
+    let simulation = poses(6, 12, |_| {});
+    let middle = middle_of_move(&simulation, 3);
+    let recording_with_gap = recording(
+        &simulation,
+        |row, g| {
+            if row == middle { [f64::NAN; 3] } else { g }
+        },
+    );
+    let fit = fitted(&simulation, &recording_with_gap);
+    let found = fit
+        .findings
+        .iter()
+        .find(|f| f.kind == "gyro-motion-gap")
+        .unwrap();
+    assert!((found.lines[0][0]..found.lines[0][1]).contains(&(middle as u64 + 2)));
+    let section = fit.section.unwrap();
+    assert_eq!(section.motions.unwrap().left_out, 1);
+    assert_true(&simulation, &section);
+
+    let limit = 1.6;
+    let clipped = recording(&simulation, |_, g| g.map(|v| v.clamp(-limit, limit)));
+    let fit = fitted(&simulation, &clipped);
+    let found = fit
+        .findings
+        .iter()
+        .find(|f| f.kind == "gyro-motion-clipped")
+        .unwrap();
+    assert!(found.count > 10, "{found:?}");
+    let section = fit.section.unwrap();
+    assert!(section.motions.unwrap().left_out > 1);
+    assert_true(&simulation, &section);
+}
+
+#[test]
+fn a_drifting_bias_does_not_spoil_it() {
+    let (mut z, seeds) = (Vec::new(), 12);
+    for seed in 1..=seeds {
+        let simulation = poses(seed, 12, |_| {});
+        // 0.1 °/s of drift over the session, as a part that warms up shows.
+        let rows = simulation.files[0].t_s.len() as f64;
+        let recording = recording(&simulation, |row, g| {
+            let drift = 0.1_f64.to_radians() * (row as f64 / rows - 0.5);
+            g.map(|v| v + drift)
+        });
+        let section = fitted(&simulation, &recording).section.unwrap();
+        z.extend_from_slice(&scores(&simulation, &section)[..9]);
+    }
+    assert!(share_within_196(&z) > 0.88, "{}", share_within_196(&z));
+}
+
+#[test]
+fn too_few_motions_leave_the_bias() {
+    let simulation = poses(7, 12, |_| {});
+    let recording = recording(&simulation, |_, g| g);
+    let session = segment(std::slice::from_ref(&recording), &SegmentOptions::default()).unwrap();
+    let stills = Still::of(&session.placements, 0);
+    let options = GyroOptions {
+        scale: session.gyro_scale,
+    };
+    let accelerometer = true_accelerometer(&simulation);
+    let fit = from_motions(&recording, &stills[..4], &accelerometer, &options).unwrap();
+    let section = fit.section.clone().unwrap();
+    assert_eq!(section.method, "bias");
+    assert_eq!(kinds(&fit), ["gyro-undetermined"]);
+    for i in 0..3 {
+        // The reaction to gravity is in it: 0.1 °/s per g.
+        assert!((section.bias[i] - simulation.truth.gyroscope.bias_rad_s[i]).abs() < 5e-3);
+    }
+    // Without a unit there is not even a matrix.
+    let nothing = GyroOptions { scale: None };
+    let fit = from_motions(&recording, &stills[..1], &accelerometer, &nothing).unwrap();
+    assert!(fit.section.is_none());
+    assert_eq!(kinds(&fit), ["gyro-scale-unknown"]);
+}
+
+/// A board that is tipped about two of its axes only, by hand-made numbers:
+/// turns of ±50° about x and y in turn, 2 s each, 3 s of rest between.
+fn tipped() -> (Recording, Vec<Still>) {
+    use nalgebra::{Rotation3, Vector3};
+    let mut noise = 1_u64;
+    let mut random = move || {
+        noise = noise
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (noise >> 33) as f64 / (1_u64 << 31) as f64 - 0.5
+    };
+    let mut up = Vector3::new(0.0, 0.0, 9.81);
+    let mut text = "t_ms,ax,ay,az,gx (rad/s),gy (rad/s),gz (rad/s)\n".to_owned();
+    let (mut row, mut stills) = (0, Vec::new());
+    for turn in 0..12 {
+        let axis = turn % 2;
+        let angle = if turn % 4 < 2 { 50_f64 } else { -50.0 }.to_radians();
+        let first = row;
+        for step in 0..500 {
+            let phase = (f64::from(step) - 300.0) / 200.0;
+            let rate = if phase >= 0.0 {
+                angle * (1.0 - (std::f64::consts::TAU * phase).cos()) / 2.0
+            } else {
+                0.0
+            };
+            let mut omega = Vector3::zeros();
+            omega[axis] = rate;
+            text += &format!("{}", row * 10);
+            for v in up.iter() {
+                text += &format!(",{:.5}", v + 0.03 * random());
+            }
+            for v in omega.iter() {
+                text += &format!(",{:.6}", v + 0.003 * random());
+            }
+            text.push('\n');
+            up = Rotation3::new(-omega * 0.01) * up;
+            row += 1;
+        }
+        stills.push(Still {
+            rows: first + 5..first + 290,
+            accel: [0.0; 3],
+            standard_error: Some([1e-3; 3]),
+        });
+    }
+    let recording = read_bytes(text.as_bytes(), "tipped.csv", &ReadOptions::default()).unwrap();
+    for still in &mut stills {
+        still.accel = std::array::from_fn(|i| {
+            let part = &recording.accel[i][still.rows.clone()];
+            part.iter().sum::<f64>() / part.len() as f64
+        });
+    }
+    (recording, stills)
+}
+
+#[test]
+fn an_axis_that_never_turned_is_named() {
+    let (recording, stills) = tipped();
+    let options = GyroOptions {
+        scale: recording.gyro_scale,
+    };
+    let fit = from_motions(&recording, &stills, &Calibration::identity(), &options).unwrap();
+    assert_eq!(fit.section.unwrap().method, "bias");
+    let message = &fit.findings[0].message;
+    assert!(
+        message.starts_with("the 11 usable motions between stills turn about 2 of 3 axes enough (x and y), but too little about z"),
+        "{message}"
+    );
+}
