@@ -61,13 +61,11 @@ fn bias_only(g: &GyroscopeSection, unit: &str) -> String {
             format!("{bias} {sd}").trim_end().to_owned()
         })
         .collect();
-    paragraph(
-        "\nGyroscope: ",
-        &format!(
-            "bias {} {unit}; scale nominal, no turn shows it",
-            biases.join(", ")
-        ),
-    )
+    let text = format!(
+        "bias {} {unit}; scale nominal, no turn shows it",
+        biases.join(", ")
+    );
+    format!("\n{}", paragraph("Gyroscope: ", &text))
 }
 
 /// A value and its standard deviation with the digits that this leaves it.

@@ -70,7 +70,7 @@ fn weak_axes(covariance: &Covariance) -> (Vec<usize>, f64) {
     let mut worst = 0.0_f64;
     for (i, &value) in eigen.eigenvalues.iter().enumerate() {
         let deviation = value.max(0.0).sqrt();
-        if !(deviation <= LIMIT) {
+        if deviation.is_nan() || deviation > LIMIT {
             worst = worst.max(deviation);
             for row in 0..3 {
                 for axis in 0..3 {

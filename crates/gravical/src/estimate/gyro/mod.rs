@@ -34,6 +34,7 @@ mod integrate;
 mod motions;
 mod problem;
 mod rest;
+mod result;
 mod start;
 #[cfg(test)]
 mod tests;
@@ -45,9 +46,9 @@ use gravical_core::matrix3;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Result;
-use crate::calibration_file::{Covariance, GyroscopeSection, MotionCounts};
+use crate::calibration_file::GyroscopeSection;
 use crate::recording::units::{GyroScale, GyroUnit};
-use crate::recording::{Finding, LineSpans, Recording};
+use crate::recording::{Finding, Recording};
 use crate::segment::{Placement, Segmentation};
 
 pub use bias::at_rest;
@@ -116,9 +117,6 @@ impl GyroFit {
 /// Motions whose typical residual is above this do not fit at all, degrees.
 const MISFIT_DEG: f64 = 3.0;
 
-/// A scale that is further from nominal is not the one of the data sheet.
-const SCALE_OFF: f64 = 0.1;
-
 /// Fits the gyroscope of one recording from the motions between its stills.
 ///
 /// `accelerometer` calibrates the values of [`Recording::accel`] (its zero
@@ -164,7 +162,6 @@ pub fn from_motions(
         out.section = bias_only(&mut out.findings);
         return Ok(out);
     };
-    let other_start = start::matrix(&motions).map(|g| g.map(|row| row.map(|v| v / per_unit)));
     for sample in &mut motions.samples {
         (0..3).for_each(|i| sample[i] *= per_unit);
     }
@@ -187,7 +184,7 @@ pub fn from_motions(
     }
     let mut robust = setup.robust(at_start);
     if robust.typical.to_degrees() > MISFIT_DEG
-        && let Some(e) = other_start
+        && let Some(e) = start::matrix(&motions)
     {
         // Perhaps the axes are not the accelerometer's.
         let other = setup.robust(setup.at(problem::State { e, beta: [0.0; 3] }));
@@ -210,7 +207,7 @@ pub fn from_motions(
         out.section = bias_only(&mut out.findings);
         return Ok(out);
     };
-    tell(
+    result::tell(
         recording,
         &motions,
         &fitted,
@@ -219,7 +216,7 @@ pub fn from_motions(
         typical,
         &mut out.findings,
     );
-    out.section = section(&rest, &motions, &fitted, per_unit, unit);
+    out.section = result::section(&rest, &motions, &fitted, per_unit, unit);
     Ok(out)
 }
 
@@ -284,16 +281,16 @@ impl Prepared {
             .map(|(still, a)| direction_covariance(still, *a, accelerometer))
             .collect();
         let motions = if rate.is_some() {
-            motions::gather(
+            motions::gather(&motions::Source {
                 recording,
                 gyro,
-                options.scale,
-                &read,
-                &directions,
+                scale: options.scale,
+                stills: &read,
+                directions: &directions,
                 accelerometer,
-                &rest,
+                rest: &rest,
                 period_s,
-            )
+            })
         } else {
             if read.len() > 1 {
                 findings.push(
@@ -328,158 +325,6 @@ fn direction_covariance(
     // nalgebra's arrays are columns.
     let to_direction = across * Matrix3::from(accelerometer.matrix).transpose() / a.norm();
     to_direction * Matrix3::from_diagonal(&error.component_mul(&error)) * to_direction.transpose()
-}
-
-/// Root of the mean square.
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
-}
-
-/// Angle whose chord has this length, degrees.
-fn chord_deg(length: f64) -> f64 {
-    2.0 * (0.5 * length).min(1.0).asin().to_degrees()
-}
-
-fn section(
-    rest: &rest::Rest,
-    motions: &motions::Motions,
-    fit: &fit::Fit,
-    per_unit: f64,
-    unit: GyroUnit,
-) -> Option<GyroscopeSection> {
-    let matrix = fit.state.e.map(|row| row.map(|v| v * per_unit));
-    let model = matrix3::inverse(&matrix)?;
-    let scale = matrix3::row_norms(&model);
-    let orientation = matrix3::scale_rows(&model, &scale.map(f64::recip));
-    let degrees: Vec<f64> = fit.residuals.iter().map(|r| chord_deg(*r)).collect();
-    Some(GyroscopeSection {
-        method: "motion".to_owned(),
-        input_unit: unit,
-        output_unit: GyroUnit::RadianPerSecond,
-        bias: std::array::from_fn(|i| rest.bias[i] + fit.state.beta[i] / per_unit),
-        matrix,
-        scale,
-        orientation,
-        g_sensitivity: rest.g_sensitivity,
-        covariance: fit
-            .covariance
-            .as_ref()
-            .and_then(|c| covariance(c, &fit.state, per_unit)),
-        residual: Some(rms(&fit.residuals)),
-        residual_deg: Some(rms(&degrees)),
-        motions: Some(MotionCounts {
-            used: fit.kept.len() as u32,
-            left_out: (motions.left_out + fit.outliers.len()) as u32,
-        }),
-        leave_one_out_deg: fit
-            .left_out
-            .as_ref()
-            .map(|lengths| rms(&lengths.iter().map(|r| chord_deg(*r)).collect::<Vec<f64>>())),
-    })
-}
-
-/// Covariance of M = G⁻¹ and b from that of E and β: δM = −E⁻¹ δE E⁻¹ / g,
-/// δb = δβ / g.
-fn covariance(c: &fit::Covariance, state: &problem::State, per_unit: f64) -> Option<Covariance> {
-    let inverse = matrix3::inverse(&state.e)?;
-    let mut to_model = fit::Covariance::zeros();
-    for r in 0..3 {
-        for k in 0..3 {
-            for i in 0..3 {
-                for j in 0..3 {
-                    to_model[(3 * r + k, 3 * i + j)] = -inverse[r][i] * inverse[j][k] / per_unit;
-                }
-            }
-        }
-        to_model[(9 + r, 9 + r)] = per_unit.recip();
-    }
-    let model = to_model * c * to_model.transpose();
-    Some(Covariance {
-        parameters: Covariance::parameter_names(),
-        values: (0..12)
-            .map(|i| {
-                (0..12)
-                    .map(|j| 0.5 * (model[(i, j)] + model[(j, i)]))
-                    .collect()
-            })
-            .collect(),
-    })
-}
-
-fn tell(
-    recording: &Recording,
-    motions: &motions::Motions,
-    fit: &fit::Fit,
-    nominal: Option<f64>,
-    per_unit: f64,
-    typical: f64,
-    findings: &mut Vec<Finding>,
-) {
-    let mut add = |finding: Finding| findings.push(finding.in_file(&recording.name));
-    if !fit.outliers.is_empty() {
-        let mut spans = LineSpans::default();
-        let mut worst = 0.0_f64;
-        for &m in &fit.outliers {
-            let motion = &motions.list[m];
-            let (from, to) = (
-                recording.line(motion.rows.start),
-                recording.line(motion.rows.end - 1),
-            );
-            spans.push_range(from, to, to - from + 1);
-            worst = worst.max(chord_deg(
-                problem::residual(motions, motion, &fit.state).norm(),
-            ));
-        }
-        add(Finding::warning(
-            "gyro-motion-outlier",
-            format!(
-                "{} of {} motions contradict the others (gravity off by up to {worst:.1}°, usually {:.2}°): a bump, lost samples, or turned too fast; left out of the gyroscope's fit",
-                fit.outliers.len(),
-                motions.list.len(),
-                chord_deg(rms(&fit.residuals))
-            ),
-        )
-        .at_lines(&spans));
-    }
-    if typical.to_degrees() > MISFIT_DEG {
-        add(Finding::warning(
-            "gyro-misfit",
-            format!(
-                "the integrated turns of the gyroscope miss gravity by {:.1}° in the usual motion: do both sensors have one clock, is the rate right, and the accelerometer's calibration sound?",
-                typical.to_degrees()
-            ),
-        ));
-    }
-    if matrix3::det(&fit.state.e) * per_unit < 0.0 {
-        add(Finding::warning(
-            "gyro-left-handed",
-            "the gyroscope counts left-handed against the axes of the accelerometer: the sign of one axis is turned round in one of the two; calibrated, both agree",
-        ));
-    }
-    let diagonal: [f64; 3] = std::array::from_fn(|i| fit.state.e[i][i]);
-    match nominal {
-        None => {
-            let degrees = 180.0 / std::f64::consts::PI;
-            let per_deg_s = diagonal.map(|d| 1.0 / (d * per_unit * degrees));
-            add(Finding::note(
-                "gyro-scale-found",
-                format!(
-                    "nothing says the scale of the gyroscope; by the motions it is {} per °/s about x, y, z",
-                    per_deg_s.map(|v| format!("{v:.4}")).join(", ")
-                ),
-            ));
-        }
-        Some(_) if diagonal.iter().any(|d| (d - 1.0).abs() > SCALE_OFF) => {
-            add(Finding::warning(
-                "gyro-scale-off",
-                format!(
-                    "by the motions the gyroscope's scale is {} of nominal about x, y, z: is the range or the unit another one, or are its axes not the accelerometer's?",
-                    diagonal.map(|d| format!("{:.3}", 1.0 / d)).join(", ")
-                ),
-            ));
-        }
-        Some(_) => {}
-    }
 }
 
 /// How far gravity, turned by a calibrated gyroscope, is off after each motion
@@ -517,6 +362,6 @@ pub fn motion_residuals_deg(
     motions
         .list
         .iter()
-        .map(|m| chord_deg(problem::residual(motions, m, &problem::State::start()).norm()))
+        .map(|m| result::chord_deg(problem::residual(motions, m, &problem::State::start()).norm()))
         .collect()
 }

@@ -41,17 +41,30 @@ pub(super) struct Motions {
 /// known.
 const GAP_PERIODS: f64 = 4.5;
 
+/// What motions are gathered from.
+pub(super) struct Source<'a> {
+    pub recording: &'a Recording,
+    /// Its gyroscope.
+    pub gyro: &'a [Vec<f64>; 3],
+    pub scale: Option<GyroScale>,
+    pub stills: &'a [Still],
+    /// Unit vector of gravity in every still.
+    pub directions: &'a [[f64; 3]],
+    pub accelerometer: &'a Calibration<f64>,
+    pub rest: &'a Rest,
+    pub period_s: f64,
+}
+
 /// Gathers them.
-pub(super) fn gather(
-    recording: &Recording,
-    gyro: &[Vec<f64>; 3],
-    scale: Option<GyroScale>,
-    stills: &[Still],
-    directions: &[[f64; 3]],
-    accelerometer: &Calibration<f64>,
-    rest: &Rest,
-    period_s: f64,
-) -> Motions {
+pub(super) fn gather(source: &Source<'_>) -> Motions {
+    let Source {
+        recording,
+        gyro,
+        scale,
+        stills,
+        directions,
+        ..
+    } = *source;
     let ends: [Option<[f64; 2]>; 3] = std::array::from_fn(|i| range_end(&gyro[i], scale));
     let mut motions = Motions::default();
     let (mut gaps, mut clips) = (LineSpans::default(), LineSpans::default());
@@ -64,16 +77,7 @@ pub(super) fn gather(
         let lines = (recording.line(rows.start), recording.line(rows.end - 1));
         let mut clipped = 0_u64;
         let from = motions.samples.len();
-        let whole = push(
-            recording,
-            gyro,
-            rows.clone(),
-            accelerometer,
-            rest,
-            still,
-            period_s,
-            &mut motions.samples,
-        );
+        let whole = push(source, rows.clone(), still, &mut motions.samples);
         for row in rows.clone() {
             clipped += u64::from((0..3).any(|i| {
                 ends[i].is_some_and(|[low, high]| gyro[i][row] <= low || gyro[i][row] >= high)
@@ -128,16 +132,15 @@ pub(super) fn gather(
 }
 
 /// Adds the samples of one motion; false when something is missing in it.
-fn push(
-    recording: &Recording,
-    gyro: &[Vec<f64>; 3],
-    rows: Range<usize>,
-    accelerometer: &Calibration<f64>,
-    rest: &Rest,
-    still: usize,
-    period_s: f64,
-    samples: &mut Vec<Sample>,
-) -> bool {
+fn push(source: &Source<'_>, rows: Range<usize>, still: usize, samples: &mut Vec<Sample>) -> bool {
+    let Source {
+        recording,
+        gyro,
+        accelerometer,
+        rest,
+        period_s,
+        ..
+    } = *source;
     if recording
         .breaks
         .iter()

@@ -1,5 +1,6 @@
 //! Simulated sensors with known truth.
 
+use super::result::rms;
 use super::*;
 use crate::recording::{ReadOptions, read_bytes};
 use crate::segment::{SegmentOptions, segment};
