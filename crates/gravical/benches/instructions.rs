@@ -16,8 +16,10 @@ mod counted {
 
     use gravical::apply::{ApplyOptions, apply};
     use gravical::calibration_file::CalibrationFile;
+    use gravical::estimate::joint::{JointOptions, JointPose, Role, joint};
     use gravical::recording::open::{Input, from_reader};
     use gravical::recording::{ReadOptions, Recording, read_bytes};
+    use gravical::simulate::means::{MeansOptions, Part, Planned};
     use gungraun::{library_benchmark, library_benchmark_group};
 
     use super::ROWS;
@@ -90,7 +92,44 @@ mod counted {
         out
     }
 
-    library_benchmark_group!(name = recordings, benchmarks = [read, calibrate_rows]);
+    /// Six faces and random poses, nothing said of them.
+    fn session(frees: usize) -> Vec<JointPose> {
+        let options = MeansOptions::default();
+        let mut part = Part::draw(&options, 5, 0);
+        let mut planned = Planned::six_faces();
+        planned.extend(part.random_poses(frees));
+        part.place(&planned)
+            .iter()
+            .map(|m| JointPose {
+                mean: m.mean,
+                standard_error: [options.noise_mps2; 3],
+                role: Role::Open,
+            })
+            .collect()
+    }
+
+    /// With the tilt estimated, bad poses looked for and every pose left out once.
+    #[library_benchmark]
+    #[bench::poses_12(session(6))]
+    #[bench::poses_38(session(32))]
+    fn joint_fit(poses: Vec<JointPose>) -> bool {
+        let options = JointOptions {
+            gravity: 9.80665,
+            nominal: Some(1.0),
+            prior: true,
+            tilt: None,
+            quantisation: [0.0; 3],
+            start: None,
+        };
+        let done = joint(black_box(&poses), &options).is_ok();
+        assert!(done);
+        done
+    }
+
+    library_benchmark_group!(
+        name = recordings,
+        benchmarks = [read, calibrate_rows, joint_fit]
+    );
     gungraun::main!(library_benchmark_groups = recordings);
 
     pub fn run() {

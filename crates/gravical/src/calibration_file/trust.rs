@@ -12,8 +12,9 @@ pub struct Deviations {
     pub scale: [f64; 3],
     /// Of the angles between the sensitive axes xy, yz and zx, degrees.
     pub axis_angle_deg: [f64; 3],
-    /// So many of them on either side make an interval of 95 %: Student's t when
-    /// the tilt was estimated from the same placements.
+    /// So many of them on either side make an interval of 95 %: Student's t for
+    /// what follows from a tilt that was estimated from the same placements, the
+    /// largest that any of them needs.
     pub coverage_factor_95: f64,
 }
 

@@ -213,6 +213,25 @@ fn six_faces_have_honest_biases_and_magnitudes() {
 }
 
 #[test]
+fn six_faces_miss_half_the_square_of_their_tilt() {
+    // The limit that docs/accuracy.md tells: 300 scales, each off by about σ²
+    // at random, so that their mean is good to σ²/17.
+    let tilt: f64 = 2.0;
+    let errors: Vec<f64> = runs(100, &parts(tilt), &Planned::six_faces(), Some(tilt), true)
+        .iter()
+        .flat_map(|r| {
+            let (found, truth) = (
+                matrix3::row_norms(&r.fit.model),
+                matrix3::row_norms(&r.part.model()),
+            );
+            (0..3).map(move |i| found[i] / truth[i] - 1.0)
+        })
+        .collect();
+    let mean = errors.iter().sum::<f64>() / errors.len() as f64 / (tilt / DEG).powi(2);
+    assert!((-0.75..-0.25).contains(&mean), "{mean} σ²");
+}
+
+#[test]
 fn the_tilt_is_estimated() {
     // One session knows its tilt by some nine components, to a quarter; the
     // median of 60 to 1.25/4/√60 = 4 %. Three of these, and the few percent

@@ -145,7 +145,7 @@ impl Factor {
         jacobian.q_tr_mul(&mut right);
         let upper = jacobian.unpack_r();
         // Squares of finite numbers may not be.
-        if !upper.iter().chain(&right).all(|v| v.is_finite()) {
+        if !(cost.is_finite() && upper.iter().chain(&right).all(|v| v.is_finite())) {
             return None;
         }
         Some(Factor {

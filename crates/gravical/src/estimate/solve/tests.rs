@@ -219,3 +219,35 @@ fn a_local_parameter_that_nothing_determines_is_no_minimum() {
     let (_, summary) = solve(&Hidden { local: 1 }, [0.0, 0.0], &Options::default());
     assert_eq!(summary.ending, Ending::NotFinite);
 }
+
+#[test]
+fn a_search_that_starts_at_its_end_ends() {
+    // Everything fits exactly, to rounding: no gradient, cost or step is small
+    // against anything.
+    let y = (0..4).map(|i| {
+        [
+            0.1 + 0.3 * f64::from(2 * i),
+            0.1 + 0.3 * f64::from(2 * i + 1),
+        ]
+    });
+    let problem = Line { y: y.collect() };
+    let start = (vec![0.0; 2], vec![0.0; 4]);
+    let (found, _) = solve(&problem, start, &Options::default());
+    for nudge in [0.0, 1e-16, -3e-16] {
+        let start = (vec![found.0[0] + nudge, found.0[1]], found.1.clone());
+        let (again, summary) = solve(&problem, start, &Options::default());
+        assert!(summary.converged(), "{summary:?}");
+        assert!((again.0[1] - 0.3).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn numbers_whose_squares_overflow_are_refused() {
+    let problem = Line {
+        y: vec![[1e300, -1e300]; 4],
+    };
+    let start = (vec![0.0; 2], vec![0.0; 4]);
+    let (_, summary) = solve(&problem, start, &Options::default());
+    assert!(!summary.converged(), "{summary:?}");
+    assert!(singular_values(nalgebra::DMatrix::from_element(3, 3, f64::NAN)).is_none());
+}
