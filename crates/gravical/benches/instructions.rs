@@ -108,7 +108,7 @@ mod counted {
             .collect()
     }
 
-    /// With the tilt estimated, bad poses looked for and every pose left out once.
+    // With the tilt estimated, bad poses looked for and every pose left out once.
     #[library_benchmark]
     #[bench::poses_12(session(6))]
     #[bench::poses_38(session(32))]
