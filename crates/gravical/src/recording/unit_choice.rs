@@ -50,7 +50,7 @@ pub(crate) fn quiet(accel: &[Vec<f64>; 3]) -> Option<Quiet> {
                 .map(|&i| (channel[i] - mean).powi(2))
                 .sum::<f64>()
                 / n;
-            integers &= block.iter().all(|&i| channel[i].fract() == 0.0);
+            integers &= block.iter().all(|&i| whole(channel[i]));
         }
         // The mean of the lengths, not the length of the mean: in a short list
         // of means every row is another placement.
@@ -72,10 +72,7 @@ pub(crate) fn quiet(accel: &[Vec<f64>; 3]) -> Option<Quiet> {
 pub(crate) fn looks_unsigned(accel: &[Vec<f64>; 3]) -> bool {
     accel.iter().all(|channel| {
         let mut some: Vec<f64> = channel.iter().copied().filter(|v| v.is_finite()).collect();
-        let fits = !some.is_empty()
-            && some
-                .iter()
-                .all(|v| v.fract() == 0.0 && (0.0..65536.0).contains(v));
+        let fits = !some.is_empty() && some.iter().all(|v| whole(*v) && (0.0..65536.0).contains(v));
         fits && median(&mut some).is_some_and(|m| (16384.0..49152.0).contains(&m))
     })
 }
@@ -258,6 +255,12 @@ fn warn_if_gravity_disagrees(
 fn short(value: f64) -> String {
     let digits = (3 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
     format!("{value:.digits$}")
+}
+
+/// True for a whole number that a converter can give. (`fract` is a call into the
+/// mathematical library on most processors, and this is asked of every value.)
+fn whole(v: f64) -> bool {
+    v == f64::from(v as i32)
 }
 
 #[cfg(test)]

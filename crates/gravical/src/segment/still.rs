@@ -237,19 +237,22 @@ pub(crate) fn moments(channels: &[Vec<f64>; 3], rows: Range<usize>) -> ([f64; 3]
     let mut means = [f64::NAN; 3];
     let mut total = 0.0;
     for (axis, channel) in channels.iter().enumerate() {
+        // Empty cells count as nothing; without branches, since this is half of
+        // the work of finding stills.
         let part = &channel[rows.clone()];
         let (mut n, mut sum) = (0.0, 0.0);
-        for v in part.iter().filter(|v| v.is_finite()) {
-            n += 1.0;
-            sum += v;
+        for &v in part {
+            let there = v.is_finite();
+            n += f64::from(u8::from(there));
+            sum += if there { v } else { 0.0 };
         }
         let mean = sum / n;
         means[axis] = mean;
-        let squares: f64 = part
-            .iter()
-            .filter(|v| v.is_finite())
-            .map(|v| (v - mean).powi(2))
-            .sum();
+        let mut squares = 0.0;
+        for &v in part {
+            let off = v - mean;
+            squares += if v.is_finite() { off * off } else { 0.0 };
+        }
         total += if n > 1.0 {
             squares / (n - 1.0)
         } else {
