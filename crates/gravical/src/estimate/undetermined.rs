@@ -80,6 +80,16 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
         .collect();
     let count = directions.len();
     let error = match error {
+        // Poses all alike may not even settle.
+        JointError::NotConverged if count > 0 && span(&directions).0 < 3 => {
+            JointError::Undetermined {
+                direction: session.axes.to_board(span(&directions).1),
+                sd: f64::INFINITY,
+            }
+        }
+        other => other,
+    };
+    let error = match error {
         JointError::NoPoses => Error::input("no-poses", "no placement has a mean reading")
             .with_hint("`gravical inspect` shows what is in the recording"),
         JointError::NotConverged => Error::input(
@@ -121,13 +131,26 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
                     in_words(direction)
                 )
             };
-            Error::input("underdetermined", message).with_hint(next)
+            let warmed = temperature_span(placements) > MOST_TEMPERATURE_SPAN_C;
+            Error::input("underdetermined", message).with_hint(if warmed {
+                format!("{next}; for the drift with temperature alone, --method thermal")
+            } else {
+                next
+            })
         }
     };
     match session.recordings {
         [one] => error.at(one.name.as_ref(), None),
         _ => error,
     }
+}
+
+/// Sessions that span more than this are soaks, °C.
+const MOST_TEMPERATURE_SPAN_C: f64 = 5.0;
+
+fn temperature_span(placements: &[Placement]) -> f64 {
+    let all = || placements.iter().filter_map(|p| p.temperature_c);
+    all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
 }
 
 fn nearest_axis(n: [f64; 3]) -> String {

@@ -54,6 +54,7 @@ pub(super) fn by_labels(
     for (name, rows) in labels.names.iter().zip(stretches) {
         match claim(name) {
             Some(_) => named.push((name.clone(), rows)),
+            None if is_pose(name) => named.push((name.clone(), rows)),
             None => unknown.push((name.clone(), rows)),
         }
     }
@@ -122,6 +123,19 @@ fn split(
     Ok((drafts, turns))
 }
 
+/// True for a label that counts placements without naming a face: `pose 7`,
+/// `free_2`, `p12`, `oblique`. Other words may be anything (`walking`).
+fn is_pose(label: &str) -> bool {
+    let label = label.trim().to_lowercase();
+    let word = label.trim_end_matches(|c: char| c.is_ascii_digit());
+    let numbered = word.len() < label.len();
+    match word.trim_end_matches([' ', '_', '-', '.', '#']) {
+        "free" | "oblique" => true,
+        "pose" | "p" | "still" | "hold" | "position" | "placement" => numbered,
+        _ => false,
+    }
+}
+
 /// The first `limit` rows of several stretches.
 pub(super) fn first_rows(stretches: Vec<Range<usize>>, limit: Option<usize>) -> Vec<Range<usize>> {
     let Some(mut left) = limit else {
@@ -136,4 +150,21 @@ pub(super) fn first_rows(stretches: Vec<Range<usize>>, limit: Option<usize>) -> 
         left -= take;
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_pose;
+
+    #[test]
+    fn labels_that_count_placements() {
+        for label in [
+            "pose 7", "Pose_12", "p3", "free", "free-2", "oblique", "still#4",
+        ] {
+            assert!(is_pose(label), "{label}");
+        }
+        for label in ["walking", "pose", "p", "rest 3", "step_p3x", ""] {
+            assert!(!is_pose(label), "{label}");
+        }
+    }
 }
