@@ -210,6 +210,10 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         placements,
         options.segment.faces_by_name,
     ));
+    if findings.iter().any(|f| f.kind == "gyro-scale-found") {
+        // The motions have answered what the reader could not.
+        findings.retain(|f| f.kind != "gyro-unit-unverified");
+    }
     let verdict = verdict::verdict(&accelerometer, &findings, gravity);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
 
