@@ -61,7 +61,8 @@ pub(super) struct Turn {
 pub(super) fn turn(a: &Side, b: &Side) -> Option<Turn> {
     let to_matrix = |m: &[[f64; 3]; 3]| Matrix3::from_fn(|r, c| m[r][c]);
     let t = to_matrix(&mul(&a.matrix, &b.model));
-    if t.determinant() <= 0.0 {
+    // The decomposition may never end on what is not finite.
+    if t.determinant() <= 0.0 || t.iter().any(|v| !v.is_finite()) {
         return None;
     }
     let svd = t.svd(true, true);

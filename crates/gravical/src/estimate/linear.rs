@@ -80,6 +80,10 @@ pub fn linear12(readings: &[Reading], directions: &[[f64; 3]], gravity: f64) -> 
         for (mut column, length) in rows.column_iter_mut().zip(&lengths) {
             column.unscale_mut(*length);
         }
+        // The decomposition may never end on what is not finite.
+        if rows.iter().chain(&right).any(|v| !v.is_finite()) {
+            return Err(Error::input("underdetermined", "the readings have no fit"));
+        }
         let svd = rows.svd(true, true);
         let (largest, smallest) = (svd.singular_values.max(), svd.singular_values.min());
         condition = condition.max(largest / smallest);

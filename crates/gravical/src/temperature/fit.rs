@@ -79,6 +79,10 @@ impl Fit {
             }
         }
         let y = DVector::from_iterator(samples.len(), samples.iter().map(|s| s.y));
+        // The decomposition may never end on what is not finite.
+        if matrix.iter().chain(&y).any(|v| !v.is_finite()) {
+            return None;
+        }
         let svd = matrix.svd(true, true);
         let tolerance = RANK * svd.singular_values.max();
         if svd.rank(tolerance) < width {

@@ -101,6 +101,10 @@ pub(super) fn matrix(motions: &Motions) -> Option<Matrix> {
                 b[3 * n + i] = weights[n] * c.change[i] / f;
             }
         }
+        // The decomposition may never end on what is not finite.
+        if a.iter().chain(&b).any(|v| !v.is_finite()) {
+            return None;
+        }
         let solution = a.clone().svd(true, true).solve(&b, 1e-9).ok()?;
         g = Matrix3::from_row_slice(solution.as_slice());
         if round % 2 == 1 {

@@ -229,6 +229,10 @@ fn start(readings: &[Reading], options: &MagnitudeOptions) -> Option<State> {
         let right = DVector::from_fn(readings.len(), |k, _| {
             (matrix3::norm(&readings[k].mean) / usual).powi(2)
         });
+        // The decomposition may never end on what is not finite.
+        if rows.iter().chain(&right).any(|v| !v.is_finite()) {
+            return None;
+        }
         let svd = rows.svd(true, true);
         if svd.singular_values.min() < svd.singular_values.max() / 100.0 {
             return None;
