@@ -265,8 +265,14 @@ impl Factor {
                 .collect()
         });
         let full = kept.len() == p;
-        let values_out = v_t.filter(|_| full).map(|v_t| {
-            let half = DMatrix::from_fn(p, p, |i, j| v_t[(j, i)] / values[j] / self.scale[i]);
+        // From the triangle itself: the singular vectors are for naming what is
+        // open, and a little off now and then.
+        let inverse = self
+            .upper
+            .solve_upper_triangular(&DMatrix::identity(p, p))
+            .filter(|_| full);
+        let values_out = inverse.map(|inverse| {
+            let half = DMatrix::from_fn(p, p, |i, j| inverse[(i, j)] / self.scale[i]);
             let c = &half * half.transpose();
             (0..p)
                 .map(|i| (0..p).map(|j| c[(i, j)]).collect())
