@@ -17,7 +17,7 @@ const LEAST_FREEDOM: f64 = 1.0;
 const PLENTY_OF_FREEDOM: f64 = 3.0;
 const CLEARLY: f64 = 100.0;
 /// What is known of χ² per degree of freedom before any residual is seen: about
-/// 4 (real sensors miss the model by more than their noise; 6.3 was seen on 38
+/// 4 (real sensors miss the model by more than their noise; 8.8 was seen on 38
 /// poses), worth as much as so many residuals. Few poses could say nothing else.
 const USUAL_CHI2: f64 = 4.0;
 const USUAL_FREEDOM: f64 = 4.0;
