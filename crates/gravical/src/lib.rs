@@ -50,6 +50,7 @@ mod error;
 pub mod estimate;
 pub mod gravity;
 pub mod inspect;
+pub mod motion;
 pub mod output;
 pub mod recording;
 pub mod report;

@@ -1,0 +1,90 @@
+//! What is integrated: calibrated channels with their stamps, without the rows
+//! that hold no sample.
+
+use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+
+/// Specific force and angular rate at rising times, in the axes of the case.
+///
+/// Rows without a complete sample are left out; the stamps then step over them.
+/// All columns have the same length.
+#[derive(Debug, Clone, Default)]
+pub struct Samples {
+    /// Time of each sample, s from the first row of the recording; never falls.
+    pub t_s: Vec<f64>,
+    /// Specific force, calibrated, m/s².
+    pub force_mps2: [Vec<f64>; 3],
+    /// Angular rate, calibrated, its bias at rest still in it, rad/s.
+    pub rate_rad_s: Option<[Vec<f64>; 3]>,
+    /// Row of the recording that each sample stands in.
+    pub row: Vec<usize>,
+    /// Samples that do not follow their predecessor: before them the recording
+    /// has a break, or a gap too long to integrate across.
+    pub breaks: Vec<usize>,
+}
+
+impl Samples {
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.t_s.len()
+    }
+
+    /// True without any sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.t_s.is_empty()
+    }
+
+    /// Specific force of a sample, m/s².
+    #[must_use]
+    #[inline]
+    pub fn force_at(&self, i: usize) -> [f64; 3] {
+        [
+            self.force_mps2[0][i],
+            self.force_mps2[1][i],
+            self.force_mps2[2][i],
+        ]
+    }
+
+    /// Angular rate of a sample, rad/s; zero without a gyroscope.
+    #[must_use]
+    #[inline]
+    pub fn rate_at(&self, i: usize) -> [f64; 3] {
+        match &self.rate_rad_s {
+            Some(rate) => [rate[0][i], rate[1][i], rate[2][i]],
+            None => [0.0; 3],
+        }
+    }
+
+    /// Sample ranges between the breaks, none of them empty.
+    #[must_use]
+    pub fn pieces(&self) -> Vec<std::ops::Range<usize>> {
+        let mut edges = vec![0];
+        edges.extend(self.breaks.iter().copied());
+        edges.push(self.len());
+        edges
+            .windows(2)
+            .map(|w| w[0]..w[1])
+            .filter(|r| !r.is_empty())
+            .collect()
+    }
+
+    /// Median step between samples that follow each other, s; NaN without any.
+    #[must_use]
+    pub fn median_step_s(&self) -> f64 {
+        let mut steps: Vec<f64> = self
+            .t_s
+            .windows(2)
+            .map(|w| w[1] - w[0])
+            .filter(|step| *step > 0.0)
+            .collect();
+        crate::stats::median(&mut steps).unwrap_or(f64::NAN)
+    }
+}
+
+/// How raw values become SI in the axes of the case.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sensor {
+    pub accel: Calibration<f64>,
+    pub gyro: Option<GyroscopeCalibration<f64>>,
+}
