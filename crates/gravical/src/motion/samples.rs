@@ -1,8 +1,6 @@
 //! What is integrated: calibrated channels with their stamps, without the rows
 //! that hold no sample.
 
-use gravical_core::calibration::{Calibration, GyroscopeCalibration};
-
 /// Specific force and angular rate at rising times, in the axes of the case.
 ///
 /// Rows without a complete sample are left out; the stamps then step over them.
@@ -80,11 +78,4 @@ impl Samples {
             .collect();
         crate::stats::median(&mut steps).unwrap_or(f64::NAN)
     }
-}
-
-/// How raw values become SI in the axes of the case.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Sensor {
-    pub accel: Calibration<f64>,
-    pub gyro: Option<GyroscopeCalibration<f64>>,
 }
