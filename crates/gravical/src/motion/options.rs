@@ -1,0 +1,117 @@
+//! How motion is computed.
+
+use super::still::RestOptions;
+use crate::gravity::Gravity;
+use crate::segment::face::AxisMap;
+use crate::{Error, Result};
+
+/// How gravity is taken off the specific force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GravityRemoval {
+    /// The attitude is followed with the gyroscope from the tilt at rest, and
+    /// corrected from both ends of each move; without a gyroscope the tilt goes
+    /// from that of one rest to that of the next.
+    Strapdown,
+    /// The tilt stays what it was at the rest before the move.
+    ConstantTilt,
+    /// The mean of the first rows is subtracted, nothing is rotated; the frame is
+    /// the sensor's own.
+    StillMean,
+}
+
+/// How motion is computed.
+#[derive(Debug, Clone)]
+pub struct MotionOptions {
+    /// How gravity is taken off. Default: strapdown.
+    pub gravity_removal: GravityRemoval,
+    /// Rows at the start that [`GravityRemoval::StillMean`] takes the mean of.
+    /// Default 500; at least 2.
+    pub still_rows: usize,
+    /// Whether velocity is zero at rests. Default true.
+    pub zero_velocity: bool,
+    /// How rests are found, or where they are.
+    pub rests: RestOptions,
+    /// Velocity at the start, m/s, in the frame of the result; used where the
+    /// recording does not start at rest. Default: it starts at rest, or its
+    /// velocity follows from the first rest.
+    pub v0_mps: Option<[f64; 3]>,
+    /// Position at the start, m. Default 0.
+    pub p0_m: [f64; 3],
+    /// Local gravity, for judging the magnitude at rest. Default: that of the
+    /// calibration, else standard.
+    pub gravity: Option<Gravity>,
+    /// Standard uncertainty of the recorder's clock, relative. Default 0.001: a
+    /// ceramic resonator is off by up to 0.005, a crystal by 0.00005. Range 0 to
+    /// 0.1.
+    pub clock_error: f64,
+    /// Without a gyroscope: how far the sensor tilts during a move, standard
+    /// deviation in degrees. Default 0.5; range 0 to 45.
+    pub wobble_deg: f64,
+    /// Compute the bands. Default true.
+    pub bands: bool,
+    /// How the board sits in its case. Default: as the case.
+    pub axes: AxisMap,
+}
+
+impl Default for MotionOptions {
+    fn default() -> Self {
+        MotionOptions {
+            gravity_removal: GravityRemoval::Strapdown,
+            still_rows: 500,
+            zero_velocity: true,
+            rests: RestOptions::default(),
+            v0_mps: None,
+            p0_m: [0.0; 3],
+            gravity: None,
+            clock_error: 1e-3,
+            wobble_deg: 0.5,
+            bands: true,
+            axes: AxisMap::default(),
+        }
+    }
+}
+
+impl MotionOptions {
+    /// The procedure of the classical report: mean of the first 500 rows off, no
+    /// attitude, no zero-velocity correction.
+    #[must_use]
+    pub fn report() -> Self {
+        MotionOptions {
+            gravity_removal: GravityRemoval::StillMean,
+            zero_velocity: false,
+            ..Self::default()
+        }
+    }
+
+    /// Checks ranges.
+    ///
+    /// # Errors
+    ///
+    /// `option-range` (usage).
+    pub fn validate(&self) -> Result<()> {
+        let wrong = |what: String| Err(Error::usage("option-range", what));
+        if self.still_rows < 2 {
+            return wrong(format!(
+                "--still-rows {}: a mean needs two rows at least",
+                self.still_rows
+            ));
+        }
+        if !(0.0..=0.1).contains(&self.clock_error) {
+            return wrong(format!(
+                "--clock-error of {}: 0 to 0.1 is possible",
+                self.clock_error
+            ));
+        }
+        if !(0.0..=45.0).contains(&self.wobble_deg) {
+            return wrong(format!(
+                "--wobble of {}°: 0 to 45 is possible",
+                self.wobble_deg
+            ));
+        }
+        let start = self.v0_mps.unwrap_or_default();
+        if !start.iter().chain(&self.p0_m).all(|v| v.is_finite()) {
+            return wrong("--v0 and --p0 take three finite numbers".to_owned());
+        }
+        Ok(())
+    }
+}

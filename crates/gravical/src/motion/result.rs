@@ -1,0 +1,244 @@
+//! What motion says: the object of `gravical motion --json`, and the columns of
+//! its table.
+
+use serde::Serialize;
+
+use crate::recording::Finding;
+
+/// Motion of one recording.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MotionResult {
+    /// The recording as it was given.
+    pub input: String,
+    /// The calibration as it was given; null without one.
+    pub calibration: Option<String>,
+    /// How it was computed, for people.
+    pub procedure: String,
+    /// Sampling rates, Hz.
+    pub rate_hz: Rates,
+    /// From the first sample to the last, s.
+    pub duration_s: f64,
+    /// Rows of the recording.
+    pub rows: u64,
+    /// Rows without a complete sample, which were stepped over.
+    pub rows_left_out: u64,
+    /// What the axes of velocity and position are.
+    pub frame: String,
+    /// Where the sensor rested.
+    pub still: Vec<Span>,
+    /// Noise at rest; null without a rest.
+    pub noise: Option<NoiseAtRest>,
+    /// What lies between the rests.
+    pub moves: Vec<Move>,
+    /// At the end of the recording, counted from its start.
+    pub r#final: FinalState,
+    /// The same computed without the calibration; null without one.
+    pub uncalibrated: Option<Uncalibrated>,
+    /// Open-loop drift; null where the sensor moved.
+    pub static_drift: Option<StaticDrift>,
+    /// What the standard uncertainty of the final position consists of (root of
+    /// the sum of squares over the axes), m; null without bands.
+    pub budget_m: Option<PositionBudget>,
+    /// Comparison with a reference; null without one.
+    pub truth: Option<Comparison>,
+    /// What is odd.
+    pub findings: Vec<Finding>,
+}
+
+/// Sampling rates, Hz.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Rates {
+    /// Claimed by the recording or the user; null where nothing states it.
+    pub nominal: Option<f64>,
+    /// Samples over time, by the stamps; null without stamps.
+    pub r#true: Option<f64>,
+}
+
+/// A span of time, s from the first row.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Span {
+    /// First sample.
+    pub start_s: f64,
+    /// Last sample.
+    pub end_s: f64,
+}
+
+/// Noise of the samples at rest: σ of one sample, and how much wider a mean
+/// scatters since neighbours are alike (variance inflation factor).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct NoiseAtRest {
+    /// Accelerometer, each axis, m/s².
+    pub accel_sigma_mps2: [f64; 3],
+    /// Its variance inflation factor.
+    pub accel_vif: f64,
+    /// Gyroscope, each axis, rad/s.
+    pub gyro_sigma_rad_s: Option<[f64; 3]>,
+    /// Its variance inflation factor.
+    pub gyro_vif: Option<f64>,
+}
+
+/// How velocity is tied down at the ends of a move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ends {
+    /// A rest before and after.
+    RestToRest,
+    /// A rest before; the recording ends in motion, or zero velocity is off.
+    FromRest,
+    /// A rest after; the recording starts in motion.
+    ToRest,
+    /// No rest at either end.
+    Free,
+}
+
+/// One move.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Move {
+    /// Its start, s.
+    pub start_s: f64,
+    /// Its end, s.
+    pub end_s: f64,
+    /// What lies at its ends.
+    pub ends: Ends,
+    /// From its own start to its own end, m; null when it is not usable.
+    pub displacement_m: Option<[f64; 3]>,
+    /// Standard uncertainty of it, m; null without bands.
+    pub sigma_m: Option<[f64; 3]>,
+    /// Highest speed, m/s; null when it is not usable.
+    pub peak_speed_mps: Option<f64>,
+    /// Length of the path: the integral of the speed, m; null when it is not
+    /// usable.
+    pub path_m: Option<f64>,
+    /// Velocity that the zero-velocity correction took off at its end, m/s; null
+    /// where nothing was taken off.
+    pub velocity_error_mps: Option<[f64; 3]>,
+    /// Tilt that was missing at the rest after it, degrees; null where there is
+    /// none.
+    pub missing_tilt_deg: Option<f64>,
+    /// False when its displacement cannot be known.
+    pub usable: bool,
+    /// Why it cannot be known, or what it costs that there is no rest at one end.
+    pub reason: Option<String>,
+}
+
+/// State at the end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FinalState {
+    /// Position, m; null after a move that is not usable.
+    pub position_m: Option<[f64; 3]>,
+    /// Its standard uncertainty, m; null without bands.
+    pub sigma_m: Option<[f64; 3]>,
+    /// Velocity, m/s; null where it is not known.
+    pub velocity_mps: Option<[f64; 3]>,
+}
+
+/// The end without the calibration.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Uncalibrated {
+    /// Position, m.
+    pub position_m: Option<[f64; 3]>,
+    /// Velocity, m/s.
+    pub velocity_mps: Option<[f64; 3]>,
+}
+
+/// Drift of a recording in which nothing moves, integrated without zero-velocity
+/// correction: with it the drift would be zero by construction.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StaticDrift {
+    /// Rest that gravity was taken from, s from its start; the drift counts from
+    /// there.
+    pub levelled_over_s: f64,
+    /// How long it drifted, s.
+    pub duration_s: f64,
+    /// Velocity at the end, m/s.
+    pub velocity_mps: [f64; 3],
+    /// Position at the end, m.
+    pub position_m: [f64; 3],
+    /// Standard uncertainty of the position that was predicted, m.
+    pub predicted_sigma_m: [f64; 3],
+    /// Constant acceleration that explains the drift best, m/s².
+    pub bias_mps2: [f64; 3],
+    /// Its slope, m/s³.
+    pub slope_mps3: [f64; 3],
+    /// Position at the end that both together do not explain, m.
+    pub unexplained_m: [f64; 3],
+}
+
+/// What a standard uncertainty consists of, m.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PositionBudget {
+    /// Noise of the accelerometer.
+    pub noise: f64,
+    /// Bias of the accelerometer, and what goes along with it in the covariance.
+    pub bias: f64,
+    /// Scale and cross-axis terms of the accelerometer.
+    pub scale: f64,
+    /// Clock of the recorder.
+    pub clock: f64,
+    /// Attitude: noise, bias and scale of the gyroscope, levelling, yaw.
+    pub tilt: f64,
+}
+
+/// Comparison with a reference.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// The reference as it was given.
+    pub source: String,
+    /// Distance at the end, m.
+    pub end_error_m: f64,
+    /// Root mean square distance, m.
+    pub rmse_m: f64,
+    /// End error over the length of the reference's path, %.
+    pub percent_of_path: f64,
+    /// Length of the reference's path, m.
+    pub path_m: f64,
+    /// Added to the reference's time, s.
+    pub time_offset_s: f64,
+    /// The result was turned by this about the vertical, degrees.
+    pub yaw_deg: f64,
+    /// Moves of it one by one.
+    pub moves: Vec<MoveComparison>,
+    /// Points compared.
+    pub points: u64,
+}
+
+/// One move beside the reference.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MoveComparison {
+    /// Start of the move, s.
+    pub start_s: f64,
+    /// Error of its displacement, m.
+    pub end_error_m: [f64; 3],
+    /// Its standard uncertainty, m; null without bands.
+    pub sigma_m: Option<[f64; 3]>,
+    /// Root mean square distance within it, both starting at 0, m.
+    pub rmse_m: f64,
+}
+
+/// What the table holds, sample by sample; all columns are equally long. Where a
+/// value is not known it is NaN.
+#[derive(Debug, Clone, Default)]
+pub struct Track {
+    /// Row of the recording.
+    pub row: Vec<usize>,
+    /// Time, s.
+    pub t_s: Vec<f64>,
+    /// Specific force by the nominal scale alone, m/s².
+    pub raw_mps2: [Vec<f64>; 3],
+    /// Specific force, calibrated (and smoothed, where asked for), m/s².
+    pub force_mps2: [Vec<f64>; 3],
+    /// At rest.
+    pub still: Vec<bool>,
+    /// Attitude w, x, y, z, sensor → frame (Hamilton).
+    pub attitude: Vec<[f64; 4]>,
+    /// Acceleration in the frame, gravity taken off, m/s².
+    pub acceleration_mps2: Vec<[f64; 3]>,
+    /// Velocity, m/s.
+    pub velocity_mps: Vec<[f64; 3]>,
+    /// Position, m.
+    pub position_m: Vec<[f64; 3]>,
+    /// Standard uncertainty of the velocity, m/s; empty without bands.
+    pub sigma_velocity_mps: Vec<[f64; 3]>,
+    /// Standard uncertainty of the position, m; empty without bands.
+    pub sigma_position_m: Vec<[f64; 3]>,
+}
