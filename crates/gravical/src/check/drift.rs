@@ -42,14 +42,15 @@ pub(super) fn take_off(
 }
 
 /// The model, where it takes anything off.
-pub(super) fn accepted(calibration: &CalibrationFile) -> Option<&TemperatureModel> {
+pub(crate) fn accepted(calibration: &CalibrationFile) -> Option<&TemperatureModel> {
     calibration
         .temperature_model
         .as_ref()
         .filter(|m| m.any_accepted())
 }
 
-fn at_reference(model: &TemperatureModel, channel: usize, t_c: f64, raw: f64) -> f64 {
+/// A reading as it would be at the reference temperature.
+pub(crate) fn at_reference(model: &TemperatureModel, channel: usize, t_c: f64, raw: f64) -> f64 {
     let Some(drift) = model.channel(CHANNELS[channel]).filter(|c| c.is_accepted()) else {
         return raw;
     };

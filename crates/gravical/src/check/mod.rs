@@ -32,8 +32,10 @@ use crate::segment::face::{AxisMap, Face};
 use crate::segment::still::StillOptions;
 use crate::uncertainty::{chi_square, covariance_of};
 
+pub(crate) use drift::{accepted as accepted_model, at_reference};
 use rests::{Rest, rests};
 use uncertainty::{Place, assumed, spread};
+pub(crate) use unit::judge as judge_unit;
 
 pub use gyroscope::GYRO_LIMIT_DEG_S;
 pub use types::*;

@@ -20,7 +20,7 @@ pub(super) const TOLERANCE: f64 = 0.2;
 ///
 /// `unit-mismatch` (input); with a unit that the user gave, a wrong size is a
 /// finding of that kind.
-pub(super) fn judge(
+pub(crate) fn judge(
     calibration: &CalibrationFile,
     recording: &Recording,
     norms: &mut [f64],

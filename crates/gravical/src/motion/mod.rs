@@ -1,13 +1,64 @@
 //! From acceleration to velocity and position, with an error band.
+//!
+//! # Overview
+//!
+//! 1. `prepare`: units, drift with temperature, calibration, time → [`samples`].
+//! 2. [`still`]: where the sensor rested, from the recording's own noise; `gate`:
+//!    at constant speed it only seems so.
+//! 3. `plan`: the legs between the rests, and what a gap has lost.
+//! 4. `leg`: attitude from both ends, gravity off, trapezoid, velocity zero at
+//!    rests. `path`: leg after leg.
+//! 5. `bands`, `parameters`: what noise and the calibration's uncertainty make of
+//!    it.
+//!
+//! # Example
+//!
+//! ```
+//! use gravical::motion::{MotionOptions, motion};
+//! use gravical::recording::{ReadOptions, read};
+//! use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let options = SimulateOptions::new(Scenario::Line(LineOptions::default()));
+//! write(&simulate(&options)?, folder.path(), false)?;
+//!
+//! let recording = read(&folder.path().join("line.csv"), &ReadOptions::default())?;
+//! let result = motion(&recording, None, &MotionOptions::default())?.result;
+//! let moved = result.moves[0].displacement_m.unwrap_or_default();
+//! assert!((moved[1] - 0.7).abs() < 0.1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
+mod anchors;
+mod bands;
+mod drift;
+mod gate;
+mod leg;
 mod options;
+mod parameters;
+mod path;
+mod plan;
+mod prepare;
 mod result;
 pub mod samples;
 pub mod still;
+mod words;
+
+use std::ops::Range;
+
+use gravical_core::matrix3::norm;
 
 use crate::Result;
 use crate::calibration_file::CalibrationFile;
-use crate::recording::Recording;
+use crate::gravity::Gravity;
+use crate::recording::{Finding, Recording};
+
+use anchors::{Anchors, Side, Walk};
+use parameters::{Assumed, DATA_SHEET, Direction, TURNED, UNSTATED};
+use path::Setup;
+use prepare::{Prepared, prepare};
+use samples::Samples;
+use still::find_rests;
 
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
@@ -34,17 +85,245 @@ pub struct Calibrated<'a> {
 ///
 /// # Errors
 ///
-/// `unit-mismatch`, `unit-unknown`, `no-samples` (input); `option-range` (usage).
+/// Input errors: `unit-mismatch` (a calibration for another unit, range or
+/// sensor), `unit-unknown`, `rate-unknown`, `no-samples`. Usage: `option-range`.
+/// What only costs accuracy is a finding: no gyroscope, no rest, a gap in a move.
 pub fn motion(
     recording: &Recording,
     calibration: Option<Calibrated<'_>>,
     options: &MotionOptions,
 ) -> Result<Motion> {
     options.validate()?;
-    let _ = (recording, calibration);
-    todo_motion()
+    let Prepared {
+        samples,
+        nominal,
+        findings,
+        gyro_calibrated,
+    } = prepare(recording, calibration, options)?;
+    let mut findings: Vec<Finding> = recording.findings.iter().cloned().chain(findings).collect();
+
+    // Where does it rest, and which of the quiet stretches is a rest?
+    let found = find_rests(&samples, &options.rests);
+    let walk = Walk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
+    let mut rests = found.spans.clone();
+    let file = calibration.map(|c| c.file);
+    let size = size_at_rest(&samples, &rests, walk);
+    let directions = directions(
+        file,
+        gyro_calibrated,
+        &samples,
+        size,
+        options,
+        &mut findings,
+    );
+    let mut setup = Setup {
+        samples: &samples,
+        walk,
+        directions: &directions,
+        removal: options.gravity_removal,
+        mean: None,
+        wobble: options.wobble_deg.to_radians(),
+        clock_error: options.clock_error,
+        v0: options.v0_mps.unwrap_or_default(),
+        p0: options.p0_m,
+        bands: options.bands,
+    };
+    if options.gravity_removal == GravityRemoval::StillMean {
+        setup.mean = Some(still_mean(&samples, options.still_rows, walk));
+    }
+    if options.zero_velocity && options.rests.given_s.is_none() {
+        rests = gated(&setup, rests, &mut findings);
+    }
+
+    // Leg after leg.
+    let mut legs_from = rests.clone();
+    let plan = if options.gravity_removal == GravityRemoval::StillMean && !options.zero_velocity {
+        let rows = options.still_rows.min(samples.len());
+        legs_from = std::iter::once(0..rows).collect();
+        plan::whole(&samples)
+    } else {
+        plan::plan(&samples, &rests, options.zero_velocity)
+    };
+    let path = setup.follow(&plan, &legs_from);
+    let uncalibrated = nominal.as_ref().map(|nominal| {
+        let mut plain = Setup {
+            samples: nominal,
+            directions: &[],
+            bands: false,
+            ..setup
+        };
+        if setup.mean.is_some() {
+            plain.mean = Some(still_mean(nominal, options.still_rows, walk));
+        }
+        let end = plain.follow(&plan, &legs_from).end;
+        Uncalibrated {
+            position_m: end.and_then(|e| e.position_m),
+            velocity_mps: end.and_then(|e| e.velocity_mps),
+        }
+    });
+
+    findings.extend(words::circumstances(
+        &setup,
+        &rests,
+        &plan,
+        &path.moves,
+        options,
+    ));
+    let at_rest_only =
+        path.moves.is_empty() || (rests.len() == 1 && rests[0].len() == samples.len());
+    let static_drift = if at_rest_only && !rests.is_empty() {
+        drift::static_drift(&setup)
+    } else {
+        None
+    };
+    findings.extend(words::size(
+        file.is_some(),
+        size,
+        &local_gravity(file, options),
+        &setup,
+        &path.moves,
+    ));
+    for finding in &mut findings {
+        finding.file.get_or_insert_with(|| recording.name.clone());
+    }
+    findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
+
+    let t = &samples.t_s;
+    let result = MotionResult {
+        input: recording.name.clone(),
+        calibration: calibration.map(|c| c.name.to_owned()),
+        procedure: words::procedure(options, samples.rate_rad_s.is_some()),
+        rate_hz: Rates {
+            nominal: recording.timing.nominal_rate_hz,
+            r#true: recording
+                .timing
+                .mean_rate_hz
+                .or(recording.timing.median_rate_hz),
+        },
+        duration_s: t[t.len() - 1] - t[0],
+        rows: recording.rows() as u64,
+        rows_left_out: (recording.rows() - samples.len()) as u64,
+        frame: words::frame(options, rests.is_empty()),
+        still: rests
+            .iter()
+            .map(|r| Span {
+                start_s: t[r.start],
+                end_s: t[r.end - 1],
+            })
+            .collect(),
+        noise: found.accel.map(|a| NoiseAtRest {
+            accel_sigma_mps2: a.sigma,
+            accel_vif: a.vif,
+            gyro_sigma_rad_s: found.gyro.map(|g| g.sigma),
+            gyro_vif: found.gyro.map(|g| g.vif),
+        }),
+        moves: path.moves,
+        r#final: path.end.unwrap_or(FinalState {
+            position_m: None,
+            sigma_m: None,
+            velocity_mps: None,
+        }),
+        uncalibrated,
+        static_drift,
+        budget_m: path.budget,
+        truth: None,
+        findings,
+    };
+    let mut still = vec![false; samples.len()];
+    for rest in &rests {
+        still[rest.clone()].fill(true);
+    }
+    let raw = nominal.map_or_else(|| samples.force_mps2.clone(), |n| n.force_mps2);
+    let track = Track {
+        raw_mps2: raw,
+        still,
+        attitude: path.attitude,
+        acceleration_mps2: path.acceleration,
+        velocity_mps: path.velocity,
+        position_m: path.position,
+        sigma_velocity_mps: path.sigma_velocity,
+        sigma_position_m: path.sigma_position,
+        row: samples.row,
+        t_s: samples.t_s,
+        force_mps2: samples.force_mps2,
+    };
+    Ok(Motion { result, track })
 }
 
-fn todo_motion() -> Result<Motion> {
-    Err(crate::Error::input("no-samples", "not built yet"))
+/// Mean magnitude over the first rest, m/s².
+fn size_at_rest(samples: &Samples, rests: &[Range<usize>], walk: Walk) -> Option<f64> {
+    (!rests.is_empty()).then(|| norm(&Anchors::new(samples, walk).at(rests, 0, Side::Last).force))
+}
+
+/// Which parameters may be off, and by how much.
+fn directions(
+    file: Option<&CalibrationFile>,
+    gyro_calibrated: bool,
+    samples: &Samples,
+    size: Option<f64>,
+    options: &MotionOptions,
+    findings: &mut Vec<Finding>,
+) -> Vec<Direction> {
+    let mut all = match file {
+        Some(file) => parameters::by_covariance(file, &options.axes).unwrap_or_else(|| {
+            findings.push(words::no_covariance());
+            parameters::by_class(&UNSTATED)
+        }),
+        None => {
+            // Gravity itself may show more than a data sheet allows.
+            let off = size.map_or(0.0, |s| {
+                (s / local_gravity(file, options).value_mps2 - 1.0).abs()
+            });
+            parameters::by_class(&Assumed {
+                scale: DATA_SHEET.scale.max(off),
+                ..DATA_SHEET
+            })
+        }
+    };
+    if samples.rate_rad_s.is_some() && options.gravity_removal == GravityRemoval::Strapdown {
+        let own = file.filter(|_| gyro_calibrated);
+        let fitted = own
+            .and_then(|f| f.gyroscope.as_ref())
+            .is_some_and(|g| g.method != "bias");
+        let assumed = if fitted { TURNED } else { DATA_SHEET };
+        all.extend(parameters::of_gyroscope(own, &assumed, &options.axes));
+    }
+    all
+}
+
+fn local_gravity(file: Option<&CalibrationFile>, options: &MotionOptions) -> Gravity {
+    options.gravity.unwrap_or_else(|| match file {
+        Some(file) => Gravity {
+            value_mps2: file.gravity_mps2,
+            source: file.gravity_source,
+        },
+        None => Gravity::default(),
+    })
+}
+
+/// Mean of the first rows, and the seconds that it is over.
+fn still_mean(samples: &Samples, rows: usize, walk: Walk) -> ([f64; 3], f64) {
+    let rows = 0..rows.min(samples.len());
+    let anchor = Anchors::new(samples, walk).whole(rows);
+    (anchor.force, anchor.seconds)
+}
+
+/// The candidates that are rests, piece by piece.
+fn gated(
+    setup: &Setup<'_>,
+    candidates: Vec<Range<usize>>,
+    findings: &mut Vec<Finding>,
+) -> Vec<Range<usize>> {
+    let mut rests = Vec::new();
+    for piece in setup.samples.pieces() {
+        let own: Vec<Range<usize>> = candidates
+            .iter()
+            .filter(|c| piece.contains(&c.start))
+            .cloned()
+            .collect();
+        let judged = gate::judge(setup.samples, &own, setup.directions, setup);
+        findings.extend(words::gate(setup.samples, &judged));
+        rests.extend(judged.into_iter().filter(|j| j.rest).map(|j| j.span));
+    }
+    rests
 }

@@ -25,21 +25,38 @@ pub struct Rests {
 }
 
 /// How rests are found.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct RestOptions {
     /// Rests given by hand, s; then nothing is searched. Default none.
     pub given_s: Option<Vec<(f64, f64)>>,
 }
 
-impl Default for RestOptions {
-    fn default() -> Self {
-        RestOptions { given_s: None }
-    }
-}
-
 /// Finds the rests.
 #[must_use]
 pub fn find_rests(samples: &Samples, options: &RestOptions) -> Rests {
-    let _ = (samples, options);
-    Rests::default()
+    let spans: Vec<Range<usize>> = options
+        .given_s
+        .iter()
+        .flatten()
+        .map(|(from, to)| {
+            samples.t_s.partition_point(|t| t < from)..samples.t_s.partition_point(|t| t <= to)
+        })
+        .collect();
+    let noise = |channels: &[Vec<f64>; 3]| {
+        let holds: Vec<[&[f64]; 3]> = spans
+            .iter()
+            .map(|r| std::array::from_fn(|i| &channels[i][r.clone()]))
+            .collect();
+        let pooled = crate::segment::hold::pooled_noise(&holds);
+        Noise {
+            sigma: pooled.sigma,
+            vif: pooled.vif,
+        }
+    };
+    let found = !spans.is_empty();
+    Rests {
+        accel: found.then(|| noise(&samples.force_mps2)),
+        gyro: samples.rate_rad_s.as_ref().filter(|_| found).map(noise),
+        spans,
+    }
 }

@@ -1,0 +1,167 @@
+//! What each rest says of tilt, gravity and the gyroscope's bias.
+
+use std::ops::Range;
+
+use super::leg::Anchor;
+use super::samples::Samples;
+use super::still::Noise;
+
+/// Of a long rest so much counts, at the end where the leg begins, s: biases
+/// drift.
+const LONGEST_S: f64 = 10.0;
+
+/// A shorter rest corrects velocity and tilt, not the gyroscope's bias, s.
+const LEAST_FOR_BIAS_S: f64 = 1.0;
+
+/// Variance of a gyroscope's bias that no rest shows, (rad/s)²: 1 °/s.
+const UNKNOWN_BIAS: f64 = 3.0e-4;
+
+/// Which end of a rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Side {
+    /// Its first seconds: where a leg arrives.
+    First,
+    /// Its last seconds: where a leg departs.
+    Last,
+}
+
+/// Noise as it walks: N of the accelerometer along each axis of the sensor and of
+/// the gyroscope.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Walk {
+    /// N², m²/s³.
+    pub accel: [f64; 3],
+    /// N_g², rad²/s; the mean of the axes.
+    pub gyro: f64,
+}
+
+impl Walk {
+    /// N² = σ²·VIF·Σw²/Σw over samples of the weights w that the trapezoid gives
+    /// them: with even stamps σ²·VIF·h.
+    pub fn new(accel: Option<&Noise>, gyro: Option<&Noise>, samples: &Samples) -> Self {
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for piece in samples.pieces() {
+            for i in piece.start + 1..piece.end.saturating_sub(1) {
+                let w = 0.5 * (samples.t_s[i + 1] - samples.t_s[i - 1]);
+                sum += w;
+                squares += w * w;
+            }
+        }
+        let step = if sum > 0.0 { squares / sum } else { 0.0 };
+        let walk = |noise: &Noise| noise.sigma.map(|s| s * s * noise.vif * step);
+        Walk {
+            accel: accel.map_or([0.0; 3], walk),
+            gyro: gyro.map_or(0.0, |n| walk(n).iter().sum::<f64>() / 3.0),
+        }
+    }
+}
+
+/// The rests of a recording, asked for what they say.
+pub(super) struct Anchors<'a> {
+    samples: &'a Samples,
+    walk: Walk,
+}
+
+impl<'a> Anchors<'a> {
+    pub fn new(samples: &'a Samples, walk: Walk) -> Self {
+        Anchors { samples, walk }
+    }
+
+    /// What the rest `k` of `rests` says at that side.
+    pub fn at(&self, rests: &[Range<usize>], k: usize, side: Side) -> Anchor {
+        let rows = self.part(&rests[k], side);
+        let (bias, bias_variance) = self.bias(rests, k, side);
+        Anchor {
+            force: mean(&self.samples.force_mps2, rows.clone()),
+            seconds: self.seconds(&rows),
+            bias,
+            bias_variance,
+        }
+    }
+
+    /// What all of `rows` say, however long.
+    pub fn whole(&self, rows: Range<usize>) -> Anchor {
+        Anchor {
+            force: mean(&self.samples.force_mps2, rows.clone()),
+            seconds: self.seconds(&rows),
+            ..self.over(rows)
+        }
+    }
+
+    /// The same for samples that are no rest, or one that was cut by hand.
+    pub fn over(&self, rows: Range<usize>) -> Anchor {
+        self.at(std::slice::from_ref(&rows), 0, Side::First)
+    }
+
+    /// True where both rests take the bias from the same one.
+    pub fn share_bias(&self, rests: &[Range<usize>], a: usize, b: usize) -> bool {
+        self.source(rests, a) == self.source(rests, b)
+    }
+
+    /// The rest that the bias is taken from: itself where it is long enough, else
+    /// the last long one before, else the first after.
+    fn source(&self, rests: &[Range<usize>], k: usize) -> Option<usize> {
+        let long = |k: &usize| self.seconds(&rests[*k]) >= LEAST_FOR_BIAS_S;
+        (0..=k)
+            .rev()
+            .find(long)
+            .or_else(|| (k..rests.len()).find(long))
+    }
+
+    fn bias(&self, rests: &[Range<usize>], k: usize, side: Side) -> ([f64; 3], f64) {
+        let Some(rate) = &self.samples.rate_rad_s else {
+            return ([0.0; 3], 0.0);
+        };
+        match self.source(rests, k) {
+            Some(source) => {
+                let side = match source.cmp(&k) {
+                    std::cmp::Ordering::Less => Side::Last,
+                    std::cmp::Ordering::Equal => side,
+                    std::cmp::Ordering::Greater => Side::First,
+                };
+                let rows = self.part(&rests[source], side);
+                let variance = self.walk.gyro / self.seconds(&rows);
+                (mean(rate, rows), variance)
+            }
+            // A short rest is better than none.
+            None => {
+                let rows = self.part(&rests[k], side);
+                let variance = self.walk.gyro / self.seconds(&rows) + UNKNOWN_BIAS;
+                (mean(rate, rows), variance)
+            }
+        }
+    }
+
+    fn part(&self, rest: &Range<usize>, side: Side) -> Range<usize> {
+        let t = &self.samples.t_s;
+        match side {
+            Side::First => {
+                let until = t[rest.start] + LONGEST_S;
+                let count = t[rest.clone()].partition_point(|t| *t <= until);
+                rest.start..rest.start + count.max(1)
+            }
+            Side::Last => {
+                let from = t[rest.end - 1] - LONGEST_S;
+                let skip = t[rest.clone()].partition_point(|t| *t < from);
+                rest.start + skip.min(rest.len() - 1)..rest.end
+            }
+        }
+    }
+
+    /// Time that the samples stand for; never zero.
+    fn seconds(&self, rows: &Range<usize>) -> f64 {
+        let t = &self.samples.t_s;
+        let n = rows.len();
+        let span = t[rows.end - 1] - t[rows.start];
+        if n > 1 && span > 0.0 {
+            span * n as f64 / (n - 1) as f64
+        } else {
+            1e-3
+        }
+    }
+}
+
+fn mean(channels: &[Vec<f64>; 3], rows: Range<usize>) -> [f64; 3] {
+    let n = rows.len() as f64;
+    std::array::from_fn(|i| channels[i][rows.clone()].iter().sum::<f64>() / n)
+}

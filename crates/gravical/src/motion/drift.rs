@@ -1,0 +1,90 @@
+//! Drift of a recording in which nothing moves.
+
+use super::anchors::Anchors;
+use super::leg::{Ran, Removal};
+use super::parameters::Direction;
+use super::path::Setup;
+use super::result::StaticDrift;
+
+/// Gravity is taken from so many seconds at the start, s, or from half of the
+/// recording where it is shorter.
+const LEVELLED_OVER_S: f64 = 5.0;
+
+/// Open-loop drift after the first seconds; none for fewer than four samples.
+///
+/// With the zero-velocity correction it would be zero by construction, which is
+/// why it is computed without.
+pub(super) fn static_drift(setup: &Setup<'_>) -> Option<StaticDrift> {
+    let samples = setup.samples;
+    let last = samples.breaks.first().map_or(samples.len(), |b| *b) - 1;
+    let t = &samples.t_s;
+    let over = LEVELLED_OVER_S.min(0.5 * (t[last] - t[0]));
+    let near = t[..=last]
+        .partition_point(|s| s - t[0] <= over)
+        .checked_sub(1)?;
+    if near < 2 || last < near + 2 {
+        return None;
+    }
+    let rest = 0..near + 1;
+    let anchors = Anchors::new(samples, setup.walk);
+    let start = anchors.over(rest.clone());
+    let mut leg = setup.leg(
+        near,
+        last,
+        start,
+        None,
+        gravical_core::strapdown::level(start.force, 0.0),
+    );
+    if let Removal::Mean(_) = leg.removal {
+        leg.removal = Removal::Mean(start.force);
+    }
+    let mut ran = Ran::default();
+    leg.run(&Direction::NONE, false, &mut ran);
+    let count = ran.tau.len() - 1;
+    let (velocity, position) = (ran.velocity[count], ran.position[count]);
+    let tau = ran.tau[count];
+
+    let noise = setup.noise(&leg, &anchors, std::slice::from_ref(&rest), (None, None));
+    let by_noise = noise.open(tau).1;
+    let mut parameters = [0.0; 3];
+    let mut changed = Ran::default();
+    const STEP: f64 = 1e-3;
+    for direction in setup.directions {
+        leg.run(&direction.times(STEP), false, &mut changed);
+        for i in 0..3 {
+            parameters[i] += ((changed.position[count][i] - position[i]) / STEP).powi(2);
+        }
+    }
+    let predicted_sigma_m =
+        std::array::from_fn(|i| (by_noise.noise[i] + by_noise.tilt[i] + parameters[i]).sqrt());
+
+    // a = b + c τ, fitted to the acceleration.
+    let n = ran.tau.len() as f64;
+    let mean_tau = ran.tau.iter().sum::<f64>() / n;
+    let spread: f64 = ran.tau.iter().map(|s| (s - mean_tau).powi(2)).sum();
+    let mut bias = [0.0; 3];
+    let mut slope = [0.0; 3];
+    for i in 0..3 {
+        let mean = ran.acceleration.iter().map(|a| a[i]).sum::<f64>() / n;
+        let along: f64 = ran
+            .acceleration
+            .iter()
+            .zip(&ran.tau)
+            .map(|(a, s)| (a[i] - mean) * (s - mean_tau))
+            .sum();
+        slope[i] = along / spread;
+        bias[i] = mean - slope[i] * mean_tau;
+    }
+    Some(StaticDrift {
+        levelled_over_s: t[near] - t[0],
+        duration_s: tau,
+        velocity_mps: velocity,
+        position_m: position,
+        predicted_sigma_m,
+        bias_mps2: bias,
+        slope_mps3: slope,
+        unexplained_m: std::array::from_fn(|i| {
+            position[i] - bias[i] * tau * tau / 2.0 - slope[i] * tau.powi(3) / 6.0
+        }),
+    })
+}

@@ -1,0 +1,267 @@
+//! One leg: from a rest to the next, from a rest to the end, from the start to a
+//! rest, or the whole of a recording without rest.
+//!
+//! The order of things: level at the rest, follow the attitude with the
+//! gyroscope, turn the specific force upright, spread what is missing of the tilt
+//! at the next rest over the leg, take gravity off, integrate, and take off the
+//! velocity that is left at the rest.
+
+use gravical_core::integrate::Trapezoid;
+use gravical_core::matrix3::{add, cross, mul_vec, norm, scaled, sub};
+use gravical_core::strapdown::{Strapdown, matrix, missing_tilt, rotate, times, turn};
+
+use super::parameters::Direction;
+use super::samples::Samples;
+
+/// What a rest says.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Anchor {
+    /// Mean specific force, m/s².
+    pub force: [f64; 3],
+    /// Over how many seconds of samples.
+    pub seconds: f64,
+    /// Bias of the gyroscope, rad/s; zero without one.
+    pub bias: [f64; 3],
+    /// Its variance, rad²/s².
+    pub bias_variance: f64,
+}
+
+/// How gravity is taken off in a leg.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Removal {
+    /// The attitude is followed with the gyroscope.
+    Strapdown,
+    /// The tilt goes from that of one rest to that of the other.
+    Tilt,
+    /// The tilt stays that of the rest at the start.
+    ConstantTilt,
+    /// This mean is subtracted; nothing is turned.
+    Mean([f64; 3]),
+}
+
+/// How much of what the second rest shows is believed, 0 to 1.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Gains {
+    /// Of the missing tilt.
+    pub tilt: f64,
+    /// Of the change of the magnitude.
+    pub magnitude: f64,
+}
+
+/// A leg: samples `near` to `far`, both included. The rest that it starts from
+/// lies before `near`; `near` > `far` runs backwards in time.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Leg<'a> {
+    pub samples: &'a Samples,
+    pub near: usize,
+    pub far: usize,
+    /// The rest at `near`.
+    pub start: Anchor,
+    /// The rest at `far`.
+    pub end: Option<Anchor>,
+    /// Attitude at `near` as far as it is known; the rest levels it.
+    pub attitude: [f64; 4],
+    pub removal: Removal,
+    pub gains: Gains,
+    /// Velocity at `near`, m/s: zero after a rest.
+    pub v0: [f64; 3],
+}
+
+/// What a leg comes to, sample by sample from `near` on. Kept from run to run to
+/// save the allocations.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Ran {
+    /// Time since `near`, s; negative when it ran backwards.
+    pub tau: Vec<f64>,
+    /// Attitude, where asked for.
+    pub attitude: Vec<[f64; 4]>,
+    /// Acceleration in the frame, m/s².
+    pub acceleration: Vec<[f64; 3]>,
+    pub velocity: Vec<[f64; 3]>,
+    pub position: Vec<[f64; 3]>,
+    /// Velocity at `far` before it was taken off, m/s.
+    pub left_over: [f64; 3],
+    /// Rotation vector in the frame that was missing at `far`, rad.
+    pub missing: [f64; 3],
+    /// Attitude at `far`.
+    pub last: [f64; 4],
+}
+
+impl Leg<'_> {
+    /// Duration, s.
+    pub fn seconds(&self) -> f64 {
+        (self.samples.t_s[self.far] - self.samples.t_s[self.near]).abs()
+    }
+
+    /// Its samples in the order that it takes them.
+    pub fn order(&self) -> impl Iterator<Item = usize> + use<> {
+        let (near, far) = (self.near, self.far);
+        let count = near.abs_diff(far) + 1;
+        (0..count).map(move |k| if near <= far { near + k } else { near - k })
+    }
+
+    /// The attitude at `near`: levelled by the rest.
+    pub fn levelled(&self, force: &[f64; 3]) -> [f64; 4] {
+        match self.removal {
+            Removal::Mean(_) => [1.0, 0.0, 0.0, 0.0],
+            _ => times(&turn(&missing_tilt(&self.attitude, force)), &self.attitude),
+        }
+    }
+
+    /// Runs the leg, its parameters changed by `change`.
+    pub fn run(&self, change: &Direction, with_attitude: bool, out: &mut Ran) {
+        let force_of = |f: [f64; 3]| add(&f, &change.force(&f));
+        let rate_of = |w: [f64; 3]| add(&w, &change.rate(&w));
+        let samples = self.samples;
+        let (start, end) = (
+            force_of(self.start.force),
+            self.end.map(|e| force_of(e.force)),
+        );
+        let bias = rate_of(self.start.bias);
+        let drift = self.end.map_or([0.0; 3], |e| sub(&rate_of(e.bias), &bias));
+        let t0 = samples.t_s[self.near];
+        let total = samples.t_s[self.far] - t0;
+        let share = |tau: f64| if total == 0.0 { 1.0 } else { tau / total };
+
+        out.tau.clear();
+        out.attitude.clear();
+        out.acceleration.clear();
+        out.velocity.clear();
+        out.position.clear();
+        let q0 = self.levelled(&start);
+
+        // The specific force, turned into the frame.
+        let mut q = q0;
+        match self.removal {
+            Removal::Strapdown => {
+                let mut strapdown = Strapdown::new(q0);
+                let mut before = t0;
+                for i in self.order() {
+                    let t = samples.t_s[i];
+                    let tau = t - t0;
+                    let s = share(tau);
+                    let offset = [
+                        bias[0] + s * drift[0],
+                        bias[1] + s * drift[1],
+                        bias[2] + s * drift[2],
+                    ];
+                    q = strapdown.update(sub(&rate_of(samples.rate_at(i)), &offset), t - before);
+                    before = t;
+                    out.tau.push(tau);
+                    if with_attitude {
+                        out.attitude.push(q);
+                    }
+                    out.acceleration
+                        .push(rotate(&q, &force_of(samples.force_at(i))));
+                }
+            }
+            Removal::Tilt | Removal::ConstantTilt | Removal::Mean(_) => {
+                let r = matrix(&q0);
+                for i in self.order() {
+                    out.tau.push(samples.t_s[i] - t0);
+                    if with_attitude {
+                        out.attitude.push(q0);
+                    }
+                    out.acceleration
+                        .push(mul_vec(&r, &force_of(samples.force_at(i))));
+                }
+            }
+        }
+
+        // What the second rest shows, spread over the leg.
+        out.missing = match (end, self.removal) {
+            (Some(end), Removal::Strapdown | Removal::Tilt) => missing_tilt(&q, &end),
+            _ => [0.0; 3],
+        };
+        let lean = Lean::new(scaled(&out.missing, self.gains.tilt));
+        let (down, change_of_down) = match self.removal {
+            Removal::Mean(mean) => (force_of(mean), [0.0; 3]),
+            _ => {
+                let g = norm(&start);
+                let more = end.map_or(0.0, |e| self.gains.magnitude * (norm(&e) - g));
+                ([0.0, 0.0, g], [0.0, 0.0, more])
+            }
+        };
+        let mut way = Trapezoid::new(self.v0, [0.0; 3]);
+        let mut before = 0.0;
+        for (k, a) in out.acceleration.iter_mut().enumerate() {
+            let tau = out.tau[k];
+            let s = share(tau);
+            let upright = lean.apply(s, a);
+            *a = [
+                upright[0] - down[0] - s * change_of_down[0],
+                upright[1] - down[1] - s * change_of_down[1],
+                upright[2] - down[2] - s * change_of_down[2],
+            ];
+            way.update(*a, tau - before);
+            before = tau;
+            out.velocity.push(way.velocity());
+            out.position.push(way.position());
+        }
+        for (k, q) in out.attitude.iter_mut().enumerate() {
+            *q = times(&turn(&scaled(&lean.vector, share(out.tau[k]))), q);
+        }
+        out.last = times(&turn(&lean.vector), &q);
+        out.left_over = way.velocity();
+
+        // At the second rest the velocity is zero: what is left grew evenly.
+        if self.end.is_some() && total != 0.0 {
+            let slope = scaled(&out.left_over, 1.0 / total);
+            for k in 0..out.tau.len() {
+                let tau = out.tau[k];
+                for i in 0..3 {
+                    out.velocity[k][i] -= slope[i] * tau;
+                    out.position[k][i] -= 0.5 * slope[i] * tau * tau;
+                    out.acceleration[k][i] -= slope[i];
+                }
+            }
+        }
+    }
+}
+
+/// A rotation about a fixed axis of the frame, of which a share is applied.
+struct Lean {
+    vector: [f64; 3],
+    axis: [f64; 3],
+    angle: f64,
+}
+
+impl Lean {
+    fn new(vector: [f64; 3]) -> Self {
+        let angle = norm(&vector);
+        let axis = if angle > 0.0 {
+            scaled(&vector, 1.0 / angle)
+        } else {
+            [0.0; 3]
+        };
+        Lean {
+            vector,
+            axis,
+            angle,
+        }
+    }
+
+    /// `v`, turned by that share of the angle (Rodrigues).
+    #[inline]
+    fn apply(&self, share: f64, v: &[f64; 3]) -> [f64; 3] {
+        if self.angle == 0.0 {
+            return *v;
+        }
+        let phi = self.angle * share;
+        let (sine, versine) = if phi < 0.3 {
+            // The series to 1e-11 here, and faster.
+            let squared = phi * phi;
+            (
+                phi * (1.0 - squared / 6.0 * (1.0 - squared / 20.0 * (1.0 - squared / 42.0))),
+                0.5 * squared
+                    * (1.0 - squared / 12.0 * (1.0 - squared / 30.0 * (1.0 - squared / 56.0))),
+            )
+        } else {
+            let (sine, cosine) = phi.sin_cos();
+            (sine, 1.0 - cosine)
+        };
+        let first = cross(&self.axis, v);
+        let second = cross(&self.axis, &first);
+        std::array::from_fn(|i| v[i] + sine * first[i] + versine * second[i])
+    }
+}

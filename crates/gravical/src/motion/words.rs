@@ -1,0 +1,239 @@
+//! What was done, what the axes are, and what is odd, in words.
+
+use std::ops::Range;
+
+use gravical_core::matrix3::{dot, norm};
+
+use super::gate::Judged;
+use super::options::{GravityRemoval, MotionOptions};
+use super::path::Setup;
+use super::plan::Stretch;
+use super::result::{Ends, Move};
+use super::samples::Samples;
+use crate::gravity::Gravity;
+use crate::recording::Finding;
+
+/// Gravity at rest that is off by less than this is not told where nothing is
+/// calibrated, relative.
+const TOLD_SIZE: f64 = 0.005;
+
+/// Standard deviations by which calibrated gravity has to be off.
+const FAR: f64 = 4.0;
+
+/// How motion was computed.
+pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
+    let gravity = match options.gravity_removal {
+        GravityRemoval::Strapdown if gyro => {
+            "attitude by strapdown, corrected from both ends of each move".to_owned()
+        }
+        GravityRemoval::Strapdown => {
+            "tilt from rest to rest, without a gyroscope in between".to_owned()
+        }
+        GravityRemoval::ConstantTilt => "tilt as at the rest before".to_owned(),
+        GravityRemoval::StillMean => {
+            format!("mean of the first {} rows subtracted", options.still_rows)
+        }
+    };
+    let ends = if options.zero_velocity {
+        "velocity zero at rests"
+    } else {
+        "no zero-velocity correction"
+    };
+    format!("{gravity}; trapezoid with the recorded stamps; {ends}")
+}
+
+/// What the axes of velocity and position are.
+pub(super) fn frame(options: &MotionOptions, no_rest: bool) -> String {
+    let at = if no_rest {
+        "over the whole recording"
+    } else {
+        "at the first rest"
+    };
+    match options.gravity_removal {
+        GravityRemoval::StillMean => "the sensor's own axes".to_owned(),
+        _ => format!("z up along gravity, x along the sensor's x {at}, made horizontal"),
+    }
+}
+
+/// A calibration without covariance.
+pub(super) fn no_covariance() -> Finding {
+    Finding::note(
+        "covariance-unknown",
+        "the calibration does not state its covariance: 0.5 % of scale, 0.02 m/s² of bias and 0.6° between the axes are assumed for the band",
+    )
+}
+
+/// Quiet stretches that are no rest, and rests against the odds.
+pub(super) fn gate(samples: &Samples, judged: &[Judged]) -> Vec<Finding> {
+    judged
+        .iter()
+        .filter_map(|j| {
+            let (from, to) = (samples.t_s[j.span.start], samples.t_s[j.span.end - 1]);
+            let speed = norm(&j.velocity);
+            let sigma = norm(&j.sigma);
+            if j.overruled {
+                return Some(Finding::warning(
+                    "rest-at-speed",
+                    format!(
+                        "quiet from {from:.2} to {to:.2} s, where the integrated velocity is {speed:.2} m/s (1σ {sigma:.2}); taken for a rest since nothing after it comes nearer to one: the acceleration drifted by {:.3} m/s², or the sensor went on at constant speed (--still sets the rests by hand)",
+                        speed / (from - samples.t_s[0]).max(1e-3)
+                    ),
+                ));
+            }
+            (!j.rest).then(|| {
+                Finding::note(
+                    "constant-speed",
+                    format!(
+                        "quiet from {from:.2} to {to:.2} s, but at {speed:.2} m/s (1σ {sigma:.2}): constant speed, no rest"
+                    ),
+                )
+            })
+        })
+        .collect()
+}
+
+/// What the recording lacks, and what that costs.
+pub(super) fn circumstances(
+    setup: &Setup<'_>,
+    rests: &[Range<usize>],
+    plan: &[Stretch],
+    moves: &[Move],
+    options: &MotionOptions,
+) -> Vec<Finding> {
+    let mut out = Vec::new();
+    let samples = setup.samples;
+    if rests.is_empty() {
+        out.push(Finding::warning(
+            "no-still",
+            "the sensor never rests: tilt and gravity are the mean over the recording, the velocity at the start is taken as given or zero, and nothing corrects the drift; hold it still for 2 s at both ends",
+        ));
+    }
+    let strapdown = options.gravity_removal == GravityRemoval::Strapdown;
+    if strapdown && samples.rate_rad_s.is_none() && !moves.is_empty() {
+        let longest = moves
+            .iter()
+            .map(|m| m.end_s - m.start_s)
+            .fold(0.0, f64::max);
+        let cost = 9.8 * 1.0_f64.to_radians() * longest * longest / std::f64::consts::TAU;
+        out.push(Finding::warning(
+            "no-gyro",
+            format!(
+                "without a gyroscope the tilt between rests is not known: one swing of 1° during the longest move ({longest:.1} s) is {cost:.2} m; {}° are allowed for in the band (--wobble)",
+                options.wobble_deg
+            ),
+        ));
+    }
+    if let Some(first) = plan.first()
+        && let Stretch::Lost { to, .. } = first
+    {
+        out.push(Finding::note(
+            "start-lost",
+            format!(
+                "something is missing before the first rest: position counts from there, {:.2} s",
+                samples.t_s[*to]
+            ),
+        ));
+    }
+    for stretch in plan {
+        if let Stretch::QuietGap { gap_s } = stretch {
+            out.push(Finding::note(
+                "gap-at-rest",
+                format!("{gap_s:.2} s are missing while the sensor rests in one pose: taken as not moved"),
+            ));
+        }
+    }
+    let lost = moves.iter().filter(|m| !m.usable).count();
+    if lost > 0 {
+        out.push(
+            Finding::warning(
+                "move-unusable",
+                format!(
+                    "{lost} of {} moves have a gap in them: how far they went is not known, nor any position after; the other moves are computed each from its own start",
+                    moves.len()
+                ),
+            )
+            .counting(lost as u64),
+        );
+    }
+    if options.zero_velocity && !rests.is_empty() {
+        let open: Vec<&Move> = moves
+            .iter()
+            .filter(|m| m.usable && m.ends != Ends::RestToRest)
+            .collect();
+        for one in open {
+            let what = if one.ends == Ends::ToRest {
+                "starts in motion: computed backwards from the first rest"
+            } else {
+                "ends in motion: after the last rest nothing corrects the drift"
+            };
+            out.push(Finding::warning(
+                if one.ends == Ends::ToRest {
+                    "starts-moving"
+                } else {
+                    "ends-moving"
+                },
+                format!(
+                    "the recording {what} ({:.2} to {:.2} s)",
+                    one.start_s, one.end_s
+                ),
+            ));
+        }
+    }
+    out
+}
+
+/// The magnitude at rest, where it is not gravity.
+pub(super) fn size(
+    calibrated: bool,
+    size: Option<f64>,
+    gravity: &Gravity,
+    setup: &Setup<'_>,
+    moves: &[Move],
+) -> Option<Finding> {
+    let size = size?;
+    let g = gravity.value_mps2;
+    let off = size / g - 1.0;
+    if calibrated {
+        // What the covariance allows in the direction of gravity, as it is now.
+        let force = setup.samples.force_at(0);
+        let up = force.map(|f| f / norm(&force));
+        let variance: f64 = setup
+            .directions
+            .iter()
+            .map(|d| dot(&d.force(&force), &up).powi(2))
+            .sum();
+        let sigma = variance.sqrt().max(1e-3 * g);
+        return ((size - g).abs() > FAR * sigma).then(|| {
+            Finding::warning(
+                "gravity-off",
+                format!(
+                    "at rest the calibrated magnitude is {size:.3} m/s², gravity is {g:.3}: off by {:.1} times what the calibration allows (1σ {sigma:.3}); it may no longer fit: `gravical check`",
+                    (size - g).abs() / sigma
+                ),
+            )
+        });
+    }
+    if off.abs() <= TOLD_SIZE {
+        return None;
+    }
+    let farthest = moves
+        .iter()
+        .filter_map(|m| m.displacement_m)
+        .max_by(|a, b| norm(a).total_cmp(&norm(b)));
+    let example = farthest.map_or_else(String::new, |d| {
+        let way = norm(&d);
+        format!(
+            "; the longest displacement is {way:.4} m in the one case, {:.4} m in the other",
+            way / (1.0 + off)
+        )
+    });
+    let text = format!(
+        "at rest the magnitude is {size:.2} m/s², {:+.1} % off gravity ({g:.2}): a bias, which levelling takes off, or an error of scale, which stays{example}; the band allows for both, a calibration decides",
+        100.0 * off
+    );
+    Some(if off.abs() > 0.02 {
+        Finding::warning("gravity-off", text)
+    } else {
+        Finding::note("gravity-off", text)
+    })
+}
