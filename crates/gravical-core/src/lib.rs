@@ -7,6 +7,7 @@
 //! - [`calibration`]: what a calibration is; apply, compose, invert.
 //! - [`six_position`]: estimate one from six placements and three turns.
 //! - [`strapdown`], [`integrate`]: attitude, velocity and position, sample by sample.
+//! - [`still`]: whether the sensor rests, sample by sample.
 //! - [`mod@unit`]: units, the MPU6050's nominal sensitivities, local gravity.
 //! - [`matrix3`]: the 3 × 3 operations behind them.
 //!
@@ -44,6 +45,7 @@ pub mod matrix3;
 mod real;
 pub mod six_position;
 pub mod strapdown;
+pub mod still;
 pub mod unit;
 
 pub use real::Real;

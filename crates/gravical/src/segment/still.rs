@@ -110,14 +110,38 @@ struct Block {
 /// Which share of the blocks is taken to be still at least.
 const QUIET_SHARE: f64 = 0.05;
 
+/// What stills are looked for in: channels of equal length, in any unit.
+pub(crate) struct Channels<'a> {
+    /// Specific force along x, y, z.
+    pub accel: &'a [Vec<f64>; 3],
+    /// Angular rate about x, y, z.
+    pub gyro: Option<&'a [Vec<f64>; 3]>,
+    /// Sampling rate, Hz.
+    pub rate_hz: f64,
+    /// Rows that follow each other; no still spans two of these.
+    pub segments: Vec<Range<usize>>,
+}
+
 /// Finds the stills.
 #[must_use]
 pub fn find_stills(recording: &Recording, options: &StillOptions) -> Stills {
-    let (rate, _) = recording.working_rate_hz();
+    let channels = Channels {
+        accel: &recording.accel,
+        gyro: recording.gyro.as_ref(),
+        rate_hz: recording.working_rate_hz().0,
+        segments: recording.segments(),
+    };
+    find_stills_in(&channels, options)
+}
+
+/// The same in channels that are no recording's.
+pub(crate) fn find_stills_in(recording: &Channels<'_>, options: &StillOptions) -> Stills {
+    let rate = recording.rate_hz;
     let width = block_rows(rate, options);
     let segments: Vec<Vec<Block>> = recording
-        .segments()
-        .into_iter()
+        .segments
+        .iter()
+        .cloned()
         .map(|rows| blocks(recording, rows, width))
         .collect();
     let all = || segments.iter().flatten();
@@ -181,16 +205,17 @@ const EDGE_SIGMAS: f64 = 5.0;
 /// Takes rows on at both ends, at most a block each and not beyond `within`, up
 /// to the first that is off by more than [`EDGE_SIGMAS`].
 fn grow(
-    recording: &Recording,
+    recording: &Channels<'_>,
     rows: Range<usize>,
     within: Range<usize>,
     width: usize,
     floor: f64,
 ) -> Range<usize> {
-    let (mean, _) = moments(&recording.accel, rows.clone());
+    let (mean, _) = moments(recording.accel, rows.clone());
     // The floor is the sum over the three axes.
     let far = EDGE_SIGMAS * (floor / 3.0).sqrt();
-    let belongs = |row: &usize| distance(recording.accel_at(*row), mean) <= far;
+    let at = |row: usize| std::array::from_fn(|axis| recording.accel[axis][row]);
+    let belongs = |row: &usize| distance(at(*row), mean) <= far;
     let before = (within.start..rows.start).rev().take(width);
     let after = (rows.end..within.end).take(width);
     let from = before.take_while(belongs).last().unwrap_or(rows.start);
@@ -206,7 +231,7 @@ pub fn block_rows(rate_hz: f64, options: &StillOptions) -> usize {
     wanted.clamp(5.0, 25.0).max(least) as usize
 }
 
-fn blocks(recording: &Recording, rows: Range<usize>, width: usize) -> Vec<Block> {
+fn blocks(recording: &Channels<'_>, rows: Range<usize>, width: usize) -> Vec<Block> {
     let mut out = Vec::with_capacity(rows.len() / width);
     let mut from = rows.start;
     while from + width <= rows.end {
@@ -216,11 +241,8 @@ fn blocks(recording: &Recording, rows: Range<usize>, width: usize) -> Vec<Block>
         } else {
             from + width
         };
-        let (mean, variance) = moments(&recording.accel, from..to);
-        let gyro_variance = recording
-            .gyro
-            .as_ref()
-            .map_or(f64::NAN, |g| moments(g, from..to).1);
+        let (mean, variance) = moments(recording.accel, from..to);
+        let gyro_variance = recording.gyro.map_or(f64::NAN, |g| moments(g, from..to).1);
         out.push(Block {
             rows: from..to,
             mean,

@@ -1,8 +1,38 @@
 //! Where the sensor rested, found from the recording's own noise, to the sample.
+//!
+//! # Overview
+//!
+//! 1. Coarse rests: quiet blocks ([`crate::segment::still`]). From them the noise
+//!    of both sensors (`noise`).
+//! 2. Seeds: five means of 0.2 s that agree. From each forwards, and the whole
+//!    recording backwards likewise: where the mean over 0.2, 0.5 or 1 s leaves
+//!    that of the seconds before ([`gravical_core::still::Statistic`]), the
+//!    rest has ended (`run`). When it ended, a ramp in all channels says
+//!    (`onset`).
+//! 3. Motions that both directions saw part the rests (`join`).
+//!
+//! Constant velocity looks like rest to every accelerometer: what is found is a
+//! candidate until the velocity has been looked at.
+
+mod given;
+mod join;
+mod noise;
+mod onset;
+mod run;
+mod view;
+
+#[cfg(test)]
+mod tests;
 
 use std::ops::Range;
 
+use gravical_core::still::Plan;
+
 use super::samples::Samples;
+use crate::Result;
+use crate::segment::still::{Channels, StillOptions, find_stills_in};
+
+pub use given::Intervals;
 
 /// Noise of the samples at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,36 +57,83 @@ pub struct Rests {
 /// How rests are found.
 #[derive(Debug, Clone, Default)]
 pub struct RestOptions {
-    /// Rests given by hand, s; then nothing is searched. Default none.
+    /// Rests given by hand, s; then nothing is searched. Default none; each has to
+    /// end after it starts, the last may end at infinity.
     pub given_s: Option<Vec<(f64, f64)>>,
 }
 
-/// Finds the rests.
+impl RestOptions {
+    /// Checks every field against its range.
+    ///
+    /// # Errors
+    ///
+    /// `rests-syntax` (usage) for an interval that is no number or ends before it
+    /// starts.
+    pub fn validate(&self) -> Result<()> {
+        given::check(self.given_s.as_deref().unwrap_or_default())
+    }
+}
+
+/// Blocks that a rest has to last, as 0.15 s of 0.2 s.
+const LEAST_REST: f64 = 0.75;
+
+/// Finds the rests, or takes those that are given.
+///
+/// Without any rest the list is empty and there is no noise. Options that
+/// [`RestOptions::validate`] refuses give no rests where they make no sense.
 #[must_use]
 pub fn find_rests(samples: &Samples, options: &RestOptions) -> Rests {
-    let spans: Vec<Range<usize>> = options
-        .given_s
-        .iter()
-        .flatten()
-        .map(|(from, to)| {
-            samples.t_s.partition_point(|t| t < from)..samples.t_s.partition_point(|t| t <= to)
-        })
-        .collect();
-    let noise = |channels: &[Vec<f64>; 3]| {
-        let holds: Vec<[&[f64]; 3]> = spans
-            .iter()
-            .map(|r| std::array::from_fn(|i| &channels[i][r.clone()]))
-            .collect();
-        let pooled = crate::segment::hold::pooled_noise(&holds);
-        Noise {
-            sigma: pooled.sigma,
-            vif: pooled.vif,
-        }
+    let Some(plan) = plan(samples) else {
+        return Rests::default();
     };
-    let found = !spans.is_empty();
-    Rests {
-        accel: found.then(|| noise(&samples.force_mps2)),
-        gyro: samples.rate_rad_s.as_ref().filter(|_| found).map(noise),
-        spans,
+    let spans = match &options.given_s {
+        Some(given) => given::spans(samples, given),
+        None => search(samples, &plan),
+    };
+    if spans.is_empty() {
+        return Rests::default();
     }
+    let pooled = noise::pooled(samples, &spans, &plan);
+    Rests {
+        spans,
+        accel: Some(pooled.accel()),
+        gyro: samples.rate_rad_s.is_some().then(|| pooled.gyro()),
+    }
+}
+
+/// Window lengths by the median step; none for fewer than two samples or no time.
+fn plan(samples: &Samples) -> Option<Plan> {
+    if samples.is_empty() {
+        return None;
+    }
+    let step_s = samples.median_step_s();
+    Some(Plan::new(if step_s > 0.0 { 1.0 / step_s } else { 0.0 }))
+}
+
+fn search(samples: &Samples, plan: &Plan) -> Vec<Range<usize>> {
+    let coarse = coarse(samples, plan);
+    let levels = noise::Levels::new(samples, &coarse, plan);
+    let least = (LEAST_REST * plan.block as f64).ceil() as usize;
+    let reach = 2 * Plan::SEED_BLOCKS * plan.block;
+    let mut spans = Vec::new();
+    for piece in samples.pieces() {
+        let ahead = view::View::new(samples, &piece, false);
+        let back = view::View::new(samples, &piece, true);
+        let forwards = run::runs(&ahead, plan, &levels);
+        let backwards = run::runs(&back, plan, &levels);
+        spans.extend(join::join((&ahead, &forwards), (&back, &backwards), reach));
+    }
+    spans.retain(|s: &Range<usize>| s.len() >= least);
+    spans
+}
+
+/// Quiet stretches, short ones included.
+fn coarse(samples: &Samples, plan: &Plan) -> Vec<Range<usize>> {
+    let channels = Channels {
+        accel: &samples.force_mps2,
+        gyro: samples.rate_rad_s.as_ref(),
+        rate_hz: plan.block as f64 / Plan::BLOCK_S,
+        segments: samples.pieces(),
+    };
+    find_stills_in(&channels, &StillOptions::short_rests()).spans
 }
