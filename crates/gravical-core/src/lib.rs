@@ -44,8 +44,8 @@ pub mod integrate;
 pub mod matrix3;
 mod real;
 pub mod six_position;
-pub mod strapdown;
 pub mod still;
+pub mod strapdown;
 pub mod unit;
 
 pub use real::Real;

@@ -1,49 +1,98 @@
-//! Accuracy of motion by experiment.
-use gravical::motion::{MotionOptions, motion, Calibrated};
-use gravical::recording::{ReadOptions, read};
-use gravical::simulate::*;
+//! How accurate position is, by experiment:
+//!
+//!     cargo run --release -p gravical --example motion_accuracy -- [SEEDS]
+
+mod runs;
+
+use gravical::motion::MotionOptions;
+use runs::{Cell, Gyro, run};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let a: Vec<String> = std::env::args().collect();
-    let wobble: f64 = a[1].parse()?;
-    let move_s: f64 = a[2].parse()?;
-    let seeds: u64 = a[3].parse()?;
-    let auto = a[4] == "auto";
-    let zv = a[5] == "on";
-    let folder = tempfile::tempdir()?;
-    let (mut sum, mut n) = ([0.0; 3], 0.0);
-    let (mut in1, mut in2) = ([0.0; 3], [0.0; 3]);
-    let mut sig = [0.0; 3];
-    for seed in 1..=seeds {
-        let mut options = SimulateOptions::new(Scenario::Line(LineOptions { wobble_deg: wobble, move_time_s: move_s, ..LineOptions::default() }));
-        options.seed = seed;
-        let s = simulate(&options)?;
-        write(&s, folder.path(), true)?;
-        let recording = read(&folder.path().join("line.csv"), &ReadOptions::default())?;
-        let mut m = MotionOptions { clock_error: 0.0, zero_velocity: zv, ..Default::default() };
-        if !auto { m.rests.given_s = Some(vec![(0.0, 5.0), (5.0 + move_s, 20.0)]); }
-        let r = motion(&recording, None::<Calibrated>, &m)?.result;
-        if seed == 1 { println!("{}", serde_json::to_string_pretty(&r)?); }
-        let Some(p) = r.r#final.position_m else { println!("none"); continue };
-        let sg = r.r#final.sigma_m.unwrap();
-        let truth = s.truth.files[0].moves[0].displacement_m;
-        // the frame: x along sensor's x made horizontal; attitude of the pose
-        let q = s.files[0].path.state_at(0.0).attitude;
-        let m3 = gravical_core::strapdown::matrix(&q);
-        let yaw = m3[1][0].atan2(m3[0][0]);
-        let (sn, cs) = yaw.sin_cos();
-        let t = [cs * truth[0] + sn * truth[1], -sn * truth[0] + cs * truth[1], truth[2]];
-        n += 1.0;
-        for i in 0..3 {
-            let e = p[i] - t[i];
-            sum[i] += e * e;
-            sig[i] += sg[i];
-            if e.abs() <= sg[i] { in1[i] += 1.0; }
-            if e.abs() <= 2.0 * sg[i] { in2[i] += 1.0; }
-        }
+    let seeds: u64 = std::env::args().nth(1).map_or(Ok(1000), |s| s.parse())?;
+    let line = Cell {
+        name: "0.7 m in 2 s",
+        move_s: 2.0,
+        wobble_deg: 0.0,
+        gyro: Gyro::Calibrated,
+        dropped: 0.0,
+        jitter_ms: 0.0,
+        options: MotionOptions::default(),
+        at_end_of_move: false,
+    };
+    let mut by_hand = MotionOptions::default();
+    by_hand.rests.given_s = Some(vec![(0.0, 5.0), (7.01, 13.0)]);
+    let cells = [
+        line.clone(),
+        Cell {
+            name: "rests by the truth",
+            options: by_hand,
+            ..line.clone()
+        },
+        Cell {
+            name: "wobble of 3°, gyroscope calibrated",
+            wobble_deg: 3.0,
+            ..line.clone()
+        },
+        Cell {
+            name: "wobble of 3°, gyroscope within ±3 %",
+            wobble_deg: 3.0,
+            gyro: Gyro::Uniform,
+            ..line.clone()
+        },
+        Cell {
+            name: "wobble of 3°, gyroscope by data sheet",
+            wobble_deg: 3.0,
+            gyro: Gyro::DataSheet,
+            ..line.clone()
+        },
+        Cell {
+            name: "in 4 s",
+            move_s: 4.0,
+            ..line.clone()
+        },
+        Cell {
+            name: "in 12 s",
+            move_s: 12.0,
+            ..line.clone()
+        },
+        Cell {
+            name: "in 16 s",
+            move_s: 16.0,
+            ..line.clone()
+        },
+        Cell {
+            name: "2 % of the rows lost, ±1 ms",
+            dropped: 0.02,
+            jitter_ms: 1.0,
+            ..line.clone()
+        },
+        Cell {
+            name: "the report's procedure, at the end of the file",
+            options: MotionOptions::report(),
+            ..line.clone()
+        },
+        Cell {
+            name: "the report's procedure, at the end of the move",
+            options: MotionOptions::report(),
+            at_end_of_move: true,
+            ..line.clone()
+        },
+    ];
+    println!("| cell | found | along mm | across mm | up mm | within 1σ % | within 2σ % |");
+    println!("|---|---|---|---|---|---|---|");
+    for cell in &cells {
+        let out = run(cell, 1..seeds + 1)?;
+        println!(
+            "| {} | {}/{} | {:.2} | {:.2} | {:.2} | {:.1} | {:.1} |",
+            cell.name,
+            out.found,
+            out.runs,
+            out.rms_mm(0),
+            out.rms_mm(1),
+            out.rms_mm(2),
+            100.0 * out.covered(1.0, 0..3),
+            100.0 * out.covered(2.0, 0..3),
+        );
     }
-    println!("rms mm {:?}", sum.map(|s: f64| 1e3 * (s / n).sqrt()));
-    println!("mean sigma mm {:?}", sig.map(|s: f64| 1e3 * s / n));
-    println!("in 1σ {:?} 2σ {:?}", in1.map(|s: f64| s / n), in2.map(|s| s / n));
     Ok(())
 }

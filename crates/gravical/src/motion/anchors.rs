@@ -93,11 +93,6 @@ impl<'a> Anchors<'a> {
         self.at(std::slice::from_ref(&rows), 0, Side::First)
     }
 
-    /// True where both rests take the bias from the same one.
-    pub fn share_bias(&self, rests: &[Range<usize>], a: usize, b: usize) -> bool {
-        self.source(rests, a) == self.source(rests, b)
-    }
-
     /// The rest that the bias is taken from: itself where it is long enough, else
     /// the last long one before, else the first after.
     fn source(&self, rests: &[Range<usize>], k: usize) -> Option<usize> {

@@ -1,23 +1,18 @@
-//! Variances that noise gives velocity and position, in closed form.
+//! Variances that noise gives velocity and position.
 //!
 //! τ is the time since the rest, T the length of the leg, T₀ that of the rest; N
 //! the noise of the accelerometer (velocity walks by N√t), N_g that of the
-//! gyroscope; w the share of the missing tilt that is corrected.
-//!
-//! Between rests, with d = τ³/6 − τ²T/4 what a tilt that grows evenly becomes
-//! after the zero-velocity correction, and d₂ = τ⁴/24T − τ²T/12 what the second
-//! half of a rate that goes over from one bias to the other becomes:
+//! gyroscope. Between two rests the horizontal axes follow [`Smoother`], the
+//! vertical one N² (τ³/3 − τ⁴/4T). From a rest on without another,
 //!
 //! ```text
-//! accelerometer  N² (τ³/3 − τ⁴/4T)
-//! gyroscope      g² N_g² [τ⁴T/12 − 7τ⁵/60 + τ⁶/24T − d² (2w − w²)/T]
-//! its biases     g² [σ_A² (d − d₂ − wd/2)² + σ_B² (d₂ − wd/2)²]
-//! levelling      g² w² σ_ε² (d/T)²
+//! N² (τ³/3 + τ⁴/4T₀) + g² N_g² τ⁵/20 + g² σ_A² τ⁶/36
 //! ```
 //!
-//! From a rest on without another, N² (τ³/3 + τ⁴/4T₀) + g² N_g² τ⁵/20 +
-//! g² σ_A² τ⁶/36. All are integrals of white noise; they are tested against
-//! simulated noise.
+//! with σ_A² the variance of the gyroscope's bias at the rest. All are integrals
+//! of white noise; they are tested against simulated noise.
+
+use super::smoother::Smoother;
 
 /// What the noise of a leg consists of.
 #[derive(Debug, Clone, Copy)]
@@ -26,20 +21,14 @@ pub(super) struct LegNoise {
     pub accel: [f64; 3],
     /// N_g², rad²/s.
     pub gyro: f64,
-    /// Variance of the gyroscope's bias at the first rest, rad²/s².
-    pub bias_near: f64,
-    /// At the second; none where it is that of the first.
-    pub bias_far: Option<f64>,
-    /// Variance of the tilt that the two rests show, between them, rad².
-    pub levelling: f64,
+    /// Variance of the gyroscope's bias, rad²/s².
+    pub bias: f64,
     /// Variance of the tilt at the first rest, rad².
     pub level_near: f64,
     /// Constant tilt that sets in with the motion (without a gyroscope), rad².
     pub wobble: f64,
     /// Variance of what was taken for a change of gravity's size, m²/s⁴.
     pub magnitude: f64,
-    /// w.
-    pub tilt_gain: f64,
     /// g, m/s².
     pub gravity: f64,
     /// T, s.
@@ -58,52 +47,32 @@ pub(super) struct Variances {
 
 impl LegNoise {
     /// Variance of velocity and position between two rests.
-    pub fn between(&self, tau: f64) -> (Variances, Variances) {
-        let (t, w) = (self.total, self.tilt_gain);
+    pub fn between(&self, smoother: &Smoother, tau: f64) -> (Variances, Variances) {
+        let t = self.total;
         if t <= 0.0 {
             return Default::default();
         }
-        let (t2, t3, t4) = (tau * tau, tau.powi(3), tau.powi(4));
-        let d = t3 / 6.0 - t2 * t / 4.0;
-        let d2 = t4 / (24.0 * t) - t2 * t / 12.0;
-        let e = 0.5 * (t2 - tau * t);
-        let e2 = t3 / (6.0 * t) - tau * t / 6.0;
-        let walk_p = tau.powi(4) * t / 12.0 - 7.0 * tau.powi(5) / 60.0 + tau.powi(6) / (24.0 * t);
-        let walk_v = t2 * (t - tau).powi(2) / (3.0 * t);
-        let tilt = |walk: f64, d: f64, d2: f64| {
-            let corrected = d * d * (2.0 * w - w * w) / t;
-            let bias = match self.bias_far {
-                Some(far) => {
-                    self.bias_near * (d - d2 - 0.5 * w * d).powi(2)
-                        + far * (d2 - 0.5 * w * d).powi(2)
-                }
-                None => self.bias_near * ((1.0 - w) * d).powi(2),
-            };
-            let level = w * w * self.levelling * (d / t).powi(2);
-            self.gravity.powi(2) * (self.gyro * (walk - corrected).max(0.0) + bias + level)
+        let (tilt, accel) = smoother.variances(tau);
+        let ramp_v = 0.5 * (tau * tau - tau * t);
+        let ramp_p = tau.powi(3) / 6.0 - tau * tau * t / 4.0;
+        let vertical = |ramp: f64| self.magnitude * (ramp / t).powi(2);
+        let up_v = (tau * (t - tau) / t).max(0.0);
+        let up_p = (tau.powi(3) / 3.0 - tau.powi(4) / (4.0 * t)).max(0.0);
+        let [x, y, z] = self.accel;
+        let both = |k: usize, up: f64, ramp: f64| Variances {
+            noise: [x * accel[k], y * accel[k], z * up],
+            tilt: [tilt[k], tilt[k], vertical(ramp)],
         };
-        let (tilt_v, tilt_p) = (tilt(walk_v, e, e2), tilt(walk_p, d, d2));
-        let vertical = |d: f64| self.magnitude * (d / t).powi(2);
-        (
-            Variances {
-                noise: self.accel.map(|n| n * (tau * (t - tau) / t).max(0.0)),
-                tilt: [tilt_v, tilt_v, vertical(e)],
-            },
-            Variances {
-                noise: self.accel.map(|n| n * (t3 / 3.0 - t4 / (4.0 * t)).max(0.0)),
-                tilt: [tilt_p, tilt_p, vertical(d)],
-            },
-        )
+        (both(0, up_v, ramp_v), both(1, up_p, ramp_p))
     }
 
     /// Variance of velocity and position from a rest on, without another.
     pub fn open(&self, tau: f64) -> (Variances, Variances) {
         let g2 = self.gravity.powi(2);
-        let tilt_v = self.gyro * tau.powi(3) / 3.0
-            + self.bias_near * tau.powi(4) / 4.0
-            + self.wobble * tau * tau;
+        let tilt_v =
+            self.gyro * tau.powi(3) / 3.0 + self.bias * tau.powi(4) / 4.0 + self.wobble * tau * tau;
         let tilt_p = self.gyro * tau.powi(5) / 20.0
-            + self.bias_near * tau.powi(6) / 36.0
+            + self.bias * tau.powi(6) / 36.0
             + self.wobble * tau.powi(4) / 4.0;
         let (tilt_v, tilt_p) = (g2 * tilt_v, g2 * tilt_p);
         (
@@ -168,6 +137,7 @@ impl LegNoise {
 
 #[cfg(test)]
 mod tests {
+    use super::super::smoother::Noise;
     use super::*;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
@@ -177,17 +147,14 @@ mod tests {
     const REST: f64 = 2.0;
     const H: f64 = 0.02;
 
-    fn noise(w: f64) -> LegNoise {
+    fn unit() -> LegNoise {
         LegNoise {
-            accel: [0.0; 3],
+            accel: [1.0; 3],
             gyro: 0.0,
-            bias_near: 0.0,
-            bias_far: None,
-            levelling: 0.0,
+            bias: 0.0,
             level_near: 0.0,
             wobble: 0.0,
             magnitude: 0.0,
-            tilt_gain: w,
             gravity: 1.0,
             total: T,
             rest: REST,
@@ -255,16 +222,13 @@ mod tests {
 
     #[test]
     fn accelerometer_noise_between_rests_and_open() {
-        let unit = LegNoise {
-            accel: [1.0; 3],
-            ..noise(0.0)
-        };
+        let unit = unit();
         let draw = |rng: &mut ChaCha8Rng, n: usize| -> Vec<f64> {
             (0..n).map(|_| white(rng) / H.sqrt()).collect()
         };
         compare(draw, true, |tau| {
-            let (v, p) = unit.between(tau);
-            (v.noise[0], p.noise[0])
+            let (t, n) = (T, tau);
+            (n * (t - n) / t, n.powi(3) / 3.0 - n.powi(4) / (4.0 * t))
         });
         let with_mean = |rng: &mut ChaCha8Rng, n: usize| -> Vec<f64> {
             let mean = white(rng) / REST.sqrt();
@@ -287,38 +251,42 @@ mod tests {
     }
 
     #[test]
-    fn gyroscope_noise_bias_and_levelling() {
-        for w in [0.0, 0.4, 1.0] {
-            let all = LegNoise {
-                gyro: 1.0,
-                bias_near: 0.3,
-                bias_far: Some(0.6),
-                levelling: 0.8,
-                ..noise(w)
-            };
-            let draw = |rng: &mut ChaCha8Rng, n: usize| -> Vec<f64> {
-                let (near, far) = (0.3_f64.sqrt() * white(rng), 0.6_f64.sqrt() * white(rng));
-                let level = 0.8_f64.sqrt() * white(rng);
-                let mut theta = 0.0;
-                let mut before = white(rng) / H.sqrt();
-                let mut tilt = vec![0.0];
-                for k in 1..n {
-                    let s = k as f64 / (n - 1) as f64;
-                    let rate = white(rng) / H.sqrt();
-                    theta += H * (0.5 * (rate + before) + near + (far - near) * s);
-                    before = rate;
-                    tilt.push(theta);
-                }
-                let missing = w * (theta + level);
-                (0..n)
-                    .map(|k| tilt[k] - missing * k as f64 / (n - 1) as f64)
-                    .collect()
-            };
-            compare(draw, true, |tau| {
-                let (v, p) = all.between(tau);
-                // At the end nothing is left of the velocity.
-                (if tau > T - H { 0.0 } else { v.tilt[0] }, p.tilt[0])
-            });
-        }
+    fn a_smoother_leaves_what_it_says() {
+        let (q, n, bias, level) = (1.0, 0.5, 0.3, 0.2);
+        let noise = Noise {
+            bias,
+            level,
+            accel: n,
+            seen: level,
+        };
+        let smoother = Smoother::new(T, 1.0, noise, noise, true, |_, _| (q, q));
+        let draw = |rng: &mut ChaCha8Rng, count: usize| -> Vec<f64> {
+            let beta = bias.sqrt() * white(rng);
+            let mut theta = level.sqrt() * white(rng);
+            let mut tilt = vec![theta];
+            let mut before = white(rng) / H.sqrt();
+            for _ in 1..count {
+                let rate = white(rng) / H.sqrt();
+                theta += H * (0.5 * (rate + before) + beta);
+                before = rate;
+                tilt.push(theta);
+            }
+            let walk: Vec<f64> = tilt.iter().map(|_| (n / H).sqrt() * white(rng)).collect();
+            let a: Vec<f64> = tilt.iter().zip(&walk).map(|(t, w)| t + w).collect();
+            let left = integrated(&a, false).0[count - 1];
+            let missing = theta + level.sqrt() * white(rng);
+            a.iter()
+                .enumerate()
+                .map(|(k, a)| {
+                    let [of_tilt, of_velocity] = smoother.tilt_gain(H * k as f64);
+                    a - of_tilt * missing - of_velocity * left
+                })
+                .collect()
+        };
+        compare(draw, true, |tau| {
+            let (tilt, accel) = smoother.variances(tau);
+            let v = tilt[0] + n * accel[0];
+            (if tau > T - H { 0.0 } else { v }, tilt[1] + n * accel[1])
+        });
     }
 }

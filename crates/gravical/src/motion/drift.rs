@@ -44,7 +44,7 @@ pub(super) fn static_drift(setup: &Setup<'_>) -> Option<StaticDrift> {
     let (velocity, position) = (ran.velocity[count], ran.position[count]);
     let tau = ran.tau[count];
 
-    let noise = setup.noise(&leg, &anchors, std::slice::from_ref(&rest), (None, None));
+    let noise = setup.noise(&leg);
     let by_noise = noise.open(tau).1;
     let mut parameters = [0.0; 3];
     let mut changed = Ran::default();

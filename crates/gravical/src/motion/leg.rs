@@ -12,6 +12,7 @@ use gravical_core::strapdown::{Strapdown, matrix, missing_tilt, rotate, times, t
 
 use super::parameters::Direction;
 use super::samples::Samples;
+use super::smoother::Smoother;
 
 /// What a rest says.
 #[derive(Debug, Clone, Copy)]
@@ -39,18 +40,9 @@ pub(super) enum Removal {
     Mean([f64; 3]),
 }
 
-/// How much of what the second rest shows is believed, 0 to 1.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Gains {
-    /// Of the missing tilt.
-    pub tilt: f64,
-    /// Of the change of the magnitude.
-    pub magnitude: f64,
-}
-
 /// A leg: samples `near` to `far`, both included. The rest that it starts from
 /// lies before `near`; `near` > `far` runs backwards in time.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Leg<'a> {
     pub samples: &'a Samples,
     pub near: usize,
@@ -62,7 +54,11 @@ pub(super) struct Leg<'a> {
     /// Attitude at `near` as far as it is known; the rest levels it.
     pub attitude: [f64; 4],
     pub removal: Removal,
-    pub gains: Gains,
+    /// What the second rest says of the tilt along the leg.
+    pub smoother: Smoother,
+    /// How much of the change of the magnitude between the rests is believed, 0
+    /// to 1.
+    pub magnitude_gain: f64,
     /// Velocity at `near`, m/s: zero after a rest.
     pub v0: [f64; 3],
 }
@@ -168,17 +164,29 @@ impl Leg<'_> {
             }
         }
 
-        // What the second rest shows, spread over the leg.
+        // What the second rest shows: tilt that is missing, velocity that is left.
         out.missing = match (end, self.removal) {
             (Some(end), Removal::Strapdown | Removal::Tilt) => missing_tilt(&q, &end),
             _ => [0.0; 3],
         };
-        let lean = Lean::new(scaled(&out.missing, self.gains.tilt));
+        let mut left = [0.0; 2];
+        if end.is_some() {
+            for (a, tau) in out.acceleration.windows(2).zip(out.tau.windows(2)) {
+                let half = 0.5 * (tau[1] - tau[0]);
+                (0..2).for_each(|i| left[i] += half * (a[0][i] + a[1][i]));
+            }
+        }
+        let upright = Upright {
+            smoother: &self.smoother,
+            missing: out.missing,
+            left,
+            active: end.is_some() && !matches!(self.removal, Removal::Mean(_)),
+        };
         let (down, change_of_down) = match self.removal {
             Removal::Mean(mean) => (force_of(mean), [0.0; 3]),
             _ => {
                 let g = norm(&start);
-                let more = end.map_or(0.0, |e| self.gains.magnitude * (norm(&e) - g));
+                let more = end.map_or(0.0, |e| self.magnitude_gain * (norm(&e) - g));
                 ([0.0, 0.0, g], [0.0, 0.0, more])
             }
         };
@@ -187,21 +195,21 @@ impl Leg<'_> {
         for (k, a) in out.acceleration.iter_mut().enumerate() {
             let tau = out.tau[k];
             let s = share(tau);
-            let upright = lean.apply(s, a);
+            let turned = upright.apply(tau, a);
             *a = [
-                upright[0] - down[0] - s * change_of_down[0],
-                upright[1] - down[1] - s * change_of_down[1],
-                upright[2] - down[2] - s * change_of_down[2],
+                turned[0] - down[0] - s * change_of_down[0],
+                turned[1] - down[1] - s * change_of_down[1],
+                turned[2] - down[2] - s * change_of_down[2],
             ];
             way.update(*a, tau - before);
             before = tau;
             out.velocity.push(way.velocity());
             out.position.push(way.position());
         }
-        for (k, q) in out.attitude.iter_mut().enumerate() {
-            *q = times(&turn(&scaled(&lean.vector, share(out.tau[k]))), q);
+        for (q, tau) in out.attitude.iter_mut().zip(&out.tau) {
+            *q = times(&turn(&upright.vector(*tau)), q);
         }
-        out.last = times(&turn(&lean.vector), &q);
+        out.last = times(&turn(&upright.vector(total)), &q);
         out.left_over = way.velocity();
 
         // At the second rest the velocity is zero: what is left grew evenly.
@@ -219,49 +227,51 @@ impl Leg<'_> {
     }
 }
 
-/// A rotation about a fixed axis of the frame, of which a share is applied.
-struct Lean {
-    vector: [f64; 3],
-    axis: [f64; 3],
-    angle: f64,
+/// The rotation that takes the tilt's error off.
+struct Upright<'a> {
+    smoother: &'a Smoother,
+    /// Rotation vector that is missing at the end, rad.
+    missing: [f64; 3],
+    /// Horizontal velocity that is left there, m/s.
+    left: [f64; 2],
+    active: bool,
 }
 
-impl Lean {
-    fn new(vector: [f64; 3]) -> Self {
-        let angle = norm(&vector);
-        let axis = if angle > 0.0 {
-            scaled(&vector, 1.0 / angle)
-        } else {
-            [0.0; 3]
-        };
-        Lean {
-            vector,
-            axis,
-            angle,
+impl Upright<'_> {
+    /// Its rotation vector, rad.
+    #[inline]
+    fn vector(&self, tau: f64) -> [f64; 3] {
+        if !self.active {
+            return [0.0; 3];
         }
+        let [of_tilt, of_velocity] = self.smoother.tilt_gain(tau);
+        // An error φ of the attitude turns gravity into g (φ_y, −φ_x); what is
+        // missing is −φ.
+        let x = -of_tilt * self.missing[1] + of_velocity * self.left[0];
+        let y = of_tilt * self.missing[0] + of_velocity * self.left[1];
+        [y, -x, 0.0]
     }
 
-    /// `v`, turned by that share of the angle (Rodrigues).
+    /// `v`, turned (Rodrigues).
     #[inline]
-    fn apply(&self, share: f64, v: &[f64; 3]) -> [f64; 3] {
-        if self.angle == 0.0 {
+    fn apply(&self, tau: f64, v: &[f64; 3]) -> [f64; 3] {
+        if !self.active {
             return *v;
         }
-        let phi = self.angle * share;
-        let (sine, versine) = if phi < 0.3 {
-            // The series to 1e-11 here, and faster.
-            let squared = phi * phi;
+        let r = self.vector(tau);
+        let squared = r[0] * r[0] + r[1] * r[1];
+        // sin φ/φ and (1 − cos φ)/φ²; the series to 1e-11 where it is taken.
+        let (sine, versine) = if squared < 0.09 {
             (
-                phi * (1.0 - squared / 6.0 * (1.0 - squared / 20.0 * (1.0 - squared / 42.0))),
-                0.5 * squared
-                    * (1.0 - squared / 12.0 * (1.0 - squared / 30.0 * (1.0 - squared / 56.0))),
+                1.0 - squared / 6.0 * (1.0 - squared / 20.0 * (1.0 - squared / 42.0)),
+                0.5 - squared / 24.0 * (1.0 - squared / 30.0 * (1.0 - squared / 56.0)),
             )
         } else {
-            let (sine, cosine) = phi.sin_cos();
-            (sine, 1.0 - cosine)
+            let angle = squared.sqrt();
+            (angle.sin() / angle, (1.0 - angle.cos()) / squared)
         };
-        let first = cross(&self.axis, v);
-        let second = cross(&self.axis, &first);
+        let first = cross(&r, v);
+        let second = cross(&r, &first);
         std::array::from_fn(|i| v[i] + sine * first[i] + versine * second[i])
     }
 }

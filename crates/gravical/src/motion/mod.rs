@@ -33,6 +33,7 @@ mod anchors;
 mod bands;
 mod drift;
 mod gate;
+mod gyro_unit;
 mod leg;
 mod options;
 mod parameters;
@@ -41,6 +42,7 @@ mod plan;
 mod prepare;
 mod result;
 pub mod samples;
+mod smoother;
 pub mod still;
 mod words;
 

@@ -2,21 +2,30 @@
 
 use std::ops::Range;
 
-use gravical_core::matrix3::{mul, norm, sub, transpose};
+use gravical_core::matrix3::{dot, mul, norm, sub, transpose};
 use gravical_core::strapdown::{level, matrix, rotate};
 
 use super::anchors::{Anchors, Side, Walk};
 use super::bands::{LegNoise, Variances};
 use super::gate::Departure;
-use super::leg::{Anchor, Gains, Leg, Ran, Removal};
+use super::leg::{Anchor, Leg, Ran, Removal};
 use super::options::GravityRemoval;
 use super::parameters::{Direction, Kind};
 use super::plan::Stretch;
 use super::result::{Ends, FinalState, Move, PositionBudget};
 use super::samples::Samples;
+use super::smoother::{Noise, Smoother};
 
 /// Step of the parameters for their effect, in standard deviations.
 const STEP: f64 = 1e-3;
+
+/// Errors of scale and alignment turn the attitude one way while the sensor turns
+/// one way: so long, s.
+const TURN_CORRELATION_S: f64 = 0.1;
+
+/// … and of a sensor that turns to and fro this share of them stays, as a rate:
+/// axes that are not square turn a wobble into a drift.
+const RECTIFIED: f64 = 0.2;
 
 /// What everything rests on.
 #[derive(Clone, Copy)]
@@ -113,130 +122,135 @@ impl<'a> Setup<'a> {
         end: Option<Anchor>,
         attitude: [f64; 4],
     ) -> Leg<'a> {
-        let mut leg = Leg {
+        let removal = self.removal();
+        let g = norm(&start.force);
+        let total = self.samples.t_s[far] - self.samples.t_s[near];
+        let differ = end.map_or_else(Differences::default, |end| {
+            self.rests_differ(&start, &end, g)
+        });
+        Leg {
             samples: self.samples,
             near,
             far,
             start,
             end,
             attitude,
-            removal: self.removal(),
-            gains: Gains::default(),
+            removal,
+            smoother: self.smoother((near, far), total.abs(), &start, end.as_ref(), &differ, g),
+            magnitude_gain: match end {
+                Some(_) if differ.parameters_size > 0.0 => {
+                    differ.parameters_size / (differ.parameters_size + differ.size)
+                }
+                _ => 0.0,
+            },
             v0: [0.0; 3],
-        };
-        leg.gains = self.gains(&leg);
-        leg
+        }
     }
 
-    /// How far to believe the second rest: by what the gyroscope may have missed
-    /// against what the levelling may be off.
-    fn gains(&self, leg: &Leg<'_>) -> Gains {
-        let Some(end) = leg.end else {
-            return Gains::default();
+    /// What the second rest says of the tilt along the leg.
+    fn smoother(
+        &self,
+        (near, far): (usize, usize),
+        total: f64,
+        start: &Anchor,
+        end: Option<&Anchor>,
+        differ: &Differences,
+        g: f64,
+    ) -> Smoother {
+        let removal = self.removal();
+        let mean_n = self.walk.accel.iter().sum::<f64>() / 3.0;
+        let level = mean_n / start.seconds / (g * g);
+        let follows = removal.follows();
+        let bias = match end {
+            Some(end) if follows => 0.25 * (start.bias_variance + end.bias_variance),
+            _ => 0.0,
         };
-        if !matches!(leg.removal, Removal::Strapdown | Removal::Tilt) {
-            return Gains::default();
+        let noise = Noise {
+            bias,
+            level,
+            accel: mean_n,
+            seen: match (end, removal) {
+                (Some(end), Removal::Strapdown | Removal::Tilt) => mean_n / end.seconds / (g * g),
+                _ => f64::INFINITY,
+            },
+        };
+        let mut design = Noise {
+            seen: noise.seen + differ.parameters_tilt,
+            ..noise
+        };
+        if !follows {
+            // A tilt that comes and goes between the rests.
+            let q = if total > 0.0 {
+                4.0 * self.wobble.powi(2) / total
+            } else {
+                0.0
+            };
+            return Smoother::new(total, g, design, noise, end.is_some(), |_, _| (q, q));
         }
-        let t = leg.seconds();
-        let g = norm(&leg.start.force);
-        let turned = angle(&leg.start.force, &end.force);
+        let turning =
+            end.map(|end| Turning::new(self.samples, near.min(far)..near.max(far) + 1, start, end));
         let scale: f64 = self
             .directions
             .iter()
             .map(|d| norm(&d.rate(&[1.0; 3])).powi(2))
             .sum::<f64>()
             / 3.0;
-        let drifted = if leg.removal.follows() {
-            self.walk.gyro * t
-                + 0.25 * (leg.start.bias_variance + end.bias_variance) * t * t
-                + scale * turned * turned
-        } else {
-            self.wobble.powi(2) + turned * turned
-        };
-        let shown = self.rests_differ(leg, &end, g);
-        let tilt = drifted / (drifted + shown.level + shown.parameters_tilt);
-        let magnitude = shown.parameters_size / (shown.parameters_size + shown.size);
-        Gains {
-            tilt: if tilt.is_finite() { tilt } else { 0.0 },
-            magnitude: if magnitude.is_finite() {
-                magnitude
-            } else {
-                0.0
-            },
-        }
+        let all = turning.as_ref().map_or(0.0, |t| t.mean_square(0.0, total));
+        design.bias += scale * all * RECTIFIED.powi(2);
+        Smoother::new(total, g, design, noise, end.is_some(), |from, to| {
+            let turned = turning.as_ref().map_or(0.0, |t| t.mean_square(from, to));
+            (
+                self.walk.gyro + scale * turned * TURN_CORRELATION_S,
+                self.walk.gyro,
+            )
+        })
     }
 
     /// Variances of the differences between two rests: in tilt (rad², each
     /// component) and in size (m²/s⁴), by noise and by the parameters.
-    fn rests_differ(&self, leg: &Leg<'_>, end: &Anchor, g: f64) -> Differences {
+    fn rests_differ(&self, start: &Anchor, end: &Anchor, g: f64) -> Differences {
         let n = self.walk.accel.iter().sum::<f64>() / 3.0;
-        let noise = n * (1.0 / leg.start.seconds + 1.0 / end.seconds);
-        let (near, far) = (level(leg.start.force, 0.0), level(end.force, 0.0));
+        let noise = n * (1.0 / start.seconds + 1.0 / end.seconds);
+        let (near, far) = (level(start.force, 0.0), level(end.force, 0.0));
         // Without yaw between them the second is turned like the first.
         let (mut tilt, mut size) = (0.0, 0.0);
         for d in self.directions {
-            let a = rotate(&near, &d.force(&leg.start.force));
+            let a = rotate(&near, &d.force(&start.force));
             let b = rotate(&far, &d.force(&end.force));
             let off = sub(&b, &a);
             tilt += (off[0] * off[0] + off[1] * off[1]) / (2.0 * g * g);
             size += off[2] * off[2];
         }
         Differences {
-            level: noise / (g * g),
             size: noise,
             parameters_tilt: tilt,
             parameters_size: size,
         }
     }
 
-    /// Noise of a leg for the closed forms.
-    pub(super) fn noise(
-        &self,
-        leg: &Leg<'_>,
-        anchors: &Anchors<'_>,
-        rests: &[Range<usize>],
-        ends: (Option<usize>, Option<usize>),
-    ) -> LegNoise {
+    /// Noise of a leg for its bands.
+    pub(super) fn noise(&self, leg: &Leg<'_>) -> LegNoise {
         let r = matrix(&leg.levelled(&leg.start.force));
-        // R diag(N²) Rᵀ, its diagonal.
+        // The diagonal of R diag(N²) Rᵀ.
         let spread = mul(
             &mul(&r, &gravical_core::matrix3::diagonal(self.walk.accel)),
             &transpose(&r),
         );
         let g = norm(&leg.start.force);
-        let t = leg.seconds();
         let mean_n = self.walk.accel.iter().sum::<f64>() / 3.0;
-        let apart = leg.end.map(|end| self.rests_differ(leg, &end, g));
         let follows = leg.removal.follows();
-        let wobble = self.wobble.powi(2);
-        let same_bias = match ends {
-            (Some(a), Some(b)) => anchors.share_bias(rests, a, b),
-            _ => true,
-        };
+        let only = |there: bool, value: f64| if there { value } else { 0.0 };
         LegNoise {
             accel: [spread[0][0], spread[1][1], spread[2][2]],
-            gyro: match (follows, leg.end) {
-                (true, _) => self.walk.gyro,
-                // A tilt that comes and goes between the rests.
-                (false, Some(_)) if t > 0.0 => 4.0 * wobble / t,
-                _ => 0.0,
-            },
-            bias_near: if follows {
-                leg.start.bias_variance
-            } else {
-                0.0
-            },
-            bias_far: leg
-                .end
-                .filter(|_| follows && !same_bias)
-                .map(|e| e.bias_variance),
-            levelling: apart.as_ref().map_or(0.0, |d| d.level),
+            gyro: only(follows, self.walk.gyro),
+            bias: only(follows, leg.start.bias_variance),
             level_near: mean_n / leg.start.seconds / (g * g),
-            wobble: if follows { 0.0 } else { wobble },
-            magnitude: apart.map_or(0.0, |d| leg.gains.magnitude.powi(2) * d.size),
-            tilt_gain: leg.gains.tilt,
+            wobble: only(!follows, self.wobble.powi(2)),
+            magnitude: leg.end.map_or(0.0, |end| {
+                leg.magnitude_gain.powi(2) * self.rests_differ(&leg.start, &end, g).size
+            }),
             gravity: g,
-            total: t,
+            total: leg.seconds(),
             rest: match (leg.removal, self.mean) {
                 (Removal::Mean(_), Some((_, seconds))) => seconds,
                 _ => leg.start.seconds,
@@ -328,7 +342,7 @@ impl<'a> Setup<'a> {
                     if matches!(ends, Ends::Free | Ends::FromRest) {
                         leg.v0 = self.v0;
                     }
-                    let noise = self.noise(&leg, &anchors, rests, (start, end));
+                    let noise = self.noise(&leg);
                     let moved = self.fly(&leg, *ends, &noise, &mut state, &mut path, &mut scratch);
                     last_velocity = path.velocity.get(*to).copied();
                     path.moves.push(moved);
@@ -529,8 +543,8 @@ impl<'a> Setup<'a> {
             }
         }
         let place: [f64; 3] = std::array::from_fn(|a| origin[a] + way[a]);
-        if noise.gyro > 0.0 || noise.bias_near > 0.0 {
-            let yaw = noise.gyro * noise.total + noise.bias_near * noise.total.powi(2);
+        if noise.gyro > 0.0 || noise.bias > 0.0 {
+            let yaw = noise.gyro * noise.total + noise.bias * noise.total.powi(2);
             state.yaw.add(yaw, &place);
         }
         state.position = place;
@@ -568,7 +582,7 @@ impl<'a> Setup<'a> {
     ) -> (Variances, Variances) {
         match (leg.removal, ends) {
             (Removal::Mean(_), Ends::FromRest | Ends::Free) => noise.after_mean(tau),
-            (_, Ends::RestToRest) => noise.between(tau),
+            (_, Ends::RestToRest) => noise.between(&leg.smoother, tau),
             (_, Ends::ToRest) => (noise.open(tau).0, noise.way_open(tau)),
             (_, Ends::FromRest | Ends::Free) => noise.open(tau),
         }
@@ -579,7 +593,7 @@ impl<'a> Setup<'a> {
     fn rotation(&self, noise: &LegNoise, tau: f64, p: &[f64; 3], zero: &[f64; 3]) -> [f64; 3] {
         let p: [f64; 3] = std::array::from_fn(|i| p[i] - zero[i]);
         let level = noise.level_near;
-        let yaw = (noise.gyro * tau + noise.bias_near * tau * tau) / 3.0;
+        let yaw = (noise.gyro * tau + noise.bias * tau * tau) / 3.0;
         [
             level * p[2] * p[2] + yaw * p[1] * p[1],
             level * p[2] * p[2] + yaw * p[0] * p[0],
@@ -588,8 +602,8 @@ impl<'a> Setup<'a> {
     }
 }
 
+#[derive(Default)]
 struct Differences {
-    level: f64,
     size: f64,
     parameters_tilt: f64,
     parameters_size: f64,
@@ -601,8 +615,42 @@ impl Removal {
     }
 }
 
-fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    crate::segment::face::angle_deg(*a, *b).to_radians()
+/// How fast the sensor turned, as running sums.
+struct Turning<'a> {
+    t_s: &'a [f64],
+    /// ∫‖ω‖² dt up to each sample, rad²/s.
+    sum: Vec<f64>,
+}
+
+impl<'a> Turning<'a> {
+    fn new(samples: &'a Samples, rows: Range<usize>, start: &Anchor, end: &Anchor) -> Self {
+        let bias: [f64; 3] = std::array::from_fn(|i| 0.5 * (start.bias[i] + end.bias[i]));
+        let t_s = &samples.t_s[rows.clone()];
+        let mut total = 0.0;
+        let mut before = t_s.first().copied().unwrap_or(0.0);
+        let sum = rows
+            .map(|i| {
+                let w = sub(&samples.rate_at(i), &bias);
+                total += dot(&w, &w) * (samples.t_s[i] - before);
+                before = samples.t_s[i];
+                total
+            })
+            .collect();
+        Turning { t_s, sum }
+    }
+
+    /// Mean of ‖ω‖² between two times since the start.
+    fn mean_square(&self, from: f64, to: f64) -> f64 {
+        let at = |tau: f64| {
+            let i = self.t_s.partition_point(|t| t - self.t_s[0] < tau);
+            self.sum.get(i).or(self.sum.last()).copied().unwrap_or(0.0)
+        };
+        if to > from {
+            (at(to) - at(from)) / (to - from)
+        } else {
+            0.0
+        }
+    }
 }
 
 impl Departure for Setup<'_> {
@@ -614,8 +662,7 @@ impl Departure for Setup<'_> {
     }
 
     fn variance(&self, leg: &Leg<'_>, tau: f64) -> [f64; 3] {
-        let anchors = Anchors::new(self.samples, self.walk);
-        let noise = self.noise(leg, &anchors, &[], (None, None));
+        let noise = self.noise(leg);
         let v = noise.open(tau).0;
         std::array::from_fn(|i| v.noise[i] + v.tilt[i])
     }

@@ -6,6 +6,7 @@ use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::matrix3;
 
 use super::Calibrated;
+use super::gyro_unit::by_noise;
 use super::options::MotionOptions;
 use super::samples::Samples;
 use crate::calibration_file::CalibrationFile;
@@ -93,7 +94,8 @@ pub(super) fn prepare(
             ));
             None
         }
-        Some(_) => decide_gyro_unit(recording, &motions(recording, &coarse), &mut findings),
+        Some(_) => decide_gyro_unit(recording, &motions(recording, &coarse), &mut findings)
+            .map(|scale| by_noise(recording, &coarse, scale, &mut findings)),
     };
     let gyro_nominal = scale.and_then(|s| s.nominal());
     if recording.gyro.is_some() && scale.is_some() && gyro_nominal.is_none() {
