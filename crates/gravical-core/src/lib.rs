@@ -1,13 +1,14 @@
 //! The part of gravical that a microcontroller runs.
 //!
-//! Calibrating an accelerometer and a gyroscope in closed form, and applying the
-//! calibration to one sample: no `std`, no allocation, no `unsafe`, in `f32`
-//! or `f64`.
+//! Calibrating an accelerometer and a gyroscope in closed form, applying the
+//! calibration to one sample and filtering it: no `std`, no allocation, no
+//! `unsafe`, in `f32` or `f64`.
 //!
 //! - [`calibration`]: what a calibration is; apply, compose, invert.
 //! - [`six_position`]: estimate one from six placements and three turns.
 //! - [`strapdown`], [`integrate`]: attitude, velocity and position, sample by sample.
 //! - [`still`]: whether the sensor rests, sample by sample.
+//! - [`filter`]: Butterworth and Savitzky–Golay, sample by sample.
 //! - [`mod@unit`]: units, the MPU6050's nominal sensitivities, local gravity.
 //! - [`matrix3`]: the 3 × 3 operations behind them.
 //!
@@ -41,6 +42,7 @@ extern crate std;
 
 pub mod calibration;
 pub mod integrate;
+pub mod filter;
 pub mod matrix3;
 mod real;
 pub mod six_position;

@@ -1,10 +1,14 @@
 //! What a microcontroller would call of `gravical-core`, in single precision:
-//! Ferraris for both sensors, the covariance, and the calibration of a sample.
+//! Ferraris for both sensors, the covariance, the calibration of a sample, and
+//! filters.
 #![no_std]
 
 use core::f32::consts::TAU;
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_core::filter::biquad::Cascade;
+use gravical_core::filter::butterworth::{band_pass, high_pass, low_pass};
+use gravical_core::filter::savgol::SavitzkyGolay;
 use gravical_core::six_position::{
     SixPositionMeans, TurnIntegral, ferraris_accelerometer, ferraris_covariance, ferraris_gyroscope,
 };
@@ -87,4 +91,53 @@ pub extern "C" fn probe_apply(
 ) {
     *accel = accelerometer.apply(*accel);
     *gyro = gyroscope.apply(*gyro, *accel);
+}
+
+/// The filters of one channel.
+pub struct Filters {
+    low: Cascade<f32, 2>,
+    high: Cascade<f32, 1>,
+    band: Cascade<f32, 2>,
+    smooth: SavitzkyGolay<f32, 5>,
+}
+
+/// Designs the filters of a channel at `rate_hz` and starts them at `first`; 0 when
+/// it worked.
+#[unsafe(no_mangle)]
+pub extern "C" fn probe_filter_design(
+    rate_hz: f32,
+    first: f32,
+    coefficients: &[f32; 5],
+    out: &mut Option<Filters>,
+) -> i32 {
+    let designed = (
+        low_pass(4, 20.0, rate_hz),
+        high_pass(2, 0.5, rate_hz),
+        band_pass(2, 5.0, 20.0, rate_hz),
+        SavitzkyGolay::new(coefficients),
+    );
+    let (Ok(mut low), Ok(mut high), Ok(mut band), Some(smooth)) = designed else {
+        return 1;
+    };
+    low.settle(first);
+    high.settle(first);
+    band.settle(first);
+    *out = Some(Filters {
+        low,
+        high,
+        band,
+        smooth,
+    });
+    0
+}
+
+/// One sample through each filter.
+#[unsafe(no_mangle)]
+pub extern "C" fn probe_filter(filters: &mut Filters, sample: f32, out: &mut [f32; 4]) {
+    *out = [
+        filters.low.update(sample),
+        filters.high.update(sample),
+        filters.band.update(sample),
+        filters.smooth.update(sample),
+    ];
 }
