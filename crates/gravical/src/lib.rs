@@ -13,6 +13,7 @@
 //! 4. [`calibration_file`] keeps them; [`apply`] calibrates recordings of any
 //!    size with them, [`check`] says whether one still fits new recordings,
 //!    [`compare`] whether two of them differ by more than their uncertainty.
+//! 5. [`denoise`] filters a recording and says what that does to its noise.
 //!
 //! [`simulate`] makes recordings of a sensor whose truth is known; [`report`]
 //! turns results into text. What a microcontroller runs lives in the crate
@@ -46,6 +47,7 @@ pub mod calibrate;
 pub mod calibration_file;
 pub mod check;
 pub mod compare;
+pub mod denoise;
 mod error;
 pub mod estimate;
 pub mod gravity;

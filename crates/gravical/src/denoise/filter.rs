@@ -1,0 +1,242 @@
+//! A filter that is ready to run at one rate.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::butterworth::Butterworth;
+use super::grid::{Gridded, on_grid};
+use super::hampel::hampel;
+use super::response::{Response, of_butterworth, of_weights};
+use super::savgol::{Edge, Savgol};
+use super::spec::FilterSpec;
+use crate::{Error, Result};
+
+/// A [`FilterSpec`] made ready for a sampling rate.
+///
+/// ```
+/// use gravical::denoise::{Edge, Filter};
+///
+/// let filter = Filter::design(&"savgol:5,2".parse()?, Some(100.0), Edge::Interp)?;
+/// let mut x = [0.0, 1.0, 4.0, 9.0, 16.0, 25.0];
+/// filter.apply(&mut x);
+/// assert!((x[3] - 9.0).abs() < 1e-12, "a parabola stays what it is");
+/// assert!((filter.response().noise_gain - 0.697).abs() < 5e-4);
+/// # Ok::<(), gravical::Error>(())
+/// ```
+pub struct Filter {
+    spec: FilterSpec,
+    step_s: f64,
+    kind: Kind,
+    response: Response,
+}
+
+enum Kind {
+    /// The moving average too: a polynomial of order 0.
+    Savgol(Savgol),
+    Butterworth(Butterworth),
+    Hampel {
+        window: usize,
+        sigmas: f64,
+    },
+}
+
+/// What became of samples at uneven stamps.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Treated {
+    /// Rows whose polynomial was fitted over the stamps.
+    pub fitted: usize,
+    /// Rows whose window has too few different stamps for that.
+    pub too_few: usize,
+    /// Lost samples that were interpolated.
+    pub filled: usize,
+    /// Rows that were interpolated to an even grid and back.
+    pub resampled: usize,
+    /// Outliers that were replaced, over all channels.
+    pub replaced: usize,
+    /// Rows that stayed as they are, since there are too few.
+    pub too_short: usize,
+}
+
+/// Normal numbers that Hampel's gain is measured on.
+const TRIAL: usize = 20_000;
+
+impl Filter {
+    /// Makes a filter ready for samples at `rate_hz`.
+    ///
+    /// `edge` counts for Savitzky–Golay and the moving average; Butterworth filters
+    /// turn the ends about their last sample, Hampel cuts its window there.
+    ///
+    /// # Errors
+    ///
+    /// `rate-unknown` (usage) for a filter in Hz or a derivative without a rate;
+    /// `filter-range` (usage) for what cannot be had, as a cutoff above half the rate.
+    pub fn design(spec: &FilterSpec, rate_hz: Option<f64>, edge: Edge) -> Result<Filter> {
+        spec.validate()?;
+        if rate_hz.is_none() && spec.needs_rate() {
+            return Err(Error::usage(
+                "rate-unknown",
+                format!("{spec} needs the sampling rate, and the recording has no time stamps"),
+            )
+            .with_hint("say it with --rate HZ"));
+        }
+        let step_s = rate_hz.map_or(1.0, |rate| 1.0 / rate);
+        let (kind, noise_gain, of_rate) = match *spec {
+            FilterSpec::SavitzkyGolay {
+                window,
+                order,
+                derivative,
+            } => {
+                let savgol = Savgol::new(window, order, derivative, step_s, edge)?;
+                let per_sample = step_s.powi(derivative as i32);
+                let weights: Vec<f64> = savgol.weights().iter().map(|w| w * per_sample).collect();
+                let (gain, of_rate) = of_weights(&weights, derivative);
+                (Kind::Savgol(savgol), gain / per_sample, of_rate)
+            }
+            FilterSpec::Mean { window } => {
+                let savgol = Savgol::new(window, 0, 0, step_s, edge)?;
+                let (gain, of_rate) = of_weights(savgol.weights(), 0);
+                (Kind::Savgol(savgol), gain, of_rate)
+            }
+            FilterSpec::Butterworth {
+                order,
+                band,
+                passes,
+            } => {
+                let rate = 1.0 / step_s;
+                let butterworth = Butterworth::new(order, band, passes, rate)?;
+                let of_rate = band.edges_hz().iter().map(|f| f / rate).collect();
+                let gain = of_butterworth(order, band, passes, rate);
+                (Kind::Butterworth(butterworth), gain, of_rate)
+            }
+            FilterSpec::Hampel { window, sigmas } => (
+                Kind::Hampel { window, sigmas },
+                gain_of_hampel(window, sigmas),
+                Vec::new(),
+            ),
+        };
+        Ok(Filter {
+            spec: *spec,
+            step_s,
+            kind,
+            response: Response {
+                noise_gain,
+                minus_3db_hz: rate_hz
+                    .map(|rate| of_rate.iter().map(|share| share * rate).collect()),
+                minus_3db_of_rate: of_rate,
+            },
+        })
+    }
+
+    /// What was asked for.
+    #[must_use]
+    pub fn spec(&self) -> &FilterSpec {
+        &self.spec
+    }
+
+    /// What it does to white noise and to frequencies.
+    #[must_use]
+    pub fn response(&self) -> &Response {
+        &self.response
+    }
+
+    /// Fewer samples than this stay as they are.
+    #[must_use]
+    pub fn shortest(&self) -> usize {
+        match &self.kind {
+            Kind::Savgol(savgol) => savgol.window(),
+            Kind::Butterworth(butterworth) => butterworth.shortest(),
+            Kind::Hampel { .. } => 1,
+        }
+    }
+
+    /// b₀, b₁, b₂, a₁, a₂ of the sections of a Butterworth filter, as one pass runs
+    /// them; none for others.
+    #[must_use]
+    pub fn sections(&self) -> Vec<[f64; 5]> {
+        let Kind::Butterworth(butterworth) = &self.kind else {
+            return Vec::new();
+        };
+        let all = butterworth.sections().iter();
+        all.map(|s| {
+            let ([b0, b1, b2], [a1, a2]) = (s.forward(), s.back());
+            [b0, b1, b2, a1, a2]
+        })
+        .collect()
+    }
+
+    /// Filters one channel of even samples without gaps, in place; fewer than
+    /// [`shortest`](Self::shortest) stay as they are. Gives the number of outliers
+    /// that were replaced (Hampel; else 0).
+    ///
+    /// Nothing is checked: a sample that is not finite spoils its window, behind a
+    /// Butterworth filter all. [`denoise`](super::denoise) takes care of that.
+    pub fn apply(&self, samples: &mut [f64]) -> usize {
+        match &self.kind {
+            Kind::Savgol(savgol) => savgol.apply(samples),
+            Kind::Butterworth(butterworth) => butterworth.apply(samples),
+            Kind::Hampel { window, sigmas } => return hampel(samples, *window, *sigmas),
+        }
+        0
+    }
+
+    /// Filters channels whose rows are at `time_s`, rising; the steps to the rows in
+    /// `uneven` (rising) are not the usual one.
+    pub(super) fn apply_at(
+        &self,
+        time_s: Option<&[f64]>,
+        uneven: &[usize],
+        channels: &mut [&mut [f64]],
+    ) -> Treated {
+        let mut treated = Treated::default();
+        let rows = channels.first().map_or(0, |x| x.len());
+        if rows < self.shortest() {
+            treated.too_short = rows;
+            return treated;
+        }
+        let (Some(time_s), false) = (time_s, uneven.is_empty()) else {
+            for x in channels {
+                treated.replaced += self.apply(x);
+            }
+            return treated;
+        };
+        match &self.kind {
+            // Its weights are equal whatever the stamps.
+            Kind::Savgol(savgol) if matches!(self.spec, FilterSpec::Mean { .. }) => {
+                channels.iter_mut().for_each(|x| savgol.apply(x));
+            }
+            Kind::Savgol(savgol) => {
+                let any_within = |from: usize, to: usize| {
+                    let at = uneven.partition_point(|row| *row <= from);
+                    uneven.get(at).is_some_and(|row| *row <= to)
+                };
+                (treated.fitted, treated.too_few) = savgol.apply_at(time_s, any_within, channels);
+            }
+            Kind::Butterworth(butterworth) => {
+                let run = |even: &mut [f64]| butterworth.apply(even);
+                match on_grid(time_s, self.step_s, channels, run) {
+                    Gridded::Filled(samples) => treated.filled = samples,
+                    Gridded::Resampled => treated.resampled = rows,
+                }
+            }
+            Kind::Hampel { window, sigmas } => {
+                for x in channels {
+                    treated.replaced += hampel(x, *window, *sigmas);
+                }
+            }
+        }
+        treated
+    }
+}
+
+/// Hampel has no impulse response: what it leaves of normal noise is measured.
+fn gain_of_hampel(window: usize, sigmas: f64) -> f64 {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut noise: Vec<f64> = (0..TRIAL)
+        .map(|_| StandardNormal.sample(&mut random))
+        .collect();
+    let square = |x: &[f64]| x.iter().map(|v: &f64| v * v).sum::<f64>();
+    let before = square(&noise);
+    hampel(&mut noise, window, sigmas);
+    (square(&noise) / before).sqrt()
+}

@@ -1,0 +1,172 @@
+//! Hampel's outlier filter: a sample further from the median of its window than so
+//! many robust standard deviations is replaced by that median.
+//!
+//! F. R. Hampel, "The influence curve and its role in robust estimation", JASA 69,
+//! 1974; as a filter R. K. Pearson, IEEE Transactions on Control Systems
+//! Technology 10, 2002. The standard deviation is 1.4826 times the median distance
+//! from the median. Where that is zero (more than half of the window reads the
+//! same, as coarse digits do), it is 1.2533 times the mean distance (Iglewicz and
+//! Hoaglin 1993): otherwise every other reading were an outlier.
+//!
+//! At the ends the window is what of it lies inside. Stamps play no part.
+
+/// 1/Φ⁻¹(3/4).
+const FROM_MEDIAN: f64 = 1.482_602_218_505_602;
+/// √(π/2).
+const FROM_MEAN: f64 = 1.253_314_137_315_500_1;
+
+/// Replaces outliers of `x` and gives their number.
+pub(super) fn hampel(x: &mut [f64], window: usize, sigmas: f64) -> usize {
+    let n = x.len();
+    let half = window / 2;
+    // Samples of the window by size, and as they were in time.
+    let mut sorted: Vec<f64> = Vec::with_capacity(window + 1);
+    let mut raw = std::collections::VecDeque::with_capacity(window + 1);
+    let mut replaced = 0;
+    for sample in x.iter().take(half) {
+        insert(&mut sorted, *sample);
+        raw.push_back(*sample);
+    }
+    for i in 0..n {
+        if let Some(sample) = x.get(i + half) {
+            insert(&mut sorted, *sample);
+            raw.push_back(*sample);
+        }
+        if i > half
+            && let Some(old) = raw.pop_front()
+        {
+            remove(&mut sorted, old);
+        }
+        let median = middle_of(&sorted);
+        let off = (x[i] - median).abs();
+        // Most samples are near: the spread of the window is not needed then.
+        if off > 0.0 && off > sigmas * spread(&sorted, median) {
+            x[i] = median;
+            replaced += 1;
+        }
+    }
+    replaced
+}
+
+fn insert(sorted: &mut Vec<f64>, value: f64) {
+    let at = sorted.partition_point(|v| v.total_cmp(&value).is_lt());
+    sorted.insert(at, value);
+}
+
+fn remove(sorted: &mut Vec<f64>, value: f64) {
+    let at = sorted.partition_point(|v| v.total_cmp(&value).is_lt());
+    if at < sorted.len() {
+        sorted.remove(at);
+    }
+}
+
+fn middle_of(sorted: &[f64]) -> f64 {
+    let half = sorted.len() / 2;
+    match sorted.len() % 2 {
+        1 => sorted[half],
+        _ if half > 0 => 0.5 * (sorted[half - 1] + sorted[half]),
+        _ => f64::NAN,
+    }
+}
+
+/// The robust standard deviation of a sorted window.
+fn spread(sorted: &[f64], median: f64) -> f64 {
+    let n = sorted.len();
+    // Distances in rising order: away from the median on both sides.
+    let mut below = sorted.partition_point(|v| *v <= median);
+    let mut above = below;
+    let (mut last, mut before) = (0.0, 0.0);
+    for _ in 0..=n / 2 {
+        before = last;
+        let down = below
+            .checked_sub(1)
+            .map_or(f64::INFINITY, |i| median - sorted[i]);
+        let up = sorted.get(above).map_or(f64::INFINITY, |v| v - median);
+        if down <= up {
+            last = down;
+            below -= 1;
+        } else {
+            last = up;
+            above += 1;
+        }
+    }
+    let typical = if n % 2 == 1 {
+        last
+    } else {
+        0.5 * (before + last)
+    };
+    if typical > 0.0 {
+        return FROM_MEDIAN * typical;
+    }
+    let mean = sorted.iter().map(|v| (v - median).abs()).sum::<f64>() / n as f64;
+    FROM_MEAN * mean
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::median;
+
+    /// By the definition.
+    fn slowly(x: &[f64], window: usize, sigmas: f64) -> Vec<f64> {
+        (0..x.len())
+            .map(|i| {
+                let part = &x[i.saturating_sub(window / 2)..(i + window / 2 + 1).min(x.len())];
+                let middle = median(&mut part.to_vec()).unwrap();
+                let mut off: Vec<f64> = part.iter().map(|v| (v - middle).abs()).collect();
+                let mean = off.iter().sum::<f64>() / off.len() as f64;
+                let typical = median(&mut off).unwrap();
+                let s = if typical > 0.0 {
+                    FROM_MEDIAN * typical
+                } else {
+                    FROM_MEAN * mean
+                };
+                if (x[i] - middle).abs() > sigmas * s {
+                    middle
+                } else {
+                    x[i]
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn it_is_what_the_definition_says() {
+        let mut state = 1_u32;
+        let mut noise = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 16) / 65536.0 - 0.5
+        };
+        for coarse in [false, true] {
+            let mut x: Vec<f64> = (0..300)
+                .map(|i| 9.8 + 0.01 * f64::from(i) + noise())
+                .collect();
+            if coarse {
+                x.iter_mut().for_each(|v| *v = (4.0 * *v).round() / 4.0);
+            }
+            for i in [0, 1, 40, 41, 150, 299] {
+                x[i] += if i % 2 == 0 { 50.0 } else { -3.0 };
+            }
+            for (window, sigmas) in [(3, 3.0), (7, 3.0), (11, 2.0), (21, 0.0), (601, 3.0)] {
+                let mut fast = x.clone();
+                let replaced = hampel(&mut fast, window, sigmas);
+                assert_eq!(fast, slowly(&x, window, sigmas), "{window} {sigmas}");
+                let changed = fast.iter().zip(&x).filter(|(a, b)| a != b).count();
+                assert_eq!(replaced, changed);
+            }
+        }
+    }
+
+    #[test]
+    fn constants_and_next_to_nothing() {
+        for n in 0..6 {
+            let mut x = vec![9.81; n];
+            assert_eq!(hampel(&mut x, 5, 3.0), 0);
+            assert_eq!(x, vec![9.81; n]);
+        }
+        let mut spike = vec![0.0; 9];
+        spike[4] = 7.0;
+        assert_eq!(hampel(&mut spike, 7, 3.0), 1);
+        assert_eq!(spike, vec![0.0; 9]);
+    }
+}

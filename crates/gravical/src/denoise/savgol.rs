@@ -1,0 +1,298 @@
+//! Savitzky–Golay: a polynomial fitted to the samples around each one, and its
+//! value or derivative there.
+//!
+//! A. Savitzky and M. J. E. Golay, Analytical Chemistry 36, 1964. Over even samples
+//! the fit is one set of weights for all; over uneven ones it is done anew for
+//! each, over the stamps themselves.
+
+use serde::{Deserialize, Serialize};
+
+use super::convolve::convolve;
+use super::gram::{Gram, even_points, half_width};
+use crate::{Error, Result};
+
+/// What stands beyond the ends of a recording, for filters with a window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Edge {
+    /// Nothing: the polynomial of the first and last full window is evaluated up to
+    /// the ends (scipy's `interp`). The default.
+    #[default]
+    Interp,
+    /// The first and last sample, repeated: a a a | a b c.
+    Nearest,
+    /// The samples mirrored about the first and last one: c b | a b c.
+    Mirror,
+    /// Zeros. Of use after a high-pass only: gravity is not zero.
+    Constant,
+}
+
+impl Edge {
+    /// As it is written in options.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Edge::Interp => "interp",
+            Edge::Nearest => "nearest",
+            Edge::Mirror => "mirror",
+            Edge::Constant => "constant",
+        }
+    }
+}
+
+impl std::str::FromStr for Edge {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        [Edge::Interp, Edge::Nearest, Edge::Mirror, Edge::Constant]
+            .into_iter()
+            .find(|e| e.name() == text)
+            .ok_or_else(|| {
+                Error::usage("edge-unknown", format!("there is no edge \"{text}\""))
+                    .with_hint("interp, nearest, mirror or constant")
+            })
+    }
+}
+
+/// The filter, ready for samples `step_s` apart.
+pub(super) struct Savgol {
+    window: usize,
+    order: usize,
+    derivative: usize,
+    edge: Edge,
+    /// Over x_(i−left) … x_(i+right).
+    weights: Vec<f64>,
+    left: usize,
+    /// One over the length of half a window, to the power of the derivative.
+    scale: f64,
+    gram: Gram,
+}
+
+/// Weights for samples from the oldest to the newest so that the polynomial's
+/// derivative at `position` (0 the oldest, `window` − 1 the newest) comes out.
+///
+/// # Errors
+///
+/// `filter-range` as [`FilterSpec::validate`](super::FilterSpec::validate), and for a
+/// `step_s` that is not above zero.
+pub fn coefficients(
+    window: usize,
+    order: usize,
+    derivative: usize,
+    position: f64,
+    step_s: f64,
+) -> Result<Vec<f64>> {
+    super::FilterSpec::SavitzkyGolay {
+        window,
+        order,
+        derivative,
+    }
+    .validate()?;
+    if !(step_s > 0.0 && step_s.is_finite() && position.is_finite()) {
+        return Err(Error::usage(
+            "filter-range",
+            format!("samples have to be a time above zero apart, not {step_s} s"),
+        )
+        .with_hint("step_s is one over the sampling rate"));
+    }
+    let mut gram = Gram::new(order, window);
+    // Any window above the order has enough points.
+    gram.fit_to(&even_points(window));
+    let half = half_width(window);
+    let mut a = Vec::new();
+    gram.at(
+        (position - 0.5 * (window as f64 - 1.0)) / half,
+        derivative,
+        &mut a,
+    );
+    let scale = (half * step_s).powi(derivative as i32).recip();
+    a.iter_mut().for_each(|a| *a *= scale);
+    let mut weights = vec![0.0; window];
+    gram.combine(&a, &mut weights);
+    Ok(weights)
+}
+
+/// The weights of the newest sample, for
+/// [`SavitzkyGolay`](gravical_core::filter::savgol::SavitzkyGolay) on a
+/// microcontroller: from the oldest to the newest.
+///
+/// # Errors
+///
+/// As [`coefficients`].
+///
+/// ```
+/// use gravical::denoise::causal_coefficients;
+///
+/// let weights = causal_coefficients(5, 2, 0, 0.01)?;
+/// assert!((weights[4] - 31.0 / 35.0).abs() < 1e-15);
+/// # Ok::<(), gravical::Error>(())
+/// ```
+pub fn causal_coefficients(
+    window: usize,
+    order: usize,
+    derivative: usize,
+    step_s: f64,
+) -> Result<Vec<f64>> {
+    let newest = window as f64 - 1.0;
+    coefficients(window, order, derivative, newest, step_s)
+}
+
+impl Savgol {
+    /// `step_s` counts only for derivatives.
+    pub fn new(
+        window: usize,
+        order: usize,
+        derivative: usize,
+        step_s: f64,
+        edge: Edge,
+    ) -> Result<Self> {
+        let middle = 0.5 * (window as f64 - 1.0);
+        let weights = coefficients(window, order, derivative, middle, step_s)?;
+        let mut gram = Gram::new(order, window);
+        gram.fit_to(&even_points(window));
+        Ok(Savgol {
+            window,
+            order,
+            derivative,
+            edge,
+            weights,
+            left: (window - 1) / 2,
+            scale: (half_width(window) * step_s)
+                .powi(derivative as i32)
+                .recip(),
+            gram,
+        })
+    }
+
+    pub fn window(&self) -> usize {
+        self.window
+    }
+
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// Rows before and after each that count.
+    pub fn reach(&self) -> (usize, usize) {
+        (self.left, self.window - 1 - self.left)
+    }
+
+    /// Rows at each end that `edge` decides.
+    fn edge_rows(&self) -> [usize; 2] {
+        match self.edge {
+            // As scipy, also for even windows.
+            Edge::Interp => [self.window / 2; 2],
+            _ => self.reach().into(),
+        }
+    }
+
+    /// Even samples in place; shorter ones than the window stay as they are.
+    pub fn apply(&self, x: &mut [f64]) {
+        let n = x.len();
+        if n < self.window {
+            return;
+        }
+        let [first, last] = self.edge_rows();
+        let (head, tail) = match self.edge {
+            Edge::Interp => (
+                self.polynomial(&x[..self.window], 0..first),
+                self.polynomial(&x[n - self.window..], self.window - last..self.window),
+            ),
+            _ => (self.padded(x, 0..first), self.padded(x, n - last..n)),
+        };
+        convolve(x, &self.weights, self.left);
+        x[..first].copy_from_slice(&head);
+        x[n - last..].copy_from_slice(&tail);
+    }
+
+    /// The fit to one window at these of its samples.
+    fn polynomial(&self, samples: &[f64], at: std::ops::Range<usize>) -> Vec<f64> {
+        let fit = self.gram.project(samples);
+        let half = half_width(self.window);
+        let mut a = Vec::new();
+        at.map(|i| {
+            let x = (i as f64 - 0.5 * (self.window as f64 - 1.0)) / half;
+            self.gram.at(x, self.derivative, &mut a);
+            let value: f64 = a.iter().zip(&fit).map(|(a, f)| a * f).sum();
+            value * self.scale
+        })
+        .collect()
+    }
+
+    /// The weighted sums at these rows, with what `edge` puts beyond the ends.
+    fn padded(&self, x: &[f64], at: std::ops::Range<usize>) -> Vec<f64> {
+        let n = x.len() as isize;
+        let sample = |i: isize| {
+            let inside = match self.edge {
+                Edge::Constant if !(0..n).contains(&i) => return 0.0,
+                Edge::Mirror if n > 1 => {
+                    let folded = i.rem_euclid(2 * (n - 1));
+                    folded.min(2 * (n - 1) - folded)
+                }
+                _ => i.clamp(0, n - 1),
+            };
+            x[inside as usize]
+        };
+        at.map(|row| {
+            let from = row as isize - self.left as isize;
+            let terms = self.weights.iter().zip(from..);
+            terms.map(|(w, i)| w * sample(i)).sum()
+        })
+        .collect()
+    }
+
+    /// Samples at uneven stamps, several channels of them at once: where
+    /// `is_uneven(from, to)` says that the steps between these rows are not all
+    /// alike, the polynomial is fitted over the stamps; elsewhere as
+    /// [`apply`](Self::apply). At the ends it is the fit to the last full window
+    /// then, whatever `edge` says. Gives the number of such rows.
+    ///
+    /// Rows whose window has too few different stamps for the order (several with
+    /// one stamp) keep the result for even samples; so many are the second number.
+    pub fn apply_at(
+        &self,
+        time_s: &[f64],
+        is_uneven: impl Fn(usize, usize) -> bool,
+        channels: &mut [&mut [f64]],
+    ) -> (usize, usize) {
+        let n = time_s.len();
+        if n < self.window {
+            return (0, 0);
+        }
+        let (left, _) = self.reach();
+        let mut gram = Gram::new(self.order, self.window);
+        let mut points = vec![0.0; self.window];
+        let (mut a, mut weights) = (Vec::new(), vec![0.0; self.window]);
+        let raw: Vec<Vec<f64>> = channels.iter().map(|x| x.to_vec()).collect();
+        channels.iter_mut().for_each(|x| self.apply(x));
+        let (mut exact, mut too_few) = (0, 0);
+        for row in 0..n {
+            // The full window nearest to the row.
+            let from = row.saturating_sub(left).min(n - self.window);
+            if !is_uneven(from, from + self.window - 1) {
+                continue;
+            }
+            let stamps = &time_s[from..from + self.window];
+            let half = 0.5 * (stamps[self.window - 1] - stamps[0]);
+            let here = time_s[row];
+            let middle = stamps[0] + half;
+            for (point, t) in points.iter_mut().zip(stamps) {
+                *point = (t - middle) / half;
+            }
+            if !(half > 0.0 && gram.fit_to(&points)) {
+                too_few += 1;
+                continue;
+            }
+            gram.at((here - middle) / half, self.derivative, &mut a);
+            let scale = half.powi(self.derivative as i32).recip();
+            a.iter_mut().for_each(|a| *a *= scale);
+            gram.combine(&a, &mut weights);
+            exact += 1;
+            for (x, raw) in channels.iter_mut().zip(&raw) {
+                let samples = &raw[from..from + self.window];
+                x[row] = samples.iter().zip(&weights).map(|(x, w)| x * w).sum();
+            }
+        }
+        (exact, too_few)
+    }
+}

@@ -1,0 +1,345 @@
+//! Filters against scipy, and what holds for any filter.
+
+use std::f64::consts::PI;
+
+use proptest::prelude::*;
+use serde_json::Value;
+
+use super::*;
+
+fn reference() -> Value {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../tests/reference/scipy/filters.json"
+    );
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|v| v.as_f64().unwrap())
+        .collect()
+}
+
+/// The largest difference over the largest value.
+fn off(got: &[f64], want: &[f64]) -> f64 {
+    assert_eq!(got.len(), want.len());
+    let largest = want.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let worst = got
+        .iter()
+        .zip(want)
+        .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+    // A NaN is as far off as can be.
+    if worst.is_nan() || got.iter().any(|v| v.is_nan()) {
+        return f64::INFINITY;
+    }
+    worst / largest
+}
+
+fn designed(spec: &str, rate_hz: f64, edge: Edge) -> Filter {
+    Filter::design(&spec.parse().unwrap(), Some(rate_hz), edge).unwrap()
+}
+
+fn filtered(spec: &str, rate_hz: f64, x: &[f64]) -> Vec<f64> {
+    let mut y = x.to_vec();
+    designed(spec, rate_hz, Edge::Interp).apply(&mut y);
+    y
+}
+
+#[test]
+fn savitzky_golay_is_scipys() {
+    let file = reference();
+    let x = numbers(&file["x"]);
+    let mut seen = 0;
+    for case in file["savgol"].as_array().unwrap() {
+        let whole = |key: &str| case[key].as_u64().unwrap() as usize;
+        let spec = format!(
+            "savgol:{},{},{}",
+            whole("window"),
+            whole("order"),
+            whole("derivative")
+        );
+        let edge: Edge = case["edge"].as_str().unwrap().parse().unwrap();
+        let mut y = x[..whole("n")].to_vec();
+        designed(&spec, 100.0, edge).apply(&mut y);
+        let off = off(&y, &numbers(&case["y"]));
+        assert!(off < 1e-12, "{spec} {edge:?}: {off:e}");
+        seen += 1;
+    }
+    assert!(seen > 100, "{seen}");
+}
+
+#[test]
+fn the_moving_average_is_scipys() {
+    let file = reference();
+    let x = numbers(&file["x"]);
+    for case in file["mean"].as_array().unwrap() {
+        let spec = format!("mean:{}", case["window"]);
+        let edge: Edge = case["edge"].as_str().unwrap().parse().unwrap();
+        let mut y = x[..150].to_vec();
+        designed(&spec, 100.0, edge).apply(&mut y);
+        let off = off(&y, &numbers(&case["y"]));
+        assert!(off < 1e-12, "{spec} {edge:?}: {off:e}");
+    }
+}
+
+#[test]
+fn butterworth_is_scipys() {
+    let file = reference();
+    let x = numbers(&file["x"]);
+    let mut worst = 0.0_f64;
+    for case in file["butter"].as_array().unwrap() {
+        let spec = case["spec"].as_str().unwrap();
+        let filter = designed(spec, 100.0, Edge::Interp);
+        // scipy gives the gain of all to its first section, and zeros of a
+        // band-pass to sections as it likes: the poles are compared, and the whole.
+        let theirs: Vec<Vec<f64>> = case["sos"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(numbers)
+            .collect();
+        let mut poles: Vec<[f64; 2]> = theirs.iter().map(|s| [s[4], s[5]]).collect();
+        let mut own: Vec<[f64; 2]> = filter.sections().iter().map(|s| [s[3], s[4]]).collect();
+        for list in [&mut poles, &mut own] {
+            list.sort_by(|a, b| (a[1], a[0]).partial_cmp(&(b[1], b[0])).unwrap());
+        }
+        for (own, theirs) in own.iter().zip(&poles) {
+            assert!(off(own, theirs) < 1e-10, "{spec}: {own:?} {theirs:?}");
+        }
+        let gain = filter.response().noise_gain;
+        let theirs = case["noise_gain"].as_f64().unwrap();
+        assert!(
+            (gain / theirs - 1.0).abs() < 1e-9,
+            "{spec}: {gain} {theirs}"
+        );
+        if case["y"].is_null() {
+            continue;
+        }
+        let mut y = x.clone();
+        filter.apply(&mut y);
+        let off = off(&y, &numbers(&case["y"]));
+        worst = worst.max(off);
+        assert!(off < 1e-10, "{spec}: {off:e}");
+    }
+    println!("largest difference {worst:e}");
+}
+
+/// Every kind of linear filter.
+const LINEAR: [&str; 9] = [
+    "savgol:5,2",
+    "savgol:11,3,1",
+    "savgol:21,4",
+    "butter:4,5Hz",
+    "butter1:3,5Hz",
+    "butter:2,5-20Hz",
+    "highpass:4,0.5Hz",
+    "highpass1:2,12Hz",
+    "mean:7",
+];
+
+fn noise(count: usize, seed: u64) -> Vec<f64> {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    (0..count)
+        .map(|_| StandardNormal.sample(&mut random))
+        .collect()
+}
+
+fn deviation(x: &[f64]) -> f64 {
+    (x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64).sqrt()
+}
+
+#[test]
+fn gains_and_frequencies_of_savitzky_golay() {
+    // The middle weight is the sum of the squares of all (Savitzky and Golay).
+    for (window, middle, share) in [
+        (5, 17.0 / 35.0, 0.238),
+        (7, 1.0 / 3.0, 0.160),
+        (11, 89.0 / 429.0, 0.099),
+        (21, 329.0 / 3059.0, 0.051),
+    ] {
+        let gain = f64::sqrt(middle);
+        let filter = designed(&format!("savgol:{window},2"), 100.0, Edge::Interp);
+        let response = filter.response();
+        assert!((response.noise_gain - gain).abs() < 1e-12, "{response:?}");
+        assert!(
+            (response.minus_3db_of_rate[0] - share).abs() < 5e-4,
+            "{response:?}"
+        );
+        assert!((response.minus_3db_hz.as_ref().unwrap()[0] - 100.0 * share).abs() < 0.05);
+    }
+}
+
+#[test]
+fn the_gain_is_what_noise_shows() {
+    let white = noise(400_000, 3);
+    for spec in LINEAR.iter().chain(&[
+        "hampel:7,3",
+        "hampel:9,0",
+        "butter:8,1Hz",
+        "butter:5,9-11Hz",
+    ]) {
+        let y = filtered(spec, 100.0, &white);
+        let gain = designed(spec, 100.0, Edge::Interp).response().noise_gain;
+        let seen = deviation(&y) / deviation(&white);
+        // Behind a narrow filter few values are independent.
+        assert!((seen / gain - 1.0).abs() < 0.03, "{spec}: {seen} {gain}");
+    }
+}
+
+/// Amplitude behind a filter of a sine of amplitude 1, in the middle.
+fn passed(spec: &str, share: f64) -> f64 {
+    let n = 8000;
+    let part = |phase: f64| {
+        let x: Vec<f64> = (0..n)
+            .map(|i| (2.0 * PI * share * f64::from(i) + phase).sin())
+            .collect();
+        filtered(spec, 100.0, &x)
+    };
+    let (sine, cosine) = (part(0.0), part(PI / 2.0));
+    f64::hypot(sine[n as usize / 2], cosine[n as usize / 2])
+}
+
+#[test]
+fn three_db_down_where_it_says() {
+    for spec in LINEAR.iter().filter(|s| **s != "savgol:11,3,1") {
+        let filter = designed(spec, 100.0, Edge::Interp);
+        let shares = &filter.response().minus_3db_of_rate;
+        assert!(!shares.is_empty(), "{spec}");
+        for share in shares {
+            let got = passed(spec, *share);
+            assert!(
+                (got - 0.5_f64.sqrt()).abs() < 1e-6,
+                "{spec} at {share}: {got}"
+            );
+        }
+    }
+    // A derivative against the true one.
+    let share = designed("savgol:11,3,1", 100.0, Edge::Interp)
+        .response()
+        .minus_3db_of_rate[0];
+    let got = passed("savgol:11,3,1", share) / (2.0 * PI * share * 100.0);
+    assert!((got - 0.5_f64.sqrt()).abs() < 1e-6, "{got}");
+    // Nothing is filtered away, so nothing is 3 dB down.
+    for spec in ["mean:1", "savgol:5,4"] {
+        assert!(
+            designed(spec, 100.0, Edge::Interp)
+                .response()
+                .minus_3db_of_rate
+                .is_empty()
+        );
+    }
+}
+
+#[test]
+fn a_microcontroller_gives_the_same_bits() {
+    use gravical_core::filter::biquad::{Biquad, Cascade};
+    let x: Vec<f64> = noise(500, 8).iter().map(|v| 9.81 + v).collect();
+    let filter = designed("butter1:4,5Hz", 100.0, Edge::Interp);
+    let batch = filtered("butter1:4,5Hz", 100.0, &x);
+    let list: Vec<Biquad<f64>> = filter
+        .sections()
+        .iter()
+        .map(|s| Biquad::new([s[0], s[1], s[2]], [s[3], s[4]]))
+        .collect();
+    let mut built = Cascade::<f64, 2>::new(list.try_into().unwrap());
+    let mut designed =
+        gravical_core::filter::butterworth::low_pass::<f64, 2>(4, 5.0, 100.0).unwrap();
+    for stream in [&mut built, &mut designed] {
+        stream.settle(x[0]);
+        for (x, want) in x.iter().zip(&batch) {
+            assert_eq!(stream.update(*x).to_bits(), want.to_bits());
+        }
+    }
+}
+
+#[test]
+fn the_causal_window_is_the_end_of_the_polynomial() {
+    use gravical_core::filter::savgol::SavitzkyGolay;
+    let x: Vec<f64> = noise(60, 9);
+    for derivative in 0..3 {
+        let weights = causal_coefficients(11, 3, derivative, 0.01).unwrap();
+        let mut stream = SavitzkyGolay::<f64, 11>::new(&weights).unwrap();
+        let out: Vec<f64> = x.iter().map(|x| stream.update(*x)).collect();
+        for end in 11..=x.len() {
+            let y = filtered(&format!("savgol:11,3,{derivative}"), 100.0, &x[..end]);
+            assert!(off(&[out[end - 1]], &[y[end - 1]]) < 1e-11);
+        }
+    }
+    for (window, order) in [(4, 4), (0, 0)] {
+        assert!(causal_coefficients(window, order, 0, 0.01).is_err());
+    }
+    assert!(causal_coefficients(5, 2, 1, 0.0).is_err());
+    assert!(causal_coefficients(5, 2, 1, f64::NAN).is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    #[test]
+    fn filters_are_linear(a in -3.0..3.0, b in -3.0..3.0, seed: u64, which in 0..LINEAR.len()) {
+        let spec = LINEAR[which];
+        let (x, z) = (noise(150, seed), noise(150, seed ^ 1));
+        let sum: Vec<f64> = x.iter().zip(&z).map(|(x, z)| a * x + b * z).collect();
+        let (x, z) = (filtered(spec, 100.0, &x), filtered(spec, 100.0, &z));
+        let want: Vec<f64> = x.iter().zip(&z).map(|(x, z)| a * x + b * z).collect();
+        let scale = deviation(&x) + deviation(&z);
+        for (got, want) in filtered(spec, 100.0, &sum).iter().zip(&want) {
+            prop_assert!((got - want).abs() < 1e-11 * scale, "{}", spec);
+        }
+    }
+
+    #[test]
+    fn constants_stay_or_vanish(value in -20.0..20.0, which in 0..LINEAR.len(), n in 1_usize..200) {
+        let spec = LINEAR[which];
+        let filter = designed(spec, 100.0, Edge::Interp);
+        let mut y = vec![value; n];
+        filter.apply(&mut y);
+        let want = if n < filter.shortest() || filter.spec().keeps_constants() { value } else { 0.0 };
+        for y in y {
+            prop_assert!((y - want).abs() < 2e-10, "{} {}: {} {}", spec, n, y, want);
+        }
+    }
+
+    #[test]
+    fn polynomials_of_the_order_stay_on_any_stamps(
+        coefficients in prop::array::uniform4(-2.0..2.0),
+        jitter in prop::collection::vec(-0.4..0.4, 60),
+        derivative in 0_usize..3,
+    ) {
+        let time: Vec<f64> = jitter.iter().enumerate().map(|(i, j)| 0.01 * (i as f64 + j)).collect();
+        let [a, b, c, d] = coefficients;
+        let value = |t: f64| match derivative {
+            0 => a + b * t + c * t * t + d * t * t * t,
+            1 => b + 2.0 * c * t + 3.0 * d * t * t,
+            _ => 2.0 * c + 6.0 * d * t,
+        };
+        let mut x: Vec<f64> = time.iter().map(|t: &f64| a + b * t + c * t * t + d * t * t * t).collect();
+        let filter = designed(&format!("savgol:9,3,{derivative}"), 100.0, Edge::Interp);
+        let uneven: Vec<usize> = (1..60).collect();
+        let treated = filter.apply_at(Some(&time), &uneven, &mut [&mut x]);
+        prop_assert_eq!((treated.fitted, treated.too_few), (60, 0));
+        // A derivative divides rounding by the step, once for each order.
+        let allowed = 1e-11 * 300.0_f64.powi(derivative as i32);
+        for (x, t) in x.iter().zip(&time) {
+            let want: f64 = value(*t);
+            prop_assert!((x - want).abs() < allowed, "{} {}", x, want);
+        }
+    }
+
+    #[test]
+    fn even_stamps_give_what_even_samples_give(seed: u64, derivative in 0_usize..2) {
+        let filter = designed(&format!("savgol:7,2,{derivative}"), 100.0, Edge::Interp);
+        let (mut even, mut stamped) = (noise(80, seed), noise(80, seed));
+        filter.apply(&mut even);
+        let time: Vec<f64> = (0..80).map(|i| 0.01 * f64::from(i)).collect();
+        let uneven: Vec<usize> = (1..80).collect();
+        filter.apply_at(Some(&time), &uneven, &mut [&mut stamped]);
+        prop_assert!(off(&stamped, &even) < 1e-10);
+    }
+}
