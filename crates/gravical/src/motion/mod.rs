@@ -44,6 +44,8 @@ mod result;
 pub mod samples;
 mod smoother;
 pub mod still;
+mod table;
+pub mod truth;
 mod words;
 
 use std::ops::Range;
@@ -64,6 +66,7 @@ use still::find_rests;
 
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
+pub use table::write_table;
 
 /// Motion of a recording: the result, and the table behind it.
 #[derive(Debug, Clone)]

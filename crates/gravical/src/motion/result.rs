@@ -188,15 +188,22 @@ pub struct Comparison {
     pub end_error_m: f64,
     /// Root mean square distance, m.
     pub rmse_m: f64,
-    /// End error over the length of the reference's path, %.
-    pub percent_of_path: f64,
-    /// Length of the reference's path, m.
+    /// End error over the length of the reference's path, %; null where it hardly
+    /// moves.
+    pub percent_of_path: Option<f64>,
+    /// Length of the reference's path over means of 0.1 s, m.
     pub path_m: f64,
-    /// Added to the reference's time, s.
+    /// First time at which both are known, s: there both start at 0.
+    pub from_s: f64,
+    /// Last time at which both are known, s: the end error is the distance there.
+    pub to_s: f64,
+    /// Added to the reference's stamps, s.
     pub time_offset_s: f64,
-    /// The result was turned by this about the vertical, degrees.
-    pub yaw_deg: f64,
-    /// Moves of it one by one.
+    /// How the reference was turned into the frame of the result.
+    pub align: super::truth::TruthAlign,
+    /// The rotation itself, as a rotation vector, degrees.
+    pub rotation_deg: [f64; 3],
+    /// Its moves one by one; those that the reference does not see are left out.
     pub moves: Vec<MoveComparison>,
     /// Points compared.
     pub points: u64,
@@ -207,6 +214,8 @@ pub struct Comparison {
 pub struct MoveComparison {
     /// Start of the move, s.
     pub start_s: f64,
+    /// Its end, s.
+    pub end_s: f64,
     /// Error of its displacement, m.
     pub end_error_m: [f64; 3],
     /// Its standard uncertainty, m; null without bands.

@@ -47,7 +47,7 @@ pub use finding::{Finding, LineSpans, Severity};
 pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
 pub use layout::ColumnsSpec;
 pub use ledger::{Aside, Ledger};
-pub(crate) use read::{Prepared, cut_off, prepare, reason_before, reason_for, text_findings};
+pub(crate) use read::{HEAD, Prepared, cut_off, prepare, reason_before, reason_for, text_findings};
 pub use read::{read, read_bytes};
 pub use timing::{TimeUnit, Timing};
 pub(crate) use unit_choice::{Quiet, looks_unsigned, quiet};

@@ -1,0 +1,207 @@
+//! Motion as a table: one row a sample, every column with its unit in its name.
+//!
+//! `t_s`; `raw_ax_mps2` … specific force by the nominal scale alone; `ax_mps2` …
+//! calibrated; `still` 0 or 1; `qw`, `qx`, `qy`, `qz` attitude, sensor → frame
+//! (Hamilton); `lin_ax_mps2` … acceleration in the frame without gravity;
+//! `vx_mps` …, `px_m` …; with bands `sigma_vx_mps` …, `sigma_px_m` …. What is not
+//! known is an empty field.
+
+use std::io::{self, Write};
+
+use super::Track;
+use crate::scan::write_fixed;
+
+/// Names of the columns that are always there.
+const COLUMNS: &str = "t_s,raw_ax_mps2,raw_ay_mps2,raw_az_mps2,ax_mps2,ay_mps2,az_mps2,still,\
+    qw,qx,qy,qz,lin_ax_mps2,lin_ay_mps2,lin_az_mps2,vx_mps,vy_mps,vz_mps,px_m,py_m,pz_m";
+
+/// Names of those that come with bands.
+const BANDS: &str = ",sigma_vx_mps,sigma_vy_mps,sigma_vz_mps,sigma_px_m,sigma_py_m,sigma_pz_m";
+
+/// Decimals of accelerations, velocities and positions: 1 µm is below any
+/// uncertainty there is.
+const DECIMALS: u32 = 6;
+
+/// Decimals of the attitude. Whoever turns gravity with it makes an error of
+/// g · 1e-8, 5 µm in 10 s.
+const ATTITUDE_DECIMALS: u32 = 8;
+
+/// How much text is gathered before it is written.
+const CHUNK: usize = 1 << 18;
+
+/// Writes the table of `track` as CSV with a header.
+///
+/// Time has 3, 6 or 9 decimals, the fewest that keep the recording's stamps;
+/// the attitude has 8, all others have 6.
+///
+/// # Errors
+///
+/// What `out` says.
+pub fn write_table(track: &Track, out: &mut dyn Write) -> io::Result<()> {
+    let bands = !track.sigma_position_m.is_empty();
+    let mut text = Vec::with_capacity(CHUNK + 1024);
+    text.extend_from_slice(COLUMNS.as_bytes());
+    if bands {
+        text.extend_from_slice(BANDS.as_bytes());
+    }
+    text.push(b'\n');
+    let time_decimals = time_decimals(&track.t_s);
+    for (i, &t_s) in track.t_s.iter().enumerate() {
+        write_fixed(&mut text, t_s, time_decimals);
+        for column in track.raw_mps2.iter().chain(&track.force_mps2) {
+            put(&mut text, column.get(i).copied());
+        }
+        text.extend_from_slice(match track.still.get(i) {
+            Some(true) => b",1",
+            Some(false) => b",0",
+            None => b",",
+        });
+        for value in track.attitude.get(i).copied().unwrap_or([f64::NAN; 4]) {
+            text.push(b',');
+            write_fixed(&mut text, value, ATTITUDE_DECIMALS);
+        }
+        put_vector(&mut text, track.acceleration_mps2.get(i));
+        put_vector(&mut text, track.velocity_mps.get(i));
+        put_vector(&mut text, track.position_m.get(i));
+        if bands {
+            put_vector(&mut text, track.sigma_velocity_mps.get(i));
+            put_vector(&mut text, track.sigma_position_m.get(i));
+        }
+        text.push(b'\n');
+        if text.len() >= CHUNK {
+            out.write_all(&text)?;
+            text.clear();
+        }
+    }
+    out.write_all(&text)?;
+    out.flush()
+}
+
+#[inline]
+fn put(text: &mut Vec<u8>, value: Option<f64>) {
+    text.push(b',');
+    if let Some(value) = value {
+        write_fixed(text, value, DECIMALS);
+    }
+}
+
+#[inline]
+fn put_vector(text: &mut Vec<u8>, vector: Option<&[f64; 3]>) {
+    for value in vector.copied().unwrap_or([f64::NAN; 3]) {
+        text.push(b',');
+        write_fixed(text, value, DECIMALS);
+    }
+}
+
+/// The fewest of 3, 6 and 9 decimals that keep every stamp to a nanosecond:
+/// stamps in ms have three, those of 1024 Hz more than six.
+fn time_decimals(t_s: &[f64]) -> u32 {
+    for (decimals, power) in [(3, 1e3), (6, 1e6)] {
+        let kept = |t: &f64| {
+            let scaled = t * power;
+            (scaled - scaled.round()).abs() <= 1e-9 * power
+        };
+        if t_s.iter().filter(|t| t.is_finite()).all(kept) {
+            return decimals;
+        }
+    }
+    9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{ReadOptions, read_bytes};
+
+    /// A track whose every value is another.
+    fn track(rows: usize, bands: bool) -> Track {
+        let value = |i: usize, column: usize| (column + 1) as f64 + 1e-3 * i as f64;
+        let column = |c: usize| (0..rows).map(|i| value(i, c)).collect::<Vec<f64>>();
+        let vectors = |c: usize| {
+            (0..rows)
+                .map(|i| [value(i, c), value(i, c + 1), value(i, c + 2)])
+                .collect::<Vec<_>>()
+        };
+        let none = Vec::new;
+        Track {
+            row: (0..rows).collect(),
+            t_s: (0..rows).map(|i| 0.01 * i as f64).collect(),
+            raw_mps2: [column(1), column(2), column(3)],
+            force_mps2: [column(4), column(5), column(6)],
+            still: (0..rows).map(|i| i % 2 == 0).collect(),
+            attitude: vec![[1.0, 0.0, 0.0, 0.0]; rows],
+            acceleration_mps2: vectors(12),
+            velocity_mps: vectors(15),
+            position_m: vectors(18),
+            sigma_velocity_mps: if bands { vectors(21) } else { none() },
+            sigma_position_m: if bands { vectors(24) } else { none() },
+        }
+    }
+
+    fn text(track: &Track) -> String {
+        let mut out = Vec::new();
+        write_table(track, &mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn every_row_has_every_column_in_its_place() {
+        for bands in [false, true] {
+            let text = text(&track(3, bands));
+            let mut lines = text.lines();
+            let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+            assert_eq!(names.len(), if bands { 27 } else { 21 });
+            for (i, line) in lines.enumerate() {
+                let fields: Vec<&str> = line.split(',').collect();
+                assert_eq!(fields.len(), names.len());
+                for (k, (name, field)) in names.iter().zip(&fields).enumerate() {
+                    match *name {
+                        "t_s" => assert_eq!(*field, format!("0.0{i}0")),
+                        "still" => assert_eq!(*field, if i % 2 == 0 { "1" } else { "0" }),
+                        q if q.starts_with('q') => assert_eq!(field.len(), 10, "{name}"),
+                        _ => assert_eq!(*field, format!("{}.00{i}000", k + 1), "{name}"),
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn our_own_reader_takes_either_acceleration() {
+        let table = text(&track(30, true));
+        for (columns, x) in [
+            (None, 2.007),
+            (Some("t=t_s,ax=ax_mps2,ay=ay_mps2,az=az_mps2"), 5.007),
+        ] {
+            let options = ReadOptions {
+                columns: columns.map(|c| c.parse().unwrap()),
+                ..ReadOptions::default()
+            };
+            let recording = read_bytes(table.as_bytes(), "motion.csv", &options).unwrap();
+            assert_eq!(recording.accel_at(7), [x, x + 1.0, x + 2.0]);
+            assert!((recording.time_s.as_ref().unwrap()[7] - 0.07).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_is_not_known_is_an_empty_field() {
+        let mut track = track(2, true);
+        track.position_m[1] = [f64::NAN; 3];
+        track.sigma_position_m[1] = [f64::INFINITY; 3];
+        let text = text(&track);
+        let last = text.lines().last().unwrap();
+        assert!(last.contains(",,,,22.001000,"), "{last}");
+        assert!(last.ends_with("24.001000,,,"), "{last}");
+        assert!(!text.contains("NaN") && !text.contains("inf"));
+        // Without a sample there is the header.
+        assert_eq!(super::tests::text(&Track::default()).lines().count(), 1);
+    }
+
+    #[test]
+    fn stamps_keep_their_digits() {
+        assert_eq!(time_decimals(&[0.0, 0.016, 123_456.789]), 3);
+        assert_eq!(time_decimals(&[0.0, 0.0035]), 6);
+        assert_eq!(time_decimals(&[0.0, 1.0 / 1024.0]), 9);
+        assert_eq!(time_decimals(&[f64::NAN, 1.5]), 3);
+    }
+}

@@ -1,0 +1,179 @@
+//! The rotation that brings a reference closest to a result.
+
+use gravical_core::strapdown;
+use nalgebra::{Matrix4, SymmetricEigen, Vector4};
+
+/// Two leading eigenvalues closer than this share of the first: the points lie
+/// on a line, and turning about it changes nothing.
+const LINE: f64 = 1e-3;
+
+/// A rotation that was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Rotation {
+    /// w, x, y, z: reference → result.
+    pub quaternion: [f64; 4],
+    /// The points leave a turn about one line open; the smallest one was taken.
+    pub line: bool,
+}
+
+impl Rotation {
+    /// The identity.
+    pub fn none() -> Self {
+        Rotation {
+            quaternion: [1.0, 0.0, 0.0, 0.0],
+            line: false,
+        }
+    }
+
+    /// A reference's vector in the frame of the result.
+    pub fn apply(&self, v: &[f64; 3]) -> [f64; 3] {
+        strapdown::rotate(&self.quaternion, v)
+    }
+
+    /// As a rotation vector, degrees.
+    pub fn vector_deg(&self) -> [f64; 3] {
+        let [w, x, y, z] = self.quaternion;
+        let sine = (x * x + y * y + z * z).sqrt();
+        if !(sine > 0.0) {
+            return [0.0; 3];
+        }
+        // The shorter way round.
+        let sign = if w < 0.0 { -1.0 } else { 1.0 };
+        let angle = 2.0 * sine.atan2(w.abs()).to_degrees() * sign;
+        [x, y, z].map(|v| v / sine * angle)
+    }
+
+    /// Angle between the two z axes, degrees.
+    pub fn tilt_deg(&self) -> f64 {
+        let z = self.apply(&[0.0, 0.0, 1.0]);
+        z[0].hypot(z[1]).atan2(z[2]).to_degrees()
+    }
+}
+
+/// The turn about z that brings `reference` closest to `result`, both counted
+/// from the same origin: ψ = atan2(Σ rₓpᵧ − rᵧpₓ, Σ rₓpₓ + rᵧpᵧ).
+pub(super) fn yaw(reference: &[[f64; 3]], result: &[[f64; 3]]) -> Rotation {
+    let (mut sine, mut cosine) = (0.0, 0.0);
+    for (r, p) in reference.iter().zip(result) {
+        sine += r[0] * p[1] - r[1] * p[0];
+        cosine += r[0] * p[0] + r[1] * p[1];
+    }
+    let half = 0.5 * f64::atan2(sine, cosine);
+    if !half.is_finite() {
+        return Rotation::none();
+    }
+    Rotation {
+        quaternion: [half.cos(), 0.0, 0.0, half.sin()],
+        line: false,
+    }
+}
+
+/// The rotation that brings `reference` closest to `result`, both counted from
+/// the same origin: the eigenvector of the largest eigenvalue of Horn's matrix
+/// (Horn 1987, Closed-form solution of absolute orientation using unit
+/// quaternions).
+pub(super) fn rotation(reference: &[[f64; 3]], result: &[[f64; 3]]) -> Rotation {
+    let mut s = [[0.0; 3]; 3];
+    for (r, p) in reference.iter().zip(result) {
+        for i in 0..3 {
+            for j in 0..3 {
+                s[i][j] += r[i] * p[j];
+            }
+        }
+    }
+    if !s.iter().flatten().all(|v| v.is_finite()) {
+        return Rotation::none();
+    }
+    let n = Matrix4::new(
+        s[0][0] + s[1][1] + s[2][2],
+        s[1][2] - s[2][1],
+        s[2][0] - s[0][2],
+        s[0][1] - s[1][0],
+        s[1][2] - s[2][1],
+        s[0][0] - s[1][1] - s[2][2],
+        s[0][1] + s[1][0],
+        s[2][0] + s[0][2],
+        s[2][0] - s[0][2],
+        s[0][1] + s[1][0],
+        s[1][1] - s[0][0] - s[2][2],
+        s[1][2] + s[2][1],
+        s[0][1] - s[1][0],
+        s[2][0] + s[0][2],
+        s[1][2] + s[2][1],
+        s[2][2] - s[0][0] - s[1][1],
+    );
+    let eigen = SymmetricEigen::new(n);
+    let mut order = [0, 1, 2, 3];
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    let [first, second, ..] = order.map(|k| eigen.eigenvalues[k]);
+    if !(first > 0.0) {
+        return Rotation::none();
+    }
+    let line = first - second < LINE * first;
+    let best: Vector4<f64> = eigen.eigenvectors.column(order[0]).into();
+    let chosen = if line {
+        // Of all rotations that fit, the one nearest to none at all.
+        let other: Vector4<f64> = eigen.eigenvectors.column(order[1]).into();
+        best * best[0] + other * other[0]
+    } else {
+        best
+    };
+    let length = chosen.norm();
+    let q = if length > 1e-9 { chosen / length } else { best };
+    Rotation {
+        quaternion: [q[0], q[1], q[2], q[3]],
+        line,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points() -> Vec<[f64; 3]> {
+        (0..200)
+            .map(|i| {
+                let t = 0.05 * f64::from(i);
+                [t.sin(), 0.4 * (1.7 * t).cos() - 0.4, 0.2 * (0.9 * t).sin()]
+            })
+            .collect()
+    }
+
+    fn turned(points: &[[f64; 3]], vector: [f64; 3]) -> Vec<[f64; 3]> {
+        let q = strapdown::turn(&vector);
+        points.iter().map(|p| strapdown::rotate(&q, p)).collect()
+    }
+
+    #[test]
+    fn a_yaw_is_found() {
+        for angle in [-3.0, -0.4, 0.0, 1.2, 3.1_f64] {
+            let found = yaw(&points(), &turned(&points(), [0.0, 0.0, angle]));
+            assert!((found.vector_deg()[2] - angle.to_degrees()).abs() < 1e-9);
+            assert!(found.tilt_deg() < 1e-9);
+        }
+        assert_eq!(yaw(&[], &[]), Rotation::none());
+    }
+
+    #[test]
+    fn any_rotation_is_found() {
+        for vector in [[0.3, -0.2, 2.0], [3.0, 0.1, 0.0], [0.0, 0.0, 0.0]] {
+            let found = rotation(&points(), &turned(&points(), vector));
+            assert!(!found.line);
+            for (got, want) in found.vector_deg().iter().zip(vector) {
+                assert!((got - want.to_degrees()).abs() < 1e-6, "{found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn along_a_line_the_smallest_rotation_is_taken() {
+        let line: Vec<[f64; 3]> = (1..50).map(|i| [0.0, 0.0, 0.01 * f64::from(i)]).collect();
+        let found = rotation(&line, &turned(&line, [0.0, 0.5, 0.0]));
+        assert!(found.line);
+        let v = found.vector_deg();
+        assert!((v[1] - 0.5_f64.to_degrees()).abs() < 1e-6, "{v:?}");
+        assert!(v[0].abs() < 1e-6 && v[2].abs() < 1e-6, "{v:?}");
+        assert_eq!(rotation(&[[f64::NAN; 3]], &[[1.0; 3]]), Rotation::none());
+        assert_eq!(rotation(&[[0.0; 3]], &[[0.0; 3]]), Rotation::none());
+    }
+}

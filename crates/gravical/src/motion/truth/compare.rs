@@ -1,0 +1,377 @@
+//! Errors of a result against a reference, point by point and move by move.
+
+use super::align::{self, Rotation};
+use super::read::{LengthUnit, Reference};
+use super::{TruthAlign, TruthOptions, offset};
+use crate::motion::result::{Comparison, MoveComparison};
+use crate::motion::{Motion, Track};
+use crate::recording::Finding;
+use crate::{Error, Result};
+
+/// Between points further apart than this and than [`GAP_STEPS`] median steps
+/// nothing is interpolated, s.
+const GAP_S: f64 = 0.25;
+
+/// See [`GAP_S`].
+const GAP_STEPS: f64 = 4.5;
+
+/// The reference's path is summed over means of this length, s: over single
+/// points the noise of a camera walks further than the sensor.
+const PATH_BIN_S: f64 = 0.1;
+
+/// Correlation of the speeds below which an offset is doubtful. Two different
+/// motions of stops and goes reach 0.5 by chance.
+const ALIKE: f64 = 0.8;
+
+/// Where z of the reference is not up: a full rotation has to tilt it by more
+/// than this (degrees) and make the error smaller than [`GAIN`] of what it is
+/// with a yaw alone. Less may as well be an error of the result's own tilt.
+const TILT_DEG: f64 = 10.0;
+
+/// See [`TILT_DEG`].
+const GAIN: f64 = 0.5;
+
+/// Ratio of the extents of reference and result above which numbers without a
+/// unit are mm: half way, as ratios go, between 1 and 1000.
+const MILLIMETRES: f64 = 30.0;
+
+/// Path below which a share of it says nothing, m.
+const NO_PATH_M: f64 = 1e-3;
+
+/// Positions over time; stamps never fall.
+#[derive(Clone, Copy)]
+pub(super) struct Line<'a> {
+    t_s: &'a [f64],
+    position: &'a [[f64; 3]],
+}
+
+impl<'a> Line<'a> {
+    pub fn new(t_s: &'a [f64], position: &'a [[f64; 3]]) -> Self {
+        let n = t_s.len().min(position.len());
+        Line {
+            t_s: &t_s[..n],
+            position: &position[..n],
+        }
+    }
+
+    /// First and last stamp.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        Some((*self.t_s.first()?, *self.t_s.last()?))
+    }
+
+    /// Median step, s; 0 without any.
+    pub fn median_step_s(&self) -> f64 {
+        let steps = self.t_s.windows(2).map(|w| w[1] - w[0]);
+        let mut steps: Vec<f64> = steps.filter(|s| *s > 0.0).collect();
+        crate::stats::median(&mut steps).unwrap_or(0.0)
+    }
+
+    /// Interpolates at times that never fall; across gaps up to `gap_s`, or what
+    /// is a gap by the line's own rate.
+    pub fn walk(&self, gap_s: f64) -> Walk<'a> {
+        Walk {
+            line: *self,
+            next: 0,
+            gap_s: gap_s.max(GAP_S).max(GAP_STEPS * self.median_step_s()),
+        }
+    }
+}
+
+/// A place on a [`Line`] that only moves forwards.
+pub(super) struct Walk<'a> {
+    line: Line<'a>,
+    next: usize,
+    gap_s: f64,
+}
+
+impl Walk<'_> {
+    /// Position at `t_s`; none outside, across a gap, and where it is not known.
+    pub fn at(&mut self, t_s: f64) -> Option<[f64; 3]> {
+        let stamps = self.line.t_s;
+        while stamps.get(self.next).is_some_and(|t| *t < t_s) {
+            self.next += 1;
+        }
+        let (after, p) = (*stamps.get(self.next)?, self.line.position.get(self.next)?);
+        let found = if after == t_s {
+            *p
+        } else {
+            let i = self.next.checked_sub(1)?;
+            let (before, from) = (*stamps.get(i)?, self.line.position.get(i)?);
+            if after - before > self.gap_s {
+                return None;
+            }
+            let share = (t_s - before) / (after - before);
+            std::array::from_fn(|k| from[k] + share * (p[k] - from[k]))
+        };
+        found.iter().all(|v| v.is_finite()).then_some(found)
+    }
+}
+
+/// Points at which both are known, counted from the first of them.
+struct Points {
+    t_s: Vec<f64>,
+    result: Vec<[f64; 3]>,
+    reference: Vec<[f64; 3]>,
+}
+
+pub(super) fn compare(
+    motion: &Motion,
+    reference: &Reference,
+    options: &TruthOptions,
+    findings: &mut Vec<Finding>,
+) -> Result<Comparison> {
+    let track = &motion.track;
+    let offset_s = offset_of(track, reference, options, findings);
+    let t_s: Vec<f64> = reference.t_s.iter().map(|t| t + offset_s).collect();
+    let mut points =
+        common(track, &t_s, &reference.position).ok_or_else(|| overlap(track, &t_s))?;
+    let metres = metres_per_unit(reference, &points, findings);
+    for p in &mut points.reference {
+        *p = p.map(|v| v * metres);
+    }
+    let (align, rotation) = turn(&points, options.align, findings);
+    for p in &mut points.reference {
+        *p = rotation.apply(p);
+    }
+    let path_m = path(&points);
+    let squares: f64 = points
+        .result
+        .iter()
+        .zip(&points.reference)
+        .map(|(a, b)| squared(a, b))
+        .sum();
+    let end = points.result.last().zip(points.reference.last());
+    let end_error_m = end.map_or(f64::NAN, |(a, b)| squared(a, b).sqrt());
+    let (moves, left_out) = by_move(motion, &points);
+    if left_out > 0 {
+        findings.push(Finding::note(
+            "truth-moves",
+            format!("{left_out} of {} moves are not compared: they are not usable, or the reference does not see their start and end", motion.result.moves.len()),
+        ));
+    }
+    Ok(Comparison {
+        source: reference.source.clone(),
+        end_error_m,
+        rmse_m: (squares / points.t_s.len() as f64).sqrt(),
+        percent_of_path: (path_m > NO_PATH_M).then(|| 100.0 * end_error_m / path_m),
+        path_m,
+        from_s: points.t_s.first().copied().unwrap_or(f64::NAN),
+        to_s: points.t_s.last().copied().unwrap_or(f64::NAN),
+        time_offset_s: offset_s + reference.base_s,
+        align,
+        rotation_deg: rotation.vector_deg(),
+        moves,
+        points: points.t_s.len() as u64,
+    })
+}
+
+fn squared(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum()
+}
+
+fn overlap(track: &Track, t_s: &[f64]) -> Error {
+    let span = |t: &[f64]| match (t.first(), t.last()) {
+        (Some(a), Some(b)) => format!("{a:.1} to {b:.1} s"),
+        _ => "nothing".to_owned(),
+    };
+    Error::input(
+        "truth-overlap",
+        format!(
+            "reference and recording have no time in common in which both positions are known: {} and {}",
+            span(t_s),
+            span(&track.t_s)
+        ),
+    )
+    .with_hint("say with --truth-offset what has to be added to the reference's stamps")
+}
+
+/// What is added to the reference's time, its [`base_s`](Reference::base_s)
+/// aside.
+fn offset_of(
+    track: &Track,
+    reference: &Reference,
+    options: &TruthOptions,
+    findings: &mut Vec<Finding>,
+) -> f64 {
+    if let Some(offset) = options.offset_s {
+        return offset - reference.base_s;
+    }
+    if reference.same_file {
+        return 0.0;
+    }
+    let own = Line::new(&track.t_s, &track.position_m);
+    let other = Line::new(&reference.t_s, &reference.position);
+    let found = offset::find(&own, &other);
+    match found {
+        Some(f) if f.correlation >= ALIKE => f.offset_s,
+        Some(f) => {
+            findings.push(Finding::warning(
+                "truth-offset",
+                format!("the speeds are little alike (correlation {:.2} at an offset of {:+.3} s): the offset may be wrong; give --truth-offset", f.correlation, f.offset_s + reference.base_s),
+            ));
+            f.offset_s
+        }
+        None => {
+            findings.push(Finding::warning(
+                "truth-offset",
+                "too little moves to find the offset of the clocks: none is assumed; give --truth-offset",
+            ));
+            0.0
+        }
+    }
+}
+
+/// The points at which both are known, both counted from the first; none with
+/// fewer than two.
+fn common(track: &Track, t_s: &[f64], reference: &[[f64; 3]]) -> Option<Points> {
+    let mut walk = Line::new(&track.t_s, &track.position_m).walk(0.0);
+    let mut points = Points {
+        t_s: Vec::new(),
+        result: Vec::new(),
+        reference: Vec::new(),
+    };
+    for (&t, r) in t_s.iter().zip(reference) {
+        if let Some(p) = walk.at(t) {
+            points.t_s.push(t);
+            points.result.push(p);
+            points.reference.push(*r);
+        }
+    }
+    for column in [&mut points.result, &mut points.reference] {
+        let origin = *column.first()?;
+        for p in column.iter_mut() {
+            *p = std::array::from_fn(|k| p[k] - origin[k]);
+        }
+    }
+    (points.t_s.len() > 1).then_some(points)
+}
+
+fn metres_per_unit(reference: &Reference, points: &Points, findings: &mut Vec<Finding>) -> f64 {
+    if let Some(unit) = reference.unit {
+        return unit.metres();
+    }
+    let extent = |p: &[[f64; 3]]| {
+        let squares: f64 = p.iter().flatten().map(|v| v * v).sum();
+        squares.sqrt()
+    };
+    let ratio = extent(&points.reference) / extent(&points.result);
+    let unit = if ratio > MILLIMETRES {
+        LengthUnit::Millimetre
+    } else {
+        LengthUnit::Metre
+    };
+    findings.push(Finding::note(
+        "truth-unit",
+        format!(
+            "the columns of the reference name no unit: taken as {}, which fits the result better",
+            unit.name()
+        ),
+    ));
+    unit.metres()
+}
+
+/// The rotation that was asked for, or that the points ask for.
+fn turn(
+    points: &Points,
+    wanted: Option<TruthAlign>,
+    findings: &mut Vec<Finding>,
+) -> (TruthAlign, Rotation) {
+    let fit = |by: fn(&[[f64; 3]], &[[f64; 3]]) -> Rotation| by(&points.reference, &points.result);
+    let error = |r: &Rotation| -> f64 {
+        let pairs = points.reference.iter().zip(&points.result);
+        pairs
+            .map(|(a, b)| squared(&r.apply(a), b))
+            .sum::<f64>()
+            .sqrt()
+    };
+    let open = |r: &Rotation, findings: &mut Vec<Finding>| {
+        if r.line {
+            findings.push(Finding::note(
+                "truth-line",
+                "the motion is along one line: how the reference is turned about it is open, and the smallest rotation is taken",
+            ));
+        }
+    };
+    match wanted {
+        Some(TruthAlign::None) => (TruthAlign::None, Rotation::none()),
+        Some(TruthAlign::Yaw) => (TruthAlign::Yaw, fit(align::yaw)),
+        Some(TruthAlign::Rotation) => {
+            let full = fit(align::rotation);
+            open(&full, findings);
+            (TruthAlign::Rotation, full)
+        }
+        None => {
+            let (yaw, full) = (fit(align::yaw), fit(align::rotation));
+            if full.tilt_deg() > TILT_DEG && error(&full) < GAIN * error(&yaw) {
+                findings.push(Finding::warning(
+                    "truth-not-level",
+                    format!("z of the reference is not up: a full rotation, by {:.0}° of tilt, fits far better than a yaw; it hides what tilt the result is off by", full.tilt_deg()),
+                ));
+                open(&full, findings);
+                (TruthAlign::Rotation, full)
+            } else {
+                (TruthAlign::Yaw, yaw)
+            }
+        }
+    }
+}
+
+/// Length of the reference's path, over means of [`PATH_BIN_S`], in m. A gap is
+/// crossed in a straight line.
+fn path(points: &Points) -> f64 {
+    let mut length = 0.0;
+    let mut before: Option<[f64; 3]> = None;
+    let mut from = 0;
+    while let Some(start) = points.t_s.get(from) {
+        let rest = points.t_s.iter().skip(from);
+        let n = rest.take_while(|t| **t < start + PATH_BIN_S).count().max(1);
+        let bin = points.reference.iter().skip(from).take(n);
+        let sum = bin.fold([0.0; 3], |s, p| [s[0] + p[0], s[1] + p[1], s[2] + p[2]]);
+        let mean = sum.map(|v| v / n as f64);
+        if let Some(b) = &before {
+            length += squared(b, &mean).sqrt();
+        }
+        before = Some(mean);
+        from += n;
+    }
+    length
+}
+
+/// Every usable move whose ends the reference sees, and how many are left out.
+fn by_move(motion: &Motion, points: &Points) -> (Vec<MoveComparison>, usize) {
+    let line = Line::new(&points.t_s, &points.reference);
+    let result = Line::new(&points.t_s, &points.result);
+    let all = &motion.result.moves;
+    let compared: Vec<MoveComparison> = all
+        .iter()
+        .filter_map(|m| {
+            let displacement = m.displacement_m?;
+            let at = |line: &Line<'_>, t| line.walk(0.0).at(t);
+            let (start, end) = (at(&line, m.start_s)?, at(&line, m.end_s)?);
+            let own_start = at(&result, m.start_s)?;
+            let from = points.t_s.partition_point(|t| *t < m.start_s);
+            let to = points.t_s.partition_point(|t| *t <= m.end_s);
+            let (mut squares, mut n) = (0.0, 0.0);
+            let pairs = points.result.iter().zip(&points.reference);
+            for (p, r) in pairs.take(to).skip(from) {
+                let moved: [f64; 3] = std::array::from_fn(|k| p[k] - own_start[k]);
+                let truly: [f64; 3] = std::array::from_fn(|k| r[k] - start[k]);
+                squares += squared(&moved, &truly);
+                n += 1.0;
+            }
+            Some(MoveComparison {
+                start_s: m.start_s,
+                end_s: m.end_s,
+                end_error_m: std::array::from_fn(|k| displacement[k] - (end[k] - start[k])),
+                sigma_m: m.sigma_m,
+                rmse_m: if n > 0.0 {
+                    f64::sqrt(squares / n)
+                } else {
+                    f64::NAN
+                },
+            })
+        })
+        .collect();
+    let left_out = all.len() - compared.len();
+    (compared, left_out)
+}

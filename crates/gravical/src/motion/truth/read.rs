@@ -1,0 +1,405 @@
+//! Reading a reference: stamps and positions out of any table that the reader of
+//! recordings understands.
+
+use std::path::Path;
+
+use crate::recording::dialect::{Dialect, sniff, terminator};
+use crate::recording::finding::LineSpans;
+use crate::recording::names::{Quantity, understand};
+use crate::recording::row::{ACCEL, RowDefect, RowScanner, SLOTS, TIME, Values};
+use crate::recording::timing::{Claims, judge};
+use crate::recording::{Finding, HEAD, Recording, TimeUnit, open};
+use crate::scan::Lines;
+use crate::{Error, Result};
+
+use super::TruthColumns;
+
+/// Unit of a reference's positions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// Metres.
+    Metre,
+    /// Millimetres.
+    Millimetre,
+}
+
+impl LengthUnit {
+    /// Metres per unit.
+    #[must_use]
+    pub fn metres(self) -> f64 {
+        match self {
+            LengthUnit::Metre => 1.0,
+            LengthUnit::Millimetre => 1e-3,
+        }
+    }
+
+    /// As it is written.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            LengthUnit::Metre => "m",
+            LengthUnit::Millimetre => "mm",
+        }
+    }
+
+    fn parse(word: &str) -> Option<Self> {
+        match word {
+            "m" | "metre" | "metres" | "meter" | "meters" => Some(LengthUnit::Metre),
+            "mm" | "millimetre" | "millimetres" | "millimeter" | "millimeters" => {
+                Some(LengthUnit::Millimetre)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Positions that somebody else measured.
+#[derive(Debug, Clone)]
+pub struct Reference {
+    /// The file as it was given.
+    pub source: String,
+    /// Time, s; rising, without the rows that have no position.
+    pub t_s: Vec<f64>,
+    /// Position in [`unit`](Self::unit).
+    pub position: Vec<[f64; 3]>,
+    /// As the names of the columns say.
+    pub unit: Option<LengthUnit>,
+    /// It stands in the recording itself: one clock, `t_s` is the recording's.
+    pub same_file: bool,
+    /// What was added to the file's stamps to get `t_s`, s: the recording counts
+    /// from its first row, and a file with the recorder's own stamps is put there.
+    pub base_s: f64,
+    /// What is odd.
+    pub findings: Vec<Finding>,
+}
+
+/// Reads the reference at `path` for `recording`, which was read from
+/// `recorded_at`. When both are one file, the rows keep the recording's time.
+///
+/// # Errors
+///
+/// `truth-columns-missing` (usage) when no columns, or not those of `columns`,
+/// are positions; `truth-time` (input) without usable stamps; `truth-empty`
+/// (input) without two positions; and what keeps a file from being read.
+pub fn read_reference(
+    path: &Path,
+    columns: Option<&TruthColumns>,
+    recording: &Recording,
+    recorded_at: &Path,
+) -> Result<Reference> {
+    let same_file = same_file(path, recorded_at);
+    let mut raw = read_rows(path, columns, same_file)?;
+    let rows = raw.lines.len();
+    let time_s = if same_file {
+        Some(times_of_lines(recording, &raw.lines))
+    } else {
+        stamps(&mut raw)
+    };
+    let time_s = time_s.ok_or_else(|| {
+        Error::input("truth-time", "the reference has no usable time stamps")
+            .at(path, None)
+            .with_hint("name the column with --truth-columns t=…,px=…,py=…,pz=…")
+    })?;
+    let (mut t_s, mut position): (Vec<f64>, Vec<[f64; 3]>) = (Vec::new(), Vec::new());
+    let mut absent = LineSpans::default();
+    for ((&t, p), &line) in time_s.iter().zip(&raw.position).zip(&raw.lines) {
+        let known = t.is_finite() && p.iter().all(|v| v.is_finite());
+        // Time that runs backwards is no time; the reader has said so.
+        if known && t_s.last().is_none_or(|last| *last <= t) {
+            t_s.push(t);
+            position.push(*p);
+        } else {
+            absent.push(line);
+        }
+    }
+    if !absent.is_empty() {
+        let text = format!(
+            "{} of {rows} rows of the reference have no position; stepped over",
+            absent.count()
+        );
+        raw.findings
+            .push(Finding::note("truth-gaps", text).at_lines(&absent));
+    }
+    if t_s.len() < 2 {
+        return Err(Error::input(
+            "truth-empty",
+            format!(
+                "{} of {rows} rows of the reference have a position",
+                t_s.len()
+            ),
+        )
+        .at(path, None)
+        .with_hint("are these the right columns? name them with --truth-columns"));
+    }
+    let base_s = if same_file {
+        0.0
+    } else {
+        base(&t_s, recording)
+    };
+    for t in &mut t_s {
+        *t += base_s;
+    }
+    Ok(Reference {
+        source: path.display().to_string(),
+        t_s,
+        position,
+        unit: raw.unit,
+        same_file,
+        base_s,
+        findings: raw.findings,
+    })
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
+}
+
+/// What has to be added to stamps so that they count from the recording's first
+/// row: nothing where they overlap with it as they are; its first stamp, taken
+/// off, where they overlap then; else their own first one, taken off.
+fn base(t_s: &[f64], recording: &Recording) -> f64 {
+    let (Some(&from), Some(&to)) = (t_s.first(), t_s.last()) else {
+        return 0.0;
+    };
+    let duration = recording.timing.duration_s.unwrap_or(0.0);
+    let overlaps = |base: f64| from + base <= duration && to + base >= 0.0;
+    [0.0, -recording.time_origin_s.unwrap_or(0.0)]
+        .into_iter()
+        .find(|base| overlaps(*base))
+        .unwrap_or(-from)
+}
+
+/// Rows as they stand in the file.
+struct Raw {
+    /// The column itself; NaN where empty; empty without such a column.
+    time: Vec<f64>,
+    time_unit: Option<TimeUnit>,
+    position: Vec<[f64; 3]>,
+    unit: Option<LengthUnit>,
+    lines: Vec<u64>,
+    findings: Vec<Finding>,
+}
+
+fn stamps(raw: &mut Raw) -> Option<Vec<f64>> {
+    let time = std::mem::take(&mut raw.time);
+    if time.is_empty() {
+        return None;
+    }
+    let claims = Claims {
+        unit: raw.time_unit,
+        nominal_rate_hz: None,
+        temperature_span_c: 0.0,
+    };
+    let line = |row: usize| raw.lines.get(row).copied().unwrap_or(0);
+    let timed = judge(time, &claims, line);
+    raw.findings.extend(timed.findings);
+    let origin = timed.origin_s?;
+    Some(timed.time_s?.iter().map(|t| t + origin).collect())
+}
+
+/// The recording's own time of each line; NaN for a line that is no row of it.
+fn times_of_lines(recording: &Recording, lines: &[u64]) -> Vec<f64> {
+    let (rate_hz, _) = recording.working_rate_hz();
+    let mut row = 0;
+    let of_line = |line: &u64| {
+        while row < recording.rows() && recording.line(row) < *line {
+            row += 1;
+        }
+        if row >= recording.rows() || recording.line(row) != *line {
+            return f64::NAN;
+        }
+        match &recording.time_s {
+            Some(time) => time.get(row).copied().unwrap_or(f64::NAN),
+            None => row as f64 / rate_hz,
+        }
+    };
+    lines.iter().map(of_line).collect()
+}
+
+fn read_rows(path: &Path, columns: Option<&TruthColumns>, same_file: bool) -> Result<Raw> {
+    let input = open::open(path, false)?;
+    let io = |e| Error::io(path, e);
+    let mut lines = Lines::new(input.reader);
+    let head = lines.peek(HEAD).map_err(io)?.to_vec();
+    let mut lines = lines.with_terminator(terminator(&head));
+    let dialect = sniff(&head, head.len() < HEAD, 3).ok_or_else(|| {
+        Error::input(
+            "no-rows",
+            "there are no rows of at least three numbers in this file",
+        )
+        .at(path, None)
+        .with_hint("a reference is a table of text with the columns t_s,px_m,py_m,pz_m")
+    })?;
+    let fields = Fields::find(&dialect, columns, same_file).map_err(|e| e.at(path, None))?;
+    let mut scanner = RowScanner::new(dialect.delimiter, dialect.decimal_comma, dialect.fields);
+    if let Some(field) = fields.time {
+        scanner.assign(field, TIME);
+    }
+    for (axis, field) in fields.position.iter().enumerate() {
+        scanner.assign(*field, ACCEL + axis);
+    }
+    let mut raw = Raw {
+        time: Vec::new(),
+        time_unit: fields.time_unit,
+        position: Vec::new(),
+        unit: fields.unit,
+        lines: Vec::new(),
+        findings: Vec::new(),
+    };
+    let mut odd = LineSpans::default();
+    let mut label = (0, 0);
+    while let Some(line) = lines.next_line().map_err(io)? {
+        if line.number < dialect.first_data_line {
+            continue;
+        }
+        let mut values: Values = [f64::NAN; SLOTS];
+        match scanner.scan(line.bytes, &mut values, &mut label) {
+            Ok(()) => {
+                if fields.time.is_some() {
+                    raw.time.push(values[TIME]);
+                }
+                let [x, y, z] = [values[ACCEL], values[ACCEL + 1], values[ACCEL + 2]];
+                raw.position.push([x, y, z]);
+                raw.lines.push(line.number);
+            }
+            Err(RowDefect::Blank) => {}
+            Err(_) => odd.push(line.number),
+        }
+    }
+    if !odd.is_empty() {
+        let text = format!(
+            "{} lines of the reference are no rows; left out",
+            odd.count()
+        );
+        raw.findings
+            .push(Finding::warning("truth-lines", text).at_lines(&odd));
+    }
+    Ok(raw)
+}
+
+/// Which field holds what.
+struct Fields {
+    time: Option<usize>,
+    time_unit: Option<TimeUnit>,
+    position: [usize; 3],
+    unit: Option<LengthUnit>,
+}
+
+impl Fields {
+    fn find(dialect: &Dialect, columns: Option<&TruthColumns>, same_file: bool) -> Result<Self> {
+        let names: &[String] = dialect.header.as_ref().map_or(&[], |h| &h.names);
+        let missing = |what: String| {
+            let shown: Vec<&str> = names.iter().take(24).map(String::as_str).collect();
+            Error::usage("truth-columns-missing", what).with_hint(if names.is_empty() {
+                "give the reference a header: t_s,px_m,py_m,pz_m".to_owned()
+            } else {
+                format!(
+                    "its columns are: {}; name them with --truth-columns t=…,px=…,py=…,pz=…",
+                    shown.join(", ")
+                )
+            })
+        };
+        let by_name = |wanted: &String| {
+            names
+                .iter()
+                .position(|n| n == wanted)
+                .or_else(|| names.iter().position(|n| n.eq_ignore_ascii_case(wanted)))
+                .ok_or_else(|| missing(format!("there is no column \"{wanted}\"")))
+        };
+        let is_time = |n: &String| understand(n).is_some_and(|u| u.quantity == Quantity::Time);
+        let named_time = columns.and_then(|c| c.time.as_ref());
+        let time = match named_time {
+            Some(name) => Some(by_name(name)?),
+            None => names.iter().position(is_time),
+        };
+        let position = match columns {
+            Some(c) => {
+                let [x, y, z] = &c.position;
+                [by_name(x)?, by_name(y)?, by_name(z)?]
+            }
+            None => by_meaning(names, same_file).ok_or_else(|| {
+                missing("no three columns of it are named as a position".to_owned())
+            })?,
+        };
+        let name_of = |field: usize| names.get(field).map_or("", String::as_str);
+        let time_unit = time
+            .and_then(|field| understand(name_of(field)))
+            .and_then(|name| TimeUnit::parse(name.unit.as_deref()?));
+        let [x, ..] = position;
+        Ok(Fields {
+            time,
+            time_unit,
+            position,
+            unit: words(name_of(x))
+                .iter()
+                .rev()
+                .find_map(|w| LengthUnit::parse(w)),
+        })
+    }
+}
+
+/// Columns called `px_m`, `pos_x`, `Position X (mm)` …; in a file of its own also
+/// plain `x`, `y`, `z`, which in a recording would be acceleration.
+fn by_meaning(names: &[String], same_file: bool) -> Option<[usize; 3]> {
+    let styles: &[&[&str]] = if same_file {
+        &[&["p", "pos", "position"]]
+    } else {
+        &[&["p", "pos", "position"], &[""]]
+    };
+    styles.iter().find_map(|prefixes| {
+        let find = |axis: &str| {
+            names
+                .iter()
+                .position(|name| is_position(name, prefixes, axis))
+        };
+        Some([find("x")?, find("y")?, find("z")?])
+    })
+}
+
+fn is_position(name: &str, prefixes: &[&str], axis: &str) -> bool {
+    let mut words = words(name);
+    if words.len() > 1 && words.last().is_some_and(|w| LengthUnit::parse(w).is_some()) {
+        words.pop();
+    }
+    let plain = words.concat();
+    prefixes.iter().any(|p| plain == format!("{p}{axis}"))
+}
+
+/// Words of a name in lower case, cut at what is no letter or digit.
+fn words(name: &str) -> Vec<String> {
+    name.split(|c: char| !c.is_alphanumeric())
+        .filter(|w| !w.is_empty())
+        .map(str::to_lowercase)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_have_many_names() {
+        let named = |names: &[&str], same: bool| {
+            let names: Vec<String> = names.iter().map(|n| (*n).to_owned()).collect();
+            by_meaning(&names, same)
+        };
+        assert_eq!(
+            named(&["t_s", "px_m", "py_m", "pz_m"], false),
+            Some([1, 2, 3])
+        );
+        assert_eq!(named(&["pos_z", "pos_y", "pos_x"], true), Some([2, 1, 0]));
+        assert_eq!(
+            named(
+                &["Position X (mm)", "Position Y (mm)", "Position Z (mm)"],
+                true
+            ),
+            Some([0, 1, 2])
+        );
+        assert_eq!(named(&["x", "y", "z"], false), Some([0, 1, 2]));
+        assert_eq!(named(&["x", "y", "z"], true), None);
+        assert_eq!(named(&["left_pos_x", "pos_y", "pos_z"], true), None);
+    }
+}

@@ -1,0 +1,404 @@
+//! References made from a known track: turned, delayed, at other rates.
+
+use std::path::Path;
+
+use gravical_core::strapdown;
+
+use super::*;
+use crate::motion::{Ends, FinalState, Motion, MotionResult, Move, Rates, Track};
+use crate::recording::{ReadOptions, Recording, read};
+
+/// Position at t: rest until 3 s, then two goes with a rest between them.
+fn place(t: f64) -> [f64; 3] {
+    let go = |t: f64| {
+        let s = (t / 2.0).clamp(0.0, 1.0);
+        s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
+    };
+    let (one, two) = (go(t - 3.0), go(t - 8.0));
+    let bow = |t: f64| {
+        (0.5 * std::f64::consts::PI * t.clamp(0.0, 2.0))
+            .sin()
+            .powi(2)
+    };
+    [
+        0.7 * one - 0.2 * two,
+        0.3 * two + 0.1 * bow(t - 3.0),
+        0.15 * bow(t - 8.0),
+    ]
+}
+
+fn a_move(start_s: f64, end_s: f64) -> Move {
+    let (a, b) = (place(start_s), place(end_s));
+    Move {
+        start_s,
+        end_s,
+        ends: Ends::RestToRest,
+        displacement_m: Some(std::array::from_fn(|k| b[k] - a[k])),
+        sigma_m: Some([0.003; 3]),
+        peak_speed_mps: None,
+        path_m: None,
+        velocity_error_mps: None,
+        missing_tilt_deg: None,
+        usable: true,
+        reason: None,
+    }
+}
+
+/// The track at `rate_hz`, without error.
+fn motion(rate_hz: f64) -> Motion {
+    let n = (14.0 * rate_hz) as usize;
+    let t_s: Vec<f64> = (0..n).map(|i| i as f64 / rate_hz).collect();
+    Motion {
+        result: MotionResult {
+            input: "a.csv".to_owned(),
+            calibration: None,
+            procedure: String::new(),
+            rate_hz: Rates {
+                nominal: None,
+                r#true: Some(rate_hz),
+            },
+            duration_s: 14.0,
+            rows: n as u64,
+            rows_left_out: 0,
+            frame: String::new(),
+            still: Vec::new(),
+            noise: None,
+            moves: vec![a_move(3.0, 5.0), a_move(8.0, 10.0)],
+            r#final: FinalState {
+                position_m: None,
+                sigma_m: None,
+                velocity_mps: None,
+            },
+            uncalibrated: None,
+            static_drift: None,
+            budget_m: None,
+            truth: None,
+            findings: Vec::new(),
+        },
+        track: Track {
+            position_m: t_s.iter().map(|t| place(*t)).collect(),
+            t_s,
+            ..Track::default()
+        },
+    }
+}
+
+/// What a camera sees: at its own rate, from its own origin, turned, and with a
+/// clock that shows `ahead_s` more.
+fn seen(rate_hz: f64, ahead_s: f64, vector: [f64; 3]) -> Reference {
+    let q = strapdown::turn(&vector);
+    let t_s: Vec<f64> = (0..(13.0 * rate_hz) as usize)
+        .map(|i| 0.2 + i as f64 / rate_hz)
+        .collect();
+    let position = t_s
+        .iter()
+        .map(|t| {
+            let p = strapdown::rotate(&q, &place(*t));
+            [p[0] + 5.0, p[1] - 1.0, p[2] + 0.3]
+        })
+        .collect();
+    Reference {
+        source: "camera.csv".to_owned(),
+        t_s: t_s.iter().map(|t| t + ahead_s).collect(),
+        position,
+        unit: Some(LengthUnit::Metre),
+        same_file: false,
+        base_s: 0.0,
+        findings: Vec::new(),
+    }
+}
+
+fn compared(motion: &mut Motion, reference: &Reference, options: &TruthOptions) -> Comparison {
+    add_comparison(motion, reference, options).unwrap();
+    motion.result.truth.clone().unwrap()
+}
+
+fn kinds(motion: &Motion) -> Vec<&str> {
+    motion
+        .result
+        .findings
+        .iter()
+        .map(|f| f.kind.as_str())
+        .collect()
+}
+
+#[test]
+fn a_yaw_and_an_offset_are_found_at_any_rate() {
+    for (rate, other) in [(100.0, 285.7), (285.7, 30.0), (100.0, 100.0), (62.5, 10.0)] {
+        for ahead in [0.0, 2.317, -4.123] {
+            let mut motion = motion(rate);
+            let c = compared(
+                &mut motion,
+                &seen(other, ahead, [0.0, 0.0, 0.9]),
+                &TruthOptions::default(),
+            );
+            assert!(
+                (c.time_offset_s + ahead).abs() < 2e-3,
+                "{rate} {other}: {c:?}"
+            );
+            assert!(
+                (c.rotation_deg[2] + 0.9_f64.to_degrees()).abs() < 0.1,
+                "{c:?}"
+            );
+            assert_eq!(c.align, TruthAlign::Yaw);
+            assert!(
+                c.rmse_m < 2e-3 && c.end_error_m < 2e-3,
+                "{rate} {other}: {c:?}"
+            );
+            assert!(c.percent_of_path.unwrap() < 0.2, "{c:?}");
+            assert_eq!(c.moves.len(), 2);
+            for m in &c.moves {
+                assert!(m.end_error_m.iter().all(|e| e.abs() < 2e-3), "{m:?}");
+                assert_eq!(m.sigma_m, Some([0.003; 3]));
+            }
+            assert!(kinds(&motion).is_empty(), "{:?}", motion.result.findings);
+        }
+    }
+}
+
+#[test]
+fn a_reference_on_its_side_is_turned_and_that_is_said() {
+    let mut motion = motion(100.0);
+    let reference = seen(50.0, 0.4, [1.4, 0.1, -0.3]);
+    let c = compared(&mut motion, &reference, &TruthOptions::default());
+    assert_eq!(c.align, TruthAlign::Rotation);
+    assert!(c.rmse_m < 2e-3, "{c:?}");
+    assert_eq!(kinds(&motion), ["truth-not-level"]);
+    let forced = TruthOptions {
+        align: Some(TruthAlign::Yaw),
+        ..TruthOptions::default()
+    };
+    assert!(compared(&mut motion, &reference, &forced).rmse_m > 0.05);
+    let as_it_is = TruthOptions {
+        align: Some(TruthAlign::None),
+        ..TruthOptions::default()
+    };
+    let c = compared(&mut motion, &reference, &as_it_is);
+    assert_eq!(c.rotation_deg, [0.0; 3]);
+}
+
+#[test]
+fn errors_are_errors_of_the_result() {
+    let mut motion = motion(100.0);
+    // 1 cm too far along x in the second move, kept from then on.
+    for (t, p) in motion.track.t_s.iter().zip(&mut motion.track.position_m) {
+        p[0] += 0.01 * ((t - 8.0) / 2.0).clamp(0.0, 1.0);
+    }
+    motion.result.moves[1].displacement_m.as_mut().unwrap()[0] += 0.01;
+    let options = TruthOptions {
+        align: Some(TruthAlign::None),
+        offset_s: Some(0.0),
+        ..TruthOptions::default()
+    };
+    let c = compared(&mut motion, &seen(50.0, 0.0, [0.0; 3]), &options);
+    assert!((c.end_error_m - 0.01).abs() < 1e-5, "{c:?}");
+    // Half of the time not yet off, then off by a centimetre.
+    assert!(
+        (c.rmse_m - 0.01 * (4.0_f64 / 13.0).sqrt()).abs() < 1e-3,
+        "{c:?}"
+    );
+    assert!(c.moves[0].end_error_m[0].abs() < 1e-5);
+    assert!((c.moves[1].end_error_m[0] - 0.01).abs() < 1e-5, "{c:?}");
+    assert!((c.moves[1].rmse_m - 0.01 / 3.0_f64.sqrt()).abs() < 1e-3);
+    assert!((c.path_m - 1.25).abs() < 0.15, "{c:?}");
+}
+
+#[test]
+fn gaps_of_the_reference_are_not_compared() {
+    let mut motion = motion(100.0);
+    let mut reference = seen(50.0, 0.0, [0.0; 3]);
+    let keep: Vec<bool> = reference
+        .t_s
+        .iter()
+        .map(|t| !(2.5..4.0).contains(t))
+        .collect();
+    let mut kept = keep.iter();
+    reference.t_s.retain(|_| *kept.next().unwrap());
+    let mut kept = keep.iter();
+    reference.position.retain(|_| *kept.next().unwrap());
+    let c = compared(&mut motion, &reference, &TruthOptions::default());
+    assert_eq!(c.moves.len(), 1);
+    assert_eq!(c.moves[0].start_s, 8.0);
+    assert!(c.rmse_m < 2e-3, "{c:?}");
+    assert_eq!(kinds(&motion), ["truth-moves"]);
+}
+
+#[test]
+fn millimetres_without_a_name_are_recognised() {
+    for (factor, unit) in [(1000.0, "taken as mm"), (1.0, "taken as m,")] {
+        let mut motion = motion(100.0);
+        let mut reference = seen(50.0, 0.0, [0.0; 3]);
+        reference.unit = None;
+        for p in &mut reference.position {
+            *p = p.map(|v| factor * v);
+        }
+        let c = compared(&mut motion, &reference, &TruthOptions::default());
+        assert!(c.rmse_m < 2e-3, "{c:?}");
+        assert!(motion.result.findings[0].message.contains(unit));
+    }
+}
+
+#[test]
+fn no_time_in_common_is_refused() {
+    let mut motion = motion(100.0);
+    let options = TruthOptions {
+        offset_s: Some(100.0),
+        ..TruthOptions::default()
+    };
+    let error = add_comparison(&mut motion, &seen(50.0, 0.0, [0.0; 3]), &options).unwrap_err();
+    assert_eq!(error.code(), "truth-overlap");
+    motion.track.position_m.fill([f64::NAN; 3]);
+    let error = add_comparison(
+        &mut motion,
+        &seen(50.0, 0.0, [0.0; 3]),
+        &TruthOptions::default(),
+    );
+    assert_eq!(error.unwrap_err().code(), "truth-overlap");
+    let options = TruthOptions {
+        offset_s: Some(f64::NAN),
+        ..TruthOptions::default()
+    };
+    assert_eq!(options.validate().unwrap_err().code(), "option-range");
+}
+
+#[test]
+fn at_rest_nothing_aligns_and_that_is_said() {
+    let mut motion = motion(100.0);
+    motion.track.position_m.fill([0.0; 3]);
+    let mut reference = seen(50.0, 0.0, [0.0; 3]);
+    reference.position.fill([1.0, 2.0, 3.0]);
+    let c = compared(&mut motion, &reference, &TruthOptions::default());
+    assert_eq!(
+        (c.percent_of_path, c.time_offset_s, c.rmse_m),
+        (None, 0.0, 0.0)
+    );
+    assert_eq!(kinds(&motion), ["truth-offset"]);
+}
+
+/// A recording of a line with its file.
+fn recorded(folder: &Path, extra: &str) -> (Recording, std::path::PathBuf) {
+    let path = folder.join("own.csv");
+    let mut text = format!("# made for a test\nTimestamp (ms),ax,ay,az{extra}\n");
+    for i in 0..1400 {
+        let t = 0.01 * f64::from(i);
+        let p = place(t);
+        // Every fifth row has no position.
+        let cells = if extra.is_empty() {
+            String::new()
+        } else if i % 5 == 0 {
+            ",,,".to_owned()
+        } else {
+            format!(",{:.5},{:.5},{:.5}", 1e3 * p[0], 1e3 * p[1], 1e3 * p[2])
+        };
+        text.push_str(&format!("{},0.0{},0.0,9.8{cells}\n", 5000 + 10 * i, i % 3));
+    }
+    std::fs::write(&path, text).unwrap();
+    (read(&path, &ReadOptions::default()).unwrap(), path)
+}
+
+#[test]
+fn columns_of_the_recording_itself_keep_its_clock() {
+    let folder = tempfile::tempdir().unwrap();
+    let (recording, path) = recorded(folder.path(), ",pos_x_mm,pos_y_mm,pos_z_mm");
+    let reference = read_reference(&path, None, &recording, &path).unwrap();
+    assert!(reference.same_file);
+    assert_eq!(reference.unit, Some(LengthUnit::Millimetre));
+    assert_eq!(reference.t_s.len(), 1120);
+    assert!((reference.t_s[0] - 0.01).abs() < 1e-12);
+    assert_eq!(reference.findings[0].kind, "truth-gaps");
+    let mut motion = motion(100.0);
+    let c = compared(&mut motion, &reference, &TruthOptions::default());
+    assert_eq!(c.time_offset_s, 0.0);
+    assert!(c.rmse_m < 1e-5, "{c:?}");
+}
+
+#[test]
+fn a_file_of_its_own_with_other_names_and_stamps() {
+    let folder = tempfile::tempdir().unwrap();
+    let (recording, path) = recorded(folder.path(), "");
+    let mut text = String::from("camera;when [ms];X;Y;Z\n");
+    for i in 0..280 {
+        let t = 0.05 * f64::from(i);
+        let p = place(t).map(|v| 1e3 * v);
+        // Stamps of the recorder itself.
+        text.push_str(&format!("1;{};{};{};{}\n", 5000 + 50 * i, p[0], p[1], p[2]));
+    }
+    text.push_str("1;19000;half");
+    let truth = folder.path().join("truth.csv");
+    std::fs::write(&truth, text).unwrap();
+    let columns: TruthColumns = "t=when [ms],px=x,py=Y,pz=Z".parse().unwrap();
+    let reference = read_reference(&truth, Some(&columns), &recording, &path).unwrap();
+    assert!(!reference.same_file);
+    let mut motion = motion(100.0);
+    let c = compared(&mut motion, &reference, &TruthOptions::default());
+    assert!(c.rmse_m < 2e-3, "{c:?}");
+    // The stamps of the recorder begin at 5 s.
+    assert!((c.time_offset_s + 5.0).abs() < 2e-3, "{c:?}");
+    assert!(
+        kinds(&motion).contains(&"truth-unit"),
+        "{:?}",
+        kinds(&motion)
+    );
+    assert!(
+        kinds(&motion).contains(&"truth-lines"),
+        "{:?}",
+        kinds(&motion)
+    );
+    let given = TruthOptions {
+        offset_s: Some(-5.0),
+        ..TruthOptions::default()
+    };
+    let c = compared(&mut motion, &reference, &given);
+    assert_eq!(c.time_offset_s, -5.0);
+    assert!(c.rmse_m < 1e-4, "{c:?}");
+}
+
+#[test]
+fn what_is_no_reference_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (recording, path) = recorded(folder.path(), "");
+    let read = |text: &str, columns: Option<&str>| {
+        let truth = folder.path().join("truth.csv");
+        std::fs::write(&truth, text).unwrap();
+        let columns: Option<TruthColumns> = columns.map(|c| c.parse().unwrap());
+        read_reference(&truth, columns.as_ref(), &recording, &path)
+            .unwrap_err()
+            .code()
+    };
+    assert_eq!(read("", None), "no-rows");
+    assert_eq!(read("a,b\nx,y\n", None), "no-rows");
+    assert_eq!(
+        read("t_s,a,b,c\n0,1,2,3\n1,1,2,3\n", None),
+        "truth-columns-missing"
+    );
+    assert_eq!(read("t_s,px_m,py_m,pz_m\n0,1,2,3\n", None), "truth-time");
+    assert_eq!(
+        read("t_s,px_m,py_m,pz_m\n0,1,2,3\n0,1,2,3\n", None),
+        "truth-time"
+    );
+    assert_eq!(
+        read("t_s,px_m,py_m,pz_m\n0,1,2,3\n1,1,2,\n2,,,\n", None),
+        "truth-empty"
+    );
+    assert_eq!(
+        read("n,px_m,py_m,pz_m\n0,1,2,3\n1,1,2,3\n", None),
+        "truth-time"
+    );
+    assert_eq!(
+        read(
+            "t_s,px,py,pz\n0,1,2,3\n1,1,2,3\n",
+            Some("px=px,py=py,pz=nope")
+        ),
+        "truth-columns-missing"
+    );
+    assert_eq!(
+        read_reference(&folder.path().join("none"), None, &recording, &path)
+            .unwrap_err()
+            .code(),
+        "not-found"
+    );
+    for wrong in ["", "px=a", "px=a,py=b,pq=c", "a,b,c", "px=a,py=b,pz"] {
+        let error = wrong.parse::<TruthColumns>().unwrap_err();
+        assert_eq!(error.code(), "truth-columns", "{wrong}");
+    }
+}
