@@ -33,6 +33,8 @@ enum Verb {
     Calibrate(Box<cmd::calibrate::Args>),
     /// Recording → calibrated recording, streaming
     Apply(cmd::apply::Args),
+    /// Recording → velocity and position, with error bands
+    Motion(Box<cmd::motion::Args>),
     /// Does a calibration still fit new still readings?
     Check(Box<cmd::check::Args>),
     /// Do two calibrations differ by more than their uncertainty?
@@ -57,6 +59,7 @@ fn main() -> ExitCode {
         Verb::Inspect(args) => cmd::inspect::run(args),
         Verb::Calibrate(args) => cmd::calibrate::run(args),
         Verb::Apply(args) => cmd::apply::run(args),
+        Verb::Motion(args) => cmd::motion::run(args),
         Verb::Check(args) => cmd::check::run(args),
         Verb::Compare(args) => cmd::compare::run(args),
         Verb::Export(args) => cmd::export::run(args),
@@ -73,6 +76,7 @@ impl Verb {
             Verb::Inspect(args) => args.json,
             Verb::Calibrate(args) => args.json,
             Verb::Apply(args) => args.json,
+            Verb::Motion(args) => args.json,
             Verb::Check(args) => args.json,
             Verb::Compare(args) => args.json,
             Verb::Simulate(args) => args.json(),

@@ -1,6 +1,8 @@
 //! Options that several verbs share.
 
 use clap::{Args, ValueEnum};
+use gravical::Result;
+use gravical::gravity::Gravity;
 use gravical::recording::{AccelUnit, ColumnsSpec, GyroUnit, ReadOptions, TimeUnit};
 use gravical::segment::face::AxisMap;
 
@@ -43,6 +45,43 @@ pub struct RecordingArgs {
     pub axes: AxisMapArg,
 }
 
+/// What the user says about gravity.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "Local gravity")]
+pub struct GravityArgs {
+    /// Local gravity in m/s² [default: that of the calibration where one is given, else 9.80665]
+    #[arg(long, value_name = "MPS2", conflicts_with = "latitude")]
+    gravity: Option<f64>,
+    /// Latitude in degrees, for local gravity
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    latitude: Option<f64>,
+    /// Height above sea level in m, with --latitude
+    #[arg(
+        long,
+        value_name = "M",
+        requires = "latitude",
+        allow_negative_numbers = true,
+        default_value = "0",
+        hide_default_value = true
+    )]
+    altitude: f64,
+}
+
+impl GravityArgs {
+    /// Gravity as the user gives it; none when nothing is said.
+    ///
+    /// # Errors
+    ///
+    /// `option-range` for what is nowhere on Earth.
+    pub fn given(&self) -> Result<Option<Gravity>> {
+        match (self.gravity, self.latitude) {
+            (Some(g), _) => Gravity::given(g).map(Some),
+            (None, Some(latitude)) => Gravity::at(latitude, self.altitude).map(Some),
+            (None, None) => Ok(None),
+        }
+    }
+}
+
 /// [`AxisMap`] with a default for clap.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AxisMapArg(pub AxisMap);
@@ -50,7 +89,7 @@ pub struct AxisMapArg(pub AxisMap);
 impl std::str::FromStr for AxisMapArg {
     type Err = gravical::Error;
 
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
+    fn from_str(text: &str) -> Result<Self> {
         Ok(AxisMapArg(text.parse()?))
     }
 }

@@ -6,7 +6,6 @@ use std::process::ExitCode;
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade, SensorInfo};
 use gravical::estimate::accelerometer::{self, EstimateOptions};
-use gravical::gravity::Gravity;
 use gravical::output::check_target;
 use gravical::recording::{Recording, read};
 use gravical::report::calibration_text;
@@ -16,7 +15,7 @@ use gravical::temperature::soak_alone;
 use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
-use crate::options::RecordingArgs;
+use crate::options::{GravityArgs, RecordingArgs};
 use crate::session::{join_gyro, read_session};
 use crate::text;
 
@@ -50,6 +49,8 @@ pub struct Args {
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
+    gravity: GravityArgs,
+    #[command(flatten)]
     recording: RecordingArgs,
 }
 
@@ -68,22 +69,6 @@ struct MethodArgs {
     /// Whom to believe about faces when names and data disagree
     #[arg(long, value_enum, default_value = "data")]
     faces: FacesFrom,
-    /// Local gravity in m/s² [default: 9.80665]
-    #[arg(long, value_name = "MPS2", conflicts_with = "latitude")]
-    gravity: Option<f64>,
-    /// Latitude in degrees, for local gravity
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
-    latitude: Option<f64>,
-    /// Height above sea level in m, with --latitude
-    #[arg(
-        long,
-        value_name = "M",
-        requires = "latitude",
-        allow_negative_numbers = true,
-        default_value = "0",
-        hide_default_value = true
-    )]
-    altitude: f64,
     /// Angle of each of the three turns in degrees, with its sign
     #[arg(
         long,
@@ -199,11 +184,6 @@ impl Args {
 
     fn options(&self) -> Result<CalibrateOptions> {
         let m = &self.method;
-        let gravity = match (m.gravity, m.latitude) {
-            (Some(g), _) => Gravity::given(g)?,
-            (None, Some(latitude)) => Gravity::at(latitude, m.altitude)?,
-            (None, None) => Gravity::default(),
-        };
         Ok(CalibrateOptions {
             segment: SegmentOptions {
                 rows: m.rows,
@@ -213,7 +193,7 @@ impl Args {
                 turn_angle_deg: m.turn_angle,
                 ..SegmentOptions::default()
             },
-            gravity,
+            gravity: self.gravity.given()?.unwrap_or_default(),
             estimate: EstimateOptions {
                 method: match m.method {
                     Method::Joint | Method::Thermal => accelerometer::Method::Joint,

@@ -3,14 +3,12 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use gravical::Result;
 use gravical::calibration_file::CalibrationFile;
 use gravical::check::{CheckOptions, Judgement, check};
-use gravical::gravity::Gravity;
 use gravical::report::check_text;
 
 use crate::failure::QUALITY;
-use crate::options::RecordingArgs;
+use crate::options::{GravityArgs, RecordingArgs};
 use crate::session::read_session;
 use crate::text;
 
@@ -34,22 +32,8 @@ pub struct Args {
     /// Print the check as one JSON object on stdout
     #[arg(long)]
     pub json: bool,
-    /// Local gravity in m/s² [default: that of the calibration]
-    #[arg(long, value_name = "MPS2", conflicts_with = "latitude")]
-    gravity: Option<f64>,
-    /// Latitude in degrees, for local gravity
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
-    latitude: Option<f64>,
-    /// Height above sea level in m, with --latitude
-    #[arg(
-        long,
-        value_name = "M",
-        requires = "latitude",
-        allow_negative_numbers = true,
-        default_value = "0",
-        hide_default_value = true
-    )]
-    altitude: f64,
+    #[command(flatten)]
+    gravity: GravityArgs,
     #[command(flatten)]
     recording: RecordingArgs,
 }
@@ -57,7 +41,7 @@ pub struct Args {
 /// Runs the verb.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let options = CheckOptions {
-        gravity: args.gravity()?,
+        gravity: args.gravity.given()?,
         axes: args.recording.axes.0,
         ..CheckOptions::default()
     };
@@ -76,14 +60,4 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Judgement::DoesNotFit => ExitCode::from(QUALITY),
         Judgement::Fits | Judgement::CannotSay => ExitCode::SUCCESS,
     })
-}
-
-impl Args {
-    fn gravity(&self) -> Result<Option<Gravity>> {
-        match (self.gravity, self.latitude) {
-            (Some(g), _) => Gravity::given(g).map(Some),
-            (None, Some(latitude)) => Gravity::at(latitude, self.altitude).map(Some),
-            (None, None) => Ok(None),
-        }
-    }
 }

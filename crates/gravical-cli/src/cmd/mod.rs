@@ -8,4 +8,5 @@ pub mod completions;
 pub mod export;
 pub mod inspect;
 pub mod man;
+pub mod motion;
 pub mod simulate;

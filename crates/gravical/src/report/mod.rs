@@ -6,12 +6,15 @@ mod check;
 mod compare;
 mod gyroscope;
 mod inspection;
+mod motion;
 mod temperature;
 mod text;
+mod truth;
 
 pub use calibration::calibration_text;
 pub use check::check_text;
 pub use compare::comparison_text;
 pub use inspection::inspection_text;
+pub use motion::motion_text;
 pub use temperature::temperature_text;
 pub use text::findings_text;

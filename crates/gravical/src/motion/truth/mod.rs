@@ -19,7 +19,6 @@ mod tests;
 use serde::Serialize;
 
 use super::{Motion, result::Comparison};
-use crate::recording::Finding;
 use crate::{Error, Result};
 
 pub use read::{LengthUnit, Reference, read_reference};

@@ -1,0 +1,89 @@
+//! `gravical motion`: a recording's velocity and position, with error bands.
+
+mod args;
+
+use std::io;
+use std::path::Path;
+use std::process::ExitCode;
+
+use gravical::Error;
+use gravical::calibration_file::CalibrationFile;
+use gravical::motion::truth::{add_comparison, read_reference};
+use gravical::motion::{Calibrated, MotionResult, motion, write_table};
+use gravical::output::{check_target, write_atomic};
+use gravical::recording::{join_gyroscope, read};
+use gravical::report::motion_text;
+
+use crate::failure::QUALITY;
+use crate::text;
+
+pub use args::Args;
+
+/// Reads, integrates, writes, tells.
+///
+/// # Errors
+///
+/// A recording, calibration or reference that cannot be read or that do not
+/// belong together, a file that is there already, or what the disk says.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let target = args
+        .output
+        .as_deref()
+        .filter(|path| *path != Path::new("-"));
+    if let Some(path) = target {
+        check_target(path, args.force)?;
+    }
+    let options = args.options()?;
+    options.validate()?;
+    let truth = args.truth()?;
+    let calibration = args
+        .calibration
+        .as_deref()
+        .map(|path| Ok::<_, Error>((CalibrationFile::read(path)?, path.display().to_string())))
+        .transpose()?;
+    let calibrated = calibration
+        .as_ref()
+        .map(|(file, name)| Calibrated { file, name });
+
+    let read_options = args.recording.read_options(false);
+    let mut recording = read(&args.input, &read_options)?;
+    if let Some(path) = &args.gyro {
+        join_gyroscope(&mut recording, path, &read_options)?;
+    }
+    let mut motion = motion(&recording, calibrated, &options)?;
+    if let Some((path, truth)) = truth {
+        let reference = read_reference(path, truth.columns.as_ref(), &recording, &args.input)?;
+        add_comparison(&mut motion, &reference, &truth)?;
+    }
+
+    match target {
+        Some(path) => write_atomic(path, args.force, |out| {
+            write_table(&motion.track, out).map_err(|e| Error::io(path, e))
+        })?,
+        None if args.json => {}
+        None => write_table(&motion.track, &mut io::stdout().lock())?,
+    }
+    if args.json {
+        text::print_json(&motion.result)?;
+    }
+    if !args.quiet {
+        let to = match target {
+            Some(path) => format!(" → {}", path.display()),
+            None if args.json => String::new(),
+            None => " → stdout".to_owned(),
+        };
+        let result = &motion.result;
+        text::say(&format!("{}: {} rows{to}", result.input, result.rows));
+        text::say(motion_text(result, &recording).trim_end());
+    }
+    Ok(if nothing_usable(&motion.result) {
+        ExitCode::from(QUALITY)
+    } else {
+        ExitCode::SUCCESS
+    })
+}
+
+/// Something moved, and not one displacement can be known.
+fn nothing_usable(result: &MotionResult) -> bool {
+    !result.moves.is_empty() && result.moves.iter().all(|m| !m.usable)
+}
