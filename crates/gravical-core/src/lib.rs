@@ -41,8 +41,8 @@
 extern crate std;
 
 pub mod calibration;
-pub mod integrate;
 pub mod filter;
+pub mod integrate;
 pub mod matrix3;
 mod real;
 pub mod six_position;
