@@ -54,6 +54,7 @@ use gravical_core::matrix3::norm;
 
 use crate::Result;
 use crate::calibration_file::CalibrationFile;
+use crate::denoise::{Channels, DenoiseOptions, denoise};
 use crate::gravity::Gravity;
 use crate::recording::{Finding, Recording};
 
@@ -109,6 +110,14 @@ pub fn motion(
 
     // Where does it rest, and which of the quiet stretches is a rest?
     let found = find_rests(&samples, &options.rests);
+    let (samples, nominal) = match smoothed(recording, options)? {
+        Some(smoothed) => {
+            findings.extend(smoothed.findings);
+            let smooth = prepare(&smoothed.recording, calibration, options)?;
+            (smooth.samples, smooth.nominal)
+        }
+        None => (samples, nominal),
+    };
     let walk = Walk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
     let mut rests = found.spans.clone();
     let file = calibration.map(|c| c.file);
@@ -253,6 +262,34 @@ pub fn motion(
         force_mps2: samples.force_mps2,
     };
     Ok(Motion { result, track })
+}
+
+/// The recording with its accelerometer filtered, and what is odd about that.
+struct Smoothed {
+    recording: Recording,
+    findings: Vec<Finding>,
+}
+
+fn smoothed(recording: &Recording, options: &MotionOptions) -> Result<Option<Smoothed>> {
+    if options.smooth.is_empty() {
+        return Ok(None);
+    }
+    let filters = DenoiseOptions {
+        edge: options.edge,
+        channels: Channels::Accel,
+        ..DenoiseOptions::new(options.smooth.iter().copied())
+    };
+    let done = denoise(recording.clone(), &filters)?;
+    let known = |f: &Finding| recording.findings.contains(f);
+    Ok(Some(Smoothed {
+        findings: done
+            .summary
+            .findings
+            .into_iter()
+            .filter(|f| !known(f))
+            .collect(),
+        recording: done.recording,
+    }))
 }
 
 /// Mean magnitude over the first rest, m/s².

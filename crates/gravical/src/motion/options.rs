@@ -1,6 +1,7 @@
 //! How motion is computed.
 
 use super::still::RestOptions;
+use crate::denoise::{Edge, FilterSpec};
 use crate::gravity::Gravity;
 use crate::segment::face::AxisMap;
 use crate::{Error, Result};
@@ -27,6 +28,12 @@ pub struct MotionOptions {
     /// Rows at the start that [`GravityRemoval::StillMean`] takes the mean of.
     /// Default 500; at least 2.
     pub still_rows: usize,
+    /// Filters that the accelerometer runs through before gravity is taken off, in
+    /// this order; rests are found without them. Each has to keep a constant.
+    /// Default: none, since none of them makes the drift less.
+    pub smooth: Vec<FilterSpec>,
+    /// What stands beyond the ends, for filters with a window. Default: `Interp`.
+    pub edge: Edge,
     /// Whether velocity is zero at rests. Default true.
     pub zero_velocity: bool,
     /// How rests are found, or where they are.
@@ -58,6 +65,8 @@ impl Default for MotionOptions {
         MotionOptions {
             gravity_removal: GravityRemoval::Strapdown,
             still_rows: 500,
+            smooth: Vec::new(),
+            edge: Edge::default(),
             zero_velocity: true,
             rests: RestOptions::default(),
             v0_mps: None,
@@ -72,12 +81,17 @@ impl Default for MotionOptions {
 }
 
 impl MotionOptions {
-    /// The procedure of the classical report: mean of the first 500 rows off, no
-    /// attitude, no zero-velocity correction.
+    /// The procedure of the classical report: Savitzky–Golay of window 5 and order
+    /// 2, mean of the first 500 rows off, no attitude, no zero-velocity correction.
     #[must_use]
     pub fn report() -> Self {
         MotionOptions {
             gravity_removal: GravityRemoval::StillMean,
+            smooth: vec![FilterSpec::SavitzkyGolay {
+                window: 5,
+                order: 2,
+                derivative: 0,
+            }],
             zero_velocity: false,
             ..Self::default()
         }
@@ -108,6 +122,15 @@ impl MotionOptions {
                 self.wobble_deg
             ));
         }
+        for filter in &self.smooth {
+            filter.validate()?;
+            if !filter.keeps_constants() {
+                return wrong(format!(
+                    "--smooth {filter} does not keep a constant: what it leaves is no acceleration"
+                ));
+            }
+        }
+        self.rests.validate()?;
         let start = self.v0_mps.unwrap_or_default();
         if !start.iter().chain(&self.p0_m).all(|v| v.is_finite()) {
             return wrong("--v0 and --p0 take three finite numbers".to_owned());

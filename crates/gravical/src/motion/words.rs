@@ -39,7 +39,13 @@ pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
     } else {
         "no zero-velocity correction"
     };
-    format!("{gravity}; trapezoid with the recorded stamps; {ends}")
+    let smoothing = if options.smooth.is_empty() {
+        String::new()
+    } else {
+        let names: Vec<String> = options.smooth.iter().map(ToString::to_string).collect();
+        format!("smoothed by {}; ", names.join(", "))
+    };
+    format!("{smoothing}{gravity}; trapezoid with the recorded stamps; {ends}")
 }
 
 /// What the axes of velocity and position are.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use gravical::denoise::{Edge, FilterSpec};
 use gravical::motion::still::{Intervals, RestOptions};
 use gravical::motion::truth::{TruthAlign, TruthColumns, TruthOptions};
 use gravical::motion::{GravityRemoval, MotionOptions};
@@ -65,6 +66,12 @@ struct MethodArgs {
     /// Rows at the start that still-mean takes the mean of [default: 500]
     #[arg(long, value_name = "N")]
     still_rows: Option<usize>,
+    /// Filter for the accelerometer, as savgol:5,2 or butter:4,5Hz; may be repeated [default: none]
+    #[arg(long, value_name = "FILTER")]
+    smooth: Vec<FilterSpec>,
+    /// What stands beyond the ends of a smoothed stretch [default: interp]
+    #[arg(long, value_name = "EDGE", requires = "smooth")]
+    edge: Option<Edge>,
     /// Whether velocity is zero at rests [default: on]
     #[arg(long, value_enum, value_name = "ON|OFF")]
     zero_velocity: Option<Switch>,
@@ -190,6 +197,12 @@ impl Args {
                     Removal::StillMean => GravityRemoval::StillMean,
                 }),
             still_rows: m.still_rows.unwrap_or(preset.still_rows),
+            smooth: if m.smooth.is_empty() {
+                preset.smooth
+            } else {
+                m.smooth.clone()
+            },
+            edge: m.edge.unwrap_or(preset.edge),
             zero_velocity: m
                 .zero_velocity
                 .map_or(preset.zero_velocity, |s| s == Switch::On),
