@@ -6,6 +6,8 @@
 //! at the next rest over the leg, take gravity off, integrate, and take off the
 //! velocity that is left at the rest.
 
+use std::ops::Range;
+
 use gravical_core::integrate::Trapezoid;
 use gravical_core::matrix3::{add, cross, mul_vec, norm, scaled, sub};
 use gravical_core::strapdown::{Strapdown, matrix, missing_tilt, rotate, times, turn};
@@ -59,6 +61,8 @@ pub(super) struct Leg<'a> {
     /// How much of the change of the magnitude between the rests is believed, 0
     /// to 1.
     pub magnitude_gain: f64,
+    /// Stances between the rests, counted from `near`; velocity is zero in them.
+    pub stances: Vec<Range<usize>>,
     /// Velocity at `near`, m/s: zero after a rest.
     pub v0: [f64; 3],
 }
@@ -212,8 +216,10 @@ impl Leg<'_> {
         out.last = times(&turn(&upright.vector(total)), &q);
         out.left_over = way.velocity();
 
-        // At the second rest the velocity is zero: what is left grew evenly.
-        if self.end.is_some() && total != 0.0 {
+        if !self.stances.is_empty() {
+            self.stand(out);
+        } else if self.end.is_some() && total != 0.0 {
+            // At the second rest the velocity is zero: what is left grew evenly.
             let slope = scaled(&out.left_over, 1.0 / total);
             for k in 0..out.tau.len() {
                 let tau = out.tau[k];
@@ -222,6 +228,56 @@ impl Leg<'_> {
                     out.position[k][i] -= 0.5 * slope[i] * tau * tau;
                     out.acceleration[k][i] -= slope[i];
                 }
+            }
+        }
+    }
+
+    /// Takes off what velocity is left at each stance, and integrates again.
+    fn stand(&self, out: &mut Ran) {
+        let last = out.tau.len() - 1;
+        let mut from = 0;
+        let ends = self.end.is_some().then(|| last..last + 1);
+        for stance in self.stances.iter().cloned().chain(ends) {
+            let to = stance.start.min(last);
+            let (v0, v1) = (out.velocity[from], out.velocity[to]);
+            let (t0, t) = (out.tau[from], out.tau[to] - out.tau[from]);
+            let slope = if t > 0.0 {
+                scaled(&sub(&v1, &v0), 1.0 / t)
+            } else {
+                [0.0; 3]
+            };
+            for k in from + 1..=to {
+                let tau = out.tau[k] - t0;
+                for i in 0..3 {
+                    out.velocity[k][i] -= v0[i] + slope[i] * tau;
+                    out.acceleration[k][i] -= slope[i];
+                }
+            }
+            // The last sample of a stance is where the next step starts.
+            let until = stance.end.min(last + 1) - 1;
+            for k in to + 1..until {
+                out.velocity[k] = [0.0; 3];
+                out.acceleration[k] = [0.0; 3];
+            }
+            from = until.max(to);
+        }
+        if self.end.is_none() {
+            let v0 = out.velocity[from];
+            for k in from + 1..=last {
+                out.velocity[k] = sub(&out.velocity[k], &v0);
+            }
+        }
+        // Where a step starts the velocity is that of the stance: zero.
+        for stance in &self.stances {
+            let start = stance.end.min(last + 1) - 1;
+            out.velocity[start] = [0.0; 3];
+        }
+        out.velocity[0] = [0.0; 3];
+        for k in 1..=last {
+            let half = 0.5 * (out.tau[k] - out.tau[k - 1]);
+            for i in 0..3 {
+                out.position[k][i] =
+                    out.position[k - 1][i] + half * (out.velocity[k - 1][i] + out.velocity[k][i]);
             }
         }
     }

@@ -43,6 +43,7 @@ mod prepare;
 mod result;
 pub mod samples;
 mod smoother;
+pub mod stance;
 pub mod still;
 mod table;
 pub mod truth;
@@ -132,6 +133,7 @@ pub fn motion(
     );
     let mut setup = Setup {
         samples: &samples,
+        stances: &[],
         walk,
         directions: &directions,
         removal: options.gravity_removal,
@@ -148,6 +150,13 @@ pub fn motion(
     if options.zero_velocity && options.rests.given_s.is_none() {
         rests = gated(&setup, rests, &mut findings);
     }
+
+    let stances = if options.zero_velocity {
+        stances(&setup, &rests, options)
+    } else {
+        Vec::new()
+    };
+    setup.stances = &stances;
 
     // Leg after leg.
     let mut legs_from = rests.clone();
@@ -244,8 +253,8 @@ pub fn motion(
         findings,
     };
     let mut still = vec![false; samples.len()];
-    for rest in &rests {
-        still[rest.clone()].fill(true);
+    for span in rests.iter().chain(&stances) {
+        still[span.clone()].fill(true);
     }
     let raw = nominal.map_or_else(|| samples.force_mps2.clone(), |n| n.force_mps2);
     let track = Track {
@@ -262,6 +271,35 @@ pub fn motion(
         force_mps2: samples.force_mps2,
     };
     Ok(Motion { result, track })
+}
+
+/// Stances of a walking foot between the rests, and after the last.
+fn stances(
+    setup: &Setup<'_>,
+    rests: &[Range<usize>],
+    options: &MotionOptions,
+) -> Vec<Range<usize>> {
+    let anchors = Anchors::new(setup.samples, setup.walk);
+    let mut out = Vec::new();
+    for (k, rest) in rests.iter().enumerate() {
+        let next = rests
+            .get(k + 1)
+            .map_or(setup.samples.len(), |r| r.start + 1);
+        let leg = rest.end - 1..next;
+        if setup.samples.breaks.iter().any(|b| leg.contains(b)) {
+            continue;
+        }
+        let anchor = anchors.at(rests, k, Side::Last);
+        let gravity = norm(&anchor.force);
+        out.extend(stance::stances(
+            setup.samples,
+            leg,
+            &anchor.bias,
+            gravity,
+            &options.stance,
+        ));
+    }
+    out
 }
 
 /// The recording with its accelerometer filtered, and what is odd about that.

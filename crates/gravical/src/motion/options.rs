@@ -1,5 +1,6 @@
 //! How motion is computed.
 
+use super::stance::StanceOptions;
 use super::still::RestOptions;
 use crate::denoise::{Edge, FilterSpec};
 use crate::gravity::Gravity;
@@ -38,6 +39,8 @@ pub struct MotionOptions {
     pub zero_velocity: bool,
     /// How rests are found, or where they are.
     pub rests: RestOptions,
+    /// How the stances of a walking foot are found between rests.
+    pub stance: StanceOptions,
     /// Velocity at the start, m/s, in the frame of the result; used where the
     /// recording does not start at rest. Default: it starts at rest, or its
     /// velocity follows from the first rest.
@@ -69,6 +72,7 @@ impl Default for MotionOptions {
             edge: Edge::default(),
             zero_velocity: true,
             rests: RestOptions::default(),
+            stance: StanceOptions::default(),
             v0_mps: None,
             p0_m: [0.0; 3],
             gravity: None,
@@ -131,6 +135,7 @@ impl MotionOptions {
             }
         }
         self.rests.validate()?;
+        self.stance.validate()?;
         let start = self.v0_mps.unwrap_or_default();
         if !start.iter().chain(&self.p0_m).all(|v| v.is_finite()) {
             return wrong("--v0 and --p0 take three finite numbers".to_owned());

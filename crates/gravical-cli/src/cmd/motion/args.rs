@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use gravical::denoise::{Edge, FilterSpec};
+use gravical::motion::stance::StanceOptions;
 use gravical::motion::still::{Intervals, RestOptions};
 use gravical::motion::truth::{TruthAlign, TruthColumns, TruthOptions};
 use gravical::motion::{GravityRemoval, MotionOptions};
@@ -78,6 +79,12 @@ struct MethodArgs {
     /// Where it rests, in s: 0-5,7.2- (an open end is the end) [default: found]
     #[arg(long, value_name = "SPANS", allow_hyphen_values = true)]
     still: Option<Intervals>,
+    /// Whether stances of a walking foot count as standing [default: on]
+    #[arg(long, value_enum, value_name = "ON|OFF")]
+    stances: Option<Switch>,
+    /// Angular rate that a foot in stance stays under, rad/s [default: 0.6]
+    #[arg(long, value_name = "RAD_S")]
+    stance_rate: Option<f64>,
     /// Velocity at the start in m/s, where it does not start at rest
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     v0: Option<Vector>,
@@ -208,6 +215,11 @@ impl Args {
                 .map_or(preset.zero_velocity, |s| s == Switch::On),
             rests: RestOptions {
                 given_s: m.still.as_ref().map(|i| i.0.clone()),
+            },
+            stance: StanceOptions {
+                search: m.stances != Some(Switch::Off),
+                rate_rad_s: m.stance_rate.unwrap_or(preset.stance.rate_rad_s),
+                ..preset.stance
             },
             v0_mps: m.v0.map(|v| v.0),
             p0_m: m.p0.map_or(preset.p0_m, |p| p.0),

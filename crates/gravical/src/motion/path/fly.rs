@@ -1,0 +1,242 @@
+//! One leg: its samples, its bands, and where it takes the sensor.
+
+use gravical_core::matrix3::norm;
+
+use super::super::bands::{LegNoise, Variances};
+use super::super::leg::{Leg, Ran, Removal};
+use super::super::parameters::Direction;
+use super::super::result::{Ends, Move};
+use super::Path;
+use super::setup::Setup;
+use super::state::State;
+
+/// Step of the parameters for their effect, in standard deviations.
+const STEP: f64 = 1e-3;
+
+impl Setup<'_> {
+    /// Runs one leg, writes its samples, and takes the state to its end.
+    pub(super) fn fly(
+        &self,
+        leg: &Leg<'_>,
+        ends: Ends,
+        noise: &LegNoise,
+        state: &mut State,
+        path: &mut Path,
+        scratch: &mut (Ran, Ran),
+    ) -> Move {
+        let (ran, changed) = scratch;
+        leg.run(&Direction::NONE, true, ran);
+        let count = ran.tau.len();
+        let last = count - 1;
+        // Of a leg that ran backwards the far end is the start.
+        let backwards = ends == Ends::ToRest;
+        let zero = if backwards {
+            ran.position[last]
+        } else {
+            [0.0; 3]
+        };
+        let way = if backwards {
+            ran.position[last].map(|v| -v)
+        } else {
+            ran.position[last]
+        };
+        let origin = state.position;
+        let order = |k: usize| {
+            if backwards {
+                leg.near - k
+            } else {
+                leg.near + k
+            }
+        };
+        for k in 0..count {
+            let i = order(k);
+            path.attitude[i] = ran.attitude[k];
+            path.acceleration[i] = ran.acceleration[k];
+            path.velocity[i] = ran.velocity[k];
+            if state.known {
+                path.position[i] =
+                    std::array::from_fn(|a| origin[a] + ran.position[k][a] - zero[a]);
+            }
+        }
+        let mut displacement_sigma = None;
+        if self.bands {
+            let mut variance_v = vec![[0.0; 3]; count];
+            let mut variance_p = vec![[0.0; 3]; count];
+            let mut own = [0.0; 3];
+            for (direction, offset) in self.directions.iter().zip(&mut state.offsets) {
+                leg.run(&direction.times(STEP), false, changed);
+                let off = |k: usize, i: usize| (changed.position[k][i] - ran.position[k][i]) / STEP;
+                let far: [f64; 3] = std::array::from_fn(|i| off(last, i));
+                for k in 0..count {
+                    for i in 0..3 {
+                        let base = if backwards { -far[i] } else { 0.0 };
+                        let p = offset[i] + off(k, i) + base;
+                        let v = (changed.velocity[k][i] - ran.velocity[k][i]) / STEP;
+                        variance_p[k][i] += p * p;
+                        variance_v[k][i] += v * v;
+                    }
+                }
+                for i in 0..3 {
+                    own[i] += far[i] * far[i];
+                    offset[i] += if backwards { -far[i] } else { far[i] };
+                }
+            }
+            let mut end = Variances::default();
+            let steps = (!leg.stances.is_empty()).then(|| Steps::new(leg, &ran.tau));
+            for k in 0..count {
+                let tau = ran.tau[k].abs();
+                let (v, p) = match &steps {
+                    Some(steps) => steps.at(k, noise),
+                    None => self.variances(leg, ends, noise, tau),
+                };
+                let rotation = self.rotation(noise, tau, &ran.position[k], &zero);
+                let i = order(k);
+                let here: [f64; 3] =
+                    std::array::from_fn(|a| origin[a] + ran.position[k][a] - zero[a]);
+                let yaw = state.yaw.at(&here);
+                for a in 0..3 {
+                    let clock = 2.0 * self.clock_error * (here[a] - self.p0[a]);
+                    let total = state.noise[a]
+                        + state.tilt[a]
+                        + p.noise[a]
+                        + p.tilt[a]
+                        + rotation[a]
+                        + variance_p[k][a]
+                        + yaw[a]
+                        + clock * clock;
+                    if state.known {
+                        path.sigma_position[i][a] = total.sqrt();
+                    }
+                    let clock = self.clock_error * ran.velocity[k][a];
+                    path.sigma_velocity[i][a] =
+                        (v.noise[a] + v.tilt[a] + variance_v[k][a] + clock * clock).sqrt();
+                }
+                if k == if backwards { 0 } else { last } {
+                    end = p;
+                    (0..3).for_each(|a| end.tilt[a] += rotation[a]);
+                }
+            }
+            displacement_sigma = Some(std::array::from_fn(|a| {
+                let clock = 2.0 * self.clock_error * way[a];
+                (end.noise[a] + end.tilt[a] + own[a] + clock * clock).sqrt()
+            }));
+            for a in 0..3 {
+                state.noise[a] += end.noise[a];
+                state.tilt[a] += end.tilt[a];
+            }
+        }
+        let place: [f64; 3] = std::array::from_fn(|a| origin[a] + way[a]);
+        if noise.gyro > 0.0 || noise.bias > 0.0 {
+            let yaw = noise.gyro * noise.total + noise.bias * noise.total.powi(2);
+            state.yaw.add(yaw, &place);
+        }
+        state.position = place;
+        if !backwards {
+            state.attitude = ran.last;
+        }
+        let speeds = ran.velocity.iter().map(norm);
+        let path_m: f64 = ran
+            .velocity
+            .windows(2)
+            .zip(ran.tau.windows(2))
+            .map(|(v, t)| 0.5 * (norm(&v[0]) + norm(&v[1])) * (t[1] - t[0]).abs())
+            .sum();
+        Move {
+            start_s: self.samples.t_s[leg.near.min(leg.far)],
+            end_s: self.samples.t_s[leg.near.max(leg.far)],
+            ends,
+            displacement_m: Some(way),
+            sigma_m: displacement_sigma,
+            peak_speed_mps: Some(speeds.fold(0.0, f64::max)),
+            path_m: Some(path_m),
+            velocity_error_mps: leg.end.map(|_| ran.left_over),
+            missing_tilt_deg: leg.end.map(|_| norm(&ran.missing).to_degrees()),
+            usable: true,
+            reason: None,
+        }
+    }
+
+    fn variances(
+        &self,
+        leg: &Leg<'_>,
+        ends: Ends,
+        noise: &LegNoise,
+        tau: f64,
+    ) -> (Variances, Variances) {
+        match (leg.removal, ends) {
+            (Removal::Mean(_), Ends::FromRest | Ends::Free) => noise.after_mean(tau),
+            (_, Ends::RestToRest) => noise.between(&leg.smoother, tau),
+            (_, Ends::ToRest) => (noise.open(tau).0, noise.way_open(tau)),
+            (_, Ends::FromRest | Ends::Free) => noise.open(tau),
+        }
+    }
+
+    /// What a tilt that the levelling missed turns up and down, and what the yaw
+    /// of the leg itself turns sideways.
+    fn rotation(&self, noise: &LegNoise, tau: f64, p: &[f64; 3], zero: &[f64; 3]) -> [f64; 3] {
+        let p: [f64; 3] = std::array::from_fn(|i| p[i] - zero[i]);
+        let level = noise.level_near;
+        let yaw = (noise.gyro * tau + noise.bias * tau * tau) / 3.0;
+        [
+            level * p[2] * p[2] + yaw * p[1] * p[1],
+            level * p[2] * p[2] + yaw * p[0] * p[0],
+            level * (p[0] * p[0] + p[1] * p[1]),
+        ]
+    }
+}
+
+/// A foot in stance still moves by this, m/s.
+const STANCE_MPS: f64 = 0.02;
+
+/// Variances along a walk: each step starts and ends in a stance.
+struct Steps {
+    /// Of velocity and position at each sample: by noise of the accelerometer with
+    /// N² = 1, and by what velocity a stance may have.
+    noise: Vec<[f64; 2]>,
+    stance: Vec<[f64; 2]>,
+}
+
+impl Steps {
+    fn new(leg: &Leg<'_>, tau: &[f64]) -> Self {
+        let last = tau.len() - 1;
+        let mut out = Steps {
+            noise: vec![[0.0; 2]; tau.len()],
+            stance: vec![[0.0; 2]; tau.len()],
+        };
+        let (mut noise, mut stance) = (0.0, 0.0);
+        let mut from = 0;
+        let end = last..last + 1;
+        for next in leg.stances.iter().chain(std::iter::once(&end)) {
+            let closed = next.start < last || leg.end.is_some();
+            let t = tau[next.start] - tau[from];
+            for k in from..=next.start {
+                let s = tau[k] - tau[from];
+                let (v, p) = if closed && t > 0.0 {
+                    (s * (t - s) / t, s.powi(3) / 3.0 - s.powi(4) / (4.0 * t))
+                } else {
+                    (s, s.powi(3) / 3.0)
+                };
+                out.noise[k] = [v, noise + p];
+                out.stance[k] = [STANCE_MPS * STANCE_MPS, stance + (STANCE_MPS * s).powi(2)];
+            }
+            noise = out.noise[next.start][1];
+            stance = out.stance[next.start][1];
+            from = next.end.min(last + 1) - 1;
+            for k in next.start..=from {
+                out.noise[k] = [0.0, noise];
+                out.stance[k] = [STANCE_MPS * STANCE_MPS, stance];
+            }
+        }
+        out
+    }
+
+    fn at(&self, k: usize, noise: &LegNoise) -> (Variances, Variances) {
+        let of = |i: usize| Variances {
+            noise: noise
+                .accel
+                .map(|n| n * self.noise[k][i] + self.stance[k][i]),
+            tilt: [0.0; 3],
+        };
+        (of(0), of(1))
+    }
+}

@@ -1,0 +1,236 @@
+//! The foot on the ground: short times in which a walking sensor hardly moves.
+//!
+//! A foot in stance is no rest: it rolls a little, and the accelerometer still
+//! rings. But its velocity is near zero, once a step, which ties position down as
+//! nothing else does in a walk. It rolls from heel to toe, so that only the quietest
+//! moment of each stance is taken. The angular rate tells: in stance its root mean
+//! square over a tenth of a second stays under 0.6 rad/s (Fischer, Sukumar and
+//! Hazas 2013), in the swing between it exceeds several times that.
+//!
+//! Only what looks like walking is taken for it: three stances at least, and
+//! between neighbours a swing of more than [`SWING_RAD_S`] within
+//! [`LONGEST_STEP_S`].
+
+use std::ops::Range;
+
+use gravical_core::matrix3::{dot, norm, sub};
+
+use super::samples::Samples;
+use crate::{Error, Result};
+
+/// How stances are found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StanceOptions {
+    /// Whether they are looked for. Default true.
+    pub search: bool,
+    /// Root mean square of the angular rate over the window that a foot in stance
+    /// stays under, rad/s. Default 0.6; range 0.01 to 5.
+    pub rate_rad_s: f64,
+    /// How far the specific force, averaged over the window, may be off gravity,
+    /// m/s². Default 2; range 0.01 to 50.
+    pub force_mps2: f64,
+    /// Window, s. Default 0.1; range 0.01 to 1.
+    pub window_s: f64,
+}
+
+impl Default for StanceOptions {
+    fn default() -> Self {
+        StanceOptions {
+            search: true,
+            rate_rad_s: 0.6,
+            force_mps2: 2.0,
+            window_s: 0.1,
+        }
+    }
+}
+
+impl StanceOptions {
+    /// Checks ranges.
+    ///
+    /// # Errors
+    ///
+    /// `option-range` (usage).
+    pub fn validate(&self) -> Result<()> {
+        for (name, value, low, high) in [
+            ("--stance-rate", self.rate_rad_s, 0.01, 5.0),
+            ("stance force", self.force_mps2, 0.01, 50.0),
+            ("stance window", self.window_s, 0.01, 1.0),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(Error::usage(
+                    "option-range",
+                    format!("{name} of {value}: {low} to {high} is possible"),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Between two stances the foot turns faster than this, rad/s: a slow walk has 3,
+/// hands that carry something rarely 2.
+pub const SWING_RAD_S: f64 = 2.5;
+
+/// Two stances further apart are not neighbours of one walk, s.
+pub const LONGEST_STEP_S: f64 = 3.0;
+
+/// Fewer are no walk.
+const LEAST: usize = 3;
+
+/// Stances in `rows`, two samples each; `bias` is the gyroscope's, `gravity` the magnitude at rest.
+pub(super) fn stances(
+    samples: &Samples,
+    rows: Range<usize>,
+    bias: &[f64; 3],
+    gravity: f64,
+    options: &StanceOptions,
+) -> Vec<Range<usize>> {
+    let step = samples.median_step_s();
+    if !options.search || samples.rate_rad_s.is_none() || rows.len() < 3 || !(step > 0.0) {
+        return Vec::new();
+    }
+    let half = ((0.5 * options.window_s / step).round() as usize).max(1);
+    let n = rows.len();
+    // Running sums of ‖ω‖² and ‖f‖.
+    let (mut turning, mut force) = (vec![0.0; n + 1], vec![0.0; n + 1]);
+    let mut rates = Vec::with_capacity(n);
+    for (k, i) in rows.clone().enumerate() {
+        let w = sub(&samples.rate_at(i), bias);
+        let squared = dot(&w, &w);
+        rates.push(squared.sqrt());
+        turning[k + 1] = turning[k] + squared;
+        force[k + 1] = force[k] + norm(&samples.force_at(i)) - gravity;
+    }
+    let quiet = |k: usize| {
+        let window = k.saturating_sub(half)..(k + half + 1).min(n);
+        let count = window.len() as f64;
+        let square = (turning[window.end] - turning[window.start]) / count;
+        let off = (force[window.end] - force[window.start]) / count;
+        square < options.rate_rad_s.powi(2) && off.abs() < options.force_mps2
+    };
+    let mut found: Vec<Range<usize>> = Vec::new();
+    let mut k = 0;
+    while k < n {
+        let end = (k..n).find(|k| !quiet(*k)).unwrap_or(n);
+        // The ends of the leg belong to its rests.
+        if end - k > half && k > 0 && end < n {
+            found.push(k..end);
+        }
+        k = end.max(k) + 1;
+    }
+    let all = walked(&found, &rates, |a, b| {
+        samples.t_s[rows.start + b] - samples.t_s[rows.start + a]
+    });
+    let square = |k: usize| {
+        let window = k.saturating_sub(half)..(k + half + 1).min(n);
+        (turning[window.end] - turning[window.start]) / window.len() as f64
+    };
+    all.into_iter()
+        .map(|r| {
+            // A foot rolls from heel to toe: its quietest moment alone is rest.
+            let quietest = r
+                .clone()
+                .min_by(|a, b| square(*a).total_cmp(&square(*b)))
+                .unwrap_or(r.start);
+            let from = quietest.min(r.end - 2);
+            rows.start + from..rows.start + from + 2
+        })
+        .collect()
+}
+
+/// The stances that stand in a walk: a swing parts neighbours. Quiet stretches
+/// without a swing between them are one stance.
+fn walked(
+    found: &[Range<usize>],
+    rates: &[f64],
+    seconds: impl Fn(usize, usize) -> f64,
+) -> Vec<Range<usize>> {
+    let swing =
+        |a: &Range<usize>, b: &Range<usize>| rates[a.end..b.start].iter().any(|r| *r > SWING_RAD_S);
+    let mut out = Vec::new();
+    let mut walk: Vec<Range<usize>> = Vec::new();
+    let mut close = |walk: &mut Vec<Range<usize>>| {
+        if walk.len() >= LEAST {
+            out.append(walk);
+        }
+        walk.clear();
+    };
+    for stance in found {
+        match walk.last() {
+            Some(last) if seconds(last.end, stance.start) > LONGEST_STEP_S => close(&mut walk),
+            // The longer part of a stance that a twitch interrupts.
+            Some(last) if !swing(last, stance) => {
+                if stance.len() > last.len()
+                    && let Some(last) = walk.last_mut()
+                {
+                    *last = stance.clone();
+                }
+                continue;
+            }
+            _ => {}
+        }
+        walk.push(stance.clone());
+    }
+    close(&mut walk);
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps of one second: a swing of `peak` rad/s for 0.6 s, still for 0.4 s.
+    fn walk(steps: usize, peak: f64) -> Samples {
+        let n = 100 * steps + 140;
+        let rate = |i: usize| {
+            let (step, at) = (i.saturating_sub(40) / 100, i.saturating_sub(40) % 100);
+            if i >= 40 && step < steps && at < 60 {
+                peak * (std::f64::consts::PI * at as f64 / 60.0).sin()
+            } else {
+                0.02
+            }
+        };
+        Samples {
+            t_s: (0..n).map(|i| 0.01 * i as f64).collect(),
+            force_mps2: [vec![0.0; n], vec![0.0; n], vec![9.8; n]],
+            rate_rad_s: Some([vec![0.02; n], (0..n).map(rate).collect(), vec![0.0; n]]),
+            row: (0..n).collect(),
+            breaks: Vec::new(),
+        }
+    }
+
+    fn found(samples: &Samples) -> Vec<Range<usize>> {
+        let bias = [0.02, 0.02, 0.0];
+        stances(
+            samples,
+            30..samples.len() - 30,
+            &bias,
+            9.8,
+            &StanceOptions::default(),
+        )
+    }
+
+    #[test]
+    fn a_walk_has_a_stance_between_steps() {
+        let all = found(&walk(10, 6.0));
+        assert_eq!(all.len(), 9, "{all:?}");
+        for (k, stance) in all.iter().enumerate() {
+            let from = 40 + 100 * k + 60;
+            assert!(
+                stance.start >= from && stance.end <= from + 40,
+                "{stance:?}"
+            );
+            assert_eq!(stance.len(), 2);
+        }
+    }
+
+    #[test]
+    fn what_is_no_walk_has_none() {
+        // Carried by hand; two steps; without a gyroscope.
+        assert!(found(&walk(10, 1.5)).is_empty());
+        assert!(found(&walk(3, 6.0)).is_empty());
+        let mut blind = walk(10, 6.0);
+        blind.rate_rad_s = None;
+        assert!(found(&blind).is_empty());
+    }
+}
