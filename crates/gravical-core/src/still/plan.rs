@@ -64,8 +64,8 @@ pub struct RestNoise<T> {
     /// n times the variance of a mean of n samples, n a window: σ²·VIF, (m/s²)²
     /// or (rad/s)². One for each of the three windows.
     pub mean_variance: [[T; CHANNELS]; 3],
-    /// Variance of a sample of each axis of the gyroscope, (rad/s)².
-    pub gyro_variance: [T; 3],
+    /// Variance of a sample, σ², (m/s²)² or (rad/s)².
+    pub variance: [T; CHANNELS],
     /// Variance inflation factor of the gyroscope, 1 or more.
     pub gyro_vif: T,
     /// False without a gyroscope: then its channels count nothing.
@@ -78,15 +78,32 @@ impl<T: Real> RestNoise<T> {
     pub fn new(accel_sigma: [T; 3], accel_vif: T, gyro: Option<([T; 3], T)>) -> Self {
         let (gyro_sigma, gyro_vif) = gyro.unwrap_or(([T::one(); 3], T::one()));
         let variance: [T; CHANNELS] = core::array::from_fn(|c| match c {
-            0..3 => accel_sigma[c] * accel_sigma[c] * accel_vif,
-            _ => gyro_sigma[c - 3] * gyro_sigma[c - 3] * gyro_vif,
+            0..3 => accel_sigma[c] * accel_sigma[c],
+            _ => gyro_sigma[c - 3] * gyro_sigma[c - 3],
         });
+        let vif = [accel_vif, gyro_vif];
         RestNoise {
-            mean_variance: [variance; 3],
-            gyro_variance: gyro_sigma.map(|s| s * s),
+            mean_variance: [core::array::from_fn(|c| variance[c] * vif[c / 3]); 3],
+            variance,
             gyro_vif,
             has_gyro: gyro.is_some(),
         }
+    }
+
+    /// True when the samples scatter about the means of their blocks by no more than
+    /// three times their noise, each sensor by itself: what shakes is no rest, even
+    /// where its means agree. `variance` is that of the samples.
+    #[must_use]
+    pub fn quiet(&self, variance: &[T; CHANNELS]) -> bool {
+        let sensors = if self.has_gyro { 2 } else { 1 };
+        (0..sensors).all(|sensor| {
+            let (mut found, mut noise) = (T::zero(), T::zero());
+            for c in 3 * sensor..3 * sensor + 3 {
+                found = found + variance[c];
+                noise = noise + self.variance[c];
+            }
+            found <= T::from_f64(QUIET) * noise
+        })
     }
 
     /// True when five means of blocks agree, each sensor by itself: χ² of their
@@ -119,3 +136,5 @@ impl<T: Real> RestNoise<T> {
 
 /// Quantile of χ² with 12 degrees of freedom at 1 − 10⁻⁶.
 const SEED_LIMIT: f64 = 50.825_252_138_874_45;
+/// Square of how many times its noise a quiet sensor may scatter.
+const QUIET: f64 = 9.0;

@@ -137,7 +137,7 @@ impl<T: Real> Statistic<T> {
     fn power(&self, off: &[T; CHANNELS]) -> T {
         let mut sum = T::zero();
         for c in 0..3 {
-            sum = sum + off[3 + c] * off[3 + c] / self.noise.gyro_variance[c];
+            sum = sum + off[3 + c] * off[3 + c] / self.noise.variance[3 + c];
         }
         sum
     }
@@ -180,7 +180,7 @@ impl<T: Real> Statistic<T> {
             let r = mean[3 + c];
             let two = T::from_f64(2.0);
             energy = energy
-                + (width * r * r - two * r * self.sums[0][3 + c]) / self.noise.gyro_variance[c];
+                + (width * r * r - two * r * self.sums[0][3 + c]) / self.noise.variance[3 + c];
         }
         energy > self.energy_limit
     }

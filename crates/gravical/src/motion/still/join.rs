@@ -13,31 +13,21 @@ struct Moving {
     to: usize,
 }
 
-impl Moving {
-    fn distance(self, other: Moving) -> usize {
-        let gap = self.from.max(other.from);
-        gap.saturating_sub(self.to.min(other.to))
-    }
-}
-
-/// The rests of a piece: what is left when the motions are taken out that both
-/// directions saw.
+/// The rests of a piece: what is left when the motions are taken out that either
+/// direction saw.
 ///
 /// A run forwards knows to the sample where a rest ends, and only to a part of a
 /// block where it begins; a run backwards the other way round. So a motion is
-/// from the end forwards to the beginning backwards. One that only a single
-/// direction noticed is a false alarm: the other run joins both sides. A slow
-/// motion is noticed late from both sides: what they saw of it need not meet, but
-/// lies within `reach` samples.
+/// from the end forwards to the beginning backwards. A slow one may be noticed in
+/// one direction only; what was no motion is joined again later.
 pub(super) fn join(
     forwards: (&View<'_>, &[Run]),
     backwards: (&View<'_>, &[Run]),
-    reach: usize,
 ) -> Vec<Range<usize>> {
     let whole = forwards.0.range(0..forwards.0.len());
     let ahead = moving(forwards, &whole);
     let back = moving(backwards, &whole);
-    let mut motions = seen_by_both(&ahead, &back, reach);
+    let mut motions = seen(&ahead, &back);
     motions.sort_by_key(|m| (m.from, m.to));
     let mut rests = Vec::new();
     let mut at = whole.start;
@@ -79,7 +69,7 @@ fn moving(of: (&View<'_>, &[Run]), whole: &Range<usize>) -> Vec<Moving> {
     out
 }
 
-fn seen_by_both(ahead: &[Moving], back: &[Moving], reach: usize) -> Vec<Moving> {
+fn seen(ahead: &[Moving], back: &[Moving]) -> Vec<Moving> {
     let mut out = Vec::new();
     let mut taken = vec![false; back.len()];
     let mut alone = Vec::new();
@@ -106,23 +96,12 @@ fn seen_by_both(ahead: &[Moving], back: &[Moving], reach: usize) -> Vec<Moving> 
             alone.push(*f);
         }
     }
-    let mut left = back
-        .iter()
-        .zip(&taken)
-        .filter(|(_, taken)| !**taken)
-        .map(|(b, _)| *b)
-        .peekable();
-    for f in alone {
-        while left
-            .next_if(|b| b.to < f.from && b.distance(f) > reach)
-            .is_some()
-        {}
-        if let Some(b) = left.next_if(|b| b.distance(f) <= reach) {
-            out.push(Moving {
-                from: f.from.min(b.to),
-                to: f.from.max(b.to),
-            });
-        }
-    }
+    out.extend(alone);
+    out.extend(
+        back.iter()
+            .zip(&taken)
+            .filter(|(_, taken)| !**taken)
+            .map(|(b, _)| *b),
+    );
     out
 }

@@ -9,15 +9,19 @@
 //!    that of the seconds before ([`gravical_core::still::Statistic`]), the
 //!    rest has ended (`run`). When it ended, a ramp in all channels says
 //!    (`onset`).
-//! 3. Motions that both directions saw part the rests (`join`).
+//! 3. What either direction saw moving parts the rests (`join`).
+//! 4. Rests that only a knock parts are one; stretches of constant acceleration
+//!    between two rests are none (`merge`, `agree`).
 //!
 //! Constant velocity looks like rest to every accelerometer: what is found is a
 //! candidate until the velocity has been looked at.
 
+mod agree;
 mod given;
 mod join;
+mod levels;
+mod merge;
 mod noise;
-mod onset;
 mod run;
 mod view;
 
@@ -112,18 +116,26 @@ fn plan(samples: &Samples) -> Option<Plan> {
 
 fn search(samples: &Samples, plan: &Plan) -> Vec<Range<usize>> {
     let coarse = coarse(samples, plan);
-    let levels = noise::Levels::new(samples, &coarse, plan);
+    let levels = levels::Levels::new(samples, &coarse, plan);
+    if levels.rests.is_empty() {
+        return Vec::new();
+    }
     let least = (LEAST_REST * plan.block as f64).ceil() as usize;
-    let reach = 2 * Plan::SEED_BLOCKS * plan.block;
+    let context = merge::Context {
+        samples,
+        levels: &levels,
+        plan,
+    };
     let mut spans = Vec::new();
     for piece in samples.pieces() {
         let ahead = view::View::new(samples, &piece, false);
         let back = view::View::new(samples, &piece, true);
         let forwards = run::runs(&ahead, plan, &levels);
         let backwards = run::runs(&back, plan, &levels);
-        spans.extend(join::join((&ahead, &forwards), (&back, &backwards), reach));
+        let mut rests = join::join((&ahead, &forwards), (&back, &backwards));
+        rests.retain(|r| r.len() >= least);
+        spans.extend(context.merge(rests, &piece));
     }
-    spans.retain(|s: &Range<usize>| s.len() >= least);
     spans
 }
 

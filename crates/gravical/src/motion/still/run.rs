@@ -1,10 +1,13 @@
 //! From where a rest is certain to its end, in one direction.
 
-use gravical_core::still::{Plan, RestNoise, Statistic};
+use gravical_core::still::{Plan, Statistic, onset};
 
-use super::noise::{Coarse, Levels};
-use super::onset::onset;
+use super::levels::{Coarse, Levels};
 use super::view::{Six, View};
+
+/// An onset is looked for over so many blocks: 3 s. A slow move is noticed 1 to 2 s
+/// after it began.
+const ONSET_BLOCKS: usize = 15;
 
 /// A rest as one direction sees it, in places of the view.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,12 +26,10 @@ pub(super) fn runs(view: &View<'_>, plan: &Plan, levels: &Levels) -> Vec<Run> {
     let mut at = 0;
     while let Some((seed, coarse)) = find_seed(view, plan, levels, at) {
         let run = follow(view, plan, coarse, seed);
-        at = run.end.max(seed + 1);
-        let done = run.alarm.is_none();
         out.push(run);
-        if done {
-            break;
-        }
+        let Some(alarm) = run.alarm else { break };
+        // Up to there it was moving, or it would not have been noticed.
+        at = alarm;
     }
     out
 }
@@ -60,8 +61,7 @@ fn find_seed<'a>(
 
 fn follow(view: &View<'_>, plan: &Plan, coarse: &Coarse, seed: usize) -> Run {
     let origin = view.mean(seed..seed + plan.block);
-    let noise: RestNoise<f64> = coarse.noise;
-    let mut statistic = Statistic::new(*plan, noise, origin);
+    let mut statistic = Statistic::new(*plan, coarse.noise, origin);
     for at in seed..view.len() {
         let leaving = plan.windows.map(|w| {
             if at >= seed + w {
@@ -74,8 +74,9 @@ fn follow(view: &View<'_>, plan: &Plan, coarse: &Coarse, seed: usize) -> Run {
             continue;
         }
         let rest = statistic.reference().unwrap_or(origin);
-        let length = plan.onset_samples().min(at - seed);
-        let tau = onset(view, at, length, &rest, &coarse.noise.mean_variance[0]);
+        let length = (ONSET_BLOCKS * plan.block).min(at - seed);
+        let variance = &coarse.noise.mean_variance[0];
+        let tau = onset(at, length, &rest, variance, |i| view.at(i));
         let end = (tau + 1).saturating_sub(plan.margin).max(seed + 1);
         return Run {
             seed,

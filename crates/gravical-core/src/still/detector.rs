@@ -1,0 +1,207 @@
+//! Rest and motion, live.
+
+use super::{CHANNELS, Plan, RestNoise, Statistic, onset};
+use crate::Real;
+
+/// What has just become certain. Samples count from 0 since [`Detector::new`] or
+/// [`Detector::reset`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event {
+    /// It has rested since that sample, five blocks (1 s) ago.
+    Began {
+        /// First sample of the five blocks that agree.
+        since: usize,
+    },
+    /// It no longer rests.
+    Ended {
+        /// Where the motion began, moved into the rest by the margin of the plan:
+        /// the last sample to be taken as rest is the one before.
+        onset: usize,
+    },
+}
+
+#[derive(Debug, Clone)]
+// The larger one is the usual one, and there is no heap to put it on.
+#[allow(clippy::large_enum_variant)]
+enum State<T> {
+    Moving {
+        from: usize,
+    },
+    Still {
+        since: usize,
+        statistic: Statistic<T>,
+    },
+}
+
+/// Says sample by sample whether the sensor rests.
+///
+/// `N` is the number of samples kept: more than 1 s of them
+/// ([`Plan::onset_samples`]), 101 or more at 100 Hz. In `f32` it takes 24 N + 1.6 kB.
+/// A sample at rest costs some 60 multiplications.
+///
+/// It runs forwards only: where a rest begins it knows to a quarter of a block at
+/// best. `gravical motion` runs backwards too.
+#[derive(Debug, Clone)]
+pub struct Detector<T, const N: usize> {
+    plan: Plan,
+    noise: RestNoise<T>,
+    ring: [[T; CHANNELS]; N],
+    next: usize,
+    state: State<T>,
+}
+
+impl<T: Real, const N: usize> Detector<T, N> {
+    /// A sensor of which nothing is known but its noise; none where `N` samples are
+    /// less than 1 s and one more.
+    #[must_use]
+    pub fn new(plan: Plan, noise: RestNoise<T>) -> Option<Self> {
+        (N > plan.onset_samples()).then(|| Detector {
+            plan,
+            noise,
+            ring: [[T::zero(); CHANNELS]; N],
+            next: 0,
+            state: State::Moving { from: 0 },
+        })
+    }
+
+    /// True while it rests.
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        matches!(self.state, State::Still { .. })
+    }
+
+    /// Samples taken so far.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.next
+    }
+
+    /// Mean of the reference while it rests: gravity and the bias of the gyroscope;
+    /// none before there is one.
+    #[must_use]
+    pub fn reference(&self) -> Option<[T; CHANNELS]> {
+        match &self.state {
+            State::Still { statistic, .. } => statistic.reference(),
+            State::Moving { .. } => None,
+        }
+    }
+
+    /// Forgets everything but the noise.
+    pub fn reset(&mut self) {
+        self.next = 0;
+        self.state = State::Moving { from: 0 };
+    }
+
+    /// Takes a sample: specific force, m/s², and angular rate, rad/s. A sample that
+    /// is not finite is to be left out by the caller.
+    pub fn update(&mut self, force_mps2: [T; 3], rate_rad_s: Option<[T; 3]>) -> Option<Event> {
+        let [a, b, c] = force_mps2;
+        let [d, e, f] = rate_rad_s.unwrap_or([T::zero(); 3]);
+        let now = self.next;
+        self.ring[now % N] = [a, b, c, d, e, f];
+        self.next += 1;
+        match &self.state {
+            State::Moving { from } => {
+                let since = self.seed(*from)?;
+                let statistic = self.started(since);
+                self.state = State::Still { since, statistic };
+                Some(Event::Began { since })
+            }
+            State::Still { .. } => self.go_on(now),
+        }
+    }
+
+    fn at(&self, sample: usize) -> [T; CHANNELS] {
+        self.ring[sample % N]
+    }
+
+    /// Whether the last five blocks agree; looked at every quarter of a block.
+    fn seed(&self, from: usize) -> Option<usize> {
+        let length = self.plan.block;
+        let whole = length * Plan::SEED_BLOCKS;
+        let since = self.next.checked_sub(whole)?;
+        let step = (length / 4).max(1);
+        if !since.checked_sub(from)?.is_multiple_of(step) {
+            return None;
+        }
+        let mut means = [[T::zero(); CHANNELS]; Plan::SEED_BLOCKS];
+        let mut squares = [T::zero(); CHANNELS];
+        let count = T::from_f64(length as f64);
+        for (k, mean) in means.iter_mut().enumerate() {
+            let start = since + k * length;
+            let first = self.at(start);
+            let mut sum = [T::zero(); CHANNELS];
+            let mut square = [T::zero(); CHANNELS];
+            for i in start..start + length {
+                let value = self.at(i);
+                for c in 0..CHANNELS {
+                    let off = value[c] - first[c];
+                    sum[c] = sum[c] + off;
+                    square[c] = square[c] + off * off;
+                }
+            }
+            for c in 0..CHANNELS {
+                let m = sum[c] / count;
+                mean[c] = first[c] + m;
+                squares[c] = squares[c] + (square[c] - m * sum[c]);
+            }
+        }
+        let freedom = T::from_f64(((length - 1) * Plan::SEED_BLOCKS) as f64);
+        let variance = squares.map(|s| s / freedom);
+        (self.noise.quiet(&variance) && self.noise.agree(&means, length)).then_some(since)
+    }
+
+    /// The statistic as if it had run since the seed.
+    fn started(&self, since: usize) -> Statistic<T> {
+        let first = self.at(since);
+        let length = self.plan.block;
+        let count = T::from_f64(length as f64);
+        let mut origin = [T::zero(); CHANNELS];
+        for i in since..since + length {
+            let value = self.at(i);
+            for c in 0..CHANNELS {
+                origin[c] = origin[c] + (value[c] - first[c]) / count;
+            }
+        }
+        for c in 0..CHANNELS {
+            origin[c] = origin[c] + first[c];
+        }
+        let mut statistic = Statistic::new(self.plan, self.noise, origin);
+        for i in since..self.next {
+            let leaving = self.leaving(i, since, origin);
+            // There is no reference yet, so there is no alarm either.
+            statistic.update(self.at(i), leaving);
+        }
+        statistic
+    }
+
+    fn leaving(&self, now: usize, since: usize, none: [T; CHANNELS]) -> [[T; CHANNELS]; 3] {
+        self.plan.windows.map(|w| {
+            if now >= since + w {
+                self.at(now - w)
+            } else {
+                none
+            }
+        })
+    }
+
+    fn go_on(&mut self, now: usize) -> Option<Event> {
+        let sample = self.at(now);
+        let since = match &self.state {
+            State::Still { since, .. } => *since,
+            State::Moving { .. } => return None,
+        };
+        let leaving = self.leaving(now, since, sample);
+        let State::Still { statistic, .. } = &mut self.state else {
+            return None;
+        };
+        statistic.update(sample, leaving)?;
+        let rest = statistic.reference().unwrap_or(sample);
+        let length = self.plan.onset_samples().min(now - since);
+        let variance = &self.noise.mean_variance[0];
+        let tau = onset(now, length, &rest, variance, |i| self.at(i));
+        self.state = State::Moving { from: now };
+        let onset = (tau + 1).saturating_sub(self.plan.margin).max(since + 1);
+        Some(Event::Ended { onset })
+    }
+}

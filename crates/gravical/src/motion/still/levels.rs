@@ -1,0 +1,187 @@
+//! How noisy each of the coarse rests is, and how much the sensors drift in them.
+
+use std::ops::Range;
+
+use gravical_core::still::{Plan, RestNoise};
+
+use super::noise::{Pooled, mean, pooled, variances};
+use super::view::{Six, channel};
+use crate::motion::samples::Samples;
+
+/// Lower quartile of χ² with three degrees of freedom.
+const QUARTILE_CHI2_3: f64 = 1.212_533;
+/// A rest whose quieter blocks have more than so many times the variance of the
+/// quietest rest is held in a hand, or lies on something that shakes.
+const HELD: f64 = 3.0;
+
+/// A coarse rest with the noise in it.
+#[derive(Debug, Clone)]
+pub(super) struct Coarse {
+    pub span: Range<usize>,
+    pub noise: RestNoise<f64>,
+    /// Not lying on anything steady.
+    pub held: bool,
+}
+
+/// The coarse rests of a recording.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Levels {
+    pub rests: Vec<Coarse>,
+}
+
+impl Levels {
+    /// Of each rest its own variance, as far as it is long enough to show it;
+    /// VIF and drift of all together.
+    pub(super) fn new(samples: &Samples, spans: &[Range<usize>], plan: &Plan) -> Self {
+        let pooled = pooled(samples, spans, plan);
+        let own: Vec<Six> = spans
+            .iter()
+            .map(|span| variances(samples, std::slice::from_ref(span), plan, 1.0))
+            .collect();
+        let long = |span: &Range<usize>| span.len() >= Plan::SEED_BLOCKS * plan.block;
+        let floor: Six = std::array::from_fn(|c| {
+            let least = spans
+                .iter()
+                .zip(&own)
+                .filter(|(span, v)| long(span) && v[c] > 0.0)
+                .map(|(_, v)| v[c])
+                .fold(f64::INFINITY, f64::min);
+            if least.is_finite() { least } else { 0.0 }
+        });
+        let variance: Vec<Six> = spans
+            .iter()
+            .zip(&own)
+            .map(|(span, own)| {
+                std::array::from_fn(|c| {
+                    let v = if long(span) {
+                        own[c]
+                    } else {
+                        pooled.variance[c]
+                    };
+                    positive(v.max(0.5 * floor[c]), samples, c)
+                })
+            })
+            .collect();
+        let held: Vec<bool> = spans
+            .iter()
+            .zip(&variance)
+            .map(|(_, variance)| {
+                let over = |sensor: usize| {
+                    let axes = 3 * sensor..3 * sensor + 3;
+                    let sum = |of: &Six| axes.clone().map(|c| of[c]).sum::<f64>();
+                    sum(&floor) > 0.0 && sum(variance) > HELD * sum(&floor)
+                };
+                over(0) || samples.rate_rad_s.is_some() && over(1)
+            })
+            .collect();
+        let drift: [f64; 2] = std::array::from_fn(|sensor| {
+            drift(
+                samples,
+                spans,
+                &variance,
+                &held,
+                plan,
+                sensor,
+                pooled.vif[sensor],
+            )
+        });
+        let rests = spans
+            .iter()
+            .zip(&variance)
+            .zip(&held)
+            .map(|((span, variance), held)| Coarse {
+                span: span.clone(),
+                noise: rest_noise(samples, variance, &pooled, drift),
+                held: *held,
+            })
+            .collect();
+        Levels { rests }
+    }
+
+    /// The coarse rest that begins last before the middle of `range`, or the first.
+    pub(super) fn nearest(&self, range: &Range<usize>) -> &Coarse {
+        let middle = range.start + range.len() / 2;
+        let after = self.rests.partition_point(|r| r.span.start <= middle);
+        &self.rests[after.saturating_sub(1)]
+    }
+
+    /// The coarse rest that a sample lies in.
+    pub(super) fn at(&self, sample: usize) -> Option<&Coarse> {
+        let after = self.rests.partition_point(|r| r.span.start <= sample);
+        let rest = self.rests.get(after.checked_sub(1)?)?;
+        rest.span.contains(&sample).then_some(rest)
+    }
+}
+
+/// A channel without any noise: what rounding of its largest value leaves.
+fn positive(variance: f64, samples: &Samples, c: usize) -> f64 {
+    if variance > 0.0 && variance.is_finite() {
+        return variance;
+    }
+    let largest = channel(samples, c)
+        .and_then(|v| v.first())
+        .map_or(1.0, |v| v.abs().max(1.0));
+    (largest * 1e-9).powi(2)
+}
+
+fn rest_noise(
+    samples: &Samples,
+    variance: &Six,
+    pooled: &Pooled,
+    drift: [f64; 2],
+) -> RestNoise<f64> {
+    let wide: [f64; 2] = std::array::from_fn(|sensor| pooled.vif[sensor] * drift[sensor]);
+    let mean_variance: Six = std::array::from_fn(|c| variance[c] * wide[c / 3]);
+    RestNoise {
+        mean_variance: [mean_variance; 3],
+        variance: *variance,
+        gyro_vif: wide[1],
+        has_gyro: samples.rate_rad_s.is_some(),
+    }
+}
+
+/// How much more means of 0.4 s that are 1 s apart differ than σ²·VIF says: a bias
+/// that wanders, a floor that shakes. From the lower quartile over all steady
+/// rests, so that a slow move in the greater part of one does not count; 1 where
+/// what was found can be chance (two standard errors).
+fn drift(
+    samples: &Samples,
+    spans: &[Range<usize>],
+    variance: &[Six],
+    held: &[bool],
+    plan: &Plan,
+    sensor: usize,
+    vif: f64,
+) -> f64 {
+    let width = 2 * plan.block;
+    let apart = Plan::SEED_BLOCKS * plan.block;
+    let mut chi2 = Vec::new();
+    let all_held = held.iter().all(|h| *h);
+    for ((span, variance), held) in spans.iter().zip(variance).zip(held) {
+        if *held && !all_held {
+            continue;
+        }
+        let mut at = span.start;
+        while at + apart + width <= span.end {
+            let mut sum = 0.0;
+            for c in 3 * sensor..3 * sensor + 3 {
+                let Some(values) = channel(samples, c) else {
+                    return 1.0;
+                };
+                let early = mean(&values[at..at + width]);
+                let late = mean(&values[at + apart..at + apart + width]);
+                sum += (late - early).powi(2) / (2.0 * variance[c] * vif / width as f64);
+            }
+            chi2.push(sum);
+            at += plan.block;
+        }
+    }
+    chi2.sort_unstable_by(f64::total_cmp);
+    let Some(quartile) = chi2.get(chi2.len() / 4) else {
+        return 1.0;
+    };
+    // Neighbouring differences share samples: about a third of them counts. The
+    // lower quartile scatters by 1.4/√n of itself.
+    let error = 1.4 / (chi2.len() as f64 / 3.0).sqrt();
+    (quartile / QUARTILE_CHI2_3 / (1.0 + 2.0 * error)).max(1.0)
+}

@@ -1,0 +1,200 @@
+//! Rests that are one after all, and candidates that are none.
+//!
+//! A knock or a hand that trembles ends a rest for a moment, and the test finds
+//! it. And in a slow move there are seconds of nearly constant acceleration,
+//! which look like rest by themselves. What the rests around them read tells:
+//! force at rest is gravity, and it changes only with the attitude.
+
+use std::ops::Range;
+
+use gravical_core::still::Plan;
+
+use super::levels::{Coarse, Levels};
+use super::view::mean_of;
+use crate::motion::samples::Samples;
+
+/// χ² with 3 degrees of freedom at 1 − 10⁻⁷: beyond it one of two rests is none.
+const CONTRADICTION: f64 = 35.405_751_58;
+/// At 1 − 10⁻³: up to it two rests are one.
+const AGREEMENT: f64 = 16.266_236_20;
+/// Further apart, s, two rests say nothing about each other.
+const FARTHEST_S: f64 = 10.0;
+/// A break that moves the sensor by less than the noise of a move of so many
+/// seconds is none.
+const NOTHING_S: f64 = 2.0;
+/// Nor one that turns it by less than this angle, rad (1°).
+const KNOCK_TURN_RAD: f64 = 0.017;
+/// Longest break that can be none, s.
+const LONGEST_KNOCK_S: f64 = 3.0;
+
+/// What is known of a piece.
+pub(super) struct Context<'a> {
+    pub samples: &'a Samples,
+    pub levels: &'a Levels,
+    pub plan: &'a Plan,
+}
+
+impl Context<'_> {
+    /// Joins and removes; `rests` are those of one piece, in order.
+    pub(super) fn merge(
+        &self,
+        rests: Vec<Range<usize>>,
+        piece: &Range<usize>,
+    ) -> Vec<Range<usize>> {
+        let joined = self.join_knocks(rests);
+        let all = self.with_coarse(joined, piece);
+        self.without_accelerated(all)
+    }
+
+    fn join_knocks(&self, rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
+        let mut out: Vec<Range<usize>> = Vec::new();
+        for rest in rests {
+            if let Some(last) = out.last_mut()
+                && self.is_knock(last, &rest)
+            {
+                last.end = rest.end;
+                continue;
+            }
+            out.push(rest);
+        }
+        out
+    }
+
+    /// True when nothing happened between two rests but a knock.
+    fn is_knock(&self, before: &Range<usize>, after: &Range<usize>) -> bool {
+        let t = &self.samples.t_s;
+        let length_s = t[after.start] - t[before.end - 1];
+        length_s <= LONGEST_KNOCK_S
+            && self.turned_rad(before, after) <= KNOCK_TURN_RAD
+            && self.difference(before, after) <= AGREEMENT
+            && self.moved_m(before, after) <= self.nothing_m(before, length_s)
+    }
+
+    /// How far the noise of a move of `length_s`, or of [`NOTHING_S`], goes: N √(T³/12), all axes.
+    fn nothing_m(&self, rest: &Range<usize>, length_s: f64) -> f64 {
+        let variance = &self.level(rest).noise.mean_variance[0];
+        let density = variance[..3].iter().sum::<f64>() * self.step_s();
+        (density * NOTHING_S.max(length_s).powi(3) / 12.0).sqrt()
+    }
+
+    pub(super) fn step_s(&self) -> f64 {
+        Plan::BLOCK_S / self.plan.block as f64
+    }
+
+    /// How far the sensor went between two rests: twice integrated, with the
+    /// velocity zero at both ends.
+    fn moved_m(&self, before: &Range<usize>, after: &Range<usize>) -> f64 {
+        let near = Plan::SEED_BLOCKS * self.plan.block;
+        let a = mean_of(
+            self.samples,
+            before.end - near.min(before.len())..before.end,
+        );
+        let b = mean_of(
+            self.samples,
+            after.start..after.start + near.min(after.len()),
+        );
+        let (from, to) = (before.end - 1, after.start);
+        let t = &self.samples.t_s;
+        let whole = t[to] - t[from];
+        if whole <= 0.0 {
+            return 0.0;
+        }
+        let mut velocity = [0.0; 3];
+        let mut way = [0.0; 3];
+        let mut last = [0.0; 3];
+        for i in from..=to {
+            let share = (t[i] - t[from]) / whole;
+            let force = self.samples.force_at(i);
+            let h = if i > from { t[i] - t[i - 1] } else { 0.0 };
+            for c in 0..3 {
+                let off = force[c] - a[c] - share * (b[c] - a[c]);
+                let next = velocity[c] + 0.5 * h * (off + last[c]);
+                way[c] += 0.5 * h * (velocity[c] + next);
+                velocity[c] = next;
+                last[c] = off;
+            }
+        }
+        (0..3)
+            .map(|c| (way[c] - 0.5 * whole * velocity[c]).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    }
+
+    pub(super) fn level(&self, rest: &Range<usize>) -> &Coarse {
+        self.levels.nearest(rest)
+    }
+
+    /// Takes out candidates whose force is not gravity by the longer rests on both
+    /// sides of them, the shortest first. By one side alone nobody knows which of
+    /// the two accelerates: the rest after a lift has stopped is shorter than the
+    /// braking. Without a gyroscope a turn explains everything.
+    fn without_accelerated(&self, rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
+        let count = rests.len();
+        let mut before: Vec<Option<usize>> = (0..count).map(|i| i.checked_sub(1)).collect();
+        let mut after: Vec<Option<usize>> = (0..count)
+            .map(|i| (i + 1 < count).then_some(i + 1))
+            .collect();
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by_key(|&i| rests[i].len());
+        let mut kept = vec![true; count];
+        for i in order {
+            let rest = &rests[i];
+            let contradicted = before[i].is_some_and(|k| self.contradict(&rests[k], rest))
+                && after[i].is_some_and(|k| self.contradict(rest, &rests[k]));
+            if contradicted {
+                kept[i] = false;
+                if let Some(k) = before[i] {
+                    after[k] = after[i];
+                }
+                if let Some(k) = after[i] {
+                    before[k] = before[i];
+                }
+            }
+        }
+        let mut kept = kept.into_iter();
+        rests
+            .into_iter()
+            .filter(|_| kept.next().unwrap_or(false))
+            .collect()
+    }
+
+    fn contradict(&self, before: &Range<usize>, after: &Range<usize>) -> bool {
+        let t = &self.samples.t_s;
+        let apart_s = t[after.start] - t[before.end - 1];
+        self.samples.rate_rad_s.is_some()
+            && apart_s <= FARTHEST_S
+            && !(self.level(before).held || self.level(after).held)
+            && self.difference(before, after) > CONTRADICTION
+    }
+
+    /// A rest that is held in a hand, or too short for a reference, is as long as it
+    /// is quiet: the test of a sensor that lies still does not fit it. One in which
+    /// no five blocks agree is told by its being quiet alone.
+    fn with_coarse(&self, rests: Vec<Range<usize>>, piece: &Range<usize>) -> Vec<Range<usize>> {
+        let coarse = &self.levels.rests;
+        let first = coarse.partition_point(|c| c.span.start < piece.start);
+        let short = Plan::LEAST_REFERENCE * self.plan.block;
+        let mut all = rests.clone();
+        for coarse in coarse
+            .iter()
+            .skip(first)
+            .take_while(|c| c.span.end <= piece.end)
+        {
+            let span = &coarse.span;
+            let next = rests.partition_point(|r| r.end <= span.start);
+            let alone = rests.get(next).is_none_or(|r| r.start >= span.end);
+            if coarse.held || span.len() < short || alone {
+                all.push(span.clone());
+            }
+        }
+        all.sort_by_key(|r| (r.start, r.end));
+        let mut out: Vec<Range<usize>> = Vec::new();
+        for rest in all {
+            match out.last_mut() {
+                Some(last) if rest.start < last.end => last.end = last.end.max(rest.end),
+                _ => out.push(rest),
+            }
+        }
+        out
+    }
+}
