@@ -7,7 +7,7 @@ use crate::support::*;
 
 /// The call has to fail with `exit` and `code`, in both forms, and to name what
 /// is wrong with every one of `named`.
-fn refused(folder: &Path, line: &str, exit: i32, code: &str, named: &[&str]) {
+pub fn refused(folder: &Path, line: &str, exit: i32, code: &str, named: &[&str]) {
     let output = folder.join("refused.json");
     let line = if line.starts_with("calibrate") {
         format!("{line} -o refused.json")

@@ -36,7 +36,7 @@ fn json(folder: &Path, line: &str, code: i32) -> Value {
     run.json()
 }
 
-fn narrow(text: &str) {
+pub fn narrow(text: &str) {
     for line in text.lines() {
         assert!(line.chars().count() <= 80, "{line}");
         assert_eq!(line, line.trim_end(), "{line:?}");

@@ -14,6 +14,7 @@ mod gyro;
 mod imucal;
 mod inputs;
 mod joint;
+mod motion;
 mod recordings;
 mod report;
 mod shell;

@@ -4,10 +4,11 @@ use std::process::{Command, Stdio};
 
 use crate::support::*;
 
-const VERBS: [&str; 9] = [
+const VERBS: [&str; 10] = [
     "inspect",
     "calibrate",
     "apply",
+    "motion",
     "check",
     "compare",
     "export",

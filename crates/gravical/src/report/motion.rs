@@ -68,8 +68,8 @@ fn head(result: &MotionResult, recording: &Recording) -> String {
         });
         let accel = three(noise.accel_sigma_mps2, 1e3);
         row(
-            "noise at rest",
-            &format!("accelerometer {accel} mm/s²{gyro} (1σ of a sample)"),
+            "noise",
+            &format!("accelerometer {accel} mm/s²{gyro} (1σ at rest)"),
         );
     }
     out
@@ -115,38 +115,35 @@ fn significant(value: f64, digits: i32) -> String {
     format!("{value:.*}", decimals_of(value, digits))
 }
 
-/// Decimals for a length with this uncertainty, m; without one four digits.
-fn decimals(sigma: Option<[f64; 3]>, value: Option<[f64; 3]>) -> usize {
-    match sigma {
-        // The smallest: all three then show two digits at least.
-        Some(s) => decimals_for(s.into_iter().fold(f64::INFINITY, f64::min)),
-        None => {
-            let largest = value
-                .unwrap_or_default()
-                .into_iter()
-                .fold(0.0, |m: f64, v| m.max(v.abs()));
-            decimals_of(largest.max(1e-3), 4)
-        }
-    }
+/// Decimals of each axis for a length with this uncertainty, m: two digits of it;
+/// without one four digits of the largest value.
+pub(super) fn decimals(sigma: Option<[f64; 3]>, value: [f64; 3]) -> [usize; 3] {
+    sigma.map_or([decimals_of(largest(value).max(1e-3), 4); 3], |s| {
+        s.map(decimals_for)
+    })
+}
+
+fn largest(value: [f64; 3]) -> f64 {
+    value.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
 /// Three columns of eleven characters.
-pub(super) fn columns(values: [f64; 3], decimals: usize, mark: &str) -> String {
-    values
-        .map(|v| {
-            let text = if v.is_finite() {
-                // No −0.000.
-                let text = format!("{v:.decimals$}");
-                match text.strip_prefix('-') {
-                    Some(rest) if rest.bytes().all(|b| matches!(b, b'0' | b'.')) => rest.to_owned(),
-                    _ => text,
-                }
-            } else {
-                "–".to_owned()
-            };
-            format!("{:>11}", format!("{mark}{text}"))
-        })
-        .concat()
+pub(super) fn columns(values: [f64; 3], decimals: [usize; 3], mark: &str) -> String {
+    let text = |k: usize| {
+        let v = values[k];
+        if !v.is_finite() {
+            return format!("{:>11}", "–");
+        }
+        let n = decimals[k];
+        // What rounds to zero has no sign.
+        let shown = format!("{v:.n$}");
+        let shown = match shown.strip_prefix('-') {
+            Some(rest) if rest.bytes().all(|b| matches!(b, b'0' | b'.')) => rest,
+            _ => &shown,
+        };
+        format!("{:>11}", format!("{mark}{shown}"))
+    };
+    [0, 1, 2].map(text).concat()
 }
 
 fn moves(result: &MotionResult) -> String {
@@ -154,7 +151,7 @@ fn moves(result: &MotionResult) -> String {
         return "\nMoves: none; the sensor rests throughout.\n".to_owned();
     }
     let mut out = format!(
-        "\nMoves, m{}\n  {:>3} {:>17}{:>11}{:>11}{:>11}{:>8}{:>8}  {}\n",
+        "\nMoves, m{}\n  {:>3} {:>16}{:>11}{:>11}{:>11}{:>9}{:>8}  {}\n",
         if result.moves.iter().any(|m| m.sigma_m.is_some()) {
             " (± 1σ)"
         } else {
@@ -193,23 +190,29 @@ fn one_move(i: usize, m: &Move) -> String {
         Ends::ToRest => "end",
         Ends::Free => "none",
     };
-    let mut out = format!("  {:>3} {when:>17}", i + 1);
+    let mut out = format!("  {:>3} {when:>16}", i + 1);
     match m.displacement_m {
         Some(d) => {
-            let n = decimals(m.sigma_m, m.displacement_m);
-            let path = m.path_m.map_or(String::new(), |p| significant(p, 3));
-            let peak = m
-                .peak_speed_mps
-                .map_or(String::new(), |p| significant(p, 2));
+            let n = decimals(m.sigma_m, d);
+            // No finer than the displacement, nor than 0.1 mm.
+            let path = m.path_m.map_or(String::new(), |p| {
+                format!(
+                    "{p:.*}",
+                    decimals_of(p, 3).min(n[0].max(n[1]).max(n[2])).min(4)
+                )
+            });
+            let peak = m.peak_speed_mps.map_or(String::new(), |p| {
+                format!("{p:.*}", decimals_of(p, 2).min(3))
+            });
             out.push_str(&format!(
-                "{}{path:>8}{peak:>8}  {ends}\n",
+                "{}{path:>9}{peak:>8}  {ends}\n",
                 columns(d, n, "")
             ));
             if let Some(s) = m.sigma_m {
-                out.push_str(&format!("{:23}{}\n", "", columns(s, n, "± ")));
+                out.push_str(&format!("{:22}{}\n", "", columns(s, n, "± ")));
             }
         }
-        None => out.push_str(&format!("{:>33}{:18}{ends}\n", "not usable", "")),
+        None => out.push_str(&format!("{:>33}{:19}{ends}\n", "not usable", "")),
     }
     if let Some(reason) = &m.reason {
         out.push_str(&paragraph("      ", reason));
@@ -219,13 +222,16 @@ fn one_move(i: usize, m: &Move) -> String {
 
 fn end(result: &MotionResult) -> String {
     let last = &result.r#final;
+    if result.moves.is_empty() {
+        return String::new();
+    }
     let Some(position) = last.position_m else {
         return "\nPosition at the end: not known, since a move before it is not usable.\n"
             .to_owned();
     };
-    let n = decimals(last.sigma_m, Some(position));
+    let n = decimals(last.sigma_m, position);
     let mut out = format!("\nAt the end{:>24}{:>11}{:>11}\n", "x", "y", "z");
-    let mut row = |name: &str, values: [f64; 3], decimals: usize, mark: &str| {
+    let mut row = |name: &str, values: [f64; 3], decimals: [usize; 3], mark: &str| {
         out.push_str(&format!(
             "  {name:<21}{}\n",
             columns(values, decimals, mark)
@@ -240,9 +246,10 @@ fn end(result: &MotionResult) -> String {
     }
     let moving = |v: &[f64; 3]| v.iter().any(|v| v.abs() > 0.0);
     if let Some(velocity) = last.velocity_mps.filter(moving) {
-        row("velocity, m/s", velocity, 3, "");
+        let n = [decimals_of(largest(velocity), 2).min(3); 3];
+        row("velocity, m/s", velocity, n, "");
         if let Some(other) = result.uncalibrated.and_then(|u| u.velocity_mps) {
-            row("uncalibrated", other, 3, "");
+            row("uncalibrated", other, n, "");
         }
     }
     out
@@ -253,51 +260,57 @@ fn budget(result: &MotionResult) -> String {
         return String::new();
     };
     let parts = [
-        ("accelerometer noise", b.noise),
+        ("noise", b.noise),
         ("bias", b.bias),
         ("scale", b.scale),
         ("clock", b.clock),
         ("attitude", b.tilt),
     ];
     let total = parts.iter().map(|(_, v)| v * v).sum::<f64>().sqrt();
-    if !(total > 0.0) {
+    if total == 0.0 || !total.is_finite() {
         return String::new();
     }
     let (factor, unit) = if total < 0.1 { (1e3, "mm") } else { (1.0, "m") };
-    let decimals = decimals_of(factor * total, 2).min(3);
+    let n = decimals_of(factor * total, 2).min(3);
     let list: Vec<String> = parts
         .iter()
-        .map(|(name, v)| format!("{name} {:.decimals$}", factor * v))
+        .map(|(name, v)| format!("{name} {:.n$}", factor * v))
         .collect();
-    paragraph(
-        "\nUncertainty of the position, 1σ over all axes: ",
-        &format!(
-            "{:.decimals$} {unit} = root of the sum of squares of {}",
-            factor * total,
-            list.join(", ")
-        ),
+    format!(
+        "\nUncertainty of it, 1σ, all axes together: {:.n$} {unit}\n  {} (squares add up)\n",
+        factor * total,
+        list.join(", ")
     )
-    .replace(&format!("\n{}", " ".repeat(48)), "\n  ")
 }
 
 fn static_drift(d: &StaticDrift) -> String {
-    let n = decimals(Some(d.predicted_sigma_m), Some(d.position_m));
+    let n = decimals(Some(d.predicted_sigma_m), d.position_m);
     let mut out = format!(
-        "\nNothing moves: integrated without any correction for {:.1} s, after levelling\nover {:.1} s, it drifts{:>11}{:>11}{:>11}\n",
+        "\nDrift at rest over {:.1} s, nothing corrected, levelled over the {:.1} s before\n{:>34}{:>11}{:>11}\n",
         d.duration_s, d.levelled_over_s, "x", "y", "z"
     );
-    let mut row = |name: &str, values: [f64; 3], decimals: usize, mark: &str| {
+    let mut row = |name: &str, values: [f64; 3], decimals: [usize; 3], mark: &str| {
         out.push_str(&format!(
-            "  {name:<19}{}\n",
+            "  {name:<21}{}\n",
             columns(values, decimals, mark)
         ));
     };
-    row("by, m", d.position_m, n, "");
+    row("position, m", d.position_m, n, "");
     row("predicted, 1σ", d.predicted_sigma_m, n, "± ");
+    row(
+        "as by a bias, mm/s²",
+        d.bias_mps2.map(|v| 1e3 * v),
+        [1; 3],
+        "",
+    );
+    row(
+        "that rises, mm/s³",
+        d.slope_mps3.map(|v| 1e3 * v),
+        [2; 3],
+        "",
+    );
+    row("left over, m", d.unexplained_m, n, "");
     let over: [f64; 3] = std::array::from_fn(|k| d.position_m[k].abs() / d.predicted_sigma_m[k]);
-    row("as by mm/s²", d.bias_mps2.map(|v| 1e3 * v), 2, "");
-    row("and its slope /s", d.slope_mps3.map(|v| 1e3 * v), 3, "");
-    row("not explained, m", d.unexplained_m, n, "");
     let farthest = over.into_iter().fold(0.0, f64::max);
     let judged = if !farthest.is_finite() {
         "no band was predicted".to_owned()
@@ -310,7 +323,7 @@ fn static_drift(d: &StaticDrift) -> String {
     };
     out.push_str(&paragraph(
         "  ",
-        &format!("That is {judged}. With the zero-velocity correction the drift would be zero by construction, which would prove nothing."),
+        &format!("That is {judged}. With the zero-velocity correction it would be zero by construction, which would prove nothing."),
     ));
     out
 }
@@ -321,14 +334,14 @@ mod tests {
 
     #[test]
     fn lengths_show_two_digits_of_their_uncertainty() {
-        let n = decimals(Some([0.0028, 0.0031, 0.012]), None);
+        let n = decimals(Some([0.0028, 0.31, 0.012]), [1.0; 3]);
         assert_eq!(
-            columns([0.69934, -0.00001, f64::NAN], n, ""),
-            "     0.6993     0.0000          –"
+            columns([0.69934, -0.001, f64::NAN], n, ""),
+            "     0.6993       0.00          –"
         );
         assert_eq!(columns([0.0028; 3], n, "± ").chars().count(), 33);
-        assert_eq!(decimals(None, Some([12.3, 0.1, 0.0])), 2);
-        assert_eq!(decimals(Some([f64::NAN; 3]), None), 6);
+        assert_eq!(decimals(None, [12.3, 0.1, 0.0]), [2; 3]);
+        assert_eq!(decimals(Some([f64::NAN; 3]), [0.0; 3]), [6; 3]);
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use crate::motion::truth::TruthAlign;
 use crate::motion::{Comparison, MoveComparison};
 
-use super::motion::columns;
-use super::text::{decimals_for, decimals_of, paragraph, short_name};
+use super::motion::{columns, decimals};
+use super::text::{decimals_of, paragraph, short_name};
 
 /// Moves that are listed one by one.
 const LISTED: usize = 24;
@@ -23,8 +23,9 @@ pub(super) fn truth(c: &Comparison) -> String {
     } else {
         format!(", its clock shifted by {:+.3} s", c.time_offset_s)
     };
-    let mut out = paragraph(
-        "\n",
+    let mut out = String::from("\n");
+    out.push_str(&paragraph(
+        "",
         &format!(
             "Against {}: {} points from {:.2} to {:.2} s, {turned}{shifted}",
             short_name(&c.source),
@@ -32,7 +33,7 @@ pub(super) fn truth(c: &Comparison) -> String {
             c.from_s,
             c.to_s
         ),
-    );
+    ));
     let share = c.percent_of_path.map_or(String::new(), |p| {
         format!(
             " = {} % of its path of {} m",
@@ -72,18 +73,9 @@ pub(super) fn truth(c: &Comparison) -> String {
 
 fn one_move(m: &MoveComparison) -> String {
     let when = format!("{:.2}–{:.2} s", m.start_s, m.end_s);
-    let n = match m.sigma_m {
-        Some(s) => decimals_for(s.into_iter().fold(f64::INFINITY, f64::min)),
-        None => {
-            let largest = m
-                .end_error_m
-                .into_iter()
-                .fold(0.0, |a: f64, v| a.max(v.abs()));
-            decimals_of(largest, 2)
-        }
-    };
+    let n = decimals(m.sigma_m, m.end_error_m);
     let mut out = format!(
-        "  {when:<21}{}{:>10}\n",
+        "  {when:<21}{}{:>9}\n",
         columns(m.end_error_m, n, ""),
         short(m.rmse_m, 2)
     );

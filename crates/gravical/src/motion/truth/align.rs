@@ -34,7 +34,7 @@ impl Rotation {
     pub fn vector_deg(&self) -> [f64; 3] {
         let [w, x, y, z] = self.quaternion;
         let sine = (x * x + y * y + z * z).sqrt();
-        if !(sine > 0.0) {
+        if sine == 0.0 {
             return [0.0; 3];
         }
         // The shorter way round.
@@ -50,8 +50,8 @@ impl Rotation {
     }
 }
 
-/// The turn about z that brings `reference` closest to `result`, both counted
-/// from the same origin: ψ = atan2(Σ rₓpᵧ − rᵧpₓ, Σ rₓpₓ + rᵧpᵧ).
+/// The turn about z that brings the steps of `reference` closest to those of
+/// `result`: ψ = atan2(Σ rₓpᵧ − rᵧpₓ, Σ rₓpₓ + rᵧpᵧ).
 pub(super) fn yaw(reference: &[[f64; 3]], result: &[[f64; 3]]) -> Rotation {
     let (mut sine, mut cosine) = (0.0, 0.0);
     for (r, p) in reference.iter().zip(result) {
@@ -68,8 +68,8 @@ pub(super) fn yaw(reference: &[[f64; 3]], result: &[[f64; 3]]) -> Rotation {
     }
 }
 
-/// The rotation that brings `reference` closest to `result`, both counted from
-/// the same origin: the eigenvector of the largest eigenvalue of Horn's matrix
+/// The rotation that brings the steps of `reference` closest to those of
+/// `result`: the eigenvector of the largest eigenvalue of Horn's matrix
 /// (Horn 1987, Closed-form solution of absolute orientation using unit
 /// quaternions).
 pub(super) fn rotation(reference: &[[f64; 3]], result: &[[f64; 3]]) -> Rotation {
@@ -106,7 +106,7 @@ pub(super) fn rotation(reference: &[[f64; 3]], result: &[[f64; 3]]) -> Rotation 
     let mut order = [0, 1, 2, 3];
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
     let [first, second, ..] = order.map(|k| eigen.eigenvalues[k]);
-    if !(first > 0.0) {
+    if first <= 0.0 {
         return Rotation::none();
     }
     let line = first - second < LINE * first;

@@ -19,6 +19,9 @@ const GAP_STEPS: f64 = 4.5;
 /// points the noise of a camera walks further than the sensor.
 const PATH_BIN_S: f64 = 0.1;
 
+/// Steps that the two tracks are aligned by, s.
+const STEP_S: f64 = 0.5;
+
 /// Correlation of the speeds below which an offset is doubtful. Two different
 /// motions of stops and goes reach 0.5 by chance.
 const ALIKE: f64 = 0.8;
@@ -270,36 +273,28 @@ fn metres_per_unit(reference: &Reference, points: &Points, findings: &mut Vec<Fi
     unit.metres()
 }
 
-/// The rotation that was asked for, or that the points ask for.
+/// Steps of the reference and of the result → the rotation between them.
+type Fit = fn(&[[f64; 3]], &[[f64; 3]]) -> Rotation;
+
+/// The rotation that was asked for, or that the motion asks for.
 fn turn(
     points: &Points,
     wanted: Option<TruthAlign>,
     findings: &mut Vec<Finding>,
 ) -> (TruthAlign, Rotation) {
-    let fit = |by: fn(&[[f64; 3]], &[[f64; 3]]) -> Rotation| by(&points.reference, &points.result);
+    let (reference, result) = steps(points);
+    let fit = |by: Fit| by(&reference, &result);
     let error = |r: &Rotation| -> f64 {
-        let pairs = points.reference.iter().zip(&points.result);
+        let pairs = reference.iter().zip(&result);
         pairs
             .map(|(a, b)| squared(&r.apply(a), b))
             .sum::<f64>()
             .sqrt()
     };
-    let open = |r: &Rotation, findings: &mut Vec<Finding>| {
-        if r.line {
-            findings.push(Finding::note(
-                "truth-line",
-                "the motion is along one line: how the reference is turned about it is open, and the smallest rotation is taken",
-            ));
-        }
-    };
-    match wanted {
+    let chosen = match wanted {
         Some(TruthAlign::None) => (TruthAlign::None, Rotation::none()),
         Some(TruthAlign::Yaw) => (TruthAlign::Yaw, fit(align::yaw)),
-        Some(TruthAlign::Rotation) => {
-            let full = fit(align::rotation);
-            open(&full, findings);
-            (TruthAlign::Rotation, full)
-        }
+        Some(TruthAlign::Rotation) => (TruthAlign::Rotation, fit(align::rotation)),
         None => {
             let (yaw, full) = (fit(align::yaw), fit(align::rotation));
             if full.tilt_deg() > TILT_DEG && error(&full) < GAIN * error(&yaw) {
@@ -307,13 +302,36 @@ fn turn(
                     "truth-not-level",
                     format!("z of the reference is not up: a full rotation, by {:.0}° of tilt, fits far better than a yaw; it hides what tilt the result is off by", full.tilt_deg()),
                 ));
-                open(&full, findings);
                 (TruthAlign::Rotation, full)
             } else {
                 (TruthAlign::Yaw, yaw)
             }
         }
+    };
+    if chosen.1.line {
+        findings.push(Finding::note(
+            "truth-line",
+            "the motion is along one line: how the reference is turned about it is open, and the smallest rotation is taken",
+        ));
     }
+    chosen
+}
+
+/// Steps of [`STEP_S`] of reference and result: between them a result's drift,
+/// which grows slowly, counts for little, and the motion for all.
+fn steps(points: &Points) -> (Vec<[f64; 3]>, Vec<[f64; 3]>) {
+    let (mut reference, mut result) = (Vec::new(), Vec::new());
+    let mut from = 0;
+    for (i, t) in points.t_s.iter().enumerate().skip(1) {
+        if t - points.t_s[from] < STEP_S {
+            continue;
+        }
+        let moved = |p: &[[f64; 3]]| std::array::from_fn(|k| p[i][k] - p[from][k]);
+        reference.push(moved(&points.reference));
+        result.push(moved(&points.result));
+        from = i;
+    }
+    (reference, result)
 }
 
 /// Length of the reference's path, over means of [`PATH_BIN_S`], in m. A gap is

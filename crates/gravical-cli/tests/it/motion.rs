@@ -1,0 +1,511 @@
+//! `gravical motion`: its table, its summary, its flags, how it ends, and what it
+//! makes of real recordings.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::bad_input::refused;
+use crate::compare_check::narrow;
+use crate::support::*;
+
+/// A line of 0.7 m and a calibration of the same sensor.
+fn line(folder: &Path) {
+    for line in [
+        "simulate line -o line --seed 1 --true-header --quiet",
+        "simulate poses -o poses --seed 1 --true-header --quiet",
+        "calibrate poses/poses.csv -o cal.json --gravity 9.80665 --quiet",
+    ] {
+        let run = run_in(folder, words(line));
+        assert_eq!(run.code, 0, "{line}\n{}{}", run.out, run.err);
+    }
+}
+
+fn motion(folder: &Path, line: &str, code: i32) -> Value {
+    let run = run_in(folder, words(&format!("motion {line} --json --quiet")));
+    assert_eq!(run.code, code, "{line}\n{}{}", run.out, run.err);
+    assert!(run.err.is_empty(), "{}", run.err);
+    run.json()
+}
+
+/// Columns of a table by name; an empty field is NaN.
+fn column(table: &str, name: &str) -> Vec<f64> {
+    let mut lines = table.lines();
+    let at = lines
+        .next()
+        .unwrap()
+        .split(',')
+        .position(|n| n == name)
+        .unwrap_or_else(|| panic!("no column {name}"));
+    lines
+        .map(|l| l.split(',').nth(at).unwrap().parse().unwrap_or(f64::NAN))
+        .collect()
+}
+
+#[test]
+fn the_table_goes_out_and_the_summary_aside() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    let run = run_in(path, words("motion line/line.csv -c cal.json"));
+    assert_eq!(run.code, 0, "{}", run.err);
+    let header = run.out.lines().next().unwrap();
+    assert!(header.starts_with("t_s,raw_ax_mps2,"), "{header}");
+    assert!(header.ends_with(",sigma_pz_m"), "{header}");
+    assert_eq!(run.out.lines().count(), 1201);
+    let (p, v) = (column(&run.out, "py_m"), column(&run.out, "vy_mps"));
+    assert!((p.last().unwrap() - 0.7).abs() < 0.015, "{:?}", p.last());
+    assert_eq!(v.last(), Some(&0.0));
+    let still = column(&run.out, "still");
+    assert_eq!((still[0], still[600], still[1199]), (1.0, 0.0, 1.0));
+    // 5 s along the attitude, 1200 rows: no column but one has another length.
+    assert!(column(&run.out, "qw").iter().all(|q| q.is_finite()));
+    narrow(&run.err);
+    for part in [
+        "line/line.csv: 1200 rows → stdout",
+        "Moves, m (± 1σ)",
+        "uncalibrated",
+        "Uncertainty of it",
+    ] {
+        assert!(run.err.contains(part), "{part} in\n{}", run.err);
+    }
+
+    // The same into a file, with nothing on stdout.
+    let args = "motion line/line.csv -c cal.json -o moved.csv";
+    let saved = run_in(path, words(args));
+    assert_eq!((saved.code, saved.out.as_str()), (0, ""));
+    let text = std::fs::read_to_string(path.join("moved.csv")).unwrap();
+    assert!(text == run.out);
+    refused(path, args, 2, "exists", &[]);
+    assert_eq!(
+        run_in(path, words(&format!("{args} --force --quiet"))).code,
+        0
+    );
+
+    // Without bands.
+    let plain = run_in(path, words("motion line/line.csv --no-bands --quiet"));
+    assert!(plain.err.is_empty());
+    assert!(plain.out.lines().next().unwrap().ends_with(",pz_m"));
+    // From a pipe's end, read back by our own reader.
+    let again = run_in(
+        path,
+        words("inspect moved.csv --columns t=t_s,ax=ax_mps2,ay=ay_mps2,az=az_mps2 --json"),
+    );
+    assert_eq!(again.code, 0, "{}", again.err);
+    assert_eq!(again.json()["recordings"][0]["account"]["rows"], 1200);
+}
+
+#[test]
+fn json_stands_alone_and_beside_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    let result = motion(path, "line/line.csv -c cal.json", 0);
+    assert_eq!(result["rows"], 1200);
+    close(result["rate_hz"]["true"].as_f64().unwrap(), 100.0, 0.1);
+    assert_eq!(result["moves"].as_array().unwrap().len(), 1);
+    let moved = &result["moves"][0];
+    let (way, sigma) = (
+        numbers(&moved["displacement_m"]),
+        numbers(&moved["sigma_m"]),
+    );
+    for (k, truth) in [0.02, 0.7, 0.0].into_iter().enumerate() {
+        assert!((way[k] - truth).abs() < 3.0 * sigma[k], "{way:?} {sigma:?}");
+        assert!(sigma[k] < 0.02, "{sigma:?}");
+    }
+    assert_eq!(moved["ends"], "rest-to-rest");
+    for key in ["noise", "bias", "scale", "clock", "tilt"] {
+        assert!(result["budget_m"][key].is_f64(), "{key}");
+    }
+    assert!(result["uncalibrated"]["position_m"].is_array());
+    assert!(result["truth"].is_null() && result["static_drift"].is_null());
+    let both = run_in(
+        path,
+        words("motion line/line.csv -c cal.json --json -o m.csv"),
+    );
+    assert_eq!(both.json(), result);
+    assert!(both.err.contains("→ m.csv"), "{}", both.err);
+    assert!(path.join("m.csv").is_file());
+}
+
+#[test]
+fn the_preset_is_its_flags_and_flags_beat_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    let preset = motion(path, "line/line.csv -c cal.json --procedure report", 0);
+    let flags = "--gravity-removal still-mean --still-rows 500 --zero-velocity off";
+    assert_eq!(
+        preset,
+        motion(path, &format!("line/line.csv -c cal.json {flags}"), 0)
+    );
+    assert_eq!(preset["frame"], "the sensor's own axes");
+    let other = motion(
+        path,
+        "line/line.csv -c cal.json --procedure report --still-rows 300",
+        0,
+    );
+    assert_ne!(preset["final"], other["final"]);
+    let corrected = motion(
+        path,
+        "line/line.csv -c cal.json --procedure report --zero-velocity on",
+        0,
+    );
+    assert_eq!(numbers(&corrected["final"]["velocity_mps"]), [0.0; 3]);
+
+    // Rests by hand, and where it starts.
+    let given = motion(path, "line/line.csv --still 0-4.8,7.2- --p0 1,-2,0.5", 0);
+    assert_eq!(given["still"].as_array().unwrap().len(), 2);
+    close(given["still"][0]["end_s"].as_f64().unwrap(), 4.8, 0.011);
+    let end = numbers(&given["final"]["position_m"]);
+    close(end[0], 1.02, 0.1);
+    close(end[1], -1.3, 0.1);
+    let thrown = motion(path, "line/line.csv --procedure report --v0 -1,0,0.5", 0);
+    let velocity = numbers(&thrown["final"]["velocity_mps"]);
+    close(velocity[0], -1.0, 0.1);
+    close(velocity[2], 0.5, 0.1);
+}
+
+#[test]
+fn at_rest_the_drift_is_held_against_its_band() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let make = "simulate static -o static --seed 4 --true-header --quiet";
+    assert_eq!(run_in(path, words(make)).code, 0);
+    let run = run_in(path, words("motion static/static.csv -o m.csv"));
+    assert_eq!(run.code, 0, "{}", run.err);
+    narrow(&run.err);
+    assert!(run.err.contains("Moves: none"), "{}", run.err);
+    assert!(run.err.contains("zero by construction"), "{}", run.err);
+    let drift = &motion(path, "static/static.csv", 0)["static_drift"];
+    let (at, sigma) = (
+        numbers(&drift["position_m"]),
+        numbers(&drift["predicted_sigma_m"]),
+    );
+    for k in 0..3 {
+        assert!(at[k] != 0.0 && at[k].abs() < 4.0 * sigma[k], "{drift}");
+    }
+}
+
+#[test]
+fn wrong_calls() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    refused(
+        path,
+        "motion line/line.csv --gravity 5",
+        2,
+        "option-range",
+        &["gravity"],
+    );
+    refused(
+        path,
+        "motion line/line.csv --truth -",
+        2,
+        "truth-stdin",
+        &[],
+    );
+    refused(
+        path,
+        "motion line/line.csv --gyro line/line.csv",
+        2,
+        "gyro-twice",
+        &[],
+    );
+    refused(
+        path,
+        "motion line/line.csv --truth line/line.csv",
+        2,
+        "truth-columns-missing",
+        &[],
+    );
+    for wrong in [
+        "--still 5-3",
+        "--still five",
+        "--v0 1,2",
+        "--p0 1,2,up",
+        "--procedure best",
+        "--truth-columns px=x",
+        "--truth-offset 3",
+        "--zero-velocity maybe",
+    ] {
+        let run = run_in(path, words(&format!("motion line/line.csv {wrong}")));
+        assert_eq!(run.code, 2, "{wrong}\n{}", run.err);
+        assert!(run.out.is_empty(), "{wrong}");
+    }
+    for wrong in ["--clock-error 2", "--still-rows 1", "--wobble 90"] {
+        let run = run_in(path, words(&format!("motion line/line.csv {wrong} --json")));
+        assert_eq!((run.code, run.error_code().as_str()), (2, "option-range"));
+    }
+}
+
+#[test]
+fn bad_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    refused(path, "motion none.csv", 3, "not-found", &[]);
+    refused(
+        path,
+        "motion line/line.csv -c none.json",
+        3,
+        "not-found",
+        &[],
+    );
+    refused(
+        path,
+        "motion line/line.csv --truth none.csv",
+        3,
+        "not-found",
+        &[],
+    );
+    write(path, "empty.csv", "");
+    refused(path, "motion empty.csv", 3, "empty-file", &[]);
+    let head = "Timestamp (ms),ax,ay,az\n";
+    write(
+        path,
+        "nan.csv",
+        &format!("{head}{}", "10,nan,0.1,9.8\n20,nan,0.2,9.8\n".repeat(40)),
+    );
+    refused(path, "motion nan.csv", 3, "no-values", &[]);
+    // Without stamps a rate is needed, and will do.
+    let bare: String = (0..900)
+        .map(|i| format!("0.0{},0.1{},9.8{}\n", i % 3, i % 4, i % 5))
+        .collect();
+    write(path, "bare.csv", &format!("ax,ay,az\n{bare}"));
+    refused(path, "motion bare.csv", 3, "rate-unknown", &[]);
+    let rated = motion(path, "bare.csv --rate 100", 0);
+    close(rated["duration_s"].as_f64().unwrap(), 8.99, 0.011);
+    // A calibration in counts.
+    for make in [
+        "simulate poses -o raw --seed 1 --raw --quiet",
+        "calibrate raw/poses.csv -o raw.json --gravity 9.80665 --quiet",
+    ] {
+        assert_eq!(run_in(path, words(make)).code, 0, "{make}");
+    }
+    refused(
+        path,
+        "motion line/line.csv -c raw.json",
+        3,
+        "unit-mismatch",
+        &[],
+    );
+    // Nothing was written by any of them.
+    let run = run_in(path, words("motion line/line.csv -c raw.json -o out.csv"));
+    assert_eq!(run.code, 3);
+    assert!(!path.join("out.csv").exists());
+}
+
+#[test]
+fn few_rows_and_odd_ones_do_not_end_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let head = "Timestamp (ms),ax,ay,az\n";
+    for (name, rows, codes) in [
+        ("one", "0,0.1,0.2,9.8\n".to_owned(), vec![0, 3]),
+        (
+            "two",
+            "0,0.1,0.2,9.8\n10,0.1,0.2,9.8\n".to_owned(),
+            vec![0, 3],
+        ),
+        (
+            "constant",
+            (0..500)
+                .map(|i| format!("{},0.1,0.2,9.8\n", 10 * i))
+                .collect(),
+            vec![0, 3],
+        ),
+        (
+            "backwards",
+            (0..500)
+                .map(|i| format!("{},0.{},0.2,9.8\n", 10 * (i ^ 1), i % 7))
+                .collect(),
+            vec![0, 3],
+        ),
+        (
+            "huge",
+            (0..500)
+                .map(|i| format!("{},{}e60,0.2,9.8\n", 10 * i, i % 7))
+                .collect(),
+            vec![0, 3],
+        ),
+    ] {
+        let file = format!("{name}.csv");
+        write(path, &file, &format!("{head}{rows}"));
+        let run = run_in(path, words(&format!("motion {file}")));
+        assert!(
+            codes.contains(&run.code),
+            "{name}: {}\n{}",
+            run.code,
+            run.err
+        );
+        assert!(
+            !run.out.contains("NaN") && !run.out.contains("inf"),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn a_gap_in_the_only_move_leaves_nothing_to_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    let text = std::fs::read_to_string(path.join("line/line.csv")).unwrap();
+    let cut: String = text
+        .lines()
+        .enumerate()
+        .filter(|(i, _)| !(570..640).contains(i))
+        .map(|(_, l)| format!("{l}\n"))
+        .collect();
+    write(path, "cut.csv", &cut);
+    let result = motion(path, "cut.csv -c cal.json", 4);
+    assert!(result["final"]["position_m"].is_null());
+    assert_eq!(result["moves"][0]["usable"], false);
+    assert!(kinds(&result).contains(&"move-unusable".to_owned()));
+    let run = run_in(path, words("motion cut.csv -c cal.json -o m.csv"));
+    assert_eq!(run.code, 4);
+    narrow(&run.err);
+    assert!(run.err.contains("not usable"), "{}", run.err);
+    let table = std::fs::read_to_string(path.join("m.csv")).unwrap();
+    assert!(column(&table, "py_m").iter().any(|p| p.is_nan()));
+}
+
+#[test]
+fn a_reference_with_its_own_clock_rate_and_heading() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    let args = "motion line/line.csv -c cal.json";
+    let table = run_in(path, words(args)).out;
+    let (t, x, y, z) = (
+        column(&table, "t_s"),
+        column(&table, "px_m"),
+        column(&table, "py_m"),
+        column(&table, "pz_m"),
+    );
+    // What a camera would have seen: every third sample, 2.5 s later by its clock,
+    // turned by 90°, in mm, and 10 mm too long.
+    let mut truth = String::from("frame;t_s;X;Y;Z\n");
+    for i in (0..t.len()).step_by(3) {
+        let longer = y[i] * (1.0 + 0.01 / 0.7);
+        truth.push_str(&format!(
+            "{i};{:.4};{:.3};{:.3};{:.3}\n",
+            t[i] + 2.5,
+            1e3 * -longer + 80.0,
+            1e3 * x[i],
+            1e3 * z[i]
+        ));
+    }
+    write(path, "truth.csv", &truth);
+    let result = motion(path, "line/line.csv -c cal.json --truth truth.csv", 0);
+    let c = &result["truth"];
+    close(c["time_offset_s"].as_f64().unwrap(), -2.5, 5e-3);
+    close(c["rotation_deg"][2].as_f64().unwrap(), -90.0, 0.2);
+    close(c["end_error_m"].as_f64().unwrap(), 0.01, 1e-3);
+    close(c["percent_of_path"].as_f64().unwrap(), 1.41, 0.15);
+    close(
+        c["moves"][0]["end_error_m"][1].as_f64().unwrap(),
+        -0.01,
+        1e-3,
+    );
+    assert_eq!(c["align"], "yaw");
+    assert!(kinds(&result).contains(&"truth-unit".to_owned()));
+    let run = run_in(
+        path,
+        words(&format!(
+            "{args} -o m.csv --truth truth.csv --truth-offset -2.5 --truth-columns t=t_s,px=X,py=Y,pz=Z"
+        )),
+    );
+    assert_eq!(run.code, 0, "{}", run.err);
+    narrow(&run.err);
+    assert!(run.err.contains("Against truth.csv"), "{}", run.err);
+    // No time in common.
+    refused(
+        path,
+        "motion line/line.csv --truth truth.csv --truth-offset 900",
+        3,
+        "truth-overlap",
+        &[],
+    );
+}
+
+#[test]
+fn a_walked_room_closes_beside_the_camera() {
+    let Some(data) = data() else { return };
+    let file = data.join("broad-translation/14_undisturbed_slow_translation_with_breaks_B.csv.gz");
+    let folder = tempfile::tempdir().unwrap();
+    let file = file.display();
+    let args = format!("{file} --gyro-unit rad/s --truth {file}");
+    let result = motion(folder.path(), &args, 0);
+    let c = &result["truth"];
+    assert_eq!(c["time_offset_s"], 0.0);
+    assert_eq!(c["moves"].as_array().unwrap().len(), 4);
+    close(c["path_m"].as_f64().unwrap(), 36.0, 1.0);
+    // The camera is level, and its frame is the sensor's at the start.
+    assert_eq!(c["align"], "yaw");
+    close(c["rotation_deg"][2].as_f64().unwrap(), 0.0, 3.0);
+    for m in c["moves"].as_array().unwrap() {
+        let (error, sigma) = (numbers(&m["end_error_m"]), numbers(&m["sigma_m"]));
+        for k in 0..3 {
+            assert!(
+                error[k].abs() < 4.0 && error[k].abs() < 3.0 * sigma[k],
+                "{m}"
+            );
+        }
+    }
+    finding(&result, "truth-gaps");
+    let run = run_in(folder.path(), words(&format!("motion {args} -o m.csv")));
+    assert!(run.err.contains("Against 14_"), "{}", run.err);
+}
+
+#[test]
+fn a_lift_goes_up_a_skyscraper() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = data.join("pabrod-elevator/skyscrapper_up.csv");
+    let result = motion(folder.path(), &file.display().to_string(), 0);
+    let ride = result["moves"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|m| m["usable"] == true)
+        .max_by_key(|m| (1e3 * m["path_m"].as_f64().unwrap()) as i64)
+        .unwrap();
+    // Its owner has 74.3 m and about 4.0 m/s, from other rests; a bias or a scale
+    // explains gravity at rest, and the band covers both.
+    close(ride["displacement_m"][2].as_f64().unwrap(), 74.3, 1.0);
+    close(ride["peak_speed_mps"].as_f64().unwrap(), 4.0, 0.15);
+    let sigma = ride["sigma_m"][2].as_f64().unwrap();
+    assert!((1.0..6.0).contains(&sigma), "{sigma}");
+    for kind in ["no-gyro", "gravity-off"] {
+        finding(&result, kind);
+    }
+}
+
+#[test]
+fn a_lifted_box_comes_back() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["zplus", "zminus"] {
+        let file = data.join(format!("airbrakes-sixmoves/{name}.csv"));
+        let result = motion(
+            folder.path(),
+            &format!("{} --gyro-unit rad/s", file.display()),
+            0,
+        );
+        let last = result["moves"].as_array().unwrap().last().unwrap().clone();
+        let (way, sigma) = (numbers(&last["displacement_m"]), numbers(&last["sigma_m"]));
+        for k in 0..3 {
+            assert!(
+                way[k].abs() < 0.05 && way[k].abs() < 3.0 * sigma[k],
+                "{name}: {last}"
+            );
+        }
+        assert!(
+            (0.5..0.9).contains(&last["path_m"].as_f64().unwrap()),
+            "{last}"
+        );
+    }
+}
