@@ -134,7 +134,14 @@ fn the_preset_is_its_flags_and_flags_beat_it() {
     let path = folder.path();
     line(path);
     let preset = motion(path, "line/line.csv -c cal.json --procedure report", 0);
-    let flags = "--gravity-removal still-mean --still-rows 500 --zero-velocity off";
+    let flags =
+        "--gravity-removal still-mean --still-rows 500 --smooth savgol:5,2 --zero-velocity off";
+    assert!(
+        preset["procedure"]
+            .as_str()
+            .unwrap()
+            .starts_with("smoothed by savgol:5,2; ")
+    );
     assert_eq!(
         preset,
         motion(path, &format!("line/line.csv -c cal.json {flags}"), 0)
@@ -152,6 +159,21 @@ fn the_preset_is_its_flags_and_flags_beat_it() {
         0,
     );
     assert_eq!(numbers(&corrected["final"]["velocity_mps"]), [0.0; 3]);
+
+    // Smoothing changes the noise, not the end.
+    let rough = motion(
+        path,
+        "line/line.csv -c cal.json --procedure report --smooth none",
+        0,
+    );
+    assert_eq!(rough["procedure"].as_str().unwrap().find("smoothed"), None);
+    let (a, b) = (
+        &preset["final"]["position_m"],
+        &rough["final"]["position_m"],
+    );
+    for (a, b) in numbers(a).into_iter().zip(numbers(b)) {
+        assert!(a != b && (a - b).abs() < 0.01, "{a} {b}");
+    }
 
     // Rests by hand, and where it starts.
     let given = motion(path, "line/line.csv --still 0-4.8,7.2- --p0 1,-2,0.5", 0);
@@ -221,6 +243,7 @@ fn wrong_calls() {
         &[],
     );
     for wrong in [
+        "--smooth best:5",
         "--still 5-3",
         "--still five",
         "--v0 1,2",
@@ -234,7 +257,12 @@ fn wrong_calls() {
         assert_eq!(run.code, 2, "{wrong}\n{}", run.err);
         assert!(run.out.is_empty(), "{wrong}");
     }
-    for wrong in ["--clock-error 2", "--still-rows 1", "--wobble 90"] {
+    for wrong in [
+        "--clock-error 2",
+        "--smooth highpass:4,0.5Hz",
+        "--still-rows 1",
+        "--wobble 90",
+    ] {
         let run = run_in(path, words(&format!("motion line/line.csv {wrong} --json")));
         assert_eq!((run.code, run.error_code().as_str()), (2, "option-range"));
     }

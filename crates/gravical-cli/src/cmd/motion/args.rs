@@ -68,8 +68,8 @@ struct MethodArgs {
     #[arg(long, value_name = "N")]
     still_rows: Option<usize>,
     /// Filter for the accelerometer, as savgol:5,2 or butter:4,5Hz; may be repeated [default: none]
-    #[arg(long, value_name = "FILTER")]
-    smooth: Vec<FilterSpec>,
+    #[arg(long, value_name = "FILTER|none")]
+    smooth: Vec<Smooth>,
     /// What stands beyond the ends of a smoothed stretch [default: interp]
     #[arg(long, value_name = "EDGE", requires = "smooth")]
     edge: Option<Edge>,
@@ -128,8 +128,8 @@ struct TruthArgs {
 enum Procedure {
     /// strapdown, velocity zero at rests
     Default,
-    /// the classical student's report: mean of the first 500 rows off, no
-    /// attitude, no zero-velocity correction
+    /// the classical student's report: --gravity-removal still-mean --still-rows 500
+    /// --smooth savgol:5,2 --zero-velocity off
     Report,
 }
 
@@ -159,6 +159,21 @@ enum Align {
     Rotation,
     /// not at all
     None,
+}
+
+/// A filter, or `none`, which takes away that of a preset.
+#[derive(Debug, Clone)]
+struct Smooth(Option<FilterSpec>);
+
+impl std::str::FromStr for Smooth {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        match text {
+            "none" => Ok(Smooth(None)),
+            filter => filter.parse().map(|f| Smooth(Some(f))),
+        }
+    }
 }
 
 /// Three numbers.
@@ -204,10 +219,9 @@ impl Args {
                     Removal::StillMean => GravityRemoval::StillMean,
                 }),
             still_rows: m.still_rows.unwrap_or(preset.still_rows),
-            smooth: if m.smooth.is_empty() {
-                preset.smooth
-            } else {
-                m.smooth.clone()
+            smooth: match &m.smooth[..] {
+                [] => preset.smooth,
+                given => given.iter().filter_map(|s| s.0).collect(),
             },
             edge: m.edge.unwrap_or(preset.edge),
             zero_velocity: m
