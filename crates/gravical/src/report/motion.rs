@@ -38,9 +38,10 @@ fn head(result: &MotionResult, recording: &Recording) -> String {
     let mut row =
         |name: &str, text: &str| out.push_str(&paragraph(&format!("  {name:<13} "), text));
     row("read as", &recording.description);
-    let gyro = match &recording.gyro_scale {
-        Some(scale) => format!("; gyroscope {}", scale.unit.name()),
-        None => "; no gyroscope".to_owned(),
+    // Its unit may yet be decided otherwise: then a finding says so.
+    let gyro = match &recording.gyro {
+        Some(_) => "; with a gyroscope",
+        None => "; no gyroscope",
     };
     let origin = match recording.accel_scale.origin {
         Origin::Given => "given",

@@ -73,14 +73,23 @@ pub(super) fn truth(c: &Comparison) -> String {
 
 fn one_move(m: &MoveComparison) -> String {
     let when = format!("{:.2}–{:.2} s", m.start_s, m.end_s);
-    let n = decimals(m.sigma_m, m.end_error_m);
+    // The error itself is known better than its uncertainty tells.
+    let largest = m
+        .end_error_m
+        .into_iter()
+        .fold(0.0, |a: f64, v| a.max(v.abs()));
+    let n = [decimals_of(largest, 2); 3];
     let mut out = format!(
         "  {when:<21}{}{:>9}\n",
         columns(m.end_error_m, n, ""),
         short(m.rmse_m, 2)
     );
     if let Some(s) = m.sigma_m {
-        out.push_str(&format!("  {:<21}{}\n", "", columns(s, n, "± ")));
+        out.push_str(&format!(
+            "  {:<21}{}\n",
+            "",
+            columns(s, decimals(Some(s), s), "± ")
+        ));
     }
     out
 }
