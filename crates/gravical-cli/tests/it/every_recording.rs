@@ -9,7 +9,8 @@ use crate::support::*;
 
 const ENDINGS: [&str; 5] = ["csv", "tsv", "log", "txt", "gz"];
 
-fn files(folder: &Path) -> Vec<PathBuf> {
+/// Every file under `folder` that may be a recording.
+pub fn files(folder: &Path) -> Vec<PathBuf> {
     let mut out = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

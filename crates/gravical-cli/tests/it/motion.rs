@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::bad_input::refused;
 use crate::compare_check::narrow;
+use crate::every_recording::files;
 use crate::support::*;
 
 /// A line of 0.7 m and a calibration of the same sensor.
@@ -536,4 +537,44 @@ fn a_lifted_box_comes_back() {
             "{last}"
         );
     }
+}
+
+#[test]
+fn every_recording_ends_in_a_table_or_in_a_reason() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut tables = 0;
+    for path in files(&data) {
+        let name = path.display();
+        let args = format!("motion {name} --rate 100 -o out.csv --force");
+        let run = run_in(folder.path(), words(&args));
+        assert!(
+            [0, 3, 4].contains(&run.code),
+            "{name}: {}{}",
+            run.code,
+            run.err
+        );
+        if run.code == 3 {
+            assert!(run.err.contains("try: "), "{name}: {}", run.err);
+            continue;
+        }
+        // The first line names the files, whose paths may be long.
+        let (_, told) = run.err.split_once('\n').unwrap();
+        narrow(told);
+        tables += 1;
+        let table = std::fs::read_to_string(folder.path().join("out.csv")).unwrap();
+        let mut lines = table.lines();
+        let fields = lines.next().unwrap().split(',').count();
+        let mut before = f64::NEG_INFINITY;
+        for line in lines {
+            assert_eq!(line.split(',').count(), fields, "{name}: {line}");
+            let t: f64 = line.split(',').next().unwrap().parse().unwrap();
+            assert!(t >= before, "{name}: {line}");
+            before = t;
+        }
+        for word in ["NaN", "inf"] {
+            assert!(!table.contains(word), "{name}: {word}");
+        }
+    }
+    assert!(tables >= 15, "{tables}");
 }

@@ -195,15 +195,15 @@ fn one_move(i: usize, m: &Move) -> String {
     match m.displacement_m {
         Some(d) => {
             let n = decimals(m.sigma_m, d);
-            // No finer than the displacement, nor than 0.1 mm.
+            // No finer than the displacement.
             let path = m.path_m.map_or(String::new(), |p| {
                 format!(
                     "{p:.*}",
-                    decimals_of(p, 3).min(n[0].max(n[1]).max(n[2])).min(4)
+                    decimals_of(p, 3).min(n[0].max(n[1]).max(n[2])).min(6)
                 )
             });
             let peak = m.peak_speed_mps.map_or(String::new(), |p| {
-                format!("{p:.*}", decimals_of(p, 2).min(3))
+                format!("{p:.*}", decimals_of(p, 2).min(5))
             });
             out.push_str(&format!(
                 "{}{path:>9}{peak:>8}  {ends}\n",
@@ -277,11 +277,15 @@ fn budget(result: &MotionResult) -> String {
         .iter()
         .map(|(name, v)| format!("{name} {:.n$}", factor * v))
         .collect();
-    format!(
-        "\nUncertainty of it, 1σ, all axes together: {:.n$} {unit}\n  {} (squares add up)\n",
-        factor * total,
-        list.join(", ")
-    )
+    let mut out = format!(
+        "\nUncertainty of it, 1σ, all axes together: {:.n$} {unit}\n",
+        factor * total
+    );
+    out.push_str(&paragraph(
+        "  ",
+        &format!("{} (squares add up)", list.join(", ")),
+    ));
+    out
 }
 
 fn static_drift(d: &StaticDrift) -> String {
