@@ -17,6 +17,8 @@ type AnyError = Box<dyn std::error::Error>;
 /// What is known of the gyroscope.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Gyro {
+    /// Its matrix, exactly.
+    Exact,
     /// Its matrix with the covariance of [`GYRO_SD`].
     Calibrated,
     /// Nothing; scale errors uniform within ±3 %.
@@ -31,6 +33,9 @@ pub struct Cell {
     pub name: &'static str,
     pub move_s: f64,
     pub wobble_deg: f64,
+    /// The accelerometer's parameters are exactly the calibration's; else they are
+    /// off by draws from its covariance.
+    pub exact: bool,
     pub gyro: Gyro,
     pub dropped: f64,
     pub jitter_ms: f64,
@@ -59,6 +64,11 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Share of runs in which the move was found, once.
+    pub fn found_share(&self) -> f64 {
+        f64::from(self.found) / f64::from(self.runs)
+    }
+
     /// Root mean square of one component, mm.
     pub fn rms_mm(&self, axis: usize) -> f64 {
         let n = self.errors.len() as f64;
@@ -72,6 +82,21 @@ impl Outcome {
             .map(|(e, s)| axes.clone().filter(|i| e[*i].abs() <= k * s[*i]).count())
             .sum();
         within as f64 / (self.errors.len() * axes.len()) as f64
+    }
+}
+
+/// 0.7 m in 2 s with 5 s of rest before and after, everything else exact.
+pub fn line() -> Cell {
+    Cell {
+        name: "0.7 m in 2 s",
+        move_s: 2.0,
+        wobble_deg: 0.0,
+        exact: true,
+        gyro: Gyro::Exact,
+        dropped: 0.0,
+        jitter_ms: 0.0,
+        options: MotionOptions::default(),
+        at_end_of_move: false,
     }
 }
 
@@ -157,21 +182,26 @@ fn simulated(cell: &Cell, seed: u64) -> Result<(Simulation, CalibrationFile), An
             })
         })
     };
-    options.sensor.accel_matrix = Some(matrix(ACCEL_SD[1], ACCEL_SD[2]));
+    let accel_sd = if cell.exact { [0.0; 3] } else { ACCEL_SD };
+    options.sensor.accel_matrix = Some(matrix(accel_sd[1], accel_sd[2]));
     match cell.gyro {
+        Gyro::Exact => options.sensor.gyro_matrix = Some(matrix(0.0, 0.0)),
         Gyro::Calibrated => options.sensor.gyro_matrix = Some(matrix(GYRO_SD[0], GYRO_SD[1])),
         Gyro::DataSheet => options.sensor.gyro_matrix = Some(matrix(SHEET_SD[0], SHEET_SD[1])),
         Gyro::Uniform => {}
     }
-    options.sensor.accel_bias_mps2 = Some([0.0; 3].map(|_: f64| ACCEL_SD[0] * normal()));
-    Ok((
-        simulate(&options)?,
-        calibration(cell.gyro == Gyro::Calibrated)?,
-    ))
+    options.sensor.accel_bias_mps2 = Some([0.0; 3].map(|_: f64| accel_sd[0] * normal()));
+    let gyro_sd = match cell.gyro {
+        Gyro::Exact => Some([1e-6; 2]),
+        Gyro::Calibrated => Some(GYRO_SD),
+        Gyro::DataSheet | Gyro::Uniform => None,
+    };
+    let accel_sd = if cell.exact { [1e-6; 3] } else { ACCEL_SD };
+    Ok((simulate(&options)?, calibration(accel_sd, gyro_sd)?))
 }
 
 /// The identity, with its covariance.
-fn calibration(with_gyro: bool) -> Result<CalibrationFile, AnyError> {
+fn calibration(accel_sd: [f64; 3], gyro_sd: Option<[f64; 2]>) -> Result<CalibrationFile, AnyError> {
     let csv = "label,ax,ay,az\n-x,-9.80665,0,0\n+x,9.80665,0,0\n-y,0,-9.80665,0\n\
                +y,0,9.80665,0\n-z,0,0,-9.80665\n+z,0,0,9.80665\n";
     let session = [read_bytes(
@@ -201,14 +231,14 @@ fn calibration(with_gyro: bool) -> Result<CalibrationFile, AnyError> {
             }
         })
     };
-    let mut accel: Vec<f64> = elements(ACCEL_SD[1], ACCEL_SD[2]).collect();
-    accel.extend([ACCEL_SD[0] * ACCEL_SD[0]; 3]);
+    let mut accel: Vec<f64> = elements(accel_sd[1], accel_sd[2]).collect();
+    accel.extend([accel_sd[0] * accel_sd[0]; 3]);
     file.accelerometer.covariance = Some(Covariance {
         parameters: Covariance::parameter_names(),
         values: diagonal(&accel),
     });
-    if with_gyro {
-        let mut gyro: Vec<f64> = elements(GYRO_SD[0], GYRO_SD[1]).collect();
+    if let Some([scale, cross]) = gyro_sd {
+        let mut gyro: Vec<f64> = elements(scale, cross).collect();
         gyro.extend([1e-6; 3]);
         file.gyroscope = Some(GyroscopeSection {
             method: "motion".to_owned(),

@@ -10,6 +10,7 @@ mod join;
 mod joint;
 mod joint_properties;
 mod magnitude;
+mod motion;
 mod properties;
 mod reader;
 mod session;
