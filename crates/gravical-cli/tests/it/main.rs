@@ -15,6 +15,8 @@ mod imucal;
 mod inputs;
 mod joint;
 mod motion;
+mod motion_faults;
+mod motion_real;
 mod recordings;
 mod report;
 mod shell;

@@ -1,5 +1,5 @@
-//! `gravical motion`: its table, its summary, its flags, how it ends, and what it
-//! makes of real recordings.
+//! `gravical motion`: its table, its summary, its flags, its comparison with a
+//! reference.
 
 use std::path::Path;
 
@@ -7,11 +7,10 @@ use serde_json::Value;
 
 use crate::bad_input::refused;
 use crate::compare_check::narrow;
-use crate::every_recording::files;
 use crate::support::*;
 
 /// A line of 0.7 m and a calibration of the same sensor.
-fn line(folder: &Path) {
+pub fn line(folder: &Path) {
     for line in [
         "simulate line -o line --seed 1 --true-header --quiet",
         "simulate poses -o poses --seed 1 --true-header --quiet",
@@ -22,7 +21,7 @@ fn line(folder: &Path) {
     }
 }
 
-fn motion(folder: &Path, line: &str, code: i32) -> Value {
+pub fn motion(folder: &Path, line: &str, code: i32) -> Value {
     let run = run_in(folder, words(&format!("motion {line} --json --quiet")));
     assert_eq!(run.code, code, "{line}\n{}{}", run.out, run.err);
     assert!(run.err.is_empty(), "{}", run.err);
@@ -30,7 +29,7 @@ fn motion(folder: &Path, line: &str, code: i32) -> Value {
 }
 
 /// Columns of a table by name; an empty field is NaN.
-fn column(table: &str, name: &str) -> Vec<f64> {
+pub fn column(table: &str, name: &str) -> Vec<f64> {
     let mut lines = table.lines();
     let at = lines
         .next()
@@ -211,197 +210,6 @@ fn at_rest_the_drift_is_held_against_its_band() {
 }
 
 #[test]
-fn wrong_calls() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    line(path);
-    refused(
-        path,
-        "motion line/line.csv --gravity 5",
-        2,
-        "option-range",
-        &["gravity"],
-    );
-    refused(
-        path,
-        "motion line/line.csv --truth -",
-        2,
-        "truth-stdin",
-        &[],
-    );
-    refused(
-        path,
-        "motion line/line.csv --gyro line/line.csv",
-        2,
-        "gyro-twice",
-        &[],
-    );
-    refused(
-        path,
-        "motion line/line.csv --truth line/line.csv",
-        2,
-        "truth-columns-missing",
-        &[],
-    );
-    for wrong in [
-        "--smooth best:5",
-        "--still 5-3",
-        "--still five",
-        "--v0 1,2",
-        "--p0 1,2,up",
-        "--procedure best",
-        "--truth-columns px=x",
-        "--truth-offset 3",
-        "--zero-velocity maybe",
-    ] {
-        let run = run_in(path, words(&format!("motion line/line.csv {wrong}")));
-        assert_eq!(run.code, 2, "{wrong}\n{}", run.err);
-        assert!(run.out.is_empty(), "{wrong}");
-    }
-    for wrong in [
-        "--clock-error 2",
-        "--smooth highpass:4,0.5Hz",
-        "--still-rows 1",
-        "--wobble 90",
-    ] {
-        let run = run_in(path, words(&format!("motion line/line.csv {wrong} --json")));
-        assert_eq!((run.code, run.error_code().as_str()), (2, "option-range"));
-    }
-}
-
-#[test]
-fn bad_input() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    line(path);
-    refused(path, "motion none.csv", 3, "not-found", &[]);
-    refused(
-        path,
-        "motion line/line.csv -c none.json",
-        3,
-        "not-found",
-        &[],
-    );
-    refused(
-        path,
-        "motion line/line.csv --truth none.csv",
-        3,
-        "not-found",
-        &[],
-    );
-    write(path, "empty.csv", "");
-    refused(path, "motion empty.csv", 3, "empty-file", &[]);
-    let head = "Timestamp (ms),ax,ay,az\n";
-    write(
-        path,
-        "nan.csv",
-        &format!("{head}{}", "10,nan,0.1,9.8\n20,nan,0.2,9.8\n".repeat(40)),
-    );
-    refused(path, "motion nan.csv", 3, "no-values", &[]);
-    // Without stamps a rate is needed, and will do.
-    let bare: String = (0..900)
-        .map(|i| format!("0.0{},0.1{},9.8{}\n", i % 3, i % 4, i % 5))
-        .collect();
-    write(path, "bare.csv", &format!("ax,ay,az\n{bare}"));
-    refused(path, "motion bare.csv", 3, "rate-unknown", &[]);
-    let rated = motion(path, "bare.csv --rate 100", 0);
-    close(rated["duration_s"].as_f64().unwrap(), 8.99, 0.011);
-    // A calibration in counts.
-    for make in [
-        "simulate poses -o raw --seed 1 --raw --quiet",
-        "calibrate raw/poses.csv -o raw.json --gravity 9.80665 --quiet",
-    ] {
-        assert_eq!(run_in(path, words(make)).code, 0, "{make}");
-    }
-    refused(
-        path,
-        "motion line/line.csv -c raw.json",
-        3,
-        "unit-mismatch",
-        &[],
-    );
-    // Nothing was written by any of them.
-    let run = run_in(path, words("motion line/line.csv -c raw.json -o out.csv"));
-    assert_eq!(run.code, 3);
-    assert!(!path.join("out.csv").exists());
-}
-
-#[test]
-fn few_rows_and_odd_ones_do_not_end_it() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    let head = "Timestamp (ms),ax,ay,az\n";
-    for (name, rows, codes) in [
-        ("one", "0,0.1,0.2,9.8\n".to_owned(), vec![0, 3]),
-        (
-            "two",
-            "0,0.1,0.2,9.8\n10,0.1,0.2,9.8\n".to_owned(),
-            vec![0, 3],
-        ),
-        (
-            "constant",
-            (0..500)
-                .map(|i| format!("{},0.1,0.2,9.8\n", 10 * i))
-                .collect(),
-            vec![0, 3],
-        ),
-        (
-            "backwards",
-            (0..500)
-                .map(|i| format!("{},0.{},0.2,9.8\n", 10 * (i ^ 1), i % 7))
-                .collect(),
-            vec![0, 3],
-        ),
-        (
-            "huge",
-            (0..500)
-                .map(|i| format!("{},{}e60,0.2,9.8\n", 10 * i, i % 7))
-                .collect(),
-            vec![0, 3],
-        ),
-    ] {
-        let file = format!("{name}.csv");
-        write(path, &file, &format!("{head}{rows}"));
-        let run = run_in(path, words(&format!("motion {file}")));
-        assert!(
-            codes.contains(&run.code),
-            "{name}: {}\n{}",
-            run.code,
-            run.err
-        );
-        assert!(
-            !run.out.contains("NaN") && !run.out.contains("inf"),
-            "{name}"
-        );
-    }
-}
-
-#[test]
-fn a_gap_in_the_only_move_leaves_nothing_to_say() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    line(path);
-    let text = std::fs::read_to_string(path.join("line/line.csv")).unwrap();
-    let cut: String = text
-        .lines()
-        .enumerate()
-        .filter(|(i, _)| !(570..640).contains(i))
-        .map(|(_, l)| format!("{l}\n"))
-        .collect();
-    write(path, "cut.csv", &cut);
-    let result = motion(path, "cut.csv -c cal.json", 4);
-    assert!(result["final"]["position_m"].is_null());
-    assert_eq!(result["moves"][0]["usable"], false);
-    assert!(kinds(&result).contains(&"move-unusable".to_owned()));
-    let run = run_in(path, words("motion cut.csv -c cal.json -o m.csv"));
-    assert_eq!(run.code, 4);
-    narrow(&run.err);
-    assert!(run.err.contains("not usable"), "{}", run.err);
-    let table = std::fs::read_to_string(path.join("m.csv")).unwrap();
-    assert!(column(&table, "py_m").iter().any(|p| p.is_nan()));
-}
-
-#[test]
 fn a_reference_with_its_own_clock_rate_and_heading() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
@@ -458,123 +266,4 @@ fn a_reference_with_its_own_clock_rate_and_heading() {
         "truth-overlap",
         &[],
     );
-}
-
-#[test]
-fn a_walked_room_closes_beside_the_camera() {
-    let Some(data) = data() else { return };
-    let file = data.join("broad-translation/14_undisturbed_slow_translation_with_breaks_B.csv.gz");
-    let folder = tempfile::tempdir().unwrap();
-    let file = file.display();
-    let args = format!("{file} --gyro-unit rad/s --truth {file}");
-    let result = motion(folder.path(), &args, 0);
-    let c = &result["truth"];
-    assert_eq!(c["time_offset_s"], 0.0);
-    assert_eq!(c["moves"].as_array().unwrap().len(), 4);
-    close(c["path_m"].as_f64().unwrap(), 36.0, 1.0);
-    // The camera is level, and its frame is the sensor's at the start.
-    assert_eq!(c["align"], "yaw");
-    close(c["rotation_deg"][2].as_f64().unwrap(), 0.0, 3.0);
-    for m in c["moves"].as_array().unwrap() {
-        let (error, sigma) = (numbers(&m["end_error_m"]), numbers(&m["sigma_m"]));
-        for k in 0..3 {
-            assert!(
-                error[k].abs() < 4.0 && error[k].abs() < 3.0 * sigma[k],
-                "{m}"
-            );
-        }
-    }
-    finding(&result, "truth-gaps");
-    let run = run_in(folder.path(), words(&format!("motion {args} -o m.csv")));
-    assert!(run.err.contains("Against 14_"), "{}", run.err);
-}
-
-#[test]
-fn a_lift_goes_up_a_skyscraper() {
-    let Some(data) = data() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let file = data.join("pabrod-elevator/skyscrapper_up.csv");
-    let result = motion(folder.path(), &file.display().to_string(), 0);
-    let ride = result["moves"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .filter(|m| m["usable"] == true)
-        .max_by_key(|m| (1e3 * m["path_m"].as_f64().unwrap()) as i64)
-        .unwrap();
-    // Its owner has 74.3 m and about 4.0 m/s, from other rests; a bias or a scale
-    // explains gravity at rest, and the band covers both.
-    close(ride["displacement_m"][2].as_f64().unwrap(), 74.3, 1.0);
-    close(ride["peak_speed_mps"].as_f64().unwrap(), 4.0, 0.15);
-    let sigma = ride["sigma_m"][2].as_f64().unwrap();
-    assert!((1.0..6.0).contains(&sigma), "{sigma}");
-    for kind in ["no-gyro", "gravity-off"] {
-        finding(&result, kind);
-    }
-}
-
-#[test]
-fn a_lifted_box_comes_back() {
-    let Some(data) = data() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    for name in ["zplus", "zminus"] {
-        let file = data.join(format!("airbrakes-sixmoves/{name}.csv"));
-        let result = motion(
-            folder.path(),
-            &format!("{} --gyro-unit rad/s", file.display()),
-            0,
-        );
-        let last = result["moves"].as_array().unwrap().last().unwrap().clone();
-        let (way, sigma) = (numbers(&last["displacement_m"]), numbers(&last["sigma_m"]));
-        for k in 0..3 {
-            assert!(
-                way[k].abs() < 0.05 && way[k].abs() < 3.0 * sigma[k],
-                "{name}: {last}"
-            );
-        }
-        assert!(
-            (0.5..0.9).contains(&last["path_m"].as_f64().unwrap()),
-            "{last}"
-        );
-    }
-}
-
-#[test]
-fn every_recording_ends_in_a_table_or_in_a_reason() {
-    let Some(data) = data() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let mut tables = 0;
-    for path in files(&data) {
-        let name = path.display();
-        let args = format!("motion {name} --rate 100 -o out.csv --force");
-        let run = run_in(folder.path(), words(&args));
-        assert!(
-            [0, 3, 4].contains(&run.code),
-            "{name}: {}{}",
-            run.code,
-            run.err
-        );
-        if run.code == 3 {
-            assert!(run.err.contains("try: "), "{name}: {}", run.err);
-            continue;
-        }
-        // The first line names the files, whose paths may be long.
-        let (_, told) = run.err.split_once('\n').unwrap();
-        narrow(told);
-        tables += 1;
-        let table = std::fs::read_to_string(folder.path().join("out.csv")).unwrap();
-        let mut lines = table.lines();
-        let fields = lines.next().unwrap().split(',').count();
-        let mut before = f64::NEG_INFINITY;
-        for line in lines {
-            assert_eq!(line.split(',').count(), fields, "{name}: {line}");
-            let t: f64 = line.split(',').next().unwrap().parse().unwrap();
-            assert!(t >= before, "{name}: {line}");
-            before = t;
-        }
-        for word in ["NaN", "inf"] {
-            assert!(!table.contains(word), "{name}: {word}");
-        }
-    }
-    assert!(tables >= 15, "{tables}");
 }

@@ -10,7 +10,9 @@
 //! the yaw hides the heading, the full rotation hides an error of the tilt.
 
 mod align;
+mod columns;
 mod compare;
+mod line;
 mod offset;
 mod read;
 #[cfg(test)]
@@ -21,7 +23,8 @@ use serde::Serialize;
 use super::{Motion, result::Comparison};
 use crate::{Error, Result};
 
-pub use read::{LengthUnit, Reference, read_reference};
+pub use columns::LengthUnit;
+pub use read::{Reference, read_reference};
 
 /// How a reference is compared.
 #[derive(Debug, Clone, Default)]

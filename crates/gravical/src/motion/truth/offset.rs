@@ -6,7 +6,7 @@
 //! computed for every lag, first with wide bins, then around the best lag with
 //! narrower ones, and a parabola through the best three gives the fraction.
 
-use super::compare::Line;
+use super::line::Line;
 
 /// Bins of one track in the widest pass.
 const COARSE_BINS: f64 = 2048.0;
