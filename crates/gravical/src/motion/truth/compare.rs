@@ -134,11 +134,23 @@ fn offset_of(
     match found {
         Some(f) if f.correlation >= ALIKE => f.offset_s,
         Some(f) => {
+            // Where the stamps themselves have nothing in common, the best lag is
+            // all there is.
+            let as_stamped = overlap_at(&own, &other, 0.0);
+            let (taken, offset_s) = if as_stamped {
+                ("none is assumed", 0.0)
+            } else {
+                ("it is taken all the same", f.offset_s)
+            };
             findings.push(Finding::warning(
                 "truth-offset",
-                format!("the speeds are little alike (correlation {:.2} at an offset of {:+.3} s): the offset may be wrong; give --truth-offset", f.correlation, f.offset_s + reference.base_s),
+                format!(
+                    "the speeds are little alike (correlation {:.2} at best, with an offset of {:+.3} s): {taken}; give --truth-offset",
+                    f.correlation,
+                    f.offset_s + reference.base_s
+                ),
             ));
-            f.offset_s
+            offset_s
         }
         None => {
             findings.push(Finding::warning(
@@ -147,6 +159,14 @@ fn offset_of(
             ));
             0.0
         }
+    }
+}
+
+/// Whether the two have time in common when `offset_s` is added to the second.
+fn overlap_at(own: &Line<'_>, other: &Line<'_>, offset_s: f64) -> bool {
+    match (own.range(), other.range()) {
+        (Some((from, to)), Some((start, end))) => start + offset_s < to && end + offset_s > from,
+        _ => false,
     }
 }
 
