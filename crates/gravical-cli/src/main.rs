@@ -33,6 +33,8 @@ enum Verb {
     Calibrate(Box<cmd::calibrate::Args>),
     /// Recording → calibrated recording, streaming
     Apply(cmd::apply::Args),
+    /// Recording → filtered recording, and what that does to its noise
+    Denoise(Box<cmd::denoise::Args>),
     /// Recording → velocity and position, with error bands
     Motion(Box<cmd::motion::Args>),
     /// Does a calibration still fit new still readings?
@@ -59,6 +61,7 @@ fn main() -> ExitCode {
         Verb::Inspect(args) => cmd::inspect::run(args),
         Verb::Calibrate(args) => cmd::calibrate::run(args),
         Verb::Apply(args) => cmd::apply::run(args),
+        Verb::Denoise(args) => cmd::denoise::run(args),
         Verb::Motion(args) => cmd::motion::run(args),
         Verb::Check(args) => cmd::check::run(args),
         Verb::Compare(args) => cmd::compare::run(args),
@@ -76,6 +79,7 @@ impl Verb {
             Verb::Inspect(args) => args.json,
             Verb::Calibrate(args) => args.json,
             Verb::Apply(args) => args.json,
+            Verb::Denoise(args) => args.json,
             Verb::Motion(args) => args.json,
             Verb::Check(args) => args.json,
             Verb::Compare(args) => args.json,

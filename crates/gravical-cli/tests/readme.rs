@@ -10,10 +10,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const DOCUMENTS: [&str; 5] = [
+const DOCUMENTS: [&str; 6] = [
     "README.md",
     "docs/recording.md",
     "docs/method.md",
+    "docs/denoise.md",
     "docs/file-formats.md",
     "examples/simulated-six-position/README.md",
 ];

@@ -4,10 +4,11 @@ use std::process::{Command, Stdio};
 
 use crate::support::*;
 
-const VERBS: [&str; 10] = [
+const VERBS: [&str; 11] = [
     "inspect",
     "calibrate",
     "apply",
+    "denoise",
     "motion",
     "check",
     "compare",

@@ -48,7 +48,7 @@
 mod drift;
 mod head;
 mod judge;
-mod plan;
+pub(crate) mod plan;
 mod sensor;
 mod stream;
 mod tail;

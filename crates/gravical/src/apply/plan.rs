@@ -1,5 +1,7 @@
 //! Which columns are written, under which names, from which bytes of a line.
 
+use std::array::from_fn;
+
 use crate::recording::Finding;
 use crate::recording::dialect::Dialect;
 use crate::recording::layout::Layout;
@@ -25,7 +27,7 @@ enum Piece {
 }
 
 /// The layout of the output.
-pub(super) struct Plan {
+pub(crate) struct Plan {
     /// Names of the columns.
     pub names: Vec<String>,
     /// Columns that had to be renamed.
@@ -39,11 +41,20 @@ pub(super) struct Plan {
 
 impl Plan {
     pub fn new(dialect: &Dialect, layout: &Layout, with_gyro: bool, keep_raw: bool) -> Self {
-        let calibrated_field = |i: usize| match i {
-            0..3 => layout.field(Quantity::Accel(i)),
-            _ => layout.field(Quantity::Gyro(i - 3)),
-        };
-        let calibrated = 0..if with_gyro { 6 } else { 3 };
+        let calibrated = if with_gyro { 6 } else { 3 };
+        let names = from_fn(|i| (i < calibrated).then(|| CALIBRATED[i].to_owned()));
+        Self::with_names(dialect, layout, &names, keep_raw)
+    }
+
+    /// Channels that have a name here are written as values under it, the others
+    /// kept.
+    pub fn with_names(
+        dialect: &Dialect,
+        layout: &Layout,
+        names: &[Option<String>; 6],
+        keep_raw: bool,
+    ) -> Self {
+        let taken: Vec<&str> = names.iter().flatten().map(String::as_str).collect();
         let mut plan = Plan {
             names: Vec::new(),
             findings: Vec::new(),
@@ -58,26 +69,31 @@ impl Plan {
             adjoining: matches!(dialect.delimiter, Delimiter::Byte(_)),
         };
         for field in 0..dialect.fields {
-            let value = calibrated
-                .clone()
-                .find(|i| calibrated_field(*i) == Some(field));
+            let value = names
+                .iter()
+                .enumerate()
+                .find(|(i, name)| name.is_some() && channel_field(layout, *i) == Some(field));
             match value {
-                Some(i) if !keep_raw => plan.value(i),
+                Some((i, Some(name))) if !keep_raw => plan.value(i, name),
                 _ => {
                     let name = input_name(dialect, layout, field);
-                    let name = plan.free_name(name, &CALIBRATED[calibrated.clone()]);
+                    let name = plan.free_name(name, &taken);
                     plan.keep(field, name);
                 }
             }
         }
         if keep_raw {
-            calibrated.for_each(|i| plan.value(i));
+            for (i, name) in names.iter().enumerate() {
+                if let Some(name) = name {
+                    plan.value(i, name);
+                }
+            }
         }
         plan
     }
 
-    fn value(&mut self, i: usize) {
-        self.names.push(CALIBRATED[i].to_owned());
+    fn value(&mut self, i: usize, name: &str) {
+        self.names.push(name.to_owned());
         self.pieces.push(Piece::Value(i));
     }
 
@@ -153,8 +169,16 @@ fn put_comma(out: &mut [u8]) {
     }
 }
 
+/// The field of channel `i`: 0 to 2 the accelerometer's axes, 3 to 5 the gyroscope's.
+pub(crate) fn channel_field(layout: &Layout, i: usize) -> Option<usize> {
+    match i {
+        0..3 => layout.field(Quantity::Accel(i)),
+        _ => layout.field(Quantity::Gyro(i - 3)),
+    }
+}
+
 /// The name a kept column has in the header, or gets without one.
-fn input_name(dialect: &Dialect, layout: &Layout, field: usize) -> String {
+pub(crate) fn input_name(dialect: &Dialect, layout: &Layout, field: usize) -> String {
     if let Some(header) = &dialect.header {
         return header.names.get(field).cloned().unwrap_or_default();
     }

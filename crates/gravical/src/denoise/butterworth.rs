@@ -111,36 +111,39 @@ impl Butterworth {
         match self.passes {
             Passes::Causal => {
                 cascade.settle(x[0]);
-                for value in x {
-                    *value = cascade.update(*value);
-                }
+                pass(cascade, x.iter_mut());
             }
-            Passes::Two => there_and_back(&mut cascade, x, self.padding()),
+            Passes::Two => there_and_back(cascade, x, self.padding()),
         }
     }
 }
 
+/// One pass, and where it ends. By value: the state stays in registers.
+#[inline(always)]
+fn pass<'a, const N: usize>(
+    mut cascade: Cascade<f64, N>,
+    x: impl Iterator<Item = &'a mut f64>,
+) -> Cascade<f64, N> {
+    for value in x {
+        *value = cascade.update(*value);
+    }
+    cascade
+}
+
 /// Both passes; `x` is longer than `padding`.
-fn there_and_back<const N: usize>(cascade: &mut Cascade<f64, N>, x: &mut [f64], padding: usize) {
+fn there_and_back<const N: usize>(mut cascade: Cascade<f64, N>, x: &mut [f64], padding: usize) {
     let n = x.len();
     let (first, last) = (x[0], x[n - 1]);
     // Turned about the end points by half a turn: value and slope go on.
-    let before: Vec<f64> = (1..=padding).rev().map(|i| 2.0 * first - x[i]).collect();
+    let mut before: Vec<f64> = (1..=padding).rev().map(|i| 2.0 * first - x[i]).collect();
     let mut after: Vec<f64> = (1..=padding).map(|i| 2.0 * last - x[n - 1 - i]).collect();
     cascade.settle(before.first().copied().unwrap_or(first));
-    for value in before {
-        cascade.update(value);
-    }
-    for value in x.iter_mut().chain(&mut after) {
-        *value = cascade.update(*value);
-    }
+    cascade = pass(cascade, before.iter_mut());
+    cascade = pass(cascade, x.iter_mut());
+    cascade = pass(cascade, after.iter_mut());
     cascade.settle(after.last().copied().unwrap_or(last));
-    for value in after.iter().rev() {
-        cascade.update(*value);
-    }
-    for value in x.iter_mut().rev() {
-        *value = cascade.update(*value);
-    }
+    cascade = pass(cascade, after.iter_mut().rev());
+    pass(cascade, x.iter_mut().rev());
 }
 
 /// (√2 − 1)^(1/2n): where two passes of order n are down by 3 dB, in cutoffs of one.

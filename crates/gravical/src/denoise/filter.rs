@@ -121,8 +121,11 @@ impl Filter {
             kind,
             response: Response {
                 noise_gain,
-                minus_3db_hz: rate_hz
-                    .map(|rate| of_rate.iter().map(|share| share * rate).collect()),
+                minus_3db_hz: rate_hz.map(|rate| match spec {
+                    // As it was asked for, to the last digit.
+                    FilterSpec::Butterworth { band, .. } => band.edges_hz(),
+                    _ => of_rate.iter().map(|share| share * rate).collect(),
+                }),
                 minus_3db_of_rate: of_rate,
             },
         })
@@ -147,6 +150,20 @@ impl Filter {
             Kind::Savgol(savgol) => savgol.window(),
             Kind::Butterworth(butterworth) => butterworth.shortest(),
             Kind::Hampel { .. } => 1,
+        }
+    }
+
+    /// Samples to each side that tell on a value: half a window, or a period of the
+    /// slowest cutoff.
+    pub(super) fn reach(&self) -> usize {
+        match self.spec {
+            FilterSpec::SavitzkyGolay { window, .. }
+            | FilterSpec::Hampel { window, .. }
+            | FilterSpec::Mean { window } => window / 2,
+            FilterSpec::Butterworth { band, .. } => {
+                let slowest_hz = band.edges_hz().first().copied().unwrap_or(1.0);
+                (1.0 / (slowest_hz * self.step_s)).ceil() as usize
+            }
         }
     }
 
@@ -214,9 +231,10 @@ impl Filter {
             }
             Kind::Butterworth(butterworth) => {
                 let run = |even: &mut [f64]| butterworth.apply(even);
-                match on_grid(time_s, self.step_s, channels, run) {
+                match on_grid(time_s, self.step_s, self.shortest(), channels, run) {
                     Gridded::Filled(samples) => treated.filled = samples,
                     Gridded::Resampled => treated.resampled = rows,
+                    Gridded::TooShort => treated.too_short = rows,
                 }
             }
             Kind::Hampel { window, sigmas } => {

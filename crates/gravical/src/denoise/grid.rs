@@ -4,6 +4,9 @@
 /// samples; others came at uneven times.
 const WHOLE_SHARE: f64 = 0.25;
 
+/// Stamps nearer than this share of the usual step are the same.
+const SAME_SHARE: f64 = 0.01;
+
 /// How uneven samples got onto an even grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Gridded {
@@ -11,6 +14,8 @@ pub(super) enum Gridded {
     Filled(usize),
     /// All of them were interpolated.
     Resampled,
+    /// Not at all: the grid has fewer samples than the filter takes.
+    TooShort,
 }
 
 /// Runs `filter` over samples at `time_s` (rising, some may be equal) as if they were
@@ -18,16 +23,21 @@ pub(super) enum Gridded {
 ///
 /// Where every step is a whole multiple of `step_s`, the lost samples are put in by
 /// linear interpolation. Elsewhere the samples are interpolated linearly to an even
-/// grid and the result back to the stamps; that alone smooths: white noise to 0.7 of
-/// its standard deviation where the grid falls between samples.
+/// grid and the result back to the stamps; that alone smooths: white noise to 0.61 of
+/// its standard deviation where the grid falls midway between samples. A grid of fewer than
+/// `shortest` samples changes nothing.
 pub(super) fn on_grid(
     time_s: &[f64],
     step_s: f64,
+    shortest: usize,
     channels: &mut [&mut [f64]],
     mut filter: impl FnMut(&mut [f64]),
 ) -> Gridded {
     if let Some(places) = places(time_s, step_s) {
         let count = places.last().map_or(0, |last| last + 1);
+        if count < shortest {
+            return Gridded::TooShort;
+        }
         for x in channels.iter_mut() {
             let mut even = filled(&places, x, count);
             filter(&mut even);
@@ -42,6 +52,9 @@ pub(super) fn on_grid(
     let start = time_s[0];
     let span = time_s[time_s.len() - 1] - start;
     let count = (span / step_s).ceil() as usize + 1;
+    if count < shortest {
+        return Gridded::TooShort;
+    }
     for x in channels.iter_mut() {
         let (stamps, means) = distinct(time_s, x);
         let mut even = interpolated(
@@ -64,7 +77,9 @@ fn places(time_s: &[f64], step_s: f64) -> Option<Vec<usize>> {
     places.push(place);
     for pair in time_s.windows(2) {
         let steps = (pair[1] - pair[0]) / step_s;
-        if (steps - steps.round()).abs() > WHOLE_SHARE {
+        let off = (steps - steps.round()).abs();
+        // Two samples in one place are one that was read twice, or they are two.
+        if off > WHOLE_SHARE || (steps > SAME_SHARE && steps.round() < 1.0) {
             return None;
         }
         place += steps.round() as usize;
@@ -127,10 +142,21 @@ mod tests {
         let time = [0.0, 0.01, 0.02, 0.0501, 0.06, 0.06];
         let mut x = [1.0, 2.0, 3.0, 6.0, 7.0, 9.0];
         let mut seen = Vec::new();
-        let how = on_grid(&time, 0.01, &mut [&mut x], |even| seen = even.to_vec());
+        let how = on_grid(&time, 0.01, 1, &mut [&mut x], |even| seen = even.to_vec());
         assert_eq!(how, Gridded::Filled(2));
         assert_eq!(seen, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]);
         assert_eq!(x, [1.0, 2.0, 3.0, 6.0, 8.0, 8.0]);
+    }
+
+    #[test]
+    fn a_grid_that_is_too_short_changes_nothing() {
+        for time in [[0.0; 5], [0.0, 0.0, 0.004, 0.004, 0.01]] {
+            let mut x = [1.0, 2.0, 3.0, 4.0, 5.0];
+            let how = on_grid(&time, 0.01, 4, &mut [&mut x], |_| {
+                panic!("nothing to filter")
+            });
+            assert_eq!((how, x), (Gridded::TooShort, [1.0, 2.0, 3.0, 4.0, 5.0]));
+        }
     }
 
     #[test]
@@ -140,7 +166,7 @@ mod tests {
             .collect();
         let line: Vec<f64> = time.iter().map(|t| 9.8 - 3.0 * t).collect();
         let mut x = line.clone();
-        let how = on_grid(&time, 0.01, &mut [&mut x], |_| {});
+        let how = on_grid(&time, 0.01, 1, &mut [&mut x], |_| {});
         assert_eq!(how, Gridded::Resampled);
         // The last grid point may lie beyond the last stamp.
         for (a, b) in x.iter().zip(&line).take(49) {

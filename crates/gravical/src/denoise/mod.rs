@@ -44,6 +44,7 @@ mod filter;
 mod gram;
 mod grid;
 mod hampel;
+mod parse;
 mod response;
 mod run;
 mod savgol;
@@ -51,12 +52,16 @@ mod spec;
 mod summary;
 #[cfg(test)]
 mod tests;
+mod write;
 
 pub use filter::Filter;
 pub use response::Response;
 pub use savgol::{Edge, causal_coefficients, coefficients};
 pub use spec::{Band, FilterSpec, MAX_POLYNOMIAL, MAX_WINDOW, Passes};
 pub use summary::{DenoiseSummary, FilterOutcome, Sigmas};
+pub use write::write;
+
+use std::ops::Range;
 
 use crate::recording::Recording;
 use crate::segment::still::{StillOptions, find_stills};
@@ -86,7 +91,7 @@ pub struct DenoiseOptions {
     /// Which channels are filtered. Default: all.
     pub channels: Channels,
     /// A step between stamps that is longer than this many usual steps parts the
-    /// recording: filters start anew behind it. 1.5 to 1e6. Default: 10, twice the
+    /// recording: filters start anew behind it. 1.5 to 1000. Default: 10, twice the
     /// window of the least smoothing.
     pub gap_steps: Option<f64>,
     /// How the spans at rest are found that noise is measured in.
@@ -118,10 +123,10 @@ impl DenoiseOptions {
         }
         self.filters.iter().try_for_each(FilterSpec::validate)?;
         let gap = self.gap_steps.unwrap_or(Self::GAP_STEPS);
-        if !(1.5..=1e6).contains(&gap) {
+        if !(1.5..=1000.0).contains(&gap) {
             return Err(Error::usage(
                 "option-range",
-                format!("gap_steps has to be between 1.5 and 1e6, not {gap}"),
+                format!("gap_steps has to be between 1.5 and 1000, not {gap}"),
             ));
         }
         Ok(())
@@ -135,6 +140,8 @@ pub struct Denoised {
     pub recording: Recording,
     /// What was done, with all findings.
     pub summary: DenoiseSummary,
+    /// Which channels were filtered.
+    pub channels: Channels,
 }
 
 /// Filters the channels of a recording in place of themselves.
@@ -169,13 +176,29 @@ pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Den
     let stills = find_stills(&recording, &options.still);
     let runner = Runner::new(&recording, options);
     let mut summary = DenoiseSummary::start(&recording, options, &stills.spans);
-    let mut derivative = 0;
+    let (mut derivative, mut reach) = (0, 0);
     for filter in &filters {
         let treated = runner.run(filter, &mut recording, options.channels);
         derivative += filter.spec().derivative();
-        let sigma = Sigmas::of(&recording, options.channels, &stills.spans);
+        // Motion around a rest is spread into its ends.
+        reach += filter.reach();
+        let inner = inner_rows(&stills.spans, reach);
+        let sigma = Sigmas::of(&recording, options.channels, &inner);
         summary.add(filter, &treated, sigma, derivative, &recording);
     }
     summary.finish(&runner, &recording);
-    Ok(Denoised { recording, summary })
+    Ok(Denoised {
+        recording,
+        summary,
+        channels: options.channels,
+    })
+}
+
+/// The spans without `reach` rows at both ends, those that keep ten rows and more.
+fn inner_rows(spans: &[Range<usize>], reach: usize) -> Vec<Range<usize>> {
+    spans
+        .iter()
+        .map(|s| s.start + reach..s.end.saturating_sub(reach))
+        .filter(|s| s.len() >= 10)
+        .collect()
 }

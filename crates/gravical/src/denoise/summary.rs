@@ -40,6 +40,8 @@ pub struct DenoiseSummary {
     pub recorded: Sigmas,
     /// The filters in the order in which they ran.
     pub filters: Vec<FilterOutcome>,
+    /// Names of the columns that were written; empty before.
+    pub columns: Vec<String>,
     /// What is odd, with the findings of reading.
     pub findings: Vec<Finding>,
 }
@@ -55,6 +57,8 @@ pub struct FilterOutcome {
     /// How often the channels are differentiated by time up to here: units are to be
     /// divided by s so many times.
     pub derivative: usize,
+    /// False when it takes constants away, as a high-pass or a derivative does.
+    pub keeps_constants: bool,
     /// Samples that were replaced as outliers; null for filters that replace none.
     pub replaced: Option<usize>,
     /// Noise at rest behind it.
@@ -62,7 +66,9 @@ pub struct FilterOutcome {
 }
 
 /// Standard deviation at rest of each axis: the deviations from the mean of each
-/// still, pooled. Null for what was not filtered, is not there or never still.
+/// still, pooled. Behind a filter without the ends of each still, into which it spreads
+/// the motion around. Null for what was not filtered, is not there or never still for
+/// long enough.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
 pub struct Sigmas {
     /// In the summary's `accel_unit`.
@@ -133,6 +139,7 @@ impl DenoiseSummary {
             },
             recorded: Sigmas::of(recording, options.channels, stills),
             filters: Vec::new(),
+            columns: Vec::new(),
             findings: recording.findings.clone(),
         }
     }
@@ -150,6 +157,7 @@ impl DenoiseSummary {
             filter: spec.to_string(),
             response: filter.response().clone(),
             derivative,
+            keeps_constants: spec.keeps_constants(),
             replaced: matches!(spec, FilterSpec::Hampel { .. }).then_some(outcome.treated.replaced),
             sigma,
         });
@@ -220,7 +228,7 @@ impl DenoiseSummary {
                 Finding::warning(
                     "resampled",
                     format!(
-                        "{spec}: {:.2} % of the samples came at uneven times; they were interpolated to {:.6} Hz and back, which smooths by itself: white noise to 0.7 at most",
+                        "{spec}: {:.2} % of the samples came at uneven times; they were interpolated to {:.6} Hz and back, which smooths by itself (white noise to 0.6 at worst)",
                         share(treated.resampled),
                         self.rate_hz.unwrap_or(f64::NAN)
                     ),
@@ -260,13 +268,17 @@ impl DenoiseSummary {
         if parted.gaps + parted.backward > 0 {
             let mut why = Vec::new();
             if parted.gaps > 0 {
+                let steps = if parted.gaps == 1 { "step" } else { "steps" };
                 why.push(format!(
-                    "{} steps of more than {:.3} s",
+                    "{} {steps} of more than {:.3} s",
                     parted.gaps, runner.clock.gap_s
                 ));
             }
             if parted.backward > 0 {
-                why.push(format!("{} stamps that run backwards", parted.backward));
+                why.push(match parted.backward {
+                    1 => "1 stamp that runs backwards".to_owned(),
+                    n => format!("{n} stamps that run backwards"),
+                });
             }
             self.findings.push(
                 Finding::warning(

@@ -4,6 +4,7 @@
 mod calibration;
 mod check;
 mod compare;
+mod denoise;
 mod gyroscope;
 mod inspection;
 mod motion;
@@ -14,6 +15,7 @@ mod truth;
 pub use calibration::calibration_text;
 pub use check::check_text;
 pub use compare::comparison_text;
+pub use denoise::denoise_text;
 pub use inspection::inspection_text;
 pub use motion::motion_text;
 pub use temperature::temperature_text;
