@@ -11,6 +11,7 @@ mod joint;
 mod joint_properties;
 mod magnitude;
 mod motion;
+mod motion_stories;
 mod properties;
 mod reader;
 mod session;

@@ -1,0 +1,132 @@
+//! Motion on recordings whose story is known: constant speed, gaps, walks, and
+//! what is missing.
+
+use gravical::motion::{Ends, MotionOptions, MotionResult, motion};
+use gravical::recording::{ReadOptions, Recording, read_bytes};
+
+/// Noise without a generator: the same every time, about ±1.7.
+fn noise(i: usize, channel: usize) -> f64 {
+    let x = ((i * 12 + channel + 1) as f64 * 12.9898).sin() * 43758.5453;
+    3.46 * (x - x.floor() - 0.5)
+}
+
+/// A recording at 100 Hz of `seconds`: acceleration along x and rate about y as
+/// functions of time; `keep` says which rows are written.
+fn record(
+    seconds: f64,
+    acceleration: impl Fn(f64) -> f64,
+    with_gyro: bool,
+    keep: impl Fn(f64) -> bool,
+) -> Recording {
+    let mut text = "t_s,ax (m/s^2),ay (m/s^2),az (m/s^2)".to_owned();
+    text += if with_gyro {
+        ",gx (rad/s),gy (rad/s),gz (rad/s)\n"
+    } else {
+        "\n"
+    };
+    for i in 0..(100.0 * seconds) as usize {
+        let t = 0.01 * i as f64;
+        if !keep(t) {
+            continue;
+        }
+        text += &format!(
+            "{t:.3},{:.5},{:.5},{:.5}",
+            acceleration(t) + 0.02 * noise(i, 0),
+            0.02 * noise(i, 1),
+            9.80665 + 0.02 * noise(i, 2)
+        );
+        if with_gyro {
+            for c in 3..6 {
+                text += &format!(",{:.6}", 0.001 * noise(i, c));
+            }
+        }
+        text += "\n";
+    }
+    read_bytes(text.as_bytes(), "story.csv", &ReadOptions::default()).unwrap()
+}
+
+/// From 5 s on 1 m/s² for half a second, then `cruise` seconds at 0.5 m/s, then
+/// back to rest.
+fn ride(cruise: f64) -> impl Fn(f64) -> f64 {
+    move |t: f64| {
+        if (5.0..5.5).contains(&t) {
+            1.0
+        } else if (5.5 + cruise..6.0 + cruise).contains(&t) {
+            -1.0
+        } else {
+            0.0
+        }
+    }
+}
+
+fn computed(recording: &Recording) -> MotionResult {
+    motion(recording, None, &MotionOptions::default())
+        .unwrap()
+        .result
+}
+
+fn kinds(result: &MotionResult) -> Vec<&str> {
+    result.findings.iter().map(|f| f.kind.as_str()).collect()
+}
+
+#[test]
+fn constant_speed_is_no_rest() {
+    for with_gyro in [true, false] {
+        let result = computed(&record(20.0, ride(6.0), with_gyro, |_| true));
+        assert_eq!(result.moves.len(), 1, "{:?}", result.still);
+        let moved = result.moves[0].displacement_m.unwrap()[0];
+        // 0.5 m/s over six seconds and two halves of half a second.
+        assert!((moved - 3.25).abs() < 0.1, "{moved}");
+        assert!(kinds(&result).contains(&"constant-speed"));
+        assert_eq!(kinds(&result).contains(&"no-gyro"), !with_gyro);
+    }
+}
+
+#[test]
+fn rests_by_hand_are_believed() {
+    let mut options = MotionOptions::default();
+    options.rests.given_s = Some(vec![(0.0, 4.9), (7.0, 9.0), (12.2, f64::INFINITY)]);
+    let recording = record(20.0, ride(6.0), true, |_| true);
+    let result = motion(&recording, None, &options).unwrap().result;
+    assert_eq!(result.moves.len(), 2);
+    assert!(result.moves.iter().all(|m| m.ends == Ends::RestToRest));
+}
+
+#[test]
+fn a_gap_in_one_move_keeps_the_others() {
+    let two = |t: f64| ride(0.5)(t) + ride(0.5)(t - 7.0);
+    let whole = computed(&record(20.0, two, true, |_| true));
+    assert_eq!(whole.moves.len(), 2);
+    let torn = computed(&record(20.0, two, true, |t| !(5.3..6.1).contains(&t)));
+    assert!(!torn.moves[0].usable && torn.moves[1].usable);
+    let (a, b) = (whole.moves[1].displacement_m, torn.moves[1].displacement_m);
+    assert!((a.unwrap()[0] - b.unwrap()[0]).abs() < 0.02);
+    assert!(torn.r#final.position_m.is_none() && torn.r#final.sigma_m.is_none());
+    assert!(kinds(&torn).contains(&"move-unusable"));
+    // The same gap at rest loses nothing.
+    let quiet = computed(&record(20.0, two, true, |t| !(2.0..2.8).contains(&t)));
+    assert_eq!(quiet.moves.len(), 2);
+    assert!(quiet.r#final.position_m.is_some());
+}
+
+#[test]
+fn the_start_and_the_end_may_be_in_motion() {
+    let result = computed(&record(12.0, ride(2.0), true, |t| t < 6.0));
+    assert_eq!(result.moves.last().unwrap().ends, Ends::FromRest);
+    assert!(kinds(&result).contains(&"ends-moving"));
+    // From the middle of the first push on: 0.25 m/s and more before the rest.
+    let result = computed(&record(14.0, ride(1.0), true, |t| t > 5.25));
+    let first = &result.moves[0];
+    assert_eq!(first.ends, Ends::ToRest);
+    let way = first.displacement_m.unwrap()[0];
+    let exact = 0.09375 + 0.5 + 0.125;
+    assert!((way - exact).abs() < 0.05, "{way}");
+    assert!((way - exact).abs() < 3.0 * first.sigma_m.unwrap()[0] + 1e-3);
+}
+
+#[test]
+fn never_at_rest_is_said() {
+    let result = computed(&record(10.0, |t| 2.0 * (9.0 * t).sin(), false, |_| true));
+    assert!(kinds(&result).contains(&"no-still"), "{:?}", result.still);
+    assert!(result.moves.iter().all(|m| m.ends == Ends::Free));
+}
