@@ -58,7 +58,7 @@ fn title(name: &str, unit: &str) -> String {
     } else {
         unit
     };
-    format!("σ of the {name} at rest, {unit}")
+    format!("σ of {name}, {unit}")
 }
 
 fn count(n: usize, one: &str, many: &str) -> String {
@@ -94,14 +94,14 @@ fn table(
         false => " ".repeat(20),
     };
     let mut lines = vec![
-        format!("  {:width$}{}   {title}", "", response("white", "−3 dB")),
+        format!("  {:width$}{}{title:>33}", "", response("white", "−3 dB")),
         format!(
             "  {:width$}{}{}",
             "",
             response("noise", "Hz"),
             match title {
                 "" => String::new(),
-                _ => ["x", "y", "z"].map(|axis| format!("{axis:>12}")).concat(),
+                _ => ["x", "y", "z"].map(|axis| format!("{axis:>11}")).concat(),
             }
         ),
         format!(
@@ -143,9 +143,9 @@ fn table(
 /// Three digits, whatever the unit.
 fn sigma(value: f64) -> String {
     if value != 0.0 && value.abs() < 1e-4 {
-        return format!("{value:>12.1e}");
+        return format!("{value:>11.1e}");
     }
-    format!("{value:>12.*}", decimals_of(value, 3))
+    format!("{value:>11.*}", decimals_of(value, 3))
 }
 
 fn gain(filter: &FilterOutcome) -> String {
