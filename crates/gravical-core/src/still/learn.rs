@@ -50,11 +50,15 @@ impl<T: Real> Learner<T> {
         self.blocks
     }
 
-    /// Takes a sample: specific force, m/s², and angular rate, rad/s.
+    /// Takes a sample: specific force, m/s², and angular rate, rad/s. One with a
+    /// value that is not finite is left out.
     pub fn update(&mut self, force_mps2: [T; 3], rate_rad_s: Option<[T; 3]>) {
         let [a, b, c] = force_mps2;
         let [d, e, f] = rate_rad_s.unwrap_or([T::zero(); 3]);
         let value = [a, b, c, d, e, f];
+        if !value.iter().all(|v| v.is_finite()) {
+            return;
+        }
         if self.samples == 0 {
             // Less the first sample: gravity would cost f32 its digits.
             self.first = value;
@@ -117,5 +121,37 @@ impl<T: Real> Learner<T> {
             .has_gyro
             .then_some(([sigma[3], sigma[4], sigma[5]], vif[1]));
         Some(RestNoise::new(accel, vif[0], gyro))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn alternating_and_repeated_values() {
+        // ±0.1 in turn: σ 0.1, and means of blocks that do not scatter at all.
+        let mut learner = Learner::<f32>::new(Plan::new(100.0_f32), false);
+        for i in 0..400 {
+            let v = if i % 2 == 0 { 0.1 } else { -0.1 };
+            learner.update([v, v, 9.81 + v], None);
+        }
+        assert_eq!(learner.blocks(), 20);
+        let noise = learner.noise().unwrap();
+        assert!(noise.variance[..3].iter().all(|v| (v - 0.01).abs() < 1e-4));
+        assert!((noise.mean_variance[0][2] - noise.variance[2]).abs() < 1e-9);
+    }
+
+    #[test]
+    fn nothing_is_learnt_from_motion_or_from_silence() {
+        let mut moving = Learner::<f64>::new(Plan::new(100.0), false);
+        let mut silent = moving.clone();
+        for i in 0..400 {
+            let v = (f64::from(i) * 0.01).sin();
+            moving.update([v, v, 9.81], None);
+            silent.update([0.0, 0.0, 9.81], None);
+        }
+        assert!(moving.noise().is_none());
+        assert!(silent.noise().is_none());
     }
 }

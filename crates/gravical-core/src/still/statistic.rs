@@ -40,6 +40,8 @@ pub struct Statistic<T> {
     noise: RestNoise<T>,
     origin: [T; CHANNELS],
     energy_limit: T,
+    /// 1/σ² of each axis of the gyroscope.
+    per_variance: [T; 3],
     samples: usize,
     sums: [[T; CHANNELS]; 3],
     energy: T,
@@ -50,8 +52,10 @@ pub struct Statistic<T> {
 
 #[derive(Debug, Clone, Copy)]
 struct Reference<T> {
-    from: usize,
+    /// Blocks; none while `to` is 0.
     to: usize,
+    /// Number of samples from which on it may be another one.
+    until: usize,
     mean: [T; CHANNELS],
     /// 1/(V (1/W + 1/n)) of each channel.
     weight: [T; CHANNELS],
@@ -63,8 +67,8 @@ impl<T: Real> Statistic<T> {
     #[must_use]
     pub fn new(plan: Plan, noise: RestNoise<T>, origin: [T; CHANNELS]) -> Self {
         let none = Reference {
-            from: 0,
             to: 0,
+            until: 0,
             mean: [T::zero(); CHANNELS],
             weight: [T::zero(); CHANNELS],
         };
@@ -73,6 +77,7 @@ impl<T: Real> Statistic<T> {
             noise,
             origin,
             energy_limit: energy_limit(plan.windows[0], noise.gyro_vif),
+            per_variance: core::array::from_fn(|c| T::one() / noise.variance[3 + c]),
             samples: 0,
             sums: [[T::zero(); CHANNELS]; 3],
             energy: T::zero(),
@@ -92,8 +97,7 @@ impl<T: Real> Statistic<T> {
     #[must_use]
     pub fn reference(&self) -> Option<[T; CHANNELS]> {
         let reference = &self.references[0];
-        (reference.to > reference.from)
-            .then(|| core::array::from_fn(|c| self.origin[c] + reference.mean[c]))
+        (reference.to > 0).then(|| core::array::from_fn(|c| self.origin[c] + reference.mean[c]))
     }
 
     /// Takes the next sample. `leaving` are the samples that leave the three
@@ -130,14 +134,19 @@ impl<T: Real> Statistic<T> {
             self.blocks[at] = self.block;
             self.block = [T::zero(); CHANNELS];
         }
-        self.test()
+        // A twentieth of a block is soon enough.
+        if self.samples.is_multiple_of((length / 20).max(1)) {
+            self.test()
+        } else {
+            None
+        }
     }
 
     /// Σ ω²/σ² over the axes of the gyroscope, ω less the origin.
     fn power(&self, off: &[T; CHANNELS]) -> T {
         let mut sum = T::zero();
         for c in 0..3 {
-            sum = sum + off[3 + c] * off[3 + c] / self.noise.variance[3 + c];
+            sum = sum + off[3 + c] * off[3 + c] * self.per_variance[c];
         }
         sum
     }
@@ -179,28 +188,30 @@ impl<T: Real> Statistic<T> {
         for c in 0..3 {
             let r = mean[3 + c];
             let two = T::from_f64(2.0);
-            energy = energy
-                + (width * r * r - two * r * self.sums[0][3 + c]) / self.noise.variance[3 + c];
+            energy =
+                energy + (width * r * r - two * r * self.sums[0][3 + c]) * self.per_variance[c];
         }
         energy > self.energy_limit
     }
 
     /// Chooses the reference of a window; false while there is none.
     fn refer(&mut self, w: usize, width: usize) -> bool {
+        if self.samples < self.references[w].until {
+            return self.references[w].to > 0;
+        }
         let length = self.plan.block;
         let Some(before) = self.samples.checked_sub(width) else {
             return false;
         };
         let near = before / length;
+        let until = (near + 1) * length + width;
+        self.references[w].until = until;
         let far = near.saturating_sub(Plan::GAP_BLOCKS);
         let to = far.max(near.min(Plan::LEAST_REFERENCE));
-        if to < Plan::SEED_BLOCKS {
-            return false;
+        if to < Plan::SEED_BLOCKS || self.references[w].to == to {
+            return self.references[w].to > 0;
         }
         let from = to.saturating_sub(Plan::REFERENCE_BLOCKS);
-        if self.references[w].to == to {
-            return true;
-        }
         let mut mean = [T::zero(); CHANNELS];
         for block in from..to {
             let sums = &self.blocks[block % KEPT];
@@ -212,8 +223,8 @@ impl<T: Real> Statistic<T> {
         let spread = T::one() / T::from_f64(width as f64) + T::one() / samples;
         let variance = &self.noise.mean_variance[w];
         self.references[w] = Reference {
-            from,
             to,
+            until,
             mean: mean.map(|m| m / samples),
             weight: core::array::from_fn(|c| T::one() / (variance[c] * spread)),
         };
@@ -230,4 +241,92 @@ fn energy_limit<T: Real>(width: usize, vif: T) -> T {
     let share = T::from_f64(2.0 / 9.0) / freedom;
     let root = T::one() - share + T::from_f64(NORMAL_LIMIT) * share.sqrt();
     freedom * root * root * root * vif
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sum of twelve uniform numbers less 6, from a linear congruential generator
+    /// (Knuth's MMIX): near enough to normal for ten thousand samples.
+    struct Noise(u64);
+
+    impl Noise {
+        fn next(&mut self) -> f64 {
+            (0..12)
+                .map(|_| {
+                    self.0 = self
+                        .0
+                        .wrapping_mul(6_364_136_223_846_793_005)
+                        .wrapping_add(1_442_695_040_888_963_407);
+                    (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+                })
+                .sum::<f64>()
+                - 6.0
+        }
+
+        fn sample(&mut self) -> [f64; CHANNELS] {
+            core::array::from_fn(|_| self.next())
+        }
+    }
+
+    fn first_alarm(samples: &[[f64; CHANNELS]]) -> Option<(usize, Alarm)> {
+        let plan = Plan::new(100.0);
+        let noise = RestNoise::new([1.0; 3], 1.0, Some(([1.0; 3], 1.0)));
+        let mut statistic = Statistic::new(plan, noise, samples[0]);
+        (0..samples.len()).find_map(|i| {
+            let leaving = plan.windows.map(|w| samples[i.saturating_sub(w)]);
+            statistic
+                .update(samples[i], leaving)
+                .map(|alarm| (i, alarm))
+        })
+    }
+
+    #[test]
+    fn white_noise_raises_no_alarm() {
+        let mut noise = Noise(1);
+        let samples: std::vec::Vec<_> = (0..100_000).map(|_| noise.sample()).collect();
+        assert_eq!(first_alarm(&samples), None);
+    }
+
+    #[test]
+    fn each_alarm_for_its_reason() {
+        let mut noise = Noise(2);
+        let quiet: std::vec::Vec<_> = (0..1000).map(|_| noise.sample()).collect();
+        let mut pushed = quiet.clone();
+        pushed[800..].iter_mut().for_each(|s| s[1] += 3.0);
+        let mut turned = quiet.clone();
+        turned[800..].iter_mut().for_each(|s| s[5] -= 3.0);
+        let mut shaken = quiet.clone();
+        for (i, s) in shaken[800..].iter_mut().enumerate() {
+            s[4] += if i % 2 == 0 { 4.0 } else { -4.0 };
+        }
+        for (samples, reason) in [
+            (pushed, Alarm::Force),
+            (turned, Alarm::Rate),
+            (shaken, Alarm::Energy),
+        ] {
+            let (at, alarm) = first_alarm(&samples).unwrap();
+            assert_eq!(alarm, reason);
+            assert!((800..825).contains(&at), "{at}");
+        }
+    }
+
+    #[test]
+    fn a_drift_is_followed() {
+        // 3 mm/s² in 10 s where σ is 35 mm/s²: a fixed reference would fail.
+        let mut noise = Noise(3);
+        let mut samples: std::vec::Vec<_> = (0..20_000).map(|_| noise.sample()).collect();
+        for (i, s) in samples.iter_mut().enumerate() {
+            s[0] += 0.003 / 0.035 / 1000.0 * i as f64;
+        }
+        assert_eq!(first_alarm(&samples), None);
+    }
+
+    #[test]
+    fn the_limit_of_the_energy() {
+        // SciPy: chi2.isf(1e-7/3, 60) is 138.94, chi2.isf(1e-7/3, 30) 91.93.
+        assert!((energy_limit(20, 1.0_f64) - 138.94).abs() < 1.0);
+        assert!((energy_limit(20, 2.0_f64) - 2.0 * 91.93).abs() < 2.0);
+    }
 }

@@ -35,6 +35,7 @@ impl Context<'_> {
         // A force fixed in space turns the other way round in the sensor.
         let f = Vector3::new(mean_a[0], mean_a[1], mean_a[2]);
         let predicted = Rotation3::new(-Vector3::from(turn.vector)) * f;
+        let wander = self.levels.wander;
         let g = f.norm();
         let slack = (TURN_ERROR * turn.path * g).powi(2) + turn.variance * g * g;
         let (va, vb) = (
@@ -44,7 +45,7 @@ impl Context<'_> {
         (0..3)
             .map(|c| {
                 let off = mean_b[c] - predicted[c];
-                off * off / (va[c] / n_a + vb[c] / n_b + slack)
+                off * off / (wander * (va[c] / n_a + vb[c] / n_b) + slack)
             })
             .sum()
     }

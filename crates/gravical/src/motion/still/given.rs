@@ -71,14 +71,37 @@ pub(super) fn check(intervals: &[(f64, f64)]) -> Result<()> {
     Ok(())
 }
 
+/// Refuses intervals in which the recording has no sample.
+pub(super) fn check_inside(samples: &Samples, intervals: &[(f64, f64)]) -> Result<()> {
+    let (Some(first), Some(last)) = (samples.t_s.first(), samples.t_s.last()) else {
+        return Ok(());
+    };
+    for &(start, end) in intervals {
+        if range(samples, start, end).is_empty() {
+            let text = format!(
+                "there is no sample in the rest from {start} s to {end} s: \
+                 the recording goes from {first:.3} s to {last:.3} s"
+            );
+            return Err(Error::usage("rests-outside", text)
+                .with_hint("seconds count from the first row of the recording"));
+        }
+    }
+    Ok(())
+}
+
+/// Samples of an interval, both ends included.
+fn range(samples: &Samples, start: f64, end: f64) -> Range<usize> {
+    let t = &samples.t_s;
+    t.partition_point(|v| *v < start)..t.partition_point(|v| *v <= end)
+}
+
 /// The samples in `intervals`: clipped to the recording, sorted, merged where they
 /// touch or overlap, cut at the breaks. An interval without any sample is left
 /// out.
 pub(super) fn spans(samples: &Samples, intervals: &[(f64, f64)]) -> Vec<Range<usize>> {
-    let t = &samples.t_s;
     let mut found: Vec<Range<usize>> = intervals
         .iter()
-        .map(|&(start, end)| t.partition_point(|v| *v < start)..t.partition_point(|v| *v <= end))
+        .map(|&(start, end)| range(samples, start, end))
         .filter(|r| r.start < r.end)
         .collect();
     found.sort_by_key(|r| (r.start, r.end));

@@ -7,11 +7,14 @@ use gravical_core::still::{Plan, RestNoise};
 use super::noise::{Pooled, mean, pooled, variances};
 use super::view::{Six, channel};
 use crate::motion::samples::Samples;
+use crate::stats::median;
 
 /// Lower quartile of χ² with three degrees of freedom.
 const QUARTILE_CHI2_3: f64 = 1.212_533;
-/// A rest whose quieter blocks have more than so many times the variance of the
-/// quietest rest is held in a hand, or lies on something that shakes.
+/// Its median.
+const MEDIAN_CHI2_3: f64 = 2.365_974;
+/// A rest that has more than so many times the variance of the quietest one is
+/// held in a hand, or lies on something that shakes.
 const HELD: f64 = 3.0;
 
 /// A coarse rest with the noise in it.
@@ -27,16 +30,23 @@ pub(super) struct Coarse {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Levels {
     pub rests: Vec<Coarse>,
+    /// How much more the means of seconds differ within a rest than V says.
+    pub wander: f64,
 }
 
 impl Levels {
-    /// Of each rest its own variance, as far as it is long enough to show it;
+    /// Of each rest its own variance, as far as it is another one than that of all;
     /// VIF and drift of all together.
     pub(super) fn new(samples: &Samples, spans: &[Range<usize>], plan: &Plan) -> Self {
         let pooled = pooled(samples, spans, plan);
         let own: Vec<Six> = spans
             .iter()
-            .map(|span| variances(samples, std::slice::from_ref(span), plan, 1.0))
+            .map(|span| {
+                let [a, g] = pooled
+                    .vif
+                    .map(|vif| variances(samples, std::slice::from_ref(span), plan, vif));
+                [a[0], a[1], a[2], g[3], g[4], g[5]]
+            })
             .collect();
         let long = |span: &Range<usize>| span.len() >= Plan::SEED_BLOCKS * plan.block;
         let floor: Six = std::array::from_fn(|c| {
@@ -52,13 +62,15 @@ impl Levels {
             .iter()
             .zip(&own)
             .map(|(span, own)| {
+                let differs = [0, 1]
+                    .map(|sensor| long(span) && differs(own, &pooled.variance, sensor, span.len()));
                 std::array::from_fn(|c| {
-                    let v = if long(span) {
-                        own[c]
+                    let v = if differs[c / 3] {
+                        own[c].max(0.5 * floor[c])
                     } else {
                         pooled.variance[c]
                     };
-                    positive(v.max(0.5 * floor[c]), samples, c)
+                    positive(v, samples, c)
                 })
             })
             .collect();
@@ -85,7 +97,7 @@ impl Levels {
                 pooled.vif[sensor],
             )
         });
-        let rests = spans
+        let rests: Vec<Coarse> = spans
             .iter()
             .zip(&variance)
             .zip(&held)
@@ -95,7 +107,8 @@ impl Levels {
                 held: *held,
             })
             .collect();
-        Levels { rests }
+        let wander = wander(samples, &rests, plan);
+        Levels { rests, wander }
     }
 
     /// The coarse rest that begins last before the middle of `range`, or the first.
@@ -111,6 +124,17 @@ impl Levels {
         let rest = self.rests.get(after.checked_sub(1)?)?;
         rest.span.contains(&sample).then_some(rest)
     }
+}
+
+/// Whether the variances of a rest of `n` samples are others than those of all
+/// rests by more than chance (four standard errors, the axes together). Otherwise
+/// those of all are the better ones.
+fn differs(own: &Six, all: &Six, sensor: usize, n: usize) -> bool {
+    let ratio = (3 * sensor..3 * sensor + 3)
+        .filter(|&c| all[c] > 0.0)
+        .map(|c| own[c] / all[c] / 3.0)
+        .sum::<f64>();
+    (ratio - 1.0).abs() > 4.0 * (2.0 / (3.0 * n as f64)).sqrt()
 }
 
 /// A channel without any noise: what rounding of its largest value leaves.
@@ -137,6 +161,41 @@ fn rest_noise(
         variance: *variance,
         gyro_vif: wide[1],
         has_gyro: samples.rate_rad_s.is_some(),
+    }
+}
+
+/// How much more neighbouring means of 2 s differ than V says, by the median over
+/// all steady rests; 1 where that can be chance, and with fewer than five rests:
+/// one slow move would be too much of them.
+fn wander(samples: &Samples, rests: &[Coarse], plan: &Plan) -> f64 {
+    let width = Plan::LEAST_REFERENCE * plan.block;
+    let mut chi2 = Vec::new();
+    let mut long = 0;
+    for rest in rests
+        .iter()
+        .filter(|r| !r.held && r.span.len() >= 2 * width)
+    {
+        long += 1;
+        let variance = &rest.noise.mean_variance[0];
+        for at in (rest.span.start..=rest.span.end - 2 * width).step_by(width) {
+            let sum: f64 = (0..3)
+                .map(|c| {
+                    let values = &samples.force_mps2[c];
+                    let early = mean(&values[at..at + width]);
+                    let late = mean(&values[at + width..at + 2 * width]);
+                    (late - early).powi(2) / (2.0 * variance[c] / width as f64)
+                })
+                .sum();
+            chi2.push(sum);
+        }
+    }
+    let n = chi2.len() as f64;
+    match median(&mut chi2) {
+        Some(middle) if long >= 5 => {
+            // The median of χ² with three degrees of freedom scatters by 1.1/√n.
+            (middle / MEDIAN_CHI2_3 / (1.0 + 2.2 / n.sqrt())).max(1.0)
+        }
+        _ => 1.0,
     }
 }
 

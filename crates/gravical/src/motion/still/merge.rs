@@ -19,6 +19,8 @@ const CONTRADICTION: f64 = 35.405_751_58;
 const AGREEMENT: f64 = 16.266_236_20;
 /// Further apart, s, two rests say nothing about each other.
 const FARTHEST_S: f64 = 10.0;
+/// Rests to go to find a long one.
+const MOST_STEPS: usize = 20;
 /// A break that moves the sensor by less than the noise of a move of so many
 /// seconds is none.
 const NOTHING_S: f64 = 2.0;
@@ -139,8 +141,12 @@ impl Context<'_> {
         let mut kept = vec![true; count];
         for i in order {
             let rest = &rests[i];
-            let contradicted = before[i].is_some_and(|k| self.contradict(&rests[k], rest))
-                && after[i].is_some_and(|k| self.contradict(rest, &rests[k]));
+            let contradicted = self
+                .witnesses(&rests, &before, i)
+                .any(|k| self.contradict(&rests[k], rest))
+                && self
+                    .witnesses(&rests, &after, i)
+                    .any(|k| self.contradict(rest, &rests[k]));
             if contradicted {
                 kept[i] = false;
                 if let Some(k) = before[i] {
@@ -156,6 +162,22 @@ impl Context<'_> {
             .into_iter()
             .filter(|_| kept.next().unwrap_or(false))
             .collect()
+    }
+
+    /// The next rest on one side, and the next one that is long: two stretches of
+    /// one acceleration agree with each other.
+    fn witnesses<'b>(
+        &'b self,
+        rests: &'b [Range<usize>],
+        links: &'b [Option<usize>],
+        i: usize,
+    ) -> impl Iterator<Item = usize> + 'b {
+        let long = Plan::LEAST_REFERENCE * self.plan.block;
+        let next = links[i];
+        let farther = std::iter::successors(next, |&k| links[k])
+            .take(MOST_STEPS)
+            .find(|&k| rests[k].len() >= long);
+        next.into_iter().chain(farther.filter(|k| Some(*k) != next))
     }
 
     fn contradict(&self, before: &Range<usize>, after: &Range<usize>) -> bool {

@@ -76,6 +76,17 @@ impl RestOptions {
     pub fn validate(&self) -> Result<()> {
         given::check(self.given_s.as_deref().unwrap_or_default())
     }
+
+    /// The same, and holds rests given by hand against the recording.
+    ///
+    /// # Errors
+    ///
+    /// As [`RestOptions::validate`]; `rests-outside` (usage) for a rest in which the
+    /// recording has no sample.
+    pub fn validate_for(&self, samples: &Samples) -> Result<()> {
+        self.validate()?;
+        given::check_inside(samples, self.given_s.as_deref().unwrap_or_default())
+    }
 }
 
 /// Blocks that a rest has to last, as 0.15 s of 0.2 s.

@@ -58,13 +58,13 @@ pub(super) fn pooled(samples: &Samples, spans: &[Range<usize>], plan: &Plan) -> 
     }
 }
 
-/// Variance of a sample by the median of the variances within blocks; what the
-/// mean of a block takes with it, VIF/b of the variance, is put back.
+/// Variance of a sample from the variances within blocks, those left out that stand
+/// out from their median: a knock, an edge. What the mean of a block takes with
+/// it, VIF/b of the variance, is put back.
 pub(super) fn variances(samples: &Samples, spans: &[Range<usize>], plan: &Plan, vif: f64) -> Six {
-    let b = plan.block as f64;
-    let freedom: f64 = b - 1.0;
-    // Wilson and Hilferty 1931: median of χ² over its degrees of freedom.
-    let middle = f64::powi(1.0 - 2.0 / (9.0 * freedom), 3);
+    let freedom = plan.block as f64 - 1.0;
+    // Four standard deviations of χ² over its degrees of freedom.
+    let most = 1.0 + 4.0 * (2.0 / freedom).sqrt();
     let kept = (1.0 - (vif - 1.0) / freedom).max(0.2);
     std::array::from_fn(|c| {
         let Some(values) = channel(samples, c) else {
@@ -83,7 +83,11 @@ pub(super) fn variances(samples: &Samples, spans: &[Range<usize>], plan: &Plan, 
                 chunk.iter().map(|v| (v - m).powi(2)).sum::<f64>() / (chunk.len() - 1) as f64
             })
             .collect();
-        median(&mut all).map_or(0.0, |m| m / middle / kept)
+        let Some(middle) = median(&mut all) else {
+            return 0.0;
+        };
+        all.retain(|v| *v <= most * middle);
+        all.iter().sum::<f64>() / all.len().max(1) as f64 / kept
     })
 }
 

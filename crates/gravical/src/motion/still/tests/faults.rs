@@ -149,6 +149,11 @@ fn given_by_hand() {
     let (valid, spans) = given(&[(7.0, f64::INFINITY), (-1.0, 2.0), (1.5, 3.0)]);
     assert_eq!((valid, spans), (Ok(()), vec![0..301, 700..1000]));
     assert_eq!(given(&[(20.0, 30.0)]), (Ok(()), vec![]));
+    let outside = RestOptions {
+        given_s: Some(vec![(0.0, 1.0), (20.0, 30.0)]),
+    };
+    let error = outside.validate_for(&samples).unwrap_err();
+    assert_eq!(error.code(), "rests-outside");
     for bad in [(3.0, 2.0), (2.0, 2.0), (f64::NAN, 1.0), (1.0, f64::NAN)] {
         assert_eq!(given(&[bad]).0, Err("rests-syntax"), "{bad:?}");
     }

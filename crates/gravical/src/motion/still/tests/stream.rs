@@ -37,6 +37,7 @@ fn both_raise_the_alarm_at_the_same_samples() {
                 noise,
                 held: false,
             }],
+            wander: 1.0,
         };
         let view = view::View::new(&samples, &whole, false);
         let batch = run::runs(&view, &plan, &levels);
