@@ -8,6 +8,7 @@
 //! - [`six_position`]: estimate one from six placements and three turns.
 //! - [`strapdown`], [`integrate`]: attitude, velocity and position, sample by sample.
 //! - [`still`]: whether the sensor rests, sample by sample.
+//! - [`motion`]: all of it in order, from readings to velocity and position.
 //! - [`filter`]: Butterworth and Savitzky–Golay, sample by sample.
 //! - [`mod@unit`]: units, the MPU6050's nominal sensitivities, local gravity.
 //! - [`matrix3`]: the 3 × 3 operations behind them.
@@ -44,6 +45,7 @@ pub mod calibration;
 pub mod filter;
 pub mod integrate;
 pub mod matrix3;
+pub mod motion;
 mod real;
 pub mod six_position;
 pub mod still;

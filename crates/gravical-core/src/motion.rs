@@ -1,0 +1,627 @@
+//! From readings to velocity and position, sample by sample, without look-ahead.
+//!
+//! # Overview
+//!
+//! Each sample is calibrated, filtered if asked for (`smooth`), freed of gravity,
+//! integrated by the trapezoidal rule with its own step, and stopped where the
+//! sensor rests ([`crate::still::Detector`], held against the velocity and its
+//! uncertainty by `gate`). A rest levels the attitude and shows the bias of the
+//! gyroscope anew (`mean`).
+//!
+//! What a later rest tells of the move before it cannot be had here but for one
+//! thing: the velocity that is left at a rest is an error that has grown on the way
+//! to it, and where it grew evenly, v τ/2 of the way is its work. That is taken off
+//! the position, which steps there. The tilt that is missing at a rest is put right
+//! from there on, not for the way that was. `gravical motion` corrects from both
+//! ends and is the better one wherever a recording is there as a whole.
+//!
+//! # Example
+//!
+//! ```
+//! use gravical_core::motion::{Motion, MotionConfig};
+//!
+//! // The mean of the first ten samples is gravity.
+//! let mut motion = Motion::<f64, (), 0>::new(MotionConfig::still_mean(10), ())
+//!     .ok_or("only rests that are looked for need memory")?;
+//! for i in 0..110 {
+//!     let pushed = if i >= 10 { 1.0 } else { 0.0 };
+//!     motion.update([pushed, 0.0, 9.81], [0.0; 3], 0.01);
+//! }
+//! // Half of the first step, then 0.99 s at 1 m/s².
+//! assert!((motion.velocity_mps()[0] - 0.995).abs() < 1e-9);
+//! # Ok::<(), &str>(())
+//! ```
+
+mod gate;
+mod mean;
+mod smooth;
+#[cfg(test)]
+mod tests;
+
+use crate::Real;
+use crate::calibration::{Calibration, GyroscopeCalibration};
+use crate::integrate::Trapezoid;
+use crate::matrix3::{add, norm, scaled, sub};
+use crate::still::{Detector, Event, Plan, RestNoise};
+use crate::strapdown::{Strapdown, level, missing_tilt, rotate, times, turn};
+
+use mean::RestMean;
+pub use smooth::{LowPass, Smooth};
+
+/// How gravity is taken off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Removal {
+    /// The mean of the first samples is subtracted; nothing is rotated, the frame
+    /// is the sensor's own.
+    StillMean,
+    /// The tilt stays that of the rest before.
+    ConstantTilt,
+    /// The attitude is followed with the gyroscope from the rest before.
+    Strapdown,
+}
+
+/// What the first rest is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FirstRest {
+    /// So many samples at the start; at least 1.
+    Samples(usize),
+    /// The one that is found or told first. Nothing is known before it.
+    Found,
+}
+
+/// What does not change on the way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionConfig<T> {
+    /// From the raw unit to m/s².
+    pub accelerometer: Calibration<T>,
+    /// From the raw unit to rad/s.
+    pub gyroscope: GyroscopeCalibration<T>,
+    /// How gravity is taken off.
+    pub removal: Removal,
+    /// What the first rest is. [`Removal::StillMean`] needs samples.
+    pub first_rest: FirstRest,
+    /// Whether velocity is zero at rests after the first.
+    pub zero_velocity: bool,
+    /// What rests are found with, at the rate of the samples; none where they are
+    /// told.
+    pub rests: Option<(Plan, RestNoise<T>)>,
+    /// Velocity after the first rest, m/s.
+    pub velocity_mps: [T; 3],
+    /// Position at the first rest, m.
+    pub position_m: [T; 3],
+    /// For the gate: standard uncertainty of the accelerometer's bias, m/s². 0.6 for
+    /// an MPU6050 as it comes.
+    pub bias_mps2: T,
+    /// For the gate: that of the gyroscope's scale, relative. 0.03 as it comes.
+    pub gyro_scale: T,
+    /// For the gate: how far the sensor tilts in a move where no gyroscope is used,
+    /// rad, standard deviation.
+    pub wobble_rad: T,
+}
+
+impl<T: Real> MotionConfig<T> {
+    /// The mean of the first `samples` off; no zero velocity. Readings are SI.
+    #[must_use]
+    pub fn still_mean(samples: usize) -> Self {
+        MotionConfig {
+            removal: Removal::StillMean,
+            first_rest: FirstRest::Samples(samples),
+            zero_velocity: false,
+            ..Self::strapdown()
+        }
+    }
+
+    /// The attitude by the gyroscope, velocity zero at the rests that are told; with
+    /// [`rests`](Self::rests) at those that are found. Readings are SI.
+    #[must_use]
+    pub fn strapdown() -> Self {
+        MotionConfig {
+            accelerometer: Calibration::identity(),
+            gyroscope: GyroscopeCalibration::identity(),
+            removal: Removal::Strapdown,
+            first_rest: FirstRest::Found,
+            zero_velocity: true,
+            rests: None,
+            velocity_mps: [T::zero(); 3],
+            position_m: [T::zero(); 3],
+            bias_mps2: T::from_f64(0.6),
+            gyro_scale: T::from_f64(0.03),
+            wobble_rad: T::from_f64(0.01),
+        }
+    }
+}
+
+/// Where it stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// Before the first rest, or after something is missing: nothing is known.
+    Waiting,
+    /// In the samples at the start that were named.
+    Start,
+    /// At rest.
+    Resting,
+    /// Moving.
+    Moving,
+}
+
+/// The pipeline and its state. `N` samples are kept: [`Detector`] says how many it
+/// takes; 0 without one. `F` is the filter, `()` for none.
+///
+/// Of what `gravical motion` does to a whole recording these are left out: the tilt
+/// and the velocity corrected along a move from its far end, rests found backwards,
+/// rests against the odds, moves before the first rest, uncertainties.
+#[derive(Debug, Clone)]
+pub struct Motion<T, F, const N: usize> {
+    config: MotionConfig<T>,
+    smooth: F,
+    detector: Option<Detector<T, N>>,
+    /// The last samples, by number.
+    kept: [Kept<T>; N],
+    /// Samples since the start, and since the detector counts.
+    samples: usize,
+    count: usize,
+    pending_s: T,
+    phase: Phase,
+    place_known: bool,
+    rest: RestMean<T>,
+    last: Kept<T>,
+    /// Under [`Removal::StillMean`] what is subtracted, and the sum at the start.
+    mean: [T; 3],
+    start: [T; 3],
+    gravity: T,
+    attitude: [T; 4],
+    arrived: [T; 4],
+    departed: [T; 4],
+    bias: [T; 3],
+    bias_known: bool,
+    strapdown: Strapdown<T>,
+    way: Trapezoid<T>,
+    acceleration: [T; 3],
+    /// Since the rest, s; and how long that was.
+    since_s: T,
+    rested_s: T,
+    steps: T,
+    /// ∫ of the angle from the rest, rad s.
+    turned: T,
+}
+
+/// A sample as it is integrated.
+#[derive(Debug, Clone, Copy)]
+struct Kept<T> {
+    /// Specific force, filtered, m/s².
+    force: [T; 3],
+    /// Angular rate, rad/s.
+    rate: [T; 3],
+    h_s: T,
+}
+
+impl<T: Real> Kept<T> {
+    fn none() -> Self {
+        let zero = [T::zero(); 3];
+        Kept {
+            force: zero,
+            rate: zero,
+            h_s: T::zero(),
+        }
+    }
+}
+
+impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
+    /// A pipeline at its start; none where `N` is too small for the rests that are
+    /// looked for.
+    #[must_use]
+    pub fn new(config: MotionConfig<T>, smooth: F) -> Option<Self> {
+        let detector = match config.rests {
+            Some((plan, noise)) => Some(Detector::new(plan, noise)?),
+            None => None,
+        };
+        let zero = [T::zero(); 3];
+        let unit = [T::one(), T::zero(), T::zero(), T::zero()];
+        Some(Motion {
+            config,
+            smooth,
+            detector,
+            kept: [Kept::none(); N],
+            samples: 0,
+            count: 0,
+            pending_s: T::zero(),
+            phase: match config.first_rest {
+                FirstRest::Samples(_) => Phase::Start,
+                FirstRest::Found => Phase::Waiting,
+            },
+            place_known: true,
+            rest: RestMean::new(),
+            last: Kept::none(),
+            mean: zero,
+            start: zero,
+            gravity: T::zero(),
+            attitude: unit,
+            arrived: unit,
+            departed: unit,
+            bias: zero,
+            bias_known: false,
+            strapdown: Strapdown::new(unit),
+            way: Trapezoid::new(config.velocity_mps, config.position_m),
+            acceleration: zero,
+            since_s: T::zero(),
+            rested_s: T::zero(),
+            steps: T::zero(),
+            turned: T::zero(),
+        })
+    }
+
+    /// Takes raw readings `h_s` seconds after those before. A sample that is not
+    /// finite is left out, and the next step goes over it: then it gives false.
+    #[inline]
+    pub fn update(&mut self, accel: [T; 3], gyro: [T; 3], h_s: T) -> bool {
+        self.update_told(accel, gyro, h_s, None)
+    }
+
+    /// As [`update`](Self::update), told whether it rests there.
+    #[inline]
+    pub fn update_told(
+        &mut self,
+        accel: [T; 3],
+        gyro: [T; 3],
+        h_s: T,
+        rests: Option<bool>,
+    ) -> bool {
+        let force = self.config.accelerometer.apply(accel);
+        let rate = self.config.gyroscope.apply(gyro, force);
+        self.update_calibrated(force, rate, h_s, rests)
+    }
+
+    /// As [`update_told`](Self::update_told), from specific force, m/s², and angular
+    /// rate, rad/s.
+    #[inline]
+    pub fn update_calibrated(
+        &mut self,
+        force: [T; 3],
+        rate: [T; 3],
+        h_s: T,
+        rests: Option<bool>,
+    ) -> bool {
+        let h_s = h_s + self.pending_s;
+        let sum = force[0] + force[1] + force[2] + rate[0] + rate[1] + rate[2];
+        if !(sum + h_s).is_finite() {
+            if h_s.is_finite() {
+                self.pending_s = h_s;
+            }
+            return false;
+        }
+        self.pending_s = T::zero();
+        let now = Kept {
+            force: self.smooth.update(force),
+            rate,
+            h_s,
+        };
+        if self.phase == Phase::Start && self.config.removal == Removal::StillMean {
+            self.start_mean(&now);
+        } else if self.detector.is_none() && rests.is_none() && self.phase == Phase::Moving {
+            self.advance(&now);
+        } else {
+            self.follow(&now, &force, rests);
+        }
+        self.last = now;
+        self.samples += 1;
+        true
+    }
+
+    /// Something is missing here: no position will be known any more, and nothing
+    /// else before the next rest.
+    pub fn interrupt(&mut self) {
+        if let Some(detector) = &mut self.detector {
+            detector.reset();
+        }
+        self.smooth.reset();
+        self.pending_s = T::zero();
+        (self.samples, self.count) = (0, 0);
+        self.place_known = false;
+        // A mean that was not complete begins again.
+        if !(self.phase == Phase::Start && self.config.removal == Removal::StillMean) {
+            self.phase = Phase::Waiting;
+        }
+        self.way
+            .reset(self.config.velocity_mps, self.config.position_m);
+    }
+
+    /// Where it stands.
+    #[must_use]
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Specific force of the last sample, calibrated and filtered, m/s².
+    #[must_use]
+    pub fn force_mps2(&self) -> [T; 3] {
+        self.last.force
+    }
+
+    /// Attitude, sensor → frame; NaN while nothing is known.
+    #[must_use]
+    pub fn attitude(&self) -> [T; 4] {
+        self.known(self.attitude)
+    }
+
+    /// Acceleration in the frame without gravity, m/s²; NaN while nothing is known.
+    #[must_use]
+    pub fn acceleration_mps2(&self) -> [T; 3] {
+        self.known(self.acceleration)
+    }
+
+    /// Velocity, m/s; NaN while nothing is known.
+    #[must_use]
+    pub fn velocity_mps(&self) -> [T; 3] {
+        match self.phase {
+            Phase::Resting => [T::zero(); 3],
+            Phase::Start if self.config.removal != Removal::StillMean => [T::zero(); 3],
+            _ => self.known(self.way.velocity()),
+        }
+    }
+
+    /// Position, m; NaN while nothing is known, and after
+    /// [`interrupt`](Self::interrupt).
+    #[must_use]
+    pub fn position_m(&self) -> [T; 3] {
+        if self.place_known {
+            self.known(self.way.position())
+        } else {
+            [T::nan(); 3]
+        }
+    }
+
+    fn known<const M: usize>(&self, value: [T; M]) -> [T; M] {
+        let start = self.phase == Phase::Start && self.config.removal == Removal::StillMean;
+        if start || self.phase == Phase::Waiting {
+            [T::nan(); M]
+        } else {
+            value
+        }
+    }
+
+    /// Samples whose mean is not known yet: integrated less the first one, and put
+    /// right for the mean at once when it is known. A constant is integrated exactly.
+    fn start_mean(&mut self, now: &Kept<T>) {
+        if self.samples == 0 {
+            (self.mean, self.start) = (now.force, [T::zero(); 3]);
+            self.since_s = T::zero();
+        } else {
+            self.since_s = self.since_s + now.h_s;
+        }
+        let off = sub(&now.force, &self.mean);
+        self.start = add(&self.start, &off);
+        self.way.update(off, now.h_s);
+        let FirstRest::Samples(count) = self.config.first_rest else {
+            return;
+        };
+        if self.samples + 1 < count {
+            return;
+        }
+        let share = T::one() / T::from_f64((self.samples + 1) as f64);
+        let off = scaled(&self.start, share);
+        let t = self.since_s;
+        let half = T::from_f64(0.5) * t * t;
+        let (v, p) = (self.way.velocity(), self.way.position());
+        self.mean = add(&self.mean, &off);
+        self.way
+            .reset(sub(&v, &scaled(&off, t)), sub(&p, &scaled(&off, half)));
+        self.acceleration = sub(&now.force, &self.mean);
+        self.way.update(self.acceleration, T::zero());
+        self.gravity = norm(&self.mean);
+        self.rested_s = t;
+        self.phase = Phase::Moving;
+    }
+
+    /// A sample where there are rests.
+    fn follow(&mut self, now: &Kept<T>, force: &[T; 3], told: Option<bool>) {
+        let place = self.count.checked_rem(N).and_then(|i| self.kept.get_mut(i));
+        if let Some(place) = place {
+            *place = *now;
+        }
+        self.count += 1;
+        let event = match &mut self.detector {
+            Some(detector) => detector.update(*force, Some(now.rate)),
+            None => None,
+        };
+        let still = self.detector.as_ref().is_some_and(Detector::is_still);
+        match self.phase {
+            Phase::Start => {
+                let FirstRest::Samples(count) = self.config.first_rest else {
+                    return;
+                };
+                if self.samples < count {
+                    self.remain(now);
+                } else {
+                    self.leave();
+                    self.phase = Phase::Moving;
+                    self.advance(now);
+                }
+            }
+            Phase::Resting => match (told, event) {
+                (Some(false), _) => {
+                    self.leave();
+                    self.phase = Phase::Moving;
+                    self.advance(now);
+                    self.rely_on_first();
+                }
+                (None, Some(Event::Ended { onset })) => self.depart(onset),
+                _ => self.remain(now),
+            },
+            Phase::Moving => {
+                self.advance(now);
+                let rests = match told {
+                    Some(told) => told,
+                    None => still && self.may_rest(),
+                };
+                if rests && self.config.zero_velocity {
+                    self.arrive(now, told.is_some());
+                }
+            }
+            // A first rest that was the only one does not come again.
+            Phase::Waiting if self.config.zero_velocity || !self.bias_known => {
+                if told.unwrap_or(still) {
+                    self.arrive_first(now, told.is_some());
+                }
+            }
+            Phase::Waiting => {}
+        }
+    }
+
+    /// One more sample of a rest.
+    fn remain(&mut self, now: &Kept<T>) {
+        self.rest.add(&now.force, &now.rate, now.h_s);
+        if self.phase == Phase::Start && self.samples == 0 {
+            self.level();
+        }
+    }
+
+    /// Integrates a sample of a move.
+    #[inline]
+    fn advance(&mut self, now: &Kept<T>) {
+        self.since_s = self.since_s + now.h_s;
+        self.steps = self.steps + T::one();
+        self.acceleration = match self.config.removal {
+            Removal::StillMean => sub(&now.force, &self.mean),
+            Removal::ConstantTilt => self.without_gravity(&now.force),
+            Removal::Strapdown => {
+                self.attitude = self.strapdown.update(sub(&now.rate, &self.bias), now.h_s);
+                self.without_gravity(&now.force)
+            }
+        };
+        if self.detector.is_some() && self.config.removal == Removal::Strapdown {
+            self.turned = self.turned + now.h_s * gate::angle(&self.departed, &self.attitude);
+        }
+        self.way.update(self.acceleration, now.h_s);
+    }
+
+    fn without_gravity(&self, force: &[T; 3]) -> [T; 3] {
+        let up = rotate(&self.attitude, force);
+        [up[0], up[1], up[2] - self.gravity]
+    }
+
+    /// The rest levels and shows the bias.
+    fn level(&mut self) {
+        let Some((force, rate)) = self.rest.means() else {
+            return;
+        };
+        self.gravity = norm(&force);
+        if self.config.removal != Removal::StillMean {
+            self.attitude = if self.bias_known {
+                times(&turn(&missing_tilt(&self.arrived, &force)), &self.arrived)
+            } else {
+                level(force, T::zero())
+            };
+        }
+        // A short one corrects the tilt only.
+        if !self.bias_known || self.rest.seconds() >= T::from_f64(LEAST_FOR_BIAS_S) {
+            self.bias = rate;
+        }
+    }
+
+    /// The rest ends with the sample before: from there it is integrated.
+    fn leave(&mut self) {
+        self.level();
+        self.bias_known = true;
+        self.rested_s = self.rest.seconds();
+        self.since_s = T::zero();
+        self.steps = T::zero();
+        self.turned = T::zero();
+        self.departed = self.attitude;
+        self.strapdown.reset(self.attitude);
+        if self.samples > 0 {
+            // The last sample at rest: no time has passed at it.
+            let last = Kept {
+                h_s: T::zero(),
+                ..self.last
+            };
+            self.advance(&last);
+        }
+    }
+
+    /// The detector noticed that the rest had ended at sample `onset`: what has come
+    /// since is integrated now.
+    fn depart(&mut self, onset: usize) {
+        let now = self.count - 1;
+        let oldest = self.count.saturating_sub(N);
+        let first = onset.max(oldest + 1).min(now);
+        // This sample has not been added to the rest.
+        for i in first..now {
+            let kept = self.kept[i % N];
+            self.rest.take_back(&kept.force, &kept.rate, kept.h_s);
+        }
+        self.last = self.kept[(first - 1) % N];
+        self.leave();
+        self.phase = Phase::Moving;
+        for i in first..=now {
+            let kept = self.kept[i % N];
+            self.advance(&kept);
+        }
+        self.rely_on_first();
+    }
+
+    /// Without zero velocity the first rest was the only one.
+    fn rely_on_first(&mut self) {
+        if !self.config.zero_velocity {
+            self.detector = None;
+        }
+    }
+
+    /// It rests: the velocity is zero, and what was left of it comes off the way.
+    fn arrive(&mut self, now: &Kept<T>, told: bool) {
+        let left = self.way.velocity();
+        let half = T::from_f64(0.5) * self.since_s;
+        let position = sub(&self.way.position(), &scaled(&left, half));
+        self.way.reset([T::zero(); 3], position);
+        self.settle(now, told);
+    }
+
+    /// The first rest, or the first after something was missing.
+    fn arrive_first(&mut self, now: &Kept<T>, told: bool) {
+        let velocity = if self.place_known && !self.config.zero_velocity {
+            self.config.velocity_mps
+        } else {
+            [T::zero(); 3]
+        };
+        self.way.reset(velocity, self.config.position_m);
+        self.settle(now, told);
+    }
+
+    fn settle(&mut self, now: &Kept<T>, told: bool) {
+        self.phase = Phase::Resting;
+        self.acceleration = [T::zero(); 3];
+        self.rest = RestMean::new();
+        self.arrived = self.attitude;
+        match self.config.rests {
+            Some((plan, _)) if !told => {
+                // What the detector was certain by.
+                let long = (plan.block * Plan::SEED_BLOCKS).min(N);
+                for i in self.count.saturating_sub(long)..self.count {
+                    let kept = self.kept[i % N];
+                    self.rest.add(&kept.force, &kept.rate, kept.h_s);
+                }
+            }
+            _ => self.rest.add(&now.force, &now.rate, now.h_s),
+        }
+        self.level();
+    }
+
+    /// A quiet stretch is a rest when the velocity there is as near to zero as it can
+    /// be known.
+    fn may_rest(&self) -> bool {
+        let Some((_, noise)) = &self.config.rests else {
+            return false;
+        };
+        let doubt = gate::Doubt {
+            since_s: self.since_s,
+            step_s: self.since_s / self.steps.max(T::one()),
+            rested_s: self.rested_s,
+            gravity: self.gravity,
+            turned: self.turned,
+        };
+        let limit = T::from_f64(gate::FAR) * doubt.velocity(&self.config, noise);
+        self.way.velocity().iter().all(|v| v.abs() <= limit)
+    }
+}
+
+/// A shorter rest corrects velocity and tilt, not the gyroscope's bias, s.
+const LEAST_FOR_BIAS_S: f64 = 1.0;
