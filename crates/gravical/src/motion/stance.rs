@@ -86,7 +86,7 @@ pub(super) fn stances(
     options: &StanceOptions,
 ) -> Vec<Range<usize>> {
     let step = samples.median_step_s();
-    if !options.search || samples.rate_rad_s.is_none() || rows.len() < 3 || !(step > 0.0) {
+    if !options.search || samples.rate_rad_s.is_none() || rows.len() < 3 || step.is_nan() {
         return Vec::new();
     }
     let half = ((0.5 * options.window_s / step).round() as usize).max(1);
