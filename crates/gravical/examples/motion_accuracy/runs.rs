@@ -64,11 +64,6 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Share of runs in which the move was found, once.
-    pub fn found_share(&self) -> f64 {
-        f64::from(self.found) / f64::from(self.runs)
-    }
-
     /// Root mean square of one component, mm.
     pub fn rms_mm(&self, axis: usize) -> f64 {
         let n = self.errors.len() as f64;

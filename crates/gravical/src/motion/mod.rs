@@ -110,6 +110,7 @@ pub fn motion(
     let mut findings: Vec<Finding> = recording.findings.iter().cloned().chain(findings).collect();
 
     // Where does it rest, and which of the quiet stretches is a rest?
+    options.rests.validate_for(&samples)?;
     let found = find_rests(&samples, &options.rests);
     let (samples, nominal) = match smoothed(recording, options)? {
         Some(smoothed) => {

@@ -162,6 +162,8 @@ fn same_pose(samples: &Samples, a: &Range<usize>, b: &Range<usize>) -> bool {
 }
 
 #[cfg(test)]
+// One rest is a range in a list.
+#[allow(clippy::single_range_in_vec_init)]
 mod tests {
     use super::*;
 

@@ -226,9 +226,9 @@ fn judge_unit(
     findings: &mut Vec<Finding>,
 ) -> Result<()> {
     let apply = file.accelerometer_calibration();
-    let whole = [0..recording.rows()];
+    let whole = 0..recording.rows();
     let spans = if coarse.is_empty() {
-        &whole[..]
+        std::slice::from_ref(&whole)
     } else {
         coarse
     };

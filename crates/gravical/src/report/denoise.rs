@@ -4,6 +4,9 @@ use crate::denoise::{DenoiseSummary, FilterOutcome, Sigmas};
 
 use super::text::{decimals_of, findings_text, paragraph};
 
+/// σ of one sensor's axes.
+type SigmaOf = fn(&Sigmas) -> Option<[f64; 3]>;
+
 /// What is said of every result.
 const NO_DRIFT: &str = "Smoothing does not reduce drift. The noise it takes away averages out in an integral as well, and an offset passes a low-pass unchanged.";
 
@@ -28,7 +31,7 @@ pub fn denoise_text(summary: &DenoiseSummary) -> String {
             summary.still_rows
         ));
     }
-    let sensors: [(&str, &str, fn(&Sigmas) -> Option<[f64; 3]>); 2] = [
+    let sensors: [(&str, &str, SigmaOf); 2] = [
         ("accelerometer", summary.accel_unit, |s| s.accelerometer),
         ("gyroscope", summary.gyro_unit, |s| s.gyroscope),
     ];

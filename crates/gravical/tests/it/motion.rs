@@ -125,7 +125,10 @@ fn all_over_a_thousand_seeds() {
         ..line()
     };
     let out = run(&slow, all.clone()).unwrap();
-    assert!(out.found_share() > 0.999 && out.rms_mm(0) <= 9.0);
+    assert_eq!(out.found, out.runs);
+    assert!(out.rms_mm(0) <= 9.0, "{}", out.rms_mm(0));
+    // The name of a cell is for tables.
+    assert!(!slow.name.is_empty());
     let cell = Cell {
         exact: false,
         ..wobble(Gyro::Calibrated)

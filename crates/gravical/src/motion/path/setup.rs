@@ -7,7 +7,7 @@ use gravical_core::strapdown::{level, matrix, rotate};
 
 use super::super::anchors::{Anchors, Side, Walk};
 use super::super::bands::LegNoise;
-use super::super::gate::Departure;
+use super::super::gate::{Departure, Way};
 use super::super::leg::{Anchor, Leg, Removal};
 use super::super::options::GravityRemoval;
 use super::super::parameters::Direction;
@@ -257,10 +257,13 @@ impl<'a> Turning<'a> {
 }
 
 impl Departure for Setup<'_> {
-    fn leg(&self, rests: &[Range<usize>], k: usize) -> Leg<'_> {
+    fn leg(&self, rests: &[Range<usize>], k: usize, way: Way) -> Leg<'_> {
         let anchors = Anchors::new(self.samples, self.walk);
-        let start = anchors.at(rests, k, Side::Last);
-        let near = rests[k].end - 1;
+        let (side, near) = match way {
+            Way::Forwards => (Side::Last, rests[k].end - 1),
+            Way::Backwards => (Side::First, rests[k].start),
+        };
+        let start = anchors.at(rests, k, side);
         Setup::leg(self, near, near, start, None, level(start.force, 0.0))
     }
 

@@ -7,6 +7,7 @@
 
 use std::ops::Range;
 
+use gravical_core::matrix3::norm;
 use gravical_core::still::Plan;
 
 use super::levels::{Coarse, Levels};
@@ -24,6 +25,8 @@ const MOST_STEPS: usize = 20;
 /// A break that moves the sensor by less than the noise of a move of so many
 /// seconds is none.
 const NOTHING_S: f64 = 2.0;
+/// … or leaves it with a speed of so many standard deviations.
+const PUSH: f64 = 4.0;
 /// Nor one that turns it by less than this angle, rad (1°).
 const KNOCK_TURN_RAD: f64 = 0.017;
 /// Longest break that can be none, s.
@@ -66,26 +69,33 @@ impl Context<'_> {
     fn is_knock(&self, before: &Range<usize>, after: &Range<usize>) -> bool {
         let t = &self.samples.t_s;
         let length_s = t[after.start] - t[before.end - 1];
-        length_s <= LONGEST_KNOCK_S
-            && self.turned_rad(before, after) <= KNOCK_TURN_RAD
-            && self.difference(before, after) <= AGREEMENT
-            && self.moved_m(before, after) <= self.nothing_m(before, length_s)
+        if length_s > LONGEST_KNOCK_S
+            || self.turned_rad(before, after) > KNOCK_TURN_RAD
+            || self.difference(before, after) > AGREEMENT
+        {
+            return false;
+        }
+        let (moved_m, speed_mps) = self.moved(before, after);
+        let density = self.density(before);
+        // Where the noise of such a move goes: N √(T³/12); and its speed, N √T: a
+        // push that nothing takes back is the start of a ride.
+        moved_m <= (density * NOTHING_S.max(length_s).powi(3) / 12.0).sqrt()
+            && speed_mps <= PUSH * (density * NOTHING_S.max(length_s)).sqrt()
     }
 
-    /// How far the noise of a move of `length_s`, or of [`NOTHING_S`], goes: N √(T³/12), all axes.
-    fn nothing_m(&self, rest: &Range<usize>, length_s: f64) -> f64 {
+    /// N², the axes together, m²/s³.
+    fn density(&self, rest: &Range<usize>) -> f64 {
         let variance = &self.level(rest).noise.mean_variance[0];
-        let density = variance[..3].iter().sum::<f64>() * self.step_s();
-        (density * NOTHING_S.max(length_s).powi(3) / 12.0).sqrt()
+        variance[..3].iter().sum::<f64>() * self.step_s()
     }
 
     pub(super) fn step_s(&self) -> f64 {
         Plan::BLOCK_S / self.plan.block as f64
     }
 
-    /// How far the sensor went between two rests: twice integrated, with the
-    /// velocity zero at both ends.
-    fn moved_m(&self, before: &Range<usize>, after: &Range<usize>) -> f64 {
+    /// How far the sensor went between two rests, m: twice integrated, with the
+    /// velocity zero at both ends; and the velocity that was not zero, m/s.
+    fn moved(&self, before: &Range<usize>, after: &Range<usize>) -> (f64, f64) {
         let near = Plan::SEED_BLOCKS * self.plan.block;
         let a = mean_of(
             self.samples,
@@ -99,7 +109,7 @@ impl Context<'_> {
         let t = &self.samples.t_s;
         let whole = t[to] - t[from];
         if whole <= 0.0 {
-            return 0.0;
+            return (0.0, 0.0);
         }
         let mut velocity = [0.0; 3];
         let mut way = [0.0; 3];
@@ -116,10 +126,8 @@ impl Context<'_> {
                 last[c] = off;
             }
         }
-        (0..3)
-            .map(|c| (way[c] - 0.5 * whole * velocity[c]).powi(2))
-            .sum::<f64>()
-            .sqrt()
+        let moved: [f64; 3] = std::array::from_fn(|c| way[c] - 0.5 * whole * velocity[c]);
+        (norm(&moved), norm(&velocity))
     }
 
     pub(super) fn level(&self, rest: &Range<usize>) -> &Coarse {

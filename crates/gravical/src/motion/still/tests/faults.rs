@@ -1,5 +1,8 @@
 //! What recordings should not be like, and rests by hand.
 
+// One rest is a range in a list.
+#![allow(clippy::single_range_in_vec_init)]
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

@@ -1,5 +1,8 @@
 //! 0.7 m in 2 to 16 s between rests of 5 s, at 100 Hz.
 
+// One rest is a range in a list.
+#![allow(clippy::single_range_in_vec_init)]
+
 use super::*;
 use crate::simulate::StaticOptions;
 
