@@ -296,7 +296,8 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
             h_s,
         };
         if self.phase == Phase::Start && self.config.removal == Removal::StillMean {
-            self.start_mean(&now);
+            self.note(&now, &force);
+            self.start_mean(&now, rests);
         } else if self.detector.is_none() && rests.is_none() && self.phase == Phase::Moving {
             self.advance(&now);
         } else {
@@ -381,7 +382,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
 
     /// Samples whose mean is not known yet: integrated less the first one, and put
     /// right for the mean at once when it is known. A constant is integrated exactly.
-    fn start_mean(&mut self, now: &Kept<T>) {
+    fn start_mean(&mut self, now: &Kept<T>, told: Option<bool>) {
         if self.samples == 0 {
             (self.mean, self.start) = (now.force, [T::zero(); 3]);
             self.since_s = T::zero();
@@ -410,20 +411,30 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         self.gravity = norm(&self.mean);
         self.rested_s = t;
         self.phase = Phase::Moving;
+        if self.config.zero_velocity && told.unwrap_or(self.is_still()) {
+            self.way.reset([T::zero(); 3], self.config.position_m);
+            self.settle(now, told.is_some());
+        }
+    }
+
+    /// Keeps a sample and shows it to the detector.
+    fn note(&mut self, now: &Kept<T>, force: &[T; 3]) -> Option<Event> {
+        let detector = self.detector.as_mut()?;
+        if let Some(place) = self.kept.get_mut(self.count % N.max(1)) {
+            *place = *now;
+        }
+        self.count += 1;
+        detector.update(*force, Some(now.rate))
+    }
+
+    fn is_still(&self) -> bool {
+        self.detector.as_ref().is_some_and(Detector::is_still)
     }
 
     /// A sample where there are rests.
     fn follow(&mut self, now: &Kept<T>, force: &[T; 3], told: Option<bool>) {
-        let place = self.count.checked_rem(N).and_then(|i| self.kept.get_mut(i));
-        if let Some(place) = place {
-            *place = *now;
-        }
-        self.count += 1;
-        let event = match &mut self.detector {
-            Some(detector) => detector.update(*force, Some(now.rate)),
-            None => None,
-        };
-        let still = self.detector.as_ref().is_some_and(Detector::is_still);
+        let event = self.note(now, force);
+        let still = self.is_still();
         match self.phase {
             Phase::Start => {
                 let FirstRest::Samples(count) = self.config.first_rest else {

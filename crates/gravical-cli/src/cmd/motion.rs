@@ -1,6 +1,7 @@
 //! `gravical motion`: a recording's velocity and position, with error bands.
 
 mod args;
+mod causal;
 
 use std::io;
 use std::path::Path;
@@ -45,6 +46,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .as_ref()
         .map(|(file, name)| Calibrated { file, name });
 
+    if args.causal {
+        return causal::run(args, target, calibrated, &options);
+    }
     let read_options = args.recording.read_options(false);
     let mut recording = read(&args.input, &read_options)?;
     if let Some(path) = &args.gyro {

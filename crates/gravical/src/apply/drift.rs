@@ -34,7 +34,7 @@ pub struct TemperatureOutcome {
 }
 
 /// Follows the temperature.
-pub(super) struct Drift {
+pub(crate) struct Drift {
     model: TemperatureModel,
     applied: Vec<usize>,
     /// Known last; NaN before the first.

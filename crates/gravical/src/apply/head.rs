@@ -14,7 +14,7 @@ use crate::stats::median;
 use super::drift::Drift;
 
 /// Channels of the head, in the unit of the file.
-pub(super) struct Head {
+pub(crate) struct Head {
     pub accel: [Vec<f64>; 3],
     /// None without all three axes.
     pub gyro: Option<[Vec<f64>; 3]>,

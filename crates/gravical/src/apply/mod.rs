@@ -45,14 +45,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod drift;
-mod head;
+pub(crate) mod drift;
+pub(crate) mod head;
 mod judge;
 pub(crate) mod plan;
-mod sensor;
-mod stream;
+pub(crate) mod sensor;
+pub(crate) mod stream;
 mod tail;
-mod watch;
+pub(crate) mod watch;
 
 #[cfg(test)]
 mod tests;
@@ -75,7 +75,7 @@ use drift::Drift;
 use head::Head;
 use plan::Plan;
 use sensor::Sensor;
-use stream::Stream;
+use stream::{Rewrite, Stream};
 use watch::Watch;
 
 /// How a calibration is applied.
@@ -216,13 +216,14 @@ pub fn apply(
     findings.extend(plan.findings.iter().cloned());
 
     let stream = Stream::new(
+        Rewrite(&plan),
+        &plan.header(),
         Sensor::new(calibration, judged.gyro.is_some(), options.axes).without_drift(drift),
         Watch::new(judged.accel, judged.zero_offset, layout.has_gyro()),
         head.stamps(&dialect, &layout, &options.read),
         [head.accel_held, head.gyro_held],
         &dialect,
         layout.scanner(&dialect),
-        &plan,
     );
     let mut described = input.unpacked.clone();
     described.push(dialect.description());

@@ -9,7 +9,7 @@ use crate::segment::face::AxisMap;
 use super::drift::Drift;
 
 /// Both calibrations and the way the board sits.
-pub(super) struct Sensor {
+pub(crate) struct Sensor {
     accel: Calibration<f64>,
     pub gyro: Option<GyroscopeCalibration<f64>>,
     /// The gyroscope reacts to acceleration: without it there is no rate.
@@ -22,8 +22,17 @@ pub(super) struct Sensor {
 impl Sensor {
     pub fn new(calibration: &CalibrationFile, with_gyro: bool, axes: AxisMap) -> Self {
         let gyro = calibration.gyroscope_calibration().filter(|_| with_gyro);
+        Self::of(calibration.accelerometer_calibration(), gyro, axes)
+    }
+
+    /// From the file's numbers to SI.
+    pub fn of(
+        accel: Calibration<f64>,
+        gyro: Option<GyroscopeCalibration<f64>>,
+        axes: AxisMap,
+    ) -> Self {
         Sensor {
-            accel: calibration.accelerometer_calibration(),
+            accel,
             g_sensitive: gyro
                 .iter()
                 .any(|g| g.g_sensitivity.iter().flatten().any(|v| *v != 0.0)),

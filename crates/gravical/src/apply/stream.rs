@@ -23,15 +23,69 @@ use super::watch::Watch;
 /// Output is handed on in blocks of this many bytes.
 const BLOCK: usize = 256 << 10;
 
+/// What becomes of the rows.
+pub(crate) trait Sink {
+    /// It asks where the fields of a line are.
+    const SPANS: bool;
+
+    /// A row, in order; what it becomes goes to `out`.
+    fn row(&mut self, row: &Row<'_>, out: &mut Vec<u8>);
+    /// A line before the next row that parts segments: blank, or a repeated header.
+    fn part(&mut self, reason: Aside, out: &mut Vec<u8>);
+    /// The rows from here on may be none: remember the state.
+    fn mark(&mut self);
+    /// … they were none: back to it.
+    fn rewind(&mut self);
+    /// … they were rows.
+    fn keep(&mut self);
+}
+
+/// A row of the recording.
+pub(crate) struct Row<'a> {
+    pub number: u64,
+    pub bytes: &'a [u8],
+    /// Empty where the sink does not ask for them.
+    pub spans: &'a [Span],
+    pub values: &'a Values,
+    /// Specific force, m/s², and angular rate, rad/s; NaN where they are not there.
+    pub calibrated: [f64; 6],
+}
+
 /// What is left when the last line is written.
-pub(super) struct Done {
+pub(crate) struct Done<S> {
+    pub sink: S,
     pub ledger: Ledger,
     pub temperature: Option<TemperatureOutcome>,
     pub without_acceleration: u64,
 }
 
+/// Writes the rows under the names of a plan.
+pub(super) struct Rewrite<'a>(pub &'a Plan);
+
+impl Sink for Rewrite<'_> {
+    const SPANS: bool = true;
+
+    #[inline]
+    fn row(&mut self, row: &Row<'_>, out: &mut Vec<u8>) {
+        self.0.write_row(row.bytes, row.spans, &row.calibrated, out);
+    }
+
+    fn part(&mut self, reason: Aside, out: &mut Vec<u8>) {
+        // It parts segments, so it stays.
+        if reason == Aside::Blank {
+            out.push(b'\n');
+        }
+    }
+
+    // Nothing is carried from row to row.
+    fn mark(&mut self) {}
+    fn rewind(&mut self) {}
+    fn keep(&mut self) {}
+}
+
 /// The state of the pass.
-pub(super) struct Stream<'a> {
+pub(crate) struct Stream<'a, S> {
+    sink: S,
     sensor: Sensor,
     watch: Watch,
     stamps: Option<Stamps>,
@@ -40,7 +94,6 @@ pub(super) struct Stream<'a> {
     last: Values,
     dialect: &'a Dialect,
     scanner: RowScanner,
-    plan: &'a Plan,
     ledger: Ledger,
     /// Rows whose calibrated acceleration, or rate, is empty.
     empty: [LineSpans; 2],
@@ -51,19 +104,22 @@ pub(super) struct Stream<'a> {
     block: Vec<u8>,
 }
 
-impl<'a> Stream<'a> {
+impl<'a, S: Sink> Stream<'a, S> {
+    /// `header` is what stands before the first row.
     pub fn new(
+        sink: S,
+        header: &[u8],
         sensor: Sensor,
         watch: Watch,
         stamps: Option<Stamps>,
         held: [bool; 2],
         dialect: &'a Dialect,
         scanner: RowScanner,
-        plan: &'a Plan,
     ) -> Self {
         let mut block = Vec::with_capacity(BLOCK + (BLOCK >> 2));
-        block.extend_from_slice(&plan.header());
+        block.extend_from_slice(header);
         Stream {
+            sink,
             sensor,
             watch,
             stamps,
@@ -71,7 +127,6 @@ impl<'a> Stream<'a> {
             last: [f64::NAN; SLOTS],
             dialect,
             scanner,
-            plan,
             ledger: Ledger::default(),
             empty: Default::default(),
             nul_lines: LineSpans::default(),
@@ -94,7 +149,7 @@ impl<'a> Stream<'a> {
         name: &str,
         out: &mut dyn Write,
         findings: &mut Vec<Finding>,
-    ) -> Result<Done> {
+    ) -> Result<Done<S>> {
         let here = Path::new(name);
         let mut values: Values = [f64::NAN; SLOTS];
         let mut spans = Vec::with_capacity(self.scanner.fields());
@@ -107,7 +162,12 @@ impl<'a> Stream<'a> {
                 self.set_aside(reason, &line);
                 continue;
             }
-            match self.scanner.scan_spans(line.bytes, &mut values, &mut spans) {
+            let scanned = if S::SPANS {
+                self.scanner.scan_spans(line.bytes, &mut values, &mut spans)
+            } else {
+                self.scanner.scan(line.bytes, &mut values, &mut (0, 0))
+            };
+            match scanned {
                 Ok(()) => self.row(&line, &mut values, &spans),
                 Err(defect) => self.no_row(&line, defect),
             }
@@ -150,8 +210,14 @@ impl<'a> Stream<'a> {
             self.tail.given_up.push(line.number);
         }
         self.see(values, line.number);
-        self.plan
-            .write_row(line.bytes, spans, &calibrated, &mut self.block);
+        let row = Row {
+            number: line.number,
+            bytes: line.bytes,
+            spans,
+            values,
+            calibrated,
+        };
+        self.sink.row(&row, &mut self.block);
     }
 
     /// A calibrated row whose drift with temperature was taken off.
@@ -195,8 +261,17 @@ impl<'a> Stream<'a> {
 
     #[cold]
     fn hold_back(&mut self, line: &Line<'_>, values: &Values, spans: &[Span], row: &[f64; 6]) {
-        self.plan
-            .write_row(line.bytes, spans, row, &mut self.tail.text);
+        if self.tail.rows.is_empty() {
+            self.sink.mark();
+        }
+        let row = Row {
+            number: line.number,
+            bytes: line.bytes,
+            spans,
+            values,
+            calibrated: *row,
+        };
+        self.sink.row(&row, &mut self.tail.text);
         self.tail.rows.push((line.number, values[TIME]));
         if self.tail.is_full() {
             self.tail.give_up();
@@ -212,6 +287,7 @@ impl<'a> Stream<'a> {
     }
 
     fn release(&mut self) {
+        self.sink.keep();
         let mut values: Values = [0.0; SLOTS];
         for (line, time) in std::mem::take(&mut self.tail.rows) {
             values[TIME] = time;
@@ -224,14 +300,13 @@ impl<'a> Stream<'a> {
     fn no_row(&mut self, line: &Line<'_>, defect: RowDefect) {
         let header = self.dialect.header.as_ref().map(|h| h.text.as_slice());
         let reason = reason_for(line.bytes, defect, header);
-        if reason == Aside::Blank {
-            // It parts segments, so it stays.
+        if matches!(reason, Aside::Blank | Aside::RepeatedHeader) {
             let target = if self.tail.rows.is_empty() {
                 &mut self.block
             } else {
                 &mut self.tail.text
             };
-            target.push(b'\n');
+            self.sink.part(reason, target);
         }
         self.set_aside(reason, line);
     }
@@ -256,7 +331,7 @@ impl<'a> Stream<'a> {
         name: &str,
         out: &mut dyn Write,
         findings: &mut Vec<Finding>,
-    ) -> Result<Done> {
+    ) -> Result<Done<S>> {
         if input.is_cut_off() {
             findings.push(cut_off(self.ledger.rows));
         }
@@ -267,6 +342,7 @@ impl<'a> Stream<'a> {
         } else {
             let lines = self.tail.rows.iter().map(|(line, _)| *line);
             self.ledger.move_rows_aside(Aside::ZeroTail, lines);
+            self.sink.rewind();
         }
         self.hand_on(out)?;
         out.flush().map_err(|e| Error::io(Path::new("output"), e))?;
@@ -318,6 +394,7 @@ impl<'a> Stream<'a> {
         }
         self.watch.finish(findings);
         Ok(Done {
+            sink: self.sink,
             temperature: self.sensor.drift.as_ref().map(|d| d.finish(findings)),
             ledger: self.ledger,
             without_acceleration: self.empty[0].count(),

@@ -16,7 +16,7 @@ const WHOLE_ROWS: u64 = 20;
 const NAMES: [&str; 6] = ["ax", "ay", "az", "gx", "gy", "gz"];
 
 /// Follows the samples.
-pub(super) struct Watch {
+pub(crate) struct Watch {
     scale: AccelScale,
     zero_offset: f64,
     /// Nothing of a smaller magnitude is clipped.

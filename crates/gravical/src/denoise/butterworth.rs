@@ -20,7 +20,7 @@ use super::spec::{Band, Passes};
 use crate::{Error, Result};
 
 /// The filter, ready for a rate.
-pub(super) struct Butterworth {
+pub(crate) struct Butterworth {
     sections: Vec<Biquad<f64>>,
     passes: Passes,
 }

@@ -54,6 +54,7 @@ mod summary;
 mod tests;
 mod write;
 
+pub(crate) use butterworth::Butterworth;
 pub use filter::Filter;
 pub use response::Response;
 pub use savgol::{Edge, causal_coefficients, coefficients};

@@ -45,6 +45,7 @@ pub mod samples;
 mod smoother;
 pub mod stance;
 pub mod still;
+mod stream;
 mod table;
 pub mod truth;
 mod words;
@@ -68,6 +69,7 @@ use still::find_rests;
 
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
+pub use stream::{Streamed, motion_stream};
 pub use table::write_table;
 
 /// Motion of a recording: the result, and the table behind it.
@@ -105,7 +107,7 @@ pub fn motion(
         samples,
         nominal,
         findings,
-        gyro_calibrated,
+        scales,
     } = prepare(recording, calibration, options)?;
     let mut findings: Vec<Finding> = recording.findings.iter().cloned().chain(findings).collect();
 
@@ -126,7 +128,7 @@ pub fn motion(
     let size = size_at_rest(&samples, &rests, walk);
     let directions = directions(
         file,
-        gyro_calibrated,
+        scales.gyro_calibrated,
         &samples,
         size,
         options,

@@ -47,6 +47,11 @@ impl Direction {
         std::array::from_fn(|i| turned[i] + self.offset[i])
     }
 
+    /// F of δf = F f + c.
+    pub fn matrix(&self) -> &[[f64; 3]; 3] {
+        &self.force
+    }
+
     /// What it adds to an angular rate.
     #[inline]
     pub fn rate(&self, w: &[f64; 3]) -> [f64; 3] {

@@ -31,8 +31,22 @@ pub(super) struct Prepared {
     pub nominal: Option<Samples>,
     /// What is odd.
     pub findings: Vec<Finding>,
-    /// The gyroscope's own calibration was applied.
+    /// From the file's numbers to SI.
+    pub scales: Scales,
+}
+
+/// What turns the file's numbers into SI.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scales {
+    /// The accelerometer, as calibrated.
+    pub accel: Calibration<f64>,
+    /// The gyroscope, as calibrated; none where it is not used.
+    pub gyro: Option<GyroscopeCalibration<f64>>,
+    /// The gyroscope's own calibration is applied.
     pub gyro_calibrated: bool,
+    /// By nominal scales alone.
+    by_scale: Calibration<f64>,
+    by_gyro_scale: Option<GyroscopeCalibration<f64>>,
 }
 
 /// Reads columns into samples.
@@ -44,12 +58,66 @@ pub(super) fn prepare(
     let mut findings = Vec::new();
     let file = calibration.map(|c| c.file);
     let times = times(recording)?;
+    let scales = scales(recording, file, options, &mut findings)?;
+    let drift_free = file.and_then(|f| without_drift(recording, f, &mut findings));
+    let source = Source {
+        recording,
+        times: &times,
+        offset: recording.zero_offset,
+        axes: &options.axes,
+        channels: drift_free.as_ref(),
+    };
+    let mut lines = LineSpans::default();
+    let samples = source.samples(&scales.accel, scales.gyro, Some(&mut lines));
+    if samples.len() < 2 {
+        return Err(Error::input(
+            "no-samples",
+            format!(
+                "{} of {} rows hold a complete sample; two at least are needed",
+                samples.len(),
+                recording.rows()
+            ),
+        )
+        .at(Path::new(&recording.name), None)
+        .with_hint("`gravical inspect` shows what is in it"));
+    }
+    if !lines.is_empty() {
+        findings.push(
+            Finding::note(
+                "rows-left-out",
+                "rows without a complete sample, or whose stamp does not advance; the steps go over them",
+            )
+            .at_lines(&lines),
+        );
+    }
+    let nominal = file.map(|_| {
+        let plain = Source {
+            channels: None,
+            ..source
+        };
+        plain.samples(&scales.by_scale, scales.by_gyro_scale, None)
+    });
+    Ok(Prepared {
+        samples,
+        nominal,
+        findings,
+        scales,
+    })
+}
+
+/// Units and calibrations, judged by the samples.
+fn scales(
+    recording: &Recording,
+    file: Option<&CalibrationFile>,
+    options: &MotionOptions,
+    findings: &mut Vec<Finding>,
+) -> Result<Scales> {
     let coarse = find_stills(recording, &StillOptions::short_rests()).spans;
 
     // The accelerometer by its nominal scale.
     let nominal = recording.accel_scale.nominal();
     if let Some(file) = file {
-        judge_unit(recording, file, &coarse, options, &mut findings)?;
+        judge_unit(recording, file, &coarse, options, findings)?;
         if file.verdict.grade == crate::calibration_file::Grade::Poor {
             findings.push(Finding::warning(
                 "poor-calibration",
@@ -94,8 +162,8 @@ pub(super) fn prepare(
             ));
             None
         }
-        Some(_) => decide_gyro_unit(recording, &motions(recording, &coarse), &mut findings)
-            .map(|scale| by_noise(recording, &coarse, scale, &mut findings)),
+        Some(_) => decide_gyro_unit(recording, &motions(recording, &coarse), findings)
+            .map(|scale| by_noise(recording, &coarse, scale, findings)),
     };
     let gyro_nominal = scale.and_then(|s| s.nominal());
     if recording.gyro.is_some() && scale.is_some() && gyro_nominal.is_none() {
@@ -127,60 +195,14 @@ pub(super) fn prepare(
         }
         (!differs).then_some(calibration)
     });
-    let gyro_calibrated = gyro_calibration.is_some();
 
-    let drift_free = file.and_then(|f| without_drift(recording, f, &mut findings));
-    let offset = recording.zero_offset;
-    let source = Source {
-        recording,
-        times: &times,
-        offset,
-        axes: &options.axes,
-        channels: drift_free.as_ref(),
-    };
-    let calibrated = match file {
-        Some(file) => file.accelerometer_calibration(),
-        None => shifted(by_scale, -offset),
-    };
-    let mut lines = LineSpans::default();
-    let samples = source.samples(
-        &calibrated,
-        gyro_calibration.or(by_gyro_scale),
-        Some(&mut lines),
-    );
-    if samples.len() < 2 {
-        return Err(Error::input(
-            "no-samples",
-            format!(
-                "{} of {} rows hold a complete sample; two at least are needed",
-                samples.len(),
-                recording.rows()
-            ),
-        )
-        .at(Path::new(&recording.name), None)
-        .with_hint("`gravical inspect` shows what is in it"));
-    }
-    if !lines.is_empty() {
-        findings.push(
-            Finding::note(
-                "rows-left-out",
-                "rows without a complete sample, or whose stamp does not advance; the steps go over them",
-            )
-            .at_lines(&lines),
-        );
-    }
-    let nominal = file.map(|_| {
-        let plain = Source {
-            channels: None,
-            ..source
-        };
-        plain.samples(&shifted(by_scale, -offset), by_gyro_scale, None)
-    });
-    Ok(Prepared {
-        samples,
-        nominal,
-        findings,
-        gyro_calibrated,
+    let by_scale = shifted(by_scale, -recording.zero_offset);
+    Ok(Scales {
+        accel: file.map_or(by_scale, CalibrationFile::accelerometer_calibration),
+        gyro: gyro_calibration.or(by_gyro_scale),
+        gyro_calibrated: gyro_calibration.is_some(),
+        by_scale,
+        by_gyro_scale,
     })
 }
 
@@ -192,7 +214,7 @@ fn shifted(mut calibration: Calibration<f64>, by: f64) -> Calibration<f64> {
 }
 
 /// Seconds of each row: the stamps, else rows over the rate.
-fn times(recording: &Recording) -> Result<Vec<f64>> {
+pub(super) fn times(recording: &Recording) -> Result<Vec<f64>> {
     if let Some(t) = &recording.time_s {
         return Ok(t.clone());
     }
@@ -370,7 +392,7 @@ impl Source<'_> {
 }
 
 /// The shortest gap between stamps, s.
-fn gap_s(times: &[f64]) -> f64 {
+pub(super) fn gap_s(times: &[f64]) -> f64 {
     let mut steps: Vec<f64> = times
         .windows(2)
         .map(|w| w[1] - w[0])

@@ -20,11 +20,11 @@ const BANDS: &str = ",sigma_vx_mps,sigma_vy_mps,sigma_vz_mps,sigma_px_m,sigma_py
 
 /// Decimals of accelerations, velocities and positions: 1 µm is below any
 /// uncertainty there is.
-const DECIMALS: u32 = 6;
+pub(super) const DECIMALS: u32 = 6;
 
 /// Decimals of the attitude. Whoever turns gravity with it makes an error of
 /// g · 1e-8, 5 µm in 10 s.
-const ATTITUDE_DECIMALS: u32 = 8;
+pub(super) const ATTITUDE_DECIMALS: u32 = 8;
 
 /// How much text is gathered before it is written.
 const CHUNK: usize = 1 << 18;
@@ -95,7 +95,7 @@ fn put_vector(text: &mut Vec<u8>, vector: Option<&[f64; 3]>) {
 
 /// The fewest of 3, 6 and 9 decimals that keep every stamp to a nanosecond:
 /// stamps in ms have three, those of 1024 Hz more than six.
-fn time_decimals(t_s: &[f64]) -> u32 {
+pub(super) fn time_decimals(t_s: &[f64]) -> u32 {
     for (decimals, power) in [(3, 1e3), (6, 1e6)] {
         let kept = |t: &f64| {
             let scaled = t * power;

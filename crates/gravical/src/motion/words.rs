@@ -39,13 +39,40 @@ pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
     } else {
         "no zero-velocity correction"
     };
-    let smoothing = if options.smooth.is_empty() {
-        String::new()
-    } else {
-        let names: Vec<String> = options.smooth.iter().map(ToString::to_string).collect();
-        format!("smoothed by {}; ", names.join(", "))
-    };
+    let smoothing = smoothing(options, "smoothed");
     format!("{smoothing}{gravity}; trapezoid with the recorded stamps; {ends}")
+}
+
+fn smoothing(options: &MotionOptions, how: &str) -> String {
+    if options.smooth.is_empty() {
+        return String::new();
+    }
+    let names: Vec<String> = options.smooth.iter().map(ToString::to_string).collect();
+    format!("{how} by {}; ", names.join(", "))
+}
+
+/// How it is computed sample by sample.
+pub(super) fn causal_procedure(options: &MotionOptions, gyro: bool) -> String {
+    let gravity = match options.gravity_removal {
+        GravityRemoval::Strapdown if gyro => {
+            "attitude by strapdown from the rest before".to_owned()
+        }
+        GravityRemoval::Strapdown | GravityRemoval::ConstantTilt => {
+            "tilt as at the rest before".to_owned()
+        }
+        GravityRemoval::StillMean => {
+            format!("mean of the first {} rows subtracted", options.still_rows)
+        }
+    };
+    let ends = if options.zero_velocity {
+        "velocity zero at rests, the way corrected there"
+    } else {
+        "no zero-velocity correction"
+    };
+    format!(
+        "without look-ahead: {}{gravity}; trapezoid with the recorded stamps; {ends}",
+        smoothing(options, "causally smoothed")
+    )
 }
 
 /// What the axes of velocity and position are.

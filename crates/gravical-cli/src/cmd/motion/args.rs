@@ -36,6 +36,9 @@ pub struct Args {
     /// Table to write [default: stdout]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Sample by sample without look-ahead: any size, no bands, nothing corrected backwards
+    #[arg(long)]
+    pub causal: bool,
     /// Replace the file of -o when it is there
     #[arg(long)]
     pub force: bool,

@@ -1,12 +1,13 @@
 //! One leg: its samples, its bands, and where it takes the sensor.
 
-use gravical_core::matrix3::norm;
+use gravical_core::matrix3::{mul_vec, norm, sub};
 
 use super::super::bands::{LegNoise, Variances};
 use super::super::leg::{Leg, Ran, Removal};
 use super::super::parameters::Direction;
 use super::super::result::{Ends, Move};
 use super::Path;
+use super::linear::Linear;
 use super::setup::Setup;
 use super::state::State;
 
@@ -63,7 +64,26 @@ impl Setup<'_> {
             let mut variance_v = vec![[0.0; 3]; count];
             let mut variance_p = vec![[0.0; 3]; count];
             let mut own = [0.0; 3];
-            for (direction, offset) in self.directions.iter().zip(&mut state.offsets) {
+            let linear = matches!(leg.removal, Removal::Mean(_))
+                && leg.stances.is_empty()
+                && leg.v0 == [0.0; 3];
+            if linear {
+                let effect = Linear::new(self.directions, &state.offsets);
+                for k in 0..count {
+                    variance_v[k] = effect.of_velocity(&ran.velocity[k]);
+                    variance_p[k] = effect.of_position(&sub(&ran.position[k], &zero));
+                }
+                for (direction, offset) in self.directions.iter().zip(&mut state.offsets) {
+                    let moved = mul_vec(direction.matrix(), &way);
+                    for i in 0..3 {
+                        own[i] += moved[i] * moved[i];
+                        offset[i] += moved[i];
+                    }
+                }
+            }
+            let run_again = if linear { 0 } else { self.directions.len() };
+            let changes = self.directions.iter().zip(&mut state.offsets);
+            for (direction, offset) in changes.take(run_again) {
                 leg.run(&direction.times(STEP), false, changed);
                 let off = |k: usize, i: usize| (changed.position[k][i] - ran.position[k][i]) / STEP;
                 let far: [f64; 3] = std::array::from_fn(|i| off(last, i));

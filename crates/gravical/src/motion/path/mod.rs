@@ -1,6 +1,7 @@
 //! Leg after leg: attitude, velocity, position and what they may be off by.
 
 mod fly;
+mod linear;
 mod setup;
 mod state;
 

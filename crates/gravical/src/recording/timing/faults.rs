@@ -24,33 +24,63 @@ pub(super) fn follow(
     line: impl Fn(usize) -> u64,
 ) -> Followed {
     let mut time_s = Vec::with_capacity(raw.len());
-    let mut stamps = Stamps::new(median, per_s);
-    let mut offset = -raw.iter().copied().find(|t| t.is_finite()).unwrap_or(0.0);
+    let mut follower = Follower::new(median, per_s);
     let mut restarts = Vec::new();
     let mut latest = f64::NEG_INFINITY;
     for (row, &stamp) in raw.iter().enumerate() {
-        let before = stamps.before;
-        match stamps.see(stamp, || line(row)) {
-            Clock::Absent => {
-                time_s.push(f64::NAN);
-                continue;
-            }
-            Clock::Wrapped(period) => offset += period,
-            Clock::Restarted => {
-                restarts.push(row);
-                offset += before + median - stamp;
-            }
-            Clock::GoesOn => {}
+        let (clock, t) = follower.see(stamp, || line(row));
+        if clock == Clock::Restarted {
+            restarts.push(row);
         }
-        let t = stamp + offset;
+        // What is absent is NaN, which is no maximum.
         latest = latest.max(t);
-        time_s.push(t * per_s);
+        time_s.push(t);
     }
     Followed {
         time_s,
         restarts,
-        duration_s: latest * per_s,
-        stamps,
+        duration_s: latest,
+        stamps: follower.stamps,
+    }
+}
+
+/// Makes raw stamps seconds from the first one that go on.
+#[derive(Clone)]
+pub(crate) struct Follower {
+    stamps: Stamps,
+    offset: f64,
+}
+
+impl Follower {
+    /// `median` is the usual step, in units of `per_s` seconds.
+    pub(crate) fn new(median: f64, per_s: f64) -> Self {
+        Follower {
+            stamps: Stamps::new(median, per_s),
+            offset: f64::NAN,
+        }
+    }
+
+    /// What the stamp says, and its time, s; NaN where it is absent.
+    #[inline]
+    pub(crate) fn see(&mut self, stamp: f64, line: impl Fn() -> u64) -> (Clock, f64) {
+        let before = self.stamps.before;
+        let clock = self.stamps.see(stamp, line);
+        match clock {
+            Clock::GoesOn => {
+                if self.offset.is_nan() {
+                    self.offset = -stamp;
+                }
+            }
+            Clock::Absent => return (clock, f64::NAN),
+            Clock::Wrapped(period) => self.offset += period,
+            Clock::Restarted => self.offset += before + self.stamps.median - stamp,
+        }
+        (clock, (stamp + self.offset) * self.stamps.per_s)
+    }
+
+    /// What was odd.
+    pub(crate) fn stamps(&self) -> &Stamps {
+        &self.stamps
     }
 }
 
@@ -77,6 +107,7 @@ pub(crate) enum Treatment {
 }
 
 /// Follows raw stamps one after the other and books what is odd about them.
+#[derive(Clone)]
 pub(crate) struct Stamps {
     /// Usual step, in the unit of the stamps.
     median: f64,
@@ -149,7 +180,7 @@ impl Stamps {
     }
 }
 
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Faults {
     wrapped: LineSpans,
     restarted: LineSpans,

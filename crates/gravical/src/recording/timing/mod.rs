@@ -11,8 +11,8 @@ use super::POSSIBLE;
 use super::finding::Finding;
 use crate::stats::{median, standard_deviation};
 
+pub(crate) use faults::{Clock, Follower, Stamps, Treatment};
 use faults::{Followed, follow};
-pub(crate) use faults::{Stamps, Treatment};
 pub use unit::TimeUnit;
 use unit::guess_unit;
 

@@ -1,0 +1,75 @@
+//! `gravical motion --causal`: one pass, no look-ahead.
+
+use std::io;
+use std::path::Path;
+use std::process::ExitCode;
+
+use gravical::motion::{Calibrated, MotionOptions, Streamed, motion_stream};
+use gravical::output::write_atomic;
+use gravical::recording::open;
+use gravical::report::motion_text;
+use gravical::{Error, Result};
+
+use super::{Args, nothing_usable};
+use crate::failure::QUALITY;
+use crate::text;
+
+/// As [`super::run`], sample by sample.
+///
+/// # Errors
+///
+/// Those of [`super::run`]; `not-causal` (usage) for what needs the whole recording.
+pub(super) fn run(
+    args: &Args,
+    target: Option<&Path>,
+    calibration: Option<Calibrated<'_>>,
+    options: &MotionOptions,
+) -> anyhow::Result<ExitCode> {
+    if args.gyro.is_some() {
+        return Err(not_causal("--gyro joins two files on time").into());
+    }
+    if args.truth()?.is_some() {
+        return Err(not_causal("--truth compares a whole track").into());
+    }
+    let name = args.input.display().to_string();
+    let read = args.recording.read_options(false);
+    let pass = |out: Option<&mut dyn io::Write>| -> Result<Streamed> {
+        let input = open::open(&args.input, false)?;
+        motion_stream(input, &name, &read, calibration, options, out)
+    };
+    let done = match target {
+        Some(path) => {
+            let mut done = None;
+            write_atomic(path, args.force, |out| {
+                done = Some(pass(Some(out))?);
+                Ok(())
+            })?;
+            done.ok_or_else(|| anyhow::anyhow!("nothing was written"))?
+        }
+        None if args.json => pass(None)?,
+        None => pass(Some(&mut io::stdout().lock()))?,
+    };
+    let result = &done.result;
+    if args.json {
+        text::print_json(result)?;
+    }
+    if !args.quiet {
+        let to = match target {
+            Some(path) => format!(" → {}", path.display()),
+            None if args.json => String::new(),
+            None => " → stdout".to_owned(),
+        };
+        text::say(&format!("{}: {} rows{to}", result.input, result.rows));
+        text::say(motion_text(result, &done.head).trim_end());
+    }
+    Ok(if nothing_usable(result) {
+        ExitCode::from(QUALITY)
+    } else {
+        ExitCode::SUCCESS
+    })
+}
+
+fn not_causal(what: &str) -> Error {
+    Error::usage("not-causal", format!("--causal: {what}"))
+        .with_hint("leave --causal out: the whole recording is read then")
+}

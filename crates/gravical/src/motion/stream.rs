@@ -1,0 +1,379 @@
+//! Motion of a recording of any size: one pass, flat memory, no look-ahead.
+//!
+//! The first 256 KiB tell how the recording is written, its units, and the noise of
+//! the sensor where it rests in them; the samples then go through
+//! [`gravical_core::motion`] one by one. What a rest tells of the move before it
+//! cannot be had, nor bands: both look back from the far end.
+
+mod sink;
+mod smooth;
+#[cfg(test)]
+mod tests;
+mod told;
+
+use std::io::Write;
+
+use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_core::motion::{FirstRest, Motion as Core, MotionConfig, Removal};
+use gravical_core::still::{Plan, RestNoise};
+
+use super::anchors::Walk;
+use super::prepare::{Prepared, gap_s, prepare, times};
+use super::still::find_rests;
+use super::table::time_decimals;
+use super::{
+    Calibrated, GravityRemoval, MotionOptions, MotionResult, NoiseAtRest, Rates, directions,
+    size_at_rest, words,
+};
+use crate::apply::drift::Drift;
+use crate::apply::head::Head;
+use crate::apply::sensor::Sensor;
+use crate::apply::stream::Stream;
+use crate::apply::watch::Watch;
+use crate::recording::open::Input;
+use crate::recording::timing::{Follower, Treatment};
+use crate::recording::{Finding, ReadOptions, Recording, read_bytes};
+use crate::{Error, Result};
+
+use sink::{HEADER, Pipeline, State, Time};
+use smooth::Chain;
+use told::Told;
+
+/// Motion that was computed in one pass.
+#[derive(Debug, Clone)]
+pub struct Streamed {
+    /// What is said. Null is what looks back: uncertainties, budget, drift of a
+    /// recording at rest, the result without the calibration.
+    pub result: MotionResult,
+    /// The first rows, by which units and noise were judged.
+    pub head: Recording,
+}
+
+/// What is judged by the first rows; all else is told of the whole recording.
+const OF_HEAD: [&str; 14] = [
+    "unit-mismatch",
+    "unit-unverified",
+    "unsigned-counts",
+    "temperature-unit",
+    "rate-mismatch",
+    "time-unit-unknown",
+    "time-unit-guessed",
+    "frozen-time",
+    "burst-time",
+    "gyro-unit-unverified",
+    "gyro-unit-by-noise",
+    "columns-guessed",
+    "maybe-gyroscope",
+    "metadata-lines",
+];
+
+/// Velocity and position of the recording `input`, sample by sample; the table goes
+/// to `out` where one is wanted. `name` stands in messages.
+///
+/// Memory is flat: a few MiB, whatever the size. Of the options those that need the
+/// whole recording count nothing: bands, clock error, gravity, edges of filters.
+///
+/// # Errors
+///
+/// Those of [`super::motion`] and of reading, for the first 256 KiB; `not-causal`
+/// (usage) for a filter that needs samples to come; what reading and writing report.
+pub fn motion_stream(
+    mut input: Input,
+    name: &str,
+    read: &ReadOptions,
+    calibration: Option<Calibrated<'_>>,
+    options: &MotionOptions,
+    out: Option<&mut dyn Write>,
+) -> Result<Streamed> {
+    options.validate()?;
+    read.validate()?;
+    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
+    let opened = crate::recording::prepare(reader, name, read)?;
+    let mut findings = opened.findings;
+    let begin = Begin::new(&opened.head, opened.whole, name, read, calibration, options)?;
+    let apply_head = Head::read(&opened.head, opened.whole, &opened.dialect, &opened.layout);
+    let drift =
+        calibration.and_then(|c| Drift::new(c.file, &apply_head, &opened.layout, &mut findings));
+    // The head's own drift was told of already.
+    let known: Vec<Finding> = begin.findings.clone();
+    findings.extend(
+        known
+            .into_iter()
+            .filter(|f| f.kind != "temperature-not-applied"),
+    );
+
+    let table = out.is_some();
+    let pipeline = begin.pipeline(options, table, &mut findings)?;
+    let recording = &begin.recording;
+    let stream = Stream::new(
+        pipeline,
+        if table { HEADER.as_bytes() } else { b"" },
+        Sensor::of(begin.accel, begin.gyro, options.axes).without_drift(drift),
+        Watch::new(
+            recording.accel_scale,
+            recording.zero_offset,
+            opened.layout.has_gyro(),
+        ),
+        None,
+        [apply_head.accel_held, apply_head.gyro_held],
+        &opened.dialect,
+        opened.layout.scanner(&opened.dialect),
+    );
+    let done = match out {
+        Some(out) => stream.run(opened.lines, &input, name, out, &mut findings)?,
+        None => {
+            let mut nowhere = std::io::sink();
+            stream.run(opened.lines, &input, name, &mut nowhere, &mut findings)?
+        }
+    };
+    let result = begin.result(done.sink, done.ledger.rows, calibration, options, findings);
+    Ok(Streamed {
+        result,
+        head: begin.recording,
+    })
+}
+
+/// What the first rows tell.
+struct Begin {
+    recording: Recording,
+    accel: Calibration<f64>,
+    gyro: Option<GyroscopeCalibration<f64>>,
+    noise: Option<NoiseAtRest>,
+    rested: bool,
+    rate_hz: f64,
+    gap_s: f64,
+    time_decimals: u32,
+    bias_mps2: f64,
+    gyro_scale: f64,
+    findings: Vec<Finding>,
+}
+
+impl Begin {
+    fn new(
+        head: &[u8],
+        whole: bool,
+        name: &str,
+        read: &ReadOptions,
+        calibration: Option<Calibrated<'_>>,
+        options: &MotionOptions,
+    ) -> Result<Self> {
+        // The last line of what is not all is cut off.
+        let end = if whole {
+            head.len()
+        } else {
+            head.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1)
+        };
+        let recording = read_bytes(&head[..end], name, read)?;
+        let Prepared {
+            samples,
+            findings,
+            scales,
+            ..
+        } = prepare(&recording, calibration, options)?;
+        let rests = find_rests(&samples, &options.rests);
+        let walk = Walk::new(rests.accel.as_ref(), rests.gyro.as_ref(), &samples);
+        let size = size_at_rest(&samples, &rests.spans, walk);
+        let directions = directions(
+            calibration.map(|c| c.file),
+            scales.gyro_calibrated,
+            &samples,
+            size,
+            options,
+            &mut Vec::new(),
+        );
+        // Root of the sum of squares over the directions, mean of the axes.
+        let mean = |of: &dyn Fn(&super::parameters::Direction) -> [f64; 3]| -> f64 {
+            let sum: f64 = directions.iter().flat_map(|d| of(d).map(|v| v * v)).sum();
+            (sum / 3.0).sqrt()
+        };
+        let step_s = samples.median_step_s();
+        let all = times(&recording)?;
+        Ok(Begin {
+            accel: scales.accel,
+            gyro: scales.gyro,
+            noise: rests.accel.map(|a| NoiseAtRest {
+                accel_sigma_mps2: a.sigma,
+                accel_vif: a.vif,
+                gyro_sigma_rad_s: rests.gyro.map(|g| g.sigma),
+                gyro_vif: rests.gyro.map(|g| g.vif),
+            }),
+            rested: !rests.spans.is_empty(),
+            rate_hz: if step_s > 0.0 { 1.0 / step_s } else { 0.0 },
+            gap_s: gap_s(&all),
+            time_decimals: time_decimals(&all),
+            bias_mps2: mean(&|d| d.force(&[0.0; 3])),
+            gyro_scale: mean(&|d| d.rate(&[1.0; 3])),
+            findings: recording
+                .findings
+                .iter()
+                .filter(|f| OF_HEAD.contains(&f.kind.as_ref()))
+                .cloned()
+                .chain(findings.into_iter().filter(|f| f.kind != "rows-left-out"))
+                .collect(),
+            recording,
+        })
+    }
+
+    fn time(&self) -> Result<Time> {
+        let timing = &self.recording.timing;
+        let arrival = self.findings.iter().any(|f| f.kind == "burst-time");
+        let unit = timing
+            .unit
+            .filter(|_| !arrival && self.recording.time_s.is_some());
+        Ok(match unit {
+            Some(unit) => {
+                let per_s = unit.seconds();
+                Time::Stamps(Follower::new(1.0 / (self.rate_hz * per_s), per_s))
+            }
+            None => {
+                let rate = timing.mean_rate_hz.or(timing.rate_hz()).ok_or_else(|| {
+                    Error::input("rate-unknown", "there are no usable time stamps")
+                })?;
+                Time::Rows {
+                    step_s: 1.0 / rate,
+                    rows: 0,
+                }
+            }
+        })
+    }
+
+    fn pipeline(
+        &self,
+        options: &MotionOptions,
+        table: bool,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Pipeline> {
+        let removal = match options.gravity_removal {
+            GravityRemoval::StillMean => Removal::StillMean,
+            GravityRemoval::Strapdown if self.gyro.is_some() => Removal::Strapdown,
+            GravityRemoval::Strapdown | GravityRemoval::ConstantTilt => Removal::ConstantTilt,
+        };
+        let still_mean = removal == Removal::StillMean;
+        let given = options.rests.given_s.clone();
+        let plan = Plan::new(self.rate_hz);
+        let fits = plan.onset_samples() < sink::KEPT;
+        let searched = given.is_none() && self.rested && fits;
+        // With the mean off and velocity left alone nothing asks for rests.
+        let wanted = !still_mean || options.zero_velocity;
+        let rests = self.noise.filter(|_| searched && wanted).map(|n| {
+            let gyro = n
+                .gyro_sigma_rad_s
+                .zip(n.gyro_vif)
+                .filter(|_| self.gyro.is_some());
+            (plan, RestNoise::new(n.accel_sigma_mps2, n.accel_vif, gyro))
+        });
+        let first_rest = if still_mean || (given.is_none() && rests.is_none()) {
+            FirstRest::Samples(options.still_rows)
+        } else {
+            FirstRest::Found
+        };
+        if wanted && rests.is_none() && given.is_none() {
+            findings.push(Finding::warning(
+                "no-still",
+                format!(
+                    "the sensor does not rest in the first {} rows, which tell its noise: the first {} count as one rest, others are not found, and nothing corrects the drift; hold it still for 2 s before the first move",
+                    self.recording.rows(),
+                    options.still_rows
+                ),
+            ));
+        }
+        let config = MotionConfig {
+            removal,
+            first_rest,
+            zero_velocity: options.zero_velocity,
+            rests,
+            velocity_mps: options.v0_mps.unwrap_or_default(),
+            position_m: options.p0_m,
+            bias_mps2: self.bias_mps2,
+            gyro_scale: self.gyro_scale,
+            wobble_rad: options.wobble_deg.to_radians(),
+            ..MotionConfig::strapdown()
+        };
+        let chain = Chain::design(&options.smooth, self.rate_hz)?;
+        let motion = Core::new(config, chain).ok_or_else(|| {
+            Error::usage("option-range", "the rate is too high for finding rests")
+        })?;
+        let state = State {
+            motion: Box::new(motion),
+            time: self.time()?,
+            told: Told::new(options.p0_m),
+            last_s: 0.0,
+            first_s: 0.0,
+            samples: 0,
+            parted: false,
+            left_out: Default::default(),
+        };
+        let decimals = table.then_some(self.time_decimals);
+        let mut pipeline = Pipeline::new(state, self.gap_s, self.gyro.is_some(), decimals);
+        pipeline.starts_at_rest = !still_mean && first_rest != FirstRest::Found;
+        pipeline.knows_rests = pipeline.starts_at_rest || rests.is_some() || given.is_some();
+        pipeline.given = given;
+        Ok(pipeline)
+    }
+
+    fn result(
+        &self,
+        sink: Pipeline,
+        rows: u64,
+        calibration: Option<Calibrated<'_>>,
+        options: &MotionOptions,
+        mut findings: Vec<Finding>,
+    ) -> MotionResult {
+        let state = sink.state;
+        if let Time::Stamps(follower) = &state.time {
+            follower.stamps().report(Treatment::Repaired, &mut findings);
+        }
+        if !state.left_out.is_empty() {
+            findings.push(
+                Finding::note(
+                    "rows-left-out",
+                    "rows without a complete sample, or whose stamp does not advance; the steps go over them",
+                )
+                .at_lines(&state.left_out),
+            );
+        }
+        let (still, moves, end) = state.told.finish();
+        let lost = moves.iter().filter(|m| !m.usable).count();
+        if lost > 0 {
+            findings.push(
+                Finding::warning(
+                    "move-unusable",
+                    format!(
+                        "{lost} of {} moves have a gap in them or come after one: how far they went is not known",
+                        moves.len()
+                    ),
+                )
+                .counting(lost as u64),
+            );
+        }
+        let recording = &self.recording;
+        for finding in &mut findings {
+            finding.file.get_or_insert_with(|| recording.name.clone());
+        }
+        findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
+        let duration_s = state.last_s - state.first_s;
+        let stamped = matches!(state.time, Time::Stamps(_)) && duration_s > 0.0;
+        MotionResult {
+            input: recording.name.clone(),
+            calibration: calibration.map(|c| c.name.to_owned()),
+            procedure: words::causal_procedure(options, self.gyro.is_some()),
+            rate_hz: Rates {
+                nominal: recording.timing.nominal_rate_hz,
+                r#true: stamped.then(|| (state.samples.max(1) - 1) as f64 / duration_s),
+            },
+            duration_s,
+            rows,
+            rows_left_out: state.left_out.count(),
+            frame: words::frame(options, false),
+            still,
+            noise: self.noise,
+            moves,
+            r#final: end,
+            uncalibrated: None,
+            static_drift: None,
+            budget_m: None,
+            truth: None,
+            findings,
+        }
+    }
+}

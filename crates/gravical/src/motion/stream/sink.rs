@@ -1,0 +1,181 @@
+//! Row after row through the pipeline, and into the table.
+
+use gravical_core::motion::{Motion, Phase};
+
+use super::smooth::Chain;
+use super::told::{Now, Told};
+use crate::apply::stream::{Row, Sink};
+use crate::motion::table::{ATTITUDE_DECIMALS, DECIMALS};
+use crate::recording::row::TIME;
+use crate::recording::timing::{Clock, Follower};
+use crate::recording::{Aside, LineSpans};
+use crate::scan::write_fixed;
+
+/// Samples that are kept: rests are found up to 2 kHz.
+pub(super) const KEPT: usize = 2048;
+
+/// Columns of the table.
+pub(super) const HEADER: &str = "t_s,ax_mps2,ay_mps2,az_mps2,still,qw,qx,qy,qz,\
+    lin_ax_mps2,lin_ay_mps2,lin_az_mps2,vx_mps,vy_mps,vz_mps,px_m,py_m,pz_m\n";
+
+/// Where the time of a row comes from.
+#[derive(Clone)]
+pub(super) enum Time {
+    /// Its stamp.
+    Stamps(Follower),
+    /// Its number; the step in s.
+    Rows { step_s: f64, rows: u64 },
+}
+
+/// What goes on from row to row.
+#[derive(Clone)]
+pub(super) struct State {
+    pub motion: Box<Motion<f64, Chain, KEPT>>,
+    pub time: Time,
+    pub told: Told,
+    pub last_s: f64,
+    pub first_s: f64,
+    pub samples: u64,
+    /// A break before the next row.
+    pub parted: bool,
+    pub left_out: LineSpans,
+}
+
+/// The pipeline as a sink.
+pub(super) struct Pipeline {
+    pub state: State,
+    marked: Option<State>,
+    /// Rests that are given, s.
+    pub given: Option<Vec<(f64, f64)>>,
+    /// Rests are looked for or given.
+    pub knows_rests: bool,
+    /// The samples at the start are one.
+    pub starts_at_rest: bool,
+    /// A longer step is a gap, s.
+    pub gap_s: f64,
+    /// Without a gyroscope its values count nothing.
+    pub with_gyro: bool,
+    /// Decimals of the time in the table; none without a table.
+    pub table: Option<u32>,
+}
+
+impl Pipeline {
+    pub fn new(state: State, gap_s: f64, with_gyro: bool, table: Option<u32>) -> Self {
+        Pipeline {
+            state,
+            marked: None,
+            given: None,
+            knows_rests: false,
+            starts_at_rest: false,
+            gap_s,
+            with_gyro,
+            table,
+        }
+    }
+
+    fn write(&self, t_s: f64, decimals: u32, out: &mut Vec<u8>) {
+        let motion = &self.state.motion;
+        put(out, &[t_s], decimals);
+        put(out, &motion.force_mps2(), DECIMALS);
+        out.extend_from_slice(match self.knows_rests {
+            true if resting(motion.phase(), self.starts_at_rest) => b"1,",
+            true => b"0,",
+            false => b",",
+        });
+        put(out, &motion.attitude(), ATTITUDE_DECIMALS);
+        put(out, &motion.acceleration_mps2(), DECIMALS);
+        put(out, &motion.velocity_mps(), DECIMALS);
+        put(out, &motion.position_m(), DECIMALS);
+        // The last comma ends the line.
+        if let Some(end) = out.last_mut() {
+            *end = b'\n';
+        }
+    }
+}
+
+#[inline]
+fn put(out: &mut Vec<u8>, values: &[f64], decimals: u32) {
+    for value in values {
+        write_fixed(out, *value, decimals);
+        out.push(b',');
+    }
+}
+
+fn resting(phase: Phase, starts_at_rest: bool) -> bool {
+    phase == Phase::Resting || (phase == Phase::Start && starts_at_rest)
+}
+
+impl Sink for Pipeline {
+    const SPANS: bool = false;
+
+    #[inline]
+    fn row(&mut self, row: &Row<'_>, out: &mut Vec<u8>) {
+        let state = &mut self.state;
+        let t_s = match &mut state.time {
+            Time::Stamps(follower) => {
+                let (clock, t_s) = follower.see(row.values[TIME], || row.number);
+                state.parted |= clock == Clock::Restarted;
+                t_s
+            }
+            Time::Rows { step_s, rows } => {
+                *rows += 1;
+                *step_s * (*rows - 1) as f64
+            }
+        };
+        let [a, b, c, d, e, f] = row.calibrated;
+        let rate = if self.with_gyro { [d, e, f] } else { [0.0; 3] };
+        let sum = a + b + c + rate[0] + rate[1] + rate[2];
+        let h_s = if state.samples == 0 {
+            0.0
+        } else {
+            t_s - state.last_s
+        };
+        // Also false for a stamp that is none.
+        if !(sum.is_finite() && h_s >= 0.0 && t_s.is_finite()) {
+            state.left_out.push(row.number);
+            return;
+        }
+        if state.samples == 0 {
+            state.first_s = t_s;
+        } else if state.parted || h_s > self.gap_s {
+            state.told.lose(h_s);
+            state.motion.interrupt();
+        }
+        (state.parted, state.last_s) = (false, t_s);
+        state.samples += 1;
+        let told = self
+            .given
+            .as_ref()
+            .map(|spans| spans.iter().any(|(from, to)| t_s >= *from && t_s <= *to));
+        state.motion.update_calibrated([a, b, c], rate, h_s, told);
+        let phase = state.motion.phase();
+        state.told.see(&Now {
+            t_s,
+            phase,
+            rests: resting(phase, self.starts_at_rest),
+            velocity: state.motion.velocity_mps(),
+            position: state.motion.position_m(),
+        });
+        if let Some(decimals) = self.table {
+            self.write(t_s, decimals, out);
+        }
+    }
+
+    fn part(&mut self, _: Aside, _: &mut Vec<u8>) {
+        self.state.parted = self.state.samples > 0;
+    }
+
+    fn mark(&mut self) {
+        self.marked = Some(self.state.clone());
+    }
+
+    fn rewind(&mut self) {
+        if let Some(marked) = self.marked.take() {
+            self.state = marked;
+        }
+    }
+
+    fn keep(&mut self) {
+        self.marked = None;
+    }
+}

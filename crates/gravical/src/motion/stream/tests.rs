@@ -1,0 +1,268 @@
+//! The stream against the batch, where both apply, and faults.
+
+use gravical_core::matrix3::{norm, sub};
+
+use super::*;
+use crate::motion::result::Ends;
+use crate::motion::still::RestOptions;
+use crate::motion::{Motion, motion};
+use crate::recording::open::from_reader;
+use crate::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
+
+/// A line of 0.7 m in 2 s after 5 s at rest, as a file.
+fn line(seed: u64) -> Vec<u8> {
+    let mut options = SimulateOptions::new(Scenario::Line(LineOptions::default()));
+    options.seed = seed;
+    let folder = tempfile::tempdir().unwrap();
+    write(&simulate(&options).unwrap(), folder.path(), false).unwrap();
+    std::fs::read(folder.path().join("line.csv")).unwrap()
+}
+
+fn stream(bytes: &[u8], options: &MotionOptions) -> Result<(Streamed, String)> {
+    let reader = Box::new(std::io::Cursor::new(bytes.to_vec()));
+    let input = from_reader(reader, false).unwrap();
+    let mut out: Vec<u8> = Vec::new();
+    let read = ReadOptions::default();
+    let done = motion_stream(input, "line.csv", &read, None, options, Some(&mut out))?;
+    Ok((done, String::from_utf8(out).unwrap()))
+}
+
+fn batch(bytes: &[u8], options: &MotionOptions) -> Motion {
+    let recording = read_bytes(bytes, "line.csv", &ReadOptions::default()).unwrap();
+    motion(&recording, None, options).unwrap()
+}
+
+/// The columns of a table from `first` on, three of them; NaN where empty.
+fn columns(table: &str, first: &str) -> Vec<[f64; 3]> {
+    let mut lines = table.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let at = names.iter().position(|n| *n == first).unwrap();
+    lines
+        .map(|line| {
+            let fields: Vec<&str> = line.split(',').collect();
+            assert_eq!(fields.len(), names.len());
+            std::array::from_fn(|i| fields[at + i].parse().unwrap_or(f64::NAN))
+        })
+        .collect()
+}
+
+fn close(a: [f64; 3], b: [f64; 3], relative: f64) {
+    assert!(norm(&sub(&a, &b)) <= relative * norm(&b), "{a:?} {b:?}");
+}
+
+#[test]
+fn mean_off_and_no_correction_is_the_batch() {
+    let bytes = line(1);
+    let options = MotionOptions {
+        smooth: Vec::new(),
+        ..MotionOptions::report()
+    };
+    let batch = batch(&bytes, &options);
+    let (done, table) = stream(&bytes, &options).unwrap();
+    let end = done.result.r#final;
+    close(
+        end.position_m.unwrap(),
+        batch.result.r#final.position_m.unwrap(),
+        1e-9,
+    );
+    close(
+        end.velocity_mps.unwrap(),
+        batch.result.r#final.velocity_mps.unwrap(),
+        1e-9,
+    );
+    let [a, b] = [&done.result.moves[0], &batch.result.moves[0]];
+    close(a.displacement_m.unwrap(), b.displacement_m.unwrap(), 1e-9);
+    assert_eq!((a.start_s, a.end_s, a.ends), (b.start_s, b.end_s, b.ends));
+    // In the table to the last digit; before its mean is known there is nothing.
+    let p = columns(&table, "px_m");
+    assert_eq!(p.len(), batch.track.position_m.len());
+    for (i, (a, b)) in p.iter().zip(&batch.track.position_m).enumerate() {
+        assert_eq!(a[0].is_nan(), i < 499, "{i}");
+        assert!(i < 499 || norm(&sub(a, b)) < 1e-6, "{i}: {a:?} {b:?}");
+    }
+    let f = columns(&table, "ax_mps2");
+    assert!((f[700][2] - batch.track.force_mps2[2][700]).abs() < 1e-6);
+}
+
+#[test]
+fn strapdown_after_a_first_rest_that_is_given_is_the_batch() {
+    let bytes = line(2);
+    let options = MotionOptions {
+        zero_velocity: false,
+        rests: RestOptions {
+            given_s: Some(vec![(0.0, 4.5)]),
+        },
+        v0_mps: Some([0.1, -0.2, 0.0]),
+        p0_m: [1.0, 2.0, 3.0],
+        ..MotionOptions::default()
+    };
+    let batch = batch(&bytes, &options);
+    let (done, table) = stream(&bytes, &options).unwrap();
+    let end = done.result.r#final;
+    close(
+        end.position_m.unwrap(),
+        batch.result.r#final.position_m.unwrap(),
+        1e-9,
+    );
+    close(
+        end.velocity_mps.unwrap(),
+        batch.result.r#final.velocity_mps.unwrap(),
+        1e-9,
+    );
+    let (v, p) = (columns(&table, "vx_mps"), columns(&table, "px_m"));
+    let (q, a) = (columns(&table, "qx"), columns(&table, "lin_ax_mps2"));
+    for i in 460..p.len() {
+        let track = &batch.track;
+        assert!(norm(&sub(&v[i], &track.velocity_mps[i])) < 1e-6, "v {i}");
+        assert!(norm(&sub(&p[i], &track.position_m[i])) < 1e-6, "p {i}");
+        assert!(norm(&sub(&a[i], &track.acceleration_mps2[i])) < 1e-6);
+        let [_, x, y, z] = track.attitude[i];
+        assert!(norm(&sub(&q[i], &[x, y, z])) < 2e-8, "q {i}");
+    }
+}
+
+#[test]
+fn between_given_rests_what_is_left_of_the_velocity_comes_off_as_in_the_batch() {
+    let bytes = line(3);
+    let options = MotionOptions {
+        gravity_removal: GravityRemoval::StillMean,
+        still_rows: 400,
+        rests: RestOptions {
+            given_s: Some(vec![(0.0, 4.8), (7.3, f64::INFINITY)]),
+        },
+        ..MotionOptions::default()
+    };
+    let batch = batch(&bytes, &options);
+    let (done, _) = stream(&bytes, &options).unwrap();
+    let of = |moves: &[crate::motion::Move]| {
+        let one = moves.iter().find(|m| m.ends == Ends::RestToRest).unwrap();
+        (one.displacement_m.unwrap(), one.start_s, one.end_s)
+    };
+    let (a, b) = (of(&done.result.moves), of(&batch.result.moves));
+    close(a.0, b.0, 1e-9);
+    assert_eq!((a.1, a.2), (b.1, b.2));
+}
+
+#[test]
+fn found_on_the_way_the_move_is_about_as_long() {
+    // Not the same: the tilt that is missing at the second rest, and what the velocity
+    // there tells of it, put the batch's move right and not this one.
+    for seed in 0..10 {
+        let bytes = line(seed);
+        let batch = batch(&bytes, &MotionOptions::default());
+        let (done, table) = stream(&bytes, &MotionOptions::default()).unwrap();
+        let result = &done.result;
+        assert_eq!(result.moves.len(), 1, "{:?}", result.moves);
+        assert_eq!(result.still.len(), 2);
+        let a = result.moves[0].displacement_m.unwrap();
+        let b = batch.result.moves[0].displacement_m.unwrap();
+        let sigma = norm(&batch.result.moves[0].sigma_m.unwrap());
+        assert!(
+            norm(&sub(&a, &b)) < 4.0 * sigma.max(0.01),
+            "{a:?} {b:?} {sigma}"
+        );
+        assert_eq!(result.r#final.velocity_mps, Some([0.0; 3]));
+        let still = table.lines().filter(|l| l.split(',').nth(4) == Some("1"));
+        assert!(still.count() > 800);
+    }
+}
+
+#[test]
+fn causal_filters_and_those_that_are_not() {
+    let bytes = line(4);
+    let smooth = |text: &str| MotionOptions {
+        smooth: vec![text.parse().unwrap()],
+        ..MotionOptions::default()
+    };
+    let plain = stream(&bytes, &MotionOptions::default()).unwrap().0;
+    for filter in ["savgol:5,2", "mean:5", "butter1:2,20Hz"] {
+        let done = stream(&bytes, &smooth(filter)).unwrap().0;
+        let a = done.result.moves[0].displacement_m.unwrap();
+        let b = plain.result.moves[0].displacement_m.unwrap();
+        assert!(norm(&sub(&a, &b)) < 0.02, "{filter}: {a:?} {b:?}");
+    }
+    for filter in ["butter:2,20Hz", "hampel:5,3"] {
+        assert_eq!(
+            stream(&bytes, &smooth(filter)).unwrap_err().code(),
+            "not-causal"
+        );
+    }
+}
+
+#[test]
+fn a_gap_in_the_move_loses_the_place_and_nothing_else() {
+    let bytes = line(5);
+    let text = String::from_utf8(bytes).unwrap();
+    let kept: Vec<&str> = text
+        .lines()
+        .enumerate()
+        .filter(|(i, _)| !(600..660).contains(i))
+        .map(|(_, line)| line)
+        .collect();
+    let holed = kept.join("\n");
+    let (done, _) = stream(holed.as_bytes(), &MotionOptions::default()).unwrap();
+    assert!(done.result.moves.iter().all(|m| !m.usable));
+    assert_eq!(done.result.r#final.position_m, None);
+    assert_eq!(done.result.r#final.velocity_mps, Some([0.0; 3]));
+    let kinds: Vec<&str> = done
+        .result
+        .findings
+        .iter()
+        .map(|f| f.kind.as_ref())
+        .collect();
+    assert!(kinds.contains(&"move-unusable") && kinds.contains(&"gap"));
+}
+
+#[test]
+fn what_is_no_sample_is_stepped_over_and_a_tail_of_zeros_is_none() {
+    let bytes = line(6);
+    let text = String::from_utf8(bytes.clone()).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let last_t: f64 = lines
+        .last()
+        .unwrap()
+        .split(',')
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
+    let fields = lines[1].split(',').count();
+    // A cell that is empty, a stamp that runs backwards, a board that stopped.
+    let mut cells: Vec<&str> = lines[300].split(',').collect();
+    cells[1] = "";
+    lines[300] = cells.join(",");
+    for k in 1..40 {
+        let zeros = vec!["0"; fields - 1].join(",");
+        lines.push(format!("{},{zeros}", last_t + 10.0 * f64::from(k)));
+    }
+    let (plain, _) = stream(&bytes, &MotionOptions::default()).unwrap();
+    let (done, table) = stream(lines.join("\n").as_bytes(), &MotionOptions::default()).unwrap();
+    assert_eq!(done.result.rows_left_out, 1);
+    assert_eq!(table.lines().count() as u64, done.result.rows);
+    let a = done.result.r#final.position_m.unwrap();
+    let b = plain.result.r#final.position_m.unwrap();
+    assert!(norm(&sub(&a, &b)) < 1e-3, "{a:?} {b:?}");
+    assert_eq!(done.result.still.len(), plain.result.still.len());
+}
+
+#[test]
+fn too_little_is_an_error_and_no_panic() {
+    for (text, code) in [
+        ("", "empty-file"),
+        ("t_ms,ax,ay,az\n0,0,0,9.8\n", "rate-unknown"),
+        ("t_ms,ax,ay,az\n0,,,\n10,,,\n20,,,\n", "no-rows"),
+        ("t_ms,ax,ay,az\n0,0,0,0\n10,0,0,0\n20,0,0,0\n", "all-zero"),
+    ] {
+        let error = stream(text.as_bytes(), &MotionOptions::default()).unwrap_err();
+        assert_eq!(error.code(), code, "{text:?}: {error}");
+    }
+    // Constant, and huge.
+    for value in ["0.5", "1e90"] {
+        let rows: String = (0..300)
+            .map(|i| format!("{},0,{value},9.8\n", 10 * i))
+            .collect();
+        let text = format!("t_ms,ax,ay,az\n{rows}");
+        let _ = stream(text.as_bytes(), &MotionOptions::default());
+        let _ = stream(text.as_bytes(), &MotionOptions::report());
+    }
+}

@@ -1,0 +1,187 @@
+//! What is told of a motion as it goes: rests, moves, the end.
+
+use gravical_core::matrix3::{norm, sub};
+use gravical_core::motion::Phase;
+
+use crate::motion::result::{Ends, FinalState, Move, Span};
+
+/// Follows the state from sample to sample.
+#[derive(Debug, Clone)]
+pub(super) struct Told {
+    before: Phase,
+    last_s: f64,
+    first_s: f64,
+    /// Start of the rest, or of the move, that goes on.
+    since_s: f64,
+    rests: Vec<Span>,
+    moves: Vec<Move>,
+    start: [f64; 3],
+    ends: Ends,
+    peak: f64,
+    path: f64,
+    speed: f64,
+    velocity: [f64; 3],
+    position: [f64; 3],
+}
+
+/// A sample and what it came to.
+pub(super) struct Now {
+    pub t_s: f64,
+    pub phase: Phase,
+    /// At rest.
+    pub rests: bool,
+    pub velocity: [f64; 3],
+    pub position: [f64; 3],
+}
+
+impl Told {
+    pub fn new(start_m: [f64; 3]) -> Self {
+        Told {
+            before: Phase::Waiting,
+            last_s: f64::NAN,
+            first_s: f64::NAN,
+            since_s: f64::NAN,
+            rests: Vec::new(),
+            moves: Vec::new(),
+            start: start_m,
+            ends: Ends::Free,
+            peak: 0.0,
+            path: 0.0,
+            speed: f64::NAN,
+            velocity: [f64::NAN; 3],
+            position: [f64::NAN; 3],
+        }
+    }
+
+    #[inline]
+    pub fn see(&mut self, now: &Now) {
+        let phase = if now.rests { Phase::Resting } else { now.phase };
+        if phase != self.before {
+            self.turn(phase, now);
+        }
+        if phase == Phase::Moving {
+            let speed = norm(&now.velocity);
+            let h = now.t_s - self.last_s;
+            if self.speed.is_finite() && h.is_finite() {
+                self.path += 0.5 * h * (speed + self.speed);
+            }
+            self.peak = self.peak.max(speed);
+            self.speed = speed;
+        }
+        self.last_s = now.t_s;
+        self.velocity = now.velocity;
+        self.position = now.position;
+    }
+
+    #[cold]
+    fn turn(&mut self, phase: Phase, now: &Now) {
+        if self.first_s.is_nan() {
+            self.first_s = now.t_s;
+        }
+        match self.before {
+            Phase::Resting => self.rests.push(Span {
+                start_s: self.since_s,
+                end_s: self.last_s,
+            }),
+            Phase::Moving => {
+                // The place is put right where it comes to rest.
+                let end = if phase == Phase::Resting {
+                    now.position
+                } else {
+                    self.position
+                };
+                let ends = match (self.ends, phase) {
+                    (Ends::FromRest, Phase::Resting) => Ends::RestToRest,
+                    (Ends::Free, Phase::Resting) => Ends::ToRest,
+                    (ends, _) => ends,
+                };
+                self.close(now.t_s, ends, end);
+            }
+            Phase::Waiting | Phase::Start => {}
+        }
+        if phase == Phase::Moving {
+            let from_rest = self.before == Phase::Resting;
+            self.ends = Ends::FromRest;
+            if from_rest {
+                self.start = self.position;
+                self.since_s = self.last_s;
+            } else {
+                self.since_s = self.first_s;
+            }
+            (self.peak, self.path) = (0.0, 0.0);
+            self.speed = if from_rest { 0.0 } else { f64::NAN };
+        } else {
+            self.since_s = now.t_s;
+        }
+        self.before = phase;
+    }
+
+    fn close(&mut self, end_s: f64, ends: Ends, end: [f64; 3]) {
+        let way = sub(&end, &self.start);
+        let usable = way.iter().all(|v| v.is_finite());
+        self.moves.push(Move {
+            start_s: self.since_s,
+            end_s,
+            ends,
+            displacement_m: usable.then_some(way),
+            sigma_m: None,
+            peak_speed_mps: Some(self.peak),
+            path_m: Some(self.path),
+            velocity_error_mps: None,
+            missing_tilt_deg: None,
+            usable,
+            reason: (!usable)
+                .then(|| "its place is not known since something is missing".to_owned()),
+        });
+    }
+
+    /// Something is missing after the last sample.
+    pub fn lose(&mut self, gap_s: f64) {
+        let moving = self.before == Phase::Moving;
+        if self.before == Phase::Resting {
+            self.rests.push(Span {
+                start_s: self.since_s,
+                end_s: self.last_s,
+            });
+        }
+        self.moves.push(Move {
+            start_s: if moving { self.since_s } else { self.last_s },
+            end_s: self.last_s + gap_s.max(0.0),
+            ends: Ends::Free,
+            displacement_m: None,
+            sigma_m: None,
+            peak_speed_mps: None,
+            path_m: None,
+            velocity_error_mps: None,
+            missing_tilt_deg: None,
+            usable: false,
+            reason: Some(if gap_s > 0.0 {
+                format!("{gap_s:.2} s are missing in it: how far it went then is not known")
+            } else {
+                "the recording is parted in it: how far it went then is not known".to_owned()
+            }),
+        });
+        self.before = Phase::Waiting;
+        self.position = [f64::NAN; 3];
+        self.velocity = [f64::NAN; 3];
+    }
+
+    /// Rests, moves and the end.
+    pub fn finish(mut self) -> (Vec<Span>, Vec<Move>, FinalState) {
+        match self.before {
+            Phase::Resting => self.rests.push(Span {
+                start_s: self.since_s,
+                end_s: self.last_s,
+            }),
+            Phase::Moving => self.close(self.last_s, self.ends, self.position),
+            Phase::Waiting | Phase::Start => {}
+        }
+        let known = |v: [f64; 3]| v.iter().all(|x| x.is_finite()).then_some(v);
+        let end = FinalState {
+            position_m: known(self.position),
+            sigma_m: None,
+            velocity_mps: known(self.velocity),
+        };
+        (self.rests, self.moves, end)
+    }
+}
