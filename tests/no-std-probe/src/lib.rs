@@ -9,6 +9,7 @@ use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::filter::biquad::Cascade;
 use gravical_core::filter::butterworth::{band_pass, high_pass, low_pass};
 use gravical_core::filter::savgol::SavitzkyGolay;
+use gravical_core::motion::Motion;
 use gravical_core::six_position::{
     SixPositionMeans, TurnIntegral, ferraris_accelerometer, ferraris_covariance, ferraris_gyroscope,
 };
@@ -178,4 +179,17 @@ pub extern "C" fn probe_rest(
         }
         None => 0,
     }
+}
+
+/// One sample of both sensors through the whole pipeline; gives the position.
+#[unsafe(no_mangle)]
+pub extern "C" fn probe_motion(
+    motion: &mut Motion<f32, [SavitzkyGolay<f32, 5>; 3], 128>,
+    accel: &[f32; 3],
+    gyro: &[f32; 3],
+    step_s: f32,
+    position_m: &mut [f32; 3],
+) {
+    motion.update(*accel, *gyro, step_s);
+    *position_m = motion.position_m();
 }
