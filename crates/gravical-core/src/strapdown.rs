@@ -185,8 +185,7 @@ pub fn missing_tilt<T: Real>(q: &[T; 4], force: &[T; 3]) -> [T; 3] {
     // seen × ẑ
     let (x, y) = (seen[1], -seen[0]);
     let sine = (x * x + y * y).sqrt();
-    // Upright, upside down, or not a number: no axis to turn about.
-    if sine <= T::zero() || sine.is_nan() {
+    if sine.is_nan() || sine <= T::zero() {
         return [T::zero(); 3];
     }
     let angle = sine.atan2(seen[2]);

@@ -72,7 +72,7 @@ impl<T: Real> RestMean<T> {
     pub fn means(&self) -> Option<([T; 3], [T; 3])> {
         let [a, b] = &self.parts;
         let count = a.count + b.count;
-        if count <= T::zero() || count.is_nan() {
+        if count <= T::zero() {
             return None;
         }
         let mean = |c: usize| self.origin[c] + (a.sum[c] + b.sum[c]) / count;
