@@ -217,7 +217,6 @@ pub fn apply(
 
     let stream = Stream::new(
         Rewrite(&plan),
-        &plan.header(),
         Sensor::new(calibration, judged.gyro.is_some(), options.axes).without_drift(drift),
         Watch::new(judged.accel, judged.zero_offset, layout.has_gyro()),
         head.stamps(&dialect, &layout, &options.read),

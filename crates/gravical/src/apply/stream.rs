@@ -28,6 +28,8 @@ pub(crate) trait Sink {
     /// It asks where the fields of a line are.
     const SPANS: bool;
 
+    /// What stands before the first row.
+    fn header(&self) -> Vec<u8>;
     /// A row, in order; what it becomes goes to `out`.
     fn row(&mut self, row: &Row<'_>, out: &mut Vec<u8>);
     /// A line before the next row that parts segments: blank, or a repeated header.
@@ -64,6 +66,10 @@ pub(super) struct Rewrite<'a>(pub &'a Plan);
 
 impl Sink for Rewrite<'_> {
     const SPANS: bool = true;
+
+    fn header(&self) -> Vec<u8> {
+        self.0.header()
+    }
 
     #[inline]
     fn row(&mut self, row: &Row<'_>, out: &mut Vec<u8>) {
@@ -105,10 +111,10 @@ pub(crate) struct Stream<'a, S> {
 }
 
 impl<'a, S: Sink> Stream<'a, S> {
-    /// `header` is what stands before the first row.
+    /// `held`: an empty cell of the accelerometer, of the gyroscope, means the value
+    /// before.
     pub fn new(
         sink: S,
-        header: &[u8],
         sensor: Sensor,
         watch: Watch,
         stamps: Option<Stamps>,
@@ -117,7 +123,7 @@ impl<'a, S: Sink> Stream<'a, S> {
         scanner: RowScanner,
     ) -> Self {
         let mut block = Vec::with_capacity(BLOCK + (BLOCK >> 2));
-        block.extend_from_slice(header);
+        block.extend_from_slice(&sink.header());
         Stream {
             sink,
             sensor,

@@ -344,7 +344,6 @@ fn a_tail_too_long_to_hold_back_is_written_with_a_finding() {
         judge::judge(&cal, &head, &layout, &options.read, "", None, &mut findings).unwrap();
     let mut stream = Stream::new(
         Rewrite(&plan),
-        &plan.header(),
         Sensor::new(&cal, false, options.axes),
         Watch::new(judged.accel, 0.0, false),
         None,

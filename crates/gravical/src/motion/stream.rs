@@ -35,7 +35,7 @@ use crate::recording::timing::{Follower, Treatment};
 use crate::recording::{Finding, ReadOptions, Recording, read_bytes};
 use crate::{Error, Result};
 
-use sink::{HEADER, Pipeline, State, Time};
+use sink::{Pipeline, State, Time};
 use smooth::Chain;
 use told::Told;
 
@@ -107,7 +107,6 @@ pub fn motion_stream(
     let recording = &begin.recording;
     let stream = Stream::new(
         pipeline,
-        if table { HEADER.as_bytes() } else { b"" },
         Sensor::of(begin.accel, begin.gyro, options.axes).without_drift(drift),
         Watch::new(
             recording.accel_scale,
@@ -223,7 +222,7 @@ impl Begin {
         Ok(match unit {
             Some(unit) => {
                 let per_s = unit.seconds();
-                Time::Stamps(Follower::new(1.0 / (self.rate_hz * per_s), per_s))
+                Time::Stamps(Box::new(Follower::new(1.0 / (self.rate_hz * per_s), per_s)))
             }
             None => {
                 let rate = timing.mean_rate_hz.or(timing.rate_hz()).ok_or_else(|| {

@@ -15,14 +15,14 @@ use crate::scan::write_fixed;
 pub(super) const KEPT: usize = 2048;
 
 /// Columns of the table.
-pub(super) const HEADER: &str = "t_s,ax_mps2,ay_mps2,az_mps2,still,qw,qx,qy,qz,\
+const HEADER: &str = "t_s,ax_mps2,ay_mps2,az_mps2,still,qw,qx,qy,qz,\
     lin_ax_mps2,lin_ay_mps2,lin_az_mps2,vx_mps,vy_mps,vz_mps,px_m,py_m,pz_m\n";
 
 /// Where the time of a row comes from.
 #[derive(Clone)]
 pub(super) enum Time {
     /// Its stamp.
-    Stamps(Follower),
+    Stamps(Box<Follower>),
     /// Its number; the step in s.
     Rows { step_s: f64, rows: u64 },
 }
@@ -107,6 +107,13 @@ fn resting(phase: Phase, starts_at_rest: bool) -> bool {
 
 impl Sink for Pipeline {
     const SPANS: bool = false;
+
+    fn header(&self) -> Vec<u8> {
+        match self.table {
+            Some(_) => HEADER.as_bytes().to_vec(),
+            None => Vec::new(),
+        }
+    }
 
     #[inline]
     fn row(&mut self, row: &Row<'_>, out: &mut Vec<u8>) {
