@@ -72,6 +72,7 @@ mod tests {
         };
         let directions = by_class(&DATA_SHEET);
         let setup = Setup {
+            stances: &[],
             samples: &samples,
             walk: Walk::default(),
             directions: &directions,
