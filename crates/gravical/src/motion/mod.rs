@@ -30,6 +30,7 @@
 //! ```
 
 mod anchors;
+mod assumed;
 mod bands;
 mod drift;
 mod gate;
@@ -57,14 +58,12 @@ use gravical_core::matrix3::norm;
 use crate::Result;
 use crate::calibration_file::CalibrationFile;
 use crate::denoise::{Channels, DenoiseOptions, denoise};
-use crate::gravity::Gravity;
 use crate::recording::{Finding, Recording};
 
 use anchors::{Anchors, Side, Walk};
-use parameters::{Assumed, DATA_SHEET, Direction, TURNED, UNSTATED};
+use assumed::{directions, local_gravity, size_at_rest, still_mean};
 use path::Setup;
-use prepare::{Prepared, prepare};
-use samples::Samples;
+use prepare::{Prepared, prepare, with_scales};
 use still::find_rests;
 
 pub use options::{GravityRemoval, MotionOptions};
@@ -117,8 +116,17 @@ pub fn motion(
     let (samples, nominal) = match smoothed(recording, options)? {
         Some(smoothed) => {
             findings.extend(smoothed.findings);
-            let smooth = prepare(&smoothed.recording, calibration, options)?;
-            (smooth.samples, smooth.nominal)
+            drop(samples);
+            let file = calibration.map(|c| c.file);
+            let told = &mut Vec::new();
+            with_scales(
+                &smoothed.recording,
+                file,
+                options,
+                &scales,
+                file.is_some(),
+                told,
+            )?
         }
         None => (samples, nominal),
     };
@@ -331,64 +339,6 @@ fn smoothed(recording: &Recording, options: &MotionOptions) -> Result<Option<Smo
             .collect(),
         recording: done.recording,
     }))
-}
-
-/// Mean magnitude over the first rest, m/s².
-fn size_at_rest(samples: &Samples, rests: &[Range<usize>], walk: Walk) -> Option<f64> {
-    (!rests.is_empty()).then(|| norm(&Anchors::new(samples, walk).at(rests, 0, Side::Last).force))
-}
-
-/// Which parameters may be off, and by how much.
-fn directions(
-    file: Option<&CalibrationFile>,
-    gyro_calibrated: bool,
-    samples: &Samples,
-    size: Option<f64>,
-    options: &MotionOptions,
-    findings: &mut Vec<Finding>,
-) -> Vec<Direction> {
-    let mut all = match file {
-        Some(file) => parameters::by_covariance(file, &options.axes).unwrap_or_else(|| {
-            findings.push(words::no_covariance());
-            parameters::by_class(&UNSTATED)
-        }),
-        None => {
-            // Gravity itself may show more than a data sheet allows.
-            let off = size.map_or(0.0, |s| {
-                (s / local_gravity(file, options).value_mps2 - 1.0).abs()
-            });
-            parameters::by_class(&Assumed {
-                scale: DATA_SHEET.scale.max(off),
-                ..DATA_SHEET
-            })
-        }
-    };
-    if samples.rate_rad_s.is_some() && options.gravity_removal == GravityRemoval::Strapdown {
-        let own = file.filter(|_| gyro_calibrated);
-        let fitted = own
-            .and_then(|f| f.gyroscope.as_ref())
-            .is_some_and(|g| g.method != "bias");
-        let assumed = if fitted { TURNED } else { DATA_SHEET };
-        all.extend(parameters::of_gyroscope(own, &assumed, &options.axes));
-    }
-    all
-}
-
-fn local_gravity(file: Option<&CalibrationFile>, options: &MotionOptions) -> Gravity {
-    options.gravity.unwrap_or_else(|| match file {
-        Some(file) => Gravity {
-            value_mps2: file.gravity_mps2,
-            source: file.gravity_source,
-        },
-        None => Gravity::default(),
-    })
-}
-
-/// Mean of the first rows, and the seconds that it is over.
-fn still_mean(samples: &Samples, rows: usize, walk: Walk) -> ([f64; 3], f64) {
-    let rows = 0..rows.min(samples.len());
-    let anchor = Anchors::new(samples, walk).whole(rows);
-    (anchor.force, anchor.seconds)
 }
 
 /// The candidates that are rests, piece by piece.

@@ -7,7 +7,7 @@ use gravical_core::matrix3;
 
 use super::Calibrated;
 use super::gyro_unit::by_noise;
-use super::options::MotionOptions;
+use super::options::{GravityRemoval, MotionOptions};
 use super::samples::Samples;
 use crate::calibration_file::CalibrationFile;
 use crate::recording::{Finding, GyroUnit, LineSpans, Recording};
@@ -57,9 +57,37 @@ pub(super) fn prepare(
 ) -> Result<Prepared> {
     let mut findings = Vec::new();
     let file = calibration.map(|c| c.file);
-    let times = times(recording)?;
     let scales = scales(recording, file, options, &mut findings)?;
-    let drift_free = file.and_then(|f| without_drift(recording, f, &mut findings));
+    // Smoothed ones take the place of these.
+    let with_nominal = file.is_some() && options.smooth.is_empty();
+    let (samples, nominal) = with_scales(
+        recording,
+        file,
+        options,
+        &scales,
+        with_nominal,
+        &mut findings,
+    )?;
+    Ok(Prepared {
+        samples,
+        nominal,
+        findings,
+        scales,
+    })
+}
+
+/// The same for a recording whose scales are known: samples as calibrated and,
+/// where asked for, by nominal scales alone.
+pub(super) fn with_scales(
+    recording: &Recording,
+    file: Option<&CalibrationFile>,
+    options: &MotionOptions,
+    scales: &Scales,
+    with_nominal: bool,
+    findings: &mut Vec<Finding>,
+) -> Result<(Samples, Option<Samples>)> {
+    let times = times(recording)?;
+    let drift_free = file.and_then(|f| without_drift(recording, f, findings));
     let source = Source {
         recording,
         times: &times,
@@ -90,19 +118,14 @@ pub(super) fn prepare(
             .at_lines(&lines),
         );
     }
-    let nominal = file.map(|_| {
+    let nominal = with_nominal.then(|| {
         let plain = Source {
             channels: None,
             ..source
         };
         plain.samples(&scales.by_scale, scales.by_gyro_scale, None)
     });
-    Ok(Prepared {
-        samples,
-        nominal,
-        findings,
-        scales,
-    })
+    Ok((samples, nominal))
 }
 
 /// Units and calibrations, judged by the samples.
@@ -154,6 +177,8 @@ fn scales(
 
     // The gyroscope.
     let scale = match &recording.gyro {
+        // Nothing is turned, and no rest ends a move: it has no part in the result.
+        _ if options.gravity_removal == GravityRemoval::StillMean && !options.zero_velocity => None,
         None => None,
         Some(gyro) if is_dead(gyro) => {
             findings.push(Finding::warning(
@@ -166,7 +191,7 @@ fn scales(
             .map(|scale| by_noise(recording, &coarse, scale, findings)),
     };
     let gyro_nominal = scale.and_then(|s| s.nominal());
-    if recording.gyro.is_some() && scale.is_some() && gyro_nominal.is_none() {
+    if scale.is_some() && gyro_nominal.is_none() {
         findings.push(Finding::warning(
             "gyro-not-used",
             "the unit of the gyroscope cannot be told, so it is not used: the tilt between rests is not measured; say it with --gyro-unit, and --gyro-range for counts",
