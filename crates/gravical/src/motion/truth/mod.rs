@@ -2,9 +2,9 @@
 //! measured, with a camera or on a rail.
 //!
 //! Both tracks start at 0 at their first common time. The reference is brought
-//! onto the recording's clock by an offset ([`offset`]) and into the frame of the
-//! result by a rotation ([`align`]); then errors stand beside the uncertainties
-//! of their axes ([`compare`]).
+//! onto the recording's clock by an offset (`offset`) and into the frame of the
+//! result by a rotation (`align`); then errors stand beside the uncertainties
+//! of their axes (`compare`).
 //!
 //! What an alignment takes out is not judged any more: the offset hides a delay,
 //! the yaw hides the heading, the full rotation hides an error of the tilt.
