@@ -88,6 +88,16 @@ impl<'a> Anchors<'a> {
         }
     }
 
+    /// What samples that are no rest say: the mean is all there is of gravity, and
+    /// of the gyroscope's bias nothing is known.
+    pub fn moving(&self, rows: Range<usize>) -> Anchor {
+        Anchor {
+            bias: [0.0; 3],
+            bias_variance: UNKNOWN_BIAS,
+            ..self.whole(rows)
+        }
+    }
+
     /// The same for samples that are no rest, or one that was cut by hand.
     pub fn over(&self, rows: Range<usize>) -> Anchor {
         self.at(std::slice::from_ref(&rows), 0, Side::First)

@@ -16,7 +16,16 @@ use crate::recording::Finding;
 
 /// Mean magnitude over the first rest, m/s².
 pub(super) fn size_at_rest(samples: &Samples, rests: &[Range<usize>], walk: Walk) -> Option<f64> {
-    (!rests.is_empty()).then(|| norm(&Anchors::new(samples, walk).at(rests, 0, Side::Last).force))
+    force_at_rest(samples, rests, walk).map(|f| norm(&f))
+}
+
+/// Mean specific force over the first rest, m/s².
+pub(super) fn force_at_rest(
+    samples: &Samples,
+    rests: &[Range<usize>],
+    walk: Walk,
+) -> Option<[f64; 3]> {
+    (!rests.is_empty()).then(|| Anchors::new(samples, walk).at(rests, 0, Side::Last).force)
 }
 
 /// Which parameters may be off, and by how much.

@@ -1,6 +1,7 @@
 //! Drift of a recording in which nothing moves.
 
 use super::anchors::Anchors;
+use super::bands::LegNoise;
 use super::leg::{Ran, Removal};
 use super::parameters::Direction;
 use super::path::Setup;
@@ -44,7 +45,12 @@ pub(super) fn static_drift(setup: &Setup<'_>) -> Option<StaticDrift> {
     let (velocity, position) = (ran.velocity[count], ran.position[count]);
     let tau = ran.tau[count];
 
-    let noise = setup.noise(&leg);
+    // Nothing moves, so nothing tilts.
+    let noise = LegNoise {
+        wobble: 0.0,
+        rest: start.seconds,
+        ..setup.noise(&leg)
+    };
     let by_noise = noise.open(tau).1;
     let mut parameters = [0.0; 3];
     let mut changed = Ran::default();

@@ -37,6 +37,8 @@ pub(super) struct Judged {
     pub velocity: [f64; 3],
     /// Its standard uncertainty, m/s.
     pub sigma: [f64; 3],
+    /// Time since the rest that it was integrated from, s.
+    pub seconds: f64,
     /// Taken for a rest.
     pub rest: bool,
     /// … although the velocity is too far from zero.
@@ -113,6 +115,7 @@ impl<D: Departure> Gate<'_, D> {
             span: self.candidates[believed].clone(),
             velocity: [0.0; 3],
             sigma: [FLOOR_MPS; 3],
+            seconds: 0.0,
             rest: true,
             overruled: false,
         });
@@ -234,6 +237,7 @@ impl<D: Departure> Gate<'_, D> {
             span: span.clone(),
             velocity,
             sigma,
+            seconds: tau,
             rest: (0..3).all(|i| velocity[i].abs() <= FAR * sigma[i]),
             overruled: false,
         }

@@ -61,10 +61,10 @@ use crate::denoise::{Channels, DenoiseOptions, denoise};
 use crate::recording::{Finding, Recording};
 
 use anchors::{Anchors, Side, Walk};
-use assumed::{directions, local_gravity, size_at_rest, still_mean};
+use assumed::{force_at_rest, local_gravity, size_at_rest, still_mean};
 use path::Setup;
 use prepare::{Prepared, prepare, with_scales};
-use still::find_rests;
+use still::{RestOptions, Rests, find_rests};
 
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
@@ -112,7 +112,19 @@ pub fn motion(
 
     // Where does it rest, and which of the quiet stretches is a rest?
     options.rests.validate_for(&samples)?;
-    let found = find_rests(&samples, &options.rests);
+    let mut found = find_rests(&samples, &options.rests);
+    let by_mean = options.gravity_removal == GravityRemoval::StillMean;
+    if found.spans.is_empty() && by_mean {
+        // The rows that the mean is over tell the noise, for want of a rest.
+        let last = samples.t_s[options.still_rows.min(samples.len()) - 1];
+        let rows = RestOptions {
+            given_s: Some(vec![(samples.t_s[0], last)]),
+        };
+        found = Rests {
+            spans: Vec::new(),
+            ..find_rests(&samples, &rows)
+        };
+    }
     let (samples, nominal) = match smoothed(recording, options)? {
         Some(smoothed) => {
             findings.extend(smoothed.findings);
@@ -134,7 +146,7 @@ pub fn motion(
     let mut rests = found.spans.clone();
     let file = calibration.map(|c| c.file);
     let size = size_at_rest(&samples, &rests, walk);
-    let directions = directions(
+    let directions = assumed::directions(
         file,
         scales.gyro_calibrated,
         &samples,
@@ -153,13 +165,30 @@ pub fn motion(
         clock_error: options.clock_error,
         v0: options.v0_mps.unwrap_or_default(),
         p0: options.p0_m,
-        bands: options.bands,
+        // Without a rest nothing tells the noise, nor how far the tilt is off.
+        bands: options.bands && (by_mean || !rests.is_empty()),
     };
     if options.gravity_removal == GravityRemoval::StillMean {
         setup.mean = Some(still_mean(&samples, options.still_rows, walk));
     }
     if options.zero_velocity && options.rests.given_s.is_none() {
         rests = gated(&setup, rests, &mut findings);
+    }
+    // The first that was quiet may be no rest: then gravity is another one's.
+    let again = if file.is_none() && rests.first() != found.spans.first() {
+        let size = size_at_rest(&samples, &rests, walk);
+        let calibrated = scales.gyro_calibrated;
+        assumed::directions(None, calibrated, &samples, size, options, &mut findings)
+    } else {
+        Vec::new()
+    };
+    if !again.is_empty() {
+        setup.directions = &again;
+    }
+    findings.extend(words::start_velocity(options, !rests.is_empty()));
+    if options.zero_velocity && !rests.is_empty() {
+        // After a rest the velocity is zero, whatever it was at the start.
+        setup.v0 = [0.0; 3];
     }
 
     let stances = if options.zero_velocity {
@@ -174,6 +203,13 @@ pub fn motion(
     let plan = if options.gravity_removal == GravityRemoval::StillMean && !options.zero_velocity {
         let rows = options.still_rows.min(samples.len());
         legs_from = std::iter::once(0..rows).collect();
+        plan::whole(&samples)
+    } else if !options.zero_velocity
+        && options.v0_mps.is_some()
+        && options.rests.given_s.is_none()
+        && !rests.is_empty()
+    {
+        // What moves from the start is no rest; it levels all the same.
         plan::whole(&samples)
     } else {
         plan::plan(&samples, &rests, options.zero_velocity)
@@ -212,7 +248,7 @@ pub fn motion(
     };
     findings.extend(words::size(
         file.is_some(),
-        size,
+        force_at_rest(&samples, &rests, walk),
         &local_gravity(file, options),
         &setup,
         &path.moves,

@@ -41,8 +41,8 @@ pub struct MotionOptions {
     pub rests: RestOptions,
     /// How the stances of a walking foot are found between rests.
     pub stance: StanceOptions,
-    /// Velocity at the start, m/s, in the frame of the result; used where the
-    /// recording does not start at rest. Default: it starts at rest, or its
+    /// Velocity at the start, m/s, in the frame of the result; used where
+    /// nothing rests, and without zero velocity. Default: it starts at rest, or its
     /// velocity follows from the first rest.
     pub v0_mps: Option<[f64; 3]>,
     /// Position at the start, m. Default 0.

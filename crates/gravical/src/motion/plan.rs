@@ -113,13 +113,16 @@ pub(super) fn plan(samples: &Samples, rests: &[Range<usize>], zero_velocity: boo
 fn without_rest(samples: &Samples) -> Vec<Stretch> {
     let last = samples.len() - 1;
     let end = samples.breaks.first().map_or(last, |b| b - 1);
-    let mut out = vec![Stretch::Leg {
-        from: 0,
-        to: end,
-        ends: Ends::Free,
-        before: None,
-        after: None,
-    }];
+    let mut out = Vec::new();
+    if end > 0 {
+        out.push(Stretch::Leg {
+            from: 0,
+            to: end,
+            ends: Ends::Free,
+            before: None,
+            after: None,
+        });
+    }
     if end < last {
         out.push(Stretch::Lost {
             from: end,

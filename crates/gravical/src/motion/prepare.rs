@@ -317,7 +317,17 @@ fn without_drift(
         return None;
     };
     // The last temperature holds until the next comes.
-    let mut now = temperature.iter().copied().find(|t| t.is_finite())?;
+    let first = temperature.iter().copied().find(|t| t.is_finite());
+    let Some(mut now) = first else {
+        findings.push(Finding::warning(
+            "temperature-not-applied",
+            format!(
+                "the recording's temperatures are empty, so the calibration's drift with temperature is not taken off: {}",
+                crate::temperature::cost_text(model)
+            ),
+        ));
+        return None;
+    };
     let held: Vec<f64> = temperature
         .iter()
         .map(|t| {

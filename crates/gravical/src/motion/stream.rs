@@ -18,12 +18,13 @@ use gravical_core::motion::{FirstRest, Motion as Core, MotionConfig, Removal};
 use gravical_core::still::{Plan, RestNoise};
 
 use super::anchors::Walk;
+use super::assumed::directions;
 use super::prepare::{Prepared, gap_s, prepare, times};
 use super::still::find_rests;
 use super::table::time_decimals;
 use super::{
-    Calibrated, GravityRemoval, MotionOptions, MotionResult, NoiseAtRest, Rates, directions,
-    size_at_rest, words,
+    Calibrated, GravityRemoval, MotionOptions, MotionResult, NoiseAtRest, Rates, size_at_rest,
+    words,
 };
 use crate::apply::drift::Drift;
 use crate::apply::head::Head;

@@ -109,7 +109,7 @@ pub(super) fn gate(samples: &Samples, judged: &[Judged]) -> Vec<Finding> {
                     "rest-at-speed",
                     format!(
                         "quiet from {from:.2} to {to:.2} s, where the integrated velocity is {speed:.2} m/s (1σ {sigma:.2}); taken for a rest since nothing after it comes nearer to one: the acceleration drifted by {:.3} m/s², or the sensor went on at constant speed (--still sets the rests by hand)",
-                        speed / (from - samples.t_s[0]).max(1e-3)
+                        speed / j.seconds.max(1e-3)
                     ),
                 ));
             }
@@ -138,7 +138,7 @@ pub(super) fn circumstances(
     if rests.is_empty() {
         out.push(Finding::warning(
             "no-still",
-            "the sensor never rests: tilt and gravity are the mean over the recording, the velocity at the start is taken as given or zero, and nothing corrects the drift; hold it still for 2 s at both ends",
+            "the sensor never rests: tilt and gravity are the mean over the recording, the velocity at the start is taken as given or zero, and nothing corrects the drift, whose size nothing tells: there are no bands; hold it still for 2 s at both ends",
         ));
     }
     let strapdown = options.gravity_removal == GravityRemoval::Strapdown;
@@ -218,17 +218,17 @@ pub(super) fn circumstances(
 /// The magnitude at rest, where it is not gravity.
 pub(super) fn size(
     calibrated: bool,
-    size: Option<f64>,
+    at_rest: Option<[f64; 3]>,
     gravity: &Gravity,
     setup: &Setup<'_>,
     moves: &[Move],
 ) -> Option<Finding> {
-    let size = size?;
+    let force = at_rest?;
+    let size = norm(&force);
     let g = gravity.value_mps2;
     let off = size / g - 1.0;
     if calibrated {
         // What the covariance allows in the direction of gravity, as it is now.
-        let force = setup.samples.force_at(0);
         let up = force.map(|f| f / norm(&force));
         let variance: f64 = setup
             .directions
@@ -268,5 +268,15 @@ pub(super) fn size(
         Finding::warning("gravity-off", text)
     } else {
         Finding::note("gravity-off", text)
+    })
+}
+
+/// A velocity at the start that has no part in the result.
+pub(super) fn start_velocity(options: &MotionOptions, rests: bool) -> Option<Finding> {
+    (options.v0_mps.is_some() && options.zero_velocity && rests).then(|| {
+        Finding::warning(
+            "v0-not-used",
+            "--v0 is not used: velocity is zero at the rests, and what comes before the first follows from it; --zero-velocity off integrates from the start",
+        )
     })
 }

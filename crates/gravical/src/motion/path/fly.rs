@@ -1,6 +1,7 @@
 //! One leg: its samples, its bands, and where it takes the sensor.
 
 use gravical_core::matrix3::{mul_vec, norm, sub};
+use gravical_core::strapdown::times;
 
 use super::super::bands::{LegNoise, Variances};
 use super::super::leg::{Leg, Ran, Removal};
@@ -82,10 +83,23 @@ impl Setup<'_> {
                 }
             }
             let run_again = if linear { 0 } else { self.directions.len() };
-            let changes = self.directions.iter().zip(&mut state.offsets);
-            for (direction, offset) in changes.take(run_again) {
+            let changes = self
+                .directions
+                .iter()
+                .zip(&mut state.offsets)
+                .zip(&mut state.yaw_offsets);
+            for ((direction, offset), yaw) in changes.take(run_again) {
                 leg.run(&direction.times(STEP), false, changed);
-                let off = |k: usize, i: usize| (changed.position[k][i] - ran.position[k][i]) / STEP;
+                // The heading that the legs before have lost turns this one.
+                let turned = *yaw;
+                let off = |k: usize, i: usize| {
+                    let p = sub(&ran.position[k], &ran.position[0]);
+                    let aside = [-turned * p[1], turned * p[0], 0.0];
+                    (changed.position[k][i] - ran.position[k][i]) / STEP + aside[i]
+                };
+                if !backwards {
+                    *yaw += heading(&changed.last, &ran.last) / STEP;
+                }
                 let far: [f64; 3] = std::array::from_fn(|i| off(last, i));
                 for k in 0..count {
                     for i in 0..3 {
@@ -102,7 +116,7 @@ impl Setup<'_> {
                 }
             }
             let mut end = Variances::default();
-            let steps = (!leg.stances.is_empty()).then(|| Steps::new(leg, &ran.tau));
+            let steps = (!leg.stances.is_empty()).then(|| Steps::new(leg, &ran.tau, noise));
             for k in 0..count {
                 let tau = ran.tau[k].abs();
                 let (v, p) = match &steps {
@@ -136,9 +150,11 @@ impl Setup<'_> {
                     (0..3).for_each(|a| end.tilt[a] += rotation[a]);
                 }
             }
+            let across = [way[1], way[0], 0.0];
             displacement_sigma = Some(std::array::from_fn(|a| {
                 let clock = 2.0 * self.clock_error * way[a];
-                (end.noise[a] + end.tilt[a] + own[a] + clock * clock).sqrt()
+                let yaw = state.yaw.variance * across[a] * across[a];
+                (end.noise[a] + end.tilt[a] + own[a] + clock * clock + yaw).sqrt()
             }));
             for a in 0..3 {
                 state.noise[a] += end.noise[a];
@@ -146,7 +162,9 @@ impl Setup<'_> {
             }
         }
         let place: [f64; 3] = std::array::from_fn(|a| origin[a] + way[a]);
-        if noise.gyro > 0.0 || noise.bias > 0.0 {
+        // The heading is that of the first rest: what ran backwards from it turns
+        // nothing that comes after.
+        if !backwards && (noise.gyro > 0.0 || noise.bias > 0.0) {
             let yaw = noise.gyro * noise.total + noise.bias * noise.total.powi(2);
             state.yaw.add(yaw, &place);
         }
@@ -184,7 +202,9 @@ impl Setup<'_> {
         tau: f64,
     ) -> (Variances, Variances) {
         match (leg.removal, ends) {
-            (Removal::Mean(_), Ends::FromRest | Ends::Free) => noise.after_mean(tau),
+            (Removal::Mean(_), Ends::FromRest | Ends::Free) if leg.near == 0 => {
+                noise.after_mean(tau)
+            }
             (_, Ends::RestToRest) => noise.between(&leg.smoother, tau),
             (_, Ends::ToRest) => (noise.open(tau).0, noise.way_open(tau)),
             (_, Ends::FromRest | Ends::Free) => noise.open(tau),
@@ -214,16 +234,20 @@ struct Steps {
     /// N² = 1, and by what velocity a stance may have.
     noise: Vec<[f64; 2]>,
     stance: Vec<[f64; 2]>,
+    /// By tilt.
+    tilt: Vec<[f64; 2]>,
 }
 
 impl Steps {
-    fn new(leg: &Leg<'_>, tau: &[f64]) -> Self {
+    fn new(leg: &Leg<'_>, tau: &[f64], of: &LegNoise) -> Self {
         let last = tau.len() - 1;
         let mut out = Steps {
             noise: vec![[0.0; 2]; tau.len()],
             stance: vec![[0.0; 2]; tau.len()],
+            tilt: vec![[0.0; 2]; tau.len()],
         };
-        let (mut noise, mut stance) = (0.0, 0.0);
+        let (mut noise, mut stance, mut tilt) = (0.0, 0.0, 0.0);
+        let g2 = of.gravity * of.gravity;
         let mut from = 0;
         let end = last..last + 1;
         for next in leg.stances.iter().chain(std::iter::once(&end)) {
@@ -237,14 +261,18 @@ impl Steps {
                     (s, s.powi(3) / 3.0)
                 };
                 out.noise[k] = [v, noise + p];
+                let [v, p] = tilt_of_step(of, tau[from], s, closed.then_some(t));
+                out.tilt[k] = [g2 * v, tilt + g2 * p];
                 out.stance[k] = [STANCE_MPS * STANCE_MPS, stance + (STANCE_MPS * s).powi(2)];
             }
             noise = out.noise[next.start][1];
             stance = out.stance[next.start][1];
+            tilt = out.tilt[next.start][1];
             from = next.end.min(last + 1) - 1;
             for k in next.start..=from {
                 out.noise[k] = [0.0, noise];
                 out.stance[k] = [STANCE_MPS * STANCE_MPS, stance];
+                out.tilt[k] = [0.0, tilt];
             }
         }
         out
@@ -255,8 +283,46 @@ impl Steps {
             noise: noise
                 .accel
                 .map(|n| n * self.noise[k][i] + self.stance[k][i]),
-            tilt: [0.0; 3],
+            tilt: [self.tilt[k][i], self.tilt[k][i], 0.0],
         };
         (of(0), of(1))
     }
+}
+
+/// Variance of velocity and position over g² that tilt makes `s` seconds into a
+/// step that begins `before` seconds after the last rest; `closed` is the step's
+/// length where a stance ends it.
+fn tilt_of_step(noise: &LegNoise, before: f64, s: f64, closed: Option<f64>) -> [f64; 2] {
+    let (q, b) = (noise.gyro, noise.bias);
+    match closed {
+        // What the tilt was at the start of the step is a velocity that grows evenly:
+        // the stance takes it off.
+        Some(t) if t > 0.0 => {
+            let walk_v = s * s * (t - s).powi(2) / (3.0 * t);
+            let walk_p = s.powi(4) * t / 12.0 - 7.0 * s.powi(5) / 60.0 + s.powi(6) / (24.0 * t);
+            let (e, d) = (0.5 * (s * s - s * t), s.powi(3) / 6.0 - s * s * t / 4.0);
+            [
+                q * walk_v.max(0.0) + b * e * e,
+                q * walk_p.max(0.0) + b * d * d,
+            ]
+        }
+        _ => {
+            let start = noise.level_near + q * before;
+            let (v, p) = (
+                before * s + s * s / 2.0,
+                before * s * s / 2.0 + s.powi(3) / 6.0,
+            );
+            [
+                start * s * s + q * s.powi(3) / 3.0 + b * v * v,
+                start * s.powi(4) / 4.0 + q * s.powi(5) / 20.0 + b * p * p,
+            ]
+        }
+    }
+}
+
+/// How far the first attitude is turned about the vertical against the second,
+/// rad; small.
+fn heading(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+    let back = [b[0], -b[1], -b[2], -b[3]];
+    2.0 * times(a, &back)[3]
 }

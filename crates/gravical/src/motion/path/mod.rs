@@ -56,13 +56,14 @@ impl Setup<'_> {
         let mut state = State {
             attitude: match rests.first() {
                 Some(_) => level(anchors.at(rests, 0, Side::First).force, 0.0),
-                None => level(anchors.over(0..n).force, 0.0),
+                None => level(anchors.whole(0..n).force, 0.0),
             },
             position: self.p0,
             known: true,
             noise: [0.0; 3],
             tilt: [0.0; 3],
             offsets: vec![[0.0; 3]; self.directions.len()],
+            yaw_offsets: vec![0.0; self.directions.len()],
             yaw: Yaw::default(),
         };
         if matches!(self.removal(), Removal::Mean(_)) {
@@ -70,7 +71,7 @@ impl Setup<'_> {
         }
         let mut scratch = (Ran::default(), Ran::default());
         let mut last_velocity = Some([0.0; 3]);
-        for stretch in plan {
+        for (index, stretch) in plan.iter().enumerate() {
             match stretch {
                 Stretch::Rest(k) => {
                     let anchor = anchors.at(rests, *k, Side::First);
@@ -105,7 +106,7 @@ impl Setup<'_> {
                         Side::Last
                     };
                     let start_anchor = anchor(start, side)
-                        .unwrap_or_else(|| anchors.over(near.min(far)..near.max(far) + 1));
+                        .unwrap_or_else(|| anchors.moving(near.min(far)..near.max(far) + 1));
                     let mut leg = self.leg(
                         near,
                         far,
@@ -113,7 +114,7 @@ impl Setup<'_> {
                         anchor(end, Side::First),
                         state.attitude,
                     );
-                    if matches!(ends, Ends::Free | Ends::FromRest) {
+                    if path.moves.is_empty() && matches!(ends, Ends::Free | Ends::FromRest) {
                         leg.v0 = self.v0;
                     }
                     let noise = self.noise(&leg);
@@ -124,7 +125,7 @@ impl Setup<'_> {
                 Stretch::Lost { from, to, gap_s } => {
                     path.moves.push(self.lost(*from, *to, *gap_s));
                     // Before the first rest nothing is counted yet.
-                    state.known &= *from == 0;
+                    state.known &= index == 0 && !rests.is_empty();
                     last_velocity = None;
                 }
                 Stretch::QuietGap { .. } => {}

@@ -134,7 +134,13 @@ impl<'a> Setup<'a> {
             } else {
                 0.0
             };
-            return Smoother::new(total, g, design, noise, end.is_some(), |_, _| (q, q));
+            return Smoother::new(total, g, design, noise, end.is_some(), |_, _| {
+                // Where a mean is taken off, nothing is turned.
+                match removal {
+                    Removal::Mean(_) => (0.0, q),
+                    _ => (q, q),
+                }
+            });
         }
         let turning =
             end.map(|end| Turning::new(self.samples, near.min(far)..near.max(far) + 1, start, end));

@@ -16,6 +16,8 @@ pub(super) struct State {
     pub tilt: [f64; 3],
     /// By direction: what one standard deviation of it has moved the position.
     pub offsets: Vec<[f64; 3]>,
+    /// … and what it has turned the heading by, rad.
+    pub yaw_offsets: Vec<f64>,
     pub yaw: Yaw,
 }
 
@@ -23,7 +25,7 @@ pub(super) struct State {
 /// place where it arose.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Yaw {
-    variance: f64,
+    pub variance: f64,
     first: [f64; 2],
     second: [f64; 2],
 }
