@@ -130,3 +130,90 @@ fn never_at_rest_is_said() {
     assert!(kinds(&result).contains(&"no-still"), "{:?}", result.still);
     assert!(result.moves.iter().all(|m| m.ends == Ends::Free));
 }
+
+#[test]
+fn a_gap_right_after_the_first_row_leaves_no_position() {
+    let recording = record(8.0, ride(0.2), true, |t| !(0.005..=1.0).contains(&t));
+    let result = motion(&recording, None, &MotionOptions::report())
+        .unwrap()
+        .result;
+    assert!(result.r#final.position_m.is_none(), "{:?}", result.r#final);
+    assert!(result.budget_m.is_none());
+    assert!(result.moves.iter().all(|m| !m.usable));
+}
+
+#[test]
+fn without_a_rest_there_is_no_band() {
+    let result = computed(&record(10.0, |t| 2.0 * (9.0 * t).sin(), true, |_| true));
+    assert!(kinds(&result).contains(&"no-still"));
+    assert!(result.r#final.sigma_m.is_none() && result.budget_m.is_none());
+}
+
+#[test]
+fn a_velocity_at_the_start_beside_a_rest_is_told() {
+    let recording = record(12.0, ride(1.0), true, |_| true);
+    let options = MotionOptions {
+        v0_mps: Some([1.0, 0.0, 0.0]),
+        ..MotionOptions::default()
+    };
+    let result = motion(&recording, None, &options).unwrap().result;
+    assert!(kinds(&result).contains(&"v0-not-used"));
+    let plain = computed(&recording);
+    assert_eq!(result.r#final, plain.r#final);
+    // Without zero velocity it counts from the first sample on.
+    let open = |v0: f64| {
+        let options = MotionOptions {
+            v0_mps: Some([v0, 0.0, 0.0]),
+            zero_velocity: false,
+            ..MotionOptions::default()
+        };
+        let result = motion(&recording, None, &options).unwrap().result;
+        result.r#final.position_m.unwrap()[0]
+    };
+    assert!((open(1.0) - open(0.0) - 11.99).abs() < 1e-6);
+}
+
+#[test]
+fn a_turn_makes_the_way_after_it_uncertain_across() {
+    // Half a turn about the vertical in place, a rest, then along x.
+    let turned = |turn: bool| {
+        let mut text =
+            "t_s,ax (m/s^2),ay (m/s^2),az (m/s^2),gx (rad/s),gy (rad/s),gz (rad/s)\n".to_owned();
+        for i in 0..1600_usize {
+            let t = 0.01 * i as f64;
+            let spin = if turn && (4.0..6.0).contains(&t) {
+                let tau = (t - 4.0) / 2.0;
+                std::f64::consts::PI * 15.0 * (tau * (1.0 - tau)).powi(2)
+            } else {
+                0.0
+            };
+            text += &format!(
+                "{t:.2},{:.5},{:.5},{:.5},{:.6},{:.6},{:.6}\n",
+                ride(1.0)(t - 5.0) + 0.02 * noise(i, 0),
+                0.02 * noise(i, 1),
+                9.80665 + 0.02 * noise(i, 2),
+                0.001 * noise(i, 3),
+                0.001 * noise(i, 4),
+                spin + 0.001 * noise(i, 5)
+            );
+        }
+        let recording = read_bytes(text.as_bytes(), "turn.csv", &ReadOptions::default()).unwrap();
+        let result = computed(&recording);
+        let last = result.moves.last().unwrap();
+        let (way, sigma) = (last.displacement_m.unwrap(), last.sigma_m.unwrap());
+        (way[0], sigma[1])
+    };
+    let (straight, without) = turned(false);
+    let (back, with) = turned(true);
+    assert!(straight > 0.7 && back < -0.7, "{straight} {back}");
+    // 3 % of half a turn is 5.4°: 9 cm across a way of a metre.
+    let expected = 0.03 * std::f64::consts::PI * back.abs();
+    assert!(
+        with > 0.9 * expected.hypot(without),
+        "{with} {without} {expected}"
+    );
+    assert!(
+        with < 1.3 * expected.hypot(without),
+        "{with} {without} {expected}"
+    );
+}

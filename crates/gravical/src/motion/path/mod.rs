@@ -125,7 +125,7 @@ impl Setup<'_> {
                 Stretch::Lost { from, to, gap_s } => {
                     path.moves.push(self.lost(*from, *to, *gap_s));
                     // Before the first rest nothing is counted yet.
-                    state.known &= index == 0 && !rests.is_empty();
+                    state.known &= index == 0 && plan.len() > 1 && !rests.is_empty();
                     last_velocity = None;
                 }
                 Stretch::QuietGap { .. } => {}
