@@ -16,6 +16,7 @@ mod imucal;
 mod inputs;
 mod joint;
 mod motion;
+mod motion_causal;
 mod motion_faults;
 mod motion_real;
 mod recordings;
