@@ -17,6 +17,8 @@
 //! seen from the start, so that running sums of A and of its products with y
 //! hold all derivatives.
 
+use gravical_core::strapdown::{made_unit, matrix, step, times};
+
 /// Rate in rad/s by the nominal scale, and the time to the next sample, s.
 pub(super) type Sample = [f64; 4];
 
@@ -31,76 +33,12 @@ pub(super) struct Turned {
     pub sums: [[[f64; 4]; 3]; 3],
 }
 
-/// Squared angle of a half step, rad², above which the series gives way to the
-/// exact sine: 0.5 rad a sample. Below it the series' error is under 3e-13.
-const SERIES: f64 = 0.0625;
-
-/// The quaternion of a rotation vector.
-#[inline(always)]
-fn step(x: f64, y: f64, z: f64) -> [f64; 4] {
-    let half2 = 0.25 * (x * x + y * y + z * z);
-    let (cosine, factor) = if half2 < SERIES {
-        (
-            1.0 - half2
-                * (1.0 / 2.0 - half2 * (1.0 / 24.0 - half2 * (1.0 / 720.0 - half2 / 40320.0))),
-            0.5 - half2
-                * (1.0 / 12.0
-                    - half2 * (1.0 / 240.0 - half2 * (1.0 / 10080.0 - half2 / 725_760.0))),
-        )
-    } else {
-        let half = half2.sqrt();
-        (half.cos(), 0.5 * half.sin() / half)
-    };
-    [cosine, factor * x, factor * y, factor * z]
-}
-
-#[inline(always)]
-fn times(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
-    [
-        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-        a[0] * b[2] + a[2] * b[0] + a[3] * b[1] - a[1] * b[3],
-        a[0] * b[3] + a[3] * b[0] + a[1] * b[2] - a[2] * b[1],
-    ]
-}
-
-#[inline(always)]
-fn matrix([w, x, y, z]: [f64; 4]) -> Matrix {
-    let (x2, y2, z2) = (x + x, y + y, z + z);
-    let (xx, yy, zz) = (x * x2, y * y2, z * z2);
-    let (xy, xz, yz) = (x * y2, x * z2, y * z2);
-    let (wx, wy, wz) = (w * x2, w * y2, w * z2);
-    [
-        [1.0 - yy - zz, xy - wz, xz + wy],
-        [xy + wz, 1.0 - xx - zz, yz - wx],
-        [xz - wy, yz + wx, 1.0 - xx - yy],
-    ]
-}
-
 /// One rate by the parameters: y − β and E (y − β).
 #[inline(always)]
 fn rate(e: &Matrix, beta: [f64; 3], s: &Sample) -> ([f64; 3], [f64; 3]) {
     let y = [s[0] - beta[0], s[1] - beta[1], s[2] - beta[2]];
     let row = |r: usize| e[r][0] * y[0] + e[r][1] * y[1] + e[r][2] * y[2];
     (y, [row(0), row(1), row(2)])
-}
-
-/// Quaternion of the way from one sample to the next.
-#[inline(always)]
-fn between(from: [f64; 3], to: [f64; 3], h: f64) -> [f64; 4] {
-    let (a, b) = (0.5 * h, h * h / 12.0);
-    step(
-        a * (from[0] + to[0]) + b * (from[1] * to[2] - from[2] * to[1]),
-        a * (from[1] + to[1]) + b * (from[2] * to[0] - from[0] * to[2]),
-        a * (from[2] + to[2]) + b * (from[0] * to[1] - from[1] * to[0]),
-    )
-}
-
-/// Rounding and the series leave the length of a product of many quaternions
-/// off by some 1e-12.
-fn made_unit(q: [f64; 4]) -> [f64; 4] {
-    let length = q.iter().map(|v| v * v).sum::<f64>().sqrt();
-    q.map(|v| v / length)
 }
 
 /// The attitude at the end of `samples`, seen from the start.
@@ -113,10 +51,10 @@ pub(super) fn attitude(samples: &[Sample], e: &Matrix, beta: [f64; 3]) -> Matrix
     let mut h = first[3];
     for s in &samples[1..] {
         let (_, now) = rate(e, beta, s);
-        q = times(q, between(before, now, h));
+        q = times(&q, &step(&before, &now, h));
         (before, h) = (now, s[3]);
     }
-    matrix(made_unit(q))
+    matrix(&made_unit(&q))
 }
 
 /// The attitude and the sums for its derivatives.
@@ -142,13 +80,13 @@ pub(super) fn turned(samples: &[Sample], e: &Matrix, beta: [f64; 3]) -> Turned {
         let last = samples.len() - 1;
         for (i, s) in samples.iter().enumerate().skip(1) {
             let (y, now) = rate(e, beta, s);
-            q = times(q, between(before, now, h));
-            a = matrix(q);
+            q = times(&q, &step(&before, &now, h));
+            a = matrix(&q);
             let next = if i < last { s[3] } else { 0.0 };
             add(&a, y, 0.5 * (h + next));
             (before, h) = (now, next);
         }
-        a = matrix(made_unit(q));
+        a = matrix(&made_unit(&q));
     }
     Turned { attitude: a, sums }
 }
@@ -227,16 +165,6 @@ mod tests {
             closed[0] / closed[1] > 3.9 && closed[2] < 1e-4,
             "{closed:?}"
         );
-    }
-
-    #[test]
-    fn a_fast_step_takes_the_exact_sine() {
-        for size in [0.4, 0.4999, 0.5001, 3.0] {
-            let [w, x, y, z] = step(0.6 * size, 0.0, 0.8 * size);
-            let (sine, cosine) = (0.5_f64 * size).sin_cos();
-            assert!((w - cosine).abs() < 1e-11 && y == 0.0, "{size}");
-            assert!((x - 0.6 * sine).abs() < 1e-11 && (z - 0.8 * sine).abs() < 1e-11);
-        }
     }
 
     #[test]
