@@ -50,6 +50,7 @@ pub mod compare;
 pub mod denoise;
 mod error;
 pub mod estimate;
+pub mod figure;
 pub mod gravity;
 pub mod inspect;
 pub mod motion;

@@ -215,6 +215,7 @@ pub fn motion(
         plan::plan(&samples, &rests, options.zero_velocity)
     };
     let path = setup.follow(&plan, &legs_from);
+    let mut plain_track = None;
     let uncalibrated = nominal.as_ref().map(|nominal| {
         let mut plain = Setup {
             samples: nominal,
@@ -225,7 +226,12 @@ pub fn motion(
         if setup.mean.is_some() {
             plain.mean = Some(still_mean(nominal, options.still_rows, walk));
         }
-        let end = plain.follow(&plan, &legs_from).end;
+        let path = plain.follow(&plan, &legs_from);
+        let end = path.end;
+        plain_track = options.keep_uncalibrated.then_some(UncalibratedTrack {
+            velocity_mps: path.velocity,
+            position_m: path.position,
+        });
         Uncalibrated {
             position_m: end.and_then(|e| e.position_m),
             velocity_mps: end.and_then(|e| e.velocity_mps),
@@ -316,6 +322,7 @@ pub fn motion(
         row: samples.row,
         t_s: samples.t_s,
         force_mps2: samples.force_mps2,
+        uncalibrated: plain_track,
     };
     Ok(Motion { result, track })
 }

@@ -59,6 +59,9 @@ pub struct MotionOptions {
     pub wobble_deg: f64,
     /// Compute the bands. Default true.
     pub bands: bool,
+    /// Keep velocity and position of the uncalibrated run sample by sample, for
+    /// figures. Default false.
+    pub keep_uncalibrated: bool,
     /// How the board sits in its case. Default: as the case.
     pub axes: AxisMap,
 }
@@ -79,6 +82,7 @@ impl Default for MotionOptions {
             clock_error: 1e-3,
             wobble_deg: 0.5,
             bands: true,
+            keep_uncalibrated: false,
             axes: AxisMap::default(),
         }
     }

@@ -250,4 +250,17 @@ pub struct Track {
     pub sigma_velocity_mps: Vec<[f64; 3]>,
     /// Standard uncertainty of the position, m; empty without bands.
     pub sigma_position_m: Vec<[f64; 3]>,
+    /// The same without the calibration; none without one, or where
+    /// [`keep_uncalibrated`](super::MotionOptions::keep_uncalibrated) is off.
+    pub uncalibrated: Option<UncalibratedTrack>,
+}
+
+/// Velocity and position without the calibration, sample by sample; as long as the
+/// columns of [`Track`].
+#[derive(Debug, Clone, Default)]
+pub struct UncalibratedTrack {
+    /// Velocity, m/s.
+    pub velocity_mps: Vec<[f64; 3]>,
+    /// Position, m.
+    pub position_m: Vec<[f64; 3]>,
 }
