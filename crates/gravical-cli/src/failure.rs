@@ -1,10 +1,11 @@
 //! How a failure is told: a sentence with place, reason and next step, or the
 //! same as JSON; and which exit code it has.
 
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
 use gravical::Category;
+use gravical::report::paragraph;
 
 /// Exit code when the program ran and a quality gate failed.
 pub const QUALITY: u8 = 4;
@@ -32,13 +33,22 @@ pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
         // Nowhere is left to complain when this cannot be written.
         let _ = writeln!(io::stdout(), "{object:#}");
     } else {
-        let _ = writeln!(io::stderr(), "error: {message}");
+        // People read paragraphs; what searches a log wants whole lines.
+        let line = |first: &str, text: &str| {
+            if io::stderr().is_terminal() {
+                paragraph(first, text)
+            } else {
+                format!("{first}{text}\n")
+            }
+        };
+        let mut text = line("error: ", &message);
         if let Some(e) = known {
             if let Some(hint) = e.hint() {
-                let _ = writeln!(io::stderr(), "  try: {hint}");
+                text.push_str(&line("  try: ", hint));
             }
-            let _ = writeln!(io::stderr(), "  code: {}", e.code());
+            text.push_str(&format!("  code: {}\n", e.code()));
         }
+        let _ = io::stderr().write_all(text.as_bytes());
     }
     ExitCode::from(code)
 }

@@ -2,6 +2,7 @@
 //! `cmd`; what it does lives in the library.
 
 mod cmd;
+mod colour;
 mod failure;
 mod options;
 mod session;

@@ -4,6 +4,8 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
+use crate::colour;
+
 /// Prints `text` on stdout.
 ///
 /// # Errors
@@ -12,6 +14,17 @@ use serde::Serialize;
 pub fn print(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes())?;
+    out.flush()
+}
+
+/// Prints a report on stdout, in colour where that is seen.
+///
+/// # Errors
+///
+/// As [`print`].
+pub fn print_report(text: &str) -> io::Result<()> {
+    let mut out = anstream::AutoStream::auto(io::stdout().lock());
+    out.write_all(colour::report(text).as_bytes())?;
     out.flush()
 }
 
@@ -30,4 +43,10 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
 /// Says `text` on stderr; when that is gone, nobody listens.
 pub fn say(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Says a report on stderr, in colour where that is seen.
+pub fn say_report(text: &str) {
+    let mut err = anstream::AutoStream::auto(io::stderr().lock());
+    let _ = writeln!(err, "{}", colour::report(text));
 }

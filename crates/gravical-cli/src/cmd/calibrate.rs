@@ -165,7 +165,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             ));
         }
     } else {
-        text::print(&calibration_text(&file))?;
+        text::print_report(&calibration_text(&file))?;
         text::print(&next_step(args, &file))?;
     }
     Ok(match file.verdict.grade {

@@ -54,7 +54,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.json {
         text::print_json(&report)?;
     } else {
-        text::print(&check_text(&report))?;
+        text::print_report(&check_text(&report))?;
     }
     Ok(match report.verdict.judgement {
         Judgement::DoesNotFit => ExitCode::from(QUALITY),

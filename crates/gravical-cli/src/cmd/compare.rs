@@ -39,7 +39,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.json {
         text::print_json(&result)?;
     } else {
-        text::print(&comparison_text(&result))?;
+        text::print_report(&comparison_text(&result))?;
     }
     Ok(match result.verdict.judgement {
         Agreement::Differ => ExitCode::from(QUALITY),

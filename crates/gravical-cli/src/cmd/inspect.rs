@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
                 if args.json {
                     found.push(inspection);
                 } else {
-                    text::print(&inspection_text(&inspection))?;
+                    text::print_report(&inspection_text(&inspection))?;
                     if files.len() > 1 {
                         text::print("\n")?;
                     }

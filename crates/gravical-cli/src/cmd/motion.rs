@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         };
         let result = &motion.result;
         text::say(&format!("{}: {} rows{to}", result.input, result.rows));
-        text::say(motion_text(result, &recording).trim_end());
+        text::say_report(motion_text(result, &recording).trim_end());
     }
     Ok(if nothing_usable(&motion.result) {
         ExitCode::from(QUALITY)

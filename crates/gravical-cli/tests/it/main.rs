@@ -23,4 +23,5 @@ mod recordings;
 mod report;
 mod shell;
 mod support;
+mod terminal;
 mod thermal;

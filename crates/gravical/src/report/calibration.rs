@@ -73,15 +73,16 @@ fn head(file: &CalibrationFile) -> String {
         0 => format!("{} free poses", a.positions.len()),
         n => format!("{n} placements on {on}{oblique}"),
     };
-    format!(
-        "{} of {inputs}: {placed}\nraw in {}, g = {} m/s² ({gravity}){tilt}\n",
-        method_name(&a.method),
+    let what = format!("{} of {inputs}: {placed}", method_name(&a.method));
+    let how = format!(
+        "raw in {}, g = {} m/s² ({gravity}){tilt}",
         a.input_unit.name(),
         match file.gravity_source {
             GravitySource::Latitude => format!("{:.5}", file.gravity_mps2),
             GravitySource::Given | GravitySource::Standard => file.gravity_mps2.to_string(),
         },
-    )
+    );
+    paragraph("", &what) + &paragraph("", &how)
 }
 
 fn method_name(method: &str) -> String {
@@ -165,7 +166,7 @@ fn placements(file: &CalibrationFile) -> String {
         return out;
     }
     out.push_str(&format!(
-        "\n  {:<8}{:^24}  {:^21}{:>7}{:>9}{:>7}\n",
+        "\n  {:<8}{:^24} {:^21}{:>7}{:>9}{:>8}\n",
         "position",
         "raw mean",
         "calibrated, m/s²",
@@ -175,7 +176,7 @@ fn placements(file: &CalibrationFile) -> String {
     ));
     if !exact {
         out.push_str(&format!(
-            "{:57}{:>7}{:>9}{:>7}\n",
+            "{:56}{:>7}{:>9}{:>8}\n",
             "", "mm/s²", "mm/s²", "°"
         ));
     }
@@ -201,7 +202,7 @@ fn placement(p: &Position, decimals: usize, exact: bool) -> String {
     };
     let mm = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| format!("{:+.2}", 1000.0 * v));
     let label: String = p.label.chars().take(8).collect();
-    let start = format!("  {label:<8}{raw}  {calibrated}");
+    let start = format!("  {label:<8}{raw} {calibrated}");
     if exact {
         return format!("{start}{:>7.4}{tilt:>9}\n", p.error_norm);
     }

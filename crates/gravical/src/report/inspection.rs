@@ -173,7 +173,7 @@ fn stills(inspection: &Inspection) -> String {
         return out;
     }
     out.push_str(&format!(
-        "\n  {:>4}{:>20}{:>16}{:>7}{:>7}{:>27}\n",
+        "\n  {:>3}{:>19}{:>15}{:>6}{:>7}{:>27}\n",
         "", "lines", "seconds", "face", "tilt", "mean reading"
     ));
     for (i, still) in inspection.stills.iter().take(LISTED).enumerate() {
@@ -202,7 +202,7 @@ fn still_line(number: usize, still: &StillSpan) -> String {
         .map(|v| format!("{v:>9.decimals$}"))
         .collect();
     format!(
-        "  {number:>4}{:>20}{seconds:>16}{:>7}{:>7}{mean}\n",
+        "  {number:>3}{:>19}{seconds:>15}{:>6}{:>7}{mean}\n",
         format!("{}–{}", still.lines[0], still.lines[1]),
         still.face.as_deref().unwrap_or("–"),
         format!("{:.1}°", still.tilt_deg),

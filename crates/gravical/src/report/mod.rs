@@ -19,4 +19,4 @@ pub use denoise::denoise_text;
 pub use inspection::inspection_text;
 pub use motion::motion_text;
 pub use temperature::temperature_text;
-pub use text::findings_text;
+pub use text::{findings_text, paragraph};

@@ -21,12 +21,15 @@ pub(super) fn decimals_of(value: f64, digits: i32) -> usize {
     (digits - 1 - magnitude).clamp(0, 6) as usize
 }
 
-/// A paragraph, its first line behind `first`, the others behind as much space.
-pub(super) fn paragraph(first: &str, text: &str) -> String {
+/// A paragraph of 80 columns, its first line behind `first`, the others behind as
+/// much space. Words, options and paths stay whole.
+#[must_use]
+pub fn paragraph(first: &str, text: &str) -> String {
     let rest = " ".repeat(first.chars().count());
     let options = textwrap::Options::new(WIDTH)
         .initial_indent(first)
         .subsequent_indent(&rest)
+        .word_splitter(textwrap::WordSplitter::NoHyphenation)
         .break_words(false);
     let mut out = textwrap::fill(text, options);
     out.push('\n');

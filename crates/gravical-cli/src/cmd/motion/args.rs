@@ -244,6 +244,7 @@ impl Args {
             clock_error: m.clock_error.unwrap_or(preset.clock_error),
             wobble_deg: m.wobble.unwrap_or(preset.wobble_deg),
             bands: !m.no_bands,
+            keep_uncalibrated: false,
             axes: self.recording.axes.0,
         })
     }

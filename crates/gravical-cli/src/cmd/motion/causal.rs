@@ -60,7 +60,7 @@ pub(super) fn run(
             None => " → stdout".to_owned(),
         };
         text::say(&format!("{}: {} rows{to}", result.input, result.rows));
-        text::say(motion_text(result, &done.head).trim_end());
+        text::say_report(motion_text(result, &done.head).trim_end());
     }
     Ok(if nothing_usable(result) {
         ExitCode::from(QUALITY)
