@@ -64,6 +64,13 @@ pub(crate) struct Claims {
     pub temperature_span_c: f64,
 }
 
+/// A step of more than so many usual ones waits for something.
+const PAUSE: f64 = 4.5;
+/// A buffer that is passed on at once holds fewer samples than this.
+const RAREST_BURST: usize = 20;
+/// Waits of one length are bursts, from so many on.
+const FEWEST_BURSTS: usize = 5;
+
 /// Judges raw stamps; `line` gives the line of a row.
 pub(crate) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64) -> Timed {
     let mut findings = Vec::new();
@@ -127,7 +134,7 @@ pub(crate) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
         .iter()
         .filter(|d| **d >= 0.0 && **d * per_s * mean_rate.unwrap_or(0.0) < 0.2)
         .count();
-    if bunched * 2 > steps.len() && n > 20 {
+    if bunched * 2 > steps.len() && n > 20 && !pauses_only(&steps, median) {
         findings.push(
             Finding::warning(
                 "burst-time",
@@ -193,6 +200,31 @@ pub(crate) fn untimed(rows: usize, claims: &Claims, findings: Vec<Finding>) -> T
         origin_s: None,
         restarts: Vec::new(),
         findings,
+    }
+}
+
+/// Whether the long steps are pauses of the recorder, and no waiting for a full
+/// buffer: between them the stamps run evenly, they are rare, and they differ in
+/// length. `median` is that of the steps that advance.
+fn pauses_only(steps: &[f64], median: f64) -> bool {
+    let mut long: Vec<f64> = steps
+        .iter()
+        .copied()
+        .filter(|d| *d > PAUSE * median)
+        .collect();
+    let even = steps
+        .iter()
+        .filter(|d| (0.5 * median..=1.5 * median).contains(*d))
+        .count();
+    // Not counting what is lost here and there.
+    if long.len() * RAREST_BURST > steps.len() || even * 10 < (steps.len() - long.len()) * 9 {
+        return false;
+    }
+    long.sort_unstable_by(f64::total_cmp);
+    let quarter = long.len() / 4;
+    match (long.get(quarter), long.get(long.len() - 1 - quarter)) {
+        (Some(low), Some(high)) if long.len() >= FEWEST_BURSTS => *high > 1.5 * low,
+        _ => true,
     }
 }
 

@@ -68,6 +68,37 @@ fn bursts_are_arrival_times() {
     assert!((timed.timing.rate_hz().unwrap() - 103.0).abs() < 1.0);
 }
 
+/// `rows` at 100 Hz, then a pause, and so on; ms.
+fn paused(rows: usize, pauses_s: &[f64]) -> Vec<f64> {
+    let mut out = Vec::new();
+    let mut start = 0.0;
+    for pause in pauses_s.iter().chain(&[0.0]) {
+        out.extend((0..rows).map(|i| start + 10.0 * i as f64));
+        start += 10.0 * (rows as f64 - 1.0) + 1e3 * pause;
+    }
+    out
+}
+
+#[test]
+fn pauses_of_the_recorder_are_no_bursts() {
+    for (rows, pauses_s) in [
+        (100, &[5.0, 52.0][..]),
+        (40, &[600.0][..]),
+        (300, &[12.0, 31.0, 17.0, 55.0, 20.0, 90.0, 14.0]),
+    ] {
+        let timed = judged(paused(rows, pauses_s));
+        assert_eq!(kinds(&timed), ["gap", "missing-samples"], "{pauses_s:?}");
+        let rate = timed.timing.rate_hz().unwrap();
+        assert!((rate - 100.0).abs() < 0.1, "{rate}");
+    }
+    // Buffers of 30 that come every 2 s are bursts all the same.
+    let timed = judged(paused(30, &[2.0; 12]));
+    assert!(kinds(&timed).contains(&"burst-time"));
+    // And buffers within which the stamps hardly differ.
+    let raw = (0..300).map(|i| f64::from(i / 100) * 1e3 + f64::from(i % 7));
+    assert!(kinds(&judged(raw.collect())).contains(&"burst-time"));
+}
+
 #[test]
 fn an_undocumented_unit_is_settled_by_the_temperature() {
     let raw: Vec<f64> = (0..5000).map(|i| 505_700.0 * f64::from(i)).collect();
