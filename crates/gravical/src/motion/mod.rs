@@ -43,6 +43,7 @@ mod plan;
 mod prepare;
 mod result;
 pub mod samples;
+mod scales;
 mod smoother;
 pub mod stance;
 pub mod still;

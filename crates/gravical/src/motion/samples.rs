@@ -57,14 +57,7 @@ impl Samples {
     /// Sample ranges between the breaks, none of them empty.
     #[must_use]
     pub fn pieces(&self) -> Vec<std::ops::Range<usize>> {
-        let mut edges = vec![0];
-        edges.extend(self.breaks.iter().copied());
-        edges.push(self.len());
-        edges
-            .windows(2)
-            .map(|w| w[0]..w[1])
-            .filter(|r| !r.is_empty())
-            .collect()
+        crate::recording::between(&self.breaks, self.len())
     }
 
     /// Median step between samples that follow each other, s; NaN without any.

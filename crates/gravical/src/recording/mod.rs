@@ -176,6 +176,18 @@ pub struct Recording {
     pub(crate) line_map: LineMap,
 }
 
+/// What lies between `breaks` in `0..len`, without empty ranges.
+pub(crate) fn between(breaks: &[usize], len: usize) -> Vec<std::ops::Range<usize>> {
+    let mut edges = vec![0];
+    edges.extend(breaks.iter().copied());
+    edges.push(len);
+    edges
+        .windows(2)
+        .map(|w| w[0]..w[1])
+        .filter(|r| !r.is_empty())
+        .collect()
+}
+
 impl Recording {
     /// Number of rows.
     #[must_use]
@@ -206,14 +218,7 @@ impl Recording {
     /// Row ranges between the breaks, none of them empty.
     #[must_use]
     pub fn segments(&self) -> Vec<std::ops::Range<usize>> {
-        let mut edges = vec![0];
-        edges.extend(self.breaks.iter().copied());
-        edges.push(self.rows());
-        edges
-            .windows(2)
-            .map(|w| w[0]..w[1])
-            .filter(|r| !r.is_empty())
-            .collect()
+        between(&self.breaks, self.rows())
     }
 
     /// The rate to work with, in Hz, and whether it had to be assumed.
