@@ -23,6 +23,7 @@ mod levels;
 mod merge;
 mod noise;
 mod run;
+mod slow;
 mod view;
 
 #[cfg(test)]
@@ -37,6 +38,7 @@ use crate::Result;
 use crate::segment::still::{Channels, StillOptions, find_stills_in};
 
 pub use given::Intervals;
+pub use slow::SlowMove;
 
 /// Noise of the samples at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,6 +58,8 @@ pub struct Rests {
     pub accel: Option<Noise>,
     /// Noise of the gyroscope, rad/s.
     pub gyro: Option<Noise>,
+    /// What may have been a move within a rest, and is not certain enough.
+    pub doubts: Vec<SlowMove>,
 }
 
 /// How rests are found.
@@ -101,8 +105,8 @@ pub fn find_rests(samples: &Samples, options: &RestOptions) -> Rests {
     let Some(plan) = plan(samples) else {
         return Rests::default();
     };
-    let spans = match &options.given_s {
-        Some(given) => given::spans(samples, given),
+    let (spans, doubts) = match &options.given_s {
+        Some(given) => (given::spans(samples, given), Vec::new()),
         None => search(samples, &plan),
     };
     if spans.is_empty() {
@@ -113,6 +117,7 @@ pub fn find_rests(samples: &Samples, options: &RestOptions) -> Rests {
         spans,
         accel: Some(pooled.accel()),
         gyro: samples.rate_rad_s.is_some().then(|| pooled.gyro()),
+        doubts,
     }
 }
 
@@ -125,11 +130,11 @@ fn plan(samples: &Samples) -> Option<Plan> {
     Some(Plan::new(if step_s > 0.0 { 1.0 / step_s } else { 0.0 }))
 }
 
-fn search(samples: &Samples, plan: &Plan) -> Vec<Range<usize>> {
+fn search(samples: &Samples, plan: &Plan) -> (Vec<Range<usize>>, Vec<SlowMove>) {
     let coarse = coarse(samples, plan);
     let levels = levels::Levels::new(samples, &coarse, plan);
     if levels.rests.is_empty() {
-        return Vec::new();
+        return Default::default();
     }
     let least = (LEAST_REST * plan.block as f64).ceil() as usize;
     let context = merge::Context {
@@ -137,7 +142,7 @@ fn search(samples: &Samples, plan: &Plan) -> Vec<Range<usize>> {
         levels: &levels,
         plan,
     };
-    let mut spans = Vec::new();
+    let (mut spans, mut doubts) = (Vec::new(), Vec::new());
     for piece in samples.pieces() {
         let ahead = view::View::new(samples, &piece, false);
         let back = view::View::new(samples, &piece, true);
@@ -145,9 +150,11 @@ fn search(samples: &Samples, plan: &Plan) -> Vec<Range<usize>> {
         let backwards = run::runs(&back, plan, &levels);
         let mut rests = join::join((&ahead, &forwards), (&back, &backwards));
         rests.retain(|r| r.len() >= least);
-        spans.extend(context.merge(rests, &piece));
+        let mut rests = context.merge(rests, &piece);
+        doubts.extend(slow::take_out(samples, &levels, plan, &piece, &mut rests));
+        spans.extend(rests);
     }
-    spans
+    (spans, doubts)
 }
 
 /// Quiet stretches, short ones included.

@@ -108,16 +108,18 @@ fn a_move_of_four_seconds() {
 fn moves_of_six_and_eight_seconds() {
     let six = run(100, 6.0, |_| {});
     let eight = run(100, 8.0, |_| {});
-    assert_eq!((six.found, eight.found), (100, 100));
+    assert_eq!((six.once, eight.once), (100, 100));
     assert!(six.rms_mm <= 1.4 * six.floor_mm && eight.rms_mm <= 1.4 * eight.floor_mm);
 }
 
 #[test]
-fn very_slow_moves_show() {
+fn very_slow_moves_are_one() {
     let twelve = run(200, 12.0, |_| {});
     let sixteen = run(200, 16.0, |_| {});
-    assert!(twelve.found >= 198);
-    assert!(sixteen.found >= 150);
+    assert!(twelve.once >= 199 && twelve.found == 200);
+    assert!(sixteen.once >= 199 && sixteen.found == 200);
+    assert!(twelve.rms_mm <= 1.15 * twelve.floor_mm);
+    assert!(sixteen.rms_mm <= 1.15 * sixteen.floor_mm);
 }
 
 #[test]

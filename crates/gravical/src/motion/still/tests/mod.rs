@@ -3,6 +3,7 @@
 mod faults;
 mod lines;
 mod recordings;
+mod slow;
 mod stream;
 
 use nalgebra::{Matrix3, Vector3};

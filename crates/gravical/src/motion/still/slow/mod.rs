@@ -1,0 +1,222 @@
+//! Moves so slow that their acceleration hides in the noise of a second.
+//!
+//! 0.7 m in 12 s never exceed 3 mg. A test of neighbouring seconds loses such a move
+//! in parts, for in the middle of each half the acceleration is constant. The whole of
+//! it shows well: it speeds up and brakes, and afterwards force and tilt are what they
+//! were. So every stretch between two rests is held against the shape of a move, over
+//! 5 to 20 s, beside a bias that drifts evenly (`fit`).
+//!
+//! Without a gyroscope a tilt that comes and goes is the same, so nothing is looked
+//! for.
+
+mod blocks;
+mod fit;
+
+use std::ops::Range;
+
+use gravical_core::still::Plan;
+
+use super::levels::Levels;
+use crate::motion::samples::Samples;
+use crate::stats::median;
+use blocks::Blocks;
+use fit::{Fit, fit};
+
+/// χ² with 3 degrees of freedom at 1 − 10⁻⁷/3, as for the windows of a second.
+const SEEN: f64 = 37.661_609_22;
+/// At 1 − 10⁻⁵: that much is told.
+const DOUBTED: f64 = 25.901_749_75;
+/// Median of χ² with three degrees of freedom.
+const MEDIAN_CHI2_3: f64 = 2.365_974;
+/// Durations, s: each a quarter longer than the one before.
+const DURATIONS_S: [f64; 7] = [5.0, 6.3, 8.0, 10.0, 12.5, 16.0, 20.0];
+/// A move starts anywhere, to this share of its duration.
+const STRIDE: f64 = 1.0 / 16.0;
+/// Windows that tell how much more than noise a recording at rest has.
+const FEWEST: usize = 8;
+
+/// Something that may have been a slow move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlowMove {
+    /// When it began, s.
+    pub start_s: f64,
+    /// When it ended, s.
+    pub end_s: f64,
+    /// How far it went, by the shape that fits best, m.
+    pub way_m: f64,
+    /// How far it stands out from the noise, as a χ² with three degrees of freedom.
+    pub chi2: f64,
+}
+
+/// Takes slow moves out of `rests`, which are those of `piece`, and returns what is
+/// not certain enough for that.
+pub(super) fn take_out(
+    samples: &Samples,
+    levels: &Levels,
+    plan: &Plan,
+    piece: &Range<usize>,
+    rests: &mut Vec<Range<usize>>,
+) -> Vec<SlowMove> {
+    if samples.rate_rad_s.is_none() || rests.is_empty() {
+        return Vec::new();
+    }
+    let blocks = Blocks::new(samples, piece, rests, plan);
+    let search = Search {
+        blocks: &blocks,
+        levels,
+        plan,
+    };
+    let mut doubts = Vec::new();
+    for found in search.all() {
+        if found.gain > SEEN {
+            let (from, to) = search.edges(&found, rests);
+            remove(rests, &(from..to), Plan::SEED_BLOCKS * plan.block);
+        } else {
+            doubts.push(SlowMove {
+                start_s: found.from_s,
+                end_s: found.to_s,
+                way_m: gravical_core::matrix3::norm(&found.way_m),
+                chi2: found.gain,
+            });
+        }
+    }
+    doubts
+}
+
+struct Search<'a> {
+    blocks: &'a Blocks,
+    levels: &'a Levels,
+    plan: &'a Plan,
+}
+
+impl Search<'_> {
+    fn fit(&self, from_s: f64, seconds: f64) -> Option<Fit> {
+        fit(self.blocks, self.levels, self.plan.block, from_s, seconds)
+    }
+
+    /// The moves that stand out, none overlapping another, the clearest first.
+    fn all(&self) -> Vec<Fit> {
+        let mut found: Vec<Fit> = DURATIONS_S
+            .iter()
+            .flat_map(|seconds| self.of_duration(*seconds))
+            .collect();
+        found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let mut out: Vec<Fit> = Vec::new();
+        for one in found {
+            if out
+                .iter()
+                .any(|o| one.from_s < o.to_s && o.from_s < one.to_s)
+            {
+                continue;
+            }
+            out.push(self.refined(one));
+        }
+        out
+    }
+
+    fn of_duration(&self, seconds: f64) -> Vec<Fit> {
+        let (Some(first), Some(last)) = (self.blocks.t_s.first(), self.blocks.t_s.last()) else {
+            return Vec::new();
+        };
+        let stride = STRIDE * seconds;
+        let count = ((last - first - seconds) / stride).max(0.0) as usize;
+        let mut all = Vec::new();
+        let mut quiet = Vec::new();
+        let mut free_s = f64::NEG_INFINITY;
+        for k in 0..=count {
+            let from_s = first + k as f64 * stride;
+            let Some(one) = self.fit(from_s, seconds) else {
+                continue;
+            };
+            if from_s >= free_s && self.is_rest(from_s, from_s + seconds) {
+                quiet.push(one.gain);
+                free_s = from_s + seconds;
+            }
+            if one.gain > DOUBTED && one.is_move() && self.hides(&one) {
+                all.push(one);
+            }
+        }
+        // More than noise: the bias wanders, or the floor moves.
+        let n = quiet.len();
+        if n >= FEWEST
+            && let Some(middle) = median(&mut quiet)
+        {
+            let more = (middle / MEDIAN_CHI2_3 / (1.0 + 2.2 / (n as f64).sqrt())).max(1.0);
+            all.iter_mut().for_each(|f| f.gain /= more);
+            all.retain(|f| f.gain > DOUBTED);
+        }
+        all
+    }
+
+    fn inside(&self, from_s: f64, to_s: f64) -> &[bool] {
+        let t = &self.blocks.t_s;
+        let to = t.partition_point(|t| *t <= to_s);
+        &self.blocks.rest[t.partition_point(|t| *t < from_s).min(to)..to]
+    }
+
+    fn is_rest(&self, from_s: f64, to_s: f64) -> bool {
+        self.inside(from_s, to_s).iter().all(|r| *r)
+    }
+
+    /// True when a part of it was taken for rest: else it was found already.
+    fn hides(&self, one: &Fit) -> bool {
+        let aside = 0.2 * one.seconds();
+        self.inside(one.from_s + aside, one.to_s - aside)
+            .iter()
+            .any(|r| *r)
+    }
+
+    /// The best start and duration near those of `coarse`.
+    fn refined(&self, coarse: Fit) -> Fit {
+        let scale = coarse.gain;
+        let Some(start) = self.fit(coarse.from_s, coarse.seconds()) else {
+            return coarse;
+        };
+        let mut best = start;
+        for d in -4..=4 {
+            for s in -4..=4 {
+                let seconds = coarse.seconds() * (1.0 + 0.03 * f64::from(d));
+                let middle = 0.5 * (coarse.from_s + coarse.to_s)
+                    + coarse.seconds() * STRIDE * 0.25 * f64::from(s);
+                if let Some(one) = self.fit(middle - 0.5 * seconds, seconds)
+                    && one.gain > best.gain
+                {
+                    best = one;
+                }
+            }
+        }
+        best.gain *= scale / start.gain;
+        best
+    }
+
+    /// The samples that a move takes, with what was found moving about its ends.
+    fn edges(&self, one: &Fit, rests: &[Range<usize>]) -> (usize, usize) {
+        let t = &self.blocks.t_s;
+        let mut from = self.blocks.edges[t.partition_point(|t| *t < one.from_s)];
+        let mut to = self.blocks.edges[t.partition_point(|t| *t <= one.to_s)];
+        for pair in rests.windows(2) {
+            let gap = pair[0].end..pair[1].start;
+            if gap.start < to && from < gap.end {
+                from = from.min(gap.start);
+                to = to.max(gap.end);
+            }
+        }
+        (from, to)
+    }
+}
+
+/// Takes `gone` out of `rests`; of one that it cuts nothing under `least` samples
+/// stays.
+fn remove(rests: &mut Vec<Range<usize>>, gone: &Range<usize>, least: usize) {
+    *rests = rests
+        .iter()
+        .flat_map(|r| {
+            if r.end <= gone.start || r.start >= gone.end {
+                return [Some(r.clone()), None];
+            }
+            [r.start..r.end.min(gone.start), r.start.max(gone.end)..r.end]
+                .map(|part| (part.len() >= least).then_some(part))
+        })
+        .flatten()
+        .collect();
+}
