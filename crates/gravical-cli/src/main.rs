@@ -4,6 +4,7 @@
 mod cmd;
 mod colour;
 mod failure;
+mod figures;
 mod options;
 mod session;
 mod text;

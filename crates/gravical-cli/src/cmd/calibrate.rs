@@ -6,6 +6,8 @@ use std::process::ExitCode;
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade, SensorInfo};
 use gravical::estimate::accelerometer::{self, EstimateOptions};
+use gravical::figure;
+use gravical::figure::calibration::Session;
 use gravical::output::check_target;
 use gravical::recording::{Recording, read};
 use gravical::report::calibration_text;
@@ -15,6 +17,7 @@ use gravical::temperature::soak_alone;
 use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
+use crate::figures::FigureArgs;
 use crate::options::{GravityArgs, RecordingArgs};
 use crate::session::{join_gyro, read_session};
 use crate::text;
@@ -37,7 +40,7 @@ pub struct Args {
     /// Write the calibration to this file (JSON)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Replace an existing file
+    /// Replace files that are there
     #[arg(long)]
     force: bool,
     /// Print the calibration as JSON on stdout instead of the tables
@@ -46,6 +49,8 @@ pub struct Args {
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
+    #[command(flatten)]
+    figures: FigureArgs,
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
@@ -140,21 +145,32 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         // Before the work, not after it.
         check_target(path, args.force)?;
     }
+    args.figures
+        .check(&figure::calibration::NAMES, args.force)?;
     let options = args.options()?;
     let read_options = args.recording.read_options(true);
     let (mut recordings, left_out) = read_session(&args.inputs, &read_options)?;
     if let Some(path) = &args.gyro {
         join_gyro(&mut recordings, path, &read_options)?;
     }
-    let mut file = match args.method.method {
-        Method::Thermal => soak_alone(&recordings, &options)?,
-        _ => calibrate(&recordings, &options)?.file,
+    let (mut file, segmentation) = match args.method.method {
+        Method::Thermal => (soak_alone(&recordings, &options)?, None),
+        _ => {
+            let done = calibrate(&recordings, &options)?;
+            (done.file, Some(done.segmentation))
+        }
     };
     file.findings.extend(left_out);
     if let Some(path) = &args.output {
         file.write(path, args.force)?;
         confirm(path, &file)?;
     }
+    let session = segmentation.as_ref().map(|segmentation| Session {
+        recordings: &recordings,
+        segmentation,
+    });
+    let draw = || figure::calibration::figures(&file, session);
+    args.figures.write(draw, args.force, args.quiet)?;
     if args.json {
         text::print_json(&file)?;
     } else if args.quiet {

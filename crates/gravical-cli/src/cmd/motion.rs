@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use gravical::Error;
 use gravical::calibration_file::CalibrationFile;
+use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, MotionResult, motion, write_table};
 use gravical::output::{check_target, write_atomic};
@@ -34,6 +35,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(path) = target {
         check_target(path, args.force)?;
     }
+    args.figures.check(&figure::motion::NAMES, args.force)?;
     let options = args.options()?;
     options.validate()?;
     let truth = args.truth()?;
@@ -47,6 +49,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .map(|(file, name)| Calibrated { file, name });
 
     if args.causal {
+        if let Some(error) = args.figures.refused() {
+            return Err(error.into());
+        }
         return causal::run(args, target, calibrated, &options);
     }
     let read_options = args.recording.read_options(false);
@@ -67,6 +72,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         None if args.json => {}
         None => write_table(&motion.track, &mut io::stdout().lock())?,
     }
+    let draw = || figure::motion::figures(&motion);
+    args.figures.write(draw, args.force, args.quiet)?;
     if args.json {
         text::print_json(&motion.result)?;
     }

@@ -2,11 +2,12 @@
 
 use std::io::{Result, Write};
 
-use super::{Figure, Mark};
+use super::{Figure, Mark, Panel, Scale};
 
 /// Writes the numbers of a figure as CSV, a line a point:
 /// `panel,series,x,y,low,high,label`; what a series does not have is empty, and
-/// so is a line where a curve breaks.
+/// so is a line where a curve breaks. On an axis of names x counts from 0 and the
+/// label is the name.
 ///
 /// The units stand in the first line, as a comment. They are the points that are
 /// drawn: where a series was thinned, all its samples are in the table of the
@@ -52,7 +53,10 @@ pub fn write_csv(figure: &Figure, out: &mut dyn Write) -> Result<()> {
                     _ => number(&series.x),
                 };
                 let (y, low, high) = (number(&series.y), number(&series.low), number(&series.high));
-                let label = series.labels.get(k).map_or("", String::as_str);
+                let label = match series.labels.get(k) {
+                    Some(label) => label,
+                    None => name_at(panel, series.x.get(k)),
+                };
                 table.write_record([name.as_str(), &series.name, &x, &y, &low, &high, label])?;
             }
         }
@@ -63,6 +67,16 @@ pub fn write_csv(figure: &Figure, out: &mut dyn Write) -> Result<()> {
         }
     }
     table.flush()
+}
+
+/// What stands at this place of an axis of names; empty on another.
+fn name_at<'a>(panel: &'a Panel, x: Option<&f64>) -> &'a str {
+    match (&panel.x.scale, x) {
+        (Scale::Names(names), Some(x)) if *x >= 0.0 => {
+            names.get(x.round() as usize).map_or("", String::as_str)
+        }
+        _ => "",
+    }
 }
 
 /// Title of a panel, else its number from 1.

@@ -27,8 +27,12 @@ pub mod calibration;
 mod csv;
 mod model;
 pub mod motion;
+#[cfg(feature = "png")]
+mod png;
 pub mod svg;
 pub mod thin;
+mod write;
 
 pub use csv::write_csv;
-pub use model::{Arrangement, Axis, Figure, Mark, Panel, Role, Scale, Series, Stretch};
+pub use model::{Arrangement, Axis, Figure, Mark, Panel, Role, Scale, Series, Stretch, Symbol};
+pub use write::{Formats, check_figures, write_figures};

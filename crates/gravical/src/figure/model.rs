@@ -99,8 +99,26 @@ pub enum Role {
     Y,
     /// Along z: blue, dotted.
     Z,
-    /// Helps the eye: thin and pale, not in the legend.
+    /// Helps the eye: thin and pale, not in the legend. Its points are texts
+    /// without a symbol, about their places.
     Guide,
+}
+
+/// A symbol of points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Symbol {
+    /// ●
+    Circle,
+    /// ■
+    Square,
+    /// ▲
+    Triangle,
+    /// ◆
+    Diamond,
+    /// ×
+    Cross,
+    /// A small dot.
+    Dot,
 }
 
 /// How a series is drawn.
@@ -138,6 +156,8 @@ pub struct Series {
     pub high: Vec<f64>,
     /// A text for each point.
     pub labels: Vec<String>,
+    /// Symbol of points; none for that of the role.
+    pub symbol: Option<Symbol>,
     /// Samples that it stands for: more than its points where it was thinned.
     pub samples: usize,
 }
@@ -275,6 +295,7 @@ impl Series {
             low: Vec::new(),
             high: Vec::new(),
             labels: Vec::new(),
+            symbol: None,
             samples,
         }
     }
@@ -337,6 +358,13 @@ impl Series {
     pub fn plus_minus(mut self, half: &[f64]) -> Self {
         self.low = self.y.iter().zip(half).map(|(y, h)| y - h).collect();
         self.high = self.y.iter().zip(half).map(|(y, h)| y + h).collect();
+        self
+    }
+
+    /// With this symbol in place of the role's.
+    #[must_use]
+    pub fn drawn_as(mut self, symbol: Symbol) -> Self {
+        self.symbol = Some(symbol);
         self
     }
 

@@ -9,46 +9,22 @@ pub const LIMIT: usize = 8000;
 /// each dot of a plot that fills a page, so that zooming in shows more.
 pub const BUCKETS: usize = 2000;
 
-/// A line through `len` samples at times `t` (which must not run backwards);
+/// A line through the samples at times `t` (which must not run backwards);
 /// `point` gives the coordinates of a sample.
 ///
 /// Time need not be a coordinate: a trajectory is thinned by time as well. What
 /// is not finite breaks the line, once for each stretch.
 #[must_use]
 pub fn line(name: &str, role: Role, t: &[f64], point: impl Fn(usize) -> (f64, f64)) -> Series {
-    let mut x = Vec::new();
-    let mut y = Vec::new();
-    keep(
-        t,
-        |i| {
-            let (x, y) = point(i);
-            [x, y]
-        },
-        |i| match i {
-            Some(i) => {
-                let p = point(i);
-                x.push(p.0);
-                y.push(p.1);
-            }
-            None => {
-                x.push(f64::NAN);
-                y.push(f64::NAN);
-            }
-        },
-    );
-    let samples = t.len();
-    Series {
-        samples,
-        ..Series::line(name, role, x, y)
-    }
+    Samples::of(t).line(name, role, point)
 }
 
-/// A band through `len` samples at times `t`; `ends` gives lower and upper end.
+/// A band through the samples at times `t`; `ends` gives lower and upper end.
 #[must_use]
 pub fn band(name: &str, role: Role, t: &[f64], ends: impl Fn(usize) -> (f64, f64)) -> Series {
+    let samples = Samples::of(t);
     let (mut x, mut low, mut high) = (Vec::new(), Vec::new(), Vec::new());
-    keep(
-        t,
+    samples.keep(
         |i| {
             let (l, h) = ends(i);
             [l, h]
@@ -67,75 +43,120 @@ pub fn band(name: &str, role: Role, t: &[f64], ends: impl Fn(usize) -> (f64, f64
     }
 }
 
-/// Calls `take` with the samples to keep, in order of time; none where the line
-/// breaks.
-fn keep(t: &[f64], value: impl Fn(usize) -> [f64; 2], mut take: impl FnMut(Option<usize>)) {
-    let mut broken = true;
-    let mut all = |indices: &[usize], gap: bool| {
-        for &i in indices {
-            take(Some(i));
-            broken = false;
+/// Samples whose times stand in no column.
+pub(super) struct Samples<T> {
+    /// How many.
+    pub count: usize,
+    /// Time of each; must not run backwards.
+    pub time: T,
+    /// See [`LIMIT`].
+    pub limit: usize,
+    /// See [`BUCKETS`].
+    pub buckets: usize,
+}
+
+impl<'a> Samples<Box<dyn Fn(usize) -> f64 + 'a>> {
+    fn of(t: &'a [f64]) -> Self {
+        Samples {
+            count: t.len(),
+            time: Box::new(|i| t.get(i).copied().unwrap_or(f64::NAN)),
+            limit: LIMIT,
+            buckets: BUCKETS,
         }
-        if gap && !broken {
-            take(None);
-            broken = true;
-        }
-    };
-    if t.len() <= LIMIT {
-        for i in 0..t.len() {
-            let known = value(i).iter().all(|v| v.is_finite());
-            all(if known { std::slice::from_ref(&i) } else { &[] }, !known);
-        }
-        return;
     }
-    let (start, end) = match (
-        t.iter().find(|v| v.is_finite()),
-        t.iter().rfind(|v| v.is_finite()),
-    ) {
-        (Some(&start), Some(&end)) => (start, end),
-        _ => return,
-    };
-    let width = (end - start) / BUCKETS as f64;
-    let bucket_of = |i: usize| {
-        let place = (t[i] - start) / width;
-        // A time that is not known stays where it was counted.
-        if place.is_finite() {
-            place as usize
-        } else {
-            i * BUCKETS / t.len()
+}
+
+impl<T: Fn(usize) -> f64> Samples<T> {
+    /// As [`line`].
+    pub fn line(&self, name: &str, role: Role, point: impl Fn(usize) -> (f64, f64)) -> Series {
+        let mut x = Vec::new();
+        let mut y = Vec::new();
+        self.keep(
+            |i| {
+                let (x, y) = point(i);
+                [x, y]
+            },
+            |i| {
+                let p = i.map_or((f64::NAN, f64::NAN), &point);
+                x.push(p.0);
+                y.push(p.1);
+            },
+        );
+        Series {
+            samples: self.count,
+            ..Series::line(name, role, x, y)
         }
-    };
-    let mut i = 0;
-    while i < t.len() {
-        let bucket = bucket_of(i);
-        let mut gap = false;
-        // First, last, and the smallest and largest of either coordinate.
-        let mut kept: Option<[usize; 6]> = None;
-        while i < t.len() && bucket_of(i) == bucket {
-            let v = value(i);
-            if v.iter().all(|v| v.is_finite()) {
-                let k = kept.get_or_insert([i; 6]);
-                k[1] = i;
-                for c in 0..2 {
-                    if v[c] < value(k[2 + c])[c] {
-                        k[2 + c] = i;
-                    }
-                    if v[c] > value(k[4 + c])[c] {
-                        k[4 + c] = i;
-                    }
-                }
-            } else {
-                gap = true;
+    }
+
+    /// Calls `take` with the samples to keep, in order of time; none where the
+    /// line breaks.
+    fn keep(&self, value: impl Fn(usize) -> [f64; 2], mut take: impl FnMut(Option<usize>)) {
+        let mut broken = true;
+        let mut all = |indices: &[usize], gap: bool| {
+            for &i in indices {
+                take(Some(i));
+                broken = false;
             }
-            i += 1;
+            if gap && !broken {
+                take(None);
+                broken = true;
+            }
+        };
+        let (count, t) = (self.count, &self.time);
+        if count <= self.limit {
+            for i in 0..count {
+                let known = value(i).iter().all(|v| v.is_finite());
+                all(if known { std::slice::from_ref(&i) } else { &[] }, !known);
+            }
+            return;
         }
-        if let Some(mut k) = kept {
-            k.sort_unstable();
-            let mut distinct = k.to_vec();
-            distinct.dedup();
-            all(&distinct, gap);
-        } else {
-            all(&[], gap);
+        let first = (0..count).map(t).find(|v| v.is_finite());
+        let last = (0..count).rev().map(t).find(|v| v.is_finite());
+        let Some((start, end)) = first.zip(last) else {
+            return;
+        };
+        let width = (end - start) / self.buckets as f64;
+        let bucket_of = |i: usize| {
+            let place = (t(i) - start) / width;
+            // A time that is not known stays where it was counted.
+            if place.is_finite() {
+                place as usize
+            } else {
+                i * self.buckets / count
+            }
+        };
+        let mut i = 0;
+        while i < count {
+            let bucket = bucket_of(i);
+            let mut gap = false;
+            // First, last, and the smallest and largest of either coordinate.
+            let mut kept: Option<([usize; 6], [[f64; 2]; 2])> = None;
+            while i < count && bucket_of(i) == bucket {
+                let v = value(i);
+                if v.iter().all(|v| v.is_finite()) {
+                    let (k, [low, high]) = kept.get_or_insert(([i; 6], [v, v]));
+                    k[1] = i;
+                    for c in 0..2 {
+                        if v[c] < low[c] {
+                            (k[2 + c], low[c]) = (i, v[c]);
+                        }
+                        if v[c] > high[c] {
+                            (k[4 + c], high[c]) = (i, v[c]);
+                        }
+                    }
+                } else {
+                    gap = true;
+                }
+                i += 1;
+            }
+            if let Some((mut k, _)) = kept {
+                k.sort_unstable();
+                let mut distinct = k.to_vec();
+                distinct.dedup();
+                all(&distinct, gap);
+            } else {
+                all(&[], gap);
+            }
         }
     }
 }

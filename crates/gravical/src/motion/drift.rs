@@ -5,7 +5,10 @@ use super::bands::LegNoise;
 use super::leg::{Ran, Removal};
 use super::parameters::Direction;
 use super::path::Setup;
-use super::result::StaticDrift;
+use super::result::{DriftTrack, StaticDrift};
+
+/// Points that a drift is kept by, at the most.
+const KEPT: usize = 4000;
 
 /// Gravity is taken from so many seconds at the start, s, or from half of the
 /// recording where it is shorter.
@@ -16,6 +19,15 @@ const LEVELLED_OVER_S: f64 = 5.0;
 /// With the zero-velocity correction it would be zero by construction, which is
 /// why it is computed without.
 pub(super) fn static_drift(setup: &Setup<'_>) -> Option<StaticDrift> {
+    Some(drift(setup, false)?.0)
+}
+
+/// The same, with the way of it.
+pub(super) fn static_track(setup: &Setup<'_>) -> Option<DriftTrack> {
+    Some(drift(setup, true)?.1)
+}
+
+fn drift(setup: &Setup<'_>, keep: bool) -> Option<(StaticDrift, DriftTrack)> {
     let samples = setup.samples;
     let last = samples.breaks.first().map_or(samples.len(), |b| *b) - 1;
     let t = &samples.t_s;
@@ -52,6 +64,13 @@ pub(super) fn static_drift(setup: &Setup<'_>) -> Option<StaticDrift> {
         ..setup.noise(&leg)
     };
     let by_noise = noise.open(tau).1;
+    let step = ran.tau.len().div_ceil(KEPT).max(1);
+    let places: Vec<usize> = match keep {
+        // The end belongs to it.
+        true => (0..count).step_by(step).chain([count]).collect(),
+        false => Vec::new(),
+    };
+    let mut along = vec![[0.0; 3]; places.len()];
     let mut parameters = [0.0; 3];
     let mut changed = Ran::default();
     const STEP: f64 = 1e-3;
@@ -60,9 +79,24 @@ pub(super) fn static_drift(setup: &Setup<'_>) -> Option<StaticDrift> {
         for i in 0..3 {
             parameters[i] += ((changed.position[count][i] - position[i]) / STEP).powi(2);
         }
+        for (sum, &k) in along.iter_mut().zip(&places) {
+            for i in 0..3 {
+                sum[i] += ((changed.position[k][i] - ran.position[k][i]) / STEP).powi(2);
+            }
+        }
     }
     let predicted_sigma_m =
         std::array::from_fn(|i| (by_noise.noise[i] + by_noise.tilt[i] + parameters[i]).sqrt());
+    let sigma_at = |(&k, by_parameters): (&usize, &[f64; 3])| -> [f64; 3] {
+        let own = noise.open(ran.tau[k]).1;
+        std::array::from_fn(|i| (own.noise[i] + own.tilt[i] + by_parameters[i]).sqrt())
+    };
+    let track = DriftTrack {
+        t_s: places.iter().map(|&k| ran.tau[k]).collect(),
+        position_m: places.iter().map(|&k| ran.position[k]).collect(),
+        sigma_m: places.iter().zip(&along).map(sigma_at).collect(),
+        uncalibrated_m: Vec::new(),
+    };
 
     // a = b + c τ, fitted to the acceleration.
     let n = ran.tau.len() as f64;
@@ -81,7 +115,7 @@ pub(super) fn static_drift(setup: &Setup<'_>) -> Option<StaticDrift> {
         slope[i] = along / spread;
         bias[i] = mean - slope[i] * mean_tau;
     }
-    Some(StaticDrift {
+    let told = StaticDrift {
         levelled_over_s: t[near] - t[0],
         duration_s: tau,
         velocity_mps: velocity,
@@ -92,5 +126,6 @@ pub(super) fn static_drift(setup: &Setup<'_>) -> Option<StaticDrift> {
         unexplained_m: std::array::from_fn(|i| {
             position[i] - bias[i] * tau * tau / 2.0 - slope[i] * tau.powi(3) / 6.0
         }),
-    })
+    };
+    Some((told, track))
 }

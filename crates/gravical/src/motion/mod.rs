@@ -216,6 +216,12 @@ pub fn motion(
         plan::plan(&samples, &rests, options.zero_velocity)
     };
     let path = setup.follow(&plan, &legs_from);
+    let at_rest_only =
+        path.moves.is_empty() || (rests.len() == 1 && rests[0].len() == samples.len());
+    let at_rest_only = at_rest_only && !rests.is_empty();
+    let mut drift_track = (at_rest_only && options.keep_uncalibrated)
+        .then(|| drift::static_track(&setup))
+        .flatten();
     let mut plain_track = None;
     let uncalibrated = nominal.as_ref().map(|nominal| {
         let mut plain = Setup {
@@ -226,6 +232,10 @@ pub fn motion(
         };
         if setup.mean.is_some() {
             plain.mean = Some(still_mean(nominal, options.still_rows, walk));
+        }
+        if let Some(track) = &mut drift_track {
+            let plain = drift::static_track(&plain);
+            track.uncalibrated_m = plain.map_or_else(Vec::new, |p| p.position_m);
         }
         let path = plain.follow(&plan, &legs_from);
         let end = path.end;
@@ -246,13 +256,7 @@ pub fn motion(
         &path.moves,
         options,
     ));
-    let at_rest_only =
-        path.moves.is_empty() || (rests.len() == 1 && rests[0].len() == samples.len());
-    let static_drift = if at_rest_only && !rests.is_empty() {
-        drift::static_drift(&setup)
-    } else {
-        None
-    };
+    let static_drift = at_rest_only.then(|| drift::static_drift(&setup)).flatten();
     findings.extend(words::size(
         file.is_some(),
         force_at_rest(&samples, &rests, walk),
@@ -324,6 +328,8 @@ pub fn motion(
         t_s: samples.t_s,
         force_mps2: samples.force_mps2,
         uncalibrated: plain_track,
+        reference: None,
+        static_drift: drift_track,
     };
     Ok(Motion { result, track })
 }

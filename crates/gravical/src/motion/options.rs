@@ -59,8 +59,8 @@ pub struct MotionOptions {
     pub wobble_deg: f64,
     /// Compute the bands. Default true.
     pub bands: bool,
-    /// Keep velocity and position of the uncalibrated run sample by sample, for
-    /// figures. Default false.
+    /// Keep what only figures want: velocity and position of the uncalibrated run
+    /// sample by sample, and the drift of a recording at rest. Default false.
     pub keep_uncalibrated: bool,
     /// How the board sits in its case. Default: as the case.
     pub axes: AxisMap,

@@ -253,6 +253,35 @@ pub struct Track {
     /// The same without the calibration; none without one, or where
     /// [`keep_uncalibrated`](super::MotionOptions::keep_uncalibrated) is off.
     pub uncalibrated: Option<UncalibratedTrack>,
+    /// The reference that it was compared with; none without one.
+    pub reference: Option<ReferenceTrack>,
+    /// Open-loop drift of a recording in which nothing moved; none where it moved,
+    /// or where [`keep_uncalibrated`](super::MotionOptions::keep_uncalibrated) is
+    /// off.
+    pub static_drift: Option<DriftTrack>,
+}
+
+/// A reference on the clock and in the frame of the result, where both are known.
+#[derive(Debug, Clone, Default)]
+pub struct ReferenceTrack {
+    /// Time, s.
+    pub t_s: Vec<f64>,
+    /// Position, m; it starts where the result is at that time.
+    pub position_m: Vec<[f64; 3]>,
+}
+
+/// Drift from a rest on without zero-velocity correction, point by point: thousands
+/// of them at the most, evenly taken.
+#[derive(Debug, Clone, Default)]
+pub struct DriftTrack {
+    /// Time since the rest, s.
+    pub t_s: Vec<f64>,
+    /// Position, m.
+    pub position_m: Vec<[f64; 3]>,
+    /// Standard uncertainty of it that was predicted, m.
+    pub sigma_m: Vec<[f64; 3]>,
+    /// Position without the calibration, m; empty without one.
+    pub uncalibrated_m: Vec<[f64; 3]>,
 }
 
 /// Velocity and position without the calibration, sample by sample; as long as the

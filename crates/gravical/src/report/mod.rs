@@ -19,4 +19,5 @@ pub use denoise::denoise_text;
 pub use inspection::inspection_text;
 pub use motion::motion_text;
 pub use temperature::temperature_text;
+pub(crate) use text::decimals_for;
 pub use text::{findings_text, paragraph};

@@ -8,7 +8,7 @@ use crate::recording::{Finding, Severity};
 pub(super) const WIDTH: usize = 80;
 
 /// Decimals that show `uncertainty` with two digits, 0 to 6.
-pub(super) fn decimals_for(uncertainty: f64) -> usize {
+pub(crate) fn decimals_for(uncertainty: f64) -> usize {
     if !(uncertainty.is_finite() && uncertainty > 0.0) {
         return 6;
     }

@@ -10,6 +10,7 @@ use gravical::motion::truth::{TruthAlign, TruthColumns, TruthOptions};
 use gravical::motion::{GravityRemoval, MotionOptions};
 use gravical::{Error, Result};
 
+use crate::figures::FigureArgs;
 use crate::options::{GravityArgs, RecordingArgs};
 
 /// Recording → velocity and position, with error bands
@@ -39,7 +40,7 @@ pub struct Args {
     /// Sample by sample without look-ahead: any size, no bands, nothing corrected backwards
     #[arg(long)]
     pub causal: bool,
-    /// Replace the file of -o when it is there
+    /// Replace files that are there
     #[arg(long)]
     pub force: bool,
     /// Print the result as one JSON object on stdout; the table only with -o
@@ -48,6 +49,8 @@ pub struct Args {
     /// Print nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub figures: FigureArgs,
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
@@ -244,7 +247,7 @@ impl Args {
             clock_error: m.clock_error.unwrap_or(preset.clock_error),
             wobble_deg: m.wobble.unwrap_or(preset.wobble_deg),
             bands: !m.no_bands,
-            keep_uncalibrated: false,
+            keep_uncalibrated: self.figures.figures.is_some(),
             axes: self.recording.axes.0,
         })
     }

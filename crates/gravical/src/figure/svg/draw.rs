@@ -4,8 +4,8 @@ use svg::node::element::{Group, Line, Path, Rectangle, SVG, Text};
 
 use super::super::{Axis, Figure, Mark, Scale};
 use super::layout::{Entry, Placed, Rect, names_hang, width_of};
-use super::style::{Look, look};
-use super::{layout, marks, ticks};
+use super::style::{Look, look, look_of};
+use super::{labels, layout, marks, ticks};
 
 /// Names of a crowded axis that are shown at most.
 const NAMES: usize = 48;
@@ -70,7 +70,7 @@ fn swatch(entry: &Entry<'_>, x: f64, y: f64) -> Group {
     match entry {
         Entry::Stretch(_) => group.add(marks::stretch(x, y - 6.0, 24.0, 12.0)),
         Entry::Series(s) => {
-            let l = look(s.role);
+            let l = look_of(s);
             match s.mark {
                 Mark::Points => group.add(marks::symbol(&l, x + 12.0, y)),
                 Mark::Band | Mark::Columns => group.add(
@@ -140,8 +140,9 @@ pub(super) fn panel(placed: &Placed<'_>) -> Group {
     for s in &p.stretches {
         plot = plot.add(marks::shade(s, r, v));
     }
-    for s in &p.series {
-        plot = plot.add(marks::series(s, p, r, v));
+    let places = labels::arrange(p, r, v);
+    for (s, places) in p.series.iter().zip(&places) {
+        plot = plot.add(marks::series(s, p, r, v, places));
     }
     group = group.add(plot);
     let empty = !p.series.iter().any(marks::shows);

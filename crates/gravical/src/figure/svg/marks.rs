@@ -4,10 +4,14 @@ use std::fmt::Write;
 
 use svg::node::element::{Group, Path, Rectangle, Text, Title};
 
-use super::super::{Mark, Panel, Scale, Series, Stretch};
+use super::super::{Mark, Panel, Role, Scale, Series, Stretch};
 use super::draw::{clean, paint, round, text, upright};
-use super::layout::{Rect, View, width_of};
-use super::style::{Look, look};
+use super::labels::{Place, SIZE};
+use super::layout::{Rect, View};
+use super::style::{Look, look_of};
+
+/// Points for each dot of the plot's width above which a line is drawn solid.
+const DENSE: f64 = 1.0;
 
 /// A line as wide as its role wants.
 pub(super) fn stroke(look: &Look, d: String) -> Path {
@@ -83,9 +87,9 @@ pub(super) fn shows(series: &Series) -> bool {
 }
 
 /// Units of the axes → dots of the plot, which y runs down in.
-struct Map {
-    r: Rect,
-    v: View,
+pub(super) struct Map {
+    pub r: Rect,
+    pub v: View,
 }
 
 impl Map {
@@ -97,15 +101,21 @@ impl Map {
         self.r.h - (y - self.v.y[0]) / (self.v.y[1] - self.v.y[0]) * self.r.h
     }
 
-    fn point(&self, x: f64, y: f64) -> Option<(f64, f64)> {
+    pub fn point(&self, x: f64, y: f64) -> Option<(f64, f64)> {
         let p = (self.x(x), self.y(y));
         (p.0.is_finite() && p.1.is_finite()).then_some(p)
     }
 }
 
-/// One series.
-pub(super) fn series(s: &Series, panel: &Panel, r: Rect, v: View) -> Group {
-    let look = look(s.role);
+/// One series, its labels at `places`.
+pub(super) fn series(
+    s: &Series,
+    panel: &Panel,
+    r: Rect,
+    v: View,
+    places: &[Option<Place>],
+) -> Group {
+    let look = look_of(s);
     let map = Map { r, v };
     let group = Group::new()
         .set("class", format!("series {}", look.class))
@@ -115,7 +125,12 @@ pub(super) fn series(s: &Series, panel: &Panel, r: Rect, v: View) -> Group {
         .add(Title::new(clean(&s.name)));
     let data = Group::new().set("class", "data");
     match s.mark {
-        Mark::Line => group.add(data.add(stroke(&look, line(s, &map)))),
+        Mark::Line => {
+            // Dashes along a zigzag say nothing and tear it to pieces.
+            let dense = s.y.len() as f64 > DENSE * r.w;
+            let dash = if dense { "" } else { look.dash };
+            group.add(data.add(stroke(&Look { dash, ..look }, line(s, &map))))
+        }
         Mark::Band => {
             let area = Path::new()
                 .set("class", "f")
@@ -132,7 +147,7 @@ pub(super) fn series(s: &Series, panel: &Panel, r: Rect, v: View) -> Group {
             group.add(data.add(stroke(&look, d)))
         }
         Mark::Columns => group.add(data.add(columns(s, panel, &look, &map))),
-        Mark::Points => points(group, s, &look, &map),
+        Mark::Points => points(group, s, &look, &map, places),
     }
 }
 
@@ -218,7 +233,7 @@ fn columns(s: &Series, panel: &Panel, look: &Look, map: &Map) -> Path {
         .set("fill-opacity", opacity(s))
 }
 
-fn points(mut group: Group, s: &Series, look: &Look, map: &Map) -> Group {
+fn points(mut group: Group, s: &Series, look: &Look, map: &Map, places: &[Option<Place>]) -> Group {
     let mut bars = Group::new().set("class", "data");
     let mut symbols = Vec::new();
     for (i, (x, y)) in s.x.iter().zip(&s.y).enumerate() {
@@ -235,7 +250,6 @@ fn points(mut group: Group, s: &Series, look: &Look, map: &Map) -> Group {
                 .set("vector-effect", "non-scaling-stroke");
             bars = bars.add(bar);
         }
-        let label = s.labels.get(i).map_or("", String::as_str);
         let mut at = Group::new()
             .set("class", "at")
             .set("data-x", round(px))
@@ -244,9 +258,11 @@ fn points(mut group: Group, s: &Series, look: &Look, map: &Map) -> Group {
         if let Some((low, high)) = ends {
             at = at.set("data-pm", round((low - high) / 2.0));
         }
-        at = at.add(symbol(look, 0.0, 0.0).set("transform", "translate(0 0)"));
-        if !label.is_empty() {
-            at = at.add(label_beside(label, px, map.r.w));
+        if s.role != Role::Guide {
+            at = at.add(symbol(look, 0.0, 0.0).set("transform", "translate(0 0)"));
+        }
+        if let Some(label) = s.labels.get(i).filter(|l| !l.is_empty()) {
+            at = at.add(label_at(label, places.get(i).copied().flatten(), s.role));
         }
         symbols.push(at);
     }
@@ -254,11 +270,18 @@ fn points(mut group: Group, s: &Series, look: &Look, map: &Map) -> Group {
     symbols.into_iter().fold(group, Group::add)
 }
 
-/// A label right of its point, or left of it where it would leave the plot.
-fn label_beside(label: &str, px: f64, width: f64) -> Text {
-    let fits = px + 8.0 + width_of(label) <= width;
-    let (x, anchor) = if fits { (7.0, "start") } else { (-7.0, "end") };
-    text(label, x, 4.0, anchor).set("font-size", 11)
+/// A label beside its point. Where there is no room it is there all the same, but
+/// not seen: who hovers can read it.
+fn label_at(label: &str, place: Option<Place>, role: Role) -> Text {
+    let (x, y, anchor) = place.map_or((7.0, 4.0, "start"), |p| (p.x, p.y, p.anchor));
+    let mut text = text(label, x, y, anchor).set("font-size", SIZE);
+    if role == Role::Guide {
+        text = text.set("class", "minor").set("fill", "#444444");
+    }
+    if place.is_none() {
+        text = text.set("visibility", "hidden");
+    }
+    text
 }
 
 /// Writes a path with steps from point to point: half as long as with places.

@@ -13,7 +13,10 @@
 //!       g.stretches[data-name] > g.data > rect.stretch
 //!       g.series.ROLE[data-name][data-mark][data-samples]
 //!         g.data              scaled when zooming: paths with class s (stroke) or f (fill)
-//!         g.at[data-x][data-y]   symbols, which keep their size; in dots
+//!         g.at[data-x][data-y]   symbols, which keep their size; in dots; a text in it
+//!                                is the point's label, with visibility=hidden where
+//!                                there is no room; in series of class guide the text
+//!                                is all there is
 //! ```
 //!
 //! `data-view` is the part of the axes that the plot shows, in their units: a dot
@@ -21,10 +24,11 @@
 //! 0.01 of a dot. An axis of names has `data-xnames`, one name a line.
 
 mod draw;
+mod labels;
 mod layout;
 mod marks;
 mod style;
-mod ticks;
+pub(super) mod ticks;
 
 use svg::node::element::{Description, Group, Rectangle, SVG, Style, Title};
 

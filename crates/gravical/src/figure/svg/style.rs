@@ -1,7 +1,7 @@
 //! Colours, dashes and symbols: Okabe and Ito's palette (2008), which the colour
 //! blind can tell apart; dashes and symbols differ too, for print in grey.
 
-use super::super::Role;
+use super::super::{Role, Series, Symbol};
 
 /// Family of all text; the last resorts have the symbols that the labels use.
 pub(super) const FONT: &str = "system-ui, 'DejaVu Sans', 'Segoe UI', sans-serif";
@@ -29,6 +29,23 @@ const TRIANGLE: &str = "M0-4.6L4.2 3.2H-4.2z";
 const DIAMOND: &str = "M0-5.2L5.2 0L0 5.2L-5.2 0z";
 const CROSS: &str = "M-4-4L4 4M-4 4L4-4";
 const DOT: &str = "M-2 0a2 2 0 1 0 4 0a2 2 0 1 0-4 0z";
+
+/// How a series looks: as its role, with a symbol of its own where it has one.
+pub(super) fn look_of(series: &Series) -> Look {
+    let own = series.symbol.map(|symbol| match symbol {
+        Symbol::Circle => CIRCLE,
+        Symbol::Square => SQUARE,
+        Symbol::Triangle => TRIANGLE,
+        Symbol::Diamond => DIAMOND,
+        Symbol::Cross => CROSS,
+        Symbol::Dot => DOT,
+    });
+    let look = look(series.role);
+    Look {
+        symbol: own.unwrap_or(look.symbol),
+        ..look
+    }
+}
 
 pub(super) fn look(role: Role) -> Look {
     let (class, colour, dash, width, symbol, hollow) = match role {

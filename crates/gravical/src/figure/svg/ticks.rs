@@ -2,7 +2,7 @@
 
 /// Round values between `from` and `to`, about `most` of them, and the
 /// decimals that tell them apart.
-pub(super) fn ticks(from: f64, to: f64, most: usize) -> (Vec<f64>, usize) {
+pub(in crate::figure) fn ticks(from: f64, to: f64, most: usize) -> (Vec<f64>, usize) {
     let span = to - from;
     if !(span.is_finite() && span > 0.0) {
         return (Vec::new(), 0);
@@ -30,7 +30,7 @@ pub(super) fn ticks(from: f64, to: f64, most: usize) -> (Vec<f64>, usize) {
 }
 
 /// A tick's label: plain up to six digits, else a power of ten.
-pub(super) fn label(value: f64, decimals: usize) -> String {
+pub(in crate::figure) fn label(value: f64, decimals: usize) -> String {
     let size = value.abs();
     let text = if size >= 1e7 || (size > 0.0 && size < 1e-6) {
         // The step decides how many digits of the mantissa matter: at most six.

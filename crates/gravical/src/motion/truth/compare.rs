@@ -5,7 +5,7 @@ use super::columns::LengthUnit;
 use super::line::Line;
 use super::read::Reference;
 use super::{TruthAlign, TruthOptions, offset};
-use crate::motion::result::{Comparison, MoveComparison};
+use crate::motion::result::{Comparison, MoveComparison, ReferenceTrack};
 use crate::motion::{Motion, Track};
 use crate::recording::Finding;
 use crate::{Error, Result};
@@ -39,6 +39,8 @@ const NO_PATH_M: f64 = 1e-3;
 /// Points at which both are known, counted from the first of them.
 struct Points {
     t_s: Vec<f64>,
+    /// Where the result is at the first.
+    origin: [f64; 3],
     result: Vec<[f64; 3]>,
     reference: Vec<[f64; 3]>,
 }
@@ -48,7 +50,7 @@ pub(super) fn compare(
     reference: &Reference,
     options: &TruthOptions,
     findings: &mut Vec<Finding>,
-) -> Result<Comparison> {
+) -> Result<(Comparison, ReferenceTrack)> {
     let track = &motion.track;
     let offset_s = offset_of(track, reference, options, findings);
     let t_s: Vec<f64> = reference.t_s.iter().map(|t| t + offset_s).collect();
@@ -78,7 +80,7 @@ pub(super) fn compare(
             format!("{left_out} of {} moves are not compared: they are not usable, or the reference does not see their start and end", motion.result.moves.len()),
         ));
     }
-    Ok(Comparison {
+    let comparison = Comparison {
         source: reference.source.clone(),
         end_error_m,
         rmse_m: (squares / points.t_s.len() as f64).sqrt(),
@@ -91,7 +93,16 @@ pub(super) fn compare(
         rotation_deg: rotation.vector_deg(),
         moves,
         points: points.t_s.len() as u64,
-    })
+    };
+    let from = points.origin;
+    for p in &mut points.reference {
+        *p = std::array::from_fn(|k| p[k] + from[k]);
+    }
+    let track = ReferenceTrack {
+        t_s: points.t_s,
+        position_m: points.reference,
+    };
+    Ok((comparison, track))
 }
 
 fn squared(a: &[f64; 3], b: &[f64; 3]) -> f64 {
@@ -176,6 +187,7 @@ fn common(track: &Track, t_s: &[f64], reference: &[[f64; 3]]) -> Option<Points> 
     let mut walk = Line::new(&track.t_s, &track.position_m).walk(0.0);
     let mut points = Points {
         t_s: Vec::new(),
+        origin: [0.0; 3],
         result: Vec::new(),
         reference: Vec::new(),
     };
@@ -186,6 +198,7 @@ fn common(track: &Track, t_s: &[f64], reference: &[[f64; 3]]) -> Option<Points> 
             points.reference.push(*r);
         }
     }
+    points.origin = *points.result.first()?;
     for column in [&mut points.result, &mut points.reference] {
         let origin = *column.first()?;
         for p in column.iter_mut() {

@@ -20,7 +20,7 @@ mod tests;
 
 use serde::Serialize;
 
-use super::{Motion, result::Comparison};
+use super::Motion;
 use crate::{Error, Result};
 
 pub use columns::LengthUnit;
@@ -112,7 +112,7 @@ impl std::str::FromStr for TruthColumns {
 }
 
 /// Compares `motion` with `reference`: its result gets the comparison and what
-/// is odd about it.
+/// is odd about it, its track the reference.
 ///
 /// # Errors
 ///
@@ -125,11 +125,12 @@ pub fn add_comparison(
 ) -> Result<()> {
     options.validate()?;
     let mut findings = reference.findings.clone();
-    let comparison: Comparison = compare::compare(motion, reference, options, &mut findings)?;
+    let (comparison, track) = compare::compare(motion, reference, options, &mut findings)?;
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| reference.source.clone());
     }
     motion.result.findings.extend(findings);
     motion.result.truth = Some(comparison);
+    motion.track.reference = Some(track);
     Ok(())
 }

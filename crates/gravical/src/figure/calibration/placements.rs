@@ -1,0 +1,168 @@
+//! What each placement shows: magnitude, error, tilt.
+
+use crate::calibration_file::{CalibrationFile, Position, TiltSource};
+use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
+use crate::uncertainty::covariance_of;
+use crate::validate::predicted::{sensitivity, variance};
+
+use super::{Scale, norm_of, places};
+
+fn names(positions: &[Position]) -> Axis {
+    Axis::names(
+        "placement",
+        positions.iter().map(|p| p.label.clone()).collect(),
+    )
+}
+
+/// ‖a‖ of each placement before and after, and after alone with its uncertainty.
+pub(super) fn norm(file: &CalibrationFile, scale: &Scale) -> Option<Figure> {
+    let a = &file.accelerometer;
+    let positions = &a.positions;
+    if positions.is_empty() {
+        return None;
+    }
+    let x = places(positions.len());
+    let after: Vec<f64> = positions.iter().map(|p| norm_of(p.calibrated)).collect();
+    let deviations = covariance_of(a).map(|covariance| -> Vec<f64> {
+        let along = positions.iter().zip(&after).map(|(p, norm)| {
+            let direction = p.calibrated.map(|c| c / norm);
+            let h = sensitivity(&a.matrix, direction, *norm);
+            variance(&covariance, &h).max(0.0).sqrt()
+        });
+        along.collect()
+    });
+    let before: Option<Vec<f64>> = positions
+        .iter()
+        .map(|p| scale.nominally(p.raw).map(norm_of))
+        .collect();
+    let g = file.gravity_mps2;
+    let mut both = Panel::new(names(positions), Axis::new("‖a‖", "m/s²")).with(Series::rule(
+        "local gravity",
+        Role::Reference,
+        g,
+    ));
+    if let Some(before) = before {
+        both = both.with(Series::points("before", Role::Raw, x.clone(), before));
+    }
+    let calibrated = Series::points("calibrated", Role::Calibrated, x.clone(), after.clone());
+    let both = both.with(match &deviations {
+        Some(sd) => calibrated.plus_minus(sd),
+        None => calibrated,
+    });
+    let off: Vec<f64> = after.iter().map(|n| 1e3 * (n - g)).collect();
+    let near = Series::points("calibrated", Role::Calibrated, x, off);
+    let near = match &deviations {
+        Some(sd) => near.plus_minus(&sd.iter().map(|v| 1e3 * v).collect::<Vec<_>>()),
+        None => near,
+    };
+    let near = Panel::new(names(positions), Axis::new("‖a‖ − g", "mm/s²"))
+        .with(Series::rule("local gravity", Role::Reference, 0.0))
+        .with(near);
+    let bars = match deviations {
+        Some(_) => " Bars are ± 1σ of the parameters.",
+        None => "",
+    };
+    let figure = Figure::new(
+        "norm",
+        "Magnitude at rest",
+        format!(
+            "At rest ‖a‖ is local gravity in every placement. Above by the nominal scale and calibrated, below what is left.{bars}"
+        ),
+    );
+    Some(figure.with(both).with(near))
+}
+
+/// Error of each placement: components, and the magnitude with it in the fit and
+/// left out.
+pub(super) fn residuals(file: &CalibrationFile) -> Option<Figure> {
+    let positions = &file.accelerometer.positions;
+    if positions.is_empty() {
+        return None;
+    }
+    let x = places(positions.len());
+    let roles = [("x", Role::X), ("y", Role::Y), ("z", Role::Z)];
+    let mut components = Panel::new(names(positions), Axis::new("error", "mm/s²"));
+    for (axis, (name, role)) in roles.into_iter().enumerate() {
+        let errors = positions.iter().map(|p| 1e3 * p.error[axis]).collect();
+        components = components.with(Series::columns(name, role, x.clone(), errors));
+    }
+    let figure = Figure::new(
+        "residuals",
+        "Errors of the placements",
+        "Above, calibrated less expected along each axis (for oblique placements along their own direction). Below, the error of ‖a‖ with the placement in the fit and left out of it: only the latter says how accurate the calibration is.",
+    )
+    .with(components);
+    let of = |value: fn(&Position) -> Option<f64>| -> Vec<f64> {
+        let all = positions.iter().map(value);
+        all.map(|v| v.map_or(f64::NAN, |v| 1e3 * v)).collect()
+    };
+    let fitted = of(|p| p.magnitude_error_mps2);
+    let left_out = of(|p| p.left_out_error_mps2);
+    let any = |v: &[f64]| v.iter().any(|v| v.is_finite());
+    if !any(&left_out) {
+        return Some(figure);
+    }
+    let mut magnitude = Panel::new(names(positions), Axis::new("‖a‖ − g", "mm/s²"))
+        .with(Series::rule("no error", Role::Reference, 0.0));
+    if any(&fitted) {
+        magnitude = magnitude.with(Series::points(
+            "in the fit",
+            Role::Calibrated,
+            x.clone(),
+            fitted,
+        ));
+    }
+    let left_out = Series::points("left out of the fit", Role::Warning, x, left_out);
+    Some(figure.with(magnitude.with(left_out)))
+}
+
+/// Tilt of each face, and the tilt that the uncertainty assumes.
+pub(super) fn tilt(file: &CalibrationFile) -> Option<Figure> {
+    let a = &file.accelerometer;
+    let faces: Vec<&Position> = a
+        .positions
+        .iter()
+        .filter(|p| p.tilt_deg.is_some())
+        .collect();
+    if faces.is_empty() {
+        return None;
+    }
+    let tilts = faces
+        .iter()
+        .map(|p| p.tilt_deg.unwrap_or(f64::NAN))
+        .collect();
+    let deviations: Vec<f64> = faces
+        .iter()
+        .map(|p| p.tilt_sd_deg.unwrap_or(f64::NAN))
+        .collect();
+    let labels = faces.iter().map(|p| p.label.clone()).collect();
+    let fitted = a.method != "ferraris";
+    let name = if fitted {
+        "tilt"
+    } else {
+        "angle of the raw mean"
+    };
+    let mut points = Series::points(name, Role::Calibrated, places(faces.len()), tilts);
+    if deviations.iter().any(|d| d.is_finite()) {
+        points = points.plus_minus(&deviations);
+    }
+    let mut panel = Panel::new(
+        Axis::names("placement", labels),
+        Axis::new("tilt off the face", "°").including(&[0.0]),
+    );
+    if let Some(tilt) = a.placement_tilt_deg {
+        let how = match tilt.source {
+            TiltSource::Given => "given: sd each way",
+            TiltSource::Estimated => "estimated: sd each way",
+            TiltSource::Assumed => "assumed: sd each way",
+        };
+        panel = panel.with(Series::rule(how, Role::Reference, tilt.value));
+    }
+    let caption = if fitted {
+        "How far each face was off level, as the fit has it. Bars are ± 1σ."
+    } else {
+        "Angle between the raw mean and the face: placement, bias and misalignment together."
+    };
+    let panel = panel.with(points.drawn_as(Symbol::Circle));
+    Some(Figure::new("tilt", "Tilt of the placements", caption).with(panel))
+}

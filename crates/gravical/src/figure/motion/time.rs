@@ -1,0 +1,174 @@
+//! Acceleration, velocity and position over time.
+
+use crate::figure::{Axis, Figure, Panel, Role, Series, thin};
+use crate::motion::Motion;
+
+use super::{AXES, result_name};
+
+/// Rests that are shaded at the most; a walk has thousands.
+const SHADED: usize = 2000;
+
+/// A panel of one axis with the rests shaded.
+fn panel(motion: &Motion, title: &str, unit: &str) -> Panel {
+    let mut panel = Panel::new(Axis::new("time", "s"), Axis::new("", unit)).titled(title);
+    for span in motion.result.still.iter().take(SHADED) {
+        panel = panel.shaded("at rest", span.start_s, span.end_s);
+    }
+    panel
+}
+
+/// One axis of a column of vectors.
+fn line(name: &str, role: Role, t: &[f64], values: &[[f64; 3]], axis: usize) -> Series {
+    thin::line(name, role, t, |i| (at(t, i), component(values, i, axis)))
+}
+
+fn at(t: &[f64], i: usize) -> f64 {
+    t.get(i).copied().unwrap_or(f64::NAN)
+}
+
+fn component(values: &[[f64; 3]], i: usize, axis: usize) -> f64 {
+    values.get(i).map_or(f64::NAN, |v| v[axis])
+}
+
+/// Specific force raw and calibrated, along the axes of the sensor.
+pub(super) fn acceleration(motion: &Motion) -> Option<Figure> {
+    let track = &motion.track;
+    let t = &track.t_s;
+    let mut figure = Figure::new(
+        "acceleration",
+        "Acceleration",
+        "Specific force along the axes of the sensor, gravity in it, by the nominal scale and calibrated. The sensor rested where it is shaded.",
+    );
+    let calibrated = motion.result.calibration.is_some();
+    if !calibrated {
+        "Specific force along the axes of the sensor, gravity in it. The sensor rested where it is shaded."
+            .clone_into(&mut figure.caption);
+    }
+    for (axis, name) in AXES.into_iter().enumerate() {
+        let of =
+            |name, role, column: &[f64]| thin::line(name, role, t, |i| (at(t, i), at(column, i)));
+        let mut panel = panel(motion, name, "m/s²");
+        if calibrated {
+            panel = panel.with(of("raw", Role::Raw, &track.raw_mps2[axis]));
+        }
+        let own = of(
+            result_name(motion),
+            Role::Calibrated,
+            &track.force_mps2[axis],
+        );
+        figure = figure.with(panel.with(own));
+    }
+    Some(figure)
+}
+
+/// Acceleration without gravity in the frame of the result.
+pub(super) fn motion_acceleration(motion: &Motion) -> Option<Figure> {
+    let track = &motion.track;
+    let mut figure = Figure::new(
+        "motion-acceleration",
+        "Acceleration of the motion",
+        format!(
+            "Gravity taken off, in the frame of the result ({}).",
+            motion.result.frame
+        ),
+    );
+    for (axis, name) in AXES.into_iter().enumerate() {
+        let own = line(
+            result_name(motion),
+            Role::Calibrated,
+            &track.t_s,
+            &track.acceleration_mps2,
+            axis,
+        );
+        figure = figure.with(panel(motion, name, "m/s²").with(own));
+    }
+    Some(figure)
+}
+
+/// Values with bands and what stands beside them.
+struct Column<'a> {
+    values: &'a [[f64; 3]],
+    sigma: &'a [[f64; 3]],
+    uncalibrated: Option<&'a [[f64; 3]]>,
+    unit: &'a str,
+}
+
+fn banded(motion: &Motion, mut figure: Figure, column: &Column<'_>) -> Figure {
+    let t = &motion.track.t_s;
+    for (axis, name) in AXES.into_iter().enumerate() {
+        let mut panel = panel(motion, name, column.unit);
+        if !column.sigma.is_empty() {
+            for (name, k) in [("± 2σ", 2.0), ("± 1σ", 1.0)] {
+                let band = thin::band(name, Role::Calibrated, t, |i| {
+                    let v = component(column.values, i, axis);
+                    let half = k * component(column.sigma, i, axis);
+                    (v - half, v + half)
+                });
+                panel = panel.with(band);
+            }
+        }
+        if let Some(plain) = column.uncalibrated {
+            panel = panel.with(line("uncalibrated", Role::Raw, t, plain, axis));
+        }
+        let name = result_name(motion);
+        panel = panel.with(line(name, Role::Calibrated, t, column.values, axis));
+        figure = figure.with(panel);
+    }
+    figure
+}
+
+/// Velocity along each axis.
+pub(super) fn velocity(motion: &Motion) -> Option<Figure> {
+    let track = &motion.track;
+    let figure = Figure::new(
+        "velocity",
+        "Velocity",
+        format!(
+            "Velocity in the frame of the result.{}",
+            bands_told(&track.sigma_velocity_mps)
+        ),
+    );
+    let column = Column {
+        values: &track.velocity_mps,
+        sigma: &track.sigma_velocity_mps,
+        uncalibrated: track.uncalibrated.as_ref().map(|u| &u.velocity_mps[..]),
+        unit: "m/s",
+    };
+    Some(banded(motion, figure, &column))
+}
+
+/// Position along each axis, with the reference where there is one.
+pub(super) fn position(motion: &Motion) -> Option<Figure> {
+    let track = &motion.track;
+    let figure = Figure::new(
+        "position",
+        "Position",
+        format!(
+            "Position in the frame of the result.{}",
+            bands_told(&track.sigma_position_m)
+        ),
+    );
+    let column = Column {
+        values: &track.position_m,
+        sigma: &track.sigma_position_m,
+        uncalibrated: track.uncalibrated.as_ref().map(|u| &u.position_m[..]),
+        unit: "m",
+    };
+    let mut figure = banded(motion, figure, &column);
+    if let Some(reference) = &track.reference {
+        let t = &reference.t_s;
+        for (axis, panel) in figure.panels.iter_mut().enumerate() {
+            let own = line("reference", Role::Reference, t, &reference.position_m, axis);
+            panel.series.push(own);
+        }
+    }
+    Some(figure)
+}
+
+fn bands_told(sigma: &[[f64; 3]]) -> &'static str {
+    if sigma.is_empty() {
+        ""
+    } else {
+        " Bands are the predicted standard uncertainty, once and twice."
+    }
+}
