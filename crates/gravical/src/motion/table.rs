@@ -135,7 +135,7 @@ mod tests {
             position_m: vectors(18),
             sigma_velocity_mps: if bands { vectors(21) } else { none() },
             sigma_position_m: if bands { vectors(24) } else { none() },
-            uncalibrated: None,
+            ..Track::default()
         }
     }
 

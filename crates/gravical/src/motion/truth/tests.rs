@@ -5,7 +5,7 @@ use std::path::Path;
 use gravical_core::strapdown;
 
 use super::*;
-use crate::motion::{Ends, FinalState, Motion, MotionResult, Move, Rates, Track};
+use crate::motion::{Comparison, Ends, FinalState, Motion, MotionResult, Move, Rates, Track};
 use crate::recording::{ReadOptions, Recording, read};
 
 /// Position at t: rest until 3 s, then two goes with a rest between them.
