@@ -10,6 +10,7 @@ mod bad_input;
 mod compare_check;
 mod denoise;
 mod every_recording;
+mod figures;
 mod files;
 mod gyro;
 mod imucal;

@@ -56,6 +56,8 @@ pub struct Axis {
     pub scale: Scale,
     /// Values that must be in view, besides the series'.
     pub include: Vec<f64>,
+    /// No more than this is in view at first: what reaches beyond is cut off.
+    pub within: Option<[f64; 2]>,
 }
 
 /// What stands along an axis.
@@ -245,6 +247,7 @@ impl Axis {
             unit: unit.to_owned(),
             scale: Scale::Linear,
             include: Vec::new(),
+            within: None,
         }
     }
 

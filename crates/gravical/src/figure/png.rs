@@ -1,11 +1,10 @@
 //! Figures as PNG.
 
+use std::io::{Error, Result};
 use std::sync::{Arc, LazyLock};
 
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
-
-use crate::{Error, Result};
 
 use super::{Figure, svg};
 
@@ -27,9 +26,9 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
 ///
 /// # Errors
 ///
-/// `png` (input): the drawing could not be rendered.
+/// What the renderer says.
 pub(super) fn png(figure: &Figure) -> Result<Vec<u8>> {
-    let failed = |what: String| Error::input("png", format!("figure {}: {what}", figure.name));
+    let failed = |what: String| Error::other(format!("the drawing was not rendered: {what}"));
     let options = Options {
         fontdb: FONTS.clone(),
         font_family: "DejaVu Sans".to_owned(),

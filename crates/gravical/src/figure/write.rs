@@ -85,7 +85,9 @@ pub fn write_figures(
                         .write_all(svg::standalone(figure).as_bytes())
                         .map_err(io),
                     "csv" => write_csv(figure, out).map_err(io),
-                    _ => out.write_all(&png(figure)?).map_err(io),
+                    _ => png(figure)
+                        .and_then(|bytes| out.write_all(&bytes))
+                        .map_err(io),
                 }
             })?;
             written.push(path);
@@ -99,11 +101,71 @@ fn path(folder: &Path, name: &str, ending: &str) -> PathBuf {
 }
 
 #[cfg(feature = "png")]
-fn png(figure: &Figure) -> Result<Vec<u8>> {
-    super::png::png(figure)
+use super::png::png;
+
+/// [`check_figures`] has refused it.
+#[cfg(not(feature = "png"))]
+fn png(_: &Figure) -> std::io::Result<Vec<u8>> {
+    Err(std::io::ErrorKind::Unsupported.into())
 }
 
-#[cfg(not(feature = "png"))]
-fn png(_: &Figure) -> Result<Vec<u8>> {
-    Err(Error::usage("no-png", "this build cannot write PNG"))
+#[cfg(test)]
+mod tests {
+    use super::super::{Axis, Panel, Role, Series};
+    use super::*;
+
+    fn figure(name: &str) -> Figure {
+        let line = Series::line("a", Role::Raw, vec![0.0, 1.0], vec![0.0, 1.0]);
+        let panel = Panel::new(Axis::new("time", "s"), Axis::new("way", "m")).with(line);
+        Figure::new(name, "A figure", "").with(panel)
+    }
+
+    #[test]
+    fn files_are_written_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let inner = folder.path().join("plots");
+        let formats = Formats { png: false };
+        let files = write_figures(&[figure("a"), figure("b")], &inner, formats, false).unwrap();
+        assert_eq!(files.len(), 4);
+        assert!(files.iter().all(|f| f.is_file()));
+        let again = write_figures(&[figure("b")], &inner, formats, false).unwrap_err();
+        assert_eq!(again.code(), "exists");
+        assert!(check_figures(&inner, &["c"], formats, false).is_ok());
+        assert!(write_figures(&[figure("b")], &inner, formats, true).is_ok());
+        let csv = std::fs::read_to_string(inner.join("b.csv")).unwrap();
+        assert_eq!(csv.lines().nth(1), Some("panel,series,x,y,low,high,label"));
+        assert_eq!(csv.lines().nth(3), Some("1,a,1,1,,,"));
+    }
+
+    #[test]
+    fn folders_that_cannot_be() {
+        let folder = tempfile::tempdir().unwrap();
+        let formats = Formats { png: false };
+        let deep = folder.path().join("a/b");
+        assert_eq!(
+            check_figures(&deep, &[], formats, true).unwrap_err().code(),
+            "no-folder"
+        );
+        let file = folder.path().join("file");
+        std::fs::write(&file, "x").unwrap();
+        assert_eq!(
+            check_figures(&file, &[], formats, true).unwrap_err().code(),
+            "no-folder"
+        );
+    }
+
+    #[test]
+    fn png_is_a_picture_or_says_how_to_have_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let done = write_figures(&[figure("a")], folder.path(), Formats { png: true }, false);
+        if cfg!(feature = "png") {
+            let bytes = std::fs::read(folder.path().join("a.png")).unwrap();
+            assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 4000);
+            assert_eq!(done.unwrap().len(), 3);
+        } else {
+            let error = done.unwrap_err();
+            assert_eq!(error.code(), "no-png");
+            assert!(error.hint().unwrap().contains("--features png"));
+        }
+    }
 }

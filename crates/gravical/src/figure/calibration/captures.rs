@@ -208,11 +208,11 @@ pub(super) fn noise(file: &CalibrationFile, session: Session<'_>, scale: &Scale)
     let x = places(names.len());
     let mut panel = Panel::new(
         Axis::names("placement", names),
-        Axis::new("noise, 1σ of a sample", unit).including(&[0.0]),
+        Axis::new("noise, 1σ of a sample", unit),
     );
     let axes = [("x", Role::X), ("y", Role::Y), ("z", Role::Z)];
     for ((name, role), sigma) in axes.into_iter().zip(sigma) {
-        panel = panel.with(Series::points(name, role, x.clone(), sigma));
+        panel = panel.with(Series::columns(name, role, x.clone(), sigma));
     }
     let figure = Figure::new(
         "noise",

@@ -36,18 +36,17 @@ pub(super) fn norm(file: &CalibrationFile, scale: &Scale) -> Option<Figure> {
         .map(|p| scale.nominally(p.raw).map(norm_of))
         .collect();
     let g = file.gravity_mps2;
-    let mut both = Panel::new(names(positions), Axis::new("‖a‖", "m/s²")).with(Series::rule(
-        "local gravity",
-        Role::Reference,
-        g,
-    ));
-    if let Some(before) = before {
-        both = both.with(Series::points("before", Role::Raw, x.clone(), before));
-    }
     let calibrated = Series::points("calibrated", Role::Calibrated, x.clone(), after.clone());
-    let both = both.with(match &deviations {
+    let calibrated = match &deviations {
         Some(sd) => calibrated.plus_minus(sd),
         None => calibrated,
+    };
+    // Without a nominal scale there is no before, and the other panel says it all.
+    let both = before.map(|before| {
+        Panel::new(names(positions), Axis::new("‖a‖", "m/s²"))
+            .with(Series::rule("local gravity", Role::Reference, g))
+            .with(Series::points("before", Role::Raw, x.clone(), before))
+            .with(calibrated)
     });
     let off: Vec<f64> = after.iter().map(|n| 1e3 * (n - g)).collect();
     let near = Series::points("calibrated", Role::Calibrated, x, off);
@@ -62,14 +61,15 @@ pub(super) fn norm(file: &CalibrationFile, scale: &Scale) -> Option<Figure> {
         Some(_) => " Bars are ± 1σ of the parameters.",
         None => "",
     };
-    let figure = Figure::new(
-        "norm",
-        "Magnitude at rest",
-        format!(
-            "At rest ‖a‖ is local gravity in every placement. Above by the nominal scale and calibrated, below what is left.{bars}"
-        ),
-    );
-    Some(figure.with(both).with(near))
+    let what = match both {
+        Some(_) => "Above by the nominal scale and calibrated, below what is left.",
+        None => {
+            "This is what is left of the difference once it is calibrated; the nominal scale is not known."
+        }
+    };
+    let caption = format!("At rest ‖a‖ is local gravity in every placement. {what}{bars}");
+    let figure = Figure::new("norm", "Magnitude at rest", caption);
+    Some(both.into_iter().fold(figure, Figure::with).with(near))
 }
 
 /// Error of each placement: components, and the magnitude with it in the fit and
@@ -89,7 +89,7 @@ pub(super) fn residuals(file: &CalibrationFile) -> Option<Figure> {
     let figure = Figure::new(
         "residuals",
         "Errors of the placements",
-        "Above, calibrated less expected along each axis (for oblique placements along their own direction). Below, the error of ‖a‖ with the placement in the fit and left out of it: only the latter says how accurate the calibration is.",
+        "Above, calibrated less expected along each axis (for oblique placements along their own direction); a face that lay crookedly shows its tilt here. Below, the error of ‖a‖ with the placement in the fit and left out of it: only the latter says how accurate the calibration is.",
     )
     .with(components);
     let of = |value: fn(&Position) -> Option<f64>| -> Vec<f64> {

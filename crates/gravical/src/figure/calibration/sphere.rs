@@ -67,6 +67,16 @@ fn disc(file: &CalibrationFile, half: Half, title: &str) -> Panel {
         ("+y", 0.0, 1.0),
         ("−y", 0.0, -1.0),
     ];
+    let a = &file.accelerometer;
+    // Where a placement of that name lies at the rim, its own label will do.
+    let named = |side: &&(&str, f64, f64)| {
+        let own = a
+            .positions
+            .iter()
+            .filter(|p| p.label.replace('-', "−") == side.0);
+        own.map(|p| unit(p.calibrated)).any(|d| half.has(d))
+    };
+    let sides: Vec<_> = sides.iter().filter(|s| !named(s)).collect();
     let axes = Series::points(
         "axes",
         Role::Guide,
@@ -74,7 +84,6 @@ fn disc(file: &CalibrationFile, half: Half, title: &str) -> Panel {
         sides.iter().map(|s| 1.1 * s.2).collect(),
     );
     panel = panel.with(axes.labelled(sides.iter().map(|s| s.0.to_owned()).collect()));
-    let a = &file.accelerometer;
     let of = |name: &str, role, chosen: &dyn Fn(&&Position) -> bool| {
         let own = a.positions.iter().filter(chosen);
         let all: Vec<_> = own.map(|p| (unit(p.calibrated), p.label.clone())).collect();

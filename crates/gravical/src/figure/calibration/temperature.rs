@@ -1,7 +1,7 @@
 //! Temperature over the session, and the drift that a model takes off.
 
 use crate::calibration_file::{CalibrationFile, TemperatureModel};
-use crate::figure::{Axis, Figure, Panel, Role, Series};
+use crate::figure::{Arrangement, Axis, Figure, Panel, Role, Series};
 use crate::temperature::evaluate;
 
 use super::captures::{joined, placed, time_axis};
@@ -34,6 +34,11 @@ pub(super) fn temperature(file: &CalibrationFile, session: Option<Session<'_>>) 
         if figure.panels.len() > before {
             figure.caption.push_str("Drift of the channels that temperature predicts, which is taken off; zero at the reference temperature.");
         }
+    }
+    if let [only] = &mut figure.panels[..] {
+        // One alone fills the width.
+        figure.arrangement = Arrangement::Stacked;
+        only.aspect = None;
     }
     (!figure.panels.is_empty()).then_some(figure)
 }

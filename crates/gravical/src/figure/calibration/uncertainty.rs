@@ -2,6 +2,7 @@
 
 use crate::calibration_file::CalibrationFile;
 use crate::figure::{Axis, Figure, Panel, Role, Series};
+use crate::report::decimals_for;
 
 use super::places;
 
@@ -33,8 +34,9 @@ pub(super) fn budget(file: &CalibrationFile) -> Option<Figure> {
         1e3 * budget.combined_mps2,
     ));
     let caption = format!(
-        "Parts of the standard uncertainty of ‖a‖ at rest, root mean square over all directions; combined is the root of the sum of their squares, expanded (k = {}) it is {:.2} mm/s².",
+        "Parts of the standard uncertainty of ‖a‖ at rest, root mean square over all directions; combined is the root of the sum of their squares, expanded (k = {}) it is {:.*} mm/s².",
         budget.coverage_factor,
+        decimals_for(1e3 * budget.expanded_mps2),
         1e3 * budget.expanded_mps2
     );
     Some(Figure::new("budget", "Uncertainty budget", caption).with(panel))

@@ -4,8 +4,12 @@ use std::f64::consts::PI;
 
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol, thin};
 use crate::motion::Motion;
+use crate::report::decimals_for;
 
 use super::{AXES, Extent, FAR, ends, result_name};
+
+/// How much larger than the way a drawn uncertainty may be.
+const WIDEST: f64 = 1.0;
 
 /// Points of an ellipse.
 const FINE: usize = 72;
@@ -30,11 +34,7 @@ pub(super) fn trajectory(motion: &Motion) -> Option<Figure> {
         "Trajectory",
         format!(
             "The way {seen}; a metre is as long on both axes. A circle marks the start, a diamond the end{}.",
-            if track.sigma_position_m.is_empty() {
-                ""
-            } else {
-                ", the ellipse ± 1σ of its position"
-            }
+            sigma_told(motion, &extent, plane)
         ),
     );
     let own = with_result(empty(plane), motion, plane);
@@ -63,8 +63,35 @@ pub(super) fn trajectory(motion: &Motion) -> Option<Figure> {
     })
 }
 
+/// Standard uncertainty of the end, where it does not dwarf the way: an ellipse
+/// much larger than that would be all that is seen.
+fn sigma_to_draw(motion: &Motion, extent: &Extent, plane: [usize; 2]) -> Option<[f64; 3]> {
+    let (_, sigma) = ends(&motion.track.sigma_position_m)?;
+    let most = WIDEST * extent.largest();
+    plane.iter().all(|&i| sigma[i] <= most).then_some(sigma)
+}
+
+fn sigma_told(motion: &Motion, extent: &Extent, plane: [usize; 2]) -> String {
+    let Some((_, sigma)) = ends(&motion.track.sigma_position_m) else {
+        return String::new();
+    };
+    if sigma_to_draw(motion, extent, plane).is_some() {
+        return ", the ellipse ± 1σ of its position".to_owned();
+    }
+    let told = |i: usize| {
+        format!(
+            "{:.*} m along {}",
+            decimals_for(sigma[i]),
+            sigma[i],
+            AXES[i]
+        )
+    };
+    let [a, b] = plane.map(told);
+    format!("; 1σ of its position is {a} and {b}, more than the picture shows")
+}
+
 /// Indices of the two axes to show: x and y, unless z reaches further than both.
-fn plane_of(extent: &Extent) -> [usize; 2] {
+pub(super) fn plane_of(extent: &Extent) -> [usize; 2] {
     let [x, y, z] = extent.size();
     if z <= x.max(y) {
         [0, 1]
@@ -148,7 +175,8 @@ fn with_result(mut panel: Panel, motion: &Motion, plane: [usize; 2]) -> Panel {
     let Some((start, end)) = ends(&track.position_m) else {
         return panel;
     };
-    if let Some((_, sigma)) = ends(&track.sigma_position_m) {
+    let sigma = Extent::of(&track.position_m).and_then(|e| sigma_to_draw(motion, &e, plane));
+    if let Some(sigma) = sigma {
         panel = panel.with(ellipse("± 1σ at the end", end, sigma, plane));
     }
     panel

@@ -3,7 +3,7 @@
 use crate::figure::{Axis, Figure, Panel, Role, Series, thin};
 use crate::motion::Motion;
 
-use super::{AXES, result_name};
+use super::{AXES, Extent, result_name};
 
 /// Rests that are shaded at the most; a walk has thousands.
 const SHADED: usize = 2000;
@@ -112,9 +112,37 @@ fn banded(motion: &Motion, mut figure: Figure, column: &Column<'_>) -> Figure {
         }
         let name = result_name(motion);
         panel = panel.with(line(name, Role::Calibrated, t, column.values, axis));
+        panel.y.within = limits(motion, column, axis);
+        let beyond = panel.y.within.is_some_and(|[low, high]| {
+            let mut bands = panel.series.iter().filter(|s| !s.low.is_empty());
+            bands.any(|s| s.low.iter().any(|v| *v < low) || s.high.iter().any(|v| *v > high))
+        });
+        if beyond && !figure.caption.ends_with(CUT) {
+            figure.caption.push_str(CUT);
+        }
         figure = figure.with(panel);
     }
     figure
+}
+
+/// Said where a band is wider than the picture.
+const CUT: &str = " Where they are much wider than the motion they are cut off.";
+
+/// What the lines reach, and one and a half times as much on either side: bands
+/// that dwarf them would leave nothing else to see.
+fn limits(motion: &Motion, column: &Column<'_>, axis: usize) -> Option<[f64; 2]> {
+    let reference = motion.track.reference.as_ref();
+    let reference = reference.filter(|_| column.unit == "m");
+    let own = Extent::of(column.values)?;
+    let others = [
+        column.uncalibrated.and_then(Extent::of),
+        reference.and_then(|r| Extent::of(&r.position_m)),
+    ];
+    let all = others.into_iter().flatten();
+    let all = all.fold(own, |a, e| a.with(&e.low).with(&e.high));
+    let (low, high) = (all.low[axis], all.high[axis]);
+    let room = 1.5 * (high - low);
+    (room > 0.0).then_some([low - room, high + room])
 }
 
 /// Velocity along each axis.

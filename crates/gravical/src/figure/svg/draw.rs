@@ -3,7 +3,7 @@
 use svg::node::element::{Group, Line, Path, Rectangle, SVG, Text};
 
 use super::super::{Axis, Figure, Mark, Scale};
-use super::layout::{Entry, Placed, Rect, names_hang, width_of};
+use super::layout::{Entry, Placed, Rect, WIDTH, names_hang, width_of};
 use super::style::{Look, look, look_of};
 use super::{labels, layout, marks, ticks};
 
@@ -60,7 +60,7 @@ pub(super) fn legend(figure: &Figure, width: f64, top: f64) -> (Group, f64) {
 
 fn class(entry: &Entry<'_>) -> &'static str {
     match entry {
-        Entry::Series(s) => look(s.role).class,
+        Entry::Series(s, _) => look(s.role).class,
         Entry::Stretch(_) => "shade",
     }
 }
@@ -69,7 +69,7 @@ fn swatch(entry: &Entry<'_>, x: f64, y: f64) -> Group {
     let group = Group::new();
     match entry {
         Entry::Stretch(_) => group.add(marks::stretch(x, y - 6.0, 24.0, 12.0)),
-        Entry::Series(s) => {
+        Entry::Series(s, below) => {
             let l = look_of(s);
             match s.mark {
                 Mark::Points => group.add(marks::symbol(&l, x + 12.0, y)),
@@ -81,10 +81,11 @@ fn swatch(entry: &Entry<'_>, x: f64, y: f64) -> Group {
                         .set("width", 24)
                         .set("height", 10)
                         .set("fill", l.colour)
-                        .set("fill-opacity", marks::opacity(s)),
+                        .set("fill-opacity", marks::opacity_on(s, *below)),
                 ),
                 Mark::Line | Mark::Rule => {
                     let d = format!("M{} {}h24", round(x), round(y));
+                    let l = marks::undashed(s, l, WIDTH);
                     group.add(marks::stroke(&l, d))
                 }
             }

@@ -1,6 +1,6 @@
 //! Where the labels of points stand so that none covers another.
 
-use super::super::{Mark, Panel, Role};
+use super::super::{Mark, Panel, Role, Scale};
 use super::layout::{Rect, View};
 use super::marks::Map;
 
@@ -16,6 +16,9 @@ pub(super) struct Place {
     pub y: f64,
     pub anchor: &'static str,
 }
+
+/// Within so many dots the same label is not written twice.
+const REPEAT: f64 = 40.0;
 
 /// A box in dots of the plot: left, top, right, bottom.
 type Bounds = [f64; 4];
@@ -38,7 +41,7 @@ pub(super) fn arrange(panel: &Panel, r: Rect, v: View) -> Vec<Vec<Option<Place>>
         .chain(all().rev().filter(|i| !guide(i)))
         .filter(labelled);
     let symbols: Vec<Bounds> = symbols(panel, &map);
-    let mut taken: Vec<Bounds> = Vec::new();
+    let mut taken: Vec<(Bounds, &str)> = Vec::new();
     let mut tried = 0;
     for index in order {
         let (Some(s), Some(own)) = (panel.series.get(index), places.get_mut(index)) else {
@@ -55,12 +58,22 @@ pub(super) fn arrange(panel: &Panel, r: Rect, v: View) -> Vec<Vec<Option<Place>>
             tried += 1;
             let width = 0.56 * SIZE * label.chars().count() as f64;
             let is_guide = s.role == Role::Guide;
-            let candidates: &[Place] = if is_guide { &CENTRED } else { &AROUND };
+            let candidates: &[Place] = match panel.x.scale {
+                _ if is_guide => &CENTRED,
+                // Values stand in columns there.
+                Scale::Names(_) => &UPRIGHT,
+                _ => &AROUND,
+            };
+            // Repeats of one placement lie on top of each other: one name will do.
+            let near = |b: &Bounds| (b[0] - px).abs() < REPEAT && (b[1] - py).abs() < REPEAT;
+            if !is_guide && taken.iter().any(|(b, l)| *l == label.as_str() && near(b)) {
+                continue;
+            }
             let free = |b: &Bounds| {
                 let within = b[0] >= 0.0 && b[2] <= r.w && b[1] >= 0.0 && b[3] <= r.h;
                 let on_symbol = |o: &Bounds| overlap(b, o);
                 within
-                    && !taken.iter().any(|o| overlap(b, o))
+                    && !taken.iter().any(|(o, _)| overlap(b, o))
                     && (is_guide || !symbols.iter().any(on_symbol))
             };
             let found = candidates
@@ -68,7 +81,7 @@ pub(super) fn arrange(panel: &Panel, r: Rect, v: View) -> Vec<Vec<Option<Place>>
                 .map(|c| (*c, bounds(c, px, py, width)))
                 .find(|(_, b)| free(b));
             if let Some((c, b)) = found {
-                taken.push(b);
+                taken.push((b, label.as_str()));
                 *place = Some(c);
             }
         }
@@ -84,6 +97,13 @@ const CENTRED: [Place; 3] = [
     at(0.0, 4.0, "middle"),
     at(0.0, 4.0, "start"),
     at(0.0, 4.0, "end"),
+];
+
+const UPRIGHT: [Place; 4] = [
+    at(0.0, -9.0, "middle"),
+    at(0.0, 17.0, "middle"),
+    at(7.0, -7.0, "start"),
+    at(-7.0, -7.0, "end"),
 ];
 
 const AROUND: [Place; 8] = [

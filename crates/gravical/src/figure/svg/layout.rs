@@ -121,7 +121,8 @@ fn left_margin(panel: &Panel, view: &View) -> f64 {
 
 /// Names that are too long to stand side by side hang.
 pub(super) fn names_hang(names: &[String], w: f64) -> bool {
-    let widest = names.iter().map(|n| width_of(n)).fold(0.0, f64::max);
+    // Names of ticks are smaller than other text.
+    let widest = 11.0 / TEXT * names.iter().map(|n| width_of(n)).fold(0.0, f64::max);
     widest + 6.0 > w / names.len().max(1) as f64
 }
 
@@ -174,7 +175,16 @@ fn view(panel: &Panel) -> View {
             range(series.chain(panel.y.include.iter().copied()), 0.06)
         }
     };
-    View { x, y }
+    let cut = |view: [f64; 2], within: Option<[f64; 2]>| match within {
+        Some([low, high]) if low < high && low < view[1] && high > view[0] => {
+            [view[0].max(low), view[1].min(high)]
+        }
+        _ => view,
+    };
+    View {
+        x: cut(x, panel.x.within),
+        y: cut(y, panel.y.within),
+    }
 }
 
 /// From the smallest to the largest finite value, `pad` of the span wider.
@@ -213,14 +223,15 @@ fn equal(view: View, plot: Rect) -> View {
 
 /// Names in the legend, each once, with its series or stretch.
 pub(super) enum Entry<'a> {
-    Series(&'a Series),
+    /// With how many areas of its colour lie below it.
+    Series(&'a Series, usize),
     Stretch(&'a str),
 }
 
 impl Entry<'_> {
     pub(super) fn name(&self) -> &str {
         match self {
-            Entry::Series(s) => &s.name,
+            Entry::Series(s, _) => &s.name,
             Entry::Stretch(name) => name,
         }
     }
@@ -229,10 +240,15 @@ impl Entry<'_> {
 pub(super) fn legend(figure: &Figure) -> Vec<Entry<'_>> {
     let mut entries: Vec<Entry<'_>> = Vec::new();
     for panel in &figure.panels {
+        let below = |own: &Series| {
+            let before = panel.series.iter().take_while(|s| !std::ptr::eq(*s, own));
+            let alike = |s: &&Series| s.mark == Mark::Band && s.role == own.role;
+            before.filter(alike).count()
+        };
         let series = panel.series.iter().filter(|s| s.role != Role::Guide);
         let stretches = panel.stretches.iter();
         let all = series
-            .map(Entry::Series)
+            .map(|s| Entry::Series(s, below(s)))
             .chain(stretches.map(|s| Entry::Stretch(&s.name)));
         for entry in all {
             if !entry.name().is_empty() && entries.iter().all(|e| e.name() != entry.name()) {

@@ -10,9 +10,6 @@ use super::labels::{Place, SIZE};
 use super::layout::{Rect, View};
 use super::style::{Look, look_of};
 
-/// Points for each dot of the plot's width above which a line is drawn solid.
-const DENSE: f64 = 1.0;
-
 /// A line as wide as its role wants.
 pub(super) fn stroke(look: &Look, d: String) -> Path {
     let mut path = Path::new()
@@ -55,6 +52,19 @@ pub(super) fn opacity(series: &Series) -> f64 {
         Mark::Columns => 0.85,
         _ => 0.22,
     }
+}
+
+/// Opacity where areas of the same colour lie below it, as it is seen there.
+pub(super) fn opacity_on(series: &Series, below: usize) -> f64 {
+    round(1.0 - (0..=below).map(|_| 1.0 - opacity(series)).product::<f64>())
+}
+
+/// Dashes along a zigzag say nothing and tear it to pieces: solid where there are
+/// more points than dots.
+pub(super) fn undashed(series: &Series, look: Look, width: f64) -> Look {
+    let dense = series.y.len() as f64 > width;
+    let dash = if dense { "" } else { look.dash };
+    Look { dash, ..look }
 }
 
 /// A shaded rectangle.
@@ -126,10 +136,8 @@ pub(super) fn series(
     let data = Group::new().set("class", "data");
     match s.mark {
         Mark::Line => {
-            // Dashes along a zigzag say nothing and tear it to pieces.
-            let dense = s.y.len() as f64 > DENSE * r.w;
-            let dash = if dense { "" } else { look.dash };
-            group.add(data.add(stroke(&Look { dash, ..look }, line(s, &map))))
+            let look = undashed(s, look, r.w);
+            group.add(data.add(stroke(&look, line(s, &map))))
         }
         Mark::Band => {
             let area = Path::new()
@@ -274,9 +282,17 @@ fn points(mut group: Group, s: &Series, look: &Look, map: &Map, places: &[Option
 /// not seen: who hovers can read it.
 fn label_at(label: &str, place: Option<Place>, role: Role) -> Text {
     let (x, y, anchor) = place.map_or((7.0, 4.0, "start"), |p| (p.x, p.y, p.anchor));
-    let mut text = text(label, x, y, anchor).set("font-size", SIZE);
+    // A rim of paper keeps it readable on lines.
+    let mut text = text(label, x, y, anchor)
+        .set("font-size", SIZE)
+        .set("class", "halo")
+        .set("paint-order", "stroke")
+        .set("stroke", "#ffffff")
+        .set("stroke-opacity", 0.8)
+        .set("stroke-width", 3)
+        .set("stroke-linejoin", "round");
     if role == Role::Guide {
-        text = text.set("class", "minor").set("fill", "#444444");
+        text = text.set("class", "minor halo").set("fill", "#444444");
     }
     if place.is_none() {
         text = text.set("visibility", "hidden");

@@ -16,7 +16,7 @@
 //!         g.at[data-x][data-y]   symbols, which keep their size; in dots; a text in it
 //!                                is the point's label, with visibility=hidden where
 //!                                there is no room; in series of class guide the text
-//!                                is all there is
+//!                                is all there is. Labels have class halo: a stroke of paper
 //! ```
 //!
 //! `data-view` is the part of the axes that the plot shows, in their units: a dot

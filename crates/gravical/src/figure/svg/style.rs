@@ -80,4 +80,4 @@ pub(super) const DARK: &str = "\
 .gv .x .s,.gv .bad .s{stroke:#F0803C}.gv .x .f,.gv .bad .f{fill:#F0803C}\
 .gv .y .s{stroke:#2DC89B}.gv .y .f{fill:#2DC89B}\
 .gv .raw .s{stroke:#a8a8a8}.gv .raw .f{fill:#a8a8a8}.gv .guide .s{stroke:#4a5057}\
-.gv .hollow{fill:#16191d}";
+.gv .hollow{fill:#16191d}.gv .halo{stroke:#16191d}";

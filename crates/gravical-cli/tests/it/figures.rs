@@ -1,0 +1,225 @@
+//! `--figures DIR` of calibrate and motion.
+
+use std::path::Path;
+
+use crate::motion::line;
+use crate::support::*;
+
+const CALIBRATION: [&str; 8] = [
+    "norm",
+    "residuals",
+    "sphere",
+    "tilt",
+    "captures",
+    "parameters",
+    "budget",
+    "noise",
+];
+
+/// Every file of a folder by name.
+fn listed(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// Every drawing of a folder is XML with something in it, and has its numbers.
+fn drawings(folder: &Path) -> Vec<String> {
+    let mut names = Vec::new();
+    for name in listed(folder) {
+        let text = std::fs::read_to_string(folder.join(&name)).unwrap();
+        if let Some(stem) = name.strip_suffix(".svg") {
+            let document = roxmltree::Document::parse(&text).unwrap();
+            let series = document
+                .descendants()
+                .filter(|n| n.attribute("data-samples").is_some());
+            assert!(series.count() > 0, "{name}");
+            assert!(
+                !text.contains("NaN") && !text.contains("no values"),
+                "{name}"
+            );
+            names.push(stem.to_owned());
+        } else {
+            assert!(name.ends_with(".csv"), "{name}");
+            assert!(text.starts_with("# ") && text.lines().count() > 2, "{name}");
+        }
+    }
+    names
+}
+
+#[test]
+fn a_calibration_is_drawn_once_and_not_over_what_is_there() {
+    let folder = six_files(&Sensor::default());
+    let path = folder.path();
+    let run = run_in(path, words("calibrate . --figures plots --json"));
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert!(
+        run.err.contains("files in plots: norm, residuals"),
+        "{}",
+        run.err
+    );
+    let calibration = run.calibration();
+    let names = drawings(&path.join("plots"));
+    for name in CALIBRATION {
+        assert!(
+            names.iter().any(|n| n == name),
+            "{name} is not among {names:?}"
+        );
+    }
+    // The numbers are those of --json.
+    let csv = std::fs::read_to_string(path.join("plots/norm.csv")).unwrap();
+    let row = |series: &str, k: usize| -> f64 {
+        let own = csv.lines().filter(|l| l.split(',').nth(1) == Some(series));
+        own.clone()
+            .nth(k)
+            .unwrap()
+            .split(',')
+            .nth(3)
+            .unwrap()
+            .parse()
+            .unwrap()
+    };
+    for (k, p) in positions(&calibration).iter().enumerate() {
+        let off = p["magnitude_error_mps2"].as_f64().unwrap();
+        let g = calibration["gravity_mps2"].as_f64().unwrap();
+        close(row("calibrated", k), g + off, 1e-12);
+    }
+
+    // Before the work: nothing but the refusal.
+    let again = run_in(path, words("calibrate absent.csv --figures plots"));
+    assert_eq!(again.code, 2);
+    assert!(again.err.contains("exists"), "{}", again.err);
+    let forced = run_in(path, words("calibrate . --figures plots --force --quiet"));
+    assert_eq!((forced.code, forced.err.as_str()), (0, ""));
+}
+
+#[test]
+fn folders_that_cannot_be_written() {
+    let folder = six_files(&Sensor::default());
+    let path = folder.path();
+    write(path, "file", "x");
+    for (to, code) in [("file", "no-folder"), ("a/b", "no-folder")] {
+        let run = run_in(path, words(&format!("calibrate . --figures {to} --json")));
+        assert_eq!((run.code, run.error_code().as_str()), (2, code));
+    }
+    assert!(!path.join("a").exists());
+    let alone = run_in(path, words("calibrate . --png"));
+    assert_eq!(alone.code, 2);
+    assert!(alone.err.contains("--figures"), "{}", alone.err);
+}
+
+#[test]
+fn a_motion_is_drawn_with_the_uncalibrated_one_beside_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    let run = run_in(
+        path,
+        words("motion line/line.csv -c cal.json --figures plots --json"),
+    );
+    assert_eq!(run.code, 0, "{}", run.err);
+    let names = drawings(&path.join("plots"));
+    let wanted = [
+        "acceleration",
+        "budget",
+        "motion-acceleration",
+        "position",
+        "position-3d",
+        "trajectory",
+        "velocity",
+    ];
+    assert_eq!(names, wanted);
+    let csv = std::fs::read_to_string(path.join("plots/position.csv")).unwrap();
+    let last = |series: &str, panel: &str| -> f64 {
+        let start = format!("{panel},{series},");
+        let own = csv.lines().filter(|l| l.starts_with(&start));
+        own.last()
+            .unwrap()
+            .split(',')
+            .nth(3)
+            .unwrap()
+            .parse()
+            .unwrap()
+    };
+    let result = run.json();
+    let end = numbers(&result["final"]["position_m"]);
+    let plain = numbers(&result["uncalibrated"]["position_m"]);
+    for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        assert_eq!(last("calibrated", axis), end[i]);
+        assert_eq!(last("uncalibrated", axis), plain[i]);
+    }
+
+    let causal = run_in(
+        path,
+        words("motion line/line.csv --causal --figures more --json"),
+    );
+    assert_eq!(
+        (causal.code, causal.error_code().as_str()),
+        (2, "not-causal")
+    );
+    assert!(!path.join("more").exists());
+}
+
+#[test]
+fn recordings_with_hardly_anything_in_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write(path, "one.csv", "t_ms,ax,ay,az\n0,0,0,9.81\n");
+    let rows = |z: &str| -> String {
+        let rows = (0..600).map(|i| format!("{},0.1,0.2,{z}\n", 10 * i));
+        format!("t_ms,ax,ay,az\n{}", rows.collect::<String>())
+    };
+    write(path, "nan.csv", &rows(""));
+    write(path, "constant.csv", &rows("9.81"));
+    for name in ["one", "nan", "constant"] {
+        let run = run_in(
+            path,
+            words(&format!(
+                "motion {name}.csv --figures {name} --json --quiet"
+            )),
+        );
+        let plots = path.join(name);
+        if plots.exists() {
+            drawings(&plots);
+        } else {
+            assert!(
+                run.code == 3 || run.code == 2,
+                "{name}: {}{}",
+                run.out,
+                run.err
+            );
+        }
+    }
+    assert!(path.join("constant/acceleration.svg").is_file());
+}
+
+#[test]
+fn real_recordings_are_drawn() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let d = data.display();
+    for (line, count) in [
+        (format!("calibrate {d}/imu_tk-xsens/xsens_acc.txt.gz"), 8),
+        (format!("calibrate {d}/airbrakes-sixmoves"), 8),
+        (format!("motion {d}/pabrod-elevator/skyscrapper_up.csv"), 7),
+        (format!("motion {d}/xio-gait/short_walk.csv"), 8),
+    ] {
+        let run = run_in(
+            path,
+            words(&format!("{line} --figures plots --force --json --quiet")),
+        );
+        assert!(
+            run.code == 0 || run.code == 4,
+            "{line}\n{}{}",
+            run.out,
+            run.err
+        );
+        let names = drawings(&path.join("plots"));
+        assert!(names.len() >= count, "{line}: {names:?}");
+        std::fs::remove_dir_all(path.join("plots")).unwrap();
+    }
+}
