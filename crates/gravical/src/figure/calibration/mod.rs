@@ -10,7 +10,7 @@ mod tests;
 mod uncertainty;
 
 use crate::calibration_file::CalibrationFile;
-use crate::recording::{AccelUnit, GyroUnit, Recording};
+use crate::recording::{AccelUnit, Recording};
 use crate::segment::Segmentation;
 
 use super::Figure;
@@ -110,14 +110,6 @@ fn accel_unit(unit: AccelUnit) -> &'static str {
     match unit {
         AccelUnit::MetrePerSecondSquared => "m/s²",
         AccelUnit::Unknown => "unit of the file",
-        other => other.name(),
-    }
-}
-
-fn gyro_unit(unit: GyroUnit) -> &'static str {
-    match unit {
-        GyroUnit::DegreePerSecond => "°/s",
-        GyroUnit::Unknown => "unit of the file",
         other => other.name(),
     }
 }

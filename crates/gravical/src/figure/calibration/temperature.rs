@@ -4,8 +4,8 @@ use crate::calibration_file::{CalibrationFile, TemperatureModel};
 use crate::figure::{Arrangement, Axis, Figure, Panel, Role, Series};
 use crate::temperature::evaluate;
 
+use super::Session;
 use super::captures::{joined, placed, time_axis};
-use super::{Session, accel_unit, gyro_unit};
 
 /// Points of a curve.
 const FINE: usize = 100;
@@ -22,14 +22,7 @@ pub(super) fn temperature(file: &CalibrationFile, session: Option<Session<'_>>) 
     if let Some(model) = &file.temperature_model {
         let before = figure.panels.len();
         for (title, channels) in [("accelerometer", "ax ay az"), ("gyroscope", "gx gy gz")] {
-            let unit = match title {
-                "accelerometer" => accel_unit(file.accelerometer.input_unit),
-                _ => file
-                    .gyroscope
-                    .as_ref()
-                    .map_or("", |g| gyro_unit(g.input_unit)),
-            };
-            figure.panels.extend(drift(model, title, channels, unit));
+            figure.panels.extend(drift(model, title, channels));
         }
         if figure.panels.len() > before {
             figure.caption.push_str("Drift of the channels that temperature predicts, which is taken off; zero at the reference temperature.");
@@ -59,19 +52,17 @@ fn over_time(session: Session<'_>) -> Option<Panel> {
     Some(panel.titled("over time").with(line))
 }
 
-fn drift(model: &TemperatureModel, title: &str, channels: &str, unit: &str) -> Option<Panel> {
+fn drift(model: &TemperatureModel, title: &str, channels: &str) -> Option<Panel> {
     let [from, to] = model.range_c;
     let mut panel =
-        Panel::new(Axis::new("temperature", "°C"), Axis::new("drift", unit)).titled(title);
+        Panel::new(Axis::new("temperature", "°C"), Axis::new("drift", "")).titled(title);
     panel.aspect = Some(0.75);
     let roles = [("x", Role::X), ("y", Role::Y), ("z", Role::Z)];
     for (channel, (name, role)) in channels.split(' ').zip(roles) {
         let Some(own) = model.channel(channel).filter(|c| c.is_accepted()) else {
             continue;
         };
-        if panel.y.unit.is_empty() {
-            panel.y.unit.clone_from(&own.input_unit);
-        }
+        panel.y.unit = unit_text(&own.input_unit);
         let t = (0..=FINE).map(|i| from + (to - from) * i as f64 / FINE as f64);
         let t: Vec<f64> = t.collect();
         let drift = t
@@ -81,4 +72,15 @@ fn drift(model: &TemperatureModel, title: &str, channels: &str, unit: &str) -> O
         panel = panel.with(Series::line(name, role, t, drift));
     }
     (!panel.series.is_empty()).then_some(panel)
+}
+
+/// A unit as it stands on an axis.
+fn unit_text(name: &str) -> String {
+    match name {
+        "m/s^2" => "m/s²",
+        "deg/s" => "°/s",
+        "unknown" => "unit of the file",
+        other => other,
+    }
+    .to_owned()
 }

@@ -98,7 +98,8 @@ fn a_reference_lies_over_the_result() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("truth.csv");
     std::fs::write(&path, format!("t_s,px_m,py_m,pz_m\n{rows}")).unwrap();
-    let reference = read_reference(&path, None, &recording, &path).unwrap();
+    let reference =
+        read_reference(&path, None, &recording, std::path::Path::new("line.csv")).unwrap();
     add_comparison(&mut motion, &reference, &TruthOptions::default()).unwrap();
     let reference = motion.track.reference.as_ref().unwrap();
     let last = reference.position_m.last().unwrap();

@@ -3,7 +3,7 @@
 use svg::node::element::{Group, Line, Path, Rectangle, SVG, Text};
 
 use super::super::{Axis, Figure, Mark, Scale};
-use super::layout::{Entry, Placed, Rect, WIDTH, names_hang, width_of};
+use super::layout::{Entry, Placed, Rect, names_hang, width_of};
 use super::style::{Look, look, look_of};
 use super::{labels, layout, marks, ticks};
 
@@ -85,7 +85,7 @@ fn swatch(entry: &Entry<'_>, x: f64, y: f64) -> Group {
                 ),
                 Mark::Line | Mark::Rule => {
                     let d = format!("M{} {}h24", round(x), round(y));
-                    let l = marks::undashed(s, l, WIDTH);
+                    let l = marks::undashed(s, l);
                     group.add(marks::stroke(&l, d))
                 }
             }

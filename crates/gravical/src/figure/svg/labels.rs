@@ -99,11 +99,13 @@ const CENTRED: [Place; 3] = [
     at(0.0, 4.0, "end"),
 ];
 
-const UPRIGHT: [Place; 4] = [
+const UPRIGHT: [Place; 6] = [
     at(0.0, -9.0, "middle"),
     at(0.0, 17.0, "middle"),
     at(7.0, -7.0, "start"),
     at(-7.0, -7.0, "end"),
+    at(7.0, 16.0, "start"),
+    at(-7.0, 16.0, "end"),
 ];
 
 const AROUND: [Place; 8] = [
@@ -125,7 +127,8 @@ fn bounds(place: &Place, px: f64, py: f64, width: f64) -> Bounds {
             _ => 0.0,
         };
     let base = py + place.y;
-    [left, base - 9.0, left + width, base + 2.5]
+    // With a space beside it.
+    [left - 1.5, base - 9.0, left + width + 1.5, base + 2.5]
 }
 
 fn overlap(a: &Bounds, b: &Bounds) -> bool {

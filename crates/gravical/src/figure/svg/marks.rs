@@ -59,11 +59,21 @@ pub(super) fn opacity_on(series: &Series, below: usize) -> f64 {
     round(1.0 - (0..=below).map(|_| 1.0 - opacity(series)).product::<f64>())
 }
 
-/// Dashes along a zigzag say nothing and tear it to pieces: solid where there are
-/// more points than dots.
-pub(super) fn undashed(series: &Series, look: Look, width: f64) -> Look {
-    let dense = series.y.len() as f64 > width;
-    let dash = if dense { "" } else { look.dash };
+/// Ways from the lowest to the highest value above which a line is a zigzag.
+const SWINGS: f64 = 40.0;
+
+/// Dashes along a zigzag say nothing and tear it to pieces: it is drawn solid.
+pub(super) fn undashed(series: &Series, look: Look) -> Look {
+    let known = || series.y.iter().copied().filter(|v| v.is_finite());
+    let (low, high) = known().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+        (l.min(v), h.max(v))
+    });
+    let way: f64 = known()
+        .zip(known().skip(1))
+        .map(|(a, b)| (b - a).abs())
+        .sum();
+    let zigzag = way > SWINGS * (high - low);
+    let dash = if zigzag { "" } else { look.dash };
     Look { dash, ..look }
 }
 
@@ -136,7 +146,7 @@ pub(super) fn series(
     let data = Group::new().set("class", "data");
     match s.mark {
         Mark::Line => {
-            let look = undashed(s, look, r.w);
+            let look = undashed(s, look);
             group.add(data.add(stroke(&look, line(s, &map))))
         }
         Mark::Band => {
