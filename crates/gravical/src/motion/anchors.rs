@@ -11,7 +11,7 @@ use super::still::Noise;
 const LONGEST_S: f64 = 10.0;
 
 /// A shorter rest corrects velocity and tilt, not the gyroscope's bias, s.
-const LEAST_FOR_BIAS_S: f64 = 1.0;
+pub(super) const LEAST_FOR_BIAS_S: f64 = 1.0;
 
 /// Variance of a gyroscope's bias that no rest shows, (rad/s)²: 1 °/s.
 const UNKNOWN_BIAS: f64 = 3.0e-4;

@@ -50,18 +50,17 @@ pub mod still;
 mod stream;
 mod table;
 pub mod truth;
+mod walk;
 mod words;
 
 use std::ops::Range;
-
-use gravical_core::matrix3::norm;
 
 use crate::Result;
 use crate::calibration_file::CalibrationFile;
 use crate::denoise::{Channels, DenoiseOptions, denoise};
 use crate::recording::{Finding, Recording};
 
-use anchors::{Anchors, Side, Walk};
+use anchors::Walk;
 use assumed::{force_at_rest, local_gravity, size_at_rest, still_mean};
 use path::Setup;
 use prepare::{Prepared, prepare, with_scales};
@@ -186,6 +185,7 @@ pub fn motion(
     if !again.is_empty() {
         setup.directions = &again;
     }
+    findings.extend(words::slow(&found, &walk, &samples, options));
     findings.extend(words::start_velocity(options, !rests.is_empty()));
     if options.zero_velocity && !rests.is_empty() {
         // After a rest the velocity is zero, whatever it was at the start.
@@ -193,7 +193,7 @@ pub fn motion(
     }
 
     let stances = if options.zero_velocity {
-        stances(&setup, &rests, options)
+        walk::stances(&setup, &mut rests, options)
     } else {
         Vec::new()
     };
@@ -332,35 +332,6 @@ pub fn motion(
         static_drift: drift_track,
     };
     Ok(Motion { result, track })
-}
-
-/// Stances of a walking foot between the rests, and after the last.
-fn stances(
-    setup: &Setup<'_>,
-    rests: &[Range<usize>],
-    options: &MotionOptions,
-) -> Vec<Range<usize>> {
-    let anchors = Anchors::new(setup.samples, setup.walk);
-    let mut out = Vec::new();
-    for (k, rest) in rests.iter().enumerate() {
-        let next = rests
-            .get(k + 1)
-            .map_or(setup.samples.len(), |r| r.start + 1);
-        let leg = rest.end - 1..next;
-        if setup.samples.breaks.iter().any(|b| leg.contains(b)) {
-            continue;
-        }
-        let anchor = anchors.at(rests, k, Side::Last);
-        let gravity = norm(&anchor.force);
-        out.extend(stance::stances(
-            setup.samples,
-            leg,
-            &anchor.bias,
-            gravity,
-            &options.stance,
-        ));
-    }
-    out
 }
 
 /// The recording with its accelerometer filtered, and what is odd about that.

@@ -4,12 +4,14 @@ use std::ops::Range;
 
 use gravical_core::matrix3::{dot, norm};
 
+use super::anchors::Walk;
 use super::gate::Judged;
 use super::options::{GravityRemoval, MotionOptions};
 use super::path::Setup;
 use super::plan::Stretch;
 use super::result::{Ends, Move};
 use super::samples::Samples;
+use super::still::{self, Rests};
 use crate::gravity::Gravity;
 use crate::recording::Finding;
 
@@ -123,6 +125,53 @@ pub(super) fn gate(samples: &Samples, judged: &[Judged]) -> Vec<Finding> {
             })
         })
         .collect()
+}
+
+/// A rest that is shorter, s, hides nothing that is slower than what is found.
+const LONG_REST_S: f64 = 14.0;
+
+/// Moves that are too slow to be told from rest.
+pub(super) fn slow(
+    found: &Rests,
+    walk: &Walk,
+    samples: &Samples,
+    options: &MotionOptions,
+) -> Vec<Finding> {
+    if !options.zero_velocity || options.rests.given_s.is_some() {
+        return Vec::new();
+    }
+    let mut out: Vec<Finding> = found
+        .doubts
+        .iter()
+        .map(|d| {
+            Finding::warning(
+                "slow-move-doubted",
+                format!(
+                    "from {:.1} to {:.1} s the force changes as in a move by {:.1} m, by more than chance and by too little to be certain (χ² {:.0}); taken for rest, so the position may be off by that much (--still sets the rests by hand)",
+                    d.start_s, d.end_s, d.way_m, d.chi2
+                ),
+            )
+        })
+        .collect();
+    let longest = found
+        .spans
+        .iter()
+        .map(|r| samples.t_s[r.end - 1] - samples.t_s[r.start])
+        .fold(0.0, f64::max);
+    if longest >= LONG_REST_S {
+        let accel = walk.accel.iter().sum::<f64>() / 3.0;
+        let gyro = samples.rate_rad_s.as_ref().map(|_| walk.gyro);
+        let hidden = |seconds: f64| still::may_hide_m(seconds, accel, gyro, 9.8);
+        out.push(Finding::note(
+            "slow-moves-hidden",
+            format!(
+                "a move by less than {:.2} m in 10 s, or {:.2} m in 16 s, would hide in the noise of a rest",
+                hidden(10.0),
+                hidden(16.0)
+            ),
+        ));
+    }
+    out
 }
 
 /// What the recording lacks, and what that costs.

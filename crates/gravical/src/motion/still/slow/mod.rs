@@ -83,6 +83,38 @@ pub(super) fn take_out(
     doubts
 }
 
+/// Standard deviations above the limit at which hardly any move is lost.
+const SURELY: f64 = 2.0;
+/// Of the square of a move so much is left beside a drift that fits it, with 5 s of
+/// rest on either side.
+const BESIDE_DRIFT: f64 = 0.8;
+/// Σ of the squared acceleration of a move by 1 in unit time: 120/7; and its
+/// greatest acceleration, 10/√3.
+const SQUARES: f64 = 120.0 / 7.0;
+const GREATEST: f64 = 5.773_503;
+
+/// How far a move of `seconds` goes that may be taken for rest, m, with `accel` N² of
+/// the accelerometer (m²/s³) and `gyro` N_g² (rad²/s).
+///
+/// The noise of the shape's size has the variance (N² + g² N_g² T²/12) T³/(120/7): the
+/// gyroscope's noise walks to a tilt. Without a gyroscope only the windows of 1 s count,
+/// √37.7·N·√(1 + 1/5).
+pub(in crate::motion) fn may_hide_m(
+    seconds: f64,
+    accel: f64,
+    gyro: Option<f64>,
+    gravity: f64,
+) -> f64 {
+    let far = SEEN.sqrt() + SURELY;
+    match gyro {
+        Some(gyro) => {
+            let density = accel + gravity * gravity * gyro * seconds * seconds / 12.0;
+            far * (density * seconds.powi(3) / SQUARES / BESIDE_DRIFT).sqrt()
+        }
+        None => far * (1.2 * accel).sqrt() * seconds * seconds / GREATEST,
+    }
+}
+
 struct Search<'a> {
     blocks: &'a Blocks,
     levels: &'a Levels,
