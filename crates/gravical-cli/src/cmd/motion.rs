@@ -11,9 +11,9 @@ use gravical::Error;
 use gravical::calibration_file::CalibrationFile;
 use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{Calibrated, MotionResult, motion, write_table};
+use gravical::motion::{Calibrated, MotionResult, motion, motion_end, write_table};
 use gravical::output::{check_target, write_atomic};
-use gravical::recording::{join_gyroscope, read};
+use gravical::recording::{Recording, join_gyroscope, read};
 use gravical::report::motion_text;
 
 use crate::failure::QUALITY;
@@ -55,6 +55,15 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         return causal::run(args, target, calibrated, &options);
     }
     let read_options = args.recording.read_options(false);
+    // Where nothing needs the samples, one pass may be enough.
+    let end_only = args.json
+        && target.is_none()
+        && truth.is_none()
+        && args.gyro.is_none()
+        && args.figures.figures.is_none();
+    if end_only && let Some(done) = motion_end(&args.input, &read_options, calibrated, &options)? {
+        return tell(args, &done.result, &done.head);
+    }
     let mut recording = read(&args.input, &read_options)?;
     if let Some(path) = &args.gyro {
         join_gyroscope(&mut recording, path, &read_options)?;
@@ -74,20 +83,24 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let draw = || figure::motion::figures(&motion);
     args.figures.write(draw, args.force, args.quiet)?;
+    tell(args, &motion.result, &recording)
+}
+
+/// The result for programs and for people.
+fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Result<ExitCode> {
     if args.json {
-        text::print_json(&motion.result)?;
+        text::print_json(result)?;
     }
     if !args.quiet {
-        let to = match target {
-            Some(path) => format!(" → {}", path.display()),
-            None if args.json => String::new(),
-            None => " → stdout".to_owned(),
+        let to = match &args.output {
+            Some(path) if path != Path::new("-") => format!(" → {}", path.display()),
+            _ if args.json => String::new(),
+            _ => " → stdout".to_owned(),
         };
-        let result = &motion.result;
         text::say(&format!("{}: {} rows{to}", result.input, result.rows));
-        text::say_report(motion_text(result, &recording).trim_end());
+        text::say_report(motion_text(result, recording).trim_end());
     }
-    Ok(if nothing_usable(&motion.result) {
+    Ok(if nothing_usable(result) {
         ExitCode::from(QUALITY)
     } else {
         ExitCode::SUCCESS

@@ -46,6 +46,7 @@
 //! ```
 
 pub(crate) mod drift;
+pub(crate) mod finish;
 pub(crate) mod head;
 mod judge;
 pub(crate) mod plan;
@@ -226,7 +227,8 @@ pub fn apply(
     );
     let mut described = input.unpacked.clone();
     described.push(dialect.description());
-    let done = stream.run(lines, &input, name, out, &mut findings)?;
+    let done = stream.run(lines, &input, name, out)?;
+    findings.extend(done.told.all());
     for finding in &mut findings {
         finding.file = Some(name.to_owned());
     }

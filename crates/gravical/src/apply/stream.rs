@@ -6,15 +6,12 @@ use std::path::Path;
 use crate::recording::dialect::Dialect;
 use crate::recording::open::Input;
 use crate::recording::row::{ACCEL, GYRO, RowDefect, RowScanner, SLOTS, Span, TIME, Values};
-use crate::recording::timing::{Stamps, Treatment};
-use crate::recording::{
-    Aside, Finding, Ledger, LineSpans, cut_off, reason_before, reason_for, text_findings,
-};
+use crate::recording::timing::Stamps;
+use crate::recording::{Aside, Ledger, LineSpans, reason_before, reason_for};
 use crate::scan::{Line, Lines};
 use crate::{Error, Result};
 
-use super::drift::TemperatureOutcome;
-use super::judge::all_zero_error;
+use super::finish::Done;
 use super::plan::Plan;
 use super::sensor::Sensor;
 use super::tail::Tail;
@@ -53,14 +50,6 @@ pub(crate) struct Row<'a> {
     pub calibrated: [f64; 6],
 }
 
-/// What is left when the last line is written.
-pub(crate) struct Done<S> {
-    pub sink: S,
-    pub ledger: Ledger,
-    pub temperature: Option<TemperatureOutcome>,
-    pub without_acceleration: u64,
-}
-
 /// Writes the rows under the names of a plan.
 pub(super) struct Rewrite<'a>(pub &'a Plan);
 
@@ -91,22 +80,22 @@ impl Sink for Rewrite<'_> {
 
 /// The state of the pass.
 pub(crate) struct Stream<'a, S> {
-    sink: S,
-    sensor: Sensor,
-    watch: Watch,
-    stamps: Option<Stamps>,
+    pub(super) sink: S,
+    pub(super) sensor: Sensor,
+    pub(super) watch: Watch,
+    pub(super) stamps: Option<Stamps>,
     /// Accelerometer, gyroscope: an empty cell means the value before.
-    held: [bool; 2],
+    pub(super) held: [bool; 2],
     last: Values,
     dialect: &'a Dialect,
     scanner: RowScanner,
-    ledger: Ledger,
+    pub(super) ledger: Ledger,
     /// Rows whose calibrated acceleration, or rate, is empty.
-    empty: [LineSpans; 2],
-    nul_lines: LineSpans,
-    foreign_lines: LineSpans,
+    pub(super) empty: [LineSpans; 2],
+    pub(super) nul_lines: LineSpans,
+    pub(super) foreign_lines: LineSpans,
     pub(super) tail: Tail,
-    any_movement: bool,
+    pub(super) any_movement: bool,
     block: Vec<u8>,
 }
 
@@ -154,7 +143,6 @@ impl<'a, S: Sink> Stream<'a, S> {
         input: &Input,
         name: &str,
         out: &mut dyn Write,
-        findings: &mut Vec<Finding>,
     ) -> Result<Done<S>> {
         let here = Path::new(name);
         let mut values: Values = [f64::NAN; SLOTS];
@@ -181,7 +169,7 @@ impl<'a, S: Sink> Stream<'a, S> {
                 self.hand_on(out)?;
             }
         }
-        self.finish(input, name, out, findings)
+        self.finish(input, name, out)
     }
 
     #[inline]
@@ -292,7 +280,7 @@ impl<'a, S: Sink> Stream<'a, S> {
         self.tail.given_up = LineSpans::default();
     }
 
-    fn release(&mut self) {
+    pub(super) fn release(&mut self) {
         self.sink.keep();
         let mut values: Values = [0.0; SLOTS];
         for (line, time) in std::mem::take(&mut self.tail.rows) {
@@ -324,108 +312,10 @@ impl<'a, S: Sink> Stream<'a, S> {
         self.ledger.aside(reason, line.number, line.bytes);
     }
 
-    fn hand_on(&mut self, out: &mut dyn Write) -> Result<()> {
+    pub(super) fn hand_on(&mut self, out: &mut dyn Write) -> Result<()> {
         out.write_all(&self.block)
             .map_err(|e| Error::io(Path::new("output"), e))?;
         self.block.clear();
-        Ok(())
-    }
-
-    fn finish(
-        mut self,
-        input: &Input,
-        name: &str,
-        out: &mut dyn Write,
-        findings: &mut Vec<Finding>,
-    ) -> Result<Done<S>> {
-        if input.is_cut_off() {
-            findings.push(cut_off(self.ledger.rows));
-        }
-        self.refuse_unusable(name)?;
-        // A single row of zeros can be a measurement.
-        if self.tail.rows.len() < 2 {
-            self.release();
-        } else {
-            let lines = self.tail.rows.iter().map(|(line, _)| *line);
-            self.ledger.move_rows_aside(Aside::ZeroTail, lines);
-            self.sink.rewind();
-        }
-        self.hand_on(out)?;
-        out.flush().map_err(|e| Error::io(Path::new("output"), e))?;
-
-        findings.extend(self.ledger.findings());
-        findings.extend(text_findings(
-            &self.nul_lines,
-            &self.foreign_lines,
-            &input.unpacked,
-        ));
-        if !self.tail.given_up.is_empty() {
-            findings.push(
-                Finding::warning(
-                    "zero-tail",
-                    format!(
-                        "all channels are zero in the last {} rows: too many to hold back, so they were written as data",
-                        self.tail.given_up.count()
-                    ),
-                )
-                .at_lines(&self.tail.given_up),
-            );
-        }
-        if let Some(stamps) = &self.stamps {
-            stamps.report(Treatment::Kept, findings);
-        }
-        for (spans, name) in self.empty.iter().zip(["accelerometer", "gyroscope"]) {
-            if !spans.is_empty() {
-                findings.push(
-                    Finding::warning(
-                        "empty-cells",
-                        format!(
-                            "{} rows lack a value of the {name}; its calibrated cells are empty there",
-                            spans.count()
-                        ),
-                    )
-                    .at_lines(spans),
-                );
-            }
-        }
-        for (held, name) in self.held.iter().zip(["accelerometer", "gyroscope"]) {
-            if *held {
-                findings.push(Finding::warning(
-                    "empty-cells",
-                    format!(
-                        "each channel of the {name} is written when it arrives; the last value of the others is held"
-                    ),
-                ));
-            }
-        }
-        self.watch.finish(findings);
-        Ok(Done {
-            sink: self.sink,
-            temperature: self.sensor.drift.as_ref().map(|d| d.finish(findings)),
-            ledger: self.ledger,
-            without_acceleration: self.empty[0].count(),
-        })
-    }
-
-    fn refuse_unusable(&self, name: &str) -> Result<()> {
-        let rows = self.ledger.rows;
-        if rows == 0 {
-            let message = format!("no row could be read: {}", self.ledger.sum());
-            return Err(Error::input("no-rows", message).at(Path::new(name), None));
-        }
-        if self.empty[0].count() == rows {
-            return Err(Error::input(
-                "no-values",
-                format!("none of the {rows} rows has all three values of the accelerometer"),
-            )
-            .at(Path::new(name), None)
-            .with_hint(
-                "look at the columns with `gravical inspect`, or choose others with --columns",
-            ));
-        }
-        if !self.any_movement {
-            return Err(all_zero_error(rows, name));
-        }
         Ok(())
     }
 }

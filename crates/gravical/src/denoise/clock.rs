@@ -41,11 +41,17 @@ pub(super) struct Parted {
 impl Clock {
     /// `gap_steps` usual steps part the recording.
     pub fn of(recording: &Recording, gap_steps: f64) -> Self {
-        let step_s = recording.timing.rate_hz().map_or(1.0, |rate| 1.0 / rate);
-        let digit_s = recording
-            .time_s
-            .as_deref()
-            .map_or(0.0, |t| digit_s(t, step_s));
+        Self::new(
+            recording.timing.rate_hz(),
+            recording.time_s.as_deref(),
+            gap_steps,
+        )
+    }
+
+    /// Of stamps, of which the first 2000 count, at their rate, Hz.
+    pub fn new(rate_hz: Option<f64>, time_s: Option<&[f64]>, gap_steps: f64) -> Self {
+        let step_s = rate_hz.map_or(1.0, |rate| 1.0 / rate);
+        let digit_s = time_s.map_or(0.0, |t| digit_s(t, step_s));
         Clock {
             step_s,
             tolerance_s: (EVEN_SHARE * step_s).max(digit_s.min(UNEVEN_SHARE * step_s)),
@@ -53,12 +59,17 @@ impl Clock {
         }
     }
 
+    /// Steps that are off by no more are even, s.
+    pub fn even_s(&self) -> f64 {
+        // Rounding of the stamps themselves, some ten digits down.
+        self.tolerance_s * (1.0 + 1e-6)
+    }
+
     /// Cuts stamps at gaps and where they run backwards.
     pub fn stretches(&self, time_s: &[f64], parted: &mut Parted) -> Vec<Stretch> {
         let mut out = Vec::new();
         let (mut from, mut uneven) = (0, Vec::new());
-        // Rounding of the stamps themselves, some ten digits down.
-        let tolerance = self.tolerance_s * (1.0 + 1e-6);
+        let tolerance = self.even_s();
         for (i, pair) in time_s.windows(2).enumerate() {
             let step = pair[1] - pair[0];
             if (step - self.step_s).abs() <= tolerance {

@@ -1,5 +1,7 @@
 //! A filter that is ready to run at one rate.
 
+use std::ops::Range;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -198,12 +200,14 @@ impl Filter {
     }
 
     /// Filters channels whose rows are at `time_s`, rising; the steps to the rows in
-    /// `uneven` (rising) are not the usual one.
+    /// `uneven` (rising) are not the usual one. Polynomials are fitted over the stamps
+    /// of the `wanted` rows only.
     pub(super) fn apply_at(
         &self,
         time_s: Option<&[f64]>,
         uneven: &[usize],
         channels: &mut [&mut [f64]],
+        wanted: Range<usize>,
     ) -> Treated {
         let mut treated = Treated::default();
         let rows = channels.first().map_or(0, |x| x.len());
@@ -227,7 +231,8 @@ impl Filter {
                     let at = uneven.partition_point(|row| *row <= from);
                     uneven.get(at).is_some_and(|row| *row <= to)
                 };
-                (treated.fitted, treated.too_few) = savgol.apply_at(time_s, any_within, channels);
+                (treated.fitted, treated.too_few) =
+                    savgol.apply_at(time_s, any_within, channels, wanted);
             }
             Kind::Butterworth(butterworth) => {
                 let run = |even: &mut [f64]| butterworth.apply(even);

@@ -47,6 +47,7 @@ mod hampel;
 mod parse;
 mod response;
 mod run;
+mod running;
 mod savgol;
 mod spec;
 mod summary;
@@ -57,6 +58,7 @@ mod write;
 pub(crate) use butterworth::Butterworth;
 pub use filter::Filter;
 pub use response::Response;
+pub(crate) use running::Running;
 pub use savgol::{Edge, causal_coefficients, coefficients};
 pub use spec::{Band, FilterSpec, MAX_POLYNOMIAL, MAX_WINDOW, Passes};
 pub use summary::{DenoiseSummary, FilterOutcome, Sigmas};
@@ -64,11 +66,12 @@ pub use write::write;
 
 use std::ops::Range;
 
-use crate::recording::Recording;
+use crate::recording::{Finding, Recording};
 use crate::segment::still::{StillOptions, find_stills};
 use crate::{Error, Result};
 
 use run::Runner;
+use summary::{told_of_filter, told_of_rows};
 
 /// Which channels are filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -193,6 +196,41 @@ pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Den
         summary,
         channels: options.channels,
     })
+}
+
+/// The same for the accelerometer of a recording that is integrated: the recording
+/// filtered, and what is odd about that. Noise is not measured.
+///
+/// # Errors
+///
+/// As [`denoise`].
+pub(crate) fn smooth(
+    mut recording: Recording,
+    filters: &[FilterSpec],
+    edge: Edge,
+) -> Result<(Recording, Vec<Finding>)> {
+    let options = DenoiseOptions {
+        edge,
+        channels: Channels::Accel,
+        ..DenoiseOptions::new(filters.iter().copied())
+    };
+    options.validate()?;
+    let rate_hz = recording.timing.rate_hz();
+    let runner = Runner::new(&recording, &options);
+    let mut findings = Vec::new();
+    for spec in filters {
+        let filter = Filter::design(spec, rate_hz, edge)?;
+        let outcome = runner.run(&filter, &mut recording, Channels::Accel);
+        let duration_s = recording.timing.duration_s;
+        findings.extend(told_of_filter(&filter, &outcome, rate_hz, duration_s));
+    }
+    findings.extend(told_of_rows(
+        runner.parted,
+        runner.clock.gap_s,
+        runner.stamps_filled,
+        runner.empty,
+    ));
+    Ok((recording, findings))
 }
 
 /// The spans without `reach` rows at both ends, those that keep ten rows and more.

@@ -148,7 +148,7 @@ fn run_stretches(
             .map(|channel| &mut channel[stretch.rows.clone()])
             .collect();
         let time_s = time_s.map(|t| &t[stretch.rows.clone()]);
-        let treated = filter.apply_at(time_s, &stretch.uneven, &mut parts);
+        let treated = filter.apply_at(time_s, &stretch.uneven, &mut parts, 0..stretch.rows.len());
         outcome.samples += count * stretch.rows.len();
         outcome.short_stretches += count * usize::from(treated.too_short > 0);
         let sum = &mut outcome.treated;

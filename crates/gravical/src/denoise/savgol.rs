@@ -249,11 +249,15 @@ impl Savgol {
     ///
     /// Rows whose window has too few different stamps for the order (several with
     /// one stamp) keep the result for even samples; so many are the second number.
+    ///
+    /// Only `rows` are wanted: the others come out as if all were even, and do not
+    /// count.
     pub fn apply_at(
         &self,
         time_s: &[f64],
         is_uneven: impl Fn(usize, usize) -> bool,
         channels: &mut [&mut [f64]],
+        rows: std::ops::Range<usize>,
     ) -> (usize, usize) {
         let n = time_s.len();
         if n < self.window {
@@ -266,7 +270,7 @@ impl Savgol {
         let raw: Vec<Vec<f64>> = channels.iter().map(|x| x.to_vec()).collect();
         channels.iter_mut().for_each(|x| self.apply(x));
         let (mut exact, mut too_few) = (0, 0);
-        for row in 0..n {
+        for row in rows.start..rows.end.min(n) {
             // The full window nearest to the row.
             let from = row.saturating_sub(left).min(n - self.window);
             if !is_uneven(from, from + self.window - 1) {

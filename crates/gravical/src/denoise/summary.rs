@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::recording::{Finding, Recording};
 
+use super::clock::Parted;
 use super::filter::Filter;
 use super::response::Response;
 use super::run::{Outcome, Runner};
@@ -161,157 +162,18 @@ impl DenoiseSummary {
             replaced: matches!(spec, FilterSpec::Hampel { .. }).then_some(outcome.treated.replaced),
             sigma,
         });
-        self.tell(filter, outcome);
-        if let FilterSpec::SavitzkyGolay { window, .. } = spec
-            && window % 2 == 0
-        {
-            self.findings.push(Finding::warning(
-                "even-window",
-                format!("{spec}: an even window has its middle between two samples: the values belong half a step later; take {} or {}", window - 1, window + 1),
-            ));
-        }
-        if let FilterSpec::Butterworth { band, .. } = spec
-            && let Some(duration_s) = recording.timing.duration_s
-            && let Some(slowest_hz) = band.edges_hz().first()
-            && duration_s * slowest_hz < 1.0
-        {
-            self.findings.push(Finding::warning(
-                "short-for-cutoff",
-                format!("{spec}: {slowest_hz} Hz takes {:.3} s a period and the recording lasts {duration_s:.3} s: the ends decide the result", 1.0 / slowest_hz),
-            ));
-        }
-    }
-
-    /// What was done about samples that a filter could not take as they are.
-    fn tell(&mut self, filter: &Filter, outcome: &Outcome) {
-        let (spec, treated) = (filter.spec(), &outcome.treated);
-        let share = |n: usize| 100.0 * n as f64 / outcome.samples.max(1) as f64;
-        if treated.fitted > 0 {
-            self.findings.push(
-                Finding::note(
-                    "fitted-over-stamps",
-                    format!(
-                        "{spec}: {:.2} % of the windows hold uneven steps; there the polynomial is fitted over the stamps, at the ends too",
-                        share(treated.fitted)
-                    ),
-                )
-                .counting(treated.fitted as u64),
-            );
-        }
-        if treated.too_few > 0 {
-            self.findings.push(
-                Finding::warning(
-                    "too-few-stamps",
-                    format!(
-                        "{spec}: in {:.2} % of the windows too many stamps are the same for this order; they are filtered as if even",
-                        share(treated.too_few)
-                    ),
-                )
-                .counting(treated.too_few as u64),
-            );
-        }
-        if treated.filled > 0 {
-            self.findings.push(
-                Finding::note(
-                    "lost-samples-filled",
-                    format!(
-                        "{spec}: {} lost samples ({:.2} %) were interpolated for the filter; they are not written",
-                        treated.filled,
-                        share(treated.filled)
-                    ),
-                )
-                .counting(treated.filled as u64),
-            );
-        }
-        if treated.resampled > 0 {
-            self.findings.push(
-                Finding::warning(
-                    "resampled",
-                    format!(
-                        "{spec}: {:.2} % of the samples came at uneven times; they were interpolated to {:.6} Hz and back, which smooths by itself (white noise to 0.6 at worst)",
-                        share(treated.resampled),
-                        self.rate_hz.unwrap_or(f64::NAN)
-                    ),
-                )
-                .counting(treated.resampled as u64),
-            );
-        }
-        if treated.too_short > 0 {
-            self.findings.push(
-                Finding::warning(
-                    "not-filtered",
-                    format!(
-                        "{spec}: {} stretches of channels are shorter than the {} samples it takes; their {} samples stay as they are",
-                        outcome.short_stretches,
-                        filter.shortest(),
-                        treated.too_short
-                    ),
-                )
-                .counting(treated.too_short as u64),
-            );
-        }
-        if let FilterSpec::Butterworth {
-            passes: Passes::Causal,
-            ..
-        } = spec
-        {
-            self.findings.push(Finding::note(
-                "delayed",
-                format!("{spec} runs forwards only: what it writes lags behind"),
-            ));
-        }
+        let told = told_of_filter(filter, outcome, self.rate_hz, recording.timing.duration_s);
+        self.findings.extend(told);
     }
 
     pub(super) fn finish(&mut self, runner: &Runner, recording: &Recording) {
         self.stretches = runner.stretches();
-        let parted = runner.parted;
-        if parted.gaps + parted.backward > 0 {
-            let mut why = Vec::new();
-            if parted.gaps > 0 {
-                let steps = if parted.gaps == 1 { "step" } else { "steps" };
-                why.push(format!(
-                    "{} {steps} of more than {:.3} s",
-                    parted.gaps, runner.clock.gap_s
-                ));
-            }
-            if parted.backward > 0 {
-                why.push(match parted.backward {
-                    1 => "1 stamp that runs backwards".to_owned(),
-                    n => format!("{n} stamps that run backwards"),
-                });
-            }
-            self.findings.push(
-                Finding::warning(
-                    "parted",
-                    format!("the filters begin anew at {}", why.join(" and ")),
-                )
-                .counting((parted.gaps + parted.backward) as u64),
-            );
-        }
-        if runner.stamps_filled > 0 {
-            self.findings.push(
-                Finding::warning(
-                    "stamps-filled",
-                    format!(
-                        "{} rows have no time stamp; they are taken to lie evenly between their neighbours",
-                        runner.stamps_filled
-                    ),
-                )
-                .counting(runner.stamps_filled as u64),
-            );
-        }
-        if runner.empty > 0 {
-            self.findings.push(
-                Finding::warning(
-                    "empty-kept",
-                    format!(
-                        "{} empty cells stay empty; the samples around them are filtered as if one were lost",
-                        runner.empty
-                    ),
-                )
-                .counting(runner.empty as u64),
-            );
-        }
+        self.findings.extend(told_of_rows(
+            runner.parted,
+            runner.clock.gap_s,
+            runner.stamps_filled,
+            runner.empty,
+        ));
         if self.still_spans == 0 {
             self.findings.push(Finding::note(
                 "never-still",
@@ -322,4 +184,168 @@ impl DenoiseSummary {
             finding.file = Some(recording.name.clone());
         }
     }
+}
+
+/// What was done about samples that a filter could not take as they are.
+pub(super) fn told_of_filter(
+    filter: &Filter,
+    outcome: &Outcome,
+    rate_hz: Option<f64>,
+    duration_s: Option<f64>,
+) -> Vec<Finding> {
+    let mut out = Vec::new();
+    let (spec, treated) = (filter.spec(), &outcome.treated);
+    let share = |n: usize| 100.0 * n as f64 / outcome.samples.max(1) as f64;
+    if treated.fitted > 0 {
+        out.push(
+            Finding::note(
+                "fitted-over-stamps",
+                format!(
+                    "{spec}: {:.2} % of the windows hold uneven steps; there the polynomial is fitted over the stamps, at the ends too",
+                    share(treated.fitted)
+                ),
+            )
+            .counting(treated.fitted as u64),
+        );
+    }
+    if treated.too_few > 0 {
+        out.push(
+            Finding::warning(
+                "too-few-stamps",
+                format!(
+                    "{spec}: in {:.2} % of the windows too many stamps are the same for this order; they are filtered as if even",
+                    share(treated.too_few)
+                ),
+            )
+            .counting(treated.too_few as u64),
+        );
+    }
+    if treated.filled > 0 {
+        out.push(
+            Finding::note(
+                "lost-samples-filled",
+                format!(
+                    "{spec}: {} lost samples ({:.2} %) were interpolated for the filter; they are not written",
+                    treated.filled,
+                    share(treated.filled)
+                ),
+            )
+            .counting(treated.filled as u64),
+        );
+    }
+    if treated.resampled > 0 {
+        out.push(
+            Finding::warning(
+                "resampled",
+                format!(
+                    "{spec}: {:.2} % of the samples came at uneven times; they were interpolated to {:.6} Hz and back, which smooths by itself (white noise to 0.6 at worst)",
+                    share(treated.resampled),
+                    rate_hz.unwrap_or(f64::NAN)
+                ),
+            )
+            .counting(treated.resampled as u64),
+        );
+    }
+    if treated.too_short > 0 {
+        out.push(
+            Finding::warning(
+                "not-filtered",
+                format!(
+                    "{spec}: {} stretches of channels are shorter than the {} samples it takes; their {} samples stay as they are",
+                    outcome.short_stretches,
+                    filter.shortest(),
+                    treated.too_short
+                ),
+            )
+            .counting(treated.too_short as u64),
+        );
+    }
+    if let FilterSpec::Butterworth {
+        passes: Passes::Causal,
+        ..
+    } = spec
+    {
+        out.push(Finding::note(
+            "delayed",
+            format!("{spec} runs forwards only: what it writes lags behind"),
+        ));
+    }
+    if let FilterSpec::SavitzkyGolay { window, .. } = spec
+        && window % 2 == 0
+    {
+        out.push(Finding::warning(
+            "even-window",
+            format!("{spec}: an even window has its middle between two samples: the values belong half a step later; take {} or {}", window - 1, window + 1),
+        ));
+    }
+    if let FilterSpec::Butterworth { band, .. } = spec
+        && let Some(duration_s) = duration_s
+        && let Some(slowest_hz) = band.edges_hz().first()
+        && duration_s * slowest_hz < 1.0
+    {
+        out.push(Finding::warning(
+            "short-for-cutoff",
+            format!("{spec}: {slowest_hz} Hz takes {:.3} s a period and the recording lasts {duration_s:.3} s: the ends decide the result", 1.0 / slowest_hz),
+        ));
+    }
+    out
+}
+
+/// What was done about rows: where filters begin anew, stamps that were filled in,
+/// cells that are empty.
+pub(super) fn told_of_rows(
+    parted: Parted,
+    gap_s: f64,
+    stamps_filled: usize,
+    empty: usize,
+) -> Vec<Finding> {
+    let mut out = Vec::new();
+    if parted.gaps + parted.backward > 0 {
+        let mut why = Vec::new();
+        if parted.gaps > 0 {
+            let steps = if parted.gaps == 1 { "step" } else { "steps" };
+            why.push(format!(
+                "{} {steps} of more than {:.3} s",
+                parted.gaps, gap_s
+            ));
+        }
+        if parted.backward > 0 {
+            why.push(match parted.backward {
+                1 => "1 stamp that runs backwards".to_owned(),
+                n => format!("{n} stamps that run backwards"),
+            });
+        }
+        out.push(
+            Finding::warning(
+                "parted",
+                format!("the filters begin anew at {}", why.join(" and ")),
+            )
+            .counting((parted.gaps + parted.backward) as u64),
+        );
+    }
+    if stamps_filled > 0 {
+        out.push(
+            Finding::warning(
+                "stamps-filled",
+                format!(
+                    "{} rows have no time stamp; they are taken to lie evenly between their neighbours",
+                    stamps_filled
+                ),
+            )
+            .counting(stamps_filled as u64),
+        );
+    }
+    if empty > 0 {
+        out.push(
+            Finding::warning(
+                "empty-kept",
+                format!(
+                    "{} empty cells stay empty; the samples around them are filtered as if one were lost",
+                    empty
+                ),
+            )
+            .counting(empty as u64),
+        );
+    }
+    out
 }

@@ -322,7 +322,7 @@ proptest! {
         let mut x: Vec<f64> = time.iter().map(|t: &f64| a + b * t + c * t * t + d * t * t * t).collect();
         let filter = designed(&format!("savgol:9,3,{derivative}"), 100.0, Edge::Interp);
         let uneven: Vec<usize> = (1..60).collect();
-        let treated = filter.apply_at(Some(&time), &uneven, &mut [&mut x]);
+        let treated = filter.apply_at(Some(&time), &uneven, &mut [&mut x], 0..time.len());
         prop_assert_eq!((treated.fitted, treated.too_few), (60, 0));
         // A derivative divides rounding by the step, once for each order.
         let allowed = 1e-11 * 300.0_f64.powi(derivative as i32);
@@ -339,7 +339,7 @@ proptest! {
         filter.apply(&mut even);
         let time: Vec<f64> = (0..80).map(|i| 0.01 * f64::from(i)).collect();
         let uneven: Vec<usize> = (1..80).collect();
-        filter.apply_at(Some(&time), &uneven, &mut [&mut stamped]);
+        filter.apply_at(Some(&time), &uneven, &mut [&mut stamped], 0..time.len());
         prop_assert!(off(&stamped, &even) < 1e-10);
     }
 }

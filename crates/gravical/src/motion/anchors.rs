@@ -39,20 +39,64 @@ impl Walk {
     /// N² = σ²·VIF·Σw²/Σw over samples of the weights w that the trapezoid gives
     /// them: with even stamps σ²·VIF·h.
     pub fn new(accel: Option<&Noise>, gyro: Option<&Noise>, samples: &Samples) -> Self {
-        let (mut sum, mut squares) = (0.0, 0.0);
+        let mut weights = Weights::default();
         for piece in samples.pieces() {
-            for i in piece.start + 1..piece.end.saturating_sub(1) {
-                let w = 0.5 * (samples.t_s[i + 1] - samples.t_s[i - 1]);
-                sum += w;
-                squares += w * w;
-            }
+            weights.part();
+            samples.t_s[piece].iter().for_each(|t| weights.see(*t));
         }
-        let step = if sum > 0.0 { squares / sum } else { 0.0 };
+        Self::of(accel, gyro, &weights)
+    }
+
+    /// The same from the weights.
+    pub fn of(accel: Option<&Noise>, gyro: Option<&Noise>, weights: &Weights) -> Self {
+        let step = if weights.sum > 0.0 {
+            weights.squares / weights.sum
+        } else {
+            0.0
+        };
         let walk = |noise: &Noise| noise.sigma.map(|s| s * s * noise.vif * step);
         Walk {
             accel: accel.map_or([0.0; 3], walk),
             gyro: gyro.map_or(0.0, |n| walk(n).iter().sum::<f64>() / 3.0),
         }
+    }
+}
+
+/// Weights of the trapezoid: half of the time between the neighbours of a sample.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Weights {
+    sum: f64,
+    squares: f64,
+    /// Times of the last two samples that follow each other, s; NaN before.
+    last: [f64; 2],
+}
+
+impl Default for Weights {
+    fn default() -> Self {
+        Weights {
+            sum: 0.0,
+            squares: 0.0,
+            last: [f64::NAN; 2],
+        }
+    }
+}
+
+impl Weights {
+    /// The next sample does not follow the last one.
+    pub fn part(&mut self) {
+        self.last = [f64::NAN; 2];
+    }
+
+    /// The time of a sample, s.
+    #[inline]
+    pub fn see(&mut self, t_s: f64) {
+        let [first, second] = self.last;
+        let w = 0.5 * (t_s - first);
+        if !w.is_nan() {
+            self.sum += w;
+            self.squares += w * w;
+        }
+        self.last = [second, t_s];
     }
 }
 

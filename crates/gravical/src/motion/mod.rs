@@ -35,7 +35,9 @@ mod bands;
 mod drift;
 mod gate;
 mod gyro_unit;
+mod lean;
 mod leg;
+mod opening;
 mod options;
 mod parameters;
 mod path;
@@ -57,15 +59,15 @@ use std::ops::Range;
 
 use crate::Result;
 use crate::calibration_file::CalibrationFile;
-use crate::denoise::{Channels, DenoiseOptions, denoise};
+use crate::denoise::smooth;
 use crate::recording::{Finding, Recording};
 
 use anchors::Walk;
 use assumed::{force_at_rest, local_gravity, size_at_rest, still_mean};
 use path::Setup;
 use prepare::{Prepared, prepare, with_scales};
-use still::{RestOptions, Rests, find_rests};
 
+pub use lean::motion_end;
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
 pub use stream::{Streamed, motion_stream};
@@ -112,39 +114,20 @@ pub fn motion(
 
     // Where does it rest, and which of the quiet stretches is a rest?
     options.rests.validate_for(&samples)?;
-    let mut found = find_rests(&samples, &options.rests);
     let by_mean = options.gravity_removal == GravityRemoval::StillMean;
-    if found.spans.is_empty() && by_mean {
-        // The rows that the mean is over tell the noise, for want of a rest.
-        let last = samples.t_s[options.still_rows.min(samples.len()) - 1];
-        let rows = RestOptions {
-            given_s: Some(vec![(samples.t_s[0], last)]),
-        };
-        found = Rests {
-            spans: Vec::new(),
-            ..find_rests(&samples, &rows)
-        };
-    }
-    let (samples, nominal) = match smoothed(recording, options)? {
-        Some(smoothed) => {
-            findings.extend(smoothed.findings);
-            drop(samples);
-            let file = calibration.map(|c| c.file);
-            let told = &mut Vec::new();
-            with_scales(
-                &smoothed.recording,
-                file,
-                options,
-                &scales,
-                file.is_some(),
-                told,
-            )?
-        }
-        None => (samples, nominal),
+    let found = opening::rests(&samples, options);
+    let file = calibration.map(|c| c.file);
+    let (samples, nominal) = if options.smooth.is_empty() {
+        (samples, nominal)
+    } else {
+        drop((samples, nominal));
+        let (smooth, told) = smooth(recording.clone(), &options.smooth, options.edge)?;
+        findings.extend(told);
+        let told = &mut Vec::new();
+        with_scales(&smooth, file, options, &scales, file.is_some(), told)?
     };
     let walk = Walk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
     let mut rests = found.spans.clone();
-    let file = calibration.map(|c| c.file);
     let size = size_at_rest(&samples, &rests, walk);
     let directions = assumed::directions(
         file,
@@ -168,7 +151,7 @@ pub fn motion(
         // Without a rest nothing tells the noise, nor how far the tilt is off.
         bands: options.bands && (by_mean || !rests.is_empty()),
     };
-    if options.gravity_removal == GravityRemoval::StillMean {
+    if by_mean {
         setup.mean = Some(still_mean(&samples, options.still_rows, walk));
     }
     if options.zero_velocity && options.rests.given_s.is_none() {
@@ -201,7 +184,7 @@ pub fn motion(
 
     // Leg after leg.
     let mut legs_from = rests.clone();
-    let plan = if options.gravity_removal == GravityRemoval::StillMean && !options.zero_velocity {
+    let plan = if by_mean && !options.zero_velocity {
         let rows = options.still_rows.min(samples.len());
         legs_from = std::iter::once(0..rows).collect();
         plan::whole(&samples)
@@ -218,7 +201,8 @@ pub fn motion(
     let path = setup.follow(&plan, &legs_from);
     let at_rest_only =
         path.moves.is_empty() || (rests.len() == 1 && rests[0].len() == samples.len());
-    let at_rest_only = at_rest_only && !rests.is_empty();
+    // Where the start alone can be a rest, the end itself is the drift.
+    let at_rest_only = at_rest_only && !rests.is_empty() && !options.rests_at_start();
     let mut drift_track = (at_rest_only && options.keep_uncalibrated)
         .then(|| drift::static_track(&setup))
         .flatten();
@@ -285,19 +269,8 @@ pub fn motion(
         rows: recording.rows() as u64,
         rows_left_out: (recording.rows() - samples.len()) as u64,
         frame: words::frame(options, rests.is_empty()),
-        still: rests
-            .iter()
-            .map(|r| Span {
-                start_s: t[r.start],
-                end_s: t[r.end - 1],
-            })
-            .collect(),
-        noise: found.accel.map(|a| NoiseAtRest {
-            accel_sigma_mps2: a.sigma,
-            accel_vif: a.vif,
-            gyro_sigma_rad_s: found.gyro.map(|g| g.sigma),
-            gyro_vif: found.gyro.map(|g| g.vif),
-        }),
+        still: Span::of(t, &rests),
+        noise: NoiseAtRest::of(&found),
         moves: path.moves,
         r#final: path.end.unwrap_or(FinalState {
             position_m: None,
@@ -332,34 +305,6 @@ pub fn motion(
         static_drift: drift_track,
     };
     Ok(Motion { result, track })
-}
-
-/// The recording with its accelerometer filtered, and what is odd about that.
-struct Smoothed {
-    recording: Recording,
-    findings: Vec<Finding>,
-}
-
-fn smoothed(recording: &Recording, options: &MotionOptions) -> Result<Option<Smoothed>> {
-    if options.smooth.is_empty() {
-        return Ok(None);
-    }
-    let filters = DenoiseOptions {
-        edge: options.edge,
-        channels: Channels::Accel,
-        ..DenoiseOptions::new(options.smooth.iter().copied())
-    };
-    let done = denoise(recording.clone(), &filters)?;
-    let known = |f: &Finding| recording.findings.contains(f);
-    Ok(Some(Smoothed {
-        findings: done
-            .summary
-            .findings
-            .into_iter()
-            .filter(|f| !known(f))
-            .collect(),
-        recording: done.recording,
-    }))
 }
 
 /// The candidates that are rests, piece by piece.

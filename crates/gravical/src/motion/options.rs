@@ -105,6 +105,15 @@ impl MotionOptions {
         }
     }
 
+    /// The rows that the mean is over are all that is asked for a rest: nothing after
+    /// them depends on another.
+    #[must_use]
+    pub fn rests_at_start(&self) -> bool {
+        self.gravity_removal == GravityRemoval::StillMean
+            && !self.zero_velocity
+            && self.rests.given_s.is_none()
+    }
+
     /// Checks ranges.
     ///
     /// # Errors

@@ -8,6 +8,7 @@ use super::Calibrated;
 use super::options::MotionOptions;
 use super::samples::Samples;
 use super::scales::{Scales, scales};
+use super::words::rows_left_out;
 use crate::calibration_file::CalibrationFile;
 use crate::recording::{Finding, LineSpans, Recording};
 use crate::segment::face::AxisMap;
@@ -92,15 +93,7 @@ pub(super) fn with_scales(
         .at(Path::new(&recording.name), None)
         .with_hint("`gravical inspect` shows what is in it"));
     }
-    if !lines.is_empty() {
-        findings.push(
-            Finding::note(
-                "rows-left-out",
-                "rows without a complete sample, or whose stamp does not advance; the steps go over them",
-            )
-            .at_lines(&lines),
-        );
-    }
+    findings.extend(rows_left_out(&lines));
     let nominal = with_nominal.then(|| {
         let plain = Source {
             channels: None,

@@ -1,8 +1,11 @@
 //! What motion says: the object of `gravical motion --json`, and the columns of
 //! its table.
 
+use std::ops::Range;
+
 use serde::Serialize;
 
+use super::still::Rests;
 use crate::recording::Finding;
 
 /// Motion of one recording.
@@ -63,6 +66,16 @@ pub struct Span {
     pub end_s: f64,
 }
 
+impl Span {
+    pub(super) fn of(t_s: &[f64], rests: &[Range<usize>]) -> Vec<Self> {
+        let span = |r: &Range<usize>| Span {
+            start_s: t_s[r.start],
+            end_s: t_s[r.end - 1],
+        };
+        rests.iter().map(span).collect()
+    }
+}
+
 /// Noise of the samples at rest: σ of one sample, and how much wider a mean
 /// scatters since neighbours are alike (variance inflation factor).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -75,6 +88,17 @@ pub struct NoiseAtRest {
     pub gyro_sigma_rad_s: Option<[f64; 3]>,
     /// Its variance inflation factor.
     pub gyro_vif: Option<f64>,
+}
+
+impl NoiseAtRest {
+    pub(super) fn of(rests: &Rests) -> Option<Self> {
+        rests.accel.map(|a| NoiseAtRest {
+            accel_sigma_mps2: a.sigma,
+            accel_vif: a.vif,
+            gyro_sigma_rad_s: rests.gyro.map(|g| g.sigma),
+            gyro_vif: rests.gyro.map(|g| g.vif),
+        })
+    }
 }
 
 /// How velocity is tied down at the ends of a move.
@@ -119,6 +143,29 @@ pub struct Move {
     pub usable: bool,
     /// Why it cannot be known, or what it costs that there is no rest at one end.
     pub reason: Option<String>,
+}
+
+impl Move {
+    /// One of which `gap_s` seconds are missing, or in which the recording is parted.
+    pub(super) fn lost(start_s: f64, end_s: f64, gap_s: f64) -> Self {
+        Move {
+            start_s,
+            end_s,
+            ends: Ends::Free,
+            displacement_m: None,
+            sigma_m: None,
+            peak_speed_mps: None,
+            path_m: None,
+            velocity_error_mps: None,
+            missing_tilt_deg: None,
+            usable: false,
+            reason: Some(if gap_s > 0.0 {
+                format!("{gap_s:.2} s are missing in it: how far it went then is not known")
+            } else {
+                "the recording is parted in it: how far it went then is not known".to_owned()
+            }),
+        }
+    }
 }
 
 /// State at the end.

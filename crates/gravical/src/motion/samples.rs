@@ -33,6 +33,20 @@ impl Samples {
         self.t_s.is_empty()
     }
 
+    /// The first of them, `count` at most.
+    #[must_use]
+    pub fn first(&self, count: usize) -> Samples {
+        let count = count.min(self.len());
+        let three = |channels: &[Vec<f64>; 3]| channels.each_ref().map(|c| c[..count].to_vec());
+        Samples {
+            t_s: self.t_s[..count].to_vec(),
+            force_mps2: three(&self.force_mps2),
+            rate_rad_s: self.rate_rad_s.as_ref().map(three),
+            row: self.row[..count].to_vec(),
+            breaks: self.breaks.iter().copied().filter(|b| *b < count).collect(),
+        }
+    }
+
     /// Specific force of a sample, m/s².
     #[must_use]
     #[inline]

@@ -36,7 +36,11 @@ pub(super) fn scales(
     options: &MotionOptions,
     findings: &mut Vec<Finding>,
 ) -> Result<Scales> {
-    let coarse = find_stills(recording, &StillOptions::short_rests()).spans;
+    let coarse = if options.rests_at_start() {
+        std::iter::once(0..options.still_rows.min(recording.rows())).collect()
+    } else {
+        find_stills(recording, &StillOptions::short_rests()).spans
+    };
 
     // The accelerometer by its nominal scale.
     let nominal = recording.accel_scale.nominal();

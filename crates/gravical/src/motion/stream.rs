@@ -119,18 +119,25 @@ pub fn motion_stream(
         &opened.dialect,
         opened.layout.scanner(&opened.dialect),
     );
-    let done = match out {
-        Some(out) => stream.run(opened.lines, &input, name, out, &mut findings)?,
-        None => {
-            let mut nowhere = std::io::sink();
-            stream.run(opened.lines, &input, name, &mut nowhere, &mut findings)?
-        }
-    };
+    let mut nowhere = std::io::sink();
+    let out = out.unwrap_or(&mut nowhere);
+    let done = stream.run(opened.lines, &input, name, out)?;
+    findings.extend(done.told.all());
     let result = begin.result(done.sink, done.ledger.rows, calibration, options, findings);
     Ok(Streamed {
         result,
         head: begin.recording,
     })
+}
+
+/// The lines of a head; of what is not all the last one is cut off.
+pub(super) fn whole_lines(head: &[u8], whole: bool) -> &[u8] {
+    let end = if whole {
+        head.len()
+    } else {
+        head.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1)
+    };
+    &head[..end]
 }
 
 /// What the first rows tell.
@@ -157,13 +164,7 @@ impl Begin {
         calibration: Option<Calibrated<'_>>,
         options: &MotionOptions,
     ) -> Result<Self> {
-        // The last line of what is not all is cut off.
-        let end = if whole {
-            head.len()
-        } else {
-            head.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1)
-        };
-        let recording = read_bytes(&head[..end], name, read)?;
+        let recording = read_bytes(whole_lines(head, whole), name, read)?;
         let Prepared {
             samples,
             findings,
@@ -191,12 +192,7 @@ impl Begin {
         Ok(Begin {
             accel: scales.accel,
             gyro: scales.gyro,
-            noise: rests.accel.map(|a| NoiseAtRest {
-                accel_sigma_mps2: a.sigma,
-                accel_vif: a.vif,
-                gyro_sigma_rad_s: rests.gyro.map(|g| g.sigma),
-                gyro_vif: rests.gyro.map(|g| g.vif),
-            }),
+            noise: NoiseAtRest::of(&rests),
             rested: !rests.spans.is_empty(),
             rate_hz: if step_s > 0.0 { 1.0 / step_s } else { 0.0 },
             gap_s: gap_s(&all),
@@ -323,15 +319,7 @@ impl Begin {
         if let Time::Stamps(follower) = &state.time {
             follower.stamps().report(Treatment::Repaired, &mut findings);
         }
-        if !state.left_out.is_empty() {
-            findings.push(
-                Finding::note(
-                    "rows-left-out",
-                    "rows without a complete sample, or whose stamp does not advance; the steps go over them",
-                )
-                .at_lines(&state.left_out),
-            );
-        }
+        findings.extend(words::rows_left_out(&state.left_out));
         let (still, moves, end) = state.told.finish();
         let lost = moves.iter().filter(|m| !m.usable).count();
         if lost > 0 {

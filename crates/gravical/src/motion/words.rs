@@ -13,7 +13,7 @@ use super::result::{Ends, Move};
 use super::samples::Samples;
 use super::still::{self, Rests};
 use crate::gravity::Gravity;
-use crate::recording::Finding;
+use crate::recording::{Finding, LineSpans};
 
 /// Gravity at rest that is off by less than this is not told where nothing is
 /// calibrated, relative.
@@ -96,6 +96,17 @@ pub(super) fn no_covariance() -> Finding {
         "covariance-unknown",
         "the calibration does not state its covariance: 0.5 % of scale, 0.02 m/s² of bias and 0.6° between the axes are assumed for the band",
     )
+}
+
+/// Rows that are no samples.
+pub(super) fn rows_left_out(lines: &LineSpans) -> Option<Finding> {
+    (!lines.is_empty()).then(|| {
+        Finding::note(
+            "rows-left-out",
+            "rows without a complete sample, or whose stamp does not advance; the steps go over them",
+        )
+        .at_lines(lines)
+    })
 }
 
 /// Quiet stretches that are no rest, and rests against the odds.

@@ -5,9 +5,10 @@ use crate::stats::median;
 
 use super::finding::Finding;
 use super::layout::Layout;
+use super::quiet::quiet_norm;
 use super::read::Scanned;
 use super::timing::{self, Claims};
-use super::unit_choice::{decide_accel, looks_unsigned, quiet_norm};
+use super::unit_choice::{decide_accel, looks_unsigned};
 use super::units::{GyroScale, GyroUnit, Origin};
 use super::{POSSIBLE, ReadOptions, Recording, quality};
 

@@ -36,6 +36,7 @@ mod ledger;
 pub mod names;
 pub mod open;
 pub mod quality;
+mod quiet;
 mod read;
 pub mod row;
 pub mod timing;
@@ -47,11 +48,13 @@ pub use finding::{Finding, LineSpans, Severity};
 pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
 pub use layout::ColumnsSpec;
 pub use ledger::{Aside, Ledger};
+pub use quiet::quiet_norm;
+pub(crate) use quiet::{Quiet, QuietBlocks, quiet};
 pub(crate) use read::{HEAD, Prepared, cut_off, prepare, reason_before, reason_for, text_findings};
 pub use read::{read, read_bytes};
 pub use timing::{TimeUnit, Timing};
-pub(crate) use unit_choice::{Quiet, looks_unsigned, quiet};
-pub use unit_choice::{decide_accel, quiet_norm};
+pub use unit_choice::decide_accel;
+pub(crate) use unit_choice::{fits_unsigned, looks_unsigned};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 
 /// Sampling rates (Hz) and full-scale ranges (g, °/s) that can be meant: wide

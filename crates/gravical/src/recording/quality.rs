@@ -26,49 +26,79 @@ pub fn empty_cells(
     gyro: Option<&[Vec<f64>; 3]>,
     temperature_c: Option<&[f64]>,
 ) -> Option<Finding> {
-    let mut channels: Vec<(&str, &[f64])> = ["ax", "ay", "az"]
-        .into_iter()
-        .zip(accel.iter().map(|c| &c[..]))
-        .collect();
-    if let Some(gyro) = gyro {
-        channels.extend(
-            ["gx", "gy", "gz"]
-                .into_iter()
-                .zip(gyro.iter().map(|c| &c[..])),
-        );
-    }
-    channels.extend(temperature_c.map(|t| ("temperature", t)));
-    let mut total = 0;
-    let mut parts = Vec::new();
-    for (name, values) in channels {
-        let empty = values.iter().filter(|v| v.is_nan()).count();
-        if empty > 0 {
-            total += empty;
-            parts.push(format!("{name} {empty}"));
-        }
-    }
-    if total == 0 {
-        return None;
-    }
+    let sensor = |channels: &[Vec<f64>; 3]| {
+        std::array::from_fn(|i| channels[i].iter().filter(|v| v.is_nan()).count())
+    };
     let rows = accel[0].len();
-    let incomplete = (0..rows)
-        .filter(|&i| accel.iter().any(|c| c[i].is_nan()))
-        .count();
-    Some(
-        Finding::warning(
-            "empty-cells",
-            format!(
-                "{total} empty cells ({}); {incomplete} of {rows} rows lack a value of the accelerometer{}",
-                parts.join(", "),
-                if incomplete * 5 > rows {
-                    ": each channel is written when it arrives; the last value of the others is held"
-                } else {
-                    "; they are left out of means"
-                }
-            ),
+    let incomplete = |i: &usize| accel.iter().any(|c| c[*i].is_nan());
+    Empty {
+        accel: sensor(accel),
+        gyro: gyro.map_or([0; 3], sensor),
+        temperature: temperature_c.map_or(0, |t| t.iter().filter(|v| v.is_nan()).count()),
+        incomplete: (0..rows).filter(incomplete).count(),
+    }
+    .finding(rows)
+}
+
+/// Cells without a value, counted by channel.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Empty {
+    /// Of ax, ay, az.
+    pub accel: [usize; 3],
+    /// Of gx, gy, gz.
+    pub gyro: [usize; 3],
+    /// Of the temperature.
+    pub temperature: usize,
+    /// Rows that lack a value of the accelerometer.
+    pub incomplete: usize,
+}
+
+impl Empty {
+    /// The last values of the accelerometer are held over so many empty cells of
+    /// `rows` rows.
+    pub fn is_sparse(&self, rows: usize) -> bool {
+        self.incomplete * 5 > rows
+    }
+
+    /// What is said of them; none without any.
+    pub fn finding(&self, rows: usize) -> Option<Finding> {
+        let [ax, ay, az] = self.accel;
+        let [gx, gy, gz] = self.gyro;
+        let parts = [
+            ("ax", ax),
+            ("ay", ay),
+            ("az", az),
+            ("gx", gx),
+            ("gy", gy),
+            ("gz", gz),
+            ("temperature", self.temperature),
+        ];
+        let total: usize = parts.iter().map(|p| p.1).sum();
+        if total == 0 {
+            return None;
+        }
+        let parts: Vec<String> = parts
+            .iter()
+            .filter(|(_, empty)| *empty > 0)
+            .map(|(name, empty)| format!("{name} {empty}"))
+            .collect();
+        Some(
+            Finding::warning(
+                "empty-cells",
+                format!(
+                    "{total} empty cells ({}); {} of {rows} rows lack a value of the accelerometer{}",
+                    parts.join(", "),
+                    self.incomplete,
+                    if self.is_sparse(rows) {
+                        ": each channel is written when it arrives; the last value of the others is held"
+                    } else {
+                        "; they are left out of means"
+                    }
+                ),
+            )
+            .counting(total as u64),
         )
-        .counting(total as u64),
-    )
+    }
 }
 
 fn frozen(recording: &Recording, findings: &mut Vec<Finding>) {

@@ -6,67 +6,6 @@ use super::finding::Finding;
 use super::units::{AccelScale, AccelUnit, Evidence, Origin, accel_evidence};
 use crate::stats::median;
 
-/// Rows of one block over which stillness is judged here.
-const BLOCK: usize = 20;
-
-/// Median magnitude of the quietest third of the blocks of 20 rows, and
-/// whether all values there are whole numbers. Still or not: gravity dominates
-/// the mean of a quiet block. None without a complete row.
-#[must_use]
-pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
-    quiet(accel).map(|q| (q.norm, q.integers))
-}
-
-/// The quietest third of the blocks of a recording.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Quiet {
-    /// Median magnitude of their means, in the unit of the values.
-    pub norm: f64,
-    /// Median standard deviation within them, all axes together.
-    pub spread: f64,
-    /// All values of the recording are whole numbers.
-    pub integers: bool,
-}
-
-/// As [`quiet_norm`], with how quiet they are.
-pub(crate) fn quiet(accel: &[Vec<f64>; 3]) -> Option<Quiet> {
-    let rows: Vec<usize> = (0..accel[0].len())
-        .filter(|&i| accel.iter().all(|c| c[i].is_finite()))
-        .collect();
-    let mut integers = true;
-    let mut blocks: Vec<(f64, f64)> = Vec::new();
-    // On a long recording every so many blocks are enough for a median.
-    let stride = (rows.len() / BLOCK / 20_000).max(1);
-    for block in rows.chunks(BLOCK).step_by(stride) {
-        let n = block.len() as f64;
-        if block.len() < BLOCK && !blocks.is_empty() {
-            continue;
-        }
-        let mut variance = 0.0;
-        for channel in accel {
-            let mean = block.iter().map(|&i| channel[i]).sum::<f64>() / n;
-            variance += block
-                .iter()
-                .map(|&i| (channel[i] - mean).powi(2))
-                .sum::<f64>()
-                / n;
-            integers &= block.iter().all(|&i| whole(channel[i]));
-        }
-        // The mean of the lengths, not the length of the mean: in a short list
-        // of means every row is another placement.
-        let length = |&i: &usize| accel.iter().map(|c| c[i] * c[i]).sum::<f64>().sqrt();
-        blocks.push((variance, block.iter().map(length).sum::<f64>() / n));
-    }
-    blocks.sort_by(|a, b| a.0.total_cmp(&b.0));
-    blocks.truncate(blocks.len().div_ceil(3));
-    let (mut variances, mut norms): (Vec<f64>, Vec<f64>) = blocks.into_iter().unzip();
-    Some(Quiet {
-        norm: median(&mut norms)?,
-        spread: median(&mut variances)?.sqrt(),
-        integers,
-    })
-}
-
 /// Unsigned 16-bit values: whole numbers around 32768 on every axis.
 #[must_use]
 pub(crate) fn looks_unsigned(accel: &[Vec<f64>; 3]) -> bool {
@@ -75,6 +14,13 @@ pub(crate) fn looks_unsigned(accel: &[Vec<f64>; 3]) -> bool {
         let fits = !some.is_empty() && some.iter().all(|v| whole(*v) && (0.0..65536.0).contains(v));
         fits && median(&mut some).is_some_and(|m| (16384.0..49152.0).contains(&m))
     })
+}
+
+/// All values could be unsigned ones of 16 bits; whether they are, their median tells.
+#[must_use]
+pub(crate) fn fits_unsigned(accel: &[Vec<f64>; 3]) -> bool {
+    let fits = |v: &f64| v.is_nan() || (whole(*v) && (0.0..65536.0).contains(v));
+    accel.iter().all(|channel| channel.iter().all(fits))
 }
 
 /// Decides the unit from the magnitude of quiet readings, the header's claim
@@ -259,7 +205,7 @@ fn short(value: f64) -> String {
 
 /// True for a whole number that a converter can give. (`fract` is a call into the
 /// mathematical library on most processors, and this is asked of every value.)
-fn whole(v: f64) -> bool {
+pub(super) fn whole(v: f64) -> bool {
     v == f64::from(v as i32)
 }
 
@@ -315,22 +261,5 @@ mod tests {
         };
         let _ = decide_accel(Some((8200.0, true)), false, None, &options, &mut findings);
         assert_eq!(findings[0].kind, "range-mismatch");
-    }
-
-    #[test]
-    fn the_quiet_part_decides_not_the_shaking() {
-        let mut accel = [Vec::new(), Vec::new(), Vec::new()];
-        for i in 0..400 {
-            let shake = if i < 200 {
-                0.0
-            } else {
-                30.0 * f64::from(i).sin()
-            };
-            accel[0].push(shake);
-            accel[1].push(shake);
-            accel[2].push(9.81 + shake);
-        }
-        let (norm, integers) = quiet_norm(&accel).unwrap();
-        assert!((norm - 9.81).abs() < 1e-9 && !integers);
     }
 }

@@ -7,12 +7,9 @@ use std::process::ExitCode;
 use gravical::motion::{Calibrated, MotionOptions, Streamed, motion_stream};
 use gravical::output::write_atomic;
 use gravical::recording::open;
-use gravical::report::motion_text;
 use gravical::{Error, Result};
 
-use super::{Args, nothing_usable};
-use crate::failure::QUALITY;
-use crate::text;
+use super::{Args, tell};
 
 /// As [`super::run`], sample by sample.
 ///
@@ -49,24 +46,7 @@ pub(super) fn run(
         None if args.json => pass(None)?,
         None => pass(Some(&mut io::stdout().lock()))?,
     };
-    let result = &done.result;
-    if args.json {
-        text::print_json(result)?;
-    }
-    if !args.quiet {
-        let to = match target {
-            Some(path) => format!(" → {}", path.display()),
-            None if args.json => String::new(),
-            None => " → stdout".to_owned(),
-        };
-        text::say(&format!("{}: {} rows{to}", result.input, result.rows));
-        text::say_report(motion_text(result, &done.head).trim_end());
-    }
-    Ok(if nothing_usable(result) {
-        ExitCode::from(QUALITY)
-    } else {
-        ExitCode::SUCCESS
-    })
+    tell(args, &done.result, &done.head)
 }
 
 fn not_causal(what: &str) -> Error {

@@ -1,6 +1,6 @@
 //! One leg: its samples, its bands, and where it takes the sensor.
 
-use gravical_core::matrix3::{mul_vec, norm, sub};
+use gravical_core::matrix3::{norm, sub};
 use gravical_core::strapdown::times;
 
 use super::super::bands::{LegNoise, Variances};
@@ -74,13 +74,7 @@ impl Setup<'_> {
                     variance_v[k] = effect.of_velocity(&ran.velocity[k]);
                     variance_p[k] = effect.of_position(&sub(&ran.position[k], &zero));
                 }
-                for (direction, offset) in self.directions.iter().zip(&mut state.offsets) {
-                    let moved = mul_vec(direction.matrix(), &way);
-                    for i in 0..3 {
-                        own[i] += moved[i] * moved[i];
-                        offset[i] += moved[i];
-                    }
-                }
+                own = self.shift(state, &way);
             }
             let run_again = if linear { 0 } else { self.directions.len() };
             let changes = self
@@ -127,19 +121,10 @@ impl Setup<'_> {
                 let i = order(k);
                 let here: [f64; 3] =
                     std::array::from_fn(|a| origin[a] + ran.position[k][a] - zero[a]);
-                let yaw = state.yaw.at(&here);
+                let total = self.total(state, &p, &rotation, &variance_p[k], &here);
                 for a in 0..3 {
-                    let clock = 2.0 * self.clock_error * (here[a] - self.p0[a]);
-                    let total = state.noise[a]
-                        + state.tilt[a]
-                        + p.noise[a]
-                        + p.tilt[a]
-                        + rotation[a]
-                        + variance_p[k][a]
-                        + yaw[a]
-                        + clock * clock;
                     if state.known {
-                        path.sigma_position[i][a] = total.sqrt();
+                        path.sigma_position[i][a] = total[a].sqrt();
                     }
                     let clock = self.clock_error * ran.velocity[k][a];
                     path.sigma_velocity[i][a] =
@@ -150,16 +135,7 @@ impl Setup<'_> {
                     (0..3).for_each(|a| end.tilt[a] += rotation[a]);
                 }
             }
-            let across = [way[1], way[0], 0.0];
-            displacement_sigma = Some(std::array::from_fn(|a| {
-                let clock = 2.0 * self.clock_error * way[a];
-                let yaw = state.yaw.variance * across[a] * across[a];
-                (end.noise[a] + end.tilt[a] + own[a] + clock * clock + yaw).sqrt()
-            }));
-            for a in 0..3 {
-                state.noise[a] += end.noise[a];
-                state.tilt[a] += end.tilt[a];
-            }
+            displacement_sigma = Some(self.arrive(state, &end, &own, &way));
         }
         let place: [f64; 3] = std::array::from_fn(|a| origin[a] + way[a]);
         // The heading is that of the first rest: what ran backwards from it turns
@@ -213,7 +189,13 @@ impl Setup<'_> {
 
     /// What a tilt that the levelling missed turns up and down, and what the yaw
     /// of the leg itself turns sideways.
-    fn rotation(&self, noise: &LegNoise, tau: f64, p: &[f64; 3], zero: &[f64; 3]) -> [f64; 3] {
+    pub(super) fn rotation(
+        &self,
+        noise: &LegNoise,
+        tau: f64,
+        p: &[f64; 3],
+        zero: &[f64; 3],
+    ) -> [f64; 3] {
         let p: [f64; 3] = std::array::from_fn(|i| p[i] - zero[i]);
         let level = noise.level_near;
         let yaw = (noise.gyro * tau + noise.bias * tau * tau) / 3.0;

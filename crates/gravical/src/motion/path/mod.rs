@@ -1,5 +1,6 @@
 //! Leg after leg: attitude, velocity, position and what they may be off by.
 
+mod close;
 mod fly;
 mod linear;
 mod setup;
@@ -15,7 +16,7 @@ use super::plan::Stretch;
 use super::result::{Ends, FinalState, Move, PositionBudget};
 
 pub(super) use setup::Setup;
-use state::{State, Yaw};
+use state::State;
 
 /// The way, sample by sample; NaN where it is not known.
 #[derive(Debug, Default)]
@@ -53,19 +54,11 @@ impl Setup<'_> {
             ..Path::default()
         };
         let anchors = Anchors::new(self.samples, self.walk);
-        let mut state = State {
-            attitude: match rests.first() {
-                Some(_) => level(anchors.at(rests, 0, Side::First).force, 0.0),
-                None => level(anchors.whole(0..n).force, 0.0),
-            },
-            position: self.p0,
-            known: true,
-            noise: [0.0; 3],
-            tilt: [0.0; 3],
-            offsets: vec![[0.0; 3]; self.directions.len()],
-            yaw_offsets: vec![0.0; self.directions.len()],
-            yaw: Yaw::default(),
+        let attitude = match rests.first() {
+            Some(_) => level(anchors.at(rests, 0, Side::First).force, 0.0),
+            None => level(anchors.whole(0..n).force, 0.0),
         };
+        let mut state = State::new(attitude, self.p0, self.directions.len());
         if matches!(self.removal(), Removal::Mean(_)) {
             state.attitude = [1.0, 0.0, 0.0, 0.0];
         }
@@ -123,7 +116,8 @@ impl Setup<'_> {
                     path.moves.push(moved);
                 }
                 Stretch::Lost { from, to, gap_s } => {
-                    path.moves.push(self.lost(*from, *to, *gap_s));
+                    let t = &self.samples.t_s;
+                    path.moves.push(Move::lost(t[*from], t[*to], *gap_s));
                     // Before the first rest nothing is counted yet.
                     state.known &= index == 0 && plan.len() > 1 && !rests.is_empty();
                     last_velocity = None;
@@ -141,24 +135,6 @@ impl Setup<'_> {
         });
         path.budget = (known && self.bands).then(|| self.budget(&state));
         path
-    }
-
-    fn lost(&self, from: usize, to: usize, gap_s: f64) -> Move {
-        Move {
-            start_s: self.samples.t_s[from],
-            end_s: self.samples.t_s[to],
-            ends: Ends::Free,
-            displacement_m: None,
-            sigma_m: None,
-            peak_speed_mps: None,
-            path_m: None,
-            velocity_error_mps: None,
-            missing_tilt_deg: None,
-            usable: false,
-            reason: Some(format!(
-                "{gap_s:.2} s are missing in it: how far it went then is not known"
-            )),
-        }
     }
 
     fn rest(&self, span: &Range<usize>, state: &State, path: &mut Path) {

@@ -48,6 +48,22 @@ impl Yaw {
     }
 }
 
+impl State {
+    /// At the start, with so many directions of the parameters.
+    pub fn new(attitude: [f64; 4], position: [f64; 3], directions: usize) -> Self {
+        State {
+            attitude,
+            position,
+            known: true,
+            noise: [0.0; 3],
+            tilt: [0.0; 3],
+            offsets: vec![[0.0; 3]; directions],
+            yaw_offsets: vec![0.0; directions],
+            yaw: Yaw::default(),
+        }
+    }
+}
+
 impl Setup<'_> {
     /// Standard uncertainty of the position after the legs so far.
     pub(super) fn sigma(&self, state: &State, position: &[f64; 3]) -> [f64; 3] {

@@ -144,23 +144,9 @@ impl Told {
                 end_s: self.last_s,
             });
         }
-        self.moves.push(Move {
-            start_s: if moving { self.since_s } else { self.last_s },
-            end_s: self.last_s + gap_s.max(0.0),
-            ends: Ends::Free,
-            displacement_m: None,
-            sigma_m: None,
-            peak_speed_mps: None,
-            path_m: None,
-            velocity_error_mps: None,
-            missing_tilt_deg: None,
-            usable: false,
-            reason: Some(if gap_s > 0.0 {
-                format!("{gap_s:.2} s are missing in it: how far it went then is not known")
-            } else {
-                "the recording is parted in it: how far it went then is not known".to_owned()
-            }),
-        });
+        let start_s = if moving { self.since_s } else { self.last_s };
+        let end_s = self.last_s + gap_s.max(0.0);
+        self.moves.push(Move::lost(start_s, end_s, gap_s));
         self.before = Phase::Waiting;
         self.position = [f64::NAN; 3];
         self.velocity = [f64::NAN; 3];

@@ -1,6 +1,7 @@
 //! Time stamps as they were recorded: unit, wraps, repeats, gaps, true rate.
 
 mod faults;
+mod steps;
 #[cfg(test)]
 mod tests;
 mod unit;
@@ -13,6 +14,7 @@ use crate::stats::{median, standard_deviation};
 
 pub(crate) use faults::{Clock, Follower, Stamps, Treatment};
 use faults::{Followed, follow};
+pub(crate) use steps::Steps;
 pub use unit::TimeUnit;
 use unit::guess_unit;
 
@@ -56,6 +58,7 @@ pub(crate) struct Timed {
 }
 
 /// What is known about the stamps from outside.
+#[derive(Clone, Copy)]
 pub(crate) struct Claims {
     pub unit: Option<TimeUnit>,
     pub nominal_rate_hz: Option<f64>,
@@ -92,7 +95,7 @@ pub(crate) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
             ));
             return untimed(raw.len(), claims, findings);
         }
-        None => match guess_unit(&raw, median, claims, &mut findings) {
+        None => match guess_unit(raw[0], steps.len(), median, claims, &mut findings) {
             Some(unit) => unit,
             None => {
                 findings.push(Finding::warning(

@@ -75,14 +75,14 @@ const PLAUSIBLE_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 const DATES_S: std::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
 
 /// The unit at which the median step gives a usual rate, nearest to 100 Hz
-/// where two do.
+/// where two do. `first` is the first stamp, `steps` the number of them.
 pub(super) fn guess_unit(
-    raw: &[f64],
+    first: f64,
+    steps: usize,
     median: f64,
     claims: &Claims,
     findings: &mut Vec<Finding>,
 ) -> Option<TimeUnit> {
-    let steps = raw.len() - 1;
     let mut fitting: Vec<(TimeUnit, f64)> = TimeUnit::ALL
         .into_iter()
         .map(|u| (u, 1.0 / (median * u.seconds())))
@@ -96,7 +96,7 @@ pub(super) fn guess_unit(
         return Some(fitting[at].0);
     }
     // A stamp that counts from 1970 is a date in one unit only.
-    let date = |u: TimeUnit| raw[0].is_finite() && DATES_S.contains(&(raw[0] * u.seconds()));
+    let date = |u: TimeUnit| first.is_finite() && DATES_S.contains(&(first * u.seconds()));
     if let Some((unit, _)) = fitting.iter().find(|(u, _)| date(*u)) {
         return Some(*unit);
     }

@@ -1,0 +1,177 @@
+//! The magnitude of the quietest readings: gravity, in whatever unit.
+
+use super::unit_choice::whole;
+use crate::stats::median;
+
+/// Rows of one block over which stillness is judged here.
+const BLOCK: usize = 20;
+
+/// Blocks that are kept at most: for a median half of them are enough.
+const MOST: usize = 40_000;
+
+/// Median magnitude of the quietest third of the blocks of 20 rows, and
+/// whether all values there are whole numbers. Still or not: gravity dominates
+/// the mean of a quiet block. None without a complete row.
+#[must_use]
+pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
+    quiet(accel).map(|q| (q.norm, q.integers))
+}
+
+/// The quietest third of the blocks of a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Quiet {
+    /// Median magnitude of their means, in the unit of the values.
+    pub norm: f64,
+    /// Median standard deviation within them, all axes together.
+    pub spread: f64,
+    /// All values of the recording are whole numbers.
+    pub integers: bool,
+}
+
+/// As [`quiet_norm`], with how quiet they are.
+pub(crate) fn quiet(accel: &[Vec<f64>; 3]) -> Option<Quiet> {
+    let mut blocks = QuietBlocks::default();
+    let [x, y, z] = accel;
+    for ((x, y), z) in x.iter().zip(y).zip(z) {
+        blocks.push([*x, *y, *z]);
+    }
+    blocks.finish()
+}
+
+/// The same row by row. Of a long recording every so many blocks count, a power of
+/// two, so that memory is flat.
+#[derive(Debug, Clone)]
+pub(crate) struct QuietBlocks {
+    rows: [[f64; 3]; BLOCK],
+    filled: usize,
+    /// Blocks so far, and every how many of them counts.
+    number: usize,
+    stride: usize,
+    blocks: Vec<Block>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    variance: f64,
+    norm: f64,
+    integers: bool,
+}
+
+impl Default for QuietBlocks {
+    fn default() -> Self {
+        QuietBlocks {
+            rows: [[0.0; 3]; BLOCK],
+            filled: 0,
+            number: 0,
+            stride: 1,
+            blocks: Vec::new(),
+        }
+    }
+}
+
+impl QuietBlocks {
+    /// A row; one that is not complete counts nothing.
+    #[inline]
+    pub fn push(&mut self, accel: [f64; 3]) {
+        if !(accel[0] + accel[1] + accel[2]).is_finite() {
+            return;
+        }
+        if let Some(place) = self.rows.get_mut(self.filled) {
+            *place = accel;
+        }
+        self.filled += 1;
+        if self.filled == BLOCK {
+            self.end_block();
+        }
+    }
+
+    #[inline(never)]
+    fn end_block(&mut self) {
+        if self.number.is_multiple_of(self.stride) {
+            self.blocks.push(block(&self.rows));
+            if self.blocks.len() > MOST {
+                self.stride *= 2;
+                let mut place = 0;
+                self.blocks.retain(|_| {
+                    place += 1;
+                    place % 2 == 1
+                });
+            }
+        }
+        self.number += 1;
+        self.filled = 0;
+    }
+
+    /// What they say; none without a complete row.
+    pub fn finish(&self) -> Option<Quiet> {
+        let mut blocks = self.blocks.clone();
+        if blocks.is_empty() && self.filled > 0 {
+            blocks.extend(self.rows.get(..self.filled).map(block));
+        }
+        let integers = blocks.iter().all(|b| b.integers);
+        blocks.sort_by(|a, b| a.variance.total_cmp(&b.variance));
+        blocks.truncate(blocks.len().div_ceil(3));
+        let (mut variances, mut norms): (Vec<f64>, Vec<f64>) =
+            blocks.into_iter().map(|b| (b.variance, b.norm)).unzip();
+        Some(Quiet {
+            norm: median(&mut norms)?,
+            spread: median(&mut variances)?.sqrt(),
+            integers,
+        })
+    }
+}
+
+fn block(rows: &[[f64; 3]]) -> Block {
+    let n = rows.len() as f64;
+    let mut variance = 0.0;
+    for axis in 0..3 {
+        let mean = rows.iter().map(|r| r[axis]).sum::<f64>() / n;
+        variance += rows.iter().map(|r| (r[axis] - mean).powi(2)).sum::<f64>() / n;
+    }
+    // The mean of the lengths, not the length of the mean: in a short list
+    // of means every row is another placement.
+    let length = |r: &[f64; 3]| r.iter().map(|v| v * v).sum::<f64>().sqrt();
+    Block {
+        variance,
+        norm: rows.iter().map(length).sum::<f64>() / n,
+        integers: rows.iter().flatten().all(|v| whole(*v)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_quiet_part_decides_not_the_shaking() {
+        let mut accel = [Vec::new(), Vec::new(), Vec::new()];
+        for i in 0..400 {
+            let shake = if i < 200 {
+                0.0
+            } else {
+                30.0 * f64::from(i).sin()
+            };
+            accel[0].push(shake);
+            accel[1].push(shake);
+            accel[2].push(9.81 + shake);
+        }
+        let (norm, integers) = quiet_norm(&accel).unwrap();
+        assert!((norm - 9.81).abs() < 1e-9 && !integers);
+    }
+
+    #[test]
+    fn few_rows_are_one_block_and_many_are_thinned_out() {
+        let mut few = QuietBlocks::default();
+        assert_eq!(few.finish(), None);
+        few.push([f64::NAN, 0.0, 1.0]);
+        assert_eq!(few.finish(), None);
+        few.push([3.0, 0.0, 4.0]);
+        assert_eq!(few.finish().unwrap().norm, 5.0);
+        let mut many = QuietBlocks::default();
+        for i in 0..BLOCK * (2 * MOST + 3) {
+            many.push([0.0, 0.0, 9.0 + 0.5 * f64::from(i as u32 % 2)]);
+        }
+        assert!(many.blocks.len() <= MOST && many.stride == 4);
+        assert_eq!(many.finish().unwrap().norm, 9.25);
+    }
+}
