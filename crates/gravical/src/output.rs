@@ -18,7 +18,7 @@ pub fn check_target(path: &Path, force: bool) -> Result<()> {
             "-o names a file; standard output is where it goes without -o",
         ));
     }
-    if !force && path.exists() {
+    if !force && path.exists() && !is_special(path) {
         return Err(
             Error::usage("exists", "the file exists already; nothing was written")
                 .at(path, None)
@@ -28,8 +28,14 @@ pub fn check_target(path: &Path, force: bool) -> Result<()> {
     Ok(())
 }
 
+/// A device or a pipe, as /dev/null: it is written to, and never replaced by a file.
+fn is_special(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
+}
+
 /// Writes `path` through a temporary file in the same folder that replaces it
-/// in one step, so that a reader sees the old file or the whole new one.
+/// in one step, so that a reader sees the old file or the whole new one. A device or a
+/// pipe is written to as it is.
 ///
 /// # Errors
 ///
@@ -46,6 +52,12 @@ pub fn write_atomic(
         _ => Path::new("."),
     };
     let io = |e| Error::io(path, e);
+    if is_special(path) {
+        let file = std::fs::File::options().write(true).open(path).map_err(io)?;
+        let mut writer = BufWriter::with_capacity(1 << 18, file);
+        fill(&mut writer)?;
+        return writer.flush().map_err(io);
+    }
     if !folder.is_dir() {
         return Err(Error::usage(
             "no-folder",
@@ -96,6 +108,20 @@ mod tests {
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "one");
         put("two", true).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "two");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_device_is_written_to_and_stays_one() {
+        // A link to one, so that nothing is lost when it is replaced after all.
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("null");
+        std::os::unix::fs::symlink("/dev/null", &path).unwrap();
+        for force in [false, true] {
+            let put = |w: &mut dyn Write| w.write_all(b"one").map_err(|e| Error::io(&path, e));
+            write_atomic(&path, force, put).unwrap();
+            assert!(path.is_symlink() && is_special(&path));
+        }
     }
 
     #[test]
