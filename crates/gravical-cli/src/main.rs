@@ -6,6 +6,7 @@ mod colour;
 mod failure;
 mod figures;
 mod options;
+mod page;
 mod session;
 mod text;
 

@@ -11,6 +11,7 @@ use gravical::figure::calibration::Session;
 use gravical::output::check_target;
 use gravical::recording::{Recording, read};
 use gravical::report::calibration_text;
+use gravical::report::html::calibration_html;
 use gravical::segment::SegmentOptions;
 use gravical::segment::sections::read_sections;
 use gravical::temperature::soak_alone;
@@ -19,6 +20,7 @@ use gravical::{Error, Result};
 use crate::failure::QUALITY;
 use crate::figures::FigureArgs;
 use crate::options::{GravityArgs, RecordingArgs};
+use crate::page::{check_report, command_line, say_report, write_report};
 use crate::session::{join_gyro, read_session};
 use crate::text;
 
@@ -40,6 +42,9 @@ pub struct Args {
     /// Write the calibration to this file (JSON)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Write a report with figures to this file (HTML)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// Replace files that are there
     #[arg(long)]
     force: bool,
@@ -147,6 +152,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     args.figures
         .check(&figure::calibration::NAMES, args.force)?;
+    if let Some(path) = &args.report {
+        check_report(path, args.force)?;
+    }
     let options = args.options()?;
     let read_options = args.recording.read_options(true);
     let (mut recordings, left_out) = read_session(&args.inputs, &read_options)?;
@@ -171,6 +179,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     });
     let draw = || figure::calibration::figures(&file, session);
     args.figures.write(draw, args.force, args.quiet)?;
+    if let Some(path) = &args.report {
+        let page = calibration_html(&file, &figure::calibration::figures(&file, session));
+        write_report(path, args.force, &page)?;
+        if !args.quiet {
+            say_report(Some(path));
+        }
+    }
     if args.json {
         text::print_json(&file)?;
     } else if args.quiet {
@@ -231,21 +246,6 @@ impl Args {
             thermal: self.thermal()?,
         })
     }
-}
-
-/// The command as it was typed, with the program's plain name.
-fn command_line() -> String {
-    let words = std::env::args().skip(1).map(|word| {
-        if word.contains(char::is_whitespace) {
-            format!("'{word}'")
-        } else {
-            word
-        }
-    });
-    std::iter::once("gravical".to_owned())
-        .chain(words)
-        .collect::<Vec<_>>()
-        .join(" ")
 }
 
 /// Reads the file back: "saved" is said of what can be read.

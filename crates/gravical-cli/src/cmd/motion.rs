@@ -14,9 +14,11 @@ use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, MotionResult, motion, motion_end, write_table};
 use gravical::output::{check_target, write_atomic};
 use gravical::recording::{Recording, join_gyroscope, read};
+use gravical::report::html::motion_html;
 use gravical::report::motion_text;
 
 use crate::failure::QUALITY;
+use crate::page::{check_report, command_line, say_report, write_report};
 use crate::text;
 
 pub use args::Args;
@@ -36,6 +38,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         check_target(path, args.force)?;
     }
     args.figures.check(&figure::motion::NAMES, args.force)?;
+    if let Some(path) = &args.report {
+        check_report(path, args.force)?;
+    }
     let options = args.options()?;
     options.validate()?;
     let truth = args.truth()?;
@@ -54,13 +59,15 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
         return causal::run(args, target, calibrated, &options);
     }
-    let read_options = args.recording.read_options(false);
+    // A report says which file it is of.
+    let read_options = args.recording.read_options(args.report.is_some());
     // Where nothing needs the samples, one pass may be enough.
     let end_only = args.json
         && target.is_none()
         && truth.is_none()
         && args.gyro.is_none()
-        && args.figures.figures.is_none();
+        && args.figures.figures.is_none()
+        && args.report.is_none();
     if end_only && let Some(done) = motion_end(&args.input, &read_options, calibrated, &options)? {
         return tell(args, &done.result, &done.head);
     }
@@ -83,6 +90,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let draw = || figure::motion::figures(&motion);
     args.figures.write(draw, args.force, args.quiet)?;
+    if let Some(path) = &args.report {
+        let figures = figure::motion::figures(&motion);
+        let command = command_line();
+        let page = motion_html(&motion.result, &recording, &figures, Some(&command));
+        write_report(path, args.force, &page)?;
+    }
     tell(args, &motion.result, &recording)
 }
 
@@ -99,6 +112,7 @@ fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Re
         };
         text::say(&format!("{}: {} rows{to}", result.input, result.rows));
         text::say_report(motion_text(result, recording).trim_end());
+        say_report(args.report.as_deref());
     }
     Ok(if nothing_usable(result) {
         ExitCode::from(QUALITY)

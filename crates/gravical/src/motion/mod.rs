@@ -198,7 +198,7 @@ pub fn motion(
     } else {
         plan::plan(&samples, &rests, options.zero_velocity)
     };
-    let path = setup.follow(&plan, &legs_from);
+    let mut path = setup.follow(&plan, &legs_from);
     let at_rest_only =
         path.moves.is_empty() || (rests.len() == 1 && rests[0].len() == samples.len());
     // Where the start alone can be a rest, the end itself is the drift.
@@ -221,11 +221,15 @@ pub fn motion(
             let plain = drift::static_track(&plain);
             track.uncalibrated_m = plain.map_or_else(Vec::new, |p| p.position_m);
         }
-        let path = plain.follow(&plan, &legs_from);
-        let end = path.end;
+        let other = plain.follow(&plan, &legs_from);
+        let end = other.end;
+        // One plan, hence the same moves.
+        for (own, other) in path.moves.iter_mut().zip(&other.moves) {
+            own.uncalibrated_m = other.displacement_m;
+        }
         plain_track = options.keep_uncalibrated.then_some(UncalibratedTrack {
-            velocity_mps: path.velocity,
-            position_m: path.position,
+            velocity_mps: other.velocity,
+            position_m: other.position,
         });
         Uncalibrated {
             position_m: end.and_then(|e| e.position_m),

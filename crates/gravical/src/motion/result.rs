@@ -128,6 +128,8 @@ pub struct Move {
     pub displacement_m: Option<[f64; 3]>,
     /// Standard uncertainty of it, m; null without bands.
     pub sigma_m: Option<[f64; 3]>,
+    /// The displacement computed without the calibration, m; null without one.
+    pub uncalibrated_m: Option<[f64; 3]>,
     /// Highest speed, m/s; null when it is not usable.
     pub peak_speed_mps: Option<f64>,
     /// Length of the path: the integral of the speed, m; null when it is not
@@ -154,6 +156,7 @@ impl Move {
             ends: Ends::Free,
             displacement_m: None,
             sigma_m: None,
+            uncalibrated_m: None,
             peak_speed_mps: None,
             path_m: None,
             velocity_error_mps: None,

@@ -28,7 +28,8 @@ pub fn calibration_text(file: &CalibrationFile) -> String {
     out
 }
 
-fn head(file: &CalibrationFile) -> String {
+/// What was calibrated, and on what it rests: two lines.
+pub(super) fn head(file: &CalibrationFile) -> String {
     let a = &file.accelerometer;
     let faces = a
         .positions

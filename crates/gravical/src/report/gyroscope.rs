@@ -84,7 +84,7 @@ fn with_deviation(value: f64, scale: f64, sd: Option<f64>) -> (String, String) {
 
 /// Of bias and scale, by the covariance of M and b: the scale is the length of
 /// a row of M.
-fn deviations(g: &GyroscopeSection) -> Option<([f64; 3], [f64; 3])> {
+pub(super) fn deviations(g: &GyroscopeSection) -> Option<([f64; 3], [f64; 3])> {
     let c = &g.covariance.as_ref()?.values;
     let at = |i: usize, j: usize| c.get(i).and_then(|row| row.get(j)).copied();
     let mut bias = [0.0; 3];

@@ -1,11 +1,12 @@
-//! Results as text for people, 80 columns wide. Every number comes from the
-//! same value that is written as JSON.
+//! Results for people: as text, 80 columns wide, and as a page ([`html`]). Every
+//! number comes from the same value that is written as JSON.
 
 mod calibration;
 mod check;
 mod compare;
 mod denoise;
 mod gyroscope;
+pub mod html;
 mod inspection;
 mod motion;
 mod temperature;

@@ -11,7 +11,7 @@ use super::truth::truth;
 const LISTED: usize = 24;
 
 /// Drift over its predicted uncertainty above which the band does not explain it.
-const FAR: f64 = 3.0;
+pub(super) const FAR: f64 = 3.0;
 
 /// The whole report; `recording` is what it was computed from.
 #[must_use]
@@ -34,10 +34,15 @@ pub fn motion_text(result: &MotionResult, recording: &Recording) -> String {
 }
 
 fn head(result: &MotionResult, recording: &Recording) -> String {
-    let mut out = String::new();
-    let mut row =
-        |name: &str, text: &str| out.push_str(&paragraph(&format!("  {name:<13} "), text));
-    row("read as", &recording.description);
+    let rows = facts(result, recording);
+    let row = |(name, text): &(&str, String)| paragraph(&format!("  {name:<13} "), text);
+    rows.iter().map(row).collect()
+}
+
+/// How the recording was read and what was made of it: name, text.
+pub(super) fn facts(result: &MotionResult, recording: &Recording) -> Vec<(&'static str, String)> {
+    let mut rows = vec![("read as", recording.description.clone())];
+    let mut row = |name, text: &str| rows.push((name, text.to_owned()));
     // Its unit may yet be decided otherwise: then a finding says so.
     let gyro = match &recording.gyro {
         Some(_) => "; with a gyroscope",
@@ -73,7 +78,7 @@ fn head(result: &MotionResult, recording: &Recording) -> String {
             &format!("accelerometer {accel} mm/s²{gyro} (1σ at rest)"),
         );
     }
-    out
+    rows
 }
 
 fn time(result: &MotionResult) -> String {

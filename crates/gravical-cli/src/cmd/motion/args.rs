@@ -37,6 +37,9 @@ pub struct Args {
     /// Table to write [default: stdout]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Write a report with figures to this file (HTML)
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
     /// Sample by sample without look-ahead: any size, no bands, nothing corrected backwards
     #[arg(long)]
     pub causal: bool,
@@ -247,7 +250,7 @@ impl Args {
             clock_error: m.clock_error.unwrap_or(preset.clock_error),
             wobble_deg: m.wobble.unwrap_or(preset.wobble_deg),
             bands: !m.no_bands,
-            keep_uncalibrated: self.figures.figures.is_some(),
+            keep_uncalibrated: self.figures.figures.is_some() || self.report.is_some(),
             axes: self.recording.axes.0,
         })
     }

@@ -28,6 +28,9 @@ pub(super) fn run(
     if args.truth()?.is_some() {
         return Err(not_causal("--truth compares a whole track").into());
     }
+    if args.report.is_some() {
+        return Err(not_causal("--report draws the whole track").into());
+    }
     let name = args.input.display().to_string();
     let read = args.recording.read_options(false);
     let pass = |out: Option<&mut dyn io::Write>| -> Result<Streamed> {

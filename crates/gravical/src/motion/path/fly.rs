@@ -161,6 +161,7 @@ impl Setup<'_> {
             ends,
             displacement_m: Some(way),
             sigma_m: displacement_sigma,
+            uncalibrated_m: None,
             peak_speed_mps: Some(speeds.fold(0.0, f64::max)),
             path_m: Some(path_m),
             velocity_error_mps: leg.end.map(|_| ran.left_over),

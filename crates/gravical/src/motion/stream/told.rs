@@ -125,6 +125,7 @@ impl Told {
             ends,
             displacement_m: usable.then_some(way),
             sigma_m: None,
+            uncalibrated_m: None,
             peak_speed_mps: Some(self.peak),
             path_m: Some(self.path),
             velocity_error_mps: None,

@@ -35,6 +35,7 @@ fn a_move(start_s: f64, end_s: f64) -> Move {
         ends: Ends::RestToRest,
         displacement_m: Some(std::array::from_fn(|k| b[k] - a[k])),
         sigma_m: Some([0.003; 3]),
+        uncalibrated_m: None,
         peak_speed_mps: None,
         path_m: None,
         velocity_error_mps: None,

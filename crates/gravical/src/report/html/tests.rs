@@ -1,0 +1,202 @@
+use super::*;
+use crate::calibrate::{CalibrateOptions, calibrate};
+use crate::calibration_file::{CalibrationFile, Grade};
+use crate::figure::{Axis, Figure, Panel, Role, Series};
+use crate::motion::{Ends, Motion, MotionOptions, Move, Span, motion};
+use crate::recording::{Finding, ReadOptions, Recording, read, read_bytes};
+use serde_json::Value;
+
+/// A push along x between two rests.
+fn recording() -> Recording {
+    let mut text = String::from("time_s,ax_mps2,ay_mps2,az_mps2\n");
+    for i in 0..1200_u32 {
+        let t = f64::from(i) * 0.01;
+        let push = if (5.0..7.0).contains(&t) {
+            (std::f64::consts::PI * (t - 5.0)).sin()
+        } else {
+            0.0
+        };
+        let noise = f64::from(i * 7919 % 13) * 1e-3;
+        text.push_str(&format!(
+            "{t:.2},{:.5},{noise:.5},{:.5}\n",
+            push + noise,
+            9.8 + noise
+        ));
+    }
+    read_bytes(
+        text.as_bytes(),
+        "push <script>.csv",
+        &ReadOptions::default(),
+    )
+    .unwrap()
+}
+
+fn moved() -> (Motion, Recording) {
+    let recording = recording();
+    let motion = motion(&recording, None, &MotionOptions::default()).unwrap();
+    (motion, recording)
+}
+
+fn file() -> CalibrationFile {
+    let folder = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../examples/simulated-six-position"
+    );
+    let mut paths: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .collect();
+    paths.retain(|p| p.extension().is_some_and(|e| e == "csv"));
+    paths.sort();
+    let recordings: Vec<Recording> = paths
+        .iter()
+        .map(|p| read(p, &ReadOptions::default()).unwrap())
+        .collect();
+    calibrate(&recordings, &CalibrateOptions::default())
+        .unwrap()
+        .file
+}
+
+/// Every number that names its place has the value that stands there.
+fn agrees(page: &str, json: &Value) -> usize {
+    let mut count = 0;
+    for part in page.split("data-k=\"").skip(1) {
+        let key = part.split('"').next().unwrap();
+        let rest = &part[key.len()..];
+        let there = json
+            .pointer(key)
+            .unwrap_or_else(|| panic!("no {key} in the JSON"));
+        match rest.strip_prefix("\" data-v=\"") {
+            Some(v) => {
+                let shown: f64 = v.split('"').next().unwrap().parse().unwrap();
+                assert_eq!(there.as_f64(), Some(shown), "{key}");
+                count += 1;
+            }
+            None => assert!(there.is_null(), "{key}"),
+        }
+    }
+    count
+}
+
+#[test]
+fn numbers_are_those_of_the_json() {
+    let file = file();
+    let page = calibration_html(&file, &crate::figure::calibration::figures(&file, None));
+    let json: Value = serde_json::from_str(&file.to_json().unwrap()).unwrap();
+    assert!(agrees(&page, &json) > 100);
+    let (motion, recording) = moved();
+    let page = motion_html(
+        &motion.result,
+        &recording,
+        &crate::figure::motion::figures(&motion),
+        None,
+    );
+    let json = serde_json::to_value(&motion.result).unwrap();
+    assert!(agrees(&page, &json) > 20);
+}
+
+#[test]
+fn nothing_comes_from_elsewhere() {
+    let file = file();
+    let page = calibration_html(&file, &[]);
+    for word in ["http://", "https://", "@import", "url(", " src="] {
+        let foreign = page.matches(word).count();
+        // The name of SVG's own elements is an address that nobody fetches.
+        let own = if word == "http://" {
+            page.matches("http://www.w3.org/").count()
+        } else {
+            0
+        };
+        assert_eq!(foreign, own, "{word}");
+    }
+}
+
+#[test]
+fn names_are_no_markup() {
+    let (mut motion, recording) = moved();
+    let evil = "</script><img src=x onerror=alert(1)>\"'&\u{0}";
+    motion
+        .result
+        .findings
+        .push(Finding::warning("odd", evil).in_file(evil));
+    motion.result.frame = evil.to_owned();
+    let panel = Panel::new(Axis::new(evil, "s"), Axis::new("y", evil))
+        .titled(evil)
+        .with(Series::line(
+            evil,
+            Role::Raw,
+            vec![0.0, 1.0],
+            vec![0.0, 1.0],
+        ));
+    let figure = Figure::new("odd", evil, evil).with(panel);
+    let page = motion_html(&motion.result, &recording, &[figure], Some(evil));
+    assert!(!page.contains("<img") && !page.contains("push <script>"));
+    assert_eq!(page.matches("</script>").count(), 1);
+}
+
+#[test]
+fn long_results_are_cut_and_say_so() {
+    let (mut motion, recording) = moved();
+    let one: Move = Move {
+        start_s: 0.0,
+        end_s: 1.0,
+        ends: Ends::RestToRest,
+        displacement_m: Some([0.1; 3]),
+        uncalibrated_m: Some([0.2; 3]),
+        sigma_m: Some([0.01; 3]),
+        peak_speed_mps: Some(1.0),
+        path_m: Some(0.3),
+        velocity_error_mps: None,
+        missing_tilt_deg: None,
+        usable: true,
+        reason: Some("a reason of some length, as reasons are".to_owned()),
+    };
+    motion.result.moves = vec![one; 10_000];
+    motion.result.still = vec![
+        Span {
+            start_s: 0.0,
+            end_s: 1.0
+        };
+        10_000
+    ];
+    motion.result.findings = vec![Finding::warning("gap", "x".repeat(300)); 10_000];
+    // Ten figures of half a megabyte each: some do not fit.
+    let x: Vec<f64> = (0..40_000).map(f64::from).collect();
+    let y: Vec<f64> = x.iter().map(|v| (v * 0.7).sin()).collect();
+    let figures: Vec<Figure> =
+        (0..20)
+            .map(|i| {
+                let panel = Panel::new(Axis::new("t", "s"), Axis::new("y", "m"))
+                    .with(Series::line("a", Role::Raw, x.clone(), y.clone()));
+                Figure::new(&format!("f{i}"), "F", "").with(panel)
+            })
+            .collect();
+    let page = motion_html(&motion.result, &recording, &figures, None);
+    assert!(page.len() < 5_000_000, "{} bytes", page.len());
+    assert!(page.contains("… and 9800 more"));
+    assert!(page.contains("would make the page too large"));
+}
+
+#[test]
+fn every_grade_and_no_placement() {
+    let mut file = file();
+    for grade in [Grade::Good, Grade::Fair, Grade::Poor, Grade::NotVerifiable] {
+        file.verdict.grade = grade;
+        assert!(calibration_html(&file, &[]).contains(grade.name()));
+    }
+    file.accelerometer.positions.clear();
+    file.accelerometer.budget = None;
+    file.accelerometer.deviations = None;
+    file.gyroscope = None;
+    file.findings.clear();
+    file.inputs.clear();
+    let page = calibration_html(&file, &[]);
+    let text = page.split("<script>").next().unwrap();
+    assert!(text.contains("Nothing odd was found") && !text.contains("NaN"));
+}
+
+#[test]
+fn the_script_is_small() {
+    let size = page::script().len();
+    assert!(size < 20_000, "{size}");
+}
