@@ -84,6 +84,7 @@ impl Begin {
             ends: Ends::FromRest,
             displacement_m: Some(track.way()),
             sigma_m: after.as_ref().map(|a| a.sigma_move_m),
+            uncalibrated_m: way.uncalibrated.as_ref().map(Track::way),
             peak_speed_mps: Some(track.peak_mps),
             path_m: Some(track.path_m),
             velocity_error_mps: None,
