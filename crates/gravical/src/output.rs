@@ -53,7 +53,10 @@ pub fn write_atomic(
     };
     let io = |e| Error::io(path, e);
     if is_special(path) {
-        let file = std::fs::File::options().write(true).open(path).map_err(io)?;
+        let file = std::fs::File::options()
+            .write(true)
+            .open(path)
+            .map_err(io)?;
         let mut writer = BufWriter::with_capacity(1 << 18, file);
         fill(&mut writer)?;
         return writer.flush().map_err(io);

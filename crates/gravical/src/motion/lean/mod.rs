@@ -230,7 +230,7 @@ fn clock(head: &Recording, with_time: bool) -> Option<(Time, Gap)> {
     let per_s = head.timing.unit?.seconds();
     let usual = step_s / per_s;
     let time = Time::Stamps {
-        follower: Follower::new(usual, per_s),
+        follower: Box::new(Follower::new(usual, per_s)),
         steps: Steps::new(usual, per_s),
     };
     // The shortest gap is the same for all that are sampled fast enough.

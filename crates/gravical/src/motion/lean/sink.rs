@@ -19,7 +19,10 @@ use crate::segment::face::AxisMap;
 #[derive(Clone)]
 pub(super) enum Time {
     /// Its stamp.
-    Stamps { follower: Follower, steps: Steps },
+    Stamps {
+        follower: Box<Follower>,
+        steps: Steps,
+    },
     /// Its number; the rate, Hz.
     Rows { rate_hz: f64 },
 }
