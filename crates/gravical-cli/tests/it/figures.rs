@@ -126,12 +126,12 @@ fn a_motion_is_drawn_with_the_uncalibrated_one_beside_it() {
         "acceleration",
         "budget",
         "motion-acceleration",
-        "position",
         "position-3d",
+        "position",
         "trajectory",
         "velocity",
     ];
-    assert_eq!(names, wanted);
+    assert_eq!(names, wanted, "by their file names");
     let csv = std::fs::read_to_string(path.join("plots/position.csv")).unwrap();
     let last = |series: &str, panel: &str| -> f64 {
         let start = format!("{panel},{series},");

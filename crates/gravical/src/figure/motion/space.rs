@@ -33,15 +33,12 @@ pub(super) fn position_3d(motion: &Motion) -> Option<Figure> {
         size <= WITHIN * own.largest()
     });
     let reference = track.reference.as_ref();
-    let mut all = own;
-    for e in [
+    let others = [
         plain.and_then(Extent::of),
         reference.and_then(|r| Extent::of(&r.position_m)),
-    ] {
-        if let Some(e) = e {
-            all = all.with(&e.low).with(&e.high);
-        }
-    }
+    ];
+    let others = others.into_iter().flatten();
+    let all = others.fold(own, |all, e| all.with(&e.low).with(&e.high));
     let frame = Frame::around(&all)?;
     let mut panel = frame.draw();
     let name = result_name(motion);
