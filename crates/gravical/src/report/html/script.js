@@ -15,6 +15,7 @@ const html = (name, properties, parent) => {
 const set = (e, o) => { if (e) for (const k in o) e.setAttribute(k, o[k]); };
 // A minus is as wide as a digit, and none stands before zero.
 const minus = text => text.replace(/^-(?=[0.]*$)/, "").replace(/-/g, "−");
+const all = (e, selector) => [...e.querySelectorAll(selector)];
 const numbers = text => text.split(/\s+/).map(Number);
 const width = text => 6.7 * [...text].length;
 
@@ -58,7 +59,7 @@ class Panel {
       names: g.dataset.xnames ? g.dataset.xnames.split("\n") : null,
       hidden: "xhidden" in g.dataset, equal: "equal" in g.dataset, title: g.dataset.title || "",
     });
-    this.series = [...g.querySelectorAll("g.series")].map(s => ({
+    this.series = all(g, "g.series").map(s => ({
       g: s, name: s.dataset.name, mark: s.dataset.mark, guide: s.classList.contains("guide"),
     }));
   }
@@ -90,8 +91,8 @@ class Panel {
     set(g.querySelector(".ly"), { x: 13, y: y + h / 2, transform: `rotate(-90 13 ${y + h / 2})` });
     const sx = this.px(this.ux(1)) - this.px(this.ux(0)), tx = this.px(this.ux(0));
     const sy = this.py(this.uy(1)) - this.py(this.uy(0)), ty = this.py(this.uy(0));
-    for (const e of this.plot.querySelectorAll("g.data")) e.setAttribute("transform", `matrix(${sx} 0 0 ${sy} ${tx} ${ty})`);
-    for (const e of this.plot.querySelectorAll("g.at")) {
+    for (const e of all(this.plot, "g.data")) e.setAttribute("transform", `matrix(${sx} 0 0 ${sy} ${tx} ${ty})`);
+    for (const e of all(this.plot, "g.at")) {
       const px = +e.dataset.x * sx + tx;
       e.setAttribute("transform", `translate(${px} ${+e.dataset.y * sy + ty})`);
       const label = e.querySelector("text");
@@ -141,9 +142,9 @@ class Panel {
     };
     const path = s.g.querySelector("g.data path");
     if (s.mark === "points") {
-      for (const e of s.g.querySelectorAll("g.at")) {
+      for (const e of all(s.g, "g.at")) {
         const pm = "pm" in e.dataset ? +e.dataset.pm : NaN, y = +e.dataset.y, t = e.querySelector("text");
-        add(+e.dataset.x, y, y + pm, y - pm, t ? t.textContent : "");
+        add(+e.dataset.x, y, y + pm, y - pm, t ? t.textContent.trim() : "");
       }
     } else if (path) {
       for (const q of pieces(path.getAttribute("d"))) {
@@ -178,7 +179,7 @@ class Drawing {
     this.box = box;
     this.figure = figure;
     this.svg = box.querySelector("svg.gv");
-    this.panels = [...this.svg.querySelectorAll("g.panel")].map(g => new Panel(g));
+    this.panels = all(this.svg, "g.panel").map(g => new Panel(g));
     this.size = numbers(this.svg.getAttribute("viewBox")).slice(2);
     this.free = this.panels.some(p => p.equal || p.hidden);
     this.listen();
@@ -285,7 +286,7 @@ class Drawing {
       const at = this.place(e);
       if (!e.ctrlKey || !at || at.panel.hidden) return;
       e.preventDefault();
-      this.zoom(Math.exp(0.002 * Math.max(-200, Math.min(200, e.deltaY))), at.panel, { x: at.panel.inv(at.x), y: at.panel.inw(at.y) });
+      this.zoom(Math.exp(0.002 * e.deltaY), at.panel, { x: at.panel.inv(at.x), y: at.panel.inw(at.y) });
     }, { passive: false });
     this.box.addEventListener("keydown", e => {
       const far = e.shiftKey ? 10 : 1, act = {
@@ -376,12 +377,12 @@ class Drawing {
   // One point on, or one dot where points are closer.
   step(by) {
     if (this.free) {
-      const now = this.picked, all = this.spots(now ? now.p : this.panels[0]);
-      if (!all.length) return;
-      const from = now ? all.findIndex(q => q.s === now.s && q.i === now.i) : by > 0 ? -1 : 0;
+      const now = this.picked, spots = this.spots(now ? now.p : this.panels[0]);
+      if (!spots.length) return;
+      const from = now ? spots.findIndex(q => q.s === now.s && q.i === now.i) : by > 0 ? -1 : 0;
       // Four hundred steps are the whole way, however many points there are.
-      const stride = now ? Math.max(1, Math.round(all.length / 400)) : 1;
-      this.picked = all[(from + by * stride + 10 * all.length) % all.length];
+      const stride = now ? Math.max(1, Math.round(spots.length / 400)) : 1;
+      this.picked = spots[(from + by * stride + 10 * spots.length) % spots.length];
       return this.tell(true);
     }
     const p = this.open[0];
@@ -407,14 +408,15 @@ class Drawing {
     out.ariaLive = spoken ? "polite" : "off";
     const parts = [html("b", { textContent: head })];
     for (const [title, values] of rows) {
-      for (const [name, text] of values) parts.push(html("span", { textContent: `${title ? title + " " : ""}${name}${text ? " " + text : ""}` }));
+      // Both ends of a box say the same.
+      for (const text of new Set(values.map(v => [title, ...v].join(" ").trim()))) parts.push(html("span", { textContent: text }));
     }
     out.replaceChildren(...parts.flatMap((p, i) => i ? [" ", p] : [p]));
     if (parts.length > 1) out.children[0].style.marginRight = "1rem";
   }
   // The cursor's lines and rings.
   mark() {
-    for (const e of this.svg.querySelectorAll(".cursor,.pick")) e.remove();
+    for (const e of all(this.svg, ".cursor,.pick")) e.remove();
     if (this.picked) {
       const { p, d, i } = this.picked;
       make("circle", { class: "pick", cx: p.px(d.x[i]), cy: p.py(d.y[i]), r: 7 }, p.plot);
@@ -433,12 +435,12 @@ class Figure {
     drawings.before(tools);
     this.out = html("output", { className: "readout", ariaLive: "polite" });
     drawings.after(this.out);
-    this.drawings = [...element.querySelectorAll(".drawing")].map(box => {
+    this.drawings = all(element, ".drawing").map(box => {
       const ariaLabel = `${title}. Left and right move the cursor, plus and minus zoom, 0 shows all.`;
       Object.assign(box, { tabIndex: 0, role: "group", ariaLabel });
       return new Drawing(box, this);
     });
-    for (const entry of element.querySelectorAll(".legend .entry")) this.toggle(entry, element, tools);
+    for (const entry of all(element, ".legend .entry")) this.toggle(entry, element, tools);
     const zoomable = this.drawings.filter(d => d.open.length);
     if (zoomable.length) {
       for (const [text, title, run] of [["+", "Zoom in", d => d.zoom(0.5)], ["−", "Zoom out", d => d.zoom(2)], ["0", "Show all", d => d.reset()]]) {
@@ -461,7 +463,7 @@ class Figure {
     b.onclick = () => {
       const on = b.ariaPressed !== "true";
       b.ariaPressed = on;
-      for (const e of element.querySelectorAll("svg.plot [data-name]")) {
+      for (const e of all(element, "svg.plot [data-name]")) {
         if (e.dataset.name === name) e.toggleAttribute("hidden", !on);
       }
     };
@@ -469,12 +471,12 @@ class Figure {
 }
 
 document.body.classList.add("js");
-const figures = [...document.querySelectorAll("figure")].map(f => new Figure(f)).filter(f => f.drawings);
+const figures = all(document, "figure").map(f => new Figure(f)).filter(f => f.drawings);
 // Paper is as wide as the drawings were made for.
 addEventListener("beforeprint", () => { for (const f of figures) for (const d of f.drawings) { d.kept = d.w; d.layout(d.size[0]); } });
 addEventListener("afterprint", () => { for (const f of figures) for (const d of f.drawings) d.layout(d.kept); });
 
-for (const pre of document.querySelectorAll("pre.paste")) {
+for (const pre of all(document, "pre.paste")) {
   const text = pre.textContent;
   const wrap = html("div", { style: "position:relative" });
   pre.replaceWith(wrap);

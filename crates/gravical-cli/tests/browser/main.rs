@@ -1,0 +1,73 @@
+//! Reports in a real browser: Chromium, driven through chromedriver.
+//!
+//! Runs where `GRAVICAL_BROWSER=1` is set; a browser that is missing is a failure
+//! then, and without it every test says that it is skipped. `GRAVICAL_SCREENSHOTS`
+//! names a folder into which pictures of every page are written, for people.
+// The exemption of tests in clippy.toml does not reach helpers outside #[test].
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod browser;
+mod checks;
+mod pages;
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+
+use browser::Browser;
+use pages::Page;
+
+/// One browser for all: starting it takes longer than most of the checks.
+#[test]
+fn reports_in_a_browser() {
+    if std::env::var_os("GRAVICAL_BROWSER").is_none_or(|v| v != "1") {
+        println!("skipped: GRAVICAL_BROWSER is not 1");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let pages = pages::write(folder.path());
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .unwrap();
+    let browser = runtime.block_on(Browser::start(folder.path()));
+    let looked = catch_unwind(AssertUnwindSafe(|| {
+        runtime.block_on(async {
+            for page in &pages {
+                println!("{}", page.name);
+                look(&browser, page).await;
+            }
+        });
+    }));
+    // Whatever was found, the browser ends.
+    runtime.block_on(browser.stop());
+    if let Err(panic) = looked {
+        resume_unwind(panic);
+    }
+}
+
+async fn look(browser: &Browser, page: &Page) {
+    browser.size(1280, 900).await;
+    browser.open(&page.path).await;
+    checks::tables_agree(browser, page).await;
+    checks::series_are_all_there(browser).await;
+    checks::nothing_overlaps(browser, "1280").await;
+    checks::zoom_and_reset(browser).await;
+    checks::a_box_is_zoomed_into(browser).await;
+    checks::toggles_hide(browser).await;
+    checks::the_cursor_tells_what_is_drawn(browser).await;
+    checks::keys_work(browser).await;
+    checks::structure(browser).await;
+    browser.shoot(page, "1280-light").await;
+    checks::it_prints(browser).await;
+    browser.size(400, 900).await;
+    checks::nothing_overflows(browser).await;
+    checks::nothing_overlaps(browser, "400").await;
+    browser.shoot(page, "400-light").await;
+    browser.scheme("dark").await;
+    checks::dark_is_dark(browser).await;
+    browser.shoot(page, "400-dark").await;
+    browser.size(1280, 900).await;
+    browser.shoot(page, "1280-dark").await;
+    browser.scheme("light").await;
+    checks::without_script(browser, page).await;
+    browser.quiet(page).await;
+}
