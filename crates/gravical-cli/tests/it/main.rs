@@ -13,6 +13,7 @@ mod every_recording;
 mod figures;
 mod files;
 mod gyro;
+mod html;
 mod imucal;
 mod inputs;
 mod joint;

@@ -40,7 +40,11 @@ fn what_needs_the_future_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     line(path);
-    for flags in ["--smooth butter:4,5Hz", "--smooth hampel:7,3"] {
+    for flags in [
+        "--report motion.html",
+        "--smooth butter:4,5Hz",
+        "--smooth hampel:7,3",
+    ] {
         let call = format!("motion line/line.csv --causal {flags}");
         refused(path, &call, 2, "not-causal", &["--causal"]);
     }

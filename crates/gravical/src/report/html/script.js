@@ -23,7 +23,7 @@ const width = text => 6.7 * [...text].length;
 function ticks(from, to, most) {
   const raw = (to - from) / most, power = 10 ** Math.floor(Math.log10(raw));
   const step = [1, 2, 5, 10].map(m => m * power).find(s => s >= 0.8 * raw);
-  if (!(step > 0) || !isFinite(step)) return [];
+  if (!(step > 0)) return [];
   const decimals = Math.min(12, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
   const out = [];
   for (let k = Math.ceil(from / step - 1e-6); k * step <= to + 1e-6 * step && out.length < 40; k++) {
@@ -95,17 +95,19 @@ class Panel {
     for (const e of all(this.plot, "g.at")) {
       const px = +e.dataset.x * sx + tx;
       e.setAttribute("transform", `translate(${px} ${+e.dataset.y * sy + ty})`);
-      const label = e.querySelector("text");
-      if (label) {
-        const left = px + 8 + width(label.textContent) > w;
-        set(label, { x: left ? -7 : 7, "text-anchor": left ? "end" : "start" });
-      }
+      const t = e.querySelector("text");
+      if (!t) continue;
+      // Where it was put, unless it would leave the plot there.
+      t.kept ??= [+t.getAttribute("x"), t.getAttribute("text-anchor")];
+      const long = width(t.textContent.trim()), [at, side] = t.kept;
+      const [left, anchor] = side === "start" && px + at + long > w ? [-7, "end"] : side === "end" && px + at < long ? [7, "start"] : t.kept;
+      set(t, { x: left, "text-anchor": anchor });
     }
     if (this.hidden) return;
     const grid = g.querySelector(".grid"), along = g.querySelector(".tx"), up = g.querySelector(".ty");
     const line = d => make("path", { d, stroke: "#e3e3e3", "stroke-width": 1, fill: "none" }, grid);
     const text = (parent, content, at) => {
-      make("text", { class: "minor", fill: "#444444", "font-size": 11, ...at }, parent).textContent = content;
+      make("text", { class: "minor", fill: "#444", "font-size": 11, ...at }, parent).textContent = content;
     };
     for (const e of [grid, along, up]) e.replaceChildren();
     const hang = this.hang(w);
@@ -347,7 +349,7 @@ class Drawing {
       rows.push([p.title, values]);
     }
     const p = this.open[0];
-    if (p) this.say(`${p.g.dataset.x || "x"} ${p.xText(p.names ? x : shownX)}`, rows, spoken);
+    if (p) this.say(`${p.g.dataset.x} ${p.xText(p.names ? x : shownX)}`, rows, spoken);
     this.mark();
   }
   value(p, s, d, i) {
@@ -369,9 +371,8 @@ class Drawing {
   }
   tell(spoken) {
     const { s, d, i, p } = this.picked;
-    const where = p.hidden ? (d.label[i] || s.name)
-      : `${p.g.dataset.x || "x"} ${p.xText(d.x[i])}, ${p.g.dataset.y || "y"} ${p.yText(d.y[i])}`;
-    this.say(d.label[i] && !p.hidden ? `${d.label[i]}: ${where}` : where, [["", [[s.name, ""]]]], spoken);
+    const place = p.hidden ? s.name : `${p.g.dataset.x} ${p.xText(d.x[i])}, ${p.g.dataset.y} ${p.yText(d.y[i])}`;
+    this.say([d.label[i], place].filter(Boolean).join(": "), p.hidden ? [] : [["", [[s.name]]]], spoken);
     this.mark();
   }
   // One point on, or one dot where points are closer.
@@ -436,7 +437,7 @@ class Figure {
     this.out = html("output", { className: "readout", ariaLive: "polite" });
     drawings.after(this.out);
     this.drawings = all(element, ".drawing").map(box => {
-      const ariaLabel = `${title}. Left and right move the cursor, plus and minus zoom, 0 shows all.`;
+      const ariaLabel = `${title}. Arrows move the cursor, + and − zoom, 0 shows all.`;
       Object.assign(box, { tabIndex: 0, role: "group", ariaLabel });
       return new Drawing(box, this);
     });
@@ -444,7 +445,7 @@ class Figure {
     const zoomable = this.drawings.filter(d => d.open.length);
     if (zoomable.length) {
       for (const [text, title, run] of [["+", "Zoom in", d => d.zoom(0.5)], ["−", "Zoom out", d => d.zoom(2)], ["0", "Show all", d => d.reset()]]) {
-        html("button", { type: "button", textContent: text, title, ariaLabel: title, className: "zoom", onclick: () => zoomable.forEach(run) }, tools);
+        html("button", { textContent: text, ariaLabel: title, className: "zoom", onclick: () => zoomable.forEach(run) }, tools);
       }
     }
     // In the next frame: within this one the observer would watch its own work.
@@ -453,7 +454,7 @@ class Figure {
   }
   toggle(entry, element, tools) {
     const name = entry.dataset.name;
-    const b = html("button", { type: "button", ariaPressed: "true" }, tools);
+    const b = html("button", { ariaPressed: "true" }, tools);
     const swatch = entry.querySelector("g"), box = make("svg", { width: 26, height: 12, class: "gv " + entry.getAttribute("class"), "aria-hidden": "true" }, b);
     const text = entry.querySelector("text");
     // A swatch lies 32 left of its text and 4 above the line that the text stands on.
@@ -481,7 +482,7 @@ for (const pre of all(document, "pre.paste")) {
   const wrap = html("div", { style: "position:relative" });
   pre.replaceWith(wrap);
   wrap.append(pre);
-  const b = html("button", { type: "button", className: "copy", textContent: "Copy" }, wrap);
+  const b = html("button", { className: "copy", textContent: "Copy" }, wrap);
   b.onclick = async () => {
     // Where the clipboard is not allowed the text is at least selected.
     getSelection().selectAllChildren(pre);
