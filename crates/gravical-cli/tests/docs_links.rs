@@ -16,7 +16,10 @@ fn documents() -> Vec<(PathBuf, String)> {
         .map(|name| root.join(name))
         .to_vec();
     let docs = fs::read_dir(root.join("docs")).unwrap();
-    paths.extend(docs.map(|e| e.unwrap().path()).filter(|p| p.extension().is_some_and(|e| e == "md")));
+    paths.extend(
+        docs.map(|e| e.unwrap().path())
+            .filter(|p| p.extension().is_some_and(|e| e == "md")),
+    );
     let read = |path: PathBuf| {
         let text = fs::read_to_string(&path).unwrap();
         (path, text)
@@ -54,14 +57,16 @@ fn links_lead_somewhere() {
 #[test]
 fn examples_that_the_documents_run_exist() {
     let sources = fs::read_dir(root().join("crates")).unwrap();
-    let folders: Vec<PathBuf> = sources.map(|e| e.unwrap().path().join("examples")).collect();
+    let folders: Vec<PathBuf> = sources
+        .map(|e| e.unwrap().path().join("examples"))
+        .collect();
     let mut seen = 0;
     for (path, text) in documents() {
         for name in after(&text, "--example ", &[' ', '`', '\n', ')']) {
             seen += 1;
-            let there = folders
-                .iter()
-                .any(|f| f.join(format!("{name}.rs")).exists() || f.join(name).join("main.rs").exists());
+            let there = folders.iter().any(|f| {
+                f.join(format!("{name}.rs")).exists() || f.join(name).join("main.rs").exists()
+            });
             assert!(there, "{}: no example {name}", path.display());
         }
     }

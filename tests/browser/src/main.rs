@@ -1,34 +1,35 @@
 //! Reports in a real browser: Chromium, driven through chromedriver.
 //!
-//! Runs where `GRAVICAL_BROWSER=1` is set; a browser that is missing is a failure
-//! then, and without it every test says that it is skipped. `GRAVICAL_SCREENSHOTS`
-//! names a folder into which pictures of every page are written, for people.
-// The exemption of tests in clippy.toml does not reach helpers outside #[test].
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+//!     cargo build
+//!     cargo run --manifest-path tests/browser/Cargo.toml -- target/debug/gravical [PICTURES]
+//!
+//! The reports are those of simulated recordings and, where `GRAVICAL_DATA` is set, of
+//! real ones. `PICTURES` is a folder for pictures of every page, for people. What does
+//! not hold ends the program with a panic that says what.
 
 mod browser;
 mod checks;
 mod pages;
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::path::PathBuf;
 
 use browser::Browser;
 use pages::Page;
 
 /// One browser for all: starting it takes longer than most of the checks.
-#[test]
-fn reports_in_a_browser() {
-    if std::env::var_os("GRAVICAL_BROWSER").is_none_or(|v| v != "1") {
-        println!("skipped: GRAVICAL_BROWSER is not 1");
-        return;
-    }
+fn main() {
+    let mut words = std::env::args_os().skip(1).map(PathBuf::from);
+    let program = words.next().expect("which program?");
+    let program = program.canonicalize().expect("the program is not there");
+    let pictures = words.next();
     let folder = tempfile::tempdir().unwrap();
-    let pages = pages::write(folder.path());
+    let pages = pages::write(&program, folder.path());
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .unwrap();
-    let browser = runtime.block_on(Browser::start(folder.path()));
+    let browser = runtime.block_on(Browser::start(folder.path(), pictures));
     let looked = catch_unwind(AssertUnwindSafe(|| {
         runtime.block_on(async {
             for page in &pages {

@@ -26,13 +26,13 @@ impl Drop for Browser {
 impl Browser {
     /// Starts chromedriver on a free port, and a browser with a profile in
     /// `folder`.
-    pub async fn start(folder: &Path) -> Self {
+    pub async fn start(folder: &Path, pictures: Option<PathBuf>) -> Self {
         let mut service = Command::new("chromedriver")
             .arg("--port=0")
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
-            .expect("chromedriver is not there: GRAVICAL_BROWSER=1 needs it and chromium");
+            .expect("chromedriver is not there; chromium is needed, too");
         let out = service.stdout.take().unwrap();
         let port = BufReader::new(out)
             .lines()
@@ -55,7 +55,6 @@ impl Browser {
         let driver = WebDriver::new(format!("http://127.0.0.1:{port}"), wanted)
             .await
             .expect("chromium does not start");
-        let pictures = std::env::var_os("GRAVICAL_SCREENSHOTS").map(PathBuf::from);
         Browser {
             driver,
             service,

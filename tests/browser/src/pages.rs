@@ -13,8 +13,8 @@ pub struct Page {
     pub json: Value,
 }
 
-fn run(folder: &Path, line: &str) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_gravical"))
+fn run(program: &Path, folder: &Path, line: &str) -> String {
+    let output = Command::new(program)
         .args(line.split_whitespace())
         .current_dir(folder)
         .output()
@@ -27,7 +27,8 @@ fn run(folder: &Path, line: &str) -> String {
 }
 
 /// Every report, written into `folder`.
-pub fn write(folder: &Path) -> Vec<Page> {
+pub fn write(program: &Path, folder: &Path) -> Vec<Page> {
+    let run = |folder: &Path, line: &str| run(program, folder, line);
     run(folder, "simulate six-position --output six --seed 3");
     run(folder, "simulate poses --output poses --seed 4");
     run(folder, "simulate line --output line --seed 5");
