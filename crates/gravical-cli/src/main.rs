@@ -40,6 +40,8 @@ enum Verb {
     Denoise(Box<cmd::denoise::Args>),
     /// Recording → velocity and position, with error bands
     Motion(Box<cmd::motion::Args>),
+    /// The whole way on a virtual sensor: two reports in seconds
+    Demo(cmd::demo::Args),
     /// Does a calibration still fit new still readings?
     Check(Box<cmd::check::Args>),
     /// Do two calibrations differ by more than their uncertainty?
@@ -66,6 +68,7 @@ fn main() -> ExitCode {
         Verb::Apply(args) => cmd::apply::run(args),
         Verb::Denoise(args) => cmd::denoise::run(args),
         Verb::Motion(args) => cmd::motion::run(args),
+        Verb::Demo(args) => cmd::demo::run(args),
         Verb::Check(args) => cmd::check::run(args),
         Verb::Compare(args) => cmd::compare::run(args),
         Verb::Export(args) => cmd::export::run(args),
@@ -84,6 +87,7 @@ impl Verb {
             Verb::Apply(args) => args.json,
             Verb::Denoise(args) => args.json,
             Verb::Motion(args) => args.json,
+            Verb::Demo(args) => args.json,
             Verb::Check(args) => args.json,
             Verb::Compare(args) => args.json,
             Verb::Simulate(args) => args.json(),

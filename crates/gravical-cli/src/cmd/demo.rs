@@ -13,7 +13,8 @@ use gravical::inspect::inspect;
 use gravical::motion::{Calibrated, Motion, MotionOptions, motion, write_table};
 use gravical::output::{check_target, write_atomic};
 use gravical::recording::{ReadOptions, Recording, Severity, read};
-use gravical::report::{calibration_html, motion_html, paragraph};
+use gravical::report::html::{calibration_html, motion_html};
+use gravical::report::paragraph;
 use gravical::segment::face::AxisMap;
 use gravical::simulate::{
     LineOptions, PosesOptions, Scenario, SimulateOptions, Simulation, simulate, write,
@@ -110,7 +111,9 @@ impl Files {
     fn check(&self, force: bool) -> Result<()> {
         for path in self.made() {
             check_target(&path, force).map_err(|e| {
-                e.with_hint("name another folder, or add --force to replace what an earlier demo left")
+                e.with_hint(
+                    "name another folder, or add --force to replace what an earlier demo left",
+                )
             })?;
         }
         Ok(())
@@ -138,17 +141,33 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         ..PosesOptions::default()
     });
     let (_, poses) = record(poses, &files.poses, args.force)?;
-    let (truth, line) = record(Scenario::Line(LineOptions::default()), &files.line, args.force)?;
-    say(&format!("1 recorded    {}\n              {}", poses.name, line.name));
+    let (truth, line) = record(
+        Scenario::Line(LineOptions::default()),
+        &files.line,
+        args.force,
+    )?;
+    say(&format!(
+        "1 recorded    {}\n              {}",
+        poses.name, line.name
+    ));
 
     let seen = inspect(&poses, &AxisMap::default());
-    let odd = seen.findings.iter().filter(|f| f.severity == Severity::Warning);
+    let mut odd: Vec<&str> = seen
+        .findings
+        .iter()
+        .filter(|f| f.severity == Severity::Warning)
+        .map(|f| f.kind.as_str())
+        .collect();
+    odd.dedup();
     say(&format!(
-        "2 inspected   {} rows, {} rests, {} odd: {}",
+        "2 inspected   {} rows, {} rests; odd: {}",
         seen.account.rows,
         seen.stills.len(),
-        odd.clone().count(),
-        odd.map(|f| f.kind.as_str()).collect::<Vec<_>>().join(", ")
+        if odd.is_empty() {
+            "nothing".to_owned()
+        } else {
+            odd.join(", ")
+        }
     ));
 
     let file = calibrated(&poses, &files, args.force)?;
@@ -189,7 +208,9 @@ fn record(scenario: Scenario, folder: &Path, force: bool) -> Result<(Simulation,
 fn calibrated(poses: &Recording, files: &Files, force: bool) -> Result<CalibrationFile> {
     let recordings = std::slice::from_ref(poses);
     let options = CalibrateOptions {
-        gravity: Gravity::given(SimulateOptions::new(Scenario::Poses(PosesOptions::default())).gravity_mps2)?,
+        gravity: Gravity::given(
+            SimulateOptions::new(Scenario::Poses(PosesOptions::default())).gravity_mps2,
+        )?,
         command: Some("gravical demo".to_owned()),
         ..CalibrateOptions::default()
     };
@@ -200,7 +221,11 @@ fn calibrated(poses: &Recording, files: &Files, force: bool) -> Result<Calibrati
         segmentation: &done.segmentation,
     };
     let figures = figure::calibration::figures(&done.file, Some(session));
-    page(&files.calibration_report, force, &calibration_html(&done.file, &figures))?;
+    page(
+        &files.calibration_report,
+        force,
+        &calibration_html(&done.file, &figures),
+    )?;
     Ok(done.file)
 }
 
@@ -229,7 +254,8 @@ fn named<'a>(file: &'a CalibrationFile, files: &'a Files) -> Calibrated<'a> {
 
 fn page(path: &Path, force: bool, html: &str) -> Result<()> {
     write_atomic(path, force, |out| {
-        out.write_all(html.as_bytes()).map_err(|e| Error::io(path, e))
+        out.write_all(html.as_bytes())
+            .map_err(|e| Error::io(path, e))
     })
 }
 
@@ -251,7 +277,8 @@ fn summary(
         .truth
         .files
         .first()
-        .map(|f| f.displacement_m)
+        .and_then(|f| f.moves.first())
+        .map(|m| m.displacement_m)
         .unwrap_or_default();
     let error = |end: Option<[f64; 3]>| {
         let end = end?;

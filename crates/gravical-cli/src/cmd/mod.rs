@@ -5,6 +5,7 @@ pub mod calibrate;
 pub mod check;
 pub mod compare;
 pub mod completions;
+pub mod demo;
 pub mod denoise;
 pub mod export;
 pub mod inspect;
