@@ -35,7 +35,7 @@ impl<'a> Gallery<'a> {
     /// Whether one of these is there and not shown yet.
     pub fn has(&self, names: &[&str]) -> bool {
         let named = |f: &&Figure| names.contains(&f.name.as_str());
-        self.figures.iter().flatten().any(|f| named(&f))
+        self.figures.iter().flatten().any(named)
     }
 
     /// Those that were not asked for.
