@@ -33,6 +33,19 @@ fn is_special(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
 }
 
+/// Makes a folder and those above it, where they are not there.
+///
+/// # Errors
+///
+/// `no-folder` (usage), with what the file system says.
+pub fn make_folder(path: &Path) -> Result<()> {
+    std::fs::create_dir_all(path).map_err(|e| {
+        Error::usage("no-folder", format!("the folder cannot be made: {e}"))
+            .at(path, None)
+            .with_hint("name a folder that you may write to")
+    })
+}
+
 /// Writes `path` through a temporary file in the same folder that replaces it
 /// in one step, so that a reader sees the old file or the whole new one. A device or a
 /// pipe is written to as it is.

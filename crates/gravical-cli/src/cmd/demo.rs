@@ -11,7 +11,7 @@ use gravical::figure;
 use gravical::gravity::Gravity;
 use gravical::inspect::inspect;
 use gravical::motion::{Calibrated, Motion, MotionOptions, motion, write_table};
-use gravical::output::{check_target, write_atomic};
+use gravical::output::{check_target, make_folder, write_atomic};
 use gravical::recording::{ReadOptions, Recording, Severity, read};
 use gravical::report::html::{calibration_html, motion_html};
 use gravical::report::paragraph;
@@ -128,7 +128,7 @@ impl Files {
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let files = Files::below(&args.folder);
     files.check(args.force)?;
-    std::fs::create_dir_all(&args.folder).map_err(|e| Error::io(&args.folder, e))?;
+    make_folder(&args.folder)?;
     let say = |line: &str| {
         if !args.json {
             text::say(line);

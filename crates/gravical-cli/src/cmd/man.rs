@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap_mangen::Man;
 use gravical::Error;
-use gravical::output::{check_target, write_atomic};
+use gravical::output::{check_target, make_folder, write_atomic};
 
 use crate::text;
 
@@ -28,7 +28,7 @@ pub fn run(args: &Args, mut program: clap::Command) -> anyhow::Result<ExitCode> 
         text::print(&String::from_utf8_lossy(&page))?;
         return Ok(ExitCode::SUCCESS);
     };
-    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
+    make_folder(folder)?;
     let mut pages = vec![("gravical.1".to_owned(), program.clone())];
     collect("gravical", &program, &mut pages);
     for (name, _) in &pages {

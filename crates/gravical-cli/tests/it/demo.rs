@@ -83,8 +83,12 @@ fn a_folder_that_cannot_be_made() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("file"), "x").unwrap();
     let run = run_in(folder.path(), ["demo", "file/below"]);
-    assert!([1, 2].contains(&run.code) || run.code == 3, "{}", run.code);
-    assert!(run.err.contains("file/below"), "{}", run.err);
+    assert_eq!(run.code, 2, "{}", run.err);
+    assert!(
+        run.err.contains("file/below") && run.err.contains("no-folder"),
+        "{}",
+        run.err
+    );
 }
 
 /// The README shows a figure of the demo. `GRAVICAL_BLESS=1` writes it anew.

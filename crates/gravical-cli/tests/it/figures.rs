@@ -135,8 +135,8 @@ fn a_motion_is_drawn_with_the_uncalibrated_one_beside_it() {
     let csv = std::fs::read_to_string(path.join("plots/position.csv")).unwrap();
     let last = |series: &str, panel: &str| -> f64 {
         let start = format!("{panel},{series},");
-        let own = csv.lines().filter(|l| l.starts_with(&start));
-        own.last()
+        let mut own = csv.lines().filter(|l| l.starts_with(&start));
+        own.next_back()
             .unwrap()
             .split(',')
             .nth(3)

@@ -1,6 +1,7 @@
 use std::vec::Vec;
 
 use super::*;
+use crate::matrix3::{add, norm, scaled, sub};
 use crate::still::{Plan, RestNoise};
 
 fn noise() -> RestNoise<f64> {

@@ -14,7 +14,7 @@ pub(super) fn gyroscope(g: &GyroscopeSection) -> String {
     let mut out = format!("\nGyroscope: raw = K R ω + b + S a, raw in {unit}\n");
     let sd = deviations(g);
     out.push_str(&format!(
-        "\n  {:<5}{:>12} {:<9}{:>12} {:<8}   {:<30}\n",
+        "\n  {:<4}{:>11} {:<10}{:>12} {:<10}  {}\n",
         "axis",
         "bias b",
         if sd.is_some() { "  ± 1σ" } else { "" },
@@ -30,7 +30,7 @@ pub(super) fn gyroscope(g: &GyroscopeSection) -> String {
         let (bias, bias_sd) = with_deviation(g.bias[i], g.scale[i], sd.map(|(b, _)| b[i]));
         let (scale, scale_sd) = with_deviation(g.scale[i], g.scale[i], sd.map(|(_, k)| k[i]));
         out.push_str(&format!(
-            "  {axis:<5}{bias:>12} {bias_sd:<9}{scale:>12} {scale_sd:<8} {r}\n"
+            "  {axis:<4}{bias:>11} {bias_sd:<10}{scale:>12} {scale_sd:<10}{r}\n"
         ));
     }
     if let (Some(residual), Some(motions)) = (g.residual_deg, g.motions) {

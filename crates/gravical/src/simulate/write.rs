@@ -7,7 +7,7 @@ use super::options::FileFormat;
 use super::record::temperature_counts;
 use super::truth::Truth;
 use super::{SimulatedFile, Simulation};
-use crate::output::{check_target, write_atomic};
+use crate::output::{check_target, make_folder, write_atomic};
 use crate::{Error, Result};
 
 /// The header that the report's logger writes, word for word. It is wrong: the
@@ -32,7 +32,7 @@ pub fn write(simulation: &Simulation, dir: &Path, force: bool) -> Result<Vec<Pat
     for path in paths.iter().chain([&truth_path]) {
         check_target(path, force)?;
     }
-    std::fs::create_dir_all(dir).map_err(|e| Error::io(dir, e))?;
+    make_folder(dir)?;
     for (file, path) in simulation.files.iter().zip(&paths) {
         write_atomic(path, force, |out| {
             let io = |e| Error::io(path, e);

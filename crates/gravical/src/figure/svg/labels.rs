@@ -128,7 +128,7 @@ fn bounds(place: &Place, px: f64, py: f64, width: f64) -> Bounds {
         };
     let base = py + place.y;
     // With a space beside it.
-    [left - 1.5, base - 9.0, left + width + 1.5, base + 2.5]
+    [left - 3.5, base - 9.0, left + width + 3.5, base + 2.5]
 }
 
 fn overlap(a: &Bounds, b: &Bounds) -> bool {

@@ -110,6 +110,11 @@ pub(super) fn small(value: f64, count: i32) -> String {
     digits(value, count)
 }
 
+/// A unit as people write it; files and options say `m/s^2`.
+pub(super) fn shown_unit(name: &str) -> String {
+    name.replace("m/s^2", "m/s²")
+}
+
 /// `value ± sd`: with two digits of the standard deviation where there is one, else
 /// with the digits that `scale` is worth.
 pub(super) fn decimals_by(sd: Option<f64>, scale: f64) -> usize {

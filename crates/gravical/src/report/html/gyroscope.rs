@@ -3,12 +3,12 @@
 use maud::{Markup, html};
 
 use super::super::gyroscope::deviations;
-use super::cells::{digits, number};
+use super::cells::{digits, number, shown_unit};
 use super::parameters::{self, matrix};
 use crate::calibration_file::GyroscopeSection;
 
 pub(super) fn gyroscope(g: &GyroscopeSection) -> Markup {
-    let unit = g.input_unit.name();
+    let unit = &shown_unit(g.input_unit.name());
     let how = match g.method.as_str() {
         "turns" => "From three known turns and the rests (Ferraris).",
         "motion" => {

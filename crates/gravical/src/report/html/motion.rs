@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::super::motion::{FAR, decimals, facts};
 use super::super::text::{decimals_of, short_name};
-use super::cells::{cell, digits, fixed, heads, more, none, number, table, three};
+use super::cells::{cell, decimals_by, digits, fixed, heads, more, none, number, table, three};
 use super::findings::{findings, inputs};
 use super::gallery::Gallery;
 use super::page::{Section, badge, list, page, tile};
@@ -13,6 +13,7 @@ use crate::calibration_file::{InputFile, creation_time};
 use crate::figure::Figure;
 use crate::motion::{Ends, MotionResult, PositionBudget, StaticDrift};
 use crate::recording::Recording;
+use gravical_core::matrix3::norm;
 
 /// The report of a motion. `recording` is what it was computed from, `figures` are
 /// its figures ([`figure::motion::figures`](crate::figure::motion::figures)),
@@ -152,7 +153,10 @@ fn verdict(result: &MotionResult) -> Markup {
         (badge(class, sign, word))
         p { (text) }
         div.tiles {
-            (tile(&number("/duration_s", result.duration_s, &fixed(result.duration_s, 2)), "s", "from the first sample to the last"))
+            @match single(result) {
+                Some((text, what)) => (tile(&html! { (text) }, "m", &what)),
+                None => (tile(&number("/duration_s", result.duration_s, &fixed(result.duration_s, 2)), "s", "from the first sample to the last")),
+            }
             (tile(&html! { (usable) " of " (all) }, "", "moves that can be known"))
             @if let Some((axis, v)) = sigma {
                 (tile(&number(&format!("/final/sigma_m/{axis}"), v, &format!("± {}", digits(v, 2))), "m",
@@ -160,6 +164,35 @@ fn verdict(result: &MotionResult) -> Markup {
             }
         }
     }
+}
+
+/// How far the only move went, and what it would be without the calibration.
+fn single(result: &MotionResult) -> Option<(String, String)> {
+    let [only] = &result.moves[..] else {
+        return None;
+    };
+    let (way, sigma) = (only.displacement_m?, only.sigma_m);
+    let long = norm(&way);
+    // Along the way itself; where it ends at its start there is none.
+    let sd = sigma.filter(|_| long > 0.0).map(|s| {
+        let parts: [f64; 3] = std::array::from_fn(|i| s[i] * way[i] / long);
+        norm(&parts)
+    });
+    let text = match sd {
+        Some(sd) => format!(
+            "{} ± {}",
+            fixed(long, decimals_by(Some(sd), long)),
+            digits(sd, 2)
+        ),
+        None => digits(long, 3),
+    };
+    let plain = only.uncalibrated_m.map_or(String::new(), |u| {
+        format!(
+            "; uncalibrated {} m",
+            fixed(norm(&u), decimals_by(sd, long))
+        )
+    });
+    Some((text, format!("moved in one go (± 1σ){plain}")))
 }
 
 fn timing(result: &MotionResult, recording: &Recording) -> Markup {
@@ -178,7 +211,7 @@ fn timing(result: &MotionResult, recording: &Recording) -> Markup {
         ] {
             @if let Some(v) = value { tr { th scope="row" { (name) } (cell(key, v, &fixed(v, decimals))) } }
         }
-        @if let Some(v) = t.jitter_s { tr { th scope="row" { "jitter of the stamps, ms" } td.n { (digits(1e3 * v, 2)) } } }
+        @if let Some(v) = t.jitter_s { tr { th scope="row" { "jitter of the stamps, ms" } td.n { (fixed(1e3 * v, 2)) } } }
         @if let Some(v) = t.missing_share { tr { th scope="row" { "samples that are missing, %" } td.n { (fixed(100.0 * v, 2)) } } }
     };
     html! { (list(&rows)) (table("Timing", &heads(&["", "value"]), &body)) }

@@ -2,7 +2,9 @@
 
 use maud::{Markup, html};
 
-use super::cells::{cell, decimals_by, digits, fixed, heads, maybe, none, small, table, three};
+use super::cells::{
+    cell, decimals_by, digits, fixed, heads, maybe, none, shown_unit, small, table, three,
+};
 use super::gallery::Gallery;
 use crate::calibration_file::{CalibrationFile, GyroscopeSection};
 
@@ -11,7 +13,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// Table, matrices, equation, block to paste.
 pub(super) fn accelerometer(file: &CalibrationFile, gallery: &mut Gallery<'_>) -> Markup {
     let a = &file.accelerometer;
-    let unit = a.input_unit.name();
+    let unit = &shown_unit(a.input_unit.name());
     let sd = a.deviations;
     let body = html! {
         @for i in 0..3 {
@@ -74,7 +76,9 @@ pub(super) fn matrix(name: &str, key: &str, m: &[[f64; 3]; 3]) -> Markup {
         if v == 0.0 {
             "0".to_owned()
         } else if largest > 0.0 && largest < 0.1 {
-            format!("{v:.6e}").replace('-', "−")
+            // What the coupling is known to is a few per cent.
+            let precision = if key.ends_with("g_sensitivity") { 2 } else { 6 };
+            format!("{v:.precision$e}").replace('-', "−")
         } else {
             fixed(v, 5)
         }
@@ -91,13 +95,13 @@ pub(super) fn matrix(name: &str, key: &str, m: &[[f64; 3]; 3]) -> Markup {
 /// give the same `f32` back.
 fn paste(file: &CalibrationFile) -> String {
     let a = &file.accelerometer;
-    let unit = a.input_unit.name();
+    let unit = &shown_unit(a.input_unit.name());
     let mut out = formula("a", "r", &a.matrix, &a.bias);
     out.push_str(&format!("\nrx, ry, rz: raw, {unit}; ax, ay, az: m/s^2\n"));
     if let Some(g) = file.gyroscope.as_ref().filter(|g| has_no_g_term(g)) {
         out.push('\n');
         out.push_str(&formula("w", "g", &g.matrix, &g.bias));
-        let unit = g.input_unit.name();
+        let unit = &shown_unit(g.input_unit.name());
         out.push_str(&format!("\ngx, gy, gz: raw, {unit}; wx, wy, wz: rad/s\n"));
     }
     out
@@ -126,7 +130,7 @@ fn formula(out: &str, raw: &str, matrix: &[[f64; 3]; 3], bias: &[f64; 3]) -> Str
 
 /// Bias and scale of a gyroscope with what is known about them.
 pub(super) fn gyroscope(g: &GyroscopeSection, sd: Option<([f64; 3], [f64; 3])>) -> Markup {
-    let unit = g.input_unit.name();
+    let unit = &shown_unit(g.input_unit.name());
     let body = html! {
         @for i in 0..3 {
             @let bias = decimals_by(sd.map(|d| d.0[i]), g.scale[i]);

@@ -5,14 +5,14 @@ use maud::{Markup, html};
 use super::super::text::{decimals_of, direction};
 use super::ROWS;
 use super::calibration::mg;
-use super::cells::{cell, fixed, heads, maybe, more, number, signed, table, three};
+use super::cells::{cell, fixed, heads, maybe, more, number, shown_unit, signed, table, three};
 use super::gallery::Gallery;
 use crate::calibration_file::{CalibrationFile, Position};
 
 /// Every placement before and after, and the three error figures.
 pub(super) fn placements(file: &CalibrationFile, gallery: &mut Gallery<'_>) -> Markup {
     let a = &file.accelerometer;
-    let unit = a.input_unit.name();
+    let unit = &shown_unit(a.input_unit.name());
     let largest = a
         .positions
         .iter()
