@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use gravical::figure::{Figure, Formats, check_figures, write_figures};
+use gravical::figure::{Figure, Formats, check_figures, figure_files, write_figures};
 use gravical::{Error, Result};
 
 use crate::text;
@@ -33,6 +33,12 @@ impl FigureArgs {
             Some(folder) => check_figures(folder, names, self.formats(), force),
             None => Ok(()),
         }
+    }
+
+    /// The files that figures of these names may be written to.
+    pub fn files(&self, names: &[&str]) -> Vec<PathBuf> {
+        let folder = self.figures.as_deref();
+        folder.map_or_else(Vec::new, |f| figure_files(f, names, self.formats()))
     }
 
     /// Writes the figures where that was asked for, and says so on stderr.

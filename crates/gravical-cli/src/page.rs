@@ -1,25 +1,51 @@
 //! Reports as pages: where they go, and how that is told.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use gravical::output::{check_target, write_atomic};
+use gravical::output::{check_targets, write_atomic};
 use gravical::{Error, Result};
 
+use crate::figures::FigureArgs;
 use crate::text;
 
-/// Refuses a target before the work, not after it.
+/// Looks at everything that a command is going to write, before its work.
 ///
 /// # Errors
 ///
-/// `report-target` (usage) for standard output; `exists` (usage).
-pub fn check_report(path: &Path, force: bool) -> Result<()> {
-    if path == Path::new("-") {
+/// `report-target` (usage) for a report on standard output; those of
+/// [`check_targets`] and of the figures.
+pub fn check_outputs(
+    output: Option<&Path>,
+    report: Option<&Path>,
+    (figures, names): (&FigureArgs, &[&str]),
+    inputs: &[Option<&Path>],
+    force: bool,
+) -> Result<()> {
+    if report == Some(Path::new("-")) {
         return Err(Error::usage(
             "report-target",
             "--report names a file; standard output is for tables and JSON",
         ));
     }
-    check_target(path, force)
+    figures.check(names, force)?;
+    let own = |path: Option<&Path>| path.map(Path::to_owned);
+    let mut targets: Vec<PathBuf> = [own(output), own(report)].into_iter().flatten().collect();
+    let inputs: Vec<PathBuf> = inputs.iter().copied().filter_map(own).collect();
+    check_targets(&targets, &inputs, force)?;
+    let drawn = figures.files(names);
+    if drawn.iter().any(|f| f.parent().is_some_and(Path::is_dir)) {
+        targets.extend(drawn);
+        return check_targets(&targets, &inputs, force);
+    }
+    // The folder is made later: nothing else may be called like it.
+    match figures.figures.as_ref().filter(|f| targets.contains(f)) {
+        Some(folder) => Err(
+            Error::usage("same-target", "a folder and a file of one name")
+                .at(folder, None)
+                .with_hint("give each a name of its own"),
+        ),
+        None => Ok(()),
+    }
 }
 
 /// Writes the page in one step.
@@ -45,10 +71,12 @@ pub fn say_report(path: Option<&Path>) {
 pub fn command_line() -> String {
     let words = std::env::args_os().skip(1).map(|word| {
         let word = word.to_string_lossy().into_owned();
-        if word.contains(char::is_whitespace) {
-            format!("'{word}'")
-        } else {
+        let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%^°".contains(c);
+        if !word.is_empty() && word.chars().all(plain) {
             word
+        } else {
+            // As a shell wants it: a quote ends, stands alone, and begins again.
+            format!("'{}'", word.replace('\'', "'\\''"))
         }
     });
     std::iter::once("gravical".to_owned())

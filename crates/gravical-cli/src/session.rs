@@ -74,7 +74,7 @@ pub fn read_session(
     options: &ReadOptions,
 ) -> Result<(Vec<Recording>, Vec<Finding>)> {
     let folder = match inputs {
-        [one] if one.is_dir() => one,
+        [one] if one.as_path() != Path::new("-") && one.is_dir() => one,
         _ => {
             let recordings: Result<Vec<Recording>> =
                 inputs.iter().map(|p| read(p, options)).collect();

@@ -2,15 +2,15 @@
 //! being told, never half a file.
 
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::{Error, Result};
 
-/// Refuses a `path` that exists unless `force`.
+/// Refuses a `path` that exists unless `force`, and a folder in any case.
 ///
 /// # Errors
 ///
-/// `exists` (usage) when the file is there and `force` is false.
+/// `exists` (usage) when the file is there and `force` is false; `is-folder`.
 pub fn check_target(path: &Path, force: bool) -> Result<()> {
     if path == Path::new("-") {
         return Err(Error::usage(
@@ -18,14 +18,88 @@ pub fn check_target(path: &Path, force: bool) -> Result<()> {
             "-o names a file; standard output is where it goes without -o",
         ));
     }
+    if path.is_dir() {
+        return Err(
+            Error::usage("is-folder", "a file goes there; this is a folder")
+                .at(path, None)
+                .with_hint("name a file in it"),
+        );
+    }
     if !force && path.exists() && !is_special(path) {
         return Err(
             Error::usage("exists", "the file exists already; nothing was written")
                 .at(path, None)
-                .with_hint("write elsewhere with -o, or add --force to replace it"),
+                .with_hint("name another file, or add --force to replace it"),
         );
     }
     Ok(())
+}
+
+/// Everything that one command writes, looked at together and before its work: a
+/// result must replace neither another one nor what it was made from.
+///
+/// # Errors
+///
+/// Those of [`check_target`]; `no-folder`, `same-target`, and `target-is-input`, the
+/// last two whatever `force` says (all usage).
+pub fn check_targets(targets: &[PathBuf], inputs: &[PathBuf], force: bool) -> Result<()> {
+    let mut taken: Vec<PathBuf> = Vec::new();
+    let read: Vec<PathBuf> = inputs.iter().map(|p| place(p)).collect();
+    for path in targets {
+        check_target(path, force)?;
+        let folder = folder_of(path);
+        if !folder.is_dir() {
+            return Err(no_folder(folder, path));
+        }
+        if is_special(path) {
+            continue;
+        }
+        let own = place(path);
+        if read.contains(&own) {
+            return Err(Error::usage(
+                "target-is-input",
+                "this is read, and would be replaced by what is made of it",
+            )
+            .at(path, None)
+            .with_hint("name another file for the result"));
+        }
+        if taken.contains(&own) {
+            return Err(
+                Error::usage("same-target", "two results would go into this one file")
+                    .at(path, None)
+                    .with_hint("give each a file of its own"),
+            );
+        }
+        taken.push(own);
+    }
+    Ok(())
+}
+
+/// A path that is the same however it was written. One that is not there yet is named
+/// by its folder.
+fn place(path: &Path) -> PathBuf {
+    if let Ok(whole) = path.canonicalize() {
+        return whole;
+    }
+    match (folder_of(path).canonicalize(), path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_owned(),
+    }
+}
+
+/// The folder that a file stands in.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    }
+}
+
+fn no_folder(folder: &Path, path: &Path) -> Error {
+    let text = format!("there is no folder \"{}\"", folder.display());
+    Error::usage("no-folder", text)
+        .at(path, None)
+        .with_hint("make it first, or name a file elsewhere")
 }
 
 /// A device or a pipe, as /dev/null: it is written to, and never replaced by a file.
@@ -60,27 +134,10 @@ pub fn write_atomic(
     fill: impl FnOnce(&mut dyn Write) -> Result<()>,
 ) -> Result<()> {
     check_target(path, force)?;
-    let folder = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(path);
     let io = |e| Error::io(path, e);
-    if is_special(path) {
-        let file = std::fs::File::options()
-            .write(true)
-            .open(path)
-            .map_err(io)?;
-        let mut writer = BufWriter::with_capacity(1 << 18, file);
-        fill(&mut writer)?;
-        return writer.flush().map_err(io);
-    }
     if !folder.is_dir() {
-        return Err(Error::usage(
-            "no-folder",
-            format!("there is no folder \"{}\"", folder.display()),
-        )
-        .at(path, None)
-        .with_hint("make it first, or write elsewhere with -o"));
+        return Err(no_folder(folder, path));
     }
     let mut temporary = tempfile::Builder::new();
     let temporary = temporary.prefix(".gravical-");

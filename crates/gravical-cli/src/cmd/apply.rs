@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use gravical::Error;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
 use gravical::calibration_file::CalibrationFile;
-use gravical::output::{check_target, write_atomic};
+use gravical::output::{check_targets, write_atomic};
 use gravical::recording::{Origin, open};
 use gravical::report::findings_text;
 
@@ -64,7 +64,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .into());
     }
     if let Some(path) = target {
-        check_target(path, args.force)?;
+        let inputs = [args.input.clone(), args.calibration.clone()];
+        check_targets(&[path.to_owned()], &inputs, args.force)?;
     }
     let calibration = CalibrationFile::read(&args.calibration)?;
     let options = ApplyOptions {

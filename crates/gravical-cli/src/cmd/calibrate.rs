@@ -8,7 +8,6 @@ use gravical::calibration_file::{CalibrationFile, Grade, SensorInfo};
 use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::figure;
 use gravical::figure::calibration::Session;
-use gravical::output::check_target;
 use gravical::recording::{Recording, read};
 use gravical::report::calibration_text;
 use gravical::report::html::calibration_html;
@@ -20,7 +19,7 @@ use gravical::{Error, Result};
 use crate::failure::QUALITY;
 use crate::figures::FigureArgs;
 use crate::options::{GravityArgs, RecordingArgs};
-use crate::page::{check_report, command_line, say_report, write_report};
+use crate::page::{check_outputs, command_line, say_report, write_report};
 use crate::session::{join_gyro, read_session};
 use crate::text;
 
@@ -146,15 +145,23 @@ enum FacesFrom {
 
 /// Runs the verb.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    if let Some(path) = &args.output {
-        // Before the work, not after it.
-        check_target(path, args.force)?;
-    }
-    args.figures
-        .check(&figure::calibration::NAMES, args.force)?;
-    if let Some(path) = &args.report {
-        check_report(path, args.force)?;
-    }
+    // Before the work, not after it.
+    let inputs = args
+        .inputs
+        .iter()
+        .chain(&args.gyro)
+        .chain(&args.method.sections);
+    let inputs: Vec<_> = inputs
+        .chain(&args.method.thermal)
+        .map(|p| Some(p.as_path()))
+        .collect();
+    check_outputs(
+        args.output.as_deref(),
+        args.report.as_deref(),
+        (&args.figures, &figure::calibration::NAMES),
+        &inputs,
+        args.force,
+    )?;
     let options = args.options()?;
     let read_options = args.recording.read_options(true);
     let (mut recordings, left_out) = read_session(&args.inputs, &read_options)?;

@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use gravical::denoise::{
     Channels, DenoiseOptions, DenoiseSummary, Denoised, Edge, FilterSpec, denoise, write,
 };
-use gravical::output::{check_target, write_atomic};
+use gravical::output::{check_targets, write_atomic};
 use gravical::recording::{ReadOptions, Recording, open, read, read_bytes};
 use gravical::report::denoise_text;
 use gravical::segment::face::AxisMap;
@@ -120,7 +120,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .into());
     }
     if let Some(path) = target {
-        check_target(path, args.force)?;
+        check_targets(
+            &[path.to_owned()],
+            std::slice::from_ref(&args.input),
+            args.force,
+        )?;
     }
     let read_options = args.recording.read_options(false);
     let source = Source::new(&args.input)?;

@@ -12,13 +12,13 @@ use gravical::calibration_file::CalibrationFile;
 use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, MotionResult, motion, motion_end, write_table};
-use gravical::output::{check_target, write_atomic};
+use gravical::output::write_atomic;
 use gravical::recording::{Recording, join_gyroscope, read};
 use gravical::report::html::motion_html;
 use gravical::report::motion_text;
 
 use crate::failure::QUALITY;
-use crate::page::{check_report, command_line, say_report, write_report};
+use crate::page::{check_outputs, command_line, say_report, write_report};
 use crate::text;
 
 pub use args::Args;
@@ -34,13 +34,18 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .output
         .as_deref()
         .filter(|path| *path != Path::new("-"));
-    if let Some(path) = target {
-        check_target(path, args.force)?;
+    if args.causal
+        && let Some(error) = args.figures.refused()
+    {
+        return Err(error.into());
     }
-    args.figures.check(&figure::motion::NAMES, args.force)?;
-    if let Some(path) = &args.report {
-        check_report(path, args.force)?;
-    }
+    check_outputs(
+        target,
+        args.report.as_deref(),
+        (&args.figures, &figure::motion::NAMES),
+        &args.files(),
+        args.force,
+    )?;
     let options = args.options()?;
     options.validate()?;
     let truth = args.truth()?;
@@ -54,9 +59,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .map(|(file, name)| Calibrated { file, name });
 
     if args.causal {
-        if let Some(error) = args.figures.refused() {
-            return Err(error.into());
-        }
         return causal::run(args, target, calibrated, &options);
     }
     // A report says which file it is of.

@@ -22,6 +22,7 @@ mod motion;
 mod motion_causal;
 mod motion_faults;
 mod motion_real;
+mod outputs;
 mod recordings;
 mod report;
 mod shell;

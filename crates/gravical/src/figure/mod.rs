@@ -35,4 +35,4 @@ mod write;
 
 pub use csv::write_csv;
 pub use model::{Arrangement, Axis, Figure, Mark, Panel, Role, Scale, Series, Stretch, Symbol};
-pub use write::{Formats, check_figures, write_figures};
+pub use write::{Formats, check_figures, figure_files, write_figures};

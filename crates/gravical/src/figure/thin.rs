@@ -9,20 +9,49 @@ pub const LIMIT: usize = 8000;
 /// each dot of a plot that fills a page, so that zooming in shows more.
 pub const BUCKETS: usize = 2000;
 
-/// A line through the samples at times `t` (which must not run backwards);
-/// `point` gives the coordinates of a sample.
-///
-/// Time need not be a coordinate: a trajectory is thinned by time as well. What
-/// is not finite breaks the line, once for each stretch.
-#[must_use]
-pub fn line(name: &str, role: Role, t: &[f64], point: impl Fn(usize) -> (f64, f64)) -> Series {
-    Samples::of(t).line(name, role, point)
+/// When samples were taken, and where some are missing.
+#[derive(Debug, Clone, Copy)]
+pub struct Times<'a> {
+    /// Time of each, s; must not run backwards.
+    pub t_s: &'a [f64],
+    /// Samples before which others are missing, in order: no line leads to them.
+    pub breaks: &'a [usize],
 }
 
-/// A band through the samples at times `t`; `ends` gives lower and upper end.
+impl<'a, T: AsRef<[f64]> + ?Sized> From<&'a T> for Times<'a> {
+    fn from(t_s: &'a T) -> Self {
+        Times {
+            t_s: t_s.as_ref(),
+            breaks: &[],
+        }
+    }
+}
+
+/// A line through samples; `point` gives the coordinates of each.
+///
+/// Time need not be a coordinate: a trajectory is thinned by time as well. The line
+/// breaks where samples are missing and where a value is not finite, once for each
+/// stretch.
 #[must_use]
-pub fn band(name: &str, role: Role, t: &[f64], ends: impl Fn(usize) -> (f64, f64)) -> Series {
-    let samples = Samples::of(t);
+pub fn line<'a>(
+    name: &str,
+    role: Role,
+    times: impl Into<Times<'a>>,
+    point: impl Fn(usize) -> (f64, f64),
+) -> Series {
+    Samples::of(times.into()).line(name, role, point)
+}
+
+/// A band through samples; `ends` gives lower and upper end of each.
+#[must_use]
+pub fn band<'a>(
+    name: &str,
+    role: Role,
+    times: impl Into<Times<'a>>,
+    ends: impl Fn(usize) -> (f64, f64),
+) -> Series {
+    let times = times.into();
+    let (samples, t) = (Samples::of(times), times.t_s);
     let (mut x, mut low, mut high) = (Vec::new(), Vec::new(), Vec::new());
     samples.keep(
         |i| {
@@ -44,9 +73,11 @@ pub fn band(name: &str, role: Role, t: &[f64], ends: impl Fn(usize) -> (f64, f64
 }
 
 /// Samples whose times stand in no column.
-pub(super) struct Samples<T> {
+pub(super) struct Samples<'a, T> {
     /// How many.
     pub count: usize,
+    /// See [`Times`].
+    pub breaks: &'a [usize],
     /// Time of each; must not run backwards.
     pub time: T,
     /// See [`LIMIT`].
@@ -55,10 +86,11 @@ pub(super) struct Samples<T> {
     pub buckets: usize,
 }
 
-impl<'a> Samples<Box<dyn Fn(usize) -> f64 + 'a>> {
-    fn of(t: &'a [f64]) -> Self {
+impl<'a> Samples<'a, Box<dyn Fn(usize) -> f64 + 'a>> {
+    fn of(Times { t_s: t, breaks }: Times<'a>) -> Self {
         Samples {
             count: t.len(),
+            breaks,
             time: Box::new(|i| t.get(i).copied().unwrap_or(f64::NAN)),
             limit: LIMIT,
             buckets: BUCKETS,
@@ -66,7 +98,7 @@ impl<'a> Samples<Box<dyn Fn(usize) -> f64 + 'a>> {
     }
 }
 
-impl<T: Fn(usize) -> f64> Samples<T> {
+impl<T: Fn(usize) -> f64> Samples<'_, T> {
     /// As [`line`].
     pub fn line(&self, name: &str, role: Role, point: impl Fn(usize) -> (f64, f64)) -> Series {
         let mut x = Vec::new();
@@ -103,8 +135,10 @@ impl<T: Fn(usize) -> f64> Samples<T> {
             }
         };
         let (count, t) = (self.count, &self.time);
+        let parted = |i: usize| self.breaks.binary_search(&i).is_ok();
         if count <= self.limit {
             for i in 0..count {
+                all(&[], parted(i));
                 let known = value(i).iter().all(|v| v.is_finite());
                 all(if known { std::slice::from_ref(&i) } else { &[] }, !known);
             }
@@ -128,6 +162,9 @@ impl<T: Fn(usize) -> f64> Samples<T> {
         let mut i = 0;
         while i < count {
             let bucket = bucket_of(i);
+            // What is missing for longer than a stretch parts stretches; for less it
+            // cannot be seen.
+            all(&[], parted(i));
             let mut gap = false;
             // First, last, and the smallest and largest of either coordinate.
             let mut kept: Option<([usize; 6], [[f64; 2]; 2])> = None;
@@ -210,6 +247,33 @@ mod tests {
         assert!(!s.y.is_empty() && s.y.len() < LIMIT);
         let none = vec![f64::NAN; 20_000];
         assert!(line("a", Role::Raw, &none, |i| (none[i], 1.0)).x.is_empty());
+    }
+
+    #[test]
+    fn no_line_leads_over_missing_samples() {
+        for rows in [100_u32, 100_000] {
+            let middle = rows as usize / 2;
+            let t: Vec<f64> = (0..rows)
+                .map(|i| {
+                    f64::from(i)
+                        + if i as usize >= middle {
+                            f64::from(rows)
+                        } else {
+                            0.0
+                        }
+                })
+                .collect();
+            let times = Times {
+                t_s: &t,
+                breaks: &[middle],
+            };
+            let s = line("a", Role::Raw, times, |i| (t[i], 1.0));
+            let gaps: Vec<usize> = (0..s.x.len()).filter(|i| s.x[*i].is_nan()).collect();
+            let [at] = gaps[..] else { panic!("{gaps:?}") };
+            assert_eq!((s.x[at - 1], s.x[at + 1]), (t[middle - 1], t[middle]));
+            let b = band("b", Role::Raw, times, |_| (0.0, 1.0));
+            assert_eq!(b.low.iter().filter(|v| v.is_nan()).count(), 1);
+        }
     }
 
     #[test]

@@ -26,7 +26,7 @@ impl Formats {
 /// # Errors
 ///
 /// `exists` where one of them is there and `force` is false, `no-folder`,
-/// `no-png` (all usage).
+/// `figures-target`, `no-png` (all usage).
 pub fn check_figures(folder: &Path, names: &[&str], formats: Formats, force: bool) -> Result<()> {
     if formats.png && !cfg!(feature = "png") {
         return Err(
@@ -34,6 +34,12 @@ pub fn check_figures(folder: &Path, names: &[&str], formats: Formats, force: boo
                 "leave --png out, or build with: cargo install gravical-cli --features png",
             ),
         );
+    }
+    if folder == Path::new("-") {
+        return Err(Error::usage(
+            "figures-target",
+            "--figures names a folder; standard output is for tables and JSON",
+        ));
     }
     if folder.exists() && !folder.is_dir() {
         return Err(
@@ -55,6 +61,17 @@ pub fn check_figures(folder: &Path, names: &[&str], formats: Formats, force: boo
         }
     }
     Ok(())
+}
+
+/// The files that figures called `names` may be written to.
+#[must_use]
+pub fn figure_files(folder: &Path, names: &[&str], formats: Formats) -> Vec<PathBuf> {
+    let of = |name| {
+        formats
+            .endings()
+            .map(move |ending| path(folder, name, ending))
+    };
+    names.iter().flat_map(|name| of(name)).collect()
 }
 
 /// Writes each figure to `folder` as NAME.svg and NAME.csv (and NAME.png), each in

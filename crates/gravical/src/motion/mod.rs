@@ -303,6 +303,7 @@ pub fn motion(
         sigma_position_m: path.sigma_position,
         row: samples.row,
         t_s: samples.t_s,
+        breaks: samples.breaks,
         force_mps2: samples.force_mps2,
         uncalibrated: plain_track,
         reference: None,

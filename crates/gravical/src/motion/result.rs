@@ -282,6 +282,8 @@ pub struct Track {
     pub row: Vec<usize>,
     /// Time, s.
     pub t_s: Vec<f64>,
+    /// Samples before which others are missing, or the recording is parted.
+    pub breaks: Vec<usize>,
     /// Specific force by the nominal scale alone, m/s².
     pub raw_mps2: [Vec<f64>; 3],
     /// Specific force, calibrated (and smoothed, where asked for), m/s².

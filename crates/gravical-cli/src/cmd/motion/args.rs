@@ -255,6 +255,17 @@ impl Args {
         })
     }
 
+    /// Every file that is read.
+    pub fn files(&self) -> [Option<&Path>; 4] {
+        let truth = self.truth.truth.as_deref();
+        [
+            Some(&self.input),
+            self.calibration.as_deref(),
+            self.gyro.as_deref(),
+            truth,
+        ]
+    }
+
     /// The reference and how it is compared; none without --truth.
     ///
     /// # Errors

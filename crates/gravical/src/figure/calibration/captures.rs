@@ -31,6 +31,7 @@ impl Placed<'_> {
         let points = |all: usize| (self.share * all as f64).ceil().max(2.0) as usize;
         let samples = Samples {
             count: self.recording.rows(),
+            breaks: &self.recording.breaks,
             time: |i| self.at(i),
             limit: points(LIMIT),
             buckets: points(BUCKETS),

@@ -57,7 +57,10 @@ pub(super) fn static_drift(motion: &Motion) -> Option<Figure> {
     let over = |name: &str, role, p: &[[f64; 3]]| {
         let from = p.first().copied().unwrap_or_default();
         let at = |p: &[f64; 3]| distance(&std::array::from_fn(|i| p[i] - from[i]));
-        Series::line(name, role, t.clone(), p.iter().map(at).collect())
+        thin::line(name, role, t, |i| {
+            let distance = p.get(i).map_or(f64::NAN, at);
+            (t.get(i).copied().unwrap_or(f64::NAN), distance)
+        })
     };
     let mut time = Panel::new(
         Axis::new("time since the rest", "s"),

@@ -8,8 +8,9 @@ mod space;
 mod tests;
 mod time;
 
-use crate::motion::Motion;
+use crate::motion::{Motion, Track};
 
+use super::thin::Times;
 use super::{Figure, Mark, Role};
 
 /// Names of all figures that a motion can have, in the order of a report.
@@ -123,4 +124,11 @@ fn ends(positions: &[[f64; 3]]) -> Option<([f64; 3], [f64; 3])> {
 fn seconds(t_s: f64, of_s: f64) -> String {
     let decimals = usize::from(of_s < 100.0) + usize::from(of_s < 1.0);
     format!("{t_s:.decimals$} s").replace('-', "−")
+}
+/// When the samples of a track were taken, and where some are missing.
+fn times(track: &Track) -> Times<'_> {
+    Times {
+        t_s: &track.t_s,
+        breaks: &track.breaks,
+    }
 }

@@ -2,11 +2,12 @@
 
 use std::f64::consts::PI;
 
-use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol, thin};
+use crate::figure::thin::{self, Times};
+use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
 use crate::motion::Motion;
 use crate::report::decimals_for;
 
-use super::{AXES, Extent, FAR, ends, result_name};
+use super::{AXES, Extent, FAR, ends, result_name, times};
 
 /// How much larger than the way a drawn uncertainty may be.
 const WIDEST: f64 = 1.0;
@@ -135,8 +136,8 @@ fn shaped(mut figure: Figure) -> Figure {
     figure
 }
 
-fn way(name: &str, role: Role, t: &[f64], p: &[[f64; 3]], [a, b]: [usize; 2]) -> Series {
-    thin::line(name, role, t, |i| {
+fn way(name: &str, role: Role, times: Times<'_>, p: &[[f64; 3]], [a, b]: [usize; 2]) -> Series {
+    thin::line(name, role, times, |i| {
         p.get(i).map_or((f64::NAN, f64::NAN), |p| (p[a], p[b]))
     })
 }
@@ -146,8 +147,8 @@ fn mark(name: &str, role: Role, p: [f64; 3], [a, b]: [usize; 2]) -> Series {
 }
 
 fn with_plain(panel: Panel, motion: &Motion, plain: &[[f64; 3]], plane: [usize; 2]) -> Panel {
-    let t = &motion.track.t_s;
-    let panel = panel.with(way("uncalibrated", Role::Raw, t, plain, plane));
+    let times = times(&motion.track);
+    let panel = panel.with(way("uncalibrated", Role::Raw, times, plain, plane));
     match ends(plain) {
         Some((_, end)) => {
             let mut end = mark("end, uncalibrated", Role::Raw, end, plane);
@@ -162,13 +163,13 @@ fn with_result(mut panel: Panel, motion: &Motion, plane: [usize; 2]) -> Panel {
     let track = &motion.track;
     if let Some(reference) = &track.reference {
         let (t, p) = (&reference.t_s, &reference.position_m);
-        panel = panel.with(way("reference", Role::Reference, t, p, plane));
+        panel = panel.with(way("reference", Role::Reference, Times::from(t), p, plane));
     }
     let name = result_name(motion);
     panel = panel.with(way(
         name,
         Role::Calibrated,
-        &track.t_s,
+        times(track),
         &track.position_m,
         plane,
     ));

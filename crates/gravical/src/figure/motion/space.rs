@@ -1,10 +1,11 @@
 //! The way in space, seen obliquely from above.
 
 use crate::figure::svg::ticks::{label, ticks};
-use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol, thin};
+use crate::figure::thin::{self, Times};
+use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
 use crate::motion::Motion;
 
-use super::{AXES, Extent, ends, result_name, seconds};
+use super::{AXES, Extent, ends, result_name, seconds, times};
 
 /// Directions of x, y and z in the picture (a dimetric view).
 const VIEW: [[f64; 2]; 3] = [[0.87, 0.38], [-0.87, 0.38], [0.0, 0.92]];
@@ -43,22 +44,22 @@ pub(super) fn position_3d(motion: &Motion) -> Option<Figure> {
     let mut panel = frame.draw();
     let name = result_name(motion);
     let floor = frame.low[2];
-    panel = panel.with(way("on the ground", Role::Guide, &track.t_s, |i| {
+    panel = panel.with(way("on the ground", Role::Guide, times(track), |i| {
         track.position_m.get(i).map(|p| [p[0], p[1], floor])
     }));
     if let Some(plain) = plain {
-        let line = way("uncalibrated", Role::Raw, &track.t_s, |i| {
+        let line = way("uncalibrated", Role::Raw, times(track), |i| {
             plain.get(i).copied()
         });
         panel = panel.with(line);
     }
     if let Some(r) = reference {
-        let line = way("reference", Role::Reference, &r.t_s, |i| {
+        let line = way("reference", Role::Reference, Times::from(&r.t_s), |i| {
             r.position_m.get(i).copied()
         });
         panel = panel.with(line);
     }
-    let line = way(name, Role::Calibrated, &track.t_s, |i| {
+    let line = way(name, Role::Calibrated, times(track), |i| {
         track.position_m.get(i).copied()
     });
     panel = panel.with(line).with(marks(motion, &frame));
@@ -78,12 +79,12 @@ pub(super) fn position_3d(motion: &Motion) -> Option<Figure> {
     let figure = Figure::new(
         "position-3d",
         "Position in space",
-        "The way seen obliquely from above, with its shadow on the ground, and dots with their time along it; a metre is as long in every direction of the box.",
+        "The way seen obliquely from above, with its shadow on the ground, and dots with their time along it.",
     );
     Some(figure.with(panel))
 }
 
-fn way(name: &str, role: Role, t: &[f64], at: impl Fn(usize) -> Option<[f64; 3]>) -> Series {
+fn way(name: &str, role: Role, t: Times<'_>, at: impl Fn(usize) -> Option<[f64; 3]>) -> Series {
     thin::line(name, role, t, |i| {
         at(i).map_or((f64::NAN, f64::NAN), |p| project(&p))
     })

@@ -1,9 +1,10 @@
 //! Acceleration, velocity and position over time.
 
-use crate::figure::{Axis, Figure, Panel, Role, Series, thin};
+use crate::figure::thin::{self, Times};
+use crate::figure::{Axis, Figure, Panel, Role, Series};
 use crate::motion::Motion;
 
-use super::{AXES, Extent, result_name};
+use super::{AXES, Extent, result_name, times};
 
 /// Rests that are shaded at the most; a walk has thousands.
 const SHADED: usize = 2000;
@@ -18,8 +19,11 @@ fn panel(motion: &Motion, title: &str, unit: &str) -> Panel {
 }
 
 /// One axis of a column of vectors.
-fn line(name: &str, role: Role, t: &[f64], values: &[[f64; 3]], axis: usize) -> Series {
-    thin::line(name, role, t, |i| (at(t, i), component(values, i, axis)))
+fn line(name: &str, role: Role, times: Times<'_>, values: &[[f64; 3]], axis: usize) -> Series {
+    let t = times.t_s;
+    thin::line(name, role, times, |i| {
+        (at(t, i), component(values, i, axis))
+    })
 }
 
 fn at(t: &[f64], i: usize) -> f64 {
@@ -33,7 +37,8 @@ fn component(values: &[[f64; 3]], i: usize, axis: usize) -> f64 {
 /// Specific force raw and calibrated, along the axes of the sensor.
 pub(super) fn acceleration(motion: &Motion) -> Option<Figure> {
     let track = &motion.track;
-    let t = &track.t_s;
+    let times = times(track);
+    let t = times.t_s;
     let mut figure = Figure::new(
         "acceleration",
         "Acceleration",
@@ -45,8 +50,9 @@ pub(super) fn acceleration(motion: &Motion) -> Option<Figure> {
             .clone_into(&mut figure.caption);
     }
     for (axis, name) in AXES.into_iter().enumerate() {
-        let of =
-            |name, role, column: &[f64]| thin::line(name, role, t, |i| (at(t, i), at(column, i)));
+        let of = |name, role, column: &[f64]| {
+            thin::line(name, role, times, |i| (at(t, i), at(column, i)))
+        };
         let mut panel = panel(motion, name, "m/s²");
         if calibrated {
             panel = panel.with(of("raw", Role::Raw, &track.raw_mps2[axis]));
@@ -76,7 +82,7 @@ pub(super) fn motion_acceleration(motion: &Motion) -> Option<Figure> {
         let own = line(
             result_name(motion),
             Role::Calibrated,
-            &track.t_s,
+            times(track),
             &track.acceleration_mps2,
             axis,
         );
@@ -94,12 +100,12 @@ struct Column<'a> {
 }
 
 fn banded(motion: &Motion, mut figure: Figure, column: &Column<'_>) -> Figure {
-    let t = &motion.track.t_s;
+    let times = times(&motion.track);
     for (axis, name) in AXES.into_iter().enumerate() {
         let mut panel = panel(motion, name, column.unit);
         if !column.sigma.is_empty() {
             for (name, k) in [("± 2σ", 2.0), ("± 1σ", 1.0)] {
-                let band = thin::band(name, Role::Calibrated, t, |i| {
+                let band = thin::band(name, Role::Calibrated, times, |i| {
                     let v = component(column.values, i, axis);
                     let half = k * component(column.sigma, i, axis);
                     (v - half, v + half)
@@ -108,10 +114,10 @@ fn banded(motion: &Motion, mut figure: Figure, column: &Column<'_>) -> Figure {
             }
         }
         if let Some(plain) = column.uncalibrated {
-            panel = panel.with(line("uncalibrated", Role::Raw, t, plain, axis));
+            panel = panel.with(line("uncalibrated", Role::Raw, times, plain, axis));
         }
         let name = result_name(motion);
-        panel = panel.with(line(name, Role::Calibrated, t, column.values, axis));
+        panel = panel.with(line(name, Role::Calibrated, times, column.values, axis));
         panel.y.within = limits(motion, column, axis);
         let beyond = panel.y.within.is_some_and(|[low, high]| {
             let mut bands = panel.series.iter().filter(|s| !s.low.is_empty());
@@ -186,7 +192,13 @@ pub(super) fn position(motion: &Motion) -> Option<Figure> {
     if let Some(reference) = &track.reference {
         let t = &reference.t_s;
         for (axis, panel) in figure.panels.iter_mut().enumerate() {
-            let own = line("reference", Role::Reference, t, &reference.position_m, axis);
+            let own = line(
+                "reference",
+                Role::Reference,
+                Times::from(t),
+                &reference.position_m,
+                axis,
+            );
             panel.series.push(own);
         }
     }

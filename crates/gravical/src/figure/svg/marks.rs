@@ -187,6 +187,7 @@ fn line(s: &Series, map: &Map) -> String {
             None => pen.lift(),
         }
     }
+    pen.lift();
     pen.path
 }
 

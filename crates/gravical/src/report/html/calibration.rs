@@ -12,6 +12,7 @@ use super::page::{Section, badge, list, page, tile};
 use super::{ROWS, gyroscope, parameters, placements, temperature};
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::figure::Figure;
+use crate::recording::Finding;
 
 /// The report of a calibration, with its figures
 /// ([`figure::calibration::figures`](crate::figure::calibration::figures)).
@@ -139,7 +140,7 @@ fn verdict(file: &CalibrationFile) -> Markup {
 pub(super) fn mg(mps2: f64) -> String {
     let mg = 1000.0 * mps2 / STANDARD_GRAVITY_MPS2;
     if mg != 0.0 && mg.abs() < 0.001 {
-        return "< 0.001".to_owned();
+        return "±< 0.001".to_owned();
     }
     digits(mg, 2)
 }
@@ -237,7 +238,16 @@ fn rejected(file: &CalibrationFile) -> Markup {
         return html! { p { "Every placement took part in the fit." } };
     }
     let reason = |label: &str| {
-        let about = file.findings.iter().filter(|f| f.message.contains(label));
+        // The label as a whole: "still 3" is not "still 30".
+        let names_it = |f: &&Finding| {
+            let mut found = f.message.match_indices(label);
+            found.any(|(at, _)| {
+                let edge = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric());
+                let (before, after) = (&f.message[..at], &f.message[at + label.len()..]);
+                edge(before.chars().next_back()) && edge(after.chars().next())
+            })
+        };
+        let about = file.findings.iter().filter(names_it);
         about
             .map(|f| f.message.as_str())
             .next()

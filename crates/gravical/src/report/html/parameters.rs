@@ -55,7 +55,7 @@ pub(super) fn accelerometer(file: &CalibrationFile, gallery: &mut Gallery<'_>) -
             }
         }
         h3 id="paste" { "To paste" }
-        pre.paste aria-labelledby="paste" tabindex="0" { (paste(file)) }
+        pre.paste role="region" aria-labelledby="paste" tabindex="0" { (paste(file)) }
         (gallery.show(&["parameters"]))
     }
 }
@@ -98,6 +98,12 @@ fn paste(file: &CalibrationFile) -> String {
     let unit = &shown_unit(a.input_unit.name());
     let mut out = formula("a", "r", &a.matrix, &a.bias);
     out.push_str(&format!("\nrx, ry, rz: raw, {unit}; ax, ay, az: m/s^2\n"));
+    if file.temperature_model.is_some() {
+        out.push_str("its drift with temperature is not in it: gravical apply takes it off\n");
+    }
+    if file.gyroscope.as_ref().is_some_and(|g| !has_no_g_term(g)) {
+        out.push_str("the gyroscope's formula has the acceleration in it and stands above\n");
+    }
     if let Some(g) = file.gyroscope.as_ref().filter(|g| has_no_g_term(g)) {
         out.push('\n');
         out.push_str(&formula("w", "g", &g.matrix, &g.bias));

@@ -342,7 +342,7 @@ class Drawing {
         if (s.mark === "rule") { if (d.y.length) values.push([s.name, d.y.map(v => p.yText(v)).join(", ")]); continue; }
         const i = nearest(d.x, x), off = Math.abs(d.x[i] - x);
         // Beyond a gap there is no value.
-        if (!(off <= (p.names ? 0.6 : 0.03 * (p.full.x1 - p.full.x0)))) continue;
+        if (!(off <= (p.names ? 0.6 : this.reach(p, d)))) continue;
         if (off < best) { best = off; shownX = d.x[i]; }
         d.x.forEach((v, k) => { if (k === i || (p.names && Math.abs(v - x) < 0.5)) values.push([s.name, this.value(p, s, d, k)]); });
       }
@@ -351,6 +351,11 @@ class Drawing {
     const p = this.open[0];
     if (p) this.say(`${p.g.dataset.x} ${p.xText(p.names ? x : shownX)}`, rows, spoken);
     this.mark();
+  }
+  // How far a value may lie from the cursor: four dots, or most of a step.
+  reach(p, d) {
+    const v = p.view, n = d.x.length;
+    return Math.max(4 * (v.x1 - v.x0) / p.at.w, n > 1 ? 0.75 * Math.abs(d.x[n - 1] - d.x[0]) / (n - 1) : 0);
   }
   value(p, s, d, i) {
     if (s.mark === "band") return `${p.yText(d.low[i])} to ${p.yText(d.high[i])}`;
