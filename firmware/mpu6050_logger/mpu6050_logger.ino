@@ -1,0 +1,451 @@
+// gravical: logger for an MPU6050 on an Arduino Uno.
+//
+// Wiring: VCC to 5 V (modules with a regulator) or 3.3 V, GND to GND, SDA to A4,
+// SCL to A5. Needs nothing but the bundled Wire library. 115200 baud.
+//
+// It prints a line that starts with '#' and says what it is and how it is set, a
+// header with the true units, then one line a sample:
+//
+//   milliseconds, m/s^2 along x, y, z, degrees C, degrees/s about x, y, z
+//
+// A letter, a number and a line feed change the settings (see command()):
+//
+//   a2 a4 a8 a16         accelerometer: full scale in g
+//   g250 g500 g1000 g2000  gyroscope: full scale in degrees/s
+//   d184 d94 d44 d21 d10 d5  low-pass, Hz
+//   r100                 samples a second, 4 to 1000
+//   f0 f1 f2             text in SI units, text in counts, binary at 250000 baud
+//   p s                  pause, start again
+//   ?                    say all of it again
+//
+// MIT or Apache 2.0, as you like.
+
+#include <Wire.h>
+#include <avr/wdt.h>
+
+// ---- What you may want to change --------------------------------------------
+
+const uint16_t ACCEL_RANGE_G = 2;        // 2, 4, 8 or 16
+const uint16_t GYRO_RANGE_DEG_S = 500;   // 250, 500, 1000 or 2000
+const uint16_t LOW_PASS_HZ = 44;         // 184, 94, 44, 21, 10 or 5; never off:
+                                         // 260 Hz sampled at 100 Hz doubles the noise
+const uint16_t RATE_HZ = 100;            // 4 to 1000; the line carries 100 as text,
+                                         // 200 as counts, 1000 as binary
+const uint8_t FORMAT = 0;                // 0 text in SI units, 1 counts, 2 binary
+
+// ---- The sensor -------------------------------------------------------------
+
+const char VERSION[] PROGMEM = "1.0";
+const uint8_t WHO_AM_I_MPU6050 = 0x68;
+
+const uint8_t SMPLRT_DIV = 0x19;
+const uint8_t CONFIG = 0x1A;
+const uint8_t GYRO_CONFIG = 0x1B;
+const uint8_t ACCEL_CONFIG = 0x1C;
+const uint8_t INT_ENABLE = 0x38;
+const uint8_t INT_STATUS = 0x3A;
+const uint8_t ACCEL_XOUT_H = 0x3B;
+const uint8_t PWR_MGMT_1 = 0x6B;
+const uint8_t WHO_AM_I = 0x75;
+
+const uint32_t TEXT_BAUD = 115200;
+const uint32_t BINARY_BAUD = 250000;     // 16 MHz divide to it exactly
+
+struct Settings {
+  uint16_t accelRangeG;
+  uint16_t gyroRangeDegS;
+  uint16_t lowPassHz;
+  uint16_t rateHz;
+  uint8_t format;
+};
+
+Settings settings = {ACCEL_RANGE_G, GYRO_RANGE_DEG_S, LOW_PASS_HZ, RATE_HZ, FORMAT};
+
+// What went wrong since the start. Said in a line when it grows.
+struct Counters {
+  uint32_t overruns;   // samples that were overwritten before they were read
+  uint32_t i2cErrors;  // transfers that failed
+  uint16_t restarts;   // times the sensor was set up again
+};
+
+Counters counters = {0, 0, 0};
+Counters told = {0, 0, 0};
+
+uint8_t address = 0x68;   // 0x69 with AD0 high
+bool running = false;     // the sensor answers and is set up
+bool paused = false;
+uint8_t sequence = 0;     // of binary frames: a lost one is seen
+uint32_t periodUs = 10000;
+uint32_t lastReadyUs = 0;
+uint32_t lastMicros = 0;  // for time beyond 2^32 microseconds
+uint32_t microsWraps = 0;
+uint32_t lastNoticeMs = 0;
+bool first = true;        // no sample yet since the last set-up
+
+// Why the processor started: the watchdog's hand is worth a line.
+uint8_t resetFlags __attribute__((section(".noinit")));
+
+void keepResetFlags() __attribute__((naked, used, section(".init3")));
+void keepResetFlags() {
+  resetFlags = MCUSR;
+  MCUSR = 0;
+  wdt_disable();  // it stays on through a reset, at its shortest
+}
+
+// ---- I2C --------------------------------------------------------------------
+
+bool writeRegister(uint8_t reg, uint8_t value) {
+  Wire.beginTransmission(address);
+  Wire.write(reg);
+  Wire.write(value);
+  if (Wire.endTransmission() == 0) return true;
+  counters.i2cErrors++;
+  return false;
+}
+
+bool readRegisters(uint8_t reg, uint8_t *into, uint8_t count) {
+  Wire.beginTransmission(address);
+  Wire.write(reg);
+  if (Wire.endTransmission(false) != 0) {
+    counters.i2cErrors++;
+    return false;
+  }
+  if (Wire.requestFrom(address, count) != count) {
+    counters.i2cErrors++;
+    while (Wire.available()) Wire.read();
+    return false;
+  }
+  for (uint8_t i = 0; i < count; i++) into[i] = Wire.read();
+  return true;
+}
+
+// ---- Setting up -------------------------------------------------------------
+
+uint8_t rangeCode(uint16_t value, uint16_t smallest) {
+  uint8_t code = 0;
+  while (code < 3 && (smallest << code) < value) code++;
+  return code;
+}
+
+uint8_t lowPassCode(uint16_t hz) {
+  if (hz >= 184) return 1;
+  if (hz >= 94) return 2;
+  if (hz >= 44) return 3;
+  if (hz >= 21) return 4;
+  if (hz >= 10) return 5;
+  return 6;
+}
+
+// Once a second at most: whoever reads along must not drown.
+bool noticeDue() {
+  if (lastNoticeMs != 0 && millis() - lastNoticeMs < 1000) return false;
+  lastNoticeMs = millis() | 1;
+  return true;
+}
+
+// Finds the sensor and sets it up; says what is the matter when it does not work.
+bool setUp() {
+  uint8_t id = 0;
+  bool answers = false;
+  for (uint8_t a = 0x68; a <= 0x69 && !answers; a++) {
+    address = a;
+    answers = readRegisters(WHO_AM_I, &id, 1);
+  }
+  if (!answers) {
+    if (noticeDue() && settings.format != 2) {
+      Serial.println(F("# no answer from a sensor at 0x68 or 0x69: check SDA (A4), SCL (A5), power"));
+    }
+    return false;
+  }
+  if (id != WHO_AM_I_MPU6050) {
+    if (noticeDue() && settings.format != 2) {
+      Serial.print(F("# the sensor says it is 0x"));
+      Serial.print(id, HEX);
+      Serial.println(F(", not an MPU6050 (0x68)"));
+    }
+    return false;
+  }
+  const uint8_t divider = 1000 / settings.rateHz - 1;
+  const bool ok = writeRegister(PWR_MGMT_1, 0x80);  // all registers as after power-up
+  delay(100);
+  wdt_reset();
+  const bool set = ok && writeRegister(PWR_MGMT_1, 0x01)  // awake, clock of the x gyroscope
+      && writeRegister(CONFIG, lowPassCode(settings.lowPassHz))
+      && writeRegister(SMPLRT_DIV, divider)
+      && writeRegister(GYRO_CONFIG, rangeCode(settings.gyroRangeDegS, 250) << 3)
+      && writeRegister(ACCEL_CONFIG, rangeCode(settings.accelRangeG, 2) << 3)
+      && writeRegister(INT_ENABLE, 0x01);
+  if (!set) return false;
+  delay(30);  // the gyroscope's start; its low-pass has settled then
+  uint8_t status;
+  readRegisters(INT_STATUS, &status, 1);  // what was ready before is old
+  periodUs = 1000UL * (divider + 1);
+  first = true;
+  lastReadyUs = micros();
+  return true;
+}
+
+void printSettings() {
+  Serial.print(F("# gravical mpu6050_logger "));
+  Serial.print((const __FlashStringHelper *)VERSION);
+  Serial.print(F(", MPU6050, accelerometer +-"));
+  Serial.print(settings.accelRangeG);
+  Serial.print(F(" g, gyroscope +-"));
+  Serial.print(settings.gyroRangeDegS);
+  Serial.print(F(" deg/s, low-pass "));
+  Serial.print(settings.lowPassHz);
+  Serial.print(F(" Hz, rate "));
+  Serial.print(1e6 / periodUs, 2);
+  Serial.print(F(" Hz, format "));
+  Serial.println(settings.format);
+  if (settings.format == 0) {
+    Serial.println(F("Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)"));
+  } else if (settings.format == 1) {
+    Serial.println(F("Timestamp (ms),ax,ay,az,temp,gx,gy,gz"));
+  }
+}
+
+void tellCounters() {
+  const bool same = counters.overruns == told.overruns && counters.i2cErrors == told.i2cErrors
+      && counters.restarts == told.restarts;
+  if (same || settings.format == 2 || !noticeDue()) return;
+  told = counters;
+  Serial.print(F("# overruns "));
+  Serial.print(counters.overruns);
+  Serial.print(F(", i2c errors "));
+  Serial.print(counters.i2cErrors);
+  Serial.print(F(", restarts "));
+  Serial.println(counters.restarts);
+}
+
+// ---- Text -------------------------------------------------------------------
+
+// Appends value / 10^decimals: an eighth of the time that printing a float takes.
+char *appendFixed(char *at, int32_t value, uint8_t decimals) {
+  if (value < 0) {
+    *at++ = '-';
+    value = -value;
+  }
+  char digits[11];
+  uint8_t n = 0;
+  do {
+    digits[n++] = '0' + value % 10;
+    value /= 10;
+  } while (value > 0 || n <= decimals);
+  while (n > 0) {
+    if (n == decimals) *at++ = '.';
+    *at++ = digits[--n];
+  }
+  return at;
+}
+
+char *appendUnsigned(char *at, uint32_t value) {
+  char digits[10];
+  uint8_t n = 0;
+  do {
+    digits[n++] = '0' + value % 10;
+    value /= 10;
+  } while (value > 0);
+  while (n > 0) *at++ = digits[--n];
+  return at;
+}
+
+// value * factor / 2^shift, rounded.
+int32_t scaled(int16_t value, uint16_t factor, uint8_t shift) {
+  return ((int32_t)value * factor + (1L << (shift - 1))) >> shift;
+}
+
+void printText(uint32_t ms, const int16_t *v) {
+  char line[96];
+  char *at = appendUnsigned(line, ms);
+  const uint8_t a = rangeCode(settings.accelRangeG, 2);
+  const uint8_t g = rangeCode(settings.gyroRangeDegS, 250);
+  for (uint8_t i = 0; i < 7; i++) {
+    *at++ = ',';
+    if (settings.format == 1) {
+      at = appendFixed(at, v[i], 0);
+    } else if (i < 3) {
+      // 9.80665 m/s^2 / 16384 in 10^-4 m/s^2, times 2^13; twice that each range.
+      at = appendFixed(at, scaled(v[i], 49033, 13 - a), 4);
+    } else if (i == 3) {
+      // 1/340 degrees each, 36.53 at 0, in 10^-2.
+      at = appendFixed(at, scaled(v[i], 19275, 16) + 3653, 2);
+    } else {
+      // 1/131 degrees/s in 10^-3, times 2^12.
+      at = appendFixed(at, scaled(v[i], 31267, 12 - g), 3);
+    }
+  }
+  *at++ = '\n';
+  Serial.write((const uint8_t *)line, at - line);
+}
+
+// ---- Binary: COBS frames ----------------------------------------------------
+
+// CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF.
+uint16_t crc16(const uint8_t *data, uint8_t count) {
+  uint16_t crc = 0xFFFF;
+  for (uint8_t i = 0; i < count; i++) {
+    uint8_t x = (crc >> 8) ^ data[i];
+    x ^= x >> 4;
+    crc = (crc << 8) ^ ((uint16_t)x << 12) ^ ((uint16_t)x << 5) ^ x;
+  }
+  return crc;
+}
+
+// Sequence (1), microseconds (4), seven counts (14), CRC (2): little endian, with
+// zeros taken out (consistent overhead byte stuffing, Cheshire and Baker 1999), and
+// a zero after it.
+void printBinary(uint32_t us, const int16_t *v) {
+  uint8_t plain[21];
+  uint8_t n = 0;
+  plain[n++] = sequence++;
+  for (uint8_t k = 0; k < 4; k++) plain[n++] = us >> (8 * k);
+  for (uint8_t i = 0; i < 7; i++) {
+    plain[n++] = (uint16_t)v[i];
+    plain[n++] = (uint16_t)v[i] >> 8;
+  }
+  const uint16_t crc = crc16(plain, n);
+  plain[n++] = crc;
+  plain[n++] = crc >> 8;
+
+  uint8_t frame[23];
+  uint8_t code = 0;
+  uint8_t at = 1;
+  for (uint8_t i = 0; i < n; i++) {
+    if (plain[i] == 0) {
+      frame[code] = at - code;
+      code = at++;
+    } else {
+      frame[at++] = plain[i];
+    }
+  }
+  frame[code] = at - code;
+  frame[at++] = 0;
+  Serial.write(frame, at);
+}
+
+// ---- Commands ---------------------------------------------------------------
+
+void use(const Settings &wanted) {
+  const bool baud = (wanted.format == 2) != (settings.format == 2);
+  settings = wanted;
+  if (baud) {
+    Serial.flush();
+    Serial.begin(settings.format == 2 ? BINARY_BAUD : TEXT_BAUD);
+  }
+  running = false;  // the loop sets the sensor up again, and says how
+}
+
+void command(char letter, uint16_t number) {
+  Settings wanted = settings;
+  bool known = true;
+  switch (letter) {
+    case 'a': wanted.accelRangeG = 2 << rangeCode(number, 2); break;
+    case 'g': wanted.gyroRangeDegS = 250 << rangeCode(number, 250); break;
+    case 'd': {
+      const uint16_t hz[] = {184, 94, 44, 21, 10, 5};
+      wanted.lowPassHz = hz[lowPassCode(number) - 1];
+      break;
+    }
+    case 'r': wanted.rateHz = constrain(number, 4, 1000); break;
+    case 'f': wanted.format = number <= 2 ? number : 0; break;
+    case 'p': paused = true; return;
+    case 's': paused = false; first = true; return;
+    case '?': break;
+    default: known = false;
+  }
+  if (known) {
+    use(wanted);
+  } else if (settings.format != 2) {
+    Serial.println(F("# not a command: a g d r f with a number, p, s, ?"));
+  }
+}
+
+void listen() {
+  static char letter = 0;
+  static uint16_t number = 0;
+  while (Serial.available()) {
+    const char c = Serial.read();
+    if (c == '\n' || c == '\r') {
+      if (letter) command(letter, number);
+      letter = 0;
+      number = 0;
+    } else if (c >= '0' && c <= '9' && letter) {
+      if (number < 6000) number = 10 * number + (c - '0');
+    } else {
+      letter = c;
+      number = 0;
+    }
+  }
+}
+
+// ---- The loop ---------------------------------------------------------------
+
+// Microseconds since the start in 64 bits, as milliseconds.
+uint32_t milliseconds(uint32_t us) {
+  return (((uint64_t)microsWraps << 32) | us) / 1000;
+}
+
+void lost() {
+  running = false;
+  counters.restarts++;
+}
+
+void setup() {
+  wdt_enable(WDTO_2S);
+  Serial.begin(settings.format == 2 ? BINARY_BAUD : TEXT_BAUD);
+  Wire.begin();
+  Wire.setClock(400000);
+  Wire.setWireTimeout(3000, true);  // a stuck bus is reset, not waited for
+  if (settings.format != 2 && (resetFlags & _BV(WDRF))) {
+    Serial.println(F("# restarted by the watchdog: the program had hung"));
+  }
+}
+
+void loop() {
+  wdt_reset();
+  listen();
+  const uint32_t now = micros();
+  if (now < lastMicros) microsWraps++;
+  lastMicros = now;
+
+  if (!running) {
+    running = setUp();
+    if (running) printSettings();
+    return;
+  }
+  uint8_t status = 0;
+  if (!readRegisters(INT_STATUS, &status, 1)) {
+    lost();
+    return;
+  }
+  if (!(status & 0x01)) {
+    // Asleep after a dip of its supply, it answers and has nothing to say.
+    if (micros() - lastReadyUs > 5 * periodUs + 50000UL) lost();
+    tellCounters();
+    return;
+  }
+  // The moment of data-ready, to one turn of this loop.
+  const uint32_t ready = micros();
+  if (ready < lastMicros) microsWraps++;
+  lastMicros = ready;
+  uint8_t bytes[14];
+  if (!readRegisters(ACCEL_XOUT_H, bytes, sizeof bytes)) {
+    lost();
+    return;
+  }
+  const uint32_t elapsed = ready - lastReadyUs;
+  if (!first && elapsed > periodUs + periodUs / 2) {
+    counters.overruns += (elapsed + periodUs / 2) / periodUs - 1;
+  }
+  first = false;
+  lastReadyUs = ready;
+  if (paused) return;
+  int16_t v[7];
+  for (uint8_t i = 0; i < 7; i++) v[i] = (int16_t)((uint16_t)bytes[2 * i] << 8 | bytes[2 * i + 1]);
+  if (settings.format == 2) {
+    printBinary(ready, v);
+  } else {
+    printText(milliseconds(ready), v);
+  }
+}
