@@ -18,6 +18,9 @@
 //   p s                  pause, start again
 //   ?                    say all of it again
 //
+// In the binary format what would be a line with '#' is a frame with that text;
+// crates/gravical/src/recording/frame.rs says what frames look like.
+//
 // MIT or Apache 2.0, as you like.
 
 #include <Wire.h>
@@ -80,19 +83,101 @@ uint32_t lastReadyUs = 0;
 uint32_t lastMicros = 0;  // for time beyond 2^32 microseconds
 uint32_t microsWraps = 0;
 uint32_t lastNoticeMs = 0;
+uint32_t nextTryMs = 0;   // when to look for the sensor again
 bool first = true;        // no sample yet since the last set-up
 
-// Why the processor started: the watchdog's hand is worth a line.
-uint8_t resetFlags __attribute__((section(".noinit")));
+// The watchdog barks before it bites: its interrupt leaves a mark here, the
+// second time it resets. The reset flags would not do, the boot loader of the Uno
+// clears them before the sketch starts.
+const uint16_t HUNG = 0x5AA5;
+volatile uint16_t hung __attribute__((section(".noinit")));
 
-void keepResetFlags() __attribute__((naked, used, section(".init3")));
-void keepResetFlags() {
-  resetFlags = MCUSR;
+ISR(WDT_vect) {
+  hung = HUNG;
+}
+
+void armWatchdog() {
+  wdt_enable(WDTO_1S);
+  WDTCSR |= _BV(WDIE);
+}
+
+void stopWatchdog() __attribute__((naked, used, section(".init3")));
+void stopWatchdog() {
   MCUSR = 0;
   wdt_disable();  // it stays on through a reset, at its shortest
 }
 
+// ---- Frames and lines -------------------------------------------------------
+
+const uint8_t SAMPLE_FRAME = 1;
+const uint8_t TEXT_FRAME = 2;
+
+// CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF.
+uint16_t crc16(const uint8_t *data, uint8_t count) {
+  uint16_t crc = 0xFFFF;
+  for (uint8_t i = 0; i < count; i++) {
+    uint8_t x = (crc >> 8) ^ data[i];
+    x ^= x >> 4;
+    crc = (crc << 8) ^ ((uint16_t)x << 12) ^ ((uint16_t)x << 5) ^ x;
+  }
+  return crc;
+}
+
+// Sends count bytes (at most 250; room for two more behind them) with their CRC,
+// zeros taken out (consistent overhead byte stuffing, Cheshire and Baker 1999),
+// and a zero.
+void sendFrame(uint8_t *plain, uint8_t count) {
+  const uint16_t crc = crc16(plain, count);
+  plain[count++] = crc;
+  plain[count++] = crc >> 8;
+  uint8_t from = 0;
+  for (;;) {
+    uint8_t to = from;
+    while (to < count && plain[to] != 0) to++;
+    Serial.write((uint8_t)(to - from + 1));
+    Serial.write(plain + from, to - from);
+    if (to == count) break;
+    from = to + 1;
+  }
+  Serial.write((uint8_t)0);
+}
+
+// A line of text, in the binary format a frame. What is too long is cut.
+class Line : public Print {
+ public:
+  size_t write(uint8_t c) override {
+    if (length < sizeof bytes - 2) bytes[length++] = c;
+    return 1;
+  }
+  using Print::write;
+  void send() {
+    if (settings.format == 2) {
+      bytes[0] = TEXT_FRAME;
+      sendFrame(bytes, length);
+    } else {
+      bytes[length++] = '\n';
+      Serial.write(bytes + 1, length - 1);
+    }
+  }
+
+ private:
+  uint8_t bytes[160];
+  uint8_t length = 1;
+};
+
+void say(const __FlashStringHelper *text) {
+  Line line;
+  line.print(text);
+  line.send();
+}
+
 // ---- I2C --------------------------------------------------------------------
+
+void startBus() {
+  Wire.begin();
+  Wire.setClock(400000);
+  Wire.setWireTimeout(3000, true);  // a stuck bus is given up, not waited for
+}
 
 bool writeRegister(uint8_t reg, uint8_t value) {
   Wire.beginTransmission(address);
@@ -117,6 +202,20 @@ bool readRegisters(uint8_t reg, uint8_t *into, uint8_t count) {
   }
   for (uint8_t i = 0; i < count; i++) into[i] = Wire.read();
   return true;
+}
+
+// A sensor that was cut off in the middle of a byte holds the data line until it
+// has got rid of it: nine clocks at most (UM10204, 3.1.16).
+void freeBus() {
+  if (digitalRead(SDA)) return;
+  Wire.end();
+  for (uint8_t i = 0; i < 9 && !digitalRead(SDA); i++) {
+    pinMode(SCL, OUTPUT);  // low: Wire.end() left it so
+    delayMicroseconds(5);
+    pinMode(SCL, INPUT);
+    delayMicroseconds(5);
+  }
+  startBus();
 }
 
 // ---- Setting up -------------------------------------------------------------
@@ -147,21 +246,26 @@ bool noticeDue() {
 bool setUp() {
   uint8_t id = 0;
   bool answers = false;
+  const uint32_t errors = counters.i2cErrors;
   for (uint8_t a = 0x68; a <= 0x69 && !answers; a++) {
     address = a;
     answers = readRegisters(WHO_AM_I, &id, 1);
   }
+  counters.i2cErrors = errors;  // asking who is there is no error
   if (!answers) {
-    if (noticeDue() && settings.format != 2) {
-      Serial.println(F("# no answer from a sensor at 0x68 or 0x69: check SDA (A4), SCL (A5), power"));
+    if (noticeDue()) {
+      say(F("# no answer from a sensor at 0x68 or 0x69: check SDA (A4), SCL (A5), power"));
     }
+    freeBus();
     return false;
   }
   if (id != WHO_AM_I_MPU6050) {
-    if (noticeDue() && settings.format != 2) {
-      Serial.print(F("# the sensor says it is 0x"));
-      Serial.print(id, HEX);
-      Serial.println(F(", not an MPU6050 (0x68)"));
+    if (noticeDue()) {
+      Line line;
+      line.print(F("# the sensor says it is 0x"));
+      line.print(id, HEX);
+      line.print(F(", not an MPU6050 (0x68)"));
+      line.send();
     }
     return false;
   }
@@ -183,39 +287,6 @@ bool setUp() {
   first = true;
   lastReadyUs = micros();
   return true;
-}
-
-void printSettings() {
-  Serial.print(F("# gravical mpu6050_logger "));
-  Serial.print((const __FlashStringHelper *)VERSION);
-  Serial.print(F(", MPU6050, accelerometer +-"));
-  Serial.print(settings.accelRangeG);
-  Serial.print(F(" g, gyroscope +-"));
-  Serial.print(settings.gyroRangeDegS);
-  Serial.print(F(" deg/s, low-pass "));
-  Serial.print(settings.lowPassHz);
-  Serial.print(F(" Hz, rate "));
-  Serial.print(1e6 / periodUs, 2);
-  Serial.print(F(" Hz, format "));
-  Serial.println(settings.format);
-  if (settings.format == 0) {
-    Serial.println(F("Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)"));
-  } else if (settings.format == 1) {
-    Serial.println(F("Timestamp (ms),ax,ay,az,temp,gx,gy,gz"));
-  }
-}
-
-void tellCounters() {
-  const bool same = counters.overruns == told.overruns && counters.i2cErrors == told.i2cErrors
-      && counters.restarts == told.restarts;
-  if (same || settings.format == 2 || !noticeDue()) return;
-  told = counters;
-  Serial.print(F("# overruns "));
-  Serial.print(counters.overruns);
-  Serial.print(F(", i2c errors "));
-  Serial.print(counters.i2cErrors);
-  Serial.print(F(", restarts "));
-  Serial.println(counters.restarts);
 }
 
 // ---- Text -------------------------------------------------------------------
@@ -279,49 +350,61 @@ void printText(uint32_t ms, const int16_t *v) {
   Serial.write((const uint8_t *)line, at - line);
 }
 
-// ---- Binary: COBS frames ----------------------------------------------------
+// ---- Binary -----------------------------------------------------------------
 
-// CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF.
-uint16_t crc16(const uint8_t *data, uint8_t count) {
-  uint16_t crc = 0xFFFF;
-  for (uint8_t i = 0; i < count; i++) {
-    uint8_t x = (crc >> 8) ^ data[i];
-    x ^= x >> 4;
-    crc = (crc << 8) ^ ((uint16_t)x << 12) ^ ((uint16_t)x << 5) ^ x;
-  }
-  return crc;
-}
-
-// Sequence (1), microseconds (4), seven counts (14), CRC (2): little endian, with
-// zeros taken out (consistent overhead byte stuffing, Cheshire and Baker 1999), and
-// a zero after it.
+// Kind (1), sequence (1), microseconds (4), seven counts (14): little endian.
 void printBinary(uint32_t us, const int16_t *v) {
-  uint8_t plain[21];
+  uint8_t plain[22];
   uint8_t n = 0;
+  plain[n++] = SAMPLE_FRAME;
   plain[n++] = sequence++;
   for (uint8_t k = 0; k < 4; k++) plain[n++] = us >> (8 * k);
   for (uint8_t i = 0; i < 7; i++) {
     plain[n++] = (uint16_t)v[i];
     plain[n++] = (uint16_t)v[i] >> 8;
   }
-  const uint16_t crc = crc16(plain, n);
-  plain[n++] = crc;
-  plain[n++] = crc >> 8;
+  sendFrame(plain, n);
+}
 
-  uint8_t frame[23];
-  uint8_t code = 0;
-  uint8_t at = 1;
-  for (uint8_t i = 0; i < n; i++) {
-    if (plain[i] == 0) {
-      frame[code] = at - code;
-      code = at++;
-    } else {
-      frame[at++] = plain[i];
-    }
+// ---- What it says of itself -------------------------------------------------
+
+void printSettings() {
+  Line line;
+  line.print(F("# gravical mpu6050_logger "));
+  line.print((const __FlashStringHelper *)VERSION);
+  line.print(F(", MPU6050, accelerometer +-"));
+  line.print(settings.accelRangeG);
+  line.print(F(" g, gyroscope +-"));
+  line.print(settings.gyroRangeDegS);
+  line.print(F(" deg/s, low-pass "));
+  line.print(settings.lowPassHz);
+  line.print(F(" Hz, rate "));
+  char rate[12];
+  *appendFixed(rate, 100000000UL / periodUs, 2) = 0;
+  line.print(rate);
+  line.print(F(" Hz, format "));
+  line.print(settings.format);
+  line.send();
+  if (settings.format == 0) {
+    say(F("Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)"));
+  } else if (settings.format == 1) {
+    say(F("Timestamp (ms),ax,ay,az,temp,gx,gy,gz"));
   }
-  frame[code] = at - code;
-  frame[at++] = 0;
-  Serial.write(frame, at);
+}
+
+void tellCounters() {
+  const bool same = counters.overruns == told.overruns && counters.i2cErrors == told.i2cErrors
+      && counters.restarts == told.restarts;
+  if (same || !noticeDue()) return;
+  told = counters;
+  Line line;
+  line.print(F("# overruns "));
+  line.print(counters.overruns);
+  line.print(F(", i2c errors "));
+  line.print(counters.i2cErrors);
+  line.print(F(", restarts "));
+  line.print(counters.restarts);
+  line.send();
 }
 
 // ---- Commands ---------------------------------------------------------------
@@ -334,6 +417,7 @@ void use(const Settings &wanted) {
     Serial.begin(settings.format == 2 ? BINARY_BAUD : TEXT_BAUD);
   }
   running = false;  // the loop sets the sensor up again, and says how
+  nextTryMs = millis();
 }
 
 void command(char letter, uint16_t number) {
@@ -351,13 +435,15 @@ void command(char letter, uint16_t number) {
     case 'f': wanted.format = number <= 2 ? number : 0; break;
     case 'p': paused = true; return;
     case 's': paused = false; first = true; return;
-    case '?': break;
+    case '?':
+      if (running) printSettings();
+      return;
     default: known = false;
   }
   if (known) {
     use(wanted);
-  } else if (settings.format != 2) {
-    Serial.println(F("# not a command: a g d r f with a number, p, s, ?"));
+  } else {
+    say(F("# not a command: a g d r f with a number, p, s, ?"));
   }
 }
 
@@ -388,30 +474,39 @@ uint32_t milliseconds(uint32_t us) {
 
 void lost() {
   running = false;
+  nextTryMs = millis();
   counters.restarts++;
 }
 
 void setup() {
-  wdt_enable(WDTO_2S);
+  armWatchdog();
   Serial.begin(settings.format == 2 ? BINARY_BAUD : TEXT_BAUD);
-  Wire.begin();
-  Wire.setClock(400000);
-  Wire.setWireTimeout(3000, true);  // a stuck bus is reset, not waited for
-  if (settings.format != 2 && (resetFlags & _BV(WDRF))) {
-    Serial.println(F("# restarted by the watchdog: the program had hung"));
+  startBus();
+  if (hung == HUNG) {
+    say(F("# restarted by the watchdog: the program had hung"));
   }
+  hung = 0;
 }
 
 void loop() {
   wdt_reset();
+  if (hung == HUNG) {  // only slow
+    hung = 0;
+    WDTCSR |= _BV(WDIE);
+  }
   listen();
   const uint32_t now = micros();
   if (now < lastMicros) microsWraps++;
   lastMicros = now;
 
   if (!running) {
+    if ((int32_t)(millis() - nextTryMs) < 0) return;
     running = setUp();
-    if (running) printSettings();
+    if (running) {
+      printSettings();
+    } else {
+      nextTryMs = millis() + 100;
+    }
     return;
   }
   uint8_t status = 0;
@@ -448,4 +543,5 @@ void loop() {
   } else {
     printText(milliseconds(ready), v);
   }
+  tellCounters();
 }

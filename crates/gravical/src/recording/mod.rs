@@ -30,6 +30,7 @@ mod assemble;
 mod columns;
 pub mod dialect;
 pub mod finding;
+pub mod frame;
 pub mod join;
 pub mod layout;
 mod ledger;

@@ -1,0 +1,19 @@
+//! A virtual board: an Arduino Uno with an MPU6050 that runs the real firmware.
+//!
+//! Development only. The firmware and the logger are tested against it, and people
+//! without a board can try both.
+//!
+//! - [`sensor`]: the registers of the MPU6050, fed by a recording or a simulation.
+//! - `uno`, `port` (feature `emulator`): the processor by
+//!   [simavr](https://github.com/buserror/simavr), and a pseudo-terminal that is
+//!   opened like the port of a board.
+//!
+//! simavr is under the GNU General Public License, version 3. A program that links
+//! it is, too: this crate is not published, is no default member of the workspace,
+//! and nothing that ships depends on it.
+
+#[cfg(feature = "emulator")]
+pub mod port;
+pub mod sensor;
+#[cfg(feature = "emulator")]
+pub mod uno;

@@ -1,0 +1,229 @@
+//! A board for people without one: an emulated Arduino Uno with an MPU6050, on a
+//! pseudo-terminal that any program opens like a serial port.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use gravical::{Error, Result};
+use virtual_board::port::Port;
+use virtual_board::sensor::{Faults, Mpu6050, Rows, SensorOptions};
+use virtual_board::uno::Uno;
+
+/// An emulated Arduino Uno with an MPU6050 that runs the real firmware.
+///
+/// Prints the port to open. Opening it resets the board, as with a real one.
+/// Ends with Ctrl-C.
+#[derive(Debug, Parser)]
+#[command(version)]
+struct Args {
+    /// What the sensor feels: a recording, over and over
+    #[arg(long, value_name = "FILE", conflicts_with = "simulate")]
+    recording: Option<PathBuf>,
+    /// What the sensor feels: static, line or poses
+    #[arg(long, value_name = "SCENARIO", default_value = "poses")]
+    simulate: String,
+    /// Seed of the simulation
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The program of the board [default: $GRAVICAL_FIRMWARE, else built now]
+    #[arg(long, value_name = "ELF")]
+    firmware: Option<PathBuf>,
+    /// Symbolic link to the port
+    #[arg(long, value_name = "PATH")]
+    link: Option<PathBuf>,
+    /// Times real time, or max: as fast as it goes while the port is open
+    #[arg(long, default_value = "1")]
+    speed: String,
+    /// any: whatever the port is set to; port: garbage when it is not the board's
+    #[arg(long, default_value = "any", value_parser = ["any", "port"])]
+    baud: String,
+    /// What goes wrong, seconds after the opening: no-answer@5-8,stuck-bus@12-13,
+    /// frozen-x@20-25,who-am-i=0x70@30-33,dip@40,hang@50
+    #[arg(long, value_name = "SPEC", default_value = "")]
+    faults: String,
+    /// How much faster the sensor's clock runs than the board's, ppm
+    #[arg(
+        long,
+        value_name = "PPM",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    clock_error: f64,
+    /// Seconds that the boot loader takes after the opening
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0)]
+    bootloader: f64,
+    /// End after so many seconds of the board's time
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+}
+
+/// Seconds of the board between two looks at the port.
+const STEP_S: f64 = 0.001;
+
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            if let Some(hint) = error.hint() {
+                eprintln!("hint: {hint}");
+            }
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(args: &Args) -> Result<()> {
+    let speed = speed(&args.speed)?;
+    let faults: Faults = args.faults.parse()?;
+    if !args.clock_error.is_finite() || args.clock_error.abs() > 1e5 {
+        return Err(Error::usage(
+            "usage",
+            "--clock-error: -100000 to 100000 ppm",
+        ));
+    }
+    if !(0.0..=60.0).contains(&args.bootloader) {
+        return Err(Error::usage("usage", "--bootloader: 0 to 60 s"));
+    }
+    let rows = match &args.recording {
+        Some(file) => Rows::from_file(file)?,
+        None => Rows::simulated(&args.simulate, args.seed)?,
+    };
+    let length_s = rows.duration_s();
+    let sensor = Mpu6050::new(
+        rows,
+        SensorOptions {
+            clock_error_ppm: args.clock_error,
+            faults,
+            ..SensorOptions::default()
+        },
+    );
+    let firmware = match (&args.firmware, std::env::var_os("GRAVICAL_FIRMWARE")) {
+        (Some(file), _) => file.clone(),
+        (None, Some(file)) => file.into(),
+        (None, None) => built()?,
+    };
+    let mut uno = Uno::new(&firmware, sensor)?;
+    let mut port = Port::new(args.link.as_deref())?;
+    println!("{}", port.path().display());
+    // The reader of a pipe waits for this line.
+    let _ = std::io::stdout().flush();
+    eprintln!("The motion lasts {length_s:.1} s and begins again. Ctrl-C ends.");
+    serve(args, &mut uno, &mut port, speed);
+    Ok(())
+}
+
+fn serve(args: &Args, uno: &mut Uno, port: &mut Port, speed: Option<f64>) {
+    let mut pace = Pace::new(uno.time_s());
+    let mut garbled = 0_u8;
+    while args.duration.is_none_or(|end_s| uno.time_s() < end_s) {
+        if port.opened() {
+            uno.reset(args.bootloader);
+            let now_s = uno.time_s();
+            uno.sensor().restart(now_s);
+            eprintln!("opened: reset");
+        }
+        let early_s = pace.early_s(uno.time_s(), speed, port.is_open());
+        let received = port.receive();
+        if early_s > 0.0 {
+            // Far ahead it is in the boot loader, which swallows what comes.
+            if early_s < 5.0 * STEP_S {
+                uno.send(&received);
+            }
+            std::thread::sleep(Duration::from_secs_f64(early_s.min(0.002)));
+            continue;
+        }
+        uno.send(&received);
+        uno.run(STEP_S);
+        let port_baud = if args.baud == "port" {
+            port.baud()
+        } else {
+            0.0
+        };
+        let bytes: Vec<u8> = uno
+            .take_sent()
+            .iter()
+            .map(|sent| {
+                if port_baud > 0.0 && (port_baud / sent.baud - 1.0).abs() > 0.05 {
+                    garbled = garbled.wrapping_mul(5).wrapping_add(113);
+                    sent.byte ^ garbled
+                } else {
+                    sent.byte
+                }
+            })
+            .collect();
+        // Only a board in real time may lose what is not read.
+        port.send(&bytes, if speed.is_none() { 1.0 } else { 0.0 });
+    }
+}
+
+/// Keeps the board's time beside the clock on the wall.
+struct Pace {
+    wall: Instant,
+    board_s: f64,
+}
+
+impl Pace {
+    fn new(board_s: f64) -> Self {
+        Self {
+            wall: Instant::now(),
+            board_s,
+        }
+    }
+
+    /// Seconds that the board is ahead. After more than a tenth of a second behind
+    /// it is not made up for.
+    fn early_s(&mut self, board_s: f64, speed: Option<f64>, is_open: bool) -> f64 {
+        let speed = match speed {
+            Some(times) => times,
+            None if is_open => {
+                *self = Self::new(board_s);
+                return 0.0;
+            }
+            None => 1.0,
+        };
+        let early_s = (board_s - self.board_s) / speed - self.wall.elapsed().as_secs_f64();
+        if early_s < -0.1 {
+            *self = Self::new(board_s);
+        }
+        early_s
+    }
+}
+
+fn speed(text: &str) -> Result<Option<f64>> {
+    if text == "max" {
+        return Ok(None);
+    }
+    match text.parse::<f64>() {
+        Ok(times) if (0.001..=1000.0).contains(&times) => Ok(Some(times)),
+        _ => Err(Error::usage(
+            "usage",
+            format!("--speed {text}: a number from 0.001 to 1000, or max"),
+        )),
+    }
+}
+
+/// Builds the firmware as firmware/build does, below target.
+fn built() -> Result<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let folder = root.join("target/firmware");
+    let script = root.join("firmware/build");
+    let done = Command::new(&script)
+        .arg(&folder)
+        .output()
+        .map_err(|e| Error::io(&script, e))?;
+    if !done.status.success() {
+        return Err(Error::input(
+            "firmware",
+            format!(
+                "the firmware cannot be built: {}",
+                String::from_utf8_lossy(&done.stderr).trim()
+            ),
+        )
+        .with_hint("sudo apt install arduino-core-avr, or --firmware ELF"));
+    }
+    Ok(folder.join("mpu6050_logger.elf"))
+}

@@ -1,0 +1,455 @@
+//! The Arduino Uno: an ATmega328P at 16 MHz by simavr, its I²C bus on a
+//! [`Mpu6050`], its UART on two queues.
+//!
+//! Three things are not as simavr has them, because figures are measured here:
+//! a byte on the UART takes 10 bits, not 11; the address that starts a write
+//! takes its ten clocks on the bus, not none; and a reset of the processor does
+//! not turn back time.
+
+// The only unsafe code of this crate: simavr is a C library. Everything it is
+// given a pointer to belongs to one `Uno` and is freed with it; the callbacks run
+// on the thread that calls `avr_run`, and only in that call.
+#![allow(unsafe_code)]
+
+use std::collections::VecDeque;
+use std::ffi::{CString, c_void};
+use std::os::unix::ffi::OsStrExt as _;
+use std::path::Path;
+
+use gravical::{Error, Result};
+use simavr_ffi as ffi;
+
+use crate::sensor::registers::{DATA_READY, GYRO_ZOUT_L, INT_STATUS};
+use crate::sensor::{FaultKind, Mpu6050};
+
+/// Clock of the Uno, Hz.
+pub const FREQUENCY_HZ: f64 = 16e6;
+
+/// Addresses of the ATmega328P's registers in data space (data sheet, section 36).
+const MCUSR: usize = 0x54;
+const TWBR: usize = 0xb8;
+const TWSR: usize = 0xb9;
+const UCSR0A: usize = 0xc0;
+const UBRR0L: usize = 0xc4;
+const UBRR0H: usize = 0xc5;
+const U2X0: u8 = 0x02;
+/// Number of the interrupt of the I²C unit, from 0.
+const TWI_VECTOR: u8 = 24;
+/// `rjmp .-2`: a loop that never ends.
+const HANG: [u8; 2] = [0xff, 0xcf];
+
+/// Cycles between two looks at what comes from outside: a tenth of a byte.
+const SLICE: u64 = 160;
+
+/// A byte that the board sent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sent {
+    /// The byte.
+    pub byte: u8,
+    /// When it began, s since power-up.
+    pub time_s: f64,
+    /// Its bits a second.
+    pub baud: f64,
+}
+
+/// What went over the I²C bus.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Bus {
+    /// Start conditions.
+    pub starts: u64,
+    /// Bursts that were read to their end.
+    pub bursts: u64,
+    /// Cycles from a data-ready that was seen to the next look for one: what a
+    /// sample costs. The rest is waiting.
+    pub busy_cycles: u64,
+}
+
+/// What the callbacks see.
+struct Shared {
+    avr: *mut ffi::avr_t,
+    uart: *mut ffi::avr_uart_t,
+    twi_input: *mut ffi::avr_irq_t,
+    sensor: Mpu6050,
+    /// Cycles before the last reset.
+    past: u64,
+    sent: Vec<Sent>,
+    bus: Bus,
+    ready_cycle: Option<u64>,
+    burst_done: bool,
+}
+
+/// An Arduino Uno with a sensor on its bus.
+pub struct Uno {
+    avr: *mut ffi::avr_t,
+    shared: *mut Shared,
+    uart_input: *mut ffi::avr_irq_t,
+    twi_vector: *mut ffi::avr_int_vector_t,
+    incoming: VecDeque<u8>,
+    next_byte: u64,
+    /// Where the program hangs, and what stood there.
+    hung: Option<(usize, [u8; 2])>,
+    hang_due: bool,
+    resets: u32,
+}
+
+/// As `AVR_IOCTL_DEF` of sim_io.h.
+const fn ioctl(name: [u8; 4]) -> u32 {
+    u32::from_be_bytes(name)
+}
+
+unsafe extern "C" fn silent(
+    _: *mut ffi::avr_t,
+    _: std::ffi::c_int,
+    _: *const std::ffi::c_char,
+    _: *mut ffi::__va_list_tag,
+) {
+}
+
+impl Uno {
+    /// A board with `firmware` (an ELF file) in its flash, just powered up.
+    ///
+    /// # Errors
+    ///
+    /// `firmware` (input) for a file that cannot be loaded.
+    pub fn new(firmware: &Path, sensor: Mpu6050) -> Result<Self> {
+        let cannot = |why: &str| {
+            Error::input("firmware", format!("{}: {why}", firmware.display()))
+                .with_hint("firmware/build makes it: mpu6050_logger.elf")
+        };
+        if !firmware.is_file() {
+            return Err(cannot("there is no such file"));
+        }
+        let path = CString::new(firmware.as_os_str().as_bytes())
+            .map_err(|_| cannot("a zero in the name"))?;
+        // SAFETY: the strings outlive the calls; the firmware is a plain C struct
+        // that all zeros are valid for (null pointers, empty arrays) and that
+        // `elf_read_firmware` fills; `avr` is checked before it is used.
+        unsafe {
+            ffi::avr_global_logger_set(Some(silent));
+            let mut code: ffi::elf_firmware_t = std::mem::zeroed();
+            if ffi::elf_read_firmware(path.as_ptr(), &raw mut code) != 0 {
+                return Err(cannot("not an ELF file of an AVR"));
+            }
+            let avr = ffi::avr_make_mcu_by_name(c"atmega328p".as_ptr());
+            if avr.is_null() || ffi::avr_init(avr) != 0 {
+                return Err(cannot("this simavr has no ATmega328P"));
+            }
+            ffi::avr_load_firmware(avr, &raw mut code);
+            (*avr).frequency = FREQUENCY_HZ as u32;
+            (*avr).run_cycle_limit = SLICE;
+            Self::wire(avr, sensor).ok_or_else(|| cannot("this simavr lacks a peripheral"))
+        }
+    }
+
+    /// Connects the bus and the UART.
+    ///
+    /// # Safety
+    ///
+    /// `avr` has to come from `avr_make_mcu_by_name` and be initialised.
+    unsafe fn wire(avr: *mut ffi::avr_t, sensor: Mpu6050) -> Option<Self> {
+        // SAFETY: `avr` is valid by contract. An io module of the kind `uart` is
+        // the first field of an `avr_uart_t` (avr_uart.h), `vector_count` entries
+        // of the vector table are valid. `shared` is freed after `avr_terminate`.
+        unsafe {
+            let mut uart: *mut ffi::avr_uart_t = std::ptr::null_mut();
+            let mut io = (*avr).io_port;
+            while !io.is_null() {
+                if !(*io).kind.is_null() && std::ffi::CStr::from_ptr((*io).kind) == c"uart" {
+                    uart = io.cast();
+                }
+                io = (*io).next;
+            }
+            let count = usize::from((*avr).interrupts.vector_count);
+            let twi_vector = (*avr)
+                .interrupts
+                .vector
+                .iter()
+                .take(count)
+                .copied()
+                .find(|v| (**v).vector == TWI_VECTOR)?;
+            let irq = |name, index: u32| ffi::avr_io_getirq(avr, ioctl(name), index as i32);
+            let (uart_name, twi_name) = (*b"uar0", *b"twi\0");
+            let uart_input = irq(uart_name, ffi::UART_IRQ_INPUT);
+            let uart_output = irq(uart_name, ffi::UART_IRQ_OUTPUT);
+            let twi_input = irq(twi_name, ffi::TWI_IRQ_INPUT);
+            let twi_output = irq(twi_name, ffi::TWI_IRQ_OUTPUT);
+            if uart.is_null()
+                || [uart_input, uart_output, twi_input, twi_output]
+                    .iter()
+                    .any(|irq| irq.is_null())
+            {
+                return None;
+            }
+            // Neither printed here nor slowed down while it polls.
+            (*uart).flags = 0;
+            let shared = Box::into_raw(Box::new(Shared {
+                avr,
+                uart,
+                twi_input,
+                sensor,
+                past: 0,
+                sent: Vec::new(),
+                bus: Bus::default(),
+                ready_cycle: None,
+                burst_done: false,
+            }));
+            ffi::avr_irq_register_notify(uart_output, Some(on_uart), shared.cast());
+            ffi::avr_irq_register_notify(twi_output, Some(on_twi), shared.cast());
+            Some(Self {
+                avr,
+                shared,
+                uart_input,
+                twi_vector,
+                incoming: VecDeque::new(),
+                next_byte: 0,
+                hung: None,
+                hang_due: false,
+                resets: 0,
+            })
+        }
+    }
+
+    /// Seconds since power-up, whatever resets there were.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        self.cycles() as f64 / FREQUENCY_HZ
+    }
+
+    /// Bits a second that the UART is set to.
+    #[must_use]
+    pub fn baud(&self) -> f64 {
+        // SAFETY: `avr` is valid as long as `self`.
+        FREQUENCY_HZ / unsafe { cycles_per_bit(self.avr) } as f64
+    }
+
+    /// The sensor.
+    pub fn sensor(&mut self) -> &mut Mpu6050 {
+        // SAFETY: `shared` is valid as long as `self`, and no callback runs now.
+        unsafe { &mut (*self.shared).sensor }
+    }
+
+    /// What went over the bus since the last call.
+    pub fn take_bus(&mut self) -> Bus {
+        // SAFETY: as in `sensor`.
+        unsafe { std::mem::take(&mut (*self.shared).bus) }
+    }
+
+    /// What the board sent since the last call.
+    pub fn take_sent(&mut self) -> Vec<Sent> {
+        // SAFETY: as in `sensor`.
+        unsafe { std::mem::take(&mut (*self.shared).sent) }
+    }
+
+    /// Resets since power-up, those of the watchdog too.
+    #[must_use]
+    pub fn resets(&self) -> u32 {
+        self.resets
+    }
+
+    /// Bytes to the board, one after the other at its own rate.
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.incoming.extend(bytes);
+    }
+
+    /// The reset button, then `hold_s` seconds in the boot loader, which swallows
+    /// what it is sent.
+    pub fn reset(&mut self, hold_s: f64) {
+        // SAFETY: `avr` and `shared` are valid as long as `self`.
+        unsafe {
+            (*self.shared).past += (*self.avr).cycle + (hold_s * FREQUENCY_HZ) as u64;
+            ffi::avr_reset(self.avr);
+        }
+        self.incoming.clear();
+        self.after_reset();
+    }
+
+    /// Runs the processor for so many seconds of its own time.
+    pub fn run(&mut self, seconds: f64) {
+        let end = self.cycles() + (seconds * FREQUENCY_HZ) as u64;
+        while self.cycles() < end {
+            self.outside();
+            // SAFETY: `avr` is valid as long as `self`; the callbacks use
+            // `shared` only, which nobody borrows now.
+            unsafe {
+                let before = (*self.avr).cycle;
+                let stop = before + SLICE;
+                while (*self.avr).cycle < stop {
+                    let last = (*self.avr).cycle;
+                    let state = ffi::avr_run(self.avr);
+                    if (*self.avr).cycle < last {
+                        (*self.shared).past += last;
+                        self.after_reset();
+                        break;
+                    }
+                    if state == ffi::cpu_Crashed as i32 || state == ffi::cpu_Done as i32 {
+                        // As if it hung: only a reset helps.
+                        (*self.avr).cycle = stop;
+                    }
+                }
+            }
+        }
+    }
+
+    fn cycles(&self) -> u64 {
+        // SAFETY: both are valid as long as `self`.
+        unsafe { (*self.shared).past + (*self.avr).cycle }
+    }
+
+    /// What a reset leaves for us to put right.
+    fn after_reset(&mut self) {
+        self.resets += 1;
+        // SAFETY: `avr` is valid as long as `self`; `at` was within its flash.
+        unsafe {
+            (*self.avr).run_cycle_limit = SLICE;
+            // The boot loader of the Uno clears it before the sketch starts.
+            *(*self.avr).data.add(MCUSR) = 0;
+            if let Some((at, bytes)) = self.hung.take() {
+                for (offset, byte) in bytes.iter().enumerate() {
+                    *(*self.avr).flash.add(at + offset) = *byte;
+                }
+            }
+        }
+        self.hang_due = false;
+    }
+
+    /// Faults and the bytes that come in.
+    fn outside(&mut self) {
+        let now = self.cycles();
+        let now_s = now as f64 / FREQUENCY_HZ;
+        let sensor = self.sensor();
+        let from_s = sensor.elapsed_s();
+        sensor.advance(now_s);
+        let to_s = sensor.elapsed_s();
+        let stuck = sensor
+            .faults()
+            .now(to_s, |kind| (kind == FaultKind::StuckBus).then_some(()))
+            .is_some();
+        self.hang_due |= sensor.faults().begins(FaultKind::Hang, from_s, to_s);
+        // SAFETY: all pointers are valid as long as `self`; an instruction at `pc`
+        // lies within the flash, which has room for a word behind its end.
+        unsafe {
+            let vector = self.twi_vector;
+            if stuck && (*vector).pending() == 0 {
+                // simavr raises no interrupt without a number: nothing ends.
+                (*vector).vector = 0;
+            } else if !stuck {
+                (*vector).vector = TWI_VECTOR;
+            }
+            let in_program = (*self.avr).sreg[7] != 0 && (*self.avr).interrupts.running_ptr == 0;
+            if self.hang_due && in_program && self.hung.is_none() {
+                let at = (*self.avr).pc as usize;
+                let flash = (*self.avr).flash;
+                self.hung = Some((at, [*flash.add(at), *flash.add(at + 1)]));
+                *flash.add(at) = HANG[0];
+                *flash.add(at + 1) = HANG[1];
+                self.hang_due = false;
+            }
+            let per_byte = 10 * cycles_per_bit(self.avr);
+            (*(*self.shared).uart).cycles_per_byte = per_byte;
+            if now >= self.next_byte
+                && let Some(byte) = self.incoming.pop_front()
+            {
+                ffi::avr_raise_irq(self.uart_input, u32::from(byte));
+                self.next_byte = now + per_byte;
+            }
+        }
+    }
+}
+
+impl Drop for Uno {
+    fn drop(&mut self) {
+        // SAFETY: after `avr_terminate` no callback runs any more. simavr has no
+        // call that frees the processor itself: its few kilobytes stay.
+        unsafe {
+            ffi::avr_terminate(self.avr);
+            drop(Box::from_raw(self.shared));
+        }
+    }
+}
+
+/// Cycles a bit of the UART (data sheet, table 24-1).
+///
+/// # Safety
+///
+/// `avr` has to be valid.
+unsafe fn cycles_per_bit(avr: *mut ffi::avr_t) -> u64 {
+    // SAFETY: the registers of an ATmega328P lie within its data.
+    unsafe {
+        let data = (*avr).data;
+        let divider = u64::from(*data.add(UBRR0L)) | (u64::from(*data.add(UBRR0H)) & 0x0f) << 8;
+        let samples = if *data.add(UCSR0A) & U2X0 != 0 { 8 } else { 16 };
+        (divider + 1) * samples
+    }
+}
+
+/// The board sends a byte. simavr asks for its duration right after this.
+unsafe extern "C" fn on_uart(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
+    // SAFETY: `param` is the `Shared` of the board that is running, which nobody
+    // else borrows meanwhile.
+    unsafe {
+        let shared = &mut *param.cast::<Shared>();
+        let per_bit = cycles_per_bit(shared.avr);
+        (*shared.uart).cycles_per_byte = 10 * per_bit;
+        shared.sent.push(Sent {
+            byte: value as u8,
+            time_s: (shared.past + (*shared.avr).cycle) as f64 / FREQUENCY_HZ,
+            baud: FREQUENCY_HZ / per_bit as f64,
+        });
+    }
+}
+
+/// Something on the I²C bus (`avr_twi_msg_t` of avr_twi.h: message, address and
+/// data in the upper three bytes).
+unsafe extern "C" fn on_twi(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
+    let [_, message, address, data] = value.to_le_bytes();
+    let message = u32::from(message);
+    let reply = |message: u32, data: u8| u32::from_le_bytes([0, message as u8, address, data]);
+    // SAFETY: `param` as in `on_uart`. Raising the input of the unit comes back to
+    // simavr only.
+    unsafe {
+        let shared = &mut *param.cast::<Shared>();
+        let cycle = shared.past + (*shared.avr).cycle;
+        if message & ffi::TWI_COND_START != 0 {
+            shared.bus.starts += 1;
+            let reads = address & 1 != 0;
+            if !reads {
+                shared.look(cycle);
+                let data = (*shared.avr).data;
+                let prescale = 2 * (u64::from(*data.add(TWSR)) & 3);
+                (*shared.avr).cycle += 10 * (16 + ((2 * u64::from(*data.add(TWBR))) << prescale));
+            }
+            let now_s = (shared.past + (*shared.avr).cycle) as f64 / FREQUENCY_HZ;
+            if shared.sensor.start(now_s, address >> 1, reads) {
+                ffi::avr_raise_irq(shared.twi_input, reply(ffi::TWI_COND_ACK, 1));
+            }
+        } else if message & ffi::TWI_COND_STOP != 0 {
+            shared.sensor.stop();
+        } else if message & ffi::TWI_COND_WRITE != 0 {
+            if shared.sensor.write(data) {
+                ffi::avr_raise_irq(shared.twi_input, reply(ffi::TWI_COND_ACK, 1));
+            }
+        } else if message & ffi::TWI_COND_READ != 0 {
+            let register = shared.sensor.pointer();
+            let byte = shared.sensor.read();
+            match register {
+                Some(INT_STATUS) if byte & DATA_READY != 0 => shared.ready_cycle = Some(cycle),
+                Some(GYRO_ZOUT_L) => shared.burst_done = true,
+                _ => {}
+            }
+            ffi::avr_raise_irq(shared.twi_input, reply(ffi::TWI_COND_READ, byte));
+        }
+    }
+}
+
+impl Shared {
+    /// A new look at the sensor: the sample before it is dealt with.
+    fn look(&mut self, cycle: u64) {
+        if self.burst_done
+            && let Some(ready) = self.ready_cycle.take()
+        {
+            self.bus.busy_cycles += cycle - ready;
+            self.bus.bursts += 1;
+        }
+        self.burst_done = false;
+    }
+}

@@ -1,0 +1,109 @@
+//! A board with the firmware that stands in this repository.
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::rc::Rc;
+use std::sync::OnceLock;
+
+use virtual_board::sensor::{Faults, Mpu6050, Reading, Rows, SensorOptions, Source};
+use virtual_board::uno::{Sent, Uno};
+
+/// `GRAVICAL_FIRMWARE`, else built here where there is a compiler for it.
+fn firmware() -> Option<&'static Path> {
+    static BUILT: OnceLock<Option<PathBuf>> = OnceLock::new();
+    BUILT
+        .get_or_init(|| {
+            if let Some(given) = std::env::var_os("GRAVICAL_FIRMWARE") {
+                return Some(given.into());
+            }
+            if Command::new("avr-gcc").arg("--version").output().is_err() {
+                return None;
+            }
+            let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+            // One folder a test binary: they run side by side.
+            let folder =
+                Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("fw-{}", std::process::id()));
+            let done = Command::new(root.join("firmware/build"))
+                .arg(&folder)
+                .output()
+                .unwrap();
+            assert!(
+                done.status.success(),
+                "{}",
+                String::from_utf8_lossy(&done.stderr)
+            );
+            Some(folder.join("mpu6050_logger.elf"))
+        })
+        .as_deref()
+}
+
+/// A board, and what its sensor was fed, sample by sample.
+pub struct Board {
+    pub uno: Uno,
+    pub fed: Rc<RefCell<Vec<Reading>>>,
+}
+
+/// None, with a word, where there is no firmware.
+pub fn board(options: SensorOptions) -> Option<Board> {
+    let Some(elf) = firmware() else {
+        eprintln!("skipped: neither GRAVICAL_FIRMWARE nor avr-gcc");
+        return None;
+    };
+    let fed = Rc::new(RefCell::new(Vec::new()));
+    let log = Rc::clone(&fed);
+    let mut rows = Rows::simulated("static", 5).unwrap();
+    let source = move |time_s: f64| {
+        let reading = rows.at(time_s);
+        log.borrow_mut().push(reading);
+        reading
+    };
+    Some(Board {
+        uno: Uno::new(elf, Mpu6050::new(source, options)).unwrap(),
+        fed,
+    })
+}
+
+/// As [`board`], with faults.
+pub fn faulty(faults: &str) -> Option<Board> {
+    board(SensorOptions {
+        faults: faults.parse::<Faults>().unwrap(),
+        ..SensorOptions::default()
+    })
+}
+
+impl Board {
+    /// What is sent in so many seconds.
+    pub fn run(&mut self, seconds: f64) -> Vec<Sent> {
+        self.uno.run(seconds);
+        self.uno.take_sent()
+    }
+
+    /// The same as text.
+    pub fn text(&mut self, seconds: f64) -> String {
+        text(&self.run(seconds))
+    }
+}
+
+pub fn text(sent: &[Sent]) -> String {
+    let bytes = sent.iter().map(|s| s.byte).collect();
+    String::from_utf8(bytes).unwrap()
+}
+
+/// Rate in Hz and standard deviation in µs of stamps in µs about a straight line.
+pub fn line(stamps_us: &[f64]) -> (f64, f64) {
+    let n = stamps_us.len() as f64;
+    let mean_x = (n - 1.0) / 2.0;
+    let mean_y = stamps_us.iter().sum::<f64>() / n;
+    let (mut xy, mut xx) = (0.0, 0.0);
+    for (i, y) in stamps_us.iter().enumerate() {
+        xy += (i as f64 - mean_x) * (y - mean_y);
+        xx += (i as f64 - mean_x).powi(2);
+    }
+    let slope = xy / xx;
+    let rest = stamps_us
+        .iter()
+        .enumerate()
+        .map(|(i, y)| (y - mean_y - slope * (i as f64 - mean_x)).powi(2));
+    (1e6 / slope, (rest.sum::<f64>() / (n - 2.0)).sqrt())
+}
