@@ -89,6 +89,8 @@ pub struct Uno {
     /// Where the program hangs, and what stood there.
     hung: Option<(usize, [u8; 2])>,
     hang_due: bool,
+    /// When faults were looked at last, on their own time.
+    looked_s: f64,
     resets: u32,
 }
 
@@ -204,6 +206,7 @@ impl Uno {
                 next_byte: 0,
                 hung: None,
                 hang_due: false,
+                looked_s: 0.0,
                 resets: 0,
             })
         }
@@ -316,15 +319,17 @@ impl Uno {
     fn outside(&mut self) {
         let now = self.cycles();
         let now_s = now as f64 / FREQUENCY_HZ;
+        let looked_s = self.looked_s;
         let sensor = self.sensor();
-        let from_s = sensor.elapsed_s();
         sensor.advance(now_s);
         let to_s = sensor.elapsed_s();
         let stuck = sensor
             .faults()
             .now(to_s, |kind| (kind == FaultKind::StuckBus).then_some(()))
             .is_some();
-        self.hang_due |= sensor.faults().begins(FaultKind::Hang, from_s, to_s);
+        let hangs = sensor.faults().begins(FaultKind::Hang, looked_s, to_s);
+        self.hang_due |= hangs;
+        self.looked_s = to_s;
         // SAFETY: all pointers are valid as long as `self`; an instruction at `pc`
         // lies within the flash, which has room for a word behind its end.
         unsafe {

@@ -1,4 +1,5 @@
 //! A board with the firmware that stands in this repository.
+#![allow(dead_code)] // each test file takes its part
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -10,7 +11,7 @@ use virtual_board::sensor::{Faults, Mpu6050, Reading, Rows, SensorOptions, Sourc
 use virtual_board::uno::{Sent, Uno};
 
 /// `GRAVICAL_FIRMWARE`, else built here where there is a compiler for it.
-fn firmware() -> Option<&'static Path> {
+pub fn firmware() -> Option<&'static Path> {
     static BUILT: OnceLock<Option<PathBuf>> = OnceLock::new();
     BUILT
         .get_or_init(|| {
