@@ -33,8 +33,8 @@ const uint16_t ACCEL_RANGE_G = 2;        // 2, 4, 8 or 16
 const uint16_t GYRO_RANGE_DEG_S = 500;   // 250, 500, 1000 or 2000
 const uint16_t LOW_PASS_HZ = 44;         // 184, 94, 44, 21, 10 or 5; never off:
                                          // 260 Hz sampled at 100 Hz doubles the noise
-const uint16_t RATE_HZ = 100;            // 4 to 1000; the line carries 100 as text,
-                                         // 200 as counts, 1000 as binary
+const uint16_t RATE_HZ = 100;            // 4 to 1000; 100 as text, 200 as counts
+                                         // and 500 as binary get through
 const uint8_t FORMAT = 0;                // 0 text in SI units, 1 counts, 2 binary
 
 // ---- The sensor -------------------------------------------------------------
@@ -52,8 +52,8 @@ const uint8_t ACCEL_XOUT_H = 0x3B;
 const uint8_t PWR_MGMT_1 = 0x6B;
 const uint8_t WHO_AM_I = 0x75;
 
-// From the start of a transfer to the status in it, at 400 kHz.
-const uint32_t STATUS_US = 140;
+// A look at the sensor and the next one are less than this apart.
+const uint32_t ONE_TURN_US = 400;
 
 const uint32_t TEXT_BAUD = 115200;
 const uint32_t BINARY_BAUD = 250000;     // 16 MHz divide to it exactly
@@ -84,7 +84,8 @@ bool paused = false;
 uint8_t sequence = 0;     // of binary frames: a lost one is seen
 uint32_t periodUs = 10000;
 uint32_t lastReadyUs = 0;
-uint32_t dueUs = 0;       // when the next sample was to be expected
+uint32_t lastLookUs = 0;  // when there was no sample yet
+uint32_t dueUs = 0;       // when the last sample was ready
 uint32_t lastMicros = 0;  // for time beyond 2^32 microseconds
 uint32_t microsWraps = 0;
 uint32_t lastNoticeMs = 0;
@@ -462,9 +463,14 @@ void listen() {
 
 // ---- The loop ---------------------------------------------------------------
 
-// Microseconds since the start in 64 bits, as milliseconds.
+// Microseconds since the start in 64 bits, as milliseconds. The stamp lies within a
+// few milliseconds of lastMicros, on either side of a wrap.
 uint32_t milliseconds(uint32_t us) {
-  return (((uint64_t)microsWraps << 32) | us) / 1000;
+  uint32_t wraps = microsWraps;
+  const bool later = (int32_t)(us - lastMicros) >= 0;
+  if (later && us < lastMicros) wraps++;
+  if (!later && us > lastMicros) wraps--;
+  return (((uint64_t)wraps << 32) | us) / 1000;
 }
 
 void lost() {
@@ -504,53 +510,48 @@ void loop() {
     }
     return;
   }
-  // Two transfers, and many short looks between two samples: then the stamp is
-  // good to one look. Above 500 Hz there is no time for that, status and sample
-  // come in one.
-  uint8_t bytes[15];
-  const bool fast = periodUs < 2000;
-  if (!readRegisters(INT_STATUS, bytes, fast ? sizeof bytes : 1)) {
+  // Status and sample in two transfers: what is read in one is the sample of its
+  // start, and the status may be newer than that.
+  uint8_t status = 0;
+  if (!readRegisters(INT_STATUS, &status, 1)) {
     lost();
     return;
   }
-  if (!(bytes[0] & 0x01)) {
+  if (!(status & 0x01)) {
+    lastLookUs = micros();
     // Asleep after a dip of its supply, it answers and has nothing to say.
-    if (micros() - lastReadyUs > 5 * periodUs + 50000UL) lost();
+    if (lastLookUs - lastReadyUs > 5 * periodUs + 50000UL) lost();
     tellCounters();
     return;
   }
-  // The moment of data-ready, to one turn of this loop.
-  const uint32_t ready = fast ? now + STATUS_US : micros();
-  if (ready < lastMicros) microsWraps++;
-  lastMicros = ready;
-  if (!fast && !readRegisters(ACCEL_XOUT_H, bytes + 1, sizeof bytes - 1)) {
+  const uint32_t seen = micros();
+  uint8_t bytes[14];
+  if (!readRegisters(ACCEL_XOUT_H, bytes, sizeof bytes)) {
     lost();
     return;
   }
-  // When the sensor was due at the earliest. It is let run 1.6 % late, more than
-  // its clock may be off, and put right by whatever comes before it: how late we
-  // looked is then known, and three quarters of a period late is a sample lost.
-  dueUs += periodUs + (periodUs >> 6);
-  const int32_t late = ready - dueUs;
-  const int32_t quarter = periodUs >> 2;
-  if (first || late < 0) {
-    dueUs = ready;
-  } else if (late > 3 * quarter) {
-    const uint32_t lostNow = (late + quarter) / periodUs;
-    counters.overruns += lostNow;
-    dueUs += lostNow * periodUs;
+  // The moment of data-ready. Right after a look that found nothing it is now, to
+  // one turn of this loop. Else it was before, by as much as we are late.
+  dueUs += periodUs;
+  const int32_t late = seen - dueUs;
+  if (first || late < 0 || seen - lastLookUs < ONE_TURN_US) {
+    dueUs = seen;
+  } else if (late > (int32_t)(periodUs - periodUs / 4)) {
+    const uint32_t missed = (late + periodUs / 4) / periodUs;
+    counters.overruns += missed;
+    dueUs += missed * periodUs;
   }
   first = false;
-  lastReadyUs = ready;
+  lastReadyUs = seen;
   if (paused) return;
   if (settings.format == 2) {
-    printBinary(ready, bytes + 1);
+    printBinary(dueUs, bytes);
   } else {
     int16_t v[7];
     for (uint8_t i = 0; i < 7; i++) {
-      v[i] = (int16_t)((uint16_t)bytes[2 * i + 1] << 8 | bytes[2 * i + 2]);
+      v[i] = (int16_t)((uint16_t)bytes[2 * i] << 8 | bytes[2 * i + 1]);
     }
-    printText(milliseconds(ready), v);
+    printText(milliseconds(dueUs), v);
   }
   tellCounters();
 }

@@ -207,9 +207,12 @@ fn frames(bytes: &[u8]) -> (Vec<SampleFrame>, Vec<String>, usize) {
 }
 
 #[test]
-fn binary_at_500_and_1000_hz() {
-    for rate in [500.0, 1000.0] {
-        let Some(mut board) = board(SensorOptions::default()) else {
+fn binary_at_500_hz() {
+    for (rate, ppm) in [(500.0, 0.0), (500.0, 8000.0), (500.0, -8000.0)] {
+        let Some(mut board) = board(SensorOptions {
+            clock_error_ppm: ppm,
+            ..SensorOptions::default()
+        }) else {
             return;
         };
         after(&mut board, &format!("r{rate}\nf2\n"), 0.1);
@@ -234,7 +237,10 @@ fn binary_at_500_and_1000_hz() {
         eprintln!("  {unread} not read, {lines:?}");
         assert_eq!(bad, 0);
         assert_eq!(lines, Vec::<String>::new());
-        assert!((rate_hz - rate).abs() < 0.1, "{rate_hz}");
+        assert!(
+            (rate_hz - rate * (1.0 + ppm * 1e-6)).abs() < 0.1,
+            "{rate_hz}"
+        );
         for pair in samples.windows(2) {
             assert_eq!(pair[1].sequence, pair[0].sequence.wrapping_add(1));
         }
@@ -444,26 +450,55 @@ fn commands() {
 }
 
 #[test]
-fn too_fast_for_the_line_is_said() {
-    let Some(mut board) = board(SensorOptions::default()) else {
-        return;
-    };
-    let text = text(&after(&mut board, "r500\n", 5.0));
-    let said = notices(&text);
-    assert!(
-        said.iter().any(|l| l.starts_with("# overruns ")),
-        "{said:?}"
-    );
-    let (samples, unread) = board.uno.sensor().samples();
-    let told: u64 = said.last().unwrap()["# overruns ".len()..]
-        .split(',')
-        .next()
-        .unwrap()
-        .parse()
-        .unwrap();
-    eprintln!("500 Hz as text: {unread} of {samples} lost, {told} told");
-    assert!(
-        told > unread / 2 && told <= unread + 5,
-        "{told} of {unread}"
-    );
+fn too_fast_is_said() {
+    for (commands, seconds) in [("r500\n", 5.0), ("r1000\nf2\n", 5.0)] {
+        let Some(mut board) = board(SensorOptions::default()) else {
+            return;
+        };
+        board.run(0.5);
+        board.uno.send(commands.as_bytes());
+        board.run(0.3);
+        board.uno.take_bus();
+        let (samples, unread) = board.uno.sensor().samples();
+        let sent = board.run(seconds);
+        let lines: Vec<String> = if commands.contains("f2") {
+            let bytes: Vec<u8> = sent.iter().map(|s| s.byte).collect();
+            let (frames, lines, bad) = frames(&bytes);
+            assert_eq!(bad, 0);
+            let stamps: Vec<f64> = frames.iter().map(|f| f64::from(f.time_us)).collect();
+            let (rate_hz, sd_us) = line(&stamps);
+            report(
+                &mut board,
+                "binary, too fast",
+                rate_hz,
+                sd_us,
+                sent.len(),
+                seconds,
+            );
+            lines
+        } else {
+            notices(&text(&sent))
+                .into_iter()
+                .map(str::to_owned)
+                .collect()
+        };
+        let told: Vec<u64> = lines
+            .iter()
+            .filter_map(|l| {
+                l.strip_prefix("# overruns ")?
+                    .split(',')
+                    .next()?
+                    .parse()
+                    .ok()
+            })
+            .collect();
+        let (all, lost) = board.uno.sensor().samples();
+        let (all, lost) = (all - samples, lost - unread);
+        let (first, last) = (told[0], told[told.len() - 1]);
+        eprintln!("{commands:?}: {lost} of {all} lost, told {first} to {last}");
+        // Told once a second: the first and the last are up to a second apart from
+        // the ends.
+        let share = (last - first) as f64 / lost as f64;
+        assert!((0.5..1.05).contains(&share), "{share}");
+    }
 }

@@ -6,8 +6,11 @@
 //! In the model: the identity, sleep at power-up and after a reset, the reset
 //! itself (no answer for 10 ms), ranges and their clipping, the rate divider
 //! with the low-pass on (1 kHz) and off (8 kHz), data-ready in `INT_STATUS` and
-//! what clears it, bursts that hold one sample whatever comes meanwhile, the
-//! offset registers, and a clock of its own.
+//! what clears it, the offset registers, and a clock of its own. What is read
+//! between a start and a stop is the sample of the start (section 3 of the data
+//! sheet: the registers that are read are renewed while the bus is idle); the
+//! status is the present one, which is the worse case for a program that reads
+//! both in one transfer.
 //!
 //! Not in the model: what the low-pass does to the signal (readings are taken as
 //! they come), the 1 kHz limit of the accelerometer, start-up of the gyroscope,
@@ -43,7 +46,10 @@ const RESET_S: f64 = 0.01;
 /// has others; software must keep them when it writes its own.
 const FACTORY_OFFSETS: [i16; 3] = [-1234, 567, 1290];
 
-/// Lowest and highest temperature count, °C per count and at 0: 340 LSB/°C and
+/// Acceleration, temperature, angular rate.
+const SAMPLE_BYTES: usize = 14;
+
+/// Counts of the thermometer: 340 LSB/°C and
 /// 36.53 °C (register map, section 4.18).
 const TEMPERATURE_LSB_PER_C: f64 = 340.0;
 const TEMPERATURE_AT_ZERO_C: f64 = 36.53;
@@ -85,6 +91,9 @@ pub struct Mpu6050 {
     /// The register that the next byte is for; none before it was sent.
     pointer: Option<u8>,
     selected: bool,
+    /// Between a start and a stop; the sample as it was at the start.
+    bus_busy: bool,
+    shadow: [u8; SAMPLE_BYTES],
     held: [i16; 3],
     /// Samples since it was made.
     samples: u64,
@@ -105,6 +114,8 @@ impl Mpu6050 {
             busy_until_s: 0.0,
             pointer: None,
             selected: false,
+            bus_busy: false,
+            shadow: [0; SAMPLE_BYTES],
             held: [0; 3],
             samples: 0,
             unread: 0,
@@ -179,6 +190,12 @@ impl Mpu6050 {
     /// A start condition with an address; true when the part answers.
     pub fn start(&mut self, now_s: f64, address: u8, read: bool) -> bool {
         self.advance(now_s);
+        if !self.bus_busy {
+            self.bus_busy = true;
+            let from = ACCEL_XOUT_H as usize;
+            self.shadow
+                .copy_from_slice(&self.registers[from..from + SAMPLE_BYTES]);
+        }
         let silent = self
             .options
             .faults
@@ -214,7 +231,10 @@ impl Mpu6050 {
             return 0xff;
         }
         let register = self.pointer.unwrap_or(0);
-        let mut value = self.registers[register as usize];
+        let in_sample = usize::from(register).checked_sub(ACCEL_XOUT_H as usize);
+        let mut value = in_sample
+            .and_then(|at| self.shadow.get(at).copied())
+            .unwrap_or(self.registers[register as usize]);
         if register == WHO_AM_I {
             let other = self
                 .options
@@ -236,6 +256,7 @@ impl Mpu6050 {
     /// A stop condition.
     pub fn stop(&mut self) {
         self.selected = false;
+        self.bus_busy = false;
     }
 
     /// On to the next register, but not from the FIFO.
