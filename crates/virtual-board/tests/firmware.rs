@@ -502,3 +502,52 @@ fn too_fast_is_said() {
         assert!((0.5..1.05).contains(&share), "{share}");
     }
 }
+
+#[test]
+#[ignore = "prints the figures of docs/firmware.md"]
+fn figures() {
+    for (format, rate) in [
+        (0, 100),
+        (0, 125),
+        (0, 166),
+        (0, 200),
+        (0, 250),
+        (1, 200),
+        (1, 250),
+        (1, 333),
+        (2, 333),
+        (2, 500),
+        (2, 1000),
+    ] {
+        // As far off as the data sheet allows, so that stamps meet every phase.
+        let Some(mut board) = board(SensorOptions {
+            clock_error_ppm: 3100.0,
+            ..SensorOptions::default()
+        }) else {
+            return;
+        };
+        board.run(0.5);
+        board.uno.send(format!("r{rate}\nf{format}\n").as_bytes());
+        board.run(0.5);
+        board.uno.take_bus();
+        let (all, lost) = board.uno.sensor().samples();
+        let sent = board.run(4.0);
+        let (all_now, lost_now) = board.uno.sensor().samples();
+        let stamps: Vec<f64> = if format == 2 {
+            let bytes: Vec<u8> = sent.iter().map(|s| s.byte).collect();
+            let (samples, _, _) = frames(&bytes);
+            samples.iter().map(|s| f64::from(s.time_us)).collect()
+        } else {
+            let text = text(&sent);
+            let rows = rows(text.split_once('\n').unwrap().1);
+            rows.iter().map(|r| r[0] * 1e3).collect()
+        };
+        let (rate_hz, sd_us) = line(&stamps);
+        let what = format!(
+            "format {format} rate {rate}: {} of {} lost",
+            lost_now - lost,
+            all_now - all
+        );
+        report(&mut board, &what, rate_hz, sd_us, sent.len(), 4.0);
+    }
+}
