@@ -254,6 +254,22 @@ impl Uno {
         self.incoming.extend(bytes);
     }
 
+    /// Writes to the memory of the program, so that a test need not wait for what
+    /// takes an hour; false when it does not lie within the memory.
+    pub fn poke(&mut self, address: u16, bytes: &[u8]) -> bool {
+        // SAFETY: `avr` is valid as long as `self`, its data go up to `ramend`.
+        unsafe {
+            let end = usize::from(address) + bytes.len();
+            if end > usize::from((*self.avr).ramend) + 1 {
+                return false;
+            }
+            for (offset, byte) in bytes.iter().enumerate() {
+                *(*self.avr).data.add(usize::from(address) + offset) = *byte;
+            }
+        }
+        true
+    }
+
     /// The reset button, then `hold_s` seconds in the boot loader, which swallows
     /// what it is sent.
     pub fn reset(&mut self, hold_s: f64) {

@@ -1,5 +1,6 @@
 //! The firmware on the emulated board.
 #![cfg(feature = "emulator")]
+#![allow(clippy::unwrap_used)] // helpers of a test may panic as it does
 
 mod board;
 
@@ -500,6 +501,36 @@ fn too_fast_is_said() {
         // the ends.
         let share = (last - first) as f64 / lost as f64;
         assert!((0.5..1.05).contains(&share), "{share}");
+    }
+}
+
+#[test]
+fn time_goes_on_after_microseconds_wrap() {
+    let Some(mut board) = board(SensorOptions::default()) else {
+        return;
+    };
+    let Ok(symbols) = std::process::Command::new("avr-nm")
+        .arg(board::firmware().unwrap())
+        .output()
+    else {
+        eprintln!("skipped: no avr-nm");
+        return;
+    };
+    let symbols = String::from_utf8(symbols.stdout).unwrap();
+    let line = symbols
+        .lines()
+        .find(|l| l.ends_with(" timer0_overflow_count"))
+        .unwrap();
+    let address = u16::from_str_radix(&line[4..8], 16).unwrap();
+    board.run(0.05);
+    // 1024 us each: 2 s before 2^32 us.
+    let overflows: u32 = (1 << 22) - 2000;
+    assert!(board.uno.poke(address, &overflows.to_le_bytes()));
+    let rows = rows(&board.text(5.0));
+    assert!(rows[0][0] > 4_292_000.0 && rows[rows.len() - 1][0] > 4_297_000.0);
+    for pair in rows.windows(2) {
+        let step_ms = pair[1][0] - pair[0][0];
+        assert!((9.0..=11.0).contains(&step_ms), "{pair:?}");
     }
 }
 

@@ -1,5 +1,6 @@
 //! The program: a port that is opened like that of a board.
 #![cfg(feature = "emulator")]
+#![allow(clippy::unwrap_used)] // helpers of a test may panic as it does
 
 mod board;
 
