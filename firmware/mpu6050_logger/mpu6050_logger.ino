@@ -37,6 +37,15 @@ const uint16_t RATE_HZ = 100;            // 4 to 1000; 100 as text, 200 as count
                                          // and 500 as binary get through
 const uint8_t FORMAT = 0;                // 0 text in SI units, 1 counts, 2 binary
 
+static_assert(ACCEL_RANGE_G == 2 || ACCEL_RANGE_G == 4 || ACCEL_RANGE_G == 8
+              || ACCEL_RANGE_G == 16, "ACCEL_RANGE_G: 2, 4, 8 or 16");
+static_assert(GYRO_RANGE_DEG_S == 250 || GYRO_RANGE_DEG_S == 500 || GYRO_RANGE_DEG_S == 1000
+              || GYRO_RANGE_DEG_S == 2000, "GYRO_RANGE_DEG_S: 250, 500, 1000 or 2000");
+static_assert(LOW_PASS_HZ == 184 || LOW_PASS_HZ == 94 || LOW_PASS_HZ == 44 || LOW_PASS_HZ == 21
+              || LOW_PASS_HZ == 10 || LOW_PASS_HZ == 5, "LOW_PASS_HZ: 184, 94, 44, 21, 10 or 5");
+static_assert(RATE_HZ >= 4 && RATE_HZ <= 1000, "RATE_HZ: 4 to 1000");
+static_assert(FORMAT <= 2, "FORMAT: 0, 1 or 2");
+
 // ---- The sensor -------------------------------------------------------------
 
 const char VERSION[] PROGMEM = "1.0";
@@ -58,6 +67,7 @@ const uint32_t ONE_TURN_US = 400;
 const uint32_t TEXT_BAUD = 115200;
 const uint32_t BINARY_BAUD = 250000;     // 16 MHz divide to it exactly
 
+// Types stand before the first function: the IDE puts its prototypes there.
 struct Settings {
   uint16_t accelRangeG;
   uint16_t gyroRangeDegS;
@@ -454,7 +464,7 @@ void listen() {
       number = 0;
     } else if (c >= '0' && c <= '9' && letter) {
       if (number < 6000) number = 10 * number + (c - '0');
-    } else {
+    } else if (c != ' ') {
       letter = c;
       number = 0;
     }

@@ -402,7 +402,7 @@ fn commands() {
         ("a16\r\n", "accelerometer +-16 g"),
         ("a5\n", "accelerometer +-8 g"),
         ("g2000\n", "gyroscope +-2000 deg/s"),
-        ("g250\n", "gyroscope +-250 deg/s"),
+        ("g 250\n", "gyroscope +-250 deg/s"),
         ("d184\n", "low-pass 184 Hz"),
         ("d260\n", "low-pass 184 Hz"),
         ("d5\n", "low-pass 5 Hz"),

@@ -274,4 +274,37 @@ mod tests {
         assert_eq!(unwrap.time_us(5), 4_294_967_301);
         assert_eq!(unwrap.time_us(4), 2 * (1 << 32) + 4);
     }
+
+    proptest::proptest! {
+        #[test]
+        fn whatever_comes_is_a_frame_or_an_error(
+            bytes in proptest::collection::vec(0_u8.., 0..300)
+        ) {
+            if let Ok(frame) = decode_frame(&bytes) {
+                let wire = encode_frame(&frame);
+                assert_eq!(decode_frame(&wire).unwrap(), frame);
+            }
+        }
+
+        #[test]
+        fn samples_go_there_and_back(
+            sequence: u8,
+            time_us: u32,
+            accel: [i16; 3],
+            temperature: i16,
+            gyro: [i16; 3],
+        ) {
+            let frame = Frame::Sample(SampleFrame {
+                sequence,
+                time_us,
+                accel,
+                temperature,
+                gyro,
+            });
+            let wire = encode_frame(&frame);
+            assert_eq!(wire.len(), 24);
+            assert_eq!(decode_frame(&wire[..23]).unwrap(), frame);
+            assert_eq!(decode_frame(&wire).unwrap(), frame, "with its zero");
+        }
+    }
 }
