@@ -540,11 +540,16 @@ void loop() {
     lost();
     return;
   }
+  const bool watched = seen - lastLookUs < ONE_TURN_US;
+  if (first && !watched) {  // came while the settings were printed: when is not known
+    lastReadyUs = seen;
+    return;
+  }
   // The moment of data-ready. Right after a look that found nothing it is now, to
   // one turn of this loop. Else it was before, by as much as we are late.
   dueUs += periodUs;
   const int32_t late = seen - dueUs;
-  if (first || late < 0 || seen - lastLookUs < ONE_TURN_US) {
+  if (first || late < 0 || watched) {
     dueUs = seen;
   } else if (late > (int32_t)(periodUs - periodUs / 4)) {
     const uint32_t missed = (late + periodUs / 4) / periodUs;
