@@ -18,6 +18,8 @@ pub enum Category {
     Input,
     /// The machine: disk, permissions (exit 1).
     System,
+    /// The board, its port or the cable to it (exit 5).
+    Device,
 }
 
 /// A place in a file, as far as it is known.
@@ -65,6 +67,12 @@ impl Error {
     #[must_use]
     pub fn usage(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Usage, code, message)
+    }
+
+    /// The board, its port or the cable to it cannot give what was asked.
+    #[must_use]
+    pub fn device(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Category::Device, code, message)
     }
 
     /// A failed read or write of `path`.

@@ -113,7 +113,7 @@ impl Head {
             nominal_rate_hz: options.rate_hz.or_else(|| claimed_rate(&dialect.metadata)),
             temperature_span_c: self.temperature_span_c,
         };
-        let unit = judge(self.time.clone(), &claims, |row| row as u64)
+        let unit = judge(self.time.clone(), &[], &claims, |row| row as u64)
             .timing
             .unit;
         let mut rising: Vec<f64> = self

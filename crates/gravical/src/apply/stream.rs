@@ -29,7 +29,8 @@ pub(crate) trait Sink {
     fn header(&self) -> Vec<u8>;
     /// A row, in order; what it becomes goes to `out`.
     fn row(&mut self, row: &Row<'_>, out: &mut Vec<u8>);
-    /// A line before the next row that parts segments: blank, or a repeated header.
+    /// A line before the next row that parts segments: blank, a named gap, or a
+    /// repeated header.
     fn part(&mut self, reason: Aside, out: &mut Vec<u8>);
     /// The rows from here on may be none: remember the state.
     fn mark(&mut self);
@@ -66,8 +67,9 @@ impl Sink for Rewrite<'_> {
     }
 
     fn part(&mut self, reason: Aside, out: &mut Vec<u8>) {
-        // It parts segments, so it stays.
-        if reason == Aside::Blank {
+        // It parts segments, so it stays; a comment would be in the way of programs
+        // that know none.
+        if matches!(reason, Aside::Blank | Aside::NamedGap) {
             out.push(b'\n');
         }
     }
@@ -294,7 +296,12 @@ impl<'a, S: Sink> Stream<'a, S> {
     fn no_row(&mut self, line: &Line<'_>, defect: RowDefect) {
         let header = self.dialect.header.as_ref().map(|h| h.text.as_slice());
         let reason = reason_for(line.bytes, defect, header);
-        if matches!(reason, Aside::Blank | Aside::RepeatedHeader) {
+        if reason == Aside::NamedGap
+            && let Some(stamps) = &mut self.stamps
+        {
+            stamps.gap();
+        }
+        if reason.parts() {
             let target = if self.tail.rows.is_empty() {
                 &mut self.block
             } else {

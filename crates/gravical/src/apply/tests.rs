@@ -306,6 +306,21 @@ fn every_line_is_accounted_for() {
 }
 
 #[test]
+fn a_named_gap_stays_a_break_and_its_clock_may_start_anew() {
+    let row = |i: usize| match i {
+        50 => "# gap: the board was reset, the clock of the board starts anew".to_owned(),
+        ..50 => format!("{},0.1,0.{},9.8,7", 9000 + 10 * i, i % 3),
+        _ => format!("{},0.1,0.{},9.8,7", 6000 + 10 * i, i % 3),
+    };
+    let text = still("t_ms,ax,ay,az,n", 100, row);
+    let (out, summary) = run(&si(), &text);
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!((lines.len(), lines[51], summary.rows), (101, "", 99));
+    assert_eq!(finding(&summary, "named-gap").lines, [[52, 52]]);
+    assert_eq!(finding(&summary, "restarted-time").lines, [[53, 53]]);
+}
+
+#[test]
 fn a_tail_of_zeros_is_set_aside_and_zeros_within_are_not() {
     let row = |i: usize| match i {
         20..30 | 50.. => format!("{i},0,0,0,7"),

@@ -9,7 +9,7 @@ use crate::recording::dialect::Dialect;
 use crate::recording::layout::Layout;
 use crate::recording::open::Input;
 use crate::recording::row::{RowDefect, SLOTS, Values};
-use crate::recording::{Aside, Prepared, ReadOptions, Recording, prepare, reason_for};
+use crate::recording::{Prepared, ReadOptions, Recording, prepare, reason_for};
 use crate::{Error, Result};
 
 use super::{Channels, Denoised};
@@ -93,10 +93,7 @@ pub fn write(
 
 /// A line that is no row but parts the recording stays a blank one.
 fn part(line: &[u8], defect: RowDefect, header: Option<&[u8]>, block: &mut Vec<u8>) {
-    if matches!(
-        reason_for(line, defect, header),
-        Aside::Blank | Aside::RepeatedHeader
-    ) {
+    if reason_for(line, defect, header).parts() {
         block.push(b'\n');
     }
 }

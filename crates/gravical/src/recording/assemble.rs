@@ -81,7 +81,7 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
         temperature_span_c: span,
     };
     let timed = match some(time) {
-        Some(raw) => timing::judge(raw, &claims, |row| line_map.line(row)),
+        Some(raw) => timing::judge(raw, &columns.gaps, &claims, |row| line_map.line(row)),
         None => timing::untimed(accel[0].len(), &claims, Vec::new()),
     };
     findings.extend(timed.findings);

@@ -17,6 +17,8 @@ pub(super) struct Columns {
     pub label_index: HashMap<Vec<u8>, u32>,
     pub lines: LineMap,
     pub breaks: Vec<usize>,
+    /// Rows before which a gap is named.
+    pub gaps: Vec<usize>,
     rows: usize,
 }
 
@@ -28,6 +30,7 @@ impl Columns {
             label_index: HashMap::new(),
             lines: LineMap::default(),
             breaks: Vec::new(),
+            gaps: Vec::new(),
             rows: 0,
         }
     }
@@ -67,6 +70,10 @@ impl Columns {
         if row > 0 && self.breaks.last() != Some(&row) {
             self.breaks.push(row);
         }
+    }
+
+    pub fn note_gap(&mut self) {
+        self.gaps.push(self.rows());
     }
 
     pub fn truncate(&mut self, rows: usize) {

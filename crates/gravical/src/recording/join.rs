@@ -131,7 +131,7 @@ fn join_input(
     let timed = if time.is_empty() {
         timing::untimed(gx.len(), &claims, Vec::new())
     } else {
-        timing::judge(time, &claims, |row| lines.line(row))
+        timing::judge(time, &columns.gaps, &claims, |row| lines.line(row))
     };
     if let Some(row) = timed.restarts.first() {
         return Err(restarted(name, Some(lines.line(*row))));

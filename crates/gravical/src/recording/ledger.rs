@@ -15,6 +15,8 @@ pub enum Aside {
     Metadata,
     /// A line that starts with `#`, `%` or `//` among the data.
     Comment,
+    /// A comment that says `# gap: …`: the logger names rows that it could not get.
+    NamedGap,
     /// Nothing in it, or only delimiters.
     Blank,
     /// The header once more, in the middle.
@@ -31,10 +33,11 @@ pub enum Aside {
 
 impl Aside {
     /// All reasons, in the order in which they are shown.
-    pub const ALL: [Aside; 9] = [
+    pub const ALL: [Aside; 10] = [
         Aside::Header,
         Aside::Metadata,
         Aside::Comment,
+        Aside::NamedGap,
         Aside::Blank,
         Aside::RepeatedHeader,
         Aside::TornLine,
@@ -43,6 +46,12 @@ impl Aside {
         Aside::ZeroTail,
     ];
 
+    /// No sample follows its predecessor across such a line.
+    #[must_use]
+    pub fn parts(self) -> bool {
+        matches!(self, Aside::NamedGap | Aside::Blank | Aside::RepeatedHeader)
+    }
+
     /// Name for people and for findings.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -50,6 +59,7 @@ impl Aside {
             Aside::Header => "header",
             Aside::Metadata => "metadata-lines",
             Aside::Comment => "comment-lines",
+            Aside::NamedGap => "named-gap",
             Aside::Blank => "blank-rows",
             Aside::RepeatedHeader => "repeated-header",
             Aside::TornLine => "torn-line",
@@ -64,6 +74,9 @@ impl Aside {
             Aside::Header => "names the columns",
             Aside::Metadata => "before the header; kept out of the data",
             Aside::Comment => "comment; kept out of the data",
+            Aside::NamedGap => {
+                "the logger names rows that it could not get; taken as a break between segments"
+            }
             Aside::Blank => "blank; taken as a break between segments",
             Aside::RepeatedHeader => "the header once more; kept out of the data",
             Aside::TornLine => "fewer fields than the other rows (half-written); set aside",
@@ -156,7 +169,13 @@ impl Ledger {
             .map(|(reason, n)| {
                 let spans = self.lines_aside(reason);
                 let example = match (&self.examples[reason as usize], reason) {
-                    (Some(text), Aside::TornLine | Aside::TooManyFields | Aside::NotANumber) => {
+                    (
+                        Some(text),
+                        Aside::NamedGap
+                        | Aside::TornLine
+                        | Aside::TooManyFields
+                        | Aside::NotANumber,
+                    ) => {
                         format!(", first: \"{text}\"")
                     }
                     _ => String::new(),

@@ -51,8 +51,8 @@ pub use layout::ColumnsSpec;
 pub use ledger::{Aside, Ledger};
 pub use quiet::quiet_norm;
 pub(crate) use quiet::{Quiet, QuietBlocks, quiet};
+pub use read::{GAP_LINE, read, read_bytes};
 pub(crate) use read::{HEAD, Prepared, cut_off, prepare, reason_before, reason_for, text_findings};
-pub use read::{read, read_bytes};
 pub use timing::{TimeUnit, Timing};
 pub use unit_choice::decide_accel;
 pub(crate) use unit_choice::{fits_unsigned, looks_unsigned};
@@ -162,8 +162,8 @@ pub struct Recording {
     pub time_origin_s: Option<f64>,
     /// The label column.
     pub labels: Option<Labels>,
-    /// Rows before which there were blank rows, a reset of the board or a
-    /// repeated header: no sample follows its predecessor across one.
+    /// Rows before which there were blank rows, a named gap, a reset of the board
+    /// or a repeated header: no sample follows its predecessor across one.
     pub breaks: Vec<usize>,
     /// What was subtracted from the accelerometer's values.
     pub zero_offset: f64,

@@ -21,6 +21,10 @@ use super::{ReadOptions, Recording};
 /// How much of a file is looked at to find its dialect.
 pub(crate) const HEAD: usize = 1 << 18;
 
+/// How a line starts with which a logger names rows that it could not get. After it
+/// the clock of the board may have started anew.
+pub const GAP_LINE: &str = "# gap:";
+
 /// Reads the recording at `path`; `-` is standard input.
 ///
 /// # Errors
@@ -162,6 +166,9 @@ pub(crate) fn reason_for(line: &[u8], defect: RowDefect, header: Option<&[u8]>) 
     if header.is_some_and(|h| !text.is_empty() && text == h.trim_ascii()) {
         return Aside::RepeatedHeader;
     }
+    if text.starts_with(GAP_LINE.as_bytes()) {
+        return Aside::NamedGap;
+    }
     if text.starts_with(b"#") || text.starts_with(b"%") || text.starts_with(b"//") {
         return Aside::Comment;
     }
@@ -276,8 +283,11 @@ pub(super) fn scan_rows(
                     foreign_lines.push(line.number);
                 }
                 let reason = reason_for(line.bytes, defect, header_text);
-                if matches!(reason, Aside::Blank | Aside::RepeatedHeader) {
+                if reason.parts() {
                     columns.note_break();
+                }
+                if reason == Aside::NamedGap {
+                    columns.note_gap();
                 }
                 ledger.aside(reason, line.number, line.bytes);
             }

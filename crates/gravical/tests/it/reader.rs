@@ -128,6 +128,26 @@ fn comments_among_the_rows_are_kept_apart() {
 }
 
 #[test]
+fn a_named_gap_is_a_break_that_says_why() {
+    let mut lines = lines();
+    lines.insert(
+        301,
+        "# gap: unplugged: 12 rows are missing, 0.1 s".to_owned(),
+    );
+    let recording = read(&joined(&lines));
+    let gap = finding(&recording, "named-gap");
+    assert_eq!((gap.lines.as_slice(), gap.count), (&[[302, 302]][..], 1));
+    assert!(
+        gap.message.contains("unplugged: 12 rows"),
+        "{}",
+        gap.message
+    );
+    assert_eq!(recording.findings.len(), 1);
+    assert_eq!(recording.breaks, [300]);
+    unharmed(&recording);
+}
+
+#[test]
 fn without_a_header_the_numbers_tell_the_columns() {
     let recording = read(&joined(&lines()[1..]));
     let found = finding(&recording, "columns-guessed");

@@ -235,7 +235,12 @@ impl Sink for Pass {
         }
     }
 
-    fn part(&mut self, _: Aside, _: &mut Vec<u8>) {
+    fn part(&mut self, reason: Aside, _: &mut Vec<u8>) {
+        if reason == Aside::NamedGap
+            && let Time::Stamps { follower, .. } = &mut self.state.time
+        {
+            follower.gap();
+        }
         if self.state.rows > 0 {
             self.state.running.part();
         }

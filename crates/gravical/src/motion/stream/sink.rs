@@ -168,7 +168,12 @@ impl Sink for Pipeline {
         }
     }
 
-    fn part(&mut self, _: Aside, _: &mut Vec<u8>) {
+    fn part(&mut self, reason: Aside, _: &mut Vec<u8>) {
+        if reason == Aside::NamedGap
+            && let Time::Stamps(follower) = &mut self.state.time
+        {
+            follower.gap();
+        }
         self.state.parted = self.state.samples > 0;
     }
 

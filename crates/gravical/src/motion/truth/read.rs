@@ -155,7 +155,7 @@ fn stamps(raw: &mut Raw) -> Option<Vec<f64>> {
         temperature_span_c: 0.0,
     };
     let line = |row: usize| raw.lines.get(row).copied().unwrap_or(0);
-    let timed = judge(time, &claims, line);
+    let timed = judge(time, &[], &claims, line);
     raw.findings.extend(timed.findings);
     let origin = timed.origin_s?;
     Some(timed.time_s?.iter().map(|t| t + origin).collect())

@@ -16,18 +16,23 @@ pub(super) struct Followed {
 }
 
 /// Follows the stamps; `median` is their usual step, both in units of `per_s`
-/// seconds.
+/// seconds; before the rows `gaps` a gap is named.
 pub(super) fn follow(
     raw: &[f64],
+    gaps: &[usize],
     median: f64,
     per_s: f64,
     line: impl Fn(usize) -> u64,
 ) -> Followed {
+    let mut gaps = gaps.iter().peekable();
     let mut time_s = Vec::with_capacity(raw.len());
     let mut follower = Follower::new(median, per_s);
     let mut restarts = Vec::new();
     let mut latest = f64::NEG_INFINITY;
     for (row, &stamp) in raw.iter().enumerate() {
+        while gaps.next_if(|gap| **gap <= row).is_some() {
+            follower.gap();
+        }
         let (clock, t) = follower.see(stamp, || line(row));
         if clock == Clock::Restarted {
             restarts.push(row);
@@ -78,6 +83,11 @@ impl Follower {
         (clock, (stamp + self.offset) * self.stamps.per_s)
     }
 
+    /// A gap is named before the next row: its clock may start anew.
+    pub(crate) fn gap(&mut self) {
+        self.stamps.gap();
+    }
+
     /// What was odd.
     pub(crate) fn stamps(&self) -> &Stamps {
         &self.stamps
@@ -116,6 +126,8 @@ pub(crate) struct Stamps {
     before: f64,
     /// Rows with a stamp.
     rows: u64,
+    /// How many of them there were at the last gap that was named.
+    gap_at: Option<u64>,
     faults: Faults,
 }
 
@@ -127,8 +139,15 @@ impl Stamps {
             per_s,
             before: f64::NAN,
             rows: 0,
+            gap_at: None,
             faults: Faults::default(),
         }
+    }
+
+    /// A gap is named before the next row: a clock that runs backwards there was
+    /// started anew, however long ago.
+    pub(crate) fn gap(&mut self) {
+        self.gap_at = Some(self.rows);
     }
 
     #[inline]
@@ -149,6 +168,7 @@ impl Stamps {
             return Clock::Absent;
         }
         let before = std::mem::replace(&mut self.before, stamp);
+        let after_gap = self.gap_at == Some(self.rows) && self.median.is_finite();
         self.rows += 1;
         let step = stamp - before;
         if step < 0.0 {
@@ -156,10 +176,10 @@ impl Stamps {
                 self.faults.wrapped.push(line);
                 return Clock::Wrapped(period);
             }
-            if stamp < 0.5 * before
+            let near_zero = stamp < 0.5 * before
                 && -step > 20.0 * self.median
-                && stamp < 100.0 * self.median.max(1.0 / self.per_s)
-            {
+                && stamp < 100.0 * self.median.max(1.0 / self.per_s);
+            if near_zero || after_gap {
                 // The board began to count anew: it was reset.
                 self.faults.restarted.push(line);
                 return Clock::Restarted;

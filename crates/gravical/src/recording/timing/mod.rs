@@ -74,8 +74,14 @@ const RAREST_BURST: usize = 20;
 /// Waits of one length are bursts, from so many on.
 const FEWEST_BURSTS: usize = 5;
 
-/// Judges raw stamps; `line` gives the line of a row.
-pub(crate) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64) -> Timed {
+/// Judges raw stamps; before the rows `gaps` a gap is named, `line` gives the line
+/// of a row.
+pub(crate) fn judge(
+    raw: Vec<f64>,
+    gaps: &[usize],
+    claims: &Claims,
+    line: impl Fn(usize) -> u64,
+) -> Timed {
     let mut findings = Vec::new();
     let steps: Vec<f64> = raw.windows(2).map(|w| w[1] - w[0]).collect();
     let mut rising: Vec<f64> = steps.iter().copied().filter(|d| *d > 0.0).collect();
@@ -113,7 +119,7 @@ pub(crate) fn judge(raw: Vec<f64>, claims: &Claims, line: impl Fn(usize) -> u64)
         restarts,
         duration_s,
         stamps,
-    } = follow(&raw, median, per_s, line);
+    } = follow(&raw, gaps, median, per_s, line);
     let n = time_s.iter().filter(|t| t.is_finite()).count();
     let mean_rate = (n > 1 && duration_s > 0.0)
         .then(|| (n - 1) as f64 / duration_s)

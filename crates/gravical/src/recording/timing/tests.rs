@@ -6,7 +6,7 @@ fn judged(raw: Vec<f64>) -> Timed {
         nominal_rate_hz: None,
         temperature_span_c: 0.0,
     };
-    judge(raw, &claims, |row| row as u64 + 1)
+    judge(raw, &[], &claims, |row| row as u64 + 1)
 }
 
 fn kinds(timed: &Timed) -> Vec<&str> {
@@ -107,9 +107,9 @@ fn an_undocumented_unit_is_settled_by_the_temperature() {
         nominal_rate_hz: None,
         temperature_span_c: span,
     };
-    let warm = judge(raw.clone(), &claims(70.0), |r| r as u64);
+    let warm = judge(raw.clone(), &[], &claims(70.0), |r| r as u64);
     assert_eq!(warm.timing.unit, Some(TimeUnit::Microsecond));
-    let plain = judge(raw, &claims(0.0), |r| r as u64);
+    let plain = judge(raw, &[], &claims(0.0), |r| r as u64);
     assert_eq!(plain.timing.unit, Some(TimeUnit::Nanosecond));
     assert_eq!(kinds(&plain), ["time-unit-assumed"]);
 }
@@ -122,4 +122,26 @@ fn a_stamp_since_1970_tells_its_unit() {
     let timed = judged(raw);
     assert_eq!(timed.timing.unit, Some(TimeUnit::Nanosecond));
     assert!(timed.findings.is_empty());
+}
+
+#[test]
+fn after_a_named_gap_a_clock_that_runs_backwards_started_anew() {
+    // A minute after its reset the board is heard again.
+    let mut raw: Vec<f64> = (0..100).map(|i| 100_000.0 + 10.0 * f64::from(i)).collect();
+    raw.extend((0..100).map(|i| 60_000.0 + 10.0 * f64::from(i)));
+    let claims = Claims {
+        unit: None,
+        nominal_rate_hz: None,
+        temperature_span_c: 0.0,
+    };
+    let timed = judge(raw.clone(), &[100], &claims, |row| row as u64);
+    assert_eq!(kinds(&timed), ["restarted-time"]);
+    assert_eq!(timed.restarts, [100]);
+    assert!(timed.time_s.unwrap().is_sorted());
+    // Elsewhere it is what it looks like.
+    assert_eq!(kinds(&judged(raw.clone())), ["backward-time"]);
+    assert_eq!(
+        kinds(&judge(raw, &[99], &claims, |row| row as u64)),
+        ["backward-time"]
+    );
 }
