@@ -10,6 +10,12 @@ use gravical::report::paragraph;
 /// Exit code when the program ran and a quality gate failed.
 pub const QUALITY: u8 = 4;
 
+/// Exit code when the board, its port or the cable fails.
+pub const DEVICE: u8 = 5;
+
+/// Exit code when the user ended it and something is missing.
+pub const INTERRUPTED: u8 = 130;
+
 /// Tells `error` and gives the exit code.
 pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
     let known = error.downcast_ref::<gravical::Error>();
@@ -21,6 +27,7 @@ pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
         Category::Usage => 2,
         Category::Input => 3,
         Category::System => 1,
+        Category::Device => DEVICE,
     });
     // Our own errors say all of it themselves; others as a chain of causes.
     let message = known.map_or_else(|| format!("{error:#}"), ToString::to_string);

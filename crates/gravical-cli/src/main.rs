@@ -3,6 +3,7 @@
 
 mod cmd;
 mod colour;
+mod device;
 mod failure;
 mod figures;
 mod options;
@@ -19,7 +20,7 @@ use clap::{CommandFactory, Parser, Subcommand};
     name = "gravical",
     version,
     about = "Turn a cheap IMU into an instrument you can trust.",
-    after_help = "Exit codes: 0 ok, 1 internal, 2 usage, 3 bad input, 4 ran but a quality gate failed.",
+    after_help = "Exit codes: 0 ok, 1 internal, 2 usage, 3 bad input, 4 ran but a quality gate failed, 5 board or port, 130 interrupted.",
     arg_required_else_help = true,
     propagate_version = true
 )]
@@ -48,6 +49,10 @@ enum Verb {
     Compare(cmd::compare::Args),
     /// A calibration in another program's format
     Export(cmd::export::Args),
+    /// From a board into a file: every row, or a gap with a name; space pauses
+    Log(Box<cmd::log::Args>),
+    /// Serial ports, and which of them is a board
+    Ports(cmd::ports::Args),
     /// Recordings of a virtual sensor with known truth
     Simulate(Box<cmd::simulate::Args>),
     /// Completions for your shell
@@ -72,6 +77,8 @@ fn main() -> ExitCode {
         Verb::Check(args) => cmd::check::run(args),
         Verb::Compare(args) => cmd::compare::run(args),
         Verb::Export(args) => cmd::export::run(args),
+        Verb::Log(args) => cmd::log::run(args),
+        Verb::Ports(args) => cmd::ports::run(args),
         Verb::Simulate(args) => cmd::simulate::run(args),
         Verb::Completions(args) => cmd::completions::run(args, Cli::command()),
         Verb::Man(args) => cmd::man::run(args, Cli::command()),
@@ -90,6 +97,8 @@ impl Verb {
             Verb::Demo(args) => args.json,
             Verb::Check(args) => args.json,
             Verb::Compare(args) => args.json,
+            Verb::Log(args) => args.json,
+            Verb::Ports(args) => args.json,
             Verb::Simulate(args) => args.json(),
             Verb::Export(_) | Verb::Completions(_) | Verb::Man(_) => false,
         }

@@ -8,11 +8,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// How a kind or code is made, and what the document calls it.
-const MAKERS: [(&str, &str); 4] = [
+const MAKERS: [(&str, &str); 5] = [
     ("Finding::note(", "finding"),
     ("Finding::warning(", "finding"),
     ("Error::input(", "error code"),
     ("Error::usage(", "error code"),
+    ("Error::device(", "error code"),
 ];
 
 #[test]

@@ -9,6 +9,8 @@ pub mod demo;
 pub mod denoise;
 pub mod export;
 pub mod inspect;
+pub mod log;
 pub mod man;
 pub mod motion;
+pub mod ports;
 pub mod simulate;

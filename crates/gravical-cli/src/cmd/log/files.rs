@@ -1,0 +1,215 @@
+//! The file of the recording, and the rejected lines beside it.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use gravical::{Error, Result};
+
+use crate::device::board::{Settings, Wanted};
+use crate::device::disk::{Disk, Growing};
+use crate::device::line::{Kind, classify};
+use crate::device::lines::Framer;
+
+/// How much of a file that is continued is looked at for its header.
+const HEAD: u64 = 1 << 16;
+
+/// Where rows and rejected lines go.
+pub struct Files {
+    path: PathBuf,
+    main: Box<dyn Disk>,
+    rejected: Option<Box<dyn Disk>>,
+}
+
+impl Files {
+    /// Whether the file can be made, before a board is looked for.
+    ///
+    /// # Errors
+    ///
+    /// `exists`, `no-folder`, `stdout-target` (usage).
+    pub fn check(path: &Path, append: bool) -> Result<()> {
+        if !append || path == Path::new("-") {
+            gravical::output::check_target(path, false).map_err(name_append)?;
+        }
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+        if let Some(folder) = folder
+            && !folder.is_dir()
+        {
+            return Err(Error::usage(
+                "no-folder",
+                format!("there is no folder \"{}\"", folder.display()),
+            )
+            .at(path, None)
+            .with_hint("make it first, or write elsewhere with -o"));
+        }
+        Ok(())
+    }
+
+    /// A new file, or the end of one.
+    ///
+    /// # Errors
+    ///
+    /// As [`check`](Self::check); what the system says.
+    pub fn open(path: &Path, append: bool) -> Result<Self> {
+        Self::check(path, append)?;
+        let main = if append {
+            Growing::continued(path)
+        } else {
+            Growing::create(path)
+        };
+        Ok(Files {
+            path: path.to_path_buf(),
+            main: Box::new(main.map_err(|e| Error::io(path, e))?),
+            rejected: None,
+        })
+    }
+
+    /// Hands rows to the system.
+    pub fn rows(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.main.append(bytes)
+    }
+
+    /// Hands rejected lines to the system; their file is made with the first.
+    pub fn rejects(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let disk = match &mut self.rejected {
+            Some(disk) => disk,
+            none => none.insert(Box::new(Growing::continued(&rejected_path(&self.path))?)),
+        };
+        disk.append(bytes)
+    }
+
+    /// The file of the rejected lines, once there is one.
+    pub fn rejected_file(&self) -> Option<PathBuf> {
+        self.rejected.as_ref().map(|_| rejected_path(&self.path))
+    }
+
+    /// Nothing was recorded: a file that was made for it goes again.
+    pub fn discard(&self) {
+        let empty = std::fs::metadata(&self.path).is_ok_and(|m| m.is_file() && m.len() == 0);
+        if empty {
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+
+    /// What was handed over is safe.
+    pub fn sync(&mut self) -> io::Result<()> {
+        if let Some(disk) = &mut self.rejected {
+            disk.sync()?;
+        }
+        self.main.sync()
+    }
+}
+
+/// `exists` has another way out here.
+fn name_append(error: Error) -> Error {
+    if error.code() == "exists" {
+        return error.with_hint("go on with it by --append, or write elsewhere with -o");
+    }
+    error
+}
+
+fn rejected_path(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".rejected.txt");
+    name.into()
+}
+
+/// What a file that is continued says of its rows.
+#[derive(Debug, Default, PartialEq)]
+pub struct Continued {
+    /// Its header.
+    pub header: Option<Vec<u8>>,
+    /// How the board was set.
+    pub settings: Option<Settings>,
+}
+
+/// Looks at the head of `path`; nothing where there is no such file, or an empty one.
+///
+/// # Errors
+///
+/// What the system says; `no-header` (input) for a file that no board's header is in.
+pub fn continued(path: &Path) -> Result<Continued> {
+    use std::io::Read as _;
+    let mut head = Vec::new();
+    match std::fs::File::open(path) {
+        Ok(file) => file
+            .take(HEAD)
+            .read_to_end(&mut head)
+            .map_err(|e| Error::io(path, e))?,
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Continued::default()),
+        Err(e) => return Err(Error::io(path, e)),
+    };
+    let mut found = Continued::default();
+    let mut framer = Framer::default();
+    // So that the first line is a whole one.
+    framer.push(b"\n");
+    for line in framer.push(&head) {
+        match classify(&line) {
+            Kind::Comment => {
+                let settings = Settings::parse(&String::from_utf8_lossy(&line.bytes));
+                found.settings = settings.or(found.settings);
+            }
+            Kind::Header => {
+                found.header = Some(line.bytes.trim_ascii().to_vec());
+                return Ok(found);
+            }
+            _ => {}
+        }
+    }
+    if head.trim_ascii().is_empty() {
+        return Ok(Continued::default());
+    }
+    Err(Error::input(
+        "no-header",
+        "the file to be continued has no header of eight columns: it is no recording of a board",
+    )
+    .at(path, None)
+    .with_hint("write elsewhere with -o"))
+}
+
+impl Continued {
+    /// What is wanted, and for the rest as it was.
+    pub fn wanted(&self, wanted: Wanted) -> Wanted {
+        let Some(settings) = &self.settings else {
+            return wanted;
+        };
+        let was = Wanted::exactly(settings);
+        Wanted {
+            accel_range_g: wanted.accel_range_g.or(was.accel_range_g),
+            gyro_range_deg_s: wanted.gyro_range_deg_s.or(was.gyro_range_deg_s),
+            low_pass_hz: wanted.low_pass_hz.or(was.low_pass_hz),
+            rate_hz: wanted.rate_hz.or(was.rate_hz),
+            format: wanted.format.or(was.format),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_continued() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.csv");
+        assert_eq!(continued(&path).unwrap(), Continued::default());
+        std::fs::write(&path, "").unwrap();
+        assert_eq!(continued(&path).unwrap(), Continued::default());
+        std::fs::write(&path, "t,ax,ay,az,T,gx,gy,gz\n1,2\n").unwrap();
+        let found = continued(&path).unwrap();
+        assert_eq!(found.header.unwrap(), b"t,ax,ay,az,T,gx,gy,gz");
+        std::fs::write(&path, "my diary\n").unwrap();
+        assert_eq!(continued(&path).unwrap_err().code(), "no-header");
+        let mut files = Files::open(&path, true).unwrap();
+        files.rows(b"1\n").unwrap();
+        assert!(files.rejected_file().is_none());
+        files.rejects(b"x\n").unwrap();
+        files.sync().unwrap();
+        let rejected = folder.path().join("x.csv.rejected.txt");
+        assert_eq!(files.rejected_file().as_deref(), Some(&*rejected));
+        assert_eq!(std::fs::read_to_string(rejected).unwrap(), "x\n");
+        let exists = Files::open(&path, false).map(|_| ()).unwrap_err();
+        assert_eq!(exists.code(), "exists");
+        let nowhere = Files::open(&folder.path().join("no/x.csv"), false);
+        assert_eq!(nowhere.map(|_| ()).unwrap_err().code(), "no-folder");
+    }
+}

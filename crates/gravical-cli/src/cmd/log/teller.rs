@@ -1,0 +1,237 @@
+//! What is said while it records: JSON for scripts, lines and a status line for people.
+
+use std::io::{self, IsTerminal as _, Write as _};
+
+use crate::device::board::Settings;
+use crate::device::event::Event;
+use crate::device::live::Status;
+
+/// Version of the events.
+const VERSION: u32 = 1;
+
+/// Says what happens.
+pub struct Teller {
+    json: bool,
+    quiet: bool,
+    /// The terminal is raw: a line ends with carriage return and line feed.
+    pub raw: bool,
+    terminal: bool,
+    /// A status line stands on the screen.
+    standing: bool,
+    /// How the board is set, for units.
+    pub settings: Option<Settings>,
+}
+
+impl Teller {
+    /// With `json` on standard output, else on standard error.
+    pub fn new(json: bool, quiet: bool) -> Self {
+        Teller {
+            json,
+            quiet,
+            raw: false,
+            terminal: io::stderr().is_terminal(),
+            standing: false,
+            settings: None,
+        }
+    }
+
+    /// Tells one event. Whoever does not listen any more does not stop the recording.
+    pub fn tell(&mut self, event: &Event) {
+        if self.json {
+            let Ok(serde_json::Value::Object(object)) = serde_json::to_value(event) else {
+                return;
+            };
+            let mut line = serde_json::Map::new();
+            line.insert("v".to_owned(), VERSION.into());
+            line.extend(object);
+            let end = if self.raw { "\r\n" } else { "\n" };
+            let mut out = io::stdout().lock();
+            let _ = write!(out, "{}{end}", serde_json::Value::Object(line));
+            let _ = out.flush();
+        }
+        if let Event::Status { .. } = event {
+            self.status(event);
+        } else if !self.json
+            && let Some(text) = text(event)
+            && (!self.quiet || is_trouble(event))
+        {
+            self.line(&text);
+        }
+    }
+
+    /// One line on standard error.
+    pub fn line(&mut self, text: &str) {
+        let end = if self.raw { "\r\n" } else { "\n" };
+        let clear = if self.standing { "\r\x1b[K" } else { "" };
+        self.standing = false;
+        let text = text.trim_end().replace('\n', end);
+        let _ = write!(io::stderr(), "{clear}{text}{end}");
+    }
+
+    fn status(&mut self, event: &Event) {
+        if self.terminal && !self.quiet {
+            let line = status_line(event, self.settings.as_ref());
+            let _ = write!(io::stderr(), "\r{line}\x1b[K");
+            let _ = io::stderr().flush();
+            self.standing = true;
+        }
+    }
+
+    /// The status line becomes an ordinary one.
+    pub fn close(&mut self) {
+        if std::mem::take(&mut self.standing) {
+            let _ = write!(io::stderr(), "{}", if self.raw { "\r\n" } else { "\n" });
+        }
+        self.raw = false;
+    }
+}
+
+fn is_trouble(event: &Event) -> bool {
+    matches!(
+        event,
+        Event::Gap(_)
+            | Event::Lost { .. }
+            | Event::Shared { .. }
+            | Event::Silent { .. }
+            | Event::DiskFailed { .. }
+            | Event::DiskRecovered
+            | Event::Rejected { .. }
+    )
+}
+
+/// A sentence, where an event is worth one.
+fn text(event: &Event) -> Option<String> {
+    Some(match event {
+        Event::Opened { port, device } => match device {
+            Some(device) => format!("{port}: {device}"),
+            None => format!("{port}: open"),
+        },
+        Event::Shared { programs } => format!(
+            "! {programs} has the port open, too: rows that it reads do not come here; close it"
+        ),
+        Event::Waiting { text } => format!("waiting for {text}"),
+        Event::Commands { text } => format!("to the board: {text}"),
+        Event::Board { text } => text.clone(),
+        Event::Started { .. } => "recording; space pauses, q or Ctrl-C ends".to_owned(),
+        Event::Paused => "paused; space goes on".to_owned(),
+        Event::Resumed => "recording".to_owned(),
+        Event::Rejected { reason, text } => {
+            let shown: String = text.chars().filter(|c| !c.is_control()).take(50).collect();
+            format!("! rejected: {}: \"{shown}\"", reason.text())
+        }
+        Event::Gap(gap) => format!("! {}", gap.line().trim_start_matches("# ").trim_end()),
+        Event::Lost { text } => {
+            format!("! the port is gone ({text}); plug it in again, it goes on by itself")
+        }
+        Event::Silent { duration_s } => {
+            format!("! nothing has come from the board for {duration_s:.0} s")
+        }
+        Event::DiskFailed { text } => {
+            format!("! the disk takes nothing ({text}); make room, it goes on by itself")
+        }
+        Event::DiskRecovered => "the disk takes rows again".to_owned(),
+        Event::Status { .. } | Event::Ended { .. } => return None,
+    })
+}
+
+/// One line of at most 80 columns.
+fn status_line(event: &Event, settings: Option<&Settings>) -> String {
+    let Event::Status {
+        rows,
+        elapsed_s,
+        paused,
+        rejected,
+        live,
+    } = event
+    else {
+        return String::new();
+    };
+    let mut line = format!("{elapsed_s:7.1} s {rows:8} rows");
+    if let Some(rate) = live.rate_hz {
+        line.push_str(&format!("  {rate:5.1} Hz"));
+    }
+    line.push_str(&norm_and_temperature(live, settings));
+    line.push_str(match (paused, live.still) {
+        (true, _) => "  PAUSED",
+        (_, Some(true)) => "  still",
+        (_, Some(false)) => "  moving",
+        (_, None) => "",
+    });
+    if *rejected > 0 {
+        line.push_str(&format!("  {rejected} rejected"));
+    }
+    line.chars().take(79).collect()
+}
+
+fn norm_and_temperature(live: &Status, settings: Option<&Settings>) -> String {
+    let (Some(norm), Some(temperature)) = (live.norm, live.temperature) else {
+        return String::new();
+    };
+    match settings {
+        Some(s) if s.format == 1 => {
+            let norm_g = norm * f64::from(s.accel_range_g) / 32768.0;
+            let celsius = temperature / 340.0 + 36.53;
+            format!("  ‖a‖ {norm_g:.3} g  {celsius:.1} °C")
+        }
+        Some(_) => format!("  ‖a‖ {norm:.2} m/s²  {temperature:.1} °C"),
+        // Whatever the unit is.
+        None => format!("  ‖a‖ {norm:.2}  T {temperature:.1}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::gap::{Cause, Gap};
+
+    #[test]
+    fn a_status_line_fits_and_has_units() {
+        let live = Status {
+            rate_hz: Some(100.04),
+            norm: Some(9.8134),
+            temperature: Some(25.53),
+            still: Some(true),
+        };
+        let status = |paused, live| Event::Status {
+            rows: 123_456,
+            elapsed_s: 1234.56,
+            paused,
+            rejected: 0,
+            live,
+        };
+        let line = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0";
+        let si = Settings::parse(line).unwrap();
+        assert_eq!(
+            status_line(&status(false, live), Some(&si)),
+            " 1234.6 s   123456 rows  100.0 Hz  ‖a‖ 9.81 m/s²  25.5 °C  still"
+        );
+        let counts = Settings { format: 1, ..si };
+        let raw = Status {
+            norm: Some(8201.0),
+            temperature: Some(-3740.0),
+            still: None,
+            ..live
+        };
+        assert_eq!(
+            status_line(&status(true, raw), Some(&counts)),
+            " 1234.6 s   123456 rows  100.0 Hz  ‖a‖ 1.001 g  25.5 °C  PAUSED"
+        );
+        let nothing = status_line(&status(false, Status::default()), None);
+        assert_eq!(nothing, " 1234.6 s   123456 rows");
+    }
+
+    #[test]
+    fn gaps_read_like_the_file() {
+        let gap = Event::Gap(Gap {
+            cause: Cause::Unplugged,
+            rows: 12,
+            clock_anew: false,
+            until_end: false,
+            duration_s: 0.5,
+        });
+        assert_eq!(
+            text(&gap).unwrap(),
+            "! gap: unplugged: 12 rows are missing, 0.5 s"
+        );
+    }
+}

@@ -1,0 +1,267 @@
+//! What the firmware says of itself, and the commands that it takes
+//! (`firmware/mpu6050_logger`).
+
+use gravical::{Error, Result};
+use serde::Serialize;
+
+/// How the firmware is set, from its first line.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Settings {
+    /// Full scale of the accelerometer, g.
+    pub accel_range_g: u16,
+    /// Full scale of the gyroscope, °/s.
+    pub gyro_range_deg_s: u16,
+    /// Low-pass, Hz.
+    pub low_pass_hz: u16,
+    /// Samples a second, Hz: what the sensor's divider makes of what was asked for.
+    pub rate_hz: f64,
+    /// 0 text in SI units, 1 text in counts, 2 binary.
+    pub format: u8,
+}
+
+impl Settings {
+    /// Reads the line that starts with `# gravical mpu6050_logger`; none for any other.
+    pub fn parse(line: &str) -> Option<Self> {
+        let text = line.trim().strip_prefix('#')?.trim();
+        let text = text.strip_prefix("gravical mpu6050_logger")?;
+        let after = |words: &str| -> Option<&str> {
+            let rest = text.get(text.find(words)? + words.len()..)?;
+            rest.trim_start()
+                .split(|c: char| !(c.is_ascii_digit() || c == '.'))
+                .next()
+        };
+        Some(Settings {
+            accel_range_g: after("accelerometer +-")?.parse().ok()?,
+            gyro_range_deg_s: after("gyroscope +-")?.parse().ok()?,
+            low_pass_hz: after("low-pass ")?.parse().ok()?,
+            rate_hz: after("rate ")?.parse().ok()?,
+            format: after("format ")?.parse().ok()?,
+        })
+    }
+}
+
+/// Settings that the board has to have; none: as it is.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Wanted {
+    /// Full scale of the accelerometer, g: 2, 4, 8 or 16.
+    pub accel_range_g: Option<u16>,
+    /// Full scale of the gyroscope, °/s: 250, 500, 1000 or 2000.
+    pub gyro_range_deg_s: Option<u16>,
+    /// Low-pass, Hz: 184, 94, 44, 21, 10 or 5.
+    pub low_pass_hz: Option<u16>,
+    /// Samples a second, Hz: 4 to 1000.
+    pub rate_hz: Option<u16>,
+    /// 0 text in SI units, 1 text in counts.
+    pub format: Option<u8>,
+}
+
+/// What the line carries as text, samples a second: 115200 baud are 11520 bytes, a row
+/// has up to 70 in SI units and 45 in counts.
+const MOST_HZ: [u16; 2] = [150, 250];
+
+impl Wanted {
+    /// Checks ranges.
+    ///
+    /// # Errors
+    ///
+    /// `option-range` (usage) for what the sensor does not have, and for more samples a
+    /// second than the line carries.
+    pub fn validate(&self) -> Result<()> {
+        let one_of = |name: &str, value: Option<u16>, of: &[u16]| match value {
+            Some(v) if !of.contains(&v) => Err(Error::usage(
+                "option-range",
+                format!("{name} is one of {of:?}, not {v}"),
+            )),
+            _ => Ok(()),
+        };
+        one_of("--range", self.accel_range_g, &[2, 4, 8, 16])?;
+        one_of(
+            "--gyro-range",
+            self.gyro_range_deg_s,
+            &[250, 500, 1000, 2000],
+        )?;
+        one_of("--low-pass", self.low_pass_hz, &[184, 94, 44, 21, 10, 5])?;
+        let most = match self.format {
+            Some(1) => MOST_HZ[1],
+            _ => MOST_HZ[0],
+        };
+        match self.rate_hz {
+            Some(rate) if !(4..=most).contains(&rate) => Err(Error::usage(
+                "option-range",
+                format!(
+                    "--rate has to be between 4 and {most} Hz as text in this format, not {rate}"
+                ),
+            )
+            .with_hint("--format counts carries 250 Hz")),
+            _ => Ok(()),
+        }
+    }
+
+    /// Nothing is asked for.
+    pub fn is_empty(&self) -> bool {
+        *self == Wanted::default()
+    }
+
+    /// What brings the board there, a line each.
+    pub fn commands(&self) -> Vec<u8> {
+        let one = |letter: char, value: Option<u16>| {
+            value.map_or_else(String::new, |v| format!("{letter}{v}\n"))
+        };
+        [
+            one('a', self.accel_range_g),
+            one('g', self.gyro_range_deg_s),
+            one('d', self.low_pass_hz),
+            one('r', self.rate_hz),
+            one('f', self.format.map(u16::from)),
+        ]
+        .concat()
+        .into_bytes()
+    }
+
+    /// Whether the board is set so.
+    pub fn is_met_by(&self, settings: &Settings) -> bool {
+        let met = |wanted: Option<u16>, is: u16| wanted.is_none_or(|w| w == is);
+        met(self.accel_range_g, settings.accel_range_g)
+            && met(self.gyro_range_deg_s, settings.gyro_range_deg_s)
+            && met(self.low_pass_hz, settings.low_pass_hz)
+            && met(self.format.map(u16::from), u16::from(settings.format))
+            && self.rate_hz.is_none_or(|rate| {
+                // The divider of the sensor: a whole number of milliseconds.
+                let period_ms = 1000 / rate.clamp(4, 1000);
+                // Two decimals are printed, cut off.
+                (settings.rate_hz - 1000.0 / f64::from(period_ms)).abs() < 0.011
+            })
+    }
+
+    /// All of it as it is now: what has to come back after a reset.
+    pub fn exactly(settings: &Settings) -> Self {
+        // Rounded down, the board's own division gives the same period again.
+        let rate = settings.rate_hz.floor().clamp(4.0, 1000.0);
+        Wanted {
+            accel_range_g: Some(settings.accel_range_g),
+            gyro_range_deg_s: Some(settings.gyro_range_deg_s),
+            low_pass_hz: Some(settings.low_pass_hz),
+            rate_hz: Some(rate as u16),
+            format: Some(settings.format),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LINE: &str = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 66.66 Hz, format 0";
+
+    #[test]
+    fn the_first_line_of_the_firmware() {
+        let settings = Settings::parse(LINE).unwrap();
+        assert_eq!(
+            (settings.accel_range_g, settings.gyro_range_deg_s),
+            (4, 500)
+        );
+        assert_eq!((settings.low_pass_hz, settings.format), (44, 0));
+        assert_eq!(settings.rate_hz, 66.66);
+        for other in [
+            "",
+            "# overruns 1",
+            "#gravical mpu6050_logger",
+            "x",
+            "# \u{1f600}",
+        ] {
+            assert_eq!(Settings::parse(other), None, "{other}");
+        }
+    }
+
+    #[test]
+    fn commands_and_whether_they_were_taken() {
+        let settings = Settings::parse(LINE).unwrap();
+        let mut wanted = Wanted {
+            accel_range_g: Some(4),
+            rate_hz: Some(64),
+            ..Wanted::default()
+        };
+        assert_eq!(wanted.commands(), b"a4\nr64\n");
+        // 1000 / 64 is 15 ms: 66.7 Hz is what it makes of it.
+        assert!(wanted.is_met_by(&settings));
+        wanted.low_pass_hz = Some(21);
+        assert!(!wanted.is_met_by(&settings));
+        let all = Wanted::exactly(&settings);
+        assert_eq!(all.commands(), b"a4\ng500\nd44\nr66\nf0\n");
+        assert!(Wanted::default().is_empty() && Wanted::default().commands().is_empty());
+    }
+
+    #[test]
+    fn settings_come_back_exactly() {
+        for rate in 4..=1000_u16 {
+            let period_ms = 1000 / rate;
+            let settings = Settings {
+                rate_hz: (100_000.0 / f64::from(period_ms)).floor() / 100.0,
+                ..Settings::parse(LINE).unwrap()
+            };
+            assert!(Wanted::exactly(&settings).is_met_by(&settings), "{rate}");
+        }
+    }
+
+    #[test]
+    fn what_the_sensor_does_not_have() {
+        let none = Wanted::default();
+        none.validate().unwrap();
+        let counts = Some(1);
+        for (wanted, fits) in [
+            (
+                Wanted {
+                    accel_range_g: Some(3),
+                    ..none
+                },
+                false,
+            ),
+            (
+                Wanted {
+                    low_pass_hz: Some(43),
+                    ..none
+                },
+                false,
+            ),
+            (
+                Wanted {
+                    gyro_range_deg_s: Some(0),
+                    ..none
+                },
+                false,
+            ),
+            (
+                Wanted {
+                    rate_hz: Some(3),
+                    ..none
+                },
+                false,
+            ),
+            (
+                Wanted {
+                    rate_hz: Some(200),
+                    ..none
+                },
+                false,
+            ),
+            (
+                Wanted {
+                    rate_hz: Some(200),
+                    format: counts,
+                    ..none
+                },
+                true,
+            ),
+            (
+                Wanted {
+                    rate_hz: Some(1000),
+                    format: counts,
+                    ..none
+                },
+                false,
+            ),
+        ] {
+            assert_eq!(wanted.validate().is_ok(), fits, "{wanted:?}");
+        }
+    }
+}

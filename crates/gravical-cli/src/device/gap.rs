@@ -1,0 +1,104 @@
+//! Gaps that have a name, as they stand in the recording.
+
+use gravical::recording::GAP_LINE;
+use serde::Serialize;
+
+/// Why rows are missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// The port went away: a cable that was pulled, a hub that fell asleep.
+    Unplugged,
+    /// The board started anew.
+    Reset,
+    /// The board went on with other settings until they were set back.
+    Settings,
+    /// The board's clock jumped, and nothing else explains it.
+    Lost,
+    /// The disk took nothing.
+    DiskFull,
+    /// The recording had ended and was continued.
+    Continued,
+}
+
+impl Cause {
+    /// For people and for the file.
+    pub fn text(self) -> &'static str {
+        match self {
+            Cause::Unplugged => "unplugged",
+            Cause::Reset => "the board was reset",
+            Cause::Settings => "the board had other settings",
+            Cause::Lost => "rows were lost on the way from the board",
+            Cause::DiskFull => "the disk was full",
+            Cause::Continued => "the recording was ended and continued",
+        }
+    }
+}
+
+/// Rows that are missing, why, and how many.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Gap {
+    /// The first thing that went wrong.
+    pub cause: Cause,
+    /// Rows that are known to be missing, by the board's clock or because they came
+    /// and could not be stored.
+    pub rows: u64,
+    /// The board's clock started anew meanwhile: more may be missing.
+    pub clock_anew: bool,
+    /// No row came after it: how many are missing is not known.
+    pub until_end: bool,
+    /// The computer's time from the last row before it to the first one after it, s.
+    pub duration_s: f64,
+}
+
+impl Gap {
+    /// The line of the recording, with its line break.
+    pub fn line(&self) -> String {
+        let rows = match (self.rows, self.clock_anew) {
+            _ if self.until_end => "no row came until the end".to_owned(),
+            _ if self.cause == Cause::Continued => "what lies between is not here".to_owned(),
+            (0, true) => "an unknown number of rows is missing".to_owned(),
+            (n, true) => format!("{n} rows are missing, or more"),
+            (n, false) => format!("{n} rows are missing"),
+        };
+        let clock = if self.clock_anew {
+            ", the clock of the board starts anew"
+        } else {
+            ""
+        };
+        // What lies before a continuation is not known here.
+        let time = if self.cause == Cause::Continued {
+            String::new()
+        } else {
+            format!(", {:.1} s", self.duration_s)
+        };
+        format!("{GAP_LINE} {}: {rows}{time}{clock}\n", self.cause.text())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lines_say_it_all() {
+        let mut gap = Gap {
+            cause: Cause::Unplugged,
+            rows: 320,
+            clock_anew: false,
+            until_end: false,
+            duration_s: 3.21,
+        };
+        assert_eq!(
+            gap.line(),
+            "# gap: unplugged: 320 rows are missing, 3.2 s\n"
+        );
+        gap.clock_anew = true;
+        gap.rows = 0;
+        gap.cause = Cause::Continued;
+        assert_eq!(
+            gap.line(),
+            "# gap: the recording was ended and continued: what lies between is not here, the clock of the board starts anew\n"
+        );
+    }
+}

@@ -1,0 +1,25 @@
+//! Boards: what is plugged in, and what comes from it.
+//!
+//! Pure, without clock and without I/O, so that it can be tested row by row and used
+//! by whatever wants samples: [`lines`] (bytes to lines), [`line`](mod@line) (what a line is),
+//! [`board`] (settings and commands), [`stamps`] (the board's clock), [`account`] (where
+//! every row went), [`live`] (what a person wants to see) and [`recorder`], the state
+//! machine over all of them.
+//!
+//! With I/O: [`source`] and [`serial`] (a port that is read in a thread of its own),
+//! [`ports`] (which there are), [`trouble`] (why one cannot be opened), [`disk`].
+
+pub mod account;
+pub mod board;
+pub mod disk;
+pub mod event;
+pub mod gap;
+pub mod line;
+pub mod lines;
+pub mod live;
+pub mod ports;
+pub mod recorder;
+pub mod serial;
+pub mod source;
+pub mod stamps;
+pub mod trouble;

@@ -1,0 +1,236 @@
+//! Which ports there are, and which of them is the board.
+
+use gravical::{Error, Result};
+use serde::Serialize;
+use serialport::{SerialPortInfo, SerialPortType};
+
+/// Vendors of boards and of their USB bridges (usb.ids), and what people call them.
+const BOARDS: [(u16, &str); 12] = [
+    (0x2341, "Arduino"),
+    (0x2a03, "Arduino"),
+    (0x1a86, "CH340 bridge, as on many Uno and Nano clones"),
+    (0x0403, "FTDI bridge"),
+    (0x10c4, "CP210x bridge"),
+    (0x067b, "PL2303 bridge"),
+    (0x239a, "Adafruit"),
+    (0x1b4f, "SparkFun"),
+    (0x16c0, "Teensy"),
+    (0x2e8a, "Raspberry Pi Pico"),
+    (0x303a, "Espressif"),
+    (0x0483, "STMicroelectronics"),
+];
+
+/// What is known about a USB device; the same one is known again by it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Usb {
+    /// Vendor.
+    pub vid: u16,
+    /// Product.
+    pub pid: u16,
+    /// Serial number, where it has one.
+    pub serial: Option<String>,
+}
+
+/// One port.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Port {
+    /// What to open.
+    pub name: String,
+    /// What is behind it, for people.
+    pub device: Option<String>,
+    /// The USB device behind it.
+    pub usb: Option<Usb>,
+    /// A board, by its vendor.
+    pub board: bool,
+}
+
+/// All ports of this computer, boards first.
+///
+/// # Errors
+///
+/// `port-list` (device) with what the system says.
+pub fn list() -> Result<Vec<Port>> {
+    let found = serialport::available_ports()
+        .map_err(|e| Error::device("port-list", format!("the ports cannot be listed: {e}")))?;
+    let mut ports: Vec<Port> = found.into_iter().map(described).collect();
+    // macOS lists every port twice; tty.* waits for a carrier that no board gives.
+    let called: Vec<String> = ports.iter().map(|p| p.name.clone()).collect();
+    ports.retain(|p| {
+        p.name
+            .strip_prefix("/dev/tty.")
+            .is_none_or(|rest| !called.contains(&format!("/dev/cu.{rest}")))
+    });
+    ports.sort_by(|a, b| (!a.board, &a.name).cmp(&(!b.board, &b.name)));
+    Ok(ports)
+}
+
+fn described(info: SerialPortInfo) -> Port {
+    let (usb, device) = match info.port_type {
+        SerialPortType::UsbPort(usb) => {
+            let vendor = BOARDS.iter().find(|(vid, _)| *vid == usb.vid);
+            let words: Vec<String> = [usb.manufacturer, usb.product]
+                .into_iter()
+                .flatten()
+                .collect();
+            let said = words.join(" ");
+            let device = match (said.is_empty(), vendor) {
+                (true, Some((_, name))) => Some((*name).to_owned()),
+                (true, None) => None,
+                (false, _) => Some(said),
+            };
+            let usb = Usb {
+                vid: usb.vid,
+                pid: usb.pid,
+                serial: usb.serial_number,
+            };
+            (Some(usb), device)
+        }
+        SerialPortType::BluetoothPort => (None, Some("Bluetooth".to_owned())),
+        SerialPortType::PciPort | SerialPortType::Unknown => (None, None),
+    };
+    let board = usb
+        .as_ref()
+        .is_some_and(|usb| BOARDS.iter().any(|(vid, _)| *vid == usb.vid));
+    Port {
+        name: info.port_name,
+        device,
+        usb,
+        board,
+    }
+}
+
+/// The port of the board, where there is one and only one.
+///
+/// # Errors
+///
+/// `no-port`, `several-ports` (device).
+pub fn the_board(ports: &[Port]) -> Result<Port> {
+    let boards: Vec<&Port> = ports.iter().filter(|p| p.board).collect();
+    let usb: Vec<&Port> = ports.iter().filter(|p| p.usb.is_some()).collect();
+    match (boards.as_slice(), usb.as_slice()) {
+        ([one], _) | ([], [one]) => Ok((*one).clone()),
+        ([], []) => Err(Error::device("no-port", "no board is plugged in: there is no USB serial port")
+            .with_hint("plug it in (a cable that only charges shows nothing), or wait for it with --wait; --port names any other port")),
+        (several, others) => {
+            let names: Vec<&str> = if several.is_empty() { others } else { several }
+                .iter()
+                .map(|p| p.name.as_str())
+                .collect();
+            Err(Error::device(
+                "several-ports",
+                format!("more than one port may be the board: {}", names.join(", ")),
+            )
+            .with_hint("choose one with --port; gravical ports says what is behind each"))
+        }
+    }
+}
+
+/// What was recorded from, to be found again after it was unplugged.
+#[derive(Debug, Clone)]
+pub struct Target {
+    /// As it was given or found.
+    pub name: String,
+    usb: Option<Usb>,
+}
+
+impl Target {
+    /// The port called `name`, a link to one included.
+    pub fn new(name: &str, ports: &[Port]) -> Self {
+        Target {
+            name: name.to_owned(),
+            usb: port_called(name, ports).and_then(|p| p.usb.clone()),
+        }
+    }
+
+    /// What is behind it.
+    pub fn device(&self, ports: &[Port]) -> Option<String> {
+        port_called(&self.name, ports)?.device.clone()
+    }
+
+    /// Where it is now; a board may come back under another name. None while it is not
+    /// there.
+    pub fn find(&self, ports: &[Port]) -> Option<String> {
+        let Some(usb) = &self.usb else {
+            return std::path::Path::new(&self.name)
+                .exists()
+                .then(|| self.name.clone());
+        };
+        if port_called(&self.name, ports).is_some_and(|p| p.usb.as_ref() == Some(usb)) {
+            return Some(self.name.clone());
+        }
+        let same: Vec<&Port> = ports
+            .iter()
+            .filter(|p| p.usb.as_ref() == Some(usb))
+            .collect();
+        match same.as_slice() {
+            // Without a serial number two of a kind look the same.
+            [one] => Some(one.name.clone()),
+            _ => None,
+        }
+    }
+}
+
+fn port_called<'a>(name: &str, ports: &'a [Port]) -> Option<&'a Port> {
+    let real = std::fs::canonicalize(name).ok();
+    ports.iter().find(|p| {
+        p.name == name
+            || real
+                .as_deref()
+                .is_some_and(|r| r == std::path::Path::new(&p.name))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn port(name: &str, vid: u16, serial: Option<&str>) -> Port {
+        described(SerialPortInfo {
+            port_name: name.to_owned(),
+            port_type: SerialPortType::UsbPort(serialport::UsbPortInfo {
+                vid,
+                pid: 0x43,
+                serial_number: serial.map(str::to_owned),
+                manufacturer: None,
+                product: None,
+            }),
+        })
+    }
+
+    #[test]
+    fn the_one_that_is_meant() {
+        let plain = Port {
+            name: "/dev/ttyS0".to_owned(),
+            device: None,
+            usb: None,
+            board: false,
+        };
+        let uno = port("/dev/ttyACM0", 0x2341, Some("A1"));
+        let modem = port("/dev/ttyACM1", 0x1199, None);
+        assert!(uno.board && !modem.board);
+        assert_eq!(
+            the_board(std::slice::from_ref(&plain)).unwrap_err().code(),
+            "no-port"
+        );
+        assert_eq!(the_board(&[plain.clone(), modem.clone()]).unwrap(), modem);
+        assert_eq!(the_board(&[modem.clone(), uno.clone()]).unwrap(), uno);
+        let two = [uno.clone(), port("/dev/ttyUSB0", 0x1a86, None)];
+        let error = the_board(&two).unwrap_err();
+        assert_eq!(error.code(), "several-ports");
+        assert!(error.to_string().contains("/dev/ttyUSB0"), "{error}");
+    }
+
+    #[test]
+    fn a_board_is_known_again_under_another_name() {
+        let before = [port("/dev/ttyACM0", 0x2341, Some("A1"))];
+        let target = Target::new("/dev/ttyACM0", &before);
+        assert_eq!(target.find(&before).as_deref(), Some("/dev/ttyACM0"));
+        assert_eq!(target.find(&[]), None);
+        let after = [
+            port("/dev/ttyACM0", 0x2341, Some("B2")),
+            port("/dev/ttyACM1", 0x2341, Some("A1")),
+        ];
+        assert_eq!(target.find(&after).as_deref(), Some("/dev/ttyACM1"));
+        assert_eq!(target.find(&after[..1]), None);
+    }
+}

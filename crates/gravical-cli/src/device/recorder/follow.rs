@@ -1,0 +1,56 @@
+//! The board's clock, and the gaps that it shows.
+
+use super::{FEWEST_MISSING, Recorder};
+use crate::device::event::Event;
+use crate::device::gap::{Cause, Gap};
+use crate::device::line::Row;
+use crate::device::stamps::Step;
+
+impl Recorder {
+    /// What the stamp of a row says about those before it.
+    pub(super) fn follow(&mut self, now_s: f64, row: &Row) {
+        let rejected = std::mem::take(&mut self.rejected_since_row);
+        let spoke = std::mem::take(&mut self.spoke);
+        match self.stamps.see(row.stamp) {
+            Step::Follows => {}
+            Step::Missing(jump) => {
+                // Rejected lines are no rows, but they were.
+                let missing = jump.saturating_sub(rejected);
+                // While it is paused nobody wants them.
+                let wanted = !self.is_paused() && self.ended.is_none();
+                if self.gap.is_some() || (wanted && missing >= FEWEST_MISSING) {
+                    let cause = if spoke { Cause::Reset } else { Cause::Lost };
+                    self.account.missing += missing;
+                    self.open_gap(now_s, cause).rows += missing;
+                }
+            }
+            Step::Anew => self.open_gap(now_s, Cause::Reset).clock_anew = true,
+        }
+    }
+
+    /// Rows are missing from the last one on, or from earlier.
+    pub(super) fn open_gap(&mut self, now_s: f64, cause: Cause) -> &mut Gap {
+        let since_s = if self.account.stored + self.keep.rows() == 0 {
+            now_s
+        } else {
+            self.last_row_s
+        };
+        let gap = Gap {
+            cause,
+            rows: 0,
+            clock_anew: false,
+            until_end: false,
+            duration_s: 0.0,
+        };
+        &mut self.gap.get_or_insert((since_s, gap)).1
+    }
+
+    pub(super) fn close_gap(&mut self, now_s: f64) {
+        if let Some((since_s, mut gap)) = self.gap.take() {
+            gap.duration_s = now_s - since_s;
+            self.keep.mark(gap.line().into_bytes());
+            self.account.gaps += 1;
+            self.tell(Event::Gap(gap));
+        }
+    }
+}

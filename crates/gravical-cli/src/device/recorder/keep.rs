@@ -1,0 +1,169 @@
+//! What waits for the disk. A disk that is full is asked again and again; meanwhile the
+//! last rows are kept, older ones are counted.
+
+use std::collections::VecDeque;
+
+use crate::device::gap::{Cause, Gap};
+
+/// Rows that are kept while the disk takes none: half a minute at 100 Hz.
+pub const KEPT_ROWS: u64 = 3000;
+/// Lines that are no rows, kept likewise.
+const KEPT_MARKS: usize = 500;
+/// Bytes of rejected lines, kept likewise.
+const KEPT_REJECTS: usize = 1 << 16;
+
+/// Bytes for a file, in whole lines.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Batch {
+    /// The lines.
+    pub bytes: Vec<u8>,
+}
+
+#[derive(Debug, Clone)]
+enum Item {
+    /// A header, a comment, a gap, blank rows.
+    Mark(Vec<u8>),
+    Row(Vec<u8>),
+}
+
+/// What waits.
+#[derive(Debug, Clone, Default)]
+pub struct Keep {
+    items: VecDeque<Item>,
+    rows: u64,
+    marks: usize,
+    /// Since when the disk fails, s, and what was lost.
+    failing: Option<(f64, Gap)>,
+    last_failure_s: f64,
+    dropped: u64,
+    rejects: Vec<u8>,
+    reject_lines: u64,
+    /// Rejected lines that found no room.
+    rejects_dropped: u64,
+}
+
+impl Keep {
+    pub fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    /// Rows that were dropped so far.
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    pub fn mark(&mut self, bytes: Vec<u8>) {
+        if !bytes.is_empty() && self.marks < KEPT_MARKS {
+            self.marks += 1;
+            self.items.push_back(Item::Mark(bytes));
+        }
+    }
+
+    pub fn row(&mut self, bytes: Vec<u8>) {
+        self.rows += 1;
+        self.items.push_back(Item::Row(bytes));
+    }
+
+    pub fn reject(&mut self, bytes: Vec<u8>) {
+        if self.rejects.len() < KEPT_REJECTS {
+            self.rejects.extend_from_slice(&bytes);
+            self.rejects.push(b'\n');
+            self.reject_lines += 1;
+        } else {
+            self.rejects_dropped += 1;
+        }
+    }
+
+    pub fn batch(&self) -> Option<Batch> {
+        if self.items.is_empty() {
+            return None;
+        }
+        let mut bytes = Vec::new();
+        if let Some((since_s, gap)) = &self.failing
+            && gap.rows > 0
+        {
+            let gap = Gap {
+                duration_s: self.last_failure_s - since_s,
+                ..gap.clone()
+            };
+            bytes.extend_from_slice(gap.line().as_bytes());
+        }
+        for item in &self.items {
+            match item {
+                Item::Mark(mark) => bytes.extend_from_slice(mark),
+                Item::Row(row) => {
+                    bytes.extend_from_slice(row.trim_ascii());
+                    bytes.push(b'\n');
+                }
+            }
+        }
+        Some(Batch { bytes })
+    }
+
+    /// The rows that are on their way now, and what was lost before them.
+    pub fn stored(&mut self) -> (u64, Option<Gap>) {
+        self.items.clear();
+        self.marks = 0;
+        let gap = self.failing.take().map(|(since_s, mut gap)| {
+            gap.duration_s = self.last_failure_s - since_s;
+            gap
+        });
+        (std::mem::take(&mut self.rows), gap)
+    }
+
+    /// Drops what is too much; true for the first failure of a row of them.
+    pub fn failed(&mut self, now_s: f64) -> bool {
+        self.last_failure_s = now_s;
+        let first = self.failing.is_none();
+        self.failing.get_or_insert((now_s, nothing_lost()));
+        self.drop_rows_over(KEPT_ROWS);
+        first
+    }
+
+    /// Nothing is kept any more; the number of rejected lines that are lost by it.
+    pub fn give_up(&mut self) -> u64 {
+        self.drop_rows_over(0);
+        self.rejects.clear();
+        std::mem::take(&mut self.reject_lines)
+    }
+
+    fn drop_rows_over(&mut self, kept: u64) {
+        let mut surplus = self.rows.saturating_sub(kept);
+        let lost = surplus;
+        self.rows -= surplus;
+        self.dropped += surplus;
+        self.items.retain(|item| {
+            let drop = matches!(item, Item::Row(_)) && surplus > 0;
+            surplus -= u64::from(drop);
+            !drop
+        });
+        if let Some((_, gap)) = &mut self.failing {
+            gap.rows += lost;
+        }
+    }
+
+    pub fn rejects(&self) -> Option<Batch> {
+        (!self.rejects.is_empty()).then(|| Batch {
+            bytes: self.rejects.clone(),
+        })
+    }
+
+    /// Lines that are lost.
+    pub fn rejects_done(&mut self, stored: bool) -> u64 {
+        if stored {
+            self.rejects.clear();
+            self.reject_lines = 0;
+        }
+        std::mem::take(&mut self.rejects_dropped)
+    }
+}
+
+fn nothing_lost() -> Gap {
+    Gap {
+        cause: Cause::DiskFull,
+        rows: 0,
+        clock_anew: false,
+        until_end: false,
+        duration_s: 0.0,
+    }
+}

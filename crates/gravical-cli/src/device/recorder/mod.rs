@@ -1,0 +1,368 @@
+//! The state machine of a recording: bytes, clicks and mishaps in; bytes for the file,
+//! commands for the board and events out. Without clock and without I/O: time comes in
+//! as seconds on any clock that only goes forward.
+//!
+//! Opening a port resets most boards. [`Recorder`] waits for what the board then says,
+//! sets it as wanted, and begins with the header. From there on every row is in the file
+//! or in a gap that the file names.
+
+mod follow;
+mod hand_over;
+mod keep;
+mod start;
+#[cfg(test)]
+mod tests;
+
+use gravical::Error;
+
+use super::account::Account;
+use super::board::{Settings, Wanted};
+use super::event::{End, Event};
+use super::gap::{Cause, Gap};
+use super::line::{Kind, Reason, Row, classify};
+use super::lines::{Framer, Line};
+use super::live::Live;
+use super::stamps::Stamps;
+pub use keep::Batch;
+use keep::Keep;
+use start::Start;
+
+/// Rejected lines that are told one by one; all are counted and kept.
+const TOLD_REJECTS: u64 = 10;
+/// Rows fewer than this are no gap of their own: the reader counts them as lost.
+const FEWEST_MISSING: u64 = 4;
+/// Nothing for so long is said, s.
+const SILENCE_S: f64 = 3.0;
+/// Between two looks at the stream, s.
+const STATUS_S: f64 = 1.0;
+/// What three blank rows look like.
+const RESUME: &[u8] = b"\n\n\n";
+
+/// What is wanted of a recording.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Settings that the board has to have.
+    pub wanted: Wanted,
+    /// It ends with so many rows; none: when it is told to.
+    pub rows: Option<u64>,
+    /// It ends after so long, s, pauses left out; none: when it is told to.
+    pub duration_s: Option<f64>,
+    /// A silent board is waited for without end.
+    pub wait: bool,
+    /// Lines behind `#` at the head of the file.
+    pub preamble: Vec<String>,
+    /// The header of the file that is continued.
+    pub continues: Option<Vec<u8>>,
+}
+
+/// What has to be done.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Action {
+    /// Bytes for the board.
+    Send(Vec<u8>),
+    /// What is written has to be safe on the disk.
+    Sync,
+    /// Somebody may want to know.
+    Tell(Event),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum State {
+    /// Nothing is recorded yet.
+    Starting,
+    Recording,
+    /// The board came back with other settings; they are being set.
+    Restoring,
+}
+
+/// One recording.
+#[derive(Debug)]
+pub struct Recorder {
+    options: Options,
+    state: State,
+    framer: Framer,
+    stamps: Stamps,
+    live: Live,
+    account: Account,
+    start: Start,
+    keep: Keep,
+    gap: Option<(f64, Gap)>,
+    /// Lines of the board that wait for the gap before them.
+    comments: Vec<u8>,
+    /// The board said its settings since the last row.
+    spoke: bool,
+    rejected_since_row: u64,
+    open: bool,
+    started_s: Option<f64>,
+    paused_from_s: Option<f64>,
+    paused_s: f64,
+    resumed: bool,
+    last_bytes_s: f64,
+    last_row_s: f64,
+    last_status_s: f64,
+    silent: bool,
+    ended: Option<End>,
+    fatal: Option<Error>,
+    actions: Vec<Action>,
+}
+
+impl Recorder {
+    /// Nothing is open yet.
+    pub fn new(options: Options) -> Self {
+        Recorder {
+            start: Start::default(),
+            options,
+            state: State::Starting,
+            framer: Framer::default(),
+            stamps: Stamps::default(),
+            live: Live::default(),
+            account: Account::default(),
+            keep: Keep::default(),
+            gap: None,
+            comments: Vec::new(),
+            spoke: false,
+            rejected_since_row: 0,
+            open: false,
+            started_s: None,
+            paused_from_s: None,
+            paused_s: 0.0,
+            resumed: false,
+            last_bytes_s: 0.0,
+            last_row_s: 0.0,
+            last_status_s: 0.0,
+            silent: false,
+            ended: None,
+            fatal: None,
+            actions: Vec::new(),
+        }
+    }
+
+    /// What has to be done since the last call, in order.
+    pub fn take(&mut self) -> Vec<Action> {
+        std::mem::take(&mut self.actions)
+    }
+
+    /// Why it cannot go on; asked for once.
+    pub fn take_fatal(&mut self) -> Option<Error> {
+        self.fatal.take()
+    }
+
+    /// Why it ended, once it has.
+    pub fn ended(&self) -> Option<End> {
+        self.ended
+    }
+
+    /// Whether it records, or has.
+    pub fn is_started(&self) -> bool {
+        self.started_s.is_some()
+    }
+
+    /// Whether it is paused.
+    pub fn is_paused(&self) -> bool {
+        self.paused_from_s.is_some()
+    }
+
+    /// Where every line went so far.
+    pub fn account(&self) -> &Account {
+        &self.account
+    }
+
+    /// How the board was set when it began.
+    pub fn settings(&self) -> Option<&Settings> {
+        self.start.settings.as_ref()
+    }
+
+    /// Seconds since it began, pauses left out.
+    pub fn elapsed_s(&self, now_s: f64) -> f64 {
+        let paused = self.paused_s + self.paused_from_s.map_or(0.0, |from| now_s - from);
+        self.started_s
+            .map_or(0.0, |from| (now_s - from - paused).max(0.0))
+    }
+
+    fn tell(&mut self, event: Event) {
+        self.actions.push(Action::Tell(event));
+    }
+
+    /// A port was opened; `device` is what is behind it.
+    pub fn opened(&mut self, now_s: f64, port: &str, device: Option<&str>) {
+        self.framer = Framer::default();
+        self.open = true;
+        self.start.opened(now_s);
+        self.last_bytes_s = now_s;
+        self.silent = false;
+        self.tell(Event::Opened {
+            port: port.to_owned(),
+            device: device.map(str::to_owned),
+        });
+    }
+
+    /// The port is gone; `why` is what the system says.
+    pub fn lost(&mut self, now_s: f64, why: &str) {
+        self.open = false;
+        if let Some(half) = self.framer.cut() {
+            self.reject(half.bytes, Reason::Half);
+        }
+        if self.is_started() {
+            self.open_gap(now_s, Cause::Unplugged);
+        } else {
+            self.account.before_start += self.start.forget_held();
+        }
+        self.tell(Event::Lost {
+            text: why.to_owned(),
+        });
+    }
+
+    /// Bytes from the board.
+    pub fn bytes(&mut self, now_s: f64, bytes: &[u8]) {
+        self.last_bytes_s = now_s;
+        self.silent = false;
+        for line in self.framer.push(bytes) {
+            self.line(now_s, line);
+        }
+    }
+
+    fn line(&mut self, now_s: f64, line: Line) {
+        match classify(&line) {
+            Kind::Row(row) => self.row(now_s, line.bytes, row),
+            Kind::Comment => self.comment(now_s, &line.bytes),
+            Kind::Header => self.header(now_s, &line.bytes),
+            Kind::Blank => {}
+            Kind::Rejected(reason) => self.reject(line.bytes, reason),
+        }
+    }
+
+    fn reject(&mut self, bytes: Vec<u8>, reason: Reason) {
+        self.account.rejected += 1;
+        self.rejected_since_row += 1;
+        if self.account.rejected <= TOLD_REJECTS {
+            let text = String::from_utf8_lossy(&bytes).into_owned();
+            self.tell(Event::Rejected { reason, text });
+        }
+        self.start.rejected(&bytes);
+        self.keep.reject(bytes);
+    }
+
+    fn row(&mut self, now_s: f64, bytes: Vec<u8>, row: Row) {
+        self.account.received += 1;
+        self.live.see(now_s, row);
+        if self.state == State::Starting {
+            self.account.before_start += self.start.hold(bytes, row);
+            return;
+        }
+        self.follow(now_s, &row);
+        self.last_row_s = now_s;
+        if self.ended.is_some() {
+            self.account.after_end += 1;
+        } else if self.is_paused() {
+            self.account.paused += 1;
+        } else if self.state == State::Restoring {
+            self.account.other_settings += 1;
+            if let Some((_, gap)) = &mut self.gap {
+                gap.rows += 1;
+            }
+        } else {
+            self.store(now_s, bytes);
+        }
+    }
+
+    fn store(&mut self, now_s: f64, bytes: Vec<u8>) {
+        self.close_gap(now_s);
+        self.keep.mark(std::mem::take(&mut self.comments));
+        if std::mem::take(&mut self.resumed) {
+            self.keep.mark(RESUME.to_vec());
+        }
+        self.keep.row(bytes);
+        let taken = self.account.stored + self.keep.rows();
+        if self.options.rows.is_some_and(|wanted| taken >= wanted) {
+            self.ended = Some(End::Rows);
+        }
+    }
+
+    fn comment(&mut self, now_s: f64, bytes: &[u8]) {
+        self.account.comments += 1;
+        let text = String::from_utf8_lossy(bytes.trim_ascii()).into_owned();
+        self.tell(Event::Board { text: text.clone() });
+        if self.state == State::Starting {
+            self.start.said(&text);
+        } else {
+            self.comments.extend_from_slice(text.as_bytes());
+            self.comments.push(b'\n');
+        }
+        if let Some(settings) = Settings::parse(&text) {
+            self.spoke = true;
+            self.settings_are(now_s, settings);
+        }
+    }
+
+    /// The space bar.
+    pub fn toggle_pause(&mut self, now_s: f64) {
+        if !self.is_started() || self.ended.is_some() {
+            return;
+        }
+        match self.paused_from_s.take() {
+            Some(from) => {
+                self.paused_s += now_s - from;
+                self.resumed = self.account.stored + self.keep.rows() > 0;
+                self.tell(Event::Resumed);
+            }
+            None => {
+                self.paused_from_s = Some(now_s);
+                self.tell(Event::Paused);
+                self.actions.push(Action::Sync);
+            }
+        }
+    }
+
+    /// Time goes by.
+    pub fn tick(&mut self, now_s: f64) {
+        if self.open && self.state != State::Recording {
+            self.wait_for_the_board(now_s);
+        }
+        let waits = self.open && self.is_started() && !self.silent;
+        if waits && now_s - self.last_bytes_s >= SILENCE_S {
+            self.silent = true;
+            self.tell(Event::Silent {
+                duration_s: now_s - self.last_bytes_s,
+            });
+        }
+        if self.ended.is_none()
+            && self.is_started()
+            && (self.options.duration_s).is_some_and(|wanted| self.elapsed_s(now_s) >= wanted)
+        {
+            self.ended = Some(End::Duration);
+        }
+        if self.is_started() && now_s - self.last_status_s >= STATUS_S {
+            self.last_status_s = now_s;
+            let status = self.status(now_s);
+            self.tell(status);
+        }
+    }
+
+    /// How it goes.
+    pub fn status(&self, now_s: f64) -> Event {
+        Event::Status {
+            rows: self.account.stored,
+            elapsed_s: self.elapsed_s(now_s),
+            paused: self.is_paused(),
+            rejected: self.account.rejected,
+            live: self.live.status(now_s),
+        }
+    }
+
+    /// Nothing more will come: what is begun is closed.
+    pub fn finish(&mut self, now_s: f64, why: End) {
+        if let Some(half) = self.framer.cut() {
+            self.reject(half.bytes, Reason::Half);
+        }
+        self.account.before_start += self.start.forget_held();
+        if self.is_started() {
+            if let Some((_, gap)) = &mut self.gap {
+                gap.until_end = true;
+            }
+            self.close_gap(now_s);
+            self.keep.mark(std::mem::take(&mut self.comments));
+        }
+        self.ended.get_or_insert(why);
+        self.actions.push(Action::Sync);
+    }
+}

@@ -1,0 +1,289 @@
+//! Until the board is known and set: what it says is waited for, asked for, and
+//! corrected.
+
+use gravical::Error;
+
+use super::{Recorder, State};
+use crate::device::board::{Settings, Wanted};
+use crate::device::event::Event;
+use crate::device::gap::Cause;
+use crate::device::line::Row;
+use crate::device::recorder::Action;
+
+/// A board that was reset by the opening speaks within about two seconds, s.
+const ASK_AFTER_S: f64 = 2.5;
+/// Between two questions or commands, s.
+const ASK_AGAIN_S: f64 = 1.5;
+/// Without a header for so long there will be none, s.
+const NO_HEADER_S: f64 = 6.0;
+/// Without a row for so long something is wrong, s.
+const NO_ROWS_S: f64 = 8.0;
+/// So often commands are sent.
+const TRIES: u32 = 4;
+/// Rows that are held before the start.
+const HELD: usize = 5000;
+/// Lines of the board that are held.
+const SAID: usize = 20;
+/// What the report's boards send, where none says so.
+const COLUMNS: &str = "Timestamp,ax,ay,az,temp,gx,gy,gz";
+
+/// What is known before the first row.
+#[derive(Debug, Default)]
+pub struct Start {
+    /// How the board says that it is set.
+    pub settings: Option<Settings>,
+    columns: Option<Vec<u8>>,
+    /// What has to come back after a reset.
+    expected: Option<Wanted>,
+    opened_s: f64,
+    next_s: f64,
+    tries: u32,
+    waiting_told: bool,
+    held: Vec<(Vec<u8>, Row)>,
+    said: Vec<String>,
+    rejected: u64,
+    first_rejected: Option<String>,
+}
+
+impl Start {
+    pub fn opened(&mut self, now_s: f64) {
+        self.opened_s = now_s;
+        self.next_s = now_s + ASK_AFTER_S;
+        self.tries = 0;
+        self.waiting_told = false;
+    }
+
+    /// Keeps a row for the case that there is no header; the number of rows that
+    /// found no room.
+    pub fn hold(&mut self, bytes: Vec<u8>, row: Row) -> u64 {
+        if self.held.len() < HELD {
+            self.held.push((bytes, row));
+            return 0;
+        }
+        1
+    }
+
+    pub fn forget_held(&mut self) -> u64 {
+        std::mem::take(&mut self.held).len() as u64
+    }
+
+    #[cfg(test)]
+    pub fn held_rows(&self) -> u64 {
+        self.held.len() as u64
+    }
+
+    pub fn said(&mut self, text: &str) {
+        if Settings::parse(text).is_some() {
+            self.said.retain(|line| Settings::parse(line).is_none());
+        }
+        if self.said.len() < SAID {
+            self.said.push(text.to_owned());
+        }
+    }
+
+    pub fn rejected(&mut self, bytes: &[u8]) {
+        self.rejected += 1;
+        self.first_rejected
+            .get_or_insert_with(|| String::from_utf8_lossy(bytes).chars().take(60).collect());
+    }
+}
+
+impl Recorder {
+    fn goal(&self) -> Wanted {
+        self.start.expected.unwrap_or(self.options.wanted)
+    }
+
+    /// The board said how it is set.
+    pub(super) fn settings_are(&mut self, now_s: f64, settings: Settings) {
+        let goal = self.goal();
+        if !self.is_started() {
+            self.start.settings = Some(settings);
+        }
+        if goal.is_met_by(&settings) {
+            self.start.tries = 0;
+            if self.state == State::Restoring {
+                self.state = State::Recording;
+            }
+        } else {
+            if self.is_started() {
+                self.state = State::Restoring;
+                self.open_gap(now_s, Cause::Settings);
+            }
+            if self.start.tries == 0 {
+                self.command(now_s);
+            }
+        }
+    }
+
+    /// Sends what is wanted.
+    fn command(&mut self, now_s: f64) {
+        let commands = self.goal().commands();
+        self.start.tries += 1;
+        self.start.next_s = now_s + ASK_AGAIN_S;
+        let text = String::from_utf8_lossy(&commands).trim().replace('\n', " ");
+        self.tell(Event::Commands { text });
+        self.actions.push(Action::Send(commands));
+    }
+
+    pub(super) fn header(&mut self, now_s: f64, bytes: &[u8]) {
+        let text = bytes.trim_ascii();
+        if self.state == State::Starting {
+            self.start.columns = Some(text.to_vec());
+            self.start_if_ready(now_s);
+        } else if self.state == State::Recording
+            && self.start.columns.as_deref() != Some(text)
+            && self.fatal.is_none()
+        {
+            self.fatal = Some(
+                Error::device(
+                    "columns-changed",
+                    format!(
+                        "the board sends other columns now: {}",
+                        String::from_utf8_lossy(text)
+                    ),
+                )
+                .with_hint("what was recorded is in the file; record the rest into another one"),
+            );
+        }
+    }
+
+    fn start_if_ready(&mut self, now_s: f64) {
+        let wanted = self.options.wanted;
+        let set = wanted.is_empty()
+            || (self.start.settings).is_some_and(|settings| wanted.is_met_by(&settings));
+        if set && self.start.columns.is_some() {
+            // Rows before the header are of another clock, or of other settings.
+            self.account.before_start += self.start.forget_held();
+            self.begin(now_s);
+        }
+    }
+
+    /// The head of the file; from here on rows are stored.
+    fn begin(&mut self, now_s: f64) {
+        let columns = self
+            .start
+            .columns
+            .get_or_insert_with(|| COLUMNS.into())
+            .clone();
+        if let Some(header) = &self.options.continues
+            && *header != columns
+        {
+            self.fatal = Some(
+                Error::device(
+                    "columns-changed",
+                    format!(
+                        "the file has the columns {}, the board sends {}",
+                        String::from_utf8_lossy(header),
+                        String::from_utf8_lossy(&columns)
+                    ),
+                )
+                .with_hint("record into another file, or set the board as it was: --format"),
+            );
+            return;
+        }
+        self.state = State::Recording;
+        self.started_s = Some(now_s);
+        (self.last_row_s, self.last_status_s, self.last_bytes_s) = (now_s, now_s, now_s);
+        self.start.expected = self.start.settings.as_ref().map(Wanted::exactly);
+        self.start.tries = 0;
+        let mut head = String::new();
+        for line in &self.options.preamble {
+            head.push_str(&format!("# {line}\n"));
+        }
+        for line in &self.start.said {
+            head.push_str(&format!("{line}\n"));
+        }
+        if self.options.continues.is_some() {
+            self.open_gap(now_s, Cause::Continued);
+            self.comments = head.into_bytes();
+            self.resumed = true;
+        } else {
+            if let Some(settings) = &self.start.settings {
+                head.push_str(&format!("# rate: {:.2} Hz\n", settings.rate_hz));
+            }
+            self.keep.mark(head.into_bytes());
+            self.keep.mark([&columns[..], b"\n"].concat());
+        }
+        let columns = String::from_utf8_lossy(&columns).into_owned();
+        self.tell(Event::Started { columns });
+    }
+
+    /// Nothing is recorded: what is missing is asked for, in the end given up.
+    pub(super) fn wait_for_the_board(&mut self, now_s: f64) {
+        let waited_s = now_s - self.start.opened_s;
+        if !self.start.waiting_told && self.state == State::Starting {
+            self.start.waiting_told = true;
+            self.tell(Event::Waiting {
+                text: "the board (opening its port resets it: about two seconds of silence)"
+                    .to_owned(),
+            });
+        }
+        if self.fatal.is_some() {
+            return;
+        }
+        let unmet = match (&self.start.settings, self.state) {
+            (Some(settings), State::Starting) => !self.goal().is_met_by(settings),
+            (None, State::Starting) => !self.goal().is_empty(),
+            _ => true,
+        };
+        let silent = self.start.settings.is_none() && self.start.held.is_empty();
+        if !unmet || silent {
+            self.without_header(now_s, waited_s);
+        }
+        if self.fatal.is_some() || now_s < self.start.next_s || self.state == State::Recording {
+            return;
+        }
+        if unmet && self.start.tries >= TRIES {
+            self.fatal = Some(settings_refused(self.start.settings.is_some()));
+        } else if unmet && !silent {
+            self.command(now_s);
+        } else {
+            self.start.next_s = now_s + ASK_AGAIN_S;
+            self.actions.push(Action::Send(b"?\n".to_vec()));
+        }
+    }
+
+    fn without_header(&mut self, now_s: f64, waited_s: f64) {
+        if waited_s >= NO_HEADER_S && self.start.held.len() >= 5 {
+            self.start
+                .said("# the board named no columns: taken as the usual ones");
+            self.begin(now_s);
+            for (bytes, row) in std::mem::take(&mut self.start.held) {
+                // They were counted when they came.
+                self.account.received -= 1;
+                if self.started_s.is_some() {
+                    self.row(now_s, bytes, row);
+                }
+            }
+        } else if waited_s >= NO_ROWS_S && !self.options.wait {
+            self.fatal = Some(no_rows(
+                self.start.rejected,
+                self.start.first_rejected.as_deref(),
+            ));
+        }
+    }
+}
+
+fn settings_refused(speaks: bool) -> Error {
+    Error::device(
+        "settings-refused",
+        if speaks {
+            "the board does not take the settings: what it says after them is another one"
+        } else {
+            "the board does not say how it is set: it is not known whether it took the settings"
+        },
+    )
+    .with_hint("put firmware/mpu6050_logger onto the board, or leave the settings out")
+}
+
+fn no_rows(rejected: u64, first: Option<&str>) -> Error {
+    match first {
+        None => Error::device("board-silent", "the port is open, and nothing comes from the board")
+            .with_hint("is it the right port (gravical ports), and firmware/mpu6050_logger on the board? --wait waits without end"),
+        Some(text) => Error::device(
+            "no-samples-from-board",
+            format!("{rejected} lines came from the board, none of them of 8 numbers; the first: {text:?}"),
+        )
+        .with_hint("is the baud rate right (--baud), and firmware/mpu6050_logger on the board?"),
+    }
+}

@@ -1,0 +1,355 @@
+mod desk;
+
+use super::keep::KEPT_ROWS;
+use super::*;
+use desk::{Desk, HEADER, SETTINGS};
+
+#[test]
+fn a_plain_recording() {
+    let mut desk = Desk::started(Options {
+        preamble: vec!["gravical log".to_owned()],
+        ..Options::default()
+    });
+    desk.rows(3);
+    let account = desk.end();
+    let row = |stamp| format!("{stamp},0.01,-0.02,9.81,25.50,0.1,0.2,0.3\n");
+    let want = [
+        "# gravical log\n".to_owned(),
+        SETTINGS.to_owned(),
+        "# rate: 100.00 Hz\n".to_owned(),
+        HEADER.to_owned(),
+        row(130),
+        row(140),
+        row(150),
+    ];
+    assert_eq!(desk.file, want.concat());
+    assert_eq!((account.stored, account.gaps, account.rejected), (3, 0, 0));
+}
+
+/// Rows sent = rows stored + rows rejected + rows inside named gaps.
+#[test]
+fn a_schedule_of_everything_that_goes_wrong() {
+    let mut desk = Desk::started(Options::default());
+    desk.rows(50);
+    // Half lines, garbage, bytes that are no text.
+    for hurt in [
+        "9.81,25",
+        "\u{0}\u{1}~~",
+        "1,2,3",
+        "nan,nan,nan,nan,nan,nan,nan,nan",
+    ] {
+        desk.row();
+        desk.say(&format!("{hurt}\n"));
+    }
+    desk.recorder.bytes(desk.now_s, b"\xff\xfe,1,2,3,4,5,6,7\n");
+    desk.row();
+    desk.rows(30);
+    // Unplugged in the middle of a line; twenty more are sent to nobody.
+    let half = desk.row();
+    desk.say(&half[..20]);
+    desk.recorder.lost(desk.now_s, "Input/output error");
+    for _ in 0..20 {
+        desk.row();
+    }
+    desk.pass(2.0);
+    desk.recorder.opened(desk.now_s, "/dev/ttyACM1", None);
+    // What is left of a line is no row, though it has eight numbers.
+    let rest = desk.row();
+    desk.say(&rest[1..]);
+    desk.rows(30);
+    // Lost on the way.
+    for _ in 0..15 {
+        desk.row();
+    }
+    desk.rows(10);
+    let account = desk.end();
+    assert_eq!(account.rejected, 7);
+    assert_eq!((account.gaps, account.missing), (2, 20 + 15));
+    assert_eq!(
+        desk.sent,
+        account.stored + account.rejected + account.in_gaps()
+    );
+    assert_eq!(
+        desk.gaps(),
+        [
+            "# gap: unplugged: 20 rows are missing, 2.0 s",
+            "# gap: rows were lost on the way from the board: 15 rows are missing, 0.0 s",
+        ]
+    );
+}
+
+#[test]
+fn pauses_leave_three_blank_rows_and_no_gap() {
+    let mut desk = Desk::started(Options::default());
+    desk.recorder.toggle_pause(desk.now_s);
+    desk.rows(5);
+    desk.recorder.toggle_pause(desk.now_s);
+    desk.rows(10);
+    desk.recorder.toggle_pause(desk.now_s);
+    desk.rows(200);
+    desk.recorder.toggle_pause(desk.now_s);
+    desk.rows(10);
+    let account = desk.end();
+    assert_eq!((account.stored, account.paused, account.gaps), (20, 205, 0));
+    // None before the first row.
+    assert_eq!(desk.file.matches("\n\n\n\n").count(), 1);
+    assert!(desk.file.contains(&format!("{HEADER}180,")));
+    assert!(desk.recorder.elapsed_s(desk.now_s) < 0.3);
+    assert!(desk.events.contains(&Event::Paused) && desk.events.contains(&Event::Resumed));
+}
+
+#[test]
+fn a_board_that_resets_is_set_again() {
+    let wanted = Wanted {
+        accel_range_g: Some(4),
+        ..Wanted::default()
+    };
+    let four = SETTINGS.replace("+-2 g", "+-4 g");
+    let mut desk = Desk::new(Options {
+        wanted,
+        ..Options::default()
+    });
+    desk.say(SETTINGS);
+    desk.say(HEADER);
+    desk.rows(3);
+    assert!(!desk.recorder.is_started());
+    assert_eq!(desk.commands, "a4\n");
+    desk.say(&format!("{four}{HEADER}"));
+    desk.rows(40);
+    desk.stamp = 130;
+    desk.say(&format!("{SETTINGS}{HEADER}"));
+    assert_eq!(desk.commands, "a4\na4\ng500\nd44\nr100\nf0\n");
+    desk.rows(7);
+    desk.say(&format!("{four}{HEADER}"));
+    desk.rows(40);
+    let account = desk.end();
+    assert_eq!(
+        (account.stored, account.before_start, account.other_settings),
+        (80, 3, 7)
+    );
+    let at = |what: &str| desk.file.find(what).unwrap();
+    assert_eq!(
+        desk.gaps(),
+        [
+            "# gap: the board had other settings: 7 rows are missing, or more, 0.1 s, the clock of the board starts anew"
+        ]
+    );
+    assert!(at("# gap:") < desk.file.rfind(&four).unwrap());
+    assert_eq!(desk.file.matches(HEADER).count(), 1);
+}
+
+#[test]
+fn a_reset_without_a_word_and_a_wrap() {
+    let mut desk = Desk::started(Options::default());
+    desk.stamp = (1 << 32) - 300;
+    desk.rows(60);
+    assert!(desk.gaps().is_empty() && desk.stamp == 300);
+    desk.stamp = 20;
+    desk.rows(5);
+    desk.end();
+    assert_eq!(
+        desk.gaps(),
+        [
+            "# gap: the board was reset: an unknown number of rows is missing, 0.0 s, the clock of the board starts anew"
+        ]
+    );
+}
+
+#[test]
+fn a_full_disk_is_told_and_what_is_lost_is_a_gap() {
+    let mut desk = Desk::started(Options::default());
+    desk.rows(10);
+    desk.full = true;
+    desk.rows(50);
+    assert!(desk.events.contains(&Event::DiskFailed {
+        text: "No space left on device".to_owned()
+    }));
+    desk.full = false;
+    // Half a second of rows was kept.
+    desk.rows(1);
+    assert_eq!(desk.file_rows(), 61);
+    desk.full = true;
+    let more = KEPT_ROWS as u32 + 250;
+    desk.rows(more);
+    desk.full = false;
+    desk.rows(10);
+    let account = desk.end();
+    assert_eq!((account.unstored, account.gaps), (250, 1));
+    assert_eq!(desk.sent, account.stored + account.unstored);
+    let gaps = desk.gaps();
+    assert_eq!(gaps.len(), 1);
+    assert!(
+        gaps[0].starts_with("# gap: the disk was full: 250 rows are missing, 32.5 s"),
+        "{gaps:?}"
+    );
+    // The first and the last of them.
+    let (before, after) = desk.file.split_once("# gap").unwrap();
+    assert!(before.ends_with("730,0.01,-0.02,9.81,25.50,0.1,0.2,0.3\n"));
+    assert!(after.split('\n').nth(1).unwrap().starts_with("3240,"));
+}
+
+#[test]
+fn a_disk_that_stays_full_loses_by_the_row() {
+    let mut desk = Desk::started(Options::default());
+    desk.full = true;
+    desk.rows(20);
+    let account = {
+        desk.recorder.finish(desk.now_s, End::User);
+        desk.disk();
+        desk.recorder.give_up();
+        *desk.recorder.account()
+    };
+    assert!(account.balances(0));
+    assert_eq!((account.stored, account.unstored), (0, 20));
+}
+
+#[test]
+fn boards_that_name_no_columns() {
+    let mut desk = Desk::new(Options::default());
+    desk.say("345,1,2,3,4,5,6,7\n");
+    for _ in 0..70 {
+        let row = desk.row();
+        desk.say(&row);
+        desk.pass(0.1);
+    }
+    let account = desk.end();
+    assert!(desk.commands.starts_with("?\n"));
+    // The first line may lack its beginning.
+    assert_eq!(
+        (account.stored, account.rejected, account.before_start),
+        (70, 1, 0)
+    );
+    assert!(
+        desk.file
+            .contains("\nTimestamp,ax,ay,az,temp,gx,gy,gz\n130,")
+    );
+}
+
+#[test]
+fn boards_that_say_nothing_or_nonsense() {
+    let mut desk = Desk::new(Options::default());
+    for _ in 0..100 {
+        desk.pass(0.1);
+    }
+    assert_eq!(desk.fatal(), "board-silent");
+    let mut desk = Desk::new(Options::default());
+    for _ in 0..100 {
+        desk.say("\u{7f}~\u{3}\n");
+        desk.pass(0.1);
+    }
+    assert_eq!(desk.fatal(), "no-samples-from-board");
+    assert_eq!(desk.rejects.lines().count(), 100);
+    let mut desk = Desk::new(Options {
+        wait: true,
+        ..Options::default()
+    });
+    for _ in 0..1000 {
+        desk.pass(0.1);
+    }
+    assert!(desk.recorder.take_fatal().is_none());
+    desk.say(&format!("{SETTINGS}{HEADER}"));
+    desk.rows(4);
+    assert_eq!(desk.end().stored, 4);
+}
+
+#[test]
+fn boards_that_take_no_settings() {
+    let wanted = Wanted {
+        low_pass_hz: Some(21),
+        ..Wanted::default()
+    };
+    for speaks in [true, false] {
+        let mut desk = Desk::new(Options {
+            wanted,
+            ..Options::default()
+        });
+        if speaks {
+            desk.say(&format!("{SETTINGS}{HEADER}"));
+        }
+        desk.rows(1200);
+        assert_eq!(desk.fatal(), "settings-refused");
+        assert!(
+            desk.commands.matches("d21\n").count() >= 4,
+            "{}",
+            desk.commands
+        );
+        assert_eq!(desk.end().stored, 0);
+    }
+}
+
+#[test]
+fn rows_and_seconds_that_were_asked_for() {
+    let mut desk = Desk::started(Options {
+        rows: Some(7),
+        ..Options::default()
+    });
+    desk.rows(12);
+    assert_eq!(desk.recorder.ended(), Some(End::Rows));
+    let account = desk.end();
+    assert_eq!((account.stored, account.after_end), (7, 5));
+    let mut desk = Desk::started(Options {
+        duration_s: Some(0.5),
+        ..Options::default()
+    });
+    desk.rows(100);
+    assert_eq!(desk.recorder.ended(), Some(End::Duration));
+    assert!((50..=51).contains(&desk.end().stored));
+}
+
+#[test]
+fn a_file_goes_on_only_with_its_own_columns() {
+    let mut desk = Desk::started(Options {
+        continues: Some(HEADER.trim().into()),
+        preamble: vec!["gravical log".to_owned()],
+        ..Options::default()
+    });
+    desk.rows(2);
+    desk.end();
+    assert!(
+        desk.file.starts_with(
+            "# gap: the recording was ended and continued: what lies between is not here\n# gravical log\n# gravical mpu6050_logger"
+        ),
+        "{}",
+        desk.file
+    );
+    assert!(desk.file.contains("format 0\n\n\n\n130,"), "{}", desk.file);
+    let mut desk = Desk::new(Options {
+        continues: Some(b"t,ax,ay,az,T,gx,gy,gz".to_vec()),
+        ..Options::default()
+    });
+    desk.say(&format!("{SETTINGS}{HEADER}"));
+    desk.rows(2);
+    assert_eq!(desk.fatal(), "columns-changed");
+    assert_eq!(desk.end().stored, 0);
+}
+
+#[test]
+fn other_columns_in_the_middle_end_it() {
+    let mut desk = Desk::new(Options::default());
+    desk.say(HEADER);
+    desk.rows(5);
+    desk.say("t,ax,ay,az,T,gx,gy,gz\n");
+    assert_eq!(desk.fatal(), "columns-changed");
+    assert_eq!(desk.end().stored, 5);
+}
+
+#[test]
+fn an_unplugged_end_is_a_gap_too_and_silence_is_told() {
+    let mut desk = Desk::started(Options::default());
+    desk.rows(20);
+    for _ in 0..5 {
+        desk.pass(1.0);
+    }
+    let told = desk
+        .events
+        .iter()
+        .filter(|e| matches!(e, Event::Silent { .. }));
+    assert_eq!(told.count(), 1);
+    desk.recorder.lost(desk.now_s, "gone");
+    desk.pass(3.0);
+    desk.end();
+    assert_eq!(
+        desk.gaps(),
+        ["# gap: unplugged: no row came until the end, 8.0 s"]
+    );
+}

@@ -1,0 +1,104 @@
+//! A serial port, read in a thread of its own: whatever the disk or the terminal do,
+//! the port is emptied.
+
+use std::io::{self, Read as _, Write as _};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use gravical::Result;
+use serialport::SerialPort;
+
+use super::source::{Incoming, SampleSource};
+use super::trouble;
+
+/// How long one read waits, and so how late the thread ends at most.
+const READ: Duration = Duration::from_millis(50);
+
+/// An open port.
+pub struct Serial {
+    port: Box<dyn SerialPort>,
+    incoming: Receiver<io::Result<Vec<u8>>>,
+    reader: Option<JoinHandle<()>>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Serial {
+    /// Opens `path`; most boards reset on that.
+    ///
+    /// # Errors
+    ///
+    /// `no-such-port`, `port-permission`, `port-busy`, `port-failed` (device).
+    pub fn open(path: &str, baud: u32) -> Result<Self> {
+        let trouble = |e| trouble::opening(path, &e);
+        let port = serialport::new(path, baud)
+            .timeout(READ)
+            .dtr_on_open(true)
+            .open()
+            .map_err(trouble)?;
+        let mut reading = port.try_clone().map_err(trouble)?;
+        let (sender, incoming) = channel();
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
+        let reader = std::thread::spawn(move || {
+            let mut bytes = [0; 4096];
+            while !stopped.load(Ordering::Relaxed) {
+                let read = match reading.read(&mut bytes) {
+                    // A terminal without its other end has nothing to say at once.
+                    Ok(0) => Err(io::Error::new(
+                        io::ErrorKind::UnexpectedEof,
+                        "the port is gone",
+                    )),
+                    Ok(n) => Ok(bytes.iter().take(n).copied().collect()),
+                    Err(e) if is_patience(&e) => continue,
+                    Err(e) => Err(e),
+                };
+                let last = read.is_err();
+                if sender.send(read).is_err() || last {
+                    break;
+                }
+            }
+        });
+        Ok(Serial {
+            port,
+            incoming,
+            reader: Some(reader),
+            stop,
+        })
+    }
+}
+
+fn is_patience(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::TimedOut | io::ErrorKind::Interrupted | io::ErrorKind::WouldBlock
+    )
+}
+
+impl SampleSource for Serial {
+    fn next(&mut self, timeout: Duration) -> Incoming {
+        match self.incoming.recv_timeout(timeout) {
+            Ok(Ok(bytes)) => Incoming::Bytes(bytes),
+            Ok(Err(e)) => Incoming::Lost(e.to_string()),
+            Err(RecvTimeoutError::Timeout) => Incoming::Nothing,
+            Err(RecvTimeoutError::Disconnected) => Incoming::Lost("the port is gone".to_owned()),
+        }
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.port.write_all(bytes)?;
+        self.port.flush()
+    }
+}
+
+impl Drop for Serial {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(reader) = self.reader.take() {
+            // A panic there has been told already.
+            let _ = reader.join();
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Why a port cannot be opened, and what helps.
+
+use gravical::Error;
+use serialport::ErrorKind;
+
+/// The error for a `path` that could not be opened.
+pub fn opening(path: &str, error: &serialport::Error) -> Error {
+    let kind = match error.kind() {
+        ErrorKind::Io(kind) => Some(kind),
+        ErrorKind::NoDevice => None,
+        _ => Some(std::io::ErrorKind::Other),
+    };
+    // Windows says NoDevice for a port that is not there and for one that is in use.
+    let there = (cfg!(not(windows)) && std::path::Path::new(path).exists())
+        || super::ports::list().is_ok_and(|ports| ports.iter().any(|p| p.name == path));
+    match kind {
+        Some(std::io::ErrorKind::PermissionDenied) => Error::device(
+            "port-permission",
+            format!("{path}: you may not open this port"),
+        )
+        .with_hint(permission_hint(path)),
+        Some(std::io::ErrorKind::NotFound) | None if !there => {
+            Error::device("no-such-port", format!("{path}: there is no such port"))
+                .with_hint("gravical ports lists those that are there; --wait waits for it")
+        }
+        None => Error::device(
+            "port-busy",
+            match holders(path).as_slice() {
+                [] => format!("{path}: another program has this port open"),
+                names => format!("{path}: {} has this port open", names.join(" and ")),
+            },
+        )
+        .with_hint(BUSY_HINT),
+        _ => Error::device("port-failed", format!("{path}: {error}"))
+            .with_hint("is it a serial port? gravical ports lists those that are there"),
+    }
+}
+
+const BUSY_HINT: &str = if cfg!(target_os = "linux") {
+    "close the serial monitor of the Arduino IDE, or another logger; just after plugging in it is ModemManager, which lets go after some seconds (sudo systemctl stop ModemManager ends it)"
+} else {
+    "close the serial monitor of the Arduino IDE, or another logger"
+};
+
+#[cfg(unix)]
+fn permission_hint(path: &str) -> String {
+    use std::os::unix::fs::MetadataExt as _;
+    let group = std::fs::metadata(path)
+        .ok()
+        .and_then(|m| group_name(&std::fs::read_to_string("/etc/group").ok()?, m.gid()))
+        // On Linux the group of serial ports is dialout nearly everywhere.
+        .filter(|name| name != "root")
+        .unwrap_or_else(|| "dialout".to_owned());
+    format!("sudo usermod -aG {group} $USER   (then log out and in again)")
+}
+
+#[cfg(not(unix))]
+fn permission_hint(_: &str) -> String {
+    "run it as a user who may use the port".to_owned()
+}
+
+/// The name of a group in the text of `/etc/group`.
+#[cfg(unix)]
+fn group_name(groups: &str, gid: u32) -> Option<String> {
+    groups.lines().find_map(|line| {
+        let mut fields = line.split(':');
+        let name = fields.next()?;
+        let number = fields.nth(1)?;
+        (number.parse() == Ok(gid)).then(|| name.to_owned())
+    })
+}
+
+/// Other programs that have `path` open, as far as this user may see: `minicom (4711)`.
+#[cfg(target_os = "linux")]
+pub fn holders(path: &str) -> Vec<String> {
+    let Ok(real) = std::fs::canonicalize(path) else {
+        return Vec::new();
+    };
+    let own = std::process::id().to_string();
+    let mut found = Vec::new();
+    for process in std::fs::read_dir("/proc").into_iter().flatten().flatten() {
+        let pid = process.file_name().to_string_lossy().into_owned();
+        if pid == own || !pid.bytes().all(|b| b.is_ascii_digit()) {
+            continue;
+        }
+        let open = std::fs::read_dir(process.path().join("fd"))
+            .into_iter()
+            .flatten()
+            .flatten();
+        if open
+            .into_iter()
+            .any(|fd| std::fs::read_link(fd.path()).is_ok_and(|to| to == real))
+        {
+            let name = std::fs::read_to_string(process.path().join("comm")).unwrap_or_default();
+            found.push(format!("{} ({pid})", name.trim()));
+        }
+    }
+    found
+}
+
+/// Other programs that have `path` open: not known on this system.
+#[cfg(not(target_os = "linux"))]
+pub fn holders(_: &str) -> Vec<String> {
+    Vec::new()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(unix)]
+    fn the_line_that_helps() {
+        let groups = "root:x:0:\nuucp:x:986:me\nbroken\n";
+        assert_eq!(group_name(groups, 986).as_deref(), Some("uucp"));
+        assert_eq!(group_name(groups, 1), None);
+        let denied = serialport::Error::new(
+            ErrorKind::Io(std::io::ErrorKind::PermissionDenied),
+            "Permission denied",
+        );
+        let error = opening("/dev/no-such-port", &denied);
+        assert_eq!(error.code(), "port-permission");
+        assert!(
+            error
+                .hint()
+                .unwrap()
+                .starts_with("sudo usermod -aG dialout $USER")
+        );
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn busy_missing_and_what_is_no_port() {
+        let busy = serialport::Error::new(ErrorKind::NoDevice, "busy");
+        assert_eq!(opening("/dev/null", &busy).code(), "port-busy");
+        let missing = serialport::Error::new(ErrorKind::Io(std::io::ErrorKind::NotFound), "no");
+        assert_eq!(opening("/dev/no-such", &missing).code(), "no-such-port");
+        let odd = serialport::Error::new(ErrorKind::Unknown, "Not a typewriter");
+        let error = opening("/dev/null", &odd);
+        assert_eq!(error.code(), "port-failed");
+        assert!(error.to_string().contains("Not a typewriter"));
+    }
+}

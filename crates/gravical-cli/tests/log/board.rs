@@ -1,0 +1,168 @@
+//! A pseudo-terminal that speaks like the firmware.
+
+use std::fs::File;
+use std::io::{Read as _, Write as _};
+use std::os::fd::OwnedFd;
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{Mode, OFlags, fcntl_getfl, fcntl_setfl, open};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+
+pub const SETTINGS: &str = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
+pub const HEADER: &str =
+    "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)\n";
+
+/// One end for us, one for whoever opens it, and the name of that.
+pub fn pair(raw: bool) -> (File, OwnedFd, PathBuf) {
+    let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+    grantpt(&ours).unwrap();
+    unlockpt(&ours).unwrap();
+    let name = ptsname(&ours, Vec::new()).unwrap();
+    let path = PathBuf::from(name.to_string_lossy().into_owned());
+    let theirs = open(
+        &path,
+        OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC,
+        Mode::empty(),
+    )
+    .unwrap();
+    if raw {
+        let mut settings = tcgetattr(&theirs).unwrap();
+        settings.make_raw();
+        tcsetattr(&theirs, OptionalActions::Now, &settings).unwrap();
+    }
+    let flags = fcntl_getfl(&ours).unwrap();
+    fcntl_setfl(&ours, flags | OFlags::NONBLOCK).unwrap();
+    (File::from(ours), theirs, path)
+}
+
+/// A board at the end of a link that stays while the terminals behind it come and go.
+pub struct Board {
+    link: PathBuf,
+    cable: Option<(File, OwnedFd)>,
+    heard: String,
+    /// What the clock of the board says next, ms.
+    pub stamp: u64,
+    /// Rows that were sent, or would have been.
+    pub sent: u64,
+}
+
+impl Board {
+    pub fn new(folder: &Path) -> Self {
+        let mut board = Board {
+            link: folder.join("ttyACM0"),
+            cable: None,
+            heard: String::new(),
+            stamp: 130,
+            sent: 0,
+        };
+        board.plug_in();
+        board
+    }
+
+    pub fn port(&self) -> String {
+        self.link.display().to_string()
+    }
+
+    pub fn plug_in(&mut self) {
+        let (ours, theirs, path) = pair(true);
+        let _ = std::fs::remove_file(&self.link);
+        std::os::unix::fs::symlink(path, &self.link).unwrap();
+        self.cable = Some((ours, theirs));
+    }
+
+    pub fn unplug(&mut self) {
+        std::fs::remove_file(&self.link).unwrap();
+        self.cable = None;
+    }
+
+    pub fn send(&mut self, mut bytes: &[u8]) {
+        let (ours, _) = self.cable.as_mut().unwrap();
+        let mut patience = 5000;
+        while !bytes.is_empty() {
+            match ours.write(bytes) {
+                Ok(n) => bytes = &bytes[n..],
+                Err(e) if e.kind() == std::io::ErrorKind::WouldBlock => {
+                    patience -= 1;
+                    assert!(patience > 0, "nobody reads");
+                    std::thread::sleep(std::time::Duration::from_millis(1));
+                }
+                Err(e) => panic!("{e}"),
+            }
+        }
+    }
+
+    pub fn say(&mut self, text: &str) {
+        self.send(text.as_bytes());
+    }
+
+    pub fn greet(&mut self) {
+        self.say(SETTINGS);
+        self.say(HEADER);
+    }
+
+    fn row(&mut self) -> String {
+        let noise = f64::from(u32::try_from(self.sent * 7919 % 64).unwrap()) * 1e-4;
+        let row = format!(
+            "{},{:.4},{:.4},{:.4},25.5{},0.1{},-0.2{},0.3{}\n",
+            self.stamp,
+            noise,
+            0.01 - noise,
+            9.81 + noise,
+            self.sent % 4,
+            self.sent % 5,
+            self.sent % 7,
+            self.sent % 3
+        );
+        self.stamp = (self.stamp + 10) % (1 << 32);
+        self.sent += 1;
+        row
+    }
+
+    pub fn rows(&mut self, n: u32) {
+        for _ in 0..n {
+            let row = self.row();
+            self.say(&row);
+        }
+    }
+
+    /// A row of which these bytes arrive.
+    pub fn hurt(&mut self, bytes: &[u8]) {
+        self.row();
+        self.send(bytes);
+    }
+
+    /// Rows that never arrive.
+    pub fn lose(&mut self, n: u32) {
+        for _ in 0..n {
+            self.row();
+        }
+    }
+
+    /// A row without its first digit.
+    pub fn rest_of_a_row(&mut self) {
+        let row = self.row();
+        self.send(&row.as_bytes()[1..]);
+    }
+
+    /// The board starts anew.
+    pub fn reset(&mut self) {
+        self.stamp = 130;
+        self.greet();
+    }
+
+    pub fn wait_for_command(&mut self, wanted: &str) {
+        for _ in 0..800 {
+            let mut bytes = [0; 64];
+            let (ours, _) = self.cable.as_mut().unwrap();
+            if let Ok(n) = ours.read(&mut bytes) {
+                self.heard.push_str(&String::from_utf8_lossy(&bytes[..n]));
+            }
+            if self.heard.contains(wanted) {
+                return;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        panic!("no command {wanted:?} came, but {:?}", self.heard);
+    }
+}

@@ -1,0 +1,229 @@
+//! The program under test, and a terminal in front of it.
+
+use std::fs::File;
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::os::fd::OwnedFd;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+use rustix::termios::{LocalModes, tcgetattr};
+use serde_json::Value;
+
+use crate::board::pair;
+
+/// What takes longer has failed.
+const PATIENCE: Duration = Duration::from_secs(9);
+
+pub fn words(line: &str) -> Vec<String> {
+    line.split_whitespace().map(str::to_owned).collect()
+}
+
+/// Waits until `done`.
+pub fn until(mut done: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !done() {
+        assert!(start.elapsed() < PATIENCE, "it did not come to pass");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+pub struct Logger {
+    child: Child,
+    lines: Receiver<String>,
+    seen: Vec<Value>,
+}
+
+impl Logger {
+    /// Runs `gravical` with the words of `line`; its events are read.
+    pub fn start(folder: &Path, line: &str) -> Self {
+        let child = Command::new(env!("CARGO_BIN_EXE_gravical"))
+            .args(words(line))
+            .current_dir(folder)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        Self::of(child)
+    }
+
+    /// The same with a terminal as its input and its messages.
+    pub fn start_in(folder: &Path, line: &str, terminal: &Terminal) -> Self {
+        let end = || Stdio::from(terminal.theirs.try_clone().unwrap());
+        let child = Command::new(env!("CARGO_BIN_EXE_gravical"))
+            .args(words(line))
+            .current_dir(folder)
+            .env("TERM", "xterm")
+            .stdin(end())
+            .stdout(Stdio::piped())
+            .stderr(end())
+            .spawn()
+            .unwrap();
+        Self::of(child)
+    }
+
+    fn of(mut child: Child) -> Self {
+        let (sender, lines) = channel();
+        let out = child.stdout.take().unwrap();
+        std::thread::spawn(move || {
+            for line in BufReader::new(out).lines().map_while(Result::ok) {
+                if sender.send(line).is_err() {
+                    break;
+                }
+            }
+        });
+        Logger {
+            child,
+            lines,
+            seen: Vec::new(),
+        }
+    }
+
+    /// The next event of that type.
+    pub fn wait_for(&mut self, kind: &str) -> Value {
+        self.wait(kind, |event| event["type"] == kind)
+    }
+
+    /// A status with so many rows or more.
+    pub fn wait_for_rows(&mut self, rows: u64) {
+        self.wait("enough rows", |event| {
+            event["type"] == "status" && event["rows"].as_u64().unwrap() >= rows
+        });
+    }
+
+    fn wait(&mut self, what: &str, is: impl Fn(&Value) -> bool) -> Value {
+        let start = Instant::now();
+        loop {
+            let left = PATIENCE.saturating_sub(start.elapsed());
+            let Ok(line) = self.lines.recv_timeout(left) else {
+                panic!("waited for {what}; came: {:#?}", self.seen);
+            };
+            let event: Value =
+                serde_json::from_str(&line).unwrap_or_else(|e| panic!("{e}: {line}"));
+            assert_eq!(event["v"], 1);
+            self.seen.push(event.clone());
+            if is(&event) {
+                return event;
+            }
+        }
+    }
+
+    /// An event that came earlier.
+    pub fn seen(&self, kind: &str) -> &Value {
+        let found = self.seen.iter().find(|e| e["type"] == kind);
+        found.unwrap_or_else(|| panic!("no {kind} in {:#?}", self.seen))
+    }
+
+    pub fn signal(&self, signal: Signal) {
+        let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap();
+        kill_process(pid, signal).unwrap();
+    }
+
+    /// Waits for its end: the exit code, none after a signal.
+    pub fn gone(&mut self) -> Option<i32> {
+        let mut status = None;
+        until(|| {
+            status = self.child.try_wait().unwrap();
+            status.is_some()
+        });
+        status.unwrap().code()
+    }
+
+    /// The exit code, and the event `ended`, or the error.
+    pub fn ended(&mut self) -> (i32, Value) {
+        let code = self.gone().expect("ended by a signal");
+        let rest: Vec<String> = self.lines.iter().collect();
+        // An error is one object on several lines, after all events.
+        let mut error = String::new();
+        for line in rest {
+            match serde_json::from_str::<Value>(&line) {
+                Ok(event) if error.is_empty() && event["v"] == 1 => self.seen.push(event),
+                _ => error.push_str(&line),
+            }
+        }
+        let last = match serde_json::from_str(&error) {
+            Ok(error) => error,
+            Err(_) => self.seen("ended").clone(),
+        };
+        (code, last)
+    }
+
+    /// The exit code, and what was said.
+    pub fn ended_text(&mut self) -> (i32, String) {
+        let code = self.gone().expect("ended by a signal");
+        let mut err = String::new();
+        let mut from = self.child.stderr.take().unwrap();
+        from.read_to_string(&mut err).unwrap();
+        (code, err)
+    }
+}
+
+impl Drop for Logger {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// What a person sits at.
+pub struct Terminal {
+    ours: File,
+    theirs: OwnedFd,
+    text: String,
+    /// Up to here it was waited for.
+    read: usize,
+}
+
+impl Terminal {
+    pub fn new() -> Self {
+        let (ours, theirs, _) = pair(false);
+        Terminal {
+            ours,
+            theirs,
+            text: String::new(),
+            read: 0,
+        }
+    }
+
+    /// Lines and echo, as a shell has it.
+    pub fn is_cooked(&self) -> bool {
+        let modes = tcgetattr(&self.theirs).unwrap().local_modes;
+        modes.contains(LocalModes::ICANON | LocalModes::ECHO)
+    }
+
+    pub fn press(&mut self, keys: &str) {
+        self.ours.write_all(keys.as_bytes()).unwrap();
+    }
+
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    pub fn wait_for(&mut self, wanted: &str) {
+        let start = Instant::now();
+        let mut bytes = Vec::new();
+        loop {
+            let mut piece = [0; 1024];
+            if let Ok(n) = self.ours.read(&mut piece) {
+                bytes.extend_from_slice(&piece[..n]);
+                if let Ok(text) = std::str::from_utf8(&bytes) {
+                    self.text.push_str(text);
+                    bytes.clear();
+                }
+            }
+            if let Some(at) = self.text[self.read..].find(wanted) {
+                self.read += at + wanted.len();
+                return;
+            }
+            assert!(
+                start.elapsed() < PATIENCE,
+                "no {wanted:?} in {:?}",
+                self.text
+            );
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
