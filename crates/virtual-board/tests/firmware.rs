@@ -4,8 +4,8 @@
 
 mod board;
 
-use board::{Board, board, faulty, line, text};
-use gravical::recording::frame::{Frame, SampleFrame, decode_frame};
+use board::{Board, board, faulty, frames, line, notices, report, rows, text};
+use gravical::recording::frame::SampleFrame;
 use gravical::recording::{ReadOptions, read_bytes};
 use virtual_board::sensor::{Reading, SensorOptions};
 
@@ -18,20 +18,6 @@ fn counts(reading: &Reading, lsb_per_g: f64, lsb_per_deg_s: f64) -> [i32; 7] {
     let [gx, gy, gz] = reading.gyro_deg_s.map(|v| round(v * lsb_per_deg_s));
     let temperature = round((reading.temperature_c - 36.53) * 340.0);
     [ax, ay, az, temperature, gx, gy, gz]
-}
-
-/// The rows of whole lines.
-fn rows(text: &str) -> Vec<Vec<f64>> {
-    let end = text.rfind('\n').unwrap_or(0);
-    text[..end]
-        .lines()
-        .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()))
-        .map(|l| l.split(',').map(|f| f.parse().unwrap()).collect())
-        .collect()
-}
-
-fn notices(text: &str) -> Vec<&str> {
-    text.lines().filter(|l| l.starts_with('#')).collect()
 }
 
 #[test]
@@ -130,17 +116,6 @@ fn after(board: &mut Board, commands: &str, seconds: f64) -> Vec<virtual_board::
     board.run(seconds)
 }
 
-fn report(board: &mut Board, what: &str, rate_hz: f64, sd_us: f64, bytes: usize, seconds: f64) {
-    let bus = board.uno.take_bus();
-    let busy_us = bus.busy_cycles as f64 / bus.bursts as f64 / 16.0;
-    eprintln!(
-        "{what}: {rate_hz:.2} Hz, stamps {sd_us:.0} us, line {:.0} %, processor {:.0} % \
-         ({busy_us:.0} us a sample)",
-        100.0 * bytes as f64 * 10.0 / board.uno.baud() / seconds,
-        busy_us * rate_hz / 1e4,
-    );
-}
-
 #[test]
 fn counts_at_200_hz() {
     let Some(mut board) = board(SensorOptions::default()) else {
@@ -190,21 +165,6 @@ fn the_reader_knows_counts() {
     assert_eq!(recording.accel_scale.unit.name(), "counts", "{kinds:?}");
     assert_eq!(recording.accel_scale.lsb_per_g, Some(16384.0));
     assert!((recording.timing.rate_hz().unwrap() - 200.0).abs() < 0.2);
-}
-
-/// What decodes of the bytes after the first zero, and how many frames did not.
-fn frames(bytes: &[u8]) -> (Vec<SampleFrame>, Vec<String>, usize) {
-    let (mut samples, mut lines, mut bad) = (Vec::new(), Vec::new(), 0);
-    let first = bytes.iter().position(|b| *b == 0).unwrap();
-    let last = bytes.iter().rposition(|b| *b == 0).unwrap();
-    for frame in bytes[first + 1..last].split(|b| *b == 0) {
-        match decode_frame(frame) {
-            Ok(Frame::Sample(sample)) => samples.push(sample),
-            Ok(Frame::Text(line)) => lines.push(line),
-            Err(_) => bad += 1,
-        }
-    }
-    (samples, lines, bad)
 }
 
 #[test]
@@ -295,102 +255,6 @@ fn binary_carries_the_lines_too() {
     assert!(rows(text.split_once('\n').unwrap().1).len() > 95);
 }
 
-/// Rows in each second of the text's own time.
-fn seconds(text: &str) -> Vec<usize> {
-    let mut counts = vec![0; 64];
-    for row in rows(text) {
-        counts[(row[0] / 1e3) as usize] += 1;
-    }
-    counts
-}
-
-#[test]
-fn a_sensor_that_comes_and_goes() {
-    let Some(mut board) = faulty("no-answer@2-4") else {
-        return;
-    };
-    let text = board.text(7.0);
-    let said = notices(&text);
-    let missing = said
-        .iter()
-        .filter(|l| l.starts_with("# no answer from a sensor"))
-        .count();
-    assert!((2..=3).contains(&missing), "once a second: {said:?}");
-    assert_eq!(
-        said.iter().filter(|l| l.starts_with("# gravical")).count(),
-        2
-    );
-    assert!(
-        said.contains(&"# overruns 0, i2c errors 1, restarts 1"),
-        "{said:?}"
-    );
-    let rows = seconds(&text);
-    assert!(
-        rows[1] >= 99 && rows[2] + rows[3] < 5 && rows[4] > 60 && rows[5] >= 99,
-        "{rows:?}"
-    );
-}
-
-#[test]
-fn no_sensor_at_all_and_another_one() {
-    let Some(mut board) = faulty("no-answer@0-2.2,who-am-i=0x70@2.2-5") else {
-        return;
-    };
-    let text = board.text(7.0);
-    let said = notices(&text);
-    let count = |what: &str| said.iter().filter(|l| l.starts_with(what)).count();
-    assert!((2..=4).contains(&count("# no answer")), "{said:?}");
-    assert!(
-        (2..=4).contains(&count(
-            "# the sensor says it is 0x70, not an MPU6050 (0x68)"
-        )),
-        "{said:?}"
-    );
-    assert_eq!(count("# gravical"), 1);
-    let rows = seconds(&text);
-    assert!(
-        rows[..5].iter().sum::<usize>() == 0 && rows[6] >= 99,
-        "{rows:?}"
-    );
-}
-
-#[test]
-fn a_stuck_bus_and_a_dip_of_the_supply() {
-    let Some(mut board) = faulty("stuck-bus@2-3,dip@5") else {
-        return;
-    };
-    let text = board.text(8.0);
-    let said = notices(&text);
-    let rows = seconds(&text);
-    assert!(said.iter().any(|l| l.ends_with("restarts 2")), "{said:?}");
-    assert_eq!(
-        said.iter().filter(|l| l.starts_with("# gravical")).count(),
-        3
-    );
-    assert!(rows[1] >= 99 && rows[2] < 5 && rows[4] >= 99, "{rows:?}");
-    assert!(rows[5] > 60 && rows[6] >= 99, "{rows:?}");
-    assert_eq!(board.uno.resets(), 0);
-}
-
-#[test]
-fn the_watchdog_ends_a_hang() {
-    let Some(mut board) = faulty("hang@2") else {
-        return;
-    };
-    let text = board.text(7.0);
-    assert_eq!(board.uno.resets(), 1);
-    let said = notices(&text);
-    assert_eq!(
-        said.iter()
-            .filter(|l| l.contains("restarted by the watchdog"))
-            .count(),
-        1,
-        "{said:?}"
-    );
-    let after = &text[text.find("# restarted").unwrap()..];
-    assert!(rows(after).len() > 200, "{}", rows(after).len());
-}
-
 #[test]
 fn commands() {
     let Some(mut board) = board(SensorOptions::default()) else {
@@ -448,137 +312,4 @@ fn commands() {
     let text = board.text(1.0);
     assert!(notices(&text).is_empty(), "a pause is no overrun: {text}");
     assert!(rows(text.split_once('\n').unwrap().1).len() > 95);
-}
-
-#[test]
-fn too_fast_is_said() {
-    for (commands, seconds) in [("r500\n", 5.0), ("r1000\nf2\n", 5.0)] {
-        let Some(mut board) = board(SensorOptions::default()) else {
-            return;
-        };
-        board.run(0.5);
-        board.uno.send(commands.as_bytes());
-        board.run(0.3);
-        board.uno.take_bus();
-        let (samples, unread) = board.uno.sensor().samples();
-        let sent = board.run(seconds);
-        let lines: Vec<String> = if commands.contains("f2") {
-            let bytes: Vec<u8> = sent.iter().map(|s| s.byte).collect();
-            let (frames, lines, bad) = frames(&bytes);
-            assert_eq!(bad, 0);
-            let stamps: Vec<f64> = frames.iter().map(|f| f64::from(f.time_us)).collect();
-            let (rate_hz, sd_us) = line(&stamps);
-            report(
-                &mut board,
-                "binary, too fast",
-                rate_hz,
-                sd_us,
-                sent.len(),
-                seconds,
-            );
-            lines
-        } else {
-            notices(&text(&sent))
-                .into_iter()
-                .map(str::to_owned)
-                .collect()
-        };
-        let told: Vec<u64> = lines
-            .iter()
-            .filter_map(|l| {
-                l.strip_prefix("# overruns ")?
-                    .split(',')
-                    .next()?
-                    .parse()
-                    .ok()
-            })
-            .collect();
-        let (all, lost) = board.uno.sensor().samples();
-        let (all, lost) = (all - samples, lost - unread);
-        let (first, last) = (told[0], told[told.len() - 1]);
-        eprintln!("{commands:?}: {lost} of {all} lost, told {first} to {last}");
-        // Told once a second: the first and the last are up to a second apart from
-        // the ends.
-        let share = (last - first) as f64 / lost as f64;
-        assert!((0.5..1.05).contains(&share), "{share}");
-    }
-}
-
-#[test]
-fn time_goes_on_after_microseconds_wrap() {
-    let Some(mut board) = board(SensorOptions::default()) else {
-        return;
-    };
-    let Ok(symbols) = std::process::Command::new("avr-nm")
-        .arg(board::firmware().unwrap())
-        .output()
-    else {
-        eprintln!("skipped: no avr-nm");
-        return;
-    };
-    let symbols = String::from_utf8(symbols.stdout).unwrap();
-    let line = symbols
-        .lines()
-        .find(|l| l.ends_with(" timer0_overflow_count"))
-        .unwrap();
-    let address = u16::from_str_radix(&line[4..8], 16).unwrap();
-    board.run(0.05);
-    // 1024 us each: 2 s before 2^32 us.
-    let overflows: u32 = (1 << 22) - 2000;
-    assert!(board.uno.poke(address, &overflows.to_le_bytes()));
-    let rows = rows(&board.text(5.0));
-    assert!(rows[0][0] > 4_292_000.0 && rows[rows.len() - 1][0] > 4_297_000.0);
-    for pair in rows.windows(2) {
-        let step_ms = pair[1][0] - pair[0][0];
-        assert!((9.0..=11.0).contains(&step_ms), "{pair:?}");
-    }
-}
-
-#[test]
-#[ignore = "prints the figures of docs/firmware.md"]
-fn figures() {
-    for (format, rate) in [
-        (0, 100),
-        (0, 125),
-        (0, 166),
-        (0, 200),
-        (0, 250),
-        (1, 200),
-        (1, 250),
-        (1, 333),
-        (2, 333),
-        (2, 500),
-        (2, 1000),
-    ] {
-        // As far off as the data sheet allows, so that stamps meet every phase.
-        let Some(mut board) = board(SensorOptions {
-            clock_error_ppm: 3100.0,
-            ..SensorOptions::default()
-        }) else {
-            return;
-        };
-        board.run(0.5);
-        board.uno.send(format!("r{rate}\nf{format}\n").as_bytes());
-        board.run(0.5);
-        board.uno.take_bus();
-        let (all, lost) = board.uno.sensor().samples();
-        let sent = board.run(4.0);
-        let (all_now, lost_now) = board.uno.sensor().samples();
-        let stamps: Vec<f64> = if format == 2 {
-            let bytes: Vec<u8> = sent.iter().map(|s| s.byte).collect();
-            let (samples, _, _) = frames(&bytes);
-            samples.iter().map(|s| f64::from(s.time_us)).collect()
-        } else {
-            let text = text(&sent);
-            let rows = rows(text.split_once('\n').unwrap().1);
-            rows.iter().map(|r| r[0] * 1e3).collect()
-        };
-        let (rate_hz, sd_us) = line(&stamps);
-        let what = format!(
-            "format {format} rate {rate}: {} of {} lost",
-            lost_now - lost,
-            all_now - all
-        );
-        report(&mut board, &what, rate_hz, sd_us, sent.len(), 4.0);
-    }
 }

@@ -7,6 +7,7 @@ use std::process::Command;
 use std::rc::Rc;
 use std::sync::OnceLock;
 
+use gravical::recording::frame::{Frame, SampleFrame, decode_frame};
 use virtual_board::sensor::{Faults, Mpu6050, Reading, Rows, SensorOptions, Source};
 use virtual_board::uno::{Sent, Uno};
 
@@ -23,8 +24,8 @@ pub fn firmware() -> Option<&'static Path> {
             }
             let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
             // One folder a test binary: they run side by side.
-            let folder =
-                Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("fw-{}", std::process::id()));
+            let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
+                .join(concat!("firmware-", env!("CARGO_CRATE_NAME")));
             let done = Command::new(root.join("firmware/build"))
                 .arg(&folder)
                 .output()
@@ -107,4 +108,46 @@ pub fn line(stamps_us: &[f64]) -> (f64, f64) {
         .enumerate()
         .map(|(i, y)| (y - mean_y - slope * (i as f64 - mean_x)).powi(2));
     (1e6 / slope, (rest.sum::<f64>() / (n - 2.0)).sqrt())
+}
+
+/// The rows of whole lines.
+pub fn rows(text: &str) -> Vec<Vec<f64>> {
+    let end = text.rfind('\n').unwrap_or(0);
+    text[..end]
+        .lines()
+        .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()))
+        .map(|l| l.split(',').map(|f| f.parse().unwrap()).collect())
+        .collect()
+}
+
+/// Its lines with `#`.
+pub fn notices(text: &str) -> Vec<&str> {
+    text.lines().filter(|l| l.starts_with('#')).collect()
+}
+
+/// What decodes of the bytes after the first zero, and how many frames did not.
+pub fn frames(bytes: &[u8]) -> (Vec<SampleFrame>, Vec<String>, usize) {
+    let (mut samples, mut lines, mut bad) = (Vec::new(), Vec::new(), 0);
+    let first = bytes.iter().position(|b| *b == 0).unwrap();
+    let last = bytes.iter().rposition(|b| *b == 0).unwrap();
+    for frame in bytes[first + 1..last].split(|b| *b == 0) {
+        match decode_frame(frame) {
+            Ok(Frame::Sample(sample)) => samples.push(sample),
+            Ok(Frame::Text(line)) => lines.push(line),
+            Err(_) => bad += 1,
+        }
+    }
+    (samples, lines, bad)
+}
+
+/// Prints what a rate costs.
+pub fn report(board: &mut Board, what: &str, rate_hz: f64, sd_us: f64, bytes: usize, seconds: f64) {
+    let bus = board.uno.take_bus();
+    let busy_us = bus.busy_cycles as f64 / bus.bursts as f64 / 16.0;
+    eprintln!(
+        "{what}: {rate_hz:.2} Hz, stamps {sd_us:.0} us, line {:.0} %, processor {:.0} % \
+         ({busy_us:.0} us a sample)",
+        100.0 * bytes as f64 * 10.0 / board.uno.baud() / seconds,
+        busy_us * rate_hz / 1e4,
+    );
 }

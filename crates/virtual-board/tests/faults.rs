@@ -1,0 +1,134 @@
+//! What the firmware does when something goes wrong.
+#![cfg(feature = "emulator")]
+#![allow(clippy::unwrap_used)] // helpers of a test may panic as it does
+
+mod board;
+
+use board::{board, faulty, notices, rows};
+use virtual_board::sensor::SensorOptions;
+
+/// Rows in each second of the text's own time.
+fn seconds(text: &str) -> Vec<usize> {
+    let mut counts = vec![0; 64];
+    for row in rows(text) {
+        counts[(row[0] / 1e3) as usize] += 1;
+    }
+    counts
+}
+
+#[test]
+fn a_sensor_that_comes_and_goes() {
+    let Some(mut board) = faulty("no-answer@2-4") else {
+        return;
+    };
+    let text = board.text(7.0);
+    let said = notices(&text);
+    let missing = said
+        .iter()
+        .filter(|l| l.starts_with("# no answer from a sensor"))
+        .count();
+    assert!((2..=3).contains(&missing), "once a second: {said:?}");
+    assert_eq!(
+        said.iter().filter(|l| l.starts_with("# gravical")).count(),
+        2
+    );
+    assert!(
+        said.contains(&"# overruns 0, i2c errors 1, restarts 1"),
+        "{said:?}"
+    );
+    let rows = seconds(&text);
+    assert!(
+        rows[1] >= 99 && rows[2] + rows[3] < 5 && rows[4] > 60 && rows[5] >= 99,
+        "{rows:?}"
+    );
+}
+
+#[test]
+fn no_sensor_at_all_and_another_one() {
+    let Some(mut board) = faulty("no-answer@0-2.2,who-am-i=0x70@2.2-5") else {
+        return;
+    };
+    let text = board.text(7.0);
+    let said = notices(&text);
+    let count = |what: &str| said.iter().filter(|l| l.starts_with(what)).count();
+    assert!((2..=4).contains(&count("# no answer")), "{said:?}");
+    assert!(
+        (2..=4).contains(&count(
+            "# the sensor says it is 0x70, not an MPU6050 (0x68)"
+        )),
+        "{said:?}"
+    );
+    assert_eq!(count("# gravical"), 1);
+    let rows = seconds(&text);
+    assert!(
+        rows[..5].iter().sum::<usize>() == 0 && rows[6] >= 99,
+        "{rows:?}"
+    );
+}
+
+#[test]
+fn a_stuck_bus_and_a_dip_of_the_supply() {
+    let Some(mut board) = faulty("stuck-bus@2-3,dip@5") else {
+        return;
+    };
+    let text = board.text(8.0);
+    let said = notices(&text);
+    let rows = seconds(&text);
+    assert!(said.iter().any(|l| l.ends_with("restarts 2")), "{said:?}");
+    assert_eq!(
+        said.iter().filter(|l| l.starts_with("# gravical")).count(),
+        3
+    );
+    assert!(rows[1] >= 99 && rows[2] < 5 && rows[4] >= 99, "{rows:?}");
+    assert!(rows[5] > 60 && rows[6] >= 99, "{rows:?}");
+    assert_eq!(board.uno.resets(), 0);
+}
+
+#[test]
+fn the_watchdog_ends_a_hang() {
+    let Some(mut board) = faulty("hang@2") else {
+        return;
+    };
+    let text = board.text(7.0);
+    assert_eq!(board.uno.resets(), 1);
+    let said = notices(&text);
+    assert_eq!(
+        said.iter()
+            .filter(|l| l.contains("restarted by the watchdog"))
+            .count(),
+        1,
+        "{said:?}"
+    );
+    let after = &text[text.find("# restarted").unwrap()..];
+    assert!(rows(after).len() > 200, "{}", rows(after).len());
+}
+
+#[test]
+fn time_goes_on_after_microseconds_wrap() {
+    let Some(mut board) = board(SensorOptions::default()) else {
+        return;
+    };
+    let Ok(symbols) = std::process::Command::new("avr-nm")
+        .arg(board::firmware().unwrap())
+        .output()
+    else {
+        eprintln!("skipped: no avr-nm");
+        return;
+    };
+    let symbols = String::from_utf8(symbols.stdout).unwrap();
+    let line = symbols
+        .lines()
+        .find(|l| l.ends_with(" timer0_overflow_count"))
+        .unwrap();
+    let address = u16::from_str_radix(&line[4..8], 16).unwrap();
+    board.run(0.05);
+    // 1024 us each: 2 s before 2^32 us.
+    let overflows: u32 = (1 << 22) - 2000;
+    assert!(board.uno.poke(address, &overflows.to_le_bytes()));
+    let rows = rows(&board.text(5.0));
+    assert!(rows[0][0] > 4_292_000.0 && rows[rows.len() - 1][0] > 4_297_000.0);
+    for pair in rows.windows(2) {
+        let step_ms = pair[1][0] - pair[0][0];
+        assert!((9.0..=11.0).contains(&step_ms), "{pair:?}");
+    }
+}
