@@ -136,6 +136,15 @@ pub fn write_atomic(
     check_target(path, force)?;
     let folder = folder_of(path);
     let io = |e| Error::io(path, e);
+    if is_special(path) {
+        let file = std::fs::File::options()
+            .write(true)
+            .open(path)
+            .map_err(io)?;
+        let mut writer = BufWriter::with_capacity(1 << 18, file);
+        fill(&mut writer)?;
+        return writer.flush().map_err(io);
+    }
     if !folder.is_dir() {
         return Err(no_folder(folder, path));
     }

@@ -288,7 +288,7 @@ class Drawing {
       const at = this.place(e);
       if (!e.ctrlKey || !at || at.panel.hidden) return;
       e.preventDefault();
-      this.zoom(Math.exp(0.002 * e.deltaY), at.panel, { x: at.panel.inv(at.x), y: at.panel.inw(at.y) });
+      this.zoom(Math.exp(e.deltaY / 500), at.panel, { x: at.panel.inv(at.x), y: at.panel.inw(at.y) });
     }, { passive: false });
     this.box.addEventListener("keydown", e => {
       const far = e.shiftKey ? 10 : 1, act = {
@@ -341,21 +341,16 @@ class Drawing {
         const d = p.data(s);
         if (s.mark === "rule") { if (d.y.length) values.push([s.name, d.y.map(v => p.yText(v)).join(", ")]); continue; }
         const i = nearest(d.x, x), off = Math.abs(d.x[i] - x);
-        // Beyond a gap there is no value.
-        if (!(off <= (p.names ? 0.6 : this.reach(p, d)))) continue;
+        // No further than four dots, or most of a step: beyond a gap there is no value.
+        if (!(off <= (p.names ? .6 : Math.max(p.inv(4) - p.inv(0), (d.x.at(-1) - d.x[0]) / d.x.length)))) continue;
         if (off < best) { best = off; shownX = d.x[i]; }
-        d.x.forEach((v, k) => { if (k === i || (p.names && Math.abs(v - x) < 0.5)) values.push([s.name, this.value(p, s, d, k)]); });
+        d.x.forEach((v, k) => { if (k === i || (p.names && Math.abs(v - x) < .5)) values.push([s.name, this.value(p, s, d, k)]); });
       }
       rows.push([p.title, values]);
     }
     const p = this.open[0];
     if (p) this.say(`${p.g.dataset.x} ${p.xText(p.names ? x : shownX)}`, rows, spoken);
     this.mark();
-  }
-  // How far a value may lie from the cursor: four dots, or most of a step.
-  reach(p, d) {
-    const v = p.view, n = d.x.length;
-    return Math.max(4 * (v.x1 - v.x0) / p.at.w, n > 1 ? 0.75 * Math.abs(d.x[n - 1] - d.x[0]) / (n - 1) : 0);
   }
   value(p, s, d, i) {
     if (s.mark === "band") return `${p.yText(d.low[i])} to ${p.yText(d.high[i])}`;
