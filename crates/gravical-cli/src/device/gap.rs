@@ -11,6 +11,8 @@ pub enum Cause {
     Unplugged,
     /// The board started anew.
     Reset,
+    /// The board lost its sensor and set it up again.
+    Sensor,
     /// The board went on with other settings until they were set back.
     Settings,
     /// The board's clock jumped, and nothing else explains it.
@@ -27,6 +29,7 @@ impl Cause {
         match self {
             Cause::Unplugged => "unplugged",
             Cause::Reset => "the board was reset",
+            Cause::Sensor => "the sensor was set up again",
             Cause::Settings => "the board had other settings",
             Cause::Lost => "rows were lost on the way from the board",
             Cause::DiskFull => "the disk was full",

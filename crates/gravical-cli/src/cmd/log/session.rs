@@ -378,11 +378,12 @@ fn summary(file: &str, ended: &Event) -> String {
     }
     if a.rejected > 0 {
         let kept = rejected_file.as_deref().unwrap_or("not stored");
-        text.push_str(&format!("  rejected  {} lines → {kept}\n", a.rejected));
+        let lines = if a.rejected == 1 { "line" } else { "lines" };
+        text.push_str(&format!("  rejected  {} {lines} → {kept}\n", a.rejected));
     }
     if a.gaps > 0 {
         text.push_str(&format!(
-            "  gaps      {}, {} rows missing that are known of; the file names each\n",
+            "  gaps      {}, {} rows known to be missing; the file names each\n",
             a.gaps,
             a.in_gaps()
         ));

@@ -52,7 +52,7 @@ impl Teller {
         if let Event::Status { .. } = event {
             self.status(event);
         } else if !self.json
-            && let Some(text) = text(event)
+            && let Some(text) = text(event, self.raw)
             && (!self.quiet || is_trouble(event))
         {
             self.line(&text);
@@ -100,7 +100,7 @@ fn is_trouble(event: &Event) -> bool {
 }
 
 /// A sentence, where an event is worth one.
-fn text(event: &Event) -> Option<String> {
+fn text(event: &Event, keyboard: bool) -> Option<String> {
     Some(match event {
         Event::Opened { port, device } => match device {
             Some(device) => format!("{port}: {device}"),
@@ -112,7 +112,8 @@ fn text(event: &Event) -> Option<String> {
         Event::Waiting { text } => format!("waiting for {text}"),
         Event::Commands { text } => format!("to the board: {text}"),
         Event::Board { text } => text.clone(),
-        Event::Started { .. } => "recording; space pauses, q or Ctrl-C ends".to_owned(),
+        Event::Started { .. } if keyboard => "recording; space pauses, q or Ctrl-C ends".to_owned(),
+        Event::Started { .. } => "recording".to_owned(),
         Event::Paused => "paused; space goes on".to_owned(),
         Event::Resumed => "recording".to_owned(),
         Event::Rejected { reason, text } => {
@@ -230,7 +231,7 @@ mod tests {
             duration_s: 0.5,
         });
         assert_eq!(
-            text(&gap).unwrap(),
+            text(&gap, true).unwrap(),
             "! gap: unplugged: 12 rows are missing, 0.5 s"
         );
     }

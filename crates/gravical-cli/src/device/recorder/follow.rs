@@ -19,12 +19,19 @@ impl Recorder {
                 // While it is paused nobody wants them.
                 let wanted = !self.is_paused() && self.ended.is_none();
                 if self.gap.is_some() || (wanted && missing >= FEWEST_MISSING) {
-                    let cause = if spoke { Cause::Reset } else { Cause::Lost };
+                    let cause = if spoke { Cause::Sensor } else { Cause::Lost };
                     self.account.missing += missing;
                     self.open_gap(now_s, cause).rows += missing;
                 }
             }
-            Step::Anew => self.open_gap(now_s, Cause::Reset).clock_anew = true,
+            Step::Anew => {
+                let gap = self.open_gap(now_s, Cause::Reset);
+                gap.clock_anew = true;
+                if gap.cause == Cause::Settings {
+                    // That is why it had others.
+                    gap.cause = Cause::Reset;
+                }
+            }
         }
     }
 

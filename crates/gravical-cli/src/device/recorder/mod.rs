@@ -351,9 +351,8 @@ impl Recorder {
 
     /// Nothing more will come: what is begun is closed.
     pub fn finish(&mut self, now_s: f64, why: End) {
-        if let Some(half) = self.framer.cut() {
-            self.reject(half.bytes, Reason::Half);
-        }
+        // A line that is cut by the end is no mishap, but what comes after it.
+        self.framer.cut();
         self.account.before_start += self.start.forget_held();
         if self.is_started() {
             if let Some((_, gap)) = &mut self.gap {

@@ -131,11 +131,30 @@ fn a_board_that_resets_is_set_again() {
     assert_eq!(
         desk.gaps(),
         [
-            "# gap: the board had other settings: 7 rows are missing, or more, 0.1 s, the clock of the board starts anew"
+            "# gap: the board was reset: 7 rows are missing, or more, 0.1 s, the clock of the board starts anew"
         ]
     );
     assert!(at("# gap:") < desk.file.rfind(&four).unwrap());
     assert_eq!(desk.file.matches(HEADER).count(), 1);
+}
+
+#[test]
+fn a_sensor_that_is_set_up_again() {
+    let mut desk = Desk::started(Options::default());
+    desk.rows(40);
+    desk.say("# no answer from a sensor at 0x68 or 0x69: check SDA (A4), SCL (A5), power\n");
+    for _ in 0..110 {
+        desk.row();
+    }
+    desk.pass(1.1);
+    desk.say(&format!("{SETTINGS}{HEADER}"));
+    desk.rows(5);
+    let account = desk.end();
+    assert_eq!((account.stored, account.missing), (45, 110));
+    assert_eq!(
+        desk.gaps(),
+        ["# gap: the sensor was set up again: 110 rows are missing, 1.1 s"]
+    );
 }
 
 #[test]
