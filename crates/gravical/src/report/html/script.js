@@ -22,7 +22,7 @@ const width = text => 6.7 * [...text].length;
 // Round values between from and to, and the decimals that tell them apart.
 function ticks(from, to, most) {
   const raw = (to - from) / most, power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map(m => m * power).find(s => s >= 0.8 * raw);
+  const step = [1, 2, 5, 10].map(m => m * power).find(s => s >= .8 * raw);
   if (!(step > 0)) return [];
   const decimals = Math.min(12, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
   const out = [];
@@ -72,7 +72,7 @@ class Panel {
     if (this.hidden) return 8;
     if (!this.names) return 38;
     const longest = Math.min(160, Math.max(0, ...this.names.map(width)));
-    return this.hang(w) ? 14 + label + 0.8 * longest : 18 + label;
+    return this.hang(w) ? 14 + label + .8 * longest : 18 + label;
   }
   // Dots of the drawing as it was made → units, and units → dots of now.
   ux(px) { return this.full.x0 + px / this.drawn.w * (this.full.x1 - this.full.x0); }
@@ -162,7 +162,7 @@ class Panel {
   }
   // Number with the digits that a hundredth of a dot is worth.
   number(value, span, dots) {
-    const grain = 0.01 * span / dots;
+    const grain = .01 * span / dots;
     const decimals = Math.max(0, Math.min(12, Math.floor(-Math.log10(grain))));
     return minus(Math.abs(value) >= 1e7 || grain < 1e-9 ? value.toExponential(3) : value.toFixed(decimals));
   }
@@ -293,7 +293,7 @@ class Drawing {
     this.box.addEventListener("keydown", e => {
       const far = e.shiftKey ? 10 : 1, act = {
         ArrowLeft: () => this.step(-far), ArrowRight: () => this.step(far), Escape: () => this.leave(),
-        "+": () => this.zoom(0.5), "=": () => this.zoom(0.5), "-": () => this.zoom(2), 0: () => this.reset(),
+        "+": () => this.zoom(.5), "=": () => this.zoom(.5), "-": () => this.zoom(2), 0: () => this.reset(),
       }[e.key];
       if (!act || e.ctrlKey || e.altKey || e.metaKey) return;
       act();
@@ -444,7 +444,7 @@ class Figure {
     for (const entry of all(element, ".legend .entry")) this.toggle(entry, element, tools);
     const zoomable = this.drawings.filter(d => d.open.length);
     if (zoomable.length) {
-      for (const [text, title, run] of [["+", "Zoom in", d => d.zoom(0.5)], ["−", "Zoom out", d => d.zoom(2)], ["0", "Show all", d => d.reset()]]) {
+      for (const [text, title, run] of [["+", "Zoom in", d => d.zoom(.5)], ["−", "Zoom out", d => d.zoom(2)], ["0", "Show all", d => d.reset()]]) {
         html("button", { textContent: text, ariaLabel: title, className: "zoom", onclick: () => zoomable.forEach(run) }, tools);
       }
     }
