@@ -1,7 +1,7 @@
 //! A virtual board: an Arduino Uno with an MPU6050 that runs the real firmware.
 //!
-//! Development only. The firmware and the logger are tested against it, and people
-//! without a board can try both.
+//! Development only. The firmware is tested on it, and people
+//! without a board can try it and the logger.
 //!
 //! - [`sensor`]: the registers of the MPU6050, fed by a recording or a simulation.
 //! - `uno`, `port` (feature `emulator`): the processor by
