@@ -62,7 +62,7 @@ impl<'a> Chamber<'a> {
 }
 
 /// °C above the start after `on_s` seconds.
-fn warming(o: &SensorOptions, on_s: f64) -> f64 {
+pub(super) fn warming(o: &SensorOptions, on_s: f64) -> f64 {
     o.temperature_rise_c * -(-on_s / o.temperature_time_s).exp_m1()
 }
 

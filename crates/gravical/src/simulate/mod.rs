@@ -26,10 +26,13 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
+mod builder;
 mod chamber;
+mod in_hand;
 mod low_pass;
 pub mod means;
 mod options;
+mod part;
 mod path;
 mod poses;
 mod random;
@@ -42,6 +45,7 @@ mod tests;
 mod truth;
 mod write;
 
+pub use in_hand::{InHand, InHandReading};
 pub use options::{FileFormat, FileOptions, SensorOptions, SimulateOptions};
 pub use path::{MotionPath, PathState};
 pub use scenario_options::{
@@ -140,17 +144,21 @@ pub fn simulate(options: &SimulateOptions) -> Result<Simulation> {
             path: plan.path,
         });
     }
-    let truth = Truth {
+    let truth = truth_of(&sensor, options, file_truths);
+    Ok(Simulation { files, truth })
+}
+
+fn truth_of(sensor: &sensor::Sensor, options: &SimulateOptions, files: Vec<FileTruth>) -> Truth {
+    Truth {
         format: TRUTH_FORMAT.to_owned(),
         tool: tool(),
         seed: options.seed,
         gravity_mps2: options.gravity_mps2,
         accelerometer: sensor.accel_truth(options),
         gyroscope: sensor.gyro_truth(options),
-        files: file_truths,
+        files,
         options: options.clone(),
-    };
-    Ok(Simulation { files, truth })
+    }
 }
 
 /// Name and version, as files carry it.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::options::FileFormat;
-use super::record::temperature_counts;
+use super::part::temperature_counts;
 use super::truth::Truth;
 use super::{SimulatedFile, Simulation};
 use crate::output::{check_target, make_folder, write_atomic};

@@ -1,0 +1,356 @@
+//! A virtual sensor in somebody's hands: what happens to it is told while it runs.
+
+use nalgebra::Vector3;
+
+use super::builder::Builder;
+use super::chamber::{Warmth, warming};
+use super::options::{SimulateOptions, bad};
+use super::part::Part;
+use super::path::Law;
+use super::poses::{Draws, face};
+use super::record::INSIDE_HZ;
+use super::scenario_options::{LineOptions, Scenario};
+use super::sensor::Sensor;
+use super::truth::Truth;
+use super::truth_of;
+use crate::Result;
+use crate::segment::face::Face;
+
+/// A pause of the hand between two things that were told at once, s.
+const PAUSE_S: f64 = 2.0;
+
+/// One virtual sensor that lies where it was put, until it is told otherwise.
+///
+/// [`simulate`](super::simulate) makes whole recordings of a plan. Here nothing is
+/// planned: a program that stands in for a board, or that leads somebody through a
+/// calibration, asks for readings as time goes on, and the sensor is laid down or
+/// pushed when a person says so. The part, its noise and the hand are those of the
+/// same seed there.
+///
+/// ```
+/// use gravical::segment::face::Face;
+/// use gravical::simulate::{InHand, Scenario, SimulateOptions, StaticOptions};
+///
+/// let options = SimulateOptions::new(Scenario::Static(StaticOptions::default()));
+/// let mut sensor = InHand::new(&options)?;
+/// assert!((sensor.at(1.0).accel_mps2[2] - 9.8).abs() < 1.0);
+/// sensor.lay(Face::all()[1]);
+/// assert!((sensor.at(5.0).accel_mps2[0] + 9.8).abs() < 1.0, "-x is up");
+/// # Ok::<(), gravical::Error>(())
+/// ```
+pub struct InHand {
+    options: SimulateOptions,
+    sensor: Sensor,
+    part: Part,
+    builder: Builder,
+    draws: Draws,
+    /// Steps of the inside that are over.
+    steps: u64,
+    last: InHandReading,
+}
+
+/// What the sensor reads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InHandReading {
+    /// Acceleration x, y, z, m/s².
+    pub accel_mps2: [f64; 3],
+    /// Angular rate about x, y, z, rad/s.
+    pub gyro_rad_s: [f64; 3],
+    /// Temperature, °C.
+    pub temperature_c: f64,
+    /// Nothing moves.
+    pub still: bool,
+}
+
+impl InHand {
+    /// Lies with z up, tilted as a placement is.
+    ///
+    /// Of `options` the seed, gravity, tilt and sensor count. The sensor is read
+    /// when [`at`](Self::at) is called, so the rate and what else concerns rows and
+    /// stamps does not.
+    ///
+    /// # Errors
+    ///
+    /// `simulate-option` (usage) for an option out of its range, and for a scenario
+    /// with a soak: there is no plan that could heat it.
+    pub fn new(options: &SimulateOptions) -> Result<Self> {
+        options.validate()?;
+        if options.scenario.soak().is_some() {
+            return Err(bad("a sensor in hand is in no chamber: leave `soak` out"));
+        }
+        let mut draws = Draws::new(options.seed, options.tilt_sd_deg);
+        let (nominal, up) = draws.placement(2, true);
+        let mut builder = Builder::new(options, up);
+        builder.rest(nominal, 1.0 / INSIDE_HZ);
+        let sensor = Sensor::draw(options);
+        let mut part = Part::new(&sensor, options, 1.0 / INSIDE_HZ, 0, &builder.path);
+        let settle = options.sensor.low_pass_hz.map_or(0, |f| {
+            // What the low-pass remembers at the start has to be noise already.
+            (5.0 * INSIDE_HZ / f).ceil() as usize
+        });
+        for _ in 0..settle {
+            part.update(&builder.path, 0.0, 0.0);
+        }
+        let mut in_hand = Self {
+            options: options.clone(),
+            sensor,
+            part,
+            builder,
+            draws,
+            steps: 0,
+            last: InHandReading {
+                accel_mps2: [0.0; 3],
+                gyro_rad_s: [0.0; 3],
+                temperature_c: 0.0,
+                still: true,
+            },
+        };
+        in_hand.read();
+        Ok(in_hand)
+    }
+
+    /// The reading `t_s` seconds after the start. It is renewed every millisecond;
+    /// time that has gone by does not come back: for an earlier moment it is the
+    /// latest one.
+    pub fn at(&mut self, t_s: f64) -> InHandReading {
+        // A hair more, so that 10 ms are ten steps in floating point, too.
+        let due = (t_s * INSIDE_HZ + 1e-6).floor();
+        while (self.steps as f64) + 1.0 < due {
+            self.steps += 1;
+            let warm_c = self.warm_c();
+            self.part.update(&self.builder.path, self.now_s(), warm_c);
+        }
+        if (self.steps as f64) < due {
+            self.steps += 1;
+            self.read();
+        }
+        self.last
+    }
+
+    /// The time of the latest reading, s.
+    #[must_use]
+    pub fn now_s(&self) -> f64 {
+        self.steps as f64 / INSIDE_HZ
+    }
+
+    /// Somebody takes it, turns it and lays it down with `face` up; with a tilt of its
+    /// own every time. Gives the seconds until it lies there.
+    pub fn lay(&mut self, face_up: Face) -> f64 {
+        let (_, up) = self.draws.placement(face_up.axis, face_up.up);
+        self.carry(up)
+    }
+
+    /// The same with any direction up, which need not have the length 1; hands
+    /// that hold it so do it exactly.
+    ///
+    /// # Errors
+    ///
+    /// `simulate-option` (usage) for no direction.
+    pub fn hold(&mut self, up: [f64; 3]) -> Result<f64> {
+        let up = Vector3::from(up)
+            .try_normalize(1e-9)
+            .filter(|up| up.iter().all(|v| v.is_finite()))
+            .ok_or_else(|| bad("three numbers that are not all 0 are a direction"))?;
+        Ok(self.carry(up))
+    }
+
+    /// It is pushed across the table, as in the scenario of that name, along its own
+    /// y as it lies (along its z, where y is up or down). `rest_s` does not matter:
+    /// it begins at once. Gives the seconds until it rests again.
+    ///
+    /// # Errors
+    ///
+    /// `simulate-option` (usage) for an option out of its range.
+    pub fn push(&mut self, line: &LineOptions) -> Result<f64> {
+        Scenario::Line(*line).validate()?;
+        self.begin();
+        let way = self.heading() * line.offset_m + self.across() * line.distance_m;
+        let wobble = Vector3::x() * line.wobble_deg.to_radians();
+        self.builder.go(wobble, Law::Sine, way, line.move_time_s);
+        Ok(self.builder.now_s - self.now_s())
+    }
+
+    /// The truth about the part; without recordings, which somebody else makes.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        truth_of(&self.sensor, &self.options, Vec::new())
+    }
+
+    fn carry(&mut self, up: Vector3<f64>) -> f64 {
+        self.begin();
+        self.builder.carry_to(up);
+        self.builder.now_s - self.now_s()
+    }
+
+    /// What comes next begins now, or a pause after what was told before.
+    fn begin(&mut self) {
+        let now_s = self.now_s();
+        let free_s = self.builder.now_s;
+        let begins_s = if free_s > now_s {
+            free_s + PAUSE_S
+        } else {
+            now_s
+        };
+        if begins_s > free_s {
+            self.builder.rest(face(2, true), begins_s - free_s);
+        }
+    }
+
+    /// The sensor's x made horizontal; y where x is up.
+    fn heading(&self) -> Vector3<f64> {
+        let up = self
+            .builder
+            .attitude
+            .inverse_transform_vector(&Vector3::z());
+        let reference = if up.x.abs() > 0.9 {
+            Vector3::y()
+        } else {
+            Vector3::x()
+        };
+        let mut heading = self.builder.attitude * reference;
+        heading.z = 0.0;
+        heading.normalize()
+    }
+
+    fn across(&self) -> Vector3<f64> {
+        Vector3::z().cross(&self.heading())
+    }
+
+    fn warm_c(&self) -> f64 {
+        warming(&self.options.sensor, self.now_s())
+    }
+
+    fn read(&mut self) {
+        let (t_s, warm_c) = (self.now_s(), self.warm_c());
+        let warmth = Warmth {
+            thermometer_c: warm_c,
+            felt_c: warm_c,
+        };
+        let reading = self.part.read(&self.builder.path, t_s, warmth);
+        self.last = InHandReading {
+            accel_mps2: reading.accel,
+            gyro_rad_s: reading.gyro,
+            temperature_c: reading.temperature_c,
+            still: self.builder.path.is_still_at(t_s) || t_s > self.builder.now_s,
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scenario_options::StaticOptions;
+    use super::super::{SensorOptions, simulate};
+    use super::*;
+
+    fn options(sensor: SensorOptions) -> SimulateOptions {
+        SimulateOptions {
+            sensor,
+            ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
+        }
+    }
+
+    #[test]
+    fn it_lies_where_it_was_laid_and_rests_between() {
+        let mut sensor = InHand::new(&SimulateOptions {
+            tilt_sd_deg: 0.0,
+            ..options(SensorOptions::ideal())
+        })
+        .unwrap();
+        let mut t_s = 3.0;
+        for face in Face::all() {
+            assert!(sensor.at(t_s).still);
+            let carried_s = sensor.lay(face);
+            // From +z, where it lies, to +z there is little to do.
+            assert!((1.0..=2.2).contains(&carried_s), "{carried_s}");
+            assert!(!sensor.at(t_s + 0.5 * carried_s).still);
+            t_s += carried_s + 2.0;
+            let reading = sensor.at(t_s);
+            assert!(reading.still);
+            for axis in 0..3 {
+                let want = 9.80665 * face.direction()[axis];
+                assert!((reading.accel_mps2[axis] - want).abs() < 1e-9);
+                assert!(reading.gyro_rad_s[axis].abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn a_push_goes_as_far_as_was_said_along_its_own_y() {
+        let mut sensor = InHand::new(&SimulateOptions {
+            tilt_sd_deg: 0.0,
+            ..options(SensorOptions::ideal())
+        })
+        .unwrap();
+        sensor.hold([0.0, 0.2, 1.0]).unwrap();
+        sensor.at(5.0);
+        sensor.lay(Face::all()[4]);
+        sensor.at(10.0);
+        let line = LineOptions::default();
+        assert_eq!(sensor.push(&line).unwrap(), line.move_time_s);
+        // It lies level: what is felt besides gravity is acceleration.
+        let mut velocity = [0.0; 3];
+        let mut way = [0.0; 3];
+        for step in 1..=3000 {
+            let reading = sensor.at(10.0 + 1e-3 * f64::from(step));
+            for axis in 0..3 {
+                let gravity = if axis == 2 { 9.80665 } else { 0.0 };
+                velocity[axis] += (reading.accel_mps2[axis] - gravity) * 1e-3;
+                way[axis] += velocity[axis] * 1e-3;
+            }
+        }
+        for (way, want) in way.iter().zip([line.offset_m, line.distance_m, 0.0]) {
+            assert!((way - want).abs() < 1e-6, "{way}");
+        }
+        assert!(velocity.iter().all(|v| v.abs() < 1e-9));
+    }
+
+    #[test]
+    fn what_is_told_at_once_is_done_one_after_the_other() {
+        let mut sensor = InHand::new(&options(SensorOptions::default())).unwrap();
+        let first_s = sensor.lay(Face::all()[0]);
+        let second_s = sensor.lay(Face::all()[3]);
+        assert!(second_s > first_s + PAUSE_S);
+        assert!(sensor.at(first_s + 0.5 * PAUSE_S).accel_mps2[0] > 8.0);
+        assert!(sensor.at(second_s + 1.0).accel_mps2[1] < -8.0);
+        // Time does not run backwards.
+        let now = sensor.at(second_s + 1.0);
+        assert_eq!(sensor.at(0.0), now);
+        assert!(sensor.hold([0.0; 3]).is_err());
+        assert!(sensor.hold([f64::NAN, 0.0, 1.0]).is_err());
+        assert!(
+            sensor
+                .push(&LineOptions {
+                    move_time_s: -1.0,
+                    ..LineOptions::default()
+                })
+                .is_err()
+        );
+    }
+
+    #[test]
+    fn part_and_noise_are_those_of_a_recording() {
+        let options = options(SensorOptions::default());
+        let recorded = simulate(&options).unwrap();
+        let mut sensor = InHand::new(&options).unwrap();
+        let truth = sensor.truth();
+        assert_eq!(truth.accelerometer, recorded.truth.accelerometer);
+        assert_eq!(truth.gyroscope, recorded.truth.gyroscope);
+        let file = &recorded.files[0];
+        let rows = file.t_s.len();
+        let mut readings = Vec::with_capacity(rows);
+        for row in 0..rows {
+            readings.push(sensor.at(0.01 * row as f64));
+        }
+        for axis in 0..3 {
+            let sd = |values: &dyn Fn(usize) -> f64| {
+                let mean = (0..rows).map(values).sum::<f64>() / rows as f64;
+                let sum: f64 = (0..rows).map(|i| (values(i) - mean).powi(2)).sum();
+                (mean, (sum / rows as f64).sqrt())
+            };
+            let (mean, noise) = sd(&|i| readings[i].accel_mps2[axis]);
+            let (want_mean, want_noise) = sd(&|i| file.accel_mps2[axis][i]);
+            assert!((mean - want_mean).abs() < 5e-3, "{mean} {want_mean}");
+            assert!((noise / want_noise - 1.0).abs() < 0.1);
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! The part itself: what it gives out for what it feels.
+
+use nalgebra::Vector3;
+
+use super::chamber::Warmth;
+use super::low_pass::LowPass;
+use super::options::{SensorOptions, SimulateOptions};
+use super::path::MotionPath;
+use super::random::{Purpose, normal, stream, three};
+use super::sensor::{START_TEMPERATURE_C, Sensor, TEMPERATURE_AT_ZERO_C, TEMPERATURE_LSB_PER_C};
+
+/// What one read-out of the registers gives.
+pub(super) struct Reading {
+    /// m/s².
+    pub accel: [f64; 3],
+    /// rad/s.
+    pub gyro: [f64; 3],
+    pub temperature_c: f64,
+    pub clipped: bool,
+}
+
+/// The part between what it feels and what it gives out.
+pub(super) struct Part {
+    sensor: Sensor,
+    options: SensorOptions,
+    filters: Option<[LowPass; 6]>,
+    noise: rand_chacha::ChaCha8Rng,
+    accel_sd: f64,
+    gyro_sd: f64,
+    step_s: f64,
+}
+
+impl Part {
+    /// At rest on the start of `path` for ever, but for the noise; `file` numbers its
+    /// stream.
+    pub(super) fn new(
+        sensor: &Sensor,
+        options: &SimulateOptions,
+        step_s: f64,
+        file: usize,
+        path: &MotionPath,
+    ) -> Self {
+        let o = &options.sensor;
+        let felt = path.felt_at(0.0, step_s);
+        let first = [
+            sensor.read_accel(felt.force, 0.0),
+            sensor.read_gyro(felt.rate, felt.force, 0.0),
+        ];
+        let filters = o.low_pass_hz.map(|cutoff_hz| {
+            let mut filters = [LowPass::new(cutoff_hz, 1.0 / step_s); 6];
+            for (filter, &input) in filters.iter_mut().zip(first.iter().flatten()) {
+                filter.settle(input);
+            }
+            filters
+        });
+        // White noise whose means over t have the standard deviation N/√t.
+        let per_step = 1.0 / step_s.sqrt();
+        Self {
+            sensor: sensor.clone(),
+            options: o.clone(),
+            filters,
+            noise: stream(options.seed, Purpose::Noise, file),
+            accel_sd: o.accel_noise_mps_rts * per_step,
+            gyro_sd: o.gyro_noise_deg_rts.to_radians() * per_step,
+            step_s,
+        }
+    }
+
+    /// One step of the inside: acceleration, then angular rate.
+    pub(super) fn update(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> [f64; 6] {
+        let felt = path.felt_at(t_s, self.step_s);
+        let accel = self.sensor.read_accel(felt.force, warmer_c) + self.draw(self.accel_sd);
+        let gyro = self.sensor.read_gyro(felt.rate, felt.force, warmer_c) + self.draw(self.gyro_sd);
+        let mut values = [accel.x, accel.y, accel.z, gyro.x, gyro.y, gyro.z];
+        if let Some(filters) = &mut self.filters {
+            for (filter, value) in filters.iter_mut().zip(&mut values) {
+                *value = filter.update(*value);
+            }
+        }
+        values
+    }
+
+    fn draw(&mut self, sd: f64) -> Vector3<f64> {
+        // Drawn with a noise of 0 too: accelerometer and gyroscope share the
+        // stream, and switching one off must not reshuffle the other.
+        sd * three(|| normal(&mut self.noise))
+    }
+
+    /// The same, as it comes out of the registers.
+    pub(super) fn read(&mut self, path: &MotionPath, t_s: f64, warmth: Warmth) -> Reading {
+        let [ax, ay, az, gx, gy, gz] = self.update(path, t_s, warmth.felt_c);
+        let mut clipped = false;
+        let quantise = self.options.quantise;
+        let mut give = |value: f64, lsb: f64| {
+            let counts = value / lsb;
+            let counts = if quantise { counts.round() } else { counts };
+            let limited = counts.clamp(f64::from(i16::MIN), f64::from(i16::MAX));
+            clipped |= limited <= f64::from(i16::MIN) || limited >= f64::from(i16::MAX);
+            limited * lsb
+        };
+        let (accel_lsb, gyro_lsb) = (self.sensor.accel_lsb, self.sensor.gyro_lsb);
+        let accel = [ax, ay, az].map(|v| give(v, accel_lsb));
+        let gyro = [gx, gy, gz].map(|v| give(v, gyro_lsb));
+        let noise_c = self.options.temperature_noise_c * normal(&mut self.noise);
+        let temperature_c = START_TEMPERATURE_C + warmth.thermometer_c + noise_c;
+        let counts = temperature_counts(temperature_c);
+        Reading {
+            accel,
+            gyro,
+            temperature_c: if quantise {
+                counts / TEMPERATURE_LSB_PER_C + TEMPERATURE_AT_ZERO_C
+            } else {
+                temperature_c
+            },
+            clipped,
+        }
+    }
+}
+
+/// Register value of a temperature.
+pub(super) fn temperature_counts(temperature_c: f64) -> f64 {
+    ((temperature_c - TEMPERATURE_AT_ZERO_C) * TEMPERATURE_LSB_PER_C).round()
+}
