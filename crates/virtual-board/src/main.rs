@@ -4,12 +4,16 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
+use gravical::simulate::{Scenario, SimulateOptions, StaticOptions};
 use gravical::{Error, Result};
 use virtual_board::port::Port;
-use virtual_board::sensor::{Faults, Mpu6050, Rows, SensorOptions};
+use virtual_board::sensor::{
+    COMMANDS, Command as HandsDo, Faults, Hands, Mpu6050, Rows, SensorOptions,
+};
 use virtual_board::uno::Uno;
 
 /// An emulated Arduino Uno with an MPU6050 that runs the real firmware.
@@ -22,9 +26,18 @@ struct Args {
     /// What the sensor feels: a recording, over and over
     #[arg(long, value_name = "FILE", conflicts_with = "simulate")]
     recording: Option<PathBuf>,
-    /// What the sensor feels: static, line or poses
+    /// What the sensor feels: static, line or poses, over and over
     #[arg(long, value_name = "SCENARIO", default_value = "poses")]
     simulate: String,
+    /// The sensor lies where you type that it lies, a line each: +x, -z, push
+    #[arg(long, conflicts_with_all = ["recording", "simulate"])]
+    hands: bool,
+    /// How far your placements are off, ° (sd of each of two components)
+    #[arg(long, value_name = "DEG", default_value_t = 1.0, requires = "hands")]
+    tilt: f64,
+    /// Write what the sensor in your hands is in truth
+    #[arg(long, value_name = "FILE", requires = "hands")]
+    truth: Option<PathBuf>,
     /// Seed of the simulation
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -88,19 +101,27 @@ fn run(args: &Args) -> Result<()> {
     if !(0.0..=60.0).contains(&args.bootloader) {
         return Err(Error::usage("usage", "--bootloader: 0 to 60 s"));
     }
-    let rows = match &args.recording {
-        Some(file) => Rows::from_file(file)?,
-        None => Rows::simulated(&args.simulate, args.seed)?,
+    let options = SensorOptions {
+        clock_error_ppm: args.clock_error,
+        faults,
+        ..SensorOptions::default()
     };
-    let length_s = rows.duration_s();
-    let sensor = Mpu6050::new(
-        rows,
-        SensorOptions {
-            clock_error_ppm: args.clock_error,
-            faults,
-            ..SensorOptions::default()
-        },
-    );
+    let hands = args.hands.then(|| in_hand(args)).transpose()?;
+    let (sensor, says) = match &hands {
+        Some(hands) => (
+            Mpu6050::new(hands.clone(), options),
+            format!("The sensor lies with z up. Type what happens to it ({COMMANDS})."),
+        ),
+        None => {
+            let rows = match &args.recording {
+                Some(file) => Rows::from_file(file)?,
+                None => Rows::simulated(&args.simulate, args.seed)?,
+            };
+            let length_s = rows.duration_s();
+            let says = format!("The motion lasts {length_s:.1} s and begins again.");
+            (Mpu6050::new(rows, options), says)
+        }
+    };
     let firmware = match (&args.firmware, std::env::var_os("GRAVICAL_FIRMWARE")) {
         (Some(file), _) => file.clone(),
         (None, Some(file)) => file.into(),
@@ -111,12 +132,58 @@ fn run(args: &Args) -> Result<()> {
     println!("{}", port.path().display());
     // The reader of a pipe waits for this line.
     let _ = std::io::stdout().flush();
-    eprintln!("The motion lasts {length_s:.1} s and begins again. Ctrl-C ends.");
-    serve(args, &mut uno, &mut port, speed);
+    eprintln!("{says} Ctrl-C ends.");
+    let typed = hands.is_some().then(typed);
+    serve(args, &mut uno, &mut port, speed, || {
+        if let (Some(hands), Some(typed)) = (&hands, &typed) {
+            typed.try_iter().for_each(|line| act(hands, &line));
+        }
+    });
     Ok(())
 }
 
-fn serve(args: &Args, uno: &mut Uno, port: &mut Port, speed: Option<f64>) {
+/// A sensor in somebody's hands.
+fn in_hand(args: &Args) -> Result<Hands> {
+    let hands = Hands::new(&SimulateOptions {
+        seed: args.seed,
+        tilt_sd_deg: args.tilt,
+        ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
+    })?;
+    if let Some(file) = &args.truth {
+        let text =
+            serde_json::to_string_pretty(&hands.truth()).map_err(|e| Error::io(file, e.into()))?;
+        std::fs::write(file, text + "\n").map_err(|e| Error::io(file, e))?;
+    }
+    Ok(hands)
+}
+
+/// Lines from standard input, read in a thread of their own: the board does not wait.
+fn typed() -> Receiver<String> {
+    let (sender, lines) = channel();
+    std::thread::spawn(move || {
+        for line in std::io::stdin().lines().map_while(std::io::Result::ok) {
+            if sender.send(line).is_err() {
+                break;
+            }
+        }
+    });
+    lines
+}
+
+/// Does what was typed, or says why not.
+fn act(hands: &Hands, line: &str) {
+    if line.trim().is_empty() {
+        return;
+    }
+    let done = line.parse::<HandsDo>().and_then(|c| hands.act(c));
+    match done {
+        Ok(duration_s) => eprintln!("{}: rests in {duration_s:.1} s", line.trim()),
+        Err(error) => eprintln!("{error}\n{}", error.hint().unwrap_or_default()),
+    }
+}
+
+/// Runs the board; `look` is called between two steps of it.
+fn serve(args: &Args, uno: &mut Uno, port: &mut Port, speed: Option<f64>, look: impl Fn()) {
     let mut pace = Pace::new(uno.time_s());
     let mut garbled = 0_u8;
     while args.duration.is_none_or(|end_s| uno.time_s() < end_s) {
@@ -126,6 +193,7 @@ fn serve(args: &Args, uno: &mut Uno, port: &mut Port, speed: Option<f64>) {
             uno.sensor().restart(now_s);
             eprintln!("opened: reset");
         }
+        look();
         let early_s = pace.early_s(uno.time_s(), speed, port.is_open());
         let received = port.receive();
         if early_s > 0.0 {

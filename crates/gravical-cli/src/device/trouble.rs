@@ -1,5 +1,8 @@
 //! Why a port cannot be opened, and what helps.
 
+#[cfg(target_os = "linux")]
+use std::path::{Path, PathBuf};
+
 use gravical::Error;
 use serialport::ErrorKind;
 
@@ -83,19 +86,26 @@ pub fn holders(path: &str) -> Vec<String> {
         if pid == own || !pid.bytes().all(|b| b.is_ascii_digit()) {
             continue;
         }
-        let open = std::fs::read_dir(process.path().join("fd"))
+        let open: Vec<PathBuf> = std::fs::read_dir(process.path().join("fd"))
             .into_iter()
             .flatten()
-            .flatten();
-        if open
-            .into_iter()
-            .any(|fd| std::fs::read_link(fd.path()).is_ok_and(|to| to == real))
-        {
+            .flatten()
+            .filter_map(|fd| std::fs::read_link(fd.path()).ok())
+            .collect();
+        if open.contains(&real) && !is_other_end(&real, &open) {
             let name = std::fs::read_to_string(process.path().join("comm")).unwrap_or_default();
             found.push(format!("{} ({pid})", name.trim()));
         }
     }
     found
+}
+
+/// Of a pseudo-terminal the program with the other end may keep this one, too; it is
+/// the board and reads nothing here.
+#[cfg(target_os = "linux")]
+fn is_other_end(port: &Path, open: &[PathBuf]) -> bool {
+    let multiplexer = ["/dev/ptmx", "/dev/pts/ptmx"].map(PathBuf::from);
+    port.starts_with("/dev/pts") && multiplexer.iter().any(|end| open.contains(end))
 }
 
 /// Other programs that have `path` open: not known on this system.

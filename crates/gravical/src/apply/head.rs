@@ -6,7 +6,7 @@ use crate::recording::dialect::{Dialect, terminator};
 use crate::recording::layout::Layout;
 use crate::recording::names::Quantity;
 use crate::recording::row::{ACCEL, GYRO, SLOTS, TEMPERATURE, TIME, Values};
-use crate::recording::timing::{Claims, Stamps, judge};
+use crate::recording::timing::{Claims, Parts, Stamps, judge};
 use crate::recording::{ReadOptions, claimed_rate, hold_last_values, is_sparse};
 use crate::scan::Lines;
 use crate::stats::median;
@@ -113,9 +113,11 @@ impl Head {
             nominal_rate_hz: options.rate_hz.or_else(|| claimed_rate(&dialect.metadata)),
             temperature_span_c: self.temperature_span_c,
         };
-        let unit = judge(self.time.clone(), &[], &claims, |row| row as u64)
-            .timing
-            .unit;
+        let unit = judge(self.time.clone(), Parts::default(), &claims, |row| {
+            row as u64
+        })
+        .timing
+        .unit;
         let mut rising: Vec<f64> = self
             .time
             .windows(2)

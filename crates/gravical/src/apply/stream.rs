@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::recording::dialect::Dialect;
 use crate::recording::open::Input;
 use crate::recording::row::{ACCEL, GYRO, RowDefect, RowScanner, SLOTS, Span, TIME, Values};
-use crate::recording::timing::Stamps;
+use crate::recording::timing::{Parting, Stamps};
 use crate::recording::{Aside, Ledger, LineSpans, reason_before, reason_for};
 use crate::scan::{Line, Lines};
 use crate::{Error, Result};
@@ -296,10 +296,8 @@ impl<'a, S: Sink> Stream<'a, S> {
     fn no_row(&mut self, line: &Line<'_>, defect: RowDefect) {
         let header = self.dialect.header.as_ref().map(|h| h.text.as_slice());
         let reason = reason_for(line.bytes, defect, header);
-        if reason == Aside::NamedGap
-            && let Some(stamps) = &mut self.stamps
-        {
-            stamps.gap();
+        if let (Some(how), Some(stamps)) = (Parting::by(reason), &mut self.stamps) {
+            stamps.part(how);
         }
         if reason.parts() {
             let target = if self.tail.rows.is_empty() {

@@ -7,7 +7,7 @@ use super::finding::Finding;
 use super::layout::Layout;
 use super::quiet::quiet_norm;
 use super::read::Scanned;
-use super::timing::{self, Claims};
+use super::timing::{self, Claims, Parts};
 use super::unit_choice::{decide_accel, looks_unsigned};
 use super::units::{GyroScale, GyroUnit, Origin};
 use super::{POSSIBLE, ReadOptions, Recording, quality};
@@ -80,8 +80,12 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
         nominal_rate_hz: options.rate_hz.or_else(|| claimed_rate(&dialect.metadata)),
         temperature_span_c: span,
     };
+    let parts = Parts {
+        breaks: &columns.breaks,
+        gaps: &columns.gaps,
+    };
     let timed = match some(time) {
-        Some(raw) => timing::judge(raw, &columns.gaps, &claims, |row| line_map.line(row)),
+        Some(raw) => timing::judge(raw, parts, &claims, |row| line_map.line(row)),
         None => timing::untimed(accel[0].len(), &claims, Vec::new()),
     };
     findings.extend(timed.findings);

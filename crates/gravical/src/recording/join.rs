@@ -21,7 +21,7 @@ use super::finding::{Finding, LineSpans};
 use super::open::{self, Input};
 use super::quality;
 use super::read::{Role, Scanned, scan_rows};
-use super::timing::{self, Claims, TimeUnit};
+use super::timing::{self, Claims, Parts, TimeUnit};
 use super::{ReadOptions, Recording};
 
 /// A file that was joined to a recording.
@@ -131,7 +131,11 @@ fn join_input(
     let timed = if time.is_empty() {
         timing::untimed(gx.len(), &claims, Vec::new())
     } else {
-        timing::judge(time, &columns.gaps, &claims, |row| lines.line(row))
+        let parts = Parts {
+            breaks: &columns.breaks,
+            gaps: &columns.gaps,
+        };
+        timing::judge(time, parts, &claims, |row| lines.line(row))
     };
     if let Some(row) = timed.restarts.first() {
         return Err(restarted(name, Some(lines.line(*row))));

@@ -21,12 +21,14 @@
 //! [`stop`]: Mpu6050::stop
 
 mod faults;
+mod hands;
 pub(crate) mod registers;
 mod source;
 #[cfg(test)]
 mod tests;
 
 pub use faults::{Fault, FaultKind, Faults};
+pub use hands::{COMMANDS, Command, Hands};
 pub use source::{Reading, Rows, Source};
 
 use gravical_core::unit::{

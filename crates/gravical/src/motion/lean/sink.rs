@@ -11,7 +11,7 @@ use crate::calibration_file::TemperatureModel;
 use crate::denoise::Running;
 use crate::recording::quality::Empty;
 use crate::recording::row::{ACCEL, GYRO, TEMPERATURE, TIME};
-use crate::recording::timing::{Clock, Follower, Steps};
+use crate::recording::timing::{Clock, Follower, Parting, Steps};
 use crate::recording::{Aside, LineSpans, POSSIBLE_C, QuietBlocks};
 use crate::segment::face::AxisMap;
 
@@ -194,7 +194,7 @@ impl Sink for Pass {
                 let stamp = values[TIME];
                 let (clock, t_s) = follower.see(stamp, || row.number);
                 state.beyond |= matches!(clock, Clock::Restarted | Clock::Absent);
-                steps.see(stamp, t_s);
+                steps.see(stamp, clock, t_s);
                 t_s
             }
             Time::Rows { rate_hz } => state.rows as f64 / *rate_hz,
@@ -236,10 +236,10 @@ impl Sink for Pass {
     }
 
     fn part(&mut self, reason: Aside, _: &mut Vec<u8>) {
-        if reason == Aside::NamedGap
-            && let Time::Stamps { follower, .. } = &mut self.state.time
+        if let (Some(how), Time::Stamps { follower, .. }) =
+            (Parting::by(reason), &mut self.state.time)
         {
-            follower.gap();
+            follower.part(how);
         }
         if self.state.rows > 0 {
             self.state.running.part();

@@ -7,7 +7,7 @@ use super::told::{Now, Told};
 use crate::apply::stream::{Row, Sink};
 use crate::motion::table::{ATTITUDE_DECIMALS, DECIMALS};
 use crate::recording::row::TIME;
-use crate::recording::timing::{Clock, Follower};
+use crate::recording::timing::{Clock, Follower, Parting};
 use crate::recording::{Aside, LineSpans};
 use crate::scan::write_fixed;
 
@@ -169,10 +169,8 @@ impl Sink for Pipeline {
     }
 
     fn part(&mut self, reason: Aside, _: &mut Vec<u8>) {
-        if reason == Aside::NamedGap
-            && let Time::Stamps(follower) = &mut self.state.time
-        {
-            follower.gap();
+        if let (Some(how), Time::Stamps(follower)) = (Parting::by(reason), &mut self.state.time) {
+            follower.part(how);
         }
         self.state.parted = self.state.samples > 0;
     }

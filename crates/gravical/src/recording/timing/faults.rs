@@ -2,6 +2,7 @@
 //! or leave a gap. A stream follows them with the same code.
 
 use crate::recording::finding::{Finding, LineSpans};
+use crate::recording::ledger::Aside;
 
 /// Stamps in seconds, and what went wrong in them.
 pub(super) struct Followed {
@@ -9,33 +10,51 @@ pub(super) struct Followed {
     pub time_s: Vec<f64>,
     /// Rows at which the clock started anew.
     pub restarts: Vec<usize>,
+    /// Rows before which the recorder paused.
+    pub pauses: Vec<usize>,
     /// The latest time, s.
     pub duration_s: f64,
     /// What was odd.
     pub stamps: Stamps,
 }
 
+/// Rows before which the recording is parted.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Parts<'a> {
+    /// Whatever parts it, gaps included.
+    pub breaks: &'a [usize],
+    /// There a gap is named.
+    pub gaps: &'a [usize],
+}
+
 /// Follows the stamps; `median` is their usual step, both in units of `per_s`
-/// seconds; before the rows `gaps` a gap is named.
+/// seconds.
 pub(super) fn follow(
     raw: &[f64],
-    gaps: &[usize],
+    parts: Parts<'_>,
     median: f64,
     per_s: f64,
     line: impl Fn(usize) -> u64,
 ) -> Followed {
-    let mut gaps = gaps.iter().peekable();
+    let mut breaks = parts.breaks.iter().peekable();
+    let mut gaps = parts.gaps.iter().peekable();
     let mut time_s = Vec::with_capacity(raw.len());
     let mut follower = Follower::new(median, per_s);
     let mut restarts = Vec::new();
+    let mut pauses = Vec::new();
     let mut latest = f64::NEG_INFINITY;
     for (row, &stamp) in raw.iter().enumerate() {
-        while gaps.next_if(|gap| **gap <= row).is_some() {
-            follower.gap();
+        while breaks.next_if(|at| **at <= row).is_some() {
+            follower.part(Parting::Break);
+        }
+        while gaps.next_if(|at| **at <= row).is_some() {
+            follower.part(Parting::NamedGap);
         }
         let (clock, t) = follower.see(stamp, || line(row));
-        if clock == Clock::Restarted {
-            restarts.push(row);
+        match clock {
+            Clock::Restarted => restarts.push(row),
+            Clock::Paused => pauses.push(row),
+            _ => {}
         }
         // What is absent is NaN, which is no maximum.
         latest = latest.max(t);
@@ -44,6 +63,7 @@ pub(super) fn follow(
     Followed {
         time_s,
         restarts,
+        pauses,
         duration_s: latest,
         stamps: follower.stamps,
     }
@@ -71,7 +91,7 @@ impl Follower {
         let before = self.stamps.before;
         let clock = self.stamps.see(stamp, line);
         match clock {
-            Clock::GoesOn => {
+            Clock::GoesOn | Clock::Paused => {
                 if self.offset.is_nan() {
                     self.offset = -stamp;
                 }
@@ -83,9 +103,9 @@ impl Follower {
         (clock, (stamp + self.offset) * self.stamps.per_s)
     }
 
-    /// A gap is named before the next row: its clock may start anew.
-    pub(crate) fn gap(&mut self) {
-        self.stamps.gap();
+    /// The recording is parted before the next row.
+    pub(crate) fn part(&mut self, how: Parting) {
+        self.stamps.part(how);
     }
 
     /// What was odd.
@@ -101,10 +121,32 @@ pub(crate) enum Clock {
     GoesOn,
     /// The row has none.
     Absent,
+    /// The recorder had stopped, and says so: what was not recorded is not missing.
+    Paused,
     /// The counter began at zero again after this many.
     Wrapped(f64),
     /// The board was reset.
     Restarted,
+}
+
+/// How a recording is parted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Parting {
+    /// By blank lines, or a header: it was stopped and goes on.
+    Break,
+    /// By a gap that is named: rows are missing, and the clock may start anew.
+    NamedGap,
+}
+
+impl Parting {
+    /// What a line that parts rows does to them; none for one that does not.
+    pub(crate) fn by(reason: Aside) -> Option<Self> {
+        match reason {
+            Aside::NamedGap => Some(Parting::NamedGap),
+            reason if reason.parts() => Some(Parting::Break),
+            _ => None,
+        }
+    }
 }
 
 /// What becomes of stamps that wrap or start anew.
@@ -126,8 +168,8 @@ pub(crate) struct Stamps {
     before: f64,
     /// Rows with a stamp.
     rows: u64,
-    /// How many of them there were at the last gap that was named.
-    gap_at: Option<u64>,
+    /// How many of them there were at the last parting.
+    parted_at: Option<(u64, Parting)>,
     faults: Faults,
 }
 
@@ -139,15 +181,23 @@ impl Stamps {
             per_s,
             before: f64::NAN,
             rows: 0,
-            gap_at: None,
+            parted_at: None,
             faults: Faults::default(),
         }
     }
 
-    /// A gap is named before the next row: a clock that runs backwards there was
-    /// started anew, however long ago.
-    pub(crate) fn gap(&mut self) {
-        self.gap_at = Some(self.rows);
+    /// The recording is parted before the next row. At a gap that is named a clock
+    /// that runs backwards was started anew, however long ago; blank lines in one do
+    /// not make it a pause.
+    pub(crate) fn part(&mut self, how: Parting) {
+        if self.parted_at != Some((self.rows, Parting::NamedGap)) {
+            self.parted_at = Some((self.rows, how));
+        }
+    }
+
+    /// Pauses of the recorder: how many, and how long in all, s.
+    pub(super) fn paused(&self) -> (u64, f64) {
+        (self.faults.pauses.count(), self.faults.paused_s)
     }
 
     #[inline]
@@ -168,7 +218,9 @@ impl Stamps {
             return Clock::Absent;
         }
         let before = std::mem::replace(&mut self.before, stamp);
-        let after_gap = self.gap_at == Some(self.rows) && self.median.is_finite();
+        let parted = self.parted_at.filter(|(at, _)| *at == self.rows);
+        let how = parted.map(|(_, how)| how);
+        let after_gap = how == Some(Parting::NamedGap) && self.median.is_finite();
         self.rows += 1;
         let step = stamp - before;
         if step < 0.0 {
@@ -187,6 +239,11 @@ impl Stamps {
             self.faults.backward.push(line);
         } else if step == 0.0 {
             self.faults.duplicate.push(line);
+        } else if step > 4.5 * self.median && how == Some(Parting::Break) {
+            self.faults.pauses.push(line);
+            self.faults.paused_s += step * self.per_s;
+            self.faults.longest_pause_s = self.faults.longest_pause_s.max(step * self.per_s);
+            return Clock::Paused;
         } else if step > 4.5 * self.median {
             // Below that, single lost samples: they are in the missing share.
             self.faults.gaps.push(line);
@@ -209,6 +266,9 @@ struct Faults {
     absent: LineSpans,
     gaps: LineSpans,
     longest_gap_s: f64,
+    pauses: LineSpans,
+    paused_s: f64,
+    longest_pause_s: f64,
 }
 
 impl Faults {
@@ -275,14 +335,29 @@ impl Faults {
                 format!("{} rows have no time stamp", self.absent.count()),
             ),
         );
+        let plural = |spans: &LineSpans, word: &str| match spans.count() {
+            1 => format!("1 {word}"),
+            n => format!("{n} {word}s"),
+        };
         add(
             &self.gaps,
             Finding::warning(
                 "gap",
                 format!(
-                    "{} gaps of more than four samples, the longest {:.3} s",
-                    self.gaps.count(),
+                    "{} of more than four samples, the longest {:.3} s",
+                    plural(&self.gaps, "gap"),
                     self.longest_gap_s
+                ),
+            ),
+        );
+        add(
+            &self.pauses,
+            Finding::note(
+                "pause",
+                format!(
+                    "{} of the recorder, the longest {:.3} s: nothing is counted as missing there",
+                    plural(&self.pauses, "pause"),
+                    self.longest_pause_s
                 ),
             ),
         );

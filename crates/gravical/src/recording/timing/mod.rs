@@ -12,7 +12,7 @@ use super::POSSIBLE;
 use super::finding::Finding;
 use crate::stats::{median, standard_deviation};
 
-pub(crate) use faults::{Clock, Follower, Stamps, Treatment};
+pub(crate) use faults::{Clock, Follower, Parting, Parts, Stamps, Treatment};
 use faults::{Followed, follow};
 pub(crate) use steps::Steps;
 pub use unit::TimeUnit;
@@ -27,7 +27,8 @@ pub struct Timing {
     pub nominal_rate_hz: Option<f64>,
     /// One over the median step, in Hz.
     pub median_rate_hz: Option<f64>,
-    /// Rows per second over the whole recording, in Hz: what is really there.
+    /// Rows per second over the whole recording but its pauses, in Hz: what is
+    /// really there.
     pub mean_rate_hz: Option<f64>,
     /// From the first stamp to the last, in s; without stamps rows over rate.
     pub duration_s: Option<f64>,
@@ -74,16 +75,15 @@ const RAREST_BURST: usize = 20;
 /// Waits of one length are bursts, from so many on.
 const FEWEST_BURSTS: usize = 5;
 
-/// Judges raw stamps; before the rows `gaps` a gap is named, `line` gives the line
-/// of a row.
+/// Judges raw stamps; `line` gives the line of a row.
 pub(crate) fn judge(
     raw: Vec<f64>,
-    gaps: &[usize],
+    parts: Parts<'_>,
     claims: &Claims,
     line: impl Fn(usize) -> u64,
 ) -> Timed {
     let mut findings = Vec::new();
-    let steps: Vec<f64> = raw.windows(2).map(|w| w[1] - w[0]).collect();
+    let mut steps: Vec<f64> = raw.windows(2).map(|w| w[1] - w[0]).collect();
     let mut rising: Vec<f64> = steps.iter().copied().filter(|d| *d > 0.0).collect();
     let Some(median) = median(&mut rising) else {
         findings.push(Finding::warning(
@@ -117,13 +117,18 @@ pub(crate) fn judge(
     let Followed {
         time_s,
         restarts,
+        pauses,
         duration_s,
         stamps,
-    } = follow(&raw, gaps, median, per_s, line);
+    } = follow(&raw, parts, median, per_s, line);
+    for row in pauses {
+        // Neither lost samples nor bunches.
+        if let Some(step) = row.checked_sub(1).and_then(|at| steps.get_mut(at)) {
+            *step = f64::NAN;
+        }
+    }
     let n = time_s.iter().filter(|t| t.is_finite()).count();
-    let mean_rate = (n > 1 && duration_s > 0.0)
-        .then(|| (n - 1) as f64 / duration_s)
-        .filter(|rate| POSSIBLE.contains(rate));
+    let mean_rate = mean_rate(n, duration_s, &stamps);
     let median_s = median * per_s;
     let regular: Vec<f64> = steps
         .iter()
@@ -191,6 +196,16 @@ pub(crate) fn judge(
         restarts,
         findings,
     }
+}
+
+/// Rows a second while it was recorded, Hz.
+fn mean_rate(rows: usize, duration_s: f64, stamps: &Stamps) -> Option<f64> {
+    let (pauses, paused_s) = stamps.paused();
+    let steps = (rows as f64) - 1.0 - (pauses as f64);
+    let recorded_s = duration_s - paused_s;
+    (steps > 0.0 && recorded_s > 0.0)
+        .then(|| steps / recorded_s)
+        .filter(|rate| POSSIBLE.contains(rate))
 }
 
 /// Without stamps: the claimed rate is all there is.

@@ -2,7 +2,7 @@
 //! of them in memory.
 
 use super::unit::guess_unit;
-use super::{Claims, Finding, POSSIBLE, Stamps, Timing, Treatment, rate_findings};
+use super::{Claims, Clock, Finding, Stamps, Timing, Treatment, mean_rate, rate_findings};
 
 /// Steps within so much of the usual one, relative, are plainly neither lost samples
 /// nor bunched ones; the others are kept one by one.
@@ -32,6 +32,7 @@ pub(crate) struct Steps {
     last: f64,
     rows: usize,
     latest_s: f64,
+    paused: usize,
     plain: usize,
     plain_s: f64,
     /// Plain steps below and above each of [`SAME`].
@@ -50,6 +51,7 @@ impl Steps {
             last: f64::NAN,
             rows: 0,
             latest_s: f64::NEG_INFINITY,
+            paused: 0,
             plain: 0,
             plain_s: 0.0,
             below: [0; 2],
@@ -58,9 +60,9 @@ impl Steps {
         }
     }
 
-    /// A raw stamp and the time that was made of it, s.
+    /// A raw stamp, what it says, and the time that was made of it, s.
     #[inline]
-    pub fn see(&mut self, stamp: f64, t_s: f64) {
+    pub fn see(&mut self, stamp: f64, clock: Clock, t_s: f64) {
         let step = stamp - self.last;
         let off = step * self.per_median - 1.0;
         if off.abs() < PLAIN {
@@ -72,6 +74,8 @@ impl Steps {
             }
         } else if self.rows == 0 {
             self.first = stamp;
+        } else if clock == Clock::Paused {
+            self.paused += 1;
         } else if self.odd.len() < MOST {
             self.odd.push(step);
         }
@@ -84,7 +88,7 @@ impl Steps {
     /// are missing, bunched, or so uneven that the usual step is not sure.
     /// `unit_of_head` is the unit that the first rows were read in.
     pub fn finish(&self, claims: &Claims, stamps: &Stamps) -> Option<(Timing, Vec<Finding>)> {
-        let steps = self.plain + self.odd.len();
+        let steps = self.plain + self.odd.len() + self.paused;
         let known = self.odd.iter().all(|d| d.is_finite()) && self.first.is_finite();
         if self.rows < 2 || steps + 1 != self.rows || !known {
             return None;
@@ -104,9 +108,7 @@ impl Steps {
         if doubt > SAME[0] && (backward || self.odd.iter().any(|d| near_limit(*d))) {
             return None;
         }
-        let mean_rate = (self.latest_s > 0.0)
-            .then(|| (self.rows - 1) as f64 / self.latest_s)
-            .filter(|rate| POSSIBLE.contains(rate))?;
+        let mean_rate = mean_rate(self.rows, self.latest_s, stamps)?;
         // Bunched ones are shorter than a fifth of the mean step.
         let short = self.odd.iter().filter(|d| **d >= 0.0 && **d < median);
         if mean_rate * median * per_s < 0.4 || short.count() * 2 > steps {

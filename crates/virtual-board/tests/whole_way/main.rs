@@ -1,0 +1,173 @@
+//! The whole way: the firmware as it is compiled from the sketch, on an emulated Uno
+//! with a simulated sensor of known truth, recorded by the program, calibrated and
+//! turned into a way. In real time, so it takes about two minutes.
+#![cfg(feature = "emulator")]
+#![allow(clippy::unwrap_used, clippy::expect_used)] // helpers of a test may panic as it does
+
+#[path = "../board/mod.rs"]
+mod board;
+mod desk;
+
+use std::path::Path;
+
+use desk::{Desk, gravical};
+use gravical::calibration_file::CalibrationFile;
+use gravical::recording::{ReadOptions, Recording, read};
+use gravical::simulate::Truth;
+use serde_json::Value;
+
+/// What the sensors of this seed are is nothing special; the motion sees the same.
+const SEED: u64 = 7;
+const GRAVITY_MPS2: f64 = 9.80665;
+const MG: f64 = 1e-3 * GRAVITY_MPS2;
+
+/// What `joint` leaves with six faces that are off by 1° (sd of each component) and
+/// means that are good to 1.24 mm/s², root mean square of many sensors: of the bias of
+/// an axis, and of the magnitude over all directions.
+const BIAS_RMS_MPS2: f64 = 0.26 * MG;
+const NORM_RMS_MPS2: f64 = 6.5 * MG;
+
+#[test]
+fn from_the_sketch_to_the_way() {
+    let Some(firmware) = board::firmware() else {
+        eprintln!("skipped: neither GRAVICAL_FIRMWARE nor avr-gcc");
+        return;
+    };
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("whole_way");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+
+    // Six placements, the report's way: a file for each axis, up, pause, down.
+    let seed = SEED.to_string();
+    let hands = ["--hands", "--seed", &seed, "--truth", "truth.json"];
+    let mut desk = Desk::new(&folder, firmware, &hands);
+    for axis in ["x", "y", "z"] {
+        desk.lay(&format!("+{axis}"));
+        let mut logger = desk.log(axis);
+        logger.wait_for_rows(1000);
+        logger.press(" ");
+        logger.wait_for("paused");
+        desk.begin(&format!("-{axis}"));
+        logger.wait_until_moved();
+        logger.press(" ");
+        logger.wait_for("resumed");
+        logger.wait_for_rows(2000);
+        logger.press("q");
+        let ended = logger.ended();
+        assert_eq!(ended["rejected"], 0);
+        assert_eq!(ended["gaps"], 0);
+    }
+    drop(desk);
+
+    let recordings = ["x_axis.csv", "y_axis.csv", "z_axis.csv"];
+    for name in recordings {
+        let warned = warnings(&folder, name);
+        assert!(warned.is_empty(), "{name}: {warned:?}");
+    }
+    let mut call = vec!["calibrate", "-o", "calibration.json"];
+    call.extend(recordings);
+    gravical(&folder, &call);
+    let calibration = CalibrationFile::read(&folder.join("calibration.json")).unwrap();
+    let truth = std::fs::read_to_string(folder.join("truth.json")).unwrap();
+    let truth: Truth = serde_json::from_str(&truth).unwrap();
+    calibrated(&folder, &calibration, &truth);
+
+    // The same part is pushed along a line.
+    let line = ["--simulate", "line", "--seed", &seed];
+    let desk = Desk::new(&folder, firmware, &line);
+    let mut logger = desk.log("-o line.csv --rows 1180");
+    assert_eq!(logger.ended()["stored"], 1180);
+    drop(desk);
+    let call = ["motion", "line.csv", "-c", "calibration.json", "--json"];
+    moved(&serde_json::from_str(&gravical(&folder, &call)).unwrap());
+}
+
+/// Kinds of what `inspect` warns of.
+fn warnings(folder: &Path, name: &str) -> Vec<String> {
+    let text = gravical(folder, &["inspect", "--json", name]);
+    let json: Value = serde_json::from_str(&text).unwrap();
+    let all = json["recordings"][0]["findings"].as_array().unwrap().iter();
+    all.filter(|f| f["severity"] != "note")
+        .map(|f| f["kind"].as_str().unwrap().to_owned())
+        .collect()
+}
+
+/// Bias and scale are within what is predicted for this noise and this tilt, and within
+/// what the file says of them.
+fn calibrated(folder: &Path, file: &CalibrationFile, truth: &Truth) {
+    let found = &file.accelerometer;
+    let deviations = found.deviations.as_ref().unwrap();
+    let truth = &truth.accelerometer;
+    let mut bias = [0.0; 3];
+    let mut report = Vec::new();
+    for axis in 0..3 {
+        // It warms up meanwhile. The axis of a file is the one whose bias it shows.
+        let name = ["x_axis.csv", "y_axis.csv", "z_axis.csv"][axis];
+        let recording = read(&folder.join(name), &ReadOptions::default()).unwrap();
+        let warmer_c = temperature_c(&recording) - 25.0;
+        bias[axis] = truth.bias_mps2[axis] + warmer_c * truth.bias_drift_mps2_per_c[axis];
+        let bias_error = found.bias[axis] - bias[axis];
+        let row = truth.matrix[axis];
+        let scale = row.iter().map(|m| m * m).sum::<f64>().sqrt();
+        let scale_error = found.scale[axis] / scale - 1.0;
+        let bias_sd = deviations.bias[axis];
+        let scale_sd = deviations.scale[axis] / scale;
+        report.push(format!(
+            "axis {axis}: bias off by {:.2} mg (sd {:.2}), scale by {:.3} % (sd {:.3})",
+            bias_error / MG,
+            bias_sd / MG,
+            100.0 * scale_error,
+            100.0 * scale_sd
+        ));
+        assert!(bias_error.abs() < 3.0 * BIAS_RMS_MPS2, "{report:?}");
+        assert!(bias_error.abs() < 3.5 * bias_sd, "{report:?}");
+        assert!(scale_error.abs() < 3.5 * scale_sd, "{report:?}");
+    }
+    // Over all directions: what the calibration makes of the truth's readings.
+    let calibration = file.accelerometer_calibration();
+    let mut squares = 0.0;
+    const DIRECTIONS: u32 = 300;
+    for i in 0..DIRECTIONS {
+        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(DIRECTIONS);
+        let turn = f64::from(i) * 2.399_963_229_728_653;
+        let level = (1.0 - z * z).sqrt();
+        let force = [level * turn.cos(), level * turn.sin(), z].map(|n| n * GRAVITY_MPS2);
+        let raw =
+            [0, 1, 2].map(|k| bias[k] + (0..3).map(|j| truth.matrix[k][j] * force[j]).sum::<f64>());
+        let norm = calibration
+            .apply(raw)
+            .iter()
+            .map(|a| a * a)
+            .sum::<f64>()
+            .sqrt();
+        squares += (norm - GRAVITY_MPS2).powi(2);
+    }
+    let rms = (squares / f64::from(DIRECTIONS)).sqrt();
+    let predicted = found.predicted_norm_error_mps2.unwrap();
+    report.push(format!(
+        "magnitude off by {:.2} mg rms ({:.2} predicted)",
+        rms / MG,
+        predicted / MG
+    ));
+    println!("{}", report.join("\n"));
+    assert!(rms < 2.5 * NORM_RMS_MPS2, "{report:?}");
+    assert!(rms < 2.5 * predicted, "{report:?}");
+}
+
+fn temperature_c(recording: &Recording) -> f64 {
+    let all = recording.temperature_c.as_ref().unwrap();
+    all.iter().sum::<f64>() / all.len() as f64
+}
+
+/// The 0.7 m, and the two centimetres beside them, lie inside the 2σ band.
+fn moved(json: &Value) {
+    let moves = json["moves"].as_array().unwrap();
+    assert_eq!(moves.len(), 1, "{moves:?}");
+    for (axis, want_m) in [0.02, 0.7, 0.0].into_iter().enumerate() {
+        let is_m = moves[0]["displacement_m"][axis].as_f64().unwrap();
+        let sigma_m = moves[0]["sigma_m"][axis].as_f64().unwrap();
+        println!("axis {axis}: {is_m:.4} m, sd {sigma_m:.4} m, true {want_m} m");
+        assert!((is_m - want_m).abs() < 2.0 * sigma_m, "axis {axis}");
+        assert!(sigma_m < 0.02, "a band that wide says nothing");
+    }
+}
