@@ -50,6 +50,28 @@ impl Logger {
         Self::of(child)
     }
 
+    /// The same of any command.
+    pub fn start_command(mut command: Command) -> Self {
+        command.stdin(Stdio::null());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self::of(command.spawn().unwrap())
+    }
+
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Takes the events that came, if there were any.
+    pub fn look(&mut self) {
+        while let Ok(line) = self.lines.recv_timeout(Duration::from_millis(10)) {
+            self.seen.push(serde_json::from_str(&line).unwrap());
+        }
+    }
+
+    pub fn has_seen(&self, kind: &str) -> bool {
+        self.seen.iter().any(|event| event["type"] == kind)
+    }
+
     /// The same with a terminal as its input and its messages.
     pub fn start_in(folder: &Path, line: &str, terminal: &Terminal) -> Self {
         let end = || Stdio::from(terminal.theirs.try_clone().unwrap());
