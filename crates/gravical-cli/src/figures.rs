@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use gravical::figure::{Figure, Formats, check_figures, figure_files, write_figures};
+use gravical::figure::{Figure, Formats, Run, check_figures, figure_files, write_figures};
 use gravical::{Error, Result};
 
+use crate::page::command_line;
 use crate::text;
 
 #[derive(Debug, clap::Args)]
@@ -41,13 +42,15 @@ impl FigureArgs {
         folder.map_or_else(Vec::new, |f| figure_files(f, names, self.formats()))
     }
 
-    /// Writes the figures where that was asked for, and says so on stderr.
+    /// Writes the figures of `verb` where that was asked for, and says so on stderr:
+    /// what was written, and what of an earlier run is gone or stays.
     ///
     /// # Errors
     ///
     /// Those of [`write_figures`].
     pub fn write(
         &self,
+        verb: &str,
         figures: impl FnOnce() -> Vec<Figure>,
         force: bool,
         quiet: bool,
@@ -56,14 +59,37 @@ impl FigureArgs {
             return Ok(());
         };
         let figures = figures();
-        let files = write_figures(&figures, folder, self.formats(), force)?;
-        if !quiet {
-            let names: Vec<&str> = figures.iter().map(|f| f.name.as_str()).collect();
+        let command = command_line();
+        let run = Run {
+            verb,
+            command: Some(&command),
+        };
+        let done = write_figures(&figures, folder, run, self.formats(), force)?;
+        if quiet {
+            return Ok(());
+        }
+        let place = folder.display();
+        let names: Vec<&str> = figures.iter().map(|f| f.name.as_str()).collect();
+        text::say(&format!(
+            "{} files in {place}: {}",
+            done.files.len(),
+            names.join(", ")
+        ));
+        if !done.removed.is_empty() {
             text::say(&format!(
-                "{} files in {}: {}",
-                files.len(),
-                folder.display(),
-                names.join(", ")
+                "removed from {place}, of an earlier run and not drawn by this one: {}",
+                file_names(&done.removed)
+            ));
+        }
+        if !done.kept.is_empty() {
+            text::say(&format!(
+                "left in {place}, of an earlier run {}: {}",
+                if force {
+                    "but changed since"
+                } else {
+                    "(--force takes them away)"
+                },
+                file_names(&done.kept)
             ));
         }
         Ok(())
@@ -76,4 +102,10 @@ impl FigureArgs {
                 .with_hint("leave --causal out: the whole recording is read then")
         })
     }
+}
+
+fn file_names(files: &[PathBuf]) -> String {
+    let names = files.iter().filter_map(|f| f.file_name());
+    let names: Vec<_> = names.map(|n| n.to_string_lossy()).collect();
+    names.join(", ")
 }

@@ -185,7 +185,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         segmentation,
     });
     let draw = || figure::calibration::figures(&file, session);
-    args.figures.write(draw, args.force, args.quiet)?;
+    args.figures
+        .write("calibrate", draw, args.force, args.quiet)?;
     if let Some(path) = &args.report {
         let page = calibration_html(&file, &figure::calibration::figures(&file, session));
         write_report(path, args.force, &page)?;

@@ -91,7 +91,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         None => write_table(&motion.track, &mut io::stdout().lock())?,
     }
     let draw = || figure::motion::figures(&motion);
-    args.figures.write(draw, args.force, args.quiet)?;
+    args.figures.write("motion", draw, args.force, args.quiet)?;
     if let Some(path) = &args.report {
         let figures = figure::motion::figures(&motion);
         let command = command_line();

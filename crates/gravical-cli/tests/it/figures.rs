@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use gravical::figure::MANIFEST;
+
 use crate::motion::line;
 use crate::support::*;
 
@@ -30,6 +32,9 @@ fn listed(folder: &Path) -> Vec<String> {
 fn drawings(folder: &Path) -> Vec<String> {
     let mut names = Vec::new();
     for name in listed(folder) {
+        if name == MANIFEST {
+            continue;
+        }
         let text = std::fs::read_to_string(folder.join(&name)).unwrap();
         if let Some(stem) = name.strip_suffix(".svg") {
             let document = roxmltree::Document::parse(&text).unwrap();
@@ -94,6 +99,47 @@ fn a_calibration_is_drawn_once_and_not_over_what_is_there() {
     assert!(again.err.contains("exists"), "{}", again.err);
     let forced = run_in(path, words("calibrate . --figures plots --force --quiet"));
     assert_eq!((forced.code, forced.err.as_str()), (0, ""));
+}
+
+/// A figure that this run does not draw would pass for one of its own.
+#[test]
+fn a_forced_run_takes_away_what_the_earlier_one_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    write(path, "rest.csv", &{
+        let rows = (0..1200).map(|i| format!("{},0.1,0.2,9.8{}\n", 10 * i, i % 3));
+        format!("t_ms,ax,ay,az\n{}", rows.collect::<String>())
+    });
+    let draw = |what: &str, code: i32| {
+        let run = run_in(path, words(&format!("{what} --figures plots --json")));
+        assert_eq!(run.code, code, "{}{}", run.out, run.err);
+        run.err
+    };
+    let said = draw("motion line/line.csv -c cal.json", 0);
+    assert!(!said.contains("removed"), "{said}");
+    write(&path.join("plots"), "notes.txt", "mine");
+    write(&path.join("plots"), "velocity.csv", "mine, too");
+    let before = listed(&path.join("plots"));
+    draw("motion rest.csv", 2);
+    assert_eq!(listed(&path.join("plots")), before);
+
+    let said = draw("motion rest.csv --force", 0);
+    assert!(
+        said.contains("removed from plots, of an earlier run and not drawn by this one: ")
+            && said.contains("trajectory.svg")
+            && said.contains("left in plots, of an earlier run but changed since: velocity.csv"),
+        "{said}"
+    );
+    let now = listed(&path.join("plots"));
+    for name in ["notes.txt", "velocity.csv", "acceleration.svg", MANIFEST] {
+        assert!(now.iter().any(|n| n == name), "{name} of {now:?}");
+    }
+    for name in ["trajectory.svg", "velocity.svg", "position.csv"] {
+        assert!(!now.iter().any(|n| n == name), "{name} of {now:?}");
+    }
+    let list = std::fs::read_to_string(path.join("plots").join(MANIFEST)).unwrap();
+    assert!(list.contains("gravical motion rest.csv --force --figures plots"));
 }
 
 #[test]

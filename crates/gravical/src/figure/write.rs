@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::output::{check_target, write_atomic};
 use crate::{Error, Result};
 
+use super::manifest::{File, MANIFEST, Manifest, Run};
 use super::{Figure, svg, write_csv};
 
 /// What is written of each figure.
@@ -18,6 +19,17 @@ impl Formats {
     fn endings(self) -> impl Iterator<Item = &'static str> {
         ["svg", "csv"].into_iter().chain(self.png.then_some("png"))
     }
+}
+
+/// What writing did.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Written {
+    /// The files of the figures.
+    pub files: Vec<PathBuf>,
+    /// Files of the earlier run that this one does not draw, taken away.
+    pub removed: Vec<PathBuf>,
+    /// The like that stay: somebody has changed them, or `force` was not given.
+    pub kept: Vec<PathBuf>,
 }
 
 /// Whether figures called `names` can be written to `folder`, before the work that
@@ -60,10 +72,10 @@ pub fn check_figures(folder: &Path, names: &[&str], formats: Formats, force: boo
             check_target(&path(folder, name, ending), force)?;
         }
     }
-    Ok(())
+    Manifest::read(folder, force).map(|_| ())
 }
 
-/// The files that figures called `names` may be written to.
+/// The files that figures called `names` may be written to, and the list of them.
 #[must_use]
 pub fn figure_files(folder: &Path, names: &[&str], formats: Formats) -> Vec<PathBuf> {
     let of = |name| {
@@ -71,11 +83,16 @@ pub fn figure_files(folder: &Path, names: &[&str], formats: Formats) -> Vec<Path
             .endings()
             .map(move |ending| path(folder, name, ending))
     };
-    names.iter().flat_map(|name| of(name)).collect()
+    let list = std::iter::once(folder.join(MANIFEST));
+    names.iter().flat_map(|name| of(name)).chain(list).collect()
 }
 
 /// Writes each figure to `folder` as NAME.svg and NAME.csv (and NAME.png), each in
 /// one step, and says which files these are. Makes the folder where it is absent.
+///
+/// The folder's [`MANIFEST`] says which run wrote what. Files that the earlier run of
+/// the same kind wrote and this one does not are taken away where `force` is given,
+/// unless somebody has changed them. Nothing else is ever removed.
 ///
 /// # Errors
 ///
@@ -83,34 +100,46 @@ pub fn figure_files(folder: &Path, names: &[&str], formats: Formats) -> Vec<Path
 pub fn write_figures(
     figures: &[Figure],
     folder: &Path,
+    run: Run<'_>,
     formats: Formats,
     force: bool,
-) -> Result<Vec<PathBuf>> {
+) -> Result<Written> {
     let names: Vec<&str> = figures.iter().map(|f| f.name.as_str()).collect();
     check_figures(folder, &names, formats, force)?;
+    let manifest = Manifest::read(folder, force)?;
     if !folder.is_dir() {
         std::fs::create_dir(folder).map_err(|e| Error::io(folder, e))?;
     }
-    let mut written = Vec::new();
+    let (mut files, mut entries) = (Vec::new(), Vec::new());
     for figure in figures {
         for ending in formats.endings() {
             let path = path(folder, &figure.name, ending);
+            let bytes = bytes(figure, ending).map_err(|e| Error::io(&path, e))?;
             write_atomic(&path, force, |out| {
-                let io = |e| Error::io(&path, e);
-                match ending {
-                    "svg" => out
-                        .write_all(svg::standalone(figure).as_bytes())
-                        .map_err(io),
-                    "csv" => write_csv(figure, out).map_err(io),
-                    _ => png(figure)
-                        .and_then(|bytes| out.write_all(&bytes))
-                        .map_err(io),
-                }
+                out.write_all(&bytes).map_err(|e| Error::io(&path, e))
             })?;
-            written.push(path);
+            entries.push(File::of(format!("{}.{ending}", figure.name), &bytes));
+            files.push(path);
         }
     }
-    Ok(written)
+    let swept = manifest.enter(folder, run, entries, force)?;
+    Ok(Written {
+        files,
+        removed: swept.removed,
+        kept: swept.kept,
+    })
+}
+
+fn bytes(figure: &Figure, ending: &str) -> std::io::Result<Vec<u8>> {
+    match ending {
+        "svg" => Ok(svg::standalone(figure).into_bytes()),
+        "csv" => {
+            let mut bytes = Vec::new();
+            write_csv(figure, &mut bytes)?;
+            Ok(bytes)
+        }
+        _ => png(figure),
+    }
 }
 
 fn path(folder: &Path, name: &str, ending: &str) -> PathBuf {
@@ -127,62 +156,4 @@ fn png(_: &Figure) -> std::io::Result<Vec<u8>> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::{Axis, Panel, Role, Series};
-    use super::*;
-
-    fn figure(name: &str) -> Figure {
-        let line = Series::line("a", Role::Raw, vec![0.0, 1.0], vec![0.0, 1.0]);
-        let panel = Panel::new(Axis::new("time", "s"), Axis::new("way", "m")).with(line);
-        Figure::new(name, "A figure", "").with(panel)
-    }
-
-    #[test]
-    fn files_are_written_once() {
-        let folder = tempfile::tempdir().unwrap();
-        let inner = folder.path().join("plots");
-        let formats = Formats { png: false };
-        let files = write_figures(&[figure("a"), figure("b")], &inner, formats, false).unwrap();
-        assert_eq!(files.len(), 4);
-        assert!(files.iter().all(|f| f.is_file()));
-        let again = write_figures(&[figure("b")], &inner, formats, false).unwrap_err();
-        assert_eq!(again.code(), "exists");
-        assert!(check_figures(&inner, &["c"], formats, false).is_ok());
-        assert!(write_figures(&[figure("b")], &inner, formats, true).is_ok());
-        let csv = std::fs::read_to_string(inner.join("b.csv")).unwrap();
-        assert_eq!(csv.lines().nth(1), Some("panel,series,x,y,low,high,label"));
-        assert_eq!(csv.lines().nth(3), Some("1,a,1,1,,,"));
-    }
-
-    #[test]
-    fn folders_that_cannot_be() {
-        let folder = tempfile::tempdir().unwrap();
-        let formats = Formats { png: false };
-        let deep = folder.path().join("a/b");
-        assert_eq!(
-            check_figures(&deep, &[], formats, true).unwrap_err().code(),
-            "no-folder"
-        );
-        let file = folder.path().join("file");
-        std::fs::write(&file, "x").unwrap();
-        assert_eq!(
-            check_figures(&file, &[], formats, true).unwrap_err().code(),
-            "no-folder"
-        );
-    }
-
-    #[test]
-    fn png_is_a_picture_or_says_how_to_have_it() {
-        let folder = tempfile::tempdir().unwrap();
-        let done = write_figures(&[figure("a")], folder.path(), Formats { png: true }, false);
-        if cfg!(feature = "png") {
-            let bytes = std::fs::read(folder.path().join("a.png")).unwrap();
-            assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 4000);
-            assert_eq!(done.unwrap().len(), 3);
-        } else {
-            let error = done.unwrap_err();
-            assert_eq!(error.code(), "no-png");
-            assert!(error.hint().unwrap().contains("--features png"));
-        }
-    }
-}
+mod tests;
