@@ -1,28 +1,12 @@
 //! Filters against scipy, and what holds for any filter.
 
-use std::f64::consts::PI;
-
-use proptest::prelude::*;
-use serde_json::Value;
+mod recordings;
+mod scipy;
 
 use super::*;
-
-fn reference() -> Value {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../tests/reference/scipy/filters.json"
-    );
-    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
-}
-
-fn numbers(value: &Value) -> Vec<f64> {
-    value
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|v| v.as_f64().unwrap())
-        .collect()
-}
+use proptest::prelude::*;
+use serde_json::Value;
+use std::f64::consts::PI;
 
 /// The largest difference over the largest value.
 fn off(got: &[f64], want: &[f64]) -> f64 {
@@ -47,85 +31,6 @@ fn filtered(spec: &str, rate_hz: f64, x: &[f64]) -> Vec<f64> {
     let mut y = x.to_vec();
     designed(spec, rate_hz, Edge::Interp).apply(&mut y);
     y
-}
-
-#[test]
-fn savitzky_golay_is_scipys() {
-    let file = reference();
-    let x = numbers(&file["x"]);
-    let mut seen = 0;
-    for case in file["savgol"].as_array().unwrap() {
-        let whole = |key: &str| case[key].as_u64().unwrap() as usize;
-        let spec = format!(
-            "savgol:{},{},{}",
-            whole("window"),
-            whole("order"),
-            whole("derivative")
-        );
-        let edge: Edge = case["edge"].as_str().unwrap().parse().unwrap();
-        let mut y = x[..whole("n")].to_vec();
-        designed(&spec, 100.0, edge).apply(&mut y);
-        let off = off(&y, &numbers(&case["y"]));
-        assert!(off < 1e-12, "{spec} {edge:?}: {off:e}");
-        seen += 1;
-    }
-    assert!(seen > 100, "{seen}");
-}
-
-#[test]
-fn the_moving_average_is_scipys() {
-    let file = reference();
-    let x = numbers(&file["x"]);
-    for case in file["mean"].as_array().unwrap() {
-        let spec = format!("mean:{}", case["window"]);
-        let edge: Edge = case["edge"].as_str().unwrap().parse().unwrap();
-        let mut y = x[..150].to_vec();
-        designed(&spec, 100.0, edge).apply(&mut y);
-        let off = off(&y, &numbers(&case["y"]));
-        assert!(off < 1e-12, "{spec} {edge:?}: {off:e}");
-    }
-}
-
-#[test]
-fn butterworth_is_scipys() {
-    let file = reference();
-    let x = numbers(&file["x"]);
-    let mut worst = 0.0_f64;
-    for case in file["butter"].as_array().unwrap() {
-        let spec = case["spec"].as_str().unwrap();
-        let filter = designed(spec, 100.0, Edge::Interp);
-        // scipy gives the gain of all to its first section, and zeros of a
-        // band-pass to sections as it likes: the poles are compared, and the whole.
-        let theirs: Vec<Vec<f64>> = case["sos"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .map(numbers)
-            .collect();
-        let mut poles: Vec<[f64; 2]> = theirs.iter().map(|s| [s[4], s[5]]).collect();
-        let mut own: Vec<[f64; 2]> = filter.sections().iter().map(|s| [s[3], s[4]]).collect();
-        for list in [&mut poles, &mut own] {
-            list.sort_by(|a, b| (a[1], a[0]).partial_cmp(&(b[1], b[0])).unwrap());
-        }
-        for (own, theirs) in own.iter().zip(&poles) {
-            assert!(off(own, theirs) < 1e-10, "{spec}: {own:?} {theirs:?}");
-        }
-        let gain = filter.response().noise_gain;
-        let theirs = case["noise_gain"].as_f64().unwrap();
-        assert!(
-            (gain / theirs - 1.0).abs() < 1e-9,
-            "{spec}: {gain} {theirs}"
-        );
-        if case["y"].is_null() {
-            continue;
-        }
-        let mut y = x.clone();
-        filter.apply(&mut y);
-        let off = off(&y, &numbers(&case["y"]));
-        worst = worst.max(off);
-        assert!(off < 1e-10, "{spec}: {off:e}");
-    }
-    println!("largest difference {worst:e}");
 }
 
 /// Every kind of linear filter.
@@ -341,98 +246,5 @@ proptest! {
         let uneven: Vec<usize> = (1..80).collect();
         filter.apply_at(Some(&time), &uneven, &mut [&mut stamped], 0..time.len());
         prop_assert!(off(&stamped, &even) < 1e-10);
-    }
-}
-
-fn denoised(csv: &str, filters: &[&str]) -> Denoised {
-    let read = crate::recording::ReadOptions::default();
-    let recording = crate::recording::read_bytes(csv.as_bytes(), "made.csv", &read).unwrap();
-    let options = DenoiseOptions::new(filters.iter().map(|f| f.parse().unwrap()));
-    denoise(recording, &options).unwrap()
-}
-
-#[test]
-fn next_to_nothing_constants_and_huge_numbers() {
-    let all = [
-        "hampel:7,3",
-        "savgol:5,2",
-        "mean:3",
-        "butter:4,5Hz",
-        "highpass1:2,0.5Hz",
-    ];
-    for rows in [1, 2, 5, 40] {
-        for value in ["9.81", "9e99", "-0.0", "1e-300"] {
-            let mut csv = "t_ms,ax,ay,az,gx,gy,gz\n".to_owned();
-            for i in 0..rows {
-                csv += &format!("{},{value},1,9.81,,,\n", 10 * i);
-            }
-            // One row has no rate, and a filter in Hz cannot be had.
-            let filters = if rows == 1 { &all[..3] } else { &all[..] };
-            let done = denoised(&csv, filters);
-            assert_eq!(done.recording.rows(), rows);
-            for channel in &done.recording.accel {
-                assert!(
-                    channel.iter().all(|v| v.is_finite()),
-                    "{rows} {value} {channel:?}"
-                );
-            }
-            if let Some(gyro) = &done.recording.gyro {
-                assert!(gyro.iter().flatten().all(|v| v.is_nan()));
-            }
-        }
-    }
-}
-
-#[test]
-fn options_that_cannot_be_meant() {
-    let csv = "t_ms,ax,ay,az\n0,0,0,9.8\n10,0,0,9.8\n20,0,0.1,9.8\n";
-    let read = crate::recording::ReadOptions::default();
-    let recording = || crate::recording::read_bytes(csv.as_bytes(), "made.csv", &read).unwrap();
-    let code = |options: &DenoiseOptions| denoise(recording(), options).unwrap_err().code();
-    let mean = FilterSpec::Mean { window: 3 };
-    assert_eq!(code(&DenoiseOptions::default()), "no-filter");
-    assert_eq!(
-        code(&DenoiseOptions::new([FilterSpec::Mean { window: 2 }])),
-        "filter-range"
-    );
-    let mut options = DenoiseOptions::new([mean]);
-    options.channels = Channels::Gyro;
-    assert_eq!(code(&options), "no-gyroscope");
-    for gap in [f64::NAN, 0.0, 1e9] {
-        let mut options = DenoiseOptions::new([mean]);
-        options.gap_steps = Some(gap);
-        assert_eq!(code(&options), "option-range");
-    }
-}
-
-#[test]
-fn nothing_crosses_a_break_or_a_gap() {
-    let mut csv = "t_ms,ax,ay,az\n".to_owned();
-    for i in 0..300 {
-        // A step at a blank row, and one at a gap of 0.2 s.
-        let level = [1.0, 5.0, -3.0][i / 100];
-        csv += &format!(
-            "{},{level},0,9.81\n",
-            10 * i + if i < 200 { 0 } else { 200 }
-        );
-        if i == 99 {
-            csv += "\n";
-        }
-    }
-    for filter in [
-        "savgol:21,3",
-        "butter:4,1Hz",
-        "butter1:2,1Hz",
-        "mean:31",
-        "hampel:31,0",
-    ] {
-        let done = denoised(&csv, &[filter]);
-        assert_eq!(done.summary.stretches, 3, "{filter}");
-        for (i, x) in done.recording.accel[0].iter().enumerate() {
-            assert!(
-                (x - [1.0, 5.0, -3.0][i / 100]).abs() < 1e-9,
-                "{filter} {i} {x}"
-            );
-        }
     }
 }

@@ -6,10 +6,13 @@
 //! its target by more than a tenth and three of these. A share of intervals out
 //! of n has √(0.95·0.05/n); three biases of a part are nearly independent.
 
+mod identities;
+
 use gravical::estimate::Reading;
 use gravical::estimate::joint::{
     JointError, JointFit, JointOptions, JointPose, Role, TiltFrom, joint,
 };
+
 use gravical::estimate::linear::linear12;
 use gravical::estimate::magnitude::{Kind, MagnitudeOptions, Weights, magnitude};
 use gravical::segment::face::angle_deg;
@@ -18,7 +21,9 @@ use gravical_core::matrix3;
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
 
 const G: f64 = 9.80665;
+
 const MG: f64 = 1000.0 / G;
+
 const DEG: f64 = 180.0 / std::f64::consts::PI;
 
 fn parts(tilt_deg: f64) -> MeansOptions {
@@ -358,165 +363,4 @@ fn a_bad_pose_is_left_out() {
     assert!(rejected >= 38, "{rejected}");
     let (clean, with) = (rms(clean.into_iter()).0, rms(with.into_iter()).0);
     assert!(with < 1.5 * clean, "{with} {clean}");
-}
-
-/// Largest difference, over standard deviations.
-fn apart(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3], sd: f64) -> f64 {
-    (0..9)
-        .map(|e| (a[e / 3][e % 3] - b[e / 3][e % 3]).abs() / sd)
-        .fold(0.0, f64::max)
-}
-
-fn readings(means: &[MeanReading]) -> Vec<Reading> {
-    means
-        .iter()
-        .map(|m| Reading {
-            mean: m.mean,
-            standard_error: Some([MeansOptions::default().noise_mps2; 3]),
-        })
-        .collect()
-}
-
-#[test]
-fn without_tilt_it_is_linear_least_squares() {
-    let flat = JointOptions {
-        prior: false,
-        ..options(Some(0.0))
-    };
-    for index in 0..10 {
-        let mut part = Part::draw(&parts(0.0), 12, index);
-        let means = part.place(&each_face(2));
-        let fit = joint(&poses(&means, true), &flat).unwrap();
-        let directions: Vec<[f64; 3]> = means.iter().map(|m| m.face.unwrap().direction()).collect();
-        let linear = linear12(&readings(&means), &directions, G).unwrap();
-        // An element's standard deviation is 1.24e-3/(2 g) = 6e-5.
-        let off = apart(&fit.model, &linear.model, 6e-5);
-        assert!(off < 1e-3, "{index}: {off}");
-        for i in 0..3 {
-            assert!((fit.bias[i] - linear.bias[i]).abs() < 1e-6, "{index}");
-        }
-    }
-}
-
-#[test]
-fn with_any_tilt_it_is_the_magnitude_alone() {
-    let flat = JointOptions {
-        prior: false,
-        ..options(Some(57.0))
-    };
-    let nine = MagnitudeOptions {
-        gravity: G,
-        nominal: Some(1.0),
-        kind: Kind::Nine,
-        weights: Weights::StandardErrors,
-    };
-    let gram = |m: &[[f64; 3]; 3]| matrix3::mul(m, &matrix3::transpose(m));
-    for index in 0..10 {
-        let mut part = Part::draw(&parts(1.0), 12, index);
-        let means = part.place(&faces_and(Planned::spread(9, 4)));
-        let fit = joint(&poses(&means, true), &flat).unwrap();
-        let by_length = magnitude(&readings(&means), &nine).unwrap();
-        // Standard deviations are above 1e-4 and 5e-4; both are exact to second
-        // order only where weights differ by the scales of the axes.
-        let off = apart(&gram(&fit.model), &gram(&by_length.model), 1e-4);
-        assert!(off < 0.05, "{index}: {off}");
-        for i in 0..3 {
-            let off = (fit.bias[i] - by_length.bias[i]).abs() / 5e-4;
-            assert!(off < 0.05, "{index}: {off}");
-        }
-    }
-}
-
-#[test]
-fn six_faces_without_a_prior_are_ferraris() {
-    let flat = JointOptions {
-        prior: false,
-        ..options(Some(0.1))
-    };
-    for index in 0..10 {
-        let mut part = Part::draw(&parts(0.1), 12, index);
-        let means = part.place(&Planned::six_faces());
-        let fit = joint(&poses(&means, true), &flat).unwrap();
-        let side = |up: bool| std::array::from_fn(|axis| means[2 * axis + usize::from(!up)].mean);
-        let six = SixPositionMeans {
-            plus: side(true),
-            minus: side(false),
-        };
-        let closed = ferraris_accelerometer(&six, G).unwrap();
-        let model = closed.model();
-        for e in 0..9 {
-            let sd = fit.covariance[e][e].sqrt();
-            let off = (fit.model[e / 3][e % 3] - model[e / 3][e % 3]).abs() / sd;
-            // The square of a tilt, (0.1°)²/2 of 1, is a fortieth of it.
-            assert!(off < 0.1, "{index}: element {e}, {off}");
-        }
-    }
-}
-
-#[test]
-fn a_pose_left_out_has_the_error_of_a_fit_without_it() {
-    for index in 0..5 {
-        let mut part = Part::draw(&parts(1.0), 13, index);
-        let means = part.place(&faces_and(Planned::spread(8, 5)));
-        let all = poses(&means, true);
-        let fit = joint(&all, &options(Some(1.0))).unwrap();
-        let mut seen = 0;
-        for (k, pose) in fit.poses.iter().enumerate() {
-            let Some(error) = pose.left_out_error else {
-                continue;
-            };
-            let rest: Vec<JointPose> = (0..all.len())
-                .filter(|&j| angle_deg(fit.poses[j].direction, pose.direction) > 25.0)
-                .map(|j| all[j])
-                .collect();
-            let Ok(without) = joint(&rest, &options(Some(1.0))) else {
-                continue;
-            };
-            let inverse = matrix3::inverse(&without.model).unwrap();
-            let force = matrix3::mul_vec(&inverse, &matrix3::sub(&all[k].mean, &without.bias));
-            let expected = matrix3::norm(&force) - G;
-            // The fit without it finds a model error of its own.
-            assert!(
-                (error - expected).abs() < 0.1 * expected.abs() + 3e-4,
-                "{index} {k}: {error} {expected}"
-            );
-            seen += 1;
-        }
-        assert!(seen >= 8, "{seen}");
-    }
-}
-
-#[test]
-fn poses_that_say_nothing_are_refused() {
-    let mut part = Part::draw(&parts(1.0), 14, 0);
-    let means = part.place(&Planned::lattice(4));
-    let found = joint(&poses(&means, true), &options(None));
-    assert!(
-        matches!(found, Err(JointError::Undetermined { .. })),
-        "{found:?}"
-    );
-    assert_eq!(joint(&[], &options(None)).unwrap_err(), JointError::NoPoses);
-    let one_face = vec![poses(&part.place(&Planned::six_faces()[..1]), true)[0]; 8];
-    let found = joint(&one_face, &options(None));
-    assert!(
-        matches!(found, Err(JointError::Undetermined { .. })),
-        "{found:?}"
-    );
-}
-
-#[test]
-fn six_magnitudes_are_fitted_exactly() {
-    // Nothing is left over, and the search has to know that it is done.
-    let six = MagnitudeOptions {
-        gravity: G,
-        nominal: Some(1.0),
-        kind: Kind::Six,
-        weights: Weights::StandardErrors,
-    };
-    for index in 0..100 {
-        let mut part = Part::draw(&parts(0.1), 15, index);
-        let means = part.place(&Planned::six_faces());
-        let fit = magnitude(&readings(&means), &six).unwrap();
-        assert!(fit.rms_mps2() < 1e-9, "{index}: {}", fit.rms_mps2());
-    }
 }

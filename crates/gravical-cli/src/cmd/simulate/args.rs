@@ -1,0 +1,370 @@
+//! Arguments of `gravical simulate`, and what they mean.
+
+use std::path::PathBuf;
+
+use gravical::simulate::{
+    FileFormat, FileOptions, LineOptions, PosesOptions, Scenario, SensorOptions, SimulateOptions,
+    SixPositionOptions, SoakOptions, StaticOptions,
+};
+
+/// Make recordings of a virtual MPU6050, and the truth about them
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    scenario: Command,
+}
+
+impl Args {
+    /// True when the truth is wanted as JSON, and errors too.
+    pub fn json(&self) -> bool {
+        match &self.scenario {
+            Command::SixPosition { shared, .. }
+            | Command::Poses { shared, .. }
+            | Command::Static { shared, .. }
+            | Command::Line { shared, .. } => shared.json,
+        }
+    }
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// Six still placements, one file each (or one Ferraris session)
+    SixPosition {
+        /// Length of each placement, s
+        #[arg(long, value_name = "S", default_value_t = 10.0)]
+        hold: f64,
+        /// One recording `session.csv`: the six placements with hand movement between, then a turn
+        /// about each axis
+        #[arg(long)]
+        continuous: bool,
+        /// Rest before and after each turn, s
+        #[arg(long, value_name = "S", default_value_t = 3.0, requires = "continuous")]
+        rest: f64,
+        /// Angle of each turn, right-handed about the axis, °
+        #[arg(
+            long,
+            value_name = "DEG",
+            default_value_t = -360.0,
+            allow_negative_numbers = true,
+            requires = "continuous"
+        )]
+        turn_angle: f64,
+        /// Duration of each turn, s
+        #[arg(long, value_name = "S", default_value_t = 4.0, requires = "continuous")]
+        turn_time: f64,
+        #[command(flatten)]
+        shared: Box<Shared>,
+    },
+    /// Six faces and free poses in one recording, poses.csv
+    Poses {
+        /// Length of each hold, s
+        #[arg(long, value_name = "S", default_value_t = 4.0)]
+        hold: f64,
+        /// Number of free poses after the six faces
+        #[arg(long, value_name = "N", default_value_t = 6)]
+        free: u32,
+        #[command(flatten)]
+        shared: Box<Shared>,
+    },
+    /// Lying flat and still, static.csv
+    Static {
+        /// Length of the recording, s
+        #[arg(long, value_name = "S", default_value_t = 10.0)]
+        duration: f64,
+        /// In a chamber that goes from HIGH to LOW and back, °C, in place of warming up on a table
+        #[arg(
+            long,
+            value_name = "HIGH,LOW",
+            value_parser = two_numbers,
+            allow_hyphen_values = true
+        )]
+        soak: Option<(f64, f64)>,
+        /// Hysteresis of the drift in the chamber: its width, °C
+        #[arg(long, value_name = "C", default_value_t = 0.0, requires = "soak")]
+        soak_hysteresis: f64,
+        /// Drift of the gyroscope's bias in the chamber, °/s per °C
+        #[arg(long, value_name = "DEG_S_C", default_value_t = 0.0, requires = "soak")]
+        gyro_drift: f64,
+        #[command(flatten)]
+        shared: Box<Shared>,
+    },
+    /// Rest, a straight smooth move along y, rest: line.csv
+    Line {
+        /// Way along y, m
+        #[arg(
+            long,
+            value_name = "M",
+            default_value_t = 0.7,
+            allow_negative_numbers = true
+        )]
+        distance: f64,
+        /// Way along x, m
+        #[arg(
+            long,
+            value_name = "M",
+            default_value_t = 0.02,
+            allow_negative_numbers = true
+        )]
+        offset: f64,
+        /// Duration of the move, s
+        #[arg(long, value_name = "S", default_value_t = 2.0)]
+        move_time: f64,
+        /// Rest before and after the move, s
+        #[arg(long, value_name = "S", default_value_t = 5.0)]
+        rest: f64,
+        /// Amplitude of one full sine of tilt during the move, °
+        #[arg(
+            long,
+            value_name = "DEG",
+            default_value_t = 0.0,
+            allow_negative_numbers = true
+        )]
+        wobble: f64,
+        #[command(flatten)]
+        shared: Box<Shared>,
+    },
+}
+
+#[derive(Debug, clap::Args)]
+pub struct Shared {
+    /// Folder to write into; it is made when it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Seed: the same seed and options give the same files
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Local gravity, m/s²
+    #[arg(long, value_name = "MPS2", default_value_t = 9.80665)]
+    gravity: f64,
+    /// How far a placement is off, ° (sd of each of two components)
+    #[arg(long, value_name = "DEG", default_value_t = 1.0)]
+    tilt: f64,
+    /// Replace files that are there
+    #[arg(long)]
+    pub force: bool,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Print the truth as one JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    board: Board,
+    #[command(flatten)]
+    sensor: Sensor,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Board and file")]
+struct Board {
+    /// True sampling rate, Hz
+    #[arg(long, value_name = "HZ", default_value_t = 100.0)]
+    rate: f64,
+    /// How fast the board's clock runs, ppm
+    #[arg(
+        long,
+        value_name = "PPM",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    clock_error: f64,
+    /// Time stamps are off by up to this, either way, ms
+    #[arg(long, value_name = "MS", default_value_t = 0.0)]
+    jitter: f64,
+    /// Share of the rows that are lost, 0 to 0.9
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
+    drop: f64,
+    /// A header with the true units (the report's says g and °/s over m/s² and rad/s)
+    #[arg(long)]
+    true_header: bool,
+    /// Counts in place of m/s² and rad/s
+    #[arg(long, conflicts_with_all = ["true_header", "decimals"])]
+    raw: bool,
+    /// Digits after the point
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    decimals: u8,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Sensor")]
+struct Sensor {
+    /// Range of the accelerometer, g: 2, 4, 8 or 16
+    #[arg(long, value_name = "G", default_value_t = 2)]
+    range: u32,
+    /// Range of the gyroscope, °/s: 250, 500, 1000 or 2000
+    #[arg(long, value_name = "DEG_S", default_value_t = 250)]
+    gyro_range: u32,
+    /// Low-pass of the sensor, Hz; 0 switches it off
+    #[arg(long, value_name = "HZ", default_value_t = 44.0)]
+    low_pass: f64,
+    /// Multiplies all noise; 0 switches it off
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    noise: f64,
+    /// Noise of the accelerometer, Allan N, m/s/√s
+    #[arg(long, value_name = "N", default_value_t = 3.3e-3)]
+    accel_noise: f64,
+    /// Noise of the gyroscope, Allan N, °/√s
+    #[arg(long, value_name = "N", default_value_t = 0.005)]
+    gyro_noise: f64,
+    /// Spread of the accelerometer's scale, % (sd)
+    #[arg(long, value_name = "PERCENT", default_value_t = 2.0)]
+    scale_sd: f64,
+    /// Spread of the misalignment of both sensors, ° (sd of each element)
+    #[arg(long, value_name = "DEG", default_value_t = 1.0)]
+    misalignment: f64,
+    /// Limit of the accelerometer's bias, m/s² (uniform, either way)
+    #[arg(long, value_name = "MPS2", default_value_t = 0.5)]
+    bias: f64,
+    /// Limit of the gyroscope's scale error, % (uniform, either way)
+    #[arg(long, value_name = "PERCENT", default_value_t = 3.0)]
+    gyro_scale: f64,
+    /// Limit of the gyroscope's bias, °/s (uniform, either way)
+    #[arg(long, value_name = "DEG_S", default_value_t = 2.0)]
+    gyro_bias: f64,
+    /// Sensitivity of the gyroscope to acceleration, °/s per g (sd of each element)
+    #[arg(long, value_name = "DEG_S_G", default_value_t = 0.1)]
+    g_sensitivity: f64,
+    /// How far the part warms up from 25 °C, °C
+    #[arg(
+        long,
+        value_name = "C",
+        default_value_t = 1.5,
+        allow_negative_numbers = true
+    )]
+    temperature_rise: f64,
+    /// Time constant of warming up, s
+    #[arg(long, value_name = "S", default_value_t = 120.0)]
+    temperature_time: f64,
+    /// Drift of the accelerometer's bias, mg per °C; 0 switches it off
+    #[arg(long, value_name = "MG_C", default_value_t = 0.5)]
+    temperature_drift: f64,
+}
+
+impl Args {
+    /// As the library wants them, and what the verb itself needs.
+    pub fn options(&self) -> (SimulateOptions, &Shared) {
+        let (scenario, shared) = match &self.scenario {
+            Command::SixPosition {
+                hold,
+                continuous,
+                rest,
+                turn_angle,
+                turn_time,
+                shared,
+            } => (
+                Scenario::SixPosition(SixPositionOptions {
+                    hold_s: *hold,
+                    continuous: *continuous,
+                    rest_s: *rest,
+                    turn_angle_deg: *turn_angle,
+                    turn_time_s: *turn_time,
+                }),
+                shared,
+            ),
+            Command::Poses { hold, free, shared } => (
+                Scenario::Poses(PosesOptions {
+                    hold_s: *hold,
+                    free: *free,
+                }),
+                shared,
+            ),
+            Command::Static {
+                duration,
+                soak,
+                soak_hysteresis,
+                gyro_drift,
+                shared,
+            } => (
+                Scenario::Static(StaticOptions {
+                    duration_s: *duration,
+                    soak: soak.map(|(high_c, low_c)| SoakOptions {
+                        high_c,
+                        low_c,
+                        hysteresis_c: *soak_hysteresis,
+                        gyro_drift_deg_s_per_c: *gyro_drift,
+                    }),
+                }),
+                shared,
+            ),
+            Command::Line {
+                distance,
+                offset,
+                move_time,
+                rest,
+                wobble,
+                shared,
+            } => (
+                Scenario::Line(LineOptions {
+                    distance_m: *distance,
+                    offset_m: *offset,
+                    move_time_s: *move_time,
+                    rest_s: *rest,
+                    wobble_deg: *wobble,
+                }),
+                shared,
+            ),
+        };
+        (shared.options(scenario), shared)
+    }
+}
+
+impl Shared {
+    fn options(&self, scenario: Scenario) -> SimulateOptions {
+        SimulateOptions {
+            scenario,
+            seed: self.seed,
+            gravity_mps2: self.gravity,
+            rate_hz: self.board.rate,
+            clock_error_ppm: self.board.clock_error,
+            stamp_jitter_ms: self.board.jitter,
+            dropped_fraction: self.board.drop,
+            tilt_sd_deg: self.tilt,
+            sensor: self.sensor.options(),
+            file: self.board.file(),
+        }
+    }
+}
+
+impl Board {
+    fn file(&self) -> FileOptions {
+        FileOptions {
+            format: match (self.raw, self.true_header) {
+                (true, _) => FileFormat::Raw,
+                (false, true) => FileFormat::TrueHeader,
+                (false, false) => FileFormat::Report,
+            },
+            decimals: self.decimals,
+        }
+    }
+}
+
+impl Sensor {
+    fn options(&self) -> SensorOptions {
+        SensorOptions {
+            accel_range_g: self.range,
+            gyro_range_deg_s: self.gyro_range,
+            low_pass_hz: (self.low_pass != 0.0).then_some(self.low_pass),
+            scale_sd_percent: self.scale_sd,
+            misalignment_sd_deg: self.misalignment,
+            accel_bias_limit_mps2: self.bias,
+            gyro_scale_limit_percent: self.gyro_scale,
+            gyro_bias_limit_deg_s: self.gyro_bias,
+            g_sensitivity_sd_deg_s_per_g: self.g_sensitivity,
+            accel_noise_mps_rts: self.accel_noise,
+            gyro_noise_deg_rts: self.gyro_noise,
+            temperature_rise_c: self.temperature_rise,
+            temperature_time_s: self.temperature_time,
+            bias_drift_mg_per_c: self.temperature_drift,
+            ..SensorOptions::default()
+        }
+        .with_noise_factor(self.noise)
+    }
+}
+
+fn two_numbers(text: &str) -> Result<(f64, f64), String> {
+    let (high, low) = text
+        .split_once(',')
+        .ok_or("two temperatures are wanted, as 50,-10")?;
+    let number = |t: &str| t.trim().parse().map_err(|e| format!("{t}: {e}"));
+    Ok((number(high)?, number(low)?))
+}

@@ -1,0 +1,113 @@
+//! Faces that are missing, there twice, or called by the wrong name.
+
+use super::*;
+
+#[test]
+fn missing_face() {
+    let folder = six_files(&Sensor::default());
+    std::fs::remove_file(folder.path().join("y_axis_neg.csv")).unwrap();
+    refused(
+        folder.path(),
+        "calibrate . --gravity 9.81 --method ferraris",
+        3,
+        "missing-face",
+        &["missing: -y", "5 of six"],
+    );
+    // The joint fit does without, and says what that costs.
+    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
+    let told = finding(&file, "missing-face")["message"].as_str().unwrap();
+    assert!(told.contains("-y up"), "{told}");
+    let sd = numbers(&file["accelerometer"]["deviations"]["bias"]);
+    assert!(sd[1] > 10.0 * sd[0].max(sd[2]), "{sd:?}");
+    assert_eq!(file["verdict"]["grade"], "not-verifiable");
+}
+
+#[test]
+fn same_face_twice_among_six() {
+    let folder = six_files(&Sensor::default());
+    let again = Sensor::default().file([0.0, 1.0, 0.0], 500, 99);
+    write(folder.path(), "y_axis_neg.csv", &again);
+    refused(
+        folder.path(),
+        "calibrate . --gravity 9.81 --method ferraris",
+        3,
+        "same-face-twice",
+        &["+y", "-y", "y_axis_pos.csv", "y_axis_neg.csv"],
+    );
+    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
+    let told = finding(&file, "same-face-twice")["message"]
+        .as_str()
+        .unwrap();
+    assert!(told.contains("no placement has -y up"), "{told}");
+}
+
+/// Renames the six files: what lay under the first name stands under the second.
+fn swapped(pairs: &[(&str, &str)]) -> tempfile::TempDir {
+    let folder = six_files(&Sensor::default());
+    for (a, b) in pairs {
+        let path = |n: &str| folder.path().join(format!("{n}.csv"));
+        let spare = folder.path().join("spare");
+        std::fs::rename(path(a), &spare).unwrap();
+        std::fs::rename(path(b), path(a)).unwrap();
+        std::fs::rename(spare, path(b)).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn names_swapped_so_that_only_a_mirror_explains_them() {
+    let folder = swapped(&[("x_axis_pos", "x_axis_neg")]);
+    poor(folder.path(), ". --gravity 9.81", "names-mirrored");
+    let file = calibrate(folder.path(), ". --gravity 9.81", 4);
+    assert!(kinds(&file).contains(&"orientation-mismatch".to_owned()));
+    close(
+        file["accelerometer"]["bias"][0].as_f64().unwrap(),
+        Sensor::default().bias[0],
+        0.01,
+    );
+}
+
+#[test]
+fn names_that_are_believed_and_left_handed() {
+    let line = "calibrate . --gravity 9.81 --faces names";
+    let two = swapped(&[("x_axis_pos", "x_axis_neg")]);
+    refused(two.path(), line, 3, "left-handed", &["swapped"]);
+    let axes = swapped(&[("x_axis_pos", "y_axis_pos"), ("x_axis_neg", "y_axis_neg")]);
+    refused(axes.path(), line, 3, "left-handed", &["det R"]);
+}
+
+#[test]
+fn names_that_are_believed_speak_of_the_case() {
+    // Half a turn about z, and the names say so.
+    let half = swapped(&[("x_axis_pos", "x_axis_neg"), ("y_axis_pos", "y_axis_neg")]);
+    let line = ". --gravity 9.81 --faces names --axes=-x,-y,z";
+    let file = calibrate(half.path(), line, 0);
+    let data = calibrate(half.path(), ". --gravity 9.81 --axes=-x,-y,z", 0);
+    same_accelerometer(&file["accelerometer"], &data["accelerometer"]);
+    refused(
+        six_files(&Sensor::default()).path(),
+        &format!("calibrate {line}"),
+        3,
+        "left-handed",
+        &["+x up"],
+    );
+}
+
+#[test]
+fn names_of_a_turned_board_are_no_mistake() {
+    // x → y, y → −x: a quarter turn about z, and every sign the other way round.
+    let quarter = swapped(&[
+        ("x_axis_pos", "y_axis_pos"),
+        ("x_axis_neg", "y_axis_neg"),
+        ("x_axis_pos", "x_axis_neg"),
+    ]);
+    let file = calibrate(quarter.path(), ". --gravity 9.81", 0);
+    finding(&file, "names-turned");
+    let reversed = swapped(&[
+        ("x_axis_pos", "x_axis_neg"),
+        ("y_axis_pos", "y_axis_neg"),
+        ("z_axis_pos", "z_axis_neg"),
+    ]);
+    let file = calibrate(reversed.path(), ". --gravity 9.81", 0);
+    assert_eq!(finding(&file, "names-reversed")["severity"], "note");
+}

@@ -1,0 +1,141 @@
+//! Readings that no sound sensor in the claimed unit gives.
+
+use super::*;
+
+#[test]
+fn a_scale_15_percent_off() {
+    let folder = six_files(&Sensor::default().scaled(1.15));
+    poor(folder.path(), ". --gravity 9.81", "scale-off");
+    let folder = six_files(&Sensor::default().scaled(1.06));
+    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
+    finding(&file, "scale-high");
+}
+
+#[test]
+fn a_bias_that_no_sensor_has() {
+    let mut sensor = Sensor::default();
+    sensor.bias[1] = 3.9;
+    let folder = six_files(&sensor);
+    // With −y up it reads 0.6 g: the unit has to be said.
+    poor(
+        folder.path(),
+        ". --gravity 9.81 --accel-unit m/s^2",
+        "large-bias",
+    );
+}
+
+/// An MPU6050 in counts at ±2 g.
+fn in_counts() -> Sensor {
+    Sensor {
+        unit: 16384.0 / 9.80665,
+        decimals: 0,
+        ..Sensor::default()
+    }
+}
+
+#[test]
+fn clipped_holds() {
+    let folder = six_files(&in_counts());
+    let path = folder.path().join("z_axis_pos.csv");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let clipped: String = text
+        .lines()
+        .enumerate()
+        .map(|(i, l)| match l.rsplit_once(',') {
+            Some((before, _)) if (200..240).contains(&i) => format!("{before},32767\n"),
+            _ => format!("{l}\n"),
+        })
+        .collect();
+    std::fs::write(&path, clipped).unwrap();
+    poor(folder.path(), ". --gravity 9.81 --rows 400", "clipped-hold");
+}
+
+#[test]
+fn a_full_scale_that_is_not_the_one_claimed() {
+    let folder = six_files(&Sensor {
+        unit: 8192.0 / 9.80665,
+        ..in_counts()
+    });
+    let right = calibrate(folder.path(), ". --gravity 9.81", 0);
+    assert_eq!(right["accelerometer"]["input_unit"], "counts");
+    poor(
+        folder.path(),
+        ". --gravity 9.81 --accel-range 2",
+        "scale-off",
+    );
+}
+
+#[test]
+fn turns_the_other_way() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = run_in(
+        folder.path(),
+        words("simulate six-position --continuous --hold 4 --rest 2 --turn-angle 360 -o . --quiet"),
+    );
+    assert_eq!(made.code, 0, "{}", made.err);
+    poor(folder.path(), "session.csv", "turned-other-way");
+    let told = calibrate(folder.path(), "session.csv --turn-angle 360", 0);
+    assert!(!kinds(&told).contains(&"turned-other-way".to_owned()));
+}
+
+#[test]
+fn a_unit_that_nothing_tells() {
+    let folder = six_files(&Sensor {
+        unit: 3.3,
+        ..Sensor::default()
+    });
+    refused(
+        folder.path(),
+        "calibrate .",
+        3,
+        "unit-unknown",
+        &["magnitude at rest"],
+    );
+    // mg without a word of it could be counts at 1024 per g or cm/s², too.
+    let folder = six_files(&Sensor {
+        unit: 1000.0 / 9.80665,
+        decimals: 2,
+        ..Sensor::default()
+    });
+    refused(folder.path(), "calibrate .", 3, "unit-unknown", &["mg"]);
+    let told = calibrate(folder.path(), ". --accel-unit mg --gravity 9.81", 0);
+    assert_eq!(told["accelerometer"]["input_unit"], "mg");
+    close(
+        told["accelerometer"]["bias"][0].as_f64().unwrap() * 9.80665 / 1000.0,
+        Sensor::default().bias[0],
+        0.01,
+    );
+    assert_eq!(
+        run_in(folder.path(), words("calibrate . --accel-unit parsec")).code,
+        2
+    );
+}
+
+#[test]
+fn a_unit_that_gravity_contradicts_is_taken_as_told_and_poor() {
+    let folder = six_files(&Sensor::default());
+    let file = calibrate(folder.path(), ". --accel-unit g", 4);
+    finding(&file, "unit-mismatch");
+    finding(&file, "scale-off");
+}
+
+#[test]
+fn files_in_different_units() {
+    let folder = six_files(&Sensor::default());
+    let other = Sensor {
+        unit: 1.0 / 9.80665,
+        ..Sensor::default()
+    };
+    write(
+        folder.path(),
+        "z_axis_neg.csv",
+        &other.file([0.0, 0.0, -1.0], 500, 3),
+    );
+    refused(
+        folder.path(),
+        "calibrate .",
+        3,
+        "units-differ",
+        &["z_axis_neg.csv", "m/s^2"],
+    );
+}

@@ -1,0 +1,141 @@
+//! Samples that are not even, or not there.
+
+use super::*;
+
+/// 100 Hz, gravity and a little of everything.
+fn lines_at(times_ms: impl Iterator<Item = f64>) -> Vec<String> {
+    let mut noise = Noise::new(4);
+    times_ms
+        .map(|t| {
+            let [x, y, z] = [0.0, 0.0, 9.81].map(|v| v + 0.03 * noise.normal());
+            format!("{t},{x:.4},{y:.4},{z:.4}")
+        })
+        .collect()
+}
+
+#[test]
+fn gaps_breaks_and_what_is_too_short() {
+    let folder = tempfile::tempdir().unwrap();
+    // A step from one level to another across the gap, as after a pause.
+    let mut text = "t_ms,ax,ay,az\n".to_owned();
+    for i in 0..300 {
+        let (t, level) = if i < 150 {
+            (10 * i, 0.0)
+        } else {
+            (10 * i + 300, 5.0)
+        };
+        text += &format!("{t},{level},0.1,9.81\n");
+    }
+    text += "3700,1,1,9.81\n3710,1,1,9.81\n\n3720,2,2,9.81\n";
+    write(folder.path(), "gap.csv", &text);
+    for filter in ["savgol:11,2", "butter:4,2Hz", "butter1:2,2Hz", "mean:9"] {
+        let told = summary(folder.path(), &format!("gap.csv --filter {filter}"));
+        assert_eq!(told["stretches"], 4, "{filter}");
+        assert_eq!(finding(&told, "parted")["count"], 2, "{filter}");
+        let rows = written(folder.path());
+        for (i, row) in rows
+            .iter()
+            .skip(1)
+            .filter(|r| r.len() == 4)
+            .enumerate()
+            .take(300)
+        {
+            let want = if i < 150 { 0.0 } else { 5.0 };
+            // Nothing of one side gets to the other.
+            close(row[1].parse().unwrap(), want, 1e-6);
+        }
+        if filter != "butter1:2,2Hz" {
+            assert_eq!(finding(&told, "not-filtered")["count"], 9, "{filter}");
+        }
+        // The blank row is still a break.
+        assert_eq!(rows.iter().filter(|r| r.join("").is_empty()).count(), 1);
+    }
+}
+
+#[test]
+fn stamps_that_run_backwards_or_are_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut lines = lines_at((0..400).map(|i| 10.0 * f64::from(i)));
+    lines[200] = lines[200].replacen("2000,", "1900,", 1);
+    lines[300] = lines[300].replacen("3000,", ",", 1);
+    write(
+        folder.path(),
+        "back.csv",
+        &format!("t_ms,ax,ay,az\n{}\n", lines.join("\n")),
+    );
+    let told = summary(
+        folder.path(),
+        "back.csv --filter savgol:5,2 --filter butter:2,5Hz",
+    );
+    finding(&told, "backward-time");
+    assert!(
+        finding(&told, "parted")["message"]
+            .as_str()
+            .unwrap()
+            .contains("backwards")
+    );
+    assert_eq!(finding(&told, "stamps-filled")["count"], 1);
+    assert_eq!(written(folder.path()).len(), 401);
+}
+
+#[test]
+fn empty_cells_stay_empty_and_spoil_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut lines = lines_at((0..400).map(|i| 10.0 * f64::from(i)));
+    lines[100] = "1000,,0.1,9.8".to_owned();
+    lines[250] = "2500,0.1,NaN,".to_owned();
+    write(
+        folder.path(),
+        "holes.csv",
+        &format!("t_ms,ax,ay,az\n{}\n", lines.join("\n")),
+    );
+    for filter in [
+        "savgol:5,2",
+        "butter:4,5Hz",
+        "highpass1:2,0.5Hz",
+        "hampel:7,3",
+        "mean:5",
+    ] {
+        let told = summary(folder.path(), &format!("holes.csv --filter {filter}"));
+        assert_eq!(finding(&told, "empty-kept")["count"], 3, "{filter}");
+        let rows = written(folder.path());
+        let empty: Vec<(usize, usize)> = (1..rows.len())
+            .flat_map(|r| (1..4).map(move |c| (r, c)))
+            .filter(|(r, c)| rows[*r][*c].is_empty())
+            .collect();
+        assert_eq!(empty, [(101, 1), (251, 2), (251, 3)], "{filter}");
+    }
+}
+
+#[test]
+fn uneven_sampling_is_filtered_over_the_stamps_or_a_grid() {
+    let folder = tempfile::tempdir().unwrap();
+    // A parabola in time, sampled anyhow, and one with lost rows.
+    let (mut anyhow, mut lost) = ("t,ax,ay,az\n".to_owned(), "t,ax,ay,az\n".to_owned());
+    let value = |t: f64| 1.0 + 2.0 * t - 3.0 * t * t;
+    for i in 0..300 {
+        let t = 0.01 * f64::from(i) + 0.0037 * f64::from(i * 7 % 3 - 1);
+        anyhow += &format!("{t:.6},{:.9},0.5,9.81\n", value(t));
+        let t = 0.01 * f64::from(i);
+        if i % 37 != 5 {
+            lost += &format!("{t:.6},{:.9},0.5,9.81\n", value(t));
+        }
+    }
+    write(folder.path(), "anyhow.csv", &anyhow);
+    write(folder.path(), "lost.csv", &lost);
+    for name in ["anyhow.csv", "lost.csv"] {
+        let told = summary(folder.path(), &format!("{name} --filter savgol:7,2"));
+        finding(&told, "fitted-over-stamps");
+        for row in written(folder.path()).iter().skip(1) {
+            close(
+                row[1].parse().unwrap(),
+                value(row[0].parse().unwrap()),
+                3e-6,
+            );
+        }
+    }
+    let told = summary(folder.path(), "anyhow.csv --filter butter:2,5Hz");
+    finding(&told, "resampled");
+    let told = summary(folder.path(), "lost.csv --filter butter:2,5Hz");
+    assert_eq!(finding(&told, "lost-samples-filled")["count"], 3 * 8);
+}

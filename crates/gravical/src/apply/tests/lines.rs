@@ -1,0 +1,241 @@
+//! Every line, in pieces as they come: breaks, tails, pipes.
+
+use super::*;
+
+#[test]
+fn every_line_is_accounted_for() {
+    let text = "Fs,100\n\nt,ax,ay,az\n\
+                0,0.1,0.2,9.8\n\n,,,\n1,0.1,0.2,9.8\n# a remark\nt,ax,ay,az\n2,0.1,0.2\n\
+                3,0.1,0.2,9.8,4,0.1\n4,0.1,abc,9.8\n5,,0.2,9.8\n\u{0}6,0.1,0.2,9.8\n";
+    let (out, summary) = run(&si(), text);
+    let starts: Vec<&str> = out.lines().map(|l| l.split(',').next().unwrap()).collect();
+    assert_eq!(starts, ["t", "0", "", "", "1", "5", "6"]);
+    assert_eq!(out.lines().nth(5).unwrap(), "5,,,");
+    let aside = |reason: Aside| {
+        let entry = summary.set_aside.iter().find(|s| s.reason == reason);
+        entry.map_or(0, |s| s.lines)
+    };
+    assert_eq!((summary.lines, summary.rows), (14, 4));
+    for (reason, lines) in [
+        (Aside::Header, 1),
+        (Aside::Metadata, 1),
+        (Aside::Blank, 3),
+        (Aside::Comment, 1),
+        (Aside::RepeatedHeader, 1),
+        (Aside::TornLine, 1),
+        (Aside::TooManyFields, 1),
+        (Aside::NotANumber, 1),
+    ] {
+        assert_eq!(aside(reason), lines, "{reason:?}");
+    }
+    assert_eq!(finding(&summary, "torn-line").lines, [[10, 10]]);
+    assert_eq!(finding(&summary, "empty-cells").lines, [[13, 13]]);
+    assert_eq!(finding(&summary, "nul-bytes").lines, [[14, 14]]);
+    assert_eq!(summary.rows_without_acceleration, 1);
+}
+
+#[test]
+fn a_named_gap_stays_a_break_and_its_clock_may_start_anew() {
+    let row = |i: usize| match i {
+        50 => "# gap: the board was reset, the clock of the board starts anew".to_owned(),
+        ..50 => format!("{},0.1,0.{},9.8,7", 9000 + 10 * i, i % 3),
+        _ => format!("{},0.1,0.{},9.8,7", 6000 + 10 * i, i % 3),
+    };
+    let text = still("t_ms,ax,ay,az,n", 100, row);
+    let (out, summary) = run(&si(), &text);
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!((lines.len(), lines[51], summary.rows), (101, "", 99));
+    assert_eq!(finding(&summary, "named-gap").lines, [[52, 52]]);
+    assert_eq!(finding(&summary, "restarted-time").lines, [[53, 53]]);
+}
+
+#[test]
+fn a_tail_of_zeros_is_set_aside_and_zeros_within_are_not() {
+    let row = |i: usize| match i {
+        20..30 | 50.. => format!("{i},0,0,0,7"),
+        _ => format!("{i},0.1,0.{},9.8,7", i % 3),
+    };
+    let text = still("t,ax,ay,az,n", 60, row);
+    let (out, summary) = run(&si(), &text);
+    assert_eq!((out.lines().count(), summary.rows), (51, 50));
+    assert!(out.lines().nth(25).unwrap().starts_with("24,"));
+    assert_eq!(finding(&summary, "zero-tail").lines, [[52, 61]]);
+    // One row alone can be a measurement.
+    let (_, summary) = run(&si(), &still("t,ax,ay,az,n", 51, row));
+    assert_eq!(summary.rows, 51);
+    assert_eq!(
+        refused(&si(), "ax,ay,az\n0,0,0\n0,0,0\n", &options()).code(),
+        "all-zero"
+    );
+}
+
+#[test]
+fn a_tail_too_long_to_hold_back_is_written_with_a_finding() {
+    let row = |i: usize| match i {
+        50.. => format!("{i},0,0,0"),
+        _ => format!("{i},0.1,0.{},9.8", i % 3),
+    };
+    let text = still("t,ax,ay,az", 60, row);
+    let (cal, options) = (si(), options());
+    let mut input = from_reader(Box::new(io::Cursor::new(text.into_bytes())), false).unwrap();
+    let reader = std::mem::replace(&mut input.reader, Box::new(io::empty()));
+    let prepared = prepare(reader, "rec.csv", &options.read).unwrap();
+    let (dialect, layout) = (prepared.dialect, prepared.layout);
+    let head = Head::read(&prepared.head, true, &dialect, &layout);
+    let plan = Plan::new(&dialect, &layout, false, false);
+    let mut findings = Vec::new();
+    let judged =
+        judge::judge(&cal, &head, &layout, &options.read, "", None, &mut findings).unwrap();
+    let mut stream = Stream::new(
+        Rewrite(&plan),
+        Sensor::new(&cal, false, options.axes),
+        Watch::new(judged.accel, 0.0, false),
+        None,
+        [false; 2],
+        &dialect,
+        layout.scanner(&dialect),
+    );
+    stream.tail.set_limit(100);
+    let mut out = Vec::new();
+    let done = stream
+        .run(prepared.lines, &input, "rec.csv", &mut out)
+        .unwrap();
+    findings.extend(done.told.all());
+    assert_eq!((done.ledger.rows, done.ledger.lines), (60, 61));
+    assert_eq!(out.iter().filter(|b| **b == b'\n').count(), 61);
+    let zero = findings.iter().find(|f| f.kind == "zero-tail").unwrap();
+    assert_eq!((zero.count, &zero.lines[..]), (10, &[[52, 61]][..]));
+}
+
+#[test]
+fn channels_that_are_written_when_they_arrive_hold() {
+    let row = |i: usize| match i % 3 {
+        0 => format!("{i},0.{},,", i % 7),
+        1 => format!("{i},,0.2,"),
+        _ => format!("{i},,,9.8"),
+    };
+    let (out, summary) = run(&si(), &still("t,ax,ay,az", 60, row));
+    assert_eq!(summary.rows_without_acceleration, 2);
+    assert_eq!(out.lines().nth(1).unwrap(), "0,,,");
+    assert!(!out.lines().nth(4).unwrap().contains(",,"));
+}
+
+/// Gives few bytes at a time, as a pipe does.
+struct Drips<'a>(&'a [u8], usize);
+
+impl Read for Drips<'_> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        self.1 = self.1 * 5 % 97 + 1;
+        let n = self.1.min(out.len()).min(self.0.len());
+        let (now, later) = self.0.split_at(n);
+        out[..n].copy_from_slice(now);
+        self.0 = later;
+        Ok(n)
+    }
+}
+
+/// A recording with defects, longer than the head.
+fn defective() -> String {
+    let row = |i: usize| {
+        let x = i as f64;
+        let stamp = match i {
+            5000 => 10 * i - 60,
+            5001..5003 => 50010,
+            _ => 10 * i,
+        };
+        let ay = if (6000..6300).contains(&i) {
+            0.25
+        } else {
+            0.2 + 0.01 * (1.7 * x).sin()
+        };
+        let az = if i % 500 < 4 && i > 4000 {
+            19.6127
+        } else {
+            9.8 + 0.01 * x.cos()
+        };
+        let zero = if i >= 9990 { 0.0 } else { 1.0 };
+        let line = format!(
+            "{stamp},{:.4},{:.4},{:.4},{:.3},0.01,{:.3}",
+            zero * 0.01 * x.sin(),
+            zero * ay,
+            zero * az,
+            zero * (0.3 * x).sin(),
+            zero * 0.5
+        );
+        let zeros = "0.0000,0.0000,0.0000,0.000,0.000,0.000";
+        match i {
+            7000 => format!("{line}\n\nt_ms,ax,ay,az,gx,gy,gz"),
+            7100 => line[..12].to_owned(),
+            7200 => format!("{stamp},,0.2,9.8,1,2,3"),
+            9990.. => format!("{stamp},{zeros}"),
+            _ => line,
+        }
+    };
+    still("t_ms,ax,ay,az,gx,gy,gz", 10_000, row)
+}
+
+#[test]
+fn drops_give_the_same_as_the_whole() {
+    let text: &'static str = Box::leak(defective().into_boxed_str());
+    let (whole, by_whole) = run(&si(), text);
+    let input = from_reader(Box::new(Drips(text.as_bytes(), 7)), false).unwrap();
+    let mut out = Vec::new();
+    let by_drops = apply(&si(), input, "rec.csv", &mut out, &options()).unwrap();
+    assert!(whole.as_bytes() == out);
+    assert_eq!(by_whole, by_drops);
+}
+
+#[test]
+fn the_findings_of_the_stream_are_those_of_the_batch() {
+    let text = defective();
+    let (_, streamed) = run(&si(), &text);
+    let batch = read_bytes(text.as_bytes(), "rec.csv", &ReadOptions::default()).unwrap();
+    assert_eq!(streamed.lines, batch.ledger.lines);
+    assert_eq!(streamed.rows, batch.ledger.rows);
+    for kind in [
+        "frozen-axis",
+        "clipped",
+        "backward-time",
+        "duplicate-time",
+        "gap",
+        "zero-tail",
+        "torn-line",
+        "repeated-header",
+        "blank-rows",
+    ] {
+        // Of a frozen axis only the ends are compared: a long run is kept as
+        // one range, lines that are no rows within.
+        let of = |findings: &[Finding]| -> Vec<_> {
+            let of_kind = findings.iter().filter(|f| f.kind == kind);
+            of_kind
+                .map(|f| {
+                    let ends = (f.lines.first().map(|l| l[0]), f.lines.last().map(|l| l[1]));
+                    let lines = (kind != "frozen-axis").then(|| f.lines.clone());
+                    (f.message.clone(), f.count, ends, lines)
+                })
+                .collect()
+        };
+        let expected = of(&batch.findings);
+        assert!(!expected.is_empty() || kind == "gap", "{kind}");
+        assert_eq!(of(&streamed.findings), expected, "{kind}");
+    }
+}
+
+#[test]
+fn a_packed_file_that_was_cut_off_gives_what_is_there() {
+    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gz.write_all(defective().as_bytes()).unwrap();
+    let packed = gz.finish().unwrap();
+    let (_, summary) = run_with(&si(), &packed[..packed.len() / 2], &options()).unwrap();
+    assert!(summary.rows > 1000);
+    finding(&summary, "truncated-file");
+}
+
+#[test]
+fn what_holds_no_rows_is_refused_before_anything_is_written() {
+    let input = from_reader(Box::new(&b"ax,ay,az\n,0.1,9.8\n,0.2,9.8\n"[..]), false).unwrap();
+    let mut out = Vec::new();
+    let error = apply(&si(), input, "rec.csv", &mut out, &options()).unwrap_err();
+    assert_eq!((error.code(), out.len()), ("no-values", 0));
+    assert_eq!(refused(&si(), "", &options()).code(), "empty-file");
+}

@@ -1,0 +1,179 @@
+//! Units that are not those of the calibration.
+
+use super::*;
+
+#[test]
+fn another_unit_is_refused_unless_insisted_on() {
+    let rows = |g: f64| still("t,ax,ay,az", 40, |i| format!("{i},0.0,0.0{},{g}", i % 3));
+    let in_g = rows(1.001);
+    let error = refused(&si(), &in_g, &options());
+    assert_eq!(error.code(), "unit-mismatch");
+    assert!(error.is_input());
+    let (message, hint) = (error.message(), error.hint().unwrap());
+    assert!(
+        message.contains("in g ") && message.contains("m/s^2"),
+        "{message}"
+    );
+    assert!(hint.contains("--accel-unit m/s^2"), "{hint}");
+
+    let told = |unit: AccelUnit| ApplyOptions {
+        read: ReadOptions {
+            accel_unit: Some(unit),
+            ..ReadOptions::default()
+        },
+        ..options()
+    };
+    let insisted = told(AccelUnit::MetrePerSecondSquared);
+    let (_, summary) = run_with(&si(), in_g.as_bytes(), &insisted).unwrap();
+    finding(&summary, "unit-mismatch");
+    assert_eq!(summary.accelerometer.origin, Origin::Given);
+    let error = refused(&si(), &rows(9.8), &told(AccelUnit::StandardGravity));
+    assert_eq!(error.code(), "unit-mismatch");
+}
+
+#[test]
+fn counts_at_another_range_are_refused() {
+    let rows = |lsb: i32| still("ax,ay,az", 40, |i| format!("10,{},{lsb}", i % 5));
+    let cal = calibration(Some("a.u."), 16384.0 / 9.80665, [20.0, 0.0, -30.0]);
+    let (_, summary) = run(&cal, &rows(16300));
+    assert_eq!(summary.accelerometer.lsb_per_g, Some(16384.0));
+    assert!((summary.quiet_norm_mps2.unwrap() - 9.80665).abs() < 0.3);
+    let error = refused(&cal, &rows(8200), &options());
+    assert_eq!(error.code(), "unit-mismatch");
+    assert!(error.message().contains("8192 counts per g"), "{error}");
+}
+
+#[test]
+fn calibrations_and_recordings_without_a_unit_are_judged_by_gravity() {
+    let unknown = calibration(None, 3300.0 / 9.80665, [33000.0, 33100.0, 32900.0]);
+    let unsigned = still("ax,ay,az", 60, |i| format!("33000,{},36200", 33100 + i % 4));
+    let (_, summary) = run(&unknown, &unsigned);
+    finding(&summary, "unit-unverified");
+    assert_eq!(summary.accelerometer.unit, AccelUnit::Counts);
+    assert_eq!(
+        refused(
+            &unknown,
+            &still("ax,ay,az", 60, |i| format!("0.1,0.{},9.8", i % 4)),
+            &options()
+        )
+        .code(),
+        "unit-mismatch"
+    );
+    // Neither mg nor cm/s² can be told from 985; the calibration knows.
+    let mg = calibration(Some("mg"), 1000.0 / 9.80665, [0.0; 3]);
+    let (_, summary) = run(
+        &mg,
+        &still("x,ax,ay,az", 60, |i| format!("7,1.5,{}.5,985.2", i % 4)),
+    );
+    assert_eq!(summary.accelerometer.unit, AccelUnit::MilliGravity);
+}
+
+#[test]
+fn of_a_moving_sensor_the_header_says_the_unit() {
+    let moving = |unit: &str, size: f64| {
+        still(&format!("ax ({unit}),ay ({unit}),az ({unit})"), 400, |i| {
+            let x = i as f64;
+            let swing = [1.9 * x, 2.3 * x, 3.1 * x].map(|p| size * p.sin());
+            format!(
+                "{:.3},{:.3},{:.3}",
+                swing[0],
+                swing[1],
+                1.5 * size + swing[2]
+            )
+        })
+    };
+    let (_, summary) = run(&si(), &moving("m/s^2", 9.8));
+    finding(&summary, "unit-unverified");
+    assert_eq!(summary.accelerometer.origin, Origin::Header);
+    assert_eq!(
+        refused(&si(), &moving("g", 1.0), &options()).code(),
+        "unit-mismatch"
+    );
+    // The header is wrong, and the size is that of no movement.
+    assert_eq!(
+        refused(&si(), &moving("m/s^2", 500.0), &options()).code(),
+        "unit-mismatch"
+    );
+}
+
+#[test]
+fn the_unit_of_the_gyroscope_is_checked_too() {
+    let rows = |unit: &str, accel: &str| {
+        let header =
+            format!("ax ({accel}),ay ({accel}),az ({accel}),gx ({unit}),gy ({unit}),gz ({unit})");
+        still(&header, 40, |i| {
+            format!("0.1,0.{},9.8,1.5,2.5,{i}.5", i % 3)
+        })
+    };
+    let cal = with_gyro("rad/s");
+    let error = refused(&cal, &rows("deg/s", "m/s^2"), &options());
+    assert_eq!(error.code(), "unit-mismatch");
+    assert!(error.message().contains("gyroscope"), "{error}");
+    // A header that is wrong about the accelerometer proves nothing.
+    let (_, summary) = run(&cal, &rows("deg/s", "g"));
+    assert!(
+        summary
+            .findings
+            .iter()
+            .any(|f| f.message.contains("gyroscope is in deg/s"))
+    );
+    let insisted = ApplyOptions {
+        read: ReadOptions {
+            gyro_unit: Some(GyroUnit::RadianPerSecond),
+            ..ReadOptions::default()
+        },
+        ..options()
+    };
+    assert!(run_with(&cal, rows("deg/s", "m/s^2").as_bytes(), &insisted).is_ok());
+    let counts = with_gyro("counts");
+    assert_eq!(
+        refused(&counts, &rows("", "m/s^2"), &options()).code(),
+        "unit-mismatch"
+    );
+}
+
+#[test]
+fn a_labelled_recording_in_counts_with_imucals_calibration() {
+    let cal = CalibrationFile::parse(
+        serde_json::json!({
+            "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "a.u.", "from_gyr_unit": "a.u.",
+            "K_a": [[208.5, 0.0, 0.0], [0.0, 208.0, 0.0], [0.0, 0.0, 214.7]],
+            "R_a": [[0.99, 0.01, -0.01], [-0.01, 0.99, 0.02], [0.02, -0.01, 0.99]],
+            "b_a": [-6.0, -48.2, -28.9],
+            "K_g": [[16.6, 0.0, 0.0], [0.0, 16.1, 0.0], [0.0, 0.0, 16.2]],
+            "R_g": [[-0.99, 0.01, 0.01], [0.01, -0.99, -0.03], [-0.01, 0.03, -0.99]],
+            "K_ga": [[0.002, -0.016, 0.018], [0.013, 0.005, -0.008], [-0.009, 0.008, -0.003]],
+            "b_g": [1.9, -4.4, -3.6], "cal_type": "Ferraris", "_format_version": "2.0",
+        })
+        .to_string()
+        .as_bytes(),
+    )
+    .unwrap();
+    let text = still(
+        "n_samples,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,part",
+        60,
+        |i| format!("{i},-10,-50,{},2,-4,{},x_p", 2078 + i % 5, i % 3),
+    );
+    let (out, summary) = run(&cal, &text);
+    assert!(
+        out.starts_with("n_samples,ax_mps2,ay_mps2,az_mps2,gx_rad_s,gy_rad_s,gz_rad_s,part\n"),
+        "{out}"
+    );
+    assert!(out.lines().skip(1).all(|l| l.ends_with(",x_p")));
+    let line: Vec<&str> = out.lines().nth(1).unwrap().split(',').collect();
+    let got: Vec<f64> = line[1..7].iter().map(|v| v.parse().unwrap()).collect();
+    let a = cal
+        .accelerometer_calibration()
+        .apply([-10.0, -50.0, 2078.0]);
+    let w = cal
+        .gyroscope_calibration()
+        .unwrap()
+        .apply([2.0, -4.0, 0.0], a);
+    for (got, expected) in got.iter().zip(a.iter().chain(&w)) {
+        assert!((got - expected).abs() < 0.6e-6);
+    }
+    assert_eq!(
+        summary.gyroscope,
+        GyroscopeOutcome::Calibrated(GyroUnit::Counts)
+    );
+}

@@ -1,0 +1,99 @@
+//! The filters against scipy's numbers.
+
+use super::*;
+
+fn reference() -> Value {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../tests/reference/scipy/filters.json"
+    );
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|v| v.as_f64().unwrap())
+        .collect()
+}
+
+#[test]
+fn savitzky_golay_is_scipys() {
+    let file = reference();
+    let x = numbers(&file["x"]);
+    let mut seen = 0;
+    for case in file["savgol"].as_array().unwrap() {
+        let whole = |key: &str| case[key].as_u64().unwrap() as usize;
+        let spec = format!(
+            "savgol:{},{},{}",
+            whole("window"),
+            whole("order"),
+            whole("derivative")
+        );
+        let edge: Edge = case["edge"].as_str().unwrap().parse().unwrap();
+        let mut y = x[..whole("n")].to_vec();
+        designed(&spec, 100.0, edge).apply(&mut y);
+        let off = off(&y, &numbers(&case["y"]));
+        assert!(off < 1e-12, "{spec} {edge:?}: {off:e}");
+        seen += 1;
+    }
+    assert!(seen > 100, "{seen}");
+}
+
+#[test]
+fn the_moving_average_is_scipys() {
+    let file = reference();
+    let x = numbers(&file["x"]);
+    for case in file["mean"].as_array().unwrap() {
+        let spec = format!("mean:{}", case["window"]);
+        let edge: Edge = case["edge"].as_str().unwrap().parse().unwrap();
+        let mut y = x[..150].to_vec();
+        designed(&spec, 100.0, edge).apply(&mut y);
+        let off = off(&y, &numbers(&case["y"]));
+        assert!(off < 1e-12, "{spec} {edge:?}: {off:e}");
+    }
+}
+
+#[test]
+fn butterworth_is_scipys() {
+    let file = reference();
+    let x = numbers(&file["x"]);
+    let mut worst = 0.0_f64;
+    for case in file["butter"].as_array().unwrap() {
+        let spec = case["spec"].as_str().unwrap();
+        let filter = designed(spec, 100.0, Edge::Interp);
+        // scipy gives the gain of all to its first section, and zeros of a
+        // band-pass to sections as it likes: the poles are compared, and the whole.
+        let theirs: Vec<Vec<f64>> = case["sos"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(numbers)
+            .collect();
+        let mut poles: Vec<[f64; 2]> = theirs.iter().map(|s| [s[4], s[5]]).collect();
+        let mut own: Vec<[f64; 2]> = filter.sections().iter().map(|s| [s[3], s[4]]).collect();
+        for list in [&mut poles, &mut own] {
+            list.sort_by(|a, b| (a[1], a[0]).partial_cmp(&(b[1], b[0])).unwrap());
+        }
+        for (own, theirs) in own.iter().zip(&poles) {
+            assert!(off(own, theirs) < 1e-10, "{spec}: {own:?} {theirs:?}");
+        }
+        let gain = filter.response().noise_gain;
+        let theirs = case["noise_gain"].as_f64().unwrap();
+        assert!(
+            (gain / theirs - 1.0).abs() < 1e-9,
+            "{spec}: {gain} {theirs}"
+        );
+        if case["y"].is_null() {
+            continue;
+        }
+        let mut y = x.clone();
+        filter.apply(&mut y);
+        let off = off(&y, &numbers(&case["y"]));
+        worst = worst.max(off);
+        assert!(off < 1e-10, "{spec}: {off:e}");
+    }
+    println!("largest difference {worst:e}");
+}

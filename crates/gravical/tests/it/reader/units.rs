@@ -1,0 +1,122 @@
+//! Units and ranges that the header claims wrongly.
+
+use super::*;
+
+#[test]
+fn a_header_of_g_over_mps2_loses() {
+    let recording = read(&joined(&report_lines(&HEADER.replace("m/s^2", "g"), ROWS)));
+    let found = finding(&recording, "unit-mismatch");
+    assert!(
+        found.message.contains("the header says g"),
+        "{}",
+        found.message
+    );
+    assert_eq!(recording.accel_scale.unit, AccelUnit::MetrePerSecondSquared);
+    unharmed(&recording);
+}
+
+#[test]
+fn a_header_of_degrees_over_radians_loses_to_the_turns_of_gravity() {
+    // The report's format does that: g and °/s over m/s² and rad/s.
+    let options = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
+        continuous: true,
+        hold_s: 4.0,
+        ..Default::default()
+    }));
+    let folder = tempfile::tempdir().unwrap();
+    let paths = write(&simulate(&options).unwrap(), folder.path(), false).unwrap();
+    let recording = gravical::recording::read(&paths[0], &ReadOptions::default()).unwrap();
+    assert_eq!(
+        recording.gyro_scale.unwrap().unit,
+        GyroUnit::DegreePerSecond
+    );
+    let looked = inspect(&recording, &AxisMap::default());
+    assert_eq!(looked.gyroscope.unwrap().unit, GyroUnit::RadianPerSecond);
+    let mismatches = looked.findings.iter().filter(|f| f.kind == "unit-mismatch");
+    assert_eq!(mismatches.count(), 2, "accelerometer and gyroscope");
+    let turns: String = looked.turns.iter().map(|t| t.axis).collect();
+    assert_eq!(turns, "xyz");
+}
+
+/// Counts of an MPU6050 at ±`range` g, at rest with z up, with a bump that
+/// would go beyond the range where `clip`.
+fn counts(range: f64, clip: bool) -> Vec<u8> {
+    let sensor = Sensor {
+        unit: 32768.0 / range / 9.80665,
+        decimals: 0,
+        ..Sensor::default()
+    };
+    let mut text = "t_ms,ax,ay,az\n".to_owned();
+    for (i, row) in sensor
+        .hold([0.0, 0.0, 1.0], ROWS, 3)
+        .into_iter()
+        .enumerate()
+    {
+        let z = if clip && (300..310).contains(&i) {
+            32767.0
+        } else {
+            row[2]
+        };
+        text.push_str(&format!("{},{:.0},{:.0},{z:.0}\n", 10 * i, row[0], row[1]));
+    }
+    text.into_bytes()
+}
+
+#[test]
+fn clipped_samples_are_named_with_their_lines() {
+    let recording = read(&counts(2.0, true));
+    let found = finding(&recording, "clipped");
+    assert_eq!(found.lines, [[302, 311]]);
+    assert!(found.message.starts_with("az"), "{}", found.message);
+
+    // In physical units the end of the range shows as repeats of one value.
+    let mut lines = lines();
+    for line in &mut lines[101..121] {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        cells[3] = "19.6127";
+        *line = cells.join(",");
+    }
+    let recording = read(&joined(&lines));
+    assert_eq!(finding(&recording, "clipped").lines, [[102, 121]]);
+}
+
+#[test]
+fn the_full_scale_is_recognised_in_counts() {
+    for (range, lsb) in [(2.0, 16384.0), (4.0, 8192.0), (8.0, 4096.0), (16.0, 2048.0)] {
+        let recording = read(&counts(range, false));
+        assert_eq!(recording.accel_scale.unit, AccelUnit::Counts);
+        assert_eq!(recording.accel_scale.lsb_per_g, Some(lsb));
+        assert!(recording.findings.is_empty(), "{:?}", recording.findings);
+    }
+}
+
+#[test]
+fn a_wrong_full_scale_setting_is_named() {
+    // ±4 g was set, ±2 g is claimed: taken as told, with a warning.
+    let claim = |accel_unit| ReadOptions {
+        accel_unit,
+        accel_range_g: Some(2.0),
+        ..ReadOptions::default()
+    };
+    for (unit, kind, words) in [
+        (None, "range-mismatch", "that of ±4.000 g"),
+        (Some(AccelUnit::Counts), "unit-mismatch", "0.53 g"),
+    ] {
+        let recording = read_with(&counts(4.0, false), &claim(unit));
+        assert_eq!(recording.accel_scale.lsb_per_g, Some(16384.0));
+        let message = &finding(&recording, kind).message;
+        assert!(message.contains(words), "{message}");
+    }
+}
+
+#[test]
+fn unsigned_counts_are_taken_about_their_middle() {
+    let text: String = (0..400)
+        .map(|i| format!("{},33000,33100,{}\n", 0.01 * f64::from(i), 49000 + i % 3))
+        .collect();
+    let recording = read(text.as_bytes());
+    finding(&recording, "unsigned-counts");
+    assert_eq!(recording.zero_offset, 32768.0);
+    assert_eq!(recording.accel_scale.lsb_per_g, None, "no range is claimed");
+    close(accel_means(&recording)[0], 232.0, 1e-9);
+}
