@@ -4,14 +4,20 @@
 //! `crates/gravical/tests/fuzz_corpora.rs` with the files of `seeds` and
 //! `regressions`, so that both check the same things.
 
+mod frames;
 mod numbers;
+mod options;
 mod recordings;
+mod references;
 
 use gravical::calibration_file::{CalibrationFile, from_imucal, to_imucal};
 use gravical::segment::sections::parse_sections;
 
+pub use frames::frame;
 pub use numbers::number;
+pub use options::{filter, intervals};
 pub use recordings::reader;
+pub use references::reference;
 
 /// A section list: what is accepted has rows, and says the same when it is
 /// written as JSON and read again.

@@ -53,6 +53,26 @@ fn calibration_file() {
 }
 
 #[test]
+fn filter() {
+    replay("filter", 12, checks::filter);
+}
+
+#[test]
+fn intervals() {
+    replay("intervals", 10, checks::intervals);
+}
+
+#[test]
+fn reference() {
+    replay("reference", 12, checks::reference);
+}
+
+#[test]
+fn frame() {
+    replay("frame", 8, checks::frame);
+}
+
+#[test]
 fn number() {
     replay("number", 20, checks::number);
 }
