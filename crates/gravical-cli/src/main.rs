@@ -9,11 +9,12 @@ mod figures;
 mod options;
 mod page;
 mod session;
+mod table;
 mod text;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 
 #[derive(Parser)]
 #[command(
@@ -67,40 +68,6 @@ fn main() -> ExitCode {
         Err(error) => return failure::usage(&error),
     };
     let json = cli.verb.wants_json();
-    let done = match &cli.verb {
-        Verb::Inspect(args) => cmd::inspect::run(args),
-        Verb::Calibrate(args) => cmd::calibrate::run(args),
-        Verb::Apply(args) => cmd::apply::run(args),
-        Verb::Denoise(args) => cmd::denoise::run(args),
-        Verb::Motion(args) => cmd::motion::run(args),
-        Verb::Demo(args) => cmd::demo::run(args),
-        Verb::Check(args) => cmd::check::run(args),
-        Verb::Compare(args) => cmd::compare::run(args),
-        Verb::Export(args) => cmd::export::run(args),
-        Verb::Log(args) => cmd::log::run(args),
-        Verb::Ports(args) => cmd::ports::run(args),
-        Verb::Simulate(args) => cmd::simulate::run(args),
-        Verb::Completions(args) => cmd::completions::run(args, Cli::command()),
-        Verb::Man(args) => cmd::man::run(args, Cli::command()),
-    };
+    let done = cli.verb.run();
     done.unwrap_or_else(|error| failure::report(&error, json))
-}
-
-impl Verb {
-    fn wants_json(&self) -> bool {
-        match self {
-            Verb::Inspect(args) => args.json,
-            Verb::Calibrate(args) => args.json,
-            Verb::Apply(args) => args.json,
-            Verb::Denoise(args) => args.json,
-            Verb::Motion(args) => args.json,
-            Verb::Demo(args) => args.json,
-            Verb::Check(args) => args.json,
-            Verb::Compare(args) => args.json,
-            Verb::Log(args) => args.json,
-            Verb::Ports(args) => args.json,
-            Verb::Simulate(args) => args.json(),
-            Verb::Export(_) | Verb::Completions(_) | Verb::Man(_) => false,
-        }
-    }
 }

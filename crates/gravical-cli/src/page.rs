@@ -2,7 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use gravical::calibration_file::CalibrationFile;
+use gravical::figure::{self, calibration::Session};
+use gravical::motion::Motion;
 use gravical::output::{check_targets, write_atomic};
+use gravical::recording::Recording;
+use gravical::report::html::{Provenance, calibration_html, motion_html};
 use gravical::{Error, Result};
 
 use crate::figures::FigureArgs;
@@ -53,11 +58,43 @@ pub fn check_outputs(
 /// # Errors
 ///
 /// What [`write_atomic`] says.
-pub fn write_report(path: &Path, force: bool, page: &str) -> Result<()> {
+fn write_report(path: &Path, force: bool, page: &str) -> Result<()> {
     write_atomic(path, force, |out| {
         out.write_all(page.as_bytes())
             .map_err(|e| Error::io(path, e))
     })
+}
+
+/// The report of a calibration, with the figures of its session where there is one.
+///
+/// # Errors
+///
+/// What [`write_atomic`] says.
+pub fn write_calibration(
+    path: &Path,
+    force: bool,
+    file: &CalibrationFile,
+    session: Option<Session<'_>>,
+) -> Result<()> {
+    let figures = figure::calibration::figures(file, session);
+    write_report(path, force, &calibration_html(file, &figures))
+}
+
+/// The report of a motion.
+///
+/// # Errors
+///
+/// What [`write_atomic`] says.
+pub fn write_motion(
+    path: &Path,
+    force: bool,
+    motion: &Motion,
+    recording: &Recording,
+    origin: Provenance<'_>,
+) -> Result<()> {
+    let figures = figure::motion::figures(motion);
+    let page = motion_html(&motion.result, recording, &figures, origin);
+    write_report(path, force, &page)
 }
 
 /// Says where the report is.

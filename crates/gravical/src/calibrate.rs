@@ -51,6 +51,9 @@ pub struct CalibrateOptions {
     pub sensor: SensorInfo,
     /// The command line, for the record.
     pub command: Option<String>,
+    /// Files beside the recordings that these options come from, as a section list;
+    /// for the record.
+    pub other_inputs: Vec<InputFile>,
     /// Soak recordings of the same sensor, for a temperature model; default:
     /// from the session itself where it spans enough.
     pub thermal: Vec<Recording>,
@@ -217,6 +220,9 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let verdict = verdict::verdict(&accelerometer, &findings, gravity);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
 
+    let mut inputs = InputFile::of(recordings);
+    inputs.extend(options.other_inputs.iter().cloned());
+    inputs.extend(InputFile::of_soak(&options.thermal));
     let file = CalibrationFile {
         format: FORMAT.to_owned(),
         created: creation_time(),
@@ -227,7 +233,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         temperature_c: range,
         accelerometer,
         gyroscope: gyroscope.section,
-        inputs: InputFile::of(recordings),
+        inputs,
         findings,
         verdict,
         command: options.command.clone(),

@@ -52,6 +52,7 @@ mod error;
 pub mod estimate;
 pub mod figure;
 pub mod gravity;
+mod hash;
 pub mod inspect;
 pub mod motion;
 pub mod output;

@@ -1,17 +1,17 @@
 //! `gravical apply`: a recording, calibrated.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use gravical::Error;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
 use gravical::calibration_file::CalibrationFile;
-use gravical::output::{check_targets, write_atomic};
 use gravical::recording::{Origin, open};
 use gravical::report::findings_text;
 
 use crate::options::RecordingArgs;
+use crate::table::TableArgs;
+use crate::text;
 
 /// Apply a calibration to a recording: one pass, any size
 ///
@@ -25,21 +25,11 @@ pub struct Args {
     /// Recording, plain or gzip; - is standard input
     #[arg(value_name = "INPUT")]
     input: PathBuf,
-    /// File to write [default: stdout]
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    pub output: TableArgs,
     /// Keep the raw columns too; the calibrated ones come last
     #[arg(long)]
     keep_raw: bool,
-    /// Replace the file of -o when it is there
-    #[arg(long)]
-    force: bool,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    quiet: bool,
-    /// Print the summary as one JSON object on stdout (needs -o)
-    #[arg(long)]
-    pub json: bool,
     #[command(flatten)]
     recording: RecordingArgs,
 }
@@ -51,22 +41,7 @@ pub struct Args {
 /// A calibration that does not fit the recording, a recording or file that
 /// cannot be read, a file that is there already, or what the disk says.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let target = args
-        .output
-        .as_deref()
-        .filter(|path| *path != Path::new("-"));
-    if args.json && target.is_none() {
-        return Err(Error::usage(
-            "json-needs-output",
-            "--json prints the summary on stdout, where the recording goes",
-        )
-        .with_hint("write the recording to a file with -o")
-        .into());
-    }
-    if let Some(path) = target {
-        let inputs = [args.input.clone(), args.calibration.clone()];
-        check_targets(&[path.to_owned()], &inputs, args.force)?;
-    }
+    args.output.check(&[&args.input, &args.calibration])?;
     let calibration = CalibrationFile::read(&args.calibration)?;
     let options = ApplyOptions {
         read: args.recording.read_options(false),
@@ -76,40 +51,23 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     options.read.validate()?;
     let input = open::open(&args.input, false)?;
     let name = args.input.display().to_string();
-    let summary = match target {
-        None => apply(
-            &calibration,
-            input,
-            &name,
-            &mut io::stdout().lock(),
-            &options,
-        )?,
-        Some(path) => {
-            let mut summary = None;
-            write_atomic(path, args.force, |out| {
-                summary = Some(apply(&calibration, input, &name, out, &options)?);
-                Ok(())
-            })?;
-            summary.ok_or_else(|| anyhow::anyhow!("nothing was written"))?
-        }
-    };
-    if args.json {
-        let mut out = io::stdout().lock();
-        serde_json::to_writer_pretty(&mut out, &summary).map_err(io::Error::from)?;
-        out.write_all(b"\n")?;
+    let summary = args
+        .output
+        .write(|out| apply(&calibration, input, &name, out, &options))?;
+    if args.output.json {
+        text::print_json(&summary)?;
     }
-    if !args.quiet {
-        tell(&summary, target)?;
+    if !args.output.quiet {
+        tell(&summary, &args.output.place())?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn tell(summary: &ApplySummary, target: Option<&Path>) -> io::Result<()> {
+fn tell(summary: &ApplySummary, place: &str) -> io::Result<()> {
     let mut err = io::stderr().lock();
-    let target = target.map_or_else(|| "stdout".to_owned(), |p| p.display().to_string());
     writeln!(
         err,
-        "{}: {} rows calibrated → {target}",
+        "{}: {} rows calibrated → {place}",
         summary.input, summary.rows
     )?;
     writeln!(err, "  read as       {}", summary.description)?;

@@ -4,22 +4,21 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::{CalibrationFile, Grade, SensorInfo};
+use gravical::calibration_file::{CalibrationFile, Grade, InputFile, SensorInfo};
 use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::figure;
 use gravical::figure::calibration::Session;
 use gravical::recording::{Recording, read};
 use gravical::report::calibration_text;
-use gravical::report::html::calibration_html;
 use gravical::segment::SegmentOptions;
-use gravical::segment::sections::read_sections;
+use gravical::segment::sections::read_sections_with_input;
 use gravical::temperature::soak_alone;
 use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
 use crate::figures::FigureArgs;
 use crate::options::{GravityArgs, RecordingArgs};
-use crate::page::{check_outputs, command_line, say_report, write_report};
+use crate::page::{check_outputs, command_line, say_report, write_calibration};
 use crate::session::{join_gyro, read_session};
 use crate::text;
 
@@ -177,8 +176,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     file.findings.extend(left_out);
     if let Some(path) = &args.output {
-        file.write(path, args.force)?;
-        confirm(path, &file)?;
+        save(path, args.force, &file)?;
     }
     let session = segmentation.as_ref().map(|segmentation| Session {
         recordings: &recordings,
@@ -188,8 +186,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.figures
         .write("calibrate", draw, args.force, args.quiet)?;
     if let Some(path) = &args.report {
-        let page = calibration_html(&file, &figure::calibration::figures(&file, session));
-        write_report(path, args.force, &page)?;
+        write_calibration(path, args.force, &file, session)?;
         if !args.quiet {
             say_report(Some(path));
         }
@@ -223,10 +220,12 @@ impl Args {
 
     fn options(&self) -> Result<CalibrateOptions> {
         let m = &self.method;
+        let sections = m.sections.as_deref().map(read_sections_with_input);
+        let (sections, list) = sections.transpose()?.unzip();
         Ok(CalibrateOptions {
             segment: SegmentOptions {
                 rows: m.rows,
-                sections: m.sections.as_deref().map(read_sections).transpose()?,
+                sections,
                 axes: self.recording.axes.0,
                 faces_by_name: m.faces == FacesFrom::Names,
                 turn_angle_deg: m.turn_angle,
@@ -251,14 +250,21 @@ impl Args {
                 model: m.sensor_model.clone(),
             },
             command: Some(command_line()),
+            other_inputs: list.into_iter().collect(),
             thermal: self.thermal()?,
         })
     }
 }
 
-/// Reads the file back: "saved" is said of what can be read.
-fn confirm(path: &Path, file: &CalibrationFile) -> Result<()> {
-    let back = CalibrationFile::read(path)?;
+/// Writes the file and reads it back: "saved" is said of what can be read. Says
+/// which bytes it is now.
+///
+/// # Errors
+///
+/// `not-saved` (input), and those of writing and reading.
+pub fn save(path: &Path, force: bool, file: &CalibrationFile) -> Result<InputFile> {
+    file.write(path, force)?;
+    let (back, input) = CalibrationFile::read_with_input(path)?;
     if back.accelerometer.matrix != file.accelerometer.matrix
         || back.accelerometer.bias != file.accelerometer.bias
     {
@@ -266,7 +272,7 @@ fn confirm(path: &Path, file: &CalibrationFile) -> Result<()> {
             Error::input("not-saved", "what was written reads back differently").at(path, None),
         );
     }
-    Ok(())
+    Ok(input)
 }
 
 fn next_step(args: &Args, file: &CalibrationFile) -> String {

@@ -5,24 +5,25 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 
+use gravical::Result;
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::CalibrationFile;
-use gravical::figure;
+use gravical::calibration_file::{CalibrationFile, InputFile};
+use gravical::figure::calibration::Session;
 use gravical::gravity::Gravity;
 use gravical::inspect::inspect;
-use gravical::motion::{Calibrated, Motion, MotionOptions, motion, write_table};
-use gravical::output::{check_target, make_folder, write_atomic};
+use gravical::motion::{Calibrated, Motion, MotionOptions, motion};
+use gravical::output::{check_target, make_folder};
 use gravical::recording::{ReadOptions, Recording, Severity, read};
-use gravical::report::html::{calibration_html, motion_html};
+use gravical::report::html::Provenance;
 use gravical::report::paragraph;
 use gravical::segment::face::AxisMap;
 use gravical::simulate::{
     LineOptions, PosesOptions, Scenario, SimulateOptions, Simulation, simulate, write,
 };
-use gravical::{Error, Result};
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
+use crate::page::{write_calibration, write_motion};
 use crate::text;
 
 const NEXT: &str = "
@@ -33,6 +34,8 @@ Next, with recordings of your own
 
 /// Whose draw it is: that of `examples/demo`.
 const SEED: u64 = 2;
+/// What the reports say they were made by.
+const COMMAND: &str = "gravical demo";
 /// Length of a hold, s.
 const HOLD_S: f64 = 3.0;
 
@@ -170,12 +173,16 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
     ));
 
-    let file = calibrated(&poses, &files, args.force)?;
+    let (file, saved) = calibrated(&poses, &files, args.force)?;
     say(&format!("3 calibrated  {}", files.calibration.display()));
-    let moved = moved(&line, &file, &files, args.force)?;
+    let calibration = Calibrated {
+        file: &file,
+        name: &saved.path,
+    };
+    let moved = moved(&line, calibration, &saved, &files, args.force)?;
     say(&format!("4 moved       {}", files.track.display()));
 
-    let classical = motion(&line, Some(named(&file, &files)), &MotionOptions::report())?;
+    let classical = motion(&line, Some(calibration), &MotionOptions::report())?;
     let summary = summary(&files, &truth, &file, &moved, &classical);
     if args.json {
         text::print_json(&summary)?;
@@ -205,58 +212,49 @@ fn record(scenario: Scenario, folder: &Path, force: bool) -> Result<(Simulation,
 }
 
 /// The calibration, its file and its report.
-fn calibrated(poses: &Recording, files: &Files, force: bool) -> Result<CalibrationFile> {
+fn calibrated(
+    poses: &Recording,
+    files: &Files,
+    force: bool,
+) -> Result<(CalibrationFile, InputFile)> {
     let recordings = std::slice::from_ref(poses);
     let options = CalibrateOptions {
         gravity: Gravity::given(
             SimulateOptions::new(Scenario::Poses(PosesOptions::default())).gravity_mps2,
         )?,
-        command: Some("gravical demo".to_owned()),
+        command: Some(COMMAND.to_owned()),
         ..CalibrateOptions::default()
     };
     let done = calibrate(recordings, &options)?;
-    done.file.write(&files.calibration, force)?;
-    let session = figure::calibration::Session {
+    let saved = super::calibrate::save(&files.calibration, force, &done.file)?;
+    let session = Session {
         recordings,
         segmentation: &done.segmentation,
     };
-    let figures = figure::calibration::figures(&done.file, Some(session));
-    page(
-        &files.calibration_report,
-        force,
-        &calibration_html(&done.file, &figures),
-    )?;
-    Ok(done.file)
+    write_calibration(&files.calibration_report, force, &done.file, Some(session))?;
+    Ok((done.file, saved))
 }
 
 /// The way, its table and its report.
-fn moved(line: &Recording, file: &CalibrationFile, files: &Files, force: bool) -> Result<Motion> {
+fn moved(
+    line: &Recording,
+    calibration: Calibrated<'_>,
+    saved: &InputFile,
+    files: &Files,
+    force: bool,
+) -> Result<Motion> {
     let options = MotionOptions {
         keep_uncalibrated: true,
         ..MotionOptions::default()
     };
-    let moved = motion(line, Some(named(file, files)), &options)?;
-    write_atomic(&files.track, force, |out| {
-        write_table(&moved.track, out).map_err(|e| Error::io(&files.track, e))
-    })?;
-    let figures = figure::motion::figures(&moved);
-    let html = motion_html(&moved.result, line, &figures, Some("gravical demo"));
-    page(&files.motion_report, force, &html)?;
+    let moved = motion(line, Some(calibration), &options)?;
+    super::motion::save(&files.track, force, &moved)?;
+    let origin = Provenance {
+        command: Some(COMMAND),
+        other_inputs: std::slice::from_ref(saved),
+    };
+    write_motion(&files.motion_report, force, &moved, line, origin)?;
     Ok(moved)
-}
-
-fn named<'a>(file: &'a CalibrationFile, files: &'a Files) -> Calibrated<'a> {
-    Calibrated {
-        file,
-        name: files.calibration.to_str().unwrap_or("calibration.json"),
-    }
-}
-
-fn page(path: &Path, force: bool, html: &str) -> Result<()> {
-    write_atomic(path, force, |out| {
-        out.write_all(html.as_bytes())
-            .map_err(|e| Error::io(path, e))
-    })
 }
 
 fn summary(

@@ -8,13 +8,13 @@ use clap::ValueEnum;
 use gravical::denoise::{
     Channels, DenoiseOptions, DenoiseSummary, Denoised, Edge, FilterSpec, denoise, write,
 };
-use gravical::output::{check_targets, write_atomic};
 use gravical::recording::{ReadOptions, Recording, open, read, read_bytes};
 use gravical::report::denoise_text;
 use gravical::segment::face::AxisMap;
 use gravical::{Error, Result};
 
 use crate::options::RecordingArgs;
+use crate::table::TableArgs;
 use crate::text;
 
 /// Filter a recording, and say what the filter does to its noise
@@ -28,9 +28,8 @@ pub struct Args {
     /// Recording, plain or gzip; - is standard input
     #[arg(value_name = "INPUT")]
     input: PathBuf,
-    /// File to write [default: stdout]
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    pub output: TableArgs,
     /// A filter, see below; several run in the order in which they are given
     #[arg(short, long = "filter", value_name = "FILTER")]
     filters: Vec<FilterSpec>,
@@ -40,15 +39,6 @@ pub struct Args {
     /// Which channels are filtered
     #[arg(long, value_enum, value_name = "CHANNELS", default_value = "all")]
     channels: ChannelsArg,
-    /// Replace the file of -o when it is there
-    #[arg(long)]
-    force: bool,
-    /// Print nothing but errors
-    #[arg(short, long)]
-    quiet: bool,
-    /// Print the summary as one JSON object on stdout (needs -o)
-    #[arg(long)]
-    pub json: bool,
     #[command(flatten)]
     recording: RecordingArgs,
 }
@@ -97,20 +87,8 @@ enum ChannelsArg {
 /// A filter that cannot be had, a recording or file that cannot be read, a file that
 /// is there already, or what the disk says.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let target = args
-        .output
-        .as_deref()
-        .filter(|path| *path != Path::new("-"));
     let options = options_of(args);
     options.validate()?;
-    if args.json && target.is_none() {
-        return Err(Error::usage(
-            "json-needs-output",
-            "--json prints the summary on stdout, where the recording goes",
-        )
-        .with_hint("write the recording to a file with -o")
-        .into());
-    }
     if args.recording.axes.0 != AxisMap::default() {
         return Err(Error::usage(
             "axes-unused",
@@ -119,32 +97,18 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .with_hint("leave --axes out; `gravical apply --axes` writes the axes of the case")
         .into());
     }
-    if let Some(path) = target {
-        check_targets(
-            &[path.to_owned()],
-            std::slice::from_ref(&args.input),
-            args.force,
-        )?;
-    }
+    args.output.check(&[&args.input])?;
     let read_options = args.recording.read_options(false);
     let source = Source::new(&args.input)?;
     let mut done = denoise(source.read(&read_options)?, &options)?;
-    done.summary.columns = match target {
-        None => source.write(&done, &read_options, &mut io::stdout().lock())?,
-        Some(path) => {
-            let mut columns = Vec::new();
-            write_atomic(path, args.force, |out| {
-                columns = source.write(&done, &read_options, out)?;
-                Ok(())
-            })?;
-            columns
-        }
-    };
-    if args.json {
+    done.summary.columns = args
+        .output
+        .write(|out| source.write(&done, &read_options, out))?;
+    if args.output.json {
         text::print_json(&done.summary)?;
     }
-    if !args.quiet {
-        tell(&done.summary, target)?;
+    if !args.output.quiet {
+        tell(&done.summary, &args.output.place())?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -167,12 +131,11 @@ fn options_of(args: &Args) -> DenoiseOptions {
     }
 }
 
-fn tell(summary: &DenoiseSummary, target: Option<&Path>) -> io::Result<()> {
-    let target = target.map_or_else(|| "stdout".to_owned(), |p| p.display().to_string());
+fn tell(summary: &DenoiseSummary, place: &str) -> io::Result<()> {
     let mut err = io::stderr().lock();
     writeln!(
         err,
-        "{}: {} rows filtered → {target}",
+        "{}: {} rows filtered → {place}",
         summary.input, summary.rows
     )?;
     err.write_all(denoise_text(summary).as_bytes())

@@ -1,4 +1,4 @@
-//! One file a verb: `Args` and `run`.
+//! One file a verb: `Args` and `run`; here is which is which.
 
 pub mod apply;
 pub mod calibrate;
@@ -14,3 +14,53 @@ pub mod man;
 pub mod motion;
 pub mod ports;
 pub mod simulate;
+
+use std::process::ExitCode;
+
+use clap::CommandFactory;
+
+use crate::{Cli, Verb};
+
+impl Verb {
+    /// Does what was asked for.
+    ///
+    /// # Errors
+    ///
+    /// Those of the verb.
+    pub fn run(&self) -> anyhow::Result<ExitCode> {
+        match self {
+            Verb::Inspect(args) => inspect::run(args),
+            Verb::Calibrate(args) => calibrate::run(args),
+            Verb::Apply(args) => apply::run(args),
+            Verb::Denoise(args) => denoise::run(args),
+            Verb::Motion(args) => motion::run(args),
+            Verb::Demo(args) => demo::run(args),
+            Verb::Check(args) => check::run(args),
+            Verb::Compare(args) => compare::run(args),
+            Verb::Export(args) => export::run(args),
+            Verb::Log(args) => log::run(args),
+            Verb::Ports(args) => ports::run(args),
+            Verb::Simulate(args) => simulate::run(args),
+            Verb::Completions(args) => completions::run(args, Cli::command()),
+            Verb::Man(args) => man::run(args, Cli::command()),
+        }
+    }
+
+    /// Whether errors go to stdout as JSON, too.
+    pub fn wants_json(&self) -> bool {
+        match self {
+            Verb::Inspect(args) => args.json,
+            Verb::Calibrate(args) => args.json,
+            Verb::Apply(args) => args.output.json,
+            Verb::Denoise(args) => args.output.json,
+            Verb::Motion(args) => args.json,
+            Verb::Demo(args) => args.json,
+            Verb::Check(args) => args.json,
+            Verb::Compare(args) => args.json,
+            Verb::Log(args) => args.json,
+            Verb::Ports(args) => args.json,
+            Verb::Simulate(args) => args.json(),
+            Verb::Export(_) | Verb::Completions(_) | Verb::Man(_) => false,
+        }
+    }
+}

@@ -7,18 +7,19 @@ use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
-use gravical::Error;
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{Calibrated, MotionResult, motion, motion_end, write_table};
+use gravical::motion::{Calibrated, Motion, MotionResult, motion, motion_end, write_table};
 use gravical::output::write_atomic;
 use gravical::recording::{Recording, join_gyroscope, read};
-use gravical::report::html::motion_html;
+use gravical::report::html::Provenance;
 use gravical::report::motion_text;
+use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
-use crate::page::{check_outputs, command_line, say_report, write_report};
+use crate::page::{check_outputs, command_line, say_report, write_motion};
+use crate::table::file;
 use crate::text;
 
 pub use args::Args;
@@ -30,10 +31,7 @@ pub use args::Args;
 /// A recording, calibration or reference that cannot be read or that do not
 /// belong together, a file that is there already, or what the disk says.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let target = args
-        .output
-        .as_deref()
-        .filter(|path| *path != Path::new("-"));
+    let target = file(args.output.as_deref());
     if args.causal
         && let Some(error) = args.figures.refused()
     {
@@ -52,11 +50,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let calibration = args
         .calibration
         .as_deref()
-        .map(|path| Ok::<_, Error>((CalibrationFile::read(path)?, path.display().to_string())))
+        .map(CalibrationFile::read_with_input)
         .transpose()?;
-    let calibrated = calibration
-        .as_ref()
-        .map(|(file, name)| Calibrated { file, name });
+    let calibrated = calibration.as_ref().map(|(file, input)| Calibrated {
+        file,
+        name: &input.path,
+    });
 
     if args.causal {
         return causal::run(args, target, calibrated, &options);
@@ -78,27 +77,41 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         join_gyroscope(&mut recording, path, &read_options)?;
     }
     let mut motion = motion(&recording, calibrated, &options)?;
+    let calibration = calibration.iter().map(|(_, input)| input.clone());
+    let mut others: Vec<InputFile> = calibration.collect();
     if let Some((path, truth)) = truth {
         let reference = read_reference(path, truth.columns.as_ref(), &recording, &args.input)?;
         add_comparison(&mut motion, &reference, &truth)?;
+        others.push(reference.input());
     }
 
     match target {
-        Some(path) => write_atomic(path, args.force, |out| {
-            write_table(&motion.track, out).map_err(|e| Error::io(path, e))
-        })?,
+        Some(path) => save(path, args.force, &motion)?,
         None if args.json => {}
         None => write_table(&motion.track, &mut io::stdout().lock())?,
     }
     let draw = || figure::motion::figures(&motion);
     args.figures.write("motion", draw, args.force, args.quiet)?;
     if let Some(path) = &args.report {
-        let figures = figure::motion::figures(&motion);
         let command = command_line();
-        let page = motion_html(&motion.result, &recording, &figures, Some(&command));
-        write_report(path, args.force, &page)?;
+        let origin = Provenance {
+            command: Some(&command),
+            other_inputs: &others,
+        };
+        write_motion(path, args.force, &motion, &recording, origin)?;
     }
     tell(args, &motion.result, &recording)
+}
+
+/// Writes the table of a motion to a file.
+///
+/// # Errors
+///
+/// Those of [`write_atomic`].
+pub fn save(path: &Path, force: bool, motion: &Motion) -> Result<()> {
+    write_atomic(path, force, |out| {
+        write_table(&motion.track, out).map_err(|e| Error::io(path, e))
+    })
 }
 
 /// The result for programs and for people.
@@ -107,10 +120,10 @@ fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Re
         text::print_json(result)?;
     }
     if !args.quiet {
-        let to = match &args.output {
-            Some(path) if path != Path::new("-") => format!(" → {}", path.display()),
-            _ if args.json => String::new(),
-            _ => " → stdout".to_owned(),
+        let to = match file(args.output.as_deref()) {
+            Some(path) => format!(" → {}", path.display()),
+            None if args.json => String::new(),
+            None => " → stdout".to_owned(),
         };
         text::say(&format!("{}: {} rows{to}", result.input, result.rows));
         text::say_report(motion_text(result, recording).trim_end());

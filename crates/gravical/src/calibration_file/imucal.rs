@@ -79,24 +79,11 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
             .as_deref()
             .and_then(AccelUnit::parse)
             .unwrap_or(AccelUnit::Unknown),
-        output_unit: AccelUnit::MetrePerSecondSquared,
         bias: file.b_a,
         matrix,
         scale,
         orientation,
-        covariance: None,
-        positions: Vec::new(),
-        errors: None,
-        scale_deviation_percent: None,
-        degrees_of_freedom: 0,
-        leave_one_out_rms_mps2: None,
-        predicted_norm_error_mps2: None,
-        placement_tilt_deg: None,
-        deviations: None,
-        fit: None,
-        worst_pose: None,
-        next_poses: Vec::new(),
-        budget: None,
+        ..AccelerometerSection::default()
     };
     let identity: Matrix = gravical_core::matrix3::identity();
     let no_gyro = file.K_g == identity
@@ -113,7 +100,6 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
                 .as_deref()
                 .and_then(GyroUnit::parse)
                 .unwrap_or(GyroUnit::Unknown),
-            output_unit: GyroUnit::RadianPerSecond,
             bias: file.b_g,
             matrix,
             scale,

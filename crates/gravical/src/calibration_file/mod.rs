@@ -8,6 +8,7 @@
 //! only added.
 
 mod imucal;
+mod input;
 mod temperature;
 mod trust;
 mod types;
@@ -18,6 +19,7 @@ use crate::output::write_atomic;
 use crate::{Error, Result};
 
 pub use imucal::{from_imucal, to_imucal};
+pub use input::*;
 pub use temperature::*;
 pub use trust::*;
 pub use types::*;
@@ -82,11 +84,21 @@ impl CalibrationFile {
     /// `calibration-syntax`, `calibration-format` and `calibration-values`
     /// (input) with the file and, where known, the line.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
-        Self::parse(&bytes).map_err(|e| {
-            let line = e.location().and_then(|l| l.line);
-            e.at(path, line)
-        })
+        Self::read_with_input(path).map(|(file, _)| file)
+    }
+
+    /// The same, with the file that it was read from.
+    ///
+    /// # Errors
+    ///
+    /// As [`read`](Self::read).
+    pub fn read_with_input(path: &Path) -> Result<(Self, InputFile)> {
+        InputFile::read(path, InputRole::Calibration, Self::parse)
+    }
+
+    /// The recordings among the files that it was computed from.
+    pub fn recordings(&self) -> impl Iterator<Item = &InputFile> {
+        self.inputs.iter().filter(|i| i.is_recording())
     }
 
     /// The same from memory.

@@ -4,10 +4,10 @@ use gravical_core::matrix3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::TemperatureModel;
 use super::trust::{Budget, Deviations, FitQuality, NextPose, WorstPose};
+use super::{InputFile, TemperatureModel};
+use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
-use crate::recording::{Finding, Recording};
 
 /// A calibration of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -31,7 +31,7 @@ pub struct CalibrationFile {
     pub accelerometer: AccelerometerSection,
     /// Parameters of the gyroscope; null when there were no turns.
     pub gyroscope: Option<GyroscopeSection>,
-    /// The recordings it was computed from.
+    /// The files it was computed from.
     pub inputs: Vec<InputFile>,
     /// What was odd in them.
     pub findings: Vec<Finding>,
@@ -131,6 +131,35 @@ pub struct AccelerometerSection {
     /// What the uncertainty of ‖a‖ at rest consists of.
     #[serde(default)]
     pub budget: Option<Budget>,
+}
+
+/// The accelerometer that changes nothing, of which nothing is known beyond its
+/// parameters; its unit is not known.
+impl Default for AccelerometerSection {
+    fn default() -> Self {
+        AccelerometerSection {
+            method: String::new(),
+            input_unit: AccelUnit::Unknown,
+            output_unit: AccelUnit::MetrePerSecondSquared,
+            bias: [0.0; 3],
+            matrix: matrix3::identity(),
+            scale: [1.0; 3],
+            orientation: matrix3::identity(),
+            covariance: None,
+            positions: Vec::new(),
+            errors: None,
+            scale_deviation_percent: None,
+            degrees_of_freedom: 0,
+            leave_one_out_rms_mps2: None,
+            predicted_norm_error_mps2: None,
+            placement_tilt_deg: None,
+            deviations: None,
+            fit: None,
+            worst_pose: None,
+            next_poses: Vec::new(),
+            budget: None,
+        }
+    }
 }
 
 /// A symmetric matrix with the names of its rows.
@@ -323,37 +352,6 @@ pub struct MotionCounts {
     pub used: u32,
     /// Motions with a gap, with clipped samples, or that contradict the others.
     pub left_out: u32,
-}
-
-/// A recording that a calibration was computed from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct InputFile {
-    /// Path as it was given.
-    pub path: String,
-    /// SHA-256 of the file, hexadecimal; null for standard input and imports.
-    pub sha256: Option<String>,
-}
-
-impl InputFile {
-    /// The files behind recordings: each with the one that its gyroscope was
-    /// joined from.
-    #[must_use]
-    pub fn of(recordings: &[Recording]) -> Vec<Self> {
-        recordings
-            .iter()
-            .flat_map(|r| {
-                let own = InputFile {
-                    path: r.name.clone(),
-                    sha256: r.sha256.clone(),
-                };
-                let gyro = r.gyro_file.as_ref().map(|g| InputFile {
-                    path: g.name.clone(),
-                    sha256: g.sha256.clone(),
-                });
-                std::iter::once(own).chain(gyro)
-            })
-            .collect()
-    }
 }
 
 /// How far a calibration can be trusted.

@@ -65,7 +65,7 @@ pub(super) fn circumstances(
         let used = |i: &crate::calibration_file::InputFile| {
             i.sha256.is_some() && i.sha256 == recording.sha256
         };
-        if calibration.inputs.iter().any(used) {
+        if calibration.recordings().any(used) {
             findings.push(
                 Finding::warning(
                     "same-recordings",

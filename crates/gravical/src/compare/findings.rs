@@ -40,9 +40,8 @@ pub(super) fn independence(
         return Independence::Same;
     }
     let shared: Vec<&str> = a
-        .inputs
-        .iter()
-        .filter(|i| i.sha256.is_some() && b.inputs.iter().any(|j| j.sha256 == i.sha256))
+        .recordings()
+        .filter(|i| i.sha256.is_some() && b.recordings().any(|j| j.sha256 == i.sha256))
         .map(|i| i.path.as_str())
         .collect();
     if shared.is_empty() {
@@ -53,7 +52,7 @@ pub(super) fn independence(
         format!(
             "{} of {} recordings of the first calibration went into the second one, too ({}): their errors are shared, so that agreement proves nothing",
             shared.len(),
-            a.inputs.len(),
+            a.recordings().count(),
             shared[0]
         ),
     ));

@@ -155,6 +155,7 @@ fn what_else_has_to_be_known_is_said() {
     let input = InputFile {
         path: "x.csv".into(),
         sha256: Some("00".into()),
+        role: Default::default(),
     };
     (a.inputs, b.inputs) = (vec![input.clone()], vec![input]);
     let result = compared(&a, &b);

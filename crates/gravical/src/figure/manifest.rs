@@ -9,9 +9,9 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use crate::calibration_file::creation_time;
+use crate::hash::sha256;
 use crate::output::write_atomic;
 use crate::{Error, Result};
 
@@ -173,13 +173,6 @@ fn own_path(folder: &Path, name: &str) -> Option<PathBuf> {
     let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     (!stem.is_empty() && stem.chars().all(plain) && ["svg", "csv", "png"].contains(&ending))
         .then(|| folder.join(name))
-}
-
-fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .map(|b| format!("{b:02x}"))
-        .collect()
 }
 
 #[cfg(test)]

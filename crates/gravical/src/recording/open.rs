@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex};
 use encoding_rs::{Decoder, Encoding};
 use sha2::{Digest, Sha256};
 
+use crate::hash::hex;
 use crate::{Error, Result};
 
 /// Bytes of a recording; unpacked, as UTF-8 where the file said otherwise by a
@@ -35,7 +36,7 @@ impl Input {
     #[must_use]
     pub fn sha256(&self) -> Option<String> {
         let digest = self.digest.as_ref()?.lock().ok()?.clone().finalize();
-        Some(digest.iter().map(|b| format!("{b:02x}")).collect())
+        Some(hex(&digest))
     }
 }
 

@@ -2,7 +2,9 @@
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use crate::calibration_file::{CalibrationFile, GravitySource, Position, PositionKind, TiltSource};
+use crate::calibration_file::{
+    CalibrationFile, GravitySource, InputFile, Position, PositionKind, TiltSource,
+};
 
 use super::gyroscope::gyroscope;
 use super::temperature::{model_text, soak_text};
@@ -36,7 +38,8 @@ pub(super) fn head(file: &CalibrationFile) -> String {
         .iter()
         .filter(|p| p.kind == PositionKind::Face)
         .count();
-    let inputs = match &file.inputs[..] {
+    let recordings: Vec<&InputFile> = file.recordings().collect();
+    let inputs = match &recordings[..] {
         [one] => short_name(&one.path),
         several => format!("{} files", several.len()),
     };

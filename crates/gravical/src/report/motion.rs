@@ -13,6 +13,10 @@ const LISTED: usize = 24;
 /// Drift over its predicted uncertainty above which the band does not explain it.
 pub(super) const FAR: f64 = 3.0;
 
+/// What drifts beyond this shows two digits and a power of ten: nothing that is known
+/// to more goes so far.
+pub(super) const ROUND: f64 = 1e6;
+
 /// The whole report; `recording` is what it was computed from.
 #[must_use]
 pub fn motion_text(result: &MotionResult, recording: &Recording) -> String {
@@ -141,6 +145,9 @@ pub(super) fn columns(values: [f64; 3], decimals: [usize; 3], mark: &str) -> Str
             return format!("{:>11}", "–");
         }
         let n = decimals[k];
+        if v.abs() >= ROUND {
+            return format!("{:>11}", format!("{mark}{v:.1e}"));
+        }
         // What rounds to zero has no sign.
         let shown = format!("{v:.n$}");
         let shown = match shown.strip_prefix('-') {
@@ -350,6 +357,11 @@ mod tests {
             "     0.6993       0.00          –"
         );
         assert_eq!(columns([0.0028; 3], n, "± ").chars().count(), 33);
+        // A day of drift stays in its columns.
+        assert_eq!(
+            columns([-2.484e9, 25_192_777_403.0, 999_999.4], [0; 3], "± "),
+            "   ± -2.5e9   ± 2.5e10   ± 999999"
+        );
         assert_eq!(decimals(None, [12.3, 0.1, 0.0]), [2; 3]);
         assert_eq!(decimals(Some([f64::NAN; 3]), [0.0; 3]), [6; 3]);
     }

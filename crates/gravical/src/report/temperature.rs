@@ -139,7 +139,7 @@ pub(super) fn model_text(file: &CalibrationFile) -> String {
 /// The report of a calibration that comes from a soak alone.
 #[must_use]
 pub(super) fn soak_text(file: &CalibrationFile) -> String {
-    let inputs: Vec<String> = file.inputs.iter().map(|i| short_name(&i.path)).collect();
+    let inputs: Vec<String> = file.recordings().map(|i| short_name(&i.path)).collect();
     let mut out = paragraph(
         "",
         &format!(

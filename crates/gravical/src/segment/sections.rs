@@ -6,6 +6,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use crate::calibration_file::{InputFile, InputRole};
 use crate::{Error, Result};
 
 /// A stretch of rows with a name.
@@ -40,11 +41,16 @@ struct Row {
 /// `sections-syntax` (input) with the line, `sections-empty`, `sections-order`
 /// when a section ends before it starts.
 pub fn read_sections(path: &Path) -> Result<Vec<Section>> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
-    parse_sections(&bytes).map_err(|e| {
-        let line = e.location().and_then(|l| l.line);
-        e.at(path, line)
-    })
+    read_sections_with_input(path).map(|(sections, _)| sections)
+}
+
+/// The same, with the file that it was read from.
+///
+/// # Errors
+///
+/// As [`read_sections`].
+pub fn read_sections_with_input(path: &Path) -> Result<(Vec<Section>, InputFile)> {
+    InputFile::read(path, InputRole::Sections, parse_sections)
 }
 
 /// The same from memory.

@@ -1,6 +1,6 @@
 //! A temperature model beside the parameters of a session.
 
-use crate::calibration_file::{CHANNELS, ReferenceSource, TemperatureModel};
+use crate::calibration_file::{CHANNELS, InputFile, ReferenceSource, TemperatureModel};
 use crate::recording::{Finding, GyroUnit, Recording};
 use crate::segment::{Placement, Segmentation, check_units};
 use crate::{Error, Result};
@@ -26,7 +26,10 @@ pub fn for_calibration(
         study_if_any(recordings)
     } else {
         same_units(recordings, thermal, findings)?;
-        Some(study(thermal)?)
+        Some(TemperatureModel {
+            inputs: InputFile::of_soak(thermal),
+            ..study(thermal)?
+        })
     };
     let Some(model) = model else { return Ok(None) };
     findings.push(summary(&model, !segmentation.turns.is_empty()));

@@ -253,13 +253,7 @@ fn model(
                 channel
             })
             .collect(),
-        inputs: recordings
-            .iter()
-            .map(|r| InputFile {
-                path: r.name.clone(),
-                sha256: r.sha256.clone(),
-            })
-            .collect(),
+        inputs: InputFile::of(recordings),
     };
     let levels = std::array::from_fn(|index| {
         let name = CHANNELS[index];

@@ -7,7 +7,7 @@ use crate::calibration_file::{
     AccelerometerSection, CalibrationFile, FORMAT, Grade, GyroscopeSection, TemperatureRange,
     Verdict, creation_time,
 };
-use crate::recording::{AccelUnit, Finding, GyroUnit, Recording, Severity};
+use crate::recording::{Finding, Recording, Severity};
 use crate::segment::check_units;
 use crate::{Error, Result};
 
@@ -65,24 +65,10 @@ pub fn soak_alone(recordings: &[Recording], options: &CalibrateOptions) -> Resul
         accelerometer: AccelerometerSection {
             method: "thermal".to_owned(),
             input_unit: first.accel_scale.unit,
-            output_unit: AccelUnit::MetrePerSecondSquared,
             bias: [first.zero_offset; 3],
             matrix: diagonal(1.0 / nominal),
             scale: [nominal; 3],
-            orientation: identity(),
-            covariance: None,
-            positions: Vec::new(),
-            errors: None,
-            scale_deviation_percent: None,
-            degrees_of_freedom: 0,
-            leave_one_out_rms_mps2: None,
-            predicted_norm_error_mps2: None,
-            placement_tilt_deg: None,
-            deviations: None,
-            fit: None,
-            worst_pose: None,
-            next_poses: Vec::new(),
-            budget: None,
+            ..AccelerometerSection::default()
         },
         gyroscope,
         inputs: model.inputs.clone(),
@@ -116,12 +102,9 @@ fn gyroscope(
     Some(GyroscopeSection {
         method: "bias".to_owned(),
         input_unit: scale.unit,
-        output_unit: GyroUnit::RadianPerSecond,
         bias,
         matrix,
         scale: [nominal; 3],
-        orientation: identity(),
-        g_sensitivity: [[0.0; 3]; 3],
         ..GyroscopeSection::default()
     })
 }

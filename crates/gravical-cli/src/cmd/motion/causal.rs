@@ -5,11 +5,11 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use gravical::motion::{Calibrated, MotionOptions, Streamed, motion_stream};
-use gravical::output::write_atomic;
 use gravical::recording::open;
 use gravical::{Error, Result};
 
 use super::{Args, tell};
+use crate::table::write_file;
 
 /// As [`super::run`], sample by sample.
 ///
@@ -38,14 +38,7 @@ pub(super) fn run(
         motion_stream(input, &name, &read, calibration, options, out)
     };
     let done = match target {
-        Some(path) => {
-            let mut done = None;
-            write_atomic(path, args.force, |out| {
-                done = Some(pass(Some(out))?);
-                Ok(())
-            })?;
-            done.ok_or_else(|| anyhow::anyhow!("nothing was written"))?
-        }
+        Some(path) => write_file(path, args.force, |out| pass(Some(out)))?,
         None if args.json => pass(None)?,
         None => pass(Some(&mut io::stdout().lock()))?,
     };

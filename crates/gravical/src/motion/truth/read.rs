@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use crate::calibration_file::{InputFile, InputRole};
 use crate::recording::dialect::{sniff, terminator};
 use crate::recording::finding::LineSpans;
 use crate::recording::row::{ACCEL, RowDefect, RowScanner, SLOTS, TIME, Values};
@@ -19,6 +20,8 @@ use super::columns::{Fields, LengthUnit};
 pub struct Reference {
     /// The file as it was given.
     pub source: String,
+    /// SHA-256 of the file, where the recording has one.
+    pub sha256: Option<String>,
     /// Time, s; rising, without the rows that have no position.
     pub t_s: Vec<f64>,
     /// Position in [`unit`](Self::unit).
@@ -32,6 +35,18 @@ pub struct Reference {
     pub base_s: f64,
     /// What is odd.
     pub findings: Vec<Finding>,
+}
+
+impl Reference {
+    /// The file that it was read from, for the record.
+    #[must_use]
+    pub fn input(&self) -> InputFile {
+        InputFile {
+            path: self.source.clone(),
+            sha256: self.sha256.clone(),
+            role: InputRole::Reference,
+        }
+    }
 }
 
 /// Reads the reference at `path` for `recording`, which was read from
@@ -49,7 +64,8 @@ pub fn read_reference(
     recorded_at: &Path,
 ) -> Result<Reference> {
     let same_file = same_file(path, recorded_at);
-    let mut raw = read_rows(path, columns, same_file)?;
+    let hash = recording.sha256.is_some();
+    let mut raw = read_rows(path, columns, same_file, hash)?;
     let rows = raw.lines.len();
     let time_s = if same_file {
         Some(times_of_lines(recording, &raw.lines))
@@ -102,6 +118,7 @@ pub fn read_reference(
     }
     Ok(Reference {
         source: path.display().to_string(),
+        sha256: raw.sha256,
         t_s,
         position,
         unit: raw.unit,
@@ -142,6 +159,7 @@ struct Raw {
     unit: Option<LengthUnit>,
     lines: Vec<u64>,
     findings: Vec<Finding>,
+    sha256: Option<String>,
 }
 
 fn stamps(raw: &mut Raw) -> Option<Vec<f64>> {
@@ -180,10 +198,15 @@ fn times_of_lines(recording: &Recording, lines: &[u64]) -> Vec<f64> {
     lines.iter().map(of_line).collect()
 }
 
-fn read_rows(path: &Path, columns: Option<&TruthColumns>, same_file: bool) -> Result<Raw> {
-    let input = open::open(path, false)?;
+fn read_rows(
+    path: &Path,
+    columns: Option<&TruthColumns>,
+    same_file: bool,
+    hash: bool,
+) -> Result<Raw> {
+    let mut input = open::open(path, hash)?;
     let io = |e| Error::io(path, e);
-    let mut lines = Lines::new(input.reader);
+    let mut lines = Lines::new(&mut input.reader);
     let head = lines.peek(HEAD).map_err(io)?.to_vec();
     let mut lines = lines.with_terminator(terminator(&head));
     let dialect = sniff(&head, head.len() < HEAD, 3).ok_or_else(|| {
@@ -209,6 +232,7 @@ fn read_rows(path: &Path, columns: Option<&TruthColumns>, same_file: bool) -> Re
         unit: fields.unit,
         lines: Vec::new(),
         findings: Vec::new(),
+        sha256: None,
     };
     let mut odd = LineSpans::default();
     let mut label = (0, 0);
@@ -238,5 +262,7 @@ fn read_rows(path: &Path, columns: Option<&TruthColumns>, same_file: bool) -> Re
         raw.findings
             .push(Finding::warning("truth-lines", text).at_lines(&odd));
     }
+    drop(lines);
+    raw.sha256 = input.sha256();
     Ok(raw)
 }

@@ -10,7 +10,7 @@ use super::findings::{findings, inputs};
 use super::gallery::Gallery;
 use super::page::{Section, badge, list, page, tile};
 use super::{ROWS, gyroscope, parameters, placements, temperature};
-use crate::calibration_file::{CalibrationFile, Grade};
+use crate::calibration_file::{CalibrationFile, Grade, InputFile};
 use crate::figure::Figure;
 use crate::recording::Finding;
 
@@ -77,7 +77,8 @@ pub fn calibration_html(file: &CalibrationFile, figures: &[Figure]) -> String {
 
 /// " of board 3 (MPU6050)", else of the file that it is from.
 fn named(file: &CalibrationFile) -> String {
-    match (&file.sensor.id, &file.sensor.model, &file.inputs[..]) {
+    let recordings: Vec<&InputFile> = file.recordings().collect();
+    match (&file.sensor.id, &file.sensor.model, &recordings[..]) {
         (Some(id), Some(model), _) => format!(" of {id} ({model})"),
         (Some(one), None, _) | (None, Some(one), _) => format!(" of {one}"),
         (None, None, [one]) => format!(" of {}", short_name(&one.path)),

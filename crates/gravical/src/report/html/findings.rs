@@ -51,12 +51,13 @@ pub(super) fn inputs(files: &[InputFile]) -> Markup {
         @for file in files.iter().take(ROWS) {
             tr {
                 th scope="row" { (file.path) }
+                td { (file.role.name()) }
                 td.hash { @match &file.sha256 { Some(sum) => code { (sum) }, None => "–" } }
             }
         }
     };
     html! {
-        (table("Files", &heads(&["file", "<SHA-256"]), &body))
+        (table("Files", &heads(&["file", "<used as", "<SHA-256"]), &body))
         (more(files.len(), ROWS))
     }
 }

@@ -29,7 +29,7 @@ mod truth;
 mod tests;
 
 pub use calibration::calibration_html;
-pub use motion::motion_html;
+pub use motion::{Provenance, motion_html};
 
 /// Rows of a table that are shown at most.
 pub const ROWS: usize = 200;

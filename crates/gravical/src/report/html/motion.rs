@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::super::motion::{FAR, decimals, facts};
+use super::super::motion::{FAR, ROUND, decimals, facts};
 use super::super::text::{decimals_of, short_name};
 use super::cells::{cell, decimals_by, digits, fixed, heads, more, none, number, table, three};
 use super::findings::{findings, inputs};
@@ -15,15 +15,23 @@ use crate::motion::{Ends, MotionResult, PositionBudget, StaticDrift};
 use crate::recording::Recording;
 use gravical_core::matrix3::norm;
 
+/// Where a motion comes from, for the record.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Provenance<'a> {
+    /// The command that made it, where it was one.
+    pub command: Option<&'a str>,
+    /// Files beside the recording: calibration, reference.
+    pub other_inputs: &'a [InputFile],
+}
+
 /// The report of a motion. `recording` is what it was computed from, `figures` are
-/// its figures ([`figure::motion::figures`](crate::figure::motion::figures)),
-/// `command` the command that made it, where it was one.
+/// its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
 #[must_use]
 pub fn motion_html(
     result: &MotionResult,
     recording: &Recording,
     figures: &[Figure],
-    command: Option<&str>,
+    origin: Provenance<'_>,
 ) -> String {
     let mut gallery = Gallery::new(figures);
     let mut sections = vec![
@@ -51,7 +59,12 @@ pub fn motion_html(
         sections.push(Section::new("moves", "Moves", html! { (table) (shown) }));
         sections.push(Section::new("end", "At the end", end(result)));
     }
-    if let Some(b) = &result.budget_m {
+    // At rest the position is known by definition: there is nothing to add up.
+    if let Some(b) = result
+        .budget_m
+        .as_ref()
+        .filter(|_| !result.moves.is_empty())
+    {
         let shown = gallery.show(&["budget"]);
         sections.push(Section::new(
             "budget",
@@ -85,7 +98,7 @@ pub fn motion_html(
     sections.push(Section::new(
         "provenance",
         "Provenance",
-        provenance(recording, result, command),
+        provenance(recording, result, origin),
     ));
     let title = format!("Motion of {}", short_name(&result.input));
     let lead = html! {
@@ -145,7 +158,7 @@ fn verdict(result: &MotionResult) -> Markup {
             ),
         )
     };
-    let sigma = result.r#final.sigma_m.map(|s| {
+    let sigma = result.r#final.sigma_m.filter(|_| all > 0).map(|s| {
         let largest = (0..3).max_by(|a, b| s[*a].total_cmp(&s[*b])).unwrap_or(0);
         (largest, s[largest])
     });
@@ -264,7 +277,7 @@ fn end(result: &MotionResult) -> Markup {
             tr {
                 th scope="row" { (name) }
                 @match values {
-                    Some(v) => (three(key, v, |k, v| format!("{mark}{}", fixed(v, n[k])))),
+                    Some(v) => (three(key, v, |k, v| format!("{mark}{}", far(v, n[k])))),
                     None => (none(3)),
                 }
             }
@@ -320,13 +333,21 @@ fn budget(b: &PositionBudget) -> Markup {
     )
 }
 
+/// As [`fixed`]; what went beyond [`ROUND`] with two digits.
+fn far(v: f64, decimals: usize) -> String {
+    if v.abs() < ROUND || !v.is_finite() {
+        return fixed(v, decimals);
+    }
+    format!("{v:.1e}").replace('-', "−")
+}
+
 fn static_drift(d: &StaticDrift) -> Markup {
     let n = decimals(Some(d.predicted_sigma_m), d.position_m);
     let over: [f64; 3] = std::array::from_fn(|k| d.position_m[k].abs() / d.predicted_sigma_m[k]);
     let farthest = over.into_iter().fold(0.0, f64::max);
     let row = |name: &str, key: &str, v: [f64; 3], factor: f64, n: [usize; 3]| {
         html! {
-            tr { th scope="row" { (name) } (three(&format!("/static_drift/{key}"), v, |k, v| fixed(factor * v, n[k]))) }
+            tr { th scope="row" { (name) } (three(&format!("/static_drift/{key}"), v, |k, v| far(factor * v, n[k]))) }
         }
     };
     let body = html! {
@@ -353,8 +374,10 @@ fn static_drift(d: &StaticDrift) -> Markup {
     }
 }
 
-fn provenance(recording: &Recording, result: &MotionResult, command: Option<&str>) -> Markup {
-    let command = html! { @match command { Some(c) => code { (c) }, None => "–" } };
+fn provenance(recording: &Recording, result: &MotionResult, origin: Provenance<'_>) -> Markup {
+    let mut files = InputFile::of(std::slice::from_ref(recording));
+    files.extend_from_slice(origin.other_inputs);
+    let command = html! { @match origin.command { Some(c) => code { (c) }, None => "–" } };
     let now = creation_time();
     html! {
         (list(&[
@@ -363,6 +386,6 @@ fn provenance(recording: &Recording, result: &MotionResult, command: Option<&str
             ("computed", html! { time datetime=(now) { (now) } }),
             ("calibration", html! { (result.calibration.as_deref().unwrap_or("none")) }),
         ]))
-        (inputs(&InputFile::of(std::slice::from_ref(recording))))
+        (inputs(&files))
     }
 }

@@ -1,6 +1,9 @@
 use super::*;
 use crate::calibrate::{CalibrateOptions, calibrate};
-use crate::calibration_file::{CalibrationFile, Grade};
+use crate::calibration_file::{
+    CalibrationFile, Grade, GyroscopeSection, InputFile, InputRole, ReferenceSource,
+    TemperatureModel,
+};
 use crate::figure::{Axis, Figure, Panel, Role, Series};
 use crate::motion::{Ends, Motion, MotionOptions, Move, Span, motion};
 use crate::recording::{Finding, ReadOptions, Recording, read, read_bytes};
@@ -89,7 +92,7 @@ fn numbers_are_those_of_the_json() {
         &motion.result,
         &recording,
         &crate::figure::motion::figures(&motion),
-        None,
+        Provenance::default(),
     );
     let json = serde_json::to_value(&motion.result).unwrap();
     assert!(agrees(&page, &json) > 20);
@@ -129,7 +132,16 @@ fn names_are_no_markup() {
             vec![0.0, 1.0],
         ));
     let figure = Figure::new("odd", evil, evil).with(panel);
-    let page = motion_html(&motion.result, &recording, &[figure], Some(evil));
+    let input = InputFile {
+        path: evil.to_owned(),
+        sha256: None,
+        role: InputRole::Reference,
+    };
+    let origin = Provenance {
+        command: Some(evil),
+        other_inputs: &[input],
+    };
+    let page = motion_html(&motion.result, &recording, &[figure], origin);
     assert!(!page.contains("<img") && !page.contains("push <script>"));
     assert_eq!(page.matches("</script>").count(), 1);
 }
@@ -171,10 +183,29 @@ fn long_results_are_cut_and_say_so() {
                 Figure::new(&format!("f{i}"), "F", "").with(panel)
             })
             .collect();
-    let page = motion_html(&motion.result, &recording, &figures, None);
+    let page = motion_html(&motion.result, &recording, &figures, Provenance::default());
     assert!(page.len() < 5_000_000, "{} bytes", page.len());
     assert!(page.contains("… and 9800 more"));
     assert!(page.contains("would make the page too large"));
+}
+
+#[test]
+fn at_rest_nothing_is_added_up_and_a_long_drift_is_round() {
+    let rows = (0..3000).map(|i| format!("{:.2},0.0{},0,9.8\n", 0.01 * f64::from(i), i % 7));
+    let text = format!(
+        "time_s,ax_mps2,ay_mps2,az_mps2\n{}",
+        rows.collect::<String>()
+    );
+    let recording = read_bytes(text.as_bytes(), "rest.csv", &ReadOptions::default()).unwrap();
+    let mut motion = motion(&recording, None, &MotionOptions::default()).unwrap();
+    assert!(motion.result.moves.is_empty() && motion.result.budget_m.is_some());
+    let drift = motion.result.static_drift.as_mut().unwrap();
+    drift.position_m = [-2_484_252_593.0, 0.5, 12.0];
+    drift.predicted_sigma_m = [25_192_777_403.0, 0.1, 3.0];
+    let page = motion_html(&motion.result, &recording, &[], Provenance::default());
+    assert!(!page.contains("id=\"budget\"") && !page.contains("along its worst axis"));
+    let table = part(&page, "drift");
+    assert!(table.contains(">−2.5e9<") && table.contains(">2.5e10<") && table.contains(">0.50<"));
 }
 
 #[test]
@@ -193,6 +224,90 @@ fn every_grade_and_no_placement() {
     let page = calibration_html(&file, &[]);
     let text = page.split("<script>").next().unwrap();
     assert!(text.contains("Nothing odd was found") && !text.contains("NaN"));
+}
+
+/// The text of one part of a page, from its id to the next heading of its level.
+fn part<'a>(page: &'a str, id: &str) -> &'a str {
+    let from = page.split(&format!("id=\"{id}\"")).nth(1).unwrap();
+    from.split("<section").next().unwrap()
+}
+
+#[test]
+fn a_placement_that_took_no_part_says_why() {
+    let mut file = file();
+    let page = calibration_html(&file, &[]);
+    assert!(part(&page, "method").contains("Every placement took part in the fit."));
+    for (at, label) in [(0, "still 3"), (1, "still 30"), (2, "+x")] {
+        file.accelerometer.positions[at].label = label.to_owned();
+        file.accelerometer.positions[at].fitted = false;
+    }
+    file.findings = vec![
+        Finding::note("other", "all of it is fine"),
+        Finding::warning(
+            "placement-off",
+            "still 30: 52 mg off, moved while it was held",
+        ),
+        Finding::warning("clipped-hold", "still 3 reaches the end of the range"),
+    ];
+    let page = calibration_html(&file, &[]);
+    let list = part(&page, "method");
+    assert!(!list.contains("Every placement took part"));
+    for line in [
+        // The label as a whole, wherever it stands in the list.
+        "<li><strong>still 3</strong>: still 3 reaches the end of the range</li>",
+        "<li><strong>still 30</strong>: still 30: 52 mg off, moved while it was held</li>",
+        "<li><strong>+x</strong>: its findings say why</li>",
+    ] {
+        assert!(list.contains(line), "{line}");
+    }
+    // By the thousand they are cut.
+    let one = file.accelerometer.positions[0].clone();
+    file.accelerometer.positions = vec![one; 1000];
+    let page = calibration_html(&file, &[]);
+    assert!(part(&page, "method").contains("… and 800 more"));
+}
+
+#[test]
+fn what_is_pasted_says_what_is_not_in_it() {
+    let mut file = file();
+    let paste = |file: &CalibrationFile| {
+        let page = calibration_html(file, &[]);
+        let block = page.split("class=\"paste\"").nth(1).unwrap().to_owned();
+        let text = block.split_once('>').unwrap().1.split("</pre>").next();
+        text.unwrap().to_owned()
+    };
+    let (drift, above) = ("gravical apply takes it off", "stands above");
+    file.gyroscope = None;
+    file.temperature_model = None;
+    let plain = paste(&file);
+    assert!(!plain.contains(drift) && !plain.contains(above) && !plain.contains("wx"));
+    // The numbers are those of the file, to the last digit of an f32.
+    let pasted: f32 = plain
+        .split_once("ax = ")
+        .and_then(|(_, rest)| rest.split_once(' '))
+        .and_then(|(number, _)| number.parse().ok())
+        .unwrap();
+    assert_eq!(pasted, file.accelerometer.matrix[0][0] as f32);
+
+    file.gyroscope = Some(GyroscopeSection::default());
+    let with = paste(&file);
+    assert!(with.contains("wx = ") && with.contains("gx, gy, gz: raw") && !with.contains(above));
+    let mut coupled = GyroscopeSection::default();
+    coupled.g_sensitivity[1][2] = 1e-4;
+    file.gyroscope = Some(coupled);
+    let with = paste(&file);
+    assert!(with.contains(above) && !with.contains("wx = "));
+
+    file.temperature_model = Some(TemperatureModel {
+        reference_c: 25.0,
+        reference_source: ReferenceSource::Session,
+        range_c: [10.0, 40.0],
+        poses: 1,
+        sweeps: Vec::new(),
+        channels: Vec::new(),
+        inputs: Vec::new(),
+    });
+    assert!(paste(&file).contains(drift));
 }
 
 #[test]

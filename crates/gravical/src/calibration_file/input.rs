@@ -1,0 +1,161 @@
+//! The files that a result was computed from.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::hash::sha256;
+use crate::recording::Recording;
+use crate::{Error, Result};
+
+/// A file that a result was computed from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct InputFile {
+    /// Path as it was given.
+    pub path: String,
+    /// SHA-256 of the file, hexadecimal; null for standard input and imports.
+    pub sha256: Option<String>,
+    /// What was taken from it.
+    #[serde(default)]
+    pub role: InputRole,
+}
+
+/// What was taken from a file.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum InputRole {
+    /// Samples of the session, or of the motion.
+    #[default]
+    Recording,
+    /// The gyroscope of the recording before it.
+    Gyroscope,
+    /// Where the placements are in the recording.
+    Sections,
+    /// Drift with temperature.
+    Soak,
+    /// Parameters of the sensor.
+    Calibration,
+    /// Positions that the result was compared with.
+    Reference,
+    /// Something that this version does not know.
+    #[serde(other)]
+    Other,
+}
+
+impl InputRole {
+    /// What it is called, for people.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            InputRole::Recording => "recording",
+            InputRole::Gyroscope => "gyroscope",
+            InputRole::Sections => "section list",
+            InputRole::Soak => "soak",
+            InputRole::Calibration => "calibration",
+            InputRole::Reference => "reference",
+            InputRole::Other => "other",
+        }
+    }
+}
+
+impl InputFile {
+    /// The files behind recordings: each with the one that its gyroscope was
+    /// joined from.
+    #[must_use]
+    pub fn of(recordings: &[Recording]) -> Vec<Self> {
+        recordings
+            .iter()
+            .flat_map(|r| {
+                let own = InputFile {
+                    path: r.name.clone(),
+                    sha256: r.sha256.clone(),
+                    role: InputRole::Recording,
+                };
+                let gyro = r.gyro_file.as_ref().map(|g| InputFile {
+                    path: g.name.clone(),
+                    sha256: g.sha256.clone(),
+                    role: InputRole::Gyroscope,
+                });
+                std::iter::once(own).chain(gyro)
+            })
+            .collect()
+    }
+
+    /// The files of soak recordings.
+    #[must_use]
+    pub fn of_soak(recordings: &[Recording]) -> Vec<Self> {
+        let mut files = InputFile::of(recordings);
+        for file in &mut files {
+            file.role = InputRole::Soak;
+        }
+        files
+    }
+
+    /// Reads a file at once and takes it apart with `parse`: what was taken from it
+    /// and the sum are of the same bytes, whatever becomes of the file.
+    ///
+    /// # Errors
+    ///
+    /// What the file system and `parse` say, with the file.
+    pub fn read<T>(
+        path: &Path,
+        role: InputRole,
+        parse: impl FnOnce(&[u8]) -> Result<T>,
+    ) -> Result<(T, Self)> {
+        let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+        let parsed = parse(&bytes).map_err(|e| {
+            let line = e.location().and_then(|l| l.line);
+            e.at(path, line)
+        })?;
+        let input = InputFile {
+            path: path.display().to_string(),
+            sha256: Some(sha256(&bytes)),
+            role,
+        };
+        Ok((parsed, input))
+    }
+
+    /// Whether its samples went into the parameters.
+    #[must_use]
+    pub fn is_recording(&self) -> bool {
+        matches!(self.role, InputRole::Recording | InputRole::Gyroscope)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roles_of_before_and_after() {
+        let read = |text: &str| serde_json::from_str::<InputFile>(text).unwrap().role;
+        // Files of earlier versions have none.
+        assert_eq!(read(r#"{"path":"a","sha256":null}"#), InputRole::Recording);
+        assert_eq!(
+            read(r#"{"path":"a","sha256":null,"role":"sections"}"#),
+            InputRole::Sections
+        );
+        assert_eq!(
+            read(r#"{"path":"a","sha256":null,"role":"from-2030"}"#),
+            InputRole::Other
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        std::fs::write(&path, "abc").unwrap();
+        let (length, input) = InputFile::read(&path, InputRole::Sections, |b| Ok(b.len())).unwrap();
+        assert_eq!(length, 3);
+        // NIST's example for "abc".
+        let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(input.sha256.as_deref(), Some(sum));
+        let failed = |_: &[u8]| Err::<(), _>(Error::input("test", "no"));
+        let error = InputFile::read(&path, InputRole::Sections, failed).unwrap_err();
+        assert_eq!(error.location().unwrap().path, path);
+        let absent = folder.path().join("absent");
+        assert!(InputFile::read(&absent, InputRole::Sections, |_| Ok(())).is_err());
+    }
+}
