@@ -12,6 +12,7 @@ use clap::ValueEnum;
 use gravical::Result;
 
 use crate::device::board::Wanted;
+use crate::device::recorder::TEXT_BAUD;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -49,8 +50,8 @@ struct BoardArgs {
     /// Wait until a board is plugged in and speaks
     #[arg(long)]
     wait: bool,
-    /// Bits a second
-    #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
+    /// Bits a second of text; binary has 250000
+    #[arg(long, value_name = "BAUD", default_value_t = TEXT_BAUD)]
     baud: u32,
     /// Full scale of the accelerometer in g: 2, 4, 8, 16 [default: as the board is]
     #[arg(long, value_name = "G")]
@@ -58,7 +59,7 @@ struct BoardArgs {
     /// Full scale of the gyroscope in °/s: 250, 500, 1000, 2000
     #[arg(long, value_name = "DEG_S")]
     gyro_range: Option<u16>,
-    /// Samples a second: 4 to 150, counts to 250
+    /// Samples a second: 4 to 150, counts to 250, binary to 1000 (500 get through)
     #[arg(long, value_name = "HZ")]
     rate: Option<u16>,
     /// Low-pass of the sensor in Hz: 184, 94, 44, 21, 10, 5
@@ -82,6 +83,8 @@ enum Format {
     Si,
     /// raw counts
     Counts,
+    /// raw counts in frames with a checksum, for 500 Hz; the file has text all the same
+    Binary,
 }
 
 impl Args {
@@ -104,6 +107,7 @@ impl Args {
             format: self.board.format.map(|format| match format {
                 Format::Si => 0,
                 Format::Counts => 1,
+                Format::Binary => 2,
             }),
         }
     }
@@ -122,6 +126,10 @@ impl Args {
                 "--baud has to be between 300 and 4000000, not {}",
                 self.board.baud
             ));
+        }
+        if self.append {
+            // The file says the rest.
+            return Ok(());
         }
         self.wanted().validate()
     }

@@ -3,7 +3,9 @@
 use serde::Serialize;
 
 /// Counts of lines and rows. All rows that came: [`received`](Self::received) = stored +
-/// unstored + paused + before the start + other settings + waiting for the disk.
+/// unstored + paused + before the start + after the end + other settings + waiting for
+/// the disk. All rows that the board sent as frames, while it was not reset: received +
+/// missing + lost + rejected − fragments.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Account {
     /// Rows of eight numbers that came from the board.
@@ -22,10 +24,16 @@ pub struct Account {
     pub unstored: u64,
     /// Rows that never came, by the board's clock: in a named gap.
     pub missing: u64,
+    /// Rows that never came, by the numbers of binary frames, and are in no named gap:
+    /// too few of them, or it was paused.
+    pub lost: u64,
     /// Gaps that have a name.
     pub gaps: u64,
     /// Lines that are no row; kept beside the recording.
     pub rejected: u64,
+    /// Rejected pieces of binary frames that stand for no row: the numbers of the frames
+    /// show fewer rows missing there than pieces came.
+    pub fragments: u64,
     /// Rejected lines that the disk did not take.
     pub rejected_unstored: u64,
     /// Lines of the board behind `#`.

@@ -51,13 +51,16 @@ pub struct Wanted {
     pub low_pass_hz: Option<u16>,
     /// Samples a second, Hz: 4 to 1000.
     pub rate_hz: Option<u16>,
-    /// 0 text in SI units, 1 text in counts.
+    /// 0 text in SI units, 1 text in counts, 2 binary.
     pub format: Option<u8>,
 }
 
-/// What the line carries as text, samples a second: 115200 baud are 11520 bytes, a row
-/// has up to 70 in SI units and 45 in counts.
-const MOST_HZ: [u16; 2] = [150, 250];
+/// What may be asked for in each format, samples a second. 115200 baud are 11520 bytes,
+/// a row has up to 70 in SI units and 45 in counts; the sensor has 1000 samples a second.
+const MOST_HZ: [u16; 3] = [150, 250, 1000];
+
+/// What gets through of the binary format, samples a second (docs/firmware.md).
+pub const MOST_BINARY_HZ: u16 = 500;
 
 impl Wanted {
     /// Checks ranges.
@@ -81,18 +84,27 @@ impl Wanted {
             &[250, 500, 1000, 2000],
         )?;
         one_of("--low-pass", self.low_pass_hz, &[184, 94, 44, 21, 10, 5])?;
-        let most = match self.format {
-            Some(1) => MOST_HZ[1],
-            _ => MOST_HZ[0],
-        };
+        let most = usize::from(self.format.unwrap_or(0));
+        let most = MOST_HZ.get(most).copied().unwrap_or(MOST_HZ[0]);
         match self.rate_hz {
-            Some(rate) if !(4..=most).contains(&rate) => Err(Error::usage(
-                "option-range",
-                format!(
-                    "--rate has to be between 4 and {most} Hz as text in this format, not {rate}"
-                ),
-            )
-            .with_hint("--format counts carries 250 Hz")),
+            Some(rate) if !(4..=most).contains(&rate) => {
+                let text = match self.format {
+                    Some(1) => " as counts",
+                    Some(2) => "",
+                    _ => " as text in SI units",
+                };
+                let error = Error::usage(
+                    "option-range",
+                    format!("--rate has to be between 4 and {most} Hz{text}, not {rate}"),
+                );
+                Err(match rate {
+                    5..=250 => error.with_hint("--format counts carries 250 Hz"),
+                    251..=1000 => error.with_hint(format!(
+                        "--format binary takes up to 1000 Hz; {MOST_BINARY_HZ} Hz get through without loss"
+                    )),
+                    _ => error,
+                })
+            }
             _ => Ok(()),
         }
     }
@@ -260,8 +272,33 @@ mod tests {
                 },
                 false,
             ),
+            (
+                Wanted {
+                    rate_hz: Some(1000),
+                    format: Some(2),
+                    ..none
+                },
+                true,
+            ),
+            (
+                Wanted {
+                    rate_hz: Some(1001),
+                    format: Some(2),
+                    ..none
+                },
+                false,
+            ),
         ] {
             assert_eq!(wanted.validate().is_ok(), fits, "{wanted:?}");
+        }
+        for format in [None, Some(0), counts] {
+            let fast = Wanted {
+                rate_hz: Some(500),
+                format,
+                ..none
+            };
+            let error = fast.validate().unwrap_err();
+            assert!(error.hint().unwrap().contains("--format binary"), "{error}");
         }
     }
 }

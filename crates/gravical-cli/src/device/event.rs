@@ -33,6 +33,16 @@ pub enum Event {
         /// The commands, separated by blanks.
         text: String,
     },
+    /// The port is set to another rate.
+    Speed {
+        /// Bits a second.
+        baud: u32,
+    },
+    /// Something that is asked for does not work as one may think.
+    Warning {
+        /// What, and what to do.
+        text: String,
+    },
     /// A line of the board behind `#`.
     Board {
         /// The line.

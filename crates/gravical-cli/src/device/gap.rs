@@ -17,6 +17,8 @@ pub enum Cause {
     Settings,
     /// The board's clock jumped, and nothing else explains it.
     Lost,
+    /// The board sent all that it had, but it had not sampled.
+    NotSampled,
     /// The disk took nothing.
     DiskFull,
     /// The recording had ended and was continued.
@@ -32,6 +34,7 @@ impl Cause {
             Cause::Sensor => "the sensor was set up again",
             Cause::Settings => "the board had other settings",
             Cause::Lost => "rows were lost on the way from the board",
+            Cause::NotSampled => "the board missed samples",
             Cause::DiskFull => "the disk was full",
             Cause::Continued => "the recording was ended and continued",
         }

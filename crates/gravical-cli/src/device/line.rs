@@ -15,6 +15,8 @@ pub struct Row {
     pub stamp: f64,
     /// Specific force along x, y, z; temperature; angular rate about x, y, z.
     pub values: [f64; FIELDS - 1],
+    /// Counts the rows modulo 256, where the board does so: in its binary format.
+    pub sequence: Option<u8>,
 }
 
 /// What a line is.
@@ -42,6 +44,8 @@ pub enum Reason {
     FieldCount,
     /// A field that is no finite number.
     NotANumber,
+    /// Bytes of the binary format that are no frame.
+    BadFrame,
 }
 
 impl Reason {
@@ -51,6 +55,7 @@ impl Reason {
             Reason::Half => "its beginning or end was not seen",
             Reason::FieldCount => "not exactly 8 values",
             Reason::NotANumber => "a value that is no number",
+            Reason::BadFrame => "no frame",
         }
     }
 }
@@ -89,6 +94,7 @@ pub fn classify(line: &Line) -> Kind {
         ] => Kind::Row(Row {
             stamp,
             values: [a, b, c, t, d, e, f],
+            sequence: None,
         }),
         _ => Kind::Rejected(Reason::NotANumber),
     }

@@ -88,6 +88,7 @@ mod tests {
         let row = |x| Row {
             stamp: 0.0,
             values: [x, 0.0, 9.8, 25.5, 0.0, 0.0, 0.0],
+            sequence: None,
         };
         for i in 0..500 {
             live.see(f64::from(i) * 0.01, row(0.02 * f64::from(i % 2)));

@@ -1,8 +1,9 @@
 //! Boards: what is plugged in, and what comes from it.
 //!
 //! Pure, without clock and without I/O, so that it can be tested row by row and used
-//! by whatever wants samples: [`lines`] (bytes to lines), [`line`](mod@line) (what a line is),
-//! [`board`] (settings and commands), [`stamps`] (the board's clock), [`account`] (where
+//! by whatever wants samples: [`wire`] (bytes to rows and what else comes) over
+//! [`lines`] (bytes to lines), [`line`](mod@line) (what a line is) and [`frames`] (the
+//! binary format), [`board`] (settings and commands), [`stamps`] (the board's clock), [`account`] (where
 //! every row went), [`live`] (what a person wants to see) and [`recorder`], the state
 //! machine over all of them.
 //!
@@ -13,6 +14,7 @@ pub mod account;
 pub mod board;
 pub mod disk;
 pub mod event;
+pub mod frames;
 pub mod gap;
 pub mod line;
 pub mod lines;
@@ -23,3 +25,4 @@ pub mod serial;
 pub mod source;
 pub mod stamps;
 pub mod trouble;
+pub mod wire;

@@ -17,6 +17,11 @@ use super::trouble;
 /// How long one read waits, and so how late the thread ends at most.
 const READ: Duration = Duration::from_millis(50);
 
+/// What is sent may still be in the chip behind the cable, which changes its rate at
+/// once: 28 bytes of commands take 2.5 ms at 115200 bits a second. A board that was told
+/// to change is silent for 100 ms, while it sets its sensor up.
+const LEAVE: Duration = Duration::from_millis(50);
+
 /// An open port.
 pub struct Serial {
     port: Box<dyn SerialPort>,
@@ -90,6 +95,17 @@ impl SampleSource for Serial {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.port.write_all(bytes)?;
         self.port.flush()
+    }
+
+    fn set_baud(&mut self, baud: u32) -> io::Result<Vec<u8>> {
+        self.port.flush()?;
+        std::thread::sleep(LEAVE);
+        self.port.set_baud_rate(baud)?;
+        let mut before = Vec::new();
+        while let Ok(read) = self.incoming.try_recv() {
+            before.extend(read?);
+        }
+        Ok(before)
     }
 }
 

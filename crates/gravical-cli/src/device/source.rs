@@ -25,4 +25,12 @@ pub trait SampleSource {
     ///
     /// What the system says.
     fn send(&mut self, bytes: &[u8]) -> io::Result<()>;
+
+    /// Waits until what was sent has left, and sets another rate; gives what came at the
+    /// one before.
+    ///
+    /// # Errors
+    ///
+    /// What the system says.
+    fn set_baud(&mut self, baud: u32) -> io::Result<Vec<u8>>;
 }

@@ -168,18 +168,42 @@ pub fn continued(path: &Path) -> Result<Continued> {
 
 impl Continued {
     /// What is wanted, and for the rest as it was.
-    pub fn wanted(&self, wanted: Wanted) -> Wanted {
+    ///
+    /// # Errors
+    ///
+    /// `option-range` (usage), and `settings-differ` (usage) for another range where the
+    /// file holds counts: nothing in it would say where which one begins.
+    pub fn wanted(&self, wanted: Wanted) -> Result<Wanted> {
         let Some(settings) = &self.settings else {
-            return wanted;
+            wanted.validate()?;
+            return Ok(wanted);
         };
         let was = Wanted::exactly(settings);
-        Wanted {
+        let all = Wanted {
             accel_range_g: wanted.accel_range_g.or(was.accel_range_g),
             gyro_range_deg_s: wanted.gyro_range_deg_s.or(was.gyro_range_deg_s),
             low_pass_hz: wanted.low_pass_hz.or(was.low_pass_hz),
             rate_hz: wanted.rate_hz.or(was.rate_hz),
             format: wanted.format.or(was.format),
+        };
+        // What was not asked for is as the board's constants have it.
+        let asked = Wanted {
+            format: all.format,
+            ..wanted
+        };
+        asked.validate()?;
+        let ranges = |w: &Wanted| (w.accel_range_g, w.gyro_range_deg_s);
+        if settings.format > 0 && ranges(&all) != ranges(&was) {
+            return Err(Error::usage(
+                "settings-differ",
+                format!(
+                    "the file that is continued has counts of ±{} g and ±{} °/s, not of what is asked for",
+                    settings.accel_range_g, settings.gyro_range_deg_s
+                ),
+            )
+            .with_hint("leave --range and --gyro-range out, or write elsewhere with -o"));
         }
+        Ok(all)
     }
 }
 

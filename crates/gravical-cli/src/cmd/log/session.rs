@@ -11,6 +11,7 @@ use super::Args;
 use super::files::{Continued, Files, continued};
 use super::keys::{Key, Keys};
 use super::teller::Teller;
+use crate::device::board::MOST_BINARY_HZ;
 use crate::device::event::{End, Event};
 use crate::device::ports::{Port, Target, list, the_board};
 use crate::device::recorder::{Action, Options, Recorder};
@@ -38,12 +39,20 @@ pub fn record(args: &Args) -> anyhow::Result<ExitCode> {
     } else {
         Continued::default()
     };
+    let wanted = before.wanted(args.wanted())?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
     Files::check(&path, args.append)?;
     let ports = list().unwrap_or_default();
     let mut teller = Teller::new(args.json, args.quiet);
+    if let Some(rate) = wanted.rate_hz.filter(|rate| *rate > MOST_BINARY_HZ) {
+        teller.tell(&Event::Warning {
+            text: format!(
+                "at {rate} Hz the board cannot send every sample: it skips some and counts them as overruns; {MOST_BINARY_HZ} Hz get through"
+            ),
+        });
+    }
     let found = target(args, &ports, &mut teller, &interrupted)?;
     let Some(target) = found else {
         return Ok(ExitCode::from(failure::INTERRUPTED));
@@ -56,7 +65,7 @@ pub fn record(args: &Args) -> anyhow::Result<ExitCode> {
     // After the port: a board that is not there leaves no empty file.
     let files = Files::open(&path, args.append)?;
     let options = Options {
-        wanted: before.wanted(args.wanted()),
+        wanted,
         rows: args.rows,
         duration_s: args.duration,
         wait: args.board.wait,
@@ -67,6 +76,7 @@ pub fn record(args: &Args) -> anyhow::Result<ExitCode> {
             target.name
         )],
         continues: before.header,
+        baud: args.board.baud,
     };
     let mut session = Session {
         started: Instant::now(),
@@ -235,12 +245,24 @@ impl Session {
                         self.lost(now_s, &e.to_string());
                     }
                 }
+                Action::Baud(baud) => self.set_baud(now_s, baud),
                 Action::Sync => {
                     self.hand_over(now_s);
                     self.sync(now_s);
                 }
                 Action::Tell(event) => self.teller.tell(&event),
             }
+        }
+    }
+
+    fn set_baud(&mut self, now_s: f64, baud: u32) {
+        match self.source.as_mut().map(|source| source.set_baud(baud)) {
+            Some(Ok(before)) => {
+                self.recorder.bytes(now_s, &before);
+                self.recorder.baud_is_set(now_s);
+            }
+            Some(Err(e)) => self.lost(now_s, &e.to_string()),
+            None => {}
         }
     }
 
@@ -380,6 +402,13 @@ fn summary(file: &str, ended: &Event) -> String {
         let kept = rejected_file.as_deref().unwrap_or("not stored");
         let lines = if a.rejected == 1 { "line" } else { "lines" };
         text.push_str(&format!("  rejected  {} {lines} → {kept}\n", a.rejected));
+    }
+    if a.lost > 0 {
+        let rows = if a.lost == 1 { "row" } else { "rows" };
+        text.push_str(&format!(
+            "  lost      {} {rows} here and there; inspect counts them\n",
+            a.lost
+        ));
     }
     if a.gaps > 0 {
         text.push_str(&format!(

@@ -4,6 +4,7 @@ use std::io::{self, IsTerminal as _, Write as _};
 
 use crate::device::board::Settings;
 use crate::device::event::Event;
+use crate::device::line::Reason;
 use crate::device::live::Status;
 
 /// Version of the events.
@@ -96,6 +97,7 @@ fn is_trouble(event: &Event) -> bool {
             | Event::DiskFailed { .. }
             | Event::DiskRecovered
             | Event::Rejected { .. }
+            | Event::Warning { .. }
     )
 }
 
@@ -116,6 +118,14 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
         Event::Started { .. } => "recording".to_owned(),
         Event::Paused => "paused; space goes on".to_owned(),
         Event::Resumed => "recording".to_owned(),
+        Event::Warning { text } => format!("! {text}"),
+        Event::Rejected {
+            reason: Reason::BadFrame,
+            text,
+        } => {
+            let why = text.split_once("# ").map_or(text.as_str(), |(_, why)| why);
+            format!("! rejected: no frame: {why}")
+        }
         Event::Rejected { reason, text } => {
             let shown: String = text.chars().filter(|c| !c.is_control()).take(50).collect();
             format!("! rejected: {}: \"{shown}\"", reason.text())
@@ -131,7 +141,7 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
             format!("! the disk takes nothing ({text}); make room, it goes on by itself")
         }
         Event::DiskRecovered => "the disk takes rows again".to_owned(),
-        Event::Status { .. } | Event::Ended { .. } => return None,
+        Event::Speed { .. } | Event::Status { .. } | Event::Ended { .. } => return None,
     })
 }
 
@@ -169,7 +179,7 @@ fn norm_and_temperature(live: &Status, settings: Option<&Settings>) -> String {
         return String::new();
     };
     match settings {
-        Some(s) if s.format == 1 => {
+        Some(s) if s.format >= 1 => {
             let norm_g = norm * f64::from(s.accel_range_g) / 32768.0;
             let celsius = temperature / 340.0 + 36.53;
             format!("  ‖a‖ {norm_g:.3} g  {celsius:.1} °C")

@@ -2,6 +2,7 @@
 
 use super::{FEWEST_MISSING, Recorder};
 use crate::device::event::Event;
+use crate::device::frames::{Sequence, lost_frames};
 use crate::device::gap::{Cause, Gap};
 use crate::device::line::Row;
 use crate::device::stamps::Step;
@@ -11,27 +12,57 @@ impl Recorder {
     pub(super) fn follow(&mut self, now_s: f64, row: &Row) {
         let rejected = std::mem::take(&mut self.rejected_since_row);
         let spoke = std::mem::take(&mut self.spoke);
-        match self.stamps.see(row.stamp) {
-            Step::Follows => {}
-            Step::Missing(jump) => {
-                // Rejected lines are no rows, but they were.
-                let missing = jump.saturating_sub(rejected);
-                // While it is paused nobody wants them.
-                let wanted = !self.is_paused() && self.ended.is_none();
-                if self.gap.is_some() || (wanted && missing >= FEWEST_MISSING) {
-                    let cause = if spoke { Cause::Sensor } else { Cause::Lost };
-                    self.account.missing += missing;
-                    self.open_gap(now_s, cause).rows += missing;
-                }
-            }
+        let step = self.stamps.see(row.stamp);
+        let jump = match step {
+            Step::Missing(jump) => jump,
+            Step::Follows => 0,
             Step::Anew => {
-                let gap = self.open_gap(now_s, Cause::Reset);
-                gap.clock_anew = true;
-                if gap.cause == Cause::Settings {
-                    // That is why it had others.
-                    gap.cause = Cause::Reset;
+                self.sequence = Sequence::default();
+                self.sequence.see(row.sequence);
+                self.reset(now_s);
+                if row.sequence.is_some() {
+                    self.account.fragments += rejected;
+                    if !spoke {
+                        self.ask_again(now_s);
+                    }
                 }
+                return;
             }
+        };
+        let lost = (self.sequence.see(row.sequence)).map(|lost| lost_frames(lost, jump));
+        // Rejected lines are no rows, but they were.
+        let (missing, from_sequence) = match lost {
+            None => (jump.saturating_sub(rejected), 0),
+            Some(lost) => {
+                let hurt = rejected.min(lost);
+                self.account.fragments += rejected - hurt;
+                (lost.max(jump) - hurt, lost - hurt)
+            }
+        };
+        // While it is paused nobody wants them.
+        let wanted = !self.is_paused() && self.ended.is_none();
+        if self.gap.is_some() || (wanted && missing >= FEWEST_MISSING) {
+            let cause = match lost {
+                _ if spoke => Cause::Sensor,
+                Some(_) if from_sequence < FEWEST_MISSING => Cause::NotSampled,
+                _ => Cause::Lost,
+            };
+            self.account.missing += missing;
+            if missing > 0 {
+                self.open_gap(now_s, cause).rows += missing;
+            }
+        } else {
+            self.account.lost += from_sequence;
+        }
+    }
+
+    /// The board started anew, and its clock with it.
+    pub(super) fn reset(&mut self, now_s: f64) {
+        let gap = self.open_gap(now_s, Cause::Reset);
+        gap.clock_anew = true;
+        if gap.cause == Cause::Settings {
+            // That is why it had others.
+            gap.cause = Cause::Reset;
         }
     }
 

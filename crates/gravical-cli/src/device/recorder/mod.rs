@@ -9,6 +9,8 @@
 mod follow;
 mod hand_over;
 mod keep;
+mod listen;
+mod options;
 mod start;
 #[cfg(test)]
 mod tests;
@@ -16,15 +18,18 @@ mod tests;
 use gravical::Error;
 
 use super::account::Account;
-use super::board::{Settings, Wanted};
+use super::board::Settings;
 use super::event::{End, Event};
+use super::frames::Sequence;
 use super::gap::{Cause, Gap};
-use super::line::{Kind, Reason, Row, classify};
-use super::lines::{Framer, Line};
+use super::line::{Reason, Row};
 use super::live::Live;
 use super::stamps::Stamps;
+use super::wire::{Item, Wire};
 pub use keep::Batch;
 use keep::Keep;
+use listen::Ear;
+pub use options::{Action, Options, TEXT_BAUD};
 use start::Start;
 
 /// Rejected lines that are told one by one; all are counted and kept.
@@ -37,34 +42,6 @@ const SILENCE_S: f64 = 3.0;
 const STATUS_S: f64 = 1.0;
 /// What three blank rows look like.
 const RESUME: &[u8] = b"\n\n\n";
-
-/// What is wanted of a recording.
-#[derive(Debug, Clone, Default)]
-pub struct Options {
-    /// Settings that the board has to have.
-    pub wanted: Wanted,
-    /// It ends with so many rows; none: when it is told to.
-    pub rows: Option<u64>,
-    /// It ends after so long, s, pauses left out; none: when it is told to.
-    pub duration_s: Option<f64>,
-    /// A silent board is waited for without end.
-    pub wait: bool,
-    /// Lines behind `#` at the head of the file.
-    pub preamble: Vec<String>,
-    /// The header of the file that is continued.
-    pub continues: Option<Vec<u8>>,
-}
-
-/// What has to be done.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Action {
-    /// Bytes for the board.
-    Send(Vec<u8>),
-    /// What is written has to be safe on the disk.
-    Sync,
-    /// Somebody may want to know.
-    Tell(Event),
-}
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum State {
@@ -80,8 +57,10 @@ enum State {
 pub struct Recorder {
     options: Options,
     state: State,
-    framer: Framer,
+    wire: Wire,
+    ear: Ear,
     stamps: Stamps,
+    sequence: Sequence,
     live: Live,
     account: Account,
     start: Start,
@@ -113,8 +92,10 @@ impl Recorder {
             start: Start::default(),
             options,
             state: State::Starting,
-            framer: Framer::default(),
+            wire: Wire::default(),
+            ear: Ear::default(),
             stamps: Stamps::default(),
+            sequence: Sequence::default(),
             live: Live::default(),
             account: Account::default(),
             keep: Keep::default(),
@@ -185,7 +166,7 @@ impl Recorder {
 
     /// A port was opened; `device` is what is behind it.
     pub fn opened(&mut self, now_s: f64, port: &str, device: Option<&str>) {
-        self.framer = Framer::default();
+        self.listen_from(now_s);
         self.open = true;
         self.start.opened(now_s);
         self.last_bytes_s = now_s;
@@ -199,8 +180,8 @@ impl Recorder {
     /// The port is gone; `why` is what the system says.
     pub fn lost(&mut self, now_s: f64, why: &str) {
         self.open = false;
-        if let Some(half) = self.framer.cut() {
-            self.reject(half.bytes, Reason::Half);
+        if let Some(Item::Bad { bytes, reason }) = self.wire.cut() {
+            self.bad(bytes, reason);
         }
         if self.is_started() {
             self.open_gap(now_s, Cause::Unplugged);
@@ -214,20 +195,19 @@ impl Recorder {
 
     /// Bytes from the board.
     pub fn bytes(&mut self, now_s: f64, bytes: &[u8]) {
+        self.heard(now_s, bytes.len());
         self.last_bytes_s = now_s;
         self.silent = false;
-        for line in self.framer.push(bytes) {
-            self.line(now_s, line);
-        }
-    }
-
-    fn line(&mut self, now_s: f64, line: Line) {
-        match classify(&line) {
-            Kind::Row(row) => self.row(now_s, line.bytes, row),
-            Kind::Comment => self.comment(now_s, &line.bytes),
-            Kind::Header => self.header(now_s, &line.bytes),
-            Kind::Blank => {}
-            Kind::Rejected(reason) => self.reject(line.bytes, reason),
+        for item in self.wire.push(bytes) {
+            if !matches!(item, Item::Bad { .. }) {
+                self.makes_sense(now_s);
+            }
+            match item {
+                Item::Row { bytes, row } => self.row(now_s, bytes, row),
+                Item::Comment(bytes) => self.comment(now_s, &bytes),
+                Item::Header(bytes) => self.header(now_s, &bytes),
+                Item::Bad { bytes, reason } => self.bad(bytes, reason),
+            }
         }
     }
 
@@ -238,7 +218,6 @@ impl Recorder {
             let text = String::from_utf8_lossy(&bytes).into_owned();
             self.tell(Event::Rejected { reason, text });
         }
-        self.start.rejected(&bytes);
         self.keep.reject(bytes);
     }
 
@@ -249,7 +228,9 @@ impl Recorder {
             self.account.before_start += self.start.hold(bytes, row);
             return;
         }
-        self.follow(now_s, &row);
+        if self.wire.coding() == self.start.coding {
+            self.follow(now_s, &row);
+        }
         self.last_row_s = now_s;
         if self.ended.is_some() {
             self.account.after_end += 1;
@@ -318,6 +299,12 @@ impl Recorder {
         if self.open && self.state != State::Recording {
             self.wait_for_the_board(now_s);
         }
+        if self.open {
+            self.listen_elsewhere(now_s);
+        }
+        if self.fatal.is_some() {
+            self.noise_is_rejected();
+        }
         let waits = self.open && self.is_started() && !self.silent;
         if waits && now_s - self.last_bytes_s >= SILENCE_S {
             self.silent = true;
@@ -352,7 +339,8 @@ impl Recorder {
     /// Nothing more will come: what is begun is closed.
     pub fn finish(&mut self, now_s: f64, why: End) {
         // A line that is cut by the end is no mishap, but what comes after it.
-        self.framer.cut();
+        self.wire.cut();
+        self.noise_is_rejected();
         self.account.before_start += self.start.forget_held();
         if self.is_started() {
             if let Some((_, gap)) = &mut self.gap {

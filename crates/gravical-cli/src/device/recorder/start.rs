@@ -6,14 +6,16 @@ use gravical::Error;
 use super::{Recorder, State};
 use crate::device::board::{Settings, Wanted};
 use crate::device::event::Event;
+use crate::device::frames;
 use crate::device::gap::Cause;
 use crate::device::line::Row;
 use crate::device::recorder::Action;
+use crate::device::wire::Coding;
 
 /// A board that was reset by the opening speaks within about two seconds, s.
 const ASK_AFTER_S: f64 = 2.5;
 /// Between two questions or commands, s.
-const ASK_AGAIN_S: f64 = 1.5;
+pub const ASK_AGAIN_S: f64 = 1.5;
 /// Without a header for so long there will be none, s.
 const NO_HEADER_S: f64 = 6.0;
 /// Without a row for so long something is wrong, s.
@@ -24,6 +26,9 @@ const TRIES: u32 = 4;
 const HELD: usize = 5000;
 /// Lines of the board that are held.
 const SAID: usize = 20;
+/// A board that says nothing that makes sense after a command for so long does not take
+/// it, s.
+const NO_ANSWER_S: f64 = 15.0;
 /// What the report's boards send, where none says so.
 const COLUMNS: &str = "Timestamp,ax,ay,az,temp,gx,gy,gz";
 
@@ -32,12 +37,17 @@ const COLUMNS: &str = "Timestamp,ax,ay,az,temp,gx,gy,gz";
 pub struct Start {
     /// How the board says that it is set.
     pub settings: Option<Settings>,
-    columns: Option<Vec<u8>>,
+    pub columns: Option<Vec<u8>>,
+    /// How the board spoke when it began.
+    pub coding: Coding,
+    first_command_s: Option<f64>,
     /// What has to come back after a reset.
     expected: Option<Wanted>,
     opened_s: f64,
-    next_s: f64,
-    tries: u32,
+    /// When the board is asked or told next, s.
+    pub next_s: f64,
+    /// How often it was told.
+    pub tries: u32,
     waiting_told: bool,
     held: Vec<(Vec<u8>, Row)>,
     said: Vec<String>,
@@ -101,8 +111,14 @@ impl Recorder {
         }
         if goal.is_met_by(&settings) {
             self.start.tries = 0;
+            self.start.first_command_s = None;
             if self.state == State::Restoring {
                 self.state = State::Recording;
+            }
+            if self.state == State::Starting && self.wire.coding() == Coding::Frames {
+                // There is no header between frames.
+                self.start.columns = Some(frames::COLUMNS.into());
+                self.start_if_ready(now_s);
             }
         } else {
             if self.is_started() {
@@ -120,9 +136,13 @@ impl Recorder {
         let commands = self.goal().commands();
         self.start.tries += 1;
         self.start.next_s = now_s + ASK_AGAIN_S;
+        self.start.first_command_s.get_or_insert(now_s);
         let text = String::from_utf8_lossy(&commands).trim().replace('\n', " ");
         self.tell(Event::Commands { text });
         self.actions.push(Action::Send(commands));
+        if let Some(format) = self.goal().format {
+            self.speak(Coding::of_format(format));
+        }
     }
 
     pub(super) fn header(&mut self, now_s: f64, bytes: &[u8]) {
@@ -160,10 +180,14 @@ impl Recorder {
 
     /// The head of the file; from here on rows are stored.
     fn begin(&mut self, now_s: f64) {
+        let coding = self.wire.coding();
         let columns = self
             .start
             .columns
-            .get_or_insert_with(|| COLUMNS.into())
+            .get_or_insert_with(|| match coding {
+                Coding::Text => COLUMNS.into(),
+                Coding::Frames => frames::COLUMNS.into(),
+            })
             .clone();
         if let Some(header) = &self.options.continues
             && *header != columns
@@ -182,6 +206,7 @@ impl Recorder {
             return;
         }
         self.state = State::Recording;
+        self.start.coding = coding;
         self.started_s = Some(now_s);
         (self.last_row_s, self.last_status_s, self.last_bytes_s) = (now_s, now_s, now_s);
         self.start.expected = self.start.settings.as_ref().map(Wanted::exactly);
@@ -233,20 +258,25 @@ impl Recorder {
         if self.fatal.is_some() || now_s < self.start.next_s || self.state == State::Recording {
             return;
         }
-        if unmet && self.start.tries >= TRIES {
+        // At a rate at which nothing makes sense nothing is understood either.
+        let unsure = !self.ear.good || (self.wire.coding() == Coding::Frames && !self.ear.asked);
+        let no_answer = self.state == State::Starting
+            && (self.start.first_command_s).is_some_and(|since_s| now_s - since_s >= NO_ANSWER_S);
+        if unmet && (self.start.tries >= TRIES || no_answer) {
             self.fatal = Some(settings_refused(self.start.settings.is_some()));
-        } else if unmet && !silent {
+        } else if unmet && !silent && !unsure {
             self.command(now_s);
         } else {
-            self.start.next_s = now_s + ASK_AGAIN_S;
-            self.actions.push(Action::Send(b"?\n".to_vec()));
+            self.ask(now_s);
         }
     }
 
     fn without_header(&mut self, now_s: f64, waited_s: f64) {
         if waited_s >= NO_HEADER_S && self.start.held.len() >= 5 {
-            self.start
-                .said("# the board named no columns: taken as the usual ones");
+            self.start.said(match self.wire.coding() {
+                Coding::Text => "# the board named no columns: taken as the usual ones",
+                Coding::Frames => "# the board did not say how it is set: the range is not known",
+            });
             self.begin(now_s);
             for (bytes, row) in std::mem::take(&mut self.start.held) {
                 // They were counted when they came.

@@ -17,6 +17,8 @@ pub struct Desk {
     pub events: Vec<Event>,
     pub commands: String,
     pub full: bool,
+    /// Rates that were set.
+    pub bauds: Vec<u32>,
 }
 
 impl Desk {
@@ -31,6 +33,7 @@ impl Desk {
             events: Vec::new(),
             commands: String::new(),
             full: false,
+            bauds: Vec::new(),
         };
         desk.recorder.opened(desk.now_s, "/dev/ttyACM0", None);
         desk
@@ -81,6 +84,10 @@ impl Desk {
             match action {
                 Action::Tell(event) => self.events.push(event),
                 Action::Send(bytes) => self.commands.push_str(std::str::from_utf8(&bytes).unwrap()),
+                Action::Baud(baud) => {
+                    self.bauds.push(baud);
+                    self.recorder.baud_is_set(self.now_s);
+                }
                 Action::Sync => {}
             }
         }

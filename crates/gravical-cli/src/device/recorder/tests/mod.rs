@@ -1,7 +1,10 @@
 mod desk;
+mod frames;
+mod uno;
 
 use super::keep::KEPT_ROWS;
 use super::*;
+use crate::device::board::Wanted;
 use desk::{Desk, HEADER, SETTINGS};
 
 #[test]
@@ -256,8 +259,10 @@ fn boards_that_say_nothing_or_nonsense() {
         desk.say("\u{7f}~\u{3}\n");
         desk.pass(0.1);
     }
+    assert!(desk.bauds.contains(&250_000));
     assert_eq!(desk.fatal(), "no-samples-from-board");
-    assert_eq!(desk.rejects.lines().count(), 100);
+    // Half of the time it listened for frames.
+    assert!((50..100).contains(&desk.rejects.lines().count()));
     let mut desk = Desk::new(Options {
         wait: true,
         ..Options::default()

@@ -1,0 +1,252 @@
+//! Bytes to samples, in the board's binary format ([`gravical::recording::frame`]).
+
+use gravical::recording::frame::{Frame, MOST_BYTES, SampleFrame, Unwrap, decode_frame};
+
+use super::line::{Reason, Row};
+use super::wire::Item;
+
+/// The header of a recording that came as frames: counts, and a stamp that goes on
+/// after its wrap.
+pub const COLUMNS: &str = "Timestamp (us),ax,ay,az,temp,gx,gy,gz";
+
+/// Bits a second of the binary format.
+pub const BAUD: u32 = 250_000;
+
+/// A 32-bit counter that falls from the last to the first twentieth of its range has
+/// wrapped; any other fall is a board that started anew. [`Stamps`](super::stamps) and
+/// the reader of recordings have the same rule.
+const EDGE: u32 = u32::MAX / 20;
+
+/// Puts frames together. The first one may have begun before anybody listened.
+#[derive(Debug, Clone, Default)]
+pub struct Frames {
+    partial: Vec<u8>,
+    clock: Clock,
+}
+
+impl Frames {
+    /// Takes bytes as they come; gives what they complete.
+    pub fn push(&mut self, bytes: &[u8]) -> Vec<Item> {
+        let mut items = Vec::new();
+        for &byte in bytes {
+            if byte != 0 {
+                self.partial.push(byte);
+            }
+            // Two zeros after each other are no empty frame, but a line at rest.
+            if (byte == 0 && !self.partial.is_empty()) || self.partial.len() >= MOST_BYTES {
+                let stuffed = std::mem::take(&mut self.partial);
+                items.extend(self.item(&stuffed));
+            }
+        }
+        items
+    }
+
+    /// What was begun will not be ended.
+    pub fn cut(&mut self) -> Option<Item> {
+        let bytes = std::mem::take(&mut self.partial);
+        (!bytes.is_empty()).then(|| Item::Bad {
+            bytes: hex(&bytes, Reason::Half.text()),
+            reason: Reason::Half,
+        })
+    }
+
+    /// The board started anew: the next stamp is one of another clock.
+    pub fn clock_anew(&mut self) {
+        self.clock = Clock::default();
+    }
+
+    fn item(&mut self, stuffed: &[u8]) -> Option<Item> {
+        match decode_frame(stuffed) {
+            Ok(Frame::Sample(sample)) => Some(self.row(&sample)),
+            Ok(Frame::Text(text)) => comment(&text),
+            Err(error) => {
+                let text = error.to_string();
+                let why = text
+                    .split_once("not a frame of the board: ")
+                    .map_or(text.as_str(), |(_, why)| why);
+                Some(Item::Bad {
+                    bytes: hex(stuffed, why),
+                    reason: Reason::BadFrame,
+                })
+            }
+        }
+    }
+
+    fn row(&mut self, sample: &SampleFrame) -> Item {
+        let time_us = self.clock.time_us(sample.time_us);
+        let [ax, ay, az] = sample.accel;
+        let [gx, gy, gz] = sample.gyro;
+        let counts = [ax, ay, az, sample.temperature, gx, gy, gz];
+        let mut bytes = time_us.to_string();
+        for count in counts {
+            bytes.push(',');
+            bytes.push_str(&count.to_string());
+        }
+        Item::Row {
+            bytes: bytes.into_bytes(),
+            row: Row {
+                stamp: time_us as f64,
+                values: counts.map(f64::from),
+                sequence: Some(sample.sequence),
+            },
+        }
+    }
+}
+
+/// What the board says: one line behind `#`, whatever it was.
+fn comment(text: &str) -> Option<Item> {
+    let text: String = text
+        .trim()
+        .chars()
+        .map(|c| if c.is_control() { '?' } else { c })
+        .collect();
+    let hash = if text.starts_with('#') { "" } else { "# " };
+    (!text.is_empty()).then(|| Item::Comment(format!("{hash}{text}").into_bytes()))
+}
+
+/// Bytes that are no frame as a line of text: pairs of hexadecimal digits, and why.
+fn hex(bytes: &[u8], why: &str) -> Vec<u8> {
+    let mut line: String = bytes.iter().map(|b| format!("{b:02x}")).collect();
+    line.push_str("  # ");
+    line.push_str(why);
+    line.into_bytes()
+}
+
+/// The board's 32-bit clock, which goes on after its wrap and starts anew with the board.
+#[derive(Debug, Clone, Default)]
+struct Clock {
+    last: Option<u32>,
+    unwrap: Unwrap,
+}
+
+impl Clock {
+    fn time_us(&mut self, stamp_us: u32) -> u64 {
+        if let Some(last) = self.last.replace(stamp_us)
+            && stamp_us < last
+            && !(last > u32::MAX - EDGE && stamp_us < EDGE)
+        {
+            self.unwrap = Unwrap::default();
+        }
+        self.unwrap.time_us(stamp_us)
+    }
+}
+
+/// Rows that never came, by the number that each frame bears.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Sequence {
+    last: Option<u8>,
+}
+
+impl Sequence {
+    /// How many frames are missing before this one, modulo 256; none where there is
+    /// nothing to tell it by.
+    pub fn see(&mut self, sequence: Option<u8>) -> Option<u64> {
+        let now = sequence?;
+        let last = self.last.replace(now)?;
+        Some(u64::from(now.wrapping_sub(last).wrapping_sub(1)))
+    }
+}
+
+/// The number nearest to `jump` that is `lost` modulo 256: the sequence says it exactly,
+/// the clock how often it went round.
+pub fn lost_frames(lost: u64, jump: u64) -> u64 {
+    lost + (jump.saturating_sub(lost) + 128) / 256 * 256
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gravical::recording::frame::encode_frame;
+
+    fn sample(sequence: u8, time_us: u32) -> Frame {
+        Frame::Sample(SampleFrame {
+            sequence,
+            time_us,
+            accel: [1, -2, 16384],
+            temperature: -3920,
+            gyro: [0, 5, -6],
+        })
+    }
+
+    fn texts(items: &[Item]) -> Vec<String> {
+        items
+            .iter()
+            .map(|item| {
+                let (Item::Row { bytes, .. }
+                | Item::Header(bytes)
+                | Item::Comment(bytes)
+                | Item::Bad { bytes, .. }) = item;
+                String::from_utf8(bytes.clone()).unwrap()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn frames_however_they_are_torn() {
+        let mut wire = encode_frame(&sample(1, 2000));
+        wire.extend(encode_frame(&Frame::Text("# overruns 1".to_owned())));
+        wire.extend([0, 0]);
+        wire.extend(encode_frame(&sample(2, 4000)));
+        wire.extend([5, 6, 0]);
+        for piece in 1..wire.len() {
+            let mut frames = Frames::default();
+            let items: Vec<Item> = wire.chunks(piece).flat_map(|c| frames.push(c)).collect();
+            assert_eq!(
+                texts(&items),
+                [
+                    "2000,1,-2,16384,-3920,0,5,-6",
+                    "# overruns 1",
+                    "4000,1,-2,16384,-3920,0,5,-6",
+                    "0506  # 2 bytes are not stuffed",
+                ]
+            );
+            assert_eq!(frames.cut(), None);
+            frames.push(&[7]);
+            let half = frames.cut().into_iter().collect::<Vec<_>>();
+            assert_eq!(texts(&half), ["07  # its beginning or end was not seen"]);
+        }
+    }
+
+    #[test]
+    fn noise_without_a_zero_is_bounded_and_text_is_one_line() {
+        let mut frames = Frames::default();
+        assert_eq!(frames.push(&[b'x'; 3 * MOST_BYTES]).len(), 3);
+        let odd = Frame::Text("not #\na row\r".to_owned());
+        assert_eq!(texts(&frames.push(&encode_frame(&odd))), ["# not #?a row"]);
+        assert!(
+            frames
+                .push(&encode_frame(&Frame::Text(" ".to_owned())))
+                .is_empty()
+        );
+    }
+
+    #[test]
+    fn the_clock_goes_on_after_a_wrap_and_starts_anew_after_a_reset() {
+        let mut clock = Clock::default();
+        assert_eq!(clock.time_us(u32::MAX - 999), 4_294_966_296);
+        assert_eq!(clock.time_us(1000), 4_294_968_296);
+        assert_eq!(clock.time_us(900_000_000), 5_194_967_296);
+        assert_eq!(clock.time_us(1_200_000), 1_200_000);
+    }
+
+    #[test]
+    fn sequences_say_what_is_lost() {
+        let mut sequence = Sequence::default();
+        assert_eq!(sequence.see(Some(254)), None);
+        assert_eq!(sequence.see(Some(255)), Some(0));
+        assert_eq!(sequence.see(Some(0)), Some(0));
+        assert_eq!(sequence.see(None), None);
+        assert_eq!(sequence.see(Some(4)), Some(3));
+        assert_eq!(sequence.see(Some(4)), Some(255));
+        for (lost, jump, is) in [
+            (3, 0, 3),
+            (3, 4, 3),
+            (10, 300, 266),
+            (250, 250, 250),
+            (1, 513, 513),
+            (255, 254, 255),
+        ] {
+            assert_eq!(lost_frames(lost, jump), is, "{lost} {jump}");
+        }
+    }
+}
