@@ -1,44 +1,8 @@
 //! What the firmware says of itself, and the commands that it takes
 //! (`firmware/mpu6050_logger`).
 
+pub use gravical::recording::board::BoardSettings as Settings;
 use gravical::{Error, Result};
-use serde::Serialize;
-
-/// How the firmware is set, from its first line.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Settings {
-    /// Full scale of the accelerometer, g.
-    pub accel_range_g: u16,
-    /// Full scale of the gyroscope, °/s.
-    pub gyro_range_deg_s: u16,
-    /// Low-pass, Hz.
-    pub low_pass_hz: u16,
-    /// Samples a second, Hz: what the sensor's divider makes of what was asked for.
-    pub rate_hz: f64,
-    /// 0 text in SI units, 1 text in counts, 2 binary.
-    pub format: u8,
-}
-
-impl Settings {
-    /// Reads the line that starts with `# gravical mpu6050_logger`; none for any other.
-    pub fn parse(line: &str) -> Option<Self> {
-        let text = line.trim().strip_prefix('#')?.trim();
-        let text = text.strip_prefix("gravical mpu6050_logger")?;
-        let after = |words: &str| -> Option<&str> {
-            let rest = text.get(text.find(words)? + words.len()..)?;
-            rest.trim_start()
-                .split(|c: char| !(c.is_ascii_digit() || c == '.'))
-                .next()
-        };
-        Some(Settings {
-            accel_range_g: after("accelerometer +-")?.parse().ok()?,
-            gyro_range_deg_s: after("gyroscope +-")?.parse().ok()?,
-            low_pass_hz: after("low-pass ")?.parse().ok()?,
-            rate_hz: after("rate ")?.parse().ok()?,
-            format: after("format ")?.parse().ok()?,
-        })
-    }
-}
 
 /// Settings that the board has to have; none: as it is.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -164,26 +128,6 @@ mod tests {
     use super::*;
 
     const LINE: &str = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 66.66 Hz, format 0";
-
-    #[test]
-    fn the_first_line_of_the_firmware() {
-        let settings = Settings::parse(LINE).unwrap();
-        assert_eq!(
-            (settings.accel_range_g, settings.gyro_range_deg_s),
-            (4, 500)
-        );
-        assert_eq!((settings.low_pass_hz, settings.format), (44, 0));
-        assert_eq!(settings.rate_hz, 66.66);
-        for other in [
-            "",
-            "# overruns 1",
-            "#gravical mpu6050_logger",
-            "x",
-            "# \u{1f600}",
-        ] {
-            assert_eq!(Settings::parse(other), None, "{other}");
-        }
-    }
 
     #[test]
     fn commands_and_whether_they_were_taken() {

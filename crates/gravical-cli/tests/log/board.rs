@@ -151,18 +151,35 @@ impl Board {
         self.greet();
     }
 
+    /// Whether it was told so since the last time.
+    pub fn was_told(&mut self, wanted: &str) -> bool {
+        let mut bytes = [0; 64];
+        let (ours, _) = self.cable.as_mut().unwrap();
+        if let Ok(n) = ours.read(&mut bytes) {
+            self.heard.push_str(&String::from_utf8_lossy(&bytes[..n]));
+        }
+        match self.heard.find(wanted) {
+            Some(at) => {
+                self.heard.drain(..at + wanted.len());
+                true
+            }
+            None => false,
+        }
+    }
+
     pub fn wait_for_command(&mut self, wanted: &str) {
         for _ in 0..800 {
-            let mut bytes = [0; 64];
-            let (ours, _) = self.cable.as_mut().unwrap();
-            if let Ok(n) = ours.read(&mut bytes) {
-                self.heard.push_str(&String::from_utf8_lossy(&bytes[..n]));
-            }
-            if self.heard.contains(wanted) {
+            if self.was_told(wanted) {
                 return;
             }
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
         panic!("no command {wanted:?} came, but {:?}", self.heard);
+    }
+
+    /// Bits a second that the terminal is set to.
+    pub fn baud(&self) -> u32 {
+        let (_, theirs) = self.cable.as_ref().unwrap();
+        tcgetattr(theirs).unwrap().output_speed()
     }
 }

@@ -6,8 +6,10 @@
 // The exemption of tests in clippy.toml does not reach helpers outside #[test].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod binary;
 mod board;
 mod disk;
+mod fast;
 mod logger;
 
 use std::fs;
@@ -296,6 +298,11 @@ fn wrong_calls() {
     for (line, code, name) in [
         ("log x --range 3 --json", 2, "option-range"),
         ("log x --rate 500 --json", 2, "option-range"),
+        (
+            "log x --format binary --rate 1001 --json",
+            2,
+            "option-range",
+        ),
         ("log x --rows 0 --json", 2, "option-range"),
         ("log x --duration nan --json", 2, "option-range"),
         ("log x --baud 1 --json", 2, "option-range"),

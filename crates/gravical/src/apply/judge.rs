@@ -9,7 +9,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use crate::calibration_file::CalibrationFile;
 use crate::recording::layout::Layout;
 use crate::recording::{
-    AccelScale, AccelUnit, Finding, GyroUnit, Origin, Quiet, ReadOptions, decide_accel,
+    AccelClaim, AccelScale, AccelUnit, Finding, GyroUnit, Origin, Quiet, ReadOptions, decide_accel,
     looks_unsigned, quiet,
 };
 use crate::{Error, Result};
@@ -74,7 +74,7 @@ pub(super) fn judge(
         name,
     };
     let accel = fit.accelerometer(raw, unsigned, layout.accel_claim, options, findings)?;
-    let header_lies = layout.accel_claim.is_some_and(|claim| claim != accel.unit);
+    let header_lies = (layout.accel_claim.unit).is_some_and(|claim| claim != accel.unit);
     Ok(Judged {
         accel,
         zero_offset,
@@ -122,7 +122,7 @@ impl Fit<'_> {
         &self,
         raw: Option<Quiet>,
         unsigned: bool,
-        claim: Option<AccelUnit>,
+        claim: AccelClaim,
         options: &ReadOptions,
         findings: &mut Vec<Finding>,
     ) -> Result<AccelScale> {
@@ -142,7 +142,7 @@ impl Fit<'_> {
             options,
             &mut told,
         );
-        let by_header = !self.given && !fits && self.moving && claim.is_some();
+        let by_header = !self.given && !fits && self.moving && claim.unit.is_some();
         let accel = if by_header {
             findings.push(Finding::note(
                 "unit-unverified",

@@ -208,7 +208,10 @@ pub(super) fn gyro_by_claim(
     layout: &Layout,
     options: &ReadOptions,
 ) -> GyroScale {
-    let lsb_per_deg_s = options.gyro_range_deg_s.map(|range| 32768.0 / range);
+    let lsb_per_deg_s = options
+        .gyro_range_deg_s
+        .map(|range| 32768.0 / range)
+        .or(layout.gyro_lsb_per_deg_s);
     if let Some(unit) = options.gyro_unit {
         return GyroScale {
             unit,

@@ -27,6 +27,7 @@
 //! ```
 
 mod assemble;
+pub mod board;
 mod columns;
 pub mod dialect;
 pub mod finding;
@@ -54,7 +55,7 @@ pub(crate) use quiet::{Quiet, QuietBlocks, quiet};
 pub use read::{GAP_LINE, read, read_bytes};
 pub(crate) use read::{HEAD, Prepared, cut_off, prepare, reason_before, reason_for, text_findings};
 pub use timing::{TimeUnit, Timing};
-pub use unit_choice::decide_accel;
+pub use unit_choice::{AccelClaim, decide_accel};
 pub(crate) use unit_choice::{fits_unsigned, looks_unsigned};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 

@@ -106,11 +106,12 @@ fn prepare_as<R: Read>(
             .with_hint("a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces")
     })?;
     let mut findings = Vec::new();
-    let layout = match role {
+    let mut layout = match role {
         Role::Recording => layout::find(&dialect, options.columns.as_ref(), &mut findings),
         Role::Gyroscope => layout::find_gyroscope(&dialect, &mut findings),
     }
     .map_err(|e| e.at(here, dialect.header.as_ref().map(|h| h.lines[1])))?;
+    layout.claim_of_board(&dialect.metadata);
     Ok(Prepared {
         lines,
         dialect,

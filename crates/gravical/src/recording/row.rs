@@ -67,6 +67,7 @@ pub struct RowScanner {
     delimiter: Delimiter,
     decimal_comma: bool,
     slot_of_field: Vec<u8>,
+    temperature_counts: bool,
 }
 
 /// Byte range of one field within its line.
@@ -80,6 +81,7 @@ impl RowScanner {
             delimiter,
             decimal_comma,
             slot_of_field: vec![SKIP; fields],
+            temperature_counts: false,
         }
     }
 
@@ -95,6 +97,12 @@ impl RowScanner {
         if let Some(entry) = self.slot_of_field.get_mut(field) {
             *entry = LABEL;
         }
+    }
+
+    /// Temperatures are counts of an MPU6050: 1/340 °C each, 36.53 °C at 0 (MPU-6000 and
+    /// MPU-6050 Register Map 4.2, register 65). They are read as °C.
+    pub fn convert_temperature(&mut self) {
+        self.temperature_counts = true;
     }
 
     /// How many fields a row has.
@@ -210,6 +218,9 @@ impl RowScanner {
             } else {
                 RowDefect::Blank
             });
+        }
+        if self.temperature_counts {
+            values[TEMPERATURE] = values[TEMPERATURE] / 340.0 + 36.53;
         }
         if any { Ok(()) } else { Err(RowDefect::Blank) }
     }

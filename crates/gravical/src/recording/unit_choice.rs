@@ -23,17 +23,38 @@ pub(crate) fn fits_unsigned(accel: &[Vec<f64>; 3]) -> bool {
     accel.iter().all(|channel| channel.iter().all(fits))
 }
 
+/// What a file says of its accelerometer.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct AccelClaim {
+    /// The unit, by the header or by the board's own line.
+    pub unit: Option<AccelUnit>,
+    /// Counts per g, by the board's own line.
+    pub lsb_per_g: Option<f64>,
+}
+
+impl From<AccelUnit> for AccelClaim {
+    fn from(unit: AccelUnit) -> Self {
+        AccelClaim {
+            unit: Some(unit),
+            lsb_per_g: None,
+        }
+    }
+}
+
 /// Decides the unit from the magnitude of quiet readings, the header's claim
 /// and the user's word; contradictions become findings.
 #[must_use]
 pub fn decide_accel(
     quiet: Option<(f64, bool)>,
     unsigned: bool,
-    claim: Option<AccelUnit>,
+    claim: AccelClaim,
     options: &ReadOptions,
     findings: &mut Vec<Finding>,
 ) -> AccelScale {
-    let range_lsb = options.accel_range_g.map(|range| 32768.0 / range);
+    let given_lsb = options.accel_range_g.map(|range| 32768.0 / range);
+    // A range that was given beats the data, one that the board claims does not.
+    let range_lsb = given_lsb.or(claim.lsb_per_g);
+    let claimed = claim.unit;
     if let Some(unit) = options.accel_unit {
         let counts = unit == AccelUnit::Counts;
         let from_data = quiet.and_then(|(norm, _)| match accel_evidence(norm, true) {
@@ -43,7 +64,7 @@ pub fn decide_accel(
         let scale = AccelScale {
             unit,
             lsb_per_g: if counts {
-                range_lsb.or(from_data)
+                given_lsb.or(from_data).or(range_lsb)
             } else {
                 None
             },
@@ -60,11 +81,11 @@ pub fn decide_accel(
         };
     }
     let Some((norm, integers)) = quiet else {
-        return by_claim(claim, range_lsb);
+        return by_claim(claimed, range_lsb);
     };
     let evidence = accel_evidence(norm, integers);
     let by_data = |unit: AccelUnit, lsb: Option<f64>, findings: &mut Vec<Finding>| {
-        if let Some(claim) = claim
+        if let Some(claim) = claimed
             && claim != unit
         {
             findings.push(Finding::warning(
@@ -79,8 +100,8 @@ pub fn decide_accel(
         }
         let lsb = match unit {
             AccelUnit::Counts => {
-                warn_if_range_disagrees(range_lsb, lsb, findings);
-                range_lsb.or(lsb)
+                warn_if_range_disagrees(given_lsb, claim.lsb_per_g, lsb, findings);
+                given_lsb.or(lsb)
             }
             _ => None,
         };
@@ -92,19 +113,19 @@ pub fn decide_accel(
     };
     match evidence {
         Evidence::Unit(unit, lsb) => by_data(unit, lsb, findings),
-        Evidence::Ambiguous if range_lsb.is_some() => {
-            by_data(AccelUnit::Counts, range_lsb, findings)
+        Evidence::Ambiguous if given_lsb.is_some() => {
+            by_data(AccelUnit::Counts, given_lsb, findings)
         }
         // Whichever of the three it is, a claim that fits settles it.
-        Evidence::Ambiguous => match claim {
+        Evidence::Ambiguous => match claimed {
             Some(AccelUnit::MilliGravity) => by_data(AccelUnit::MilliGravity, None, findings),
             Some(AccelUnit::Counts) => by_data(AccelUnit::Counts, Some(1024.0), findings),
             _ => unknown(norm, "mg, cm/s² or counts at 1024 per g", findings),
         },
-        Evidence::None if claim == Some(AccelUnit::Counts) || range_lsb.is_some() => AccelScale {
+        Evidence::None if claimed == Some(AccelUnit::Counts) || range_lsb.is_some() => AccelScale {
             unit: AccelUnit::Counts,
             lsb_per_g: range_lsb,
-            origin: if claim.is_some() {
+            origin: if claimed.is_some() {
                 Origin::Header
             } else {
                 Origin::Given
@@ -126,20 +147,33 @@ fn by_claim(claim: Option<AccelUnit>, range_lsb: Option<f64>) -> AccelScale {
     }
 }
 
-/// A range that was given and a magnitude at rest that belongs to another.
-fn warn_if_range_disagrees(given: Option<f64>, shown: Option<f64>, findings: &mut Vec<Finding>) {
-    if let (Some(given), Some(shown)) = (given, shown)
-        && (given / shown - 1.0).abs() > 0.2
-    {
-        findings.push(Finding::warning(
-            "range-mismatch",
-            format!(
-                "±{} g was given, but gravity at rest is that of ±{} g; taken as given",
-                short(32768.0 / given),
-                short(32768.0 / shown)
-            ),
-        ));
+/// A range that was given, or that the board claims, and a magnitude at rest that belongs
+/// to another.
+fn warn_if_range_disagrees(
+    given: Option<f64>,
+    claimed: Option<f64>,
+    shown: Option<f64>,
+    findings: &mut Vec<Finding>,
+) {
+    let differ = |a: f64, b: f64| (a / b - 1.0).abs() > 0.2;
+    let (Some(said), Some(shown)) = (given.or(claimed), shown) else {
+        return;
+    };
+    if !differ(said, shown) {
+        return;
     }
+    let (who, taken) = match given {
+        Some(_) => ("was given", "taken as given"),
+        None => ("is what the board says", "taken as gravity shows"),
+    };
+    findings.push(Finding::warning(
+        "range-mismatch",
+        format!(
+            "±{} g {who}, but gravity at rest is that of ±{} g; {taken}",
+            short(32768.0 / said),
+            short(32768.0 / shown)
+        ),
+    ));
 }
 
 /// Gravity that is a power of two too large or too small: the converter ran at
@@ -213,12 +247,12 @@ pub(super) fn whole(v: f64) -> bool {
 mod tests {
     use super::*;
 
-    fn decide(norm: f64, claim: Option<AccelUnit>) -> (AccelScale, Vec<Finding>) {
+    fn decide(norm: f64, unit: Option<AccelUnit>) -> (AccelScale, Vec<Finding>) {
         let mut findings = Vec::new();
         let scale = decide_accel(
             Some((norm, false)),
             false,
-            claim,
+            unit.map_or_else(AccelClaim::default, AccelClaim::from),
             &ReadOptions::default(),
             &mut findings,
         );
@@ -259,7 +293,13 @@ mod tests {
             accel_range_g: Some(2.0),
             ..ReadOptions::default()
         };
-        let _ = decide_accel(Some((8200.0, true)), false, None, &options, &mut findings);
+        let _ = decide_accel(
+            Some((8200.0, true)),
+            false,
+            AccelClaim::default(),
+            &options,
+            &mut findings,
+        );
         assert_eq!(findings[0].kind, "range-mismatch");
     }
 }

@@ -31,7 +31,7 @@ use crate::recording::names::Quantity;
 use crate::recording::open::{Input, open};
 use crate::recording::timing::{Claims, Follower, Steps};
 use crate::recording::{
-    AccelUnit, Finding, ReadOptions, Recording, claimed_rate, fits_unsigned, read_bytes,
+    AccelClaim, Finding, ReadOptions, Recording, claimed_rate, fits_unsigned, read_bytes,
 };
 use crate::segment::face::AxisMap;
 use crate::stats::median;
@@ -197,7 +197,7 @@ struct Begin {
     /// … about calibration and samples.
     prepared: Vec<Finding>,
     claims: Claims,
-    accel_claim: Option<AccelUnit>,
+    accel_claim: AccelClaim,
 }
 
 /// The first rows already ask for the recording as a whole.

@@ -10,11 +10,13 @@ mod tests;
 
 use crate::Result;
 
+use super::board;
 use super::dialect::Dialect;
 use super::finding::Finding;
 use super::names::{ColumnName, Quantity};
 use super::row::{ACCEL, GYRO, RowScanner, TEMPERATURE, TIME};
 use super::timing::TimeUnit;
+use super::unit_choice::AccelClaim;
 use super::units::{AccelUnit, GyroUnit};
 
 use content::by_content;
@@ -28,10 +30,16 @@ use spec::by_spec;
 pub struct Layout {
     /// Quantity and field (from 0) of each channel that is read.
     pub fields: Vec<(Quantity, usize)>,
-    /// Unit that the accelerometer's header claims, if it is one.
-    pub accel_claim: Option<AccelUnit>,
-    /// Unit that the gyroscope's header claims.
+    /// What header and board claim of the accelerometer.
+    pub accel_claim: AccelClaim,
+    /// Unit that the gyroscope's header claims, or the board.
     pub gyro_claim: Option<GyroUnit>,
+    /// Counts per °/s that the board claims.
+    pub gyro_lsb_per_deg_s: Option<f64>,
+    /// Temperatures are counts of an MPU6050, as the board says.
+    pub temperature_counts: bool,
+    /// The temperature's header claims a unit.
+    temperature_claimed: bool,
     /// Unit that the time's header claims.
     pub time_claim: Option<TimeUnit>,
 }
@@ -66,7 +74,29 @@ impl Layout {
                 Quantity::Index => {}
             }
         }
+        if self.temperature_counts {
+            scanner.convert_temperature();
+        }
         scanner
+    }
+
+    /// Takes from the board's own line what no header says: that values are counts, and
+    /// of which range.
+    pub(super) fn claim_of_board(&mut self, metadata: &[(String, String)]) {
+        let Some(board) = board::of_counts(metadata) else {
+            return;
+        };
+        if self.accel_claim.unit.is_none() {
+            self.accel_claim = AccelClaim {
+                unit: Some(AccelUnit::Counts),
+                lsb_per_g: Some(board.lsb_per_g()),
+            };
+        }
+        if self.gyro_claim.is_none() {
+            self.gyro_claim = Some(GyroUnit::Counts);
+            self.gyro_lsb_per_deg_s = board.lsb_per_deg_s();
+        }
+        self.temperature_counts = !self.temperature_claimed;
     }
 }
 
@@ -97,7 +127,13 @@ fn with_claims(fields: Vec<(Quantity, usize)>, claims: &[(Quantity, ColumnName)]
             .and_then(|(_, c)| c.unit.as_deref())
     };
     Layout {
-        accel_claim: unit(Quantity::Accel(0)).and_then(AccelUnit::parse),
+        accel_claim: AccelClaim {
+            unit: unit(Quantity::Accel(0)).and_then(AccelUnit::parse),
+            lsb_per_g: None,
+        },
+        gyro_lsb_per_deg_s: None,
+        temperature_counts: false,
+        temperature_claimed: unit(Quantity::Temperature).is_some(),
         gyro_claim: unit(Quantity::Gyro(0)).and_then(GyroUnit::parse),
         time_claim: unit(Quantity::Time).and_then(TimeUnit::parse),
         fields,

@@ -18,7 +18,7 @@ fn the_reports_header() {
     )
     .unwrap();
     assert_eq!(l.field(Quantity::Gyro(2)), Some(7));
-    assert_eq!(l.accel_claim, Some(AccelUnit::StandardGravity));
+    assert_eq!(l.accel_claim.unit, Some(AccelUnit::StandardGravity));
     assert_eq!(l.gyro_claim, Some(GyroUnit::DegreePerSecond));
 }
 

@@ -1,0 +1,207 @@
+//! The line in which the project's firmware (`firmware/mpu6050_logger`) says how it is
+//! set. In a recording of counts it tells what they are counts of.
+//!
+//! # Example
+//!
+//! ```
+//! use gravical::recording::board::BoardSettings;
+//!
+//! let line = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, \
+//!     gyroscope +-500 deg/s, low-pass 44 Hz, rate 500.00 Hz, format 2";
+//! let settings = BoardSettings::parse(line).ok_or("another line")?;
+//! assert_eq!((settings.accel_range_g, settings.rate_hz), (4, 500.0));
+//! assert!(settings.is_counts());
+//! # Ok::<(), &str>(())
+//! ```
+
+use serde::Serialize;
+
+/// How the firmware is set, from its first line.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BoardSettings {
+    /// Full scale of the accelerometer, g.
+    pub accel_range_g: u16,
+    /// Full scale of the gyroscope, °/s.
+    pub gyro_range_deg_s: u16,
+    /// Low-pass, Hz.
+    pub low_pass_hz: u16,
+    /// Samples a second, Hz: what the sensor's divider makes of what was asked for.
+    pub rate_hz: f64,
+    /// 0 text in SI units, 1 text in counts, 2 binary.
+    pub format: u8,
+}
+
+impl BoardSettings {
+    /// Reads the line that starts with `# gravical mpu6050_logger`; none for any other.
+    #[must_use]
+    pub fn parse(line: &str) -> Option<Self> {
+        let text = line.trim().strip_prefix('#')?.trim();
+        let text = text.strip_prefix("gravical mpu6050_logger")?;
+        let after = |words: &str| -> Option<&str> {
+            let rest = text.get(text.find(words)? + words.len()..)?;
+            rest.trim_start()
+                .split(|c: char| !(c.is_ascii_digit() || c == '.'))
+                .next()
+        };
+        Some(BoardSettings {
+            accel_range_g: after("accelerometer +-")?.parse().ok()?,
+            gyro_range_deg_s: after("gyroscope +-")?.parse().ok()?,
+            low_pass_hz: after("low-pass ")?.parse().ok()?,
+            rate_hz: after("rate ")?.parse().ok()?,
+            format: after("format ")?.parse().ok()?,
+        })
+    }
+
+    /// Its values are counts.
+    #[must_use]
+    pub fn is_counts(&self) -> bool {
+        self.format == 1 || self.format == 2
+    }
+
+    /// Counts per g: a 16-bit converter over both signs of the range.
+    #[must_use]
+    pub fn lsb_per_g(&self) -> f64 {
+        32768.0 / f64::from(self.accel_range_g)
+    }
+
+    /// Counts per °/s (MPU-6000 and MPU-6050 Product Specification 3.4, section 6.1);
+    /// none for a range that the sensor does not have.
+    #[must_use]
+    pub fn lsb_per_deg_s(&self) -> Option<f64> {
+        [(250, 131.0), (500, 65.5), (1000, 32.8), (2000, 16.4)]
+            .into_iter()
+            .find(|(range, _)| *range == self.gyro_range_deg_s)
+            .map(|(_, lsb)| lsb)
+    }
+}
+
+/// The last such line before the header, of lines taken apart as `key, value`; none
+/// where values are no counts.
+pub(super) fn of_counts(metadata: &[(String, String)]) -> Option<BoardSettings> {
+    metadata
+        .iter()
+        .rev()
+        .find_map(|(key, value)| BoardSettings::parse(&format!("# {key}, {value}")))
+        .filter(|settings| settings.is_counts() && settings.accel_range_g > 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{
+        AccelUnit, GyroUnit, Origin, ReadOptions, Recording, TimeUnit, read_bytes,
+    };
+
+    const LINE: &str = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 66.66 Hz, format 0";
+
+    #[test]
+    fn the_first_line_of_the_firmware() {
+        let settings = BoardSettings::parse(LINE).unwrap();
+        assert_eq!(
+            (settings.accel_range_g, settings.gyro_range_deg_s),
+            (4, 500)
+        );
+        assert_eq!((settings.low_pass_hz, settings.format), (44, 0));
+        assert_eq!(settings.rate_hz, 66.66);
+        assert_eq!(settings.lsb_per_g(), 8192.0);
+        assert_eq!(settings.lsb_per_deg_s(), Some(65.5));
+        for other in [
+            "",
+            "# overruns 1",
+            "#gravical mpu6050_logger",
+            "x",
+            "# \u{1f600}",
+        ] {
+            assert_eq!(BoardSettings::parse(other), None, "{other}");
+        }
+    }
+
+    /// Thirty seconds of what `gravical log --format binary` writes, at rest or shaken.
+    fn file(board: &str, shaken: bool, header: &str) -> Recording {
+        let mut text = format!(
+            "# gravical 0.1.0 log, 2026-01-01T00:00:00Z, port\n{board}\n# rate: 500.00 Hz\n{header}\n"
+        );
+        for i in 0..1500_i64 {
+            let noise = |k: i64| (i * 7919 + 131 * k) % 61 - 30;
+            let shake = if shaken {
+                [0, 9000, 4000, -9000, -16000][(i % 5) as usize]
+            } else {
+                0
+            };
+            // Beyond the wrap of 32 bits.
+            let stamp = 4_294_000_000_i64 + 2000 * i;
+            text += &format!(
+                "{stamp},{},{},{},{},{},{},{}\n",
+                shake + noise(1),
+                shake / 3 + noise(2),
+                8192 - shake / 2 + noise(3),
+                -3920 + i % 2,
+                100 + noise(4),
+                noise(5),
+                noise(6),
+            );
+        }
+        read_bytes(text.as_bytes(), "fast.csv", &ReadOptions::default()).unwrap()
+    }
+
+    const HEADER: &str = "Timestamp (us),ax,ay,az,temp,gx,gy,gz";
+
+    fn board(format: u8) -> String {
+        LINE.replace("66.66", "500.00")
+            .replace("format 0", &format!("format {format}"))
+    }
+
+    fn kinds(recording: &Recording) -> Vec<&str> {
+        recording.findings.iter().map(|f| f.kind.as_str()).collect()
+    }
+
+    #[test]
+    fn the_board_says_what_its_counts_are() {
+        let recording = file(&board(2), false, HEADER);
+        assert_eq!(kinds(&recording), ["metadata-lines"]);
+        assert_eq!(recording.accel_scale.unit, AccelUnit::Counts);
+        assert_eq!(recording.accel_scale.lsb_per_g, Some(8192.0));
+        assert_eq!(recording.accel_scale.origin, Origin::Data);
+        let gyro = recording.gyro_scale.unwrap();
+        assert_eq!(
+            (gyro.unit, gyro.lsb_per_deg_s),
+            (GyroUnit::Counts, Some(65.5))
+        );
+        assert_eq!(gyro.origin, Origin::Header);
+        let t = recording.temperature_c.as_ref().unwrap();
+        assert!((t[0] - 25.0).abs() < 0.01 && (t[1] - t[0] - 1.0 / 340.0).abs() < 1e-9);
+        assert_eq!(recording.timing.unit, Some(TimeUnit::Microsecond));
+        assert!((recording.timing.rate_hz().unwrap() - 500.0).abs() < 1e-6);
+        assert_eq!(recording.timing.nominal_rate_hz, Some(500.0));
+        // Shaken all the time, gravity shows nothing.
+        let shaken = file(&board(1), true, HEADER);
+        assert_eq!(
+            shaken.accel_scale.lsb_per_g,
+            Some(8192.0),
+            "{:?}",
+            shaken.findings
+        );
+        assert_eq!(shaken.accel_scale.origin, Origin::Header);
+    }
+
+    #[test]
+    fn gravity_and_headers_beat_the_board() {
+        let two = board(2).replace("+-4 g", "+-2 g");
+        let recording = file(&two, false, HEADER);
+        assert_eq!(recording.accel_scale.lsb_per_g, Some(8192.0));
+        assert!(kinds(&recording).contains(&"range-mismatch"));
+        // The line of a board that speaks SI, or names that say more.
+        for (board, header) in [
+            (board(0), HEADER),
+            (
+                board(2),
+                "t_us,ax_mps2,ay_mps2,az_mps2,temp (C),gx_rad_s,gy_rad_s,gz_rad_s",
+            ),
+        ] {
+            let recording = file(&board, false, header);
+            let gyro = recording.gyro_scale.unwrap();
+            assert_eq!(gyro.lsb_per_deg_s, None);
+            assert!(recording.temperature_c.is_none());
+        }
+    }
+}
