@@ -3,6 +3,7 @@
 mod files;
 mod keys;
 mod session;
+mod summary;
 mod teller;
 
 use std::path::PathBuf;

@@ -127,6 +127,8 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
             format!("! rejected: no frame: {why}")
         }
         Event::Rejected { reason, text } => {
+            // Bytes of a frame have their reason behind them.
+            let text = text.split("  # ").next().unwrap_or_default();
             let shown: String = text.chars().filter(|c| !c.is_control()).take(50).collect();
             format!("! rejected: {}: \"{shown}\"", reason.text())
         }

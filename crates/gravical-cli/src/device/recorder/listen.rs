@@ -17,8 +17,11 @@ const NO_FRAME_S: f64 = 2.0;
 const NO_LINE_S: f64 = 3.0;
 /// Bytes that come all the time and are no line for so long, s …
 const GARBAGE_S: f64 = 1.0;
-/// … and so many of them: another rate.
+/// … so many of them …
 const GARBAGE_BYTES: usize = 200;
+/// … and one in so many no character of a text: another rate. A sketch of somebody else
+/// may well say in plain text what it does before it sends rows.
+const ODD_ONE_IN: usize = 5;
 /// They come at least so often, s: the slowest board sends four frames a second.
 const OFTEN_S: f64 = 0.3;
 /// A board that was told to speak otherwise is up again after so long, s.
@@ -40,8 +43,9 @@ pub struct Ear {
     target: Option<Coding>,
     /// When something last made sense, or else the rate was set, s.
     since_s: f64,
-    /// Bytes since then.
+    /// Bytes since then, and how many of them are in no text.
     bytes: usize,
+    odd: usize,
     noise: Vec<(Vec<u8>, Reason)>,
 }
 
@@ -85,8 +89,10 @@ impl Recorder {
         self.tell(Event::Speed { baud });
     }
 
-    pub(super) fn heard(&mut self, now_s: f64, bytes: usize) {
-        self.ear.bytes += bytes;
+    pub(super) fn heard(&mut self, now_s: f64, bytes: &[u8]) {
+        self.ear.bytes += bytes.len();
+        let odd = |b: &&u8| !(b.is_ascii_graphic() || b.is_ascii_whitespace());
+        self.ear.odd += bytes.iter().filter(odd).count();
         let changed = !self.ear.good && self.wire.coding() == Coding::Frames;
         if changed && now_s - self.last_bytes_s >= CHANGES_S {
             self.wire.cut();
@@ -95,7 +101,7 @@ impl Recorder {
 
     /// Something makes sense: the rate is the right one.
     pub(super) fn makes_sense(&mut self, now_s: f64) {
-        (self.ear.since_s, self.ear.bytes) = (now_s, 0);
+        (self.ear.since_s, self.ear.bytes, self.ear.odd) = (now_s, 0, 0);
         if !std::mem::replace(&mut self.ear.good, true) {
             match self.wire.coding() {
                 Coding::Text => self.noise_is_rejected(),
@@ -167,6 +173,7 @@ impl Recorder {
         let since_s = now_s - self.ear.since_s;
         let garbage = since_s >= GARBAGE_S
             && self.ear.bytes >= GARBAGE_BYTES
+            && self.ear.odd * ODD_ONE_IN >= self.ear.bytes
             && now_s - self.last_bytes_s < OFTEN_S;
         let frames_expected = self.is_started() && self.start.coding == Coding::Frames;
         let over = match self.wire.coding() {

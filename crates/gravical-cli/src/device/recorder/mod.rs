@@ -195,7 +195,7 @@ impl Recorder {
 
     /// Bytes from the board.
     pub fn bytes(&mut self, now_s: f64, bytes: &[u8]) {
-        self.heard(now_s, bytes.len());
+        self.heard(now_s, bytes);
         self.last_bytes_s = now_s;
         self.silent = false;
         for item in self.wire.push(bytes) {

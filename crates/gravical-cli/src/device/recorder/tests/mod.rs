@@ -263,6 +263,16 @@ fn boards_that_say_nothing_or_nonsense() {
     assert_eq!(desk.fatal(), "no-samples-from-board");
     // Half of the time it listened for frames.
     assert!((50..100).contains(&desk.rejects.lines().count()));
+    // Plain text is no other rate.
+    let mut desk = Desk::new(Options::default());
+    for _ in 0..60 {
+        desk.say("Calibrating the sensor, keep it still ...\n");
+        desk.pass(0.1);
+    }
+    desk.say(HEADER);
+    desk.rows(4);
+    assert!(desk.bauds.is_empty());
+    assert_eq!(desk.end().stored, 4);
     let mut desk = Desk::new(Options {
         wait: true,
         ..Options::default()
