@@ -2,13 +2,13 @@
 //! with a simulated sensor of known truth, recorded by the program, calibrated and
 //! turned into a way. In real time, so it takes about two minutes.
 #![cfg(feature = "emulator")]
-#![allow(clippy::unwrap_used, clippy::expect_used)] // helpers of a test may panic as it does
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers of a test may panic
 
 #[path = "../board/mod.rs"]
 mod board;
 mod desk;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use desk::{Desk, gravical};
 use gravical::calibration_file::CalibrationFile;
@@ -33,9 +33,7 @@ fn from_the_sketch_to_the_way() {
         eprintln!("skipped: neither GRAVICAL_FIRMWARE nor avr-gcc");
         return;
     };
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("whole_way");
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = empty_folder("whole_way");
 
     // Six placements, the report's way: a file for each axis, up, pause, down.
     let seed = SEED.to_string();
@@ -68,9 +66,7 @@ fn from_the_sketch_to_the_way() {
     call.extend(recordings);
     gravical(&folder, &call);
     let calibration = CalibrationFile::read(&folder.join("calibration.json")).unwrap();
-    let truth = std::fs::read_to_string(folder.join("truth.json")).unwrap();
-    let truth: Truth = serde_json::from_str(&truth).unwrap();
-    calibrated(&folder, &calibration, &truth);
+    calibrated(&folder, &calibration, &truth(&folder));
 
     // The same part is pushed along a line.
     let line = ["--simulate", "line", "--seed", &seed];
@@ -80,6 +76,64 @@ fn from_the_sketch_to_the_way() {
     drop(desk);
     let call = ["motion", "line.csv", "-c", "calibration.json", "--json"];
     moved(&serde_json::from_str(&gravical(&folder, &call)).unwrap());
+}
+
+fn empty_folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn truth(folder: &Path) -> Truth {
+    let text = std::fs::read_to_string(folder.join("truth.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+/// The board changes its rate for frames, and the port of this one is garbage at any
+/// other: 500 samples a second, every one of them, and they mean what they should.
+#[test]
+fn five_hundred_frames_a_second() {
+    let Some(firmware) = board::firmware() else {
+        eprintln!("skipped: neither GRAVICAL_FIRMWARE nor avr-gcc");
+        return;
+    };
+    let folder = empty_folder("frames");
+    let seed = SEED.to_string();
+    let hands = ["--hands", "--seed", &seed, "--truth", "truth.json"];
+    let desk = Desk::new(
+        &folder,
+        firmware,
+        &[&hands[..], &["--baud", "port"]].concat(),
+    );
+    let mut logger = desk.log("-o fast.csv --format binary --rate 500 --rows 2500");
+    let ended = logger.ended();
+    for (key, want) in [
+        ("stored", 2500),
+        ("rejected", 0),
+        ("lost", 0),
+        ("missing", 0),
+    ] {
+        assert_eq!(ended[key], want, "{key}: {ended}");
+    }
+    let warned = warnings(&folder, "fast.csv");
+    assert!(warned.is_empty(), "{warned:?}");
+    let recording = read(&folder.join("fast.csv"), &ReadOptions::default()).unwrap();
+    let rate_hz = recording.timing.mean_rate_hz.unwrap();
+    assert!((rate_hz - 500.0).abs() < 0.1, "{rate_hz}");
+    // At rest, whatever its tilt, the truth makes gravity of the mean reading.
+    let truth = truth(&folder).accelerometer;
+    let counts = recording.accel_scale.nominal().unwrap();
+    let warmer_c = temperature_c(&recording) - 25.0;
+    let reading: [f64; 3] = std::array::from_fn(|k| {
+        let values = &recording.accel[k];
+        let mean = values.iter().sum::<f64>() / values.len() as f64 / counts;
+        mean - truth.bias_mps2[k] - warmer_c * truth.bias_drift_mps2_per_c[k]
+    });
+    let inverse = gravical_core::matrix3::inverse(&truth.matrix).unwrap();
+    let force = gravical_core::matrix3::mul_vec(&inverse, &reading);
+    let norm = force.iter().map(|a| a * a).sum::<f64>().sqrt();
+    assert!((norm - GRAVITY_MPS2).abs() < 1.0 * MG, "{norm}");
 }
 
 /// Kinds of what `inspect` warns of.
