@@ -40,7 +40,8 @@ pub fn check_outputs(
     let drawn = figures.files(names);
     if drawn.iter().any(|f| f.parent().is_some_and(Path::is_dir)) {
         targets.extend(drawn);
-        return check_targets(&targets, &inputs, force);
+        // What is there was judged above, and the list of figures may be.
+        return check_targets(&targets, &inputs, true);
     }
     // The folder is made later: nothing else may be called like it.
     match figures.figures.as_ref().filter(|f| targets.contains(f)) {

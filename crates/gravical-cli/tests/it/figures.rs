@@ -93,6 +93,23 @@ fn a_calibration_is_drawn_once_and_not_over_what_is_there() {
         close(row("calibrated", k), g + off, 1e-12);
     }
 
+    // Another result beside it, and the same again where only the list is left.
+    let beside = run_in(
+        path,
+        words("calibrate . -o plots/cal.json --figures plots --force"),
+    );
+    assert_eq!(beside.code, 0, "{}", beside.err);
+    let onto = format!("calibrate . -o plots/{MANIFEST} --figures plots --force --json");
+    let onto = run_in(path, words(&onto));
+    assert_eq!((onto.code, onto.error_code().as_str()), (2, "same-target"));
+    for name in listed(&path.join("plots")) {
+        if name != MANIFEST {
+            std::fs::remove_file(path.join("plots").join(name)).unwrap();
+        }
+    }
+    let anew = run_in(path, words("calibrate . --figures plots --json"));
+    assert_eq!(anew.code, 0, "{}", anew.err);
+
     // Before the work: nothing but the refusal.
     let again = run_in(path, words("calibrate absent.csv --figures plots"));
     assert_eq!(again.code, 2);
