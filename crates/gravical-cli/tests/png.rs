@@ -1,4 +1,4 @@
-//! `--png`, in a build that has it: `cargo test -p gravical-cli --features png --test png`.
+//! `--png`, in a build that has it: `cargo test --features gravical-cli/png --test png`.
 
 #![allow(clippy::unwrap_used)] // helpers of a test may panic as it does
 
