@@ -12,6 +12,8 @@ pub(super) struct Followed {
     pub restarts: Vec<usize>,
     /// Rows before which the recorder paused.
     pub pauses: Vec<usize>,
+    /// Rows at which the counter began at zero again, and after how many.
+    pub wraps: Vec<(usize, f64)>,
     /// The latest time, s.
     pub duration_s: f64,
     /// What was odd.
@@ -42,6 +44,7 @@ pub(super) fn follow(
     let mut follower = Follower::new(median, per_s);
     let mut restarts = Vec::new();
     let mut pauses = Vec::new();
+    let mut wraps = Vec::new();
     let mut latest = f64::NEG_INFINITY;
     for (row, &stamp) in raw.iter().enumerate() {
         while breaks.next_if(|at| **at <= row).is_some() {
@@ -54,7 +57,11 @@ pub(super) fn follow(
         match clock {
             Clock::Restarted => restarts.push(row),
             Clock::Paused => pauses.push(row),
-            _ => {}
+            Clock::Wrapped { period, paused } => {
+                wraps.push((row, period));
+                pauses.extend(paused.then_some(row));
+            }
+            Clock::GoesOn | Clock::Absent => {}
         }
         // What is absent is NaN, which is no maximum.
         latest = latest.max(t);
@@ -64,6 +71,7 @@ pub(super) fn follow(
         time_s,
         restarts,
         pauses,
+        wraps,
         duration_s: latest,
         stamps: follower.stamps,
     }
@@ -97,7 +105,7 @@ impl Follower {
                 }
             }
             Clock::Absent => return (clock, f64::NAN),
-            Clock::Wrapped(period) => self.offset += period,
+            Clock::Wrapped { period, .. } => self.offset += period,
             Clock::Restarted => self.offset += before + self.stamps.median - stamp,
         }
         (clock, (stamp + self.offset) * self.stamps.per_s)
@@ -123,8 +131,13 @@ pub(crate) enum Clock {
     Absent,
     /// The recorder had stopped, and says so: what was not recorded is not missing.
     Paused,
-    /// The counter began at zero again after this many.
-    Wrapped(f64),
+    /// The counter began at zero again.
+    Wrapped {
+        /// After this many.
+        period: f64,
+        /// While the recorder had stopped, as [`Clock::Paused`].
+        paused: bool,
+    },
     /// The board was reset.
     Restarted,
 }
@@ -226,7 +239,8 @@ impl Stamps {
         if step < 0.0 {
             if let Some(period) = wrap_period(before, stamp) {
                 self.faults.wrapped.push(line);
-                return Clock::Wrapped(period);
+                let paused = self.waited(step + period, how, line);
+                return Clock::Wrapped { period, paused };
             }
             let near_zero = stamp < 0.5 * before
                 && -step > 20.0 * self.median
@@ -239,17 +253,32 @@ impl Stamps {
             self.faults.backward.push(line);
         } else if step == 0.0 {
             self.faults.duplicate.push(line);
-        } else if step > 4.5 * self.median && how == Some(Parting::Break) {
-            self.faults.pauses.push(line);
-            self.faults.paused_s += step * self.per_s;
-            self.faults.longest_pause_s = self.faults.longest_pause_s.max(step * self.per_s);
+        } else if self.waited(step, how, line) {
             return Clock::Paused;
-        } else if step > 4.5 * self.median {
-            // Below that, single lost samples: they are in the missing share.
-            self.faults.gaps.push(line);
-            self.faults.longest_gap_s = self.faults.longest_gap_s.max(step * self.per_s);
         }
         Clock::GoesOn
+    }
+
+    /// Books a long step: a pause (then true), or a gap.
+    fn waited(&mut self, step: f64, how: Option<Parting>, line: u64) -> bool {
+        // Below that, single lost samples: they are in the missing share. The first
+        // stamp has no step.
+        let is_long = step > 4.5 * self.median;
+        if !is_long {
+            return false;
+        }
+        let faults = &mut self.faults;
+        let step_s = step * self.per_s;
+        let paused = how == Some(Parting::Break);
+        if paused {
+            faults.pauses.push(line);
+            faults.paused_s += step_s;
+            faults.longest_pause_s = faults.longest_pause_s.max(step_s);
+        } else {
+            faults.gaps.push(line);
+            faults.longest_gap_s = faults.longest_gap_s.max(step_s);
+        }
+        paused
     }
 
     pub(crate) fn report(&self, treatment: Treatment, findings: &mut Vec<Finding>) {

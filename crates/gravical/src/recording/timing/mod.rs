@@ -118,14 +118,21 @@ pub(crate) fn judge(
         time_s,
         restarts,
         pauses,
+        wraps,
         duration_s,
         stamps,
     } = follow(&raw, parts, median, per_s, line);
+    let mut mend = |row: usize, by: f64| {
+        if let Some(step) = row.checked_sub(1).and_then(|at| steps.get_mut(at)) {
+            *step += by;
+        }
+    };
+    for (row, period) in wraps {
+        mend(row, period);
+    }
     for row in pauses {
         // Neither lost samples nor bunches.
-        if let Some(step) = row.checked_sub(1).and_then(|at| steps.get_mut(at)) {
-            *step = f64::NAN;
-        }
+        mend(row, f64::NAN);
     }
     let n = time_s.iter().filter(|t| t.is_finite()).count();
     let mean_rate = mean_rate(n, duration_s, &stamps);
@@ -246,7 +253,8 @@ fn pauses_only(steps: &[f64], median: f64) -> bool {
     }
     long.sort_unstable_by(f64::total_cmp);
     let quarter = long.len() / 4;
-    match (long.get(quarter), long.get(long.len() - 1 - quarter)) {
+    let from_the_end = long.len().checked_sub(1 + quarter);
+    match (long.get(quarter), from_the_end.and_then(|at| long.get(at))) {
         (Some(low), Some(high)) if long.len() >= FEWEST_BURSTS => *high > 1.5 * low,
         _ => true,
     }

@@ -63,7 +63,16 @@ impl Steps {
     /// A raw stamp, what it says, and the time that was made of it, s.
     #[inline]
     pub fn see(&mut self, stamp: f64, clock: Clock, t_s: f64) {
-        let step = stamp - self.last;
+        let mut step = stamp - self.last;
+        let mut paused = clock == Clock::Paused;
+        if let Clock::Wrapped {
+            period,
+            paused: in_it,
+        } = clock
+        {
+            step += period;
+            paused = in_it;
+        }
         let off = step * self.per_median - 1.0;
         if off.abs() < PLAIN {
             self.plain += 1;
@@ -74,7 +83,7 @@ impl Steps {
             }
         } else if self.rows == 0 {
             self.first = stamp;
-        } else if clock == Clock::Paused {
+        } else if paused {
             self.paused += 1;
         } else if self.odd.len() < MOST {
             self.odd.push(step);

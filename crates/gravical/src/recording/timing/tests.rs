@@ -188,3 +188,30 @@ fn a_pause_of_the_recorder_is_nothing_missing() {
     let timed = judge(raw, parts, &claims, |row| row as u64);
     assert_eq!(kinds(&timed), ["gap", "missing-samples"]);
 }
+
+#[test]
+fn a_pause_or_a_gap_at_the_wrap_of_the_counter_is_one() {
+    let period = 4_294_967_296.0;
+    let claims = Claims {
+        unit: None,
+        nominal_rate_hz: None,
+        temperature_span_c: 0.0,
+    };
+    // 100 Hz in microseconds; 57 s of nothing across the wrap.
+    let start = period - 20e6;
+    let raw: Vec<f64> = (0..300)
+        .map(|i| start + 1e4 * f64::from(i))
+        .chain((0..300).map(|i| start + 60e6 + 1e4 * f64::from(i)))
+        .map(|t| t % period)
+        .collect();
+    let parts = Parts {
+        breaks: &[300],
+        gaps: &[],
+    };
+    let timed = judge(raw.clone(), parts, &claims, |row| row as u64);
+    assert_eq!(kinds(&timed), ["wrapped-time", "pause"]);
+    assert!((timed.timing.mean_rate_hz.unwrap() - 100.0).abs() < 0.1);
+    let timed = judge(raw, gap_at(&[300]), &claims, |row| row as u64);
+    assert_eq!(kinds(&timed), ["wrapped-time", "gap", "missing-samples"]);
+    assert_eq!(timed.findings[2].count, 5700);
+}
