@@ -492,6 +492,8 @@ void lost() {
 void setup() {
   armWatchdog();
   Serial.begin(settings.format == 2 ? BINARY_BAUD : TEXT_BAUD);
+  // What a reset tore off has its end here: the first line is not glued to half a row.
+  Serial.write(settings.format == 2 ? 0 : '\n');
   startBus();
   if (hung == HUNG) {
     say(F("# restarted by the watchdog: the program had hung"));

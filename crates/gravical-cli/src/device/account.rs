@@ -16,7 +16,7 @@ pub struct Account {
     pub paused: u64,
     /// Rows that came before the recording began.
     pub before_start: u64,
-    /// Rows that came after all that was wanted had come.
+    /// Rows that came after all that was wanted had come, or when it could not go on.
     pub after_end: u64,
     /// Rows that came while the board had other settings: in a named gap.
     pub other_settings: u64,

@@ -1,11 +1,19 @@
 //! The board's clock, followed row by row: how many rows are missing where it jumps.
 
+use std::collections::VecDeque;
+
 /// Steps that the usual one is the median of.
 const KEPT: usize = 31;
 /// 2³²: where a 32-bit counter begins again.
 const WRAP: f64 = 4_294_967_296.0;
 /// A jump of more usual steps than this is a gap, as the reader of recordings has it.
 const GAP_STEPS: f64 = 4.5;
+
+/// So many jumps after each other, each about as long as the one before, are no gaps: the
+/// board steps so.
+const LEARNED_ANEW: usize = 5;
+/// As long as the one before: by this factor at most.
+const ALIKE: f64 = 1.5;
 
 /// What a stamp says.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +30,11 @@ pub enum Step {
 #[derive(Debug, Clone, Default)]
 pub struct Stamps {
     last: Option<f64>,
-    steps: std::collections::VecDeque<f64>,
+    steps: VecDeque<f64>,
+    /// What the board says of it.
+    said: Option<f64>,
+    /// The last jumps, alike, with nothing between them.
+    jumps: Vec<f64>,
 }
 
 impl Stamps {
@@ -37,13 +49,16 @@ impl Stamps {
             step += WRAP;
         }
         if step < 0.0 {
+            self.steps.clear();
+            self.jumps.clear();
             return Step::Anew;
         }
         match self.usual() {
-            Some(usual) if step > GAP_STEPS * usual => {
+            Some(usual) if step > GAP_STEPS * usual && !self.is_no_jump(step) => {
                 Step::Missing((step / usual).round() as u64 - 1)
             }
             _ => {
+                self.jumps.clear();
                 if step > 0.0 {
                     self.steps.push_back(step);
                     if self.steps.len() > KEPT {
@@ -55,8 +70,35 @@ impl Stamps {
         }
     }
 
+    /// The board is set anew: its steps are as long from here on, in units of the stamp;
+    /// none: as long as they turn out to be.
+    pub fn steps_are(&mut self, step: Option<f64>) {
+        self.steps.clear();
+        self.jumps.clear();
+        self.said = step.filter(|step| step.is_finite() && *step > 0.0);
+    }
+
+    /// Whether `step` is but the last of many: then they are the usual ones.
+    fn is_no_jump(&mut self, step: f64) -> bool {
+        let alike = |last: &f64| step < ALIKE * last && *last < ALIKE * step;
+        if !self.jumps.last().is_none_or(alike) {
+            self.jumps.clear();
+        }
+        self.jumps.push(step);
+        if self.jumps.len() < LEARNED_ANEW {
+            return false;
+        }
+        self.steps_are(None);
+        // The one at hand is pushed by the caller.
+        self.steps.extend([step; 2]);
+        true
+    }
+
     /// The usual step, once it can be told.
     fn usual(&self) -> Option<f64> {
+        if self.said.is_some() {
+            return self.said;
+        }
         let mut steps: Vec<f64> = self.steps.iter().copied().collect();
         steps.sort_unstable_by(f64::total_cmp);
         (steps.len() >= 3).then(|| steps.get(steps.len() / 2).copied())?
@@ -66,6 +108,37 @@ impl Stamps {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_usual_step_that_is_none_is_learned_anew() {
+        let run = |from: f64, step: f64, n: u32| (0..n).map(move |i| from + step * f64::from(i));
+        // What had waited comes at once, then rows at their own time.
+        assert_eq!(
+            steps(run(0.0, 1.0, 5).chain(run(14.0, 10.0, 50))),
+            [Step::Missing(9); 4]
+        );
+        // One out of two is missing now and then: gaps, as long as they differ.
+        let odd = [100.0, 200.0, 120.0, 230.0, 110.0, 300.0, 100.0];
+        let mut at = 90.0;
+        let sparse = odd.map(|step| {
+            at += step;
+            at
+        });
+        assert_eq!(steps(run(0.0, 10.0, 10).chain(sparse)).len(), 7);
+        // The board says it.
+        let mut clock = Stamps::default();
+        clock.steps_are(Some(10.0));
+        assert_eq!([0.0, 100.0].map(|s| clock.see(s))[1], Step::Missing(9));
+        clock.steps_are(Some(50.0));
+        for stamp in run(150.0, 50.0, 9) {
+            assert_eq!(clock.see(stamp), Step::Follows);
+        }
+        // It may be wrong.
+        let jumps = run(1000.0, 500.0, 30).filter(|s| clock.see(*s) != Step::Follows);
+        assert_eq!(jumps.count(), 4);
+        clock.steps_are(Some(f64::NAN));
+        assert_eq!(clock.said, None);
+    }
 
     fn steps(stamps: impl IntoIterator<Item = f64>) -> Vec<Step> {
         let mut clock = Stamps::default();

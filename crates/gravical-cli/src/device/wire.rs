@@ -4,6 +4,9 @@ use super::frames::Frames;
 use super::line::{Kind, Reason, Row, classify};
 use super::lines::{Framer, Line};
 
+/// What the line begins with in which the firmware says how it is set.
+const OWN_LINE: &str = "# gravical mpu6050_logger";
+
 /// How the board speaks.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Coding {
@@ -87,7 +90,11 @@ impl Wire {
         match self.coding {
             Coding::Text => {
                 let lines = self.lines.push(bytes);
-                lines.into_iter().filter_map(item).collect()
+                lines
+                    .into_iter()
+                    .flat_map(unglued)
+                    .filter_map(item)
+                    .collect()
             }
             Coding::Frames => self.frames.push(bytes),
         }
@@ -105,6 +112,23 @@ impl Wire {
     }
 }
 
+/// A board that is reset in the middle of a row goes on with its own line in the same
+/// one: how it is set is too good to be lost with the row.
+fn unglued(mut line: Line) -> Vec<Line> {
+    let own = OWN_LINE.as_bytes();
+    match line.bytes.windows(own.len()).position(|part| part == own) {
+        Some(at) if at > 0 => {
+            let rest = Line {
+                bytes: line.bytes.split_off(at),
+                whole: true,
+            };
+            line.whole = false;
+            vec![line, rest]
+        }
+        _ => vec![line],
+    }
+}
+
 fn item(line: Line) -> Option<Item> {
     Some(match classify(&line) {
         Kind::Row(row) => Item::Row {
@@ -119,4 +143,25 @@ fn item(line: Line) -> Option<Item> {
             reason,
         },
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_boards_own_line_behind_a_torn_row() {
+        let mut wire = Wire::default();
+        let items = wire.push(
+            b"# a\n5400,0.1\0# gravical mpu6050_logger 1.0\n\0\0# gravical mpu6050_logger 2\n\0\0\n1,2,3,4,5,6,7,8\n",
+        );
+        let [Item::Comment(_), Item::Bad { bytes, reason }, rest @ ..] = items.as_slice() else {
+            panic!("{items:?}")
+        };
+        assert_eq!((&bytes[..], *reason), (&b"5400,0.1\0"[..], Reason::Half));
+        let own = |text: &str| Item::Comment(text.into());
+        assert_eq!(rest[0], own("# gravical mpu6050_logger 1.0"));
+        assert_eq!(rest[1], own("# gravical mpu6050_logger 2"));
+        assert!(matches!(rest[2], Item::Row { .. }) && rest.len() == 3);
+    }
 }

@@ -22,9 +22,13 @@ impl Recorder {
                 self.reset(now_s);
                 if row.sequence.is_some() {
                     self.account.fragments += rejected;
-                    if !spoke {
-                        self.ask_again(now_s);
-                    }
+                }
+                let known = row.sequence.is_some() || self.start.expected.is_some();
+                if !spoke {
+                    self.stamps.steps_are(None);
+                }
+                if known && !spoke && self.ended.is_none() {
+                    self.ask_again(now_s);
                 }
                 return;
             }

@@ -128,8 +128,8 @@ impl Recorder {
         }
     }
 
-    /// Frames whose clock started anew, and the board's own line was not heard: whether
-    /// it is still set as it was is not known.
+    /// The clock started anew, or the columns are others, and the board's own line was
+    /// not heard: whether it is still set as it was is not known.
     pub(super) fn ask_again(&mut self, now_s: f64) {
         self.state = State::Restoring;
         self.start.tries = 0;
@@ -167,7 +167,7 @@ impl Recorder {
 
     /// Where nothing makes sense, the other rate is tried.
     pub(super) fn listen_elsewhere(&mut self, now_s: f64) {
-        if self.fatal.is_some() || self.ended.is_some() {
+        if self.failed || self.ended.is_some() {
             return;
         }
         let since_s = now_s - self.ear.since_s;

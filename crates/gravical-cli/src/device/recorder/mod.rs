@@ -82,6 +82,8 @@ pub struct Recorder {
     silent: bool,
     ended: Option<End>,
     fatal: Option<Error>,
+    /// It cannot go on: nothing more is stored.
+    failed: bool,
     actions: Vec<Action>,
 }
 
@@ -114,6 +116,7 @@ impl Recorder {
             silent: false,
             ended: None,
             fatal: None,
+            failed: false,
             actions: Vec::new(),
         }
     }
@@ -126,6 +129,11 @@ impl Recorder {
     /// Why it cannot go on; asked for once.
     pub fn take_fatal(&mut self) -> Option<Error> {
         self.fatal.take()
+    }
+
+    fn fail(&mut self, error: Error) {
+        self.failed = true;
+        self.fatal.get_or_insert(error);
     }
 
     /// Why it ended, once it has.
@@ -232,7 +240,7 @@ impl Recorder {
             self.follow(now_s, &row);
         }
         self.last_row_s = now_s;
-        if self.ended.is_some() {
+        if self.ended.is_some() || self.failed {
             self.account.after_end += 1;
         } else if self.is_paused() {
             self.account.paused += 1;
@@ -302,7 +310,7 @@ impl Recorder {
         if self.open {
             self.listen_elsewhere(now_s);
         }
-        if self.fatal.is_some() {
+        if self.failed {
             self.noise_is_rejected();
         }
         let waits = self.open && self.is_started() && !self.silent;

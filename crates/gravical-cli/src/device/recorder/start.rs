@@ -42,7 +42,7 @@ pub struct Start {
     pub coding: Coding,
     first_command_s: Option<f64>,
     /// What has to come back after a reset.
-    expected: Option<Wanted>,
+    pub expected: Option<Wanted>,
     opened_s: f64,
     /// When the board is asked or told next, s.
     pub next_s: f64,
@@ -106,6 +106,11 @@ impl Recorder {
     /// The board said how it is set.
     pub(super) fn settings_are(&mut self, now_s: f64, settings: Settings) {
         let goal = self.goal();
+        let second = match self.wire.coding() {
+            Coding::Text => 1e3,
+            Coding::Frames => 1e6,
+        };
+        self.stamps.steps_are(Some(second / settings.rate_hz));
         if !self.is_started() {
             self.start.settings = Some(settings);
         }
@@ -150,11 +155,16 @@ impl Recorder {
         if self.state == State::Starting {
             self.start.columns = Some(text.to_vec());
             self.start_if_ready(now_s);
-        } else if self.state == State::Recording
-            && self.start.columns.as_deref() != Some(text)
-            && self.fatal.is_none()
+        } else if self.state != State::Recording
+            || self.start.columns.as_deref() == Some(text)
+            || self.failed
         {
-            self.fatal = Some(
+            // While it is being set it may say what it likes.
+        } else if self.start.expected.is_some() && !self.spoke {
+            self.open_gap(now_s, Cause::Settings);
+            self.ask_again(now_s);
+        } else {
+            self.fail(
                 Error::device(
                     "columns-changed",
                     format!(
@@ -192,7 +202,7 @@ impl Recorder {
         if let Some(header) = &self.options.continues
             && *header != columns
         {
-            self.fatal = Some(
+            self.fail(
                 Error::device(
                     "columns-changed",
                     format!(
@@ -243,7 +253,7 @@ impl Recorder {
                     .to_owned(),
             });
         }
-        if self.fatal.is_some() {
+        if self.failed {
             return;
         }
         let unmet = match (&self.start.settings, self.state) {
@@ -255,7 +265,7 @@ impl Recorder {
         if !unmet || silent {
             self.without_header(now_s, waited_s);
         }
-        if self.fatal.is_some() || now_s < self.start.next_s || self.state == State::Recording {
+        if self.failed || now_s < self.start.next_s || self.state == State::Recording {
             return;
         }
         // At a rate at which nothing makes sense nothing is understood either.
@@ -263,7 +273,7 @@ impl Recorder {
         let no_answer = self.state == State::Starting
             && (self.start.first_command_s).is_some_and(|since_s| now_s - since_s >= NO_ANSWER_S);
         if unmet && (self.start.tries >= TRIES || no_answer) {
-            self.fatal = Some(settings_refused(self.start.settings.is_some()));
+            self.fail(settings_refused(self.start.settings.is_some()));
         } else if unmet && !silent && !unsure {
             self.command(now_s);
         } else {
@@ -279,14 +289,16 @@ impl Recorder {
             });
             self.begin(now_s);
             for (bytes, row) in std::mem::take(&mut self.start.held) {
-                // They were counted when they came.
-                self.account.received -= 1;
-                if self.started_s.is_some() {
+                if self.is_started() {
+                    // They were counted when they came.
+                    self.account.received -= 1;
                     self.row(now_s, bytes, row);
+                } else {
+                    self.account.before_start += 1;
                 }
             }
         } else if waited_s >= NO_ROWS_S && !self.options.wait {
-            self.fatal = Some(no_rows(
+            self.fail(no_rows(
                 self.start.rejected,
                 self.start.first_rejected.as_deref(),
             ));

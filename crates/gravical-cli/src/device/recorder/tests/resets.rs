@@ -1,0 +1,181 @@
+//! Boards that start anew in the middle of it, or are somebody else's.
+
+use super::desk::{Desk, HEADER, SETTINGS};
+use crate::device::board::Wanted;
+use crate::device::recorder::*;
+
+/// Its own line is glued to a torn row, or not heard at all: nothing that is set
+/// otherwise gets into the file.
+#[test]
+fn a_reset_in_the_middle_of_a_row_is_set_again() {
+    let eight = SETTINGS.replace("+-2 g", "+-8 g");
+    for heard in [true, false] {
+        let mut desk = Desk::new(Options {
+            wanted: Wanted {
+                accel_range_g: Some(8),
+                ..Wanted::default()
+            },
+            ..Options::default()
+        });
+        desk.say(&format!("{eight}{HEADER}"));
+        desk.stamp = 5000;
+        desk.rows(40);
+        desk.say("5400,0.1,0.2,9.8");
+        desk.say(&if heard {
+            format!("{SETTINGS}{HEADER}")
+        } else {
+            format!("#gra\n{HEADER}")
+        });
+        desk.stamp = 130;
+        desk.rows(10);
+        if !heard {
+            assert_eq!(desk.commands, "?\n");
+            desk.say(&format!("{SETTINGS}{HEADER}"));
+        }
+        assert!(desk.commands.contains("a8\n"), "{}", desk.commands);
+        desk.rows(10);
+        desk.say(&format!("{eight}{HEADER}"));
+        desk.rows(10);
+        let account = desk.end();
+        assert_eq!((account.stored, account.other_settings), (50, 20));
+        assert_eq!(account.rejected, 1);
+        assert!(
+            desk.gaps()[0].starts_with("# gap: the board was reset: 20 rows are missing, or more")
+        );
+    }
+}
+
+/// Rows of other steps until the board is set again are no measure for those after it.
+#[test]
+fn a_slow_board_that_was_fast_for_a_while() {
+    let slow = SETTINGS.replace("100.00", "20.00");
+    let mut desk = Desk::new(Options {
+        wanted: Wanted {
+            rate_hz: Some(20),
+            ..Wanted::default()
+        },
+        ..Options::default()
+    });
+    desk.say(&format!("{slow}{HEADER}"));
+    let slowly = |desk: &mut Desk| {
+        for _ in 0..30 {
+            desk.rows(1);
+            desk.stamp += 40;
+        }
+    };
+    slowly(&mut desk);
+    desk.stamp = 130;
+    desk.say(&format!("{SETTINGS}{HEADER}"));
+    desk.rows(40);
+    desk.say(&format!("{slow}{HEADER}"));
+    slowly(&mut desk);
+    let account = desk.end();
+    assert_eq!((account.stored, account.missing), (60, 0));
+    assert_eq!(desk.gaps().len(), 1, "{:?}", desk.gaps());
+}
+
+/// A recording of counts: what a reset board sends first has another header.
+#[test]
+fn another_header_is_a_question_first() {
+    let counts = SETTINGS.replace("format 0", "format 1");
+    let columns = "Timestamp (ms),ax,ay,az,temp,gx,gy,gz\n";
+    let mut desk = Desk::new(Options::default());
+    desk.say(&format!("{counts}{columns}"));
+    desk.stamp = 5000;
+    desk.rows(9);
+    desk.say(HEADER);
+    assert_eq!(desk.commands, "?\n");
+    desk.stamp = 130;
+    desk.rows(9);
+    desk.say(&format!("{SETTINGS}{HEADER}"));
+    desk.rows(9);
+    desk.say(&format!("{counts}{columns}"));
+    desk.rows(9);
+    assert!(desk.recorder.take_fatal().is_none());
+    // Set as it was, and other columns all the same.
+    desk.say(&format!("{counts}{HEADER}"));
+    assert_eq!(desk.fatal(), "columns-changed");
+    let account = desk.end();
+    assert_eq!((account.stored, account.other_settings), (18, 18));
+}
+
+#[test]
+fn a_board_that_resets_is_set_again() {
+    let wanted = Wanted {
+        accel_range_g: Some(4),
+        ..Wanted::default()
+    };
+    let four = SETTINGS.replace("+-2 g", "+-4 g");
+    let mut desk = Desk::new(Options {
+        wanted,
+        ..Options::default()
+    });
+    desk.say(SETTINGS);
+    desk.say(HEADER);
+    desk.rows(3);
+    assert!(!desk.recorder.is_started());
+    assert_eq!(desk.commands, "a4\n");
+    desk.say(&format!("{four}{HEADER}"));
+    desk.rows(40);
+    desk.stamp = 130;
+    desk.say(&format!("{SETTINGS}{HEADER}"));
+    assert_eq!(desk.commands, "a4\na4\ng500\nd44\nr100\nf0\n");
+    desk.rows(7);
+    desk.say(&format!("{four}{HEADER}"));
+    desk.rows(40);
+    let account = desk.end();
+    assert_eq!(
+        (account.stored, account.before_start, account.other_settings),
+        (80, 3, 7)
+    );
+    let at = |what: &str| desk.file.find(what).unwrap();
+    assert_eq!(
+        desk.gaps(),
+        [
+            "# gap: the board was reset: 7 rows are missing, or more, 0.1 s, the clock of the board starts anew"
+        ]
+    );
+    assert!(at("# gap:") < desk.file.rfind(&four).unwrap());
+    assert_eq!(desk.file.matches(HEADER).count(), 1);
+}
+
+#[test]
+fn a_sensor_that_is_set_up_again() {
+    let mut desk = Desk::started(Options::default());
+    desk.rows(40);
+    desk.say("# no answer from a sensor at 0x68 or 0x69: check SDA (A4), SCL (A5), power\n");
+    for _ in 0..110 {
+        desk.row();
+    }
+    desk.pass(1.1);
+    desk.say(&format!("{SETTINGS}{HEADER}"));
+    desk.rows(5);
+    let account = desk.end();
+    assert_eq!((account.stored, account.missing), (45, 110));
+    assert_eq!(
+        desk.gaps(),
+        ["# gap: the sensor was set up again: 110 rows are missing, 1.1 s"]
+    );
+}
+
+#[test]
+fn a_reset_without_a_word_and_a_wrap() {
+    let mut desk = Desk::started(Options::default());
+    desk.stamp = (1 << 32) - 300;
+    desk.rows(60);
+    assert!(desk.gaps().is_empty() && desk.stamp == 300);
+    desk.stamp = 20;
+    desk.rows(5);
+    // It is asked whether it is still set so.
+    assert_eq!(desk.commands, "?\n");
+    desk.say(&format!("{SETTINGS}{HEADER}"));
+    desk.rows(5);
+    let account = desk.end();
+    assert_eq!((account.stored, account.other_settings), (65, 5));
+    assert_eq!(
+        desk.gaps(),
+        [
+            "# gap: the board was reset: 5 rows are missing, or more, 0.1 s, the clock of the board starts anew"
+        ]
+    );
+}
