@@ -29,6 +29,8 @@ pub struct Account {
     pub lost: u64,
     /// Gaps that have a name.
     pub gaps: u64,
+    /// Those of them in which rows are missing, or may be: their number may not be known.
+    pub incomplete: u64,
     /// Lines that are no row; kept beside the recording.
     pub rejected: u64,
     /// Rejected pieces of binary frames that stand for no row: the numbers of the frames

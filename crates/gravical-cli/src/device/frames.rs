@@ -173,7 +173,7 @@ mod tests {
             .iter()
             .map(|item| {
                 let (Item::Row { bytes, .. }
-                | Item::Header(bytes)
+                | Item::Header { bytes, .. }
                 | Item::Comment(bytes)
                 | Item::Bad { bytes, .. }) = item;
                 String::from_utf8(bytes.clone()).unwrap()

@@ -15,6 +15,8 @@ pub enum Cause {
     Sensor,
     /// The board went on with other settings until they were set back.
     Settings,
+    /// The board sent no rows.
+    Silent,
     /// The board's clock jumped, and nothing else explains it.
     Lost,
     /// The board sent all that it had, but it had not sampled.
@@ -33,6 +35,7 @@ impl Cause {
             Cause::Reset => "the board was reset",
             Cause::Sensor => "the sensor was set up again",
             Cause::Settings => "the board had other settings",
+            Cause::Silent => "the board sent no rows",
             Cause::Lost => "rows were lost on the way from the board",
             Cause::NotSampled => "the board missed samples",
             Cause::DiskFull => "the disk was full",
@@ -58,6 +61,13 @@ pub struct Gap {
 }
 
 impl Gap {
+    /// Rows are missing in it, or may be. What lies before a continuation is no matter
+    /// of this recording.
+    pub fn is_incomplete(&self) -> bool {
+        let unknown = self.clock_anew || self.until_end;
+        self.rows > 0 || (unknown && self.cause != Cause::Continued)
+    }
+
     /// The line of the recording, with its line break.
     pub fn line(&self) -> String {
         let rows = match (self.rows, self.clock_anew) {

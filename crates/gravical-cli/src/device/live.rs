@@ -44,6 +44,12 @@ impl Live {
         }
     }
 
+    /// Seconds between two of them, by the computer's clock.
+    pub fn step_s(&self) -> Option<f64> {
+        let (first_s, last_s) = (self.rows.front()?.0, self.rows.back()?.0);
+        (self.rows.len() > 1).then(|| (last_s - first_s) / (self.rows.len() - 1) as f64)
+    }
+
     /// What they say at `now_s`.
     pub fn status(&self, now_s: f64) -> Status {
         let recent: Vec<&Row> = self

@@ -47,7 +47,12 @@ pub enum Item {
         row: Row,
     },
     /// Names of columns.
-    Header(Vec<u8>),
+    Header {
+        /// The line.
+        bytes: Vec<u8>,
+        /// Both of its ends were seen.
+        whole: bool,
+    },
     /// A line behind `#`.
     Comment(Vec<u8>),
     /// None of these.
@@ -136,7 +141,10 @@ fn item(line: Line) -> Option<Item> {
             row,
         },
         Kind::Comment => Item::Comment(line.bytes),
-        Kind::Header => Item::Header(line.bytes),
+        Kind::Header => Item::Header {
+            bytes: line.bytes,
+            whole: line.whole,
+        },
         Kind::Blank => return None,
         Kind::Rejected(reason) => Item::Bad {
             bytes: line.bytes,

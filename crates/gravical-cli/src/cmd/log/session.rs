@@ -353,13 +353,15 @@ impl Session {
             return Err(Error::io(&path, error).into());
         }
         let short = reason == End::User
-            && (args.rows.is_some() || args.duration.is_some() || account.in_gaps() > 0);
+            && (args.rows.is_some() || args.duration.is_some() || account.incomplete > 0);
         let nothing = !self.recorder.is_started();
         Ok(ExitCode::from(
             if reason == End::User && (short || nothing || unplugged) {
                 failure::INTERRUPTED
             } else if unplugged {
                 failure::DEVICE
+            } else if self.recorder.ended_in_gap() {
+                failure::INTERRUPTED
             } else {
                 0
             },

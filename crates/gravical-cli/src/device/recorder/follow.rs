@@ -1,7 +1,7 @@
 //! The board's clock, and the gaps that it shows.
 
-use super::{FEWEST_MISSING, Recorder};
-use crate::device::event::Event;
+use super::{FEWEST_MISSING, Recorder, SILENT_END_S, SILENT_END_STEPS};
+use crate::device::event::{End, Event};
 use crate::device::frames::{Sequence, lost_frames};
 use crate::device::gap::{Cause, Gap};
 use crate::device::line::Row;
@@ -43,21 +43,37 @@ impl Recorder {
                 (lost.max(jump) - hurt, lost - hurt)
             }
         };
-        // While it is paused nobody wants them.
-        let wanted = !self.is_paused() && self.ended.is_none();
-        if self.gap.is_some() || (wanted && missing >= FEWEST_MISSING) {
+        let missing = if self.ended.is_none() {
+            self.wanted(now_s, missing)
+        } else {
+            0
+        };
+        if self.gap.is_some() || missing >= FEWEST_MISSING {
             let cause = match lost {
                 _ if spoke => Cause::Sensor,
                 Some(_) if from_sequence < FEWEST_MISSING => Cause::NotSampled,
                 _ => Cause::Lost,
             };
             self.account.missing += missing;
+            self.account.lost += from_sequence.saturating_sub(missing);
             if missing > 0 {
                 self.open_gap(now_s, cause).rows += missing;
             }
         } else {
             self.account.lost += from_sequence;
         }
+    }
+
+    /// While it is paused nobody wants rows: of those that are missing since the last
+    /// one, the share of the time that was no pause.
+    fn wanted(&self, now_s: f64, missing: u64) -> u64 {
+        let all_s = now_s - self.last_row_s;
+        let wanted_s = self.elapsed_s(now_s) - self.last_row_elapsed_s;
+        let paused_s = all_s - wanted_s;
+        if paused_s <= 1e-6 {
+            return missing;
+        }
+        (missing as f64 * (wanted_s / all_s).clamp(0.0, 1.0)).round() as u64
     }
 
     /// The board started anew, and its clock with it.
@@ -84,14 +100,46 @@ impl Recorder {
             until_end: false,
             duration_s: 0.0,
         };
+        if self.gap.is_none() {
+            self.gap_in_pause = self.is_paused();
+        }
         &mut self.gap.get_or_insert((since_s, gap)).1
+    }
+
+    /// At the end of the recording: no row comes after a gap that is open, or no row came
+    /// for long. In a pause nobody wants one.
+    pub(super) fn gap_until_the_end(&mut self, now_s: f64) {
+        let in_pause = self.is_paused() && self.gap_in_pause;
+        if in_pause || self.ended == Some(End::Rows) {
+            self.gap = None;
+        }
+        let step_s = self.live.step_s().unwrap_or(self.row_step_s);
+        let silent_s = self.elapsed_s(now_s) - self.last_row_elapsed_s;
+        let silent = silent_s > SILENT_END_S.max(SILENT_END_STEPS * step_s)
+            && self.ended != Some(End::Rows)
+            && !self.failed;
+        if silent && self.gap.is_none() {
+            let since_s = self.last_row_s;
+            self.open_gap(now_s, Cause::Silent);
+            if let Some((since, _)) = &mut self.gap {
+                *since = since_s;
+            }
+        }
+        if let Some((_, gap)) = &mut self.gap {
+            gap.until_end = true;
+            self.ended_in_gap = silent || gap.cause != Cause::Continued;
+        }
     }
 
     pub(super) fn close_gap(&mut self, now_s: f64) {
         if let Some((since_s, mut gap)) = self.gap.take() {
+            if self.gap_in_pause && gap.rows == 0 && !gap.clock_anew && !gap.until_end {
+                return;
+            }
             gap.duration_s = now_s - since_s;
             self.keep.mark(gap.line().into_bytes());
             self.account.gaps += 1;
+            self.account.incomplete += u64::from(gap.is_incomplete());
             self.tell(Event::Gap(gap));
         }
     }

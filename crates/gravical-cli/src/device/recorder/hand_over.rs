@@ -8,7 +8,7 @@ impl Recorder {
     /// [`failed`](Self::failed).
     pub fn batch(&mut self) -> Option<Batch> {
         if self.gap.is_none() {
-            self.keep.mark(std::mem::take(&mut self.comments));
+            self.keep.comment(std::mem::take(&mut self.comments));
         }
         self.keep.batch()
     }
@@ -24,6 +24,7 @@ impl Recorder {
         self.account.stored += rows;
         if let Some(gap) = gap {
             self.account.gaps += u64::from(gap.rows > 0);
+            self.account.incomplete += u64::from(gap.is_incomplete());
             if gap.rows > 0 {
                 self.tell(Event::Gap(gap));
             }

@@ -3,12 +3,13 @@
 
 use std::collections::VecDeque;
 
+use super::RESUME;
 use crate::device::gap::{Cause, Gap};
 
 /// Rows that are kept while the disk takes none: half a minute at 100 Hz.
 pub const KEPT_ROWS: u64 = 3000;
-/// Lines that are no rows, kept likewise.
-const KEPT_MARKS: usize = 500;
+/// Lines of the board, kept likewise.
+const KEPT_COMMENTS: usize = 500;
 /// Bytes of rejected lines, kept likewise.
 const KEPT_REJECTS: usize = 1 << 16;
 
@@ -21,8 +22,12 @@ pub struct Batch {
 
 #[derive(Debug, Clone)]
 enum Item {
-    /// A header, a comment, a gap, blank rows.
+    /// A header, a gap: what the file cannot do without.
     Mark(Vec<u8>),
+    /// Blank rows: it was paused, and goes on with the next row.
+    Resume,
+    /// What the board said.
+    Comment(Vec<u8>),
     Row(Vec<u8>),
 }
 
@@ -31,7 +36,7 @@ enum Item {
 pub struct Keep {
     items: VecDeque<Item>,
     rows: u64,
-    marks: usize,
+    comments: usize,
     /// Since when the disk fails, s, and what was lost.
     failing: Option<(f64, Gap)>,
     last_failure_s: f64,
@@ -53,9 +58,18 @@ impl Keep {
     }
 
     pub fn mark(&mut self, bytes: Vec<u8>) {
-        if !bytes.is_empty() && self.marks < KEPT_MARKS {
-            self.marks += 1;
-            self.items.push_back(Item::Mark(bytes));
+        self.items.push_back(Item::Mark(bytes));
+    }
+
+    pub fn resume(&mut self) {
+        self.items.push_back(Item::Resume);
+    }
+
+    /// Those beyond what is kept are dropped.
+    pub fn comment(&mut self, bytes: Vec<u8>) {
+        if !bytes.is_empty() && self.comments < KEPT_COMMENTS {
+            self.comments += 1;
+            self.items.push_back(Item::Comment(bytes));
         }
     }
 
@@ -79,31 +93,54 @@ impl Keep {
             return None;
         }
         let mut bytes = Vec::new();
-        if let Some((since_s, gap)) = &self.failing
-            && gap.rows > 0
-        {
-            let gap = Gap {
-                duration_s: self.last_failure_s - since_s,
-                ..gap.clone()
-            };
-            bytes.extend_from_slice(gap.line().as_bytes());
-        }
-        for item in &self.items {
+        let (at, lost) = self.rows_lost();
+        for (i, item) in self.items.iter().enumerate() {
+            if i == at {
+                bytes.extend_from_slice(lost.as_bytes());
+            }
             match item {
                 Item::Mark(mark) => bytes.extend_from_slice(mark),
+                Item::Resume => bytes.extend_from_slice(RESUME),
+                Item::Comment(comment) => bytes.extend_from_slice(comment),
                 Item::Row(row) => {
                     bytes.extend_from_slice(row.trim_ascii());
                     bytes.push(b'\n');
                 }
             }
         }
+        if at >= self.items.len() {
+            bytes.extend_from_slice(lost.as_bytes());
+        }
         Some(Batch { bytes })
+    }
+
+    /// The line for rows that are lost, and where it stands: before the first one that is
+    /// left. A pause before that one stays next to it.
+    fn rows_lost(&self) -> (usize, String) {
+        let row = |item: &Item| matches!(item, Item::Row(_));
+        let resume = |item: &Item| matches!(item, Item::Resume);
+        let first = self.items.iter().position(row).unwrap_or(self.items.len());
+        let before = first.saturating_sub(1);
+        let at = if self.items.get(before).is_some_and(resume) {
+            before
+        } else {
+            first
+        };
+        let line = match &self.failing {
+            Some((since_s, gap)) if gap.rows > 0 => Gap {
+                duration_s: self.last_failure_s - since_s,
+                ..gap.clone()
+            }
+            .line(),
+            _ => String::new(),
+        };
+        (at, line)
     }
 
     /// The rows that are on their way now, and what was lost before them.
     pub fn stored(&mut self) -> (u64, Option<Gap>) {
         self.items.clear();
-        self.marks = 0;
+        self.comments = 0;
         let gap = self.failing.take().map(|(since_s, mut gap)| {
             gap.duration_s = self.last_failure_s - since_s;
             gap

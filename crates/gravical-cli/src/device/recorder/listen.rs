@@ -32,6 +32,9 @@ const CHANGES_S: f64 = 0.05;
 /// Lines that may have been said at another rate, kept until that is known.
 const NOISE: usize = 2000;
 
+/// Silence before the first byte: a board that starts up, and no rest of a line, s.
+const START_UP_S: f64 = 0.3;
+
 /// What was heard since the port has its rate.
 #[derive(Debug, Clone, Default)]
 pub struct Ear {
@@ -41,12 +44,23 @@ pub struct Ear {
     pub asked: bool,
     /// The rate is being changed.
     target: Option<Coding>,
+    /// From the opening to the first byte, s.
+    silence_s: Option<f64>,
     /// When something last made sense, or else the rate was set, s.
     since_s: f64,
     /// Bytes since then, and how many of them are in no text.
     bytes: usize,
     odd: usize,
     noise: Vec<(Vec<u8>, Reason)>,
+    /// Lines beyond those.
+    more_noise: u64,
+}
+
+impl Ear {
+    /// The first line began when it was listened already.
+    pub fn from_its_start(&self) -> bool {
+        self.silence_s.is_some_and(|s| s >= START_UP_S)
+    }
 }
 
 impl Recorder {
@@ -56,6 +70,7 @@ impl Recorder {
         self.ear = Ear {
             since_s: now_s,
             noise: std::mem::take(&mut self.ear.noise),
+            more_noise: self.ear.more_noise,
             ..Ear::default()
         };
     }
@@ -90,6 +105,8 @@ impl Recorder {
     }
 
     pub(super) fn heard(&mut self, now_s: f64, bytes: &[u8]) {
+        let since_s = self.ear.since_s;
+        self.ear.silence_s.get_or_insert(now_s - since_s);
         self.ear.bytes += bytes.len();
         let odd = |b: &&u8| !(b.is_ascii_graphic() || b.is_ascii_whitespace());
         self.ear.odd += bytes.iter().filter(odd).count();
@@ -106,7 +123,10 @@ impl Recorder {
             match self.wire.coding() {
                 Coding::Text => self.noise_is_rejected(),
                 // Frames at the rate of text.
-                Coding::Frames => self.ear.noise.clear(),
+                Coding::Frames => {
+                    self.ear.noise.clear();
+                    self.ear.more_noise = 0;
+                }
             }
         }
         if self.is_started() && self.wire.coding() != self.start.coding {
@@ -150,11 +170,16 @@ impl Recorder {
             self.start.rejected(&bytes);
         }
         let elsewhere = self.is_started() && self.wire.coding() != self.start.coding;
-        if self.ear.good && !elsewhere {
+        let known = self.ear.good || (text && self.is_started());
+        if elsewhere {
+            // It will be heard at the other rate.
+        } else if known {
             self.reject(bytes, reason);
-        } else if text && !elsewhere && self.ear.noise.len() < NOISE {
+        } else if text && self.ear.noise.len() < NOISE {
             // Whoever begins to listen to frames in the middle waits for a zero.
             self.ear.noise.push((bytes, reason));
+        } else if text {
+            self.ear.more_noise += 1;
         }
     }
 
@@ -163,6 +188,9 @@ impl Recorder {
         for (bytes, reason) in std::mem::take(&mut self.ear.noise) {
             self.reject(bytes, reason);
         }
+        let more = std::mem::take(&mut self.ear.more_noise);
+        self.account.rejected += more;
+        self.account.rejected_unstored += more;
     }
 
     /// Where nothing makes sense, the other rate is tried.

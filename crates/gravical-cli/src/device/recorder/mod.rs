@@ -40,6 +40,9 @@ const FEWEST_MISSING: u64 = 4;
 const SILENCE_S: f64 = 3.0;
 /// Between two looks at the stream, s.
 const STATUS_S: f64 = 1.0;
+/// Without a row for so long, and so many of its steps, at the end: a gap, s.
+const SILENT_END_S: f64 = 1.0;
+const SILENT_END_STEPS: f64 = 4.5;
 /// What three blank rows look like.
 const RESUME: &[u8] = b"\n\n\n";
 
@@ -66,6 +69,8 @@ pub struct Recorder {
     start: Start,
     keep: Keep,
     gap: Option<(f64, Gap)>,
+    /// It was paused when the gap began.
+    gap_in_pause: bool,
     /// Lines of the board that wait for the gap before them.
     comments: Vec<u8>,
     /// The board said its settings since the last row.
@@ -78,8 +83,12 @@ pub struct Recorder {
     resumed: bool,
     last_bytes_s: f64,
     last_row_s: f64,
+    /// Seconds of the recording at the last row, and from the row before to it.
+    last_row_elapsed_s: f64,
+    row_step_s: f64,
     last_status_s: f64,
     silent: bool,
+    ended_in_gap: bool,
     ended: Option<End>,
     fatal: Option<Error>,
     /// It cannot go on: nothing more is stored.
@@ -102,6 +111,7 @@ impl Recorder {
             account: Account::default(),
             keep: Keep::default(),
             gap: None,
+            gap_in_pause: false,
             comments: Vec::new(),
             spoke: false,
             rejected_since_row: 0,
@@ -112,8 +122,11 @@ impl Recorder {
             resumed: false,
             last_bytes_s: 0.0,
             last_row_s: 0.0,
+            last_row_elapsed_s: 0.0,
+            row_step_s: 0.0,
             last_status_s: 0.0,
             silent: false,
+            ended_in_gap: false,
             ended: None,
             fatal: None,
             failed: false,
@@ -144,6 +157,11 @@ impl Recorder {
     /// Whether it records, or has.
     pub fn is_started(&self) -> bool {
         self.started_s.is_some()
+    }
+
+    /// Whether rows are missing right before the end.
+    pub fn ended_in_gap(&self) -> bool {
+        self.ended_in_gap
     }
 
     /// Whether it is paused.
@@ -213,7 +231,7 @@ impl Recorder {
             match item {
                 Item::Row { bytes, row } => self.row(now_s, bytes, row),
                 Item::Comment(bytes) => self.comment(now_s, &bytes),
-                Item::Header(bytes) => self.header(now_s, &bytes),
+                Item::Header { bytes, whole } => self.header(now_s, bytes, whole),
                 Item::Bad { bytes, reason } => self.bad(bytes, reason),
             }
         }
@@ -233,13 +251,15 @@ impl Recorder {
         self.account.received += 1;
         self.live.see(now_s, row);
         if self.state == State::Starting {
-            self.account.before_start += self.start.hold(bytes, row);
+            self.account.before_start += self.start.hold(now_s, bytes, row);
             return;
         }
         if self.wire.coding() == self.start.coding {
             self.follow(now_s, &row);
         }
+        self.row_step_s = now_s - self.last_row_s;
         self.last_row_s = now_s;
+        self.last_row_elapsed_s = self.elapsed_s(now_s);
         if self.ended.is_some() || self.failed {
             self.account.after_end += 1;
         } else if self.is_paused() {
@@ -256,9 +276,9 @@ impl Recorder {
 
     fn store(&mut self, now_s: f64, bytes: Vec<u8>) {
         self.close_gap(now_s);
-        self.keep.mark(std::mem::take(&mut self.comments));
+        self.keep.comment(std::mem::take(&mut self.comments));
         if std::mem::take(&mut self.resumed) {
-            self.keep.mark(RESUME.to_vec());
+            self.keep.resume();
         }
         self.keep.row(bytes);
         let taken = self.account.stored + self.keep.rows();
@@ -351,11 +371,9 @@ impl Recorder {
         self.noise_is_rejected();
         self.account.before_start += self.start.forget_held();
         if self.is_started() {
-            if let Some((_, gap)) = &mut self.gap {
-                gap.until_end = true;
-            }
+            self.gap_until_the_end(now_s);
             self.close_gap(now_s);
-            self.keep.mark(std::mem::take(&mut self.comments));
+            self.keep.comment(std::mem::take(&mut self.comments));
         }
         self.ended.get_or_insert(why);
         self.actions.push(Action::Sync);

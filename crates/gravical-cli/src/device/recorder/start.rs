@@ -8,7 +8,7 @@ use crate::device::board::{Settings, Wanted};
 use crate::device::event::Event;
 use crate::device::frames;
 use crate::device::gap::Cause;
-use crate::device::line::Row;
+use crate::device::line::{Reason, Row};
 use crate::device::recorder::Action;
 use crate::device::wire::Coding;
 
@@ -24,7 +24,7 @@ const NO_ROWS_S: f64 = 8.0;
 const TRIES: u32 = 4;
 /// Rows that are held before the start.
 const HELD: usize = 5000;
-/// Lines of the board that are held.
+/// So many of the last lines of the board are held, and the one of its settings.
 const SAID: usize = 20;
 /// A board that says nothing that makes sense after a command for so long does not take
 /// it, s.
@@ -51,13 +51,17 @@ pub struct Start {
     waiting_told: bool,
     held: Vec<(Vec<u8>, Row)>,
     said: Vec<String>,
+    /// The last line in which the board said how it is set.
+    settings_line: Option<String>,
+    /// When one of them came, s.
+    last_row_s: f64,
     rejected: u64,
     first_rejected: Option<String>,
 }
 
 impl Start {
     pub fn opened(&mut self, now_s: f64) {
-        self.opened_s = now_s;
+        (self.opened_s, self.last_row_s) = (now_s, now_s);
         self.next_s = now_s + ASK_AFTER_S;
         self.tries = 0;
         self.waiting_told = false;
@@ -65,7 +69,8 @@ impl Start {
 
     /// Keeps a row for the case that there is no header; the number of rows that
     /// found no room.
-    pub fn hold(&mut self, bytes: Vec<u8>, row: Row) -> u64 {
+    pub fn hold(&mut self, now_s: f64, bytes: Vec<u8>, row: Row) -> u64 {
+        self.last_row_s = now_s;
         if self.held.len() < HELD {
             self.held.push((bytes, row));
             return 0;
@@ -84,10 +89,45 @@ impl Start {
 
     pub fn said(&mut self, text: &str) {
         if Settings::parse(text).is_some() {
-            self.said.retain(|line| Settings::parse(line).is_none());
+            self.settings_line = Some(text.to_owned());
+            return;
         }
-        if self.said.len() < SAID {
-            self.said.push(text.to_owned());
+        // The same once a second needs no second line.
+        self.said.retain(|line| line != text);
+        if self.said.len() >= SAID {
+            self.said.remove(0);
+        }
+        self.said.push(text.to_owned());
+    }
+
+    /// Why it does not begin: nothing came, or what came instead of rows.
+    fn no_rows(&self) -> Error {
+        const FIRMWARE: &str =
+            "is the baud rate right (--baud), and firmware/mpu6050_logger on the board?";
+        let none =
+            |text: String, hint: &str| Error::device("no-samples-from-board", text).with_hint(hint);
+        let said = self.said.last().or(self.settings_line.as_ref());
+        match (self.held.len(), said, &self.first_rejected) {
+            (0, Some(said), _) => none(
+                format!("no rows came from the board; the last that it said: {said:?}"),
+                "what the board says tells why: the wiring of the sensor, mostly; --wait waits without end",
+            ),
+            (0, None, Some(first)) => none(
+                format!(
+                    "{} lines came from the board, none of them of 8 numbers; the first: {first:?}",
+                    self.rejected
+                ),
+                FIRMWARE,
+            ),
+            (0, None, None) => Error::device(
+                "board-silent",
+                "the port is open, and nothing comes from the board",
+            )
+            .with_hint("is it the right port (gravical ports), and firmware/mpu6050_logger on the board? --wait waits without end"),
+            (rows, _, _) => none(
+                format!("only {rows} rows of 8 numbers came from the board, and then no more"),
+                FIRMWARE,
+            ),
         }
     }
 
@@ -150,7 +190,11 @@ impl Recorder {
         }
     }
 
-    pub(super) fn header(&mut self, now_s: f64, bytes: &[u8]) {
+    pub(super) fn header(&mut self, now_s: f64, bytes: Vec<u8>, whole: bool) {
+        if !whole && !self.ear.from_its_start() && !begins_with_time(&bytes) {
+            self.bad(bytes, Reason::Half);
+            return;
+        }
         let text = bytes.trim_ascii();
         if self.state == State::Starting {
             self.start.columns = Some(text.to_vec());
@@ -225,7 +269,7 @@ impl Recorder {
         for line in &self.options.preamble {
             head.push_str(&format!("# {line}\n"));
         }
-        for line in &self.start.said {
+        for line in self.start.said.iter().chain(&self.start.settings_line) {
             head.push_str(&format!("{line}\n"));
         }
         if self.options.continues.is_some() {
@@ -298,12 +342,22 @@ impl Recorder {
                 }
             }
         } else if waited_s >= NO_ROWS_S && !self.options.wait {
-            self.fail(no_rows(
-                self.start.rejected,
-                self.start.first_rejected.as_deref(),
-            ));
+            // A slow board needs longer than others to show what it sends.
+            if now_s - self.start.last_row_s >= NO_ROWS_S {
+                self.fail(self.start.no_rows());
+            }
         }
     }
+}
+
+/// Whether the first name is one of those that a stamp has, and no rest of one:
+/// `stamp (ms)` is not.
+fn begins_with_time(header: &[u8]) -> bool {
+    let ends = |b: &u8| !b.is_ascii_alphanumeric();
+    let word = header.trim_ascii_start().split(ends).next();
+    [&b"timestamp"[..], b"time", b"t", b"millis", b"micros"]
+        .iter()
+        .any(|name| word.is_some_and(|word| word.eq_ignore_ascii_case(name)))
 }
 
 fn settings_refused(speaks: bool) -> Error {
@@ -316,16 +370,4 @@ fn settings_refused(speaks: bool) -> Error {
         },
     )
     .with_hint("put firmware/mpu6050_logger onto the board, or leave the settings out")
-}
-
-fn no_rows(rejected: u64, first: Option<&str>) -> Error {
-    match first {
-        None => Error::device("board-silent", "the port is open, and nothing comes from the board")
-            .with_hint("is it the right port (gravical ports), and firmware/mpu6050_logger on the board? --wait waits without end"),
-        Some(text) => Error::device(
-            "no-samples-from-board",
-            format!("{rejected} lines came from the board, none of them of 8 numbers; the first: {text:?}"),
-        )
-        .with_hint("is the baud rate right (--baud), and firmware/mpu6050_logger on the board?"),
-    }
 }

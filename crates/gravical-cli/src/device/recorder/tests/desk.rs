@@ -135,6 +135,10 @@ impl Desk {
     }
 
     pub fn fatal(&mut self) -> &'static str {
-        self.recorder.take_fatal().unwrap().code()
+        self.fatal_code().unwrap()
+    }
+
+    pub fn fatal_code(&mut self) -> Option<&'static str> {
+        self.recorder.take_fatal().map(|error| error.code())
     }
 }

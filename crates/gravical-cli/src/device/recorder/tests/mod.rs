@@ -135,6 +135,36 @@ fn a_full_disk_is_told_and_what_is_lost_is_a_gap() {
     assert!(after.split('\n').nth(1).unwrap().starts_with("3240,"));
 }
 
+/// The head comes first, the gap stands where rows are missing, and no gap is dropped
+/// however much the board says.
+#[test]
+fn a_disk_that_is_full_from_the_start() {
+    let mut desk = Desk::new(Options::default());
+    desk.full = true;
+    desk.say(&format!("{SETTINGS}{HEADER}"));
+    for _ in 0..600 {
+        desk.say("# overruns 1, i2c errors 0, restarts 0\n");
+        desk.rows(1);
+    }
+    desk.stamp += 1000;
+    desk.rows(KEPT_ROWS as u32);
+    desk.recorder.toggle_pause(desk.now_s);
+    desk.rows(1);
+    desk.recorder.toggle_pause(desk.now_s);
+    desk.rows(10);
+    desk.full = false;
+    desk.rows(10);
+    let account = desk.end();
+    assert_eq!((account.unstored, account.missing), (610, 100));
+    assert!(desk.file.starts_with(SETTINGS));
+    let gaps = desk.gaps();
+    assert!(gaps[0].contains("lost on the way from the board: 100 rows"));
+    assert!(gaps[1].contains("the disk was full: 610 rows"), "{gaps:?}");
+    assert_eq!((gaps.len(), desk.file.matches("\n\n\n\n").count()), (2, 1));
+    let (_, after) = desk.file.split_once("disk was full").unwrap();
+    assert!(after.split('\n').nth(1).unwrap().starts_with("7230,"));
+}
+
 #[test]
 fn a_disk_that_stays_full_loses_by_the_row() {
     let mut desk = Desk::started(Options::default());
@@ -188,6 +218,34 @@ fn boards_that_say_nothing_or_nonsense() {
     assert_eq!(desk.fatal(), "no-samples-from-board");
     // Half of the time it listened for frames.
     assert!((50..100).contains(&desk.rejects.lines().count()));
+    // It says why; or it is slow; or it stops again.
+    let mut desk = Desk::new(Options::default());
+    for _ in 0..10 {
+        desk.say("# no answer from a sensor\n");
+        desk.pass(1.0);
+    }
+    let error = desk.recorder.take_fatal().unwrap();
+    assert_eq!(error.code(), "no-samples-from-board");
+    assert!(
+        error.to_string().contains("no answer from a sensor"),
+        "{error}"
+    );
+    let mut desk = Desk::new(Options::default());
+    for _ in 0..7 {
+        desk.pass(2.0);
+        desk.stamp += 1990;
+        let row = desk.row();
+        desk.say(&row);
+    }
+    assert_eq!(desk.fatal_code(), None);
+    let account = desk.end();
+    assert_eq!((account.stored, account.rejected), (6, 1));
+    let mut desk = Desk::new(Options::default());
+    desk.say("\n");
+    desk.rows(3);
+    desk.pass(9.0);
+    let error = desk.recorder.take_fatal().unwrap();
+    assert!(error.to_string().starts_with("only 3 rows"), "{error}");
     // Plain text is no other rate.
     let mut desk = Desk::new(Options::default());
     for _ in 0..60 {

@@ -45,6 +45,70 @@ fn a_reset_in_the_middle_of_a_row_is_set_again() {
     }
 }
 
+/// After a reconnection the rest of a header is no other header.
+#[test]
+fn a_torn_header_is_a_rejected_line() {
+    let mut desk = Desk::started(Options::default());
+    desk.rows(9);
+    desk.recorder.lost(desk.now_s, "gone");
+    desk.recorder.opened(desk.now_s, "/dev/ttyACM1", None);
+    desk.say(&HEADER[4..]);
+    desk.rows(9);
+    assert_eq!(desk.fatal_code(), None);
+    let account = desk.end();
+    assert_eq!((account.stored, account.rejected), (18, 1));
+    // Before the start neither; a board that starts up says its first line into the
+    // silence.
+    let mut desk = Desk::new(Options::default());
+    desk.say("me,ax,ay,az,temp,gx,gy,gz\n");
+    assert!(!desk.recorder.is_started());
+    let mut desk = Desk::new(Options::default());
+    desk.pass(1.7);
+    desk.say("sample_ms,ax,ay,az,temp,gx,gy,gz\n");
+    assert!(desk.recorder.is_started());
+}
+
+#[test]
+fn garbage_without_end_is_counted() {
+    let mut desk = Desk::started(Options::default());
+    desk.rows(9);
+    desk.recorder.lost(desk.now_s, "gone");
+    desk.recorder.opened(desk.now_s, "/dev/ttyACM1", None);
+    for _ in 0..5000 {
+        desk.say("1,2,3\n");
+    }
+    assert_eq!(desk.recorder.account().rejected, 5000);
+    desk.rows(9);
+    let account = desk.end();
+    assert_eq!((account.stored, account.rejected_unstored), (18, 0));
+    // Before the start, too, once it is known that it was text.
+    let mut desk = Desk::new(Options::default());
+    for _ in 0..5000 {
+        desk.say("1,2,3\n");
+    }
+    desk.say(&format!("{SETTINGS}{HEADER}"));
+    let account = *desk.recorder.account();
+    assert_eq!((account.rejected, account.rejected_unstored), (5000, 3000));
+}
+
+/// What it says before it begins is not without end, and the settings are not lost by it.
+#[test]
+fn a_board_that_says_much_before_it_begins() {
+    let mut desk = Desk::new(Options::default());
+    for i in 0..100 {
+        desk.say("# no answer from a sensor\n");
+        desk.say(&format!("# attempt {i}\n"));
+    }
+    desk.say(&format!("{SETTINGS}{HEADER}"));
+    desk.rows(3);
+    desk.end();
+    assert!(desk.file.contains(&format!(
+        "# attempt 99\n{SETTINGS}# rate: 100.00 Hz\n{HEADER}130,"
+    )));
+    assert_eq!(desk.file.matches("# no answer").count(), 1);
+    assert_eq!(desk.file.matches("# attempt").count(), 19);
+}
+
 /// Rows of other steps until the board is set again are no measure for those after it.
 #[test]
 fn a_slow_board_that_was_fast_for_a_while() {
