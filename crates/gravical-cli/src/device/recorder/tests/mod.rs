@@ -1,4 +1,5 @@
 mod desk;
+mod ends;
 mod frames;
 mod resets;
 mod uno;
