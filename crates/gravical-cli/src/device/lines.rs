@@ -49,9 +49,6 @@ impl Framer {
         while bytes.last() == Some(&b'\r') {
             bytes.pop();
         }
-        // What an adapter makes of a line that was at rest the wrong way before.
-        let zeros = bytes.iter().take_while(|byte| **byte == 0).count();
-        bytes.drain(..zeros);
         let whole = self.synced && ended;
         self.synced = ended;
         Line { bytes, whole }

@@ -135,16 +135,17 @@ fn unglued(mut line: Line) -> Vec<Line> {
 }
 
 fn item(line: Line) -> Option<Item> {
-    Some(match classify(&line) {
-        Kind::Row(row) => Item::Row {
-            bytes: line.bytes,
-            row,
-        },
-        Kind::Comment => Item::Comment(line.bytes),
-        Kind::Header => Item::Header {
-            bytes: line.bytes,
-            whole: line.whole,
-        },
+    // What an adapter makes of a wire that was at rest the wrong way before.
+    let zeros = line.bytes.iter().take_while(|byte| **byte == 0).count();
+    let bytes = line.bytes.get(zeros..).unwrap_or_default().to_vec();
+    let whole = line.whole;
+    let clean = Line { bytes, whole };
+    let kind = classify(&clean);
+    let bytes = clean.bytes;
+    Some(match kind {
+        Kind::Row(row) => Item::Row { bytes, row },
+        Kind::Comment => Item::Comment(bytes),
+        Kind::Header => Item::Header { bytes, whole },
         Kind::Blank => return None,
         Kind::Rejected(reason) => Item::Bad {
             bytes: line.bytes,

@@ -47,6 +47,7 @@ fn every_frame_sent_is_stored_or_rejected_or_missing() {
     assert_eq!((&gap["cause"], &gap["rows"]), (&"lost".into(), &600.into()));
     log.wait_for_rows(2000);
     // So that it is known when it has read all of them.
+    board.rows(20);
     board.say("# overruns 2, i2c errors 0, restarts 0");
     loop {
         let said = log.wait_for("board");

@@ -232,6 +232,9 @@ fn space_pauses_and_the_terminal_is_put_back() {
         "{}",
         terminal.text()
     );
+    // A board that says nothing more for long has lost rows.
+    board.rows(1);
+    std::thread::sleep(std::time::Duration::from_millis(100));
     terminal.press("q");
     let code = log.gone();
     assert_eq!(code, Some(0), "{}", terminal.text());
@@ -239,7 +242,7 @@ fn space_pauses_and_the_terminal_is_put_back() {
     let text = fs::read_to_string(folder.path().join("x_axis.csv")).unwrap();
     assert_eq!(text.matches("\n\n\n\n").count(), 1);
     let recording = recording(&folder.path().join("x_axis.csv"));
-    assert_eq!(recording.rows(), 100);
+    assert_eq!(recording.rows(), 101);
     assert_eq!(recording.breaks, [50]);
 }
 
