@@ -74,17 +74,16 @@ impl Logger {
 
     /// The same with a terminal as its input and its messages.
     pub fn start_in(folder: &Path, line: &str, terminal: &Terminal) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_gravical"));
+        command.args(words(line)).current_dir(folder);
+        Self::start_command_in(command, terminal)
+    }
+
+    /// The same of any command.
+    pub fn start_command_in(mut command: Command, terminal: &Terminal) -> Self {
         let end = || Stdio::from(terminal.theirs.try_clone().unwrap());
-        let child = Command::new(env!("CARGO_BIN_EXE_gravical"))
-            .args(words(line))
-            .current_dir(folder)
-            .env("TERM", "xterm")
-            .stdin(end())
-            .stdout(Stdio::piped())
-            .stderr(end())
-            .spawn()
-            .unwrap();
-        Self::of(child)
+        command.env("TERM", "xterm").stdin(end()).stderr(end());
+        Self::of(command.stdout(Stdio::piped()).spawn().unwrap())
     }
 
     fn of(mut child: Child) -> Self {

@@ -2,9 +2,8 @@
 
 use std::io::{self, IsTerminal as _};
 use std::sync::Once;
-use std::time::Duration;
+use std::sync::mpsc::{Receiver, Sender, channel};
 
-use crossterm::event::{Event, KeyCode, KeyEventKind, KeyModifiers, poll, read};
 use crossterm::terminal::{disable_raw_mode, enable_raw_mode};
 
 /// What the user wants.
@@ -17,7 +16,11 @@ pub enum Key {
 }
 
 /// The terminal in raw mode; it is put back when this goes, a panic included.
-pub struct Keys(());
+///
+/// Keys are read in a thread of their own: a terminal that is closed may leave a read
+/// without an answer, or with an error each time, and must not stop the recording. The
+/// thread is never waited for.
+pub struct Keys(Receiver<Key>);
 
 impl Keys {
     /// None where no terminal is in front of the user.
@@ -33,28 +36,64 @@ impl Keys {
                 before(panic);
             }));
         });
-        enable_raw_mode().ok().map(|()| Keys(()))
+        enable_raw_mode().ok()?;
+        let (sender, pressed) = channel();
+        std::thread::spawn(move || listen(&sender));
+        Some(Keys(pressed))
     }
 
-    /// What was pressed since the last call.
+    /// What was pressed next; nothing more once the terminal is gone.
     pub fn pressed(&self) -> Option<Key> {
-        while poll(Duration::ZERO).unwrap_or(false) {
-            let Ok(Event::Key(key)) = read() else {
-                continue;
+        self.0.try_recv().ok()
+    }
+}
+
+/// Sends on what is pressed, until the terminal is gone or nobody wants it any more.
+#[cfg(unix)]
+fn listen(pressed: &Sender<Key>) {
+    use std::io::Read as _;
+    let mut bytes = [0; 64];
+    loop {
+        // Not through crossterm, which asks a closed terminal again and again.
+        let n = match io::stdin().lock().read(&mut bytes) {
+            Ok(0) => return,
+            Ok(n) => n,
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
+            Err(_) => return,
+        };
+        for byte in bytes.iter().take(n) {
+            let key = match byte {
+                b' ' => Key::Pause,
+                // Ctrl-C and Ctrl-D.
+                b'q' | 3 | 4 => Key::End,
+                _ => continue,
             };
-            if key.kind == KeyEventKind::Release {
-                continue;
-            }
-            match key.code {
-                KeyCode::Char(' ') => return Some(Key::Pause),
-                KeyCode::Char('q') => return Some(Key::End),
-                KeyCode::Char('c' | 'd') if key.modifiers.contains(KeyModifiers::CONTROL) => {
-                    return Some(Key::End);
-                }
-                _ => {}
+            if pressed.send(key).is_err() {
+                return;
             }
         }
-        None
+    }
+}
+
+/// Sends on what is pressed, until the terminal is gone or nobody wants it any more.
+#[cfg(not(unix))]
+fn listen(pressed: &Sender<Key>) {
+    use crossterm::event::{Event, KeyCode, KeyEventKind, KeyModifiers, read};
+    while let Ok(event) = read() {
+        let Event::Key(key) = event else {
+            continue;
+        };
+        let control = key.modifiers.contains(KeyModifiers::CONTROL);
+        let key = match key.code {
+            _ if key.kind == KeyEventKind::Release => continue,
+            KeyCode::Char(' ') => Key::Pause,
+            KeyCode::Char('q') => Key::End,
+            KeyCode::Char('c' | 'd') if control => Key::End,
+            _ => continue,
+        };
+        if pressed.send(key).is_err() {
+            return;
+        }
     }
 }
 
