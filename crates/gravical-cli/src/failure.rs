@@ -16,30 +16,36 @@ pub const DEVICE: u8 = 5;
 /// Exit code when the user ended it and something is missing.
 pub const INTERRUPTED: u8 = 130;
 
-/// Tells `error` and gives the exit code.
-pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
-    let known = error.downcast_ref::<gravical::Error>();
-    if is_broken_pipe(error) {
-        // The reader of our output has seen enough.
-        return ExitCode::SUCCESS;
-    }
-    let code = known.map_or(1, |e| match e.category() {
-        Category::Usage => 2,
-        Category::Input => 3,
-        Category::System => 1,
-        Category::Device => DEVICE,
-    });
-    // Our own errors say all of it themselves; others as a chain of causes.
-    let message = known.map_or_else(|| format!("{error:#}"), ToString::to_string);
-    if json {
+/// What is said of an error.
+pub struct Told {
+    /// The exit code.
+    pub exit: u8,
+    /// For scripts.
+    pub object: serde_json::Value,
+    /// For people, in whole lines.
+    pub text: String,
+}
+
+impl Told {
+    /// None where the reader of our output has seen enough.
+    pub fn of(error: &anyhow::Error) -> Option<Self> {
+        if is_broken_pipe(error) {
+            return None;
+        }
+        let known = error.downcast_ref::<gravical::Error>();
+        let exit = known.map_or(1, |e| match e.category() {
+            Category::Usage => 2,
+            Category::Input => 3,
+            Category::System => 1,
+            Category::Device => DEVICE,
+        });
+        // Our own errors say all of it themselves; others as a chain of causes.
+        let message = known.map_or_else(|| format!("{error:#}"), ToString::to_string);
         let object = serde_json::json!({
             "code": known.map_or("internal", gravical::Error::code),
             "message": message,
             "hint": known.and_then(gravical::Error::hint),
         });
-        // Nowhere is left to complain when this cannot be written.
-        let _ = writeln!(io::stdout(), "{object:#}");
-    } else {
         // People read paragraphs; what searches a log wants whole lines.
         let line = |first: &str, text: &str| {
             if io::stderr().is_terminal() {
@@ -55,9 +61,22 @@ pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
             }
             text.push_str(&format!("  code: {}\n", e.code()));
         }
-        let _ = io::stderr().write_all(text.as_bytes());
+        Some(Told { exit, object, text })
     }
-    ExitCode::from(code)
+}
+
+/// Tells `error` and gives the exit code.
+pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
+    let Some(told) = Told::of(error) else {
+        return ExitCode::SUCCESS;
+    };
+    // Nowhere is left to complain when this cannot be written.
+    if json {
+        let _ = writeln!(io::stdout(), "{:#}", told.object);
+    } else {
+        let _ = io::stderr().write_all(told.text.as_bytes());
+    }
+    ExitCode::from(told.exit)
 }
 
 /// Tells a wrong call; help and version come this way, too.
@@ -71,7 +90,11 @@ pub fn usage(error: &clap::Error) -> ExitCode {
             "message": lines.next().map(|l| l.trim_start_matches("error: ")),
             "hint": lines.find_map(|l| l.strip_prefix("tip: ")),
         });
-        let _ = writeln!(io::stdout(), "{object:#}");
+        // The events of `log` are an object a line, and so is its error.
+        let _ = match std::env::args().nth(1).as_deref() {
+            Some("log") => writeln!(io::stdout(), "{object}"),
+            _ => writeln!(io::stdout(), "{object:#}"),
+        };
     } else {
         let _ = error.print();
     }

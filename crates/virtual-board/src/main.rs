@@ -1,7 +1,7 @@
 //! A board for people without one: an emulated Arduino Uno with an MPU6050, on a
 //! pseudo-terminal that any program opens like a serial port.
 
-use std::io::Write as _;
+use std::io::{BufRead as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::sync::mpsc::{Receiver, channel};
@@ -101,6 +101,9 @@ fn run(args: &Args) -> Result<()> {
     if !(0.0..=60.0).contains(&args.bootloader) {
         return Err(Error::usage("usage", "--bootloader: 0 to 60 s"));
     }
+    if args.duration.is_some_and(|s| s.is_nan() || s <= 0.0) {
+        return Err(Error::usage("usage", "--duration: more than 0 s"));
+    }
     let options = SensorOptions {
         clock_error_ppm: args.clock_error,
         faults,
@@ -161,7 +164,10 @@ fn in_hand(args: &Args) -> Result<Hands> {
 fn typed() -> Receiver<String> {
     let (sender, lines) = channel();
     std::thread::spawn(move || {
-        for line in std::io::stdin().lines().map_while(std::io::Result::ok) {
+        // What is no UTF-8 is no command, and is answered as one that is not known.
+        for line in std::io::stdin().lock().split(b'\n') {
+            let Ok(line) = line else { break };
+            let line = String::from_utf8_lossy(&line).into_owned();
             if sender.send(line).is_err() {
                 break;
             }

@@ -2,8 +2,10 @@
 
 mod files;
 mod keys;
+mod outlet;
 mod session;
 mod summary;
+mod target;
 mod teller;
 
 use std::path::PathBuf;
@@ -11,6 +13,8 @@ use std::process::ExitCode;
 
 use clap::ValueEnum;
 use gravical::Result;
+
+use teller::Teller;
 
 use crate::device::board::Wanted;
 use crate::device::recorder::TEXT_BAUD;
@@ -136,8 +140,12 @@ impl Args {
     }
 }
 
-/// Runs the verb.
-pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    args.validate()?;
-    session::record(args)
+/// Runs the verb. It tells its errors itself: nobody may be there to read them.
+pub fn run(args: &Args) -> ExitCode {
+    let mut teller = Teller::new(args.json, args.quiet);
+    let done = args.validate().map_err(Into::into);
+    let done = done.and_then(|()| session::record(args, &mut teller));
+    let code = done.unwrap_or_else(|error| teller.fail(&error));
+    teller.drain();
+    code
 }

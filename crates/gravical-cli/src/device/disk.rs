@@ -1,6 +1,6 @@
 //! The file of a recording: only whole batches, whatever the disk does.
 
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::{self, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 
@@ -21,12 +21,54 @@ pub trait Disk {
     fn sync(&mut self) -> io::Result<()>;
 }
 
-/// A file that grows.
+/// The most that is looked at for the beginning of a last line without an end; what a
+/// board sends in a line is far shorter.
+const TAIL: u64 = 1 << 16;
+
+/// A file that grows, and that no other program of ours writes to meanwhile.
 #[derive(Debug)]
 pub struct Growing {
     file: File,
     /// Whole batches end here.
     length: u64,
+}
+
+/// Where every write goes to the end, a cut behind what another one wrote included.
+fn options() -> OpenOptions {
+    let mut options = File::options();
+    options.write(true).read(true);
+    // There, a file that is only appended to cannot be cut.
+    #[cfg(not(windows))]
+    options.append(true);
+    // There, a lock would keep readers out; this shares reading and deleting only.
+    #[cfg(windows)]
+    std::os::windows::fs::OpenOptionsExt::share_mode(&mut options, 1 | 4);
+    options
+}
+
+/// Nobody else may write to `file`.
+///
+/// # Errors
+///
+/// `ResourceBusy`: somebody does.
+fn lock(file: File) -> io::Result<File> {
+    #[cfg(not(windows))]
+    if file.metadata()?.is_file()
+        && let Err(std::fs::TryLockError::WouldBlock) = file.try_lock()
+    {
+        return Err(io::ErrorKind::ResourceBusy.into());
+    }
+    // Where a file system knows no locks, there is none.
+    Ok(file)
+}
+
+/// What another program holds is busy under whatever name.
+fn busy(error: io::Error) -> io::Error {
+    const SHARING_VIOLATION: i32 = 32;
+    if cfg!(windows) && error.raw_os_error() == Some(SHARING_VIOLATION) {
+        return io::ErrorKind::ResourceBusy.into();
+    }
+    error
 }
 
 impl Growing {
@@ -37,39 +79,69 @@ impl Growing {
     /// `AlreadyExists`, and what the system says.
     pub fn create(path: &Path) -> io::Result<Self> {
         let device = std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir());
-        let file = File::options().write(true).create_new(!device).open(path)?;
+        let file = if device {
+            File::options().write(true).open(path)?
+        } else {
+            lock(options().create_new(true).open(path).map_err(busy)?)?
+        };
         Ok(Growing { file, length: 0 })
     }
 
-    /// The end of a file, which is made when it is not there. A last line without an
-    /// end gets one.
+    /// The end of a file, which is made when it is not there.
+    ///
+    /// # Errors
+    ///
+    /// `ResourceBusy` where another one writes to it, and what the system says.
+    pub fn continued(path: &Path) -> io::Result<Self> {
+        let file = lock(options().create(true).open(path).map_err(busy)?)?;
+        let length = file.metadata()?.len();
+        let mut growing = Growing { file, length };
+        // A device may have no end.
+        if length > 0 {
+            growing.file.seek(SeekFrom::End(0))?;
+        }
+        growing.sync()?;
+        Ok(growing)
+    }
+
+    /// Whether another one writes to `path` now.
+    pub fn is_busy(path: &Path) -> bool {
+        let opened = options().open(path).map_err(busy).and_then(lock);
+        opened.is_err_and(|e| e.kind() == io::ErrorKind::ResourceBusy)
+    }
+
+    /// The last line, where it has no end.
     ///
     /// # Errors
     ///
     /// What the system says.
-    pub fn continued(path: &Path) -> io::Result<Self> {
+    pub fn torn(&mut self) -> io::Result<Vec<u8>> {
         use std::io::Read as _;
-        let mut file = File::options()
-            .write(true)
-            .read(true)
-            .create(true)
-            .truncate(false)
-            .open(path)?;
-        let length = file.metadata()?.len();
-        let mut growing = if length > 0 {
-            let mut last = [0];
-            file.seek(SeekFrom::Start(length - 1))?;
-            file.read_exact(&mut last)?;
-            let mut growing = Growing { file, length };
-            if last != *b"\n" {
-                growing.append(b"\n")?;
-            }
-            growing
-        } else {
-            Growing { file, length }
-        };
-        growing.sync()?;
-        Ok(growing)
+        let mut tail = Vec::new();
+        if self.length == 0 {
+            return Ok(tail);
+        }
+        let from = self.length.saturating_sub(TAIL);
+        self.file.seek(SeekFrom::Start(from))?;
+        (&self.file).take(TAIL).read_to_end(&mut tail)?;
+        self.file.seek(SeekFrom::End(0))?;
+        let begin = tail
+            .iter()
+            .rposition(|b| *b == b'\n')
+            .map_or(0, |at| at + 1);
+        Ok(tail.split_off(begin))
+    }
+
+    /// Cuts `bytes` off the end.
+    ///
+    /// # Errors
+    ///
+    /// What the system says.
+    pub fn cut(&mut self, bytes: usize) -> io::Result<()> {
+        self.length = self.length.saturating_sub(bytes as u64);
+        self.file.set_len(self.length)?;
+        self.file.seek(SeekFrom::End(0))?;
+        self.sync()
     }
 }
 
@@ -103,23 +175,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_overwritten_and_torn_lines_get_an_end() {
+    fn nothing_is_overwritten_and_one_writes_at_a_time() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
         let mut disk = Growing::create(&path).unwrap();
         disk.append(b"1,2\n3,").unwrap();
         disk.sync().unwrap();
-        assert_eq!(
-            Growing::create(&path).unwrap_err().kind(),
-            io::ErrorKind::AlreadyExists
-        );
-        for _ in 0..2 {
-            Growing::continued(&path).unwrap();
-        }
-        Growing::continued(&path).unwrap().append(b"4\n").unwrap();
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "1,2\n3,\n4\n");
+        let kind = |file: io::Result<Growing>| file.unwrap_err().kind();
+        assert_eq!(kind(Growing::create(&path)), io::ErrorKind::AlreadyExists);
+        assert_eq!(kind(Growing::continued(&path)), io::ErrorKind::ResourceBusy);
+        drop(disk);
+        let mut disk = Growing::continued(&path).unwrap();
+        assert_eq!(disk.torn().unwrap(), b"3,");
+        disk.cut(2).unwrap();
+        assert_eq!(disk.torn().unwrap(), b"");
+        disk.append(b"4\n").unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "1,2\n4\n");
         let other = folder.path().join("b.csv");
-        Growing::continued(&other).unwrap();
+        assert_eq!(Growing::continued(&other).unwrap().torn().unwrap(), b"");
         assert_eq!(std::fs::read_to_string(&other).unwrap(), "");
     }
 

@@ -28,6 +28,8 @@ pub struct Serial {
     incoming: Receiver<io::Result<Vec<u8>>>,
     reader: Option<JoinHandle<()>>,
     stop: Arc<AtomicBool>,
+    /// It failed behind bytes that had to be given first.
+    failed: Option<io::Error>,
 }
 
 impl Serial {
@@ -49,7 +51,9 @@ impl Serial {
         let stopped = Arc::clone(&stop);
         let reader = std::thread::spawn(move || {
             let mut bytes = [0; 4096];
-            while !stopped.load(Ordering::Relaxed) {
+            loop {
+                // What came before it is told to stop is still read.
+                let stop = stopped.load(Ordering::Relaxed);
                 let read = match reading.read(&mut bytes) {
                     // A terminal without its other end has nothing to say at once.
                     Ok(0) => Err(io::Error::new(
@@ -57,10 +61,15 @@ impl Serial {
                         "the port is gone",
                     )),
                     Ok(n) => Ok(bytes.iter().take(n).copied().collect()),
-                    Err(e) if is_patience(&e) => continue,
+                    Err(e) if is_patience(&e) => {
+                        if stop {
+                            break;
+                        }
+                        continue;
+                    }
                     Err(e) => Err(e),
                 };
-                let last = read.is_err();
+                let last = stop || read.is_err();
                 if sender.send(read).is_err() || last {
                     break;
                 }
@@ -71,7 +80,36 @@ impl Serial {
             incoming,
             reader: Some(reader),
             stop,
+            failed: None,
         })
+    }
+
+    /// Reads no more; what came until now, and once more what one read gives. It ends
+    /// however fast bytes come.
+    pub fn rest(&mut self) -> Vec<u8> {
+        self.join();
+        let (bytes, _) = self.taken();
+        bytes
+    }
+
+    fn join(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(reader) = self.reader.take() {
+            // A panic there has been told already.
+            let _ = reader.join();
+        }
+    }
+
+    /// What waits in the channel, and the error behind it.
+    fn taken(&self) -> (Vec<u8>, Option<io::Error>) {
+        let mut bytes = Vec::new();
+        while let Ok(read) = self.incoming.try_recv() {
+            match read {
+                Ok(read) => bytes.extend(read),
+                Err(e) => return (bytes, Some(e)),
+            }
+        }
+        (bytes, None)
     }
 }
 
@@ -84,6 +122,9 @@ fn is_patience(error: &io::Error) -> bool {
 
 impl SampleSource for Serial {
     fn next(&mut self, timeout: Duration) -> Incoming {
+        if let Some(e) = self.failed.take() {
+            return Incoming::Lost(e.to_string());
+        }
         match self.incoming.recv_timeout(timeout) {
             Ok(Ok(bytes)) => Incoming::Bytes(bytes),
             Ok(Err(e)) => Incoming::Lost(e.to_string()),
@@ -101,20 +142,14 @@ impl SampleSource for Serial {
         self.port.flush()?;
         std::thread::sleep(LEAVE);
         self.port.set_baud_rate(baud)?;
-        let mut before = Vec::new();
-        while let Ok(read) = self.incoming.try_recv() {
-            before.extend(read?);
-        }
+        let (before, failed) = self.taken();
+        self.failed = failed;
         Ok(before)
     }
 }
 
 impl Drop for Serial {
     fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        if let Some(reader) = self.reader.take() {
-            // A panic there has been told already.
-            let _ = reader.join();
-        }
+        self.join();
     }
 }

@@ -126,6 +126,22 @@ impl Board {
         }
     }
 
+    /// A row, or a part of it when nobody reads any more.
+    pub fn try_row(&mut self) {
+        let row = self.row();
+        let (ours, _) = self.cable.as_mut().unwrap();
+        let mut rest = row.as_bytes();
+        for _ in 0..1000 {
+            match ours.write(rest) {
+                Ok(n) => rest = &rest[n..],
+                Err(_) => std::thread::sleep(std::time::Duration::from_millis(1)),
+            }
+            if rest.is_empty() {
+                return;
+            }
+        }
+    }
+
     /// A row of which these bytes arrive.
     pub fn hurt(&mut self, bytes: &[u8]) {
         self.row();

@@ -8,6 +8,7 @@
 
 mod binary;
 mod board;
+mod closed;
 mod disk;
 mod fast;
 mod logger;
@@ -164,14 +165,18 @@ fn what_was_sent_a_second_ago_survives_kill_9_and_is_continued() {
     let recording = recording(&path);
     assert_eq!(recording.rows(), 99 + 50);
     let kinds = kinds(&recording);
-    for kind in ["named-gap", "torn-line", "blank-rows", "restarted-time"] {
+    for kind in ["named-gap", "restarted-time"] {
         assert!(kinds.contains(&kind), "{kind}: {kinds:?}");
     }
-    assert!(
-        fs::read_to_string(&path)
-            .unwrap()
-            .starts_with(&whole[..whole.len() - 9])
-    );
+    // The piece of the last row is no row, and is not lost.
+    assert!(!kinds.contains(&"torn-line"), "{kinds:?}");
+    let (kept, torn) = whole[..whole.len() - 9].rsplit_once('\n').unwrap();
+    assert!(fs::read_to_string(&path).unwrap().starts_with(kept));
+    let rejected = folder.path().join("z_axis.csv.rejected.txt");
+    assert_eq!(fs::read_to_string(&rejected).unwrap(), format!("{torn}\n"));
+    let warned = log.seen("warning")["text"].as_str().unwrap();
+    assert!(warned.contains("z_axis.csv.rejected.txt"), "{warned}");
+    assert!(ended["rejected_file"].is_string(), "{ended}");
 }
 
 #[test]
@@ -312,6 +317,8 @@ fn wrong_calls() {
         ("log w --json", 2, "usage"),
         ("log -o - --port /dev/null --json", 2, "stdout-target"),
         ("log -o no/x.csv --port /dev/null --json", 2, "no-folder"),
+        ("log -o . --json", 2, "is-folder"),
+        ("log -o . --append --json", 2, "is-folder"),
         ("log x --port /dev/null --json", 5, "port-failed"),
     ] {
         let (got, error) = Logger::start(folder.path(), line).ended();

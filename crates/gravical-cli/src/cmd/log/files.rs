@@ -12,12 +12,14 @@ use crate::device::lines::Framer;
 
 /// How much of a file that is continued is looked at for its header.
 const HEAD: u64 = 1 << 16;
+/// A last line without an end is no row of a board when it is longer, bytes.
+const MOST_TORN: usize = 1 << 12;
 
 /// Where rows and rejected lines go.
 pub struct Files {
     path: PathBuf,
-    main: Box<dyn Disk>,
-    rejected: Option<Box<dyn Disk>>,
+    main: Growing,
+    rejected: Option<Growing>,
 }
 
 impl Files {
@@ -25,11 +27,18 @@ impl Files {
     ///
     /// # Errors
     ///
-    /// `exists`, `no-folder`, `stdout-target` (usage).
+    /// `exists`, `is-folder`, `is-pipe`, `in-use`, `no-folder`, `stdout-target` (usage).
     pub fn check(path: &Path, append: bool) -> Result<()> {
-        if !append || path == Path::new("-") {
-            gravical::output::check_target(path, false).map_err(name_append)?;
+        if is_pipe(path) {
+            return Err(Error::usage(
+                "is-pipe",
+                "rows go into a file that grows; this is a pipe, which could stop them",
+            )
+            .at(path, None)
+            .with_hint("write a file, and follow it with tail -f"));
         }
+        // Whatever is there is continued; only a folder cannot be.
+        gravical::output::check_target(path, append).map_err(name_append)?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
         if let Some(folder) = folder
             && !folder.is_dir()
@@ -41,26 +50,70 @@ impl Files {
             .at(path, None)
             .with_hint("make it first, or write elsewhere with -o"));
         }
+        if append && Growing::is_busy(path) {
+            return Err(in_use(path));
+        }
         Ok(())
     }
 
     /// A new file, or the end of one.
     ///
+    /// A last line that has no end may be a piece of a row, which would read as another
+    /// value. It goes to the rejected lines, and is given; so does nothing else.
+    ///
     /// # Errors
     ///
     /// As [`check`](Self::check); what the system says.
-    pub fn open(path: &Path, append: bool) -> Result<Self> {
+    pub fn open(path: &Path, append: bool) -> Result<(Self, Option<String>)> {
         Self::check(path, append)?;
         let main = if append {
             Growing::continued(path)
         } else {
             Growing::create(path)
         };
-        Ok(Files {
+        let main = main.map_err(|e| match e.kind() {
+            io::ErrorKind::ResourceBusy => in_use(path),
+            _ => Error::io(path, e),
+        })?;
+        let mut files = Files {
             path: path.to_path_buf(),
-            main: Box::new(main.map_err(|e| Error::io(path, e))?),
+            main,
             rejected: None,
-        })
+        };
+        let torn = if append { files.mend()? } else { None };
+        Ok((files, torn))
+    }
+
+    /// Gives the last line an end, or moves it away.
+    fn mend(&mut self) -> Result<Option<String>> {
+        let path = self.path.clone();
+        let io = |e| Error::io(&path, e);
+        let torn = self.main.torn().map_err(io)?;
+        if torn.is_empty() {
+            return Ok(None);
+        }
+        // A comment, a header, or more than a board sends in a line.
+        let text = torn
+            .first()
+            .is_some_and(|b| *b == b'#' || b.is_ascii_alphabetic());
+        if text || torn.len() > MOST_TORN {
+            self.main.append(b"\n").map_err(io)?;
+            return Ok(None);
+        }
+        let mut line = torn.clone();
+        line.push(b'\n');
+        // First there, and safe, then not here any more.
+        let rejected = rejected_path(&path);
+        let kept = self.rejects(&line).and_then(|()| self.sync());
+        kept.map_err(|e| Error::io(&rejected, e))?;
+        self.main.cut(torn.len()).map_err(io)?;
+        let text = String::from_utf8_lossy(&torn);
+        let shown: String = text.chars().filter(|c| !c.is_control()).take(80).collect();
+        Ok(Some(format!(
+            "the last line of {} had no end, and may be a piece of a row: it is in {} now: \"{shown}\"",
+            path.display(),
+            rejected.display()
+        )))
     }
 
     /// Hands rows to the system.
@@ -72,9 +125,14 @@ impl Files {
     pub fn rejects(&mut self, bytes: &[u8]) -> io::Result<()> {
         let disk = match &mut self.rejected {
             Some(disk) => disk,
-            none => none.insert(Box::new(Growing::continued(&rejected_path(&self.path))?)),
+            none => none.insert(Growing::continued(&rejected_path(&self.path))?),
         };
         disk.append(bytes)
+    }
+
+    /// The file of the rows.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// The file of the rejected lines, once there is one.
@@ -107,7 +165,25 @@ fn name_append(error: Error) -> Error {
     error
 }
 
-fn rejected_path(path: &Path) -> PathBuf {
+fn in_use(path: &Path) -> Error {
+    Error::usage("in-use", "another gravical log is writing to this file")
+        .at(path, None)
+        .with_hint("end that one first, or write elsewhere with -o")
+}
+
+#[cfg(unix)]
+fn is_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt as _;
+    std::fs::metadata(path).is_ok_and(|m| m.file_type().is_fifo())
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: &Path) -> bool {
+    false
+}
+
+/// Where the rejected lines of `path` go.
+pub fn rejected_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".rejected.txt");
     name.into()
@@ -223,7 +299,10 @@ mod tests {
         assert_eq!(found.header.unwrap(), b"t,ax,ay,az,T,gx,gy,gz");
         std::fs::write(&path, "my diary\n").unwrap();
         assert_eq!(continued(&path).unwrap_err().code(), "no-header");
-        let mut files = Files::open(&path, true).unwrap();
+        let (mut files, torn) = Files::open(&path, true).unwrap();
+        assert_eq!(torn, None);
+        let taken = Files::open(&path, true).map(|_| ()).unwrap_err();
+        assert_eq!((taken.code(), taken.is_usage()), ("in-use", true));
         files.rows(b"1\n").unwrap();
         assert!(files.rejected_file().is_none());
         files.rejects(b"x\n").unwrap();
@@ -235,5 +314,35 @@ mod tests {
         assert_eq!(exists.code(), "exists");
         let nowhere = Files::open(&folder.path().join("no/x.csv"), false);
         assert_eq!(nowhere.map(|_| ()).unwrap_err().code(), "no-folder");
+    }
+    #[test]
+    fn a_last_line_without_an_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.csv");
+        let rejected = folder.path().join("x.csv.rejected.txt");
+        let head = "t,ax,ay,az,T,gx,gy,gz\n";
+        for whole in ["# a comment", "t,ax,ay,az"] {
+            std::fs::write(&path, format!("{head}{whole}")).unwrap();
+            let (_, torn) = Files::open(&path, true).unwrap();
+            assert_eq!(torn, None);
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert_eq!(text, format!("{head}{whole}\n"));
+        }
+        assert!(!rejected.exists());
+        // Of 12.5; it would be a row.
+        std::fs::write(&path, format!("{head}1,2,3,4,5,6,7,12")).unwrap();
+        let (files, torn) = Files::open(&path, true).unwrap();
+        assert!(torn.unwrap().ends_with("\"1,2,3,4,5,6,7,12\""));
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), head);
+        let kept = std::fs::read_to_string(&rejected).unwrap();
+        assert_eq!(kept, "1,2,3,4,5,6,7,12\n");
+        drop(files);
+        // What cannot be kept stays where it is.
+        std::fs::remove_file(&rejected).unwrap();
+        std::fs::create_dir(&rejected).unwrap();
+        std::fs::write(&path, format!("{head}1,2")).unwrap();
+        assert!(Files::open(&path, true).is_err());
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text, format!("{head}1,2"));
     }
 }

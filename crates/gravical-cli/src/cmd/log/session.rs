@@ -8,13 +8,14 @@ use std::time::{Duration, Instant};
 use gravical::Error;
 
 use super::Args;
-use super::files::{Continued, Files, continued};
+use super::files::{Continued, Files, continued, rejected_path};
 use super::keys::{Key, Keys};
 use super::summary::summary;
+use super::target::{LOOK_FOR_S, target};
 use super::teller::Teller;
 use crate::device::board::MOST_BINARY_HZ;
 use crate::device::event::{End, Event};
-use crate::device::ports::{Port, Target, list, the_board};
+use crate::device::ports::{Target, list};
 use crate::device::recorder::{Action, Options, Recorder};
 use crate::device::serial::Serial;
 use crate::device::source::{Incoming, SampleSource};
@@ -27,14 +28,13 @@ const LOOK: Duration = Duration::from_millis(20);
 const HAND_OVER_S: f64 = 0.2;
 /// What was handed over is made safe so often, s.
 const SYNC_S: f64 = 10.0;
-/// A port that is not there is looked for so often, s.
-const LOOK_FOR_S: f64 = 0.3;
 /// At the end the disk gets so many more chances.
 const LAST_CHANCES: u32 = 5;
 
 /// Records until it is told to end.
-pub fn record(args: &Args) -> anyhow::Result<ExitCode> {
+pub fn record(args: &Args, teller: &mut Teller) -> anyhow::Result<ExitCode> {
     let path = args.file();
+    Files::check(&path, args.append)?;
     let before = if args.append {
         continued(&path)?
     } else {
@@ -44,9 +44,7 @@ pub fn record(args: &Args) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
-    Files::check(&path, args.append)?;
     let ports = list().unwrap_or_default();
-    let mut teller = Teller::new(args.json, args.quiet);
     if let Some(rate) = wanted.rate_hz.filter(|rate| *rate > MOST_BINARY_HZ) {
         teller.tell(&Event::Warning {
             text: format!(
@@ -54,7 +52,7 @@ pub fn record(args: &Args) -> anyhow::Result<ExitCode> {
             ),
         });
     }
-    let found = target(args, &ports, &mut teller, &interrupted)?;
+    let found = target(args, &ports, teller, &interrupted)?;
     let Some(target) = found else {
         return Ok(ExitCode::from(failure::INTERRUPTED));
     };
@@ -64,7 +62,10 @@ pub fn record(args: &Args) -> anyhow::Result<ExitCode> {
         Some(Serial::open(&target.name, args.board.baud)?)
     };
     // After the port: a board that is not there leaves no empty file.
-    let files = Files::open(&path, args.append)?;
+    let (files, torn) = Files::open(&path, args.append)?;
+    if let Some(text) = torn {
+        teller.tell(&Event::Warning { text });
+    }
     let options = Options {
         wanted,
         rows: args.rows,
@@ -91,6 +92,9 @@ pub fn record(args: &Args) -> anyhow::Result<ExitCode> {
         last_sync_s: 0.0,
         last_search_s: 0.0,
         disk_error: None,
+        rejects_error: None,
+        sync_error: None,
+        refused: None,
     };
     session.opened();
     let keys = Keys::new();
@@ -101,41 +105,10 @@ pub fn record(args: &Args) -> anyhow::Result<ExitCode> {
     session.end(args, failed)
 }
 
-/// The port that is meant; none when the user ended the waiting.
-fn target(
-    args: &Args,
-    ports: &[Port],
-    teller: &mut Teller,
-    interrupted: &AtomicBool,
-) -> gravical::Result<Option<Target>> {
-    if let Some(name) = &args.board.port {
-        return Ok(Some(Target::new(name, ports)));
-    }
-    let mut found = the_board(ports);
-    let mut told = false;
-    while args.board.wait && found.as_ref().is_err_and(|e| e.code() == "no-port") {
-        if !std::mem::replace(&mut told, true) {
-            teller.tell(&Event::Waiting {
-                text: "a board to be plugged in".to_owned(),
-            });
-        }
-        if interrupted.load(Ordering::SeqCst) {
-            return Ok(None);
-        }
-        std::thread::sleep(Duration::from_secs_f64(LOOK_FOR_S));
-        let ports = list().unwrap_or_default();
-        found = the_board(&ports);
-        if let Ok(port) = &found {
-            return Ok(Some(Target::new(&port.name, &ports)));
-        }
-    }
-    found.map(|port| Some(Target::new(&port.name, ports)))
-}
-
-struct Session {
+struct Session<'a> {
     started: Instant,
     recorder: Recorder,
-    teller: Teller,
+    teller: &'a mut Teller,
     files: Files,
     source: Option<Serial>,
     target: Target,
@@ -144,9 +117,13 @@ struct Session {
     last_sync_s: f64,
     last_search_s: f64,
     disk_error: Option<String>,
+    rejects_error: Option<String>,
+    sync_error: Option<String>,
+    /// Why the port could not be opened when it was looked for.
+    refused: Option<&'static str>,
 }
 
-impl Session {
+impl Session<'_> {
     fn now_s(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
     }
@@ -226,13 +203,27 @@ impl Session {
         }
         self.last_search_s = now_s;
         let ports = list().unwrap_or_default();
-        if let Some(name) = self.target.find(&ports)
-            // Just plugged in, its rights are not set yet, and others look at it.
-            && let Ok(source) = Serial::open(&name, self.baud)
-        {
-            self.target.name = name;
-            self.source = Some(source);
-            self.opened();
+        let Some(name) = self.target.find(&ports) else {
+            return;
+        };
+        match Serial::open(&name, self.baud) {
+            Ok(source) => {
+                self.refused = None;
+                self.target.name = name;
+                self.source = Some(source);
+                self.opened();
+            }
+            // Just plugged in, its rights are not set yet, and others look at it: it is
+            // tried again. Each reason is told once.
+            Err(e) => {
+                if self.refused != Some(e.code()) {
+                    self.refused = Some(e.code());
+                    let hint = e.hint().map_or_else(String::new, |h| format!(" ({h})"));
+                    self.teller.tell(&Event::Warning {
+                        text: format!("{e}; it is tried again{hint}"),
+                    });
+                }
+            }
         }
     }
 
@@ -284,36 +275,35 @@ impl Session {
             }
         }
         if let Some(batch) = self.recorder.rejects() {
-            let stored = self.files.rejects(&batch.bytes).is_ok();
-            self.recorder.rejects_done(stored);
-            done &= stored;
+            let handed = self.files.rejects(&batch.bytes);
+            self.recorder.rejects_done(handed.is_ok());
+            done &= handed.is_ok();
+            let file = rejected_path(self.files.path());
+            let error = handed.err().map(|e| format!("{}: {e}", file.display()));
+            self.teller.failing(&mut self.rejects_error, error);
         }
         done
     }
 
     fn sync(&mut self, now_s: f64) {
         self.last_sync_s = now_s;
-        if let Err(e) = self.files.sync() {
-            self.disk_error = Some(e.to_string());
-            self.teller.tell(&Event::DiskFailed {
-                text: e.to_string(),
-            });
-        }
+        let error = self.files.sync().err().map(|e| e.to_string());
+        self.teller.failing(&mut self.sync_error, error);
     }
 
     /// Everything that waits is written, and the sum is told.
     fn end(mut self, args: &Args, failed: Option<Error>) -> anyhow::Result<ExitCode> {
         let unplugged = self.source.is_none() && self.recorder.is_started();
-        // What came while the last rows were written belongs to it.
-        while self.recorder.ended().is_none()
-            && let Some(source) = &mut self.source
-            && let Incoming::Bytes(bytes) = source.next(Duration::ZERO)
-        {
-            let now_s = self.started.elapsed().as_secs_f64();
-            self.recorder.bytes(now_s, &bytes);
-        }
-        self.source = None;
+        // What came while the last rows were written belongs to it, unless it cannot go on.
+        // The reader ends first, else a stream that never rests would never end here.
+        let rest = self.source.take().map(|mut source| source.rest());
         let now_s = self.now_s();
+        if let Some(rest) = rest
+            && failed.is_none()
+            && self.recorder.ended().is_none()
+        {
+            self.recorder.bytes(now_s, &rest);
+        }
         let elapsed_s = self.recorder.elapsed_s(now_s);
         self.recorder.finish(now_s, End::User);
         for chance in 0..LAST_CHANCES {
@@ -347,10 +337,24 @@ impl Session {
         if let Some(error) = failed {
             return Err(error.into());
         }
-        if let Some(text) = self.disk_error {
-            let error =
-                std::io::Error::other(format!("{text}; {} rows are lost", account.unstored));
-            return Err(Error::io(&path, error).into());
+        let lost = if let Some(text) = self.disk_error {
+            Some((path, format!("{text}; {} rows are lost", account.unstored)))
+        } else if account.rejected_unstored > 0 {
+            let why = self.rejects_error.unwrap_or_default();
+            let n = account.rejected_unstored;
+            let lines = format!("{n} rejected lines are lost");
+            let why = if why.is_empty() {
+                lines
+            } else {
+                format!("{why}; {lines}")
+            };
+            Some((rejected_path(&path), why))
+        } else {
+            self.sync_error
+                .map(|text| (path, format!("{text}; the last rows may not be safe")))
+        };
+        if let Some((path, text)) = lost {
+            return Err(Error::io(&path, std::io::Error::other(text)).into());
         }
         let short = reason == End::User
             && (args.rows.is_some() || args.duration.is_some() || account.incomplete > 0);

@@ -1,11 +1,14 @@
 //! What is said while it records: JSON for scripts, lines and a status line for people.
 
-use std::io::{self, IsTerminal as _, Write as _};
+use std::io::{self, IsTerminal as _};
+use std::process::ExitCode;
 
+use super::outlet::Outlet;
 use crate::device::board::Settings;
 use crate::device::event::Event;
 use crate::device::line::Reason;
 use crate::device::live::Status;
+use crate::failure::Told;
 
 /// Version of the events.
 const VERSION: u32 = 1;
@@ -19,6 +22,8 @@ pub struct Teller {
     terminal: bool,
     /// A status line stands on the screen.
     standing: bool,
+    out: Outlet,
+    err: Outlet,
     /// How the board is set, for units.
     pub settings: Option<Settings>,
 }
@@ -32,23 +37,17 @@ impl Teller {
             raw: false,
             terminal: io::stderr().is_terminal(),
             standing: false,
+            out: Outlet::new(io::stdout()),
+            err: Outlet::new(io::stderr()),
             settings: None,
         }
     }
 
-    /// Tells one event. Whoever does not listen any more does not stop the recording.
+    /// Tells one event. Whoever does not listen any more, or does not read, does not stop
+    /// the recording: what finds no room is left out, the status first.
     pub fn tell(&mut self, event: &Event) {
         if self.json {
-            let Ok(serde_json::Value::Object(object)) = serde_json::to_value(event) else {
-                return;
-            };
-            let mut line = serde_json::Map::new();
-            line.insert("v".to_owned(), VERSION.into());
-            line.extend(object);
-            let end = if self.raw { "\r\n" } else { "\n" };
-            let mut out = io::stdout().lock();
-            let _ = write!(out, "{}{end}", serde_json::Value::Object(line));
-            let _ = out.flush();
+            self.json(event);
         }
         if let Event::Status { .. } = event {
             self.status(event);
@@ -60,30 +59,90 @@ impl Teller {
         }
     }
 
+    /// Tells that the disk fails, or does no more; once each. `before` is what it said.
+    pub fn failing(&mut self, before: &mut Option<String>, error: Option<String>) {
+        match (&*before, &error) {
+            (None, Some(text)) => self.tell(&Event::DiskFailed { text: text.clone() }),
+            (Some(_), None) => self.tell(&Event::DiskRecovered),
+            _ => {}
+        }
+        *before = error;
+    }
+
+    fn json(&mut self, event: &Event) {
+        if matches!(event, Event::Ended { .. }) {
+            // This one is wanted by whoever still reads.
+            self.out.drain();
+        }
+        if let Some(n) = self.out.take_left_out() {
+            let text = format!("{n} events are left out here: nobody read them in time");
+            let bytes = self.object(&Event::Warning { text });
+            self.out.say(bytes);
+        }
+        let bytes = self.object(event);
+        match event {
+            Event::Status { .. } => self.out.status(bytes),
+            _ => self.out.say(bytes),
+        }
+    }
+
+    fn object(&self, event: &Event) -> Vec<u8> {
+        let Ok(serde_json::Value::Object(object)) = serde_json::to_value(event) else {
+            return Vec::new();
+        };
+        let mut line = serde_json::Map::new();
+        line.insert("v".to_owned(), VERSION.into());
+        line.extend(object);
+        let end = if self.raw { "\r\n" } else { "\n" };
+        format!("{}{end}", serde_json::Value::Object(line)).into_bytes()
+    }
+
     /// One line on standard error.
     pub fn line(&mut self, text: &str) {
         let end = if self.raw { "\r\n" } else { "\n" };
         let clear = if self.standing { "\r\x1b[K" } else { "" };
         self.standing = false;
         let text = text.trim_end().replace('\n', end);
-        let _ = write!(io::stderr(), "{clear}{text}{end}");
+        self.err.say(format!("{clear}{text}{end}").into_bytes());
     }
 
     fn status(&mut self, event: &Event) {
         if self.terminal && !self.quiet {
             let line = status_line(event, self.settings.as_ref());
-            let _ = write!(io::stderr(), "\r{line}\x1b[K");
-            let _ = io::stderr().flush();
+            self.err.status(format!("\r{line}\x1b[K").into_bytes());
             self.standing = true;
         }
+    }
+
+    /// Tells why it failed; the exit code.
+    pub fn fail(&mut self, error: &anyhow::Error) -> ExitCode {
+        let Some(told) = Told::of(error) else {
+            return ExitCode::SUCCESS;
+        };
+        self.close();
+        let (outlet, text) = if self.json {
+            (&mut self.out, format!("{}\n", told.object))
+        } else {
+            (&mut self.err, told.text)
+        };
+        outlet.drain();
+        outlet.say(text.into_bytes());
+        ExitCode::from(told.exit)
     }
 
     /// The status line becomes an ordinary one.
     pub fn close(&mut self) {
         if std::mem::take(&mut self.standing) {
-            let _ = write!(io::stderr(), "{}", if self.raw { "\r\n" } else { "\n" });
+            let end = if self.raw { "\r\n" } else { "\n" };
+            self.err.say(end.into());
         }
         self.raw = false;
+    }
+
+    /// Waits until all is said, as long as somebody reads.
+    pub fn drain(&mut self) {
+        self.out.drain();
+        self.err.drain();
     }
 }
 

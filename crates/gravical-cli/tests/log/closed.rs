@@ -1,0 +1,186 @@
+//! Whoever sits in front of it goes away, or does not read: the recording stays whole.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::board::Board;
+use crate::logger::{Logger, Terminal, until, words};
+
+fn rows_of(path: &Path) -> usize {
+    let text = fs::read_to_string(path).unwrap_or_default();
+    let digits = |line: &&str| line.starts_with(|c: char| c.is_ascii_digit());
+    text.lines().filter(digits).count()
+}
+
+#[test]
+fn a_terminal_that_is_closed_ends_it_cleanly() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut board = Board::new(folder.path());
+    let mut terminal = Terminal::new();
+    // So that the terminal is the one that controls it, and its end is a SIGHUP.
+    let mut command = Command::new("setsid");
+    command
+        .arg("--ctty")
+        .arg(env!("CARGO_BIN_EXE_gravical"))
+        .args(words(&format!("log x --json --port {}", board.port())))
+        .current_dir(folder.path());
+    let mut log = Logger::start_command_in(command, &terminal);
+    board.greet();
+    log.wait_for("started");
+    board.rows(60);
+    log.wait_for_rows(60);
+    terminal.wait_for(" 60 rows");
+    drop(terminal);
+    assert_eq!(log.ended().0, 0);
+    assert_eq!(log.seen("ended")["stored"].as_u64(), Some(60));
+    assert_eq!(rows_of(&folder.path().join("x_axis.csv")), 60);
+}
+
+#[test]
+fn without_the_signal_it_goes_on_without_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut board = Board::new(folder.path());
+    let terminal = Terminal::new();
+    let line = format!("log x --json --port {}", board.port());
+    let mut log = Logger::start_in(folder.path(), &line, &terminal);
+    board.greet();
+    log.wait_for("started");
+    board.rows(40);
+    log.wait_for_rows(40);
+    drop(terminal);
+    board.rows(100);
+    log.wait_for_rows(140);
+    log.signal(Signal::INT);
+    assert_eq!(log.ended().0, 0);
+    assert_eq!(rows_of(&folder.path().join("x_axis.csv")), 140);
+}
+
+/// More than a pipe of 64 KiB holds, so that whoever writes into it stands.
+fn chatter(board: &mut Board) {
+    for _ in 0..300 {
+        board.say(&format!("# {}\n", "x".repeat(300)));
+    }
+}
+
+#[test]
+fn who_does_not_read_the_events_stops_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, json) in [("x", " --json"), ("y", "")] {
+        let mut board = Board::new(folder.path());
+        let line = format!("log {name}{json} --port {}", board.port());
+        let mut silent = Command::new(env!("CARGO_BIN_EXE_gravical"))
+            .args(words(&line))
+            .current_dir(folder.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let path = folder.path().join(format!("{name}_axis.csv"));
+        board.greet();
+        board.rows(50);
+        until(|| rows_of(&path) == 50);
+        chatter(&mut board);
+        board.rows(100);
+        chatter(&mut board);
+        board.rows(100);
+        until(|| rows_of(&path) == 250);
+        let pid = Pid::from_raw(i32::try_from(silent.id()).unwrap()).unwrap();
+        kill_process(pid, Signal::INT).unwrap();
+        let mut status = None;
+        until(|| {
+            status = silent.try_wait().unwrap();
+            status.is_some()
+        });
+        assert_eq!(status.unwrap().code(), Some(0));
+        let text = fs::read_to_string(path).unwrap();
+        assert_eq!(text.lines().filter(|l| l.starts_with("# xxx")).count(), 600);
+    }
+}
+
+#[test]
+fn it_ends_while_bytes_keep_coming() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut board = Board::new(folder.path());
+    let line = format!("log x --json --port {}", board.port());
+    let mut log = Logger::start(folder.path(), &line);
+    board.greet();
+    log.wait_for("started");
+    let (over, told) = std::sync::mpsc::channel::<()>();
+    let sending = std::thread::spawn(move || {
+        while told.try_recv().is_err() {
+            board.try_row();
+        }
+    });
+    log.wait_for_rows(500);
+    log.signal(Signal::INT);
+    let code = log.gone();
+    over.send(()).unwrap();
+    sending.join().unwrap();
+    assert_eq!(code, Some(0));
+    assert_eq!(log.ended().0, 0);
+    let stored = usize::try_from(log.seen("ended")["stored"].as_u64().unwrap()).unwrap();
+    assert_eq!(rows_of(&folder.path().join("x_axis.csv")), stored);
+}
+
+#[test]
+fn one_program_writes_to_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut board = Board::new(folder.path());
+    let line = format!("log x --append --json --port {}", board.port());
+    let mut log = Logger::start(folder.path(), &line);
+    board.greet();
+    log.wait_for("started");
+    board.rows(30);
+    log.wait_for_rows(30);
+    // Before a port is opened, which would reset the other board.
+    let other = "log x --append --json --port /dev/null";
+    let (code, error) = Logger::start(folder.path(), other).ended();
+    assert_eq!((code, error["code"].as_str()), (2, Some("in-use")));
+    assert!(error["hint"].is_string());
+    board.rows(30);
+    log.wait_for_rows(60);
+    log.signal(Signal::INT);
+    assert_eq!(log.ended().0, 0);
+    assert_eq!(rows_of(&folder.path().join("x_axis.csv")), 60);
+}
+
+#[test]
+fn rejected_lines_that_cannot_be_kept_are_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut board = Board::new(folder.path());
+    fs::create_dir(folder.path().join("x_axis.csv.rejected.txt")).unwrap();
+    let line = format!("log x --json --port {}", board.port());
+    let mut log = Logger::start(folder.path(), &line);
+    board.greet();
+    log.wait_for("started");
+    board.rows(20);
+    board.hurt(b"no row\n");
+    let failed = log.wait_for("disk-failed");
+    let text = failed["text"].as_str().unwrap();
+    assert!(text.starts_with("x_axis.csv.rejected.txt: "), "{text}");
+    board.rows(20);
+    log.wait_for_rows(40);
+    log.signal(Signal::INT);
+    let (code, error) = log.ended();
+    assert_eq!((code, error["code"].as_str()), (1, Some("io")));
+    assert_eq!(log.seen("ended")["rejected_unstored"].as_u64(), Some(1));
+    assert_eq!(rows_of(&folder.path().join("x_axis.csv")), 40);
+}
+
+#[test]
+fn a_pipe_is_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = Command::new("mkfifo")
+        .arg(folder.path().join("pipe"))
+        .status();
+    assert!(made.unwrap().success());
+    for append in ["", " --append"] {
+        let line = format!("log -o pipe{append} --json --port /dev/null");
+        let (code, error) = Logger::start(folder.path(), &line).ended();
+        assert_eq!((code, error["code"].as_str()), (2, Some("is-pipe")));
+    }
+}
