@@ -58,7 +58,7 @@ pub struct Ear {
 
 impl Ear {
     /// The first line began when it was listened already.
-    pub fn from_its_start(&self) -> bool {
+    pub fn heard_its_start(&self) -> bool {
         self.silence_s.is_some_and(|s| s >= START_UP_S)
     }
 }

@@ -43,6 +43,8 @@ pub struct Start {
     first_command_s: Option<f64>,
     /// What has to come back after a reset.
     pub expected: Option<Wanted>,
+    /// A header for which it was asked, and has not said how it is set.
+    other_columns: Option<Vec<u8>>,
     opened_s: f64,
     /// When the board is asked or told next, s.
     pub next_s: f64,
@@ -157,6 +159,7 @@ impl Recorder {
         if goal.is_met_by(&settings) {
             self.start.tries = 0;
             self.start.first_command_s = None;
+            self.start.other_columns = None;
             if self.state == State::Restoring {
                 self.state = State::Recording;
             }
@@ -191,33 +194,22 @@ impl Recorder {
     }
 
     pub(super) fn header(&mut self, now_s: f64, bytes: Vec<u8>, whole: bool) {
-        if !whole && !self.ear.from_its_start() && !begins_with_time(&bytes) {
-            self.bad(bytes, Reason::Half);
-            return;
-        }
         let text = bytes.trim_ascii();
-        if self.state == State::Starting {
+        let known = self.start.columns.as_deref() == Some(text);
+        let starts_up = self.state == State::Starting && self.ear.heard_its_start();
+        if !whole && !known && !starts_up && !begins_with_time(text) {
+            self.bad(bytes, Reason::Half);
+        } else if self.state == State::Starting {
             self.start.columns = Some(text.to_vec());
             self.start_if_ready(now_s);
-        } else if self.state != State::Recording
-            || self.start.columns.as_deref() == Some(text)
-            || self.failed
-        {
+        } else if self.state != State::Recording || known || self.failed {
             // While it is being set it may say what it likes.
         } else if self.start.expected.is_some() && !self.spoke {
+            self.start.other_columns = Some(text.to_vec());
             self.open_gap(now_s, Cause::Settings);
             self.ask_again(now_s);
         } else {
-            self.fail(
-                Error::device(
-                    "columns-changed",
-                    format!(
-                        "the board sends other columns now: {}",
-                        String::from_utf8_lossy(text)
-                    ),
-                )
-                .with_hint("what was recorded is in the file; record the rest into another one"),
-            );
+            self.fail(columns_changed(text));
         }
     }
 
@@ -317,7 +309,11 @@ impl Recorder {
         let no_answer = self.state == State::Starting
             && (self.start.first_command_s).is_some_and(|since_s| now_s - since_s >= NO_ANSWER_S);
         if unmet && (self.start.tries >= TRIES || no_answer) {
-            self.fail(settings_refused(self.start.settings.is_some()));
+            let error = match self.start.other_columns.take() {
+                Some(columns) => columns_changed(&columns),
+                None => settings_refused(self.start.settings.is_some()),
+            };
+            self.fail(error);
         } else if unmet && !silent && !unsure {
             self.command(now_s);
         } else {
@@ -358,6 +354,15 @@ fn begins_with_time(header: &[u8]) -> bool {
     [&b"timestamp"[..], b"time", b"t", b"millis", b"micros"]
         .iter()
         .any(|name| word.is_some_and(|word| word.eq_ignore_ascii_case(name)))
+}
+
+fn columns_changed(columns: &[u8]) -> Error {
+    let columns = String::from_utf8_lossy(columns);
+    Error::device(
+        "columns-changed",
+        format!("the board sends other columns now: {columns}"),
+    )
+    .with_hint("what was recorded is in the file; record the rest into another one")
 }
 
 fn settings_refused(speaks: bool) -> Error {

@@ -45,6 +45,18 @@ fn a_reset_in_the_middle_of_a_row_is_set_again() {
     }
 }
 
+/// A board that takes no commands is another one.
+#[test]
+fn another_header_without_an_answer_ends_it() {
+    let mut desk = Desk::started(Options::default());
+    desk.rows(9);
+    desk.say("t,ax,ay,az,T,gx,gy,gz\n");
+    desk.rows(900);
+    assert_eq!(desk.fatal(), "columns-changed");
+    let account = desk.end();
+    assert_eq!((account.stored, account.received), (9, 909));
+}
+
 /// After a reconnection the rest of a header is no other header.
 #[test]
 fn a_torn_header_is_a_rejected_line() {
@@ -52,6 +64,7 @@ fn a_torn_header_is_a_rejected_line() {
     desk.rows(9);
     desk.recorder.lost(desk.now_s, "gone");
     desk.recorder.opened(desk.now_s, "/dev/ttyACM1", None);
+    desk.pass(0.5);
     desk.say(&HEADER[4..]);
     desk.rows(9);
     assert_eq!(desk.fatal_code(), None);
