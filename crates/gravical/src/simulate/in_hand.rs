@@ -147,9 +147,11 @@ impl InHand {
     ///
     /// `simulate-option` (usage) for no direction.
     pub fn hold(&mut self, up: [f64; 3]) -> Result<f64> {
-        let up = Vector3::from(up)
+        let up = Vector3::from(up);
+        // The square of a length may be too much where its parts are not.
+        let up = up
             .try_normalize(1e-9)
-            .filter(|up| up.iter().all(|v| v.is_finite()))
+            .filter(|_| up.norm().is_finite())
             .ok_or_else(|| bad("three numbers that are not all 0 are a direction"))?;
         Ok(self.carry(up))
     }
@@ -317,6 +319,7 @@ mod tests {
         assert_eq!(sensor.at(0.0), now);
         assert!(sensor.hold([0.0; 3]).is_err());
         assert!(sensor.hold([f64::NAN, 0.0, 1.0]).is_err());
+        assert!(sensor.hold([1e300; 3]).is_err());
         assert!(
             sensor
                 .push(&LineOptions {
