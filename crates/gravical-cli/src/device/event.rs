@@ -38,7 +38,7 @@ pub enum Event {
         /// Bits a second.
         baud: u32,
     },
-    /// Something that is asked for does not work as one may think.
+    /// Something that is asked for does not work as one may think, or needs a look.
     Warning {
         /// What, and what to do.
         text: String,

@@ -167,6 +167,12 @@ fn rejected_lines_that_cannot_be_kept_are_said() {
     log.signal(Signal::INT);
     let (code, error) = log.ended();
     assert_eq!((code, error["code"].as_str()), (1, Some("io")));
+    let message = error["message"].as_str().unwrap();
+    assert_eq!(message.matches("rejected.txt").count(), 1, "{message}");
+    assert!(
+        message.ends_with("; 1 rejected lines are lost"),
+        "{message}"
+    );
     assert_eq!(log.seen("ended")["rejected_unstored"].as_u64(), Some(1));
     assert_eq!(rows_of(&folder.path().join("x_axis.csv")), 40);
 }
@@ -183,4 +189,25 @@ fn a_pipe_is_no_file() {
         let (code, error) = Logger::start(folder.path(), &line).ended();
         assert_eq!((code, error["code"].as_str()), (2, Some("is-pipe")));
     }
+}
+
+#[test]
+fn why_a_port_does_not_open_is_said_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let port = folder.path().join("ttyACM0");
+    let line = format!("log x --wait --rows 20 --json --port {}", port.display());
+    let mut log = Logger::start(folder.path(), &line);
+    log.wait_for("waiting");
+    std::os::unix::fs::symlink("/dev/null", &port).unwrap();
+    let warned = log.wait_for("warning");
+    let text = warned["text"].as_str().unwrap();
+    assert!(text.contains("it is tried again"), "{text}");
+    // A few tries more.
+    std::thread::sleep(std::time::Duration::from_millis(1000));
+    let mut board = Board::new(folder.path());
+    log.wait_for("opened");
+    board.greet();
+    board.rows(20);
+    assert_eq!(log.ended().0, 0);
+    assert_eq!(log.count(&warned), 1);
 }

@@ -72,6 +72,11 @@ impl Logger {
         self.seen.iter().any(|event| event["type"] == kind)
     }
 
+    /// How often that event came.
+    pub fn count(&self, event: &Value) -> usize {
+        self.seen.iter().filter(|seen| *seen == event).count()
+    }
+
     /// The same with a terminal as its input and its messages.
     pub fn start_in(folder: &Path, line: &str, terminal: &Terminal) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_gravical"));

@@ -340,15 +340,14 @@ impl Session<'_> {
         let lost = if let Some(text) = self.disk_error {
             Some((path, format!("{text}; {} rows are lost", account.unstored)))
         } else if account.rejected_unstored > 0 {
-            let why = self.rejects_error.unwrap_or_default();
-            let n = account.rejected_unstored;
-            let lines = format!("{n} rejected lines are lost");
-            let why = if why.is_empty() {
-                lines
-            } else {
-                format!("{why}; {lines}")
-            };
-            Some((rejected_path(&path), why))
+            let file = rejected_path(&path);
+            let mut why = format!("{} rejected lines are lost", account.rejected_unstored);
+            if let Some(text) = self.rejects_error {
+                // The error names the file itself.
+                let text = text.trim_start_matches(&format!("{}: ", file.display()));
+                why = format!("{text}; {why}");
+            }
+            Some((file, why))
         } else {
             self.sync_error
                 .map(|text| (path, format!("{text}; the last rows may not be safe")))
