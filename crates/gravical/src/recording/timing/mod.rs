@@ -1,6 +1,7 @@
 //! Time stamps as they were recorded: unit, wraps, repeats, gaps, true rate.
 
-mod faults;
+mod clock;
+mod odd;
 mod steps;
 #[cfg(test)]
 mod tests;
@@ -12,8 +13,9 @@ use super::POSSIBLE;
 use super::finding::Finding;
 use crate::stats::{median, standard_deviation};
 
-pub(crate) use faults::{Clock, Follower, Parting, Parts, Stamps, Treatment};
-use faults::{Followed, follow};
+pub(crate) use clock::{Clock, Follower, Parting, Parts, Stamps};
+use clock::{Followed, follow};
+pub(crate) use odd::Treatment;
 pub(crate) use steps::Steps;
 pub use unit::TimeUnit;
 use unit::guess_unit;

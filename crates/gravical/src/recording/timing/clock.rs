@@ -1,7 +1,8 @@
 //! Stamps followed one by one: where they wrap, restart, repeat, run backwards
 //! or leave a gap. A stream follows them with the same code.
 
-use crate::recording::finding::{Finding, LineSpans};
+use super::odd::{Faults, Treatment};
+use crate::recording::finding::Finding;
 use crate::recording::ledger::Aside;
 
 /// Stamps in seconds, and what went wrong in them.
@@ -162,15 +163,6 @@ impl Parting {
     }
 }
 
-/// What becomes of stamps that wrap or start anew.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Treatment {
-    /// They are made to go on.
-    Repaired,
-    /// They stay as they stand in the file.
-    Kept,
-}
-
 /// Follows raw stamps one after the other and books what is odd about them.
 #[derive(Clone)]
 pub(crate) struct Stamps {
@@ -283,113 +275,6 @@ impl Stamps {
 
     pub(crate) fn report(&self, treatment: Treatment, findings: &mut Vec<Finding>) {
         self.faults.report(findings, self.rows, treatment);
-    }
-}
-
-#[derive(Clone, Default)]
-struct Faults {
-    wrapped: LineSpans,
-    restarted: LineSpans,
-    backward: LineSpans,
-    duplicate: LineSpans,
-    absent: LineSpans,
-    gaps: LineSpans,
-    longest_gap_s: f64,
-    pauses: LineSpans,
-    paused_s: f64,
-    longest_pause_s: f64,
-}
-
-impl Faults {
-    fn report(&self, findings: &mut Vec<Finding>, rows: u64, treatment: Treatment) {
-        let share = |spans: &LineSpans| 100.0 * spans.count() as f64 / rows.max(1) as f64;
-        let mut add = |spans: &LineSpans, finding: Finding| {
-            if !spans.is_empty() {
-                findings.push(finding.at_lines(spans));
-            }
-        };
-        add(
-            &self.wrapped,
-            Finding::note(
-                "wrapped-time",
-                match treatment {
-                    Treatment::Repaired => {
-                        "the 32-bit counter of the time stamps wrapped; unwrapped"
-                    }
-                    Treatment::Kept => {
-                        "the 32-bit counter of the time stamps wrapped; kept as recorded"
-                    }
-                },
-            ),
-        );
-        add(
-            &self.restarted,
-            Finding::warning(
-                "restarted-time",
-                match treatment {
-                    Treatment::Repaired => {
-                        "the time stamps start anew (the board was reset); taken as a break, the clock goes on from the row before"
-                    }
-                    Treatment::Kept => {
-                        "the time stamps start anew (the board was reset); kept as recorded"
-                    }
-                },
-            ),
-        );
-        add(
-            &self.backward,
-            Finding::warning(
-                "backward-time",
-                format!(
-                    "{} time stamps run backwards; kept as recorded",
-                    self.backward.count()
-                ),
-            ),
-        );
-        add(
-            &self.duplicate,
-            Finding::warning(
-                "duplicate-time",
-                format!(
-                    "{} time stamps repeat the one before ({:.1} % of the rows); the rows are kept",
-                    self.duplicate.count(),
-                    share(&self.duplicate)
-                ),
-            ),
-        );
-        add(
-            &self.absent,
-            Finding::warning(
-                "absent-time",
-                format!("{} rows have no time stamp", self.absent.count()),
-            ),
-        );
-        let plural = |spans: &LineSpans, word: &str| match spans.count() {
-            1 => format!("1 {word}"),
-            n => format!("{n} {word}s"),
-        };
-        add(
-            &self.gaps,
-            Finding::warning(
-                "gap",
-                format!(
-                    "{} of more than four samples, the longest {:.3} s",
-                    plural(&self.gaps, "gap"),
-                    self.longest_gap_s
-                ),
-            ),
-        );
-        add(
-            &self.pauses,
-            Finding::note(
-                "pause",
-                format!(
-                    "{} of the recorder, the longest {:.3} s: nothing is counted as missing there",
-                    plural(&self.pauses, "pause"),
-                    self.longest_pause_s
-                ),
-            ),
-        );
     }
 }
 
