@@ -47,10 +47,15 @@ pub fn summary(file: &str, ended: &Event) -> String {
         ));
     }
     if a.gaps > 0 {
+        let rows = match a.in_gaps() {
+            // A recording that was continued; a reset, of which nobody knows.
+            0 if a.incomplete == 0 => String::new(),
+            0 => ", an unknown number of rows is missing".to_owned(),
+            n => format!(", {n} rows known to be missing"),
+        };
         text.push_str(&format!(
-            "  gaps      {}, {} rows known to be missing; the file names each\n",
-            a.gaps,
-            a.in_gaps()
+            "  gaps      {}{rows}; the file names each\n",
+            a.gaps
         ));
     }
     text.push_str(&format!("Next: gravical inspect {file}"));
