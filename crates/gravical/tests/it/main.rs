@@ -18,3 +18,4 @@ mod session;
 mod solve;
 mod support;
 mod truth;
+mod writings;

@@ -1,0 +1,461 @@
+//! What comes of a writing, held against what comes of the plain one.
+
+use std::collections::HashMap;
+
+use gravical::calibrate::{CalibrateOptions, Calibrated, calibrate};
+use gravical::calibration_file::{CalibrationFile, Grade, GyroscopeSection};
+use gravical::gravity::Gravity;
+use gravical::inspect::{Inspection, inspect};
+use gravical::motion::{Motion, MotionOptions, motion};
+use gravical::recording::{
+    AccelUnit, ColumnsSpec, Finding, GyroUnit, ReadOptions, Recording, TimeUnit,
+    join_gyroscope_bytes, read_bytes,
+};
+use gravical_core::matrix3;
+
+use super::form::session::{Session, session};
+use super::form::write::{columns_option, write};
+use super::form::{Clock, Rate, Scene, Sensors, Values, Writing};
+
+const GRAVITY_MPS2: f64 = 9.80665;
+/// Options that may be needed, in the order in which they are given.
+const OPTIONS: [&str; 5] = [
+    "--columns",
+    "--accel-unit",
+    "--gyro-unit",
+    "--time-unit",
+    "--rate",
+];
+
+/// The sessions of the simulator, and what their plain writings give.
+#[derive(Default)]
+pub struct Judge {
+    subjects: HashMap<(Scene, Rate), Subject>,
+}
+
+/// A session, and what its plain writing gives.
+pub struct Subject {
+    session: Session,
+    plain: HashMap<Sensors, Outcome>,
+}
+
+/// What is wrong with a writing, and the options that were given in the end.
+pub struct Judged {
+    pub complaints: Vec<String>,
+    pub options: Vec<&'static str>,
+}
+
+/// What a session gives.
+struct Outcome {
+    seen: Vec<Inspection>,
+    /// Counts, or units, of one m/s².
+    nominal: f64,
+    result: Given,
+    /// Everything that was said.
+    said: String,
+}
+
+enum Given {
+    Calibration(Box<Calibrated>),
+    Motion(Box<Motion>),
+}
+
+impl Judge {
+    /// Judges a writing of a session of the simulator.
+    pub fn judge(&mut self, writing: &Writing) -> Judged {
+        let key = (writing.scene, writing.rate);
+        let subject = self
+            .subjects
+            .entry(key)
+            .or_insert_with(|| Subject::new(session(key.0, key.1)));
+        subject.judge(writing)
+    }
+}
+
+impl Subject {
+    pub fn new(session: Session) -> Self {
+        Subject {
+            session,
+            plain: HashMap::new(),
+        }
+    }
+
+    /// Reads a writing, follows the hints while it is not as it should be, and says what
+    /// is wrong at last.
+    pub fn judge(&mut self, writing: &Writing) -> Judged {
+        let session = &self.session;
+        let sensors = match writing.sensors {
+            Sensors::AccelerometerOnly => Sensors::AccelerometerOnly,
+            _ => Sensors::Both,
+        };
+        let plain = self.plain.entry(sensors).or_insert_with(|| {
+            let plain = Writing {
+                sensors,
+                ..Writing::plain(writing.scene, writing.rate)
+            };
+            match outcome(&plain, session, &[]) {
+                Ok(outcome) => outcome,
+                Err(why) => panic!("the plain writing: {why}"),
+            }
+        });
+        let mut options: Vec<&'static str> = Vec::new();
+        loop {
+            let (complaints, said) = match outcome(writing, session, &options) {
+                Ok(outcome) => {
+                    let rate_hz = session.rate_hz;
+                    (compare(writing, rate_hz, plain, &outcome), outcome.said)
+                }
+                Err(why) => (vec![why.clone()], why),
+            };
+            let next = OPTIONS
+                .iter()
+                .find(|o| !options.contains(o) && said.contains(*o));
+            match next {
+                Some(option) if !complaints.is_empty() => options.push(option),
+                _ => {
+                    return Judged {
+                        complaints,
+                        options,
+                    };
+                }
+            }
+        }
+    }
+}
+
+/// What the user says who knows the recording.
+fn known(writing: &Writing, rate_hz: f64, options: &[&str]) -> ReadOptions {
+    let mut out = ReadOptions::default();
+    let counts = writing.values == Values::Counts;
+    for option in options {
+        match *option {
+            "--columns" => {
+                out.columns = Some(columns_option(writing).parse::<ColumnsSpec>().unwrap());
+            }
+            "--accel-unit" => {
+                out.accel_unit = Some(match writing.values {
+                    Values::GRad | Values::GDeg => AccelUnit::StandardGravity,
+                    Values::MilliGDeg => AccelUnit::MilliGravity,
+                    Values::Counts => AccelUnit::Counts,
+                    _ => AccelUnit::MetrePerSecondSquared,
+                });
+                out.accel_range_g = counts.then(|| 32768.0 / writing.range.lsb_per_g());
+            }
+            "--gyro-unit" => {
+                out.gyro_unit = Some(match writing.values {
+                    Values::Counts => GyroUnit::Counts,
+                    Values::Mps2Rad | Values::GRad | Values::Mislabelled => {
+                        GyroUnit::RadianPerSecond
+                    }
+                    _ => GyroUnit::DegreePerSecond,
+                });
+                out.gyro_range_deg_s = counts.then(|| 32768.0 / writing.range.lsb_per_deg_s());
+            }
+            "--time-unit" => {
+                out.time_unit = Some(match writing.clock {
+                    Clock::Milliseconds | Clock::EpochMilliseconds => TimeUnit::Millisecond,
+                    Clock::Microseconds => TimeUnit::Microsecond,
+                    Clock::EpochNanoseconds => TimeUnit::Nanosecond,
+                    _ => TimeUnit::Second,
+                });
+            }
+            "--rate" => out.rate_hz = Some(rate_hz),
+            other => panic!("{other}"),
+        }
+    }
+    out
+}
+
+fn said(findings: &[Finding]) -> String {
+    findings
+        .iter()
+        .map(|f| format!("{}: {}\n", f.kind, f.message))
+        .collect()
+}
+
+fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Outcome, String> {
+    let options = known(writing, session.rate_hz, options);
+    let words = |e: gravical::Error| {
+        format!(
+            "{}: {} ({})",
+            e.code(),
+            e.message(),
+            e.hint().unwrap_or("no hint")
+        )
+    };
+    let mut recordings: Vec<Recording> = Vec::new();
+    for written in write(writing, session) {
+        let mut recording =
+            read_bytes(&written.file.bytes, &written.file.name, &options).map_err(words)?;
+        assert!(recording.ledger.balances(), "{}", recording.ledger.sum());
+        if let Some(gyro) = &written.gyro {
+            join_gyroscope_bytes(&mut recording, &gyro.bytes, &gyro.name, &options)
+                .map_err(words)?;
+        }
+        recordings.push(recording);
+    }
+    let axes = gravical::segment::face::AxisMap::default();
+    let seen: Vec<Inspection> = recordings.iter().map(|r| inspect(r, &axes)).collect();
+    let nominal = recordings[0].accel_scale.nominal().unwrap_or(f64::NAN);
+    let mut findings: Vec<Finding> = seen.iter().flat_map(|s| s.findings.clone()).collect();
+    let before = said(&findings);
+    let result = match writing.scene {
+        Scene::Line => motion(&recordings[0], None, &MotionOptions::default())
+            .map(|m| Given::Motion(Box::new(m))),
+        _ => {
+            let options = CalibrateOptions {
+                gravity: Gravity::given(GRAVITY_MPS2).unwrap(),
+                ..CalibrateOptions::default()
+            };
+            calibrate(&recordings, &options).map(|c| Given::Calibration(Box::new(c)))
+        }
+    };
+    let result = result.map_err(|e| format!("{}\n{before}", words(e)))?;
+    findings.extend(match &result {
+        Given::Calibration(c) => c.file.findings.clone(),
+        Given::Motion(m) => m.result.findings.clone(),
+    });
+    Ok(Outcome {
+        seen,
+        nominal,
+        result,
+        said: said(&findings),
+    })
+}
+
+/// One step of the rounding, m/s² and rad/s.
+fn steps(writing: &Writing) -> [f64; 2] {
+    let decimal = 0.1_f64.powi(writing.decimals.digits() as i32);
+    let degree = 1.0_f64.to_radians();
+    match writing.values {
+        Values::Counts => [
+            GRAVITY_MPS2 / writing.range.lsb_per_g(),
+            degree / writing.range.lsb_per_deg_s(),
+        ],
+        Values::Mps2Rad | Values::Mislabelled => [decimal, decimal],
+        Values::Mps2Deg => [decimal, decimal * degree],
+        Values::GRad => [GRAVITY_MPS2 * decimal, decimal],
+        Values::GDeg => [GRAVITY_MPS2 * decimal, decimal * degree],
+        Values::MilliGDeg => [1e-3 * GRAVITY_MPS2 * decimal, decimal * degree],
+    }
+}
+
+fn compare(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Vec<String> {
+    let mut wrong = stills(writing, rate_hz, plain, own);
+    match (&plain.result, &own.result) {
+        (Given::Calibration(p), Given::Calibration(o)) => {
+            let sigma = p.segmentation.noise.sigma.iter().sum::<f64>() / 3.0;
+            wrong.extend(calibrations(writing, sigma, own, &p.file, &o.file));
+        }
+        (Given::Motion(p), Given::Motion(o)) => wrong.extend(motions(writing, p, o)),
+        _ => wrong.push("another kind of result".to_owned()),
+    }
+    if !wrong.is_empty() {
+        wrong.extend(own.said.lines().map(|l| format!("  said {l}")));
+    }
+    wrong
+}
+
+/// The same stills: two samples, or a hundredth of a second, are no difference, nor is
+/// what the rounding hides of the beginning of a motion.
+fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Vec<String> {
+    let mut wrong = Vec::new();
+    if plain.seen.len() != own.seen.len() {
+        return vec![format!("{} recordings", own.seen.len())];
+    }
+    // A motion of the hand leaves one step of the rounding after some samples: at 1 m/s³
+    // and 0.5 rad/s² to begin with.
+    let [accel, gyro] = steps(writing);
+    let hidden_s = (accel / 1.0).min(if writing.has_gyro() {
+        (gyro / 0.5).sqrt()
+    } else {
+        1.0
+    });
+    let slack = 2.0 + hidden_s * rate_hz;
+    for (p, o) in plain.seen.iter().zip(&own.seen) {
+        if p.stills.len() != o.stills.len() {
+            wrong.push(format!(
+                "{} stills in place of {}",
+                o.stills.len(),
+                p.stills.len()
+            ));
+            continue;
+        }
+        for (p, o) in p.stills.iter().zip(&o.stills) {
+            let off = |a: usize, b: usize| a.abs_diff(b) as f64 > slack;
+            if off(p.start_row, o.start_row) || off(p.end_row, o.end_row) {
+                wrong.push(format!(
+                    "still {}..{} in place of {}..{} (slack {slack:.0})",
+                    o.start_row, o.end_row, p.start_row, p.end_row
+                ));
+            }
+        }
+    }
+    wrong
+}
+
+fn rank(grade: Grade) -> u8 {
+    match grade {
+        Grade::Good => 3,
+        Grade::Fair => 2,
+        Grade::NotVerifiable => 1,
+        Grade::Poor => 0,
+    }
+}
+
+/// `sigma_mps2` is the noise of a sample before it was rounded.
+fn calibrations(
+    writing: &Writing,
+    sigma_mps2: f64,
+    own: &Outcome,
+    p: &CalibrationFile,
+    o: &CalibrationFile,
+) -> Vec<String> {
+    let mut wrong = Vec::new();
+    let [step, _] = steps(writing);
+    let (ps, os) = (&p.accelerometer, &o.accelerometer);
+    if ps.positions.len() != os.positions.len() {
+        wrong.push(format!(
+            "{} poses in place of {}",
+            os.positions.len(),
+            ps.positions.len()
+        ));
+        return wrong;
+    }
+    // What rounding adds: its own part of the budget, and what of it the noise averages.
+    let part = |name: &str| -> f64 {
+        let budget = os.budget.iter().flat_map(|b| &b.contributions);
+        budget
+            .filter(|c| c.source == name)
+            .filter_map(|c| c.norm_mps2)
+            .sum()
+    };
+    let averaged = part("noise") * (step / 12.0_f64.sqrt() / sigma_mps2).min(1.0);
+    let allowed = 3.0 * part("quantisation").hypot(averaged) + 2e-5;
+    // The plain one is in m/s².
+    let ratio = own.nominal;
+    let m = matrix3::scale_rows(&ps.orientation, &ps.scale);
+    let (mut worst, mut squares, mut turned) = (0.0_f64, 0.0, 0.0_f64);
+    let directions = directions();
+    for n in &directions {
+        let f = n.map(|v| GRAVITY_MPS2 * v);
+        let reading = matrix3::mul_vec(&m, &f);
+        let raw = std::array::from_fn(|i| ratio * (reading[i] + ps.bias[i]) - os.bias[i]);
+        let a = matrix3::mul_vec(&os.matrix, &raw);
+        let off = matrix3::norm(&a) - GRAVITY_MPS2;
+        squares += off * off;
+        worst = worst.max(off.abs());
+        turned = turned.max(matrix3::norm(&matrix3::sub(&a, &f)));
+    }
+    let rms = (squares / directions.len() as f64).sqrt();
+    if rms.is_nan() || rms > allowed {
+        wrong.push(format!(
+            "‖a‖ is {:.3} mm/s² rms away from the plain calibration (at most {:.3}), rounding {:.3}",
+            1e3 * rms,
+            1e3 * worst,
+            1e3 * allowed
+        ));
+    }
+    // Directions follow the faces, which lie as they lie.
+    if turned > 3.0 * allowed + 0.05 * step {
+        wrong.push(format!("turned by {:.3} mm/s² of gravity", 1e3 * turned));
+    }
+    let (was, is) = (rank(p.verdict.grade), rank(o.verdict.grade));
+    let fine = step / 12.0_f64.sqrt() < 0.2 * sigma_mps2;
+    if is > was || (fine && is < was) {
+        wrong.push(format!(
+            "{:?} in place of {:?}: {}",
+            o.verdict.grade,
+            p.verdict.grade,
+            o.verdict.reasons.join("; ")
+        ));
+    }
+    match (&p.gyroscope, &o.gyroscope) {
+        (Some(p), Some(o)) => wrong.extend(gyroscopes(writing, p, o)),
+        (None, None) => {}
+        (Some(_), None) => wrong.push("no gyroscope".to_owned()),
+        (None, Some(_)) => wrong.push("a gyroscope".to_owned()),
+    }
+    wrong
+}
+
+fn gyroscopes(writing: &Writing, p: &GyroscopeSection, o: &GyroscopeSection) -> Vec<String> {
+    let mut wrong = Vec::new();
+    let per_rad_s = match o.input_unit {
+        GyroUnit::RadianPerSecond => 1.0,
+        GyroUnit::DegreePerSecond => 1.0_f64.to_degrees(),
+        GyroUnit::Counts => writing.range.lsb_per_deg_s() * 1.0_f64.to_degrees(),
+        GyroUnit::Unknown => f64::NAN,
+    };
+    if p.method != o.method {
+        wrong.push(format!(
+            "gyroscope by {} in place of {}",
+            o.method, p.method
+        ));
+        return wrong;
+    }
+    let [_, step] = steps(writing);
+    for i in 0..3 {
+        let bias = o.bias[i] / per_rad_s - p.bias[i];
+        if bias.is_nan() || bias.abs() > 0.6 * step + 2e-5 {
+            wrong.push(format!(
+                "bias of g{i} off by {bias:.6} rad/s, step {step:.6}"
+            ));
+        }
+        let scale = o.scale[i] / per_rad_s / p.scale[i] - 1.0;
+        // Turns of a second or two at 1 rad/s and more.
+        if scale.is_nan() || scale.abs() > 0.6 * step + 3e-4 {
+            wrong.push(format!("scale of g{i} off by {scale:.6}, step {step:.6}"));
+        }
+    }
+    wrong
+}
+
+fn motions(writing: &Writing, p: &Motion, o: &Motion) -> Vec<String> {
+    let mut wrong = Vec::new();
+    let (p, o) = (&p.result, &o.result);
+    if p.moves.len() != o.moves.len() {
+        return vec![format!(
+            "{} moves in place of {}",
+            o.moves.len(),
+            p.moves.len()
+        )];
+    }
+    let sigma_mps2 = p.noise.map_or(0.0, |n| n.accel_sigma_mps2[0]);
+    let fine = steps(writing)[0] / 12.0_f64.sqrt() < 0.2 * sigma_mps2;
+    for (p, o) in p.moves.iter().zip(&o.moves) {
+        let (Some(was), Some(is), Some(s)) = (p.displacement_m, o.displacement_m, o.sigma_m) else {
+            wrong.push("a move without a displacement".to_owned());
+            continue;
+        };
+        for i in 0..3 {
+            let off = (is[i] - was[i]).abs();
+            // Rounding adds what noise does, at most, and says so.
+            let most = if fine { 0.5 } else { 2.0 } * s[i];
+            if off.is_nan() || off > most + 1e-4 {
+                wrong.push(format!(
+                    "{:.4} ± {:.4} m in place of {:.4}",
+                    is[i], s[i], was[i]
+                ));
+            }
+        }
+    }
+    wrong
+}
+
+/// Directions all around.
+fn directions() -> Vec<[f64; 3]> {
+    let mut out = Vec::new();
+    for x in -1..=1 {
+        for y in -1..=1 {
+            for z in -1..=1 {
+                let v = [x, y, z].map(f64::from);
+                let norm = matrix3::norm(&v);
+                if norm > 0.0 {
+                    out.push(v.map(|c| c / norm));
+                }
+            }
+        }
+    }
+    out
+}

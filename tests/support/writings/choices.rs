@@ -1,0 +1,358 @@
+//! What can be chosen about the writing of a recording.
+
+/// An enum whose variants can be counted through.
+macro_rules! choices {
+    ($($(#[$doc:meta])* $name:ident { $($level:ident),+ $(,)? })+) => {$(
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum $name { $($level),+ }
+
+        impl $name {
+            pub const ALL: &'static [$name] = &[$($name::$level),+];
+        }
+    )+};
+}
+
+choices! {
+    /// What was recorded, and in how many files.
+    Scene {
+        // Six faces and six free poses, one continuous recording.
+        Poses,
+        // Six faces and three turns by −360°, one continuous recording.
+        Turns,
+        // Six files, named after the axis that points up.
+        SixFiles,
+        // Three files, named after an axis: up, three blank rows, down.
+        AxisFiles,
+        // The poses in two continuous recordings.
+        TwoRecordings,
+        // Rest, 0.7 m along y, rest.
+        Line,
+    }
+
+    Rate { Hz25, Hz50, Hz100, Hz200, Hz1000 }
+
+    /// Full scale of the accelerometer, g; it matters for counts only.
+    Range { G2, G4, G8, G16 }
+
+    /// Which sensors are there.
+    Sensors { Both, AccelerometerOnly, GyroscopeInOtherFile }
+
+    /// Units of accelerometer and gyroscope.
+    Values {
+        Mps2Rad,
+        Mps2Deg,
+        GRad,
+        GDeg,
+        MilliGDeg,
+        Counts,
+        // m/s² and rad/s under a header that says g and °/s.
+        Mislabelled,
+    }
+
+    Decimals { Two, Three, Four, Six }
+
+    Delimiter {
+        Comma,
+        CommaSpace,
+        Semicolon,
+        Tab,
+        Bar,
+        Padded,
+        SemicolonDecimalComma,
+        TabDecimalComma,
+    }
+
+    LineEnd { Lf, CrLf, CrLfTwice, CrCrLf, Cr }
+
+    /// A blank line after every so many rows.
+    Blank { Never, Every2, Every10, Every100 }
+
+    Trailing { Nothing, Delimiter }
+
+    Encoding { Utf8, Utf8Mark, Utf16Le, Utf16Be, Utf16LeBare, Latin1, Gzip }
+
+    Header {
+        Absent,
+        Plain,
+        Quoted,
+        Commented,
+        Repeated,
+        UnitsRow,
+        CalAndUnitsRow,
+        TwoRows,
+        Metadata,
+        SepLine,
+    }
+
+    /// Whose names the columns have.
+    Names {
+        Sketch,
+        Short,
+        Camel,
+        Snake,
+        Phyphox,
+        Xio,
+        Euroc,
+        Ros,
+        Px4,
+        ArduPilot,
+        Shimmer,
+        Phone,
+        // x, y, z, and the sensor in the name of the file.
+        Bare,
+    }
+
+    Order {
+        AccelFirst,
+        GyroFirst,
+        ZyxAxes,
+        MagnetometerBetween,
+        TemperatureBetween,
+        CounterFirst,
+        TextColumns,
+    }
+
+    Clock {
+        Milliseconds,
+        Seconds,
+        Microseconds,
+        EpochSeconds,
+        EpochMilliseconds,
+        EpochNanoseconds,
+        DateTime,
+        TimeOfDay,
+        Differences,
+        Absent,
+    }
+
+    /// What the clock's column is called where the logger has no name of its own for it.
+    ClockName { Plain, WithUnit, Logger, Unheard }
+}
+
+macro_rules! writing {
+    ($($field:ident: $kind:ident),+ $(,)?) => {
+        /// One way of writing a recording.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub struct Writing { $(pub $field: $kind),+ }
+
+        /// Number of levels of every choice.
+        pub const LEVELS: &[usize] = &[$($kind::ALL.len()),+];
+
+        impl Writing {
+            /// The choices by their places in the lists.
+            pub fn of(levels: &[usize]) -> Self {
+                let mut levels = levels.iter();
+                Writing { $($field: $kind::ALL[*levels.next().unwrap()]),+ }
+            }
+
+            pub fn levels(&self) -> Vec<usize> {
+                vec![$($kind::ALL.iter().position(|l| *l == self.$field).unwrap()),+]
+            }
+
+            /// A choice for people: `delimiter Comma`.
+            pub fn name_of(choice: usize, level: usize) -> String {
+                let names: &[(&str, Vec<String>)] = &[
+                    $((stringify!($field), $kind::ALL.iter().map(|l| format!("{l:?}")).collect())),+
+                ];
+                format!("{} {}", names[choice].0, names[choice].1[level])
+            }
+        }
+    };
+}
+
+writing! {
+    scene: Scene,
+    rate: Rate,
+    range: Range,
+    sensors: Sensors,
+    values: Values,
+    decimals: Decimals,
+    delimiter: Delimiter,
+    line_end: LineEnd,
+    blank: Blank,
+    trailing: Trailing,
+    encoding: Encoding,
+    header: Header,
+    names: Names,
+    order: Order,
+    clock: Clock,
+    clock_name: ClockName,
+}
+
+impl Rate {
+    pub fn hz(self) -> f64 {
+        match self {
+            Rate::Hz25 => 25.0,
+            Rate::Hz50 => 50.0,
+            Rate::Hz100 => 100.0,
+            Rate::Hz200 => 200.0,
+            Rate::Hz1000 => 1000.0,
+        }
+    }
+}
+
+impl Range {
+    pub fn lsb_per_g(self) -> f64 {
+        match self {
+            Range::G2 => 16384.0,
+            Range::G4 => 8192.0,
+            Range::G8 => 4096.0,
+            Range::G16 => 2048.0,
+        }
+    }
+
+    /// That of the gyroscope beside it.
+    pub fn lsb_per_deg_s(self) -> f64 {
+        match self {
+            Range::G2 => 131.0,
+            Range::G4 => 65.5,
+            Range::G8 => 32.8,
+            Range::G16 => 16.4,
+        }
+    }
+}
+
+impl Decimals {
+    pub fn digits(self) -> usize {
+        match self {
+            Decimals::Two => 2,
+            Decimals::Three => 3,
+            Decimals::Four => 4,
+            Decimals::Six => 6,
+        }
+    }
+}
+
+impl Blank {
+    pub fn every(self) -> Option<usize> {
+        match self {
+            Blank::Never => None,
+            Blank::Every2 => Some(2),
+            Blank::Every10 => Some(10),
+            Blank::Every100 => Some(100),
+        }
+    }
+}
+
+impl Writing {
+    /// The form in which nothing is lost and nothing has to be found out.
+    pub fn plain(scene: Scene, rate: Rate) -> Self {
+        Writing {
+            scene,
+            rate,
+            range: Range::G16,
+            sensors: Sensors::Both,
+            values: Values::Mps2Rad,
+            decimals: Decimals::Six,
+            delimiter: Delimiter::Comma,
+            line_end: LineEnd::Lf,
+            blank: Blank::Never,
+            trailing: Trailing::Nothing,
+            encoding: Encoding::Utf8,
+            header: Header::Plain,
+            names: Names::Sketch,
+            order: Order::AccelFirst,
+            clock: Clock::Seconds,
+            clock_name: ClockName::WithUnit,
+        }
+    }
+
+    /// The nearest writing that somebody can have: loggers have units of their own, a file
+    /// without a header has no names ….
+    pub fn possible(mut self) -> Self {
+        use Header as H;
+        use Names as N;
+        let headed = self.header != H::Absent;
+        // One file of two sensors is joined to one recording.
+        if self.sensors == Sensors::GyroscopeInOtherFile
+            && !matches!(self.scene, Scene::Poses | Scene::Turns | Scene::Line)
+        {
+            self.sensors = Sensors::Both;
+        }
+        if self.sensors == Sensors::GyroscopeInOtherFile && self.clock == Clock::Absent {
+            self.clock = Clock::Milliseconds;
+        }
+        if self.names == N::Bare && self.sensors == Sensors::Both {
+            self.sensors = Sensors::AccelerometerOnly;
+        }
+        if headed && self.values != Values::Counts && self.values != Values::Mislabelled {
+            self.values = match self.names {
+                N::Phyphox | N::Euroc | N::Ros | N::Px4 | N::ArduPilot => Values::Mps2Rad,
+                N::Xio | N::Phone => Values::GDeg,
+                N::Shimmer => Values::Mps2Deg,
+                _ => self.values,
+            };
+        }
+        if self.values == Values::Mislabelled {
+            // It is the sketch of the report that does so.
+            self.names = N::Sketch;
+            if !headed {
+                self.values = Values::Mps2Rad;
+            }
+        }
+        if self.values == Values::Counts {
+            self.decimals = Decimals::Six;
+            if !matches!(self.names, N::Short | N::Camel | N::Bare) {
+                self.names = N::Short;
+            }
+        }
+        if self.header == H::TwoRows {
+            self.names = N::Short;
+            if self.order == Order::TextColumns || self.order == Order::CounterFirst {
+                self.order = Order::AccelFirst;
+            }
+        }
+        if !headed {
+            self.names = N::Short;
+            self.clock_name = ClockName::Plain;
+            // Nobody can know that a column holds differences, and what a column of
+            // words or of another sensor is.
+            if self.clock == Clock::Differences {
+                self.clock = Clock::Milliseconds;
+            }
+            if matches!(self.order, Order::TextColumns | Order::MagnetometerBetween) {
+                self.order = Order::AccelFirst;
+            }
+        }
+        // What parts the two directions of one file has to be rarer than what is blank
+        // all the time.
+        if matches!(self.line_end, LineEnd::CrLfTwice | LineEnd::CrCrLf) {
+            self.blank = Blank::Never;
+        }
+        if self.order == Order::TextColumns && self.delimiter == Delimiter::Padded {
+            self.delimiter = Delimiter::Tab;
+        }
+        if self.delimiter == Delimiter::Padded {
+            self.trailing = Trailing::Nothing;
+            // A name with spaces in it is cut by them.
+            if headed && !matches!(self.header, H::Quoted) {
+                self.names = match self.names {
+                    N::Camel | N::Bare => self.names,
+                    _ => N::Short,
+                };
+            }
+            if self.values == Values::Mislabelled {
+                self.values = Values::Mps2Rad;
+            }
+            self.header = match self.header {
+                H::Absent | H::Plain | H::Commented | H::Repeated | H::UnitsRow => self.header,
+                _ => H::Plain,
+            };
+            if self.clock == Clock::DateTime {
+                self.clock = Clock::TimeOfDay;
+            }
+        }
+        // A decimal comma is no thousands separator of a count, and a time with colons
+        // has a point.
+        if self.sensors == Sensors::AccelerometerOnly && self.order == Order::GyroFirst {
+            self.order = Order::AccelFirst;
+        }
+        self
+    }
+
+    /// What the file alone does not say, so that an option may have to.
+    pub fn has_gyro(&self) -> bool {
+        self.sensors != Sensors::AccelerometerOnly
+    }
+}

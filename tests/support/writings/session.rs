@@ -1,0 +1,168 @@
+//! What is written: columns of a virtual sensor whose truth is known.
+
+use gravical::recording::{Recording, quiet_norm};
+use gravical::simulate::{
+    LineOptions, PosesOptions, Scenario, SensorOptions, SimulateOptions, SixPositionOptions,
+    simulate,
+};
+
+use super::{Rate, Scene};
+
+/// One file before it is written.
+#[derive(Debug, Clone, Default)]
+pub struct Columns {
+    /// Its name without an ending.
+    pub stem: String,
+    /// s from the first row.
+    pub t_s: Vec<f64>,
+    pub accel_mps2: [Vec<f64>; 3],
+    pub gyro_rad_s: [Vec<f64>; 3],
+    pub temperature_c: Vec<f64>,
+    /// Rows before which the logger was paused.
+    pub pauses: Vec<usize>,
+}
+
+/// A session: its files.
+#[derive(Debug, Clone)]
+pub struct Session {
+    pub rate_hz: f64,
+    pub files: Vec<Columns>,
+}
+
+impl Columns {
+    pub fn rows(&self) -> usize {
+        self.t_s.len()
+    }
+
+    fn part(&self, rows: std::ops::Range<usize>, stem: &str) -> Self {
+        let cut = |v: &Vec<f64>| v[rows.clone()].to_vec();
+        let from = self.t_s[rows.start];
+        Columns {
+            stem: stem.to_owned(),
+            t_s: cut(&self.t_s).into_iter().map(|t| t - from).collect(),
+            accel_mps2: self.accel_mps2.each_ref().map(cut),
+            gyro_rad_s: self.gyro_rad_s.each_ref().map(cut),
+            temperature_c: cut(&self.temperature_c),
+            pauses: Vec::new(),
+        }
+    }
+
+    /// Goes on with another one, after a pause of five seconds.
+    fn go_on_with(&mut self, next: &Columns) {
+        self.pauses.push(self.rows());
+        let from = self.t_s.last().copied().unwrap_or(0.0) + 5.0;
+        self.t_s.extend(next.t_s.iter().map(|t| from + t));
+        for i in 0..3 {
+            self.accel_mps2[i].extend(&next.accel_mps2[i]);
+            self.gyro_rad_s[i].extend(&next.gyro_rad_s[i]);
+        }
+        self.temperature_c.extend(&next.temperature_c);
+    }
+}
+
+impl Session {
+    /// A session that somebody recorded, in SI. What is not in all of its files is left
+    /// out: time, gyroscope.
+    pub fn of_recordings(recordings: &[Recording]) -> Self {
+        let rate_hz = recordings[0].working_rate_hz().0;
+        let files = recordings
+            .iter()
+            .map(|r| {
+                // Counts of an unknown range: gravity tells what one m/s² is in them.
+                let at_rest = quiet_norm(&r.accel).map_or(1.0, |(norm, _)| norm / 9.80665);
+                let accel = r.accel_scale.nominal().unwrap_or(at_rest);
+                let gyro = r.gyro_scale.and_then(|g| g.nominal());
+                let channel = |v: &Vec<f64>, k: f64| v.iter().map(|x| x / k).collect();
+                let rows = 0..r.rows();
+                Columns {
+                    stem: r.name.trim_end_matches(".csv").to_owned(),
+                    t_s: match &r.time_s {
+                        Some(t) => t.clone(),
+                        None => rows.clone().map(|i| i as f64 / rate_hz).collect(),
+                    },
+                    accel_mps2: r.accel.each_ref().map(|v| channel(v, accel)),
+                    gyro_rad_s: match (&r.gyro, gyro) {
+                        (Some(g), Some(k)) => g.each_ref().map(|v| channel(v, k)),
+                        _ => std::array::from_fn(|_| rows.clone().map(|_| 0.0).collect()),
+                    },
+                    temperature_c: rows.map(|_| 25.0).collect(),
+                    pauses: r.breaks.clone(),
+                }
+            })
+            .collect();
+        Session { rate_hz, files }
+    }
+}
+
+/// The session of a scene, the same for the same rate.
+pub fn session(scene: Scene, rate: Rate) -> Session {
+    // Fewer rows where there are many of them.
+    let hold_s = if rate == Rate::Hz1000 { 2.5 } else { 4.0 };
+    let six = |continuous| {
+        Scenario::SixPosition(SixPositionOptions {
+            hold_s,
+            continuous,
+            rest_s: 2.0,
+            ..SixPositionOptions::default()
+        })
+    };
+    let scenario = match scene {
+        Scene::Poses | Scene::TwoRecordings => Scenario::Poses(PosesOptions { hold_s, free: 6 }),
+        Scene::Turns => six(true),
+        Scene::SixFiles | Scene::AxisFiles => six(false),
+        Scene::Line => Scenario::Line(LineOptions::default()),
+    };
+    let mut options = SimulateOptions::new(scenario);
+    options.seed = 11;
+    options.rate_hz = rate.hz();
+    // Rounding is the business of the writing.
+    options.sensor = SensorOptions {
+        quantise: false,
+        accel_range_g: 16,
+        gyro_range_deg_s: 2000,
+        ..SensorOptions::default()
+    };
+    let simulated = simulate(&options).unwrap();
+    let mut files: Vec<Columns> = simulated
+        .files
+        .into_iter()
+        .map(|f| Columns {
+            stem: f.name.trim_end_matches(".csv").to_owned(),
+            t_s: f.t_s,
+            accel_mps2: f.accel_mps2,
+            gyro_rad_s: f.gyro_rad_s,
+            temperature_c: f.temperature_c,
+            pauses: Vec::new(),
+        })
+        .collect();
+    match scene {
+        Scene::AxisFiles => {
+            files = files
+                .chunks(2)
+                .zip(["x_axis", "y_axis", "z_axis"])
+                .map(|(pair, stem)| {
+                    let mut both = pair[0].clone();
+                    stem.clone_into(&mut both.stem);
+                    both.go_on_with(&pair[1]);
+                    both
+                })
+                .collect();
+        }
+        Scene::TwoRecordings => {
+            // Cut in the middle of the sixth hold, so that both halves have it.
+            let truth = &simulated.truth.files[0].poses[5];
+            let at_s = 0.5 * (truth.start_s + truth.end_s);
+            let whole = &files[0];
+            let cut = whole.t_s.partition_point(|t| *t < at_s);
+            files = vec![
+                whole.part(0..cut, "morning"),
+                whole.part(cut..whole.rows(), "evening"),
+            ];
+        }
+        _ => {}
+    }
+    Session {
+        rate_hz: rate.hz(),
+        files,
+    }
+}

@@ -1,0 +1,527 @@
+//! From columns to the bytes of files.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+
+use super::session::{Columns, Session};
+use super::*;
+
+const STANDARD_GRAVITY_MPS2: f64 = 9.80665;
+/// 2024-05-19 11:41:59 UTC.
+const START_S: u64 = 1_716_118_919;
+
+/// A file as somebody has it.
+#[derive(Debug, Clone)]
+pub struct File {
+    pub name: String,
+    pub bytes: Vec<u8>,
+}
+
+/// A recording: its file, and that of the gyroscope where it is another one.
+#[derive(Debug, Clone)]
+pub struct Written {
+    pub file: File,
+    pub gyro: Option<File>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Channel {
+    Time,
+    Accel(usize),
+    Gyro(usize),
+    Magnetometer(usize),
+    Temperature,
+    Counter,
+    Text(usize),
+}
+
+use Channel as C;
+
+/// The files of a session.
+pub fn write(writing: &Writing, session: &Session) -> Vec<Written> {
+    session
+        .files
+        .iter()
+        .map(|columns| {
+            let gyro = (writing.sensors == Sensors::GyroscopeInOtherFile).then(|| File {
+                name: "Gyroscope.csv".to_owned(),
+                bytes: bytes_of(writing, session.rate_hz, columns, &gyro_channels(writing)),
+            });
+            let stem = match (writing.names, session.files.len()) {
+                (Names::Bare, 1) => "TotalAcceleration".to_owned(),
+                (Names::Bare, _) => format!("{}_acc", columns.stem),
+                _ => columns.stem.clone(),
+            };
+            let file = File {
+                name: format!("{stem}.csv"),
+                bytes: bytes_of(writing, session.rate_hz, columns, &channels(writing)),
+            };
+            Written { file, gyro }
+        })
+        .collect()
+}
+
+/// `--columns` as somebody gives it who knows the file.
+pub fn columns_option(writing: &Writing) -> String {
+    let names: Vec<String> = channels(writing)
+        .into_iter()
+        .map(|channel| match channel {
+            C::Time if writing.clock != Clock::Differences => "t".to_owned(),
+            C::Accel(i) => format!("a{}", AXES[i]),
+            C::Gyro(i) => format!("g{}", AXES[i]),
+            C::Temperature => "temp".to_owned(),
+            _ => "_".to_owned(),
+        })
+        .collect();
+    names.join(",")
+}
+
+const AXES: [char; 3] = ['x', 'y', 'z'];
+
+fn channels(writing: &Writing) -> Vec<Channel> {
+    let axes = match writing.order {
+        Order::ZyxAxes => [2, 1, 0],
+        _ => [0, 1, 2],
+    };
+    let accel = axes.map(C::Accel);
+    let gyro = match writing.sensors {
+        Sensors::Both => axes.map(C::Gyro).to_vec(),
+        _ => Vec::new(),
+    };
+    let mut out = Vec::new();
+    if writing.order == Order::CounterFirst {
+        out.push(C::Counter);
+    }
+    if writing.clock != Clock::Absent {
+        out.push(C::Time);
+    }
+    if writing.order == Order::TextColumns {
+        out.extend([C::Text(0), C::Text(1)]);
+    }
+    match writing.order {
+        Order::GyroFirst => {
+            out.extend(gyro);
+            out.extend(accel);
+        }
+        Order::MagnetometerBetween => {
+            out.extend(accel);
+            out.extend([0, 1, 2].map(C::Magnetometer));
+            out.extend(gyro);
+        }
+        Order::TemperatureBetween => {
+            out.extend(accel);
+            out.push(C::Temperature);
+            out.extend(gyro);
+        }
+        _ => {
+            out.extend(accel);
+            out.extend(gyro);
+            if !matches!(writing.names, Names::Bare) {
+                out.push(C::Temperature);
+            }
+        }
+    }
+    if writing.order == Order::TextColumns {
+        out.push(C::Text(2));
+    }
+    out
+}
+
+fn gyro_channels(writing: &Writing) -> Vec<Channel> {
+    let axes = match writing.order {
+        Order::ZyxAxes => [2, 1, 0],
+        _ => [0, 1, 2],
+    };
+    let mut out = vec![C::Time];
+    out.extend(axes.map(C::Gyro));
+    out
+}
+
+fn bytes_of(writing: &Writing, rate_hz: f64, columns: &Columns, channels: &[Channel]) -> Vec<u8> {
+    let (delimiter, comma) = match writing.delimiter {
+        Delimiter::Comma => (",", false),
+        Delimiter::CommaSpace => (", ", false),
+        Delimiter::Semicolon => (";", false),
+        Delimiter::Tab => ("\t", false),
+        Delimiter::Bar => ("|", false),
+        Delimiter::Padded => (" ", false),
+        Delimiter::SemicolonDecimalComma => (";", true),
+        Delimiter::TabDecimalComma => ("\t", true),
+    };
+    let end = match writing.line_end {
+        LineEnd::Lf => "\n",
+        LineEnd::CrLf => "\r\n",
+        LineEnd::CrLfTwice => "\r\n\r\n",
+        LineEnd::CrCrLf => "\r\r\n",
+        LineEnd::Cr => "\r",
+    };
+    let line_of = |fields: &[String]| -> String {
+        let mut line = if writing.delimiter == Delimiter::Padded {
+            let padded: Vec<String> = fields.iter().map(|f| format!("{f:>14}")).collect();
+            padded.join(delimiter)
+        } else {
+            fields.join(delimiter)
+        };
+        if writing.trailing == Trailing::Delimiter {
+            line.push_str(delimiter.trim_end_matches(' '));
+        }
+        line.push_str(end);
+        line
+    };
+    let header = header(writing, rate_hz, channels, &line_of, delimiter, end);
+    let mut text = header.before.clone();
+    let mut line = String::new();
+    for row in 0..columns.rows() {
+        if columns.pauses.contains(&row) {
+            (0..3).for_each(|_| text.push_str(end));
+        } else if let Some(every) = writing.blank.every()
+            && row > 0
+            && row.is_multiple_of(every)
+        {
+            text.push_str(end);
+        }
+        if writing.header == Header::Repeated && row > 0 && row.is_multiple_of(50) {
+            text.push_str(&header.names);
+        }
+        for (at, channel) in channels.iter().enumerate() {
+            if at > 0 {
+                text.push_str(delimiter);
+            }
+            line.clear();
+            cell(writing, columns, row, *channel, &mut line);
+            let quoted = writing.header == Header::Quoted && matches!(channel, C::Text(_));
+            if comma && !matches!(channel, C::Text(_)) {
+                line = line.replace('.', ",");
+            }
+            if quoted {
+                line = format!("\"{line}\"");
+            }
+            if writing.delimiter == Delimiter::Padded {
+                let _ = write!(text, "{line:>14}");
+            } else {
+                text.push_str(&line);
+            }
+        }
+        if writing.trailing == Trailing::Delimiter {
+            text.push_str(delimiter.trim_end_matches(' '));
+        }
+        text.push_str(end);
+    }
+    encode(writing.encoding, &text)
+}
+
+struct Head {
+    /// All that stands before the first row.
+    before: String,
+    /// The line with the names alone.
+    names: String,
+}
+
+fn header(
+    writing: &Writing,
+    rate_hz: f64,
+    channels: &[Channel],
+    line_of: &dyn Fn(&[String]) -> String,
+    delimiter: &str,
+    end: &str,
+) -> Head {
+    let with_units = !matches!(
+        writing.header,
+        Header::UnitsRow | Header::CalAndUnitsRow | Header::TwoRows
+    );
+    let quote = writing.header == Header::Quoted;
+    let names: Vec<String> = channels
+        .iter()
+        .map(|c| name_of(writing, *c, with_units))
+        .map(|name| if quote { format!("\"{name}\"") } else { name })
+        .collect();
+    let names = line_of(&names);
+    let units = || {
+        let units: Vec<String> = channels.iter().map(|c| unit_of(writing, *c)).collect();
+        line_of(&units)
+    };
+    let before = match writing.header {
+        Header::Absent => String::new(),
+        Header::Plain | Header::Quoted | Header::Repeated => names.clone(),
+        Header::Commented => format!("# {names}"),
+        Header::UnitsRow => format!("{names}{}", units()),
+        Header::CalAndUnitsRow => {
+            let cal: Vec<String> = channels.iter().map(|_| "CAL".to_owned()).collect();
+            format!("{names}{}{}", line_of(&cal), units())
+        }
+        Header::TwoRows => {
+            let (upper, lower): (Vec<String>, Vec<String>) =
+                channels.iter().map(|c| in_two_rows(writing, *c)).unzip();
+            format!("{}{}", line_of(&upper), line_of(&lower))
+        }
+        Header::Metadata => format!(
+            "Device: IMU 42{end}Serial Number: 0017{end}Sample Rate: {} Hz{end}Start: 2024-05-19{end}{names}",
+            rate_hz
+        ),
+        Header::SepLine => format!("sep={}{end}{names}", delimiter.trim_end_matches(' ')),
+    };
+    Head { before, names }
+}
+
+/// Sensor above, axis or unit below.
+fn in_two_rows(writing: &Writing, channel: Channel) -> (String, String) {
+    match channel {
+        C::Accel(i) => ("Accelerometer".to_owned(), AXES[i].to_string()),
+        C::Gyro(i) => ("Gyroscope".to_owned(), AXES[i].to_string()),
+        C::Magnetometer(i) => ("Magnetometer".to_owned(), AXES[i].to_string()),
+        C::Temperature => ("Temperature".to_owned(), "C".to_owned()),
+        other => ("Time".to_owned(), unit_of(writing, other)),
+    }
+}
+
+fn unit_of(writing: &Writing, channel: Channel) -> String {
+    use Values as V;
+    match channel {
+        C::Time => match writing.clock {
+            Clock::Milliseconds | Clock::EpochMilliseconds => "ms",
+            Clock::Seconds | Clock::EpochSeconds | Clock::Differences => "s",
+            Clock::Microseconds => "us",
+            Clock::EpochNanoseconds => "ns",
+            Clock::DateTime | Clock::TimeOfDay | Clock::Absent => "time",
+        },
+        C::Accel(_) => match (writing.values, writing.names) {
+            (V::GRad | V::GDeg | V::Mislabelled, _) => "g",
+            (V::MilliGDeg, _) => "mg",
+            (V::Counts, _) => "counts",
+            (_, Names::Euroc) => "m s^-2",
+            (_, Names::Shimmer) => "m/(s^2)",
+            _ => "m/s^2",
+        },
+        C::Gyro(_) => match (writing.values, writing.names) {
+            (V::Mps2Rad | V::GRad, Names::Euroc) => "rad s^-1",
+            (V::Mps2Rad | V::GRad, _) => "rad/s",
+            (V::Counts, _) => "counts",
+            (_, Names::Sketch) => "°/s",
+            (_, Names::Snake) => "dps",
+            _ => "deg/s",
+        },
+        C::Magnetometer(_) => "uT",
+        C::Temperature => "C",
+        C::Counter | C::Text(_) => "no units",
+    }
+    .to_owned()
+}
+
+fn name_of(writing: &Writing, channel: Channel, with_units: bool) -> String {
+    use Names as N;
+    let unit = |name: String| match with_units {
+        true => format!("{name} ({})", unit_of(writing, channel)),
+        false => name,
+    };
+    let (upper, lower) = match channel {
+        C::Accel(i) | C::Gyro(i) | C::Magnetometer(i) => (AXES[i].to_ascii_uppercase(), AXES[i]),
+        _ => (' ', ' '),
+    };
+    match channel {
+        C::Time => return clock_name(writing, with_units),
+        C::Counter => return "counter".to_owned(),
+        C::Text(i) => return ["DeviceOrientation", "Activity", "Remark"][i].to_owned(),
+        C::Temperature => {
+            return match writing.names {
+                N::Shimmer => "Shimmer_A1B2_Temperature_BMP280_CAL".to_owned(),
+                N::Sketch | N::Snake | N::Phyphox | N::Xio => unit("Temp".to_owned()),
+                _ => "temp".to_owned(),
+            };
+        }
+        _ => {}
+    }
+    let (short, camel, word, long) = match channel {
+        C::Accel(_) => ('a', "Acc", "acc", "Accelerometer"),
+        C::Gyro(_) => ('g', "Gyr", "gyro", "Gyroscope"),
+        _ => ('m', "Mag", "mag", "Magnetometer"),
+    };
+    match (writing.names, channel) {
+        (N::Sketch, _) => unit(format!("{short}{upper}")),
+        (N::Short, _) => format!("{short}{lower}"),
+        (N::Camel | N::ArduPilot, _) => format!("{camel}{upper}"),
+        (N::Snake, _) if with_units => format!("{word}_{lower} [{}]", unit_of(writing, channel)),
+        (N::Snake, _) => format!("{word}_{lower}"),
+        (N::Phyphox, C::Accel(_)) => unit(format!("Acceleration {lower}")),
+        (N::Phyphox, _) => unit(format!("{long} {lower}")),
+        (N::Xio, _) => unit(format!("{long} {upper}")),
+        (N::Euroc, C::Accel(_)) => bracketed(writing, channel, with_units, "a_RS_S", lower),
+        (N::Euroc, C::Gyro(_)) => bracketed(writing, channel, with_units, "w_RS_S", lower),
+        (N::Ros, C::Accel(_)) => format!("field.linear_acceleration.{lower}"),
+        (N::Ros, C::Gyro(_)) => format!("field.angular_velocity.{lower}"),
+        (N::Px4, C::Accel(i)) => format!("accelerometer_m_s2[{i}]"),
+        (N::Px4, C::Gyro(i)) => format!("gyro_rad[{i}]"),
+        (N::Shimmer, C::Accel(_)) => format!("Shimmer_A1B2_Accel_LN_{upper}_CAL"),
+        (N::Shimmer, _) => format!("Shimmer_A1B2_{word}_{upper}_CAL"),
+        (N::Phone, C::Accel(_)) => format!("gF{lower}"),
+        (N::Phone, C::Gyro(_)) => format!("w{lower}"),
+        (N::Bare, C::Accel(_) | C::Gyro(_)) => lower.to_string(),
+        _ => format!("{word}_{lower}"),
+    }
+}
+
+fn bracketed(
+    writing: &Writing,
+    channel: Channel,
+    with_units: bool,
+    stem: &str,
+    axis: char,
+) -> String {
+    match with_units {
+        true => format!("{stem}_{axis} [{}]", unit_of(writing, channel)),
+        false => format!("{stem}_{axis}"),
+    }
+}
+
+fn clock_name(writing: &Writing, with_units: bool) -> String {
+    let own = match (writing.names, writing.clock) {
+        (Names::Euroc, Clock::EpochNanoseconds) => Some("timestamp [ns]"),
+        (Names::Ros, Clock::EpochNanoseconds) => Some("%time"),
+        (Names::Px4, Clock::Microseconds) => Some("timestamp"),
+        (Names::ArduPilot, Clock::Microseconds) => Some("TimeUS"),
+        (Names::Shimmer, Clock::EpochMilliseconds) => Some("Shimmer_A1B2_Timestamp_Unix_CAL"),
+        (Names::Phyphox | Names::Xio, Clock::Seconds) => Some("Time (s)"),
+        (Names::Bare, Clock::EpochNanoseconds) => Some("time"),
+        (Names::Bare, Clock::Seconds) => Some("seconds_elapsed"),
+        _ => None,
+    };
+    if let (Some(name), true) = (own, with_units) {
+        return name.to_owned();
+    }
+    let spaced = writing.delimiter == Delimiter::Padded;
+    match (writing.clock_name, writing.clock) {
+        (_, Clock::Differences) if writing.clock_name == ClockName::WithUnit => "dt_s",
+        (_, Clock::Differences) => "dt",
+        (ClockName::Plain, _) => "time",
+        (ClockName::WithUnit, Clock::Milliseconds) => "time_ms",
+        (ClockName::WithUnit, Clock::Seconds) => "t_s",
+        (ClockName::WithUnit, Clock::Microseconds) if spaced => "time_us",
+        (ClockName::WithUnit, Clock::Microseconds) => "Time (us)",
+        (ClockName::WithUnit, Clock::EpochSeconds) => "timestamp_s",
+        (ClockName::WithUnit, Clock::EpochMilliseconds) if spaced => "epoch_ms",
+        (ClockName::WithUnit, Clock::EpochMilliseconds) => "epoc (ms)",
+        (ClockName::WithUnit, Clock::EpochNanoseconds) => "time_ns",
+        (ClockName::WithUnit, Clock::DateTime) => "datetime",
+        (ClockName::WithUnit, _) => "clock",
+        (ClockName::Logger, Clock::Milliseconds) => "millis",
+        (ClockName::Logger, Clock::Seconds) => "seconds_elapsed",
+        (ClockName::Logger, Clock::Microseconds) => "ustime",
+        (ClockName::Logger, Clock::EpochSeconds) => "GPST",
+        (ClockName::Logger, Clock::EpochMilliseconds) => "unixtime",
+        (ClockName::Logger, Clock::EpochNanoseconds) => "nanos",
+        (ClockName::Logger, _) => "UTC",
+        (ClockName::Unheard, _) => "chrono",
+    }
+    .to_owned()
+}
+
+fn cell(writing: &Writing, columns: &Columns, row: usize, channel: Channel, out: &mut String) {
+    let digits = writing.decimals.digits();
+    let _ = match channel {
+        C::Time => return time_cell(writing, columns, row, out),
+        C::Accel(i) => {
+            let g = columns.accel_mps2[i][row] / STANDARD_GRAVITY_MPS2;
+            match writing.values {
+                Values::Counts => write!(out, "{}", count(g * writing.range.lsb_per_g())),
+                Values::GRad | Values::GDeg => write!(out, "{g:.digits$}"),
+                Values::MilliGDeg => write!(out, "{:.digits$}", 1000.0 * g),
+                _ => write!(out, "{:.digits$}", columns.accel_mps2[i][row]),
+            }
+        }
+        C::Gyro(i) => {
+            let rad_s = columns.gyro_rad_s[i][row];
+            let deg_s = rad_s.to_degrees();
+            match writing.values {
+                Values::Counts => write!(out, "{}", count(deg_s * writing.range.lsb_per_deg_s())),
+                Values::Mps2Rad | Values::GRad | Values::Mislabelled => {
+                    write!(out, "{rad_s:.digits$}")
+                }
+                _ => write!(out, "{deg_s:.digits$}"),
+            }
+        }
+        C::Magnetometer(i) => {
+            let along = columns.accel_mps2[(i + 1) % 3][row];
+            write!(out, "{:.digits$}", 12.0 + 3.0 * along + 7.0 * i as f64)
+        }
+        C::Temperature => write!(out, "{:.2}", columns.temperature_c[row]),
+        C::Counter => write!(out, "{row}"),
+        C::Text(i) => write!(out, "{}", ["portrait", "none", "as found"][i]),
+    };
+}
+
+fn count(value: f64) -> i64 {
+    (value.round() as i64).clamp(-32768, 32767)
+}
+
+fn time_cell(writing: &Writing, columns: &Columns, row: usize, out: &mut String) {
+    let t_s = columns.t_s[row];
+    let ns = (t_s * 1e9).round() as u64;
+    let _ = match writing.clock {
+        // Between 2 s and 71 min after the board was started.
+        Clock::Milliseconds => write!(out, "{}", 2345 + ns.div_ceil(1_000_000)),
+        Clock::Microseconds => write!(out, "{}", 2_345_678 + ns / 1000),
+        Clock::Seconds => write!(out, "{t_s:.6}"),
+        Clock::EpochSeconds => {
+            write!(
+                out,
+                "{}.{:06}",
+                START_S + ns / 1_000_000_000,
+                ns % 1_000_000_000 / 1000
+            )
+        }
+        Clock::EpochMilliseconds => {
+            write!(
+                out,
+                "{}.{:03}",
+                START_S * 1000 + ns / 1_000_000,
+                ns % 1_000_000 / 1000
+            )
+        }
+        Clock::EpochNanoseconds => write!(out, "{}", START_S * 1_000_000_000 + ns),
+        Clock::DateTime | Clock::TimeOfDay => {
+            let s = START_S % 86_400 + ns / 1_000_000_000;
+            let (hours, minutes, seconds) = (s / 3600, s / 60 % 60, s % 60);
+            let clock = format!("{hours:02}:{minutes:02}:{seconds:02}");
+            match writing.clock {
+                Clock::DateTime => {
+                    write!(
+                        out,
+                        "2024-05-19 {clock}.{:04}",
+                        ns % 1_000_000_000 / 100_000
+                    )
+                }
+                _ => write!(out, "{clock}:{:04}", ns % 1_000_000_000 / 100_000),
+            }
+        }
+        Clock::Differences => {
+            let before = if row == 0 { t_s } else { columns.t_s[row - 1] };
+            write!(out, "{:.6}", t_s - before)
+        }
+        Clock::Absent => Ok(()),
+    };
+}
+
+fn encode(encoding: Encoding, text: &str) -> Vec<u8> {
+    let wide = |mark: bool, big: bool| -> Vec<u8> {
+        let mark = mark.then_some(0xfeff);
+        mark.into_iter()
+            .chain(text.encode_utf16())
+            .flat_map(|unit| match big {
+                true => unit.to_be_bytes(),
+                false => unit.to_le_bytes(),
+            })
+            .collect()
+    };
+    match encoding {
+        Encoding::Utf8 => text.as_bytes().to_vec(),
+        Encoding::Utf8Mark => [b"\xef\xbb\xbf", text.as_bytes()].concat(),
+        Encoding::Utf16Le => wide(true, false),
+        Encoding::Utf16Be => wide(true, true),
+        Encoding::Utf16LeBare => wide(false, false),
+        Encoding::Latin1 => text.chars().map(|c| u8::try_from(c).unwrap()).collect(),
+        Encoding::Gzip => {
+            let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+            gz.write_all(text.as_bytes()).unwrap();
+            gz.finish().unwrap()
+        }
+    }
+}
