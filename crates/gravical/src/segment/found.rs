@@ -1,144 +1,283 @@
-//! Placements that are found: the longest quiet part of each file, or all
-//! holds of one continuous recording.
+//! Placements that are found: the longest quiet part of a file that holds one, or
+//! all holds of a continuous recording.
 
 use std::ops::Range;
 use std::path::Path;
 
-use crate::recording::units::GyroScale;
+use gravical_core::matrix3;
+
 use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
-use super::face::{Claim, Face, angle_deg, claim};
+use super::face::{Claim, angle_deg, claim};
 use super::named::first_rows;
 use super::still::{StillOptions, Stills, find_stills, moments};
-use super::turns::{Turn, decide_gyro_unit, full_turns, motions};
-use super::{Draft, MOST_FACE_ANGLE_DEG, SegmentOptions, Selection};
+use super::{Draft, SegmentOptions, Selection};
 
-/// Placements from several files: of each stretch between blank rows the
-/// longest still of every face it shows.
-pub(super) fn in_files(
+/// Placements of one recording of a session. What is in the file decides how
+/// many: a recording that stands alone, or whose stills point in more directions
+/// than its name speaks of, is continuous and gives all its holds; any other
+/// gives the longest still of every direction, in each stretch between blank
+/// rows.
+///
+/// # Errors
+///
+/// `never-still` for a lone recording without a hold, or for a few rows that are
+/// neither a hold nor a table of means.
+pub(super) fn in_recording(
+    index: usize,
     recordings: &[Recording],
     options: &SegmentOptions,
     findings: &mut Vec<Finding>,
 ) -> Result<Vec<Draft>> {
-    let mut drafts = Vec::new();
-    for (index, recording) in recordings.iter().enumerate() {
-        let stem = stem(&recording.name);
-        let claimed = claim(&stem);
-        let segments = recording.segments();
-        let stills = find_stills(recording, &options.still);
-        for (at, segment) in segments.iter().enumerate() {
-            let label = if segments.len() > 1 {
-                format!("{stem} part {}", at + 1)
-            } else {
-                stem.clone()
-            };
-            // A name with a sign speaks of one placement; with two stretches
-            // in the file it can speak of neither.
-            let one_face = matches!(claimed, Some(Claim::Face(_))) && segments.len() == 1;
-            let mut spans = match options.rows {
-                Some(n) => first_rows(vec![segment.clone()], Some(n)),
-                None => longest_per_face(recording, &stills, segment, one_face, options),
-            };
-            if spans.is_empty() {
-                let shaky = find_stills(recording, &StillOptions::unsteady());
-                spans = longest_per_face(recording, &shaky, segment, true, options);
-                tell_unsteady(recording, &label, &spans, &shaky, findings);
-            }
-            let selection = if options.rows.is_some() {
-                Selection::Given
-            } else {
-                Selection::Found
-            };
-            if spans.is_empty() {
-                add_without_still(
-                    recording,
-                    segment,
-                    &label,
-                    index,
-                    claimed,
-                    &mut drafts,
-                    findings,
-                );
-                continue;
-            }
-            tell_motion(recording, segment, &spans, options, findings);
-            for span in spans {
-                drafts.push(Draft {
-                    label: label.clone(),
-                    recording: index,
-                    rows: vec![span],
-                    selection,
-                    claim: claimed.filter(|c| one_face || matches!(c, Claim::Axis(_))),
-                });
-            }
+    let recording = &recordings[index];
+    let alone = recordings.len() == 1;
+    let stills = find_stills(recording, &options.still);
+    let holds = longest_per_hold(recording, stills.spans);
+    if holds.is_empty() && recording.rows() < FEW_ROWS {
+        if let Some(means) = means_of_rows(index, recording, findings)
+            && (alone || means.is_ok())
+        {
+            return means;
+        }
+        if alone {
+            // Too short to look for stills in: a handful of rows of one placement.
+            return Ok(drafts_of(
+                index,
+                recording.segments(),
+                None,
+                Selection::Given,
+            ));
         }
     }
-    if drafts.is_empty() {
-        return Err(never_still(&recordings[0].name, recordings.len()));
+    let held: usize = holds.iter().map(ExactSizeIterator::len).sum();
+    if alone && (holds.is_empty() || (held * 50 < recording.rows() && holds.len() < 6)) {
+        return Err(never_still(&recording.name, 1));
+    }
+    let stem = stem(&recording.name);
+    let segments = recording.segments();
+    // A name with a sign speaks of one placement; with two stretches in the
+    // file it can speak of neither.
+    let claimed = claim(&stem).filter(|c| {
+        matches!(c, Claim::Axis(_)) || (matches!(c, Claim::Face(_)) && segments.len() == 1)
+    });
+    let expected = if matches!(claimed, Some(Claim::Axis(_))) {
+        2
+    } else {
+        1
+    };
+    if alone || directions(recording, &holds, claimed).len() > expected * segments.len() {
+        if recording.working_rate_hz().1 {
+            findings.push(
+                Finding::note(
+                    "rate-unknown",
+                    format!(
+                        "no time stamps and no --rate: stills were looked for as at {} Hz",
+                        Recording::ASSUMED_RATE_HZ
+                    ),
+                )
+                .in_file(&recording.name),
+            );
+        }
+        let parts = match options.rows {
+            None => {
+                return Ok(drafts_of(
+                    index,
+                    holds,
+                    (!alone).then_some(&stem),
+                    Selection::Found,
+                ));
+            }
+            Some(_) if alone && segments.len() > 1 => segments,
+            Some(_) => holds,
+        };
+        let spans = parts
+            .into_iter()
+            .flat_map(|p| first_rows(vec![p], options.rows))
+            .collect();
+        return Ok(drafts_of(
+            index,
+            spans,
+            (!alone).then_some(&stem),
+            Selection::Given,
+        ));
+    }
+    let mut drafts = Vec::new();
+    for (at, segment) in segments.iter().enumerate() {
+        let label = if segments.len() > 1 {
+            format!("{stem} part {}", at + 1)
+        } else {
+            stem.clone()
+        };
+        let mut draft = |rows, selection, claim| {
+            drafts.push(Draft {
+                label: label.clone(),
+                recording: index,
+                rows: vec![rows],
+                selection,
+                claim,
+            });
+        };
+        if options.rows.is_some() {
+            for rows in first_rows(vec![segment.clone()], options.rows) {
+                draft(rows, Selection::Given, claimed);
+            }
+            continue;
+        }
+        let inside: Vec<_> = holds
+            .iter()
+            .filter(|s| s.start >= segment.start && s.end <= segment.end)
+            .cloned()
+            .collect();
+        let mut spans = directions(recording, &inside, claimed);
+        if spans.is_empty() {
+            let shaky = find_stills(recording, &StillOptions::unsteady());
+            spans = shaky
+                .spans
+                .iter()
+                .filter(|s| s.start >= segment.start && s.end <= segment.end)
+                .max_by_key(|s| s.len())
+                .into_iter()
+                .cloned()
+                .collect();
+            tell_unsteady(recording, &label, &spans, &shaky, findings);
+        } else {
+            tell_motion(recording, segment, &spans, &inside, findings);
+        }
+        if spans.is_empty() {
+            if let Some(rows) = without_still(recording, segment, &label, findings) {
+                draft(rows, Selection::Given, claimed);
+            }
+            continue;
+        }
+        for span in spans {
+            draft(span, Selection::Found, claimed);
+        }
     }
     Ok(drafts)
 }
 
-/// All holds of one recording and the turns between them.
-pub(super) fn in_one(
+/// Fewer rows than these are too few to look for stills in.
+const FEW_ROWS: usize = 40;
+
+/// Placements one after the other, `still 1` …, behind the name of their file
+/// where there are several.
+fn drafts_of(
+    index: usize,
+    spans: Vec<Range<usize>>,
+    stem: Option<&String>,
+    selection: Selection,
+) -> Vec<Draft> {
+    let name = stem.map_or_else(String::new, |stem| format!("{stem} "));
+    let draft = |(i, rows)| Draft {
+        label: format!("{name}still {}", i + 1),
+        recording: index,
+        rows: vec![rows],
+        selection,
+        claim: None,
+    };
+    spans.into_iter().enumerate().map(draft).collect()
+}
+
+/// Directions further apart than this are two placements, degrees: a placement
+/// that is taken up and put down again comes back within a few.
+const APART_DEG: f64 = 10.0;
+
+/// Beside the placement that the name of a file speaks of, a still shorter than
+/// this share of it is handling.
+const HANDLING: f64 = 0.25;
+
+/// The longest still of every direction, in order.
+fn directions(
     recording: &Recording,
-    options: &SegmentOptions,
-    gyro_scale: &mut Option<GyroScale>,
+    stills: &[Range<usize>],
+    claimed: Option<Claim>,
+) -> Vec<Range<usize>> {
+    let mut found: Vec<([f64; 3], Range<usize>)> = Vec::new();
+    for span in stills {
+        let (mean, _) = moments(&recording.accel, span.clone());
+        match found
+            .iter_mut()
+            .find(|(other, _)| angle_deg(*other, mean) < APART_DEG)
+        {
+            Some((_, kept)) if kept.len() < span.len() => *kept = span.clone(),
+            Some(_) => {}
+            None => found.push((mean, span.clone())),
+        }
+    }
+    if matches!(claimed, Some(Claim::Face(_))) {
+        let longest = found.iter().map(|(_, s)| s.len()).max().unwrap_or(0);
+        found.retain(|(_, s)| s.len() as f64 >= HANDLING * longest as f64);
+    }
+    found.sort_by_key(|(_, s)| s.start);
+    found.into_iter().map(|(_, s)| s).collect()
+}
+
+/// A table of means: every row a placement of its own, where the rows lie far
+/// apart and are alike in magnitude. None where the rows point one way.
+///
+/// # Errors
+///
+/// `never-still` for rows that point in several directions and are no such table.
+fn means_of_rows(
+    index: usize,
+    recording: &Recording,
     findings: &mut Vec<Finding>,
-) -> Result<(Vec<Draft>, Vec<Turn>)> {
-    let stills = find_stills(recording, &options.still);
-    let mut spans = longest_per_hold(recording, stills.spans);
-    let mut selection = Selection::Found;
-    if let Some(n) = options.rows {
-        let segments = recording.segments();
-        let parts = if segments.len() > 1 { segments } else { spans };
-        spans = parts
-            .into_iter()
-            .flat_map(|p| first_rows(vec![p], Some(n)))
-            .collect();
-        selection = Selection::Given;
+) -> Option<Result<Vec<Draft>>> {
+    const LEAST: usize = 6;
+    const FAR_APART_DEG: f64 = 25.0;
+    /// What scale and bias of a sensor may make of gravity.
+    const ALIKE: f64 = 0.25;
+    let rows: Vec<[f64; 3]> = (0..recording.rows())
+        .map(|i| recording.accel_at(i))
+        .collect();
+    let mut apart: Vec<[f64; 3]> = Vec::new();
+    for row in &rows {
+        if apart
+            .iter()
+            .all(|other| angle_deg(*other, *row) > FAR_APART_DEG)
+        {
+            apart.push(*row);
+        }
     }
-    if recording.rows() < 40 && spans.is_empty() {
-        // Too short to look for stills in: a handful of rows of one placement.
-        spans = recording.segments();
-        selection = Selection::Given;
+    // Rows of one placement, however shaken, are many in few directions.
+    if apart.len() < 2 || rows.len() > 4 * apart.len() {
+        return None;
     }
-    let held: usize = spans.iter().map(|s| s.len()).sum();
-    if spans.is_empty() || (held * 50 < recording.rows() && spans.len() < 6) {
-        return Err(never_still(&recording.name, 1));
-    }
-    if recording.working_rate_hz().1 {
+    let norms: Vec<f64> = rows.iter().map(matrix3::norm).collect();
+    let usual = crate::stats::median(&mut norms.clone())?;
+    let alike = norms.iter().all(|n| (n / usual - 1.0).abs() < ALIKE);
+    if alike && apart.len() >= LEAST {
         findings.push(
             Finding::note(
-                "rate-unknown",
+                "rows-as-placements",
                 format!(
-                    "no time stamps and no --rate: stills were looked for as at {} Hz",
-                    Recording::ASSUMED_RATE_HZ
+                    "{} rows and no still among them; they lie far apart and are alike in magnitude, so that each is taken as the mean of a placement",
+                    rows.len()
                 ),
             )
             .in_file(&recording.name),
         );
-    }
-    let moves = motions(recording, &spans);
-    *gyro_scale = decide_gyro_unit(recording, &moves, findings);
-    let mut turns = full_turns(0, &moves, *gyro_scale, options.turn_angle_deg.to_radians());
-    for turn in &mut turns {
-        // Found by the board's channel, meant about an axis of the case.
-        turn.axis = options.axes.case_axis(turn.axis);
-    }
-    let drafts = spans
-        .into_iter()
-        .enumerate()
-        .map(|(i, rows)| Draft {
-            label: format!("still {}", i + 1),
-            recording: 0,
-            rows: vec![rows],
-            selection,
+        let drafts = (0..rows.len()).map(|row| Draft {
+            label: format!("line {}", recording.line(row)),
+            recording: index,
+            rows: vec![row..row + 1],
+            selection: Selection::Given,
             claim: None,
-        })
-        .collect();
-    Ok((drafts, turns))
+        });
+        return Some(Ok(drafts.collect()));
+    }
+    Some(Err(Error::input(
+        "never-still",
+        format!(
+            "{} rows that point in {} directions more than {FAR_APART_DEG}° apart{}: no recording of a placement, and no table of means",
+            rows.len(),
+            apart.len(),
+            if alike { "" } else { ", and differ in magnitude" }
+        ),
+    )
+    .at(Path::new(&recording.name), None)
+    .with_hint("a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each placement")))
 }
 
 /// Stills that a twitch of less than a second parts and that point the same way
@@ -172,7 +311,7 @@ fn longest_per_hold(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Rang
     out
 }
 
-fn never_still(name: &str, files: usize) -> Error {
+pub(super) fn never_still(name: &str, files: usize) -> Error {
     let what = if files > 1 {
         "the recordings are"
     } else {
@@ -200,66 +339,25 @@ pub(crate) fn stem(name: &str) -> String {
     stem.to_owned()
 }
 
-fn longest_per_face(
-    recording: &Recording,
-    stills: &Stills,
-    segment: &Range<usize>,
-    one_face: bool,
-    options: &SegmentOptions,
-) -> Vec<Range<usize>> {
-    let mut best: Vec<(Option<Face>, Range<usize>)> = Vec::new();
-    for span in stills
-        .spans
-        .iter()
-        .filter(|s| s.start >= segment.start && s.end <= segment.end)
-    {
-        let (mean, _) = moments(&recording.accel, span.clone());
-        let (face, angle) = Face::nearest(options.axes.to_case(mean));
-        let face = (angle <= MOST_FACE_ANGLE_DEG).then_some(face);
-        let group = if one_face { None } else { face };
-        match best.iter_mut().find(|(f, _)| *f == group) {
-            Some((_, kept)) if kept.len() < span.len() => *kept = span.clone(),
-            Some(_) => {}
-            None => best.push((group, span.clone())),
-        }
-    }
-    best.sort_by_key(|(_, s)| s.start);
-    best.into_iter().map(|(_, s)| s).collect()
-}
-
-/// A stretch without a still: taken whole when it is too short to judge, else
-/// left out with a warning.
-fn add_without_still(
+/// A stretch without a still: its rows when it is too short to judge, else none
+/// and a warning.
+fn without_still(
     recording: &Recording,
     segment: &Range<usize>,
     label: &str,
-    index: usize,
-    claimed: Option<Claim>,
-    drafts: &mut Vec<Draft>,
     findings: &mut Vec<Finding>,
-) {
+) -> Option<Range<usize>> {
     let (rate, _) = recording.working_rate_hz();
-    if segment.len() < (rate as usize).max(40) {
-        findings.push(
-            Finding::warning(
-                "short-hold",
-                format!(
-                    "{label}: {} rows only; all are taken, moving or not",
-                    segment.len()
-                ),
-            )
-            .in_file(&recording.name),
-        );
-        drafts.push(Draft {
-            label: label.to_owned(),
-            recording: index,
-            rows: vec![segment.clone()],
-            selection: Selection::Given,
-            claim: claimed,
-        });
-        return;
-    }
-    findings.push(
+    let short = segment.len() < (rate as usize).max(FEW_ROWS);
+    let finding = if short {
+        Finding::warning(
+            "short-hold",
+            format!(
+                "{label}: {} rows only; all are taken, moving or not",
+                segment.len()
+            ),
+        )
+    } else {
         Finding::warning(
             "no-still",
             format!(
@@ -268,8 +366,9 @@ fn add_without_still(
                 recording.line(segment.end - 1)
             ),
         )
-        .in_file(&recording.name),
-    );
+    };
+    findings.push(finding.in_file(&recording.name));
+    short.then(|| segment.clone())
 }
 
 /// Says that a hold was taken from a rest that was none.
@@ -305,28 +404,33 @@ fn tell_motion(
     recording: &Recording,
     segment: &Range<usize>,
     spans: &[Range<usize>],
-    options: &SegmentOptions,
+    stills: &[Range<usize>],
     findings: &mut Vec<Finding>,
 ) {
-    if options.rows.is_some() {
+    let rows = |spans: &[Range<usize>]| spans.iter().map(ExactSizeIterator::len).sum::<usize>();
+    let used = rows(spans);
+    if used * 10 >= segment.len() * 9 {
         return;
     }
-    let used: usize = spans.iter().map(|s| s.len()).sum();
-    if used * 10 < segment.len() * 9 {
-        let parts: Vec<String> = spans
-            .iter()
-            .map(|s| format!("{}-{}", recording.line(s.start), recording.line(s.end - 1)))
-            .collect();
-        findings.push(
-            Finding::note(
-                "motion-left-out",
-                format!(
-                    "still in lines {} ({used} of {} rows); the rest moves and is left out",
-                    parts.join(", "),
-                    segment.len()
-                ),
-            )
-            .in_file(&recording.name),
-        );
-    }
+    let parts: Vec<String> = spans
+        .iter()
+        .map(|s| format!("{}-{}", recording.line(s.start), recording.line(s.end - 1)))
+        .collect();
+    let shorter = rows(stills) - used;
+    findings.push(
+        Finding::note(
+            "motion-left-out",
+            format!(
+                "still in lines {} ({used} of {} rows); the rest {}",
+                parts.join(", "),
+                segment.len(),
+                if shorter > 0 {
+                    format!("is motion and shorter stills ({shorter} rows), and is left out")
+                } else {
+                    "moves and is left out".to_owned()
+                }
+            ),
+        )
+        .in_file(&recording.name),
+    );
 }

@@ -145,9 +145,13 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     };
     check_units(recordings)?;
     let mut findings = Vec::new();
-    let mut gyro_scale = first.gyro_scale;
-    let (drafts, turns) = match (&options.sections, recordings) {
-        (Some(sections), [one]) => named::by_sections(one, sections, options)?,
+    let (mut drafts, mut turns) = (Vec::new(), Vec::new());
+    let mut named = false;
+    match (&options.sections, recordings) {
+        (Some(sections), [one]) => {
+            (drafts, turns) = named::by_sections(one, sections, options)?;
+            named = true;
+        }
         (Some(_), _) => {
             return Err(Error::usage(
                 "several-files",
@@ -157,15 +161,31 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
                 ),
             ));
         }
-        (None, [one]) => match named::by_labels(one, options, &mut findings) {
-            Some(found) => found?,
-            None => found::in_one(one, options, &mut gyro_scale, &mut findings)?,
-        },
-        (None, several) => (
-            found::in_files(several, options, &mut findings)?,
-            Vec::new(),
-        ),
-    };
+        (None, _) => {
+            for (index, recording) in recordings.iter().enumerate() {
+                if let Some(cut) = named::by_labels(index, recording, options, &mut findings) {
+                    let (placements, about) = cut?;
+                    drafts.extend(placements);
+                    turns.extend(about);
+                    named = true;
+                } else {
+                    drafts.extend(found::in_recording(
+                        index,
+                        recordings,
+                        options,
+                        &mut findings,
+                    )?);
+                }
+            }
+        }
+    }
+    if drafts.is_empty() {
+        return Err(found::never_still(&first.name, recordings.len()));
+    }
+    let mut gyro_scale = first.gyro_scale;
+    if !named {
+        (gyro_scale, turns) = between_stills(recordings, &drafts, options, &mut findings);
+    }
     let noise = pooled_noise(&hold_slices(recordings, &drafts));
     let mut placements: Vec<Placement> = drafts
         .into_iter()
@@ -192,6 +212,44 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         gyro_scale,
         findings,
     })
+}
+
+/// What the moves between the stills of each recording say of the gyroscope: its
+/// unit, and full turns.
+fn between_stills(
+    recordings: &[Recording],
+    drafts: &[Draft],
+    options: &SegmentOptions,
+    findings: &mut Vec<Finding>,
+) -> (Option<GyroScale>, Vec<Turn>) {
+    let moves: Vec<Vec<turns::Motion>> = recordings
+        .iter()
+        .enumerate()
+        .map(|(index, recording)| {
+            let spans: Vec<_> = drafts
+                .iter()
+                .filter(|d| d.recording == index)
+                .flat_map(|d| d.rows.iter().cloned())
+                .collect();
+            turns::motions(recording, &spans)
+        })
+        .collect();
+    let most = (0..moves.len())
+        .rev()
+        .max_by_key(|i| moves[*i].len())
+        .unwrap_or(0);
+    let scale = turns::decide_gyro_unit(&recordings[most], &moves[most], findings);
+    let angle = options.turn_angle_deg.to_radians();
+    let mut turns: Vec<Turn> = moves
+        .iter()
+        .enumerate()
+        .flat_map(|(index, moves)| turns::full_turns(index, moves, scale, angle))
+        .collect();
+    for turn in &mut turns {
+        // Found by the board's channel, meant about an axis of the case.
+        turn.axis = options.axes.case_axis(turn.axis);
+    }
+    (scale, turns)
 }
 
 pub(crate) fn check_units(recordings: &[Recording]) -> Result<()> {

@@ -30,12 +30,13 @@ pub(super) fn by_sections(
     let named = sections
         .iter()
         .map(|s| (s.label.clone(), vec![s.rows.clone()]));
-    split(recording, named.collect(), options)
+    split(0, recording, named.collect(), options)
 }
 
 /// Placements and turns of a label column; none when there is no such column
 /// or its labels claim no placement.
 pub(super) fn by_labels(
+    index: usize,
     recording: &Recording,
     options: &SegmentOptions,
     findings: &mut Vec<Finding>,
@@ -80,10 +81,11 @@ pub(super) fn by_labels(
             .in_file(&recording.name),
         );
     }
-    Some(split(recording, named, options))
+    Some(split(index, recording, named, options))
 }
 
 fn split(
+    index: usize,
     recording: &Recording,
     named: Vec<(String, Vec<Range<usize>>)>,
     options: &SegmentOptions,
@@ -107,13 +109,13 @@ fn split(
                 turns.extend(rows.into_iter().map(|rows| Turn {
                     label: label.clone(),
                     axis,
-                    recording: 0,
+                    recording: index,
                     rows,
                 }));
             }
             claim => drafts.push(Draft {
                 label,
-                recording: 0,
+                recording: index,
                 rows: first_rows(rows, options.rows),
                 selection: Selection::Given,
                 claim,

@@ -242,3 +242,112 @@ fn a_label_column_with_turns_needs_a_gyroscope() {
     let error = calibrate(&session, &given_gravity()).unwrap_err();
     assert_eq!(error.code(), "missing-gyro");
 }
+
+#[test]
+fn several_continuous_recordings_give_all_their_stills() {
+    let sensor = Sensor::default();
+    let (text, holds) = one_file(&sensor, None);
+    let rows: Vec<&str> = text.lines().skip(1).collect();
+    let file =
+        |name: &str, rows: &[&str]| named(name, &format!("t_ms,ax,ay,az\n{}\n", rows.join("\n")));
+    let cut = holds[2].end;
+    let whole = calibrated(&[named("session.csv", &text)], &given_gravity()).file;
+    // What the files are called does not matter.
+    for names in [["first.csv", "second.csv"], ["x_up.csv", "z_axis.csv"]] {
+        let session = [file(names[0], &rows[..cut]), file(names[1], &rows[cut..])];
+        fits(&session, &given_gravity(), &sensor);
+        let result = calibrated(&session, &given_gravity());
+        assert_eq!(result.segmentation.placements.len(), 6, "{names:?}");
+        assert!(
+            result
+                .segmentation
+                .placements
+                .iter()
+                .all(|p| p.claim.is_none())
+        );
+        let told = |kind: &str| result.file.findings.iter().any(|f| f.kind == kind);
+        assert!(!told("motion-left-out") && !told("orientation-mismatch"));
+        for i in 0..3 {
+            let bias = result.file.accelerometer.bias[i];
+            close(bias, whole.accelerometer.bias[i], 1e-3);
+        }
+    }
+}
+
+#[test]
+fn a_file_named_after_a_face_is_one_placement_whatever_came_before() {
+    let sensor = Sensor::default();
+    let mut session = six_files(&sensor, 600);
+    // Held on another side for 1.2 s, and put down twice on the one it is named after.
+    let mut rows = Vec::new();
+    let mut noise = Noise::new(3);
+    rows.extend(sensor.hold(FACES[0].1, 120, 71));
+    let mut shake = |rows: &mut Vec<[f64; 3]>| {
+        rows.extend((0..150).map(|_| [(); 3].map(|()| 9.0 * noise.normal())));
+    };
+    shake(&mut rows);
+    rows.extend(sensor.hold(FACES[5].1, 300, 72));
+    shake(&mut rows);
+    rows.extend(sensor.hold(FACES[5].1, 600, 73));
+    let mut text = "t_ms,ax,ay,az\n".to_owned();
+    for (i, row) in rows.iter().enumerate() {
+        text += &format!("{},{:.4},{:.4},{:.4}\n", 10 * i, row[0], row[1], row[2]);
+    }
+    session[5] = named("z_axis_neg.csv", &text);
+    fits(&session, &given_gravity(), &sensor);
+    let file = calibrated(&session, &given_gravity()).file;
+    assert_eq!(file.accelerometer.positions.len(), 6);
+    let told = file
+        .findings
+        .iter()
+        .find(|f| f.kind == "motion-left-out")
+        .unwrap();
+    assert!(told.message.contains("shorter stills"), "{}", told.message);
+}
+
+#[test]
+fn means_without_labels_are_placements_where_they_lie_far_apart() {
+    let rows = [
+        "-9.43,-0.27,0.92",
+        "10.20,-0.04,-0.10",
+        "0.46,-9.99,0.39",
+        "0.29,9.73,0.49",
+        "-0.05,-0.08,-9.54",
+        "0.83,-0.18,10.42",
+    ];
+    let table = |rows: &[&str]| {
+        [named(
+            "means.csv",
+            &format!("ax,ay,az\n{}\n", rows.join("\n")),
+        )]
+    };
+    let labelled: Vec<String> = ["-x", "+x", "-y", "+y", "-z", "+z"]
+        .iter()
+        .zip(rows)
+        .map(|(label, row)| format!("{label},{row}"))
+        .collect();
+    let labelled = [named(
+        "means.csv",
+        &format!("label,ax,ay,az\n{}\n", labelled.join("\n")),
+    )];
+    let result = calibrated(&table(&rows), &given_gravity());
+    assert_eq!(result.segmentation.placements[3].label, "line 5");
+    assert!(
+        result
+            .file
+            .findings
+            .iter()
+            .any(|f| f.kind == "rows-as-placements")
+    );
+    let with_labels = calibrated(&labelled, &given_gravity());
+    assert_eq!(
+        result.file.accelerometer.bias,
+        with_labels.file.accelerometer.bias
+    );
+    // Five directions are no calibration, and free fall is no mean.
+    for rows in [&rows[..5], &[&rows[..5], &["0.1,0.1,0.1"]].concat()] {
+        let error = calibrate(&table(rows), &given_gravity()).unwrap_err();
+        assert_eq!(error.code(), "never-still");
+        assert!(error.hint().unwrap().contains("table of means"), "{error}");
+    }
+}
