@@ -1,8 +1,13 @@
 //! The files of a session: as they are named, or all recordings of a folder.
 
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use gravical::recording::{Finding, ReadOptions, Recording, join_gyroscope, read};
+use gravical::recording::{
+    Finding, ReadOptions, Recording, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope,
+    read,
+};
+use gravical::segment::face::{Claim, claim};
 use gravical::{Error, Result};
 
 /// Endings of files in a folder that may be recordings.
@@ -14,15 +19,18 @@ const ENDINGS: [&str; 6] = ["csv", "txt", "tsv", "log", "dat", "gz"];
 ///
 /// What the file system says; `no-recordings` when there is none.
 pub fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
-    let mut paths: Vec<PathBuf> = entries
-        .filter_map(|entry| entry.ok().map(|e| e.path()))
-        .filter(|p| p.is_file() && may_be_recording(p))
-        .collect();
-    paths.sort();
+    let mut paths = entries(folder)?;
+    paths.retain(|p| p.is_file() && may_be_recording(p));
     if paths.is_empty() {
         return Err(no_recordings(folder));
     }
+    Ok(paths)
+}
+
+fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
+    let mut paths: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
+    paths.sort();
     Ok(paths)
 }
 
@@ -37,21 +45,62 @@ fn no_recordings(folder: &Path) -> Error {
         .with_hint("recordings are text files that end in .csv, .txt, .tsv, .log, .dat or .gz")
 }
 
+/// Folders in `folder` that hold what may be recordings: named, not read.
+fn left_out_folders(folder: &Path) -> Result<Vec<Finding>> {
+    let mut findings = Vec::new();
+    for path in entries(folder)?.into_iter().filter(|p| p.is_dir()) {
+        let inside = files_in(&path).map_or(0, |files| files.len());
+        if inside > 0 {
+            let what = format!(
+                "a folder in the folder, with {inside} file{} that may be recordings; not read",
+                if inside == 1 { "" } else { "s" }
+            );
+            let name = path.display().to_string();
+            findings.push(Finding::note("folder-left-out", what).in_file(&name));
+        }
+    }
+    Ok(findings)
+}
+
 /// True for a file of a folder that is no recording at all, such as a licence.
 pub fn is_something_else(error: &Error) -> bool {
     matches!(error.code(), "no-rows" | "no-accelerometer")
 }
 
-/// Joins the gyroscope of the file at `path` to the one recording there is.
+/// Reads a file of a folder, of which nobody said that it is a recording.
 ///
 /// # Errors
 ///
-/// `gyro-inputs` (usage) when there are several; those of [`join_gyroscope`].
-pub fn join_gyro(recordings: &mut [Recording], path: &Path, options: &ReadOptions) -> Result<()> {
-    match recordings {
-        [one] => join_gyroscope(one, path, options),
-        several => Err(several_with_gyro(several.len())),
+/// `no-rows` for prose, such as a licence; those of [`read`].
+pub fn read_listed(path: &Path, options: &ReadOptions) -> Result<Recording> {
+    if is_prose(path) {
+        return Err(Error::input("no-rows", "this is text, not rows of numbers").at(path, None));
     }
+    read(path, options)
+}
+
+/// True for a file that ends in words: however a recording begins, it ends in
+/// rows.
+fn is_prose(path: &Path) -> bool {
+    const TAIL: u64 = 4096;
+    let tail = || -> std::io::Result<Vec<u8>> {
+        let mut file = std::fs::File::open(path)?;
+        let length = file.metadata()?.len();
+        file.seek(SeekFrom::Start(length.saturating_sub(TAIL)))?;
+        let mut tail = Vec::new();
+        file.take(TAIL).read_to_end(&mut tail)?;
+        Ok(tail)
+    };
+    let packed = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+    let tail = if packed {
+        Vec::new()
+    } else {
+        tail().unwrap_or_default()
+    };
+    let count = |is: fn(&u8) -> bool| tail.iter().filter(|b| is(b)).count();
+    3 * count(u8::is_ascii_alphabetic) > 2 * count(u8::is_ascii_graphic)
 }
 
 /// `--gyro` beside several inputs.
@@ -63,39 +112,63 @@ pub fn several_with_gyro(inputs: usize) -> Error {
     .with_hint("give one continuous recording, or files that hold both sensors")
 }
 
-/// Reads files, or the recordings of one folder; files of the folder that are
-/// none come back as findings.
+/// Reads files, or the recordings of one folder, with the gyroscope of `gyro`
+/// joined to the one recording that there is. A file with a gyroscope alone is
+/// no placement: it is joined where it can belong to one recording only. What is
+/// left out comes back as findings.
 ///
 /// # Errors
 ///
-/// The first file that cannot be read, `no-recordings`.
+/// The first file that cannot be read, `no-recordings`, `one-channel`;
+/// `gyro-inputs` (usage) for `gyro` beside several recordings.
 pub fn read_session(
     inputs: &[PathBuf],
+    gyro: Option<&Path>,
     options: &ReadOptions,
 ) -> Result<(Vec<Recording>, Vec<Finding>)> {
     let folder = match inputs {
-        [one] if one.as_path() != Path::new("-") && one.is_dir() => one,
-        _ => {
-            let recordings: Result<Vec<Recording>> =
-                inputs.iter().map(|p| read(p, options)).collect();
-            return Ok((recordings?, Vec::new()));
-        }
+        [one] if one.as_path() != Path::new("-") && one.is_dir() => Some(one),
+        _ => None,
     };
-    let (mut recordings, mut left_out) = (Vec::new(), Vec::new());
-    for path in files_in(folder)? {
-        match read(&path, options) {
+    let (paths, mut told) = match folder {
+        Some(folder) => (files_in(folder)?, left_out_folders(folder)?),
+        None => (inputs.to_vec(), Vec::new()),
+    };
+    let one_channel = one_channel_each(&paths);
+    let (mut recordings, mut gyroscopes) = (Vec::new(), Vec::new());
+    for path in &paths {
+        if gyro.is_some_and(|gyro| paths.len() > 1 && is_same(gyro, path)) {
+            continue;
+        }
+        let recording = match folder {
+            Some(_) => read_listed(path, options),
+            None => read(path, options),
+        };
+        let doubtful = match &recording {
+            Ok(recording) => recording.gyro.is_none() && is_named_gyroscope(path),
+            Err(_) => true,
+        };
+        // With other files beside it, it may be theirs.
+        if doubtful && paths.len() > 1 && holds_gyroscope_alone(path, options) {
+            gyroscopes.push(path);
+            continue;
+        }
+        match recording {
             // A result beside its sources is no placement.
-            Ok(recording) if recording.is_calibrated() => {
+            Ok(recording) if folder.is_some() && recording.is_calibrated() => {
                 let finding = Finding::warning(
                     "already-calibrated",
                     "calibrated already, by its column names; left out",
                 );
-                left_out.push(finding.in_file(&recording.name));
+                told.push(finding.in_file(&recording.name));
             }
             Ok(recording) => recordings.push(recording),
-            Err(error) if is_something_else(&error) => {
+            Err(error) if error.code() == "no-rows" && one_channel.is_some() => {
+                return Err(one_channel.unwrap_or(error));
+            }
+            Err(error) if folder.is_some() && is_something_else(&error) => {
                 let file = path.display().to_string();
-                left_out.push(
+                told.push(
                     Finding::note("no-recording", format!("{}; left out", error.message()))
                         .in_file(&file),
                 );
@@ -103,8 +176,89 @@ pub fn read_session(
             Err(error) => return Err(error),
         }
     }
-    if recordings.is_empty() {
-        return Err(no_recordings(folder));
+    match (&mut recordings[..], gyro, &gyroscopes[..]) {
+        ([], ..) => {
+            // Of files that were named, each is a recording or an error.
+            let first = folder
+                .or(paths.first())
+                .map_or(Path::new("-"), PathBuf::as_path);
+            return match (folder, gyroscopes.first()) {
+                (None, Some(path)) => read(path, options).map(|r| (vec![r], told)),
+                _ => Err(no_recordings(first)),
+            };
+        }
+        ([one], Some(gyro), _) => join_gyroscope(one, gyro, options)?,
+        (several, Some(_), _) => return Err(several_with_gyro(several.len())),
+        ([one], None, [gyro]) if one.gyro.is_none() => {
+            let file = gyro.display().to_string();
+            told.push(match join_gyroscope(one, gyro, options) {
+                Ok(()) => Finding::note(
+                    "gyro-joined",
+                    format!("a gyroscope alone, beside one recording: joined to {} on time, as --gyro does", one.name),
+                ),
+                Err(why) => Finding::warning(
+                    "gyro-left-out",
+                    format!("a gyroscope alone, which does not belong to {}: {}; left out", one.name, why.message()),
+                ),
+            }.in_file(&file));
+        }
+        (several, None, gyroscopes) => {
+            let what = if several.len() == 1 {
+                "a gyroscope alone, and no placement; left out. --gyro says which file belongs to the recording"
+            } else {
+                "a gyroscope alone, and no placement; left out. With one recording, --gyro joins the gyroscope's file to it"
+            };
+            for path in gyroscopes {
+                let file = path.display().to_string();
+                told.push(Finding::note("gyro-left-out", what).in_file(&file));
+            }
+        }
     }
-    Ok((recordings, left_out))
+    Ok((recordings, told))
+}
+
+fn is_same(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => a == b,
+    }
+}
+
+/// Why files named after x, y and z are no recordings: each holds one channel.
+fn one_channel_each(paths: &[PathBuf]) -> Option<Error> {
+    let of_axis = |axis: usize| {
+        paths.iter().find(|p| {
+            let name = p.file_stem().map(|s| s.to_string_lossy().into_owned());
+            name.is_some_and(|n| claim(&n) == Some(Claim::Axis(axis))) && has_one_channel(p)
+        })
+    };
+    let [x, y, z] = [of_axis(0)?, of_axis(1)?, of_axis(2)?];
+    let name = |p: &PathBuf| p.display().to_string();
+    Some(
+        Error::input(
+            "one-channel",
+            format!(
+                "this file, {} and {} hold one channel each; a placement needs all three axes of every sample",
+                name(y),
+                name(z)
+            ),
+        )
+        .at(x, None)
+        .with_hint("put the three side by side into one file with the columns t,ax,ay,az, one sample a line"),
+    )
+}
+
+/// True when rows of one number, or of two, begin the file.
+fn has_one_channel(path: &Path) -> bool {
+    let mut head = Vec::new();
+    let read = std::fs::File::open(path).and_then(|f| f.take(4096).read_to_end(&mut head));
+    let text = String::from_utf8_lossy(&head);
+    // The last line may be cut, the first may be a header.
+    let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).collect();
+    let rows = lines.iter().skip(1).take(20).map(|line| {
+        let fields = || line.split([',', ';', '\t', ' ']).filter(|f| !f.is_empty());
+        fields().all(|f| f.trim().parse::<f64>().is_ok()) && fields().count() <= 2
+    });
+    let (all, narrow) = rows.fold((0, 0), |(all, n), one| (all + 1, n + usize::from(one)));
+    read.is_ok() && narrow * 2 > all
 }

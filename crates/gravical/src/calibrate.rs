@@ -116,7 +116,8 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         faces_by_name: options.segment.faces_by_name,
         gravity,
     };
-    let estimate = accelerometer(&session, &options.estimate)?;
+    let estimate = accelerometer(&session, &options.estimate)
+        .map_err(|error| error.after(&segmentation.findings, "no-still"))?;
 
     // The gyroscope from the pauses and the known turns.
     let turns = match &estimate.faces {

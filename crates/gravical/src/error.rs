@@ -6,6 +6,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::recording::Finding;
+
 /// Shorthand for results of this library.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
@@ -115,6 +117,19 @@ impl Error {
             path: path.to_path_buf(),
             line,
         });
+        self
+    }
+
+    /// With the findings of `kind` that came before it: a file that was left out
+    /// is what misses later.
+    #[must_use]
+    pub(crate) fn after(mut self, findings: &[Finding], kind: &str) -> Self {
+        for finding in findings.iter().filter(|f| f.kind == kind) {
+            let file = finding.file.as_deref().unwrap_or("-");
+            self.0
+                .message
+                .push_str(&format!("; {file}: {}", finding.message));
+        }
         self
     }
 

@@ -107,6 +107,30 @@ fn is_special(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
 }
 
+/// A word of a command line as a shell takes it: in quotes where it needs them.
+#[must_use]
+pub fn shell_word(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "_./+-:=,@%".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        return text.to_owned();
+    }
+    // Double quotes do for every shell as long as nothing in them is special.
+    if text.contains(['"', '$', '`', '\\', '!']) {
+        return format!("'{}'", text.replace('\'', "'\\''"));
+    }
+    format!("\"{text}\"")
+}
+
+/// A path likewise; one that begins with a dash is no option behind `./`.
+#[must_use]
+pub fn path_word(path: &Path) -> String {
+    let text = path.display().to_string();
+    match text.strip_prefix('-') {
+        Some(rest) if !rest.is_empty() => shell_word(&format!("./{text}")),
+        _ => shell_word(&text),
+    }
+}
+
 /// Makes a folder and those above it, where they are not there.
 ///
 /// # Errors
@@ -190,6 +214,21 @@ mod tests {
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "one");
         put("two", true).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "two");
+    }
+
+    #[test]
+    fn words_of_a_command_line() {
+        for (text, word) in [
+            ("cal.json", "cal.json"),
+            ("my file.csv", "\"my file.csv\""),
+            ("-x", "-x"),
+            ("it's $5", "'it'\\''s $5'"),
+            ("", "\"\""),
+        ] {
+            assert_eq!(shell_word(text), word);
+        }
+        assert_eq!(path_word(Path::new("-x.csv")), "./-x.csv");
+        assert_eq!(path_word(Path::new("-")), "-");
     }
 
     #[test]

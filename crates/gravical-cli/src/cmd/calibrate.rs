@@ -8,6 +8,7 @@ use gravical::calibration_file::{CalibrationFile, Grade, InputFile, SensorInfo};
 use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::figure;
 use gravical::figure::calibration::Session;
+use gravical::output::path_word;
 use gravical::recording::{Recording, read};
 use gravical::report::calibration_text;
 use gravical::segment::SegmentOptions;
@@ -19,7 +20,7 @@ use crate::failure::QUALITY;
 use crate::figures::FigureArgs;
 use crate::options::{GravityArgs, RecordingArgs};
 use crate::page::{check_outputs, command_line, say_report, write_calibration};
-use crate::session::{join_gyro, read_session};
+use crate::session::read_session;
 use crate::text;
 
 #[derive(clap::Args)]
@@ -93,10 +94,10 @@ struct MethodArgs {
     #[arg(long, value_enum, default_value = "data-sheet")]
     prior: Prior,
     /// A placement (label or file) that lies on no face, whatever it looks like; repeatable
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
     free: Vec<String>,
     /// A placement that lies on a face, however crookedly; repeatable
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
     face: Vec<String>,
     /// Add a temperature model from a recording of the same sensor at rest that cools and warms;
     /// repeat it for more placements [default: from the session, where it spans over 5 °C at rest]
@@ -163,10 +164,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     )?;
     let options = args.options()?;
     let read_options = args.recording.read_options(true);
-    let (mut recordings, left_out) = read_session(&args.inputs, &read_options)?;
-    if let Some(path) = &args.gyro {
-        join_gyro(&mut recordings, path, &read_options)?;
-    }
+    let (recordings, left_out) = read_session(&args.inputs, args.gyro.as_deref(), &read_options)?;
     let (mut file, segmentation) = match args.method.method {
         Method::Thermal => (soak_alone(&recordings, &options)?, None),
         _ => {
@@ -281,7 +279,7 @@ fn next_step(args: &Args, file: &CalibrationFile) -> String {
             let caution = if file.verdict.grade == Grade::Poor { " (but mend what the verdict names first)" } else { "" };
             format!(
                 "\nSaved to {p}.\nNext: gravical apply {p} RECORDING.csv -o calibrated.csv{caution}\n",
-                p = path.display()
+                p = path_word(path)
             )
         }
         None if file.verdict.grade == Grade::Poor => {

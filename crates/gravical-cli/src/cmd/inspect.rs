@@ -8,7 +8,7 @@ use gravical::recording::{join_gyroscope, read};
 use gravical::report::inspection_text;
 
 use crate::options::RecordingArgs;
-use crate::session::{files_in, is_something_else, several_with_gyro};
+use crate::session::{files_in, is_something_else, read_listed, several_with_gyro};
 use crate::{failure, text};
 
 #[derive(clap::Args)]
@@ -43,7 +43,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         return Err(several_with_gyro(files.len()).into());
     }
     for (path, listed) in &files {
-        let recording = read(path, &options).and_then(|mut recording| {
+        let recording = if *listed {
+            read_listed(path, &options)
+        } else {
+            read(path, &options)
+        };
+        let recording = recording.and_then(|mut recording| {
             if let Some(gyro) = &args.gyro {
                 join_gyroscope(&mut recording, gyro, &options)?;
             }

@@ -4,6 +4,7 @@ mod args;
 
 use std::process::ExitCode;
 
+use gravical::output::path_word;
 use gravical::simulate::{Scenario, Simulation, simulate, write};
 
 use args::Shared;
@@ -52,17 +53,17 @@ fn clipped(rows: usize) -> String {
 
 /// The command that makes most of what was written.
 fn next(simulation: &Simulation, scenario: &Scenario, shared: &Shared) -> String {
-    let dir = shared.output.display();
+    let dir = path_word(&shared.output);
     let file = simulation.files.first().map_or("", |f| f.name.as_str());
-    let file = shared.output.join(file);
+    let file = path_word(&shared.output.join(file));
     let gravity = simulation.truth.gravity_mps2;
     match scenario {
         Scenario::SixPosition(o) if !o.continuous => {
             format!("gravical calibrate {dir} --gravity {gravity}")
         }
         Scenario::SixPosition(_) | Scenario::Poses(_) => {
-            format!("gravical calibrate {} --gravity {gravity}", file.display())
+            format!("gravical calibrate {file} --gravity {gravity}")
         }
-        Scenario::Static(_) | Scenario::Line(_) => format!("gravical inspect {}", file.display()),
+        Scenario::Static(_) | Scenario::Line(_) => format!("gravical inspect {file}"),
     }
 }

@@ -25,6 +25,7 @@ mod motion_real;
 mod outputs;
 mod recordings;
 mod report;
+mod sessions;
 mod shell;
 mod support;
 mod terminal;

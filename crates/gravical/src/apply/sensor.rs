@@ -15,6 +15,7 @@ pub(crate) struct Sensor {
     /// The gyroscope reacts to acceleration: without it there is no rate.
     g_sensitive: bool,
     axes: AxisMap,
+    rate_axes: AxisMap,
     /// Drift with temperature, taken off before calibrating.
     pub drift: Option<Drift>,
 }
@@ -38,6 +39,7 @@ impl Sensor {
                 .any(|g| g.g_sensitivity.iter().flatten().any(|v| *v != 0.0)),
             gyro,
             axes,
+            rate_axes: axes.of_rates(),
             drift: None,
         }
     }
@@ -61,7 +63,7 @@ impl Sensor {
         };
         let felt = if self.g_sensitive { accel } else { [0.0; 3] };
         let rate = gyro.apply([values[GYRO], values[GYRO + 1], values[GYRO + 2]], felt);
-        let [gx, gy, gz] = self.axes.to_case(rate);
+        let [gx, gy, gz] = self.rate_axes.to_case(rate);
         [ax, ay, az, gx, gy, gz]
     }
 }

@@ -161,7 +161,7 @@ pub(super) fn of_gyroscope(
         let covariance = g.covariance.as_ref().filter(|c| c.parameters.len() >= 9)?;
         let all = square(covariance, covariance.parameters.len())?;
         let factor = factor(&all.view((0, 0), (9, 9)).into_owned())?;
-        let case = Case::new(axes);
+        let case = Case::new(&axes.of_rates());
         Some(
             (0..9)
                 .map(|k| {

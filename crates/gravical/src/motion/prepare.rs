@@ -213,6 +213,7 @@ impl Source<'_> {
             ..Samples::default()
         };
         let gap = gap_s(self.times);
+        let rate_axes = self.axes.of_rates();
         let mut breaks = recording.breaks.iter().copied().peekable();
         let mut pending = false;
         let mut last = f64::NEG_INFINITY;
@@ -242,7 +243,7 @@ impl Source<'_> {
             let f = self.axes.to_case(f);
             (0..3).for_each(|i| out.force_mps2[i].push(f[i]));
             if let (Some(columns), Some(w)) = (&mut out.rate_rad_s, w) {
-                let w = self.axes.to_case(w);
+                let w = rate_axes.to_case(w);
                 (0..3).for_each(|i| columns[i].push(w[i]));
             }
         }

@@ -79,6 +79,26 @@ pub fn join_gyroscope_bytes(
     join_input(recording, input, name, options)
 }
 
+/// True for a file that holds a gyroscope and no accelerometer: by the names of
+/// its columns, or by its own where these are bare `x`, `y` and `z` or missing
+/// (`Gyroscope.csv`).
+#[must_use]
+pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
+    let scanned = open::open(path, false)
+        .and_then(|input| scan_rows(Role::Gyroscope, input, &path.display().to_string(), options));
+    let Ok(scanned) = scanned else { return false };
+    let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
+    let named = (scanned.dialect.header).is_some_and(|h| !h.names.iter().any(bare));
+    named || is_named_gyroscope(path)
+}
+
+/// True for a file called after a gyroscope, and not after an accelerometer too.
+#[must_use]
+pub fn is_named_gyroscope(path: &Path) -> bool {
+    let stem = crate::segment::stem(&path.display().to_string()).to_lowercase();
+    stem.contains("gyr") && !stem.contains("acc")
+}
+
 fn refuse_second(recording: &Recording) -> Result<()> {
     if recording.gyro.is_none() {
         return Ok(());
@@ -88,9 +108,7 @@ fn refuse_second(recording: &Recording) -> Result<()> {
         "this recording has a gyroscope of its own, and --gyro gives a second one",
     )
     .at(recording.name.as_ref(), None)
-    .with_hint(
-        "leave --gyro out; or read the accelerometer alone, with --columns t=…,ax=…,ay=…,az=…",
-    ))
+    .with_hint("leave --gyro out"))
 }
 
 /// Rows of a gyroscope with their time.

@@ -47,7 +47,9 @@ pub mod units;
 
 pub(crate) use assemble::{POSSIBLE_C, claimed_rate, hold_last_values, is_celsius, is_sparse};
 pub use finding::{Finding, LineSpans, Severity};
-pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
+pub use join::{
+    JoinedFile, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes,
+};
 pub use layout::ColumnsSpec;
 pub use ledger::{Aside, Ledger};
 pub use quiet::quiet_norm;

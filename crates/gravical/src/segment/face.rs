@@ -189,6 +189,49 @@ impl AxisMap {
         }
     }
 
+    /// The map whose case calls the faces of this one's case by other names:
+    /// `sent` is what the names call each face that the data show, in the order of
+    /// [`Face::all`]. None where no way of mounting and no sign of the sensor
+    /// explains them.
+    #[must_use]
+    pub fn renamed(&self, sent: &[Face; 6]) -> Option<AxisMap> {
+        let mut rows = self.rows;
+        for (row, face) in rows.iter_mut().zip(Face::all().into_iter().step_by(2)) {
+            let shown = Face::all()[sent.iter().position(|s| *s == face)?];
+            if sent[shown.opposite().index()] != face.opposite() {
+                return None;
+            }
+            let board = self.face_to_board(shown);
+            *row = (board.axis, board.up);
+        }
+        let map = AxisMap { rows };
+        (!map.mirrors() || map.inverts()).then_some(map)
+    }
+
+    /// Each sign turns the hand over, and so does a swap of two axes.
+    fn mirrors(&self) -> bool {
+        let [(a, _), (b, _), _] = self.rows;
+        let even = (b + 3 - a) % 3 == 1;
+        let flips = self.rows.iter().filter(|(_, same)| !same).count();
+        even != (flips % 2 == 0)
+    }
+
+    /// `-x,-y,-z`: no mounting, but an accelerometer that reads −g on the axis
+    /// that points up, as phones do.
+    fn inverts(&self) -> bool {
+        self.rows == [(0, false), (1, false), (2, false)]
+    }
+
+    /// The map of angular rates, which are axial: the sign of an accelerometer's
+    /// axes is none of the gyroscope's.
+    #[must_use]
+    pub fn of_rates(self) -> AxisMap {
+        let flip = self.mirrors();
+        AxisMap {
+            rows: self.rows.map(|(axis, same)| (axis, same != flip)),
+        }
+    }
+
     /// True when nothing is turned.
     #[must_use]
     pub fn is_identity(&self) -> bool {
@@ -196,11 +239,21 @@ impl AxisMap {
     }
 }
 
+impl std::fmt::Display for AxisMap {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [x, y, z] = self
+            .rows
+            .map(|(axis, same)| format!("{}{}", if same { "" } else { "-" }, AXES[axis]));
+        write!(f, "{x},{y},{z}")
+    }
+}
+
 impl std::str::FromStr for AxisMap {
     type Err = Error;
 
     /// `x,-z,y`: the case's x is the board's x, its y the board's −z, its z the
-    /// board's y.
+    /// board's y. `-x,-y,-z` is the one map that mirrors: an accelerometer whose
+    /// signs are the other way round.
     fn from_str(text: &str) -> Result<Self> {
         let wrong = |why: &str| {
             Error::usage("axes-syntax", format!("--axes {text}: {why}")).with_hint(
@@ -227,15 +280,13 @@ impl std::str::FromStr for AxisMap {
         if a == b || b == c || a == c {
             return Err(wrong("each axis has to occur once"));
         }
-        // Even permutations keep the hand; each sign turns it over.
-        let even = (b + 3 - a) % 3 == 1;
-        let flips = rows.iter().filter(|(_, same)| !same).count();
-        if even != (flips % 2 == 0) {
+        let map = AxisMap { rows };
+        if map.mirrors() && !map.inverts() {
             return Err(wrong(
                 "this mirrors the sensor; no way of mounting it does that",
             ));
         }
-        Ok(AxisMap { rows })
+        Ok(map)
     }
 }
 
@@ -260,8 +311,27 @@ mod tests {
         assert_eq!(map.to_case([1.0, 2.0, 3.0]), [1.0, -3.0, 2.0]);
         assert!("x,y,z".parse::<AxisMap>().unwrap().is_identity());
         assert!("y,z,x".parse::<AxisMap>().is_ok());
+        assert_eq!(map.to_string(), "x,-z,y");
+        assert_eq!(map.of_rates(), map);
         for wrong in ["x,y,-z", "y,x,z", "x,x,z", "x,y", "a,b,c", "x,y,z,x"] {
             assert!(wrong.parse::<AxisMap>().is_err(), "{wrong}");
         }
+        let signs: AxisMap = "-x,-y,-z".parse().unwrap();
+        assert!(signs.of_rates().is_identity());
+    }
+
+    #[test]
+    fn the_map_that_explains_names() {
+        for text in ["-x,-y,-z", "x,-z,y", "-y,x,z"] {
+            let map: AxisMap = text.parse().unwrap();
+            // What the data show in axes of the board, and what the case calls it.
+            let sent = Face::all().map(|f| map.face_to_case(f));
+            assert_eq!(AxisMap::default().renamed(&sent), Some(map), "{text}");
+        }
+        let mut swapped = Face::all();
+        swapped.swap(0, 1);
+        assert_eq!(AxisMap::default().renamed(&swapped), None);
+        swapped.swap(1, 2);
+        assert_eq!(AxisMap::default().renamed(&swapped), None);
     }
 }

@@ -361,7 +361,7 @@ fn without_still(
         Finding::warning(
             "no-still",
             format!(
-                "{label}: never still in lines {} to {}; left out",
+                "{label} is never still in lines {} to {}: left out",
                 recording.line(segment.start),
                 recording.line(segment.end - 1)
             ),

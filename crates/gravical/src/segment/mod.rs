@@ -180,7 +180,8 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         }
     }
     if drafts.is_empty() {
-        return Err(found::never_still(&first.name, recordings.len()));
+        let error = found::never_still(&first.name, recordings.len());
+        return Err(error.after(&findings, "no-still"));
     }
     let mut gyro_scale = first.gyro_scale;
     if !named {
@@ -289,7 +290,7 @@ pub(crate) fn check_units(recordings: &[Recording]) -> Result<()> {
             )
             .at(recording.name.as_ref(), None)
             .with_hint(
-                "record all placements with the same settings, or say the unit with --accel-unit",
+                "record all placements with the same settings; where they are in one unit, --accel-unit says it for all",
             ));
         }
     }

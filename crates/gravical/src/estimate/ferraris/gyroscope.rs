@@ -81,7 +81,7 @@ pub fn gyroscope(
             "the three turns do not span space: were two about the same axis?",
         )
     })?;
-    let in_case = axes.rows_to_case(&parameters.orientation);
+    let in_case = axes.of_rates().rows_to_case(&parameters.orientation);
     let diagonal: [f64; 3] = std::array::from_fn(|i| in_case[i][i]);
     let backwards: Vec<String> = (0..3)
         .filter(|&i| diagonal[i] < 0.0)

@@ -59,7 +59,9 @@ pub(super) fn findings(
                     "no-face",
                     format!(
                         "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose (--face {} keeps it)",
-                        placements[k].label, placements[k].angle_deg, placements[k].label
+                        placements[k].label,
+                        placements[k].angle_deg,
+                        crate::output::shell_word(&placements[k].label)
                     ),
                 )
                 .in_file(&placements[k].source),

@@ -216,34 +216,30 @@ pub fn names(axes: &AxisMap, placements: &[Placement], by_name: bool) -> Vec<Fin
             sent[face.index()] = Some(claimed);
         }
     }
-    let all: Option<Vec<Face>> = sent.into_iter().collect();
-    let Some(all) = all else {
+    let [Some(a), Some(b), Some(c), Some(d), Some(e), Some(f)] = sent else {
         return Vec::new();
     };
-    let unchanged = Face::all().iter().zip(&all).all(|(a, b)| a == b);
-    let reversed = Face::all()
-        .iter()
-        .zip(&all)
-        .all(|(a, b)| a.opposite() == *b);
-    if unchanged {
+    let all = [a, b, c, d, e, f];
+    if all == Face::all() {
         return Vec::new();
     }
-    if reversed {
+    if all == Face::all().map(Face::opposite) {
         return vec![Finding::note(
             "names-reversed",
-            "every name says the opposite of the data: here a sign means the axis that points down; the data are believed",
+            "every name says the opposite of the data, which are believed: either a sign means the axis that points down here, or the sensor reads −g where an axis points up, as iPhones do; then --axes -x,-y,-z gives calibrated values the usual sign",
         )];
     }
-    let consistent = (0..3).all(|axis| all[2 * axis].opposite() == all[2 * axis + 1]);
-    let columns: [[f64; 3]; 3] = std::array::from_fn(|axis| all[2 * axis].direction());
-    let hand = gravical_core::matrix3::det(&columns);
-    if consistent && hand > 0.5 {
+    if let Some(map) = axes.renamed(&all) {
         return vec![Finding::warning(
             "names-turned",
             if axes.is_identity() {
-                "the names describe a board that sits turned in its case; the calibration is in axes of the board. If the case is meant, say so with --axes, or --faces names"
+                format!(
+                    "the names describe a board that sits turned in its case; the calibration is in axes of the board. If the case is meant, --axes {map} explains all names"
+                )
             } else {
-                "the names describe another way of sitting in the case than --axes does; --axes is believed"
+                format!(
+                    "the names describe another way of sitting in the case than --axes {axes} does, which is believed; --axes {map} explains all names"
+                )
             },
         )];
     }

@@ -1,0 +1,250 @@
+//! Folders with other things in them, files that are no placement, and hints
+//! followed to the letter.
+
+use crate::support::*;
+
+const LICENCE: &str = "Permission is hereby granted, free of charge, to any person obtaining a copy\n\
+    of this software, to deal in it without restriction, including 1, 2, 3, 4 and 5.\n\
+    1 2 3 4 5\nTHE SOFTWARE IS PROVIDED AS IS, WITHOUT WARRANTY OF ANY KIND, EXPRESS OR\n\
+    IMPLIED.\n";
+
+fn gyroscope(rows: usize, from_ms: usize) -> String {
+    let mut text = "t_ms,gx,gy,gz\n".to_owned();
+    for i in 0..rows {
+        text += &format!(
+            "{},{},0.002,-0.001\n",
+            from_ms + 10 * i,
+            0.001 * (i % 3) as f64
+        );
+    }
+    text
+}
+
+/// Findings of a kind: file and message of each.
+fn told<'a>(value: &'a serde_json::Value, kind: &str) -> Vec<(&'a str, &'a str)> {
+    let all = value["findings"].as_array().unwrap().iter();
+    all.filter(|f| f["kind"] == kind)
+        .map(|f| {
+            (
+                f["file"].as_str().unwrap_or(""),
+                f["message"].as_str().unwrap(),
+            )
+        })
+        .collect()
+}
+
+#[test]
+fn what_else_is_in_a_folder_costs_nothing() {
+    let sensor = Sensor::default();
+    let folder = six_files(&sensor);
+    let clean = calibrate(folder.path(), ". --gravity 9.81 -o cal.json", 0);
+    write(folder.path(), "LICENSE.txt", LICENCE);
+    write(folder.path(), "README.txt", "Six placements, 1 Hz\n");
+    write(folder.path(), "gyro.csv", &gyroscope(500, 0));
+    std::fs::create_dir(folder.path().join("older")).unwrap();
+    write_six_files(&folder.path().join("older"), &sensor);
+    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
+    same_accelerometer(&file["accelerometer"], &clean["accelerometer"]);
+    assert_eq!(told(&file, "no-recording").len(), 2);
+    let [(_, why)] = told(&file, "gyro-left-out")[..] else {
+        panic!("{file}")
+    };
+    assert!(why.contains("--gyro"), "{why}");
+    let [(what, _)] = told(&file, "folder-left-out")[..] else {
+        panic!("{file}")
+    };
+    assert!(what.ends_with("older"), "{what}");
+    // The files by name, as a shell expands them.
+    let names = FACES.map(|(name, _)| format!("{name}.csv")).join(" ");
+    let listed = calibrate(
+        folder.path(),
+        &format!("{names} gyro.csv --gravity 9.81"),
+        0,
+    );
+    assert_eq!(told(&listed, "gyro-left-out").len(), 1);
+    let seen = run_in(folder.path(), words("inspect . --json")).json();
+    assert_eq!(seen["recordings"].as_array().unwrap().len(), 6);
+}
+
+#[test]
+fn the_gyroscope_of_the_only_recording_is_joined() {
+    let folder = tempfile::tempdir().unwrap();
+    let hold = Sensor::default().file(FACES[4].1, 500, 3);
+    write(folder.path(), "session.csv", &hold);
+    write(folder.path(), "gyro.csv", &gyroscope(500, 0));
+    let at = |line: &str| run_in(folder.path(), words(line));
+    let error = at("calibrate . --json");
+    // One placement is too few, whatever the gyroscope is.
+    assert_eq!(error.error_code(), "underdetermined");
+    let cal = six_files(&Sensor::default());
+    calibrate(cal.path(), ". --gravity 9.81 -o cal.json", 0);
+    let line = format!("check {} . --json", cal.path().join("cal.json").display());
+    let joined = at(&line).json();
+    assert_eq!(told(&joined, "gyro-joined").len(), 1, "{joined}");
+    write(folder.path(), "gyro.csv", &gyroscope(500, 900_000));
+    let apart = at(&line).json();
+    let [(file, why)] = told(&apart, "gyro-left-out")[..] else {
+        panic!("{apart}")
+    };
+    assert!(
+        file.ends_with("gyro.csv") && why.contains("session.csv"),
+        "{why}"
+    );
+}
+
+#[test]
+fn a_file_per_axis_has_three_columns_or_is_no_recording() {
+    let sensor = Sensor::default();
+    let folder = tempfile::tempdir().unwrap();
+    let names = ["accel_x.csv", "accel_y.csv", "accel_z.csv"];
+    write(folder.path(), "gyro.csv", &gyroscope(500, 0));
+    for (axis, name) in names.iter().enumerate() {
+        let hold = |up: usize| sensor.file(FACES[2 * axis + up].1, 500, (7 * axis + up) as u64);
+        let second = hold(1);
+        let second = second.split_once('\n').unwrap().1;
+        write(folder.path(), name, &format!("{}\n\n{second}", hold(0)));
+    }
+    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
+    assert_eq!(faces(&file).len(), 6);
+    for (axis, name) in names.iter().enumerate() {
+        let channel = sensor.hold(FACES[4].1, 300, 1);
+        let mut text = "t_ms,value\n".to_owned();
+        for (i, row) in channel.iter().enumerate() {
+            text += &format!("{},{:.4}\n", 10 * i, row[axis]);
+        }
+        write(folder.path(), name, &text);
+    }
+    for inputs in [".".to_owned(), names.join(" ")] {
+        let error = run_in(folder.path(), words(&format!("calibrate {inputs} --json")));
+        assert_eq!(
+            (error.code, error.error_code().as_str()),
+            (3, "one-channel")
+        );
+        let hint = error.json()["hint"].as_str().unwrap().to_owned();
+        assert!(hint.contains("t,ax,ay,az"), "{hint}");
+    }
+}
+
+#[test]
+fn a_session_with_the_signs_of_a_phone_is_mended_by_the_axes_that_it_names() {
+    let sensor = Sensor::default();
+    let phone = Sensor {
+        matrix: sensor.matrix.map(|row| row.map(|v| -v)),
+        ..Sensor::default()
+    };
+    let folder = six_files(&phone);
+    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
+    let [(_, note)] = told(&file, "names-reversed")[..] else {
+        panic!("{file}")
+    };
+    assert!(note.contains("--axes -x,-y,-z"), "{note}");
+    let mended = calibrate(
+        folder.path(),
+        ". --gravity 9.81 --axes -x,-y,-z -o cal.json",
+        0,
+    );
+    assert!(
+        !kinds(&mended)
+            .iter()
+            .any(|k| k.starts_with("names-") || k == "orientation-mismatch")
+    );
+    // What points up reads +g now.
+    let run = run_in(
+        folder.path(),
+        words("apply cal.json z_axis_pos.csv -o up.csv"),
+    );
+    assert_eq!(run.code, 0, "{}", run.err);
+    let up = std::fs::read_to_string(folder.path().join("up.csv")).unwrap();
+    let row: Vec<f64> = (up.lines().nth(1).unwrap().split(','))
+        .map(|v| v.parse().unwrap())
+        .collect();
+    close(row[3], 9.81, 0.2);
+    for i in 0..3 {
+        close(
+            numbers(&mended["accelerometer"]["bias"])[i],
+            phone.bias[i],
+            0.01,
+        );
+    }
+}
+
+#[test]
+fn names_of_a_turned_board_are_explained_by_the_axes_that_are_printed() {
+    // What is called x lies along the board's y, and y along its −x.
+    let folder = six_files(&Sensor::default());
+    let at = |name: &str| folder.path().join(name);
+    for (from, to) in [
+        ("x_axis_pos.csv", "1"),
+        ("x_axis_neg.csv", "2"),
+        ("y_axis_pos.csv", "x_axis_pos.csv"),
+        ("y_axis_neg.csv", "x_axis_neg.csv"),
+        ("1", "y_axis_neg.csv"),
+        ("2", "y_axis_pos.csv"),
+    ] {
+        std::fs::rename(at(from), at(to)).unwrap();
+    }
+    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
+    let [(_, note)] = told(&file, "names-turned")[..] else {
+        panic!("{file}")
+    };
+    let map = note
+        .split("--axes ")
+        .nth(1)
+        .unwrap()
+        .split(' ')
+        .next()
+        .unwrap();
+    let mended = calibrate(folder.path(), &format!(". --gravity 9.81 --axes {map}"), 0);
+    assert!(
+        !kinds(&mended)
+            .iter()
+            .any(|k| k.starts_with("names-") || k == "orientation-mismatch")
+    );
+}
+
+#[test]
+fn names_with_a_dash_and_paths_with_a_space_do_as_they_are_printed() {
+    let folder = tempfile::tempdir().unwrap();
+    for ((_, up), name) in FACES.iter().zip(["+x", "-x", "+y", "-y", "+z", "-z"]) {
+        write(
+            folder.path(),
+            &format!("{name}.csv"),
+            &Sensor::default().file(*up, 500, 8),
+        );
+    }
+    for option in ["--face", "--free"] {
+        calibrate(folder.path(), &format!(". --gravity 9.81 {option} -x"), 0);
+    }
+    let run = run_in(folder.path(), ["calibrate", ".", "-o", "my cal.json"]);
+    assert!(
+        run.out.contains("gravical apply \"my cal.json\" "),
+        "{}",
+        run.out
+    );
+}
+
+#[test]
+fn what_is_missing_is_named_with_its_cause() {
+    let folder = six_files(&Sensor::default());
+    let mut shaken = "t_ms,ax,ay,az\n".to_owned();
+    let mut noise = Noise::new(5);
+    for i in 0..500 {
+        let level = 0.1 * (1 + i % 17) as f64;
+        let row = [0, 0, 0].map(|v| f64::from(v) + level * noise.normal());
+        shaken += &format!(
+            "{},{:.3},{:.3},{:.3}\n",
+            10 * i,
+            row[0],
+            row[1],
+            row[2] + 9.0
+        );
+    }
+    write(folder.path(), "y_axis_pos.csv", &shaken);
+    let run = run_in(folder.path(), words("calibrate . --method ferraris --json"));
+    assert_eq!((run.code, run.error_code().as_str()), (3, "missing-face"));
+    let message = run.json()["message"].as_str().unwrap().to_owned();
+    assert!(
+        message.contains("y_axis_pos.csv: y_axis_pos is never still in lines 2 to 501"),
+        "{message}"
+    );
+}
