@@ -38,6 +38,7 @@ pub(super) fn worst(work: &[Pose], found: &Fit, bad: &[Option<f64>]) -> Option<(
         tilt: found.model.tilt,
         prior: found.model.prior,
         model_error: 0.0,
+        scatter: found.model.scatter,
     };
     let whole = fit(work, &held, &found.start())?;
     if whole.freedom < LEAST_FREEDOM {

@@ -20,6 +20,13 @@ pub(super) struct Pose {
     pub left_out: bool,
 }
 
+impl Pose {
+    /// A placement on `face` in this group.
+    fn is_of(&self, group: usize, face: Face) -> bool {
+        self.group == group && self.face == Some(face) && !self.left_out
+    }
+}
+
 /// What is held in a fit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Held {
@@ -28,6 +35,9 @@ pub(super) struct Held {
     pub prior: Option<f64>,
     /// Standard deviation that is added to every mean, input unit.
     pub model_error: f64,
+    /// Standard deviation of poses of one group about their tilt, rad for each
+    /// of two components.
+    pub scatter: f64,
 }
 
 /// Where a search starts.
@@ -134,12 +144,26 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
                 return None;
             }
             let face = pose.face.filter(|_| !triangular);
+            let repeated = |f: Face| poses.iter().filter(|p| p.is_of(pose.group, f)).count() > 1;
+            let across = match face {
+                Some(f) if repeated(f) => held.scatter * held.gravity * matrix3::norm(&m[f.axis]),
+                _ => 0.0,
+            };
             let reading = Reading {
                 mean: pose.mean,
-                sd: pose.sd.map(|s| s.hypot(held.model_error)),
+                sd: std::array::from_fn(|i| {
+                    let known = pose.sd[i].hypot(held.model_error);
+                    match face {
+                        Some(face) if face.axis != i => known.hypot(across),
+                        _ => known,
+                    }
+                }),
+            };
+            let same = |(group, place): &&(usize, usize)| {
+                *group == pose.group && places[*place].face == face
             };
             if face.is_some()
-                && let Some((_, place)) = groups.iter().find(|(g, _)| *g == pose.group)
+                && let Some((_, place)) = groups.iter().find(same)
             {
                 places[*place].readings.push(reading);
                 return Some(*place);
@@ -165,6 +189,7 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
         places,
         gravity: held.gravity,
         tilt: held.tilt,
+        scatter: held.scatter,
         prior: held.prior,
         triangular,
     };

@@ -24,9 +24,11 @@
 //! 2. *Tilt*: σ² ← Σ‖δ‖²/γ with γ = 2 N − tr(C_δδ)/σ², the maximum of the
 //!    marginal likelihood (MacKay, Neural Comput. 4 (1992) 415), where γ ≥ 4;
 //!    else 1° is assumed.
-//! 3. *Face or free*: a pose near an axis stays a face while its tilt under the
-//!    fit is within 3.72 σ_tilt (one in a thousand is further off).
-//! 4. *Repeats that lay the same way* share their tilt: they do not average it.
+//! 3. *Face or free*: a pose is a face where its tilt under the fit is likelier
+//!    for a placement than for a pose that points anywhere, by a mixture of both
+//!    over all poses.
+//! 4. *Repeats that lay the same way* share their tilt, pair by pair: they do not
+//!    average it.
 //! 5. *Bad poses*: one whose deletion lowers χ² more than chance allows is left
 //!    out.
 //!
@@ -37,6 +39,7 @@ mod fit;
 mod leave_out;
 mod model;
 mod reduced;
+mod repeats;
 mod roles;
 mod sources;
 #[cfg(test)]
@@ -87,10 +90,8 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
     roles::first(poses, &mut work, start);
     let mut search = Search::new(poses, options, start);
     let mut last = search.settle(&mut work)?;
-    let mut shared_tilts = false;
-    if roles::lie_the_same_way(&work, &last, search.held.tilt) {
-        roles::share_tilts(&mut work);
-        shared_tilts = true;
+    if let Some(scatter) = repeats::group(&mut work, &last, search.held.tilt) {
+        search.held.scatter = scatter;
         last = search.settle(&mut work)?;
     }
     let mut bad = vec![None; poses.len()];
@@ -100,7 +101,7 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
         search.held.model_error = 0.0;
         last = search.settle(&mut work)?;
     }
-    search.finish(&work, last, &bad, shared_tilts)
+    search.finish(&work, last, &bad)
 }
 
 /// M and b to start with: the nominal scale (or the one that readings of usual
@@ -160,6 +161,7 @@ impl<'a> Search<'a> {
                     .nominal
                     .filter(|n| options.prior && (0.8..1.25).contains(&(usual / n))),
                 model_error: 0.0,
+                scatter: 0.0,
             },
             start: Start {
                 m,
@@ -180,7 +182,7 @@ impl<'a> Search<'a> {
         loop {
             let found = self.balance(work)?;
             let before: Vec<Option<Face>> = work.iter().map(|p| p.face).collect();
-            roles::sort(self.poses, work, &found, self.held.tilt);
+            roles::sort(self.poses, work, &found, self.options.tilt.unwrap_or(0.0));
             let after: Vec<Option<Face>> = work.iter().map(|p| p.face).collect();
             rounds += 1;
             // Back and forth: what was there before is as good.
@@ -283,7 +285,6 @@ impl<'a> Search<'a> {
         work: &[Pose],
         found: Fit,
         bad: &[Option<f64>],
-        shared_tilts: bool,
     ) -> Result<JointFit, JointError> {
         let covariance = found.full_covariance().ok_or_else(|| self.open(work))?;
         let inverse = matrix3::inverse(&found.state.m).ok_or(JointError::NotConverged)?;
@@ -352,7 +353,7 @@ impl<'a> Search<'a> {
             freedom: found.freedom,
             condition: magnitude_condition(&found),
             oriented: !found.model.triangular,
-            shared_tilts,
+            shared_tilts: found.model.places.iter().any(|p| p.readings.len() > 1),
         })
     }
 }

@@ -15,7 +15,8 @@ const BIAS_SD_MPS2: f64 = 0.6;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reading {
     pub mean: [f64; 3],
-    /// Standard deviation of each component, model error included.
+    /// Standard deviation of each component: noise, model error, and across the
+    /// face the scatter of placements that share a tilt.
     pub sd: [f64; 3],
 }
 
@@ -34,6 +35,9 @@ pub(super) struct Model {
     pub gravity: f64,
     /// sd of each component of a placement's tilt, rad.
     pub tilt: f64,
+    /// … of placements that lay the same way about the tilt that they share,
+    /// rad.
+    pub scatter: f64,
     /// Nominal scale (input unit per m/s²), for the prior; none switches it
     /// off.
     pub prior: Option<f64>,
@@ -303,6 +307,7 @@ mod tests {
             ],
             gravity: 9.81,
             tilt: 0.02,
+            scatter: 0.0,
             prior: Some(1.0),
             triangular: false,
         };

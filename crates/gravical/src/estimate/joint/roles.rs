@@ -1,14 +1,11 @@
 //! Which poses are faces.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-
 use gravical_core::matrix3;
 
 use crate::segment::face::{Face, angle_deg};
-use crate::stats::median;
 
 use super::fit::{Fit, Pose};
-use super::{ASSUMED_TILT, DEG, JointPose, model};
+use super::{ASSUMED_TILT, DEG, JointPose};
 
 /// What is known of a pose's direction, in axes of the board.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,143 +20,120 @@ pub enum Role {
     Free,
 }
 
-/// Faces have tilts up to so many σ: one in a thousand has more, with two
-/// components.
-const FACE_LIMIT: f64 = 3.72;
-/// A named face that lies no further off than this stays one, degrees.
-const NAMED_LIMIT_DEG: f64 = 10.0;
-/// Beyond this nothing is a face, degrees.
-const MOST_DEG: f64 = 25.0;
-/// Tilts above this are no placements on faces but poses in the hand, rad.
-const MOST_PLAUSIBLE: f64 = 3.5 / DEG;
-/// Median of a tilt of two components, in units of their sd.
-const RAYLEIGH_MEDIAN: f64 = 1.1774;
-/// Repeats that agree so well by chance are rarer than this.
-const SAME_WAY_CHANCE: f64 = 1e-3;
+/// Beyond this nothing is a face, rad.
+const MOST: f64 = 25.0 / DEG;
+/// Tilts of placements on faces, rad, between which their spread is looked for.
+/// More is a pose in the hand; less is finer than any fixture, and a face that
+/// lies as well as this is one whatever the others do.
+const SPREAD: [f64; 2] = [0.1 / DEG, 3.5 / DEG];
+/// Steps between these.
+const STEPS: i32 = 60;
+/// Poses that lie anywhere, by chance near axes, raise the logarithm of the
+/// likelihood by less than this.
+const NO_FACES: f64 = 5.0;
+/// A name says which of the six faces it is, and is right 19 times in 20.
+const NAME: f64 = 6.0 * 19.0;
 
-/// Angle of a reading to the face, degrees, under M and b.
+/// Angle of a reading to the face, rad, under M and b.
 fn off(mean: [f64; 3], inverse: &[[f64; 3]; 3], b: &[f64; 3], face: Face) -> f64 {
     let force = matrix3::mul_vec(inverse, &matrix3::sub(&mean, b));
-    angle_deg(force, face.direction())
+    angle_deg(force, face.direction()) / DEG
 }
 
-/// First roles: what is said, and of the rest the nearest to every face, if
-/// those look like placements at all.
+/// First roles: of the poses that may be a face the nearest to it, however far
+/// off the names are; the others follow when the fit knows how faces lie.
 pub(super) fn first(poses: &[JointPose], work: &mut [Pose], (m, b): ([[f64; 3]; 3], [f64; 3])) {
     let Some(inverse) = matrix3::inverse(&m) else {
         return;
     };
     let mut nearest: [Option<(usize, f64)>; 6] = [None; 6];
     for (k, pose) in poses.iter().enumerate() {
-        match pose.role {
-            Role::Face(face) | Role::Named(face) => work[k].face = Some(face),
-            Role::Free => {}
-            Role::Open => {
-                let force = matrix3::mul_vec(&inverse, &matrix3::sub(&pose.mean, &b));
-                let (face, angle) = Face::nearest(force);
-                let best = &mut nearest[face.index()];
-                if angle <= MOST_DEG && best.is_none_or(|(_, a)| angle < a) {
-                    *best = Some((k, angle));
-                }
-            }
+        if let Role::Face(face) = pose.role {
+            work[k].face = Some(face);
+        }
+        let Some((face, angle, _)) = candidate(pose, &inverse, &b) else {
+            continue;
+        };
+        let best = &mut nearest[face.index()];
+        if (angle <= MOST || pose.role == Role::Named(face)) && best.is_none_or(|(_, a)| angle < a)
+        {
+            *best = Some((k, angle));
         }
     }
-    let said = |face: Face| {
-        poses
-            .iter()
-            .any(|p| p.role == Role::Named(face) || p.role == Role::Face(face))
-    };
     for face in Face::all() {
         if let Some((k, _)) = nearest[face.index()]
-            && !said(face)
+            && !poses.iter().any(|p| p.role == Role::Face(face))
         {
             work[k].face = Some(face);
         }
     }
 }
 
-/// Sorts the poses again by a fit.
-pub(super) fn sort(poses: &[JointPose], work: &mut [Pose], found: &Fit, tilt: f64) {
+/// The face that a pose may be, its angle to it in rad, and how many times more
+/// likely that is than for a pose of which nothing is said.
+fn candidate(pose: &JointPose, inverse: &[[f64; 3]; 3], b: &[f64; 3]) -> Option<(Face, f64, f64)> {
+    match pose.role {
+        Role::Named(face) => Some((face, off(pose.mean, inverse, b, face), NAME)),
+        Role::Open => {
+            let force = matrix3::mul_vec(inverse, &matrix3::sub(&pose.mean, b));
+            let (face, angle_deg) = Face::nearest(force);
+            Some((face, angle_deg / DEG, 1.0))
+        }
+        Role::Face(_) | Role::Free => None,
+    }
+}
+
+/// How many times more likely a pose `angle` from an axis lies on one of the six
+/// faces with tilts of `spread` than it points anywhere: the normal density of
+/// two components over a sixth of the sphere each, e^(−a²/2σ²)/(2πσ²)/6 over
+/// 1/4π.
+fn odds(angle: f64, spread: f64) -> f64 {
+    let variance = spread * spread;
+    (-angle * angle / (2.0 * variance)).exp() / (3.0 * variance)
+}
+
+/// Sorts the poses again by a fit: each is a face where that is more likely than
+/// a pose that points anywhere. Faces have the spread that makes all angles
+/// together likeliest, as a mixture: an estimate from what was taken for faces
+/// would grow with every deliberate lean among them. `least` is a tilt that was
+/// given.
+pub(super) fn sort(poses: &[JointPose], work: &mut [Pose], found: &Fit, least: f64) {
     let Some(inverse) = matrix3::inverse(&found.state.m) else {
         return;
     };
-    let b = found.state.b;
-    let sigma = DEG * believable(work, &inverse, &b, tilt);
-    for (pose, work) in poses.iter().zip(work) {
-        work.face = match pose.role {
-            Role::Face(face) => Some(face),
-            Role::Free => None,
-            Role::Named(face) => {
-                let limit = (FACE_LIMIT * sigma).clamp(NAMED_LIMIT_DEG, MOST_DEG);
-                (off(pose.mean, &inverse, &b, face) <= limit).then_some(face)
+    let candidates: Vec<Option<(Face, f64, f64)>> = poses
+        .iter()
+        .map(|pose| candidate(pose, &inverse, &found.state.b))
+        .collect();
+    let there: Vec<(f64, f64)> = candidates
+        .iter()
+        .zip(work.iter())
+        .filter(|(_, pose)| !pose.left_out)
+        .filter_map(|(c, _)| c.map(|(_, angle, weight)| (angle, weight)))
+        .collect();
+    let spread = spread(&there).max(least);
+    for ((pose, candidate), work) in poses.iter().zip(candidates).zip(work) {
+        work.face = match (pose.role, candidate) {
+            (Role::Face(face), _) => Some(face),
+            (_, Some((face, angle, weight))) => {
+                (angle <= MOST && weight * odds(angle, spread) > 1.0).then_some(face)
             }
-            Role::Open => {
-                let force = matrix3::mul_vec(&inverse, &matrix3::sub(&pose.mean, &b));
-                let (face, angle) = Face::nearest(force);
-                (angle <= (FACE_LIMIT * sigma).min(MOST_DEG)).then_some(face)
-            }
+            (_, None) => None,
         };
     }
 }
 
-/// The tilt that roles are judged by. An estimate that is too large for
-/// placements comes from poses that are none.
-fn believable(work: &[Pose], inverse: &[[f64; 3]; 3], b: &[f64; 3], tilt: f64) -> f64 {
-    let mut angles: Vec<f64> = work
-        .iter()
-        .filter(|p| !p.left_out)
-        .filter_map(|p| Some(off(p.mean, inverse, b, p.face?)))
-        .collect();
-    let usual = median(&mut angles).map_or(0.0, |a| a / RAYLEIGH_MEDIAN / DEG);
-    if usual > MOST_PLAUSIBLE {
-        ASSUMED_TILT
-    } else {
-        tilt.min(MOST_PLAUSIBLE)
-    }
-}
-
-/// True when placements of the same face agree far better than tilts of their
-/// own would: they lay the same way, on the same table.
-pub(super) fn lie_the_same_way(work: &[Pose], found: &Fit, tilt: f64) -> bool {
-    let Some(inverse) = matrix3::inverse(&found.state.m) else {
-        return false;
-    };
-    let (mut squares, mut freedom) = (0.0, 0.0);
-    for face in Face::all() {
-        let directions: Vec<[f64; 3]> = work
-            .iter()
-            .filter(|p| p.face == Some(face) && !p.left_out)
-            .map(|p| {
-                model::unit(matrix3::mul_vec(
-                    &inverse,
-                    &matrix3::sub(&p.mean, &found.state.b),
-                ))
-            })
-            .collect();
-        let n = directions.len() as f64;
-        if n < 2.0 {
-            continue;
-        }
-        let mean: [f64; 3] =
-            std::array::from_fn(|i| directions.iter().map(|d| d[i]).sum::<f64>() / n);
-        squares += directions
-            .iter()
-            .map(|d| model::norm(matrix3::sub(d, &mean)).powi(2))
-            .sum::<f64>();
-        freedom += 2.0 * (n - 1.0);
-    }
-    if freedom < 4.0 {
-        return false;
-    }
-    ChiSquared::new(freedom).is_ok_and(|chi2| chi2.cdf(squares / (tilt * tilt)) < SAME_WAY_CHANCE)
-}
-
-/// Puts repeats of a face into one group.
-pub(super) fn share_tilts(work: &mut [Pose]) {
-    for k in 0..work.len() {
-        let Some(face) = work[k].face else { continue };
-        if let Some(first) = (0..k).find(|&j| work[j].face == Some(face)) {
-            work[k].group = work[first].group;
-        }
-    }
+/// The likeliest tilt of the faces among poses with these angles and weights;
+/// the usual one where nothing looks like a face.
+fn spread(there: &[(f64, f64)]) -> f64 {
+    let [low, high] = SPREAD;
+    (0..=STEPS)
+        .map(|i| low * (high / low).powf(f64::from(i) / f64::from(STEPS)))
+        .map(|spread| {
+            let gain = |(angle, weight): &(f64, f64)| (weight * odds(*angle, spread)).ln_1p();
+            (spread, there.iter().map(gain).sum::<f64>())
+        })
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, likelihood)| *likelihood > NO_FACES)
+        .map_or(ASSUMED_TILT, |(spread, _)| spread)
 }

@@ -79,10 +79,12 @@ pub(super) fn by_source(
                 let axis = row % 3;
                 let known = work[members[row / 3]].sd[axis].powi(2);
                 let steps = quantisation[axis].powi(2).min(known);
-                let total = known + model_error.powi(2);
+                // The scatter of repeats about their tilt is what is left.
+                let total = model.places[block].readings[row / 3].sd[axis].powi(2);
                 add(0, (known - steps) / total);
                 add(1, steps / total);
                 add(2, model_error.powi(2) / total);
+                add(3, 1.0 - (known + model_error.powi(2)) / total);
             }
         }
     }
