@@ -47,6 +47,7 @@ pub mod integrate;
 pub mod matrix3;
 pub mod motion;
 mod real;
+pub mod rounding;
 pub mod six_position;
 pub mod still;
 pub mod strapdown;

@@ -1,7 +1,7 @@
 //! The noise of a sensor that rests, learnt from its first seconds.
 
 use super::{CHANNELS, Plan, RestNoise};
-use crate::Real;
+use crate::{Real, rounding};
 
 /// VIF beyond this: it moved. Behind a low-pass of 5 Hz at 100 Hz it is 9.
 const MOST_VIF: f64 = 30.0;
@@ -15,6 +15,7 @@ const MOST_VIF: f64 = 30.0;
 pub struct Learner<T> {
     plan: Plan,
     has_gyro: bool,
+    step: [T; CHANNELS],
     samples: usize,
     blocks: usize,
     first: [T; CHANNELS],
@@ -33,6 +34,7 @@ impl<T: Real> Learner<T> {
         Learner {
             plan,
             has_gyro,
+            step: zero,
             samples: 0,
             blocks: 0,
             first: zero,
@@ -42,6 +44,16 @@ impl<T: Real> Learner<T> {
             means: zero,
             mean_squares: zero,
         }
+    }
+
+    /// The same for readings that are rounded to steps of `step`, specific force
+    /// (m/s²) and then angular rate (rad/s): one count of the converter, or the last
+    /// decimal place. A channel that never changes then has the noise of rounding;
+    /// without, there is none to be learnt from it.
+    #[must_use]
+    pub fn rounded(mut self, step: [T; CHANNELS]) -> Self {
+        self.step = step;
+        self
     }
 
     /// Whole blocks so far.
@@ -84,8 +96,8 @@ impl<T: Real> Learner<T> {
         self.square = [T::zero(); CHANNELS];
     }
 
-    /// The noise; none before five blocks, where a channel has no noise at all, or
-    /// where the means scatter so much that it moved.
+    /// The noise; none before five blocks, where a channel has no noise at all and
+    /// its steps are not known, or where the means scatter so much that it moved.
     #[must_use]
     pub fn noise(&self) -> Option<RestNoise<T>> {
         if self.blocks < Plan::SEED_BLOCKS {
@@ -100,8 +112,9 @@ impl<T: Real> Learner<T> {
             (self.mean_squares[c] - self.means[c] * self.means[c] / n) / (n - one)
         });
         // A block takes the share VIF/b of the variance with its mean.
+        let found: [T; CHANNELS] = core::array::from_fn(|c| within[c] * (b - one) / b + between[c]);
         let variance: [T; CHANNELS] =
-            core::array::from_fn(|c| within[c] * (b - one) / b + between[c]);
+            core::array::from_fn(|c| found[c].max(rounding::floor(self.step[c])));
         let sensors = if self.has_gyro { 2 } else { 1 };
         let mut vif = [one; 2];
         for (sensor, vif) in vif.iter_mut().enumerate().take(sensors) {
@@ -115,12 +128,12 @@ impl<T: Real> Learner<T> {
             }
             *vif = ratio.max(one);
         }
-        let sigma = variance.map(T::sqrt);
+        let sigma = found.map(T::sqrt);
         let accel = [sigma[0], sigma[1], sigma[2]];
         let gyro = self
             .has_gyro
             .then_some(([sigma[3], sigma[4], sigma[5]], vif[1]));
-        Some(RestNoise::new(accel, vif[0], gyro))
+        Some(RestNoise::new(accel, vif[0], gyro).rounded(&self.plan, &self.step))
     }
 }
 
@@ -153,5 +166,16 @@ mod tests {
         }
         assert!(moving.noise().is_none());
         assert!(silent.noise().is_none());
+        // With known steps silence is what rounding hides.
+        let noise = silent.rounded([0.01; CHANNELS]).noise().unwrap();
+        let floor = rounding::floor(0.01);
+        assert!(
+            noise.variance[..3]
+                .iter()
+                .all(|v| (v / floor - 3.0).abs() < 1e-12)
+        );
+        for (window, means) in Plan::new(100.0).windows.iter().zip(noise.mean_variance) {
+            assert!((means[0] - floor * (1.0 + *window as f64)).abs() < 1e-12);
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Lengths in samples, and the noise at rest.
 
 use super::CHANNELS;
-use crate::Real;
+use crate::{Real, rounding};
 
 /// Lengths of windows and blocks in samples.
 ///
@@ -88,6 +88,38 @@ impl<T: Real> RestNoise<T> {
             gyro_vif,
             has_gyro: gyro.is_some(),
         }
+    }
+
+    /// The same where samples are rounded to steps of `step`, each channel (m/s² or
+    /// rad/s; 0 where nothing is known of them): no variance is less than that of
+    /// rounding ([`rounding::sample_variance`]), and what rounding leaves in a mean
+    /// ([`rounding::mean_variance`]) does not shrink with the window.
+    #[must_use]
+    pub fn rounded(self, plan: &Plan, step: &[T; CHANNELS]) -> Self {
+        let left = core::array::from_fn(|c| rounding::mean_variance(self.variance[c], step[c]));
+        self.with_rounding(plan, step, &left)
+    }
+
+    /// The same where it is known from elsewhere which variance rounding leaves in a
+    /// mean, (m/s²)² or (rad/s)²: from many rests, say, or from counts.
+    #[must_use]
+    pub fn with_rounding(
+        mut self,
+        plan: &Plan,
+        step: &[T; CHANNELS],
+        left: &[T; CHANNELS],
+    ) -> Self {
+        for c in 0..CHANNELS {
+            let left = left[c];
+            let floor = rounding::floor(step[c]);
+            self.variance[c] = self.variance[c].max(floor + left + left);
+            for (means, window) in self.mean_variance.iter_mut().zip(plan.windows) {
+                // A variance of zero has no ratio to go by.
+                let white = means[c].max(floor);
+                means[c] = white + left * T::from_f64(window as f64);
+            }
+        }
+        self
     }
 
     /// True when the samples scatter about the means of their blocks by no more than

@@ -65,6 +65,7 @@ use serde::Serialize;
 use crate::Result;
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::recording::open::Input;
+use crate::recording::resolution::of_channels;
 use crate::recording::{
     AccelScale, AccelUnit, Aside, Finding, GyroUnit, Prepared, ReadOptions, prepare,
 };
@@ -219,7 +220,12 @@ pub fn apply(
     let stream = Stream::new(
         Rewrite(&plan),
         Sensor::new(calibration, judged.gyro.is_some(), options.axes).without_drift(drift),
-        Watch::new(judged.accel, judged.zero_offset, layout.has_gyro()),
+        Watch::new(
+            judged.accel,
+            judged.zero_offset,
+            of_channels(&head.accel, head.gyro.as_ref()),
+            layout.has_gyro(),
+        ),
         head.stamps(&dialect, &layout, &options.read),
         [head.accel_held, head.gyro_held],
         &dialect,

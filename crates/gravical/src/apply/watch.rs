@@ -3,7 +3,9 @@
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use crate::recording::quality::{FROZEN_ROWS, is_clipped};
+use crate::recording::quality::{
+    Beside, FROZEN_ROWS, Repeats, frozen_axis, is_clipped, is_frozen, is_jump,
+};
 use crate::recording::row::{ACCEL, Values};
 use crate::recording::{AccelScale, AccelUnit, Finding, LineSpans};
 
@@ -19,6 +21,7 @@ const NAMES: [&str; 6] = ["ax", "ay", "az", "gx", "gy", "gz"];
 pub(crate) struct Watch {
     scale: AccelScale,
     zero_offset: f64,
+    resolution: [f64; 6],
     /// Nothing of a smaller magnitude is clipped.
     certain: f64,
     /// Three, or six with a gyroscope.
@@ -34,7 +37,7 @@ pub(crate) struct Watch {
     frozen: [LineSpans; 6],
     longest: [u64; 6],
     clipped: [Clipped; 3],
-    repeated: LineSpans,
+    repeated: Repeats,
     ended: bool,
 }
 
@@ -43,8 +46,8 @@ pub(crate) struct Watch {
 struct Run {
     from_row: u64,
     from_line: u64,
-    /// How often the channels of the same sensor have changed since.
-    changes: [u64; 3],
+    /// What the other two channels of the sensor did since.
+    others: [Beside; 2],
 }
 
 #[derive(Default)]
@@ -55,7 +58,8 @@ struct Clipped {
 }
 
 impl Watch {
-    pub fn new(scale: AccelScale, zero_offset: f64, with_gyro: bool) -> Self {
+    /// `resolution` of the channels as the first rows have it.
+    pub fn new(scale: AccelScale, zero_offset: f64, resolution: [f64; 6], with_gyro: bool) -> Self {
         let smallest = match (scale.unit, scale.nominal()) {
             (AccelUnit::Counts, _) => 32767.0,
             (_, Some(nominal)) => 0.999 * SMALLEST_RANGE_G * nominal * STANDARD_GRAVITY_MPS2,
@@ -64,6 +68,7 @@ impl Watch {
         Watch {
             scale,
             zero_offset,
+            resolution,
             certain: smallest,
             channels: if with_gyro { 6 } else { 3 },
             present: if with_gyro { 0b11_1111 } else { 0b111 },
@@ -75,7 +80,7 @@ impl Watch {
             frozen: Default::default(),
             longest: [0; 6],
             clipped: Default::default(),
-            repeated: LineSpans::default(),
+            repeated: Repeats::default(),
             ended: false,
         }
     }
@@ -98,7 +103,7 @@ impl Watch {
         still &= self.present;
         // Noise moves every channel in nearly every row.
         if still | self.still != 0 {
-            self.see_still(still, line);
+            self.see_still(still, &now, line);
         }
         let largest = now
             .iter()
@@ -114,7 +119,7 @@ impl Watch {
 
     /// Channels that keep their value in this row, or did up to it.
     #[inline(never)]
-    fn see_still(&mut self, still: u8, line: u64) {
+    fn see_still(&mut self, still: u8, now: &[f64; 6], line: u64) {
         for i in 0..NAMES.len() {
             let (is_still, was_still) = (still >> i & 1 == 1, self.still >> i & 1 == 1);
             if was_still && !is_still {
@@ -127,17 +132,21 @@ impl Watch {
                 self.runs[i] = Run {
                     from_row: self.rows - 1,
                     from_line: self.last_line,
-                    changes: [0; 3],
+                    others: Default::default(),
                 };
             }
-            let moving = !still >> (i / 3 * 3);
-            for (o, changes) in self.runs[i].changes.iter_mut().enumerate() {
-                *changes += u64::from(moving >> o & 1);
+            let sensor = i / 3 * 3;
+            for (k, other) in self.runs[i].others.iter_mut().enumerate() {
+                let o = sensor + (i - sensor + 1 + k) % 3;
+                other.see(self.previous[o], now[o]);
             }
         }
         self.still = still;
         if still == self.present {
-            self.repeated.push(line);
+            self.repeated.repeat(line);
+        } else if self.repeated.is_open() {
+            let jumps = |i: usize| is_jump(self.previous[i], now[i], self.resolution[i]);
+            self.repeated.end((0..self.channels).any(jumps));
         }
     }
 
@@ -154,14 +163,14 @@ impl Watch {
     }
 
     /// Books the run of a channel up to the last row, when it is a frozen one:
-    /// long, while another channel of the sensor changes in every tenth row or
-    /// more. A channel that never changes at all need not be as long.
+    /// long, while the others move. A channel that never changes at all need not
+    /// be as long.
     fn end_run(&mut self, i: usize) {
         let run = self.runs[i];
         let length = self.rows - run.from_row;
         let whole = run.from_row == 0 && length >= WHOLE_ROWS && self.ended;
-        let others_move = run.changes.iter().any(|changes| changes * 10 > length);
-        if (length >= FROZEN_ROWS as u64 || whole) && others_move {
+        let frozen = || is_frozen(&run.others, self.resolution[i], length as f64);
+        if (length >= FROZEN_ROWS as u64 || whole) && frozen() {
             self.longest[i] = self.longest[i].max(length);
             self.frozen[i].push_range(run.from_line, self.last_line, length);
         }
@@ -177,16 +186,7 @@ impl Watch {
         }
         for (i, lines) in self.frozen.iter().enumerate() {
             if !lines.is_empty() {
-                findings.push(
-                    Finding::warning(
-                        "frozen-axis",
-                        format!(
-                            "{} stands still to the last digit for {} rows while the others change",
-                            NAMES[i], self.longest[i]
-                        ),
-                    )
-                    .at_lines(lines),
-                );
+                findings.push(frozen_axis(NAMES[i], self.longest[i], lines));
             }
         }
         for (axis, clipped) in self.clipped.iter().enumerate() {
@@ -206,20 +206,6 @@ impl Watch {
                 );
             }
         }
-        // Coarse digits repeat by chance now and then.
-        let share = self.repeated.count() as f64 / self.rows.max(1) as f64;
-        if share > 0.01 && self.repeated.count() >= 10 {
-            findings.push(
-                Finding::warning(
-                    "repeated-rows",
-                    format!(
-                        "{} rows ({:.0} %) repeat the row before in every channel: the sensor was read faster than it measures",
-                        self.repeated.count(),
-                        100.0 * share
-                    ),
-                )
-                .at_lines(&self.repeated),
-            );
-        }
+        findings.extend(self.repeated.finding(self.rows));
     }
 }

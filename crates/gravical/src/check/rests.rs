@@ -83,8 +83,12 @@ pub(super) fn rests(
         .at(first.name.as_ref(), None)
         .with_hint("lay the sensor down for 3 s or more, in any pose, better in several"));
     }
-    let noise = Noise::of(recordings, &drafts, |r| Some(&r.accel));
-    let gyro_noise = Noise::of(recordings, &drafts, |r| r.gyro.as_ref());
+    let noise = Noise::of(recordings, &drafts, |r| {
+        Some((&r.accel, r.accel_resolution()))
+    });
+    let gyro_noise = Noise::of(recordings, &drafts, |r| {
+        Some((r.gyro.as_ref()?, r.gyro_resolution()))
+    });
     Ok(drafts
         .into_iter()
         .map(|draft| measure(draft, recordings, &noise, &gyro_noise))
@@ -176,15 +180,17 @@ impl Noise {
     fn of<'a>(
         recordings: &'a [Recording],
         drafts: &[Draft],
-        channels: impl Fn(&'a Recording) -> Option<&'a [Vec<f64>; 3]>,
+        channels: impl Fn(&'a Recording) -> Option<(&'a [Vec<f64>; 3], [f64; 3])>,
     ) -> Self {
+        let mut step = [0.0_f64; 3];
         let mut fast: Vec<[&[f64]; 3]> = Vec::new();
         let mut averages: Vec<[Vec<f64>; 3]> = Vec::new();
         for draft in drafts {
             let recording = &recordings[draft.recording];
-            let Some(channels) = channels(recording) else {
+            let Some((channels, own)) = channels(recording) else {
                 continue;
             };
+            step = std::array::from_fn(|i| step[i].max(own[i]));
             for rows in &draft.rows {
                 fast.push(std::array::from_fn(|i| &channels[i][rows.clone()]));
                 averages.push(std::array::from_fn(|i| {
@@ -197,8 +203,9 @@ impl Noise {
             .map(|a| a.each_ref().map(|v| &v[..]))
             .collect();
         Noise {
-            fast: pooled_noise(&fast),
-            slow: pooled_noise(&slow),
+            fast: pooled_noise(&fast, step),
+            // Averages come in no steps.
+            slow: pooled_noise(&slow, [0.0; 3]),
         }
     }
 

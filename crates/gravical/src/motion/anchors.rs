@@ -33,6 +33,9 @@ pub(super) struct Walk {
     pub accel: [f64; 3],
     /// N_g², rad²/s; the mean of the axes.
     pub gyro: f64,
+    /// Variance that rounding leaves in the mean of any rest, the mean of the axes:
+    /// (m/s²)² and (rad/s)².
+    pub rounding: [f64; 2],
 }
 
 impl Walk {
@@ -55,10 +58,28 @@ impl Walk {
             0.0
         };
         let walk = |noise: &Noise| noise.sigma.map(|s| s * s * noise.vif * step);
+        let left = |noise: &Noise| noise.rounding.iter().map(|r| r * r).sum::<f64>() / 3.0;
         Walk {
             accel: accel.map_or([0.0; 3], walk),
             gyro: gyro.map_or(0.0, |n| walk(n).iter().sum::<f64>() / 3.0),
+            rounding: [accel.map_or(0.0, left), gyro.map_or(0.0, left)],
         }
+    }
+
+    /// Seconds of noise alone that a mean of the accelerometer over `seconds` is worth:
+    /// fewer, where rounding leaves more in it than noise does.
+    fn worth_s(&self, seconds: f64) -> f64 {
+        let density = self.accel.iter().sum::<f64>() / 3.0;
+        if density > 0.0 {
+            seconds / (1.0 + self.rounding[0] * seconds / density)
+        } else {
+            seconds
+        }
+    }
+
+    /// Variance of the gyroscope's bias by a mean over `seconds`, (rad/s)².
+    fn bias(&self, seconds: f64) -> f64 {
+        self.gyro / seconds + self.rounding[1]
     }
 }
 
@@ -117,7 +138,7 @@ impl<'a> Anchors<'a> {
         let (bias, bias_variance) = self.bias(rests, k, side);
         Anchor {
             force: mean(&self.samples.force_mps2, rows.clone()),
-            seconds: self.seconds(&rows),
+            seconds: self.walk.worth_s(self.seconds(&rows)),
             bias,
             bias_variance,
         }
@@ -127,7 +148,7 @@ impl<'a> Anchors<'a> {
     pub fn whole(&self, rows: Range<usize>) -> Anchor {
         Anchor {
             force: mean(&self.samples.force_mps2, rows.clone()),
-            seconds: self.seconds(&rows),
+            seconds: self.walk.worth_s(self.seconds(&rows)),
             ..self.over(rows)
         }
     }
@@ -169,13 +190,13 @@ impl<'a> Anchors<'a> {
                     std::cmp::Ordering::Greater => Side::First,
                 };
                 let rows = self.part(&rests[source], side);
-                let variance = self.walk.gyro / self.seconds(&rows);
+                let variance = self.walk.bias(self.seconds(&rows));
                 (mean(rate, rows), variance)
             }
             // A short rest is better than none.
             None => {
                 let rows = self.part(&rests[k], side);
-                let variance = self.walk.gyro / self.seconds(&rows) + UNKNOWN_BIAS;
+                let variance = self.walk.bias(self.seconds(&rows)) + UNKNOWN_BIAS;
                 (mean(rate, rows), variance)
             }
         }
@@ -198,7 +219,7 @@ impl<'a> Anchors<'a> {
     }
 
     /// Time that the samples stand for; never zero.
-    fn seconds(&self, rows: &Range<usize>) -> f64 {
+    pub fn seconds(&self, rows: &Range<usize>) -> f64 {
         let t = &self.samples.t_s;
         let n = rows.len();
         let span = t[rows.end - 1] - t[rows.start];

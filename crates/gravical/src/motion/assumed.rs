@@ -77,6 +77,7 @@ pub(super) fn local_gravity(file: Option<&CalibrationFile>, options: &MotionOpti
 /// Mean of the first rows, and the seconds that it is over.
 pub(super) fn still_mean(samples: &Samples, rows: usize, walk: Walk) -> ([f64; 3], f64) {
     let rows = 0..rows.min(samples.len());
-    let anchor = Anchors::new(samples, walk).whole(rows);
-    (anchor.force, anchor.seconds)
+    let anchors = Anchors::new(samples, walk);
+    let seconds = anchors.seconds(&rows);
+    (anchors.whole(rows).force, seconds)
 }

@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use crate::recording::resolution::floors;
 use crate::recording::units::{GyroScale, GyroUnit, Origin};
 use crate::recording::{Finding, Recording};
 use crate::segment::still::moments;
@@ -70,8 +71,8 @@ pub(super) fn by_noise(
 }
 
 /// Standard deviation of a sample in the quietest quarter of short blocks at
-/// rest, mean of the axes, unit of the file; none for whole numbers (counts), or
-/// without noise.
+/// rest, mean of the axes, unit of the file; none for whole numbers (counts),
+/// without noise, and where rounding may hide the noise of either unit.
 fn noise(recording: &Recording, stills: &[Range<usize>]) -> Option<f64> {
     let gyro = recording.gyro.as_ref()?;
     let mut levels: Vec<f64> = stills
@@ -79,8 +80,8 @@ fn noise(recording: &Recording, stills: &[Range<usize>]) -> Option<f64> {
         .flat_map(|s| s.clone().step_by(BLOCK).map(|i| i..(i + BLOCK).min(s.end)))
         .filter(|b| b.len() >= 10)
         .map(|b| (moments(gyro, b).1 / 3.0).sqrt())
-        .filter(|level| *level > 0.0)
         .collect();
+    let rounding = (floors(&recording.gyro_resolution()) / 3.0).sqrt();
     let whole = stills.iter().flat_map(Clone::clone).take(2000).all(|row| {
         gyro.iter()
             .all(|c| c[row].fract() == 0.0 || c[row].is_nan())
@@ -89,7 +90,8 @@ fn noise(recording: &Recording, stills: &[Range<usize>]) -> Option<f64> {
         return None;
     }
     levels.sort_by(f64::total_cmp);
-    levels.get(levels.len() / 4).copied()
+    let level = levels.get(levels.len() / 4).copied()?.max(rounding);
+    (level > 0.0 && (level > rounding || rounding < BETWEEN)).then_some(level)
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ use super::smoother::Smoother;
 pub(super) struct Anchor {
     /// Mean specific force, m/s².
     pub force: [f64; 3],
-    /// Over how many seconds of samples.
+    /// So many seconds of noise alone the mean is worth.
     pub seconds: f64,
     /// Bias of the gyroscope, rad/s; zero without one.
     pub bias: [f64; 3],

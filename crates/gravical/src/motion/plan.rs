@@ -185,6 +185,7 @@ mod tests {
             rate_rad_s: None,
             row: (0..n).collect(),
             breaks: breaks.to_vec(),
+            resolution: [0.0; 6],
         }
     }
 

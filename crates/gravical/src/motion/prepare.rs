@@ -192,6 +192,27 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
+    /// Steps of the calibrated values: an axis that is mixed of three has the root of
+    /// the sum of their squares, which keeps the variance of rounding.
+    fn resolution(
+        &self,
+        accel: &Calibration<f64>,
+        gyro: Option<GyroscopeCalibration<f64>>,
+    ) -> [f64; 6] {
+        let mixed = |matrix: [[f64; 3]; 3], step: [f64; 3]| {
+            let board = matrix.map(|row| {
+                let squares = row.iter().zip(step).map(|(m, q)| (m * q).powi(2));
+                squares.sum::<f64>().sqrt()
+            });
+            self.axes.to_case(board).map(f64::abs)
+        };
+        let [a, b, c] = mixed(accel.matrix, self.recording.accel_resolution());
+        let [d, e, f] = gyro.map_or([0.0; 3], |g| {
+            mixed(g.matrix, self.recording.gyro_resolution())
+        });
+        [a, b, c, d, e, f]
+    }
+
     /// Samples in SI. Rows that are incomplete, or whose stamp falls behind, are
     /// noted in `left_out`.
     fn samples(
@@ -210,6 +231,7 @@ impl Source<'_> {
         let gyro = gyro.zip(rate);
         let mut out = Samples {
             rate_rad_s: gyro.map(|_| std::array::from_fn(|_| Vec::with_capacity(rows))),
+            resolution: self.resolution(accel, gyro.map(|(g, _)| g)),
             ..Samples::default()
         };
         let gap = gap_s(self.times);

@@ -18,6 +18,9 @@ pub struct Samples {
     /// Samples that do not follow their predecessor: before them the recording
     /// has a break, or a gap too long to integrate across.
     pub breaks: Vec<usize>,
+    /// Steps that the values come in, m/s² along x, y, z and rad/s about them; 0
+    /// where nothing tells.
+    pub resolution: [f64; 6],
 }
 
 impl Samples {
@@ -44,6 +47,7 @@ impl Samples {
             rate_rad_s: self.rate_rad_s.as_ref().map(three),
             row: self.row[..count].to_vec(),
             breaks: self.breaks.iter().copied().filter(|b| *b < count).collect(),
+            resolution: self.resolution,
         }
     }
 

@@ -20,7 +20,8 @@ use gravical_core::still::{Plan, RestNoise};
 use super::anchors::Walk;
 use super::assumed::directions;
 use super::prepare::{Prepared, gap_s, prepare, times};
-use super::still::find_rests;
+use super::samples::Samples;
+use super::still::{Rests, find_rests};
 use super::table::time_decimals;
 use super::{
     Calibrated, GravityRemoval, MotionOptions, MotionResult, NoiseAtRest, Rates, size_at_rest,
@@ -112,6 +113,7 @@ pub fn motion_stream(
         Watch::new(
             recording.accel_scale,
             recording.zero_offset,
+            recording.resolution,
             opened.layout.has_gyro(),
         ),
         None,
@@ -140,12 +142,25 @@ pub(super) fn whole_lines(head: &[u8], whole: bool) -> &[u8] {
     &head[..end]
 }
 
+/// The noise that rests are found with, at the rate of the samples.
+fn rest_noise(rests: &Rests, samples: &Samples, rate_hz: f64) -> Option<RestNoise<f64>> {
+    let accel = rests.accel?;
+    let gyro = rests.gyro.filter(|_| samples.rate_rad_s.is_some());
+    let left: [f64; 6] = std::array::from_fn(|c| match c {
+        0..3 => accel.rounding[c].powi(2),
+        _ => gyro.map_or(0.0, |g| g.rounding[c - 3].powi(2)),
+    });
+    let noise = RestNoise::new(accel.sigma, accel.vif, gyro.map(|g| (g.sigma, g.vif)));
+    Some(noise.with_rounding(&Plan::new(rate_hz), &samples.resolution, &left))
+}
+
 /// What the first rows tell.
 struct Begin {
     recording: Recording,
     accel: Calibration<f64>,
     gyro: Option<GyroscopeCalibration<f64>>,
     noise: Option<NoiseAtRest>,
+    rest_noise: Option<RestNoise<f64>>,
     rested: bool,
     rate_hz: f64,
     gap_s: f64,
@@ -188,13 +203,15 @@ impl Begin {
             (sum / 3.0).sqrt()
         };
         let step_s = samples.median_step_s();
+        let rate_hz = if step_s > 0.0 { 1.0 / step_s } else { 0.0 };
         let all = times(&recording)?;
         Ok(Begin {
             accel: scales.accel,
             gyro: scales.gyro,
             noise: NoiseAtRest::of(&rests),
+            rest_noise: rest_noise(&rests, &samples, rate_hz),
             rested: !rests.spans.is_empty(),
-            rate_hz: if step_s > 0.0 { 1.0 / step_s } else { 0.0 },
+            rate_hz,
             gap_s: gap_s(&all),
             time_decimals: time_decimals(&all),
             bias_mps2: mean(&|d| d.force(&[0.0; 3])),
@@ -251,13 +268,8 @@ impl Begin {
         let searched = given.is_none() && self.rested && fits;
         // With the mean off and velocity left alone nothing asks for rests.
         let wanted = !still_mean || options.zero_velocity;
-        let rests = self.noise.filter(|_| searched && wanted).map(|n| {
-            let gyro = n
-                .gyro_sigma_rad_s
-                .zip(n.gyro_vif)
-                .filter(|_| self.gyro.is_some());
-            (plan, RestNoise::new(n.accel_sigma_mps2, n.accel_vif, gyro))
-        });
+        let noise = self.rest_noise.filter(|_| searched && wanted);
+        let rests = noise.map(|noise| (plan, noise));
         let first_rest = if still_mean || (given.is_none() && rests.is_none()) {
             FirstRest::Samples(options.still_rows)
         } else {

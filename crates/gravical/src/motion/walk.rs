@@ -105,6 +105,7 @@ mod tests {
             rate_rad_s: Some([vec![0.0; n], (0..n).map(rate).collect(), vec![0.0; n]]),
             row: (0..n).collect(),
             breaks: Vec::new(),
+            resolution: [0.0; 6],
         };
         let setup = Setup {
             samples: &samples,

@@ -10,7 +10,7 @@ use super::read::Scanned;
 use super::timing::{self, Claims, Parts};
 use super::unit_choice::{decide_accel, looks_unsigned};
 use super::units::{GyroScale, GyroUnit, Origin};
-use super::{POSSIBLE, ReadOptions, Recording, quality};
+use super::{POSSIBLE, ReadOptions, Recording, quality, resolution};
 
 /// The rate that the metadata claim: `Fs,100`, `# rate: 62.5 Hz`.
 pub(crate) fn claimed_rate(metadata: &[(String, String)]) -> Option<f64> {
@@ -111,6 +111,7 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
         &mut findings,
     );
     let gyro_scale = gyro.as_ref().map(|g| gyro_by_claim(g, &layout, options));
+    let resolution = resolution::of_channels(&accel, gyro.as_ref());
     let mut recording = Recording {
         name: name.to_owned(),
         sha256,
@@ -130,6 +131,7 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
         zero_offset,
         accel_scale,
         gyro_scale,
+        resolution,
         timing: timed.timing,
         ledger,
         findings,

@@ -19,10 +19,10 @@ use crate::{Error, Result};
 use super::assemble::{claimed_rate, gyro_by_claim};
 use super::finding::{Finding, LineSpans};
 use super::open::{self, Input};
-use super::quality;
 use super::read::{Role, Scanned, scan_rows};
 use super::timing::{self, Claims, Parts, TimeUnit};
 use super::{ReadOptions, Recording};
+use super::{quality, resolution};
 
 /// A file that was joined to a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -166,6 +166,9 @@ fn join_input(
         breaks: columns.breaks,
     };
     let own = absolute(recording.time_s.clone(), recording.time_origin_s);
+    // Before values are interpolated.
+    let [.., x, y, z] = &mut recording.resolution;
+    [*x, *y, *z] = resolution::resolution(&gyro.channels);
     let joined = match (own, gyro.stamps_s.take()) {
         (Some(own), Some(other)) if own == other => gyro.channels,
         (Some(own), Some(other)) => {

@@ -40,6 +40,7 @@ pub mod open;
 pub mod quality;
 mod quiet;
 mod read;
+pub mod resolution;
 pub mod row;
 pub mod timing;
 mod unit_choice;
@@ -174,6 +175,9 @@ pub struct Recording {
     pub accel_scale: AccelScale,
     /// Unit of the gyroscope; none without one.
     pub gyro_scale: Option<GyroScale>,
+    /// Steps that the values of ax, ay, az, gx, gy, gz come in, each in its own unit
+    /// ([`resolution`]); 0 where nothing tells.
+    pub resolution: [f64; 6],
     /// Rates, gaps, jitter.
     pub timing: Timing,
     /// Every line accounted for.
@@ -226,6 +230,20 @@ impl Recording {
     #[must_use]
     pub fn segments(&self) -> Vec<std::ops::Range<usize>> {
         between(&self.breaks, self.rows())
+    }
+
+    /// [`resolution`](Self::resolution) of the accelerometer.
+    #[must_use]
+    pub fn accel_resolution(&self) -> [f64; 3] {
+        let [x, y, z, ..] = self.resolution;
+        [x, y, z]
+    }
+
+    /// [`resolution`](Self::resolution) of the gyroscope.
+    #[must_use]
+    pub fn gyro_resolution(&self) -> [f64; 3] {
+        let [.., x, y, z] = self.resolution;
+        [x, y, z]
     }
 
     /// The rate to work with, in Hz, and whether it had to be assumed.

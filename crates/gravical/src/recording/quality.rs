@@ -5,8 +5,8 @@ use super::Recording;
 use super::finding::{Finding, LineSpans};
 use super::units::{AccelScale, AccelUnit};
 
-/// Rows an axis has to stay exactly the same, while another moves, to be
-/// called frozen: a live sensor's noise flips its last digit sooner.
+/// Rows an axis has to stay exactly the same, while the others move, to be
+/// called frozen.
 pub(crate) const FROZEN_ROWS: usize = 100;
 
 /// Looks at all samples of a recording.
@@ -122,6 +122,10 @@ fn frozen_axes(
     sensor: &[Vec<f64>; 3],
     findings: &mut Vec<Finding>,
 ) {
+    let steps = match letter {
+        "a" => recording.accel_resolution(),
+        _ => recording.gyro_resolution(),
+    };
     for axis in 0..3 {
         let mut spans = LineSpans::default();
         let (mut from, mut longest) = (0, 0);
@@ -132,14 +136,16 @@ fn frozen_axes(
                 continue;
             }
             let length = row - from;
-            let others_move = || {
-                (0..3).filter(|o| *o != axis).any(|o| {
-                    let part = &sensor[o][from..row];
-                    part.windows(2).filter(|w| w[0] != w[1]).count() * 10 > length
-                })
-            };
             let whole = length == rows && rows >= 20;
-            if (length >= FROZEN_ROWS || whole) && others_move() {
+            let are_alive = || {
+                let mut others = [Beside::default(); 2];
+                for (other, o) in others.iter_mut().zip([(axis + 1) % 3, (axis + 2) % 3]) {
+                    let part = &sensor[o][from..row];
+                    part.windows(2).for_each(|w| other.see(w[0], w[1]));
+                }
+                is_frozen(&others, steps[axis], length as f64)
+            };
+            if (length >= FROZEN_ROWS || whole) && are_alive() {
                 longest = longest.max(length);
                 for r in from..row {
                     spans.push(recording.line(r));
@@ -148,18 +154,62 @@ fn frozen_axes(
             from = row;
         }
         if !spans.is_empty() {
-            findings.push(
-                    Finding::warning(
-                        "frozen-axis",
-                        format!(
-                            "{letter}{} stands still to the last digit for {longest} rows while the others change",
-                            ["x", "y", "z"][axis]
-                        ),
-                    )
-                    .at_lines(&spans),
-                );
+            let name = format!("{letter}{}", ["x", "y", "z"][axis]);
+            findings.push(frozen_axis(&name, longest as u64, &spans));
         }
     }
+}
+
+/// What is said of an axis that is frozen.
+pub(crate) fn frozen_axis(name: &str, longest: u64, spans: &LineSpans) -> Finding {
+    Finding::warning(
+        "frozen-axis",
+        format!("{name} stands still to the last digit for {longest} rows while the others move"),
+    )
+    .at_lines(spans)
+}
+
+/// What another axis of the sensor does while one keeps its value.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Beside {
+    squares: f64,
+    /// Lowest and highest value so far, less the first one.
+    first: Option<f64>,
+    low: f64,
+    high: f64,
+}
+
+impl Beside {
+    /// A value and the one of the row before.
+    #[inline]
+    pub fn see(&mut self, before: f64, now: f64) {
+        let step = now - before;
+        // Empty cells say nothing.
+        if step.is_nan() {
+            return;
+        }
+        self.squares += step * step;
+        let off = now - *self.first.get_or_insert(before);
+        self.low = self.low.min(off);
+        self.high = self.high.max(off);
+    }
+}
+
+/// Steps from row to row, in resolutions and rms, that no live axis hides beside
+/// another that makes them: two of noise.
+const LIVELY: f64 = 2.0 * std::f64::consts::SQRT_2;
+/// Resolutions over which both other axes have to go: a turn or a push about one axis
+/// leaves another alone, nothing leaves it alone that moves both so far.
+const FAR: f64 = 20.0;
+
+/// Whether an axis that keeps one value for `rows` rows is dead: one of the other two
+/// scatters by more than its resolution `step` hides, or both move far. An axis that
+/// lies still is not: with coarse digits it never changes.
+pub(crate) fn is_frozen(others: &[Beside; 2], step: f64, rows: f64) -> bool {
+    let lively = others
+        .iter()
+        .any(|o| o.squares > 0.0 && o.squares >= (LIVELY * step).powi(2) * rows);
+    lively || others.iter().all(|o| o.high - o.low > FAR * step)
 }
 
 /// Full scales in use, g.
@@ -260,31 +310,91 @@ fn repeated_rows(recording: &Recording, findings: &mut Vec<Finding>) {
     if recording.findings.iter().any(|f| f.kind == "empty-cells") {
         return;
     }
-    let rows = recording.rows();
-    let mut spans = LineSpans::default();
-    let channels: Vec<&Vec<f64>> = recording
+    let channels: Vec<(&Vec<f64>, f64)> = recording
         .accel
         .iter()
         .chain(recording.gyro.iter().flatten())
+        .zip(recording.resolution)
         .collect();
-    for row in 1..rows {
-        if channels.iter().all(|c| c[row] == c[row - 1]) {
-            spans.push(recording.line(row));
+    let mut repeats = Repeats::default();
+    for row in 1..recording.rows() {
+        if channels.iter().all(|(c, _)| c[row] == c[row - 1]) {
+            repeats.repeat(recording.line(row));
+        } else if repeats.is_open() {
+            repeats.end(
+                channels
+                    .iter()
+                    .any(|(c, q)| is_jump(c[row - 1], c[row], *q)),
+            );
         }
     }
-    // Coarse digits repeat by chance now and then.
-    let share = spans.count() as f64 / rows.max(1) as f64;
-    if share > 0.01 && spans.count() >= 10 {
-        findings.push(
+    findings.extend(repeats.finding(recording.rows() as u64));
+}
+
+/// Steps of the resolution that a channel has to change by to show that a row before
+/// was no new reading.
+const JUMP: f64 = 2.5;
+
+/// True where a channel changes by more than its last digit flips.
+#[inline]
+pub(crate) fn is_jump(before: f64, now: f64, step: f64) -> bool {
+    (now - before).abs() > JUMP * step
+}
+
+/// Rows that repeat the row before in every channel. They are the same reading twice
+/// only where the next one is far off: coarse digits repeat by nature while the sensor
+/// lies still.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Repeats {
+    spans: LineSpans,
+    /// First and last line of the rows that repeat now, and their number.
+    open: Option<(u64, u64, u64)>,
+    /// Some repeats were natural.
+    by_nature: bool,
+}
+
+impl Repeats {
+    /// A row, in that line, repeats the one before.
+    #[inline]
+    pub fn repeat(&mut self, line: u64) {
+        match &mut self.open {
+            Some((_, last, count)) => (*last, *count) = (line, *count + 1),
+            None => self.open = Some((line, line, 1)),
+        }
+    }
+
+    /// The last row repeated the one before it.
+    #[inline]
+    pub fn is_open(&self) -> bool {
+        self.open.is_some()
+    }
+
+    /// A row does not repeat the one before, and may be far off.
+    pub fn end(&mut self, jumps: bool) {
+        if let Some((first, last, count)) = self.open.take() {
+            if jumps {
+                self.spans.push_range(first, last, count);
+            } else {
+                self.by_nature = true;
+            }
+        }
+    }
+
+    /// What is said of them, after the last of `rows`.
+    pub fn finding(mut self, rows: u64) -> Option<Finding> {
+        // Nothing comes after the last ones: as those before.
+        self.end(!self.by_nature);
+        let share = self.spans.count() as f64 / rows.max(1) as f64;
+        (share > 0.01 && self.spans.count() >= 10).then(|| {
             Finding::warning(
                 "repeated-rows",
                 format!(
                     "{} rows ({:.0} %) repeat the row before in every channel: the sensor was read faster than it measures",
-                    spans.count(),
+                    self.spans.count(),
                     100.0 * share
                 ),
             )
-            .at_lines(&spans),
-        );
+            .at_lines(&self.spans)
+        })
     }
 }

@@ -4,6 +4,7 @@
 
 use std::ops::Range;
 
+use gravical_core::rounding;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::stats::median;
@@ -24,6 +25,9 @@ pub struct HoldNoise {
     pub sigma: [f64; 3],
     /// Variance inflation factor: Var(mean) = σ²·VIF/n.
     pub vif: f64,
+    /// Standard deviation that rounding leaves in a mean, however many rows it is
+    /// over.
+    pub rounding: [f64; 3],
 }
 
 /// The mean of a hold.
@@ -31,7 +35,8 @@ pub struct HoldNoise {
 pub struct HoldMean {
     /// Mean of each axis.
     pub mean: [f64; 3],
-    /// Standard error of each; none when there is one row only.
+    /// Standard error of each, by noise and by rounding; none when there is one row
+    /// only.
     pub standard_error: Option<[f64; 3]>,
     /// Rows that the mean is over.
     pub rows: usize,
@@ -42,8 +47,12 @@ pub struct HoldMean {
 /// Pools the noise of all `holds`: σ over their residuals, and
 /// VIF = max(1, 1 + 2 Σ r_k) with r_k the autocorrelation pooled over axes and
 /// holds, summed until it first falls under 2/√(n·axes), 20 lags at the most.
+///
+/// `step` is what the values of each axis are rounded to, in their unit; σ is at
+/// least that of rounding, and an axis counts for VIF only as far as it has more: a
+/// single flip in a thousand rows says nothing of correlation.
 #[must_use]
-pub fn pooled_noise(holds: &[[&[f64]; 3]]) -> HoldNoise {
+pub fn pooled_noise(holds: &[[&[f64]; 3]], step: [f64; 3]) -> HoldNoise {
     let mut lags = [0.0_f64; MOST_LAGS + 1];
     let mut squares = [0.0_f64; 3];
     let mut freedom = [0.0_f64; 3];
@@ -64,7 +73,8 @@ pub fn pooled_noise(holds: &[[&[f64]; 3]]) -> HoldNoise {
             }
             samples += values.len() as f64;
             // Each axis counts alike, whatever its noise.
-            let weight = values.len() as f64 / own;
+            let rows = values.len() as f64;
+            let weight = rows / own.max(rows * rounding::floor(step[axis]));
             for (lag, sum) in lags.iter_mut().enumerate() {
                 *sum += weight
                     * residuals
@@ -75,7 +85,7 @@ pub fn pooled_noise(holds: &[[&[f64]; 3]]) -> HoldNoise {
             }
         }
     }
-    let sigma = std::array::from_fn(|i| (squares[i] / freedom[i].max(1.0)).sqrt());
+    let variance: [f64; 3] = std::array::from_fn(|i| squares[i] / freedom[i].max(1.0));
     let mut vif = 1.0;
     if lags[0] > 0.0 {
         for lag in &lags[1..] {
@@ -87,8 +97,9 @@ pub fn pooled_noise(holds: &[[&[f64]; 3]]) -> HoldNoise {
         }
     }
     HoldNoise {
-        sigma,
+        sigma: std::array::from_fn(|i| variance[i].max(rounding::floor(step[i])).sqrt()),
         vif: vif.max(1.0),
+        rounding: std::array::from_fn(|i| rounding::mean_variance(variance[i], step[i]).sqrt()),
     }
 }
 
@@ -177,7 +188,7 @@ fn over(channels: &[&[f64]; 3], blocks: &[Range<usize>], noise: &HoldNoise) -> H
         let n = values.len() as f64;
         mean[axis] = values.iter().sum::<f64>() / n;
         let pooled = noise.sigma[axis] * (noise.vif / n).sqrt();
-        error[axis] = if blocks.len() < LEAST_BLOCKS {
+        let scatter = if blocks.len() < LEAST_BLOCKS {
             pooled
         } else {
             let count = blocks.len() as f64;
@@ -187,6 +198,7 @@ fn over(channels: &[&[f64]; 3], blocks: &[Range<usize>], noise: &HoldNoise) -> H
                 .sum();
             (squares / (count - 1.0) / count).sqrt() * widening(blocks.len() - 1)
         };
+        error[axis] = scatter.hypot(noise.rounding[axis]);
     }
     let standard_error = (rows > 1 && error.iter().all(|e| e.is_finite())).then_some(error);
     HoldMean {
@@ -216,6 +228,7 @@ mod tests {
     const NO_NOISE: HoldNoise = HoldNoise {
         sigma: [1.0; 3],
         vif: 1.0,
+        rounding: [0.0; 3],
     };
 
     fn white(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
@@ -261,7 +274,7 @@ mod tests {
             .chunks(3)
             .map(|c| [&c[0][..], &c[1][..], &c[2][..]])
             .collect();
-        let noise = pooled_noise(&slices);
+        let noise = pooled_noise(&slices, [0.0; 3]);
         assert!((noise.vif - 3.0).abs() < 0.4, "{}", noise.vif);
     }
 
@@ -272,12 +285,55 @@ mod tests {
         for _ in 0..runs {
             let x = red(&mut rng, 400, 0.7);
             let channels = [&x[..], &x[..], &x[..]];
-            let noise = pooled_noise(&[channels]);
+            let noise = pooled_noise(&[channels], [0.0; 3]);
             let hold = plain_mean(&channels, &noise, 100.0);
             covered += usize::from(hold.mean[0].abs() < 1.96 * hold.standard_error.unwrap()[0]);
         }
         let share = covered as f64 / f64::from(runs);
         assert!((0.92..=0.98).contains(&share), "{share}");
+    }
+
+    #[test]
+    fn the_95_percent_interval_covers_behind_rounding() {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        for (step, low) in [(0.5, 0.92), (2.0, 0.92), (10.0, 0.92), (1000.0, 0.94)] {
+            let (mut covered, runs) = (0, 400);
+            for _ in 0..runs {
+                // Anywhere between two steps, a few placements as in a session.
+                let holds: Vec<(f64, Vec<f64>)> = (0..6)
+                    .map(|_| {
+                        let truth = step * rng.random::<f64>();
+                        let rows = red(&mut rng, 400, 0.5);
+                        let round = |v: f64| ((truth + v) / step).round() * step;
+                        (truth, rows.into_iter().map(round).collect())
+                    })
+                    .collect();
+                let slices: Vec<[&[f64]; 3]> = holds.iter().map(|h| [&h.1[..]; 3]).collect();
+                let noise = pooled_noise(&slices, [step; 3]);
+                assert!(noise.vif < 4.0, "{noise:?}");
+                for (hold, slices) in holds.iter().zip(&slices) {
+                    let found = robust_mean(slices, &noise, 100.0);
+                    let off = (found.mean[0] - hold.0).abs();
+                    covered += usize::from(off < 1.96 * found.standard_error.unwrap()[0]);
+                }
+            }
+            let share = f64::from(covered as u32) / f64::from(6 * runs);
+            assert!((low..=1.0).contains(&share), "step {step}: {share}");
+        }
+    }
+
+    #[test]
+    fn constants_and_single_flips_are_no_correlation() {
+        let quiet = vec![0.02; 1000];
+        let mut flips = quiet.clone();
+        flips[400..420].iter_mut().for_each(|v| *v = 0.03);
+        let mut rng = ChaCha8Rng::seed_from_u64(6);
+        let white = white(&mut rng, 1000);
+        let noise = pooled_noise(&[[&quiet, &flips, &white]], [0.01; 3]);
+        assert!(noise.vif < 1.5, "{noise:?}");
+        let q = 0.01 / 12_f64.sqrt();
+        assert!((noise.sigma[0] - q).abs() < 1e-12 && noise.rounding[0] == noise.sigma[0]);
+        assert!(noise.rounding[1] > 0.5 * q && noise.rounding[2] == 0.0);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::recording::resolution::floors;
 use crate::recording::units::GyroScale;
 use crate::recording::{Finding, Origin, Recording};
 
@@ -73,7 +74,10 @@ pub(super) fn check_steadiness(
             .map(|r| r.len() as f64 * still::moments(&recordings[p.recording].accel, r.clone()).1)
             .filter(|v| v.is_finite())
             .sum();
-        (sum / rows).sqrt()
+        // Rounding shakes that much, whether it shows or not.
+        (sum / rows)
+            .max(floors(&recordings[p.recording].accel_resolution()))
+            .sqrt()
     };
     let all: Vec<f64> = placements.iter().map(shake).collect();
     let Some(usual) = crate::stats::median(&mut all.clone()) else {

@@ -187,7 +187,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     if !named {
         (gyro_scale, turns) = between_stills(recordings, &drafts, options, &mut findings);
     }
-    let noise = pooled_noise(&hold_slices(recordings, &drafts));
+    let noise = pooled_noise(&hold_slices(recordings, &drafts), coarsest(recordings));
     let mut placements: Vec<Placement> = drafts
         .into_iter()
         .map(|draft| measure(draft, recordings, &noise, options))
@@ -302,6 +302,16 @@ fn describe(recording: &Recording) -> String {
         Some(lsb) => format!("counts at {lsb} per g"),
         None => recording.accel_scale.unit.name().to_owned(),
     }
+}
+
+/// The largest steps that any of the recordings is rounded to, accelerometer.
+fn coarsest(recordings: &[Recording]) -> [f64; 3] {
+    recordings
+        .iter()
+        .map(Recording::accel_resolution)
+        .fold([0.0; 3], |most, step| {
+            std::array::from_fn(|i| step[i].max(most[i]))
+        })
 }
 
 fn slices<'a>(recording: &'a Recording, rows: &Range<usize>) -> [&'a [f64]; 3] {

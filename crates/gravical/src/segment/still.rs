@@ -5,7 +5,8 @@
 //! [`StillOptions::noise_factor`]² times that, of the gyroscope likewise. A
 //! still is a run of quiet blocks whose means agree: a slow turn is quiet and
 //! drifts. Nothing here is a constant in m/s², so that it fits any sensor in
-//! any unit.
+//! any unit. Noise is never taken for less than what rounding makes of it
+//! ([`crate::recording::resolution`]): at rest two decimals may never change.
 //!
 //! It fails where a recording is never still: then its quietest motion is
 //! taken for noise. The drift of the block means unmasks that in most cases;
@@ -13,7 +14,10 @@
 
 use std::ops::Range;
 
+use gravical_core::rounding;
+
 use crate::recording::Recording;
+use crate::recording::resolution::floors;
 
 /// How stills are found.
 #[derive(Debug, Clone)]
@@ -120,6 +124,8 @@ pub(crate) struct Channels<'a> {
     pub rate_hz: f64,
     /// Rows that follow each other; no still spans two of these.
     pub segments: Vec<Range<usize>>,
+    /// Steps that the values come in, accelerometer and gyroscope.
+    pub resolution: [f64; 6],
 }
 
 /// Finds the stills.
@@ -130,6 +136,7 @@ pub fn find_stills(recording: &Recording, options: &StillOptions) -> Stills {
         gyro: recording.gyro.as_ref(),
         rate_hz: recording.working_rate_hz().0,
         segments: recording.segments(),
+        resolution: recording.resolution,
     };
     find_stills_in(&channels, options)
 }
@@ -145,10 +152,12 @@ pub(crate) fn find_stills_in(recording: &Channels<'_>, options: &StillOptions) -
         .map(|rows| blocks(recording, rows, width))
         .collect();
     let all = || segments.iter().flatten();
-    let Some(floor) = quiet_level(all().map(|b| b.variance)) else {
+    let (accel_step, gyro_step) = recording.resolution.split_at(3);
+    let Some(floor) = quiet_level(all().map(|b| b.variance), accel_step) else {
         return Stills::default();
     };
-    let gyro_floor = quiet_level(all().map(|b| b.gyro_variance)).unwrap_or(f64::INFINITY);
+    let gyro_floor =
+        quiet_level(all().map(|b| b.gyro_variance), gyro_step).unwrap_or(f64::INFINITY);
     let quiet = |b: &Block| {
         b.variance <= floor * options.noise_factor.powi(2)
             && (b.gyro_variance.is_nan()
@@ -157,7 +166,8 @@ pub(crate) fn find_stills_in(recording: &Channels<'_>, options: &StillOptions) -
     let gravity = typical_magnitude(all());
     // Means of blocks scatter by noise/√width, correlated noise by some times
     // that.
-    let agree = (options.mean_factor * (floor / width as f64).sqrt()).max(options.tremor * gravity);
+    let scatter = options.mean_factor * (floor / width as f64).sqrt();
+    let agree = scatter.max(options.tremor * gravity) + step_of_means(floor, accel_step);
     let shortest = ((options.shortest_s * rate).min(options.enough_rows as f64) as usize)
         .max((options.least_s * rate) as usize)
         .max(10);
@@ -284,16 +294,31 @@ pub(crate) fn moments(channels: &[Vec<f64>; 3], rows: Range<usize>) -> ([f64; 3]
     (means, total)
 }
 
-/// The level that the quietest twentieth of the blocks stays under. A variance
-/// of zero (repeated rows, coarse digits) says nothing about noise.
-fn quiet_level(variances: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut some: Vec<f64> = variances.filter(|v| *v > 0.0).collect();
+/// The level that the quietest twentieth of the blocks stays under, and no less than
+/// rounding to `step` makes. None where nothing but zeros is there and the steps are
+/// not known either.
+pub(crate) fn quiet_level(variances: impl Iterator<Item = f64>, step: &[f64]) -> Option<f64> {
+    let least = floors(step);
+    let mut some: Vec<f64> = variances
+        .filter(|v| *v > 0.0 || least > 0.0 && *v >= 0.0)
+        .collect();
     if some.is_empty() {
         return None;
     }
     let at = ((some.len() as f64 * QUIET_SHARE) as usize).min(some.len() - 1);
     let (_, level, _) = some.select_nth_unstable_by(at, f64::total_cmp);
-    Some(*level)
+    Some(level.max(least))
+}
+
+/// How far two means of one reading may be apart by rounding alone: where noise is
+/// less than a step, they go from one step to the next at once.
+pub(crate) fn step_of_means(floor: f64, step: &[f64]) -> f64 {
+    // Of a level as low as rounding itself nothing has to be noise.
+    let left: f64 = step
+        .iter()
+        .map(|q| rounding::mean_variance(floor / 3.0 - rounding::floor(*q), *q))
+        .sum();
+    (12.0 * left).sqrt()
 }
 
 fn typical_magnitude<'a>(blocks: impl Iterator<Item = &'a Block>) -> f64 {

@@ -7,12 +7,11 @@
 //! accelerometer jumps.
 
 use crate::recording::Recording;
+use crate::segment::still::{quiet_level, step_of_means};
 use crate::stats::median;
 
 use super::TemperatureOptions;
 
-/// Readings of the quietest twentieth of the blocks are noise alone.
-const QUIET_SHARE: f64 = 0.05;
 /// Variances of still blocks stay under this many times the noise floor …
 const QUIET_FACTOR: f64 = 9.0;
 /// … and of the gyroscope, which feels every tremor.
@@ -68,7 +67,8 @@ pub(super) fn stretches(
     options: &TemperatureOptions,
 ) -> Vec<Stretch> {
     let candidates = cut(recording, options);
-    let floor = |i: usize| quiet_level(candidates.iter().map(|c| c.variance[i]));
+    let steps: [&[f64]; 2] = recording.resolution.split_at(3).into();
+    let floor = |i: usize| quiet_level(candidates.iter().map(|c| c.variance[i]), steps[i]);
     let Some(accel_floor) = floor(0) else {
         return Vec::new();
     };
@@ -80,11 +80,12 @@ pub(super) fn stretches(
                 && (c.variance[1].is_nan() || c.variance[1] <= QUIET_FACTOR_GYRO * gyro_floor)
         })
         .collect();
-    let mut steps: Vec<f64> = still.windows(2).map(|w| step(w[0], w[1])).collect();
+    let mut jumps: Vec<f64> = still.windows(2).map(|w| step(w[0], w[1])).collect();
     let mut norms: Vec<f64> = still.iter().map(|c| norm(&c.block)).collect();
-    let usual = 1.4826 * median(&mut steps).unwrap_or(0.0);
+    let usual = 1.4826 * median(&mut jumps).unwrap_or(0.0);
     let gravity = median(&mut norms).unwrap_or(0.0);
-    let most = (JUMP_FACTOR * usual).max(JUMP_SHARE * gravity);
+    let most =
+        (JUMP_FACTOR * usual).max(JUMP_SHARE * gravity) + step_of_means(accel_floor, steps[0]);
 
     let mut out: Vec<Stretch> = Vec::new();
     let mut last: Option<&Candidate> = None;
@@ -163,17 +164,6 @@ fn moments(values: &[f64]) -> (f64, f64) {
         .map(|v| (v - mean).powi(2))
         .sum();
     (mean, squares / (n - 1.0))
-}
-
-/// A variance of zero (coarse digits) says nothing about noise.
-fn quiet_level(variances: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut some: Vec<f64> = variances.filter(|v| *v > 0.0).collect();
-    if some.is_empty() {
-        return None;
-    }
-    let at = ((some.len() as f64 * QUIET_SHARE) as usize).min(some.len() - 1);
-    let (_, level, _) = some.select_nth_unstable_by(at, f64::total_cmp);
-    Some(*level)
 }
 
 fn step(a: &Candidate, b: &Candidate) -> f64 {

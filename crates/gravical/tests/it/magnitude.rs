@@ -18,7 +18,7 @@ fn slices<'a>(recording: &'a Recording, rows: &Range<usize>) -> [&'a [f64]; 3] {
 /// Means and standard errors of stretches of rows.
 fn readings(recording: &Recording, spans: &[Range<usize>], robust: bool) -> Vec<Reading> {
     let holds: Vec<_> = spans.iter().map(|s| slices(recording, s)).collect();
-    let noise = pooled_noise(&holds);
+    let noise = pooled_noise(&holds, [0.0; 3]);
     let (rate, _) = recording.working_rate_hz();
     holds
         .iter()

@@ -89,7 +89,7 @@ fn a_tail_too_long_to_hold_back_is_written_with_a_finding() {
     let mut stream = Stream::new(
         Rewrite(&plan),
         Sensor::new(&cal, false, options.axes),
-        Watch::new(judged.accel, 0.0, false),
+        Watch::new(judged.accel, 0.0, [0.0; 6], false),
         None,
         [false; 2],
         &dialect,

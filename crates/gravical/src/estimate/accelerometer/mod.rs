@@ -166,7 +166,7 @@ pub fn accelerometer(session: &Session<'_>, options: &EstimateOptions) -> Result
         .first()
         .and_then(|r| r.accel_scale.nominal());
     let about = nominal.unwrap_or_else(|| usual_scale(session));
-    let noise = pose_noise(session.segmentation, session.recordings, about);
+    let noise = pose_noise(session.segmentation, about);
     match options.method {
         Method::Ferraris => faces::by_ferraris(session, options, noise),
         Method::Linear12 => faces::by_linear(session, noise),

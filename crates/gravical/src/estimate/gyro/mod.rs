@@ -270,7 +270,7 @@ impl Prepared {
         let rate = recording.timing.rate_hz();
         // Without a time the noise only weighs stills against each other.
         let period_s = rate.map_or(1.0 / Recording::ASSUMED_RATE_HZ, f64::recip);
-        let rest = rest::at_rest(gyro, &read, &accel, period_s)?;
+        let rest = rest::at_rest(gyro, recording.gyro_resolution(), &read, &accel, period_s)?;
         let directions: Vec<[f64; 3]> = accel
             .iter()
             .map(|a| Vector3::from(*a).normalize().into())

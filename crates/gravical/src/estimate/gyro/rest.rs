@@ -1,9 +1,11 @@
 //! The gyroscope at rest: bias, reaction to gravity, noise.
 
+use gravical_core::rounding;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::Still;
+use crate::segment::hold::pooled_noise;
 
 /// What the stills say about the gyroscope, in units of the file.
 #[derive(Debug, Clone)]
@@ -48,11 +50,13 @@ const CHANCE: f64 = 1e-3;
 /// variance N²/T_k. S is kept on an axis when an F test finds it at 1e-3.
 pub(super) fn at_rest(
     gyro: &[Vec<f64>; 3],
+    step: [f64; 3],
     stills: &[Still],
     accel_mps2: &[[f64; 3]],
     period_s: f64,
 ) -> Option<Rest> {
-    let noise = allan_noise(gyro, stills, period_s);
+    let noise = allan_noise(gyro, step, stills, period_s);
+    let left = left_by_rounding(gyro, step, stills);
     let means: Vec<StillMean> = stills
         .iter()
         .zip(accel_mps2)
@@ -78,7 +82,7 @@ pub(super) fn at_rest(
         let y = DVector::from_iterator(means.len(), means.iter().map(|m| m.rate[axis]));
         let own: Vec<f64> = means
             .iter()
-            .map(|m| noise[axis].powi(2) / m.seconds)
+            .map(|m| noise[axis].powi(2) / m.seconds + left[axis])
             .collect();
         let constant = DMatrix::from_element(means.len(), 1, 1.0);
         let mut fit = mixed(&constant, &y, &own)?;
@@ -132,14 +136,22 @@ pub(super) fn mean(
     (count > 0).then(|| (sum.map(|s| s / count as f64), count))
 }
 
-/// Allan deviation at [`BLOCK_S`], as a density: N = σ(τ)·√τ. Rounding to
-/// whole digits counts as noise too, since at rest it may hide all other.
-fn allan_noise(gyro: &[Vec<f64>; 3], stills: &[Still], period_s: f64) -> [f64; 3] {
+/// Variance that rounding to `step` leaves in the mean of a still, each axis.
+fn left_by_rounding(gyro: &[Vec<f64>; 3], step: [f64; 3], stills: &[Still]) -> [f64; 3] {
+    let holds: Vec<[&[f64]; 3]> = stills
+        .iter()
+        .map(|s| gyro.each_ref().map(|c| &c[s.rows.clone()]))
+        .collect();
+    pooled_noise(&holds, step).rounding.map(|r| r * r)
+}
+
+/// Allan deviation at [`BLOCK_S`], as a density: N = σ(τ)·√τ. Rounding counts as
+/// noise too, since at rest it may hide all other.
+fn allan_noise(gyro: &[Vec<f64>; 3], step: [f64; 3], stills: &[Still], period_s: f64) -> [f64; 3] {
     let width = ((BLOCK_S / period_s).round() as usize).max(1);
     std::array::from_fn(|axis| {
         let channel = &gyro[axis];
         let (mut squares, mut pairs) = (0.0, 0.0);
-        let mut digit = f64::INFINITY;
         for still in stills {
             let mut before = f64::NAN;
             let rows = &channel[still.rows.clone()];
@@ -151,24 +163,13 @@ fn allan_noise(gyro: &[Vec<f64>; 3], stills: &[Still], period_s: f64) -> [f64; 3
                 }
                 before = now;
             }
-            for pair in rows.windows(2).take(500) {
-                let change = (pair[1] - pair[0]).abs();
-                if change > 0.0 {
-                    digit = digit.min(change);
-                }
-            }
         }
         let white = if pairs > 0.0 {
             squares / pairs * (width as f64 * period_s)
         } else {
             0.0
         };
-        let rounding = if digit.is_finite() {
-            digit * digit / 12.0 * period_s
-        } else {
-            0.0
-        };
-        white.max(rounding).sqrt()
+        white.max(rounding::floor(step[axis]) * period_s).sqrt()
     })
 }
 

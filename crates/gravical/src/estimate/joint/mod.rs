@@ -81,7 +81,7 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
         .enumerate()
         .map(|(group, pose)| Pose {
             mean: pose.mean,
-            sd: std::array::from_fn(|i| pose.standard_error[i].hypot(options.quantisation[i])),
+            sd: pose.standard_error,
             face: None,
             group,
             left_out: false,

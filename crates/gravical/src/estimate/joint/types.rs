@@ -28,8 +28,8 @@ pub struct JointOptions {
     pub prior: bool,
     /// σ_tilt in rad; none: estimated.
     pub tilt: Option<f64>,
-    /// Standard deviation of every mean by the steps of the converter, input
-    /// unit; it is added to the standard errors.
+    /// What of the standard errors rounding makes, input unit; it only parts the
+    /// sources of the covariance.
     pub quantisation: [f64; 3],
     /// M at the start, for a board that does not sit straight.
     pub start: Option<[[f64; 3]; 3]>,

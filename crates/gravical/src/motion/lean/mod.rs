@@ -19,6 +19,7 @@ use gravical_core::calibration::Calibration;
 
 use super::opening;
 use super::prepare::{Prepared, gap_s, prepare, times};
+use super::samples::Samples;
 use super::still::Rests;
 use super::stream::whole_lines;
 use super::{Calibrated, MotionOptions, Streamed};
@@ -122,6 +123,10 @@ fn end_of(
     if !opened.whole && samples.len() <= options.still_rows {
         return None;
     }
+    let rests = opening::rests(&samples, options);
+    if may_differ(&rests, &samples) {
+        return None;
+    }
     let drift = calibration
         .and_then(|c| crate::check::accepted_model(c.file))
         .zip(head.temperature_c.as_ref())
@@ -152,7 +157,7 @@ fn end_of(
         [with_gyro, with_temperature],
     );
     let begin = Begin {
-        rests: opening::rests(&samples, options),
+        rests,
         prepared: findings,
         read: opened.findings,
         claims: Claims {
@@ -168,7 +173,12 @@ fn end_of(
     let stream = Stream::new(
         pass,
         Sensor::of(Calibration::identity(), None, AxisMap::default()),
-        Watch::new(begin.head.accel_scale, begin.head.zero_offset, with_gyro),
+        Watch::new(
+            begin.head.accel_scale,
+            begin.head.zero_offset,
+            begin.head.resolution,
+            with_gyro,
+        ),
         None,
         [false; 2],
         &opened.dialect,
@@ -198,6 +208,16 @@ struct Begin {
     prepared: Vec<Finding>,
     claims: Claims,
     accel_claim: AccelClaim,
+}
+
+/// Rounding counts in the noise at rest, and the whole recording may tell of finer
+/// steps than its first rows do.
+fn may_differ(rests: &Rests, samples: &Samples) -> bool {
+    let [x, y, z, ..] = samples.resolution;
+    rests.accel.is_some_and(|noise| {
+        let coarse = |(sigma, step): (&f64, f64)| *sigma < 2.0 * step;
+        noise.sigma.iter().zip([x, y, z]).any(coarse)
+    })
 }
 
 /// The first rows already ask for the recording as a whole.

@@ -69,6 +69,7 @@ mod tests {
             rate_rad_s: None,
             row: (0..rows).collect(),
             breaks: Vec::new(),
+            resolution: [0.0; 6],
         };
         let directions = by_class(&DATA_SHEET);
         let setup = Setup {

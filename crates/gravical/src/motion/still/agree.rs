@@ -45,7 +45,8 @@ impl Context<'_> {
         (0..3)
             .map(|c| {
                 let off = mean_b[c] - predicted[c];
-                off * off / (wander * (va[c] / n_a + vb[c] / n_b) + slack)
+                let rounded = 2.0 * self.levels.left[c];
+                off * off / (wander * (va[c] / n_a + vb[c] / n_b) + rounded + slack)
             })
             .sum()
     }
@@ -90,7 +91,10 @@ impl Context<'_> {
         let whole = t[to] - t[from];
         let v = self.levels.nearest(&(from..to)).noise.mean_variance[0];
         let density = (v[3] + v[4] + v[5]) / 3.0;
-        turn.variance = density * (whole * whole / (n_a + n_b) + whole * self.step_s());
+        let left = &self.levels.left;
+        let rounded = (left[3] + left[4] + left[5]) / 3.0;
+        turn.variance = density * (whole * whole / (n_a + n_b) + whole * self.step_s())
+            + 2.0 * rounded * whole * whole;
         // What noise adds to the path is no turn.
         let noise = (3.0 * density / block as f64).sqrt() * whole;
         turn.path = (turn.path - noise).max(0.0);

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use gravical_core::rounding;
 use gravical_core::still::{Plan, RestNoise};
 
 use super::noise::{Pooled, mean, pooled, variances};
@@ -32,6 +33,8 @@ pub(super) struct Levels {
     pub rests: Vec<Coarse>,
     /// How much more the means of seconds differ within a rest than V says.
     pub wander: f64,
+    /// Variance that rounding leaves in a mean, however long.
+    pub left: Six,
 }
 
 impl Levels {
@@ -56,7 +59,8 @@ impl Levels {
                 .filter(|(span, v)| long(span) && v[c] > 0.0)
                 .map(|(_, v)| v[c])
                 .fold(f64::INFINITY, f64::min);
-            if least.is_finite() { least } else { 0.0 }
+            let least = if least.is_finite() { least } else { 0.0 };
+            rounding::sample_variance(least, samples.resolution[c])
         });
         let variance: Vec<Six> = spans
             .iter()
@@ -70,7 +74,11 @@ impl Levels {
                     } else {
                         pooled.variance[c]
                     };
-                    positive(v, samples, c)
+                    positive(
+                        rounding::sample_variance(v, samples.resolution[c]),
+                        samples,
+                        c,
+                    )
                 })
             })
             .collect();
@@ -103,12 +111,16 @@ impl Levels {
             .zip(&held)
             .map(|((span, variance), held)| Coarse {
                 span: span.clone(),
-                noise: rest_noise(samples, variance, &pooled, drift),
+                noise: rest_noise(samples, variance, &pooled, drift, plan),
                 held: *held,
             })
             .collect();
         let wander = wander(samples, &rests, plan);
-        Levels { rests, wander }
+        Levels {
+            rests,
+            wander,
+            left: pooled.left,
+        }
     }
 
     /// The coarse rest that begins last before the middle of `range`, or the first.
@@ -137,7 +149,8 @@ fn differs(own: &Six, all: &Six, sensor: usize, n: usize) -> bool {
     (ratio - 1.0).abs() > 4.0 * (2.0 / (3.0 * n as f64)).sqrt()
 }
 
-/// A channel without any noise: what rounding of its largest value leaves.
+/// A channel without any noise whose steps are not known: what the digits of its
+/// largest value leave.
 fn positive(variance: f64, samples: &Samples, c: usize) -> f64 {
     if variance > 0.0 && variance.is_finite() {
         return variance;
@@ -153,6 +166,7 @@ fn rest_noise(
     variance: &Six,
     pooled: &Pooled,
     drift: [f64; 2],
+    plan: &Plan,
 ) -> RestNoise<f64> {
     let wide: [f64; 2] = std::array::from_fn(|sensor| pooled.vif[sensor] * drift[sensor]);
     let mean_variance: Six = std::array::from_fn(|c| variance[c] * wide[c / 3]);
@@ -162,6 +176,7 @@ fn rest_noise(
         gyro_vif: wide[1],
         has_gyro: samples.rate_rad_s.is_some(),
     }
+    .with_rounding(plan, &samples.resolution, &pooled.left)
 }
 
 /// How much more neighbouring means of 2 s differ than V says, by the median over

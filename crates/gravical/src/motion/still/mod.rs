@@ -49,6 +49,9 @@ pub struct Noise {
     pub sigma: [f64; 3],
     /// Variance inflation factor: Var(mean of n) = σ²·VIF/n.
     pub vif: f64,
+    /// Standard deviation that rounding leaves in a mean, however many samples it is
+    /// over.
+    pub rounding: [f64; 3],
 }
 
 /// Rests of a recording and the noise they were found with.
@@ -166,6 +169,7 @@ fn coarse(samples: &Samples, plan: &Plan) -> Vec<Range<usize>> {
         gyro: samples.rate_rad_s.as_ref(),
         rate_hz: plan.block as f64 / Plan::BLOCK_S,
         segments: samples.pieces(),
+        resolution: samples.resolution,
     };
     find_stills_in(&channels, &StillOptions::short_rests()).spans
 }

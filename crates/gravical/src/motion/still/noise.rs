@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use gravical_core::rounding;
 use gravical_core::still::Plan;
 
 use super::Noise;
@@ -21,24 +22,32 @@ const ENOUGH: usize = 200_000;
 /// Noise of all rests together.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pooled {
-    /// Variance of a sample, each channel.
+    /// Variance of a sample as it reads, each channel: zero where rounding hides the
+    /// noise.
     pub variance: Six,
+    /// Variance that rounding leaves in a mean.
+    pub left: Six,
+    /// What the samples are rounded to.
+    step: Six,
     /// VIF of accelerometer and gyroscope.
     pub vif: [f64; 2],
 }
 
 impl Pooled {
     pub(super) fn accel(&self) -> Noise {
-        Noise {
-            sigma: std::array::from_fn(|i| self.variance[i].sqrt()),
-            vif: self.vif[0],
-        }
+        self.of_sensor(0)
     }
 
     pub(super) fn gyro(&self) -> Noise {
+        self.of_sensor(1)
+    }
+
+    fn of_sensor(&self, sensor: usize) -> Noise {
+        let of = |c: usize| self.variance[c].max(rounding::floor(self.step[c]));
         Noise {
-            sigma: std::array::from_fn(|i| self.variance[3 + i].sqrt()),
-            vif: self.vif[1],
+            sigma: std::array::from_fn(|i| of(3 * sensor + i).sqrt()),
+            vif: self.vif[sensor],
+            rounding: std::array::from_fn(|i| self.left[3 * sensor + i].sqrt()),
         }
     }
 }
@@ -52,8 +61,12 @@ pub(super) fn pooled(samples: &Samples, spans: &[Range<usize>], plan: &Plan) -> 
     ];
     let a = variances(samples, spans, plan, vif[0]);
     let g = variances(samples, spans, plan, vif[1]);
+    let variance = [a[0], a[1], a[2], g[3], g[4], g[5]];
+    let step = samples.resolution;
     Pooled {
-        variance: [a[0], a[1], a[2], g[3], g[4], g[5]],
+        variance,
+        left: std::array::from_fn(|c| rounding::mean_variance(variance[c], step[c])),
+        step,
         vif,
     }
 }
@@ -86,6 +99,8 @@ pub(super) fn variances(samples: &Samples, spans: &[Range<usize>], plan: &Plan, 
         let Some(middle) = median(&mut all) else {
             return 0.0;
         };
+        // Most blocks may never change, and those that do are no knocks.
+        let middle = middle.max(rounding::sample_variance(middle, samples.resolution[c]));
         all.retain(|v| *v <= most * middle);
         all.iter().sum::<f64>() / all.len().max(1) as f64 / kept
     })
@@ -120,7 +135,8 @@ fn inflation(
                 let Some(values) = channel(samples, c) else {
                     return 1.0;
                 };
-                if variance[c] <= 0.0 {
+                let least = rounding::floor(samples.resolution[c]);
+                if variance[c] <= 0.0 && least <= 0.0 {
                     continue;
                 }
                 let values = &values[part.clone()];
@@ -129,7 +145,9 @@ fn inflation(
                 // Each chunk counts alike, whatever its noise.
                 let squares = rests.iter().map(|v| v * v).sum::<f64>() / rests.len() as f64;
                 if squares > 0.0 {
-                    rests.iter_mut().for_each(|v| *v /= squares.sqrt());
+                    // … as far as it has more than rounding: a single flip says nothing.
+                    let size = squares.max(least).sqrt();
+                    rests.iter_mut().for_each(|v| *v /= size);
                     chunks.push((unrest(&rests, plan.block), rests));
                 }
             }

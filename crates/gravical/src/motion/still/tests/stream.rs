@@ -32,6 +32,7 @@ fn both_raise_the_alarm_at_the_same_samples() {
         let noise = RestNoise::new([0.035; 3], 1.2, Some(([9.3e-4; 3], 1.2)));
         let whole = 0..samples.len();
         let levels = levels::Levels {
+            left: [0.0; 6],
             rests: vec![levels::Coarse {
                 span: whole.clone(),
                 noise,

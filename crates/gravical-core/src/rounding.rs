@@ -1,0 +1,120 @@
+//! What rounding to steps of q does to noise and to means.
+//!
+//! Noise of more than a third of a step spreads over several of them, and a mean
+//! then goes between the steps. Under less noise most samples read the same step,
+//! and no number of them tells where between two steps the truth lies: q/√12
+//! (Widrow and Kollár, *Quantization Noise*, 2008, chapters 4 and 10).
+
+use crate::Real;
+
+/// Below this share of q² the variance of rounded samples grows evenly with the
+/// noise: a sample steps over only where the truth lies near the middle of two steps.
+const EVENLY: f64 = 0.141;
+/// √π.
+const ROOT_PI: f64 = 1.772_453_850_905_516;
+
+/// Standard deviation before rounding, from the variance of samples that are rounded
+/// to steps of `step`; the same unit. Zero where the samples never change: the noise
+/// cannot be seen.
+///
+/// The variance that is expected wherever between two steps the truth lies, with
+/// s = σ/q, is q² (s² + Σ_k (1 − exp(−4π²k²s²))/(2π²k²)): s/√π under s = 0.25, and
+/// s² + 1/12 less the first of the exponentials above. This is its inverse.
+#[must_use]
+pub fn noise_before<T: Real>(variance: T, step: T) -> T {
+    if step <= T::zero() {
+        return variance.max(T::zero()).sqrt();
+    }
+    let c = T::from_f64;
+    let share = variance.max(T::zero()) / (step * step);
+    if share <= c(EVENLY) {
+        return c(ROOT_PI) * share * step;
+    }
+    let twelfth = c(1.0 / 12.0);
+    let squared = share - twelfth;
+    let harmonic = left(squared) / c(2.0 * core::f64::consts::PI * core::f64::consts::PI);
+    (squared + harmonic).sqrt() * step
+}
+
+/// Variance of a mean that rounding leaves however many samples there are:
+/// (q²/12)·exp(−4π²σ²/q²), from the variance of the rounded samples.
+#[must_use]
+pub fn mean_variance<T: Real>(variance: T, step: T) -> T {
+    if step <= T::zero() {
+        return T::zero();
+    }
+    let sigma = noise_before(variance, step) / step;
+    floor(step) * left(sigma * sigma)
+}
+
+/// The least variance to reckon with in rounded samples whose own is `variance`: q²/12,
+/// and up to q²/4 where noise is less than a step, since it is chance then whether
+/// they flip between two steps.
+#[must_use]
+pub fn sample_variance<T: Real>(variance: T, step: T) -> T {
+    let left = mean_variance(variance, step);
+    variance.max(floor(step) + left + left)
+}
+
+/// Variance of rounding itself, q²/12: no sample is known better.
+#[must_use]
+pub fn floor<T: Real>(step: T) -> T {
+    step * step / T::from_f64(12.0)
+}
+
+/// exp(−4π²s²).
+fn left<T: Real>(squared: T) -> T {
+    (T::from_f64(-4.0 * core::f64::consts::PI * core::f64::consts::PI) * squared).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Variance of rounded normal samples about their own mean, and the square of how
+    /// far that mean is off, averaged over where the truth lies; q = 1. By sums over
+    /// the normal distribution.
+    fn rounded(sigma: f64) -> (f64, f64) {
+        let (mut variance, mut off) = (0.0, 0.0);
+        let places = 200;
+        for place in 0..places {
+            let truth = (f64::from(place) + 0.5) / f64::from(places) - 0.5;
+            let (mut sum, mut mean, mut squares) = (0.0, 0.0, 0.0);
+            for i in -4000..=4000 {
+                let z = f64::from(i) * 0.002;
+                let weight = (-0.5 * z * z).exp();
+                let read = (truth + sigma * z).round();
+                sum += weight;
+                mean += weight * read;
+                squares += weight * read * read;
+            }
+            mean /= sum;
+            variance += (squares / sum - mean * mean) / f64::from(places);
+            off += (mean - truth).powi(2) / f64::from(places);
+        }
+        (variance, off)
+    }
+
+    #[test]
+    fn the_noise_before_rounding_comes_back() {
+        for sigma in [0.02, 0.05, 0.1, 0.2, 0.249, 0.251, 0.3, 0.5, 1.0, 3.0] {
+            let (variance, off) = rounded(sigma);
+            let found = noise_before(variance, 1.0);
+            assert!((found / sigma - 1.0).abs() < 0.02, "{sigma}: {found}");
+            let predicted = mean_variance(variance, 1.0);
+            assert!(predicted >= 0.95 * off - 1e-6, "{sigma}: {predicted} {off}");
+            assert!(predicted <= 1.7 * off + 1e-3, "{sigma}: {predicted} {off}");
+        }
+    }
+
+    #[test]
+    fn the_ends_of_the_range() {
+        assert_eq!(mean_variance(0.0, 0.01), floor(0.01));
+        assert_eq!(noise_before(0.0, 0.01), 0.0);
+        assert_eq!(
+            (mean_variance(4.0, 0.0), noise_before(4.0, 0.0)),
+            (0.0, 2.0)
+        );
+        assert_eq!(mean_variance(1e6_f32, 1.0), 0.0);
+    }
+}

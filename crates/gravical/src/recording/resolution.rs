@@ -1,0 +1,195 @@
+//! The steps that the values of a channel come in: counts of the converter, or the
+//! last decimal place that a sketch printed.
+
+use gravical_core::rounding;
+
+/// Values that are looked at, spread evenly over a channel: enough to meet
+/// neighbouring steps, few enough to be sorted in no time.
+const MOST_VALUES: usize = 1 << 14;
+/// A table of fewer rows holds means, whose differences are no steps.
+const LEAST_ROWS: usize = 40;
+/// Values nearer than this share of the largest are one value: 9.81 − 9.80 is not
+/// exactly 0.01 in binary, and 32-bit floats that were computed twice differ in
+/// their last bit.
+const SAME: f64 = 3e-7;
+/// Most decimal places of a table of means.
+const MOST_PLACES: i32 = 9;
+
+/// The resolution of each axis of a sensor, in its own unit: the smallest difference
+/// between the values that occur; 0 where nothing tells.
+///
+/// Not a greatest common divisor: counts of 1/131 °/s that were printed with six
+/// decimals come in steps of 0.0076, whatever the sixth decimal says. An axis that
+/// never changes has the steps of the finest other one, which was read and written
+/// alike; where none changes, and in a table of means, it is the last decimal place
+/// in use. A channel of values that were computed (filtered, turned, interpolated)
+/// comes out with a resolution far below its noise.
+#[must_use]
+pub fn resolution(channels: &[Vec<f64>; 3]) -> [f64; 3] {
+    let steps = channels.each_ref().map(|values| {
+        if values.len() < LEAST_ROWS {
+            None
+        } else {
+            smallest_difference(values)
+        }
+    });
+    let finest = steps.iter().flatten().copied().reduce(f64::min);
+    let fallback = finest.unwrap_or_else(|| decimal_step(channels));
+    steps.map(|step| step.unwrap_or(fallback))
+}
+
+/// Steps of two sensors as those of the six channels.
+pub(crate) fn of_channels(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> [f64; 6] {
+    let [a, b, c] = resolution(accel);
+    let [d, e, f] = gyro.map_or([0.0; 3], resolution);
+    [a, b, c, d, e, f]
+}
+
+/// The smallest step between values that occur; none where one value is all there is.
+fn smallest_difference(values: &[f64]) -> Option<f64> {
+    let stride = values.len().div_ceil(MOST_VALUES);
+    let some = |stride: usize| -> Vec<f64> {
+        let mut some: Vec<f64> = values
+            .iter()
+            .step_by(stride)
+            .copied()
+            .filter(|v| v.is_finite())
+            .collect();
+        some.sort_unstable_by(f64::total_cmp);
+        some
+    };
+    smallest_gap(&some(stride)).or_else(|| {
+        // It changes so seldom that all rows have to be looked at.
+        let first = values.iter().find(|v| v.is_finite())?;
+        let tiny = SAME * first.abs();
+        let off = values.iter().map(|v| (v - first).abs());
+        off.filter(|d| *d > tiny).reduce(f64::min)
+    })
+}
+
+/// The smallest gap in sorted values. Those that occur once count only where there
+/// are no others: one stray row tells nothing of the rest.
+fn smallest_gap(sorted: &[f64]) -> Option<f64> {
+    let largest = sorted.first()?.abs().max(sorted.last()?.abs());
+    let tiny = SAME * largest;
+    let gap = |often: bool| {
+        let mut least: Option<f64> = None;
+        let mut before: Option<f64> = None;
+        for group in sorted.chunk_by(|a, b| b - a <= tiny) {
+            if often && group.len() < 2 {
+                continue;
+            }
+            let value = group[0];
+            if let Some(before) = before {
+                let step = value - before;
+                least = Some(least.map_or(step, |l| l.min(step)));
+            }
+            before = Some(value);
+        }
+        least
+    };
+    gap(true).or_else(|| gap(false))
+}
+
+/// The last decimal place that values were written with; 0 where there are more
+/// than nine, and where all of them are zero.
+fn decimal_step(channels: &[Vec<f64>; 3]) -> f64 {
+    let some = || channels.iter().flatten().filter(|v| v.is_finite());
+    if some().all(|v| *v == 0.0) {
+        return 0.0;
+    }
+    let written_with = |p: &f64| {
+        some()
+            .take(MOST_VALUES)
+            .all(|v| ((v * p).round() - v * p).abs() < 1e-4)
+    };
+    (0..=MOST_PLACES)
+        .map(|places| 10_f64.powi(places))
+        .find(written_with)
+        .map_or(0.0, |p| 1.0 / p)
+}
+
+/// Variances that no noise of the axes is under: q²/12.
+pub(crate) fn floors(step: &[f64]) -> f64 {
+    step.iter().map(|q| rounding::floor(*q)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
+
+    /// Noise of `sigma` about `mean`, as `write` makes it.
+    fn channel(n: usize, mean: f64, sigma: f64, write: impl Fn(f64) -> f64) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        (0..n)
+            .map(|_| write(mean + sigma * rng.sample::<f64, _>(StandardNormal)))
+            .collect()
+    }
+
+    fn near(found: f64, wanted: f64) {
+        assert!((found / wanted - 1.0).abs() < 2e-3, "{found} {wanted}");
+    }
+
+    fn of(values: Vec<f64>) -> f64 {
+        resolution(&[values.clone(), values.clone(), values])[0]
+    }
+
+    fn decimals(places: i32) -> impl Fn(f64) -> f64 {
+        let p = 10_f64.powi(places);
+        move |v| (v * p).round() / p
+    }
+
+    #[test]
+    fn printed_decimals() {
+        for places in 1..=3 {
+            let found = of(channel(5000, 9.81, 0.03, decimals(places)));
+            near(found, 10_f64.powi(-places));
+        }
+    }
+
+    #[test]
+    fn counts_that_were_converted_and_printed() {
+        near(
+            of(channel(5000, -1.7, 0.01, |v| {
+                decimals(6)((v * 131.0).round() / 131.0)
+            })),
+            1.0 / 131.0,
+        );
+        near(of(channel(5000, 120.0, 20.0, f64::round)), 1.0);
+        // In 32 bits, with a bias taken off.
+        let single = |v: f64| f64::from((v * 1670.7).round() as f32 / 1670.7 - 0.123_f32);
+        near(of(channel(5000, 9.81, 0.03, single)), 1.0 / 1670.7);
+    }
+
+    #[test]
+    fn what_was_computed_has_none_to_speak_of() {
+        assert!(of(channel(5000, 9.81, 0.03, |v| v)) < 1e-5);
+    }
+
+    #[test]
+    fn a_stray_row_and_a_rare_change_do_not_mislead() {
+        let mut values = channel(5000, 9.81, 0.03, decimals(2));
+        values[77] = 9.80665;
+        near(of(values), 0.01);
+        let mut values = vec![0.02; 200_000];
+        values[131_071] = 0.03;
+        near(of(values), 0.01);
+    }
+
+    #[test]
+    fn channels_that_never_change() {
+        let quiet = |v: f64| vec![v; 500];
+        let flips = channel(500, 0.0, 0.004, decimals(2));
+        near(resolution(&[quiet(0.5), flips, quiet(0.0)])[2], 0.01);
+        near(resolution(&[quiet(0.12), quiet(-0.3), quiet(9.8)])[0], 0.01);
+        assert_eq!(resolution(&[quiet(0.0), quiet(0.0), quiet(0.0)]), [0.0; 3]);
+        // Means: what lies between them is no step.
+        assert_eq!(
+            resolution(&[vec![9.43, -0.27], vec![0.1, 10.2], vec![0.0; 2]]),
+            [0.01; 3]
+        );
+    }
+}
