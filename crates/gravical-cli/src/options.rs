@@ -22,9 +22,13 @@ pub struct RecordingArgs {
     /// Full-scale range of the gyroscope in °/s, for raw counts [default: from turns]
     #[arg(long, value_name = "DEG_S")]
     pub gyro_range: Option<f64>,
-    /// Which column is which: t=Timestamp,ax=… by name, or ax,ay,az,_,gx in order (_ skips one)
-    #[arg(long, value_name = "COLUMNS")]
+    /// Columns that are not recognised: t=Timestamp,ax=… by name (gx=- leaves out), or t,ax,ay,az,_,-
+    /// in order (_ as recognised, - skips one)
+    #[arg(long, value_name = "COLUMNS", allow_hyphen_values = true)]
     pub columns: Option<ColumnsSpec>,
+    /// Which of several sensors in the file: a word of its name, or its number [default: the first]
+    #[arg(long, value_name = "NAME|NUMBER")]
+    pub sensor: Option<String>,
     /// Sampling rate in Hz, used only where there are no time stamps
     #[arg(long, value_name = "HZ")]
     pub rate: Option<f64>,
@@ -152,6 +156,7 @@ impl RecordingArgs {
             }),
             gyro_range_deg_s: self.gyro_range,
             columns: self.columns.clone(),
+            sensor: self.sensor.clone(),
             rate_hz: self.rate,
             time_unit: self.time_unit.map(|u| match u {
                 TimeUnitArg::S => TimeUnit::Second,

@@ -135,14 +135,18 @@ pub fn read_session(
         None => (inputs.to_vec(), Vec::new()),
     };
     let one_channel = one_channel_each(&paths);
+    let of_recordings = match gyro {
+        Some(_) => options.beside_gyroscope_file(),
+        None => options.clone(),
+    };
     let (mut recordings, mut gyroscopes) = (Vec::new(), Vec::new());
     for path in &paths {
         if gyro.is_some_and(|gyro| paths.len() > 1 && is_same(gyro, path)) {
             continue;
         }
         let recording = match folder {
-            Some(_) => read_listed(path, options),
-            None => read(path, options),
+            Some(_) => read_listed(path, &of_recordings),
+            None => read(path, &of_recordings),
         };
         let doubtful = match &recording {
             Ok(recording) => recording.gyro.is_none() && is_named_gyroscope(path),

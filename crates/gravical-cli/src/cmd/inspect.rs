@@ -42,11 +42,15 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.gyro.is_some() && files.len() != 1 {
         return Err(several_with_gyro(files.len()).into());
     }
+    let of_recording = match &args.gyro {
+        Some(_) => options.beside_gyroscope_file(),
+        None => options.clone(),
+    };
     for (path, listed) in &files {
         let recording = if *listed {
-            read_listed(path, &options)
+            read_listed(path, &of_recording)
         } else {
-            read(path, &options)
+            read(path, &of_recording)
         };
         let recording = recording.and_then(|mut recording| {
             if let Some(gyro) = &args.gyro {

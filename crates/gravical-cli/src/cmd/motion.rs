@@ -72,10 +72,14 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if end_only && let Some(done) = motion_end(&args.input, &read_options, calibrated, &options)? {
         return tell(args, &done.result, &done.head);
     }
-    let mut recording = read(&args.input, &read_options)?;
-    if let Some(path) = &args.gyro {
-        join_gyroscope(&mut recording, path, &read_options)?;
-    }
+    let recording = match &args.gyro {
+        Some(path) => {
+            let mut recording = read(&args.input, &read_options.beside_gyroscope_file())?;
+            join_gyroscope(&mut recording, path, &read_options)?;
+            recording
+        }
+        None => read(&args.input, &read_options)?,
+    };
     let mut motion = motion(&recording, calibrated, &options)?;
     let calibration = calibration.iter().map(|(_, input)| input.clone());
     let mut others: Vec<InputFile> = calibration.collect();

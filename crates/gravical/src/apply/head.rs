@@ -35,6 +35,7 @@ impl Head {
     /// and not used.
     pub fn read(bytes: &[u8], whole: bool, dialect: &Dialect, layout: &Layout) -> Self {
         let scanner = layout.scanner(dialect);
+        let mut stamps = layout.stamps();
         let mut slots: [Vec<f64>; SLOTS] = Default::default();
         let mut values: Values = [f64::NAN; SLOTS];
         let mut lines = Lines::new(bytes).with_terminator(terminator(bytes));
@@ -44,6 +45,7 @@ impl Head {
                 continue;
             }
             if scanner.scan(line.bytes, &mut values, &mut (0, 0)).is_ok() {
+                stamps.stamp(&mut values);
                 for (slot, value) in slots.iter_mut().zip(values) {
                     slot.push(value);
                 }

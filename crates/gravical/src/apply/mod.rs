@@ -67,7 +67,7 @@ use crate::calibration_file::{CalibrationFile, Grade};
 use crate::recording::open::Input;
 use crate::recording::resolution::of_channels;
 use crate::recording::{
-    AccelScale, AccelUnit, Aside, Finding, GyroUnit, Prepared, ReadOptions, prepare,
+    AccelScale, AccelUnit, Aside, Finding, GyroUnit, Prepared, ReadOptions, gyro_by_claim, prepare,
 };
 use crate::segment::face::AxisMap;
 
@@ -217,6 +217,10 @@ pub fn apply(
     let plan = Plan::new(&dialect, &layout, judged.gyro.is_some(), options.keep_raw);
     findings.extend(plan.findings.iter().cloned());
 
+    let gyro_scale = head
+        .gyro
+        .as_ref()
+        .map(|gyro| gyro_by_claim(gyro, &layout, &options.read));
     let stream = Stream::new(
         Rewrite(&plan),
         Sensor::new(calibration, judged.gyro.is_some(), options.axes).without_drift(drift),
@@ -224,12 +228,12 @@ pub fn apply(
             judged.accel,
             judged.zero_offset,
             of_channels(&head.accel, head.gyro.as_ref()),
-            layout.has_gyro(),
+            gyro_scale,
         ),
         head.stamps(&dialect, &layout, &options.read),
         [head.accel_held, head.gyro_held],
         &dialect,
-        layout.scanner(&dialect),
+        &layout,
     );
     let mut described = input.unpacked.clone();
     described.push(dialect.description());

@@ -189,6 +189,6 @@ pub(crate) fn input_name(dialect: &Dialect, layout: &Layout, field: usize) -> St
         Some((Quantity::Label, _)) => "label".to_owned(),
         Some((Quantity::Accel(i), _)) => axis("a", *i),
         Some((Quantity::Gyro(i), _)) => axis("g", *i),
-        Some((Quantity::Index, _)) | None => format!("column_{}", field + 1),
+        _ => format!("column_{}", field + 1),
     }
 }

@@ -4,10 +4,13 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 use crate::recording::dialect::Dialect;
+use crate::recording::layout::Layout;
 use crate::recording::open::Input;
-use crate::recording::row::{ACCEL, GYRO, RowDefect, RowScanner, SLOTS, Span, TIME, Values};
+use crate::recording::row::{
+    ACCEL, GYRO, RowDefect, RowScanner, RowStamps, SLOTS, Span, TIME, Values,
+};
 use crate::recording::timing::{Parting, Stamps};
-use crate::recording::{Aside, Ledger, LineSpans, reason_before, reason_for};
+use crate::recording::{Aside, Ledger, LineReasons, LineSpans};
 use crate::scan::{Line, Lines};
 use crate::{Error, Result};
 
@@ -90,7 +93,9 @@ pub(crate) struct Stream<'a, S> {
     pub(super) held: [bool; 2],
     last: Values,
     dialect: &'a Dialect,
+    reasons: LineReasons<'a>,
     scanner: RowScanner,
+    row_stamps: RowStamps,
     pub(super) ledger: Ledger,
     /// Rows whose calibrated acceleration, or rate, is empty.
     pub(super) empty: [LineSpans; 2],
@@ -111,7 +116,7 @@ impl<'a, S: Sink> Stream<'a, S> {
         stamps: Option<Stamps>,
         held: [bool; 2],
         dialect: &'a Dialect,
-        scanner: RowScanner,
+        layout: &Layout,
     ) -> Self {
         let mut block = Vec::with_capacity(BLOCK + (BLOCK >> 2));
         block.extend_from_slice(&sink.header());
@@ -123,7 +128,9 @@ impl<'a, S: Sink> Stream<'a, S> {
             held,
             last: [f64::NAN; SLOTS],
             dialect,
-            scanner,
+            reasons: LineReasons::new(dialect),
+            scanner: layout.scanner(dialect),
+            row_stamps: layout.stamps(),
             ledger: Ledger::default(),
             empty: Default::default(),
             nul_lines: LineSpans::default(),
@@ -154,7 +161,7 @@ impl<'a, S: Sink> Stream<'a, S> {
                 self.nul_lines.push(line.number);
             }
             if line.number < self.dialect.first_data_line {
-                let reason = reason_before(line.bytes, line.number, self.dialect);
+                let reason = self.reasons.before(&line);
                 self.set_aside(reason, &line);
                 continue;
             }
@@ -177,6 +184,7 @@ impl<'a, S: Sink> Stream<'a, S> {
     #[inline]
     fn row(&mut self, line: &Line<'_>, values: &mut Values, spans: &[Span]) {
         self.ledger.row();
+        self.row_stamps.stamp(values);
         if self.held != [false; 2] {
             self.hold(values);
         }
@@ -294,8 +302,7 @@ impl<'a, S: Sink> Stream<'a, S> {
 
     #[cold]
     fn no_row(&mut self, line: &Line<'_>, defect: RowDefect) {
-        let header = self.dialect.header.as_ref().map(|h| h.text.as_slice());
-        let reason = reason_for(line.bytes, defect, header);
+        let reason = self.reasons.among(line, defect);
         if let (Some(how), Some(stamps)) = (Parting::by(reason), &mut self.stamps) {
             stamps.part(how);
         }

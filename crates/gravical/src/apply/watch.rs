@@ -1,29 +1,21 @@
 //! What is odd about the samples, found row by row with flat memory: the
 //! findings of [`crate::recording::quality`] without its columns.
 
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-
 use crate::recording::quality::{
-    Beside, FROZEN_ROWS, Repeats, frozen_axis, is_clipped, is_frozen, is_jump,
+    Beside, CHANNELS, Clipping, FROZEN_ROWS, FullScale, Repeats, frozen_axis, is_frozen, is_jump,
 };
 use crate::recording::row::{ACCEL, Values};
-use crate::recording::{AccelScale, AccelUnit, Finding, LineSpans};
-
-/// Smallest full scale of any accelerometer here, g.
-const SMALLEST_RANGE_G: f64 = 2.0;
+use crate::recording::{AccelScale, Finding, GyroScale, LineSpans};
 
 /// Rows from which a channel that never changes is told, as in a batch.
 const WHOLE_ROWS: u64 = 20;
 
-const NAMES: [&str; 6] = ["ax", "ay", "az", "gx", "gy", "gz"];
-
 /// Follows the samples.
 pub(crate) struct Watch {
-    scale: AccelScale,
     zero_offset: f64,
     resolution: [f64; 6],
-    /// Nothing of a smaller magnitude is clipped.
-    certain: f64,
+    /// Nothing of a smaller magnitude is clipped: of the accelerometer, the gyroscope.
+    certain: [f64; 2],
     /// Three, or six with a gyroscope.
     channels: usize,
     rows: u64,
@@ -36,7 +28,7 @@ pub(crate) struct Watch {
     runs: [Run; 6],
     frozen: [LineSpans; 6],
     longest: [u64; 6],
-    clipped: [Clipped; 3],
+    clipped: [Clipping; 6],
     repeated: Repeats,
     ended: bool,
 }
@@ -50,26 +42,25 @@ struct Run {
     others: [Beside; 2],
 }
 
-#[derive(Default)]
-struct Clipped {
-    lines: LineSpans,
-    last: f64,
-    repeats: u64,
-}
-
 impl Watch {
-    /// `resolution` of the channels as the first rows have it.
-    pub fn new(scale: AccelScale, zero_offset: f64, resolution: [f64; 6], with_gyro: bool) -> Self {
-        let smallest = match (scale.unit, scale.nominal()) {
-            (AccelUnit::Counts, _) => 32767.0,
-            (_, Some(nominal)) => 0.999 * SMALLEST_RANGE_G * nominal * STANDARD_GRAVITY_MPS2,
-            (_, None) => f64::INFINITY,
-        };
+    /// `resolution` of the channels as the first rows have it; `gyro`: the scale of the
+    /// gyroscope, where there is one.
+    pub fn new(
+        accel: AccelScale,
+        zero_offset: f64,
+        resolution: [f64; 6],
+        gyro: Option<GyroScale>,
+    ) -> Self {
+        let with_gyro = gyro.is_some();
+        let ends = [
+            FullScale::of_accel(&accel),
+            gyro.map_or_else(|| FullScale::of_accel(&accel), |g| FullScale::of_gyro(&g)),
+        ];
         Watch {
-            scale,
             zero_offset,
             resolution,
-            certain: smallest,
+            certain: ends.each_ref().map(FullScale::least),
+            clipped: std::array::from_fn(|i| Clipping::new(ends[i / 3].clone())),
             channels: if with_gyro { 6 } else { 3 },
             present: if with_gyro { 0b11_1111 } else { 0b111 },
             still: 0,
@@ -79,7 +70,6 @@ impl Watch {
             runs: Default::default(),
             frozen: Default::default(),
             longest: [0; 6],
-            clipped: Default::default(),
             repeated: Repeats::default(),
             ended: false,
         }
@@ -105,11 +95,13 @@ impl Watch {
         if still | self.still != 0 {
             self.see_still(still, &now, line);
         }
-        let largest = now
-            .iter()
-            .take(3)
-            .fold(0.0_f64, |most, v| most.max((v - self.zero_offset).abs()));
-        if largest >= self.certain {
+        let largest = |values: &[f64], offset: f64| {
+            let most = |most: f64, v: &f64| most.max((v - offset).abs());
+            values.iter().fold(0.0_f64, most)
+        };
+        if largest(&now[..3], self.zero_offset) >= self.certain[0]
+            || largest(&now[3..], 0.0) >= self.certain[1]
+        {
             self.see_large(&now, line);
         }
         self.previous = now;
@@ -120,7 +112,7 @@ impl Watch {
     /// Channels that keep their value in this row, or did up to it.
     #[inline(never)]
     fn see_still(&mut self, still: u8, now: &[f64; 6], line: u64) {
-        for i in 0..NAMES.len() {
+        for i in 0..CHANNELS.len() {
             let (is_still, was_still) = (still >> i & 1 == 1, self.still >> i & 1 == 1);
             if was_still && !is_still {
                 self.end_run(i);
@@ -152,12 +144,11 @@ impl Watch {
 
     #[cold]
     fn see_large(&mut self, now: &[f64; 6], line: u64) {
-        for (clipped, value) in self.clipped.iter_mut().zip(now) {
-            let value = value - self.zero_offset;
-            if is_clipped(value, &self.scale) {
-                clipped.repeats += u64::from(clipped.last == value);
-                clipped.last = value;
-                clipped.lines.push(line);
+        for (i, clipped) in self.clipped.iter_mut().enumerate() {
+            let offset = if i < 3 { self.zero_offset } else { 0.0 };
+            let value = now[i] - offset;
+            if value.abs() >= self.certain[i / 3] && i < self.channels {
+                clipped.see(value, line);
             }
         }
     }
@@ -179,32 +170,18 @@ impl Watch {
     /// The findings, after the last row.
     pub fn finish(mut self, findings: &mut Vec<Finding>) {
         self.ended = true;
-        for i in 0..NAMES.len() {
+        for i in 0..CHANNELS.len() {
             if self.still >> i & 1 == 1 {
                 self.end_run(i);
             }
         }
         for (i, lines) in self.frozen.iter().enumerate() {
             if !lines.is_empty() {
-                findings.push(frozen_axis(NAMES[i], self.longest[i], lines));
+                findings.push(frozen_axis(CHANNELS[i], self.longest[i], lines));
             }
         }
-        for (axis, clipped) in self.clipped.iter().enumerate() {
-            // In physical units a single value at a full scale is chance.
-            let repeats = self.scale.unit == AccelUnit::Counts || clipped.repeats >= 3;
-            if repeats && !clipped.lines.is_empty() {
-                findings.push(
-                    Finding::warning(
-                        "clipped",
-                        format!(
-                            "{} reaches the end of its range in {} rows: the true value is larger; record at a wider range",
-                            NAMES[axis],
-                            clipped.lines.count()
-                        ),
-                    )
-                    .at_lines(&clipped.lines),
-                );
-            }
+        for (channel, clipped) in CHANNELS.iter().zip(&self.clipped) {
+            findings.extend(clipped.finding(channel));
         }
         findings.extend(self.repeated.finding(self.rows));
     }

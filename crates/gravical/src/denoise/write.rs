@@ -8,8 +8,8 @@ use crate::apply::plan::{Plan, channel_field, input_name};
 use crate::recording::dialect::Dialect;
 use crate::recording::layout::Layout;
 use crate::recording::open::Input;
-use crate::recording::row::{RowDefect, SLOTS, Values};
-use crate::recording::{Prepared, ReadOptions, Recording, prepare, reason_for};
+use crate::recording::row::{SLOTS, Values};
+use crate::recording::{LineReasons, Prepared, ReadOptions, Recording, prepare};
 use crate::{Error, Result};
 
 use super::{Channels, Denoised};
@@ -51,7 +51,7 @@ pub fn write(
         false,
     );
     let columns = columns(denoised);
-    let header = dialect.header.as_ref().map(|h| h.text.as_slice());
+    let mut reasons = LineReasons::new(&dialect);
     let scanner = layout.scanner(&dialect);
     let mut values: Values = [f64::NAN; SLOTS];
     let mut spans = Vec::with_capacity(scanner.fields());
@@ -69,7 +69,12 @@ pub fn write(
                 row += 1;
             }
             Ok(()) => {}
-            Err(defect) => part(line.bytes, defect, header, &mut block),
+            // A line that is no row but parts the recording stays a blank one.
+            Err(defect) => {
+                if reasons.among(&line, defect).parts() {
+                    block.push(b'\n');
+                }
+            }
         }
         if block.len() >= BLOCK {
             hand_on(&mut block, out)?;
@@ -89,13 +94,6 @@ pub fn write(
     hand_on(&mut block, out)?;
     out.flush().map_err(|e| Error::io(Path::new("output"), e))?;
     Ok(plan.names)
-}
-
-/// A line that is no row but parts the recording stays a blank one.
-fn part(line: &[u8], defect: RowDefect, header: Option<&[u8]>, block: &mut Vec<u8>) {
-    if reason_for(line, defect, header).parts() {
-        block.push(b'\n');
-    }
 }
 
 fn hand_on(block: &mut Vec<u8>, out: &mut dyn Write) -> Result<()> {

@@ -114,12 +114,12 @@ pub fn motion_stream(
             recording.accel_scale,
             recording.zero_offset,
             recording.resolution,
-            opened.layout.has_gyro(),
+            recording.gyro_scale,
         ),
         None,
         [apply_head.accel_held, apply_head.gyro_held],
         &opened.dialect,
-        opened.layout.scanner(&opened.dialect),
+        &opened.layout,
     );
     let mut nowhere = std::io::sink();
     let out = out.unwrap_or(&mut nowhere);

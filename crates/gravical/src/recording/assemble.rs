@@ -12,25 +12,32 @@ use super::unit_choice::{decide_accel, looks_unsigned};
 use super::units::{GyroScale, GyroUnit, Origin};
 use super::{POSSIBLE, ReadOptions, Recording, quality, resolution};
 
-/// The rate that the metadata claim: `Fs,100`, `# rate: 62.5 Hz`.
-pub(crate) fn claimed_rate(metadata: &[(String, String)]) -> Option<f64> {
-    metadata.iter().find_map(|(key, value)| {
-        let is_rate = ["fs", "rate", "odr"].contains(&key.as_str())
-            || [
-                "sampling",
-                "sample rate",
-                "sample_rate",
-                "frequency",
-                "rate_hz",
-                "rate hz",
-            ]
-            .iter()
-            .any(|w| key.contains(w));
-        let number = value
-            .split(|c: char| c.is_whitespace() || c.is_alphabetic())
-            .next()?;
-        let rate: f64 = number.parse().ok()?;
-        (is_rate && POSSIBLE.contains(&rate)).then_some(rate)
+/// The rate that the metadata claim, Hz: `Fs,100`, `# rate: 62.5 Hz`,
+/// `Sample Rate:,128,Hz`, `// Update Rate: 40.0Hz`, `… at 100 Hz Filter Normal`.
+pub(crate) fn claimed_rate(metadata: &[String]) -> Option<f64> {
+    metadata.iter().find_map(|line| {
+        let line = line.to_lowercase();
+        let words: Vec<&str> = line
+            .split(|c: char| !(c.is_alphanumeric() || c == '.'))
+            .filter(|w| !w.is_empty())
+            .collect();
+        let number = |word: &str| -> Option<f64> {
+            let rate: f64 = word.strip_suffix("hz").unwrap_or(word).parse().ok()?;
+            POSSIBLE.contains(&rate).then_some(rate)
+        };
+        let foreign = |word: &str| ["baud", "bit", "heart", "data"].contains(&word);
+        (0..words.len()).find_map(|i| {
+            let names_it = ["fs", "rate", "odr", "sampling", "frequency"].contains(&words[i])
+                && !(i > 0 && foreign(words[i - 1]));
+            if names_it {
+                // Behind it, maybe after its unit or a word.
+                return words[i + 1..].iter().take(3).find_map(|w| number(w));
+            }
+            // `at 100 Hz`: only with the unit.
+            let rate = words.get(i + 1).filter(|_| words[i] == "at")?;
+            let unit = words.get(i + 2).is_some_and(|w| *w == "hz") || rate.ends_with("hz");
+            number(rate).filter(|_| unit)
+        })
     })
 }
 
@@ -205,7 +212,7 @@ pub(crate) fn is_sparse(channels: &[Vec<f64>; 3]) -> bool {
 }
 
 /// The gyroscope's unit before any turn has been looked at.
-pub(super) fn gyro_by_claim(
+pub(crate) fn gyro_by_claim(
     gyro: &[Vec<f64>; 3],
     layout: &Layout,
     options: &ReadOptions,

@@ -75,13 +75,12 @@ impl BoardSettings {
     }
 }
 
-/// The last such line before the header, of lines taken apart as `key, value`; none
-/// where values are no counts.
-pub(super) fn of_counts(metadata: &[(String, String)]) -> Option<BoardSettings> {
+/// The last such line before the header; none where values are no counts.
+pub(super) fn of_counts(metadata: &[String]) -> Option<BoardSettings> {
     metadata
         .iter()
         .rev()
-        .find_map(|(key, value)| BoardSettings::parse(&format!("# {key}, {value}")))
+        .find_map(|line| BoardSettings::parse(line))
         .filter(|settings| settings.is_counts() && settings.accel_range_g > 0)
 }
 

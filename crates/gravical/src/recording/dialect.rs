@@ -3,7 +3,9 @@
 
 use crate::scan::{parse_field, parse_field_decimal_comma};
 
-use super::row::{Delimiter, parse_date, quoted_end};
+use super::row::{Delimiter, quoted_end};
+use super::timing::parse_date;
+use super::units::is_unit;
 
 /// How many lines of the head are looked at.
 const LINES: usize = 400;
@@ -22,8 +24,14 @@ pub struct Dialect {
     pub header: Option<Header>,
     /// Line number, from 1, of the first data row.
     pub first_data_line: u64,
-    /// Lines before the header that look like `key, value`.
-    pub metadata: Vec<(String, String)>,
+    /// Lines before the data that are no header, without blank ones.
+    pub metadata: Vec<String>,
+    /// So many blank lines in a row stand between rows all through the head,
+    /// regularly: they part nothing. 0 where blank lines part.
+    pub regular_blanks: u64,
+    /// A line of text right before the data that cannot be their header: its
+    /// number, and how many names it has.
+    pub misfit: Option<(u64, usize)>,
     /// Values of the first data rows, NaN where empty or text.
     pub sample: Vec<Vec<f64>>,
 }
@@ -34,7 +42,8 @@ impl Dialect {
     pub fn description(&self) -> String {
         let header = match &self.header {
             Some(h) if h.lines[0] != h.lines[1] => {
-                format!("header in lines {} and {}", h.lines[0], h.lines[1])
+                let and = if h.texts.len() == 2 { "and" } else { "to" };
+                format!("header in lines {} {and} {}", h.lines[0], h.lines[1])
             }
             Some(h) => format!("header in line {}", h.lines[0]),
             None => "no header".to_owned(),
@@ -51,12 +60,24 @@ impl Dialect {
 /// The line that names the columns.
 #[derive(Debug, Clone)]
 pub struct Header {
-    /// First and last line number (two when there are two header rows).
+    /// First and last line number (more than one when there are two rows of
+    /// names, or rows of units below them).
     pub lines: [u64; 2],
     /// Column names; of two rows `upper.lower`.
     pub names: Vec<String>,
-    /// The last header line as it stands, trimmed, to know it again.
-    pub text: Vec<u8>,
+    /// Units from a row below the names, one a column; empty without one.
+    pub units: Vec<String>,
+    /// Its lines as they stand, trimmed, to know them again.
+    pub texts: Vec<Vec<u8>>,
+}
+
+impl Header {
+    /// The unit that stands below the name of a column.
+    #[must_use]
+    pub fn unit(&self, field: usize) -> Option<&str> {
+        let unit = self.units.get(field)?;
+        (!unit.is_empty()).then_some(unit)
+    }
 }
 
 /// What one cell of the head looks like.
@@ -154,16 +175,17 @@ fn candidates(lines: &[HeadLine<'_>], min_columns: usize) -> Option<Candidate> {
     best
 }
 
-/// A row of a recording: numbers, at most two texts (a label, a date), and at
-/// least two numbers (a recorder that writes each channel when it arrives
-/// leaves most cells empty).
+/// A row of a recording: at least two numbers (a recorder that writes each channel
+/// when it arrives leaves most cells empty) and less text, or three numbers beside
+/// any text.
 fn is_data(cells: &[Cell], min_columns: usize) -> bool {
     let numbers = cells
         .iter()
         .filter(|c| matches!(c, Cell::Number(_)))
         .count();
     let texts = cells.iter().filter(|c| **c == Cell::Text).count();
-    cells.len() >= min_columns && numbers >= 2.min(min_columns) && texts <= 2 && numbers > texts
+    cells.len() >= min_columns
+        && (numbers >= 3 || (numbers >= 2.min(min_columns) && numbers > texts))
 }
 
 fn cells(line: &[u8], delimiter: Delimiter, decimal_comma: bool) -> Vec<Cell> {
@@ -238,49 +260,78 @@ fn unquote(field: &[u8]) -> Vec<u8> {
 
 fn finish(best: Candidate, lines: &[HeadLine<'_>]) -> Dialect {
     let cut = |text: &[u8]| cells(text, best.delimiter, best.decimal_comma);
-    let is_row = |line: &HeadLine<'_>| {
+    let row = |line: &HeadLine<'_>| {
         let cells = cut(line.text);
-        cells.len() == best.fields && is_data(&cells, best.fields.min(3))
-    };
-    let first = lines.iter().position(is_row).unwrap_or(0);
-    let mut header = find_header(&best, &lines[..first]);
-    let open_ended = || {
-        let rows = lines[first..].iter().filter(|l| is_row(l)).take(LINES);
-        rows.into_iter()
-            .all(|l| cut(l.text).last() == Some(&Cell::Empty))
-    };
-    if let Some(header) = &mut header
-        && header.names.len() < best.fields
-    {
-        // One name less than fields: rows that end with a delimiter have an
-        // empty last one, else the first is an index without a name.
-        let at = if open_ended() { best.fields - 1 } else { 0 };
-        header.names.insert(at, String::new());
-    }
-    let before = header.as_ref().map_or(first, |h| {
-        lines
-            .iter()
-            .position(|l| l.number == h.lines[0])
-            .unwrap_or(first)
-    });
-    let metadata = lines[..before]
-        .iter()
-        .filter_map(|l| key_value(l.text))
-        .collect();
-    let sample = lines[first..]
-        .iter()
-        .filter(|l| is_row(l))
-        .take(LINES)
-        .map(|l| {
-            cut(l.text)
+        (cells.len() == best.fields && is_data(&cells, best.fields.min(3))).then(|| {
+            cells
                 .into_iter()
                 .map(|c| match c {
                     Cell::Number(v) => v,
                     _ => f64::NAN,
                 })
-                .collect()
+                .collect::<Vec<f64>>()
         })
+    };
+    let mut first = lines.iter().position(|l| row(l).is_some()).unwrap_or(0);
+    let before: Vec<&HeadLine<'_>> = lines[..first]
+        .iter()
+        .filter(|l| !l.text.is_empty())
         .collect();
+    let mut header = find_header(&best, &before);
+    let mut metadata = Vec::new();
+    if header.is_none() {
+        let two: Vec<(usize, Vec<f64>)> = (first..lines.len())
+            .filter_map(|i| Some((i, row(&lines[i])?)))
+            .take(3)
+            .collect();
+        if let [(_, start), (_, rate), (data, _)] = &two[..]
+            && let Some(rate_hz) = start_and_rate(start, rate)
+        {
+            metadata.push(format!("rate: {rate_hz} Hz"));
+            first = *data;
+        }
+    }
+    if let Some(header) = &mut header
+        && header.names.len() < best.fields
+    {
+        // One name less than fields: an index without a name, which counts or is text,
+        // stands first; what else has no name stands last.
+        let firsts: Vec<f64> = lines[first..]
+            .iter()
+            .filter_map(row)
+            .filter_map(|cells| cells.first().copied())
+            .take(LINES)
+            .collect();
+        let index =
+            firsts.windows(2).all(|w| w[1] - w[0] == 1.0) || firsts.iter().all(|v| v.is_nan());
+        let at = if index { 0 } else { best.fields - 1 };
+        header.names.insert(at, String::new());
+        if !header.units.is_empty() {
+            header.units.insert(at, String::new());
+        }
+    }
+    let is_header = |l: &HeadLine<'_>| {
+        header
+            .as_ref()
+            .is_some_and(|h| (h.lines[0]..=h.lines[1]).contains(&l.number))
+    };
+    metadata.extend(
+        before
+            .iter()
+            .filter(|l| !is_header(l))
+            .map(|l| decode(l.text)),
+    );
+    let misfit = match (&header, before.last()) {
+        (None, Some(last)) => {
+            let names = split(strip_comment(last.text), best.delimiter);
+            let words = names
+                .iter()
+                .filter(|n| n.iter().any(u8::is_ascii_alphabetic));
+            (words.count() >= 2).then_some((last.number, names.len()))
+        }
+        _ => None,
+    };
+    let sample = lines[first..].iter().filter_map(row).take(LINES).collect();
     Dialect {
         delimiter: best.delimiter,
         decimal_comma: best.decimal_comma,
@@ -288,32 +339,139 @@ fn finish(best: Candidate, lines: &[HeadLine<'_>]) -> Dialect {
         header,
         first_data_line: lines.get(first).map_or(1, |l| l.number),
         metadata,
+        regular_blanks: regular_blanks(&lines[first..], row),
+        misfit,
         sample,
     }
 }
 
-/// The last line before the data that has as many fields as they, or one less,
-/// and is text; with the line above it when that is a header row too.
-fn find_header(best: &Candidate, before: &[HeadLine<'_>]) -> Option<Header> {
-    let names_of = |line: &HeadLine<'_>| -> Option<Vec<String>> {
+/// Blank lines part rows regularly from so many on …
+const FEWEST_BLANKS: usize = 5;
+/// … where they stand behind so few rows that none of these is a placement …
+const FEW_ROWS: usize = 20;
+/// … or from so many on, where a column goes on across them as it does within the rows.
+const FEWEST_BLANKS_OF_A_CLOCK: usize = 3;
+
+/// How many blank lines in a row stand between rows regularly, every k rows (a line
+/// end that is written twice, a blank line after each block that was sent); 0 where
+/// they do not.
+fn regular_blanks(lines: &[HeadLine<'_>], row: impl Fn(&HeadLine<'_>) -> Option<Vec<f64>>) -> u64 {
+    if !lines.iter().any(|l| l.text.is_empty()) {
+        return 0;
+    }
+    // Rows up to a run of blank lines, and how many lines that has.
+    let mut runs: Vec<(usize, u64)> = Vec::new();
+    let mut rows = Vec::new();
+    let mut blanks = 0;
+    let mut since = 0;
+    for line in lines {
+        if line.text.is_empty() {
+            blanks += 1;
+        } else if let Some(values) = row(line) {
+            if blanks > 0 {
+                runs.push((since, blanks));
+                (blanks, since) = (0, 0);
+            }
+            since += 1;
+            rows.push(values);
+        }
+    }
+    let usual = |of: fn(&(usize, u64)) -> f64| {
+        let mut all: Vec<f64> = runs.iter().map(of).collect();
+        let usual = crate::stats::median(&mut all)?;
+        let alike = runs.iter().filter(|run| of(run) == usual).count();
+        (alike * 10 >= runs.len() * 9).then_some(usual)
+    };
+    let (Some(every), Some(blanks)) = (usual(|run| run.0 as f64), usual(|run| run.1 as f64)) else {
+        return 0;
+    };
+    let every = every as usize;
+    let regular = if every <= FEW_ROWS {
+        runs.len() >= FEWEST_BLANKS
+    } else {
+        runs.len() >= FEWEST_BLANKS_OF_A_CLOCK && goes_on(&rows, every)
+    };
+    if regular { blanks as u64 } else { 0 }
+}
+
+/// Some column rises all through `rows`, by no longer steps at every `every`th row than
+/// elsewhere: nobody paused there.
+fn goes_on(rows: &[Vec<f64>], every: usize) -> bool {
+    let fields = rows.first().map_or(0, Vec::len);
+    (0..fields).any(|field| {
+        let steps = rows.windows(2).map(|w| w[1][field] - w[0][field]);
+        let (mut across, mut within) = (Vec::new(), Vec::new());
+        for (i, step) in steps.enumerate() {
+            if (i + 1) % every == 0 {
+                across.push(step);
+            } else {
+                within.push(step);
+            }
+        }
+        let rises = across.iter().chain(&within).all(|step| *step > 0.0);
+        let longest = across.iter().copied().fold(0.0, f64::max);
+        let usual = crate::stats::median(&mut within);
+        rises && usual.is_some_and(|usual| longest < 1.5 * usual)
+    })
+}
+
+/// Two rows before the samples that hold the start, seconds since 1970, and the rate,
+/// each once a column (Empatica's `ACC.csv`): the rate, Hz.
+fn start_and_rate(start: &[f64], rate: &[f64]) -> Option<f64> {
+    let all_are = |row: &[f64]| row.first().copied().filter(|v| row.iter().all(|o| o == v));
+    let dates_s = 946_684_800.0..4_102_444_800.0;
+    all_are(start).filter(|s| dates_s.contains(s))?;
+    all_are(rate).filter(|r| (1.0..=10_000.0).contains(r))
+}
+
+/// The names: the last line before the data that is no row of units, has as many
+/// fields as they, or one less, and is text; with the line above it when that is a
+/// row of names too. `before` has no blank lines.
+fn find_header(best: &Candidate, before: &[&HeadLine<'_>]) -> Option<Header> {
+    let fields_of = |line: &HeadLine<'_>| -> Option<Vec<String>> {
         let text = strip_comment(line.text);
-        let names: Vec<String> = split(text, best.delimiter)
-            .iter()
-            .map(|f| decode(f.trim_ascii()))
-            .collect();
+        // A header can be parted otherwise than columns that are aligned with spaces.
+        let ways = [best.delimiter]
+            .into_iter()
+            .chain([b'\t', b',', b';', b'|'].map(Delimiter::Byte));
+        ways.into_iter().find_map(|way| {
+            let mut names: Vec<String> = split(text, way)
+                .iter()
+                .map(|f| decode(f.trim_ascii()))
+                .collect();
+            if names.len() == best.fields + 1 && names.last().is_some_and(String::is_empty) {
+                names.pop();
+            }
+            (names.len() == best.fields || names.len() + 1 == best.fields).then_some(names)
+        })
+    };
+    let names_of = |line: &HeadLine<'_>| -> Option<Vec<String>> {
+        let names = fields_of(line)?;
         let named = names
             .iter()
             .filter(|n| n.chars().any(char::is_alphabetic))
             .count();
-        let fits = names.len() == best.fields || names.len() + 1 == best.fields;
-        (fits && named * 2 > names.len()).then_some(names)
+        (named * 2 > names.len()).then_some(names)
     };
-    let last = before.iter().rposition(|l| !l.text.is_empty())?;
-    let mut names = names_of(&before[last])?;
-    let mut lines = [before[last].number; 2];
+    let mut last = before.len().checked_sub(1)?;
+    let mut units = Vec::new();
+    while last > 0
+        && let Some(row) = fields_of(before[last]).filter(|row| is_row_of_units(row))
+        && let Some(above) = names_of(before[last - 1])
+        && above.len() == row.len()
+    {
+        // Of several rows the one that says most.
+        let said = |row: &[String]| row.iter().filter(|u| is_unit(u)).count();
+        if said(&row) > said(&units) {
+            units = row;
+        }
+        last -= 1;
+    }
+    let mut names = names_of(before[last])?;
+    let mut from = last;
     // Two header rows: the upper names the sensor, the lower the channel.
     if let Some(upper_at) = last.checked_sub(1)
-        && let Some(upper) = names_of(&before[upper_at])
+        && let Some(upper) = names_of(before[upper_at])
         && upper.len() == names.len()
         && repeats(&upper)
         && repeats(&names)
@@ -323,13 +481,25 @@ fn find_header(best: &Candidate, before: &[HeadLine<'_>]) -> Option<Header> {
             .zip(&names)
             .map(|(upper, lower)| format!("{upper}.{lower}"))
             .collect();
-        lines[0] = before[upper_at].number;
+        from = upper_at;
     }
+    let lines = &before[from..];
     Some(Header {
-        lines,
+        lines: [before[from].number, before[before.len() - 1].number],
         names,
-        text: before[last].text.to_vec(),
+        units,
+        texts: lines.iter().map(|l| l.text.to_vec()).collect(),
     })
+}
+
+/// Below the names: units, or what the numbers were made of (`CAL`).
+fn is_row_of_units(cells: &[String]) -> bool {
+    let filled = cells.iter().filter(|c| !c.is_empty());
+    let (all, of_units) = filled.fold((0, 0), |(all, of_units), cell| {
+        let is = is_unit(cell) || matches!(cell.to_lowercase().as_str(), "cal" | "raw" | "uncal");
+        (all + 1, of_units + usize::from(is))
+    });
+    all > 0 && of_units * 10 >= all * 7
 }
 
 fn repeats(names: &[String]) -> bool {
@@ -340,7 +510,7 @@ fn repeats(names: &[String]) -> bool {
 }
 
 /// A header behind a comment sign (`# t ax ay az`) is a header.
-fn strip_comment(text: &[u8]) -> &[u8] {
+pub(super) fn strip_comment(text: &[u8]) -> &[u8] {
     let text = text.trim_ascii();
     ["#", "%", "//"]
         .iter()
@@ -356,14 +526,6 @@ pub fn decode(bytes: &[u8]) -> String {
         Ok(text) => text.to_owned(),
         Err(_) => encoding_rs::WINDOWS_1252.decode(bytes).0.into_owned(),
     }
-}
-
-/// `Fs,100` or `# rate: 100` → ("fs", "100").
-fn key_value(text: &[u8]) -> Option<(String, String)> {
-    let text = decode(strip_comment(text));
-    let (key, value) = text.split_once([',', ';', ':', '=', '\t'])?;
-    let (key, value) = (key.trim().to_lowercase(), value.trim());
-    (!key.is_empty() && !value.is_empty()).then(|| (key, value.to_owned()))
 }
 
 #[cfg(test)]

@@ -44,9 +44,9 @@ const GAP_PERIODS: f64 = 4.5;
 /// Reads the gyroscope of `path` and joins it to `recording` on time. Rows
 /// that it does not cover get NaN and a finding.
 ///
-/// `options` are those that the recording was read with; `--columns` is not
-/// applied to this file: a header names its columns, without one they are
-/// t, gx, gy, gz or gx, gy, gz.
+/// `options` are those that the recording was read with; of its columns, those of
+/// the gyroscope and the time hold for this file. Else a header names them, without
+/// one they are t, gx, gy, gz or gx, gy, gz.
 ///
 /// # Errors
 ///
@@ -108,7 +108,9 @@ fn refuse_second(recording: &Recording) -> Result<()> {
         "this recording has a gyroscope of its own, and --gyro gives a second one",
     )
     .at(recording.name.as_ref(), None)
-    .with_hint("leave --gyro out"))
+    .with_hint(
+        "leave --gyro out; or leave the recording's own gyroscope out, with --columns gx=-,gy=-,gz=-",
+    ))
 }
 
 /// Rows of a gyroscope with their time.
@@ -190,6 +192,7 @@ fn join_input(
         sha256,
     });
     findings.extend(quality::frozen_gyroscope(recording));
+    findings.extend(quality::clipped_gyroscope(recording));
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| name.to_owned());
     }

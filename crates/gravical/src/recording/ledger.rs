@@ -19,8 +19,12 @@ pub enum Aside {
     NamedGap,
     /// Nothing in it, or only delimiters.
     Blank,
+    /// Blank lines between rows all through the file, every so many rows.
+    RegularBlank,
     /// The header once more, in the middle.
     RepeatedHeader,
+    /// A row of another sensor than the one that is read.
+    OtherSensor,
     /// Fewer fields than the others: half-written.
     TornLine,
     /// More fields than the others: two lines run together.
@@ -33,13 +37,15 @@ pub enum Aside {
 
 impl Aside {
     /// All reasons, in the order in which they are shown.
-    pub const ALL: [Aside; 10] = [
+    pub const ALL: [Aside; 12] = [
         Aside::Header,
         Aside::Metadata,
         Aside::Comment,
         Aside::NamedGap,
         Aside::Blank,
+        Aside::RegularBlank,
         Aside::RepeatedHeader,
+        Aside::OtherSensor,
         Aside::TornLine,
         Aside::TooManyFields,
         Aside::NotANumber,
@@ -61,6 +67,8 @@ impl Aside {
             Aside::Comment => "comment-lines",
             Aside::NamedGap => "named-gap",
             Aside::Blank => "blank-rows",
+            Aside::RegularBlank => "regular-blank-rows",
+            Aside::OtherSensor => "other-sensor",
             Aside::RepeatedHeader => "repeated-header",
             Aside::TornLine => "torn-line",
             Aside::TooManyFields => "too-many-fields",
@@ -78,6 +86,10 @@ impl Aside {
                 "the logger names rows that it could not get; taken as a break between segments"
             }
             Aside::Blank => "blank; taken as a break between segments",
+            Aside::RegularBlank => {
+                "blank, regularly between the rows (a line end written twice?); they part nothing"
+            }
+            Aside::OtherSensor => "rows of another sensor; not read",
             Aside::RepeatedHeader => "the header once more; kept out of the data",
             Aside::TornLine => "fewer fields than the other rows (half-written); set aside",
             Aside::TooManyFields => {
@@ -186,9 +198,11 @@ impl Ledger {
                     reason.meaning()
                 );
                 let finding = match reason {
-                    Aside::Metadata | Aside::Comment | Aside::Blank => {
-                        Finding::note(reason.name(), message)
-                    }
+                    Aside::Metadata
+                    | Aside::Comment
+                    | Aside::Blank
+                    | Aside::RegularBlank
+                    | Aside::OtherSensor => Finding::note(reason.name(), message),
                     _ => Finding::warning(reason.name(), message),
                 };
                 finding.at_lines(spans)

@@ -46,7 +46,9 @@ pub mod timing;
 mod unit_choice;
 pub mod units;
 
-pub(crate) use assemble::{POSSIBLE_C, claimed_rate, hold_last_values, is_celsius, is_sparse};
+pub(crate) use assemble::{
+    POSSIBLE_C, claimed_rate, gyro_by_claim, hold_last_values, is_celsius, is_sparse,
+};
 pub use finding::{Finding, LineSpans, Severity};
 pub use join::{
     JoinedFile, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes,
@@ -56,7 +58,7 @@ pub use ledger::{Aside, Ledger};
 pub use quiet::quiet_norm;
 pub(crate) use quiet::{Quiet, QuietBlocks, quiet};
 pub use read::{GAP_LINE, read, read_bytes};
-pub(crate) use read::{HEAD, Prepared, cut_off, prepare, reason_before, reason_for, text_findings};
+pub(crate) use read::{HEAD, LineReasons, Prepared, cut_off, prepare, text_findings};
 pub use timing::{TimeUnit, Timing};
 pub use unit_choice::{AccelClaim, decide_accel};
 pub(crate) use unit_choice::{fits_unsigned, looks_unsigned};
@@ -82,6 +84,9 @@ pub struct ReadOptions {
     pub gyro_range_deg_s: Option<f64>,
     /// Which column is which; default: from names or numbers.
     pub columns: Option<ColumnsSpec>,
+    /// Which of several sensors in the file: words of its name, or its number; default:
+    /// the first.
+    pub sensor: Option<String>,
     /// Sampling rate in Hz, used only where there are no time stamps.
     pub rate_hz: Option<f64>,
     /// Unit of the time stamps; default: from header or steps.
@@ -94,6 +99,19 @@ pub struct ReadOptions {
 }
 
 impl ReadOptions {
+    /// The same for a recording whose gyroscope stands in a file of its own
+    /// ([`join_gyroscope`]): columns that are named as the gyroscope's are that file's.
+    #[must_use]
+    pub fn beside_gyroscope_file(&self) -> Self {
+        ReadOptions {
+            columns: self
+                .columns
+                .as_ref()
+                .and_then(ColumnsSpec::of_accelerometer),
+            ..self.clone()
+        }
+    }
+
     /// Checks ranges.
     ///
     /// # Errors

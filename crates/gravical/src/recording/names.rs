@@ -1,18 +1,25 @@
 //! What a column is called in the wild, and what it therefore holds.
 //!
 //! `aX (g)`, `acc_x`, `ax`, `AccX`, `scaledAccelX`, `Accelerometer X (g)`,
-//! `imu.acc.x`, `linear_acceleration.x`, `gyr_x`, `angularVelocityZ`,
-//! `Temp (C)`, `t_s`, `Timestamp` … A name is cut into words; one word says
-//! the quantity, one the axis, what is left may be a unit or the name of the
-//! sensor.
+//! `imu.acc.x`, `linear_acceleration.x`, `accSmooth[0]`, `gyr_x`, `w_RS_S_x`,
+//! `angularVelocityZ`, `Temp (C)`, `t_s`, `ustime`, `Timestamp` … A name is cut into
+//! words; one word says the quantity, one the axis, what is left may be a unit or the
+//! name of the sensor. The words stand in one table, [`WORDS`].
+
+use super::timing::TimeUnit;
+use super::units::{AccelUnit, GyroUnit};
 
 /// A quantity that gravical reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Time stamp.
     Time,
+    /// Time since the row before.
+    TimeStep,
     /// A row counter; no time.
     Index,
+    /// Which of several sensors the row is of.
+    Instance,
     /// Specific force along axis 0, 1 or 2.
     Accel(usize),
     /// Angular rate about axis 0, 1 or 2.
@@ -32,65 +39,346 @@ pub struct ColumnName {
     pub unit: Option<String>,
     /// What is left: the name of the sensor (`left sensor`), or nothing.
     pub sensor: String,
-    /// True for acceleration that has gravity taken out by somebody else
-    /// (`userAcceleration`, `LinearAcceleration`): a last resort.
+    /// True for acceleration that says of itself that gravity was taken out
+    /// (`userAcceleration`, `Linear Acceleration`): a last resort.
     pub without_gravity: bool,
+}
+
+/// What one word of a name says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Word {
+    Accel,
+    Gyro,
+    /// A quantity without an axis.
+    Scalar(Quantity),
+    /// A time that is a step only beside a word for a difference.
+    Difference,
+    /// Gravity was taken out.
+    WithoutGravity,
+    /// It looks alike and is something else.
+    Foreign,
+    /// It says nothing.
+    Filler,
+}
+
+/// Whole words. A unit of time (`ms`) can stand before or behind the words for time.
+const WORDS: &[(Word, &[&str])] = &[
+    (
+        Word::Accel,
+        &["a", "acc", "accel", "accl", "acce", "xl", "sf"],
+    ),
+    (
+        Word::Gyro,
+        &["g", "gyr", "gyro", "w", "omega", "rate", "rot", "angvel"],
+    ),
+    (
+        Word::Scalar(Quantity::Time),
+        &[
+            "t",
+            "ts",
+            "time",
+            "timestamp",
+            "timestamps",
+            "epoch",
+            "epoc",
+            "clock",
+            "elapsed",
+            "utc",
+            "gps",
+            "gpst",
+            "datetime",
+            "date",
+            "ticks",
+            "tick",
+            "seconds",
+            "millis",
+            "milliseconds",
+            "micros",
+            "microseconds",
+            "nanos",
+            "nanoseconds",
+            "msec",
+            "usec",
+        ],
+    ),
+    (
+        Word::Scalar(Quantity::TimeStep),
+        &[
+            "dt",
+            "deltat",
+            "dtime",
+            "timestep",
+            "deltatime",
+            "timedelta",
+        ],
+    ),
+    (Word::Difference, &["delta", "diff", "difference"]),
+    (
+        Word::Scalar(Quantity::Index),
+        &[
+            "sample",
+            "samples",
+            "index",
+            "idx",
+            "row",
+            "counter",
+            "count",
+            "cnt",
+            "seq",
+            "iteration",
+            "frame",
+            "packet",
+            "packetcounter",
+            "record",
+            "line",
+            "nr",
+            "no",
+            "num",
+        ],
+    ),
+    (Word::Scalar(Quantity::Instance), &["instance"]),
+    (
+        Word::Scalar(Quantity::Temperature),
+        &["temp", "temperature", "tmp"],
+    ),
+    (
+        Word::Scalar(Quantity::Label),
+        &["part", "label", "section", "placement", "pose", "face"],
+    ),
+    (Word::WithoutGravity, &["linear", "lin", "user", "free"]),
+    (
+        Word::Foreign,
+        &[
+            "gravity",
+            "grav",
+            "quat",
+            "quaternion",
+            "pos",
+            "position3d",
+            "vel",
+            "velocity3d",
+            "jerk",
+            "bias",
+            "offset",
+            "std",
+            "sigma",
+            "var",
+            "variance",
+        ],
+    ),
+    (Word::Filler, &["data", "value", "field", "axis"]),
+];
+
+/// Beginnings of words, for words that are not in [`WORDS`].
+const BEGINNINGS: &[(Word, &[&str])] = &[
+    (Word::Accel, &["accel"]),
+    (
+        Word::Gyro,
+        &["gyro", "rotationrate", "angularvelocity", "angularrate"],
+    ),
+    (
+        Word::Foreign,
+        &["mag", "baro", "press", "humid", "orient", "euler", "cov"],
+    ),
+];
+
+/// Words that are one quantity only together.
+const PAIRS: &[(Word, [&str; 2])] = &[
+    (Word::Gyro, ["angular", "velocity"]),
+    (Word::Gyro, ["angular", "rate"]),
+    (Word::Gyro, ["rotation", "rate"]),
+    (Word::Gyro, ["turn", "rate"]),
+];
+
+/// Whole names that are one quantity only when nothing else stands in them.
+const NAMES: &[(Quantity, &[&str])] = &[
+    (
+        Quantity::Instance,
+        &[
+            "i",
+            "imu",
+            "imu id",
+            "sensor",
+            "sensor id",
+            "instance id",
+            "sensor index",
+        ],
+    ),
+    (Quantity::Time, &["s", "ms", "us", "ns", "sec", "secs"]),
+];
+
+fn look_up(table: &[(Word, &[&str])], fits: impl Fn(&str) -> bool) -> Option<Word> {
+    let of = |(word, list): &(Word, &[&str])| list.iter().any(|w| fits(w)).then_some(*word);
+    table.iter().find_map(of)
+}
+
+fn meaning(word: &str) -> Option<Word> {
+    look_up(WORDS, |w| w == word).or_else(|| {
+        // `accelx` is an axis of something that begins with `accel`.
+        let begins = |w: &str| word.starts_with(w) && !word.ends_with(['x', 'y', 'z']);
+        look_up(BEGINNINGS, begins)
+            .or_else(|| time_with_unit(word).map(|_| Word::Scalar(Quantity::Time)))
+    })
+}
+
+/// `ustime`, `timems`, `timestampus` → the unit; `uptime`, `systime` have none.
+fn time_with_unit(word: &str) -> Option<Option<TimeUnit>> {
+    let (before, after) = word
+        .split_once("timestamp")
+        .or_else(|| word.split_once("time"))?;
+    Some(TimeUnit::parse(before).or_else(|| TimeUnit::parse(after)))
 }
 
 /// Understands a column name; none when it holds nothing that is read here.
 #[must_use]
 pub fn understand(name: &str) -> Option<ColumnName> {
-    let (plain, bracketed) = take_bracket(name.trim().trim_matches('"'));
-    let mut words = split_words(&plain);
-    if words.is_empty() {
+    let Parts {
+        mut words,
+        bracketed,
+    } = Parts::of(name);
+    if words.is_empty() || words.iter().any(|w| meaning(w) == Some(Word::Foreign)) {
         return None;
     }
-    if words.iter().any(|w| is_foreign(w)) {
-        return None;
-    }
-    let found = find_axis_quantity(&mut words).or_else(|| find_scalar_quantity(&mut words))?;
-    let (quantity, hinted_unit) = found;
+    let (quantity, hinted_unit) =
+        find_axis_quantity(&mut words).or_else(|| find_scalar_quantity(&mut words))?;
     let (unit_words, sensor_words): (Vec<String>, Vec<String>) = match bracketed {
         Some(_) => (Vec::new(), words),
         None => words.into_iter().partition(|w| is_unit_word(w)),
     };
-    let without_gravity = sensor_words
-        .iter()
-        .any(|w| matches!(w.as_str(), "linear" | "user"));
+    let says = |word: Word| move |w: &String| meaning(w) == Some(word);
+    let without_gravity = sensor_words.iter().any(says(Word::WithoutGravity));
     let unit = bracketed
         .or_else(|| (!unit_words.is_empty()).then(|| unit_words.join("/")))
-        .or_else(|| hinted_unit.map(str::to_owned));
+        .or(hinted_unit);
     Some(ColumnName {
         quantity,
         unit,
         sensor: sensor_words
             .into_iter()
-            .filter(|w| !matches!(w.as_str(), "linear" | "user" | "data" | "value"))
+            .filter(|w| !says(Word::WithoutGravity)(w) && !says(Word::Filler)(w))
             .collect::<Vec<_>>()
             .join(" "),
         without_gravity,
     })
 }
 
-/// `Accelerometer X (g)` → `Accelerometer X`, `g`.
-fn take_bracket(name: &str) -> (String, Option<String>) {
-    for (open, close) in [('(', ')'), ('[', ']'), ('{', '}')] {
-        if let (Some(from), Some(to)) = (name.find(open), name.rfind(close))
-            && from < to
-        {
-            let inside = name[from + open.len_utf8()..to].trim().to_lowercase();
-            let outside = format!("{} {}", &name[..from], &name[to + close.len_utf8()..]);
-            if !inside.is_empty() {
-                return (outside, Some(inside));
-            }
-        }
-    }
-    (name.to_owned(), None)
+/// A name that is an axis and nothing else (`x`, `X (m/s^2)`, `x-axis (g)`): the axis,
+/// and the unit that it claims.
+#[must_use]
+pub fn bare_axis(name: &str) -> Option<(usize, Option<String>)> {
+    let Parts { words, bracketed } = Parts::of(name);
+    let mut left = words.iter().filter(|w| meaning(w) != Some(Word::Filler));
+    let axis = axis_of(left.next()?)?;
+    left.next().is_none().then_some((axis, bracketed))
 }
 
-/// Words of a name: cut at anything that is no letter or digit and where a
-/// lower-case letter is followed by an upper-case one; lower case.
-fn split_words(name: &str) -> Vec<String> {
+/// Which sensor a name is of when its columns do not say: `Gyroscope.csv`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SensorKind {
+    /// The accelerometer; `true` when gravity was taken out of it.
+    Accelerometer(bool),
+    /// The gyroscope.
+    Gyroscope,
+    /// Something else, such as a magnetometer.
+    Other,
+}
+
+/// The sensor that a file is named after; none when its name says nothing.
+#[must_use]
+pub fn sensor_of_file(name: &str) -> Option<SensorKind> {
+    let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    let words = split_words(file.split('.').next().unwrap_or(file));
+    // A letter alone is a name.
+    let says = |word: Word| {
+        let mut long = words.iter().filter(|w| w.len() > 2);
+        long.any(|w| meaning(w) == Some(word))
+    };
+    let together = PAIRS
+        .iter()
+        .any(|(_, pair)| words.windows(2).any(|w| w[0] == pair[0] && w[1] == pair[1]));
+    if says(Word::Accel) {
+        Some(SensorKind::Accelerometer(says(Word::WithoutGravity)))
+    } else if says(Word::Gyro) || together {
+        Some(SensorKind::Gyroscope)
+    } else if says(Word::Foreign) {
+        Some(SensorKind::Other)
+    } else {
+        None
+    }
+}
+
+/// True for a name of something that is not read here and can rise steadily.
+pub(super) fn is_foreign(name: &str) -> bool {
+    let foreign = |w: &String| meaning(w) == Some(Word::Foreign);
+    Parts::of(name).words.iter().any(foreign)
+}
+
+/// A name in words, and the unit in its bracket.
+struct Parts {
+    words: Vec<String>,
+    bracketed: Option<String>,
+}
+
+impl Parts {
+    /// `Accelerometer X (g)` → `accelerometer`, `x`; `g`. An index in brackets is an
+    /// axis where no letter is: `gyroADC[0]`.
+    fn of(name: &str) -> Self {
+        let mut outside = name.trim().trim_matches('"').to_owned();
+        let mut inside = Vec::new();
+        while let Some((from, to)) = bracket(&outside) {
+            let text = outside[from + 1..to].trim().to_lowercase();
+            inside.extend((!text.is_empty()).then_some(text));
+            outside.replace_range(from..=to, " ");
+        }
+        let mut words = split_words(&outside);
+        let has_axis = words.iter().any(|w| axis_of(w).is_some());
+        if let Some(at) = inside.iter().position(|text| index_axis(text).is_some()) {
+            let axis = index_axis(&inside.remove(at)).filter(|_| !has_axis);
+            words.extend(axis.map(str::to_owned));
+        }
+        let is_unit = |text: &&String| {
+            AccelUnit::parse(text).is_some()
+                || GyroUnit::parse(text).is_some()
+                || TimeUnit::parse(text).is_some()
+        };
+        Parts {
+            words,
+            bracketed: inside.iter().find(is_unit).or(inside.first()).cloned(),
+        }
+    }
+}
+
+/// Where the first bracket opens and closes; one within another is part of it.
+fn bracket(name: &str) -> Option<(usize, usize)> {
+    let from = name.find(['(', '[', '{'])?;
+    let (open, close) = match name.as_bytes()[from] {
+        b'(' => ('(', ')'),
+        b'[' => ('[', ']'),
+        _ => ('{', '}'),
+    };
+    let mut depth = 0;
+    for (at, c) in name[from..].char_indices() {
+        depth += i32::from(c == open) - i32::from(c == close);
+        if depth == 0 {
+            return Some((from, from + at));
+        }
+    }
+    None
+}
+
+fn index_axis(text: &str) -> Option<&'static str> {
+    match text {
+        "0" => Some("x"),
+        "1" => Some("y"),
+        "2" => Some("z"),
+        _ => None,
+    }
+}
+
+/// Words of a name: cut at anything that is no letter or digit, where a lower-case
+/// letter is followed by an upper-case one, and where digits follow letters that are
+/// no unit with them (`mps2`); lower case.
+pub(super) fn split_words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut before = ' ';
     for c in name.chars() {
@@ -106,8 +394,17 @@ fn split_words(name: &str) -> Vec<String> {
         }
         before = c;
     }
+    let cut = |word: String| -> Vec<String> {
+        let digits = word.find(|c: char| c.is_ascii_digit());
+        match digits {
+            Some(at) if at > 0 && !is_unit_word(&word) && meaning(&word).is_none() => {
+                vec![word[..at].to_owned(), word[at..].to_owned()]
+            }
+            _ => vec![word],
+        }
+    };
     words.retain(|w| !w.is_empty());
-    words
+    words.into_iter().flat_map(cut).collect()
 }
 
 fn axis_of(word: &str) -> Option<usize> {
@@ -119,110 +416,117 @@ fn axis_of(word: &str) -> Option<usize> {
     }
 }
 
-/// Quantities that look alike and are something else.
-fn is_foreign(word: &str) -> bool {
-    matches!(
-        word,
-        "gravity" | "grav" | "quat" | "quaternion" | "pos" | "position3d" | "vel" | "velocity3d"
-    ) || ["mag", "baro", "press", "humid", "orient", "euler"]
-        .iter()
-        .any(|p| word.starts_with(p))
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Kind {
-    Accel,
-    Gyro,
-}
-
-fn kind_of(word: &str) -> Option<Kind> {
-    let is = |list: &[&str]| list.contains(&word);
-    if is(&["a", "acc", "accel", "accl", "acce", "xl", "sf"])
-        || (word.starts_with("accel") && !word.ends_with(|c| "xyz".contains(c)))
-    {
-        Some(Kind::Accel)
-    } else if is(&["g", "gyr", "gyro", "w", "omega", "rate", "rot", "angvel"])
-        || (word.starts_with("gyro") && !word.ends_with(|c| "xyz".contains(c)))
-        || (word.starts_with("rotationrate") || word.starts_with("angularvelocity"))
-    {
-        Some(Kind::Gyro)
-    } else {
-        None
+/// A kind of sensor and an axis in one word: `ax`, `gyroz`, `xacc`; `gfx`, g-force.
+fn kind_with_axis(word: &str) -> Option<(Word, usize, Option<String>)> {
+    let kind = |stem: &str| meaning(stem).filter(|k| matches!(k, Word::Accel | Word::Gyro));
+    let mut letters = word.chars();
+    if let Some(axis) = letters.next_back().and_then(|c| axis_of(&c.to_string())) {
+        let stem = letters.as_str();
+        if stem == "gf" {
+            return Some((Word::Accel, axis, Some("g".to_owned())));
+        }
+        if let Some(kind) = kind(stem) {
+            return Some((kind, axis, None));
+        }
     }
+    let mut letters = word.chars();
+    let axis = letters.next().and_then(|c| axis_of(&c.to_string()))?;
+    let stem = letters.as_str();
+    (stem.len() > 2).then(|| Some((kind(stem)?, axis, None)))?
 }
 
 /// A quantity with an axis, in one word (`ax`, `gyroz`) or in several.
-fn find_axis_quantity(words: &mut Vec<String>) -> Option<(Quantity, Option<&'static str>)> {
+fn find_axis_quantity(words: &mut Vec<String>) -> Option<(Quantity, Option<String>)> {
     let as_quantity = |kind, axis| match kind {
-        Kind::Accel => Quantity::Accel(axis),
-        Kind::Gyro => Quantity::Gyro(axis),
+        Word::Accel => Quantity::Accel(axis),
+        _ => Quantity::Gyro(axis),
     };
-    // One word that carries both: the last letter is the axis.
+    // `gFx` was cut in two.
+    if let [first, second] = &words[..]
+        && first == "g"
+        && second.starts_with('f')
+        && second.len() == 2
+    {
+        *words = vec![format!("{first}{second}")];
+    }
     for i in (0..words.len()).rev() {
-        let word = words[i].clone();
-        let mut letters = word.chars();
-        let Some(axis) = letters.next_back().and_then(|c| axis_of(&c.to_string())) else {
-            continue;
-        };
-        let stem = letters.as_str();
-        if !stem.is_empty()
-            && let Some(kind) = kind_of(stem)
-        {
+        if let Some((kind, axis, unit)) = kind_with_axis(&words[i]) {
             words.remove(i);
-            return Some((as_quantity(kind, axis), None));
+            return Some((as_quantity(kind, axis), unit));
         }
     }
-    let axis_at = words.iter().rposition(|w| axis_of(w).is_some())?;
-    let axis = axis_of(&words[axis_at])?;
-    // `angular velocity x`, `rotation rate x`: two words that belong together.
-    let pair = words.windows(2).position(|w| {
-        matches!(
-            (w[0].as_str(), w[1].as_str()),
-            ("angular", "velocity") | ("angular", "rate") | ("rotation", "rate") | ("turn", "rate")
-        )
+    let axis_at = words.iter().rposition(|w| axis_of(w).is_some());
+    let (axis_at, axis) = match axis_at {
+        Some(at) => (at, axis_of(&words[at])?),
+        // `acc_0`: a number in place of the letter.
+        None => {
+            let at = words.len().checked_sub(1)?;
+            (at, index_axis(&words[at]).and_then(axis_of)?)
+        }
+    };
+    let pair = PAIRS.iter().find_map(|(word, pair)| {
+        let at = words
+            .windows(2)
+            .position(|w| w[0] == pair[0] && w[1] == pair[1])?;
+        Some((*word, at, 2))
     });
-    if let Some(at) = pair {
-        let mut rest = Vec::new();
-        for (i, word) in words.drain(..).enumerate() {
-            if i != at && i != at + 1 && i != axis_at {
-                rest.push(word);
-            }
-        }
-        *words = rest;
-        return Some((Quantity::Gyro(axis), None));
-    }
     // Long words before short ones: in `imu_a acc x` the `a` is a name.
-    let at = (0..words.len())
-        .filter(|&i| i != axis_at && kind_of(&words[i]).is_some())
-        .max_by_key(|&i| words[i].len())?;
-    let kind = kind_of(&words[at])?;
-    for i in [axis_at.max(at), axis_at.min(at)] {
-        words.remove(i);
-    }
+    let single = || {
+        (0..words.len())
+            .filter(|&i| i != axis_at)
+            .filter_map(|i| Some((meaning(&words[i])?, i, 1)))
+            .filter(|(kind, ..)| matches!(kind, Word::Accel | Word::Gyro))
+            .max_by_key(|&(_, i, _)| words[i].len())
+    };
+    let (kind, at, length) = pair.or_else(single)?;
+    let mut i = 0;
+    words.retain(|_| {
+        let taken = i == axis_at || (at..at + length).contains(&i);
+        i += 1;
+        !taken
+    });
     Some((as_quantity(kind, axis), None))
 }
 
-fn find_scalar_quantity(words: &mut Vec<String>) -> Option<(Quantity, Option<&'static str>)> {
-    let scalar = |word: &str| -> Option<(Quantity, Option<&'static str>)> {
-        Some(match word {
-            "t" | "ts" | "time" | "timestamp" | "timestamps" | "epoch" | "clock" | "elapsed"
-            | "utc" | "datetime" => (Quantity::Time, None),
-            "seconds" => (Quantity::Time, Some("s")),
-            "millis" | "milliseconds" => (Quantity::Time, Some("ms")),
-            "micros" | "microseconds" => (Quantity::Time, Some("us")),
-            "nanos" | "nanoseconds" => (Quantity::Time, Some("ns")),
-            "sample" | "samples" | "index" | "idx" | "row" | "counter" | "seq" => {
-                (Quantity::Index, None)
-            }
-            "temp" | "temperature" | "tmp" => (Quantity::Temperature, None),
-            "part" | "label" | "section" | "placement" | "pose" | "face" => (Quantity::Label, None),
-            _ => return None,
-        })
+/// Where several words say something, the first of this order counts.
+const SCALARS: [Quantity; 6] = [
+    Quantity::TimeStep,
+    Quantity::Time,
+    Quantity::Temperature,
+    Quantity::Label,
+    Quantity::Instance,
+    Quantity::Index,
+];
+
+fn find_scalar_quantity(words: &mut Vec<String>) -> Option<(Quantity, Option<String>)> {
+    let whole = words.join(" ");
+    if let Some((quantity, _)) = NAMES.iter().find(|(_, n)| n.contains(&whole.as_str())) {
+        words.clear();
+        return Some((*quantity, Some(whole)));
+    }
+    let (quantity, at) = SCALARS.iter().find_map(|q| {
+        let at = words
+            .iter()
+            .position(|w| meaning(w) == Some(Word::Scalar(*q)))?;
+        Some((*q, at))
+    })?;
+    let word = words.remove(at);
+    let unit = TimeUnit::parse(&word).or_else(|| time_with_unit(&word).flatten());
+    let differences = words.len();
+    words.retain(|w| meaning(w) != Some(Word::Difference));
+    let is_step = quantity == Quantity::Time && words.len() < differences;
+    let quantity = if is_step {
+        Quantity::TimeStep
+    } else {
+        quantity
     };
-    let at = words.iter().position(|w| scalar(w).is_some())?;
-    let found = scalar(&words[at])?;
-    words.remove(at);
-    Some(found)
+    // Ticks of 100 µs, or of 1 µs: the steps tell.
+    let fine = quantity == Quantity::Time && words.iter().any(|w| w == "fine");
+    let unit = match fine {
+        true => Some("fine".to_owned()),
+        false => unit.map(|u| u.name().to_owned()),
+    };
+    Some((quantity, unit))
 }
 
 fn is_unit_word(word: &str) -> bool {
@@ -236,6 +540,7 @@ fn is_unit_word(word: &str) -> bool {
             | "rad"
             | "deg"
             | "dps"
+            | "mdps"
             | "s"
             | "ms"
             | "us"
@@ -300,6 +605,35 @@ mod tests {
             ("t_s", Time, Some("s")),
             ("time_ms", Time, Some("ms")),
             ("millis", Time, Some("ms")),
+            ("w_RS_S_x [rad s^-1]", Gyro(0), Some("rad s^-1")),
+            ("a_RS_S_z [m s^-2]", Accel(2), Some("m s^-2")),
+            ("DEVICE_Accel_LN_X_CAL", Accel(0), None),
+            ("gyro_rad[0]", Gyro(0), Some("rad")),
+            ("accelerometer_m_s2[2]", Accel(2), Some("m/s2")),
+            ("gyroADC[1]", Gyro(1), None),
+            ("accSmooth[2] (counts)", Accel(2), Some("counts")),
+            ("field.linear_acceleration.x", Accel(0), None),
+            ("AccelerationX", Accel(0), None),
+            ("gFx", Accel(0), Some("g")),
+            ("GyrX", Gyro(0), None),
+            ("zacc", Accel(2), None),
+            ("Accel_X (m/(s^2))", Accel(0), Some("m/(s^2)")),
+            ("Static/Angular Velocity/X", Gyro(0), None),
+            ("ustime", Time, Some("us")),
+            ("TimeUS", Time, Some("us")),
+            ("GPST", Time, None),
+            ("SampleTimeFine", Time, Some("fine")),
+            ("seconds_elapsed", Time, Some("s")),
+            ("epoc (ms)", Time, Some("ms")),
+            ("elapsed (s)", Time, Some("s")),
+            ("us", Time, Some("us")),
+            ("timestamp [ns]", Time, Some("ns")),
+            ("dt", TimeStep, None),
+            ("delta_t (ms)", TimeStep, Some("ms")),
+            ("gyro_integral_dt", TimeStep, None),
+            ("I", Instance, Some("i")),
+            ("loopIteration", Index, None),
+            ("PacketCounter", Index, None),
             ("n_samples", Index, None),
             ("samples", Index, None),
             ("part", Label, None),
@@ -320,6 +654,11 @@ mod tests {
             "gravity.x",
             "x",
             "L_TOE.x",
+            "field.linear_acceleration_covariance0",
+            "Mat[1][1]",
+            "motor[0]",
+            "VelInc_X",
+            "device_id",
             "foot",
             "start",
         ] {
@@ -333,6 +672,46 @@ mod tests {
             understand("left_sensor.acc_x").unwrap().sensor,
             "left sensor"
         );
-        assert!(understand("userAcceleration.x").unwrap().without_gravity);
+        for name in [
+            "userAcceleration.x",
+            "Linear Acceleration x (m/s^2)",
+            "FreeAcc_Z",
+        ] {
+            assert!(understand(name).unwrap().without_gravity, "{name}");
+        }
+        let (left, right) = ("DEVICE_Accel_LN_X_CAL", "DEVICE_Accel_WR_X_CAL");
+        assert_eq!(understand(left).unwrap().sensor, "device ln cal");
+        assert_eq!(understand(right).unwrap().sensor, "device wr cal");
+        assert_eq!(understand("acc1_x").unwrap().sensor, "1");
+    }
+
+    #[test]
+    fn an_axis_alone_and_the_sensor_in_the_name_of_the_file() {
+        for (name, axis, unit) in [
+            ("x", 0, None),
+            ("X (m/s^2)", 0, Some("m/s^2")),
+            ("y-axis (g)", 1, Some("g")),
+            ("\"Z (rad/s)\"", 2, Some("rad/s")),
+        ] {
+            assert_eq!(
+                bare_axis(name),
+                Some((axis, unit.map(str::to_owned))),
+                "{name}"
+            );
+        }
+        assert!(bare_axis("L_TOE.x").is_none() && bare_axis("t").is_none());
+        use SensorKind::*;
+        for (file, kind) in [
+            ("a/Gyroscope.csv", Some(Gyroscope)),
+            ("gyr_1.txt", Some(Gyroscope)),
+            ("TotalAcceleration.csv", Some(Accelerometer(false))),
+            ("LinearAcceleration.csv", Some(Accelerometer(true))),
+            ("accel_x.csv", Some(Accelerometer(false))),
+            ("Magnetometer.csv", Some(Other)),
+            ("Gravity.csv", Some(Other)),
+            ("x_up.csv", None),
+        ] {
+            assert_eq!(sensor_of_file(file), kind, "{file}");
+        }
     }
 }

@@ -89,9 +89,10 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
     } else {
         raw
     };
-    let (mark, plain) = peek(plain, 3)?;
-    let reader: Box<dyn Read> = match Encoding::for_bom(&mark) {
-        Some((encoding, _)) if encoding != encoding_rs::UTF_8 => {
+    let (start, plain) = peek(plain, 64)?;
+    let marked = Encoding::for_bom(&start).map(|(encoding, _)| encoding);
+    let reader: Box<dyn Read> = match marked.or_else(|| wide_without_mark(&start)) {
+        Some(encoding) if encoding != encoding_rs::UTF_8 => {
             unpacked.push(encoding.name().to_owned());
             Box::new(Transcoding::new(plain, encoding.new_decoder()))
         }
@@ -103,6 +104,20 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
         digest,
         cut_off,
     })
+}
+
+/// UTF-16 that does not say so: of text in Latin letters every second byte is zero.
+fn wide_without_mark(start: &[u8]) -> Option<&'static Encoding> {
+    if start.len() < 16 {
+        return None;
+    }
+    let zero = |from: usize| start.iter().skip(from).step_by(2).all(|b| *b == 0);
+    let none = |from: usize| start.iter().skip(from).step_by(2).all(|b| *b != 0);
+    match (zero(0) && none(1), none(0) && zero(1)) {
+        (true, _) => Some(encoding_rs::UTF_16BE),
+        (_, true) => Some(encoding_rs::UTF_16LE),
+        _ => None,
+    }
 }
 
 fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, Box<dyn Read>)> {

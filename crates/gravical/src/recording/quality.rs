@@ -3,7 +3,8 @@
 
 use super::Recording;
 use super::finding::{Finding, LineSpans};
-use super::units::{AccelScale, AccelUnit};
+use super::units::{AccelScale, AccelUnit, GyroScale, GyroUnit, LSB_PER_DEG_S};
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 /// Rows an axis has to stay exactly the same, while the others move, to be
 /// called frozen.
@@ -215,58 +216,203 @@ pub(crate) fn is_frozen(others: &[Beside; 2], step: f64, rows: f64) -> bool {
 /// Full scales in use, g.
 const FULL_SCALES_G: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 
+/// Full scales that gyroscopes are sold with, °/s; the ends of the 16-bit range at their
+/// sensitivities come with [`LSB_PER_DEG_S`].
+const FULL_SCALES_DEG_S: [f64; 6] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0];
+
+/// Counts from here on are at the end of a 16-bit converter: some stop a few before it.
+const LARGEST_COUNT: f64 = 32764.0;
+
 /// True when `value` (in the unit of the file, offset taken off) is at the end
 /// of the converter's range.
 #[must_use]
 pub fn is_clipped(value: f64, scale: &AccelScale) -> bool {
-    let magnitude = value.abs();
-    if scale.unit == AccelUnit::Counts {
-        return magnitude >= 32767.0;
-    }
-    // In physical units the end of the range is one of a few values; within
-    // two counts of it.
-    match scale.nominal() {
-        Some(nominal) => {
-            let g = magnitude / nominal / gravical_core::unit::STANDARD_GRAVITY_MPS2;
-            FULL_SCALES_G
-                .iter()
-                .any(|full| g <= full * 1.0005 && g >= full * (1.0 - 2.5 / 32768.0))
+    FullScale::of_accel(scale).is_at_end(value.abs())
+}
+
+/// Where the range of a sensor ends, in the unit of the file.
+#[derive(Debug, Clone)]
+pub(crate) struct FullScale {
+    /// Magnitudes from and to which a value is at the end.
+    ends: Vec<[f64; 2]>,
+    /// Counts, whose end is certain. In physical units a single value at a full scale
+    /// is chance; the end of the range shows as repeats of one value.
+    counts: bool,
+}
+
+impl FullScale {
+    fn of_counts() -> Self {
+        FullScale {
+            ends: vec![[LARGEST_COUNT, f64::INFINITY]],
+            counts: true,
         }
-        None => false,
+    }
+
+    pub fn of_accel(scale: &AccelScale) -> Self {
+        if scale.unit == AccelUnit::Counts {
+            return Self::of_counts();
+        }
+        let per_g = scale.nominal().map(|n| n * STANDARD_GRAVITY_MPS2);
+        let end = |per_g: f64| FULL_SCALES_G.map(|g| g * per_g);
+        FullScale {
+            // Within two counts of it.
+            ends: per_g
+                .map(end)
+                .into_iter()
+                .flatten()
+                .map(|full| [full * (1.0 - 2.5 / 32768.0), full * 1.0005])
+                .collect(),
+            counts: false,
+        }
+    }
+
+    /// Where nothing tells the unit, it is °/s or rad/s.
+    pub fn of_gyro(scale: &GyroScale) -> Self {
+        if scale.unit == GyroUnit::Counts {
+            return Self::of_counts();
+        }
+        let given_deg_s = scale.lsb_per_deg_s.map(|lsb| 32768.0 / lsb);
+        let full_deg_s: Vec<f64> = match given_deg_s {
+            Some(given) => vec![given],
+            None => LSB_PER_DEG_S
+                .into_iter()
+                .map(|lsb| 32767.0 / lsb)
+                .chain(FULL_SCALES_DEG_S)
+                .collect(),
+        };
+        let radian = std::f64::consts::PI / 180.0;
+        let units: &[f64] = match scale.unit {
+            GyroUnit::RadianPerSecond => &[radian],
+            GyroUnit::DegreePerSecond => &[1.0],
+            _ => &[1.0, radian],
+        };
+        let ends = full_deg_s
+            .iter()
+            .flat_map(|deg_s| units.iter().map(move |unit| deg_s * unit));
+        FullScale {
+            // Rounded sensitivities, and two decimals.
+            ends: ends
+                .map(|full| [full * 0.9985 - 0.005, full * 1.0015 + 0.005])
+                .collect(),
+            counts: false,
+        }
+    }
+
+    /// No smaller magnitude is at the end.
+    pub fn least(&self) -> f64 {
+        self.ends
+            .iter()
+            .fold(f64::INFINITY, |least, e| least.min(e[0]))
+    }
+
+    fn is_at_end(&self, magnitude: f64) -> bool {
+        self.ends
+            .iter()
+            .any(|[from, to]| magnitude >= *from && magnitude <= *to)
     }
 }
 
-fn clipped(recording: &Recording, findings: &mut Vec<Finding>) {
-    for axis in 0..3 {
-        let mut spans = LineSpans::default();
-        let values = &recording.accel[axis];
-        for row in clipped_rows(values, &recording.accel_scale) {
-            spans.push(recording.line(row));
-        }
-        if !spans.is_empty() {
-            findings.push(
-                Finding::warning(
-                    "clipped",
-                    format!(
-                        "a{} reaches the end of its range in {} rows: the true value is larger; record at a wider range",
-                        ["x", "y", "z"][axis],
-                        spans.count()
-                    ),
-                )
-                .at_lines(&spans),
-            );
+/// Follows a channel up to the end of its range.
+#[derive(Debug, Clone)]
+pub(crate) struct Clipping {
+    full: FullScale,
+    lines: LineSpans,
+    largest: f64,
+    last: f64,
+    repeats: u64,
+}
+
+impl Clipping {
+    pub fn new(full: FullScale) -> Self {
+        Clipping {
+            full,
+            lines: LineSpans::default(),
+            largest: 0.0,
+            last: f64::NAN,
+            repeats: 0,
         }
     }
+
+    /// A value of at least [`FullScale::least`], the offset taken off; smaller ones may
+    /// be left out.
+    pub fn see(&mut self, value: f64, line: u64) {
+        let magnitude = value.abs();
+        if magnitude > self.largest {
+            // What is passed is not the end.
+            if magnitude > 1.004 * self.largest && !self.full.counts {
+                self.lines = LineSpans::default();
+                self.repeats = 0;
+            }
+            self.largest = magnitude;
+        }
+        let near_largest = self.full.counts || magnitude > 0.996 * self.largest;
+        if near_largest && self.full.is_at_end(magnitude) {
+            self.repeats += u64::from(self.last == value);
+            self.last = value;
+            self.lines.push(line);
+        }
+    }
+
+    /// What is said of it; none where nothing is clipped.
+    pub fn finding(&self, channel: &str) -> Option<Finding> {
+        let shown = self.full.counts || self.repeats >= 3;
+        (shown && !self.lines.is_empty()).then(|| {
+            Finding::warning(
+                "clipped",
+                format!(
+                    "{channel} reaches the end of its range in {} rows: the true value is larger; record at a wider range",
+                    self.lines.count()
+                ),
+            )
+            .at_lines(&self.lines)
+        })
+    }
+}
+
+/// Names of the channels.
+pub(crate) const CHANNELS: [&str; 6] = ["ax", "ay", "az", "gx", "gy", "gz"];
+
+fn clipped(recording: &Recording, findings: &mut Vec<Finding>) {
+    let full = FullScale::of_accel(&recording.accel_scale);
+    for (axis, values) in recording.accel.iter().enumerate() {
+        findings.extend(clipping_of(recording, values, &full).finding(CHANNELS[axis]));
+    }
+    findings.extend(clipped_gyroscope(recording));
+}
+
+/// Axes of the gyroscope that reach the end of their range.
+#[must_use]
+pub(super) fn clipped_gyroscope(recording: &Recording) -> Vec<Finding> {
+    let (Some(gyro), Some(scale)) = (&recording.gyro, &recording.gyro_scale) else {
+        return Vec::new();
+    };
+    let full = FullScale::of_gyro(scale);
+    let of = |(axis, values): (usize, &Vec<f64>)| {
+        clipping_of(recording, values, &full).finding(CHANNELS[3 + axis])
+    };
+    gyro.iter().enumerate().filter_map(of).collect()
+}
+
+fn clipping_of(recording: &Recording, values: &[f64], full: &FullScale) -> Clipping {
+    let least = full.least();
+    let mut clipping = Clipping::new(full.clone());
+    for (row, &value) in values.iter().enumerate() {
+        if value.abs() >= least {
+            clipping.see(value, recording.line(row));
+        }
+    }
+    clipping
 }
 
 /// Rows at which a channel is clipped. In physical units a single value at a
 /// full scale is chance; the end of the range shows as repeats of one value.
 #[must_use]
 pub fn clipped_rows(values: &[f64], scale: &AccelScale) -> Vec<usize> {
+    let full = FullScale::of_accel(scale);
     let at_end: Vec<usize> = values
         .iter()
         .enumerate()
-        .filter(|(_, v)| is_clipped(**v, scale))
+        .filter(|(_, v)| full.is_at_end(v.abs()))
         .map(|(i, _)| i)
         .collect();
     if scale.unit == AccelUnit::Counts {

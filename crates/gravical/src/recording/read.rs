@@ -4,14 +4,14 @@
 use std::io::Read;
 use std::path::Path;
 
-use crate::scan::Lines;
+use crate::scan::{Line, Lines};
 use crate::{Error, Result};
 
 use super::assemble::assemble;
 use super::columns::{Columns, refuse_silent_gyroscope, refuse_unusable, zero_tail};
 use super::dialect::{Dialect, sniff, terminator};
 use super::finding::{Finding, LineSpans};
-use super::layout::{self, Layout};
+use super::layout::{self, Layout, Request};
 use super::ledger::{Aside, Ledger};
 use super::names::Quantity;
 use super::open::{self, Input};
@@ -74,7 +74,7 @@ pub(crate) fn prepare<R: Read>(
 
 /// What a file is read for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Role {
+pub(crate) enum Role {
     /// It has an accelerometer, and maybe more.
     Recording,
     /// Only its gyroscope and its time are wanted.
@@ -106,11 +106,13 @@ fn prepare_as<R: Read>(
             .with_hint("a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces")
     })?;
     let mut findings = Vec::new();
-    let mut layout = match role {
-        Role::Recording => layout::find(&dialect, options.columns.as_ref(), &mut findings),
-        Role::Gyroscope => layout::find_gyroscope(&dialect, &mut findings),
-    }
-    .map_err(|e| e.at(here, dialect.header.as_ref().map(|h| h.lines[1])))?;
+    let request = Request {
+        columns: options.columns.as_ref(),
+        sensor: options.sensor.as_deref(),
+        file: name,
+    };
+    let mut layout = layout::find(role, &dialect, request, &mut findings)
+        .map_err(|e| e.at(here, dialect.header.as_ref().map(|h| h.lines[1])))?;
     layout.claim_of_board(&dialect.metadata);
     Ok(Prepared {
         lines,
@@ -161,32 +163,64 @@ pub(crate) fn text_findings(
     findings
 }
 
-/// Classifies one line of the data part that is no row.
-pub(crate) fn reason_for(line: &[u8], defect: RowDefect, header: Option<&[u8]>) -> Aside {
-    let text = line.trim_ascii();
-    if header.is_some_and(|h| !text.is_empty() && text == h.trim_ascii()) {
-        return Aside::RepeatedHeader;
-    }
-    if text.starts_with(GAP_LINE.as_bytes()) {
-        return Aside::NamedGap;
-    }
-    if text.starts_with(b"#") || text.starts_with(b"%") || text.starts_with(b"//") {
-        return Aside::Comment;
-    }
-    match defect {
-        RowDefect::Blank => Aside::Blank,
-        RowDefect::TooFewFields => Aside::TornLine,
-        RowDefect::TooManyFields => Aside::TooManyFields,
-        RowDefect::NotANumber(_) => Aside::NotANumber,
-    }
+/// Why lines are no rows. It follows the lines one by one, since blank lines that stand
+/// between the rows regularly part nothing, and more of them in a row do.
+#[derive(Debug)]
+pub(crate) struct LineReasons<'a> {
+    dialect: &'a Dialect,
+    /// The last blank line, and how many stand in a row up to it.
+    blank: (u64, u64),
 }
 
-/// What lines before the first row are.
-pub(crate) fn reason_before(line: &[u8], number: u64, dialect: &Dialect) -> Aside {
-    match &dialect.header {
-        Some(header) if number >= header.lines[0] && number <= header.lines[1] => Aside::Header,
-        _ if line.trim_ascii().is_empty() => Aside::Blank,
-        _ => Aside::Metadata,
+impl<'a> LineReasons<'a> {
+    pub fn new(dialect: &'a Dialect) -> Self {
+        LineReasons {
+            dialect,
+            blank: (0, 0),
+        }
+    }
+
+    /// A line before the first row.
+    pub fn before(&self, line: &Line<'_>) -> Aside {
+        match &self.dialect.header {
+            Some(header) if header.texts.iter().any(|t| t == line.bytes.trim_ascii()) => {
+                Aside::Header
+            }
+            _ if !line.bytes.trim_ascii().is_empty() => Aside::Metadata,
+            _ if self.dialect.regular_blanks > 0 => Aside::RegularBlank,
+            _ => Aside::Blank,
+        }
+    }
+
+    /// A line of the data part that is no row.
+    pub fn among(&mut self, line: &Line<'_>, defect: RowDefect) -> Aside {
+        let text = line.bytes.trim_ascii();
+        let header = self.dialect.header.as_ref();
+        if !text.is_empty() && header.is_some_and(|h| h.texts.iter().any(|t| t == text)) {
+            return Aside::RepeatedHeader;
+        }
+        if text.starts_with(GAP_LINE.as_bytes()) {
+            return Aside::NamedGap;
+        }
+        if text.starts_with(b"#") || text.starts_with(b"%") || text.starts_with(b"//") {
+            return Aside::Comment;
+        }
+        match defect {
+            RowDefect::Blank => {
+                let (last, run) = self.blank;
+                let run = if last + 1 == line.number { run + 1 } else { 1 };
+                self.blank = (line.number, run);
+                if run > self.dialect.regular_blanks {
+                    Aside::Blank
+                } else {
+                    Aside::RegularBlank
+                }
+            }
+            RowDefect::TooFewFields => Aside::TornLine,
+            RowDefect::TooManyFields => Aside::TooManyFields,
+            RowDefect::NotANumber(_) => Aside::NotANumber,
+            RowDefect::OtherSensor => Aside::OtherSensor,
+        }
     }
 }
 
@@ -237,10 +271,11 @@ pub(super) fn scan_rows(
             Quantity::Accel(i) => present[ACCEL + i] = true,
             Quantity::Gyro(i) => present[GYRO + i] = layout.has_gyro(),
             Quantity::Temperature => present[TEMPERATURE] = true,
-            Quantity::Label | Quantity::Index => {}
+            _ => {}
         }
     }
-    let header_text = dialect.header.as_ref().map(|h| h.text.as_slice());
+    let mut reasons = LineReasons::new(&dialect);
+    let mut stamps = layout.stamps();
     let mut ledger = Ledger::default();
     let mut columns = Columns::new();
     let mut nul_lines = LineSpans::default();
@@ -259,17 +294,14 @@ pub(super) fn scan_rows(
             if std::str::from_utf8(line.bytes).is_err() {
                 foreign_lines.push(line.number);
             }
-            ledger.aside(
-                reason_before(line.bytes, line.number, &dialect),
-                line.number,
-                line.bytes,
-            );
+            ledger.aside(reasons.before(&line), line.number, line.bytes);
             continue;
         }
         let mut label = (0, 0);
         match scanner.scan(line.bytes, &mut values, &mut label) {
             Ok(()) => {
                 ledger.row();
+                stamps.stamp(&mut values);
                 columns.push(&values, &present, line.number);
                 if label_field.is_some() {
                     columns.push_label(
@@ -283,7 +315,7 @@ pub(super) fn scan_rows(
                 if std::str::from_utf8(line.bytes).is_err() {
                     foreign_lines.push(line.number);
                 }
-                let reason = reason_for(line.bytes, defect, header_text);
+                let reason = reasons.among(&line, defect);
                 if reason.parts() {
                     columns.note_break();
                 }

@@ -2,6 +2,8 @@
 
 use crate::scan::{parse_field, parse_field_decimal_comma, scan_number};
 
+use super::timing::parse_date;
+
 /// Where a number of a row goes.
 pub const SLOTS: usize = 8;
 /// Slot of the time stamp.
@@ -20,6 +22,8 @@ const TOO_LARGE: f64 = 1e100;
 const SKIP: u8 = u8::MAX;
 /// A field that is text: the label.
 const LABEL: u8 = u8::MAX - 1;
+/// A field that says which of several sensors the row is of.
+const INSTANCE: u8 = u8::MAX - 2;
 
 /// Numbers of one row, in slots; what is absent is NaN.
 pub type Values = [f64; SLOTS];
@@ -59,6 +63,8 @@ pub enum RowDefect {
     NotANumber(usize),
     /// No channel has a value.
     Blank,
+    /// A row of another sensor than the one that is read.
+    OtherSensor,
 }
 
 /// Takes lines apart.
@@ -68,6 +74,34 @@ pub struct RowScanner {
     decimal_comma: bool,
     slot_of_field: Vec<u8>,
     temperature_counts: bool,
+    instance: f64,
+}
+
+/// Makes a stamp of what stands in the time column: differences from row to row are
+/// summed up, stamps stay as they are.
+#[derive(Debug, Clone)]
+pub struct RowStamps {
+    sum: Option<f64>,
+}
+
+impl RowStamps {
+    /// `sums`: the column holds differences.
+    #[must_use]
+    pub fn new(sums: bool) -> Self {
+        RowStamps {
+            sum: sums.then_some(0.0),
+        }
+    }
+
+    /// The next row.
+    #[inline]
+    pub fn stamp(&mut self, values: &mut Values) {
+        if let Some(sum) = &mut self.sum {
+            let step = values[TIME];
+            *sum += if step.is_finite() { step } else { 0.0 };
+            values[TIME] = if step.is_finite() { *sum } else { f64::NAN };
+        }
+    }
 }
 
 /// Byte range of one field within its line.
@@ -82,6 +116,7 @@ impl RowScanner {
             decimal_comma,
             slot_of_field: vec![SKIP; fields],
             temperature_counts: false,
+            instance: f64::NAN,
         }
     }
 
@@ -97,6 +132,14 @@ impl RowScanner {
         if let Some(entry) = self.slot_of_field.get_mut(field) {
             *entry = LABEL;
         }
+    }
+
+    /// Only rows whose field `field` is `instance` are read.
+    pub fn assign_instance(&mut self, field: usize, instance: f64) {
+        if let Some(entry) = self.slot_of_field.get_mut(field) {
+            *entry = INSTANCE;
+        }
+        self.instance = instance;
     }
 
     /// Temperatures are counts of an MPU6050: 1/340 °C each, 36.53 °C at 0 (MPU-6000 and
@@ -202,6 +245,8 @@ impl RowScanner {
                 end = self.field_end(line, at);
                 if slot == LABEL {
                     *label = (from as u32, end as u32);
+                } else if slot == INSTANCE {
+                    self.check_instance(&line[at..end])?;
                 }
             }
             on_field((from as u32, end as u32));
@@ -240,6 +285,14 @@ impl RowScanner {
         }
     }
 
+    /// A row of delimiters is of no sensor: that is found out at its end.
+    fn check_instance(&self, field: &[u8]) -> Result<(), RowDefect> {
+        match parse_field(field) {
+            Some(value) if value != self.instance => Err(RowDefect::OtherSensor),
+            _ => Ok(()),
+        }
+    }
+
     /// More fields than wanted: a trailing delimiter is none, a row of
     /// delimiters is blank.
     #[cold]
@@ -271,10 +324,11 @@ impl RowScanner {
         if let Some(value) = number {
             return Ok((value.abs() < TOO_LARGE).then_some(value));
         }
-        let time = self.slot_of_field.get(index) == Some(&(TIME as u8));
-        match time.then(|| parse_date(text)).flatten() {
-            Some(seconds) => Ok(Some(seconds)),
-            None => Err(RowDefect::NotANumber(index)),
+        // Without its stamp, or its temperature, a row is still a row.
+        match self.slot_of_field.get(index).map(|slot| usize::from(*slot)) {
+            Some(TIME) => Ok(parse_date(text)),
+            Some(TEMPERATURE) => Ok(None),
+            _ => Err(RowDefect::NotANumber(index)),
         }
     }
 }
@@ -333,27 +387,6 @@ fn is_nothing(text: &[u8]) -> bool {
     ]
     .iter()
     .any(|word| text.eq_ignore_ascii_case(word.as_bytes()))
-}
-
-/// A date and time of day as seconds since 1970 (as if in UTC; only
-/// differences are used).
-#[must_use]
-pub fn parse_date(text: &[u8]) -> Option<f64> {
-    // Words are not worth the three attempts: a header can have many.
-    if !matches!(text, [b'0'..=b'9' | b'+' | b'-', ..]) {
-        return None;
-    }
-    let text = std::str::from_utf8(text).ok()?;
-    if let Ok(stamp) = text.parse::<jiff::Timestamp>() {
-        return Some(stamp.as_nanosecond() as f64 / 1e9);
-    }
-    if let Ok(civil) = text.parse::<jiff::civil::DateTime>() {
-        let stamp = civil.to_zoned(jiff::tz::TimeZone::UTC).ok()?.timestamp();
-        return Some(stamp.as_nanosecond() as f64 / 1e9);
-    }
-    let time = text.parse::<jiff::civil::Time>().ok()?;
-    let since_midnight = time.duration_since(jiff::civil::Time::midnight());
-    Some(since_midnight.as_secs_f64())
 }
 
 #[cfg(test)]

@@ -30,13 +30,15 @@ pub struct AccelClaim {
     pub unit: Option<AccelUnit>,
     /// Counts per g, by the board's own line.
     pub lsb_per_g: Option<f64>,
+    /// The names say that gravity was taken out.
+    pub without_gravity: bool,
 }
 
 impl From<AccelUnit> for AccelClaim {
     fn from(unit: AccelUnit) -> Self {
         AccelClaim {
             unit: Some(unit),
-            lsb_per_g: None,
+            ..AccelClaim::default()
         }
     }
 }
@@ -84,6 +86,16 @@ pub fn decide_accel(
         return by_claim(claimed, range_lsb);
     };
     let evidence = accel_evidence(norm, integers);
+    let gravity_shows = matches!(evidence, Evidence::Unit(..));
+    let whole_zero = integers && norm >= 1.0;
+    if !gravity_shows && (claim.without_gravity || (norm < LEAST_GRAVITY && !whole_zero)) {
+        findings.push(without_gravity(norm));
+        return AccelScale {
+            unit: AccelUnit::Unknown,
+            lsb_per_g: None,
+            origin: Origin::Assumed,
+        };
+    }
     let by_data = |unit: AccelUnit, lsb: Option<f64>, findings: &mut Vec<Finding>| {
         if let Some(claim) = claimed
             && claim != unit
@@ -120,7 +132,11 @@ pub fn decide_accel(
         Evidence::Ambiguous => match claimed {
             Some(AccelUnit::MilliGravity) => by_data(AccelUnit::MilliGravity, None, findings),
             Some(AccelUnit::Counts) => by_data(AccelUnit::Counts, Some(1024.0), findings),
-            _ => unknown(norm, "mg, cm/s² or counts at 1024 per g", findings),
+            _ => unknown(
+                norm,
+                "mg, cm/s² or counts at 1024 per g; --accel-unit mg or --accel-unit counts says it",
+                findings,
+            ),
         },
         Evidence::None if claimed == Some(AccelUnit::Counts) || range_lsb.is_some() => AccelScale {
             unit: AccelUnit::Counts,
@@ -131,8 +147,26 @@ pub fn decide_accel(
                 Origin::Given
             },
         },
-        Evidence::None => unknown(norm, "no unit in which gravity has that size", findings),
+        Evidence::None => unknown(
+            norm,
+            "no unit in which gravity has that size; --accel-unit counts takes it as it is",
+            findings,
+        ),
     }
+}
+
+/// Magnitudes at rest below this are gravity in no unit, at no wrong full scale.
+const LEAST_GRAVITY: f64 = 0.1;
+
+/// Acceleration that a phone has taken gravity out of.
+fn without_gravity(norm: f64) -> Finding {
+    Finding::warning(
+        "without-gravity",
+        format!(
+            "the magnitude at rest is {}: gravity was taken out of this acceleration, and a calibration needs it; use the raw one (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)",
+            short(norm)
+        ),
+    )
 }
 
 fn by_claim(claim: Option<AccelUnit>, range_lsb: Option<f64>) -> AccelScale {
@@ -200,10 +234,7 @@ fn unknown(norm: f64, what: &str, findings: &mut Vec<Finding>) -> AccelScale {
     }
     findings.push(Finding::warning(
         "unit-unknown",
-        format!(
-            "the magnitude at rest is {}: {what}; say it with --accel-unit",
-            short(norm)
-        ),
+        format!("the magnitude at rest is {}: {what}", short(norm)),
     ));
     AccelScale {
         unit: AccelUnit::Unknown,

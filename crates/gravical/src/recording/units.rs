@@ -43,9 +43,18 @@ impl AccelUnit {
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         Some(match squeeze(text).as_str() {
-            "m/s2" | "mps2" | "ms-2" | "ms2" | "m/s/s" | "m/sec2" | "m/s2r" | "m.s-2" => {
-                AccelUnit::MetrePerSecondSquared
-            }
+            "m/s2"
+            | "mps2"
+            | "ms-2"
+            | "ms2"
+            | "m/s/s"
+            | "m/sec2"
+            | "m/s2r"
+            | "m.s-2"
+            | "ms2r"
+            | "metre/s2"
+            | "meter/s2"
+            | "meterspersecondsquared" => AccelUnit::MetrePerSecondSquared,
             "g" | "gs" | "gn" | "g0" => AccelUnit::StandardGravity,
             "mg" | "millig" => AccelUnit::MilliGravity,
             "counts" | "count" | "lsb" | "raw" | "adc" | "a.u." | "int16" => AccelUnit::Counts,
@@ -91,13 +100,24 @@ impl GyroUnit {
         // A degree sign that was lost on the way leaves any character.
         let degrees = matches!(
             text.as_str(),
-            "deg/s" | "dps" | "degs" | "deg/sec" | "degree/s" | "degrees/s" | "deg.s-1"
+            "deg/s"
+                | "dps"
+                | "degs"
+                | "deg"
+                | "degs-1"
+                | "deg/sec"
+                | "degree/s"
+                | "degrees/s"
+                | "deg.s-1"
+                | "°s-1"
         ) || (text.ends_with("/s")
             && text.chars().count() == 3
             && !text.starts_with(|c: char| c.is_ascii_alphanumeric()));
         Some(match text.as_str() {
             _ if degrees => GyroUnit::DegreePerSecond,
-            "rad/s" | "rads" | "rps" | "rad/sec" | "rad.s-1" => GyroUnit::RadianPerSecond,
+            "rad/s" | "rads" | "rad" | "rps" | "rad/sec" | "rads-1" | "rad.s-1" | "radians/s" => {
+                GyroUnit::RadianPerSecond
+            }
             "counts" | "count" | "lsb" | "raw" | "adc" | "a.u." | "int16" => GyroUnit::Counts,
             _ => return None,
         })
@@ -111,10 +131,54 @@ fn squeeze(text: &str) -> String {
         .filter(|c| !c.is_whitespace() && !matches!(c, '^' | '*' | '_' | '[' | ']' | '(' | ')'))
         .map(|c| match c {
             '²' => '2',
+            '⁻' | '−' => '-',
+            '¹' => '1',
             '·' => '.',
             other => other,
         })
         .collect()
+}
+
+/// True for a unit of anything that recorders measure, as a row of units holds them.
+#[must_use]
+pub(super) fn is_unit(text: &str) -> bool {
+    let others = [
+        "ut",
+        "µt",
+        "μt",
+        "mt",
+        "nt",
+        "gauss",
+        "mgauss",
+        "c",
+        "°c",
+        "degc",
+        "degreescelsius",
+        "celsius",
+        "hpa",
+        "pa",
+        "kpa",
+        "mbar",
+        "v",
+        "mv",
+        "%",
+        "°",
+        "m",
+        "mm",
+        "m/s",
+        "hz",
+        "nounits",
+        "unitless",
+        "n/a",
+        "-",
+        "localflux",
+        "localfluxunits",
+        "yyyy/mm/ddhh:mm:ss.sss",
+    ];
+    AccelUnit::parse(text).is_some()
+        || GyroUnit::parse(text).is_some()
+        || super::timing::TimeUnit::parse(text).is_some()
+        || others.contains(&squeeze(text).as_str())
 }
 
 /// How a unit came to be known.
@@ -213,13 +277,39 @@ pub fn accel_evidence(norm: f64, integers: bool) -> Evidence {
             Evidence::Ambiguous
         };
     }
-    for lsb in [2048.0, 4096.0, 8192.0, 16384.0] {
-        if (norm / lsb - 1.0).abs() <= 0.2 {
+    for (lsb, only_whole) in LSB_PER_G {
+        if (norm / lsb - 1.0).abs() <= 0.2 && (integers || !only_whole) {
             return Evidence::Unit(AccelUnit::Counts, Some(lsb));
         }
     }
     Evidence::None
 }
+
+/// Counts per g of converters in use, and whether only whole numbers can be meant:
+/// Empatica E4, ADXL345 and BMA, then 16 bits at ±16 to ±2 g. 1000 and 1024 per g
+/// fall together with mg, see [`accel_evidence`].
+const LSB_PER_G: [(f64, bool); 6] = [
+    (64.0, true),
+    (256.0, true),
+    (2048.0, false),
+    (4096.0, false),
+    (8192.0, false),
+    (16384.0, false),
+];
+
+/// Counts per °/s of gyroscopes in use: InvenSense and Bosch at ±250, 500, 1000 and
+/// 2000 °/s (MPU-6050 Product Specification 3.4, section 6.1), then ST at 8.75, 17.5,
+/// 35 and 70 m°/s a count (LSM6DS3 data sheet, table 3).
+pub const LSB_PER_DEG_S: [f64; 8] = [
+    131.0,
+    65.5,
+    32.8,
+    16.4,
+    1000.0 / 8.75,
+    1000.0 / 17.5,
+    1000.0 / 35.0,
+    1000.0 / 70.0,
+];
 
 #[cfg(test)]
 mod tests {
@@ -227,7 +317,9 @@ mod tests {
 
     #[test]
     fn units_as_people_write_them() {
-        for text in ["m/s²", "m/s^2", "M/S2", "mps2", "m s-2", "m/s/s"] {
+        for text in [
+            "m/s²", "m/s^2", "M/S2", "mps2", "m s-2", "m s^-2", "m/(s^2)", "m/s/s",
+        ] {
             assert_eq!(
                 AccelUnit::parse(text),
                 Some(AccelUnit::MetrePerSecondSquared),
@@ -241,7 +333,10 @@ mod tests {
                 "{text}"
             );
         }
-        assert_eq!(GyroUnit::parse("rad/s"), Some(GyroUnit::RadianPerSecond));
+        for text in ["rad/s", "rad s^-1", "rad·s⁻¹"] {
+            let unit = GyroUnit::parse(text);
+            assert_eq!(unit, Some(GyroUnit::RadianPerSecond), "{text}");
+        }
         assert_eq!(AccelUnit::parse("furlong"), None);
         assert_eq!(GyroUnit::parse("m/s"), None);
     }
@@ -255,6 +350,8 @@ mod tests {
             (16900.0, true, Counts, Some(16384.0)),
             (2090.0, true, Counts, Some(2048.0)),
             (1030.0, true, Counts, Some(1024.0)),
+            (62.0, true, Counts, Some(64.0)),
+            (261.0, true, Counts, Some(256.0)),
         ] {
             assert_eq!(
                 accel_evidence(norm, integers),
@@ -263,6 +360,8 @@ mod tests {
             );
         }
         assert_eq!(accel_evidence(980.0, false), Evidence::Ambiguous);
-        assert_eq!(accel_evidence(3.0, false), Evidence::None);
+        for norm in [3.0, 62.0, 261.0] {
+            assert_eq!(accel_evidence(norm, false), Evidence::None, "{norm}");
+        }
     }
 }

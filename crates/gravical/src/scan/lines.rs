@@ -17,7 +17,7 @@ const BYTE_ORDER_MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
 /// One line, as [`Lines::next_line`] lends it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Line<'a> {
-    /// The line without terminator, without one `\r` at its end, without NUL
+    /// The line without terminator, without `\r` at its end, without NUL
     /// bytes; at most [`MAX_LINE`] bytes.
     pub bytes: &'a [u8],
     /// Counted from 1.
@@ -156,7 +156,7 @@ impl<R: Read> Lines<R> {
         if start < self.nul_end {
             end = self.remove_nuls(start, end);
         }
-        if end > start && self.buffer[end - 1] == b'\r' {
+        while end > start && self.buffer[end - 1] == b'\r' {
             end -= 1;
         }
         let truncated = end - start > self.max_line;

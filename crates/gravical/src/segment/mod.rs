@@ -260,16 +260,18 @@ pub(crate) fn check_units(recordings: &[Recording]) -> Result<()> {
             let why = recording
                 .findings
                 .iter()
-                .find(|f| f.kind == "wrong-full-scale" || f.kind == "unit-unknown")
+                .find(|f| {
+                    let kinds = ["wrong-full-scale", "unit-unknown", "without-gravity"];
+                    kinds.contains(&f.kind.as_str())
+                })
                 .map_or_else(|| "the unit is not known".to_owned(), |f| f.message.clone());
-            let hint = if recording
-                .findings
-                .iter()
-                .any(|f| f.kind == "wrong-full-scale")
-            {
+            let has = |kind: &str| recording.findings.iter().any(|f| f.kind == kind);
+            let hint = if has("without-gravity") {
+                "calibrate with recordings of the raw acceleration"
+            } else if has("wrong-full-scale") {
                 "record again with the range that the sketch converts with; or, to use the numbers as they are, --accel-unit m/s^2"
             } else {
-                "say it, for example --accel-unit mg, or --accel-unit counts --accel-range 2"
+                "say it: --accel-unit mg; or --accel-unit counts, for counts of any scale"
             };
             return Err(Error::input("unit-unknown", why)
                 .at(recording.name.as_ref(), None)

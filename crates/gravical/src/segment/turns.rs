@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use crate::recording::units::{GyroScale, GyroUnit, Origin};
+use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, Origin};
 use crate::recording::{Finding, Recording};
 
 use super::face::angle_deg;
@@ -115,7 +115,7 @@ fn hypotheses() -> Vec<GyroScale> {
         scale(GyroUnit::RadianPerSecond, None),
         scale(GyroUnit::DegreePerSecond, None),
     ];
-    all.extend([131.0, 65.5, 32.8, 16.4].map(|lsb| scale(GyroUnit::Counts, Some(lsb))));
+    all.extend(LSB_PER_DEG_S.map(|lsb| scale(GyroUnit::Counts, Some(lsb))));
     all
 }
 
@@ -157,6 +157,10 @@ fn rotate_back(v: [f64; 3], step: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| v[i] * cosine + cross[i] * sine + k[i] * along * (1.0 - cosine))
 }
 
+/// Scales within this factor of each other (InvenSense's and ST's) are told apart by all
+/// turns together: a single one of less than half a turn does not part them by 5°.
+const ALIKE: f64 = 1.3;
+
 /// Turns of gravity under this angle decide nothing.
 const LEAST_TURN_DEG: f64 = 10.0;
 
@@ -178,6 +182,12 @@ pub fn decide_gyro_unit(
     }
     let all = hypotheses();
     let mut votes = vec![0_usize; all.len()];
+    // Sum of the squared residuals of the turns that voted.
+    let mut misfit = vec![0.0; all.len()];
+    let alike = |i: usize, o: usize| {
+        let ratio = all[i].nominal().zip(all[o].nominal()).map(|(a, b)| a / b);
+        ratio.is_some_and(|r| (1.0 / ALIKE..=ALIKE).contains(&r))
+    };
     let mut fits = vec![0_usize; all.len()];
     let mut turns = 0;
     for motion in motions {
@@ -197,16 +207,31 @@ pub fn decide_gyro_unit(
             fits[i] += usize::from(residual < (0.15 * delta).max(3.0));
         }
         residuals.sort_by(|a, b| a.1.total_cmp(&b.1));
-        if let [best, next, ..] = residuals[..]
+        let next = |best: usize| residuals.iter().find(|(i, _)| !alike(*i, best));
+        if let Some(&best) = residuals.first()
             && best.1 < (0.15 * delta).max(3.0)
-            && next.1 > 3.0 * best.1
-            && next.1 > 5.0
+            && next(best.0).is_some_and(|next| next.1 > 3.0 * best.1 && next.1 > 5.0)
         {
             votes[best.0] += 1;
+            for &(i, residual) in &residuals {
+                misfit[i] += residual * residual;
+            }
         }
     }
     let cast: usize = votes.iter().sum();
-    let best = (0..all.len()).max_by_key(|&i| votes[i])?;
+    // Of scales that are alike the one that fits all turns best.
+    let votes: Vec<usize> = (0..all.len())
+        .map(|i| {
+            (0..all.len())
+                .filter(|o| alike(i, *o))
+                .map(|o| votes[o])
+                .sum()
+        })
+        .collect();
+    let most = votes.iter().copied().max()?;
+    let best = (0..all.len())
+        .filter(|&i| votes[i] == most)
+        .min_by(|&i, &o| misfit[i].total_cmp(&misfit[o]))?;
     let same = |h: &GyroScale| {
         h.unit == claimed.unit
             && (claimed.lsb_per_deg_s.is_none() || h.lsb_per_deg_s == claimed.lsb_per_deg_s)
@@ -247,7 +272,7 @@ pub fn decide_gyro_unit(
                 }
                 GyroUnit::Counts if claimed.nominal().is_none() => {
                     let sheet = if turns > 0 {
-                        " (131, 65.5, 32.8 and 16.4 per °/s, as an MPU6050 has, do not fit the turns)"
+                        " (131, 65.5, 32.8 and 16.4 per °/s, as an MPU6050 has, and those of ST's sensors do not fit the turns)"
                     } else {
                         ""
                     };
@@ -277,9 +302,14 @@ pub fn decide_gyro_unit(
 #[must_use]
 pub fn unit_by_known_turn(integral: [f64; 3], angle_rad: f64) -> Option<GyroScale> {
     let size = integral.iter().map(|v| v * v).sum::<f64>().sqrt() / angle_rad.abs();
+    let off = |h: &GyroScale| {
+        h.nominal()
+            .map_or(f64::INFINITY, |n| (size / n - 1.0).abs())
+    };
     hypotheses()
         .into_iter()
-        .find(|h| h.nominal().is_some_and(|n| (size / n - 1.0).abs() < 0.25))
+        .min_by(|a, b| off(a).total_cmp(&off(b)))
+        .filter(|h| off(h) < 0.25)
 }
 
 /// Turns by `angle_rad` among the moves: one axis carries the turn, its angle in

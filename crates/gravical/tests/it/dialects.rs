@@ -179,16 +179,21 @@ fn columns_by_name_and_in_order() {
         columns: Some(spec.parse::<ColumnsSpec>().unwrap()),
         ..ReadOptions::default()
     };
-    // The board lay turned: its y is taken for x, its gyroscope left out.
+    // The board lay turned: its y is taken for x; what is not named stays as it is.
     let told = read_with(
         text().as_bytes(),
-        &by_name("t=Timestamp (ms),ax=aY (m/s^2),ay=aX (m/s^2),az=aZ (m/s^2)"),
+        &by_name("ax=aY (m/s^2),ay=aX (m/s^2),temp=-"),
     );
     assert_eq!(told.accel[0], plain.accel[1]);
     assert_eq!(told.accel[1], plain.accel[0]);
-    assert!(told.gyro.is_none());
-    let told = read_with(text().as_bytes(), &by_name("t,ax,ay,az,_,gx,gy,gz"));
-    assert_eq!(told.accel, plain.accel);
+    assert_eq!(told.accel[2], plain.accel[2]);
+    assert_eq!((&told.gyro, &told.time_s), (&plain.gyro, &plain.time_s));
+    assert!(told.temperature_c.is_none());
+    let told = read_with(text().as_bytes(), &by_name("gx=-,gy=-,gz=-"));
+    assert!(told.gyro.is_none() && told.temperature_c.is_some());
+    let told = read_with(text().as_bytes(), &by_name("_,ay,ax,az,-"));
+    assert_eq!(told.accel[0], plain.accel[1]);
+    assert_eq!((&told.gyro, &told.time_s), (&plain.gyro, &plain.time_s));
     assert!(told.temperature_c.is_none());
 }
 
@@ -205,15 +210,20 @@ fn two_sensors_in_two_header_rows_and_how_to_choose() {
     finding(&first, "several-sensors");
     close(accel_means(&first)[2], 9.8, 1e-9);
     let spec = "ax=right.acc_x,ay=right.acc_y,az=right.acc_z";
-    let options = ReadOptions {
-        columns: Some(spec.parse().unwrap()),
-        ..ReadOptions::default()
-    };
-    close(
-        accel_means(&read_with(text.as_bytes(), &options))[0],
-        9.7,
-        1e-9,
-    );
+    for options in [
+        ReadOptions {
+            columns: Some(spec.parse().unwrap()),
+            ..ReadOptions::default()
+        },
+        ReadOptions {
+            sensor: Some("right".to_owned()),
+            ..ReadOptions::default()
+        },
+    ] {
+        let told = read_with(text.as_bytes(), &options);
+        close(accel_means(&told)[0], 9.7, 1e-9);
+        assert!(!kinds(&told).contains(&"several-sensors"));
+    }
 }
 
 #[test]

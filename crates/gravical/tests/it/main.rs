@@ -6,6 +6,7 @@
 mod compare_check;
 mod dialects;
 mod file_format;
+mod formats;
 mod join;
 mod joint;
 mod joint_properties;

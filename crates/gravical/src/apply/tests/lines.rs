@@ -89,11 +89,11 @@ fn a_tail_too_long_to_hold_back_is_written_with_a_finding() {
     let mut stream = Stream::new(
         Rewrite(&plan),
         Sensor::new(&cal, false, options.axes),
-        Watch::new(judged.accel, 0.0, [0.0; 6], false),
+        Watch::new(judged.accel, 0.0, [0.0; 6], None),
         None,
         [false; 2],
         &dialect,
-        layout.scanner(&dialect),
+        &layout,
     );
     stream.tail.set_limit(100);
     let mut out = Vec::new();

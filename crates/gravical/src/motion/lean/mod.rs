@@ -177,12 +177,12 @@ fn end_of(
             begin.head.accel_scale,
             begin.head.zero_offset,
             begin.head.resolution,
-            with_gyro,
+            begin.head.gyro_scale,
         ),
         None,
         [false; 2],
         &opened.dialect,
-        opened.layout.scanner(&opened.dialect),
+        &opened.layout,
     );
     let mut nowhere = std::io::sink();
     let done = stream.run(opened.lines, &input, name, &mut nowhere).ok()?;

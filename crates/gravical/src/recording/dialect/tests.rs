@@ -35,7 +35,7 @@ fn header_after_metadata() {
     let header = d.header.unwrap();
     assert_eq!(header.names, ["ax", "ay", "az", "gx", "gy", "gz"]);
     assert_eq!((header.lines, d.first_data_line), ([3, 3], 4));
-    assert_eq!(d.metadata[0], ("fs".into(), "100".into()));
+    assert_eq!(d.metadata, ["Fs,100", "Waiting time,3"]);
 }
 
 #[test]

@@ -1,35 +1,46 @@
 //! Columns of a file without a header, by what the numbers look like.
 
-use super::{Layout, with_claims};
+use super::clock::first_column_rises;
+use super::{Layout, Named};
 use crate::recording::dialect::Dialect;
 use crate::recording::finding::Finding;
-use crate::recording::names::Quantity;
+use crate::recording::names::{ColumnName, Quantity};
+use crate::recording::read::Role;
 use crate::recording::units::{Evidence, accel_evidence};
 use crate::stats::median;
 use crate::{Error, Result};
 
-/// Without names: a first column that rises steadily is time (or a counter);
-/// of the triples that follow the accelerometer is the one whose magnitude
-/// hardly changes, since gravity never leaves it.
-pub(super) fn by_content(dialect: &Dialect, findings: &mut Vec<Finding>) -> Result<Layout> {
+/// The meaning of the columns of a file without a header.
+///
+/// A first column that rises steadily is time (or a counter); of the triples that
+/// follow the accelerometer is the one whose magnitude hardly changes, since gravity
+/// never leaves it. A file that is read for its gyroscope alone holds t, gx, gy, gz or
+/// gx, gy, gz, or all that a recording holds.
+///
+/// # Errors
+///
+/// `columns-unknown` (input).
+pub(super) fn by_content(dialect: &Dialect, role: Role) -> Result<Vec<Named>> {
     let sample = &dialect.sample;
     let column =
         |i: usize| -> Vec<f64> { sample.iter().filter_map(|r| r.get(i).copied()).collect() };
-    let first = column(0);
-    let rises = first.len() > 3 && first.windows(2).all(|w| w[1] > w[0]);
-    let counter = rises && first.windows(2).all(|w| w[1] - w[0] == 1.0);
+    let (rises, counter) = first_column_rises(sample);
     let from = usize::from(rises);
     let rest = dialect.fields - from;
     let triple = |at: usize| [from + at, from + at + 1, from + at + 2];
     let unknown = || {
-        Error::input(
-            "columns-unknown",
-            format!(
+        let why = match dialect.misfit {
+            Some((line, names)) => format!(
+                "line {line} has {names} names for {} columns, so that it names none, and the numbers do not show their meaning",
+                dialect.fields
+            ),
+            None => format!(
                 "the file has no header and {} columns whose meaning the numbers do not show",
                 dialect.fields
             ),
-        )
-        .with_hint("name them in order, as --columns t,ax,ay,az,gx,gy,gz (_ skips one)")
+        };
+        Error::input("columns-unknown", why)
+            .with_hint("name them in order, as --columns t,ax,ay,az,gx,gy,gz (- skips one)")
     };
     let steady = |t: [usize; 3]| -> Option<(f64, f64)> {
         let mut norms: Vec<f64> = sample
@@ -42,8 +53,18 @@ pub(super) fn by_content(dialect: &Dialect, findings: &mut Vec<Finding>) -> Resu
         Some((middle, median(&mut off)? / middle.max(f64::MIN_POSITIVE)))
     };
     let (accel, gyro, temperature) = match rest {
-        3 => (triple(0), None, None),
-        4 => (triple(0), None, Some(from + 3)),
+        3 if role == Role::Gyroscope => (None, Some(triple(0)), None),
+        4 if role == Role::Gyroscope => {
+            return Err(Error::input(
+                "columns-unknown",
+                "the file has no header and four columns, of which the first is no rising time",
+            )
+            .with_hint(
+                "a file for --gyro holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
+            ));
+        }
+        3 => (Some(triple(0)), None, None),
+        4 => (Some(triple(0)), None, Some(from + 3)),
         6 | 9 => {
             let (a, b) = (
                 steady(triple(0)).ok_or_else(unknown)?,
@@ -51,10 +72,10 @@ pub(super) fn by_content(dialect: &Dialect, findings: &mut Vec<Finding>) -> Resu
             );
             let gravity = |norm: f64| !matches!(accel_evidence(norm, true), Evidence::None);
             match (gravity(a.0), gravity(b.0)) {
-                (true, false) => (triple(0), Some(triple(3)), None),
-                (false, true) => (triple(3), Some(triple(0)), None),
-                _ if a.1 < b.1 => (triple(0), Some(triple(3)), None),
-                _ => (triple(3), Some(triple(0)), None),
+                (true, false) => (Some(triple(0)), Some(triple(3)), None),
+                (false, true) => (Some(triple(3)), Some(triple(0)), None),
+                _ if a.1 < b.1 => (Some(triple(0)), Some(triple(3)), None),
+                _ => (Some(triple(3)), Some(triple(0)), None),
             }
         }
         7 => {
@@ -71,40 +92,70 @@ pub(super) fn by_content(dialect: &Dialect, findings: &mut Vec<Finding>) -> Resu
                 }
             };
             if spread(3) <= spread(6) {
-                (triple(0), Some(triple(4)), Some(from + 3))
+                (Some(triple(0)), Some(triple(4)), Some(from + 3))
             } else {
-                (triple(0), Some(triple(3)), Some(from + 6))
+                (Some(triple(0)), Some(triple(3)), Some(from + 6))
             }
         }
         _ => return Err(unknown()),
     };
-    let mut fields: Vec<(Quantity, usize)> =
-        (0..3).map(|i| (Quantity::Accel(i), accel[i])).collect();
-    if let Some(gyro) = gyro {
-        fields.extend((0..3).map(|i| (Quantity::Gyro(i), gyro[i])));
+    let mut columns = Vec::new();
+    let mut add = |quantity, field| {
+        let name = ColumnName {
+            quantity,
+            unit: None,
+            sensor: String::new(),
+            without_gravity: false,
+        };
+        columns.push((field, name));
+    };
+    for i in 0..3 {
+        if let Some(accel) = accel {
+            add(Quantity::Accel(i), accel[i]);
+        }
+        if let Some(gyro) = gyro {
+            add(Quantity::Gyro(i), gyro[i]);
+        }
     }
     if let Some(field) = temperature {
-        fields.push((Quantity::Temperature, field));
+        add(Quantity::Temperature, field);
     }
-    if rises && !counter {
-        fields.push((Quantity::Time, 0));
+    if rises {
+        add(
+            if counter {
+                Quantity::Index
+            } else {
+                Quantity::Time
+            },
+            0,
+        );
     }
-    fields.sort_by_key(|(_, field)| *field);
+    Ok(columns)
+}
+
+/// What was taken for what without a header, as the option that says so.
+pub(super) fn guessed(dialect: &Dialect, layout: &Layout) -> Finding {
     let shown: Vec<String> = (0..dialect.fields)
-        .map(|i| match fields.iter().find(|(_, f)| *f == i) {
+        .map(|i| match layout.fields.iter().find(|(_, f)| *f == i) {
             Some((Quantity::Time, _)) => "t".to_owned(),
             Some((Quantity::Accel(a), _)) => format!("a{}", ["x", "y", "z"][*a]),
             Some((Quantity::Gyro(a), _)) => format!("g{}", ["x", "y", "z"][*a]),
             Some((Quantity::Temperature, _)) => "temp".to_owned(),
-            _ => "_".to_owned(),
+            _ => "-".to_owned(),
         })
         .collect();
-    findings.push(Finding::warning(
+    let why = match dialect.misfit {
+        Some((line, names)) => format!(
+            "line {line} has {names} names for {} columns, so that it names none",
+            dialect.fields
+        ),
+        None => "no header".to_owned(),
+    };
+    Finding::warning(
         "columns-guessed",
         format!(
-            "no header; taken by the numbers as --columns {} (give that option to be sure)",
+            "{why}; taken by the numbers as --columns {} (give that option to be sure)",
             shown.join(",")
         ),
-    ));
-    Ok(with_claims(fields, &[]))
+    )
 }

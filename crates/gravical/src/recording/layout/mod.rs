@@ -1,29 +1,35 @@
 //! Which column is which channel: by `--columns`, by the names of the header,
 //! or, without a header, by what the numbers look like.
 
+mod clock;
 mod content;
-mod gyroscope;
 mod header;
+mod several;
 mod spec;
 #[cfg(test)]
 mod tests;
 
-use crate::Result;
+use crate::{Error, Result};
 
 use super::board;
 use super::dialect::Dialect;
 use super::finding::Finding;
-use super::names::{ColumnName, Quantity};
-use super::row::{ACCEL, GYRO, RowScanner, TEMPERATURE, TIME};
+use super::names::{ColumnName, Quantity, bare_axis, understand};
+use super::read::Role;
+use super::row::{ACCEL, GYRO, RowScanner, RowStamps, TEMPERATURE, TIME};
 use super::timing::TimeUnit;
 use super::unit_choice::AccelClaim;
 use super::units::{AccelUnit, GyroUnit};
+use crate::stats::median;
 
-use content::by_content;
-pub(crate) use gyroscope::find_gyroscope;
-use header::by_names;
-pub use spec::ColumnsSpec;
-use spec::by_spec;
+use clock::Clock;
+use content::{by_content, guessed};
+use header::understand_all;
+pub use spec::{Column, ColumnsSpec};
+use spec::{Given, columns_there};
+
+/// A field, and what its name says.
+type Named = (usize, ColumnName);
 
 /// Columns that were chosen, with what their names claim.
 #[derive(Debug, Clone)]
@@ -42,6 +48,22 @@ pub struct Layout {
     temperature_claimed: bool,
     /// Unit that the time's header claims.
     pub time_claim: Option<TimeUnit>,
+    /// The time column holds differences from row to row: they are summed up.
+    pub sums_time: bool,
+    /// Only rows with this value in this field are read: those of one of several
+    /// sensors.
+    pub instance: Option<(usize, f64)>,
+}
+
+/// What is known of a file besides its head.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Request<'a> {
+    /// What the user says about the columns.
+    pub columns: Option<&'a ColumnsSpec>,
+    /// The sensor of several that the user wants.
+    pub sensor: Option<&'a str>,
+    /// The name of the file.
+    pub file: &'a str,
 }
 
 impl Layout {
@@ -71,8 +93,11 @@ impl Layout {
                 Quantity::Gyro(i) => scanner.assign(field, GYRO + i),
                 Quantity::Temperature => scanner.assign(field, TEMPERATURE),
                 Quantity::Label => scanner.assign_label(field),
-                Quantity::Index => {}
+                Quantity::TimeStep | Quantity::Index | Quantity::Instance => {}
             }
+        }
+        if let Some((field, value)) = self.instance {
+            scanner.assign_instance(field, value);
         }
         if self.temperature_counts {
             scanner.convert_temperature();
@@ -80,17 +105,21 @@ impl Layout {
         scanner
     }
 
+    /// Makes stamps of what the time column of this layout holds, row by row.
+    #[must_use]
+    pub fn stamps(&self) -> RowStamps {
+        RowStamps::new(self.sums_time)
+    }
+
     /// Takes from the board's own line what no header says: that values are counts, and
     /// of which range.
-    pub(super) fn claim_of_board(&mut self, metadata: &[(String, String)]) {
+    pub(super) fn claim_of_board(&mut self, metadata: &[String]) {
         let Some(board) = board::of_counts(metadata) else {
             return;
         };
         if self.accel_claim.unit.is_none() {
-            self.accel_claim = AccelClaim {
-                unit: Some(AccelUnit::Counts),
-                lsb_per_g: Some(board.lsb_per_g()),
-            };
+            self.accel_claim.unit = Some(AccelUnit::Counts);
+            self.accel_claim.lsb_per_g = Some(board.lsb_per_g());
         }
         if self.gyro_claim.is_none() {
             self.gyro_claim = Some(GyroUnit::Counts);
@@ -100,42 +129,203 @@ impl Layout {
     }
 }
 
-/// Finds the columns.
+/// Finds the columns that a file is read for: those that `--columns` gives, else those
+/// that the names of the header show, else, without a header, the numbers.
 ///
 /// # Errors
 ///
-/// `no-accelerometer` or `columns-unknown` (input) when they cannot be found,
-/// with the names that are there; `columns-missing` (usage) when `--columns`
-/// names one that is not.
-pub fn find(
+/// `no-accelerometer`, `no-gyroscope` or `columns-unknown` (input) when they cannot be
+/// found, with the names that are there; `columns-missing`, `sensor-unknown` (usage)
+/// when an option names what is not there.
+pub(super) fn find(
+    role: Role,
     dialect: &Dialect,
-    spec: Option<&ColumnsSpec>,
+    request: Request<'_>,
     findings: &mut Vec<Finding>,
 ) -> Result<Layout> {
-    match (spec, &dialect.header) {
-        (Some(spec), _) => by_spec(dialect, spec),
-        (None, Some(header)) => by_names(&header.names, findings),
-        (None, None) => by_content(dialect, findings),
+    let names: &[String] = dialect.header.as_ref().map_or(&[], |h| &h.names);
+    let given = Given::of(dialect, request.columns, role)?;
+    let complete = match role {
+        Role::Recording => given.has_all(Quantity::Accel),
+        Role::Gyroscope => given.has_all(Quantity::Gyro),
+    };
+    let mut columns = match &dialect.header {
+        Some(header) => understand_all(header, request.file, role),
+        None if complete => by_content(dialect, role).unwrap_or_default(),
+        None => by_content(dialect, role)?,
+    };
+    columns.retain(|(field, c)| !given.takes(*field) && !given.names(c.quantity));
+    // Rows of one sensor, where they take turns.
+    let instance = several::instance(&dialect.sample, &columns, names, request.sensor, findings)?;
+    let of_sensor = |row: &&Vec<f64>| {
+        instance.is_none_or(|(field, value)| row.get(field).is_none_or(|v| *v == value))
+    };
+    let sample: Vec<&Vec<f64>> = dialect.sample.iter().filter(of_sensor).collect();
+
+    // The three fields of a sensor: given, of one name, or whatever is left of it.
+    let axes = |of: fn(usize) -> Quantity, chosen: Option<[usize; 3]>| -> Option<[usize; 3]> {
+        let any_given = (0..3).any(|i| given.field(of(i)).is_some());
+        let left = |i: usize| {
+            let first = columns.iter().find(|(_, c)| c.quantity == of(i));
+            first.filter(|_| any_given).map(|(field, _)| *field)
+        };
+        let axis = |i: usize| {
+            given
+                .field(of(i))
+                .or_else(|| chosen.map(|t| t[i]))
+                .or_else(|| left(i))
+        };
+        Some([axis(0)?, axis(1)?, axis(2)?])
+    };
+    let mut fields = Vec::new();
+    let mut sensor = String::new();
+    if role == Role::Recording {
+        let found = several::triples(&columns, Quantity::Accel);
+        let wanted = request.sensor.filter(|_| instance.is_none() && !complete);
+        let chosen = several::choose(&columns, &found, wanted, findings)?;
+        let accel = axes(Quantity::Accel, chosen)
+            .ok_or_else(|| no_accelerometer(&columns, names, dialect))?;
+        let name = names.get(accel[0]).and_then(|n| understand(n));
+        sensor = name.map_or_else(String::new, |c| c.sensor);
+        fields.extend((0..3).map(|i| (Quantity::Accel(i), accel[i])));
     }
+    let gyros = several::triples(&columns, Quantity::Gyro);
+    let shared = |t: &[usize; 3]| {
+        let words = several::words_of(&columns, *t);
+        let same = words.join(" ") == sensor;
+        let shared = sensor.split(' ').filter(|w| words.iter().any(|o| o == w));
+        (same, shared.count())
+    };
+    // Of equals the first: the last of the reversed.
+    let chosen = gyros.iter().rev().max_by_key(|t| shared(t)).copied();
+    match axes(Quantity::Gyro, chosen) {
+        Some(gyro) => fields.extend((0..3).map(|i| (Quantity::Gyro(i), gyro[i]))),
+        None if role == Role::Gyroscope => return Err(no_gyroscope(&columns, names)),
+        None => {}
+    }
+    for quantity in [Quantity::Temperature, Quantity::Label] {
+        let is = |(_, c): &&Named| c.quantity == quantity && role == Role::Recording;
+        let of_sensor = columns.iter().filter(is).find(|(_, c)| c.sensor == sensor);
+        let any = of_sensor.or_else(|| columns.iter().find(is));
+        let field = given.field(quantity).or(any.map(|(field, _)| *field));
+        fields.extend(field.map(|field| (quantity, field)));
+    }
+    let stamps = given.field(Quantity::Time).map(|field| Clock {
+        field,
+        is_steps: false,
+    });
+    let steps = given.field(Quantity::TimeStep).map(|field| Clock {
+        field,
+        is_steps: true,
+    });
+    let clock = stamps.or(steps).or_else(|| {
+        let none = given.names(Quantity::Time) || given.names(Quantity::TimeStep);
+        (!none).then(|| clock::choose(&sample, &columns, names, &sensor, findings))?
+    });
+    fields.extend(clock.map(|clock| (Quantity::Time, clock.field)));
+    fields.sort_by_key(|(_, field)| *field);
+    let mut layout = with_claims(fields, dialect, &columns);
+    layout.sums_time = clock.is_some_and(|clock| clock.is_steps);
+    layout.instance = instance;
+    // A gyroscope's file of three or four columns leaves nothing to guess.
+    let plain = role == Role::Gyroscope && dialect.fields <= 4;
+    let by_numbers = |(q, f): &(Quantity, usize)| given.field(*q) != Some(*f);
+    if !plain && dialect.header.is_none() && layout.fields.iter().any(by_numbers) {
+        findings.push(guessed(dialect, &layout));
+    }
+    Ok(layout)
 }
 
-fn with_claims(fields: Vec<(Quantity, usize)>, claims: &[(Quantity, ColumnName)]) -> Layout {
-    let unit = |of: Quantity| {
-        claims
-            .iter()
-            .find(|(q, _)| *q == of)
-            .and_then(|(_, c)| c.unit.as_deref())
+fn no_accelerometer(columns: &[Named], names: &[String], dialect: &Dialect) -> Error {
+    let found = |of: fn(usize) -> Quantity| !several::triples(columns, of).is_empty();
+    if found(Quantity::Gyro) {
+        return Error::input(
+            "no-accelerometer",
+            "this file holds a gyroscope and no accelerometer",
+        )
+        .with_hint("give the accelerometer's recording as the input, and this file with --gyro");
+    }
+    let line = dialect.header.as_ref().map_or(0, |h| h.lines[0]);
+    Error::input(
+        "no-accelerometer",
+        format!("no three columns of the header in line {line} are named as an accelerometer's x, y and z"),
+    )
+    .with_hint(columns_there(names))
+}
+
+fn no_gyroscope(columns: &[Named], names: &[String]) -> Error {
+    let what = if several::triples(columns, Quantity::Accel).is_empty() {
+        "no three columns of this file are a gyroscope's x, y and z"
+    } else {
+        "this file has an accelerometer, but no gyroscope"
     };
+    let error = Error::input("no-gyroscope", what);
+    if names.is_empty() {
+        return error.with_hint(
+            "a file for --gyro holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
+        );
+    }
+    let list = columns_there(names);
+    let list = list.split(';').next().unwrap_or_default();
+    error.with_hint(format!(
+        "{list}; --gyro wants the file with the gyroscope; --columns gx=…,gy=…,gz=… names its columns"
+    ))
+}
+
+/// What names and the row of units below them claim of the chosen columns.
+fn with_claims(fields: Vec<(Quantity, usize)>, dialect: &Dialect, columns: &[Named]) -> Layout {
+    let texts = |of: Quantity| -> Vec<String> {
+        let Some((_, field)) = fields.iter().find(|(q, _)| *q == of) else {
+            return Vec::new();
+        };
+        let Some(header) = &dialect.header else {
+            return Vec::new();
+        };
+        let name = header.names.get(*field).map_or("", String::as_str);
+        let own = understand(name).and_then(|c| c.unit);
+        let bare = || bare_axis(name).and_then(|(_, unit)| unit);
+        let below = header.unit(*field).map(str::to_owned);
+        own.or_else(bare).into_iter().chain(below).collect()
+    };
+    let accel = texts(Quantity::Accel(0));
+    let gyro = texts(Quantity::Gyro(0));
+    let time = texts(Quantity::Time);
+    let without_gravity = fields
+        .iter()
+        .filter(|(q, _)| matches!(q, Quantity::Accel(_)))
+        .any(|(_, field)| columns.iter().any(|(f, c)| f == field && c.without_gravity));
     Layout {
         accel_claim: AccelClaim {
-            unit: unit(Quantity::Accel(0)).and_then(AccelUnit::parse),
+            unit: accel.iter().find_map(|u| AccelUnit::parse(u)),
             lsb_per_g: None,
+            without_gravity,
         },
         gyro_lsb_per_deg_s: None,
         temperature_counts: false,
-        temperature_claimed: unit(Quantity::Temperature).is_some(),
-        gyro_claim: unit(Quantity::Gyro(0)).and_then(GyroUnit::parse),
-        time_claim: unit(Quantity::Time).and_then(TimeUnit::parse),
+        temperature_claimed: !texts(Quantity::Temperature).is_empty(),
+        gyro_claim: gyro.iter().find_map(|u| GyroUnit::parse(u)),
+        time_claim: time
+            .iter()
+            .find_map(|u| TimeUnit::parse(u).or_else(|| fine_ticks(u, &fields, dialect))),
+        sums_time: false,
+        instance: None,
         fields,
     }
+}
+
+/// Xsens' `SampleTimeFine` counts 100 µs in files of MT Manager and 1 µs in those of
+/// the DOT, which samples every 8333 µs at the shortest.
+fn fine_ticks(unit: &str, fields: &[(Quantity, usize)], dialect: &Dialect) -> Option<TimeUnit> {
+    let (_, field) = fields.iter().find(|(q, _)| *q == Quantity::Time)?;
+    let stamps = dialect.sample.iter().filter_map(|row| row.get(*field));
+    let stamps: Vec<f64> = stamps.copied().filter(|v| v.is_finite()).collect();
+    let mut steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.retain(|step| *step > 0.0);
+    let fine = unit == "fine";
+    median(&mut steps)
+        .filter(|_| fine)
+        .map(|step| match step < 8000.0 {
+            true => TimeUnit::HundredMicroseconds,
+            false => TimeUnit::Microsecond,
+        })
 }

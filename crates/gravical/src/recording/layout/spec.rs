@@ -1,17 +1,30 @@
 //! Columns that the user names with `--columns`.
 
-use super::{Layout, with_claims};
 use crate::recording::dialect::Dialect;
-use crate::recording::names::{ColumnName, Quantity, understand};
+use crate::recording::names::Quantity;
+use crate::recording::read::Role;
 use crate::{Error, Result};
 
-/// `--columns`: which column holds what.
+/// `--columns`: which column holds what. It adds to what is recognised, and overrides
+/// it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ColumnsSpec {
-    /// `t=Timestamp,ax=…`: channel and name of the column.
-    Named(Vec<(Quantity, String)>),
-    /// `ax,ay,az,_,gx`: channels in the order of the columns; none skips one.
-    Ordered(Vec<Option<Quantity>>),
+    /// `t=Timestamp,ax=…,gx=-`: channel and name of the column; none where the channel
+    /// is not to be read.
+    Named(Vec<(Quantity, Option<String>)>),
+    /// `ax,ay,az,_,-,gx`: the columns in order; those behind the last are as recognised.
+    Ordered(Vec<Column>),
+}
+
+/// One column of an ordered list.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Column {
+    /// It holds this.
+    Channel(Quantity),
+    /// `_`: as recognised.
+    AsRecognised,
+    /// `-`: it is not read.
+    Skipped,
 }
 
 impl std::str::FromStr for ColumnsSpec {
@@ -21,6 +34,7 @@ impl std::str::FromStr for ColumnsSpec {
         let channel = |name: &str| -> Result<Quantity> {
             Ok(match name.trim() {
                 "t" | "time" => Quantity::Time,
+                "dt" => Quantity::TimeStep,
                 "ax" => Quantity::Accel(0),
                 "ay" => Quantity::Accel(1),
                 "az" => Quantity::Accel(2),
@@ -35,7 +49,7 @@ impl std::str::FromStr for ColumnsSpec {
                         format!("--columns: there is no channel \"{other}\""),
                     )
                     .with_hint(
-                        "channels are t, ax, ay, az, gx, gy, gz, temp and label; _ skips a column",
+                        "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column as it is recognised, - skips it",
                     ));
                 }
             })
@@ -45,67 +59,138 @@ impl std::str::FromStr for ColumnsSpec {
                 let (name, column) = pair.split_once('=').ok_or_else(|| {
                     Error::usage("columns-syntax", format!("--columns: \"{pair}\" has no ="))
                 })?;
-                Ok((channel(name)?, column.trim().to_owned()))
+                let column = column.trim();
+                let column = (!matches!(column, "" | "-" | "_")).then(|| column.to_owned());
+                Ok((channel(name)?, column))
             });
             return Ok(ColumnsSpec::Named(pairs.collect::<Result<_>>()?));
         }
         let ordered = text.split(',').map(|name| match name.trim() {
-            "_" | "" => Ok(None),
-            name => channel(name).map(Some),
+            "_" | "" => Ok(Column::AsRecognised),
+            "-" => Ok(Column::Skipped),
+            name => channel(name).map(Column::Channel),
         });
         Ok(ColumnsSpec::Ordered(ordered.collect::<Result<_>>()?))
     }
 }
 
-/// The layout that `spec` asks for.
-pub(super) fn by_spec(dialect: &Dialect, spec: &ColumnsSpec) -> Result<Layout> {
-    let names: &[String] = dialect.header.as_ref().map_or(&[], |h| &h.names);
-    let mut fields = Vec::new();
-    match spec {
-        ColumnsSpec::Ordered(order) => {
-            if order.len() > dialect.fields {
-                return Err(Error::usage(
-                    "columns-missing",
-                    format!(
-                        "--columns names {} columns, the file has {}",
-                        order.len(),
-                        dialect.fields
-                    ),
-                ));
+impl ColumnsSpec {
+    /// What of it is not meant for a gyroscope's own file; none where nothing is.
+    pub(in crate::recording) fn of_accelerometer(&self) -> Option<Self> {
+        match self {
+            ColumnsSpec::Named(pairs) => {
+                let mut pairs = pairs.clone();
+                pairs.retain(|(q, name)| !matches!(q, Quantity::Gyro(_)) || name.is_none());
+                Some(ColumnsSpec::Named(pairs))
             }
-            fields.extend(
-                order
-                    .iter()
-                    .enumerate()
-                    .filter_map(|(i, q)| Some(((*q)?, i))),
-            );
-        }
-        ColumnsSpec::Named(pairs) => {
-            for (quantity, name) in pairs {
-                let at = names
-                    .iter()
-                    .position(|n| n == name)
-                    .or_else(|| names.iter().position(|n| n.eq_ignore_ascii_case(name)))
-                    .ok_or_else(|| {
-                        Error::usage("columns-missing", format!("there is no column \"{name}\""))
-                            .with_hint(columns_there(names))
-                    })?;
-                fields.push((*quantity, at));
+            ColumnsSpec::Ordered(order) => {
+                let any = |is: fn(&Quantity) -> bool| {
+                    let of = |c: &Column| matches!(c, Column::Channel(q) if is(q));
+                    order.iter().any(of)
+                };
+                let gyro_alone = any(|q| matches!(q, Quantity::Gyro(_)))
+                    && !any(|q| matches!(q, Quantity::Accel(_)));
+                (!gyro_alone).then(|| self.clone())
             }
         }
     }
-    let claims: Vec<(Quantity, ColumnName)> = fields
-        .iter()
-        .filter_map(|(q, f)| Some((*q, understand(names.get(*f)?)?)))
-        .collect();
-    let layout = with_claims(fields, &claims);
-    if (0..3).any(|i| layout.field(Quantity::Accel(i)).is_none()) {
-        return Err(Error::usage(
-            "columns-missing",
-            "--columns has to name ax, ay and az",
-        ));
+}
+
+/// What `--columns` says about a file: channels with their column, none for one that is
+/// not to be read; and columns that are skipped.
+#[derive(Debug, Default)]
+pub(super) struct Given {
+    channels: Vec<(Quantity, Option<usize>)>,
+    skipped: Vec<usize>,
+}
+
+impl Given {
+    /// # Errors
+    ///
+    /// `columns-missing` (usage) for a column that is not there. Of two files, what is
+    /// said of the other sensor is for the other one.
+    pub fn of(dialect: &Dialect, spec: Option<&ColumnsSpec>, role: Role) -> Result<Self> {
+        let names: &[String] = dialect.header.as_ref().map_or(&[], |h| &h.names);
+        let mut given = Given::default();
+        let alone = role == Role::Gyroscope;
+        match spec {
+            None => {}
+            Some(ColumnsSpec::Ordered(order)) => {
+                let gyro = |c: &Column| matches!(c, Column::Channel(Quantity::Gyro(_)));
+                if alone && !order.iter().any(gyro) {
+                    return Ok(given);
+                }
+                if order.len() > dialect.fields {
+                    return Err(Error::usage(
+                        "columns-missing",
+                        format!(
+                            "--columns names {} columns, the file has {}",
+                            order.len(),
+                            dialect.fields
+                        ),
+                    ));
+                }
+                for (field, column) in order.iter().enumerate() {
+                    match column {
+                        Column::Channel(quantity) => given.channels.push((*quantity, Some(field))),
+                        Column::Skipped => given.skipped.push(field),
+                        Column::AsRecognised => {}
+                    }
+                }
+            }
+            Some(ColumnsSpec::Named(pairs)) => {
+                for (quantity, name) in pairs {
+                    let is_gyro = matches!(quantity, Quantity::Gyro(_));
+                    if alone && !(is_gyro || *quantity == Quantity::Time) {
+                        continue;
+                    }
+                    let Some(name) = name else {
+                        if !(alone && is_gyro) {
+                            given.channels.push((*quantity, None));
+                        }
+                        continue;
+                    };
+                    let at = names
+                        .iter()
+                        .position(|n| n == name)
+                        .or_else(|| names.iter().position(|n| n.eq_ignore_ascii_case(name)));
+                    match at {
+                        Some(at) => given.channels.push((*quantity, Some(at))),
+                        None if alone && *quantity == Quantity::Time => {}
+                        None => {
+                            return Err(Error::usage(
+                                "columns-missing",
+                                format!("there is no column \"{name}\""),
+                            )
+                            .with_hint(columns_there(names)));
+                        }
+                    }
+                }
+            }
+        }
+        Ok(given)
     }
-    Ok(layout)
+
+    /// The column is spoken for.
+    pub fn takes(&self, field: usize) -> bool {
+        self.skipped.contains(&field) || self.channels.iter().any(|(_, f)| *f == Some(field))
+    }
+
+    /// The channel is spoken for.
+    pub fn names(&self, quantity: Quantity) -> bool {
+        self.channels.iter().any(|(q, _)| *q == quantity)
+    }
+
+    /// The column of a channel, where one was given.
+    pub fn field(&self, quantity: Quantity) -> Option<usize> {
+        let of = |(q, f): &(Quantity, Option<usize>)| f.filter(|_| *q == quantity);
+        self.channels.iter().find_map(of)
+    }
+
+    /// All three axes of a sensor were given.
+    pub fn has_all(&self, of: fn(usize) -> Quantity) -> bool {
+        (0..3).all(|i| self.field(of(i)).is_some())
+    }
 }
 
 /// Hint that lists the columns of a file.

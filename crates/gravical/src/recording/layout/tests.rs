@@ -3,11 +3,12 @@ use crate::recording::dialect::sniff;
 
 fn layout(text: &str, spec: Option<&str>) -> Result<Layout> {
     let spec = spec.map(|s| s.parse().unwrap());
-    find(
-        &sniff(text.as_bytes(), true, 3).unwrap(),
-        spec.as_ref(),
-        &mut Vec::new(),
-    )
+    let request = Request {
+        columns: spec.as_ref(),
+        ..Request::default()
+    };
+    let dialect = sniff(text.as_bytes(), true, 3).unwrap();
+    find(Role::Recording, &dialect, request, &mut Vec::new())
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Time stamps as they were recorded: unit, wraps, repeats, gaps, true rate.
 
 mod clock;
+mod date;
 mod odd;
 mod steps;
 #[cfg(test)]
@@ -15,6 +16,7 @@ use crate::stats::{median, standard_deviation};
 
 pub(crate) use clock::{Clock, Follower, Parting, Parts, Stamps};
 use clock::{Followed, follow};
+pub use date::parse_date;
 pub(crate) use odd::Treatment;
 pub(crate) use steps::Steps;
 pub use unit::TimeUnit;
@@ -158,11 +160,17 @@ pub(crate) fn judge(
         .filter(|d| **d >= 0.0 && **d * per_s * mean_rate.unwrap_or(0.0) < 0.2)
         .count();
     if bunched * 2 > steps.len() && n > 20 && !pauses_only(&steps, median) {
+        let repeated = steps.iter().filter(|d| **d == 0.0).count();
+        let why = if repeated == bunched {
+            "rows share their stamp with the row before: the stamps are coarser than the sampling (rounded by a spreadsheet, or times of arrival)"
+        } else {
+            "steps are far shorter than the mean: the stamps are times of arrival"
+        };
         findings.push(
             Finding::warning(
                 "burst-time",
                 format!(
-                    "{bunched} of {} steps are far shorter than the mean: the stamps are times of arrival; the mean rate of {:.2} Hz is used instead",
+                    "{bunched} of {} {why}; the mean rate of {:.2} Hz is used instead",
                     steps.len(),
                     mean_rate.unwrap_or(f64::NAN)
                 ),

@@ -15,6 +15,9 @@ pub enum TimeUnit {
     /// Milliseconds.
     #[serde(rename = "ms")]
     Millisecond,
+    /// Hundreds of microseconds, the ticks of some motion trackers.
+    #[serde(rename = "100us")]
+    HundredMicroseconds,
     /// Microseconds.
     #[serde(rename = "us")]
     Microsecond,
@@ -24,6 +27,7 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
+    /// Those that are guessed.
     const ALL: [TimeUnit; 4] = [
         TimeUnit::Second,
         TimeUnit::Millisecond,
@@ -37,6 +41,7 @@ impl TimeUnit {
         match self {
             TimeUnit::Second => 1.0,
             TimeUnit::Millisecond => 1e-3,
+            TimeUnit::HundredMicroseconds => 1e-4,
             TimeUnit::Microsecond => 1e-6,
             TimeUnit::Nanosecond => 1e-9,
         }
@@ -48,6 +53,7 @@ impl TimeUnit {
         match self {
             TimeUnit::Second => "s",
             TimeUnit::Millisecond => "ms",
+            TimeUnit::HundredMicroseconds => "100us",
             TimeUnit::Microsecond => "us",
             TimeUnit::Nanosecond => "ns",
         }

@@ -1,0 +1,173 @@
+//! Which column is the clock: by its name, by how it runs, by both.
+
+use super::Named;
+use crate::recording::finding::Finding;
+use crate::recording::names::{Quantity, is_foreign};
+use crate::stats::median;
+
+/// Rows from which a column without a name for it can be seen to be a clock.
+const FEWEST_ROWS: usize = 10;
+
+/// How unevenly a clock may run that nothing but its running shows: median deviation of
+/// its steps over their median.
+const MOST_UNEVEN: f64 = 0.3;
+
+/// The column of the stamps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Clock {
+    pub field: usize,
+    /// It holds the time since the row before.
+    pub is_steps: bool,
+}
+
+/// How a column runs through the first rows.
+struct Course {
+    /// Steps.
+    steps: usize,
+    /// Shares of steps that go up, and down.
+    advancing: f64,
+    backward: f64,
+    /// Median deviation of the steps up, over their median.
+    uneven: f64,
+    /// All steps are one.
+    counts: bool,
+    /// Nothing of it is negative, and not all is zero.
+    positive: bool,
+}
+
+impl Course {
+    fn of(sample: &[&Vec<f64>], field: usize) -> Option<Self> {
+        let values: Vec<f64> = sample
+            .iter()
+            .filter_map(|row| row.get(field).copied())
+            .filter(|v| v.is_finite())
+            .collect();
+        // One that is empty in most rows stamps nothing.
+        if values.len() * 2 < sample.len() {
+            return None;
+        }
+        let all: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).collect();
+        let mut up: Vec<f64> = all.iter().copied().filter(|d| *d > 0.0).collect();
+        let steps = all.len();
+        let share = |n: usize| n as f64 / steps.max(1) as f64;
+        let down = all.iter().filter(|d| **d < 0.0).count();
+        let (advancing, backward) = (share(up.len()), share(down));
+        let usual = median(&mut up).unwrap_or(f64::NAN);
+        let mut off: Vec<f64> = up.iter().map(|d| (d - usual).abs()).collect();
+        Some(Course {
+            steps,
+            advancing,
+            backward,
+            uneven: median(&mut off).map_or(f64::INFINITY, |off| off / usual),
+            counts: all.iter().all(|d| *d == 1.0),
+            positive: values.iter().all(|v| *v >= 0.0) && values.iter().any(|v| *v > 0.0),
+        })
+    }
+
+    /// It could be a clock that a name says it is: stamps repeat, and now and then run
+    /// backwards.
+    fn advances(&self) -> bool {
+        self.advancing > 0.0 && self.backward <= 0.25
+    }
+
+    /// It can be nothing but a clock.
+    fn is_clock(&self) -> bool {
+        self.steps + 1 >= FEWEST_ROWS
+            && self.advancing >= 0.98
+            && self.backward == 0.0
+            && self.uneven <= MOST_UNEVEN
+            && !self.counts
+    }
+
+    /// It advances in more rows, or as often and twice as evenly.
+    fn is_better_than(&self, other: &Course) -> bool {
+        let more = self.advancing - other.advancing;
+        more > 0.05 || (more > -0.05 && other.uneven > 0.02 && self.uneven < 0.5 * other.uneven)
+    }
+}
+
+/// The first column of a file without a header rises as time does (or as a counter:
+/// then the second is true).
+pub(super) fn first_column_rises(sample: &[Vec<f64>]) -> (bool, bool) {
+    let rows: Vec<&Vec<f64>> = sample.iter().collect();
+    match Course::of(&rows, 0) {
+        Some(c) if c.steps >= 3 => {
+            let rises = c.advancing >= 0.1 && c.backward <= 0.1 && c.backward < 0.2 * c.advancing;
+            (rises, rises && c.counts)
+        }
+        _ => (false, false),
+    }
+}
+
+/// The clock among `columns`: a named one that runs, the finest and most even of
+/// several, those of `sensor` first; differences from row to row where there are no
+/// stamps; a column that rises steadily, where it is the only one. A named one that
+/// stands still is taken when there is nothing better, and judged with the stamps.
+pub(super) fn choose(
+    sample: &[&Vec<f64>],
+    columns: &[Named],
+    names: &[String],
+    sensor: &str,
+    findings: &mut Vec<Finding>,
+) -> Option<Clock> {
+    let of = |quantity: Quantity| {
+        let mut fields: Vec<&Named> = columns
+            .iter()
+            .filter(|(_, c)| c.quantity == quantity)
+            .collect();
+        fields.sort_by_key(|(_, c)| sensor.is_empty() || c.sensor != sensor);
+        fields
+    };
+    let stamps = of(Quantity::Time);
+    let mut best: Option<(usize, Course)> = None;
+    let own = stamps.iter().any(|(field, c)| {
+        !sensor.is_empty()
+            && c.sensor == sensor
+            && Course::of(sample, *field).is_some_and(|c| c.advances())
+    });
+    for (field, _) in stamps.iter().filter(|(_, c)| !own || c.sensor == sensor) {
+        let Some(course) = Course::of(sample, *field).filter(Course::advances) else {
+            continue;
+        };
+        if best.as_ref().is_none_or(|(_, b)| course.is_better_than(b)) {
+            best = Some((*field, course));
+        }
+    }
+    let clock = |field, is_steps| Some(Clock { field, is_steps });
+    if let Some((field, _)) = best {
+        return clock(field, false);
+    }
+    for (field, _) in of(Quantity::TimeStep) {
+        if let Some(course) = Course::of(sample, *field).filter(|c| c.positive) {
+            // A name for a step, and a stamp in it.
+            return clock(*field, course.advancing < 0.95);
+        }
+    }
+    let taken = |field: usize| columns.iter().any(|(f, _)| *f == field);
+    let others: Vec<usize> = (0..names.len())
+        .filter(|&field| !taken(field) && !is_foreign(&names[field]))
+        .filter(|&field| Course::of(sample, field).is_some_and(|c| c.is_clock()))
+        .collect();
+    if let [first, ..] = others[..] {
+        let list: Vec<&str> = others.iter().map(|f| names[*f].as_str()).collect();
+        let (taken, what) = match others.len() {
+            1 => (Some(first), "rises steadily and is taken as the time"),
+            _ => (
+                None,
+                "rise steadily: each could be the time, and none is taken",
+            ),
+        };
+        findings.push(Finding::warning(
+            "unnamed-clock",
+            format!(
+                "no column is named as the time; {} {what}; --columns t={} says so",
+                list.join(", "),
+                names[first]
+            ),
+        ));
+        if let Some(field) = taken {
+            return clock(field, false);
+        }
+    }
+    stamps.first().and_then(|(field, _)| clock(*field, false))
+}
