@@ -113,13 +113,15 @@ fn split(
                     rows,
                 }));
             }
-            claim => drafts.push(Draft {
-                label,
+            // Parted by other labels it is a repeat of the placement, which may
+            // lie a little differently.
+            claim => drafts.extend(rows.into_iter().map(|rows| Draft {
+                label: label.clone(),
                 recording: index,
-                rows: first_rows(rows, options.rows),
+                rows: first_rows(vec![rows], options.rows),
                 selection: Selection::Given,
                 claim,
-            }),
+            })),
         }
     }
     Ok((drafts, turns))

@@ -2,9 +2,13 @@
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::Grade;
+use gravical::check::{CheckOptions, Judgement, check};
+use gravical::inspect::inspect;
 use gravical::recording::{ReadOptions, Recording, read_bytes};
 use gravical::segment::SegmentOptions;
+use gravical::segment::face::AxisMap;
 use gravical::segment::sections::parse_sections;
+use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate};
 
 use crate::support::*;
 
@@ -349,5 +353,148 @@ fn means_without_labels_are_placements_where_they_lie_far_apart() {
         let error = calibrate(&table(rows), &given_gravity()).unwrap_err();
         assert_eq!(error.code(), "never-still");
         assert!(error.hint().unwrap().contains("table of means"), "{error}");
+    }
+}
+
+/// A simulated session as one continuous recording: its rows as text, and what was
+/// put in.
+fn simulated() -> (Vec<String>, gravical::simulate::Truth) {
+    let six = SixPositionOptions {
+        hold_s: 5.0,
+        continuous: true,
+        ..SixPositionOptions::default()
+    };
+    let mut options = SimulateOptions::new(Scenario::SixPosition(six));
+    options.seed = 11;
+    options.gravity_mps2 = GRAVITY;
+    let mut simulation = simulate(&options).unwrap();
+    let file = simulation.files.remove(0);
+    let rows = (0..file.t_s.len()).map(|row| {
+        let all = file.accel_mps2.iter().chain(&file.gyro_rad_s);
+        let values: Vec<String> = all.map(|c| format!("{:.5}", c[row])).collect();
+        format!("{},{}", file.stamp_ms[row], values.join(","))
+    });
+    (rows.collect(), simulation.truth)
+}
+
+#[test]
+fn the_same_session_is_the_same_by_every_route() {
+    let (rows, truth) = simulated();
+    let file = |name: &str, rows: &[String]| {
+        named(
+            name,
+            &format!("t_ms,ax,ay,az,gx,gy,gz\n{}\n", rows.join("\n")),
+        )
+    };
+    let options = CalibrateOptions {
+        gravity: gravical::gravity::Gravity::given(GRAVITY).unwrap(),
+        ..CalibrateOptions::default()
+    };
+    let one = [file("session.csv", &rows)];
+    let whole = calibrated(&one, &options);
+    let spans: Vec<_> = whole
+        .segmentation
+        .placements
+        .iter()
+        .map(|p| p.rows[0].clone())
+        .collect();
+    let faces: Vec<String> = (whole.segmentation.placements.iter())
+        .map(|p| p.face.unwrap().name())
+        .collect();
+    let turns = &whole.segmentation.turns;
+    assert_eq!((spans.len() >= 9, turns.len()), (true, 3));
+
+    // Every row called by its still or turn.
+    let mut labels = vec!["hand".to_owned(); rows.len()];
+    let mut sections = "label,start,end\n".to_owned();
+    let turned = turns
+        .iter()
+        .map(|t| (format!("{}_rot", ["x", "y", "z"][t.axis]), &t.rows));
+    let placed = faces.iter().cloned().zip(&spans);
+    for (label, span) in placed.clone().chain(turned) {
+        labels[span.clone()].fill(label.clone());
+        sections += &format!("{label},{},{}\n", span.start, span.end);
+    }
+    let labelled: Vec<String> = rows
+        .iter()
+        .zip(&labels)
+        .map(|(r, l)| format!("{r},{l}"))
+        .collect();
+    let labelled = format!("t_ms,ax,ay,az,gx,gy,gz,part\n{}\n", labelled.join("\n"));
+    // The hand before and after belongs to the file of a placement, too.
+    let alone = placed.enumerate().map(|(i, (face, span))| {
+        let around = span.start.saturating_sub(150)..(span.end + 150).min(rows.len());
+        file(&format!("{face}_{i}.csv"), &rows[around])
+    });
+    let middle = (spans[3].end + spans[4].start) / 2;
+    let with_sections = CalibrateOptions {
+        segment: SegmentOptions {
+            sections: Some(parse_sections(sections.as_bytes()).unwrap()),
+            ..SegmentOptions::default()
+        },
+        ..options.clone()
+    };
+    let routes = [
+        ("labels", vec![named("labelled.csv", &labelled)], &options),
+        ("sections", one.to_vec(), &with_sections),
+        ("files", alone.collect(), &options),
+        (
+            "two",
+            vec![
+                file("a.csv", &rows[..middle]),
+                file("b.csv", &rows[middle..]),
+            ],
+            &options,
+        ),
+    ];
+    let parameters = |c: &gravical::calibrate::Calibrated| -> (Vec<f64>, Vec<f64>) {
+        let a = &c.file.accelerometer;
+        let model = (0..9).map(|i| a.scale[i / 3] * a.orientation[i / 3][i % 3]);
+        let covariance = &a.covariance.as_ref().unwrap().values;
+        let sd = (0..12).map(|i| covariance[i][i].sqrt());
+        (model.chain(a.bias).collect(), sd.collect())
+    };
+    let (expected, sd) = parameters(&whole);
+    let gyroscope = whole.file.gyroscope.as_ref().unwrap();
+    assert_eq!(gyroscope.input_unit.name(), "rad/s");
+    for (route, session, options) in routes {
+        let result = calibrated(&session, options);
+        let (found, _) = parameters(&result);
+        for i in 0..12 {
+            assert!(
+                (found[i] - expected[i]).abs() < sd[i],
+                "{route}: parameter {i} is {} and not {} ± {}",
+                found[i],
+                expected[i],
+                sd[i]
+            );
+        }
+        let mut own: Vec<_> = (result.segmentation.placements.iter())
+            .map(|p| p.face.unwrap().name())
+            .collect();
+        own.sort();
+        own.dedup();
+        assert_eq!(own.len(), 6, "{route}");
+        let section = result.file.gyroscope.as_ref().unwrap();
+        assert_eq!(section.input_unit, gyroscope.input_unit, "{route}");
+        for i in 0..3 {
+            // Without motions in them, files give the bias alone.
+            close(section.bias[i], truth.gyroscope.bias_rad_s[i], 2e-3);
+            if route != "files" {
+                close(section.scale[i] / gyroscope.scale[i], 1.0, 5e-3);
+            }
+        }
+        let judged = check(&whole.file, "cal.json", &session, &CheckOptions::default()).unwrap();
+        assert_ne!(judged.verdict.judgement, Judgement::DoesNotFit, "{route}");
+        assert_eq!(judged.gyroscope.unwrap().input_unit, gyroscope.input_unit);
+        for recording in &session {
+            let seen = inspect(recording, &AxisMap::default());
+            assert!(seen.stills.iter().all(|s| s.face.is_some()), "{route}");
+            assert_eq!(
+                seen.gyroscope.unwrap().unit,
+                gyroscope.input_unit,
+                "{route}"
+            );
+        }
     }
 }

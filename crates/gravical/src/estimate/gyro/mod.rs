@@ -221,8 +221,8 @@ pub fn from_motions(
 }
 
 /// The gyroscope of a session without three known turns: from the motions of
-/// its one recording, or, from several files, the bias alone. Neither section
-/// nor finding where there is no gyroscope.
+/// the recording with the most stills, or the bias alone where its motions do not
+/// determine more. Neither section nor finding where there is no gyroscope.
 ///
 /// # Errors
 ///
@@ -235,13 +235,37 @@ pub fn of_session(
     let options = GyroOptions {
         scale: session.gyro_scale,
     };
-    match recordings {
-        [one] => {
-            let stills = Still::of(&session.placements, 0);
-            from_motions(one, &stills, accelerometer, &options)
-        }
-        _ => Ok(at_rest(&session.placements, session.gyro_scale)),
+    let stills: Vec<Vec<Still>> = (0..recordings.len())
+        .map(|index| match recordings[index].gyro {
+            Some(_) => Still::of(&session.placements, index),
+            None => Vec::new(),
+        })
+        .collect();
+    let most = (0..recordings.len()).rev().max_by_key(|i| stills[*i].len());
+    let Some(most) = most else {
+        return Ok(GyroFit::default());
+    };
+    if let [one] = recordings {
+        return from_motions(one, &stills[0], accelerometer, &options);
     }
+    let mut fit = from_motions(&recordings[most], &stills[most], accelerometer, &options)?;
+    if fit.section.as_ref().is_none_or(|s| s.method != "motion") {
+        return Ok(at_rest(&session.placements, session.gyro_scale));
+    }
+    let others = stills.iter().filter(|s| s.len() > 1).count() - 1;
+    if others > 0 {
+        fit.findings.push(
+            Finding::note(
+                "gyro-one-recording",
+                format!(
+                    "the gyroscope is fitted to the motions of this recording, which has the most stills; those of {others} other{} are not used",
+                    if others == 1 { "" } else { "s" }
+                ),
+            )
+            .in_file(&recordings[most].name),
+        );
+    }
+    Ok(fit)
 }
 
 /// Stills and motions, looked at.
