@@ -9,8 +9,9 @@ use crate::recording::units::{AccelScale, GyroScale};
 use crate::recording::{Finding, Recording};
 use crate::segment::MOST_FACE_ANGLE_DEG;
 use crate::segment::face::{AxisMap, Face};
+use crate::segment::gyro_unit::{Claims, Evidence, decide};
 use crate::segment::still::{StillOptions, find_stills, moments};
-use crate::segment::turns::{Turn, decide_gyro_unit, full_turns, motions};
+use crate::segment::turns::{Turn, full_turns, motions};
 use crate::temperature::study_if_any;
 
 /// A recording, looked at.
@@ -98,7 +99,13 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     let mut findings = recording.findings.clone();
     let spans = find_stills(recording, &StillOptions::default()).spans;
     let moves = motions(recording, &spans);
-    let gyroscope = decide_gyro_unit(recording, &moves, &mut findings);
+    let gyroscope = Claims::of(recording, None).map(|claims| {
+        decide(
+            claims,
+            &Evidence::of(recording, &spans, &moves),
+            &mut findings,
+        )
+    });
     let turns = full_turns(0, &moves, gyroscope, std::f64::consts::TAU);
     let held: usize = spans.iter().map(|s| s.len()).sum();
     let (rate, assumed) = recording.working_rate_hz();

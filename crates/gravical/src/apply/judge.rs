@@ -10,8 +10,9 @@ use crate::calibration_file::CalibrationFile;
 use crate::recording::layout::Layout;
 use crate::recording::{
     AccelClaim, AccelScale, AccelUnit, Finding, GyroUnit, Origin, Quiet, ReadOptions, decide_accel,
-    looks_unsigned, quiet,
+    gyro_by_claim, looks_unsigned, quiet,
 };
+use crate::segment::gyro_unit;
 use crate::{Error, Result};
 
 use super::drift::Drift;
@@ -259,69 +260,38 @@ impl Fit<'_> {
     }
 }
 
-/// The unit of the gyroscope when it is to be calibrated.
-///
-/// Gravity says nothing about it; only fractions (no counts), the header and
-/// the user do. A header that is wrong about the accelerometer proves nothing.
+/// The unit of the gyroscope when it is to be calibrated: by the rule of
+/// [`gyro_unit`], without turns, since the head alone is there.
 fn gyroscope(
     calibration: &CalibrationFile,
     head: &Head,
     layout: &Layout,
     options: &ReadOptions,
-    header_lies: bool,
+    header_is_wrong: bool,
     name: &str,
     findings: &mut Vec<Finding>,
 ) -> Result<Option<GyroUnit>> {
     let (Some(section), Some(gyro)) = (&calibration.gyroscope, &head.gyro) else {
         return Ok(None);
     };
-    let wanted = section.input_unit;
-    let whole_numbers = gyro
-        .iter()
-        .flatten()
-        .all(|v| v.is_nan() || v.fract() == 0.0);
-    let large = gyro.iter().flatten().any(|v| v.abs() >= 1.0);
-    let (unit, how) = match (options.gyro_unit, layout.gyro_claim) {
-        (Some(given), _) => (given, "as --gyro-unit says"),
-        (None, Some(GyroUnit::Counts)) if !whole_numbers => {
-            (GyroUnit::Unknown, "values with fractions")
-        }
-        (None, Some(claim)) => (claim, "as its header says"),
-        (None, None) if whole_numbers && large => (GyroUnit::Counts, "whole numbers"),
-        (None, None) => (GyroUnit::Unknown, "values with fractions"),
+    let mut evidence = gyro_unit::Evidence::default();
+    evidence.add_rest(gyro, std::slice::from_ref(&(0..head.rows())));
+    let claims = gyro_unit::Claims {
+        file: name,
+        scale: gyro_by_claim(gyro, layout, options),
+        calibration: Some(section),
+        header_is_wrong,
     };
-    let differs = match (unit, wanted) {
-        (_, GyroUnit::Unknown) => false,
-        (GyroUnit::Unknown, GyroUnit::Counts) => !whole_numbers,
-        (GyroUnit::Unknown, _) => false,
-        (unit, wanted) => unit != wanted,
-    };
-    let said = format!(
-        "the gyroscope is in {} ({how}), the calibration is for {}",
-        unit.name(),
-        wanted.name()
-    );
-    if !differs {
-        if unit == GyroUnit::Unknown || wanted == GyroUnit::Unknown {
-            findings.push(Finding::note(
-                "unit-unverified",
-                format!("{said}; taken as the same"),
-            ));
-        }
-        return Ok(Some(wanted));
-    }
-    if options.gyro_unit.is_none() && header_lies && unit != GyroUnit::Unknown {
-        findings.push(Finding::warning(
-            "unit-mismatch",
-            format!(
-                "{said}; since the header is wrong about the accelerometer, the calibration's is taken"
+    let scale = gyro_unit::decide(claims, &evidence, findings);
+    match gyro_unit::mismatch(section, &scale) {
+        None => Ok(Some(section.input_unit)),
+        Some(why) => Err(mismatch(
+            why,
+            &format!(
+                "--gyro-unit {} when that is what it is in",
+                section.input_unit.name()
             ),
-        ));
-        return Ok(Some(wanted));
+            name,
+        )),
     }
-    Err(mismatch(
-        said,
-        &format!("--gyro-unit {} when that is what it is in", wanted.name()),
-        name,
-    ))
 }

@@ -4,8 +4,9 @@
 use super::rests::Rest;
 use super::types::{GyroscopeCheck, Judgement};
 use crate::calibration_file::CalibrationFile;
-use crate::recording::units::GyroUnit;
 use crate::recording::{Finding, Recording};
+use crate::segment::gyro_unit::{Claims, Evidence, decide, mismatch};
+use crate::segment::turns::motions;
 
 /// A calibrated rate at rest above this is worth a new bias, °/s: what an
 /// MPU6050 may drift in 3 °C (product specification, 6.1: ±20 °/s over 125 °C).
@@ -25,17 +26,20 @@ pub(super) fn gyroscope(
 ) -> Option<GyroscopeCheck> {
     let section = calibration.gyroscope.as_ref()?;
     let apply = calibration.gyroscope_calibration()?;
-    for recording in recordings {
-        let unit = recording.gyro_scale.map_or(GyroUnit::Unknown, |s| s.unit);
-        let known = unit != GyroUnit::Unknown && section.input_unit != GyroUnit::Unknown;
-        if recording.gyro.is_some() && known && unit != section.input_unit {
+    for (index, recording) in recordings.iter().enumerate() {
+        let stills: Vec<_> = rests
+            .iter()
+            .filter(|r| r.recording == index)
+            .flat_map(|r| r.rows.iter().cloned())
+            .collect();
+        let evidence = Evidence::of(recording, &stills, &motions(recording, &stills));
+        let scale = Claims::of(recording, Some(section)).map(|c| decide(c, &evidence, findings));
+        if let Some(why) = scale.and_then(|scale| mismatch(section, &scale)) {
             findings.push(
                 Finding::warning(
                     "unit-mismatch",
                     format!(
-                        "the gyroscope is in {}, the calibration is for {}; it is not judged (--gyro-unit {} when that is what it is in)",
-                        unit.name(),
-                        section.input_unit.name(),
+                        "{why}; it is not judged (--gyro-unit {} when that is what it is in)",
                         section.input_unit.name()
                     ),
                 )

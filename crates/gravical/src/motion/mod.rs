@@ -34,7 +34,6 @@ mod assumed;
 mod bands;
 mod drift;
 mod gate;
-mod gyro_unit;
 mod lean;
 mod leg;
 mod opening;

@@ -6,12 +6,12 @@ use std::path::Path;
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::matrix3;
 
-use super::gyro_unit::by_noise;
 use super::options::{GravityRemoval, MotionOptions};
 use crate::calibration_file::CalibrationFile;
-use crate::recording::{Finding, GyroUnit, Recording};
+use crate::recording::{Finding, Recording};
+use crate::segment::gyro_unit::{Claims, Evidence, decide, mismatch};
 use crate::segment::still::{StillOptions, find_stills};
-use crate::segment::turns::{decide_gyro_unit, motions};
+use crate::segment::turns::motions;
 use crate::{Error, Result};
 
 /// What turns the file's numbers into SI.
@@ -92,8 +92,11 @@ pub(super) fn scales(
             ));
             None
         }
-        Some(_) => decide_gyro_unit(recording, &motions(recording, &coarse), findings)
-            .map(|scale| by_noise(recording, &coarse, scale, findings)),
+        Some(_) => {
+            let section = file.and_then(|f| f.gyroscope.as_ref());
+            let evidence = Evidence::of(recording, &coarse, &motions(recording, &coarse));
+            Claims::of(recording, section).map(|claims| decide(claims, &evidence, findings))
+        }
     };
     let gyro_nominal = scale.and_then(|s| s.nominal());
     if scale.is_some() && gyro_nominal.is_none() {
@@ -111,19 +114,14 @@ pub(super) fn scales(
         .filter(|_| gyro_nominal.is_some())
         .and_then(|f| Some((f.gyroscope.as_ref()?, f.gyroscope_calibration()?)));
     let gyro_calibration = gyro_file.and_then(|(section, calibration)| {
-        let unit = scale.map_or(GyroUnit::Unknown, |s| s.unit);
-        let differs = section.input_unit != GyroUnit::Unknown && section.input_unit != unit;
-        if differs {
+        let differs = scale.and_then(|scale| mismatch(section, &scale));
+        if let Some(why) = &differs {
             findings.push(Finding::warning(
                 "unit-mismatch",
-                format!(
-                    "the gyroscope is in {}, its calibration is for {}; it is used uncalibrated",
-                    unit.name(),
-                    section.input_unit.name()
-                ),
+                format!("{why}; it is used uncalibrated"),
             ));
         }
-        (!differs).then_some(calibration)
+        differs.is_none().then_some(calibration)
     });
 
     let by_scale = shifted(by_scale, -recording.zero_offset);

@@ -1,64 +1,10 @@
-//! Placements held against names, against each other and against the turns.
-
-use std::ops::Range;
+//! Placements held against names and against each other.
 
 use crate::recording::resolution::floors;
-use crate::recording::units::GyroScale;
-use crate::recording::{Finding, Origin, Recording};
+use crate::recording::{Finding, Recording};
 
 use super::face::{self, Claim, Face, angle_deg};
-use super::{Placement, SegmentOptions, Turn, still, turns};
-
-/// A turn by a known angle tells the unit of the gyroscope, whatever the header
-/// says; a unit that was given or that turns of gravity have shown stays.
-pub(super) fn settle_gyro_unit(
-    recording: &Recording,
-    turn: &Turn,
-    placements: &[Placement],
-    options: &SegmentOptions,
-    scale: &mut Option<GyroScale>,
-    findings: &mut Vec<Finding>,
-) {
-    let Some(claimed) = *scale else { return };
-    let settled =
-        matches!(claimed.origin, Origin::Given | Origin::Data) && claimed.nominal().is_some();
-    if settled {
-        return;
-    }
-    let shown = plain_integral(recording, &turn.rows, placements).and_then(|integral| {
-        turns::unit_by_known_turn(integral, options.turn_angle_deg.to_radians())
-    });
-    match shown {
-        Some(shown) => {
-            if claimed.origin == Origin::Header && claimed.unit != shown.unit {
-                findings.push(
-                    Finding::warning(
-                        "unit-mismatch",
-                        format!(
-                            "the header says {} for the gyroscope, but a turn by {}° comes out right in {}; taken so",
-                            claimed.unit.name(),
-                            options.turn_angle_deg,
-                            shown.unit.name()
-                        ),
-                    )
-                    .in_file(&recording.name),
-                );
-            }
-            *scale = Some(shown);
-        }
-        None => findings.push(
-            Finding::note(
-                "gyro-unit-unverified",
-                format!(
-                    "the gyroscope is taken as {}; a turn by {}° comes out right in no unit",
-                    claimed.unit.name(),
-                    options.turn_angle_deg
-                ),
-            )
-            .in_file(&recording.name),
-        ),
-    }
-}
+use super::{Placement, SegmentOptions, still};
 
 /// Holds that shake many times as much as the usual one of the session.
 pub(super) fn check_steadiness(
@@ -169,24 +115,4 @@ fn mismatch(placement: &Placement, claimed: &str, face: Face) -> Finding {
         ),
     )
     .in_file(&placement.source)
-}
-
-fn plain_integral(
-    recording: &Recording,
-    rows: &Range<usize>,
-    placements: &[Placement],
-) -> Option<[f64; 3]> {
-    let gyro = recording.gyro.as_ref()?;
-    let (mut sum, mut count) = ([0.0; 3], 0);
-    for (s, n) in placements.iter().filter_map(|p| p.gyro_sum) {
-        count += n;
-        (0..3).for_each(|i| sum[i] += s[i]);
-    }
-    let bias = sum.map(|s| s / count.max(1) as f64);
-    let mut integral = [0.0; 3];
-    for row in rows.clone() {
-        let period = turns::sample_period_s(recording, row)?;
-        (0..3).for_each(|i| integral[i] += (gyro[i][row] - bias[i]) * period);
-    }
-    Some(integral)
 }

@@ -8,6 +8,7 @@
 
 pub mod face;
 mod found;
+pub(crate) mod gyro_unit;
 pub mod hold;
 mod judge;
 mod named;
@@ -25,7 +26,7 @@ use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face};
 use hold::{HoldNoise, plain_mean, pooled_noise, robust_mean};
-use judge::{check_names, check_rows, check_steadiness, settle_gyro_unit};
+use judge::{check_names, check_rows, check_steadiness};
 use sections::Section;
 use still::StillOptions;
 pub use turns::Turn;
@@ -183,9 +184,9 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         let error = found::never_still(&first.name, recordings.len());
         return Err(error.after(&findings, "no-still"));
     }
-    let mut gyro_scale = first.gyro_scale;
+    let (gyro_scale, found) = between_stills(recordings, &drafts, &turns, options, &mut findings);
     if !named {
-        (gyro_scale, turns) = between_stills(recordings, &drafts, options, &mut findings);
+        turns = found;
     }
     let noise = pooled_noise(&hold_slices(recordings, &drafts), coarsest(recordings));
     let mut placements: Vec<Placement> = drafts
@@ -196,16 +197,6 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     check_names(&mut placements, options, &mut findings);
     check_rows(&placements, options, &mut findings);
     check_steadiness(&placements, recordings, &mut findings);
-    if let Some(turn) = turns.first() {
-        settle_gyro_unit(
-            &recordings[turn.recording],
-            turn,
-            &placements,
-            options,
-            &mut gyro_scale,
-            &mut findings,
-        );
-    }
     Ok(Segmentation {
         placements,
         turns,
@@ -216,35 +207,41 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
 }
 
 /// What the moves between the stills of each recording say of the gyroscope: its
-/// unit, and full turns.
+/// unit, and full turns. The turns that are `named` tell the unit, too.
 fn between_stills(
     recordings: &[Recording],
     drafts: &[Draft],
+    named: &[Turn],
     options: &SegmentOptions,
     findings: &mut Vec<Finding>,
 ) -> (Option<GyroScale>, Vec<Turn>) {
-    let moves: Vec<Vec<turns::Motion>> = recordings
-        .iter()
-        .enumerate()
-        .map(|(index, recording)| {
-            let spans: Vec<_> = drafts
-                .iter()
-                .filter(|d| d.recording == index)
-                .flat_map(|d| d.rows.iter().cloned())
-                .collect();
-            turns::motions(recording, &spans)
-        })
-        .collect();
-    let most = (0..moves.len())
-        .rev()
-        .max_by_key(|i| moves[*i].len())
-        .unwrap_or(0);
-    let scale = turns::decide_gyro_unit(&recordings[most], &moves[most], findings);
     let angle = options.turn_angle_deg.to_radians();
-    let mut turns: Vec<Turn> = moves
+    let mut evidence = gyro_unit::Evidence::default();
+    let mut all = Vec::new();
+    for (index, recording) in recordings.iter().enumerate() {
+        let mut stills: Vec<_> = drafts
+            .iter()
+            .filter(|d| d.recording == index)
+            .flat_map(|d| d.rows.iter().cloned())
+            .collect();
+        stills.sort_by_key(|rows| rows.start);
+        let motions = turns::motions(recording, &stills);
+        evidence.add(recording, &stills, &motions);
+        for turn in named.iter().filter(|t| t.recording == index) {
+            if let Some(integral) = turns::plain_integral(recording, &turn.rows, &stills) {
+                evidence.add_known_turn(integral, angle);
+            }
+        }
+        all.push(motions);
+    }
+    let scale = recordings
+        .iter()
+        .find_map(|r| gyro_unit::Claims::of(r, None))
+        .map(|claims| gyro_unit::decide(claims, &evidence, findings));
+    let mut turns: Vec<Turn> = all
         .iter()
         .enumerate()
-        .flat_map(|(index, moves)| turns::full_turns(index, moves, scale, angle))
+        .flat_map(|(index, motions)| turns::full_turns(index, motions, scale, angle))
         .collect();
     for turn in &mut turns {
         // Found by the board's channel, meant about an axis of the case.

@@ -1,11 +1,10 @@
-//! Motions between stills: full turns about one axis, and what the change of
-//! gravity's direction says about the unit of the gyroscope.
+//! Motions between stills, and full turns about one axis among them.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, Origin};
-use crate::recording::{Finding, Recording};
+use crate::recording::Recording;
+use crate::recording::units::GyroScale;
 
 use super::face::angle_deg;
 use super::still::moments;
@@ -103,25 +102,9 @@ pub fn motions(recording: &Recording, stills: &[Range<usize>]) -> Vec<Motion> {
     out
 }
 
-/// Units that a gyroscope can be in: name, counts per °/s, and file units per
-/// rad/s.
-fn hypotheses() -> Vec<GyroScale> {
-    let scale = |unit, lsb_per_deg_s| GyroScale {
-        unit,
-        lsb_per_deg_s,
-        origin: Origin::Data,
-    };
-    let mut all = vec![
-        scale(GyroUnit::RadianPerSecond, None),
-        scale(GyroUnit::DegreePerSecond, None),
-    ];
-    all.extend(LSB_PER_DEG_S.map(|lsb| scale(GyroUnit::Counts, Some(lsb))));
-    all
-}
-
 /// Angle between gravity turned by the integrated rate and gravity as it was
 /// found in the still after, for files units per rad/s of `nominal`.
-fn residual_deg(recording: &Recording, motion: &Motion, nominal: f64) -> f64 {
+pub(super) fn residual_deg(recording: &Recording, motion: &Motion, nominal: f64) -> f64 {
     let Some(gyro) = &recording.gyro else {
         return f64::NAN;
     };
@@ -157,159 +140,29 @@ fn rotate_back(v: [f64; 3], step: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| v[i] * cosine + cross[i] * sine + k[i] * along * (1.0 - cosine))
 }
 
-/// Scales within this factor of each other (InvenSense's and ST's) are told apart by all
-/// turns together: a single one of less than half a turn does not part them by 5°.
-const ALIKE: f64 = 1.3;
-
-/// Turns of gravity under this angle decide nothing.
-const LEAST_TURN_DEG: f64 = 10.0;
-
-/// Decides the unit of the gyroscope by letting every turn of gravity vote:
-/// the best hypothesis counts when its residual is under max(3°, 0.15·Δ) and
-/// the next one is over three times that and over 5°. Three votes decide
-/// against a header, one where there is none; and the hypothesis has to fit
-/// more than half of all turns. What was decided, or that nothing
-/// could be, goes to `findings`.
-#[must_use]
-pub fn decide_gyro_unit(
+/// Integral of the angular rate over `rows`, less the bias that the stills show,
+/// unit of the file · s; none without a gyroscope or a rate.
+pub(super) fn plain_integral(
     recording: &Recording,
-    motions: &[Motion],
-    findings: &mut Vec<Finding>,
-) -> Option<GyroScale> {
-    let claimed = recording.gyro_scale?;
-    if claimed.origin == Origin::Given && claimed.nominal().is_some() {
-        return Some(claimed);
-    }
-    let all = hypotheses();
-    let mut votes = vec![0_usize; all.len()];
-    // Sum of the squared residuals of the turns that voted.
-    let mut misfit = vec![0.0; all.len()];
-    let alike = |i: usize, o: usize| {
-        let ratio = all[i].nominal().zip(all[o].nominal()).map(|(a, b)| a / b);
-        ratio.is_some_and(|r| (1.0 / ALIKE..=ALIKE).contains(&r))
-    };
-    let mut fits = vec![0_usize; all.len()];
-    let mut turns = 0;
-    for motion in motions {
-        let delta = angle_deg(motion.gravity[0], motion.gravity[1]);
-        if delta < LEAST_TURN_DEG {
-            continue;
-        }
-        turns += 1;
-        let mut residuals: Vec<(usize, f64)> = all
-            .iter()
-            .enumerate()
-            .filter(|(_, h)| claimed.origin != Origin::Given || h.unit == claimed.unit)
-            .filter_map(|(i, h)| Some((i, residual_deg(recording, motion, h.nominal()?))))
-            .filter(|(_, r)| r.is_finite())
-            .collect();
-        for &(i, residual) in &residuals {
-            fits[i] += usize::from(residual < (0.15 * delta).max(3.0));
-        }
-        residuals.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let next = |best: usize| residuals.iter().find(|(i, _)| !alike(*i, best));
-        if let Some(&best) = residuals.first()
-            && best.1 < (0.15 * delta).max(3.0)
-            && next(best.0).is_some_and(|next| next.1 > 3.0 * best.1 && next.1 > 5.0)
-        {
-            votes[best.0] += 1;
-            for &(i, residual) in &residuals {
-                misfit[i] += residual * residual;
-            }
+    rows: &Range<usize>,
+    stills: &[Range<usize>],
+) -> Option<[f64; 3]> {
+    let gyro = recording.gyro.as_ref()?;
+    let (mut sum, mut count) = ([0.0; 3], 0.0);
+    for still in stills {
+        let (mean, rows) = (moments(gyro, still.clone()).0, still.len() as f64);
+        if mean.iter().all(|m| m.is_finite()) {
+            count += rows;
+            (0..3).for_each(|i| sum[i] += mean[i] * rows);
         }
     }
-    let cast: usize = votes.iter().sum();
-    // Of scales that are alike the one that fits all turns best.
-    let votes: Vec<usize> = (0..all.len())
-        .map(|i| {
-            (0..all.len())
-                .filter(|o| alike(i, *o))
-                .map(|o| votes[o])
-                .sum()
-        })
-        .collect();
-    let most = votes.iter().copied().max()?;
-    let best = (0..all.len())
-        .filter(|&i| votes[i] == most)
-        .min_by(|&i, &o| misfit[i].total_cmp(&misfit[o]))?;
-    let same = |h: &GyroScale| {
-        h.unit == claimed.unit
-            && (claimed.lsb_per_deg_s.is_none() || h.lsb_per_deg_s == claimed.lsb_per_deg_s)
-    };
-    // A scale that is none of these fits a motion now and then, five times
-    // round being as good as once; the right one fits most of them.
-    let clear = votes[best] * 4 > cast * 3 && fits[best] * 2 > turns;
-    let file = &recording.name;
-    let needed = if claimed.origin == Origin::Header {
-        3
-    } else {
-        1
-    };
-    if clear && (votes[best] >= needed || (cast > 0 && same(&all[best]))) {
-        let found = all[best];
-        if claimed.unit != found.unit && claimed.origin == Origin::Header {
-            findings.push(
-                Finding::warning(
-                    "unit-mismatch",
-                    format!(
-                        "the header says {} for the gyroscope, but {} turns of gravity agree with {}; taken so",
-                        claimed.unit.name(),
-                        votes[best],
-                        found.unit.name()
-                    ),
-                )
-                .in_file(file),
-            );
-        }
-        return Some(found);
+    let bias = sum.map(|s| s / f64::max(count, 1.0));
+    let mut integral = [0.0; 3];
+    for row in rows.clone() {
+        let period = sample_period_s(recording, row)?;
+        (0..3).for_each(|i| integral[i] += (gyro[i][row] - bias[i]) * period);
     }
-    findings.push(
-        Finding::note(
-            "gyro-unit-unverified",
-            match claimed.unit {
-                GyroUnit::Unknown => {
-                    "nothing tells the unit of the gyroscope: no header, and no turn between stills; --gyro-unit says it".to_owned()
-                }
-                GyroUnit::Counts if claimed.nominal().is_none() => {
-                    let sheet = if turns > 0 {
-                        " (131, 65.5, 32.8 and 16.4 per °/s, as an MPU6050 has, and those of ST's sensors do not fit the turns)"
-                    } else {
-                        ""
-                    };
-                    format!("the gyroscope is in counts of a scale that nothing tells{sheet}; --gyro-range says it, and turns between stills show it")
-                }
-                unit => format!(
-                    "the gyroscope is taken as {}{}; no turn between stills verifies it{}",
-                    unit.name(),
-                    if claimed.origin == Origin::Header { " as the header says" } else { "" },
-                    // One wrong unit in a header makes the other doubtful.
-                    if claimed.origin == Origin::Header
-                        && recording.findings.iter().any(|f| f.kind == "unit-mismatch")
-                    {
-                        ", and the same header is wrong about the accelerometer"
-                    } else {
-                        ""
-                    }
-                ),
-            },
-        )
-        .in_file(file),
-    );
-    Some(claimed)
-}
-
-/// The unit in which a turn by a known angle comes out right within 25 %.
-#[must_use]
-pub fn unit_by_known_turn(integral: [f64; 3], angle_rad: f64) -> Option<GyroScale> {
-    let size = integral.iter().map(|v| v * v).sum::<f64>().sqrt() / angle_rad.abs();
-    let off = |h: &GyroScale| {
-        h.nominal()
-            .map_or(f64::INFINITY, |n| (size / n - 1.0).abs())
-    };
-    hypotheses()
-        .into_iter()
-        .min_by(|a, b| off(a).total_cmp(&off(b)))
-        .filter(|h| off(h) < 0.25)
+    Some(integral)
 }
 
 /// Turns by `angle_rad` among the moves: one axis carries the turn, its angle in
@@ -358,16 +211,5 @@ mod tests {
             v = rotate_back(v, [1_f64.to_radians(), 0.0, 0.0]);
         }
         assert!(angle_deg(v, [0.0, 1.0, 0.0]) < 1e-6, "{v:?}");
-    }
-
-    #[test]
-    fn a_known_turn_tells_the_unit() {
-        let unit = |size: f64| {
-            unit_by_known_turn([0.1, size, 0.0], TAU).map(|s| (s.unit, s.lsb_per_deg_s))
-        };
-        assert_eq!(unit(-6.1), Some((GyroUnit::RadianPerSecond, None)));
-        assert_eq!(unit(371.0), Some((GyroUnit::DegreePerSecond, None)));
-        assert_eq!(unit(360.0 * 16.7), Some((GyroUnit::Counts, Some(16.4))));
-        assert_eq!(unit(40.0), None);
     }
 }

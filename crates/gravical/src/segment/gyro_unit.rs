@@ -1,0 +1,576 @@
+//! The unit of a gyroscope: one rule, whoever asks.
+//!
+//! The user's word; else what the turns of gravity between stills show, or turns
+//! by a known angle; else the calibration that is there; else the header, which
+//! is then said to be unverified; else whole numbers are counts. Turns may refute
+//! header and calibration. Where nothing claims a unit, where the header is wrong
+//! about the accelerometer and where it contradicts the calibration, the noise at
+//! rest chooses between rad/s and °/s: gyroscopes that people can afford have 0.02
+//! to 0.5 °/s of it per sample, which read as rad/s would be 0.0004 to 0.009.
+
+use std::ops::Range;
+
+use super::face::angle_deg;
+use super::still::moments;
+use super::turns::{Motion, residual_deg};
+use crate::calibration_file::GyroscopeSection;
+use crate::recording::resolution::{floors, resolution};
+use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, Origin};
+use crate::recording::{Finding, Recording};
+
+/// Units that a gyroscope can be in.
+fn hypotheses() -> Vec<GyroScale> {
+    let scale = |unit, lsb_per_deg_s| GyroScale {
+        unit,
+        lsb_per_deg_s,
+        origin: Origin::Data,
+    };
+    let mut all = vec![
+        scale(GyroUnit::RadianPerSecond, None),
+        scale(GyroUnit::DegreePerSecond, None),
+    ];
+    all.extend(LSB_PER_DEG_S.map(|lsb| scale(GyroUnit::Counts, Some(lsb))));
+    all
+}
+
+/// Scales within this factor of each other (InvenSense's and ST's) are told apart by all
+/// turns together: a single one of less than half a turn does not part them by 5°.
+const ALIKE: f64 = 1.3;
+
+fn alike(a: &GyroScale, b: &GyroScale) -> bool {
+    let ratio = a.nominal().zip(b.nominal()).map(|(a, b)| a / b);
+    ratio.is_some_and(|r| (1.0 / ALIKE..=ALIKE).contains(&r))
+}
+
+/// What is said about the unit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Claims<'a> {
+    /// The recording.
+    pub file: &'a str,
+    /// By option, header or whole numbers.
+    pub scale: GyroScale,
+    /// The gyroscope of the calibration that is applied or checked.
+    pub calibration: Option<&'a GyroscopeSection>,
+    /// The header is wrong about the accelerometer.
+    pub header_is_wrong: bool,
+}
+
+impl<'a> Claims<'a> {
+    /// Of a recording that is read as a whole; none without a gyroscope.
+    pub fn of(recording: &'a Recording, calibration: Option<&'a GyroscopeSection>) -> Option<Self> {
+        Some(Claims {
+            file: &recording.name,
+            scale: recording.gyro.as_ref().and(recording.gyro_scale)?,
+            calibration,
+            header_is_wrong: recording.findings.iter().any(|f| f.kind == "unit-mismatch"),
+        })
+    }
+}
+
+/// What the data show of the unit.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Evidence {
+    /// Turns that could decide.
+    turns: usize,
+    /// Of each hypothesis: the turns that speak for it alone, and those that it
+    /// fits.
+    votes: Vec<usize>,
+    fits: Vec<usize>,
+    /// … and the sum of its squared residuals over the turns that speak for any, deg².
+    misfit: Vec<f64>,
+    /// Standard deviation of a sample at rest, unit of the file.
+    noise: Option<f64>,
+    /// Not all values are whole numbers.
+    fractions: bool,
+}
+
+/// Turns of gravity under this angle decide nothing.
+const LEAST_TURN_DEG: f64 = 10.0;
+
+/// So many turns decide against a header or a calibration; a known turn counts
+/// as many, since its angle is not gravity's alone.
+const ENOUGH: usize = 3;
+
+/// A known turn comes out right within this factor.
+const KNOWN_TURN: f64 = 1.25;
+
+/// Between the noise of a usual gyroscope in rad/s and in °/s: 0.09 °/s is
+/// 0.0016 rad/s, and this is their geometric mean.
+const BETWEEN: f64 = 0.012;
+
+/// Rows that noise is looked at over.
+const BLOCK: usize = 50;
+
+impl Evidence {
+    /// What the stills and the motions between them show, in the unit of the file.
+    pub fn of(recording: &Recording, stills: &[Range<usize>], motions: &[Motion]) -> Self {
+        let mut evidence = Evidence::default();
+        evidence.add(recording, stills, motions);
+        evidence
+    }
+
+    /// The same of one more recording of the session.
+    pub fn add(&mut self, recording: &Recording, stills: &[Range<usize>], motions: &[Motion]) {
+        let Some(gyro) = &recording.gyro else { return };
+        self.add_rest(gyro, stills);
+        for motion in motions {
+            self.add_turn(recording, motion);
+        }
+    }
+
+    /// Noise and fractions of the rows at rest.
+    pub fn add_rest(&mut self, gyro: &[Vec<f64>; 3], stills: &[Range<usize>]) {
+        let mut rows = stills.iter().flat_map(Clone::clone).take(2000);
+        self.fractions |= rows.any(|row| gyro.iter().any(|c| c[row].fract().abs() > 0.0));
+        self.noise = self.noise.or_else(|| noise(gyro, stills));
+    }
+
+    /// One turn of gravity: the best hypothesis counts when its residual is under
+    /// max(3°, 0.15·Δ) and the next one is over three times that and over 5°.
+    fn add_turn(&mut self, recording: &Recording, motion: &Motion) {
+        let delta = angle_deg(motion.gravity[0], motion.gravity[1]);
+        if delta < LEAST_TURN_DEG {
+            return;
+        }
+        let fits = |residual: f64| residual < (0.15 * delta).max(3.0);
+        let all = hypotheses();
+        let residuals: Vec<f64> = all
+            .iter()
+            .map(|h| match h.nominal() {
+                Some(nominal) => residual_deg(recording, motion, nominal),
+                None => f64::NAN,
+            })
+            .collect();
+        let fitting: Vec<usize> = (0..all.len()).filter(|&i| fits(residuals[i])).collect();
+        let mut order: Vec<usize> = (0..all.len())
+            .filter(|&i| residuals[i].is_finite())
+            .collect();
+        order.sort_by(|&i, &o| residuals[i].total_cmp(&residuals[o]));
+        let clear = order.first().copied().filter(|&best| {
+            let next = order.iter().find(|o| !alike(&all[best], &all[**o]));
+            let next = next.map_or(0.0, |o| residuals[*o]);
+            fits(residuals[best]) && next > 3.0 * residuals[best] && next > 5.0
+        });
+        self.count(1, &fitting, clear, &residuals);
+    }
+
+    /// A turn by `angle_rad` whose angular rate less the bias sums up to
+    /// `integral`, unit of the file · s.
+    pub fn add_known_turn(&mut self, integral: [f64; 3], angle_rad: f64) {
+        let residuals = residuals_of_known_turn(integral, angle_rad);
+        let best = (0..residuals.len()).min_by(|&i, &o| residuals[i].total_cmp(&residuals[o]));
+        let most = KNOWN_TURN.ln() * angle_rad.abs().to_degrees();
+        let shown = best.filter(|i| residuals[*i] < most);
+        self.count(ENOUGH, shown.as_slice(), shown, &residuals);
+    }
+
+    fn count(&mut self, weight: usize, fitting: &[usize], clear: Option<usize>, residuals: &[f64]) {
+        self.votes.resize(residuals.len(), 0);
+        self.fits.resize(residuals.len(), 0);
+        self.misfit.resize(residuals.len(), 0.0);
+        self.turns += weight;
+        fitting.iter().for_each(|i| self.fits[*i] += weight);
+        if let Some(i) = clear {
+            self.votes[i] += weight;
+            for (sum, residual) in self.misfit.iter_mut().zip(residuals) {
+                *sum += residual * residual;
+            }
+        }
+    }
+
+    /// The hypothesis that the turns speak for, with the number that do; of scales that are
+    /// alike the one that fits all turns best. A scale that is none of these fits a turn now
+    /// and then, five times round being as good as once; the right one fits most of them.
+    fn shown(&self) -> Option<(GyroScale, usize)> {
+        let all = hypotheses();
+        if self.votes.is_empty() {
+            return None;
+        }
+        let votes = |i: usize| -> usize {
+            let near = (0..all.len()).filter(|&o| o == i || alike(&all[i], &all[o]));
+            near.map(|o| self.votes[o]).sum()
+        };
+        let most = (0..all.len()).map(votes).max()?;
+        let best = (0..all.len())
+            .filter(|&i| votes(i) == most)
+            .min_by(|&i, &o| self.misfit[i].total_cmp(&self.misfit[o]))?;
+        let cast = self.votes.iter().sum::<usize>();
+        (most > 0 && most * 4 > cast * 3 && self.fits[best] * 2 > self.turns)
+            .then(|| (all[best], most))
+    }
+
+    fn by_noise(&self) -> Option<GyroUnit> {
+        self.noise.map(|noise| {
+            if noise < BETWEEN {
+                GyroUnit::RadianPerSecond
+            } else {
+                GyroUnit::DegreePerSecond
+            }
+        })
+    }
+}
+
+/// How far off a turn by a known angle comes out in each hypothesis, deg.
+fn residuals_of_known_turn(integral: [f64; 3], angle_rad: f64) -> Vec<f64> {
+    let size = gravical_core::matrix3::norm(&integral) / angle_rad.abs();
+    let off = |h: &GyroScale| {
+        h.nominal().map_or(f64::INFINITY, |n| {
+            (size / n).ln().abs() * angle_rad.abs().to_degrees()
+        })
+    };
+    hypotheses().iter().map(off).collect()
+}
+
+/// Standard deviation of a sample in the quietest quarter of short blocks at
+/// rest, mean of the axes, unit of the file; none for whole numbers (counts),
+/// without noise, and where rounding may hide the noise of either unit.
+fn noise(gyro: &[Vec<f64>; 3], stills: &[Range<usize>]) -> Option<f64> {
+    let mut levels: Vec<f64> = stills
+        .iter()
+        .flat_map(|s| s.clone().step_by(BLOCK).map(|i| i..(i + BLOCK).min(s.end)))
+        .filter(|b| b.len() >= 10)
+        .map(|b| (moments(gyro, b).1 / 3.0).sqrt())
+        .collect();
+    let whole = stills.iter().flat_map(Clone::clone).take(2000).all(|row| {
+        gyro.iter()
+            .all(|c| c[row].fract() == 0.0 || c[row].is_nan())
+    });
+    if whole || levels.is_empty() {
+        return None;
+    }
+    levels.sort_by(f64::total_cmp);
+    let rounding = (floors(&resolution(gyro)) / 3.0).sqrt();
+    let level = levels.get(levels.len() / 4).copied()?.max(rounding);
+    (level > 0.0 && (level > rounding || rounding < BETWEEN)).then_some(level)
+}
+
+/// Decides. What was decided against a claim, or could not be verified, goes to
+/// `findings`.
+pub(crate) fn decide(
+    claims: Claims<'_>,
+    evidence: &Evidence,
+    findings: &mut Vec<Finding>,
+) -> GyroScale {
+    let claimed = claims.scale;
+    let given = claimed.origin == Origin::Given;
+    if given && claimed.nominal().is_some() {
+        return claimed;
+    }
+    let header = (claimed.origin == Origin::Header).then_some(claimed.unit);
+    let section = claims
+        .calibration
+        .filter(|c| c.input_unit != GyroUnit::Unknown);
+    let calibrated = section.map(|c| c.input_unit);
+    let mut tell = |finding: Finding| findings.push(finding.in_file(claims.file));
+
+    if let Some((found, votes)) = evidence.shown() {
+        let agrees = calibrated == Some(found.unit)
+            || found.unit == claimed.unit
+                && (claimed.lsb_per_deg_s.is_none()
+                    || found.lsb_per_deg_s == claimed.lsb_per_deg_s);
+        let doubted = header.is_some() || calibrated.is_some();
+        let allowed = !given || found.unit == claimed.unit;
+        if allowed && (agrees || votes >= if doubted { ENOUGH } else { 1 }) {
+            if let Some(said) = header.filter(|said| *said != found.unit) {
+                tell(Finding::warning(
+                    "unit-mismatch",
+                    format!(
+                        "the header says {} for the gyroscope, but its turns come out right in {}; taken so",
+                        said.name(),
+                        found.unit.name()
+                    ),
+                ));
+            }
+            return found;
+        }
+    }
+
+    let by_noise = evidence.by_noise();
+    let noise = || format!("{:.2e}", evidence.noise.unwrap_or(f64::NAN));
+    if let Some(section) = section {
+        let wanted = section.input_unit;
+        // Counts per rad/s make counts per °/s.
+        let lsb = section.scale.iter().sum::<f64>() / 3.0 * 1_f64.to_radians();
+        let taken = GyroScale {
+            unit: wanted,
+            lsb_per_deg_s: (wanted == GyroUnit::Counts)
+                .then(|| claimed.lsb_per_deg_s.unwrap_or(lsb)),
+            origin: Origin::Assumed,
+        };
+        match header {
+            Some(said) if said == wanted => {
+                return GyroScale {
+                    origin: Origin::Header,
+                    ..taken
+                };
+            }
+            Some(said) if claims.header_is_wrong || by_noise == Some(wanted) => {
+                let why = if claims.header_is_wrong {
+                    "the header is wrong about the accelerometer".to_owned()
+                } else {
+                    format!(
+                        "its noise at rest, {}, is that of a gyroscope in {}",
+                        noise(),
+                        wanted.name()
+                    )
+                };
+                tell(Finding::warning(
+                    "unit-mismatch",
+                    format!(
+                        "the gyroscope is in {} as its header says, the calibration is for {}; {why}, and the calibration's unit is taken (--gyro-unit decides)",
+                        said.name(),
+                        wanted.name()
+                    ),
+                ));
+                return taken;
+            }
+            _ if given && claimed.unit != wanted => return claimed,
+            Some(_) => return claimed,
+            None if claimed.unit == wanted => return taken,
+            // Fractions are no counts, and counts are not rounded rates.
+            None if claimed.unit == GyroUnit::Counts
+                || wanted == GyroUnit::Counts && evidence.fractions =>
+            {
+                return claimed;
+            }
+            None => {
+                tell(Finding::note(
+                    "gyro-unit-unverified",
+                    format!(
+                        "only the calibration tells the unit of the gyroscope: taken as its {}; no turn between stills verifies it",
+                        wanted.name()
+                    ),
+                ));
+                return taken;
+            }
+        }
+    }
+
+    if let Some(unit) = by_noise.filter(|u| *u != claimed.unit)
+        && (claimed.unit == GyroUnit::Unknown || header.is_some() && claims.header_is_wrong)
+        && claimed.unit != GyroUnit::Counts
+    {
+        let why = match header {
+            None => "nothing states the unit of the gyroscope".to_owned(),
+            Some(said) => format!(
+                "the header says {} for the gyroscope, and is wrong about the accelerometer",
+                said.name()
+            ),
+        };
+        tell(Finding::warning(
+            "gyro-unit-by-noise",
+            format!(
+                "{why}; its noise at rest, {}, is that of a gyroscope in {}; taken so (--gyro-unit decides)",
+                noise(),
+                unit.name()
+            ),
+        ));
+        return GyroScale {
+            unit,
+            lsb_per_deg_s: None,
+            origin: Origin::Data,
+        };
+    }
+    let what = match claimed.unit {
+        GyroUnit::Unknown => {
+            "nothing tells the unit of the gyroscope: no header, and no turn between stills; --gyro-unit says it".to_owned()
+        }
+        GyroUnit::Counts if claimed.nominal().is_none() => {
+            let sheet = if evidence.turns > 0 {
+                " (none that a data sheet names fits the turns)"
+            } else {
+                ""
+            };
+            format!("the gyroscope is in counts of a scale that nothing tells{sheet}; --gyro-range says it, and turns between stills show it")
+        }
+        unit => format!(
+            "the gyroscope is taken as {}{}; no turn between stills verifies it{}",
+            unit.name(),
+            if header.is_some() { " as the header says" } else { "" },
+            // One wrong unit in a header makes the other doubtful.
+            if header.is_some() && claims.header_is_wrong {
+                ", and the same header is wrong about the accelerometer"
+            } else {
+                ""
+            }
+        ),
+    };
+    tell(Finding::note("gyro-unit-unverified", what));
+    claimed
+}
+
+/// Why a calibration is not for a gyroscope of this scale; none where it is.
+pub(crate) fn mismatch(section: &GyroscopeSection, scale: &GyroScale) -> Option<String> {
+    /// Beyond what any sensor is off, below the next range.
+    const ANOTHER_RANGE: f64 = 1.25;
+    let (unit, wanted) = (scale.unit, section.input_unit);
+    let how = match scale.origin {
+        Origin::Given => " as --gyro-unit says",
+        Origin::Header => " as its header says",
+        Origin::Data => " as its values show",
+        Origin::Assumed => "",
+    };
+    if wanted == GyroUnit::Unknown || unit == GyroUnit::Unknown && wanted != GyroUnit::Counts {
+        return None;
+    }
+    if unit == GyroUnit::Unknown {
+        return Some(
+            "the gyroscope has values with fractions, the calibration is for counts".to_owned(),
+        );
+    }
+    if unit != wanted {
+        return Some(format!(
+            "the gyroscope is in {}{how}, the calibration is for {}",
+            unit.name(),
+            wanted.name()
+        ));
+    }
+    let lsb = scale.lsb_per_deg_s.filter(|_| unit == GyroUnit::Counts)?;
+    let expected = section.scale.iter().sum::<f64>() / 3.0 * 1_f64.to_radians();
+    ((lsb / expected).ln().abs() > ANOTHER_RANGE.ln()).then(|| {
+        format!(
+            "the gyroscope has {lsb:.1} counts per °/s, the calibration is for {expected:.1}: another range"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{ReadOptions, read_bytes};
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn a_known_turn_tells_the_unit() {
+        let unit = |size: f64| {
+            let mut evidence = Evidence::default();
+            evidence.add_known_turn([0.1, size, 0.0], TAU);
+            let (scale, _) = evidence.shown()?;
+            Some((scale.unit, scale.lsb_per_deg_s))
+        };
+        assert_eq!(unit(-6.1), Some((GyroUnit::RadianPerSecond, None)));
+        assert_eq!(unit(371.0), Some((GyroUnit::DegreePerSecond, None)));
+        assert_eq!(unit(360.0 * 16.7), Some((GyroUnit::Counts, Some(16.4))));
+        assert_eq!(unit(40.0), None);
+    }
+
+    /// A still recording whose gyroscope has noise of `sigma` around `bias`.
+    fn recording(header: &str, sigma: f64, bias: f64) -> Recording {
+        let mut text = format!("{header}\n");
+        for i in 0..400_u32 {
+            let wave = |k: u32| f64::from((i * k) % 7) / 2.0 - 1.5;
+            text += &format!(
+                "{},{:.3},{:.3},{:.3},{:.5},{:.5},{:.5}\n",
+                i * 10,
+                0.01 * wave(3),
+                0.01 * wave(5),
+                9.81 + 0.01 * wave(2),
+                bias + sigma * wave(4),
+                bias + sigma * wave(3),
+                sigma * wave(5)
+            );
+        }
+        read_bytes(text.as_bytes(), "still.csv", &ReadOptions::default()).unwrap()
+    }
+
+    const BARE: &str = "t_ms,ax,ay,az,gx,gy,gz";
+    const WRONG: &str = "Timestamp,aX (g),aY (g),aZ (g),gX (°/s),gY (°/s),gZ (°/s)";
+    const HONEST: &str = "t_ms,ax (m/s^2),ay (m/s^2),az (m/s^2),gx (deg/s),gy (deg/s),gz (deg/s)";
+
+    fn decided(
+        recording: &Recording,
+        calibration: Option<GyroUnit>,
+        turns: Option<(GyroUnit, usize)>,
+    ) -> (GyroUnit, Vec<String>) {
+        let section = calibration.map(|input_unit| GyroscopeSection {
+            input_unit,
+            scale: [1.0; 3],
+            ..GyroscopeSection::default()
+        });
+        let whole = 0..recording.rows();
+        let mut evidence = Evidence::of(recording, std::slice::from_ref(&whole), &[]);
+        if let Some((unit, count)) = turns {
+            let shown = hypotheses().iter().position(|h| h.unit == unit);
+            let residuals = vec![0.0; hypotheses().len()];
+            (0..count).for_each(|_| evidence.count(1, shown.as_slice(), shown, &residuals));
+        }
+        let mut findings = Vec::new();
+        let claims = Claims::of(recording, section.as_ref()).unwrap();
+        let scale = decide(claims, &evidence, &mut findings);
+        (scale.unit, findings.into_iter().map(|f| f.kind).collect())
+    }
+
+    #[test]
+    fn who_decides() {
+        use GyroUnit::{Counts, DegreePerSecond as Deg, RadianPerSecond as Rad};
+        let (rad, deg) = (0.001, 0.06);
+        let told = |kind: &str| vec![kind.to_owned()];
+        let unverified = told("gyro-unit-unverified");
+        for (header, sigma, calibration, turns, unit, kinds) in [
+            // Noise, where nothing states the unit, or what states it was wrong once.
+            (BARE, rad, None, None, Rad, told("gyro-unit-by-noise")),
+            (BARE, deg, None, None, Deg, told("gyro-unit-by-noise")),
+            (WRONG, rad, None, None, Rad, told("gyro-unit-by-noise")),
+            (WRONG, deg, None, None, Deg, unverified.clone()),
+            (HONEST, rad, None, None, Deg, unverified.clone()),
+            // Turns, before all others; one is enough where nothing is claimed.
+            (
+                HONEST,
+                rad,
+                None,
+                Some((Rad, 3)),
+                Rad,
+                told("unit-mismatch"),
+            ),
+            (HONEST, rad, None, Some((Rad, 2)), Deg, unverified.clone()),
+            (HONEST, rad, None, Some((Deg, 1)), Deg, vec![]),
+            (BARE, deg, None, Some((Rad, 1)), Rad, vec![]),
+            (BARE, rad, Some(Rad), Some((Deg, 3)), Deg, vec![]),
+            // The calibration, before a header that is doubtful.
+            (BARE, deg, Some(Rad), None, Rad, unverified.clone()),
+            (
+                BARE,
+                deg,
+                Some(Counts),
+                None,
+                GyroUnit::Unknown,
+                told("gyro-unit-by-noise"),
+            ),
+            (HONEST, deg, Some(Deg), None, Deg, vec![]),
+            (HONEST, rad, Some(Rad), None, Rad, told("unit-mismatch")),
+            (HONEST, deg, Some(Rad), None, Deg, vec![]),
+            (WRONG, deg, Some(Rad), None, Rad, told("unit-mismatch")),
+        ] {
+            let recording = recording(header, sigma, 20.0 * sigma);
+            let got = decided(&recording, calibration, turns);
+            let kinds = if unit == GyroUnit::Unknown {
+                vec![]
+            } else {
+                kinds
+            };
+            assert_eq!(
+                got,
+                (unit, kinds),
+                "{header} {sigma} {calibration:?} {turns:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_calibration_at_another_range_is_not_for_this_gyroscope() {
+        let section = GyroscopeSection {
+            input_unit: GyroUnit::Counts,
+            scale: [131.0_f64.to_degrees(); 3],
+            ..GyroscopeSection::default()
+        };
+        let counts = |lsb| GyroScale {
+            unit: GyroUnit::Counts,
+            lsb_per_deg_s: lsb,
+            origin: Origin::Data,
+        };
+        assert_eq!(mismatch(&section, &counts(Some(131.0))), None);
+        assert_eq!(mismatch(&section, &counts(None)), None);
+        let why = mismatch(&section, &counts(Some(65.5))).unwrap();
+        assert!(why.contains("another range"), "{why}");
+    }
+}
