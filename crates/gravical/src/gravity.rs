@@ -24,7 +24,23 @@ impl Default for Gravity {
     }
 }
 
+/// Standard uncertainty of gravity when nothing is known of the place: 9.780 to
+/// 9.832 m/s² at sea level, all alike.
+const UNKNOWN_PLACE_MPS2: f64 = 0.015;
+/// … and by latitude and height: anomalies of the field.
+const ANOMALY_MPS2: f64 = 0.0005;
+
 impl Gravity {
+    /// Standard uncertainty, m/s²; a value that was given is taken as exact.
+    #[must_use]
+    pub fn uncertainty_mps2(&self) -> f64 {
+        match self.source {
+            GravitySource::Given => 0.0,
+            GravitySource::Latitude => ANOMALY_MPS2,
+            GravitySource::Standard => UNKNOWN_PLACE_MPS2,
+        }
+    }
+
     /// A value that is known, m/s².
     ///
     /// # Errors

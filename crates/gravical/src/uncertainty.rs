@@ -1,6 +1,7 @@
 //! What a covariance says: the χ² of a difference whatever its rank, and the
 //! variance of ‖a‖ at rest in one direction.
 
+use gravical_core::matrix3;
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SymmetricEigen, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -95,6 +96,43 @@ pub(crate) fn upper_tail(chi2: f64, degrees_of_freedom: f64) -> Option<f64> {
     ChiSquared::new(degrees_of_freedom)
         .ok()
         .map(|d| d.sf(chi2).clamp(0.0, 1.0))
+}
+
+/// What turning the board in its case leaves alone: the lengths of the rows of M
+/// (scale), the cosines between them (xy, yz, zx), and b.
+pub(crate) fn invariants(m: &[[f64; 3]; 3], b: &[f64; 3]) -> [f64; 9] {
+    let k = matrix3::row_norms(m);
+    let cosine = |p: usize, q: usize| matrix3::dot(&m[p], &m[q]) / (k[p] * k[q]);
+    [
+        k[0],
+        k[1],
+        k[2],
+        cosine(0, 1),
+        cosine(1, 2),
+        cosine(2, 0),
+        b[0],
+        b[1],
+        b[2],
+    ]
+}
+
+/// Derivatives of [`invariants`] by row-major M and b. That of a cosine is also
+/// the derivative of the angle, in rad, but for its sign.
+pub(crate) fn invariant_derivatives(m: &[[f64; 3]; 3]) -> [[f64; 12]; 9] {
+    let k = matrix3::row_norms(m);
+    let r = matrix3::scale_rows(m, &k.map(|k| 1.0 / k));
+    let mut out = [[0.0; 12]; 9];
+    for i in 0..3 {
+        out[i][3 * i..3 * i + 3].copy_from_slice(&r[i]);
+        let (p, q) = (i, (i + 1) % 3);
+        let cosine = matrix3::dot(&r[p], &r[q]);
+        for a in 0..3 {
+            out[3 + i][3 * p + a] = (r[q][a] - cosine * r[p][a]) / k[p];
+            out[3 + i][3 * q + a] = (r[p][a] - cosine * r[q][a]) / k[q];
+        }
+        out[6 + i][9 + i] = 1.0;
+    }
+    out
 }
 
 /// The second-order part of how ‖a‖ at rest along `n` follows errors d of the

@@ -34,7 +34,7 @@ use crate::uncertainty::{chi_square, covariance_of};
 
 pub(crate) use drift::{accepted as accepted_model, at_reference};
 use rests::{Rest, rests};
-use uncertainty::{Place, assumed, spread};
+use uncertainty::{Place, assumed, at_another_time, spread};
 pub(crate) use unit::judge as judge_unit;
 
 pub use gyroscope::GYRO_LIMIT_DEG_S;
@@ -142,11 +142,13 @@ pub fn check(
     );
 
     // Which readings count, where they stand, and how far they are off.
-    let covariance = covariance_of(section);
+    let differs = drift::accepted(calibration).is_none()
+        && (calibration.temperature_c.is_none() || rests.iter().any(|r| r.temperature_c.is_none()));
+    let covariance = covariance_of(section).map(|c| at_another_time(section, &c, differs));
     let places: Vec<Place> = rests
         .iter()
         .zip(&calibrated)
-        .map(|(rest, a)| Place::new(section, covariance.as_ref(), rest, *a, g))
+        .map(|(rest, a)| Place::new(section, covariance.as_ref(), rest, *a, &gravity))
         .collect();
     let counted = counted(&rests);
     let stills: Vec<StillCheck> = (0..rests.len())
@@ -161,7 +163,7 @@ pub fn check(
     let errors = DVector::from_iterator(used.len(), counted.iter().map(|i| stills[*i].error_mps2));
     let spread = covariance
         .as_ref()
-        .and_then(|c| spread(section, c, &used, g));
+        .and_then(|c| spread(section, c, &used, &gravity));
     let test = spread
         .as_ref()
         .and_then(|s| chi_square(&s.errors, &s.covariance))

@@ -5,8 +5,10 @@ use nalgebra::{Cholesky, DMatrix, DVector, SMatrix, SVector};
 
 use super::rests::Rest;
 use crate::calibration_file::AccelerometerSection;
+use crate::gravity::Gravity;
 use crate::uncertainty::{Covariance12, norm_curvature};
 use crate::validate::predicted::{sensitivity, variance};
+use crate::validate::trust::DRIFT_MPS2_PER_C;
 
 /// No mean of a cheap accelerometer is better than this, m/s² (0.1 mg): its bias
 /// wanders by as much from one minute to the next.
@@ -16,6 +18,26 @@ pub const FLOOR_MPS2: f64 = 0.001;
 /// end at speeds that differ by this, m/s; its mean is off by as much over T. It
 /// is 0.7 mg at 0.15 s and nothing at 3 s.
 pub const REST_SPEED_MPS: f64 = 0.001;
+
+/// Temperatures of a calibration and of a check that nobody recorded differ by
+/// this, °C: a part that has just been switched on warms up by as much in some
+/// minutes.
+const UNKNOWN_TEMPERATURE_C: f64 = 2.0;
+
+/// The covariance of a calibration, in the input unit, at a temperature that may
+/// be another one: `differs` where it is not known to be the same.
+pub(super) fn at_another_time(
+    section: &AccelerometerSection,
+    covariance: &Covariance12,
+    differs: bool,
+) -> Covariance12 {
+    let mut out = *covariance;
+    let drift = f64::from(differs) * UNKNOWN_TEMPERATURE_C * DRIFT_MPS2_PER_C;
+    for axis in 0..3 {
+        out[9 + axis][9 + axis] += (drift * section.scale[axis]).powi(2);
+    }
+    out
+}
 
 /// Poses this near to each other (chord of the unit sphere, 25°) share what the
 /// model of twelve parameters leaves out.
@@ -31,8 +53,8 @@ pub(super) struct Place {
     pub length: f64,
     /// Variance of the length by the reading.
     pub reading_variance: f64,
-    /// Variance by the calibration and its model error; none without a
-    /// covariance.
+    /// Variance by the calibration, its model error, and gravity where it is not
+    /// given; none without a covariance.
     pub calibration_variance: Option<f64>,
 }
 
@@ -42,7 +64,7 @@ impl Place {
         covariance: Option<&Covariance12>,
         rest: &Rest,
         calibrated: [f64; 3],
-        gravity: f64,
+        gravity: &Gravity,
     ) -> Self {
         let length = norm(&calibrated);
         let direction = calibrated.map(|v| v / length.max(f64::MIN_POSITIVE));
@@ -57,18 +79,30 @@ impl Place {
                 rest.duration_s,
             ),
             calibration_variance: covariance.map(|c| {
-                calibration_variance(section, c, direction, gravity) + model_error(section).powi(2)
+                calibration_variance(section, c, direction, gravity.value_mps2)
+                    + model_error(section).powi(2)
+                    + gravity.uncertainty_mps2().powi(2)
             }),
         }
     }
 }
 
+/// What real sensors miss the model of twelve parameters by when nothing tells,
+/// m/s²: 1.1 to 1.9 rms on three MPU-9150 and an MTi, some 40 poses each.
+const USUAL_MODEL_ERROR_MPS2: f64 = 0.002;
+
 /// What readings miss the model of twelve parameters by, m/s²: what the fit says
-/// of itself, else the error on placements that were left out beyond the
+/// of itself, or what is usual where it leaves nothing to tell, else the error on placements that were left out beyond the
 /// predicted one.
 fn model_error(section: &AccelerometerSection) -> f64 {
     if let Some(fit) = &section.fit {
-        return fit.model_error_mps2.max(0.0);
+        let nothing_tells = fit.freedom < 1.0;
+        let least = if nothing_tells {
+            USUAL_MODEL_ERROR_MPS2
+        } else {
+            0.0
+        };
+        return fit.model_error_mps2.max(least);
     }
     let left_out = section.leave_one_out_rms_mps2.unwrap_or(0.0);
     let predicted = section.predicted_norm_error_mps2.unwrap_or(0.0);
@@ -123,10 +157,14 @@ pub(super) fn spread(
     section: &AccelerometerSection,
     covariance: &Covariance12,
     places: &[&Place],
-    gravity: f64,
+    gravity: &Gravity,
 ) -> Option<Spread> {
+    let common = gravity.uncertainty_mps2().powi(2);
+    let gravity = gravity.value_mps2;
     let c = SMatrix::<f64, 12, 12>::from_fn(|r, k| covariance[r][k]);
-    let r = readings(section, places) + second_order(section, &c, places, gravity);
+    let mut r = readings(section, places) + second_order(section, &c, places, gravity);
+    // All stills stand in the same place.
+    r.add_scalar_mut(common);
     let model = inverse(&section.matrix)?;
     let mut d = SVector::<f64, 12>::zeros();
     let mut last: Option<(f64, Spread)> = None;

@@ -13,6 +13,7 @@ use crate::estimate::in_words;
 use crate::estimate::joint::{NORMAL_95, Source};
 use crate::gravity::Gravity;
 use crate::stats::{median, standard_deviation};
+use crate::uncertainty::invariant_derivatives;
 
 use super::predicted;
 
@@ -20,12 +21,7 @@ use super::predicted;
 const PROPOSED: usize = 3;
 /// Bias of an MPU6050 over temperature, m/s² per °C: ±35 mg from −40 to 85 °C
 /// on x and y, ±60 mg on z by its data sheet, 0.4 mg/°C in the middle.
-const DRIFT_MPS2_PER_C: f64 = 0.4e-3 * STANDARD_GRAVITY_MPS2;
-/// Standard uncertainty of gravity when nothing is known of the place: 9.780 to
-/// 9.832 m/s² at sea level, all alike.
-const UNKNOWN_PLACE_MPS2: f64 = 0.015;
-/// … and by latitude and height: anomalies of the field.
-const ANOMALY_MPS2: f64 = 0.0005;
+pub(crate) const DRIFT_MPS2_PER_C: f64 = 0.4e-3 * STANDARD_GRAVITY_MPS2;
 /// k of the expanded uncertainty.
 const COVERAGE: f64 = 2.0;
 
@@ -84,13 +80,10 @@ fn rms(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| (squares / values.len() as f64).sqrt())
 }
 
-/// Standard deviations by propagation: the scale is the length of a row of M,
-/// the angle between two axes the arc cosine of two rows.
+/// Standard deviations by propagation.
 fn deviations(estimate: &Estimate) -> Option<Deviations> {
     let c = estimate.covariance.as_ref()?;
     let m = &estimate.model;
-    let k = matrix3::row_norms(m);
-    let r = matrix3::scale_rows(m, &k.map(|k| 1.0 / k));
     let mut factor = NORMAL_95;
     let mut out = Deviations {
         bias: std::array::from_fn(|i| c[9 + i][9 + i].max(0.0).sqrt()),
@@ -103,23 +96,14 @@ fn deviations(estimate: &Estimate) -> Option<Deviations> {
         let own = estimate.joint.as_ref().map(|f| f.coverage_factor_95(h));
         factor = factor.max(own.unwrap_or(NORMAL_95));
     };
-    for i in 0..3 {
-        let mut h = [0.0; 12];
-        h[3 * i..3 * i + 3].copy_from_slice(&r[i]);
-        out.scale[i] = predicted::variance(c, &h).max(0.0).sqrt();
-        needs(&h);
-        let (p, q) = (i, (i + 1) % 3);
-        let cosine = matrix3::dot(&r[p], &r[q]);
-        let mut h = [0.0; 12];
-        for a in 0..3 {
-            h[3 * p + a] += (r[q][a] - cosine * r[p][a]) / k[p];
-            h[3 * q + a] += (r[p][a] - cosine * r[q][a]) / k[q];
+    for (row, h) in invariant_derivatives(m).iter().enumerate() {
+        needs(h);
+        let sd = predicted::variance(c, h).max(0.0).sqrt();
+        match row {
+            0..3 => out.scale[row] = sd,
+            3..6 => out.axis_angle_deg[row - 3] = sd.to_degrees(),
+            _ => {}
         }
-        out.axis_angle_deg[i] = predicted::variance(c, &h).max(0.0).sqrt().to_degrees();
-        needs(&h);
-        let mut h = [0.0; 12];
-        h[9 + i] = 1.0;
-        needs(&h);
     }
     out.coverage_factor_95 = factor;
     Some(out)
@@ -239,15 +223,16 @@ fn budget(
             format!("standard errors of the means; {tilt}"),
         ),
     }
-    let (uncertain, basis) = match gravity.source {
-        GravitySource::Given => (0.0, "taken as exact: it was given"),
-        GravitySource::Latitude => (ANOMALY_MPS2, "anomalies of the field at that latitude"),
-        GravitySource::Standard => (
-            UNKNOWN_PLACE_MPS2,
-            "9.80665 m/s² assumed; 9.780 to 9.832 at sea level",
-        ),
+    let basis = match gravity.source {
+        GravitySource::Given => "taken as exact: it was given",
+        GravitySource::Latitude => "anomalies of the field at that latitude",
+        GravitySource::Standard => "9.80665 m/s² assumed; 9.780 to 9.832 at sea level",
     };
-    add("local-gravity", Some(uncertain), basis.to_owned());
+    add(
+        "local-gravity",
+        Some(gravity.uncertainty_mps2()),
+        basis.to_owned(),
+    );
     match temperature {
         Some(range) if temperatures.len() > 1 => {
             let spread = standard_deviation(temperatures);
