@@ -235,6 +235,11 @@ pub struct Position {
     /// fit; null where the rest determines too little.
     #[serde(default)]
     pub left_out_error_mps2: Option<f64>,
+    /// Standard deviation that this error should have, by the covariance of the
+    /// fit without them and the noise of the mean, m/s²; null where the method
+    /// does not say.
+    #[serde(default)]
+    pub left_out_sd_mps2: Option<f64>,
     /// False when it took no part in the fit.
     #[serde(default = "yes")]
     pub fitted: bool,

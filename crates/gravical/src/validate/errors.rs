@@ -54,6 +54,7 @@ pub fn positions(
                 tilt_sd_deg: own.tilt_deg.and_then(|(_, sd)| sd),
                 magnitude_error_mps2: Some(length - gravity),
                 left_out_error_mps2: own.left_out_error,
+                left_out_sd_mps2: own.left_out_sd,
                 fitted: own.fitted,
             }
         })

@@ -2,16 +2,22 @@
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use crate::calibration_file::{AccelerometerSection, Grade, PositionKind, TiltSource, Verdict};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::calibration_file::{
+    AccelerometerSection, Grade, Position, PositionKind, TiltSource, Verdict,
+};
 use crate::recording::Finding;
 
 use super::errors::free_norm_error;
 
 /// Kinds of findings that make a calibration poor.
-const GATES: [&str; 6] = [
+const GATES: [&str; 8] = [
     "scale-off",
     "large-bias",
     "clipped-hold",
+    "missing-face",
+    "same-face-twice",
     "names-mirrored",
     "turned-other-way",
     "oblique-off",
@@ -23,9 +29,12 @@ const FAIR_MG: f64 = 20.0;
 /// Predicted 2σ error beyond which a result that nothing verifies is poor: six
 /// faces placed by hand stay below.
 const UNVERIFIED_MG: f64 = 50.0;
-/// Errors of placements left out are good up to this, mg, or three predicted
-/// standard deviations.
-const GOOD_LEFT_OUT_MG: f64 = 10.0;
+/// With fewer degrees of freedom the readings leave nothing that could
+/// contradict the result.
+const LEAST_FREEDOM: f64 = 0.5;
+/// Placements left out contradict the result when the largest of their errors,
+/// each over its own standard deviation, is rarer than this among so many.
+const CHANCE: f64 = 1e-3;
 
 fn mg(mps2: f64) -> f64 {
     1000.0 * mps2 / STANDARD_GRAVITY_MPS2
@@ -74,7 +83,10 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
             figure(error)
         ));
     }
-    match section.leave_one_out_rms_mps2 {
+    match section
+        .leave_one_out_rms_mps2
+        .filter(|_| verifiable(section))
+    {
         Some(error) => reasons.push(format!(
             "{} placements left out of the fit one by one: the magnitude is off by {} rms",
             section
@@ -85,6 +97,14 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
             figure(error)
         )),
         None => reasons.push(unverified(section)),
+    }
+    if let Some(c) = contradiction(section).filter(|_| verifiable(section)) {
+        reasons.push(format!(
+            "{} contradicts the others: left out, its magnitude is off by {}, {:.1} times what chance allows",
+            c.position.label,
+            figure(c.error_mps2),
+            c.excess
+        ));
     }
     if section.leave_one_out_rms_mps2.is_none()
         && let Some((error, count)) = free_norm_error(&section.positions, gravity)
@@ -101,7 +121,7 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
     }
     reasons.extend(open_angles(section));
     if let Some(worst) = &section.worst_pose
-        && section.leave_one_out_rms_mps2.is_some()
+        && verifiable(section)
     {
         reasons.push(format!("hurts most: {} ({})", worst.label, worst.reason));
     }
@@ -130,27 +150,75 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
     Verdict { grade, reasons }
 }
 
-/// The grade by predicted error and placements left out. Their number alone
-/// says nothing.
+/// The grade by the predicted error, and by what placements left out say of it.
+/// Their number alone says nothing.
 fn measured(section: &AccelerometerSection) -> Grade {
     let Some(predicted) = section.predicted_norm_error_mps2 else {
         return Grade::NotVerifiable;
     };
-    let Some(left_out) = section.leave_one_out_rms_mps2 else {
-        return if 2.0 * mg(predicted) <= UNVERIFIED_MG {
-            Grade::NotVerifiable
-        } else {
-            Grade::Poor
-        };
+    let expected = 2.0 * mg(predicted);
+    let seen = match contradiction(section) {
+        Some(c) => mg(c.error_mps2).max(expected * c.excess),
+        None => expected,
     };
-    let limit = GOOD_LEFT_OUT_MG.max(3.0 * mg(predicted));
-    if 2.0 * mg(predicted) <= GOOD_MG && mg(left_out) <= limit {
+    if verifiable(section) && seen <= GOOD_MG {
         Grade::Good
-    } else if 2.0 * mg(predicted) <= FAIR_MG && mg(left_out) <= FAIR_MG.max(3.0 * mg(predicted)) {
+    } else if verifiable(section) && seen <= FAIR_MG {
         Grade::Fair
+    } else if seen <= UNVERIFIED_MG && seen <= expected {
+        Grade::NotVerifiable
     } else {
         Grade::Poor
     }
+}
+
+/// True when a placement can be left out, and the readings leave something over
+/// to judge by.
+fn verifiable(section: &AccelerometerSection) -> bool {
+    section.leave_one_out_rms_mps2.is_some() && !nothing_left(section)
+}
+
+/// True when there are as many parameters as readings to tell them.
+fn nothing_left(section: &AccelerometerSection) -> bool {
+    section.fit.is_some_and(|f| f.freedom < LEAST_FREEDOM)
+}
+
+/// A placement that the fit without it did not foresee.
+struct Contradiction<'a> {
+    position: &'a Position,
+    error_mps2: f64,
+    /// Its error over the largest that chance makes.
+    excess: f64,
+}
+
+/// The placement left out that contradicts the result most, if one does: its
+/// error over its own standard deviation is beyond Student's t with the degrees
+/// of freedom that the model error was estimated from (Bonferroni's correction
+/// for looking at all). Without standard deviations the predicted error over all
+/// directions has to do.
+fn contradiction(section: &AccelerometerSection) -> Option<Contradiction<'_>> {
+    let usual = section.predicted_norm_error_mps2?;
+    let left_out: Vec<(&Position, f64, f64)> = section
+        .positions
+        .iter()
+        .filter_map(|p| {
+            let error = p.left_out_error_mps2?.abs();
+            Some((p, error, p.left_out_sd_mps2.unwrap_or(usual)))
+        })
+        .collect();
+    let freedom = section.fit.map_or(1.0, |f| f.freedom.max(1.0));
+    let limit = StudentsT::new(0.0, 1.0, freedom)
+        .ok()?
+        .inverse_cdf(1.0 - 0.5 * CHANCE / left_out.len() as f64);
+    left_out
+        .into_iter()
+        .map(|(position, error_mps2, sd)| Contradiction {
+            position,
+            error_mps2,
+            excess: error_mps2 / (limit * sd),
+        })
+        .max_by(|a, b| a.excess.total_cmp(&b.excess))
+        .filter(|c| c.excess > 1.0)
 }
 
 fn unverified(section: &AccelerometerSection) -> String {
@@ -162,8 +230,14 @@ fn unverified(section: &AccelerometerSection) -> String {
     if section.method == "ferraris" && section.degrees_of_freedom > 0 {
         return "the six-face method compares no placement that it was not fitted to: its residuals prove nothing".to_owned();
     }
-    if fitted.count() == faces && faces == 6 {
+    if fitted.clone().count() == faces && faces == 6 {
         return "six faces determine six parameters of the magnitude exactly: the residuals of the fitted placements prove nothing".to_owned();
+    }
+    if nothing_left(section) {
+        return format!(
+            "{} placements determine the parameters and leave nothing over that could contradict them: nothing verifies the result",
+            fitted.count()
+        );
     }
     "too few placements to leave one out: nothing verifies the result".to_owned()
 }

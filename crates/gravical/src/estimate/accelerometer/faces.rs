@@ -7,6 +7,8 @@ use crate::estimate::linear::linear12;
 use crate::estimate::pose_noise::PoseNoise;
 use crate::estimate::{Reading, ferraris};
 use crate::recording::Finding;
+use crate::segment::Placement;
+use crate::segment::face::{Claim, Face};
 use crate::{Error, Result};
 
 use super::{ASSUMED_TILT_DEG, Estimate, EstimateOptions, Method, Session, UNUSUAL_TILT, Use};
@@ -31,6 +33,7 @@ pub(super) fn by_ferraris(
                 tilt_deg: face.map(|_| (placements[index].angle_deg, None)),
                 direction: None,
                 left_out_error: None,
+                left_out_sd: None,
                 bad: None,
             }
         })
@@ -66,24 +69,29 @@ fn placement_tilt(given: Option<f64>, face_angle_rms_deg: f64) -> PlacementTilt 
     PlacementTilt { value, source }
 }
 
-/// A face that lies further off is none for a method that takes it as exact,
-/// degrees (bias included).
+/// A placement that nobody names is no face for a method that takes faces as
+/// exact when it lies further off, degrees (bias included).
 const MOST_OFF_DEG: f64 = 12.0;
+
+/// The face that a placement is taken for: what it is named, unless another side
+/// is up; else the nearest, where that is near.
+fn exact_face(placement: &Placement) -> Option<Face> {
+    match placement.claim {
+        Some(Claim::Face(named)) if placement.face.is_none_or(|f| f == named) => Some(named),
+        _ => placement
+            .face
+            .filter(|_| placement.angle_deg <= MOST_OFF_DEG),
+    }
+}
 
 /// Least squares with the faces taken as exact: for precise fixtures, and it
 /// says so.
 pub(super) fn by_linear(session: &Session<'_>, noise: PoseNoise) -> Result<Estimate> {
     let placements = &session.segmentation.placements;
-    let level = |k: usize| placements[k].face.is_some() && placements[k].angle_deg <= MOST_OFF_DEG;
-    let used: Vec<usize> = (0..placements.len()).filter(|&k| level(k)).collect();
-    let readings: Vec<Reading> = used
-        .iter()
-        .map(|&k| Reading::from(&placements[k]))
-        .collect();
-    let directions: Vec<[f64; 3]> = used
-        .iter()
-        .filter_map(|&k| Some(placements[k].face?.direction()))
-        .collect();
+    let faces: Vec<Option<Face>> = placements.iter().map(exact_face).collect();
+    let used = || placements.iter().zip(&faces).filter(|(_, f)| f.is_some());
+    let readings: Vec<Reading> = used().map(|(p, _)| Reading::from(p)).collect();
+    let directions: Vec<[f64; 3]> = faces.iter().flatten().map(|f| f.direction()).collect();
     if readings.is_empty() {
         return Err(Error::input("missing-face", "no placement lies on a face")
             .with_hint("linear12 needs faces; leave --method out for poses of any kind"));
@@ -91,13 +99,14 @@ pub(super) fn by_linear(session: &Session<'_>, noise: PoseNoise) -> Result<Estim
     let fit = linear12(&readings, &directions, session.gravity)?;
     let uses = placements
         .iter()
-        .enumerate()
-        .map(|(k, p)| Use {
-            face: p.face.filter(|_| level(k)),
-            fitted: level(k),
-            tilt_deg: p.face.filter(|_| level(k)).map(|_| (p.angle_deg, None)),
+        .zip(&faces)
+        .map(|(p, face)| Use {
+            face: *face,
+            fitted: face.is_some(),
+            tilt_deg: face.map(|_| (p.angle_deg, None)),
             direction: None,
             left_out_error: None,
+            left_out_sd: None,
             bad: None,
         })
         .collect();
@@ -112,7 +121,7 @@ pub(super) fn by_linear(session: &Session<'_>, noise: PoseNoise) -> Result<Estim
         covariance: fit.covariance,
         uses,
         tilt: None,
-        degrees_of_freedom: (used.len() as u32).saturating_sub(6),
+        degrees_of_freedom: (readings.len() as u32).saturating_sub(6),
         faces: ferraris::sort_into_faces(placements, session.recordings).ok(),
         face_angle_rms_deg: None,
         quality: None,

@@ -3,6 +3,7 @@
 
 mod faces;
 mod poses;
+mod sensors;
 
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
@@ -12,6 +13,8 @@ use crate::calibration_file::{FitQuality, PlacementTilt};
 use crate::recording::{Finding, Recording};
 use crate::segment::Segmentation;
 use crate::segment::face::{AxisMap, Face, angle_deg};
+
+pub use sensors::one_sensor;
 
 use super::ferraris;
 use super::joint::JointFit;
@@ -91,6 +94,9 @@ pub struct Use {
     pub direction: Option<[f64; 3]>,
     /// ‖a‖ − g with it and its neighbours left out, m/s².
     pub left_out_error: Option<f64>,
+    /// Standard deviation that this error should have, m/s²; none where the
+    /// method does not say.
+    pub left_out_sd: Option<f64>,
     /// Left out because it does not fit: chance of that.
     pub bad: Option<f64>,
 }
@@ -158,8 +164,9 @@ pub struct Session<'a> {
 /// # Errors
 ///
 /// `missing-face`, `same-face-twice`, `left-handed`, `singular` (Ferraris);
-/// `underdetermined`, `not-converged`, `reading-values` (the others); `no-such-placement` (usage) for
-/// a name in `--face` or `--free`.
+/// `underdetermined`, `not-converged`, `reading-values` (the others); `sensors-differ`
+/// where recordings that can be fitted alone contradict each other;
+/// `no-such-placement` (usage) for a name in `--face` or `--free`.
 pub fn accelerometer(session: &Session<'_>, options: &EstimateOptions) -> Result<Estimate> {
     let nominal = session
         .recordings
@@ -167,6 +174,13 @@ pub fn accelerometer(session: &Session<'_>, options: &EstimateOptions) -> Result
         .and_then(|r| r.accel_scale.nominal());
     let about = nominal.unwrap_or_else(|| usual_scale(session));
     let noise = pose_noise(session.segmentation, about);
+    if session.recordings.len() > 1 {
+        let names: Vec<&str> = session.recordings.iter().map(|r| r.name.as_str()).collect();
+        let (poses, of_joint) = poses::joint_problem(session, options, &noise, nominal);
+        let placements = &session.segmentation.placements;
+        let recording_of: Vec<usize> = placements.iter().map(|p| p.recording).collect();
+        one_sensor(&poses, &recording_of, &names, &of_joint)?;
+    }
     match options.method {
         Method::Ferraris => faces::by_ferraris(session, options, noise),
         Method::Linear12 => faces::by_linear(session, noise),

@@ -16,6 +16,37 @@ use crate::{Error, Result};
 
 use super::{Estimate, EstimateOptions, MAGNITUDE_PARAMETERS, Method, Session, Use, distinct};
 
+/// The placements as the joint fit wants them, and what is known beside them.
+pub(super) fn joint_problem(
+    session: &Session<'_>,
+    options: &EstimateOptions,
+    noise: &PoseNoise,
+    nominal: Option<f64>,
+) -> (Vec<JointPose>, JointOptions) {
+    let placements = &session.segmentation.placements;
+    let poses: Vec<JointPose> = placements
+        .iter()
+        .enumerate()
+        .map(|(k, p)| JointPose {
+            mean: p.mean,
+            standard_error: noise.noise[k],
+            role: role(p, options, session.axes),
+        })
+        .collect();
+    let start = session
+        .faces_by_name
+        .then(|| start_by_names(&poses, nominal, session.gravity));
+    let joint_options = JointOptions {
+        gravity: session.gravity,
+        nominal,
+        prior: options.prior,
+        tilt: options.placement_tilt_deg.map(f64::to_radians),
+        quantisation: noise.quantisation,
+        start,
+    };
+    (poses, joint_options)
+}
+
 pub(super) fn by_joint(
     session: &Session<'_>,
     options: &EstimateOptions,
@@ -32,25 +63,7 @@ pub(super) fn by_joint(
         // of the closed form.
         ferraris::accelerometer(faces, session.gravity, Some(session.axes))?;
     }
-    let poses: Vec<JointPose> = placements
-        .iter()
-        .enumerate()
-        .map(|(k, p)| JointPose {
-            mean: p.mean,
-            standard_error: noise.noise[k],
-            role: role(p, options, session.axes),
-        })
-        .collect();
-    let joint_options = JointOptions {
-        gravity: session.gravity,
-        nominal,
-        prior: options.prior,
-        tilt: options.placement_tilt_deg.map(f64::to_radians),
-        quantisation: noise.quantisation,
-        start: session
-            .faces_by_name
-            .then(|| start_by_names(&poses, nominal, session.gravity)),
-    };
+    let (poses, joint_options) = joint_problem(session, options, &noise, nominal);
     let fit =
         joint(&poses, &joint_options).map_err(|e| undetermined::explain(e, placements, session))?;
     let turned = matrix3::scale_rows(&fit.model, &matrix3::row_norms(&fit.model).map(|k| 1.0 / k));
@@ -87,6 +100,7 @@ pub(super) fn by_joint(
                 .map(|(tilt, sd)| (tilt.to_degrees(), Some(sd.to_degrees()))),
             direction: Some(axes.to_case(pose.direction)),
             left_out_error: pose.left_out_error,
+            left_out_sd: pose.left_out_sd,
             bad: pose.bad,
         })
         .collect();
@@ -176,6 +190,7 @@ pub(super) fn by_magnitude(
                 tilt_deg: None,
                 direction: Some(force.map(|f| f / length)),
                 left_out_error: *error,
+                left_out_sd: None,
                 bad: None,
             }
         })

@@ -4,6 +4,7 @@ use gravical_core::matrix3;
 
 use crate::estimate::solve::Problem;
 use crate::segment::face::angle_deg;
+use crate::validate::predicted;
 
 use super::fit::{Fit, Held, Pose, axes_of, fit, roughly};
 use super::model;
@@ -19,11 +20,19 @@ const MOST_CONDITION: f64 = 1e4;
 /// taken for the refit: what it neglects is its square, 4 µg.
 const SMALL_STEP: f64 = 2e-3;
 
+/// ‖a‖ − g of a pose that a fit does not know, and the standard deviation that
+/// fit and reading predict for it, m/s².
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LeftOut {
+    pub error: f64,
+    pub sd: f64,
+}
+
 /// For every pose: refit without it and every pose within 25° of it, and
-/// ‖M⁻¹(u − b)‖ − g there, m/s². None where what remains does not determine the
+/// ‖M⁻¹(u − b)‖ − g there. None where what remains does not determine the
 /// parameters without the data-sheet prior, and for poses that were left out as
 /// bad.
-pub(super) fn errors(work: &[Pose], found: &Fit, held: &Held) -> Vec<Option<f64>> {
+pub(super) fn errors(work: &[Pose], found: &Fit, held: &Held) -> Vec<Option<LeftOut>> {
     let reduced = Reduced::new(found);
     let directions: Vec<[f64; 3]> = (0..found.model.places.len())
         .map(|place| found.model.direction(&found.state, place))
@@ -42,24 +51,44 @@ pub(super) fn errors(work: &[Pose], found: &Fit, held: &Held) -> Vec<Option<f64>
             if rest.iter().filter(|p| !p.left_out).count() < LEAST_POSES {
                 return None;
             }
-            let (m, b) = if axes_of(&rest) < 2 && !found.model.triangular {
-                in_another_frame(&rest, found, held)?
-            } else {
-                let bare = reduced.without(&gone);
-                if bare.condition() > MOST_CONDITION {
-                    return None;
-                }
-                let step = reduced.with_prior(&bare).step()?;
-                refit(&rest, found, held, &step)?
-            };
+            let ((m, b), variance): (Parameters, Variance<'_>) =
+                if axes_of(&rest) < 2 && !found.model.triangular {
+                    let other = in_another_frame(&rest, found, held)?;
+                    let covariance = other.full_covariance()?;
+                    let variance = move |h: &[f64; 12]| Some(predicted::variance(&covariance, h));
+                    ((other.state.m, other.state.b), Box::new(variance))
+                } else {
+                    let bare = reduced.without(&gone);
+                    if bare.condition() > MOST_CONDITION {
+                        return None;
+                    }
+                    let whole = reduced.with_prior(&bare);
+                    let at = refit(&rest, found, held, &whole.step()?)?;
+                    let elements = found.model.elements();
+                    let variance = move |h: &[f64; 12]| {
+                        let h: Vec<f64> = elements.iter().map(|&e| h[e]).collect();
+                        whole.variance(&h)
+                    };
+                    (at, Box::new(variance))
+                };
             let inverse = matrix3::inverse(&m)?;
             let force = matrix3::mul_vec(&inverse, &matrix3::sub(&work[k].mean, &b));
-            Some(model::norm(force) - held.gravity)
+            let h = predicted::sensitivity(&inverse, model::unit(force), held.gravity);
+            // The last three are the derivatives by b, and by the reading.
+            let reading = work[k].sd.map(|s| s.hypot(held.model_error));
+            let noise: f64 = (0..3).map(|i| (h[9 + i] * reading[i]).powi(2)).sum();
+            Some(LeftOut {
+                error: model::norm(force) - held.gravity,
+                sd: (variance(&h)? + noise).sqrt(),
+            })
         })
         .collect()
 }
 
 type Parameters = ([[f64; 3]; 3], [f64; 3]);
+
+/// Variance of hᵀ(M, b).
+type Variance<'a> = Box<dyn Fn(&[f64; 12]) -> Option<f64> + 'a>;
 
 /// M and b after a step of the shared parameters, or by a search where the step
 /// is too large to be believed.
@@ -87,7 +116,7 @@ fn refit(rest: &[Pose], found: &Fit, held: &Held, step: &[f64]) -> Option<Parame
 }
 
 /// Too few faces remain to hold the frame to the case: M is triangular then.
-fn in_another_frame(rest: &[Pose], found: &Fit, held: &Held) -> Option<Parameters> {
+fn in_another_frame(rest: &[Pose], found: &Fit, held: &Held) -> Option<Fit> {
     let open = Held {
         prior: None,
         ..*held
@@ -96,5 +125,5 @@ fn in_another_frame(rest: &[Pose], found: &Fit, held: &Held) -> Option<Parameter
     if bare.covariance.values.is_none() || bare.covariance.condition > MOST_CONDITION {
         return None;
     }
-    roughly(rest, held, &bare.start())
+    fit(rest, held, &bare.start()).filter(|f| f.converged)
 }

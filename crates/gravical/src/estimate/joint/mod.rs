@@ -35,6 +35,7 @@
 //! It fails where poses determine nothing: see [`JointError`].
 
 mod bad;
+mod curvature;
 mod fit;
 mod leave_out;
 mod model;
@@ -67,6 +68,8 @@ const TILT_RANGE: [f64; 2] = [0.02 / DEG, 10.0 / DEG];
 /// ‖a‖ that is less well known than this share of gravity in some direction is
 /// not known: the data sheet alone says as much.
 const UNKNOWN: f64 = 0.028;
+/// Rounds in which tilt and model error have to settle.
+const MOST_ROUNDS: i32 = 60;
 const DEG: f64 = 180.0 / std::f64::consts::PI;
 
 /// Fits M and b.
@@ -204,7 +207,13 @@ impl<'a> Search<'a> {
                 return Err(self.open(work));
             }
             if !found.converged {
-                return Err(JointError::NotConverged);
+                // Readings that contradict each other by many times their noise
+                // bend the tilts far off: with more noise they cannot.
+                if round == MOST_ROUNDS {
+                    return Err(JointError::NotConverged);
+                }
+                self.held.model_error = (2.0 * self.held.model_error).max(work[0].sd[0]);
+                continue;
             }
             self.start = found.start();
             let tilt = self.next_tilt(&found);
@@ -213,7 +222,7 @@ impl<'a> Search<'a> {
             let rests = (tilt / self.held.tilt - 1.0).abs() < 1e-3
                 && (error - self.held.model_error).abs()
                     < 1e-3 * self.held.model_error.max(1e-7 * scale);
-            if rests || round == 60 {
+            if rests || round == MOST_ROUNDS {
                 return Ok(found);
             }
             (self.held.tilt, self.held.model_error) = (tilt, error);
@@ -286,8 +295,12 @@ impl<'a> Search<'a> {
         found: Fit,
         bad: &[Option<f64>],
     ) -> Result<JointFit, JointError> {
-        let covariance = found.full_covariance().ok_or_else(|| self.open(work))?;
-        let inverse = matrix3::inverse(&found.state.m).ok_or(JointError::NotConverged)?;
+        let mut covariance = found.full_covariance().ok_or_else(|| self.open(work))?;
+        let second = curvature::second_order(&found).ok_or_else(|| self.open(work))?;
+        let curved = second.covariance(&found.state.m);
+        add(&mut covariance, &curved);
+        let (model, bias) = second.mean(&found.state.m, &found.state.b);
+        let inverse = matrix3::inverse(&model).ok_or(JointError::NotConverged)?;
         let (direction, sd) = predicted::weakest(&inverse, &covariance, self.held.gravity);
         let open = sd > UNKNOWN * self.held.gravity || !sd.is_finite();
         if open || !self.determined_without_prior(work) {
@@ -318,7 +331,8 @@ impl<'a> Search<'a> {
                     direction,
                     tilt,
                     bad: bad[k],
-                    left_out_error: left_out[k],
+                    left_out_error: left_out[k].map(|l| l.error),
+                    left_out_sd: left_out[k].map(|l| l.sd),
                 }
             })
             .collect();
@@ -330,17 +344,23 @@ impl<'a> Search<'a> {
             },
             &self.start,
         );
-        let sources = sources::by_source(
+        let mut sources = sources::by_source(
             work,
             &found,
             self.options.quantisation,
             self.held.model_error,
         )
         .ok_or_else(|| self.open(work))?;
+        // The second order is that of the tilts where there are any.
+        let faces = found.model.places.iter().any(|p| p.face.is_some());
+        let of = if faces { Source::Tilt } else { Source::Noise };
+        if let Some((_, part)) = sources.iter_mut().find(|(source, _)| *source == of) {
+            add(part, &curved);
+        }
         Ok(JointFit {
             sources,
-            model: found.state.m,
-            bias: found.state.b,
+            model,
+            bias,
             covariance,
             poses: results,
             tilt: self.held.tilt,
@@ -355,6 +375,12 @@ impl<'a> Search<'a> {
             oriented: !found.model.triangular,
             shared_tilts: found.model.places.iter().any(|p| p.readings.len() > 1),
         })
+    }
+}
+
+fn add(sum: &mut [[f64; 12]; 12], more: &[[f64; 12]; 12]) {
+    for (x, y) in sum.iter_mut().flatten().zip(more.iter().flatten()) {
+        *x += y;
     }
 }
 

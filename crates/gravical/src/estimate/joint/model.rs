@@ -1,5 +1,7 @@
 //! The joint model as a least-squares problem.
 
+use nalgebra::DMatrix;
+
 use crate::estimate::solve::{Jacobian, Problem, Shape};
 use crate::segment::face::Face;
 
@@ -10,6 +12,9 @@ const SCALE_SD: f64 = 0.03;
 const ANGLE_SD: f64 = 0.02 * std::f64::consts::SQRT_2;
 /// Standard deviation of a zero-g offset, m/s² (±60 mg).
 const BIAS_SD_MPS2: f64 = 0.6;
+
+/// Step of differences: their error is its square, and rounding over it.
+const DIFFERENCE: f64 = 1e-4;
 
 /// One mean reading as the model sees it.
 #[derive(Debug, Clone, Copy)]
@@ -129,6 +134,20 @@ pub(super) fn tilted(face: Face, d: [f64; 2]) -> ([f64; 3], [[f64; 3]; 2]) {
     (n, derivative)
 }
 
+/// Second derivatives of [`tilted`], by differences of the first.
+fn tilted_second(face: Face, d: [f64; 2]) -> [[[f64; 3]; 2]; 2] {
+    let at = |b: usize, step: f64| {
+        let mut moved = d;
+        moved[b] += step;
+        tilted(face, moved).1
+    };
+    let by = [0, 1].map(|b| (at(b, DIFFERENCE), at(b, -DIFFERENCE)));
+    [0, 1].map(|a| {
+        [0, 1]
+            .map(|b| std::array::from_fn(|i| (by[b].0[a][i] - by[b].1[a][i]) / (2.0 * DIFFERENCE)))
+    })
+}
+
 impl Model {
     /// Which of the twelve parameters are fitted.
     pub fn elements(&self) -> &'static [usize] {
@@ -143,6 +162,70 @@ impl Model {
             // A tilt belongs to a face; places are made that way.
             (Direction::Tilted(_), None) => [f64::NAN; 3],
         }
+    }
+
+    /// Second derivatives of every row of a block by (shared, local) parameters.
+    pub fn second_derivatives(&self, state: &State, block: usize) -> Vec<DMatrix<f64>> {
+        let elements = self.elements();
+        let p = elements.len();
+        let Some(place) = self.places.get(block) else {
+            return self.prior_second(state, block);
+        };
+        let (first, second) = match (state.at[block], place.face) {
+            (Direction::Tilted(d), Some(face)) => (tilted(face, d).1, tilted_second(face, d)),
+            (Direction::Any(n), _) => {
+                let inwards = n.map(|v| -v);
+                (tangents(n), [[inwards, [0.0; 3]], [[0.0; 3], inwards]])
+            }
+            (Direction::Tilted(_), None) => ([[f64::NAN; 3]; 2], [[[f64::NAN; 3]; 2]; 2]),
+        };
+        let mut out = vec![DMatrix::zeros(p + 2, p + 2); self.shape(block).residuals];
+        for (row, h) in out.iter_mut().enumerate().take(3 * place.readings.len()) {
+            let axis = row % 3;
+            let weight = self.gravity / place.readings[row / 3].sd[axis];
+            for a in 0..2 {
+                for (i, element) in elements.iter().enumerate() {
+                    if *element < 9 && element / 3 == axis {
+                        let mixed = weight * first[a][element % 3];
+                        (h[(i, p + a)], h[(p + a, i)]) = (mixed, mixed);
+                    }
+                }
+                for b in 0..2 {
+                    h[(p + a, p + b)] = weight * dot(state.m[axis], second[a][b]);
+                }
+            }
+        }
+        out
+    }
+
+    /// … of the prior, by differences of its derivatives.
+    fn prior_second(&self, state: &State, block: usize) -> Vec<DMatrix<f64>> {
+        let p = self.shared();
+        let m = self.shape(block).residuals;
+        let step = DIFFERENCE * norm(state.m[0]);
+        let slopes = |column: usize, sign: f64| {
+            let mut shared = vec![0.0; p];
+            shared[column] = sign * step;
+            let moved = self.moved(state, &shared, &[]);
+            let (mut r, mut j) = (vec![0.0; m], vec![0.0; m * p]);
+            let jacobian = Jacobian {
+                shared: &mut j,
+                local: &mut [],
+            };
+            self.evaluate(&moved, block, &mut r, Some(jacobian));
+            j
+        };
+        let mut out = vec![DMatrix::zeros(p, p); m];
+        for column in 0..p {
+            let (up, down) = (slopes(column, 1.0), slopes(column, -1.0));
+            for (row, h) in out.iter_mut().enumerate() {
+                for other in 0..p {
+                    let at = row * p + other;
+                    h[(other, column)] = (up[at] - down[at]) / (2.0 * step);
+                }
+            }
+        }
+        out
     }
 
     fn prior(&self, state: &State, nominal: f64, r: &mut [f64], jacobian: Option<Jacobian<'_>>) {

@@ -114,6 +114,13 @@ impl Triangle {
         singular_values(upper).map_or(f64::INFINITY, |values| values.max() / values.min())
     }
 
+    /// hᵀ (RᵀR)⁻¹ h: the variance of hᵀx, x the shared parameters.
+    pub fn variance(&self, h: &[f64]) -> Option<f64> {
+        let upper = self.rows.columns(0, self.shared);
+        let solved = upper.tr_solve_upper_triangular(&DVector::from_column_slice(h))?;
+        Some(solved.norm_squared()).filter(|v| v.is_finite())
+    }
+
     /// The step of the shared parameters to the minimum.
     pub fn step(&self) -> Option<Vec<f64>> {
         let upper = self.rows.columns(0, self.shared);

@@ -59,6 +59,9 @@ pub struct PoseResult {
     pub bad: Option<f64>,
     /// ‖a‖ − g when it and its neighbours within 25° are left out, m/s².
     pub left_out_error: Option<f64>,
+    /// Standard deviation that this error should have, by the fit without them
+    /// and the noise of the mean, m/s².
+    pub left_out_sd: Option<f64>,
 }
 
 /// The fitted accelerometer.

@@ -88,8 +88,7 @@ pub(super) fn findings(
         }
         return findings;
     };
-    findings
-        .extend(same_face_twice(estimate, placements).or_else(|| missing_face(estimate, gravity)));
+    findings.extend(face_twice(estimate, placements).or_else(|| missing_face(estimate, gravity)));
     if let Some(quality) = &section.fit {
         if let Some(condition) = weak {
             findings.push(Finding::note(
@@ -124,7 +123,7 @@ pub(super) fn findings(
     if fit.shared_tilts {
         findings.push(Finding::note(
             "same-placement",
-            "repeats of a face lay the same way to a fraction of their tilt: they average noise, not tilt. Turn the sensor by 180° on the table between repeats",
+            "some repeats of a face lay the same way to a fraction of their tilt: they average noise, not tilt. Turn the sensor by 180° on the table between repeats",
         ));
     }
     if let Some(tilt) = section.placement_tilt_deg
@@ -163,35 +162,51 @@ fn orientation_open(why: &str) -> Finding {
     )
 }
 
-/// Six placements of which two share a face while another face is missing: one
-/// was probably recorded twice.
-fn same_face_twice(estimate: &Estimate, placements: &[Placement]) -> Option<Finding> {
-    let faces: Vec<Face> = estimate.uses.iter().filter_map(|u| u.face).collect();
-    if placements.len() != 6 || faces.len() != 6 {
-        return None;
-    }
-    let twice = Face::all()
+/// A face that was recorded twice in place of another one, which is missing: by
+/// its name, or because there are six placements.
+fn face_twice(estimate: &Estimate, placements: &[Placement]) -> Option<Finding> {
+    let up = |k: usize| estimate.uses[k].face;
+    let all = || 0..placements.len();
+    let missing: Vec<Face> = Face::all()
         .into_iter()
-        .find(|f| faces.iter().filter(|g| *g == f).count() > 1)?;
-    let missing: Vec<String> = Face::all()
-        .into_iter()
-        .filter(|f| !faces.contains(f))
-        .map(Face::name)
+        .filter(|f| all().all(|k| up(k) != Some(*f)))
         .collect();
-    let both: Vec<&str> = (0..6)
-        .filter(|&k| estimate.uses[k].face == Some(twice))
-        .map(|k| placements[k].label.as_str())
-        .collect();
-    Some(Finding::warning(
-        "same-face-twice",
-        format!(
-            "{} points up in {} of six placements ({}), and no placement has {} up",
-            twice.name(),
-            both.len(),
-            both.join(" and "),
-            missing.join(", ")
-        ),
-    ))
+    let named = |k: usize| match placements[k].claim {
+        Some(Claim::Face(f)) => Some(f),
+        _ => None,
+    };
+    let first = |k: usize| all().find(|&j| j != k && up(j) == up(k));
+    let wrong = all().filter(|&k| named(k).is_some_and(|f| missing.contains(&f)));
+    let by_name = wrong
+        .filter(|&k| up(k).is_some())
+        .find_map(|k| Some((first(k)?, k)));
+    let by_count = || {
+        let six = placements.len() == 6 && all().all(|k| up(k).is_some());
+        let mut later = all().filter_map(|k| Some((first(k).filter(|&j| j < k)?, k)));
+        later.find(|_| six && !missing.is_empty())
+    };
+    let (one, other) = by_name.or_else(by_count)?;
+    let (p, q) = (&placements[one], &placements[other]);
+    let copied = p.mean == q.mean && p.count == q.count;
+    let absent: Vec<String> = missing.iter().map(|f| f.name()).collect();
+    Some(
+        Finding::warning(
+            "same-face-twice",
+            format!(
+                "{} points up in \"{}\" and in \"{}\"{}, and no placement has {} up: record {} again",
+                up(other)?.name(),
+                p.label,
+                q.label,
+                if copied { ", which hold the same readings" } else { "" },
+                absent.join(" or "),
+                named(other).filter(|f| missing.contains(f)).map_or_else(
+                    || format!("one of them with {} up", absent.join(" and ")),
+                    |f| format!("\"{}\" with {} up", q.label, f.name())
+                )
+            ),
+        )
+        .in_file(&q.source),
+    )
 }
 
 /// Faces only, and one of them missing: what that costs.
@@ -216,7 +231,7 @@ fn missing_face(estimate: &Estimate, gravity: f64) -> Option<Finding> {
     Some(Finding::warning(
         "missing-face",
         format!(
-            "{} of six faces are there; the magnitude is known badly with {} (1σ)",
+            "{} of six faces are there; the magnitude is known badly with {} (1σ). Record what is missing, or oblique placements",
             6 - missing.len(),
             list.join(", ")
         ),

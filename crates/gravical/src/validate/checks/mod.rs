@@ -17,6 +17,8 @@ const SCALE_GATE_PERCENT: f64 = 10.0;
 const SCALE_NOTE_PERCENT: f64 = 5.0;
 /// A bias above this is no MPU6050's, m/s² (0.35 g).
 const BIAS_GATE_MPS2: f64 = 0.35 * 9.80665;
+/// A bias above this is worth a word, m/s²: twice the ±60 mg of a data sheet.
+const BIAS_NOTE_MPS2: f64 = 1.2;
 /// Above this a face is accepted with a note, degrees.
 const FACE_NOTE_DEG: f64 = 10.0;
 
@@ -62,16 +64,24 @@ pub fn accelerometer(
     }
     let bias_mps2: [f64; 3] =
         std::array::from_fn(|i| (section.bias[i] - offset) / section.scale[i]);
-    let large: Vec<String> = (0..3)
-        .filter(|&i| bias_mps2[i].abs() > BIAS_GATE_MPS2)
-        .map(|i| format!("{} {:+.2} m/s²", axes[i], bias_mps2[i]))
-        .collect();
-    if !large.is_empty() && offset == 0.0 {
+    let above = |limit: f64| -> Option<String> {
+        let large: Vec<String> = (0..3)
+            .filter(|&i| bias_mps2[i].abs() > limit)
+            .map(|i| format!("{} {:+.2} m/s²", axes[i], bias_mps2[i]))
+            .collect();
+        (!large.is_empty() && offset == 0.0).then(|| large.join(", "))
+    };
+    if let Some(large) = above(BIAS_GATE_MPS2) {
         findings.push(Finding::warning(
             "large-bias",
+            format!("a bias above 0.35 g ({large}): no sensor of this kind has that"),
+        ));
+    } else if let Some(high) = above(BIAS_NOTE_MPS2) {
+        findings.push(Finding::warning(
+            "bias-high",
             format!(
-                "a bias above 0.35 g ({}): no sensor of this kind has that",
-                large.join(", ")
+                "the bias is {:.1} times what a data sheet allows, ±0.6 m/s² ({high}): was every side that is named really up, and is the unit right? If the part is like that, --prior off leaves the data sheet out",
+                bias_mps2.iter().fold(0.0_f64, |m, b| m.max(b.abs())) / (0.5 * BIAS_NOTE_MPS2)
             ),
         ));
     }
