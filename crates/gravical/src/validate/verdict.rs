@@ -206,6 +206,9 @@ fn contradiction(section: &AccelerometerSection) -> Option<Contradiction<'_>> {
             Some((p, error, p.left_out_sd_mps2.unwrap_or(usual)))
         })
         .collect();
+    if left_out.is_empty() {
+        return None;
+    }
     let freedom = section.fit.map_or(1.0, |f| f.freedom.max(1.0));
     let limit = StudentsT::new(0.0, 1.0, freedom)
         .ok()?

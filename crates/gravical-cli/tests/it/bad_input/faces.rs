@@ -14,12 +14,12 @@ fn missing_face() {
         &["missing: -y", "5 of six"],
     );
     // The joint fit does without, and says what that costs.
-    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
+    let file = calibrate(folder.path(), ". --gravity 9.81", 4);
     let told = finding(&file, "missing-face")["message"].as_str().unwrap();
     assert!(told.contains("-y up"), "{told}");
     let sd = numbers(&file["accelerometer"]["deviations"]["bias"]);
     assert!(sd[1] > 10.0 * sd[0].max(sd[2]), "{sd:?}");
-    assert_eq!(file["verdict"]["grade"], "not-verifiable");
+    assert_eq!(file["verdict"]["grade"], "poor");
 }
 
 #[test]
@@ -34,11 +34,23 @@ fn same_face_twice_among_six() {
         "same-face-twice",
         &["+y", "-y", "y_axis_pos.csv", "y_axis_neg.csv"],
     );
-    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
+    let file = calibrate(folder.path(), ". --gravity 9.81", 4);
     let told = finding(&file, "same-face-twice")["message"]
         .as_str()
         .unwrap();
     assert!(told.contains("no placement has -y up"), "{told}");
+    assert!(told.contains("\"y_axis_neg\" with -y up"), "{told}");
+    // A copy is one, too.
+    std::fs::copy(
+        folder.path().join("y_axis_pos.csv"),
+        folder.path().join("y_axis_neg.csv"),
+    )
+    .unwrap();
+    let file = calibrate(folder.path(), ". --gravity 9.81", 4);
+    let told = finding(&file, "same-face-twice")["message"]
+        .as_str()
+        .unwrap();
+    assert!(told.contains("the same readings"), "{told}");
 }
 
 /// Renames the six files: what lay under the first name stands under the second.

@@ -1,5 +1,7 @@
 //! Which poses are faces.
 
+use std::f64::consts::PI;
+
 use gravical_core::matrix3;
 
 use crate::segment::face::{Face, angle_deg};
@@ -31,8 +33,11 @@ const STEPS: i32 = 60;
 /// Poses that lie anywhere, by chance near axes, raise the logarithm of the
 /// likelihood by less than this.
 const NO_FACES: f64 = 5.0;
-/// A name says which of the six faces it is, and is right 19 times in 20.
-const NAME: f64 = 6.0 * 19.0;
+/// Tilt of a deliberate lean off the face that it is named after, rad.
+const LEAN: f64 = 10.0 / DEG;
+/// Shares of the named poses that lie on their face, of which the likeliest is
+/// taken: all but one in twenty, most, and half.
+const SHARES: [f64; 3] = [0.95, 0.8, 0.5];
 
 /// Angle of a reading to the face, rad, under M and b.
 fn off(mean: [f64; 3], inverse: &[[f64; 3]; 3], b: &[f64; 3], face: Face) -> f64 {
@@ -51,7 +56,7 @@ pub(super) fn first(poses: &[JointPose], work: &mut [Pose], (m, b): ([[f64; 3]; 
         if let Role::Face(face) = pose.role {
             work[k].face = Some(face);
         }
-        let Some((face, angle, _)) = candidate(pose, &inverse, &b) else {
+        let Some((face, angle)) = candidate(pose, &inverse, &b) else {
             continue;
         };
         let best = &mut nearest[face.index()];
@@ -69,71 +74,101 @@ pub(super) fn first(poses: &[JointPose], work: &mut [Pose], (m, b): ([[f64; 3]; 
     }
 }
 
-/// The face that a pose may be, its angle to it in rad, and how many times more
-/// likely that is than for a pose of which nothing is said.
-fn candidate(pose: &JointPose, inverse: &[[f64; 3]; 3], b: &[f64; 3]) -> Option<(Face, f64, f64)> {
+/// The face that a pose may be, and its angle to it in rad.
+fn candidate(pose: &JointPose, inverse: &[[f64; 3]; 3], b: &[f64; 3]) -> Option<(Face, f64)> {
     match pose.role {
-        Role::Named(face) => Some((face, off(pose.mean, inverse, b, face), NAME)),
+        Role::Named(face) => Some((face, off(pose.mean, inverse, b, face))),
         Role::Open => {
             let force = matrix3::mul_vec(inverse, &matrix3::sub(&pose.mean, b));
             let (face, angle_deg) = Face::nearest(force);
-            Some((face, angle_deg / DEG, 1.0))
+            Some((face, angle_deg / DEG))
         }
         Role::Face(_) | Role::Free => None,
     }
 }
 
-/// How many times more likely a pose `angle` from an axis lies on one of the six
-/// faces with tilts of `spread` than it points anywhere: the normal density of
-/// two components over a sixth of the sphere each, e^(−a²/2σ²)/(2πσ²)/6 over
-/// 1/4π.
-fn odds(angle: f64, spread: f64) -> f64 {
-    let variance = spread * spread;
-    (-angle * angle / (2.0 * variance)).exp() / (3.0 * variance)
+/// How placements lie in a session.
+#[derive(Debug, Clone, Copy)]
+struct Habit {
+    /// Standard deviation of each component of a face's tilt, rad.
+    spread: f64,
+    /// Share of the named poses that are meant to be faces.
+    share: f64,
 }
 
-/// Sorts the poses again by a fit: each is a face where that is more likely than
-/// a pose that points anywhere. Faces have the spread that makes all angles
-/// together likeliest, as a mixture: an estimate from what was taken for faces
-/// would grow with every deliberate lean among them. `least` is a tilt that was
-/// given.
+impl Habit {
+    /// Density of a pose `angle` from a face with this tilt, and of one that is
+    /// none, each times its share. Named, that one leans off its face; else it
+    /// points anywhere, while faces have a sixth of the sphere each.
+    fn densities(self, angle: f64, named: bool) -> [f64; 2] {
+        let normal = |sd: f64| (-0.5 * (angle / sd).powi(2)).exp() / (2.0 * PI * sd * sd);
+        if named {
+            [
+                self.share * normal(self.spread),
+                (1.0 - self.share) * normal(LEAN),
+            ]
+        } else {
+            [0.5 * normal(self.spread) / 6.0, 0.5 / (4.0 * PI)]
+        }
+    }
+
+    /// The likeliest for poses with these angles, named or not, as a mixture of
+    /// both kinds; the usual one where nothing looks like a face.
+    fn likeliest(poses: &[(f64, bool)]) -> Habit {
+        let [low, high] = SPREAD;
+        let spreads = (0..=STEPS).map(|i| low * (high / low).powf(f64::from(i) / f64::from(STEPS)));
+        let usual = Habit {
+            spread: ASSUMED_TILT,
+            share: SHARES[0],
+        };
+        spreads
+            .flat_map(|spread| SHARES.map(|share| Habit { spread, share }))
+            .map(|habit| {
+                // Against none being a face.
+                let gain = |(angle, named): &(f64, bool)| {
+                    let [face, none] = habit.densities(*angle, *named);
+                    let alone = if *named {
+                        none / (1.0 - habit.share)
+                    } else {
+                        2.0 * none
+                    };
+                    ((face + none) / alone).ln()
+                };
+                (habit, poses.iter().map(gain).sum::<f64>())
+            })
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(_, likelihood)| *likelihood > NO_FACES)
+            .map_or(usual, |(habit, _)| habit)
+    }
+}
+
+/// Sorts the poses again by a fit: each is a face where that is likelier than
+/// that it is none. Faces have the spread that makes all angles together
+/// likeliest: an estimate from what was taken for faces would grow with every
+/// deliberate lean among them. `least` is a tilt that was given.
 pub(super) fn sort(poses: &[JointPose], work: &mut [Pose], found: &Fit, least: f64) {
     let Some(inverse) = matrix3::inverse(&found.state.m) else {
         return;
     };
-    let candidates: Vec<Option<(Face, f64, f64)>> = poses
+    let named = |k: usize| matches!(poses[k].role, Role::Named(_));
+    let candidates: Vec<Option<(Face, f64)>> = poses
         .iter()
         .map(|pose| candidate(pose, &inverse, &found.state.b))
         .collect();
-    let there: Vec<(f64, f64)> = candidates
-        .iter()
-        .zip(work.iter())
-        .filter(|(_, pose)| !pose.left_out)
-        .filter_map(|(c, _)| c.map(|(_, angle, weight)| (angle, weight)))
+    let there: Vec<(f64, bool)> = (0..poses.len())
+        .filter(|&k| !work[k].left_out)
+        .filter_map(|k| Some((candidates[k]?.1, named(k))))
         .collect();
-    let spread = spread(&there).max(least);
-    for ((pose, candidate), work) in poses.iter().zip(candidates).zip(work) {
-        work.face = match (pose.role, candidate) {
+    let mut habit = Habit::likeliest(&there);
+    habit.spread = habit.spread.max(least);
+    for k in 0..poses.len() {
+        work[k].face = match (poses[k].role, candidates[k]) {
             (Role::Face(face), _) => Some(face),
-            (_, Some((face, angle, weight))) => {
-                (angle <= MOST && weight * odds(angle, spread) > 1.0).then_some(face)
+            (_, Some((face, angle))) => {
+                let [is_face, none] = habit.densities(angle, named(k));
+                (angle <= MOST && is_face > none).then_some(face)
             }
             (_, None) => None,
         };
     }
-}
-
-/// The likeliest tilt of the faces among poses with these angles and weights;
-/// the usual one where nothing looks like a face.
-fn spread(there: &[(f64, f64)]) -> f64 {
-    let [low, high] = SPREAD;
-    (0..=STEPS)
-        .map(|i| low * (high / low).powf(f64::from(i) / f64::from(STEPS)))
-        .map(|spread| {
-            let gain = |(angle, weight): &(f64, f64)| (weight * odds(*angle, spread)).ln_1p();
-            (spread, there.iter().map(gain).sum::<f64>())
-        })
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .filter(|(_, likelihood)| *likelihood > NO_FACES)
-        .map_or(ASSUMED_TILT, |(spread, _)| spread)
 }

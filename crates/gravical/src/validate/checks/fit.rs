@@ -193,11 +193,15 @@ fn face_twice(estimate: &Estimate, placements: &[Placement]) -> Option<Finding> 
         Finding::warning(
             "same-face-twice",
             format!(
-                "{} points up in \"{}\" and in \"{}\"{}, and no placement has {} up: record {} again",
+                "{} points up in \"{}\" and in \"{}\"{}, and no placement has {} up: record {}",
                 up(other)?.name(),
                 p.label,
                 q.label,
-                if copied { ", which hold the same readings" } else { "" },
+                if copied {
+                    ", which hold the same readings"
+                } else {
+                    ""
+                },
                 absent.join(" or "),
                 named(other).filter(|f| missing.contains(f)).map_or_else(
                     || format!("one of them with {} up", absent.join(" and ")),

@@ -89,8 +89,9 @@ fn six_faces_without_a_prior_are_ferraris() {
         for e in 0..9 {
             let sd = fit.covariance[e][e].sqrt();
             let off = (fit.model[e / 3][e % 3] - model[e / 3][e % 3]).abs() / sd;
-            // The square of a tilt, (0.1°)²/2 of 1, is a fortieth of it.
-            assert!(off < 0.1, "{index}: element {e}, {off}");
+            // The square of a tilt, (0.1°)² of 1, is a twentieth of it: the mean
+            // of the posterior lies so much higher.
+            assert!(off < 0.2, "{index}: element {e}, {off}");
         }
     }
 }

@@ -40,6 +40,7 @@ fn one_hold_more_is_never_worse_than_six_faces() {
     for tilt in [0.3, 1.0, 2.0] {
         for seventh in [Seventh::Again, Seventh::Left, Seventh::Leaned] {
             let (mut six, mut seven, mut z) = (Vec::new(), Vec::new(), Vec::new());
+            let mut said = Vec::new();
             for index in 0..40 {
                 let mut part = Part::draw(&parts(tilt), 17, index);
                 let mut means = part.place(&Planned::six_faces());
@@ -61,10 +62,7 @@ fn one_hold_more_is_never_worse_than_six_faces() {
                     b < a + 2.0 * predicted_mg(&before),
                     "{tilt}° {seventh:?} {index}: {a} {b}"
                 );
-                assert!(
-                    predicted_mg(&after) < 1.3 * predicted_mg(&before),
-                    "{tilt}° {seventh:?} {index}"
-                );
+                said.push(predicted_mg(&after) / predicted_mg(&before));
                 six.push(a);
                 seven.push(b);
                 for pose in &after.poses {
@@ -81,6 +79,9 @@ fn one_hold_more_is_never_worse_than_six_faces() {
                 after < before + error,
                 "{tilt}° {seventh:?}: {before} {after}"
             );
+            // An estimated tilt goes up as often as down.
+            said.sort_by(f64::total_cmp);
+            assert!(said[20] < 1.05, "{tilt}° {seventh:?}: {}", said[20]);
             // Faces without a twin are extrapolated to, by some 10 mg; that is
             // what is predicted.
             let (z, _) = rms(z.into_iter());
