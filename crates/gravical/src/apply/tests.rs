@@ -222,7 +222,7 @@ fn without_a_header_columns_are_named_by_role() {
     assert_eq!((summary.lines, summary.rows), (40, 40));
     let spec = ApplyOptions {
         read: ReadOptions {
-            columns: Some("_,ax,ay,az,_,label".parse().unwrap()),
+            columns: Some("-,ax,ay,az,-,label,-,-".parse().unwrap()),
             ..ReadOptions::default()
         },
         ..options()

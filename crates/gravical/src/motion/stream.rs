@@ -52,10 +52,11 @@ pub struct Streamed {
 }
 
 /// What is judged by the first rows; all else is told of the whole recording.
-const OF_HEAD: [&str; 14] = [
+const OF_HEAD: [&str; 15] = [
     "unit-mismatch",
     "unit-unverified",
     "unsigned-counts",
+    "without-gravity",
     "temperature-unit",
     "rate-mismatch",
     "time-unit-unknown",

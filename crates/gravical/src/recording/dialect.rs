@@ -93,6 +93,21 @@ struct HeadLine<'a> {
     text: &'a [u8],
 }
 
+impl HeadLine<'_> {
+    /// Nothing in it, or only delimiters.
+    fn is_blank(&self) -> bool {
+        !self.text.iter().any(|b| b.is_ascii_alphanumeric())
+    }
+}
+
+/// A line without spaces and carriage returns at its end; a tab there is a delimiter.
+fn trim_end(mut text: &[u8]) -> &[u8] {
+    while let [rest @ .., b' ' | b'\r'] = text {
+        text = rest;
+    }
+    text
+}
+
 /// Looks at the head of a file. `whole` says that the head is all there is.
 /// None when nothing in it looks like rows of numbers.
 #[must_use]
@@ -104,7 +119,7 @@ pub fn sniff(head: &[u8], whole: bool, min_columns: usize) -> Option<Dialect> {
         .enumerate()
         .map(|(i, text)| HeadLine {
             number: i as u64 + 1,
-            text: text.trim_ascii_end(),
+            text: trim_end(text),
         })
         .collect();
     if !whole || lines.last().is_some_and(|l| l.text.is_empty()) {
@@ -273,10 +288,7 @@ fn finish(best: Candidate, lines: &[HeadLine<'_>]) -> Dialect {
         })
     };
     let mut first = lines.iter().position(|l| row(l).is_some()).unwrap_or(0);
-    let before: Vec<&HeadLine<'_>> = lines[..first]
-        .iter()
-        .filter(|l| !l.text.is_empty())
-        .collect();
+    let before: Vec<&HeadLine<'_>> = lines[..first].iter().filter(|l| !l.is_blank()).collect();
     let mut header = find_header(&best, &before);
     let mut metadata = Vec::new();
     if header.is_none() {
@@ -356,7 +368,7 @@ const FEWEST_BLANKS_OF_A_CLOCK: usize = 3;
 /// end that is written twice, a blank line after each block that was sent); 0 where
 /// they do not.
 fn regular_blanks(lines: &[HeadLine<'_>], row: impl Fn(&HeadLine<'_>) -> Option<Vec<f64>>) -> u64 {
-    if !lines.iter().any(|l| l.text.is_empty()) {
+    if !lines.iter().any(|l| l.is_blank()) {
         return 0;
     }
     // Rows up to a run of blank lines, and how many lines that has.
@@ -365,7 +377,7 @@ fn regular_blanks(lines: &[HeadLine<'_>], row: impl Fn(&HeadLine<'_>) -> Option<
     let mut blanks = 0;
     let mut since = 0;
     for line in lines {
-        if line.text.is_empty() {
+        if line.is_blank() {
             blanks += 1;
         } else if let Some(values) = row(line) {
             if blanks > 0 {
@@ -488,7 +500,7 @@ fn find_header(best: &Candidate, before: &[&HeadLine<'_>]) -> Option<Header> {
         lines: [before[from].number, before[before.len() - 1].number],
         names,
         units,
-        texts: lines.iter().map(|l| l.text.to_vec()).collect(),
+        texts: lines.iter().map(|l| l.text.trim_ascii().to_vec()).collect(),
     })
 }
 

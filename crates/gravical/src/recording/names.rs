@@ -84,7 +84,6 @@ const WORDS: &[(Word, &[&str])] = &[
             "clock",
             "elapsed",
             "utc",
-            "gps",
             "gpst",
             "datetime",
             "date",

@@ -12,12 +12,15 @@ pub const MAX_LINE: usize = 1 << 20;
 /// filling and scanning.
 const BLOCK: usize = 256 << 10;
 
+/// A line end that was translated twice has two `\r`.
+const MOST_RETURNS: usize = 2;
+
 const BYTE_ORDER_MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
 
 /// One line, as [`Lines::next_line`] lends it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Line<'a> {
-    /// The line without terminator, without `\r` at its end, without NUL
+    /// The line without terminator, without one or two `\r` at its end, without NUL
     /// bytes; at most [`MAX_LINE`] bytes.
     pub bytes: &'a [u8],
     /// Counted from 1.
@@ -156,8 +159,10 @@ impl<R: Read> Lines<R> {
         if start < self.nul_end {
             end = self.remove_nuls(start, end);
         }
-        while end > start && self.buffer[end - 1] == b'\r' {
-            end -= 1;
+        for _ in 0..MOST_RETURNS {
+            if end > start && self.buffer[end - 1] == b'\r' {
+                end -= 1;
+            }
         }
         let truncated = end - start > self.max_line;
         self.start = found.next;
@@ -193,8 +198,8 @@ impl<R: Read> Lines<R> {
                     self.end = self.remove_nuls(self.start, self.end);
                     self.nul_end = self.start;
                 }
-                // One byte more than a line and its `\r` tell that it is longer.
-                self.end = self.end.min(self.start + self.max_line + 2);
+                // One byte more than a line and its `\r`s tell that it is longer.
+                self.end = self.end.min(self.start + self.max_line + 1 + MOST_RETURNS);
                 searched = self.end - self.start;
             }
             if self.fill()? == 0 {

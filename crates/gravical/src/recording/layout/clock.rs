@@ -31,6 +31,8 @@ struct Course {
     uneven: f64,
     /// All steps are one.
     counts: bool,
+    /// The usual step is one, and all are whole: a counter, rows of which were lost.
+    counts_mostly: bool,
     /// Nothing of it is negative, and not all is zero.
     positive: bool,
 }
@@ -60,6 +62,7 @@ impl Course {
             backward,
             uneven: median(&mut off).map_or(f64::INFINITY, |off| off / usual),
             counts: all.iter().all(|d| *d == 1.0),
+            counts_mostly: usual == 1.0 && all.iter().all(|d| d.fract() == 0.0),
             positive: values.iter().all(|v| *v >= 0.0) && values.iter().any(|v| *v > 0.0),
         })
     }
@@ -76,7 +79,7 @@ impl Course {
             && self.advancing >= 0.98
             && self.backward == 0.0
             && self.uneven <= MOST_UNEVEN
-            && !self.counts
+            && !self.counts_mostly
     }
 
     /// It advances in more rows, or as often and twice as evenly.

@@ -50,11 +50,10 @@ fn day_s(text: &str) -> Option<f64> {
 /// Seconds since midnight, with what a zone takes off.
 fn time_of_day_s(text: &str, dated: bool) -> Option<f64> {
     let text = text.trim();
-    let upper = text.to_ascii_uppercase();
-    let (text, half_day_s) = match (upper.strip_suffix("AM"), upper.strip_suffix("PM")) {
-        (Some(rest), _) => (rest.trim_end(), Some(0.0)),
-        (_, Some(rest)) => (rest.trim_end(), Some(43_200.0)),
-        _ => (upper.as_str(), None),
+    let (text, half_day_s) = match text.as_bytes() {
+        [.., b'A' | b'a', b'M' | b'm'] => (text[..text.len() - 2].trim_end(), Some(0.0)),
+        [.., b'P' | b'p', b'M' | b'm'] => (text[..text.len() - 2].trim_end(), Some(43_200.0)),
+        _ => (text, None),
     };
     let zone_at = text.find(['Z', '+', '-']).unwrap_or(text.len());
     let (clock, zone) = text.split_at(zone_at);
@@ -73,8 +72,13 @@ fn time_of_day_s(text: &str, dated: bool) -> Option<f64> {
     let minute = whole(60.0, 2)?;
     let second = whole(61.0, 2).unwrap_or(0.0);
     let fraction = match parts.next() {
-        Some(digits) if digits.bytes().all(|d| d.is_ascii_digit()) => {
-            format!("0.{digits}0").parse::<f64>().ok()?
+        Some(digits) if digits.len() <= 15 && digits.bytes().all(|d| d.is_ascii_digit()) => {
+            let number: u64 = if digits.is_empty() {
+                0
+            } else {
+                digits.parse().ok()?
+            };
+            number as f64 / 10_f64.powi(digits.len() as i32)
         }
         Some(_) => return None,
         None => 0.0,
