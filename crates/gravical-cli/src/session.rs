@@ -45,6 +45,32 @@ fn no_recordings(folder: &Path) -> Error {
         .with_hint("recordings are text files that end in .csv, .txt, .tsv, .log, .dat or .gz")
 }
 
+/// The same with what each file is instead.
+fn none_among(folder: &Path, told: &[Finding], gyroscopes: &[&PathBuf]) -> Error {
+    const MOST: usize = 4;
+    let others = told.iter().map(|f| {
+        let file = f.file.as_deref().unwrap_or("-");
+        format!("{file}: {}", f.message.trim_end_matches("; left out"))
+    });
+    let alone = gyroscopes
+        .iter()
+        .map(|p| format!("{}: a gyroscope alone", p.display()));
+    let mut all: Vec<String> = alone.chain(others).collect();
+    let more = all.len().saturating_sub(MOST);
+    all.truncate(MOST);
+    if more > 0 {
+        all.push(format!("and {more} more"));
+    }
+    let error = no_recordings(folder);
+    let hint = error.hint().unwrap_or_default().to_owned();
+    let message = format!("{} ({})", error.message(), all.join("; "));
+    Error::input("no-recordings", message)
+        .at(folder, None)
+        .with_hint(format!(
+            "{hint}; `gravical inspect` says of each file what helps"
+        ))
+}
+
 /// Folders in `folder` that hold what may be recordings: named, not read.
 fn left_out_folders(folder: &Path) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
@@ -188,7 +214,7 @@ pub fn read_session(
                 .map_or(Path::new("-"), PathBuf::as_path);
             return match (folder, gyroscopes.first()) {
                 (None, Some(path)) => read(path, options).map(|r| (vec![r], told)),
-                _ => Err(no_recordings(first)),
+                _ => Err(none_among(first, &told, &gyroscopes)),
             };
         }
         ([one], Some(gyro), _) => join_gyroscope(one, gyro, options)?,

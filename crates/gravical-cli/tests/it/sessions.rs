@@ -226,20 +226,14 @@ fn names_with_a_dash_and_paths_with_a_space_do_as_they_are_printed() {
 #[test]
 fn what_is_missing_is_named_with_its_cause() {
     let folder = six_files(&Sensor::default());
-    let mut shaken = "t_ms,ax,ay,az\n".to_owned();
-    let mut noise = Noise::new(5);
+    // Put down for 0.4 s, and then turned over and over.
+    let mut swung = "t_ms,ax,ay,az\n".to_owned();
     for i in 0..500 {
-        let level = 0.1 * (1 + i % 17) as f64;
-        let row = [0, 0, 0].map(|v| f64::from(v) + level * noise.normal());
-        shaken += &format!(
-            "{},{:.3},{:.3},{:.3}\n",
-            10 * i,
-            row[0],
-            row[1],
-            row[2] + 9.0
-        );
+        let angle = 0.05 * f64::from((i - 40).max(0));
+        let (sine, cosine) = angle.sin_cos();
+        swung += &format!("{},{:.3},{:.3},0.4\n", 10 * i, 9.81 * sine, 9.81 * cosine);
     }
-    write(folder.path(), "y_axis_pos.csv", &shaken);
+    write(folder.path(), "y_axis_pos.csv", &swung);
     let run = run_in(folder.path(), words("calibrate . --method ferraris --json"));
     assert_eq!((run.code, run.error_code().as_str()), (3, "missing-face"));
     let message = run.json()["message"].as_str().unwrap().to_owned();

@@ -160,17 +160,17 @@ pub(super) fn in_recording(
 /// Fewer rows than these are too few to look for stills in.
 const FEW_ROWS: usize = 40;
 
-/// Placements one after the other, `still 1` …, behind the name of their file
-/// where there are several.
+/// Placements one after the other, `still 1` …, with the name of their file where
+/// there are several.
 fn drafts_of(
     index: usize,
     spans: Vec<Range<usize>>,
     stem: Option<&String>,
     selection: Selection,
 ) -> Vec<Draft> {
-    let name = stem.map_or_else(String::new, |stem| format!("{stem} "));
+    let file = stem.map_or_else(String::new, |stem| format!(" of {stem}"));
     let draft = |(i, rows)| Draft {
-        label: format!("{name}still {}", i + 1),
+        label: format!("still {}{file}", i + 1),
         recording: index,
         rows: vec![rows],
         selection,
