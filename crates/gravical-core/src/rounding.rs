@@ -40,11 +40,18 @@ pub fn noise_before<T: Real>(variance: T, step: T) -> T {
 /// (q²/12)·exp(−4π²σ²/q²), from the variance of the rounded samples.
 #[must_use]
 pub fn mean_variance<T: Real>(variance: T, step: T) -> T {
+    floor(step) * (T::one() - shown(variance, step))
+}
+
+/// Share of what there is to see that shows through rounding, from the variance of
+/// the rounded samples: 1 − exp(−4π²σ²/q²). Zero where the samples never change.
+#[must_use]
+pub fn shown<T: Real>(variance: T, step: T) -> T {
     if step <= T::zero() {
-        return T::zero();
+        return T::one();
     }
     let sigma = noise_before(variance, step) / step;
-    floor(step) * left(sigma * sigma)
+    T::one() - left(sigma * sigma)
 }
 
 /// The least variance to reckon with in rounded samples whose own is `variance`: q²/12,

@@ -488,16 +488,20 @@ pub(crate) fn is_jump(before: f64, now: f64, step: f64) -> bool {
 }
 
 /// Rows that repeat the row before in every channel. They are the same reading twice
-/// only where the next one is far off: coarse digits repeat by nature while the sensor
-/// lies still.
+/// where the next one is far off, all through the recording. Where the digits are
+/// coarse rows repeat by nature: at rest, until the last digit flips or a motion begins.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Repeats {
     spans: LineSpans,
     /// First and last line of the rows that repeat now, and their number.
     open: Option<(u64, u64, u64)>,
-    /// Some repeats were natural.
-    by_nature: bool,
+    /// Runs of them that ended with a jump, and those that did not.
+    jumped: u64,
+    flipped: u64,
 }
+
+/// Rows for every run that ends with a jump, at most: rests are fewer.
+const ROWS_OF_RUN: u64 = 50;
 
 impl Repeats {
     /// A row, in that line, repeats the one before.
@@ -517,27 +521,29 @@ impl Repeats {
 
     /// A row does not repeat the one before, and may be far off.
     pub fn end(&mut self, jumps: bool) {
-        if let Some((first, last, count)) = self.open.take() {
-            if jumps {
-                self.spans.push_range(first, last, count);
-            } else {
-                self.by_nature = true;
-            }
+        let Some((first, last, count)) = self.open.take() else {
+            return;
+        };
+        if jumps {
+            self.spans.push_range(first, last, count);
+            self.jumped += 1;
+        } else {
+            self.flipped += 1;
         }
     }
 
     /// What is said of them, after the last of `rows`.
     pub fn finding(mut self, rows: u64) -> Option<Finding> {
-        // Nothing comes after the last ones: as those before.
-        self.end(!self.by_nature);
-        let share = self.spans.count() as f64 / rows.max(1) as f64;
-        (share > 0.01 && self.spans.count() >= 10).then(|| {
+        // Nothing comes after the last ones: they are as most of the others.
+        self.end(self.jumped > self.flipped);
+        let count = self.spans.count();
+        let often = self.jumped > self.flipped && self.jumped * ROWS_OF_RUN > rows;
+        (often && count >= 10).then(|| {
             Finding::warning(
                 "repeated-rows",
                 format!(
-                    "{} rows ({:.0} %) repeat the row before in every channel: the sensor was read faster than it measures",
-                    self.spans.count(),
-                    100.0 * share
+                    "{count} rows ({:.0} %) repeat the row before in every channel: the sensor was read faster than it measures",
+                    100.0 * count as f64 / rows.max(1) as f64
                 ),
             )
             .at_lines(&self.spans)

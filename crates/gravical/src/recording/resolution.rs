@@ -5,7 +5,7 @@ use gravical_core::rounding;
 
 /// Values that are looked at, spread evenly over a channel: enough to meet
 /// neighbouring steps, few enough to be sorted in no time.
-const MOST_VALUES: usize = 1 << 14;
+const MOST_VALUES: usize = 1 << 12;
 /// A table of fewer rows holds means, whose differences are no steps.
 const LEAST_ROWS: usize = 40;
 /// Values nearer than this share of the largest are one value: 9.81 − 9.80 is not
@@ -28,14 +28,39 @@ const MOST_PLACES: i32 = 9;
 pub fn resolution(channels: &[Vec<f64>; 3]) -> [f64; 3] {
     let steps = channels.each_ref().map(|values| {
         if values.len() < LEAST_ROWS {
-            None
+            Step::Unknown
         } else {
             smallest_difference(values)
         }
     });
-    let finest = steps.iter().flatten().copied().reduce(f64::min);
+    let least = |of: &dyn Fn(&Step) -> Option<f64>| steps.iter().filter_map(of).reduce(f64::min);
+    let certain = least(&|step| match step {
+        Step::Certain(step) => Some(*step),
+        _ => None,
+    });
+    let finest = certain.or_else(|| {
+        least(&|step| match step {
+            Step::AtMost(step) => Some(*step),
+            _ => None,
+        })
+    });
     let fallback = finest.unwrap_or_else(|| decimal_step(channels));
-    steps.map(|step| step.unwrap_or(fallback))
+    steps.map(|step| match step {
+        Step::Certain(step) => step,
+        Step::AtMost(step) => step.min(fallback),
+        Step::Unknown => fallback,
+    })
+}
+
+/// What the values of an axis say of its steps.
+#[derive(Clone, Copy)]
+enum Step {
+    /// Two values that differ by it occur more than once.
+    Certain(f64),
+    /// The values that differ are too few, or all differ.
+    AtMost(f64),
+    /// One value is all there is.
+    Unknown,
 }
 
 /// Steps of two sensors as those of the six channels.
@@ -45,50 +70,51 @@ pub(crate) fn of_channels(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -
     [a, b, c, d, e, f]
 }
 
-/// The smallest step between values that occur; none where one value is all there is.
-fn smallest_difference(values: &[f64]) -> Option<f64> {
+/// The smallest difference between values that occur.
+fn smallest_difference(values: &[f64]) -> Step {
     let stride = values.len().div_ceil(MOST_VALUES);
-    let some = |stride: usize| -> Vec<f64> {
-        let mut some: Vec<f64> = values
-            .iter()
-            .step_by(stride)
-            .copied()
-            .filter(|v| v.is_finite())
-            .collect();
-        some.sort_unstable_by(f64::total_cmp);
-        some
-    };
-    smallest_gap(&some(stride)).or_else(|| {
+    let some = values.iter().step_by(stride).copied();
+    let mut some: Vec<f64> = some.filter(|v| v.is_finite()).collect();
+    some.sort_unstable_by(f64::total_cmp);
+    // Where most values occur again, one stray row tells nothing of the rest; where
+    // they do not, two rows that repeat tell nothing either.
+    let again: usize = groups(&some)
+        .filter(|g| g.len() > 1)
+        .map(<[f64]>::len)
+        .sum();
+    if 2 * again > some.len()
+        && let Some(step) = smallest_gap(&some, 2)
+    {
+        return Step::Certain(step);
+    }
+    let rare = || {
         // It changes so seldom that all rows have to be looked at.
         let first = values.iter().find(|v| v.is_finite())?;
-        let tiny = SAME * first.abs();
         let off = values.iter().map(|v| (v - first).abs());
-        off.filter(|d| *d > tiny).reduce(f64::min)
-    })
+        off.filter(|d| *d > SAME * first.abs()).reduce(f64::min)
+    };
+    let step = smallest_gap(&some, 1).or_else(rare);
+    step.map_or(Step::Unknown, Step::AtMost)
 }
 
-/// The smallest gap in sorted values. Those that occur once count only where there
-/// are no others: one stray row tells nothing of the rest.
-fn smallest_gap(sorted: &[f64]) -> Option<f64> {
-    let largest = sorted.first()?.abs().max(sorted.last()?.abs());
-    let tiny = SAME * largest;
-    let gap = |often: bool| {
-        let mut least: Option<f64> = None;
-        let mut before: Option<f64> = None;
-        for group in sorted.chunk_by(|a, b| b - a <= tiny) {
-            if often && group.len() < 2 {
-                continue;
-            }
-            let value = group[0];
-            if let Some(before) = before {
-                let step = value - before;
-                least = Some(least.map_or(step, |l| l.min(step)));
-            }
-            before = Some(value);
-        }
-        least
-    };
-    gap(true).or_else(|| gap(false))
+/// The smallest gap between sorted values that occur `least` times or more.
+fn smallest_gap(sorted: &[f64], least: usize) -> Option<f64> {
+    let often = groups(sorted).filter(|g| g.len() >= least);
+    let mut values = often.map(|g| g[0]);
+    let mut before = values.next()?;
+    values
+        .map(|value| value - std::mem::replace(&mut before, value))
+        .reduce(f64::min)
+}
+
+/// Sorted values, those together that are one.
+fn groups(sorted: &[f64]) -> impl Iterator<Item = &[f64]> {
+    let ends = [sorted.first(), sorted.last()];
+    let largest = ends
+        .into_iter()
+        .flatten()
+        .fold(0.0, |most: f64, v| most.max(v.abs()));
+    sorted.chunk_by(move |a, b| b - a <= SAME * largest)
 }
 
 /// The last decimal place that values were written with; 0 where there are more
@@ -166,7 +192,13 @@ mod tests {
 
     #[test]
     fn what_was_computed_has_none_to_speak_of() {
-        assert!(of(channel(5000, 9.81, 0.03, |v| v)) < 1e-5);
+        let mut values = channel(5000, 9.81, 0.03, |v| v);
+        assert!(of(values.clone()) < 1e-5);
+        // Two rows that repeat the row before are no steps.
+        for i in [1000, 3000] {
+            values[i] = values[i - 1];
+        }
+        assert!(of(values) < 1e-5);
     }
 
     #[test]
@@ -174,6 +206,11 @@ mod tests {
         let mut values = channel(5000, 9.81, 0.03, decimals(2));
         values[77] = 9.80665;
         near(of(values), 0.01);
+        // Nor that it is the only other value.
+        let mut quiet = vec![0.5; 5000];
+        quiet[77] = 3.0;
+        let flips = channel(5000, 0.0, 0.004, decimals(2));
+        near(resolution(&[quiet, flips.clone(), flips])[0], 0.01);
         let mut values = vec![0.02; 200_000];
         values[131_071] = 0.03;
         near(of(values), 0.01);

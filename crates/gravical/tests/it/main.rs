@@ -15,6 +15,7 @@ mod motion;
 mod motion_stories;
 mod properties;
 mod reader;
+mod rounding;
 mod session;
 mod solve;
 mod support;

@@ -100,7 +100,7 @@ pub(super) fn variances(samples: &Samples, spans: &[Range<usize>], plan: &Plan, 
             return 0.0;
         };
         // Most blocks may never change, and those that do are no knocks.
-        let middle = middle.max(rounding::sample_variance(middle, samples.resolution[c]));
+        let middle = rounding::sample_variance(middle, samples.resolution[c]);
         all.retain(|v| *v <= most * middle);
         all.iter().sum::<f64>() / all.len().max(1) as f64 / kept
     })
@@ -135,8 +135,7 @@ fn inflation(
                 let Some(values) = channel(samples, c) else {
                     return 1.0;
                 };
-                let least = rounding::floor(samples.resolution[c]);
-                if variance[c] <= 0.0 && least <= 0.0 {
+                if variance[c] <= 0.0 {
                     continue;
                 }
                 let values = &values[part.clone()];
@@ -145,9 +144,10 @@ fn inflation(
                 // Each chunk counts alike, whatever its noise.
                 let squares = rests.iter().map(|v| v * v).sum::<f64>() / rests.len() as f64;
                 if squares > 0.0 {
-                    // … as far as it has more than rounding: a single flip says nothing.
-                    let size = squares.max(least).sqrt();
-                    rests.iter_mut().for_each(|v| *v /= size);
+                    // … as far as it shows through rounding: a few flips say nothing.
+                    let shown = rounding::shown(squares, samples.resolution[c]);
+                    let size = (shown / squares).sqrt();
+                    rests.iter_mut().for_each(|v| *v *= size);
                     chunks.push((unrest(&rests, plan.block), rests));
                 }
             }
