@@ -10,7 +10,7 @@ use crate::recording::{Finding, Recording};
 use crate::segment::MOST_FACE_ANGLE_DEG;
 use crate::segment::face::{AxisMap, Face};
 use crate::segment::gyro_unit::{Claims, Evidence, decide};
-use crate::segment::still::{StillOptions, find_stills, moments};
+use crate::segment::still::{StillOptions, find_calmest, find_stills, moments};
 use crate::segment::turns::{Turn, full_turns, motions};
 use crate::temperature::study_if_any;
 
@@ -97,7 +97,11 @@ pub struct TurnSpan {
 #[must_use]
 pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     let mut findings = recording.findings.clone();
-    let spans = find_stills(recording, &StillOptions::default()).spans;
+    let mut spans = find_stills(recording, &StillOptions::default()).spans;
+    // Few rows, or rows with a label, are placements as they are.
+    if spans.is_empty() && recording.labels.is_none() && recording.rows() >= 40 {
+        spans = find_calmest(recording, &mut findings);
+    }
     let moves = motions(recording, &spans);
     let gyroscope = Claims::of(recording, None).map(|claims| {
         decide(

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::recording::{Finding, Recording, quality};
 use crate::segment::hold::{HoldNoise, pooled_noise, robust_mean};
-use crate::segment::still::{StillOptions, find_stills, moments};
+use crate::segment::still::{StillOptions, find_calm, find_calmest};
 use crate::segment::{SegmentOptions, segment};
 use crate::{Error, Result};
 
@@ -12,10 +12,6 @@ use crate::{Error, Result};
 /// its noise is looked at, Hz: after setting down a sensor rocks for a while,
 /// at 5 to 20 Hz, and 20 lags of a fast recording do not see that.
 const SLOW_RATE_HZ: f64 = 100.0;
-
-/// What shakes by more than this share of gravity, rms, is no rest, however even
-/// it is: a hand trembles by a hundredth, a running engine by less than a tenth.
-const MOST_SHAKE: f64 = 0.1;
 
 /// A still reading.
 pub(super) struct Rest {
@@ -110,12 +106,7 @@ fn in_one(
         };
         spans.into_iter().map(one).collect()
     };
-    let calm = |options: &StillOptions| -> Vec<Range<usize>> {
-        let mut spans = find_stills(recording, options).spans;
-        spans.retain(|rows| shake(recording, rows) < MOST_SHAKE);
-        spans
-    };
-    let found = calm(still);
+    let found = find_calm(recording, still);
     if !found.is_empty() {
         return as_drafts(found);
     }
@@ -135,34 +126,7 @@ fn in_one(
                 .collect();
         }
     }
-    let shaky = calm(&StillOptions::unsteady());
-    let held: usize = shaky.iter().map(|s| s.len()).sum();
-    // Scraps of a recording that moves throughout are no rests.
-    if held * 10 < recording.rows() {
-        return Vec::new();
-    }
-    for span in &shaky {
-        findings.push(
-            Finding::warning(
-                "unsteady-hold",
-                format!(
-                    "never quite still; the calmest part, lines {} to {}, shakes by {:.0} mg rms and is taken",
-                    recording.line(span.start),
-                    recording.line(span.end - 1),
-                    1000.0 * shake(recording, span)
-                ),
-            )
-            .in_file(&recording.name),
-        );
-    }
-    as_drafts(shaky)
-}
-
-/// Standard deviation of the rows, the three axes together, over their mean
-/// magnitude.
-fn shake(recording: &Recording, rows: &Range<usize>) -> f64 {
-    let (mean, variance) = moments(&recording.accel, rows.clone());
-    variance.sqrt() / gravical_core::matrix3::norm(&mean)
+    as_drafts(find_calmest(recording, findings))
 }
 
 /// Noise of all rests, sample by sample and of averages of some samples.

@@ -16,8 +16,8 @@ use std::ops::Range;
 
 use gravical_core::rounding;
 
-use crate::recording::Recording;
 use crate::recording::resolution::floors;
+use crate::recording::{Finding, Recording};
 
 /// How stills are found.
 #[derive(Debug, Clone)]
@@ -206,6 +206,54 @@ pub(crate) fn find_stills_in(recording: &Channels<'_>, options: &StillOptions) -
         spans,
         noise: floor.sqrt(),
     }
+}
+
+/// What shakes by more than this share of gravity, rms, is no rest, however even
+/// it is: a hand trembles by a hundredth, a running engine by less than a tenth.
+const MOST_SHAKE: f64 = 0.1;
+/// Calm parts of less than this share of a recording are scraps of motion.
+const LEAST_CALM: f64 = 0.1;
+
+/// The stills that do not shake.
+pub(crate) fn find_calm(recording: &Recording, options: &StillOptions) -> Vec<Range<usize>> {
+    let mut spans = find_stills(recording, options).spans;
+    spans.retain(|rows| shake(recording, rows) < MOST_SHAKE);
+    spans
+}
+
+/// The calmest parts of a recording without a still, each with a finding; none where
+/// it moves throughout.
+pub(crate) fn find_calmest(
+    recording: &Recording,
+    findings: &mut Vec<Finding>,
+) -> Vec<Range<usize>> {
+    let spans = find_calm(recording, &StillOptions::unsteady());
+    let held: usize = spans.iter().map(|s| s.len()).sum();
+    if (held as f64) < LEAST_CALM * recording.rows() as f64 {
+        return Vec::new();
+    }
+    for span in &spans {
+        findings.push(
+            Finding::warning(
+                "unsteady-hold",
+                format!(
+                    "never quite still; the calmest part, lines {} to {}, shakes by {:.0} mg rms and is taken",
+                    recording.line(span.start),
+                    recording.line(span.end - 1),
+                    1000.0 * shake(recording, span)
+                ),
+            )
+            .in_file(&recording.name),
+        );
+    }
+    spans
+}
+
+/// Standard deviation of the rows, the three axes together, over their mean
+/// magnitude.
+fn shake(recording: &Recording, rows: &Range<usize>) -> f64 {
+    let (mean, variance) = moments(&recording.accel, rows.clone());
+    variance.sqrt() / gravical_core::matrix3::norm(&mean)
 }
 
 /// A row further than this many standard deviations of an axis from the mean of
