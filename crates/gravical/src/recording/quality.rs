@@ -500,8 +500,9 @@ pub(crate) struct Repeats {
     flipped: u64,
 }
 
-/// Rows for every run that ends with a jump, at most: rests are fewer.
-const ROWS_OF_RUN: u64 = 50;
+/// Rows for every run that ends with a jump, at most: a rest every four seconds at 25 Hz
+/// is as rare.
+const ROWS_OF_RUN: u64 = 100;
 
 impl Repeats {
     /// A row, in that line, repeats the one before.
