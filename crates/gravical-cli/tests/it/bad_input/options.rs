@@ -91,10 +91,18 @@ fn columns_that_are_not_there() {
     );
     let run = run_in(path, words("calibrate . --columns ax,by,az --json"));
     assert_eq!(run.code, 2);
-    let run = run_in(path, words("calibrate . --columns t,ax,ay --json"));
+    let long = "t,ax,ay,az,_,_,_,_,_,_,_,_,gx";
+    let run = run_in(path, words(&format!("calibrate . --columns {long} --json")));
     assert_eq!(
         (run.code, run.error_code().as_str()),
         (2, "columns-missing")
+    );
+    refused(
+        path,
+        "calibrate . --sensor right",
+        2,
+        "sensor-unknown",
+        &["right"],
     );
     let folder = tempfile::tempdir().unwrap();
     let rows: String = (0..50).map(|i| format!("{i},1,2\n")).collect();

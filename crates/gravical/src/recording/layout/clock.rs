@@ -172,5 +172,12 @@ pub(super) fn choose(
             return clock(field, false);
         }
     }
-    stamps.first().and_then(|(field, _)| clock(*field, false))
+    // One that is empty throughout says nothing at all.
+    let filled = |field: usize| {
+        sample
+            .iter()
+            .any(|row| row.get(field).is_some_and(|v| v.is_finite()))
+    };
+    let (field, _) = stamps.iter().find(|(field, _)| filled(*field))?;
+    clock(*field, false)
 }
