@@ -261,7 +261,7 @@ fn means_of_rows(
         let drafts = (0..rows.len()).map(|row| Draft {
             label: format!("line {}", recording.line(row)),
             recording: index,
-            rows: vec![row..row + 1],
+            rows: std::iter::once(row..row + 1).collect(),
             selection: Selection::Given,
             claim: None,
         });
