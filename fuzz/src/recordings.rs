@@ -55,7 +55,6 @@ fn with_options(choice: &[u8], files: &[u8]) {
         accel_range_g: of(&RANGES, pick(4)),
         gyro_range_deg_s: of(&RANGES, pick(4) / 16),
         zero_offset: of(&OFFSETS, pick(5)),
-        sensor: of(&SENSORS, pick(5) / 16).map(str::to_owned),
     };
     let names = match pick(6) / 16 % 4 {
         0 => ["session.csv", "x_axis_neg.csv", "z_rot.csv"],
@@ -156,7 +155,6 @@ const RANGES: [Option<f64>; 8] = [
     Some(0.0),
     Some(f64::NAN),
 ];
-const SENSORS: [Option<&str>; 4] = [None, Some("left"), Some("2"), Some("")];
 const OFFSETS: [Option<f64>; 8] = [
     None,
     Some(0.0),

@@ -53,6 +53,7 @@ impl<S: Sink> Stream<'_, S> {
         name: &str,
         out: &mut dyn Write,
     ) -> Result<Done<S>> {
+        self.settle_parts(f64::NAN);
         let mut told = Told {
             given_up: !self.tail.given_up.is_empty(),
             ..Told::default()

@@ -100,6 +100,12 @@ impl Head {
         out
     }
 
+    /// Median of the steps of the raw stamps that advance; none without any.
+    pub fn usual_step(&self) -> Option<f64> {
+        let steps = self.time.windows(2).map(|w| w[1] - w[0]);
+        median(&mut steps.filter(|step| *step > 0.0).collect::<Vec<f64>>())
+    }
+
     /// What follows the stamps of the whole recording; none without stamps.
     pub fn stamps(
         &self,
@@ -120,13 +126,7 @@ impl Head {
         })
         .timing
         .unit;
-        let mut rising: Vec<f64> = self
-            .time
-            .windows(2)
-            .map(|w| w[1] - w[0])
-            .filter(|step| *step > 0.0)
-            .collect();
-        Some(match (unit, median(&mut rising)) {
+        Some(match (unit, self.usual_step()) {
             (Some(unit), Some(step)) => Stamps::new(step, unit.seconds()),
             _ => Stamps::new(f64::INFINITY, 1.0),
         })

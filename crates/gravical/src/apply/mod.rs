@@ -231,6 +231,7 @@ pub fn apply(
             gyro_scale,
         ),
         head.stamps(&dialect, &layout, &options.read),
+        head.usual_step(),
         [head.accel_held, head.gyro_held],
         &dialect,
         &layout,

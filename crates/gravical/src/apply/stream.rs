@@ -9,7 +9,7 @@ use crate::recording::open::Input;
 use crate::recording::row::{
     ACCEL, GYRO, RowDefect, RowScanner, RowStamps, SLOTS, Span, TIME, Values,
 };
-use crate::recording::timing::{Parting, Stamps};
+use crate::recording::timing::{Parting, Stamps, is_usual_step};
 use crate::recording::{Aside, Ledger, LineReasons, LineSpans};
 use crate::scan::{Line, Lines};
 use crate::{Error, Result};
@@ -96,6 +96,11 @@ pub(crate) struct Stream<'a, S> {
     reasons: LineReasons<'a>,
     scanner: RowScanner,
     row_stamps: RowStamps,
+    /// Usual step of the raw stamps; infinite where nothing is known of them.
+    usual_step: f64,
+    last_stamp: f64,
+    /// Lines since the last row that part segments, unless the clock goes on across them.
+    parts: Vec<Aside>,
     pub(super) ledger: Ledger,
     /// Rows whose calibrated acceleration, or rate, is empty.
     pub(super) empty: [LineSpans; 2],
@@ -108,12 +113,14 @@ pub(crate) struct Stream<'a, S> {
 
 impl<'a, S: Sink> Stream<'a, S> {
     /// `held`: an empty cell of the accelerometer, of the gyroscope, means the value
-    /// before.
+    /// before. `usual_step`: of the raw stamps, none without a clock.
+    #[allow(clippy::too_many_arguments)] // what a head tells, and where rows go
     pub fn new(
         sink: S,
         sensor: Sensor,
         watch: Watch,
         stamps: Option<Stamps>,
+        usual_step: Option<f64>,
         held: [bool; 2],
         dialect: &'a Dialect,
         layout: &Layout,
@@ -131,6 +138,9 @@ impl<'a, S: Sink> Stream<'a, S> {
             reasons: LineReasons::new(dialect),
             scanner: layout.scanner(dialect),
             row_stamps: layout.stamps(),
+            usual_step: usual_step.unwrap_or(f64::NAN),
+            last_stamp: f64::NAN,
+            parts: Vec::new(),
             ledger: Ledger::default(),
             empty: Default::default(),
             nul_lines: LineSpans::default(),
@@ -185,6 +195,12 @@ impl<'a, S: Sink> Stream<'a, S> {
     fn row(&mut self, line: &Line<'_>, values: &mut Values, spans: &[Span]) {
         self.ledger.row();
         self.row_stamps.stamp(values);
+        if !self.parts.is_empty() {
+            self.settle_parts(values[TIME]);
+        }
+        if values[TIME].is_finite() {
+            self.last_stamp = values[TIME];
+        }
         if self.held != [false; 2] {
             self.hold(values);
         }
@@ -307,6 +323,22 @@ impl<'a, S: Sink> Stream<'a, S> {
             stamps.part(how);
         }
         if reason.parts() {
+            self.parts.push(reason);
+        }
+        self.set_aside(reason, line);
+    }
+
+    /// Blank lines and headers between rows part nothing where the clock goes on across
+    /// them; `stamp` is that of the next row.
+    #[cold]
+    pub(super) fn settle_parts(&mut self, stamp: f64) {
+        let parts = std::mem::take(&mut self.parts);
+        if !parts.contains(&Aside::NamedGap)
+            && is_usual_step(stamp - self.last_stamp, self.usual_step)
+        {
+            return;
+        }
+        for reason in parts {
             let target = if self.tail.rows.is_empty() {
                 &mut self.block
             } else {
@@ -314,7 +346,6 @@ impl<'a, S: Sink> Stream<'a, S> {
             };
             self.sink.part(reason, target);
         }
-        self.set_aside(reason, line);
     }
 
     fn set_aside(&mut self, reason: Aside, line: &Line<'_>) {

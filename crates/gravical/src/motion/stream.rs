@@ -118,6 +118,7 @@ pub fn motion_stream(
             recording.gyro_scale,
         ),
         None,
+        apply_head.usual_step(),
         [apply_head.accel_held, apply_head.gyro_held],
         &opened.dialect,
         &opened.layout,

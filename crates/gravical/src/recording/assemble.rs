@@ -97,6 +97,7 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
     };
     findings.extend(timed.findings);
     let mut breaks = columns.breaks;
+    breaks.retain(|row| !timed.bridged.contains(row));
     breaks.extend(timed.restarts);
     breaks.sort_unstable();
     breaks.dedup();

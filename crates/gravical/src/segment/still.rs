@@ -114,6 +114,30 @@ struct Block {
 /// Which share of the blocks is taken to be still at least.
 const QUIET_SHARE: f64 = 0.05;
 
+/// Means of blocks agree within this many times their own scatter, which holds
+/// the correlation of the samples.
+const CORRELATED_FACTOR: f64 = 5.0;
+/// Scatter of means over noise/√width beyond which it is motion: the root of the
+/// variance inflation factor behind a low-pass of a hundredth of the rate.
+const MOST_CORRELATED: f64 = 6.0;
+/// Median length of a vector whose three components are normal.
+const MAXWELL_MEDIAN: f64 = 1.538;
+
+/// How far means of blocks scatter, the three axes together, by the steps between
+/// quiet neighbours; 0 without any.
+fn scatter_of_means(segments: &[Vec<Block>], quiet: impl Fn(&Block) -> bool) -> f64 {
+    let mut steps: Vec<f64> = segments
+        .iter()
+        .flat_map(|blocks| blocks.windows(2))
+        .filter(|pair| pair.iter().all(&quiet))
+        .map(|pair| distance(pair[0].mean, pair[1].mean))
+        .filter(|step| step.is_finite())
+        .collect();
+    // Each component of a step is √2 of that of a mean; together they are √3.
+    let components = 3.0_f64.sqrt() / 2.0_f64.sqrt() / MAXWELL_MEDIAN;
+    crate::stats::median(&mut steps).unwrap_or(0.0) * components
+}
+
 /// What stills are looked for in: channels of equal length, in any unit.
 pub(crate) struct Channels<'a> {
     /// Specific force along x, y, z.
@@ -165,8 +189,10 @@ pub(crate) fn find_stills_in(recording: &Channels<'_>, options: &StillOptions) -
     };
     let gravity = typical_magnitude(all());
     // Means of blocks scatter by noise/√width, correlated noise by some times
-    // that.
-    let scatter = options.mean_factor * (floor / width as f64).sqrt();
+    // that: many samples behind a low-pass, by a multiple.
+    let white = (floor / width as f64).sqrt();
+    let scatter = (options.mean_factor * white)
+        .max(CORRELATED_FACTOR * scatter_of_means(&segments, quiet).min(MOST_CORRELATED * white));
     let agree = scatter.max(options.tremor * gravity) + step_of_means(floor, accel_step);
     let shortest = ((options.shortest_s * rate).min(options.enough_rows as f64) as usize)
         .max((options.least_s * rate) as usize)

@@ -91,6 +91,7 @@ fn a_tail_too_long_to_hold_back_is_written_with_a_finding() {
         Sensor::new(&cal, false, options.axes),
         Watch::new(judged.accel, 0.0, [0.0; 6], None),
         None,
+        None,
         [false; 2],
         &dialect,
         &layout,

@@ -170,6 +170,7 @@ fn end_of(
         accel_claim: opened.layout.accel_claim,
         head,
     };
+    let usual_step = pass.usual_step();
     let stream = Stream::new(
         pass,
         Sensor::of(Calibration::identity(), None, AxisMap::default()),
@@ -180,6 +181,7 @@ fn end_of(
             begin.head.gyro_scale,
         ),
         None,
+        usual_step,
         [false; 2],
         &opened.dialect,
         &opened.layout,

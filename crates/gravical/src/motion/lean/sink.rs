@@ -107,6 +107,14 @@ impl Pass {
         }
     }
 
+    /// Usual step of the raw stamps; none without them.
+    pub fn usual_step(&self) -> Option<f64> {
+        match &self.state.time {
+            Time::Stamps { follower, .. } => Some(follower.usual_step()),
+            Time::Rows { .. } => None,
+        }
+    }
+
     /// The rows that still wait, after the last.
     pub fn finish(&mut self) {
         self.integrate(true);

@@ -2,6 +2,7 @@
 //! or leave a gap. A stream follows them with the same code.
 
 use super::odd::{Faults, Treatment};
+use super::{PAUSE, is_usual_step};
 use crate::recording::finding::Finding;
 use crate::recording::ledger::Aside;
 
@@ -117,6 +118,11 @@ impl Follower {
         self.stamps.part(how);
     }
 
+    /// Usual step, in the unit of the stamps.
+    pub(crate) fn usual_step(&self) -> f64 {
+        self.stamps.median
+    }
+
     /// What was odd.
     pub(crate) fn stamps(&self) -> &Stamps {
         &self.stamps
@@ -208,7 +214,7 @@ impl Stamps {
     #[inline]
     pub(crate) fn see(&mut self, stamp: f64, line: impl Fn() -> u64) -> Clock {
         let step = stamp - self.before;
-        if step > 0.0 && step < 4.5 * self.median {
+        if is_usual_step(step, self.median) {
             self.before = stamp;
             self.rows += 1;
             return Clock::GoesOn;
@@ -255,7 +261,7 @@ impl Stamps {
     fn waited(&mut self, step: f64, how: Option<Parting>, line: u64) -> bool {
         // Below that, single lost samples: they are in the missing share. The first
         // stamp has no step.
-        let is_long = step > 4.5 * self.median;
+        let is_long = step > PAUSE * self.median;
         if !is_long {
             return false;
         }

@@ -50,6 +50,12 @@ impl Timing {
     }
 }
 
+/// True for a step between stamps that is not odd: it advances, and by no gap.
+#[inline]
+pub(crate) fn is_usual_step(step: f64, usual: f64) -> bool {
+    step > 0.0 && step < PAUSE * usual
+}
+
 /// Result of looking at the stamps.
 pub(crate) struct Timed {
     pub timing: Timing,
@@ -59,6 +65,8 @@ pub(crate) struct Timed {
     pub origin_s: Option<f64>,
     /// Rows at which the clock started anew.
     pub restarts: Vec<usize>,
+    /// Breaks (blank lines, headers) across which the clock goes on: they part nothing.
+    pub bridged: Vec<usize>,
     pub findings: Vec<Finding>,
 }
 
@@ -117,6 +125,12 @@ pub(crate) fn judge(
         },
     };
     let per_s = unit.seconds();
+    let goes_on = |row: &usize| {
+        let before = row.checked_sub(1).and_then(|at| raw.get(at));
+        let step = before.zip(raw.get(*row)).map(|(a, b)| b - a);
+        !parts.gaps.contains(row) && step.is_some_and(|step| is_usual_step(step, median))
+    };
+    let bridged: Vec<usize> = parts.breaks.iter().copied().filter(goes_on).collect();
     let origin_s = raw.iter().find(|t| t.is_finite()).map(|t| t * per_s);
     let Followed {
         time_s,
@@ -193,6 +207,7 @@ pub(crate) fn judge(
             time_s: Some(time_s),
             origin_s,
             restarts,
+            bridged,
             findings,
         };
     }
@@ -211,6 +226,7 @@ pub(crate) fn judge(
         time_s: Some(time_s),
         origin_s,
         restarts,
+        bridged,
         findings,
     }
 }
@@ -240,6 +256,7 @@ pub(crate) fn untimed(rows: usize, claims: &Claims, findings: Vec<Finding>) -> T
         time_s: None,
         origin_s: None,
         restarts: Vec::new(),
+        bridged: Vec::new(),
         findings,
     }
 }
