@@ -8,8 +8,8 @@ use crate::stats::median;
 /// Rows from which a column without a name for it can be seen to be a clock.
 const FEWEST_ROWS: usize = 10;
 
-/// How unevenly a clock may run that nothing but its running shows: median deviation of
-/// its steps over their median.
+/// How unevenly a clock may run that nothing but its running shows: mean deviation of
+/// its steps from the usual one, over that.
 const MOST_UNEVEN: f64 = 0.3;
 
 /// The column of the stamps.
@@ -27,7 +27,7 @@ struct Course {
     /// Shares of steps that go up, and down.
     advancing: f64,
     backward: f64,
-    /// Median deviation of the steps up, over their median.
+    /// Mean deviation of the steps up from their median, over that; NaN without any.
     uneven: f64,
     /// All steps are one.
     counts: bool,
@@ -55,12 +55,13 @@ impl Course {
         let down = all.iter().filter(|d| **d < 0.0).count();
         let (advancing, backward) = (share(up.len()), share(down));
         let usual = median(&mut up).unwrap_or(f64::NAN);
-        let mut off: Vec<f64> = up.iter().map(|d| (d - usual).abs()).collect();
+        // A gap counts as one step off, not as its length.
+        let off: f64 = up.iter().map(|d| (d - usual).abs().min(usual)).sum();
         Some(Course {
             steps,
             advancing,
             backward,
-            uneven: median(&mut off).map_or(f64::INFINITY, |off| off / usual),
+            uneven: off / usual / up.len() as f64,
             counts: all.iter().all(|d| *d == 1.0),
             counts_mostly: usual == 1.0 && all.iter().all(|d| d.fract() == 0.0),
             positive: values.iter().all(|v| *v >= 0.0) && values.iter().any(|v| *v > 0.0),
