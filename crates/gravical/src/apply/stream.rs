@@ -328,14 +328,14 @@ impl<'a, S: Sink> Stream<'a, S> {
         self.set_aside(reason, line);
     }
 
-    /// Blank lines and headers between rows part nothing where the clock goes on across
-    /// them; `stamp` is that of the next row.
+    /// A blank line or a header between rows parts nothing where the clock goes on across
+    /// it; `stamp` is that of the next row. More than one blank line are deliberate.
     #[cold]
     pub(super) fn settle_parts(&mut self, stamp: f64) {
         let parts = std::mem::take(&mut self.parts);
-        if !parts.contains(&Aside::NamedGap)
-            && is_usual_step(stamp - self.last_stamp, self.usual_step)
-        {
+        let blank = parts.iter().filter(|p| **p == Aside::Blank).count();
+        let deliberate = blank > 1 || parts.contains(&Aside::NamedGap);
+        if !deliberate && is_usual_step(stamp - self.last_stamp, self.usual_step) {
             return;
         }
         for reason in parts {

@@ -97,7 +97,8 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
     };
     findings.extend(timed.findings);
     let mut breaks = columns.breaks;
-    breaks.retain(|row| !timed.bridged.contains(row));
+    let deliberate = columns.deliberate;
+    breaks.retain(|row| deliberate.contains(row) || !timed.bridged.contains(row));
     breaks.extend(timed.restarts);
     breaks.sort_unstable();
     breaks.dedup();

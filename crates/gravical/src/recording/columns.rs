@@ -17,8 +17,13 @@ pub(super) struct Columns {
     pub label_index: HashMap<Vec<u8>, u32>,
     pub lines: LineMap,
     pub breaks: Vec<usize>,
+    /// … of these, before which a clock that goes on changes nothing: a gap is named,
+    /// or somebody left more than one line blank.
+    pub deliberate: Vec<usize>,
     /// Rows before which a gap is named.
     pub gaps: Vec<usize>,
+    /// Why the last line that parts rows does so.
+    parting: Option<Aside>,
     rows: usize,
 }
 
@@ -30,7 +35,9 @@ impl Columns {
             label_index: HashMap::new(),
             lines: LineMap::default(),
             breaks: Vec::new(),
+            deliberate: Vec::new(),
             gaps: Vec::new(),
+            parting: None,
             rows: 0,
         }
     }
@@ -65,15 +72,22 @@ impl Columns {
         self.labels.of_row.push(index);
     }
 
-    pub fn note_break(&mut self) {
+    /// A line between rows that parts them.
+    pub fn note_break(&mut self, reason: Aside) {
         let row = self.rows();
-        if row > 0 && self.breaks.last() != Some(&row) {
-            self.breaks.push(row);
+        if reason == Aside::NamedGap {
+            self.gaps.push(row);
+            self.deliberate.push(row);
         }
-    }
-
-    pub fn note_gap(&mut self) {
-        self.gaps.push(self.rows());
+        if row == 0 {
+            return;
+        }
+        if self.breaks.last() != Some(&row) {
+            self.breaks.push(row);
+        } else if reason == Aside::Blank && self.parting == Some(Aside::Blank) {
+            self.deliberate.push(row);
+        }
+        self.parting = Some(reason);
     }
 
     pub fn truncate(&mut self, rows: usize) {

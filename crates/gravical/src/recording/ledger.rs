@@ -85,12 +85,16 @@ impl Aside {
             Aside::NamedGap => {
                 "the logger names rows that it could not get; taken as a break between segments"
             }
-            Aside::Blank => "blank; taken as a break between segments",
+            Aside::Blank => {
+                "blank; a break between segments, unless it is a single line and the clock goes on"
+            }
             Aside::RegularBlank => {
                 "blank, regularly between the rows (a line end written twice?); they part nothing"
             }
             Aside::OtherSensor => "rows of another sensor; not read",
-            Aside::RepeatedHeader => "the header once more; kept out of the data",
+            Aside::RepeatedHeader => {
+                "the header once more; kept out of the data, and a break unless the clock goes on"
+            }
             Aside::TornLine => "fewer fields than the other rows (half-written); set aside",
             Aside::TooManyFields => {
                 "more fields than the other rows (lines run together?); set aside"

@@ -184,8 +184,9 @@ pub struct Recording {
     pub time_origin_s: Option<f64>,
     /// The label column.
     pub labels: Option<Labels>,
-    /// Rows before which there were blank rows, a named gap, a reset of the board
-    /// or a repeated header: no sample follows its predecessor across one.
+    /// Rows before which there were blank lines, a named gap, a reset of the board
+    /// or a repeated header: no sample follows its predecessor across one. A single
+    /// blank line and a header are no breaks where the clock goes on across them.
     pub breaks: Vec<usize>,
     /// What was subtracted from the accelerometer's values.
     pub zero_offset: f64,

@@ -317,10 +317,7 @@ pub(super) fn scan_rows(
                 }
                 let reason = reasons.among(&line, defect);
                 if reason.parts() {
-                    columns.note_break();
-                }
-                if reason == Aside::NamedGap {
-                    columns.note_gap();
+                    columns.note_break(reason);
                 }
                 ledger.aside(reason, line.number, line.bytes);
             }

@@ -114,6 +114,9 @@ struct Block {
 /// Which share of the blocks is taken to be still at least.
 const QUIET_SHARE: f64 = 0.05;
 
+/// Shorter blocks, s, hold few independent samples behind the low-pass of a usual
+/// sensor, 20 Hz and more.
+const SHORT_BLOCK_S: f64 = 0.1;
 /// Means of blocks agree within this many times their own scatter, which holds
 /// the correlation of the samples.
 const CORRELATED_FACTOR: f64 = 5.0;
@@ -191,8 +194,11 @@ pub(crate) fn find_stills_in(recording: &Channels<'_>, options: &StillOptions) -
     // Means of blocks scatter by noise/√width, correlated noise by some times
     // that: many samples behind a low-pass, by a multiple.
     let white = (floor / width as f64).sqrt();
-    let scatter = (options.mean_factor * white)
-        .max(CORRELATED_FACTOR * scatter_of_means(&segments, quiet).min(MOST_CORRELATED * white));
+    let mut scatter = options.mean_factor * white;
+    if (width as f64) < SHORT_BLOCK_S * rate {
+        let means = scatter_of_means(&segments, quiet).min(MOST_CORRELATED * white);
+        scatter = scatter.max(CORRELATED_FACTOR * means);
+    }
     let agree = scatter.max(options.tremor * gravity) + step_of_means(floor, accel_step);
     let shortest = ((options.shortest_s * rate).min(options.enough_rows as f64) as usize)
         .max((options.least_s * rate) as usize)

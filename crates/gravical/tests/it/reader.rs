@@ -80,7 +80,7 @@ fn nul_bytes_among_the_rows_are_taken_out() {
 }
 
 #[test]
-fn repeated_headers_are_breaks_not_rows() {
+fn repeated_headers_are_no_rows_and_breaks_where_the_clock_jumps() {
     let mut lines = lines();
     lines.insert(201, HEADER.to_owned());
     lines.insert(402, HEADER.to_owned());
@@ -88,8 +88,22 @@ fn repeated_headers_are_breaks_not_rows() {
     let found = finding(&recording, "repeated-header");
     assert_eq!(found.lines, [[202, 202], [403, 403]]);
     assert_eq!(found.severity, Severity::Warning);
-    assert_eq!(recording.breaks, [200, 400]);
+    assert!(recording.breaks.is_empty());
     unharmed(&recording);
+    // Rows are missing between the rows around the first header.
+    lines.drain(202..252);
+    let recording = read(&joined(&lines));
+    assert_eq!(recording.breaks, [200]);
+    finding(&recording, "pause");
+}
+
+#[test]
+fn a_single_blank_line_is_a_break_where_the_clock_jumps() {
+    let mut lines = lines();
+    lines.insert(301, String::new());
+    assert!(read(&joined(&lines)).breaks.is_empty());
+    lines.drain(302..350);
+    assert_eq!(read(&joined(&lines)).breaks, [300]);
 }
 
 #[test]

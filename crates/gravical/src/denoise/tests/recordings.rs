@@ -67,14 +67,14 @@ fn options_that_cannot_be_meant() {
 fn nothing_crosses_a_break_or_a_gap() {
     let mut csv = "t_ms,ax,ay,az\n".to_owned();
     for i in 0..300 {
-        // A step at a blank row, and one at a gap of 0.2 s.
+        // A step at blank rows, and one at a gap of 0.2 s.
         let level = [1.0, 5.0, -3.0][i / 100];
         csv += &format!(
             "{},{level},0,9.81\n",
             10 * i + if i < 200 { 0 } else { 200 }
         );
         if i == 99 {
-            csv += "\n";
+            csv += "\n\n";
         }
     }
     for filter in [

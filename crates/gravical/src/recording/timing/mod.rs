@@ -65,7 +65,7 @@ pub(crate) struct Timed {
     pub origin_s: Option<f64>,
     /// Rows at which the clock started anew.
     pub restarts: Vec<usize>,
-    /// Breaks (blank lines, headers) across which the clock goes on: they part nothing.
+    /// Breaks across which the clock goes on.
     pub bridged: Vec<usize>,
     pub findings: Vec<Finding>,
 }
@@ -128,7 +128,7 @@ pub(crate) fn judge(
     let goes_on = |row: &usize| {
         let before = row.checked_sub(1).and_then(|at| raw.get(at));
         let step = before.zip(raw.get(*row)).map(|(a, b)| b - a);
-        !parts.gaps.contains(row) && step.is_some_and(|step| is_usual_step(step, median))
+        step.is_some_and(|step| is_usual_step(step, median))
     };
     let bridged: Vec<usize> = parts.breaks.iter().copied().filter(goes_on).collect();
     let origin_s = raw.iter().find(|t| t.is_finite()).map(|t| t * per_s);

@@ -356,6 +356,29 @@ fn calibrations(
             1e3 * allowed
         ));
     }
+    if !wrong.is_empty() {
+        // Which pose moved it?
+        for (p, o) in ps.positions.iter().zip(&os.positions) {
+            let off: Vec<String> = (0..3)
+                .map(|i| format!("{:+.3}", 1e3 * (o.raw[i] / ratio - p.raw[i])))
+                .collect();
+            wrong.push(format!(
+                "  {} rows {} for {}, {:?} for {:?}, fitted {} for {}, mean off by {} mm/s²",
+                o.label,
+                o.rows,
+                p.rows,
+                o.kind,
+                p.kind,
+                o.fitted,
+                p.fitted,
+                off.join(" ")
+            ));
+        }
+        wrong.push(format!(
+            "  tilt {:?} for {:?}, fit {:?} for {:?}",
+            os.placement_tilt_deg, ps.placement_tilt_deg, os.fit, ps.fit
+        ));
+    }
     // Directions follow the faces, which lie as they lie.
     if turned > 3.0 * allowed + 0.05 * step {
         wrong.push(format!("turned by {:.3} mm/s² of gravity", 1e3 * turned));
