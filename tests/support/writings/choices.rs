@@ -343,8 +343,16 @@ impl Writing {
                 self.clock = Clock::TimeOfDay;
             }
         }
-        // A decimal comma is no thousands separator of a count, and a time with colons
-        // has a point.
+        // Without a clock nothing tells a blank line or a header that is written again
+        // from a placement that begins: docs/recording.md says so.
+        if self.clock == Clock::Absent {
+            if self.header == H::Repeated {
+                self.header = H::Plain;
+            }
+            if self.blank == Blank::Every100 {
+                self.blank = Blank::Never;
+            }
+        }
         if self.sensors == Sensors::AccelerometerOnly && self.order == Order::GyroFirst {
             self.order = Order::AccelFirst;
         }

@@ -41,6 +41,9 @@ pub(crate) fn claimed_rate(metadata: &[String]) -> Option<f64> {
     })
 }
 
+/// Fewer rows than these are a table of means, or one placement: no rate is needed.
+const LEAST_ROWS: usize = 40;
+
 /// Judges stamps, units and samples, and makes a recording of it all.
 pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> Recording {
     let Scanned {
@@ -96,6 +99,15 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
         None => timing::untimed(accel[0].len(), &claims, Vec::new()),
     };
     findings.extend(timed.findings);
+    if timed.timing.rate_hz().is_none() && accel[0].len() >= LEAST_ROWS {
+        findings.push(Finding::note(
+            "rate-unknown",
+            format!(
+                "no time stamps and no --rate: stills are looked for as at {} Hz",
+                Recording::ASSUMED_RATE_HZ
+            ),
+        ));
+    }
     let mut breaks = columns.breaks;
     let deliberate = columns.deliberate;
     breaks.retain(|row| deliberate.contains(row) || !timed.bridged.contains(row));

@@ -67,18 +67,6 @@ pub(super) fn in_recording(
         1
     };
     if alone || directions(recording, &holds, claimed).len() > expected * segments.len() {
-        if recording.working_rate_hz().1 {
-            findings.push(
-                Finding::note(
-                    "rate-unknown",
-                    format!(
-                        "no time stamps and no --rate: stills were looked for as at {} Hz",
-                        Recording::ASSUMED_RATE_HZ
-                    ),
-                )
-                .in_file(&recording.name),
-            );
-        }
         let parts = match options.rows {
             None => {
                 return Ok(drafts_of(

@@ -125,7 +125,8 @@ pub fn plain_mean(channels: &[&[f64]; 3], noise: &HoldNoise, rate_hz: f64) -> Ho
 
 /// Blocks of at least 0.2 s and five correlation times.
 fn cut(rows: usize, noise: &HoldNoise, rate_hz: f64) -> Vec<Range<usize>> {
-    let width = (0.2 * rate_hz).max(5.0 * noise.vif).ceil().max(1.0) as usize;
+    // Rounded, not up: stamps in milliseconds make 100 Hz 100.0001.
+    let width = (0.2 * rate_hz).max(5.0 * noise.vif).round().max(1.0) as usize;
     let count = (rows / width).max(1);
     (0..count)
         .map(|i| i * rows / count..(i + 1) * rows / count)
