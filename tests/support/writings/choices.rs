@@ -302,6 +302,10 @@ impl Writing {
             if self.order == Order::TextColumns || self.order == Order::CounterFirst {
                 self.order = Order::AccelFirst;
             }
+            // Its name says that it is a time, not a difference.
+            if self.clock == Clock::Differences {
+                self.clock = Clock::Seconds;
+            }
         }
         if !headed {
             self.names = N::Short;

@@ -306,8 +306,14 @@ fn finish(best: Candidate, lines: &[HeadLine<'_>]) -> Dialect {
     if let Some(header) = &mut header
         && header.names.len() < best.fields
     {
-        // One name less than fields: an index without a name, which counts or is text,
-        // stands first; what else has no name stands last.
+        // One name less than fields: rows that end with a delimiter have an empty last
+        // one; else an index without a name, which counts or is text, stands first; what
+        // else has no name stands last.
+        let mut rows = lines[first..]
+            .iter()
+            .filter(|l| row(l).is_some())
+            .take(LINES);
+        let open_ended = rows.all(|l| cut(l.text).last() == Some(&Cell::Empty));
         let firsts: Vec<f64> = lines[first..]
             .iter()
             .filter_map(row)
@@ -316,7 +322,11 @@ fn finish(best: Candidate, lines: &[HeadLine<'_>]) -> Dialect {
             .collect();
         let index =
             firsts.windows(2).all(|w| w[1] - w[0] == 1.0) || firsts.iter().all(|v| v.is_nan());
-        let at = if index { 0 } else { best.fields - 1 };
+        let at = if index && !open_ended {
+            0
+        } else {
+            best.fields - 1
+        };
         header.names.insert(at, String::new());
         if !header.units.is_empty() {
             header.units.insert(at, String::new());

@@ -111,7 +111,7 @@ pub fn robust_mean(channels: &[&[f64]; 3], noise: &HoldNoise, rate_hz: f64) -> H
     let kept: Vec<Range<usize>> = if blocks.len() < LEAST_BLOCKS {
         blocks
     } else {
-        without_bumps(channels, blocks)
+        without_bumps(channels, blocks, noise)
     };
     over(channels, &kept, noise)
 }
@@ -142,9 +142,14 @@ fn mean_of(values: &[f64]) -> f64 {
     sum / n
 }
 
-fn without_bumps(channels: &[&[f64]; 3], blocks: Vec<Range<usize>>) -> Vec<Range<usize>> {
+fn without_bumps(
+    channels: &[&[f64]; 3],
+    blocks: Vec<Range<usize>>,
+    noise: &HoldNoise,
+) -> Vec<Range<usize>> {
     let mut out = vec![false; blocks.len()];
-    for channel in channels {
+    let width = blocks.first().map_or(1.0, |b| b.len().max(1) as f64);
+    for (channel, sigma) in channels.iter().zip(noise.sigma) {
         let means: Vec<f64> = blocks
             .iter()
             .map(|b| mean_of(&channel[b.clone()]))
@@ -154,7 +159,9 @@ fn without_bumps(channels: &[&[f64]; 3], blocks: Vec<Range<usize>>) -> Vec<Range
         };
         let mut off: Vec<f64> = means.iter().map(|m| (m - centre).abs()).collect();
         // 1.4826 makes the median deviation that of a normal distribution.
-        let scale = 1.4826 * median(&mut off).unwrap_or(0.0);
+        let own = 1.4826 * median(&mut off).unwrap_or(0.0);
+        // The deviations of a few blocks are small by chance; noise of the session is not.
+        let scale = own.max(sigma * (noise.vif / width).sqrt());
         if scale > 0.0 {
             for (flag, mean) in out.iter_mut().zip(&means) {
                 *flag |= (mean - centre).abs() > BUMP * scale || mean.is_nan();

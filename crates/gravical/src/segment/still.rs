@@ -114,6 +114,9 @@ struct Block {
 /// Which share of the blocks is taken to be still at least.
 const QUIET_SHARE: f64 = 0.05;
 
+/// A block is quiet under this many times the standard deviation of rounding: values
+/// that go from one step to the next and the one after scatter by less than two.
+const ROUNDING_FACTOR: f64 = 6.0;
 /// Shorter blocks, s, hold few independent samples behind the low-pass of a usual
 /// sensor, 20 Hz and more.
 const SHORT_BLOCK_S: f64 = 0.1;
@@ -185,10 +188,15 @@ pub(crate) fn find_stills_in(recording: &Channels<'_>, options: &StillOptions) -
     };
     let gyro_floor =
         quiet_level(all().map(|b| b.gyro_variance), gyro_step).unwrap_or(f64::INFINITY);
+    // What rounding makes of a level is known: only the rest of it is multiplied.
+    let most = |level: f64, factor: f64, step: &[f64]| {
+        let rounding = floors(step).min(level);
+        (level - rounding) * factor * factor + rounding * ROUNDING_FACTOR.min(factor).powi(2)
+    };
+    let most_accel = most(floor, options.noise_factor, accel_step);
+    let most_gyro = most(gyro_floor, options.gyro_noise_factor, gyro_step);
     let quiet = |b: &Block| {
-        b.variance <= floor * options.noise_factor.powi(2)
-            && (b.gyro_variance.is_nan()
-                || b.gyro_variance <= gyro_floor * options.gyro_noise_factor.powi(2))
+        b.variance <= most_accel && (b.gyro_variance.is_nan() || b.gyro_variance <= most_gyro)
     };
     let gravity = typical_magnitude(all());
     // Means of blocks scatter by noise/√width, correlated noise by some times

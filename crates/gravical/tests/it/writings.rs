@@ -26,9 +26,7 @@ fn wrong(writings: &[Writing]) -> Vec<String> {
     let mut judge = Judge::default();
     let mut out = Vec::new();
     for writing in writings {
-        let started = std::time::Instant::now();
         let judged = catch_unwind(AssertUnwindSafe(|| judge.judge(writing)));
-        eprintln!("{:.2} s {writing:?}", started.elapsed().as_secs_f64());
         match judged {
             Ok(Judged { complaints, .. }) if complaints.is_empty() => {}
             Ok(Judged {

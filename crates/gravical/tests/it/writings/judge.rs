@@ -11,6 +11,7 @@ use gravical::recording::{
     AccelUnit, ColumnsSpec, Finding, GyroUnit, ReadOptions, Recording, TimeUnit,
     join_gyroscope_bytes, read_bytes,
 };
+use gravical::segment::still::{StillOptions, block_rows};
 use gravical_core::matrix3;
 
 use super::form::session::{Session, session};
@@ -256,8 +257,8 @@ fn compare(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> V
     wrong
 }
 
-/// The same stills: two samples, or a hundredth of a second, are no difference, nor is
-/// what the rounding hides of the beginning of a motion.
+/// The same stills, to a block of the detector (docs/recording.md): 0.2 s or 25 rows. What
+/// the rounding hides of the beginning of a motion is no difference either.
 fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Vec<String> {
     let mut wrong = Vec::new();
     if plain.seen.len() != own.seen.len() {
@@ -271,7 +272,8 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
     } else {
         1.0
     });
-    let slack = 2.0 + hidden_s * rate_hz;
+    let block = block_rows(rate_hz, &StillOptions::default()) as f64;
+    let slack = block + 2.0 + hidden_s * rate_hz;
     for (p, o) in plain.seen.iter().zip(&own.seen) {
         if p.stills.len() != o.stills.len() {
             wrong.push(format!(
@@ -322,7 +324,8 @@ fn calibrations(
         ));
         return wrong;
     }
-    // What rounding adds: its own part of the budget, and what of it the noise averages.
+    // What rounding adds: its own part of the budget, what of it the noise averages, and
+    // noise of the rows that a still has more or fewer (see `stills`).
     let part = |name: &str| -> f64 {
         let budget = os.budget.iter().flat_map(|b| &b.contributions);
         budget
@@ -330,8 +333,15 @@ fn calibrations(
             .filter_map(|c| c.norm_mps2)
             .sum()
     };
-    let averaged = part("noise") * (step / 12.0_f64.sqrt() / sigma_mps2).min(1.0);
-    let allowed = 3.0 * part("quantisation").hypot(averaged) + 2e-5;
+    let averaged = (step / 12.0_f64.sqrt() / sigma_mps2).min(1.0);
+    let other_rows = ps
+        .positions
+        .iter()
+        .zip(&os.positions)
+        .map(|(p, o)| p.rows.abs_diff(o.rows) as f64 / p.rows.max(o.rows) as f64)
+        .fold(0.0, f64::max);
+    let noise = part("noise") * averaged.max((2.0 * other_rows).sqrt());
+    let allowed = 3.0 * part("quantisation").hypot(noise) + 2e-5;
     // The plain one is in m/s².
     let ratio = own.nominal;
     let m = matrix3::scale_rows(&ps.orientation, &ps.scale);
@@ -426,8 +436,8 @@ fn gyroscopes(writing: &Writing, p: &GyroscopeSection, o: &GyroscopeSection) -> 
             ));
         }
         let scale = o.scale[i] / per_rad_s / p.scale[i] - 1.0;
-        // Turns of a second or two at 1 rad/s and more.
-        if scale.is_nan() || scale.abs() > 0.6 * step + 3e-4 {
+        // Turns of a second or two at 1 rad/s and more; 0.1 % is a third of what they tell.
+        if scale.is_nan() || scale.abs() > 0.6 * step + 1e-3 {
             wrong.push(format!("scale of g{i} off by {scale:.6}, step {step:.6}"));
         }
     }
