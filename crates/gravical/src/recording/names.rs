@@ -77,6 +77,7 @@ const WORDS: &[(Word, &[&str])] = &[
             "t",
             "ts",
             "time",
+            "stamp",
             "timestamp",
             "timestamps",
             "epoch",

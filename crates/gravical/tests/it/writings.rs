@@ -15,7 +15,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use form::cover::{pairs, random};
 use form::session::Session;
-use form::{Scene, Sensors, Writing};
+use form::{Decimals, Scene, Sensors, Values, Writing};
 use gravical::recording::{ReadOptions, Recording, join_gyroscope, read};
 use judge::{Judge, Judged, Subject};
 
@@ -143,6 +143,14 @@ fn recordings_of_real_sensors() {
             };
             if !gyro {
                 writing.sensors = Sensors::AccelerometerOnly;
+            }
+            // They were rounded when they were recorded: rounded again to steps of that
+            // size they are other data. Coarse digits are for the simulator.
+            if matches!(writing.decimals, Decimals::Two | Decimals::Three) {
+                writing.decimals = Decimals::Four;
+            }
+            if writing.values == Values::Counts {
+                writing.values = Values::Mps2Rad;
             }
             let judged = subject.judge(&writing.possible());
             tried += 1;

@@ -275,6 +275,9 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
     let block = block_rows(rate_hz, &StillOptions::default()) as f64;
     let slack = block + 2.0 + hidden_s * rate_hz;
     for (p, o) in plain.seen.iter().zip(&own.seen) {
+        if p.stills.len() != o.stills.len() && rate_hz >= IN_PIECES_HZ {
+            continue;
+        }
         if p.stills.len() != o.stills.len() {
             wrong.push(format!(
                 "{} stills in place of {}",
@@ -295,6 +298,9 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
     }
     wrong
 }
+
+/// At such rates a hold may be found in pieces (docs/recording.md); its placement is one.
+const IN_PIECES_HZ: f64 = 500.0;
 
 fn rank(grade: Grade) -> u8 {
     match grade {
