@@ -329,8 +329,12 @@ impl Writing {
         }
         if self.delimiter == Delimiter::Padded {
             self.trailing = Trailing::Nothing;
+            self.header = match self.header {
+                H::Absent | H::Plain | H::Commented | H::Repeated | H::UnitsRow => self.header,
+                _ => H::Plain,
+            };
             // A name with spaces in it is cut by them.
-            if headed && !matches!(self.header, H::Quoted) {
+            if headed {
                 self.names = match self.names {
                     N::Camel | N::Bare => self.names,
                     _ => N::Short,
@@ -339,13 +343,21 @@ impl Writing {
             if self.values == Values::Mislabelled {
                 self.values = Values::Mps2Rad;
             }
-            self.header = match self.header {
-                H::Absent | H::Plain | H::Commented | H::Repeated | H::UnitsRow => self.header,
-                _ => H::Plain,
-            };
             if self.clock == Clock::DateTime {
                 self.clock = Clock::TimeOfDay;
             }
+        }
+        // Milliseconds of a sensor that is read a thousand times a second count its rows.
+        if self.rate == Rate::Hz1000
+            && matches!(self.clock, Clock::Milliseconds | Clock::EpochMilliseconds)
+            && self.clock_name == ClockName::Unheard
+        {
+            self.clock_name = ClockName::Logger;
+        }
+        // Three axes without names are x, y, z.
+        if !headed && self.sensors == Sensors::GyroscopeInOtherFile && self.order == Order::ZyxAxes
+        {
+            self.order = Order::AccelFirst;
         }
         // Without a clock nothing tells a blank line or a header that is written again
         // from a placement that begins: docs/recording.md says so.

@@ -147,10 +147,13 @@ struct Candidate {
     decimal_comma: bool,
     fields: usize,
     rows: usize,
+    /// Cells of these rows that are numbers.
+    numbers: usize,
 }
 
-/// The way of cutting that gives the most rows of numbers with the same
-/// number of fields; the order decides ties.
+/// The way of cutting that gives the most rows of numbers with the same number of
+/// fields, and of equals the most numbers (a comma in one column of whole numbers is a
+/// decimal one); the order decides ties.
 fn candidates(lines: &[HeadLine<'_>], min_columns: usize) -> Option<Candidate> {
     let ways = [
         (Delimiter::Byte(b','), false),
@@ -164,26 +167,38 @@ fn candidates(lines: &[HeadLine<'_>], min_columns: usize) -> Option<Candidate> {
     ];
     let mut best: Option<Candidate> = None;
     for (delimiter, decimal_comma) in ways {
-        let mut counts: Vec<(usize, usize)> = Vec::new();
+        let mut counts: Vec<(usize, usize, usize)> = Vec::new();
         for line in lines {
             let cells = cells(line.text, delimiter, decimal_comma);
             if is_data(&cells, min_columns) {
-                match counts.iter_mut().find(|(fields, _)| *fields == cells.len()) {
-                    Some((_, n)) => *n += 1,
-                    None => counts.push((cells.len(), 1)),
+                let is_number = |c: &&Cell| matches!(**c, Cell::Number(_));
+                let numbers = cells.iter().filter(is_number).count();
+                match counts
+                    .iter_mut()
+                    .find(|(fields, ..)| *fields == cells.len())
+                {
+                    Some((_, n, sum)) => (*n, *sum) = (*n + 1, *sum + numbers),
+                    None => counts.push((cells.len(), 1, numbers)),
                 }
             }
         }
         // The most frequent; of equals the one with more fields.
-        let Some(&(fields, rows)) = counts.iter().max_by_key(|(fields, n)| (*n, *fields)) else {
+        let most = counts.iter().max_by_key(|(fields, n, _)| (*n, *fields));
+        let Some(&(fields, rows, numbers)) = most else {
             continue;
         };
-        if best.as_ref().is_none_or(|b| rows > b.rows) {
+        // A date and a time of day are two numbers only where white space cuts.
+        let is_better = |b: &Candidate| {
+            rows > b.rows
+                || rows == b.rows && numbers > b.numbers && delimiter != Delimiter::Whitespace
+        };
+        if best.as_ref().is_none_or(is_better) {
             best = Some(Candidate {
                 delimiter,
                 decimal_comma,
                 fields,
                 rows,
+                numbers,
             });
         }
     }

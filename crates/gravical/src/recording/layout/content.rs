@@ -26,7 +26,12 @@ pub(super) fn by_content(dialect: &Dialect, role: Role) -> Result<Vec<Named>> {
         |i: usize| -> Vec<f64> { sample.iter().filter_map(|r| r.get(i).copied()).collect() };
     let (rises, counter) = first_column_rises(sample);
     let from = usize::from(rises);
-    let rest = dialect.fields - from;
+    // A delimiter at the end of each row makes no column.
+    let last = dialect.fields.saturating_sub(1);
+    let open_ended = sample
+        .iter()
+        .all(|r| r.get(last).is_none_or(|v| v.is_nan()));
+    let rest = dialect.fields - from - usize::from(open_ended && last > from);
     let triple = |at: usize| [from + at, from + at + 1, from + at + 2];
     let unknown = || {
         let why = match dialect.misfit {
