@@ -108,7 +108,6 @@ fn session(rate_hz: f64, noise: f64) -> SimulatedFile {
     let poses = Scenario::Poses(PosesOptions {
         hold_s: 3.0,
         free: 2,
-        ..PosesOptions::default()
     });
     simulate(&options(poses, rate_hz, noise))
         .unwrap()

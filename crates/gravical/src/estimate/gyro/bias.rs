@@ -4,9 +4,10 @@ use gravical_core::matrix3;
 
 use super::rest::Rest;
 use crate::calibration_file::{Covariance, GyroscopeSection};
-use crate::recording::Finding;
 use crate::recording::units::{GyroScale, GyroUnit};
+use crate::recording::{Finding, Recording};
 use crate::segment::Placement;
+use crate::segment::hold::pooled_noise;
 
 /// A section with the bias of the stills and the nominal matrix.
 pub(super) fn section(
@@ -69,12 +70,16 @@ fn with_nominal(
 /// The gyroscope of a session without motions, such as six files: the mean over
 /// all samples at rest as bias, the nominal matrix. Its standard error is that
 /// of the mean over the placements, whose scatter holds noise, drift and the
-/// reaction to gravity alike.
+/// reaction to gravity alike; and what rounding leaves, the same in all of them.
 ///
 /// The section is none without a gyroscope or without a nominal scale; the
 /// finding then says so.
 #[must_use]
-pub fn at_rest(placements: &[Placement], scale: Option<GyroScale>) -> super::GyroFit {
+pub fn at_rest(
+    recordings: &[Recording],
+    placements: &[Placement],
+    scale: Option<GyroScale>,
+) -> super::GyroFit {
     let means: Vec<([f64; 3], usize)> = placements.iter().filter_map(|p| p.gyro_sum).collect();
     let rows: usize = means.iter().map(|(_, n)| n).sum();
     let mut fit = super::GyroFit::default();
@@ -83,6 +88,7 @@ pub fn at_rest(placements: &[Placement], scale: Option<GyroScale>) -> super::Gyr
     }
     let bias: [f64; 3] =
         std::array::from_fn(|i| means.iter().map(|(s, _)| s[i]).sum::<f64>() / rows as f64);
+    let left = left_by_rounding(recordings, placements);
     let error = (means.len() > 2).then(|| {
         let n = means.len() as f64;
         std::array::from_fn(|i| {
@@ -90,7 +96,7 @@ pub fn at_rest(placements: &[Placement], scale: Option<GyroScale>) -> super::Gyr
                 .iter()
                 .map(|(sum, rows)| (sum[i] / *rows as f64 - bias[i]).powi(2))
                 .sum();
-            (squares / (n * (n - 1.0))).sqrt()
+            (squares / (n * (n - 1.0))).sqrt().hypot(left[i])
         })
     });
     match scale.and_then(|s| Some((s.unit, s.nominal()?))) {
@@ -100,4 +106,65 @@ pub fn at_rest(placements: &[Placement], scale: Option<GyroScale>) -> super::Gyr
         None => fit.findings.push(no_scale(bias)),
     }
     fit
+}
+
+/// What rounding leaves of the mean of each axis, unit of the file.
+fn left_by_rounding(recordings: &[Recording], placements: &[Placement]) -> [f64; 3] {
+    let mut holds: Vec<[&[f64]; 3]> = Vec::new();
+    let mut step = [0.0_f64; 3];
+    for placement in placements {
+        let recording = &recordings[placement.recording];
+        let Some(gyro) = &recording.gyro else {
+            continue;
+        };
+        let own = recording.gyro_resolution();
+        (0..3).for_each(|i| step[i] = step[i].max(own[i]));
+        let rows = placement.rows.iter();
+        holds.extend(rows.map(|r| gyro.each_ref().map(|c| &c[r.clone()])));
+    }
+    pooled_noise(&holds, step).rounding
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{ReadOptions, read_bytes};
+    use crate::segment::{SegmentOptions, segment};
+
+    /// Two decimals of a gyroscope in rad/s, whose noise is a tenth of a step: the bias is
+    /// no better known than rounding lets it be.
+    #[test]
+    fn a_bias_of_coarse_digits_is_not_exact() {
+        let faces = ["x_pos", "x_neg", "y_pos", "y_neg", "z_pos", "z_neg"];
+        let session: Vec<Recording> = faces
+            .iter()
+            .enumerate()
+            .map(|(k, name)| {
+                let sign = if k % 2 == 0 { 9.81 } else { -9.81 };
+                let rows: String = (0..400)
+                    .map(|i| {
+                        let mut a = [0.03 * f64::from(i % 7) - 0.09; 3];
+                        a[k / 2] += sign;
+                        let [x, y, z] = a;
+                        format!("{},{x:.2},{y:.2},{z:.2},0.01,-0.02,0.00\n", 10 * i)
+                    })
+                    .collect();
+                let text = format!("t_ms,ax,ay,az,gx,gy,gz\n{rows}");
+                let options = ReadOptions {
+                    gyro_unit: Some(GyroUnit::RadianPerSecond),
+                    ..ReadOptions::default()
+                };
+                read_bytes(text.as_bytes(), &format!("{name}.csv"), &options).unwrap()
+            })
+            .collect();
+        let cut = segment(&session, &SegmentOptions::default()).unwrap();
+        let section = at_rest(&session, &cut.placements, cut.gyro_scale)
+            .section
+            .unwrap();
+        let deviation = section.covariance.unwrap().values[0][0].sqrt();
+        assert!(
+            (deviation / (0.01 / 12.0_f64.sqrt()) - 1.0).abs() < 0.01,
+            "{deviation}"
+        );
+    }
 }

@@ -250,7 +250,7 @@ pub fn of_session(
     }
     let mut fit = from_motions(&recordings[most], &stills[most], accelerometer, &options)?;
     if fit.section.as_ref().is_none_or(|s| s.method != "motion") {
-        return Ok(at_rest(&session.placements, session.gyro_scale));
+        return Ok(at_rest(recordings, &session.placements, session.gyro_scale));
     }
     let others = stills.iter().filter(|s| s.len() > 1).count() - 1;
     if others > 0 {
