@@ -174,7 +174,8 @@ fn refuse_without_values(
     if rows == 0 {
         return Err(
             Error::input("no-rows", format!("no row could be read: {}", ledger.sum()))
-                .at(here, None),
+                .at(here, None)
+                .with_hint("a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces; --columns says which column is which"),
         );
     }
     let sensor = &columns.slots[first_slot..first_slot + 3];

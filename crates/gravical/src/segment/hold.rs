@@ -111,7 +111,7 @@ pub fn robust_mean(channels: &[&[f64]; 3], noise: &HoldNoise, rate_hz: f64) -> H
     let kept: Vec<Range<usize>> = if blocks.len() < LEAST_BLOCKS {
         blocks
     } else {
-        without_bumps(channels, blocks, noise)
+        without_bumps(channels, blocks)
     };
     over(channels, &kept, noise)
 }
@@ -125,8 +125,9 @@ pub fn plain_mean(channels: &[&[f64]; 3], noise: &HoldNoise, rate_hz: f64) -> Ho
 
 /// Blocks of at least 0.2 s and five correlation times.
 fn cut(rows: usize, noise: &HoldNoise, rate_hz: f64) -> Vec<Range<usize>> {
-    // Rounded, not up: stamps in milliseconds make 100 Hz 100.0001.
-    let width = (0.2 * rate_hz).max(5.0 * noise.vif).round().max(1.0) as usize;
+    // Stamps in milliseconds make 100 Hz 100.0001: that is no row more.
+    let width = (0.2 * rate_hz).max(5.0 * noise.vif) - 0.01;
+    let width = width.ceil().max(1.0) as usize;
     let count = (rows / width).max(1);
     (0..count)
         .map(|i| i * rows / count..(i + 1) * rows / count)
@@ -142,14 +143,9 @@ fn mean_of(values: &[f64]) -> f64 {
     sum / n
 }
 
-fn without_bumps(
-    channels: &[&[f64]; 3],
-    blocks: Vec<Range<usize>>,
-    noise: &HoldNoise,
-) -> Vec<Range<usize>> {
+fn without_bumps(channels: &[&[f64]; 3], blocks: Vec<Range<usize>>) -> Vec<Range<usize>> {
     let mut out = vec![false; blocks.len()];
-    let width = blocks.first().map_or(1.0, |b| b.len().max(1) as f64);
-    for (channel, sigma) in channels.iter().zip(noise.sigma) {
+    for channel in channels {
         let means: Vec<f64> = blocks
             .iter()
             .map(|b| mean_of(&channel[b.clone()]))
@@ -159,9 +155,7 @@ fn without_bumps(
         };
         let mut off: Vec<f64> = means.iter().map(|m| (m - centre).abs()).collect();
         // 1.4826 makes the median deviation that of a normal distribution.
-        let own = 1.4826 * median(&mut off).unwrap_or(0.0);
-        // The deviations of a few blocks are small by chance; noise of the session is not.
-        let scale = own.max(sigma * (noise.vif / width).sqrt());
+        let scale = 1.4826 * median(&mut off).unwrap_or(0.0);
         if scale > 0.0 {
             for (flag, mean) in out.iter_mut().zip(&means) {
                 *flag |= (mean - centre).abs() > BUMP * scale || mean.is_nan();

@@ -165,7 +165,7 @@ fn measured(section: &AccelerometerSection) -> Grade {
         Grade::Good
     } else if verifiable(section) && seen <= FAIR_MG {
         Grade::Fair
-    } else if seen <= UNVERIFIED_MG && seen <= expected {
+    } else if !verifiable(section) && seen <= UNVERIFIED_MG && seen <= expected {
         Grade::NotVerifiable
     } else {
         Grade::Poor
