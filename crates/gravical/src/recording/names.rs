@@ -4,7 +4,7 @@
 //! `imu.acc.x`, `linear_acceleration.x`, `accSmooth[0]`, `gyr_x`, `w_RS_S_x`,
 //! `angularVelocityZ`, `Temp (C)`, `t_s`, `ustime`, `Timestamp` … A name is cut into
 //! words; one word says the quantity, one the axis, what is left may be a unit or the
-//! name of the sensor. The words stand in one table, [`WORDS`].
+//! name of the sensor. The words stand in one table, `WORDS`.
 
 use super::timing::TimeUnit;
 use super::units::{AccelUnit, GyroUnit};
