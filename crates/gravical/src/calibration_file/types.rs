@@ -245,6 +245,16 @@ pub struct Position {
     pub fitted: bool,
 }
 
+impl Position {
+    /// By its label and lines: a face may occur several times.
+    pub(crate) fn called(&self) -> String {
+        match self.lines {
+            Some([first, last]) => format!("{} in lines {first}-{last}", self.label),
+            None => self.label.clone(),
+        }
+    }
+}
+
 fn yes() -> bool {
     true
 }

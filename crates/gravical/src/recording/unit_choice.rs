@@ -4,23 +4,32 @@
 use super::ReadOptions;
 use super::finding::Finding;
 use super::units::{AccelScale, AccelUnit, Evidence, Origin, accel_evidence};
-use crate::stats::median;
 
-/// Unsigned 16-bit values: whole numbers around 32768 on every axis.
-#[must_use]
-pub(crate) fn looks_unsigned(accel: &[Vec<f64>; 3]) -> bool {
-    accel.iter().all(|channel| {
-        let mut some: Vec<f64> = channel.iter().copied().filter(|v| v.is_finite()).collect();
-        let fits = !some.is_empty() && some.iter().all(|v| whole(*v) && (0.0..65536.0).contains(v));
-        fits && median(&mut some).is_some_and(|m| (16384.0..49152.0).contains(&m))
-    })
+/// Values that fit, and those of them that lie in the half around 32768; none when
+/// a value is no unsigned one of 16 bits.
+fn unsigned(channel: &[f64]) -> Option<(usize, usize)> {
+    let (mut count, mut around) = (0, 0);
+    for v in channel.iter().filter(|v| v.is_finite()) {
+        if !(whole(*v) && (0.0..65536.0).contains(v)) {
+            return None;
+        }
+        count += 1;
+        around += usize::from((16384.0..49152.0).contains(v));
+    }
+    Some((count, around))
 }
 
-/// All values could be unsigned ones of 16 bits; whether they are, their median tells.
+/// Unsigned 16-bit values: whole numbers, most of them around 32768 on every axis.
+#[must_use]
+pub(crate) fn looks_unsigned(accel: &[Vec<f64>; 3]) -> bool {
+    let most = |(count, around): (usize, usize)| 2 * around > count;
+    accel.iter().all(|c| unsigned(c).is_some_and(most))
+}
+
+/// All values could be unsigned ones of 16 bits; whether they are, most of them tell.
 #[must_use]
 pub(crate) fn fits_unsigned(accel: &[Vec<f64>; 3]) -> bool {
-    let fits = |v: &f64| v.is_nan() || (whole(*v) && (0.0..65536.0).contains(v));
-    accel.iter().all(|channel| channel.iter().all(fits))
+    accel.iter().all(|c| unsigned(c).is_some())
 }
 
 /// What a file says of its accelerometer.

@@ -1,6 +1,8 @@
 //! Pieces of text: numbers with as many digits as they are worth, wrapped
 //! sentences, findings.
 
+use std::collections::BTreeSet;
+
 use crate::recording::finding::format_spans;
 use crate::recording::{Finding, Severity};
 
@@ -36,24 +38,28 @@ pub fn paragraph(first: &str, text: &str) -> String {
     out
 }
 
-/// Findings, warnings first; those that several files share are told once.
+/// Findings, warnings first; what several files share is told of the first.
 #[must_use]
 pub fn findings_text(findings: &[Finding], several_files: bool) -> String {
     let mut out = String::new();
-    let mut told: Vec<(&str, &str)> = Vec::new();
+    let mut told: Vec<&Finding> = Vec::new();
     for severity in [Severity::Warning, Severity::Note] {
         for finding in findings.iter().filter(|f| f.severity == severity) {
             // Numbers differ from file to file; the words do not.
-            let same = |f: &&Finding| {
+            let same = |f: &&&Finding| {
                 f.kind == finding.kind && skeleton(&f.message) == skeleton(&finding.message)
             };
-            let alike: Vec<&Finding> = findings.iter().filter(same).collect();
-            if told.iter().any(|(kind, message)| {
-                *kind == finding.kind && skeleton(message) == skeleton(&finding.message)
-            }) {
+            if let Some(first) = told.iter().find(same)
+                && first.file != finding.file
+            {
                 continue;
             }
-            told.push((&finding.kind, &finding.message));
+            told.push(finding);
+            let others: BTreeSet<&String> = findings
+                .iter()
+                .filter(|f| same(&f))
+                .filter_map(|f| f.file.as_ref())
+                .collect();
             let mark = match severity {
                 Severity::Warning => "  ! ",
                 Severity::Note => "  · ",
@@ -66,8 +72,7 @@ pub fn findings_text(findings: &[Finding], several_files: bool) -> String {
             }
             if several_files && let Some(file) = &finding.file {
                 let name = short_name(file);
-                let files = alike.iter().filter_map(|f| f.file.as_ref()).count();
-                text.push_str(&match files {
+                text.push_str(&match others.len() {
                     0 | 1 => format!(" ({name})"),
                     2 => format!(" ({name}; 1 other file alike)"),
                     n => format!(" ({name}; {} other files alike)", n - 1),

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use super::face::angle_deg;
 use super::still::moments;
-use super::turns::{Motion, residual_deg};
+use super::turns::{Motion, residual_deg, steps};
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::resolution::{floors, resolution};
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, Origin};
@@ -132,12 +132,15 @@ impl Evidence {
         if delta < LEAST_TURN_DEG {
             return;
         }
+        let Some(steps) = steps(recording, motion) else {
+            return;
+        };
         let fits = |residual: f64| residual < (0.15 * delta).max(3.0);
         let all = hypotheses();
         let residuals: Vec<f64> = all
             .iter()
             .map(|h| match h.nominal() {
-                Some(nominal) => residual_deg(recording, motion, nominal),
+                Some(nominal) => residual_deg(&steps, motion, nominal),
                 None => f64::NAN,
             })
             .collect();

@@ -53,49 +53,47 @@ pub struct HoldMean {
 /// through: a few flips in a thousand rows say nothing of correlation.
 #[must_use]
 pub fn pooled_noise(holds: &[[&[f64]; 3]], step: [f64; 3]) -> HoldNoise {
-    let mut lags = [0.0_f64; MOST_LAGS + 1];
     let mut squares = [0.0_f64; 3];
     let mut freedom = [0.0_f64; 3];
-    let mut samples = 0.0;
+    // Residuals of every hold and axis, and what they count for.
+    let mut series: Vec<(Vec<f64>, f64)> = Vec::new();
     for hold in holds {
         for (axis, values) in hold.iter().enumerate() {
             let values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
             if values.len() < 2 {
                 continue;
             }
-            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            let rows = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / rows;
             let residuals: Vec<f64> = values.iter().map(|v| v - mean).collect();
             let own: f64 = residuals.iter().map(|r| r * r).sum();
             squares[axis] += own;
-            freedom[axis] += values.len() as f64 - 1.0;
-            if own <= 0.0 {
-                continue;
-            }
-            samples += values.len() as f64;
-            // Each axis counts alike, whatever its noise, as far as that shows.
-            let rows = values.len() as f64;
-            let weight = rows / own * rounding::shown(own / rows, step[axis]);
-            for (lag, sum) in lags.iter_mut().enumerate() {
-                *sum += weight
-                    * residuals
-                        .iter()
-                        .zip(residuals.iter().skip(lag))
-                        .map(|(a, b)| a * b)
-                        .sum::<f64>();
+            freedom[axis] += rows - 1.0;
+            if own > 0.0 {
+                // Each axis counts alike, whatever its noise, as far as that shows.
+                let weight = rows / own * rounding::shown(own / rows, step[axis]);
+                series.push((residuals, weight));
             }
         }
     }
     let variance: [f64; 3] = std::array::from_fn(|i| squares[i] / freedom[i].max(1.0));
-    let mut vif = 1.0;
-    if lags[0] > 0.0 {
-        for lag in &lags[1..] {
-            let r = lag / lags[0];
-            if r < 2.0 / samples.sqrt() {
-                break;
-            }
-            vif += 2.0 * r;
-        }
-    }
+    let samples: usize = series.iter().map(|(residuals, _)| residuals.len()).sum();
+    let at_lag = |lag: usize| -> f64 {
+        let product = |r: &[f64]| {
+            r.iter()
+                .zip(r.iter().skip(lag))
+                .map(|(a, b)| a * b)
+                .sum::<f64>()
+        };
+        series.iter().map(|(r, weight)| weight * product(r)).sum()
+    };
+    let whole = at_lag(0);
+    let vif = 1.0
+        + (1..=MOST_LAGS)
+            .map(|lag| at_lag(lag) / whole)
+            .take_while(|r| *r >= 2.0 / (samples as f64).sqrt())
+            .map(|r| 2.0 * r)
+            .sum::<f64>();
     HoldNoise {
         sigma: std::array::from_fn(|i| variance[i].max(rounding::floor(step[i])).sqrt()),
         vif: vif.max(1.0),

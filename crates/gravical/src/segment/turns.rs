@@ -1,6 +1,6 @@
 //! Motions between stills, and full turns about one axis among them.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use crate::recording::Recording;
@@ -102,42 +102,63 @@ pub fn motions(recording: &Recording, stills: &[Range<usize>]) -> Vec<Motion> {
     out
 }
 
-/// Angle between gravity turned by the integrated rate and gravity as it was
-/// found in the still after, for files units per rad/s of `nominal`.
-pub(super) fn residual_deg(recording: &Recording, motion: &Motion, nominal: f64) -> f64 {
-    let Some(gyro) = &recording.gyro else {
-        return f64::NAN;
-    };
-    let mut v = motion.gravity[0];
-    for row in motion.rows.clone() {
-        let Some(period) = sample_period_s(recording, row) else {
-            return f64::NAN;
-        };
-        let step: [f64; 3] = std::array::from_fn(|i| {
-            let rate = (gyro[i][row] - motion.bias[i]) / nominal * period;
-            if rate.is_finite() { rate } else { 0.0 }
-        });
-        v = rotate_back(v, step);
+/// Angle that each row of a motion turns by, less the bias, unit of the file · s;
+/// none without a gyroscope or a rate.
+pub(super) fn steps(recording: &Recording, motion: &Motion) -> Option<Vec<[f64; 3]>> {
+    let gyro = recording.gyro.as_ref()?;
+    motion
+        .rows
+        .clone()
+        .map(|row| {
+            let period = sample_period_s(recording, row)?;
+            Some(std::array::from_fn(|i| {
+                let step = (gyro[i][row] - motion.bias[i]) * period;
+                if step.is_finite() { step } else { 0.0 }
+            }))
+        })
+        .collect()
+}
+
+/// Angle between gravity turned by the `steps` of a motion and gravity as it was
+/// found in the still after, for files of `nominal` units per rad/s. 180 where a
+/// row turns by more than half a turn, as no recording can tell.
+pub(super) fn residual_deg(steps: &[[f64; 3]], motion: &Motion, nominal: f64) -> f64 {
+    let most = (PI * nominal).powi(2);
+    if steps
+        .iter()
+        .any(|s| s.iter().map(|x| x * x).sum::<f64>() > most)
+    {
+        return 180.0;
     }
-    angle_deg(v, motion.gravity[1])
+    let turned = steps.iter().fold(motion.gravity[0], |v, step| {
+        rotate_back(v, step.map(|s| s / nominal))
+    });
+    angle_deg(turned, motion.gravity[1])
 }
 
 /// A direction fixed in space, seen from a sensor that turns by `step` (rad):
 /// it turns the other way (Rodrigues' formula).
 fn rotate_back(v: [f64; 3], step: [f64; 3]) -> [f64; 3] {
-    let angle = step.iter().map(|s| s * s).sum::<f64>().sqrt();
-    if angle < 1e-15 {
-        return v;
-    }
-    let k: [f64; 3] = step.map(|s| -s / angle);
+    let square = step.iter().map(|s| s * s).sum::<f64>();
+    // sin θ/θ and (1 − cos θ)/θ²; by their series where these are exact to 1e-12.
+    let (sinc, versed) = if square < 2.5e-3 {
+        (
+            1.0 - square / 6.0 * (1.0 - square / 20.0),
+            0.5 - square / 24.0 * (1.0 - square / 30.0),
+        )
+    } else {
+        let angle = square.sqrt();
+        let (sine, cosine) = angle.sin_cos();
+        (sine / angle, (1.0 - cosine) / square)
+    };
     let cross = [
-        k[1] * v[2] - k[2] * v[1],
-        k[2] * v[0] - k[0] * v[2],
-        k[0] * v[1] - k[1] * v[0],
+        v[1] * step[2] - v[2] * step[1],
+        v[2] * step[0] - v[0] * step[2],
+        v[0] * step[1] - v[1] * step[0],
     ];
-    let along: f64 = k.iter().zip(v).map(|(a, b)| a * b).sum();
-    let (sine, cosine) = angle.sin_cos();
-    std::array::from_fn(|i| v[i] * cosine + cross[i] * sine + k[i] * along * (1.0 - cosine))
+    let along: f64 = step.iter().zip(v).map(|(s, v)| s * v).sum();
+    let cosine = 1.0 - versed * square;
+    std::array::from_fn(|i| v[i] * cosine + cross[i] * sinc + step[i] * along * versed)
 }
 
 /// Integral of the angular rate over `rows`, less the bias that the stills show,

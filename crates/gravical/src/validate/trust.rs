@@ -124,7 +124,7 @@ fn worst(estimate: &Estimate, positions: &[Position], usual: Option<f64>) -> Opt
             format!("; all of them {:.2} mg rms", u * mg)
         });
         return Some(WorstPose {
-            label: called(&positions[k]),
+            label: positions[k].called(),
             reason: format!(
                 "left out, its magnitude is off by {:+.2} mg{others}",
                 estimate.uses[k].left_out_error.unwrap_or(error) * mg
@@ -133,17 +133,9 @@ fn worst(estimate: &Estimate, positions: &[Position], usual: Option<f64>) -> Opt
     }
     let (k, tilt) = of(&|k| estimate.uses[k].tilt_deg.map(|(t, _)| t))?;
     Some(WorstPose {
-        label: called(&positions[k]),
+        label: positions[k].called(),
         reason: format!("it lies {tilt:.1}° off its face, more than the others"),
     })
-}
-
-/// A position by its label and lines: a face may occur several times.
-fn called(position: &Position) -> String {
-    match position.lines {
-        Some([first, last]) => format!("{} in lines {first}-{last}", position.label),
-        None => position.label.clone(),
-    }
 }
 
 /// Poses that would help most.

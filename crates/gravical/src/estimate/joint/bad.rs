@@ -1,9 +1,15 @@
 //! Poses that do not fit: moved, bumped, clipped.
 
+use gravical_core::matrix3;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use crate::segment::face::angle_deg;
+use crate::validate::predicted;
+
 use super::Held;
-use super::fit::{Fit, Pose, fit};
+use super::fit::{Fit, Pose, rough_fit};
+use super::leave_out::NEIGHBOUR_DEG;
+use super::model::{norm, unit};
 use super::reduced::Reduced;
 
 /// A pose is bad when one as far off is rarer than this among all poses.
@@ -13,9 +19,12 @@ const SUSPECT: f64 = 0.05;
 /// Degrees of freedom that have to remain to judge by.
 const LEAST_FREEDOM: f64 = 1.0;
 /// With fewer than this one bad pose can look like another: then the worst has
-/// to be so many times rarer than the next.
+/// to be so many times rarer than the next. Repeats that contradict each other
+/// have to be told apart as clearly, however many other poses there are.
 const PLENTY_OF_FREEDOM: f64 = 3.0;
 const CLEARLY: f64 = 100.0;
+/// A pose shares the error of another when it misses as much as this share of it.
+const SHARED_ERROR: f64 = 0.5;
 /// What is known of χ² per degree of freedom before any residual is seen: about
 /// 4 (real sensors miss the model by more than their noise; 8.8 was seen on 38
 /// poses), worth as much as so many residuals. Few poses could say nothing else.
@@ -24,13 +33,34 @@ const USUAL_FREEDOM: f64 = 4.0;
 /// At most this share of the poses is left out.
 const MOST_SHARE: f64 = 0.2;
 
+/// What poses that do not fit come to.
+#[derive(Debug, Default)]
+pub(super) struct Misfits {
+    /// The worst, and the chance that a good one misses as much.
+    pub bad: Option<(usize, f64)>,
+    /// Poses of one direction that contradict each other, where nothing tells
+    /// which are right: all of them stay.
+    pub disputed: Vec<usize>,
+}
+
+/// A pose, tried without.
+#[derive(Debug, Clone, Copy)]
+struct Deletion {
+    pose: usize,
+    /// That a good one would be missed as little.
+    chance: f64,
+    /// Degrees of freedom of what remains.
+    freedom: f64,
+}
+
 /// The pose whose deletion lowers χ² most, when that is more than chance: an F
 /// test of the deletion against what remains, with Bonferroni's correction for
-/// having picked the worst. None when every pose may stay.
-pub(super) fn worst(work: &[Pose], found: &Fit, bad: &[Option<f64>]) -> Option<(usize, f64)> {
+/// having picked the worst. Repeats that contradict each other stay where nothing
+/// tells which of them are right.
+pub(super) fn worst(work: &[Pose], found: &Fit, bad: &[Option<f64>]) -> Misfits {
     let gone = bad.iter().filter(|b| b.is_some()).count();
     if (gone + 1) as f64 > MOST_SHARE * work.len() as f64 {
-        return None;
+        return Misfits::default();
     }
     // Without a model error and with tilts that scatter as they do.
     let held = Held {
@@ -40,29 +70,103 @@ pub(super) fn worst(work: &[Pose], found: &Fit, bad: &[Option<f64>]) -> Option<(
         model_error: 0.0,
         scatter: found.model.scatter,
     };
-    let whole = fit(work, &held, &found.start())?;
-    if whole.freedom < LEAST_FREEDOM {
-        return None;
+    match rough_fit(work, &held, &found.start()) {
+        Some(whole) if whole.freedom >= LEAST_FREEDOM => judge(work, &whole, &held),
+        _ => Misfits::default(),
     }
+}
+
+fn judge(work: &[Pose], whole: &Fit, held: &Held) -> Misfits {
     let there = work.iter().filter(|p| !p.left_out).count() as f64;
     let start = whole.start();
-    let mut found: Vec<(usize, f64, f64)> = Vec::new();
+    let mut tried: Vec<Deletion> = Vec::new();
     let mut trial = work.to_vec();
-    for k in suspects(work, &whole, there) {
+    for k in suspects(work, whole, there) {
         trial[k].left_out = true;
-        if let Some(rest) = fit(&trial, &held, &start).filter(|f| f.freedom >= LEAST_FREEDOM) {
+        if let Some(rest) = rough_fit(&trial, held, &start).filter(|f| f.freedom >= LEAST_FREEDOM) {
             let lost = whole.chi2 - rest.chi2;
             let freed = whole.freedom - rest.freedom;
-            let chance = there * chance(lost, freed, rest.chi2, rest.freedom);
-            found.push((k, chance, rest.freedom));
+            tried.push(Deletion {
+                pose: k,
+                chance: there * chance(lost, freed, rest.chi2, rest.freedom),
+                freedom: rest.freedom,
+            });
         }
         trial[k].left_out = false;
     }
-    found.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let &(k, chance, freedom) = found.first()?;
-    let next = found.get(1).map_or(1.0, |(_, chance, _)| *chance);
-    let clear = freedom >= PLENTY_OF_FREEDOM || next > CLEARLY * chance;
-    (chance < CHANCE && clear).then_some((k, chance))
+    tried.sort_by(|a, b| a.chance.total_cmp(&b.chance));
+    let mut out = Misfits::default();
+    for (at, one) in tried.iter().enumerate() {
+        if one.chance >= CHANCE {
+            break;
+        }
+        if let Some(both) = dispute(work, whole, held, one.pose) {
+            out.disputed.extend(both);
+            continue;
+        }
+        let next = tried.get(at + 1).map_or(1.0, |next| next.chance);
+        if one.freedom >= PLENTY_OF_FREEDOM || next > CLEARLY * one.chance {
+            out.bad = Some((one.pose, one.chance));
+        }
+        break;
+    }
+    out.disputed.sort_unstable();
+    out.disputed.dedup();
+    out
+}
+
+/// Every pose in the direction of `pose` where those that do not share its error
+/// are no majority, and the poses of other directions do not tell who is right.
+/// None when `pose` is the one that does not fit.
+fn dispute(work: &[Pose], whole: &Fit, held: &Held, pose: usize) -> Option<Vec<usize>> {
+    let inverse = matrix3::inverse(&whole.state.m)?;
+    let force = |k: usize| {
+        let force = matrix3::sub(&work[k].mean, &whole.state.b);
+        matrix3::mul_vec(&inverse, &force)
+    };
+    let here: Vec<usize> = (0..work.len())
+        .filter(|&k| !work[k].left_out && angle_deg(force(k), force(pose)) <= NEIGHBOUR_DEG)
+        .collect();
+    let error = |k: usize| norm(force(k)) - held.gravity;
+    let (like, others): (Vec<usize>, Vec<usize>) = here
+        .iter()
+        .partition(|&&k| error(k) / error(pose) >= SHARED_ERROR);
+    if others.is_empty() || others.len() > like.len() {
+        return None;
+    }
+    let mut rest = work.to_vec();
+    here.iter().for_each(|&k| rest[k].left_out = true);
+    let told = rough_fit(&rest, held, &whole.start())
+        .and_then(|rest| {
+            let off = square_off(work, &rest, &like)?;
+            Some(off - square_off(work, &rest, &others)? > 2.0 * CLEARLY.ln())
+        })
+        .unwrap_or(false);
+    (!told).then_some(here)
+}
+
+/// Squared error of ‖a‖, mean of a few poses that the fit does not know, over its
+/// variance by fit and readings.
+fn square_off(work: &[Pose], fit: &Fit, of: &[usize]) -> Option<f64> {
+    let inverse = matrix3::inverse(&fit.state.m)?;
+    let covariance = fit.full_covariance()?;
+    let count = of.len() as f64;
+    let (mut error, mut h, mut noise) = (0.0, [0.0; 12], 0.0);
+    for pose in of.iter().map(|&k| &work[k]) {
+        let force = matrix3::mul_vec(&inverse, &matrix3::sub(&pose.mean, &fit.state.b));
+        error += (norm(force) - fit.model.gravity) / count;
+        let own = predicted::sensitivity(&inverse, unit(force), fit.model.gravity);
+        for (sum, own) in h.iter_mut().zip(own) {
+            *sum += own / count;
+        }
+        // The last three are the derivatives by the reading, too.
+        noise += (0..3)
+            .map(|i| (own[9 + i] * pose.sd[i] / count).powi(2))
+            .sum::<f64>();
+    }
+    let variance = predicted::variance(&covariance, &h) + noise;
+    let usual = (fit.chi2 + USUAL_FREEDOM * USUAL_CHI2) / (fit.freedom + USUAL_FREEDOM);
+    Some(error * error / (usual * variance))
 }
 
 /// Probability that a deletion loses so much of χ² and of the degrees of
@@ -87,12 +191,13 @@ fn suspects(work: &[Pose], whole: &Fit, there: f64) -> Vec<usize> {
             let Some(place) = whole.place_of[k] else {
                 return false;
             };
-            if whole.model.places[place].readings.len() > 1 {
-                return true;
-            }
-            let Some((lost, freed)) = reduced.deletion(place, values) else {
+            let Some((lost, mut freed)) = reduced.deletion(place, values) else {
                 return true;
             };
+            // One of several readings loses no more than all of them.
+            if whole.model.places[place].readings.len() > 1 {
+                freed = freed.min(1.0);
+            }
             let freedom = whole.freedom - freed;
             let rest = (whole.chi2 - lost).max(1e-3 * whole.chi2);
             freedom < LEAST_FREEDOM || there * chance(lost, freed, rest, freedom) < SUSPECT

@@ -66,6 +66,8 @@ pub(super) struct Fit {
     /// Whitened squares of the readings, and their degrees of freedom.
     pub chi2: f64,
     pub freedom: f64,
+    /// −∂χ²/∂τ² when τ² is added to every variance.
+    pub chi2_slope: f64,
     pub converged: bool,
 }
 
@@ -80,10 +82,20 @@ pub(super) fn axes_of(poses: &[Pose]) -> usize {
     seen.iter().filter(|s| **s).count()
 }
 
-/// Fits M, b and the directions. None when nothing finite comes of it.
+/// Fits M, b and the directions, to all digits. None when nothing finite comes
+/// of it.
 pub(super) fn fit(poses: &[Pose], held: &Held, start: &Start) -> Option<Fit> {
+    fit_with(&EXACT, poses, held, start)
+}
+
+/// The same to a thousandth of a standard deviation, to decide by.
+pub(super) fn rough_fit(poses: &[Pose], held: &Held, start: &Start) -> Option<Fit> {
+    fit_with(&ROUGH, poses, held, start)
+}
+
+fn fit_with(options: &Options, poses: &[Pose], held: &Held, start: &Start) -> Option<Fit> {
     let (model, state, place_of) = placed(poses, held, start)?;
-    let (state, summary) = solve(&model, state, &OPTIONS);
+    let (state, summary) = solve(&model, state, options);
     let factor = Factor::new(&model, &state)?;
     let covariance = factor.covariance();
     let mut fit = Fit {
@@ -93,6 +105,7 @@ pub(super) fn fit(poses: &[Pose], held: &Held, start: &Start) -> Option<Fit> {
         tilt_squares: 0.0,
         chi2: 0.0,
         freedom: 0.0,
+        chi2_slope: 0.0,
         converged: summary.converged(),
         covariance,
         model,
@@ -102,19 +115,14 @@ pub(super) fn fit(poses: &[Pose], held: &Held, start: &Start) -> Option<Fit> {
     Some(fit)
 }
 
-/// M and b alone, to a thousandth of how far they are from the start.
+/// M and b alone, as roughly.
 pub(super) fn roughly(
     poses: &[Pose],
     held: &Held,
     start: &Start,
 ) -> Option<([[f64; 3]; 3], [f64; 3])> {
     let (model, state, _) = placed(poses, held, start)?;
-    let options = Options {
-        cost_tolerance: 1e-7,
-        step_tolerance: 1e-3,
-        ..OPTIONS
-    };
-    let (state, summary) = solve(&model, state, &options);
+    let (state, summary) = solve(&model, state, &ROUGH);
     summary.converged().then_some((state.m, state.b))
 }
 
@@ -197,12 +205,19 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
 }
 
 /// Fits of means in single precision do not need more.
-const OPTIONS: Options = Options {
+const EXACT: Options = Options {
     most_steps: 60,
     cost_tolerance: 1e-12,
     gradient_tolerance: 1e-12,
     step_tolerance: 1e-12,
     damping: 1e-6,
+};
+
+/// A square of 1e-6 among some hundred, or as small a part of the way.
+const ROUGH: Options = Options {
+    cost_tolerance: 1e-8,
+    step_tolerance: 1e-5,
+    ..EXACT
 };
 
 /// The upper triangular matrix with the same M Mᵀ and a positive diagonal: the
@@ -230,18 +245,23 @@ impl Fit {
         let Some(values) = &self.covariance.values else {
             return;
         };
-        let locals = factor.local_covariances(values);
         for (k, place) in model.places.iter().enumerate() {
             readings += place.readings.len();
             let shape = model.shape(k);
             let mut r = vec![0.0; shape.residuals];
             model.evaluate(&self.state, k, &mut r, None);
-            let rows = 3 * place.readings.len();
-            self.chi2 += r[..rows].iter().map(|x| x * x).sum::<f64>();
+            for (r, sd) in r.iter().zip(place.readings.iter().flat_map(|r| r.sd)) {
+                self.chi2 += r * r;
+                self.chi2_slope += (r / sd).powi(2);
+            }
             if let Direction::Tilted(d) = self.state.at[k] {
                 faces += 1;
                 self.tilt_squares += d[0] * d[0] + d[1] * d[1];
-                let own = [locals[k][0][0], locals[k][1][1]];
+                // Every place is a block with two local parameters.
+                let Some(own) = factor.local_covariance(k, values) else {
+                    return;
+                };
+                let own = [own[0][0], own[1][1]];
                 self.tilt_variance[k] = Some(own);
                 taken_by_priors += (own[0] + own[1]) / (model.tilt * model.tilt);
             }

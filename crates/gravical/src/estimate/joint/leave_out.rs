@@ -6,12 +6,12 @@ use crate::estimate::solve::Problem;
 use crate::segment::face::angle_deg;
 use crate::validate::predicted;
 
-use super::fit::{Fit, Held, Pose, axes_of, fit, roughly};
+use super::fit::{Fit, Held, Pose, axes_of, rough_fit, roughly};
 use super::model;
 use super::reduced::Reduced;
 
 /// Neighbours within this angle know a pose's answer, degrees.
-const NEIGHBOUR_DEG: f64 = 25.0;
+pub(super) const NEIGHBOUR_DEG: f64 = 25.0;
 /// Poses that have to remain: as many as a diagonal model has parameters.
 const LEAST_POSES: usize = 6;
 /// What remains determines nothing when its condition, prior off, is worse.
@@ -121,9 +121,9 @@ fn in_another_frame(rest: &[Pose], found: &Fit, held: &Held) -> Option<Fit> {
         prior: None,
         ..*held
     };
-    let bare = fit(rest, &open, &found.start())?;
+    let bare = rough_fit(rest, &open, &found.start())?;
     if bare.covariance.values.is_none() || bare.covariance.condition > MOST_CONDITION {
         return None;
     }
-    fit(rest, held, &bare.start()).filter(|f| f.converged)
+    rough_fit(rest, held, &bare.start()).filter(|f| f.converged)
 }

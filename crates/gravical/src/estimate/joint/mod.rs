@@ -30,7 +30,7 @@
 //! 4. *Repeats that lay the same way* share their tilt, pair by pair: they do not
 //!    average it.
 //! 5. *Bad poses*: one whose deletion lowers χ² more than chance allows is left
-//!    out.
+//!    out, unless a repeat that contradicts it could as well be the bad one.
 //!
 //! It fails where poses determine nothing: see [`JointError`].
 
@@ -54,7 +54,7 @@ use crate::segment::face::Face;
 use crate::stats::median;
 use crate::validate::predicted;
 
-use fit::{Fit, Held, Pose, Start, fit};
+use fit::{Fit, Held, Pose, Start, fit, rough_fit};
 pub use roles::Role;
 pub use sources::Source;
 pub use types::*;
@@ -98,13 +98,21 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
         last = search.settle(&mut work)?;
     }
     let mut bad = vec![None; poses.len()];
-    while let Some((worst, chance)) = bad::worst(&work, &last, &bad) {
+    let disputed = loop {
+        let misfits = bad::worst(&work, &last, &bad);
+        let Some((worst, chance)) = misfits.bad else {
+            break misfits.disputed;
+        };
         bad[worst] = Some(chance);
         work[worst].left_out = true;
         search.held.model_error = 0.0;
         last = search.settle(&mut work)?;
+    };
+    let mut fit = search.finish(&work, &bad)?;
+    for k in disputed {
+        fit.poses[k].disputed = true;
     }
-    search.finish(&work, last, &bad)
+    Ok(fit)
 }
 
 /// M and b to start with: the nominal scale (or the one that readings of usual
@@ -202,7 +210,7 @@ impl<'a> Search<'a> {
     /// Tilt and model error for the present roles.
     fn balance(&mut self, work: &[Pose]) -> Result<Fit, JointError> {
         for round in 0.. {
-            let found = fit(work, &self.held, &self.start).ok_or_else(|| self.open(work))?;
+            let found = rough_fit(work, &self.held, &self.start).ok_or_else(|| self.open(work))?;
             if found.covariance.values.is_none() {
                 return Err(self.open(work));
             }
@@ -217,7 +225,7 @@ impl<'a> Search<'a> {
             }
             self.start = found.start();
             let tilt = self.next_tilt(&found);
-            let error = self.next_model_error(work, &found);
+            let error = self.next_model_error(&found);
             let scale = model::norm(found.state.m[0]) * self.held.gravity;
             let rests = (tilt / self.held.tilt - 1.0).abs() < 1e-3
                 && (error - self.held.model_error).abs()
@@ -244,20 +252,15 @@ impl<'a> Search<'a> {
             .clamp(TILT_RANGE[0], TILT_RANGE[1])
     }
 
-    /// Variance that makes χ² its degrees of freedom, never below 0.
-    fn next_model_error(&self, work: &[Pose], found: &Fit) -> f64 {
-        if found.freedom < 1.0 {
+    /// Variance that makes χ² its degrees of freedom, never below 0: a step of
+    /// Newton's on f/χ² − 1, which is linear in the variance where all are alike.
+    fn next_model_error(&self, found: &Fit) -> f64 {
+        if found.freedom < 1.0 || found.chi2_slope == 0.0 {
             return 0.0;
         }
-        let now = self.held.model_error.powi(2);
-        let mut inverse = 0.0;
-        let mut count = 0.0;
-        for s in work.iter().filter(|p| !p.left_out).flat_map(|p| p.sd) {
-            inverse += 1.0 / (s * s + now);
-            count += 1.0;
-        }
-        let change = (found.chi2 / found.freedom - 1.0) * count / inverse;
-        (now + change).max(0.0).sqrt()
+        let excess = found.chi2 / found.freedom - 1.0;
+        let change = excess * found.chi2 / found.chi2_slope;
+        (self.held.model_error.powi(2) + change).max(0.0).sqrt()
     }
 
     /// What the poses leave open.
@@ -286,15 +289,11 @@ impl<'a> Search<'a> {
             prior: None,
             ..self.held
         };
-        fit(work, &bare, &self.start).is_some_and(|f| f.covariance.values.is_some())
+        rough_fit(work, &bare, &self.start).is_some_and(|f| f.covariance.values.is_some())
     }
 
-    fn finish(
-        self,
-        work: &[Pose],
-        found: Fit,
-        bad: &[Option<f64>],
-    ) -> Result<JointFit, JointError> {
+    fn finish(self, work: &[Pose], bad: &[Option<f64>]) -> Result<JointFit, JointError> {
+        let found = fit(work, &self.held, &self.start).ok_or_else(|| self.open(work))?;
         let mut covariance = found.full_covariance().ok_or_else(|| self.open(work))?;
         let second = curvature::second_order(&found).ok_or_else(|| self.open(work))?;
         let curved = second.covariance(&found.state.m);
@@ -331,12 +330,13 @@ impl<'a> Search<'a> {
                     direction,
                     tilt,
                     bad: bad[k],
+                    disputed: false,
                     left_out_error: left_out[k].map(|l| l.error),
                     left_out_sd: left_out[k].map(|l| l.sd),
                 }
             })
             .collect();
-        let alone = fit(
+        let alone = rough_fit(
             work,
             &Held {
                 model_error: 0.0,

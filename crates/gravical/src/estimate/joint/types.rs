@@ -57,6 +57,9 @@ pub struct PoseResult {
     pub tilt: Option<(f64, f64)>,
     /// Left out as a bad one: the probability that a good one misses as much.
     pub bad: Option<f64>,
+    /// Contradicts other poses of its direction, and nothing tells which of them
+    /// are right.
+    pub disputed: bool,
     /// ‖a‖ − g when it and its neighbours within 25° are left out, m/s².
     pub left_out_error: Option<f64>,
     /// Standard deviation that this error should have, by the fit without them

@@ -22,12 +22,55 @@ pub(crate) fn singular_values(matrix: DMatrix<f64>) -> Option<DVector<f64>> {
     values.iter().all(|v| v.is_finite()).then_some(values)
 }
 
-/// A block after elimination: `upper · local + coupling · shared = right`.
+/// A block after elimination, q rows: an upper triangle of the local columns,
+/// then the shared ones, then the residual.
 #[derive(Debug, Clone)]
 struct Local {
-    upper: DMatrix<f64>,
-    coupling: DMatrix<f64>,
-    right: DVector<f64>,
+    rows: DMatrix<f64>,
+}
+
+type View<'a> = nalgebra::DMatrixView<'a, f64>;
+
+impl Local {
+    fn upper(&self) -> View<'_> {
+        self.rows.columns(0, self.rows.nrows())
+    }
+
+    fn coupling(&self) -> View<'_> {
+        let q = self.rows.nrows();
+        self.rows.columns(q, self.rows.ncols() - q - 1)
+    }
+
+    fn right(&self) -> View<'_> {
+        self.rows.columns(self.rows.ncols() - 1, 1)
+    }
+}
+
+/// Clears the first `count` of the columns, `height` rows each, below their
+/// diagonal, by Householder reflections of all columns.
+fn triangulate(columns: &mut [f64], height: usize, count: usize) {
+    for k in 0..count.min(height) {
+        let (done, others) = columns.split_at_mut((k + 1) * height);
+        let own = &mut done[k * height + k..];
+        let length = own.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if length == 0.0 {
+            continue;
+        }
+        // Reflected to the side away from it: no difference of near numbers.
+        let diagonal = -length.copysign(own[0]);
+        own[0] -= diagonal;
+        let twice_over_square = -1.0 / (diagonal * own[0]);
+        for other in others.chunks_exact_mut(height) {
+            let other = &mut other[k..];
+            let along: f64 = own.iter().zip(other.iter()).map(|(a, b)| a * b).sum();
+            let share = twice_over_square * along;
+            for (x, v) in other.iter_mut().zip(own.iter()) {
+                *x -= share * v;
+            }
+        }
+        own.fill(0.0);
+        own[0] = diagonal;
+    }
 }
 
 /// A linearised problem, factored: local parameters eliminated, shared ones in
@@ -69,11 +112,13 @@ impl Factor {
         let shapes: Vec<Shape> = (0..problem.blocks()).map(|b| problem.shape(b)).collect();
         let rows: usize = shapes.iter().map(|s| s.residuals - s.local).sum();
         // At least p rows, so that R is square.
-        let mut stacked = DMatrix::zeros(rows.max(p), p + 1);
+        let height = rows.max(p);
+        let mut stacked = DMatrix::zeros(height, p + 1);
         let mut locals = Vec::with_capacity(shapes.len());
         let (mut cost, mut squares, mut at) = (0.0, 0.0, 0);
         let mut local_gradient = 0.0_f64;
         let (mut residuals, mut shared, mut local) = (Vec::new(), Vec::new(), Vec::new());
+        let mut columns = Vec::new();
         for (block, shape) in shapes.iter().enumerate() {
             let (m, q) = (shape.residuals, shape.local);
             residuals.clear();
@@ -96,42 +141,31 @@ impl Factor {
             cost += rho;
             squares += slope * square;
             let weight = slope.sqrt();
-            if q == 0 {
-                for i in 0..m {
-                    for j in 0..p {
-                        stacked[(at + i, j)] = weight * shared[i * p + j];
-                    }
-                    stacked[(at + i, p)] = weight * residuals[i];
-                }
-            } else {
-                let qr = DMatrix::from_fn(m, q, |i, j| weight * local[i * q + j]).qr();
-                let mut rest = DMatrix::from_fn(m, p + 1, |i, j| {
-                    weight
-                        * if j < p {
-                            shared[i * p + j]
-                        } else {
-                            residuals[i]
-                        }
-                });
-                qr.q_tr_mul(&mut rest);
-                let upper = qr.unpack_r();
-                let right = rest.view((0, p), (q, 1)).column(0).into_owned();
-                // Cosine of the residuals with what the local columns span.
-                if square > 0.0 {
-                    local_gradient =
-                        local_gradient.max(right.norm() / (slope * square).sqrt().max(1e-300));
-                }
-                let coupling = rest.view((0, 0), (q, p)).into_owned();
-                stacked
-                    .view_mut((at, 0), (m - q, p + 1))
-                    .copy_from(&rest.view((q, 0), (m - q, p + 1)));
-                locals.push(Local {
-                    upper,
-                    coupling,
-                    right,
-                });
+            columns.clear();
+            for j in 0..q {
+                columns.extend((0..m).map(|i| weight * local[i * q + j]));
+            }
+            for j in 0..p {
+                columns.extend((0..m).map(|i| weight * shared[i * p + j]));
+            }
+            columns.extend(residuals.iter().map(|r| weight * r));
+            triangulate(&mut columns, m, q);
+            let below = columns.chunks_exact(m.max(1)).skip(q);
+            for (column, all) in below.zip(stacked.as_mut_slice().chunks_exact_mut(height)) {
+                all[at..at + m - q].copy_from_slice(&column[q..]);
             }
             at += m - q;
+            if q == 0 {
+                continue;
+            }
+            let rows = DMatrix::from_fn(q, q + p + 1, |i, j| columns[j * m + i]);
+            let own = Local { rows };
+            // Cosine of the residuals with what the local columns span.
+            if square > 0.0 {
+                let length = (slope * square).sqrt().max(1e-300);
+                local_gradient = local_gradient.max(own.right().norm() / length);
+            }
+            locals.push(own);
         }
         let scale = DVector::from_fn(p, |j, _| {
             let length = stacked.column(j).norm();
@@ -140,10 +174,9 @@ impl Factor {
         for j in 0..p {
             stacked.column_mut(j).unscale_mut(scale[j]);
         }
-        let jacobian = stacked.columns(0, p).into_owned().qr();
-        let mut right = stacked.column(p).into_owned();
-        jacobian.q_tr_mul(&mut right);
-        let upper = jacobian.unpack_r();
+        triangulate(stacked.as_mut_slice(), height, p);
+        let upper = stacked.view((0, 0), (p, p)).into_owned();
+        let right = stacked.view((0, p), (p, 1)).column(0).into_owned();
         // Squares of finite numbers may not be.
         if !(cost.is_finite() && upper.iter().chain(&right).all(|v| v.is_finite())) {
             return None;
@@ -151,7 +184,7 @@ impl Factor {
         Some(Factor {
             locals,
             upper,
-            right: right.rows(0, p).into_owned(),
+            right,
             scale,
             cost,
             length: squares.sqrt(),
@@ -192,8 +225,9 @@ impl Factor {
     /// determine its local parameters.
     pub(super) fn step(&self, damping: f64, longest: &[f64]) -> Option<Step> {
         let p = self.scale.len();
-        let mut augmented = DMatrix::zeros(2 * p, p);
+        let mut augmented = DMatrix::zeros(2 * p, p + 1);
         augmented.view_mut((0, 0), (p, p)).copy_from(&self.upper);
+        augmented.view_mut((0, p), (p, 1)).copy_from(&self.right);
         let mut damped = DVector::zeros(p);
         for j in 0..p {
             let ratio = if longest[j] > 0.0 {
@@ -204,25 +238,23 @@ impl Factor {
             damped[j] = damping.sqrt() * ratio;
             augmented[(p + j, j)] = damped[j];
         }
-        let qr = augmented.qr();
-        let mut right = DVector::zeros(2 * p);
-        right.rows_mut(0, p).copy_from(&self.right);
-        qr.q_tr_mul(&mut right);
-        let scaled = -qr
-            .unpack_r()
-            .solve_upper_triangular(&right.rows(0, p).into_owned())?;
+        triangulate(augmented.as_mut_slice(), 2 * p, p);
+        let right = augmented.view((0, p), (p, 1)).column(0).into_owned();
+        let scaled = -augmented
+            .view((0, 0), (p, p))
+            .solve_upper_triangular(&right)?;
         let shared = scaled.component_div(&self.scale);
         let mut local = Vec::new();
         let mut promised = 0.0;
         let mut length = scaled.norm_squared();
         for block in &self.locals {
-            let right = -&block.right - &block.coupling * &shared;
-            let own = block.upper.solve_upper_triangular(&right)?;
-            for (column, step) in block.upper.column_iter().zip(own.iter()) {
+            let right = -(block.right() + block.coupling() * &shared);
+            let own = block.upper().solve_upper_triangular(&right)?;
+            for (column, step) in block.upper().column_iter().zip(own.iter()) {
                 length += column.norm_squared() * step * step;
             }
             local.extend(own.iter());
-            promised += block.right.norm_squared();
+            promised += block.right().norm_squared();
         }
         // ‖r‖² − ‖r + Js‖² for this s, without the cancellation.
         promised += (&self.upper * &scaled).norm_squared()
@@ -290,29 +322,23 @@ impl Factor {
         }
     }
 
-    /// Covariance of the local parameters of every block that has some, in
-    /// order, row-major q × q, the shared ones marginalised. `shared` is the
-    /// covariance of these.
+    /// Covariance of the local parameters of the `nth` block that has some,
+    /// row-major q × q, the shared ones marginalised. `shared` is the covariance
+    /// of these. None where there are fewer such blocks.
     #[must_use]
-    pub fn local_covariances(&self, shared: &[Vec<f64>]) -> Vec<Vec<Vec<f64>>> {
+    pub fn local_covariance(&self, nth: usize, shared: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+        let block = self.locals.get(nth)?;
         let p = self.scale.len();
         let c = DMatrix::from_fn(p, p, |i, j| shared[i][j]);
-        self.locals
-            .iter()
-            .map(|block| {
-                let q = block.upper.nrows();
-                let identity = DMatrix::identity(q, q);
-                let inverse = block
-                    .upper
-                    .solve_upper_triangular(&identity)
-                    .unwrap_or_else(|| DMatrix::from_element(q, q, f64::INFINITY));
-                let follows = &inverse * &block.coupling;
-                let total = &inverse * inverse.transpose() + &follows * &c * follows.transpose();
-                (0..q)
-                    .map(|i| (0..q).map(|j| total[(i, j)]).collect())
-                    .collect()
-            })
-            .collect()
+        let q = block.rows.nrows();
+        let inverse = block
+            .upper()
+            .solve_upper_triangular(&DMatrix::identity(q, q))
+            .unwrap_or_else(|| DMatrix::from_element(q, q, f64::INFINITY));
+        let follows = &inverse * block.coupling();
+        let total = &inverse * inverse.transpose() + &follows * &c * follows.transpose();
+        let row = |i: usize| (0..q).map(|j| total[(i, j)]).collect();
+        Some((0..q).map(row).collect())
     }
 }
 

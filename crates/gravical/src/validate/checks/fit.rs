@@ -2,6 +2,7 @@
 
 use crate::calibration_file::{AccelerometerSection, TiltSource};
 use crate::estimate::accelerometer::{Estimate, UNUSUAL_TILT};
+use crate::estimate::joint::JointFit;
 use crate::recording::Finding;
 use crate::segment::Placement;
 use crate::segment::face::{Claim, Face};
@@ -45,7 +46,7 @@ pub(super) fn findings(
                     "bad-pose",
                     format!(
                         "{}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?",
-                        placements[k].label,
+                        section.positions[k].called(),
                         1000.0 * (magnitude(section, k) / 9.80665)
                     ),
                 )
@@ -88,6 +89,7 @@ pub(super) fn findings(
         }
         return findings;
     };
+    findings.extend(disputed(section, fit));
     findings.extend(face_twice(estimate, placements).or_else(|| missing_face(estimate, gravity)));
     if let Some(quality) = &section.fit {
         if let Some(condition) = weak {
@@ -160,6 +162,29 @@ fn orientation_open(why: &str) -> Finding {
             "{why}. The frame was fixed by convention (triangular matrix); magnitudes are not affected"
         ),
     )
+}
+
+/// Repeats that contradict each other with nothing to tell which are right.
+fn disputed(section: &AccelerometerSection, fit: &JointFit) -> Option<Finding> {
+    let (more, less): (Vec<usize>, Vec<usize>) = (0..section.positions.len())
+        .filter(|&k| fit.poses[k].disputed)
+        .partition(|&k| magnitude(section, k) > 0.0);
+    let error_mg = |k: &usize| 1000.0 * magnitude(section, *k) / 9.80665;
+    let most = more.iter().map(error_mg).reduce(f64::max)?;
+    let least = less.iter().map(error_mg).reduce(f64::min)?;
+    let called = |side: &[usize]| {
+        let names = side.iter().map(|&k| section.positions[k].called());
+        names.collect::<Vec<_>>().join(", ")
+    };
+    Some(Finding::warning(
+        "repeats-contradict",
+        format!(
+            "placements of one direction differ by up to {:.1} mg in magnitude ({} against {}), and nothing tells which are right: all of them count, and the uncertainty is the larger for it. Was the sensor still warming up, or was one of them moved? Record that side again",
+            most - least,
+            called(&more),
+            called(&less),
+        ),
+    ))
 }
 
 /// A face that was recorded twice in place of another one, which is missing: by
