@@ -92,6 +92,34 @@ pub struct Calibrated {
     pub segmentation: Segmentation,
 }
 
+/// The serial number that the files name, if any does.
+///
+/// # Errors
+///
+/// `sensors-differ` where they name several.
+fn common_serial(recordings: &[Recording]) -> Result<Option<String>> {
+    let named = || {
+        recordings
+            .iter()
+            .filter_map(|r| Some((r, r.serial.as_ref()?)))
+    };
+    let Some((one, serial)) = named().next() else {
+        return Ok(None);
+    };
+    match named().find(|(_, other)| *other != serial) {
+        None => Ok(Some(serial.clone())),
+        Some((other, another)) => Err(Error::input(
+            "sensors-differ",
+            format!(
+                "{} is of the sensor with the serial number {serial}, {} of {another}",
+                one.name, other.name
+            ),
+        )
+        .at(other.name.as_ref(), None)
+        .with_hint("calibrate the recordings of each sensor alone; --sensor-id NAME says that they are of one")),
+    }
+}
+
 /// Calibrates a sensor from the recordings of one session.
 ///
 /// # Errors
@@ -102,6 +130,10 @@ pub struct Calibrated {
 pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result<Calibrated> {
     options.validate()?;
     let gravity = options.gravity.value_mps2;
+    let sensor_id = match &options.sensor.id {
+        Some(id) => Some(id.clone()),
+        None => common_serial(recordings)?,
+    };
 
     // Where did the sensor lie still, and which face was up?
     let mut segmentation = segment(recordings, &options.segment)?;
@@ -228,7 +260,10 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         format: FORMAT.to_owned(),
         created: creation_time(),
         tool: concat!("gravical ", env!("CARGO_PKG_VERSION")).to_owned(),
-        sensor: options.sensor.clone(),
+        sensor: SensorInfo {
+            id: sensor_id,
+            model: options.sensor.model.clone(),
+        },
         gravity_mps2: gravity,
         gravity_source: options.gravity.source,
         temperature_c: range,

@@ -21,6 +21,9 @@ pub struct Inspection {
     pub file: String,
     /// How it is written.
     pub description: String,
+    /// Serial number of the sensor, where the file names it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
     /// Names of its columns.
     pub columns: Vec<String>,
     /// The sum `lines = rows + …`.
@@ -137,6 +140,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     Inspection {
         file: recording.name.clone(),
         description: recording.description.clone(),
+        serial: recording.serial.clone(),
         columns: recording.column_names.clone(),
         account: Account {
             lines: recording.ledger.lines,

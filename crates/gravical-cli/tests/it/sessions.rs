@@ -34,6 +34,40 @@ fn told<'a>(value: &'a serde_json::Value, kind: &str) -> Vec<(&'a str, &'a str)>
 }
 
 #[test]
+fn serial_numbers_go_into_the_calibration_and_two_are_no_session() {
+    let folder = six_files(&Sensor::default());
+    let name = |file: &str, serial: &str| {
+        let text = std::fs::read_to_string(folder.path().join(file)).unwrap();
+        write(
+            folder.path(),
+            file,
+            &format!("Serial Number: {serial}\n{text}"),
+        );
+    };
+    name("x_axis_pos.csv", "MOS2D12345678");
+    name("y_axis_pos.csv", "MOS2D12345678");
+    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
+    assert_eq!(file["sensor"]["id"], "MOS2D12345678");
+    let seen = run_in(folder.path(), words("inspect x_axis_pos.csv --json")).json();
+    assert_eq!(seen["serial"], "MOS2D12345678");
+
+    name("z_axis_pos.csv", "MOS2D999");
+    let run = run_in(folder.path(), words("calibrate . --gravity 9.81 --json"));
+    assert_eq!(
+        (run.code, run.error_code()),
+        (3, "sensors-differ".to_owned())
+    );
+    let said = run.json().to_string();
+    assert!(
+        said.contains("MOS2D999") && said.contains("z_axis_pos.csv"),
+        "{said}"
+    );
+    // The hint, followed.
+    let file = calibrate(folder.path(), ". --gravity 9.81 --sensor-id 7", 0);
+    assert_eq!(file["sensor"]["id"], "7");
+}
+
+#[test]
 fn what_else_is_in_a_folder_costs_nothing() {
     let sensor = Sensor::default();
     let folder = six_files(&sensor);

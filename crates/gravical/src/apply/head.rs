@@ -7,7 +7,7 @@ use crate::recording::layout::Layout;
 use crate::recording::names::Quantity;
 use crate::recording::row::{ACCEL, GYRO, SLOTS, TEMPERATURE, TIME, Values};
 use crate::recording::timing::{Claims, Parts, Stamps, judge};
-use crate::recording::{ReadOptions, claimed_rate, hold_last_values, is_sparse};
+use crate::recording::{ReadOptions, hold_last_values, is_sparse, metadata};
 use crate::scan::Lines;
 use crate::stats::median;
 
@@ -118,7 +118,9 @@ impl Head {
         }
         let claims = Claims {
             unit: options.time_unit.or(layout.time_claim),
-            nominal_rate_hz: options.rate_hz.or_else(|| claimed_rate(&dialect.metadata)),
+            nominal_rate_hz: options
+                .rate_hz
+                .or_else(|| metadata::rate_hz(&dialect.metadata)),
             temperature_span_c: self.temperature_span_c,
         };
         let unit = judge(self.time.clone(), Parts::default(), &claims, |row| {

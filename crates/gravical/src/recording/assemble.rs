@@ -10,36 +10,7 @@ use super::read::Scanned;
 use super::timing::{self, Claims, Parts};
 use super::unit_choice::{decide_accel, looks_unsigned};
 use super::units::{GyroScale, GyroUnit, Origin};
-use super::{POSSIBLE, ReadOptions, Recording, quality, resolution};
-
-/// The rate that the metadata claim, Hz: `Fs,100`, `# rate: 62.5 Hz`,
-/// `Sample Rate:,128,Hz`, `// Update Rate: 40.0Hz`, `… at 100 Hz Filter Normal`.
-pub(crate) fn claimed_rate(metadata: &[String]) -> Option<f64> {
-    metadata.iter().find_map(|line| {
-        let line = line.to_lowercase();
-        let words: Vec<&str> = line
-            .split(|c: char| !(c.is_alphanumeric() || c == '.'))
-            .filter(|w| !w.is_empty())
-            .collect();
-        let number = |word: &str| -> Option<f64> {
-            let rate: f64 = word.strip_suffix("hz").unwrap_or(word).parse().ok()?;
-            POSSIBLE.contains(&rate).then_some(rate)
-        };
-        let foreign = |word: &str| ["baud", "bit", "heart", "data"].contains(&word);
-        (0..words.len()).find_map(|i| {
-            let names_it = ["fs", "rate", "odr", "sampling", "frequency"].contains(&words[i])
-                && !(i > 0 && foreign(words[i - 1]));
-            if names_it {
-                // Behind it, maybe after its unit or a word.
-                return words[i + 1..].iter().take(3).find_map(|w| number(w));
-            }
-            // `at 100 Hz`: only with the unit.
-            let rate = words.get(i + 1).filter(|_| words[i] == "at")?;
-            let unit = words.get(i + 2).is_some_and(|w| *w == "hz") || rate.ends_with("hz");
-            number(rate).filter(|_| unit)
-        })
-    })
-}
+use super::{ReadOptions, Recording, metadata, quality, resolution};
 
 /// Fewer rows than these are a table of means, or one placement: no rate is needed.
 const LEAST_ROWS: usize = 40;
@@ -87,7 +58,9 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
     });
     let claims = Claims {
         unit: options.time_unit.or(layout.time_claim),
-        nominal_rate_hz: options.rate_hz.or_else(|| claimed_rate(&dialect.metadata)),
+        nominal_rate_hz: options
+            .rate_hz
+            .or_else(|| metadata::rate_hz(&dialect.metadata)),
         temperature_span_c: span,
     };
     let parts = Parts {
@@ -137,6 +110,7 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
         name: name.to_owned(),
         sha256,
         description,
+        serial: metadata::serial(&dialect.metadata),
         column_names: dialect
             .header
             .as_ref()

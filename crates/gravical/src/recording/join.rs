@@ -16,8 +16,9 @@ use std::path::Path;
 
 use crate::{Error, Result};
 
-use super::assemble::{claimed_rate, gyro_by_claim};
+use super::assemble::gyro_by_claim;
 use super::finding::{Finding, LineSpans};
+use super::metadata;
 use super::open::{self, Input};
 use super::read::{Role, Scanned, scan_rows};
 use super::timing::{self, Claims, Parts, TimeUnit};
@@ -145,7 +146,9 @@ fn join_input(
             .time_unit
             .or(layout.time_claim)
             .or_else(|| unit_of(recording, &time)),
-        nominal_rate_hz: options.rate_hz.or_else(|| claimed_rate(&dialect.metadata)),
+        nominal_rate_hz: options
+            .rate_hz
+            .or_else(|| metadata::rate_hz(&dialect.metadata)),
         temperature_span_c: 0.0,
     };
     let timed = if time.is_empty() {

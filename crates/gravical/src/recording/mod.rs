@@ -35,6 +35,7 @@ pub mod frame;
 pub mod join;
 pub mod layout;
 mod ledger;
+pub(crate) mod metadata;
 pub mod names;
 pub mod open;
 pub mod quality;
@@ -46,9 +47,7 @@ pub mod timing;
 mod unit_choice;
 pub mod units;
 
-pub(crate) use assemble::{
-    POSSIBLE_C, claimed_rate, gyro_by_claim, hold_last_values, is_celsius, is_sparse,
-};
+pub(crate) use assemble::{POSSIBLE_C, gyro_by_claim, hold_last_values, is_celsius, is_sparse};
 pub use finding::{Finding, LineSpans, Severity};
 pub use join::{
     JoinedFile, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes,
@@ -164,6 +163,8 @@ pub struct Recording {
     pub sha256: Option<String>,
     /// How the file is written, for people: `comma, header in line 1`.
     pub description: String,
+    /// Serial number of the sensor, where the lines above the header name it.
+    pub serial: Option<String>,
     /// Names of the columns, as far as there is a header.
     pub column_names: Vec<String>,
     /// Specific force along x, y, z in the unit of the file, less

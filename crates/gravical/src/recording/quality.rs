@@ -253,11 +253,12 @@ impl FullScale {
             return Self::of_counts();
         }
         let per_g = scale.nominal().map(|n| n * STANDARD_GRAVITY_MPS2);
-        let end = |per_g: f64| FULL_SCALES_G.map(|g| g * per_g);
+        let given = scale.lsb_per_g.map(|lsb| 32768.0 / lsb);
+        let ranges = FULL_SCALES_G.into_iter().chain(given);
         FullScale {
             // Within two counts of it.
             ends: per_g
-                .map(end)
+                .map(|per_g| ranges.map(move |g| g * per_g))
                 .into_iter()
                 .flatten()
                 .map(|full| [full * (1.0 - 2.5 / 32768.0), full * 1.0005])

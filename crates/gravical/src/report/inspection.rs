@@ -20,6 +20,9 @@ pub fn inspection_text(inspection: &Inspection) -> String {
         out.push_str(&paragraph(&format!("  {name:<8}"), &text));
     };
     line("format", inspection.description.clone());
+    if let Some(serial) = &inspection.serial {
+        line("sensor", format!("serial number {serial}"));
+    }
     line("lines", inspection.account.sum.clone());
     line("time", time(inspection));
     line("accel", accel(inspection));

@@ -245,7 +245,13 @@ fn eight_digits(word: u64) -> u64 {
 #[inline(never)]
 fn take_exponent(text: &[u8]) -> (i32, usize) {
     // As every program writes it: a sign and two digits.
-    if let [_, sign @ (b'+' | b'-'), tens @ b'0'..=b'9', ones @ b'0'..=b'9', rest @ ..] = text
+    if let [
+        _,
+        sign @ (b'+' | b'-'),
+        tens @ b'0'..=b'9',
+        ones @ b'0'..=b'9',
+        rest @ ..,
+    ] = text
         && !rest.first().is_some_and(u8::is_ascii_digit)
     {
         let exponent = 10 * i32::from(tens - b'0') + i32::from(ones - b'0');

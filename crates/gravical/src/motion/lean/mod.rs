@@ -32,7 +32,7 @@ use crate::recording::names::Quantity;
 use crate::recording::open::{Input, open};
 use crate::recording::timing::{Claims, Follower, Steps};
 use crate::recording::{
-    AccelClaim, Finding, ReadOptions, Recording, claimed_rate, fits_unsigned, read_bytes,
+    AccelClaim, Finding, ReadOptions, Recording, fits_unsigned, metadata, read_bytes,
 };
 use crate::segment::face::AxisMap;
 use crate::stats::median;
@@ -164,7 +164,7 @@ fn end_of(
             unit: read.time_unit.or(opened.layout.time_claim),
             nominal_rate_hz: read
                 .rate_hz
-                .or_else(|| claimed_rate(&opened.dialect.metadata)),
+                .or_else(|| metadata::rate_hz(&opened.dialect.metadata)),
             temperature_span_c: 0.0,
         },
         accel_claim: opened.layout.accel_claim,

@@ -14,6 +14,7 @@ use crate::{Error, Result};
 use super::board;
 use super::dialect::Dialect;
 use super::finding::Finding;
+use super::metadata::range_g;
 use super::names::{ColumnName, Quantity, bare_axis, understand};
 use super::read::Role;
 use super::row::{ACCEL, GYRO, RowScanner, RowStamps, TEMPERATURE, TIME};
@@ -111,10 +112,15 @@ impl Layout {
         RowStamps::new(self.sums_time)
     }
 
-    /// Takes from the board's own line what no header says: that values are counts, and
-    /// of which range.
+    /// Takes from the lines above the header what it does not say: the range of counts,
+    /// and by the board's own line that values are counts.
     pub(super) fn claim_of_board(&mut self, metadata: &[String]) {
         let Some(board) = board::of_counts(metadata) else {
+            // Of other counts the converter is taken to have 16 bits, until gravity
+            // says otherwise.
+            if self.accel_claim.unit == Some(AccelUnit::Counts) {
+                self.accel_claim.lsb_per_g = range_g(metadata).map(|range| 32768.0 / range);
+            }
             return;
         };
         if self.accel_claim.unit.is_none() {

@@ -1,0 +1,152 @@
+//! What the lines above the header say: sampling rate, range, serial number.
+
+use super::POSSIBLE;
+
+/// Words and numbers of a line.
+fn words(line: &str) -> Vec<&str> {
+    line.split(|c: char| !(c.is_alphanumeric() || c == '.'))
+        .filter(|w| !w.is_empty())
+        .collect()
+}
+
+/// The rate that the metadata claim, Hz: `Fs,100`, `# rate: 62.5 Hz`,
+/// `Sample Rate:,128,Hz`, `// Update Rate: 40.0Hz`, `… at 100 Hz Filter Normal`.
+pub(crate) fn rate_hz(metadata: &[String]) -> Option<f64> {
+    metadata.iter().find_map(|line| {
+        let line = line.to_lowercase();
+        let words = words(&line);
+        let number = |word: &str| -> Option<f64> {
+            let rate: f64 = word.strip_suffix("hz").unwrap_or(word).parse().ok()?;
+            POSSIBLE.contains(&rate).then_some(rate)
+        };
+        let foreign = |word: &str| ["baud", "bit", "heart", "data"].contains(&word);
+        (0..words.len()).find_map(|i| {
+            let names_it = ["fs", "rate", "odr", "sampling", "frequency"].contains(&words[i])
+                && !(i > 0 && foreign(words[i - 1]));
+            if names_it {
+                // Behind it, maybe after its unit or a word.
+                return words[i + 1..].iter().take(3).find_map(|w| number(w));
+            }
+            // `at 100 Hz`: only with the unit.
+            let rate = words.get(i + 1).filter(|_| words[i] == "at")?;
+            let unit = words.get(i + 2).is_some_and(|w| *w == "hz") || rate.ends_with("hz");
+            number(rate).filter(|_| unit)
+        })
+    })
+}
+
+/// Ranges that accelerometers have, g.
+const RANGES_G: std::ops::RangeInclusive<f64> = 0.5..=400.0;
+
+/// The range of the accelerometer, g: `Range: 4 g`, `Dynamic range,±8g`,
+/// `Accelerometer Full Scale: +/-16 g`. Only with the unit, and not of another sensor.
+pub(crate) fn range_g(metadata: &[String]) -> Option<f64> {
+    metadata.iter().find_map(|line| {
+        let line = line.to_lowercase();
+        let words = words(&line);
+        let foreign = |w: &&str| w.starts_with("gyro") || w.starts_with("mag");
+        let at = words
+            .iter()
+            .position(|w| *w == "range" || *w == "scale")
+            .filter(|_| !words.iter().any(|w| foreign(w)))?;
+        let (number, unit) = match words[at + 1..] {
+            [number, "g", ..] => (number, true),
+            [number, ..] => (
+                number.strip_suffix('g').unwrap_or(number),
+                number.ends_with('g'),
+            ),
+            [] => return None,
+        };
+        let range: f64 = number.parse().ok()?;
+        (unit && RANGES_G.contains(&range)).then_some(range)
+    })
+}
+
+/// Names that a serial number goes by, in small letters.
+const SERIAL: [&str; 6] = [
+    "serial number",
+    "serial no",
+    "serialnumber",
+    "device serial",
+    "device id",
+    "deviceid",
+];
+/// More characters are no serial number.
+const LONGEST: usize = 64;
+
+/// The sensor's serial number: `Serial Number: MOS2D12345678`, `// DeviceId: 00B41234`,
+/// `Serial no.,1234`.
+pub(crate) fn serial(metadata: &[String]) -> Option<String> {
+    metadata.iter().find_map(|line| {
+        // Small letters of ASCII: bytes stay where they are.
+        let small = line.to_ascii_lowercase();
+        let behind = SERIAL
+            .iter()
+            .find_map(|name| small.find(name).map(|at| at + name.len()))?;
+        let value = line
+            .get(behind..)?
+            .trim_start_matches(|c: char| !c.is_alphanumeric())
+            .split(|c: char| c.is_whitespace() || ",;\"'".contains(c))
+            .next()?;
+        let usual = |c: char| c.is_ascii_alphanumeric() || "-_:./".contains(c);
+        let digits = value.chars().any(|c| c.is_ascii_digit());
+        (digits && value.len() <= LONGEST && value.chars().all(usual)).then(|| value.to_owned())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of<T>(read: impl Fn(&[String]) -> T, line: &str) -> T {
+        read(&["Exported by an app".to_owned(), line.to_owned()])
+    }
+
+    #[test]
+    fn rates_as_they_are_written() {
+        for (line, rate) in [
+            ("Fs,100", Some(100.0)),
+            ("# rate: 62.5 Hz", Some(62.5)),
+            ("Sample Rate:,128,Hz", Some(128.0)),
+            ("// Update Rate: 40.0Hz", Some(40.0)),
+            (
+                "------- Data File Created By ActiGraph at 100 Hz Filter Normal -----",
+                Some(100.0),
+            ),
+            ("Baud rate: 115", None),
+            ("Look at 5 trees", None),
+        ] {
+            assert_eq!(of(rate_hz, line), rate, "{line}");
+        }
+    }
+
+    #[test]
+    fn ranges_with_their_unit_only() {
+        for (line, range) in [
+            ("Range: 4 g", Some(4.0)),
+            ("Dynamic range,±8g", Some(8.0)),
+            ("Accelerometer Full Scale: +/-16 g", Some(16.0)),
+            ("Range: 4", None),
+            ("Gyroscope range: 8 g", None),
+            ("date range: 1 to 8", None),
+            ("Range", None),
+        ] {
+            assert_eq!(of(range_g, line), range, "{line}");
+        }
+    }
+
+    #[test]
+    fn serial_numbers_of_loggers() {
+        for (line, serial_number) in [
+            ("Serial Number: MOS2D12345678", Some("MOS2D12345678")),
+            ("// DeviceId: 00B41234", Some("00B41234")),
+            ("\"Serial no.\",1234", Some("1234")),
+            ("Device serial;AB-12;x", Some("AB-12")),
+            ("Serial number: unknown", None),
+            ("Serial number:", None),
+            ("Serial port: COM3", None),
+        ] {
+            assert_eq!(of(serial, line).as_deref(), serial_number, "{line}");
+        }
+    }
+}
