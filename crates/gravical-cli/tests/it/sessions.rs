@@ -49,7 +49,7 @@ fn serial_numbers_go_into_the_calibration_and_two_are_no_session() {
     let file = calibrate(folder.path(), ". --gravity 9.81", 0);
     assert_eq!(file["sensor"]["id"], "MOS2D12345678");
     let seen = run_in(folder.path(), words("inspect x_axis_pos.csv --json")).json();
-    assert_eq!(seen["serial"], "MOS2D12345678");
+    assert_eq!(seen["recordings"][0]["serial"], "MOS2D12345678");
 
     name("z_axis_pos.csv", "MOS2D999");
     let run = run_in(folder.path(), words("calibrate . --gravity 9.81 --json"));

@@ -48,7 +48,7 @@ pub(crate) fn range_g(metadata: &[String]) -> Option<f64> {
         let at = words
             .iter()
             .position(|w| *w == "range" || *w == "scale")
-            .filter(|_| !words.iter().any(|w| foreign(w)))?;
+            .filter(|_| !words.iter().any(foreign))?;
         let (number, unit) = match words[at + 1..] {
             [number, "g", ..] => (number, true),
             [number, ..] => (
