@@ -77,19 +77,20 @@ pub const LONGEST_STEP_S: f64 = 3.0;
 /// Fewer are no walk.
 const LEAST: usize = 3;
 
-/// Stances in `rows`, two samples each; `bias` is the gyroscope's, `gravity` the magnitude at rest.
+/// Stances in `rows`, two samples each; `bias` is the gyroscope's, `gravity` the magnitude at rest,
+/// `step_s` the median step of the samples.
 pub(super) fn stances(
     samples: &Samples,
     rows: Range<usize>,
     bias: &[f64; 3],
     gravity: f64,
+    step_s: f64,
     options: &StanceOptions,
 ) -> Vec<Range<usize>> {
-    let step = samples.median_step_s();
-    if !options.search || samples.rate_rad_s.is_none() || rows.len() < 3 || step.is_nan() {
+    if !options.search || samples.rate_rad_s.is_none() || rows.len() < 3 || step_s.is_nan() {
         return Vec::new();
     }
-    let half = ((0.5 * options.window_s / step).round() as usize).max(1);
+    let half = ((0.5 * options.window_s / step_s).round() as usize).max(1);
     let n = rows.len();
     // Running sums of ‖ω‖² and ‖f‖.
     let (mut turning, mut force) = (vec![0.0; n + 1], vec![0.0; n + 1]);
@@ -207,6 +208,7 @@ mod tests {
             30..samples.len() - 30,
             &bias,
             9.8,
+            0.01,
             &StanceOptions::default(),
         )
     }

@@ -20,57 +20,65 @@ pub(super) fn stances(
     options: &MotionOptions,
 ) -> Vec<Range<usize>> {
     let t = &setup.samples.t_s;
-    let mut all = between(setup, rests, &options.stance);
-    if options.rests.given_s.is_some() {
-        return all;
-    }
+    let legs = Legs {
+        setup,
+        anchors: Anchors::new(setup.samples, setup.walk),
+        step_s: setup.samples.median_step_s(),
+        options: &options.stance,
+    };
     let mut k = 1;
-    while k + 1 < rests.len() {
+    while options.rests.given_s.is_none() && k + 1 < rests.len() {
         let rest = rests[k].clone();
         if t[rest.end - 1] - t[rest.start] < LEAST_FOR_BIAS_S {
             let mut others = rests.clone();
             others.remove(k);
-            let with = between(setup, &others, &options.stance);
-            let walked = with
-                .iter()
-                .any(|s| s.start < rest.end && t[rest.start] - t[s.start] <= LONGEST_STEP_S);
+            let recent = |t_s: f64| t[rest.start] - t_s <= LONGEST_STEP_S;
+            // The leg that the rest would lie in, and those before it that reach as far.
+            let walked = (0..k)
+                .rev()
+                .take_while(|&j| j + 1 == k || recent(t[others[j + 1].start]))
+                .flat_map(|j| legs.stances(&others, j))
+                .any(|s| s.start < rest.end && recent(t[s.start]));
             if walked {
-                (*rests, all) = (others, with);
+                *rests = others;
                 continue;
             }
         }
         k += 1;
     }
-    all
+    (0..rests.len())
+        .flat_map(|k| legs.stances(rests, k))
+        .collect()
 }
 
-/// Stances of a walking foot between the rests, and after the last.
-fn between(
-    setup: &Setup<'_>,
-    rests: &[Range<usize>],
-    options: &StanceOptions,
-) -> Vec<Range<usize>> {
-    let anchors = Anchors::new(setup.samples, setup.walk);
-    let mut out = Vec::new();
-    for (k, rest) in rests.iter().enumerate() {
-        let next = rests
-            .get(k + 1)
-            .map_or(setup.samples.len(), |r| r.start + 1);
-        let leg = rest.end - 1..next;
-        if setup.samples.breaks.iter().any(|b| leg.contains(b)) {
-            continue;
+/// Where stances are looked for: from a rest to the next, and after the last.
+struct Legs<'a> {
+    setup: &'a Setup<'a>,
+    anchors: Anchors<'a>,
+    step_s: f64,
+    options: &'a StanceOptions,
+}
+
+impl Legs<'_> {
+    /// Stances after rest `k` of `rests`; none across a break.
+    fn stances(&self, rests: &[Range<usize>], k: usize) -> Vec<Range<usize>> {
+        let samples = self.setup.samples;
+        let next = rests.get(k + 1).map_or(samples.len(), |r| r.start + 1);
+        let leg = rests[k].end - 1..next;
+        let at = samples.breaks.partition_point(|b| *b < leg.start);
+        if samples.breaks.get(at).is_some_and(|b| *b < leg.end) {
+            return Vec::new();
         }
-        let anchor = anchors.at(rests, k, Side::Last);
-        let gravity = norm(&anchor.force);
-        out.extend(super::stance::stances(
-            setup.samples,
+        let anchor = self.anchors.at(rests, k, Side::Last);
+        super::stance::stances(
+            samples,
             leg,
             &anchor.bias,
-            gravity,
-            options,
-        ));
+            norm(&anchor.force),
+            self.step_s,
+            self.options,
+        )
     }
-    out
 }
 
 #[cfg(test)]
