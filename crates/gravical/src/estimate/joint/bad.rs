@@ -16,6 +16,8 @@ use super::reduced::Reduced;
 const CHANCE: f64 = 1e-3;
 /// Poses that the linearised deletion finds this rare are tried in earnest.
 const SUSPECT: f64 = 0.05;
+/// … so many of them at a time: the others have their turn when these are gone.
+const MOST_TRIALS: usize = 12;
 /// Degrees of freedom that have to remain to judge by.
 const LEAST_FREEDOM: f64 = 1.0;
 /// With fewer than this one bad pose can look like another: then the worst has
@@ -179,28 +181,37 @@ fn chance(lost: f64, freed: f64, rest: f64, freedom: f64) -> f64 {
     FisherSnedecor::new(freed, freedom).map_or(1.0, |d| d.sf(f))
 }
 
-/// Poses that may be bad by the linearised deletion. The cost that it speaks of
-/// holds the priors too, which errs on the side of trying.
+/// Poses that may be bad by the linearised deletion, the likeliest first and
+/// [`MOST_TRIALS`] at the most. The cost that it speaks of holds the priors too,
+/// which errs on the side of trying.
 fn suspects(work: &[Pose], whole: &Fit, there: f64) -> Vec<usize> {
     let Some(values) = &whole.covariance.values else {
         return Vec::new();
     };
     let reduced = Reduced::new(whole);
-    (0..work.len())
-        .filter(|&k| {
-            let Some(place) = whole.place_of[k] else {
-                return false;
-            };
-            let Some((lost, mut freed)) = reduced.deletion(place, values) else {
-                return true;
-            };
-            // One of several readings loses no more than all of them.
-            if whole.model.places[place].readings.len() > 1 {
-                freed = freed.min(1.0);
-            }
-            let freedom = whole.freedom - freed;
-            let rest = (whole.chi2 - lost).max(1e-3 * whole.chi2);
-            freedom < LEAST_FREEDOM || there * chance(lost, freed, rest, freedom) < SUSPECT
-        })
-        .collect()
+    let mut out: Vec<(usize, f64)> = (0..work.len())
+        .filter_map(|k| Some((k, suspicion(&reduced, whole, values, whole.place_of[k]?))))
+        .map(|(k, chance)| (k, there * chance))
+        .filter(|(_, chance)| *chance < SUSPECT)
+        .collect();
+    out.sort_by(|a, b| a.1.total_cmp(&b.1));
+    out.truncate(MOST_TRIALS);
+    out.into_iter().map(|(k, _)| k).collect()
+}
+
+/// Chance of a place, linearised; 0 where its deletion cannot be.
+fn suspicion(reduced: &Reduced, whole: &Fit, values: &[Vec<f64>], place: usize) -> f64 {
+    let Some((lost, mut freed)) = reduced.deletion(place, values) else {
+        return 0.0;
+    };
+    // One of several readings loses no more than all of them.
+    if whole.model.places[place].readings.len() > 1 {
+        freed = freed.min(1.0);
+    }
+    let freedom = whole.freedom - freed;
+    if freedom < LEAST_FREEDOM {
+        return 0.0;
+    }
+    let rest = (whole.chi2 - lost).max(1e-3 * whole.chi2);
+    chance(lost, freed, rest, freedom)
 }
