@@ -206,6 +206,9 @@ pub fn read_session(
             Err(error) => return Err(error),
         }
     }
+    if folder.is_some() {
+        leave_out_linear(&mut recordings, &mut told);
+    }
     match (&mut recordings[..], gyro, &gyroscopes[..]) {
         ([], ..) => {
             // Of files that were named, each is a recording or an error.
@@ -245,6 +248,23 @@ pub fn read_session(
         }
     }
     Ok((recordings, told))
+}
+
+/// Apps write acceleration without gravity beside that with it: in a folder only the
+/// latter is meant.
+fn leave_out_linear(recordings: &mut Vec<Recording>, told: &mut Vec<Finding>) {
+    let linear = |r: &Recording| r.findings.iter().any(|f| f.kind == "without-gravity");
+    if recordings.iter().all(linear) {
+        return;
+    }
+    recordings.retain(|recording| {
+        let keep = !linear(recording);
+        if !keep {
+            let why = "gravity was taken out of this acceleration, and another file holds it with gravity; left out";
+            told.push(Finding::note("no-recording", why).in_file(&recording.name));
+        }
+        keep
+    });
 }
 
 fn is_same(a: &Path, b: &Path) -> bool {

@@ -3,14 +3,14 @@
 
 use crate::stats::median;
 
-use super::finding::Finding;
+use super::finding::{Finding, LineSpans};
 use super::layout::Layout;
 use super::quiet::quiet_norm;
 use super::read::Scanned;
 use super::timing::{self, Claims, Parts};
 use super::unit_choice::{decide_accel, looks_unsigned};
 use super::units::{GyroScale, GyroUnit, Origin};
-use super::{ReadOptions, Recording, metadata, quality, resolution};
+use super::{LineMap, ReadOptions, Recording, metadata, quality, resolution};
 
 /// Fewer rows than these are a table of means, or one placement: no rate is needed.
 const LEAST_ROWS: usize = 40;
@@ -28,6 +28,7 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
     } = scanned;
     let [time, ax, ay, az, gx, gy, gz, temperature] = columns.slots;
     let mut accel = [ax, ay, az];
+    let zeros = zero_rows(&accel, [&gx, &gy, &gz]);
     let line_map = columns.lines;
     let some = |v: Vec<f64>| (!v.is_empty()).then_some(v);
 
@@ -88,7 +89,7 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
     breaks.sort_unstable();
     breaks.dedup();
 
-    let gyro = (!gx.is_empty()).then_some([gx, gy, gz]);
+    let mut gyro = (!gx.is_empty()).then_some([gx, gy, gz]);
     findings.extend(quality::empty_cells(
         &accel,
         gyro.as_ref(),
@@ -97,6 +98,7 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
     if is_sparse(&accel) {
         hold_last_values(&mut accel);
     }
+    findings.extend(empty_zeros(&zeros, &mut accel, gyro.as_mut(), &line_map));
     let accel_scale = decide_accel(
         quiet_norm(&accel),
         unsigned,
@@ -188,6 +190,57 @@ pub(crate) fn hold_last_values(channels: &mut [Vec<f64>; 3]) {
             }
         }
     }
+}
+
+/// With a gyroscope that reads something, so many rows of zeros in a row are no free fall.
+const ZEROS_IN_A_ROW: usize = 5;
+
+/// Rows in which the accelerometer reads zero on all axes, to the last digit: it was not
+/// read. Beside a gyroscope that was, a single row may be chance.
+fn zero_rows(accel: &[Vec<f64>; 3], gyro: [&Vec<f64>; 3]) -> Vec<usize> {
+    let none = |channels: [&Vec<f64>; 3], row: usize| {
+        channels
+            .iter()
+            .all(|c| c.get(row).is_none_or(|v| *v == 0.0))
+    };
+    let zero = |row: &usize| none(accel.each_ref(), *row);
+    let rows = accel[0].len();
+    let mut out = Vec::new();
+    let mut row = 0;
+    while row < rows {
+        let end = (row..rows).find(|r| !zero(r)).unwrap_or(rows);
+        let enough = end - row >= ZEROS_IN_A_ROW;
+        out.extend((row..end).filter(|r| enough || none(gyro, *r)));
+        row = end + 1;
+    }
+    out
+}
+
+/// Makes empty what was not read.
+fn empty_zeros(
+    rows: &[usize],
+    accel: &mut [Vec<f64>; 3],
+    mut gyro: Option<&mut [Vec<f64>; 3]>,
+    line_map: &LineMap,
+) -> Option<Finding> {
+    let mut lines = LineSpans::default();
+    for &row in rows {
+        lines.push(line_map.line(row));
+        accel.iter_mut().for_each(|c| c[row] = f64::NAN);
+        if let Some(gyro) = gyro.as_mut().filter(|g| g.iter().all(|c| c[row] == 0.0)) {
+            gyro.iter_mut().for_each(|c| c[row] = f64::NAN);
+        }
+    }
+    (!rows.is_empty()).then(|| {
+        Finding::warning(
+            "zero-rows",
+            format!(
+                "the accelerometer reads zero on all axes in {} rows: it was not read; taken as empty",
+                rows.len()
+            ),
+        )
+        .at_lines(&lines)
+    })
 }
 
 /// More than a fifth of the rows lack a value.

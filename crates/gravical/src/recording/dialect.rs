@@ -508,7 +508,8 @@ fn find_header(best: &Candidate, before: &[&HeadLine<'_>]) -> Option<Header> {
     let mut from = last;
     // Two header rows: the upper names the sensor, the lower the channel.
     if let Some(upper_at) = last.checked_sub(1)
-        && let Some(upper) = names_of(before[upper_at])
+        && let Some(upper) = fields_of(before[upper_at]).map(fill_forward)
+        && upper.iter().any(|n| n.chars().any(char::is_alphabetic))
         && upper.len() == names.len()
         && repeats(&upper)
         && repeats(&names)
@@ -527,6 +528,16 @@ fn find_header(best: &Candidate, before: &[&HeadLine<'_>]) -> Option<Header> {
         units,
         texts: lines.iter().map(|l| l.text.trim_ascii().to_vec()).collect(),
     })
+}
+
+/// Cells that a spreadsheet has merged: the name stands in the first of them.
+fn fill_forward(mut cells: Vec<String>) -> Vec<String> {
+    for i in 1..cells.len() {
+        if cells[i].is_empty() {
+            cells[i] = cells[i - 1].clone();
+        }
+    }
+    cells
 }
 
 /// Below the names: units, or what the numbers were made of (`CAL`).

@@ -65,7 +65,7 @@ enum Word {
 const WORDS: &[(Word, &[&str])] = &[
     (
         Word::Accel,
-        &["a", "acc", "accel", "accl", "acce", "xl", "sf"],
+        &["a", "acc", "accel", "accl", "acce", "xl", "sf", "alpha"],
     ),
     (
         Word::Gyro,
@@ -98,7 +98,14 @@ const WORDS: &[(Word, &[&str])] = &[
             "nanos",
             "nanoseconds",
             "msec",
+            "msecs",
+            "millisec",
             "usec",
+            "usecs",
+            "microsec",
+            "nsec",
+            "nsecs",
+            "nanosec",
         ],
     ),
     (
@@ -239,8 +246,9 @@ pub fn understand(name: &str) -> Option<ColumnName> {
     if words.is_empty() || words.iter().any(|w| meaning(w) == Some(Word::Foreign)) {
         return None;
     }
-    let (quantity, hinted_unit) =
-        find_axis_quantity(&mut words).or_else(|| find_scalar_quantity(&mut words))?;
+    let (quantity, hinted_unit) = find_axis_quantity(&mut words)
+        .or_else(|| find_rate_by_unit(&mut words, bracketed.as_deref()))
+        .or_else(|| find_scalar_quantity(&mut words))?;
     let (unit_words, sensor_words): (Vec<String>, Vec<String>) = match bracketed {
         Some(_) => (Vec::new(), words),
         None => words.into_iter().partition(|w| is_unit_word(w)),
@@ -488,6 +496,18 @@ fn find_axis_quantity(words: &mut Vec<String>) -> Option<(Quantity, Option<Strin
     Some((as_quantity(kind, axis), None))
 }
 
+/// `Rotation X (rad/s)`, `AsX(°/s)`: an axis in a unit that nothing else has.
+fn find_rate_by_unit(
+    words: &mut Vec<String>,
+    unit: Option<&str>,
+) -> Option<(Quantity, Option<String>)> {
+    let is_rate = |u: &str| GyroUnit::parse(u).is_some() && AccelUnit::parse(u).is_none();
+    let at = words.iter().rposition(|w| axis_of(w).is_some())?;
+    let axis = axis_of(&words[at]).filter(|_| words.len() > 1 && unit.is_some_and(is_rate))?;
+    words.remove(at);
+    Some((Quantity::Gyro(axis), None))
+}
+
 /// Where several words say something, the first of this order counts.
 const SCALARS: [Quantity; 6] = [
     Quantity::TimeStep,
@@ -554,10 +574,7 @@ fn is_unit_word(word: &str) -> bool {
             | "counts"
             | "rads"
             | "degs"
-            | "seconds"
-            | "millis"
-            | "micros"
-    )
+    ) || TimeUnit::parse(word).is_some()
 }
 
 #[cfg(test)]
@@ -616,6 +633,13 @@ mod tests {
             ("AccelerationX", Accel(0), None),
             ("gFx", Accel(0), Some("g")),
             ("GyrX", Gyro(0), None),
+            ("AsX(°/s)", Gyro(0), Some("°/s")),
+            ("Rotation Z (rad/s)", Gyro(2), Some("rad/s")),
+            ("gx [mdps]", Gyro(0), Some("mdps")),
+            ("omega_y", Gyro(1), None),
+            ("alpha_y", Accel(1), None),
+            ("header.stamp.nanosec", Time, Some("nanosec")),
+            ("nanosec", Time, Some("ns")),
             ("zacc", Accel(2), None),
             ("Accel_X (m/(s^2))", Accel(0), Some("m/(s^2)")),
             ("Static/Angular Velocity/X", Gyro(0), None),

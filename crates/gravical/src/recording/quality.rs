@@ -222,6 +222,8 @@ const FULL_SCALES_DEG_S: [f64; 6] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0]
 
 /// Counts from here on are at the end of a 16-bit converter: some stop a few before it.
 const LARGEST_COUNT: f64 = 32764.0;
+/// … and none is beyond: larger values are of no such converter, which has no end then.
+const END_OF_COUNTS: f64 = 32768.0;
 
 /// True when `value` (in the unit of the file, offset taken off) is at the end
 /// of the converter's range.
@@ -243,7 +245,7 @@ pub(crate) struct FullScale {
 impl FullScale {
     fn of_counts() -> Self {
         FullScale {
-            ends: vec![[LARGEST_COUNT, f64::INFINITY]],
+            ends: vec![[LARGEST_COUNT, END_OF_COUNTS]],
             counts: true,
         }
     }
@@ -356,7 +358,10 @@ impl Clipping {
 
     /// What is said of it; none where nothing is clipped.
     pub fn finding(&self, channel: &str) -> Option<Finding> {
-        let shown = self.full.counts || self.repeats >= 3;
+        let shown = match self.full.counts {
+            true => self.largest <= END_OF_COUNTS,
+            false => self.repeats >= 3,
+        };
         (shown && !self.lines.is_empty()).then(|| {
             Finding::warning(
                 "clipped",

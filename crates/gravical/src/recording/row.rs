@@ -25,6 +25,9 @@ const LABEL: u8 = u8::MAX - 1;
 /// A field that says which of several sensors the row is of.
 const INSTANCE: u8 = u8::MAX - 2;
 
+/// A field that holds what the stamp lacks below a second.
+const FRACTION: u8 = u8::MAX - 3;
+
 /// Numbers of one row, in slots; what is absent is NaN.
 pub type Values = [f64; SLOTS];
 
@@ -75,6 +78,8 @@ pub struct RowScanner {
     slot_of_field: Vec<u8>,
     temperature_counts: bool,
     instance: f64,
+    /// Seconds in one unit of the field below a second.
+    fraction_s: f64,
 }
 
 /// Makes a stamp of what stands in the time column: differences from row to row are
@@ -117,6 +122,7 @@ impl RowScanner {
             slot_of_field: vec![SKIP; fields],
             temperature_counts: false,
             instance: f64::NAN,
+            fraction_s: 0.0,
         }
     }
 
@@ -140,6 +146,14 @@ impl RowScanner {
             *entry = INSTANCE;
         }
         self.instance = instance;
+    }
+
+    /// Field `field` holds what a stamp of whole seconds lacks, in units of `unit_s`.
+    pub fn assign_fraction(&mut self, field: usize, unit_s: f64) {
+        if let Some(entry) = self.slot_of_field.get_mut(field) {
+            *entry = FRACTION;
+        }
+        self.fraction_s = unit_s;
     }
 
     /// Temperatures are counts of an MPU6050: 1/340 °C each, 36.53 °C at 0 (MPU-6000 and
@@ -211,6 +225,7 @@ impl RowScanner {
         let mut at = 0;
         let mut any = false;
         let mut field = 0;
+        let mut fraction = 0.0;
         loop {
             at = skip_spaces(line, at, delimiter);
             // White space at the end of a line starts no further field.
@@ -247,6 +262,8 @@ impl RowScanner {
                     *label = (from as u32, end as u32);
                 } else if slot == INSTANCE {
                     self.check_instance(&line[at..end])?;
+                } else if slot == FRACTION {
+                    fraction = parse_field(&line[at..end]).unwrap_or(f64::NAN);
                 }
             }
             on_field((from as u32, end as u32));
@@ -263,6 +280,9 @@ impl RowScanner {
             } else {
                 RowDefect::Blank
             });
+        }
+        if self.fraction_s > 0.0 {
+            values[TIME] += fraction * self.fraction_s;
         }
         if self.temperature_counts {
             values[TEMPERATURE] = values[TEMPERATURE] / 340.0 + 36.53;

@@ -3,7 +3,7 @@
 
 use super::ReadOptions;
 use super::finding::Finding;
-use super::units::{AccelScale, AccelUnit, Evidence, Origin, accel_evidence};
+use super::units::{AccelScale, AccelUnit, Evidence, MOST_OFF, Origin, accel_evidence};
 
 /// Values that fit, and those of them that lie in the half around 32768; none when
 /// a value is no unsigned one of 16 bits.
@@ -94,7 +94,14 @@ pub fn decide_accel(
     let Some((norm, integers)) = quiet else {
         return by_claim(claimed, range_lsb);
     };
-    let evidence = accel_evidence(norm, integers);
+    // A sensitivity that is claimed, where gravity does not contradict it.
+    let claimed_lsb = claim
+        .lsb_per_g
+        .filter(|lsb| (norm / lsb - 1.0).abs() <= MOST_OFF);
+    let evidence = match claimed_lsb {
+        Some(lsb) => Evidence::Unit(AccelUnit::Counts, Some(lsb)),
+        None => accel_evidence(norm, integers),
+    };
     let gravity_shows = matches!(evidence, Evidence::Unit(..));
     let whole_zero = integers && norm >= 1.0;
     if !gravity_shows && (claim.without_gravity || (norm < LEAST_GRAVITY && !whole_zero)) {

@@ -58,9 +58,50 @@ impl AccelUnit {
             "g" | "gs" | "gn" | "g0" => AccelUnit::StandardGravity,
             "mg" | "millig" => AccelUnit::MilliGravity,
             "counts" | "count" | "lsb" | "raw" | "adc" | "a.u." | "int16" => AccelUnit::Counts,
+            other if listed(&PER_G, other).is_some() => AccelUnit::Counts,
             _ => return None,
         })
     }
+
+    /// How many of a unit that is read as counts make one g.
+    #[must_use]
+    pub(super) fn per_g(text: &str) -> Option<f64> {
+        listed(&PER_G, &squeeze(text))
+    }
+}
+
+/// Names of one unit, and its size.
+type Sized = (&'static [&'static str], f64);
+
+/// Units of acceleration that are read as counts of a known sensitivity, and how many of
+/// them are one g.
+const PER_G: [Sized; 3] = [
+    (&["cm/s2", "cms-2", "gal"], 980.665),
+    (&["mm/s2", "mms-2"], 9806.65),
+    (&["ug", "µg", "μg"], 1e6),
+];
+
+/// Units of angular rate that are read as counts of a known sensitivity, and how many of
+/// them are one °/s.
+const PER_DEG_S: [Sized; 4] = [
+    (
+        &["mdps", "mdeg/s", "millideg/s", "m°/s", "mdegs-1"],
+        MDPS_PER_DEG_S,
+    ),
+    (
+        &["mrad/s", "mrads-1"],
+        1000.0 * std::f64::consts::PI / 180.0,
+    ),
+    (&["deg/h", "deg/hr", "°/h", "°/hr", "dph"], 3600.0),
+    (&["rpm"], 1.0 / 6.0),
+];
+
+/// m°/s in one °/s.
+pub const MDPS_PER_DEG_S: f64 = 1000.0;
+
+fn listed(units: &[Sized], text: &str) -> Option<f64> {
+    let of = |(names, size): &Sized| names.contains(&text).then_some(*size);
+    units.iter().find_map(of)
 }
 
 /// Unit of a gyroscope channel.
@@ -119,8 +160,15 @@ impl GyroUnit {
                 GyroUnit::RadianPerSecond
             }
             "counts" | "count" | "lsb" | "raw" | "adc" | "a.u." | "int16" => GyroUnit::Counts,
+            other if listed(&PER_DEG_S, other).is_some() => GyroUnit::Counts,
             _ => return None,
         })
+    }
+
+    /// How many of a unit that is read as counts make one °/s.
+    #[must_use]
+    pub(super) fn per_deg_s(text: &str) -> Option<f64> {
+        listed(&PER_DEG_S, &squeeze(text))
     }
 }
 
@@ -277,23 +325,32 @@ pub fn accel_evidence(norm: f64, integers: bool) -> Evidence {
             Evidence::Ambiguous
         };
     }
-    for (lsb, only_whole) in LSB_PER_G {
-        if (norm / lsb - 1.0).abs() <= 0.2 && (integers || !only_whole) {
-            return Evidence::Unit(AccelUnit::Counts, Some(lsb));
-        }
-    }
-    Evidence::None
+    let off = |lsb: f64| (norm / lsb).ln().abs();
+    let fits = |(lsb, only_whole): &(f64, bool)| {
+        (norm / lsb - 1.0).abs() <= MOST_OFF && (integers || !only_whole)
+    };
+    let nearest = LSB_PER_G
+        .into_iter()
+        .filter(fits)
+        .min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+    nearest.map_or(Evidence::None, |(lsb, _)| {
+        Evidence::Unit(AccelUnit::Counts, Some(lsb))
+    })
 }
 
+/// Gravity comes out within this share of what a scale says of it.
+pub(super) const MOST_OFF: f64 = 0.2;
+
 /// Counts per g of converters in use, and whether only whole numbers can be meant:
-/// Empatica E4, ADXL345 and BMA, then 16 bits at ±16 to ±2 g. 1000 and 1024 per g
-/// fall together with mg, see [`accel_evidence`].
-const LSB_PER_G: [(f64, bool); 6] = [
+/// Empatica E4, ADXL345 and BMA, then 16 bits at ±16 to ±2 g; mm/s² are like counts. 1000
+/// and 1024 per g fall together with mg, see [`accel_evidence`].
+const LSB_PER_G: [(f64, bool); 7] = [
     (64.0, true),
     (256.0, true),
     (2048.0, false),
     (4096.0, false),
     (8192.0, false),
+    (9806.65, false),
     (16384.0, false),
 ];
 

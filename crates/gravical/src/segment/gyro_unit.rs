@@ -15,7 +15,7 @@ use super::still::moments;
 use super::turns::{Motion, residual_deg, steps};
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::resolution::{floors, resolution};
-use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, Origin};
+use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, Recording};
 
 /// Units that a gyroscope can be in.
@@ -29,7 +29,8 @@ fn hypotheses() -> Vec<GyroScale> {
         scale(GyroUnit::RadianPerSecond, None),
         scale(GyroUnit::DegreePerSecond, None),
     ];
-    all.extend(LSB_PER_DEG_S.map(|lsb| scale(GyroUnit::Counts, Some(lsb))));
+    let counts = LSB_PER_DEG_S.into_iter().chain([MDPS_PER_DEG_S]);
+    all.extend(counts.map(|lsb| scale(GyroUnit::Counts, Some(lsb))));
     all
 }
 

@@ -480,6 +480,141 @@ fn clocks_of_any_name() {
 }
 
 #[test]
+fn clocks_of_whole_seconds_and_in_two_columns() {
+    let second = |s: &Sample| 50_400 + (s.t_s + 0.37) as u64;
+    let of_day = |s: &Sample| {
+        let at = second(s);
+        format!("{:02}:{:02}:{:02}", at / 3600, at / 60 % 60, at % 60)
+    };
+    let coarse: &[&str] = &["duplicate-time", "burst-time"];
+    for (name, stamp) in [
+        ("Time", &of_day as &dyn Fn(&Sample) -> String),
+        ("Time (s)", &|s| second(s).to_string()),
+        ("timestamp", &|s| (1_617_883_000 + second(s)).to_string()),
+    ] {
+        let text = written(&format!("{name},ax,ay,az\n"), |s| {
+            format!("{},{}", stamp(s), csv(&mps2(s), 5))
+        });
+        let recording = read_as(&text, "x.csv");
+        is_the_session(&recording, name, Some(100.0), coarse);
+        close(recording.timing.rate_hz().unwrap(), 100.0, 1e-9);
+    }
+    // What is below the second stands beside it.
+    for (names, per_s) in [
+        ("header.stamp.sec,header.stamp.nanosec", 1e9),
+        ("seconds,millis", 1e3),
+        ("Time,Micros", 1e6),
+    ] {
+        let text = written(&format!("{names},ax,ay,az\n"), |s| {
+            let t = s.t_s + 0.37;
+            let below = (per_s * (t - t.floor() + 1e-6)).floor();
+            let whole = match names.starts_with("Time") {
+                true => of_day(s),
+                false => (t as u64).to_string(),
+            };
+            format!("{whole},{below},{}", csv(&mps2(s), 5))
+        });
+        let recording = read_as(&text, "x.csv");
+        is_the_session(&recording, names, Some(100.0), &[]);
+        close(recording.time_s.as_ref().unwrap()[250], 2.5, 1e-5);
+        assert!(recording.breaks.is_empty(), "{names}");
+    }
+}
+
+#[test]
+fn clocks_that_begin_anew_go_on() {
+    let wraps: [(&str, f64, f64); 5] = [
+        ("Time (s)", 86_400.0, 1.0),
+        ("ms", 65_536.0, 1e3),
+        ("millis", 1000.0, 1e3),
+        ("us", 16_777_216.0, 1e6),
+        ("seconds", 60.0, 1.0),
+    ];
+    for (name, period, per_s) in wraps {
+        let decimals = if per_s == 1.0 { 3 } else { 0 };
+        let text = written(&format!("{name},ax,ay,az\n"), |s| {
+            let t = (period - 2.0 * per_s.min(period / 4.0) + per_s * s.t_s) % period;
+            format!("{t:.decimals$},{}", csv(&mps2(s), 5))
+        });
+        let recording = read_as(&text, "x.csv");
+        is_the_session(&recording, name, Some(100.0), &["wrapped-time"]);
+        assert!(recording.breaks.is_empty(), "{name}");
+        close(recording.time_s.as_ref().unwrap()[ROWS - 1], 3.99, 2e-3);
+    }
+}
+
+#[test]
+fn a_sensor_that_was_not_read() {
+    for gone in [0..100, 150..160, 390..400] {
+        let text = written("ms,ax,ay,az,gx,gy,gz\n", |s| match gone.contains(&s.i) {
+            true => format!("{},0.00,0.00,0.00,0,0,0", 10 * s.i),
+            false => format!("{},{},{}", 10 * s.i, csv(&mps2(s), 5), csv(&s.w, 5)),
+        });
+        let recording = read_as(&text, "x.csv");
+        assert_eq!(recording.accel_scale.unit, AccelUnit::MetrePerSecondSquared);
+        let told = match gone.end {
+            400 => "zero-tail",
+            _ => "zero-rows",
+        };
+        assert_eq!(finding(&recording, told).count, gone.len() as u64);
+        let zero = |row: usize| recording.accel_at(row) == [0.0; 3];
+        assert!((0..recording.rows()).all(|row| !zero(row)), "{gone:?}");
+    }
+    // In free fall a cheap sensor may read zero for a moment, and its gyroscope does not.
+    let text = written("ms,ax,ay,az,gx,gy,gz\n", |s| match s.i {
+        200 => format!("{},0.00,0.00,0.00,{}", 10 * s.i, csv(&s.w, 5)),
+        _ => format!("{},{},{}", 10 * s.i, csv(&mps2(s), 5), csv(&s.w, 5)),
+    });
+    assert_eq!(read_as(&text, "x.csv").accel_at(200), [0.0; 3]);
+}
+
+#[test]
+fn units_that_are_multiples_of_others() {
+    let wanted = |r: &Recording, what: &str| {
+        is_the_session(r, what, Some(100.0), &[]);
+        has_gyro(r, what, GyroUnit::Counts);
+    };
+    for (unit, per_g, decimals) in [
+        ("cm/s^2", 980.665, 2),
+        ("mm/s²", 9806.65, 1),
+        ("µg", 1e6, 0),
+    ] {
+        for (rate, per_deg_s) in [("mdps", 1e3), ("mrad/s", 17.453_292_5), ("deg/h", 3600.0)] {
+            let head = format!(
+                "ms,ax ({unit}),ay ({unit}),az ({unit}),gx [{rate}],gy [{rate}],gz [{rate}]\n"
+            );
+            let text = written(&head, |s| {
+                let (a, w) = (s.a.map(|v| v * per_g), deg(s).map(|v| v * per_deg_s));
+                format!("{},{},{}", 10 * s.i, csv(&a, decimals), csv(&w, 3))
+            });
+            wanted(&read_as(&text, "x.csv"), &format!("{unit}, {rate}"));
+        }
+    }
+    // Without a name; 9807 is no 8192.
+    let text = written("ms,ax,ay,az\n", |s| {
+        format!("{},{}", 10 * s.i, csv(&s.a.map(|v| v * 9806.65), 1))
+    });
+    assert_eq!(read_as(&text, "x.csv").accel_scale.lsb_per_g, Some(9806.65));
+}
+
+#[test]
+fn headers_with_merged_cells_and_units_that_name_the_sensor() {
+    for head in [
+        ",Accelerometer (m/s²),,,Gyroscope (rad/s),,\nTime (ms),X,Y,Z,X,Y,Z\n",
+        "Time (ms),AccX (m/s²),AccY (m/s²),AccZ (m/s²),AsX (rad/s),AsY (rad/s),AsZ (rad/s)\n",
+        "Time (ms),ax,ay,az,Rotation X (rad/s),Rotation Y (rad/s),Rotation Z (rad/s)\n",
+        "timestamp_ms,alpha_x,alpha_y,alpha_z,omega_x,omega_y,omega_z\n",
+    ] {
+        let text = written(head, |s| {
+            format!("{},{},{}", 10 * s.i, csv(&mps2(s), 5), csv(&s.w, 5))
+        });
+        let recording = read_as(&text, "x.csv");
+        is_the_session(&recording, head, Some(100.0), &[]);
+        assert!(recording.gyro.is_some(), "{head}");
+    }
+}
+
+#[test]
 fn blank_lines_between_rows() {
     let head = "t_ms,ax,ay,az\n";
     let row = |s: &Sample| format!("{},{}", 10 * s.i, csv(&mps2(s), 5));

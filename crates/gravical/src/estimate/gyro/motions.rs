@@ -226,9 +226,9 @@ fn known_end(extreme: f64, signed: bool, scale: Option<GyroScale>) -> bool {
     if scale.unit == GyroUnit::Counts {
         // 16-bit values, signed, or unsigned around 32768.
         return if signed {
-            extreme >= 32767.0 || extreme <= -32767.0
+            (32767.0..=32768.0).contains(&extreme.abs())
         } else {
-            extreme >= 65535.0
+            extreme == 65535.0
         };
     }
     scale.nominal().is_some_and(|nominal| {

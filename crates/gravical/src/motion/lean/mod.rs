@@ -43,7 +43,7 @@ use way::Way;
 /// Findings of the first rows after which one pass is not enough: clocks that were
 /// not believed or were reset, and columns, units and temperatures that were judged
 /// by all values.
-const BEYOND: [&str; 10] = [
+const BEYOND: [&str; 11] = [
     "burst-time",
     "frozen-time",
     "time-unit-unknown",
@@ -53,6 +53,7 @@ const BEYOND: [&str; 10] = [
     "temperature-unit",
     "unsigned-counts",
     "zero-tail",
+    "zero-rows",
     "truncated-file",
 ];
 

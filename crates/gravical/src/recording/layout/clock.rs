@@ -2,7 +2,8 @@
 
 use super::Named;
 use crate::recording::finding::Finding;
-use crate::recording::names::{Quantity, is_foreign};
+use crate::recording::names::{ColumnName, Quantity, is_foreign};
+use crate::recording::timing::TimeUnit;
 use crate::stats::median;
 
 /// Rows from which a column without a name for it can be seen to be a clock.
@@ -13,11 +14,13 @@ const FEWEST_ROWS: usize = 10;
 const MOST_UNEVEN: f64 = 0.3;
 
 /// The column of the stamps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
     pub field: usize,
     /// It holds the time since the row before.
     pub is_steps: bool,
+    /// It holds whole seconds; this field the rest, in this unit, s.
+    pub fraction: Option<(usize, f64)>,
 }
 
 /// How a column runs through the first rows.
@@ -103,6 +106,34 @@ pub(super) fn first_column_rises(sample: &[Vec<f64>]) -> (bool, bool) {
     }
 }
 
+/// A stamp in two fields: whole seconds, and what is below them in ms, µs or ns
+/// (`header.stamp.sec` and `nanosec`). A clock of its own that is named after such a unit
+/// would have passed a second as well.
+fn in_two_fields(sample: &[&Vec<f64>], stamps: &[&Named]) -> Option<Clock> {
+    let values = |field: usize| {
+        let of_row = move |row: &&Vec<f64>| row.get(field).copied();
+        sample.iter().filter_map(of_row).filter(|v| v.is_finite())
+    };
+    let unit = |c: &ColumnName| c.unit.as_deref().and_then(TimeUnit::parse);
+    let is_whole = |(field, c): &&&Named| {
+        let seconds = matches!(unit(c), None | Some(TimeUnit::Second));
+        seconds && values(*field).all(|v| v.fract() == 0.0) && values(*field).any(|v| v >= 1.0)
+    };
+    let (field, _) = stamps.iter().find(is_whole)?;
+    let below = |(other, c): &&Named| {
+        let unit_s = unit(c)?.seconds();
+        let fits = unit_s < 1.0
+            && values(*other).next().is_some()
+            && values(*other).all(|v| (0.0..1.0).contains(&(v * unit_s)));
+        fits.then_some((*other, unit_s))
+    };
+    Some(Clock {
+        field: *field,
+        is_steps: false,
+        fraction: Some(stamps.iter().find_map(below)?),
+    })
+}
+
 /// The clock among `columns`: a named one that runs, the finest and most even of
 /// several, those of `sensor` first; differences from row to row where there are no
 /// stamps; a column that rises steadily, where it is the only one. A named one that
@@ -123,6 +154,9 @@ pub(super) fn choose(
         fields
     };
     let stamps = of(Quantity::Time);
+    if let Some(clock) = in_two_fields(sample, &stamps) {
+        return Some(clock);
+    }
     let mut best: Option<(usize, Course)> = None;
     let own = stamps.iter().any(|(field, c)| {
         !sensor.is_empty()
@@ -137,7 +171,13 @@ pub(super) fn choose(
             best = Some((*field, course));
         }
     }
-    let clock = |field, is_steps| Some(Clock { field, is_steps });
+    let clock = |field, is_steps| {
+        Some(Clock {
+            field,
+            is_steps,
+            fraction: None,
+        })
+    };
     if let Some((field, _)) = best {
         return clock(field, false);
     }

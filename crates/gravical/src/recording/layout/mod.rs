@@ -41,7 +41,7 @@ pub struct Layout {
     pub accel_claim: AccelClaim,
     /// Unit that the gyroscope's header claims, or the board.
     pub gyro_claim: Option<GyroUnit>,
-    /// Counts per °/s that the board claims.
+    /// Counts per °/s that header or board claim.
     pub gyro_lsb_per_deg_s: Option<f64>,
     /// Temperatures are counts of an MPU6050, as the board says.
     pub temperature_counts: bool,
@@ -51,6 +51,8 @@ pub struct Layout {
     pub time_claim: Option<TimeUnit>,
     /// The time column holds differences from row to row: they are summed up.
     pub sums_time: bool,
+    /// The field that holds what a stamp of whole seconds lacks, and its unit in s.
+    pub fraction: Option<(usize, f64)>,
     /// Only rows with this value in this field are read: those of one of several
     /// sensors.
     pub instance: Option<(usize, f64)>,
@@ -97,6 +99,9 @@ impl Layout {
                 Quantity::TimeStep | Quantity::Index | Quantity::Instance => {}
             }
         }
+        if let Some((field, unit_s)) = self.fraction {
+            scanner.assign_fraction(field, unit_s);
+        }
         if let Some((field, value)) = self.instance {
             scanner.assign_instance(field, value);
         }
@@ -118,7 +123,9 @@ impl Layout {
         let Some(board) = board::of_counts(metadata) else {
             // Of other counts the converter is taken to have 16 bits, until gravity
             // says otherwise.
-            if self.accel_claim.unit == Some(AccelUnit::Counts) {
+            if self.accel_claim.unit == Some(AccelUnit::Counts)
+                && self.accel_claim.lsb_per_g.is_none()
+            {
                 self.accel_claim.lsb_per_g = range_g(metadata).map(|range| 32768.0 / range);
             }
             return;
@@ -219,10 +226,12 @@ pub(super) fn find(
     let stamps = given.field(Quantity::Time).map(|field| Clock {
         field,
         is_steps: false,
+        fraction: None,
     });
     let steps = given.field(Quantity::TimeStep).map(|field| Clock {
         field,
         is_steps: true,
+        fraction: None,
     });
     let clock = stamps.or(steps).or_else(|| {
         let none = given.names(Quantity::Time) || given.names(Quantity::TimeStep);
@@ -232,6 +241,10 @@ pub(super) fn find(
     fields.sort_by_key(|(_, field)| *field);
     let mut layout = with_claims(fields, dialect, &columns);
     layout.sums_time = clock.is_some_and(|clock| clock.is_steps);
+    layout.fraction = clock.and_then(|clock| clock.fraction);
+    if layout.fraction.is_some() {
+        layout.time_claim = Some(TimeUnit::Second);
+    }
     layout.instance = instance;
     // A gyroscope's file of three or four columns leaves nothing to guess.
     let plain = role == Role::Gyroscope && dialect.fields <= 4;
@@ -303,10 +316,10 @@ fn with_claims(fields: Vec<(Quantity, usize)>, dialect: &Dialect, columns: &[Nam
     Layout {
         accel_claim: AccelClaim {
             unit: accel.iter().find_map(|u| AccelUnit::parse(u)),
-            lsb_per_g: None,
+            lsb_per_g: accel.iter().find_map(|u| AccelUnit::per_g(u)),
             without_gravity,
         },
-        gyro_lsb_per_deg_s: None,
+        gyro_lsb_per_deg_s: gyro.iter().find_map(|u| GyroUnit::per_deg_s(u)),
         temperature_counts: false,
         temperature_claimed: !texts(Quantity::Temperature).is_empty(),
         gyro_claim: gyro.iter().find_map(|u| GyroUnit::parse(u)),
@@ -314,6 +327,7 @@ fn with_claims(fields: Vec<(Quantity, usize)>, dialect: &Dialect, columns: &[Nam
             .iter()
             .find_map(|u| TimeUnit::parse(u).or_else(|| fine_ticks(u, &fields, dialect))),
         sums_time: false,
+        fraction: None,
         instance: None,
         fields,
     }

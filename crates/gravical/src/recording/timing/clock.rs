@@ -6,6 +6,10 @@ use super::{PAUSE, is_usual_step};
 use crate::recording::finding::Finding;
 use crate::recording::ledger::Aside;
 
+/// Clocks begin anew after so many seconds: parts of a second, seconds of a minute, of an
+/// hour, of a day, of a week.
+const WRAPS_S: [f64; 5] = [1.0, 60.0, 3600.0, 86_400.0, 604_800.0];
+
 /// Stamps in seconds, and what went wrong in them.
 pub(super) struct Followed {
     /// Seconds from the first stamp, unwrapped.
@@ -235,7 +239,7 @@ impl Stamps {
         self.rows += 1;
         let step = stamp - before;
         if step < 0.0 {
-            if let Some(period) = wrap_period(before, stamp) {
+            if let Some(period) = self.wrap_period(before, stamp) {
                 self.faults.wrapped.push(line);
                 let paused = self.waited(step + period, how, line);
                 return Clock::Wrapped { period, paused };
@@ -255,6 +259,20 @@ impl Stamps {
             return Clock::Paused;
         }
         Clock::GoesOn
+    }
+
+    /// What a clock that fell counts to, in its unit: a 32-bit counter that fell from
+    /// near its end to near its start, or any other that comes out at a usual step.
+    fn wrap_period(&self, before: f64, now: f64) -> Option<f64> {
+        let whole = 4_294_967_296.0; // 2³²
+        if before > 0.95 * whole && before < whole && (0.0..0.05 * whole).contains(&now) {
+            return Some(whole);
+        }
+        let of_time = WRAPS_S.map(|seconds| seconds / self.per_s);
+        [65_536.0, 16_777_216.0, whole]
+            .into_iter()
+            .chain(of_time)
+            .find(|period| is_usual_step(now + period - before, self.median))
     }
 
     /// Books a long step: a pause (then true), or a gap.
@@ -282,11 +300,4 @@ impl Stamps {
     pub(crate) fn report(&self, treatment: Treatment, findings: &mut Vec<Finding>) {
         self.faults.report(findings, self.rows, treatment);
     }
-}
-
-/// A 32-bit counter that fell from near its end to near its start.
-fn wrap_period(before: f64, now: f64) -> Option<f64> {
-    let period = 4_294_967_296.0; // 2³²
-    (before > 0.95 * period && before < period && now < 0.05 * period && now >= 0.0)
-        .then_some(period)
 }

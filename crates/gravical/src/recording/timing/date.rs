@@ -17,6 +17,7 @@ pub fn parse_date(text: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(text).ok()?;
     let (first, rest) = text
         .split_once(['T', ' '])
+        .or_else(|| text.rsplit_once('/').filter(|(_, time)| time.contains(':')))
         .map_or((text, ""), |(a, b)| (a, b.trim_start()));
     match day_s(first) {
         Some(day) if rest.is_empty() => Some(day),
@@ -126,6 +127,7 @@ mod tests {
             ("19.05.2017 14:31:14.220", 52_274.22),
             ("5/19/2017 2:31:14.220 PM", 52_274.22),
             ("2017-05-19T14.31.14.220", 52_274.22),
+            ("2017/05/19/14:31:14.220000", 52_274.22),
         ] {
             let seen = parse_date(text.as_bytes()).unwrap_or(f64::NAN) - base;
             assert!((seen - seconds).abs() < 1e-5, "{text}: {seen}");

@@ -104,21 +104,24 @@ pub(crate) fn judge(
         ));
         return untimed(raw.len(), claims, findings);
     };
+    // Stamps that most rows share with their neighbours are coarser than the sampling.
+    let coarse = coarse_rate(&raw, &steps);
+    let usual = coarse.map_or(median, |rate| 1.0 / rate);
     let unit = match claims.unit {
-        Some(unit) if POSSIBLE.contains(&(1.0 / (median * unit.seconds()))) => unit,
+        Some(unit) if POSSIBLE.contains(&(1.0 / (usual * unit.seconds()))) => unit,
         Some(unit) => {
             findings.push(Finding::warning(
                 "time-unit-unknown",
-                format!("steps of {median:e} {} are no rate that a sensor has; the stamps are not used (give --time-unit)", unit.name()),
+                format!("steps of {usual:e} {} are no rate that a sensor has; the stamps are not used (give --time-unit)", unit.name()),
             ));
             return untimed(raw.len(), claims, findings);
         }
-        None => match guess_unit(raw[0], steps.len(), median, claims, &mut findings) {
+        None => match guess_unit(raw[0], steps.len(), usual, claims, &mut findings) {
             Some(unit) => unit,
             None => {
                 findings.push(Finding::warning(
                     "time-unit-unknown",
-                    format!("steps of {median} fit no unit of time at a usual rate; the stamps are not used (give --time-unit)"),
+                    format!("steps of {usual} fit no unit of time at a usual rate; the stamps are not used (give --time-unit)"),
                 ));
                 return untimed(raw.len(), claims, findings);
             }
@@ -153,7 +156,10 @@ pub(crate) fn judge(
         mend(row, f64::NAN);
     }
     let n = time_s.iter().filter(|t| t.is_finite()).count();
-    let mean_rate = mean_rate(n, duration_s, &stamps);
+    let mean_rate = coarse
+        .map(|rate| rate / per_s)
+        .filter(|rate| stamps.paused().0 == 0 && POSSIBLE.contains(rate))
+        .or_else(|| mean_rate(n, duration_s, &stamps));
     let median_s = median * per_s;
     let regular: Vec<f64> = steps
         .iter()
@@ -229,6 +235,22 @@ pub(crate) fn judge(
         bridged,
         findings,
     }
+}
+
+/// Rows per unit of stamps that most rows share with the row before: those from the
+/// first row of the second stamp to the first row of the last one, since the recording
+/// begins and ends somewhere within a stamp. None for other stamps, and for fewer than
+/// three.
+fn coarse_rate(raw: &[f64], steps: &[f64]) -> Option<f64> {
+    let repeats = steps.iter().filter(|d| **d == 0.0).count();
+    if repeats * 2 <= steps.len() {
+        return None;
+    }
+    let new = |i: &usize| steps[*i] > 0.0;
+    let first = 1 + (0..steps.len()).find(new)?;
+    let last = 1 + (0..steps.len()).rfind(new)?;
+    let (rows, span) = ((last - first) as f64, raw[last] - raw[first]);
+    (rows > 0.0 && span > 0.0).then(|| rows / span)
 }
 
 /// Rows a second while it was recorded, Hz.

@@ -64,11 +64,12 @@ impl TimeUnit {
     pub fn parse(text: &str) -> Option<Self> {
         Some(match text.trim().to_lowercase().as_str() {
             "s" | "sec" | "secs" | "second" | "seconds" => TimeUnit::Second,
-            "ms" | "msec" | "millis" | "millisecond" | "milliseconds" => TimeUnit::Millisecond,
-            "us" | "µs" | "μs" | "usec" | "micros" | "microsecond" | "microseconds" => {
-                TimeUnit::Microsecond
-            }
-            "ns" | "nsec" | "nanos" | "nanosecond" | "nanoseconds" => TimeUnit::Nanosecond,
+            "ms" | "msec" | "msecs" | "millisec" | "millisecs" | "millis" | "millisecond"
+            | "milliseconds" => TimeUnit::Millisecond,
+            "us" | "µs" | "μs" | "usec" | "usecs" | "microsec" | "microsecs" | "micros"
+            | "microsecond" | "microseconds" => TimeUnit::Microsecond,
+            "ns" | "nsec" | "nsecs" | "nanosec" | "nanosecs" | "nanos" | "nanosecond"
+            | "nanoseconds" => TimeUnit::Nanosecond,
             _ => return None,
         })
     }
