@@ -499,6 +499,9 @@ fn clocks_of_whole_seconds_and_in_two_columns() {
         is_the_session(&recording, name, Some(100.0), coarse);
         close(recording.timing.rate_hz().unwrap(), 100.0, 1e-9);
     }
+    let text = written("", |s| format!("{},{}", second(s), csv(&mps2(s), 5)));
+    let recording = read_as(&text, "x.csv");
+    close(recording.timing.rate_hz().unwrap(), 100.0, 1e-9);
     // What is below the second stands beside it.
     for (names, per_s) in [
         ("header.stamp.sec,header.stamp.nanosec", 1e9),

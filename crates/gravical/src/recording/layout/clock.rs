@@ -99,7 +99,11 @@ pub(super) fn first_column_rises(sample: &[Vec<f64>]) -> (bool, bool) {
     let rows: Vec<&Vec<f64>> = sample.iter().collect();
     match Course::of(&rows, 0) {
         Some(c) if c.steps >= 3 => {
-            let rises = c.advancing >= 0.1 && c.backward <= 0.1 && c.backward < 0.2 * c.advancing;
+            // Whole seconds go up by one, and never down.
+            let seconds =
+                c.advancing * c.steps as f64 >= 2.0 && c.backward == 0.0 && c.counts_mostly;
+            let rises = seconds
+                || c.advancing >= 0.1 && c.backward <= 0.1 && c.backward < 0.2 * c.advancing;
             (rises, rises && c.counts)
         }
         _ => (false, false),
