@@ -35,25 +35,34 @@ pub struct Turn {
     pub rows: Range<usize>,
 }
 
+/// Rows without a reading of the gyroscope that its neighbours stand in for, at most:
+/// as many as may be lost.
+const BRIDGED: usize = 3;
+
 /// Time that a sample stands for, s: half the way to its neighbours by the
-/// stamps, else one over the rate; none when neither is known.
+/// stamps, else by the rate; none when neither is known. Neighbours are rows in which
+/// the gyroscope was read.
 #[must_use]
 pub fn sample_period_s(recording: &Recording, row: usize) -> Option<f64> {
-    if let Some(t) = &recording.time_s {
-        let last = t.len() - 1;
-        let (before, after) = (row.saturating_sub(1), (row + 1).min(last));
-        if after > before {
-            let period = (t[after] - t[before]) / (after - before) as f64;
-            // Across a gap, a repeat or a step back the usual period stands.
-            if let Some(rate) = recording.timing.rate_hz()
-                && !(period > 0.0 && period * rate < 4.0)
-            {
-                return Some(1.0 / rate);
-            }
-            return (period > 0.0).then_some(period);
-        }
+    let is_read = |r: &usize| recording.gyro.iter().flatten().all(|c| c[*r].is_finite());
+    let end = (row + 2 + BRIDGED).min(recording.rows());
+    let before = (row.saturating_sub(1 + BRIDGED)..row).rfind(is_read);
+    let after = (row + 1..end).find(is_read);
+    let sides = f64::from(u8::from(before.is_some()) + u8::from(after.is_some()));
+    let (before, after) = (before.unwrap_or(row), after.unwrap_or(row));
+    let rate = recording.timing.rate_hz();
+    if after == before {
+        return rate.map(f64::recip);
     }
-    recording.timing.rate_hz().map(|rate| 1.0 / rate)
+    let Some(t) = &recording.time_s else {
+        return rate.map(|rate| (after - before) as f64 / sides / rate);
+    };
+    let period = (t[after] - t[before]) / sides;
+    // Across a gap, a repeat or a step back the usual period stands.
+    match rate {
+        Some(rate) if !(period > 0.0 && period * rate < 4.0) => Some(1.0 / rate),
+        _ => (period > 0.0).then_some(period),
+    }
 }
 
 /// The moves between neighbouring stills of one stretch.
@@ -181,7 +190,12 @@ pub(super) fn plain_integral(
     let mut integral = [0.0; 3];
     for row in rows.clone() {
         let period = sample_period_s(recording, row)?;
-        (0..3).for_each(|i| integral[i] += (gyro[i][row] - bias[i]) * period);
+        for axis in 0..3 {
+            let rate = gyro[axis][row] - bias[axis];
+            if rate.is_finite() {
+                integral[axis] += rate * period;
+            }
+        }
     }
     Some(integral)
 }
@@ -222,6 +236,7 @@ pub fn full_turns(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::{ReadOptions, read_bytes};
 
     #[test]
     fn gravity_turns_against_the_sensor() {
@@ -232,5 +247,39 @@ mod tests {
             v = rotate_back(v, [1_f64.to_radians(), 0.0, 0.0]);
         }
         assert!(angle_deg(v, [0.0, 1.0, 0.0]) < 1e-6, "{v:?}");
+    }
+
+    #[test]
+    fn rows_without_a_reading_take_nothing_off_a_turn() {
+        let turn = |stamps: bool, empty: &[usize]| {
+            let rows: String = (0..300)
+                .map(|i| {
+                    let rate = if (100..200).contains(&i) { 30 } else { 0 };
+                    let rate = match empty.contains(&i) {
+                        true => String::new(),
+                        false => rate.to_string(),
+                    };
+                    let stamp = if stamps {
+                        (10 * i).to_string()
+                    } else {
+                        String::new()
+                    };
+                    format!("{stamp},0,0,9.81,{rate},0,0\n")
+                })
+                .collect();
+            let text = format!("t_ms,ax,ay,az,gx,gy,gz\n{rows}");
+            let options = ReadOptions {
+                rate_hz: (!stamps).then_some(100.0),
+                ..ReadOptions::default()
+            };
+            let recording = read_bytes(text.as_bytes(), "turn.csv", &options).unwrap();
+            plain_integral(&recording, &(90..210), &[0..80, 220..300]).unwrap()[0]
+        };
+        for stamps in [true, false] {
+            let whole = turn(stamps, &[]);
+            let holed = turn(stamps, &[110, 140, 141, 142, 170]);
+            assert!((whole - 30.0).abs() < 1e-9, "{whole}");
+            assert!((holed - whole).abs() < 1e-9, "{stamps}: {holed}");
+        }
     }
 }
