@@ -142,7 +142,7 @@ const SPARSE_ROWS: usize = 20;
 fn hold_sparse(channels: &mut [Vec<f64>; 3]) -> bool {
     let sparse = channels[0].len() >= SPARSE_ROWS && is_sparse(channels);
     if sparse {
-        hold_last_values(channels);
+        hold_last_values(channels, f64::INFINITY);
     }
     sparse
 }

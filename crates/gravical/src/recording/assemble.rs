@@ -96,7 +96,11 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
         temperature_c.as_deref(),
     ));
     if is_sparse(&accel) {
-        hold_last_values(&mut accel);
+        hold_last_values(&mut accel, f64::INFINITY);
+    }
+    if let Some(gyro) = gyro.as_mut().filter(|g| is_sparse(g)) {
+        // An integral over what is held longer would be made up.
+        hold_last_values(gyro, GYRO_HELD);
     }
     findings.extend(empty_zeros(&zeros, &mut accel, gyro.as_mut(), &line_map));
     let accel_scale = decide_accel(
@@ -177,16 +181,20 @@ pub(crate) fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bo
 }
 
 /// A recorder that writes each channel when it arrives leaves most cells
-/// empty; there the last value of a channel holds until the next comes.
-/// Elsewhere ([`is_sparse`]) an empty cell stays empty.
-pub(crate) fn hold_last_values(channels: &mut [Vec<f64>; 3]) {
+/// empty; there the last value of a channel holds until the next comes, over
+/// `longest` times the rows that usually lie between two. Elsewhere ([`is_sparse`]) an
+/// empty cell stays empty.
+pub(crate) fn hold_last_values(channels: &mut [Vec<f64>; 3], longest: f64) {
     for channel in channels {
-        let mut last = f64::NAN;
+        let values = channel.iter().filter(|v| !v.is_nan()).count();
+        let longest = longest * channel.len() as f64 / values.max(1) as f64;
+        let (mut last, mut held) = (f64::NAN, 0.0);
         for value in channel {
-            if value.is_nan() {
+            if !value.is_nan() {
+                (last, held) = (*value, 0.0);
+            } else if held < longest {
                 *value = last;
-            } else {
-                last = *value;
+                held += 1.0;
             }
         }
     }
@@ -243,6 +251,10 @@ fn empty_zeros(
     })
 }
 
+/// Of the gyroscope no more is held, in usual distances of its values, than rows may be
+/// lost.
+const GYRO_HELD: f64 = 4.5;
+
 /// More than a fifth of the rows lack a value.
 pub(crate) fn is_sparse(channels: &[Vec<f64>; 3]) -> bool {
     let rows = channels[0].len();
@@ -292,5 +304,31 @@ pub(crate) fn gyro_by_claim(
         } else {
             Origin::Assumed
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gyroscope_is_held_from_reading_to_reading_and_not_on() {
+        let nan = f64::NAN;
+        // Every other row, until it falls silent.
+        let channel: Vec<f64> = (0..40)
+            .map(|i| {
+                if i % 2 == 0 && i < 20 {
+                    f64::from(i)
+                } else {
+                    nan
+                }
+            })
+            .collect();
+        let mut channels = [channel.clone(), channel.clone(), channel];
+        assert!(is_sparse(&channels));
+        hold_last_values(&mut channels, GYRO_HELD);
+        assert_eq!(channels[0][7], 6.0);
+        assert_eq!(channels[0][36], 18.0);
+        assert!(channels[2][37..].iter().all(|v| v.is_nan()), "{channels:?}");
     }
 }
