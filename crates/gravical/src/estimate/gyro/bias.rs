@@ -9,25 +9,18 @@ use crate::recording::{Finding, Recording};
 use crate::segment::Placement;
 use crate::segment::hold::pooled_noise;
 
-/// A section with the bias of the stills and the nominal matrix.
+/// A section with the bias of the stills and the nominal matrix, or why there is none.
 pub(super) fn section(
     rest: &Rest,
     unit: GyroUnit,
     nominal: Option<f64>,
-    findings: &mut Vec<Finding>,
-    file: &str,
-) -> Option<GyroscopeSection> {
+) -> (Option<GyroscopeSection>, Option<Finding>) {
     let Some(nominal) = nominal else {
-        findings.push(no_scale(rest.bias).in_file(file));
-        return None;
+        return (None, Some(no_scale(rest.bias)));
     };
-    Some(with_nominal(
-        rest.bias,
-        Some(rest.bias_error),
-        rest.g_sensitivity,
-        unit,
-        nominal,
-    ))
+    let error = Some(rest.bias_error);
+    let section = with_nominal(rest.bias, error, rest.g_sensitivity, unit, nominal);
+    (Some(section), None)
 }
 
 fn no_scale(bias: [f64; 3]) -> Finding {

@@ -18,7 +18,7 @@
 //!
 //! The order: what the stills say of bias, drift, reaction to gravity and noise
 //! (`rest`); the motions (`motions`) without those that have a gap or are
-//! clipped; a start where the scale is not known (`start`); a check of what the
+//! clipped, of all recordings of the session; a start where the scale is not known (`start`); a check of what the
 //! motions can determine (`determined`); a robust fit, then generalised least
 //! squares without the motions that contradict the others (`fit`, `problem`,
 //! with `integrate` as the inner loop).
@@ -117,7 +117,8 @@ impl GyroFit {
 /// Motions whose typical residual is above this do not fit at all, degrees.
 const MISFIT_DEG: f64 = 3.0;
 
-/// Fits the gyroscope of one recording from the motions between its stills.
+/// Fits the gyroscope of one recording from the motions between its stills, which
+/// are in the order of its rows.
 ///
 /// `accelerometer` calibrates the values of [`Recording::accel`] (its zero
 /// offset taken off) to m/s²; its axes become those of the gyroscope. Every
@@ -136,11 +137,23 @@ pub fn from_motions(
     accelerometer: &Calibration<f64>,
     options: &GyroOptions,
 ) -> Result<GyroFit> {
+    Ok(fit_of(&[(recording, stills)], accelerometer, options))
+}
+
+/// A recording and its stills.
+type Part<'a> = (&'a Recording, &'a [Still]);
+
+/// Fits one gyroscope to the motions of all `parts`.
+fn fit_of(parts: &[Part<'_>], accelerometer: &Calibration<f64>, options: &GyroOptions) -> GyroFit {
     let mut out = GyroFit::default();
-    let Some(prepared) =
-        Prepared::new(recording, stills, accelerometer, options, &mut out.findings)
-    else {
-        return Ok(out);
+    let Some(prepared) = Prepared::new(parts, accelerometer, options, &mut out.findings) else {
+        return out;
+    };
+    // What concerns several recordings stands in no file.
+    let recordings: Vec<&Recording> = parts.iter().map(|(recording, _)| *recording).collect();
+    let file = |finding: Finding| match recordings[..] {
+        [one] => finding.in_file(&one.name),
+        _ => finding,
     };
     let Prepared {
         rest,
@@ -151,16 +164,18 @@ pub fn from_motions(
     let unit = options.scale.map_or(GyroUnit::Unknown, |s| s.unit);
     let nominal = options.scale.and_then(|s| s.nominal());
     let bias_only = |findings: &mut Vec<Finding>| {
-        bias::section(&rest, unit, nominal, findings, &recording.name)
+        let (section, found) = bias::section(&rest, unit, nominal);
+        findings.extend(found.map(file));
+        section
     };
     if motions.list.is_empty() {
         out.section = bias_only(&mut out.findings);
-        return Ok(out);
+        return out;
     }
     // Rad/s per unit of the file: nominal, or as the motions show it.
     let Some(per_unit) = nominal.map(f64::recip).or_else(|| start::scale(&motions)) else {
         out.section = bias_only(&mut out.findings);
-        return Ok(out);
+        return out;
     };
     for sample in &mut motions.samples {
         (0..3).for_each(|i| sample[i] *= per_unit);
@@ -178,9 +193,9 @@ pub fn from_motions(
     let expected = setup.expected_covariance(&at_start);
     if let Some(why) = determined::lacking(expected.as_ref(), motions.list.len(), nominal.is_some())
     {
-        out.findings.push(why.in_file(&recording.name));
+        out.findings.push(file(why));
         out.section = bias_only(&mut out.findings);
-        return Ok(out);
+        return out;
     }
     let mut robust = setup.robust(at_start);
     if robust.typical.to_degrees() > MISFIT_DEG
@@ -202,27 +217,19 @@ pub fn from_motions(
         nominal.is_some(),
     );
     let (Some(fitted), None) = (fitted, &lacking) else {
-        out.findings
-            .extend(lacking.map(|why| why.in_file(&recording.name)));
+        out.findings.extend(lacking.map(file));
         out.section = bias_only(&mut out.findings);
-        return Ok(out);
+        return out;
     };
-    result::tell(
-        recording,
-        &motions,
-        &fitted,
-        nominal,
-        per_unit,
-        typical,
-        &mut out.findings,
-    );
+    result::tell_outliers(&recordings, &motions, &fitted, &mut out.findings);
+    let told = result::tell(&fitted, nominal, per_unit, typical);
+    out.findings.extend(told.into_iter().map(file));
     out.section = result::section(&rest, &motions, &fitted, per_unit, unit);
-    Ok(out)
+    out
 }
 
-/// The gyroscope of a session without three known turns: from the motions of
-/// the recording with the most stills, or the bias alone where its motions do not
-/// determine more. Neither section nor finding where there is no gyroscope.
+/// The gyroscope of a session without three known turns: from the motions of all
+/// its recordings, or the bias alone where they do not determine more. Neither section nor finding where there is no gyroscope.
 ///
 /// # Errors
 ///
@@ -236,36 +243,33 @@ pub fn of_session(
         scale: session.gyro_scale,
     };
     let stills: Vec<Vec<Still>> = (0..recordings.len())
-        .map(|index| match recordings[index].gyro {
-            Some(_) => Still::of(&session.placements, index),
-            None => Vec::new(),
-        })
+        .map(|index| Still::of(&session.placements, index))
         .collect();
-    let most = (0..recordings.len()).rev().max_by_key(|i| stills[*i].len());
-    let Some(most) = most else {
-        return Ok(GyroFit::default());
-    };
-    if let [one] = recordings {
-        return from_motions(one, &stills[0], accelerometer, &options);
+    let parts = recordings
+        .iter()
+        .zip(&stills)
+        .map(|(recording, stills)| (recording, &stills[..]));
+    if recordings.len() == 1 {
+        return Ok(fit_of(&parts.collect::<Vec<_>>(), accelerometer, &options));
     }
-    let mut fit = from_motions(&recordings[most], &stills[most], accelerometer, &options)?;
+    // Files of one placement each, or of two that blank rows part, hold no motions:
+    // nothing is missing in them.
+    let moving: Vec<Part<'_>> = parts.filter(|part| moves(*part)).collect();
+    let mut fit = fit_of(&moving, accelerometer, &options);
     if fit.section.as_ref().is_none_or(|s| s.method != "motion") {
-        return Ok(at_rest(recordings, &session.placements, session.gyro_scale));
-    }
-    let others = stills.iter().filter(|s| s.len() > 1).count() - 1;
-    if others > 0 {
-        fit.findings.push(
-            Finding::note(
-                "gyro-one-recording",
-                format!(
-                    "the gyroscope is fitted to the motions of this recording, which has the most stills; those of {others} other{} are not used",
-                    if others == 1 { "" } else { "s" }
-                ),
-            )
-            .in_file(&recordings[most].name),
-        );
+        let bias = at_rest(recordings, &session.placements, session.gyro_scale);
+        fit.findings.retain(|f| f.kind != "gyro-scale-unknown");
+        fit.findings.extend(bias.findings);
+        fit.section = bias.section;
     }
     Ok(fit)
+}
+
+/// True where a still follows another without a break between them.
+fn moves((recording, stills): Part<'_>) -> bool {
+    let between = |pair: &[Still]| pair[0].rows.end.saturating_sub(1)..pair[1].rows.start + 1;
+    let mut pairs = stills.windows(2);
+    recording.gyro.is_some() && pairs.any(|p| !motions::is_broken(recording, &between(p)))
 }
 
 /// Stills and motions, looked at.
@@ -277,46 +281,58 @@ struct Prepared {
 
 impl Prepared {
     fn new(
-        recording: &Recording,
-        stills: &[Still],
+        parts: &[Part<'_>],
         accelerometer: &Calibration<f64>,
         options: &GyroOptions,
         findings: &mut Vec<Finding>,
     ) -> Option<Prepared> {
-        let gyro = recording.gyro.as_ref()?;
-        // A still without a reading says nothing and parts two motions.
-        let read: Vec<Still> = stills
+        let mut stills: Vec<rest::Rested<'_>> = Vec::new();
+        let mut step = [0.0_f64; 3];
+        // Of each recording the range of its stills.
+        let mut ranges = Vec::new();
+        for (recording, own) in parts {
+            let first = stills.len();
+            if let Some(gyro) = &recording.gyro {
+                let finest = recording.gyro_resolution();
+                (0..3).for_each(|i| step[i] = step[i].max(finest[i]));
+                // Without a time the noise only weighs stills against each other.
+                let period_s = recording.working_rate_hz().0.recip();
+                // A still without a reading says nothing and parts two motions.
+                let read = |s: &&Still| rest::mean(gyro, s.rows.clone()).is_some();
+                stills.extend(own.iter().filter(read).map(|still| rest::Rested {
+                    still,
+                    gyro,
+                    period_s,
+                    accel: accelerometer.apply(still.accel),
+                }));
+            }
+            ranges.push(first..stills.len());
+        }
+        let rest = rest::at_rest(&stills, step)?;
+        let spread = stills
             .iter()
-            .filter(|s| rest::mean(gyro, s.rows.clone()).is_some())
-            .cloned()
+            .map(|s| direction_covariance(s.still, s.accel, accelerometer))
             .collect();
-        let accel: Vec<[f64; 3]> = read.iter().map(|s| accelerometer.apply(s.accel)).collect();
-        let rate = recording.timing.rate_hz();
-        // Without a time the noise only weighs stills against each other.
-        let period_s = rate.map_or(1.0 / Recording::ASSUMED_RATE_HZ, f64::recip);
-        let rest = rest::at_rest(gyro, recording.gyro_resolution(), &read, &accel, period_s)?;
-        let directions: Vec<[f64; 3]> = accel
-            .iter()
-            .map(|a| Vector3::from(*a).normalize().into())
-            .collect();
-        let spread = read
-            .iter()
-            .zip(&accel)
-            .map(|(still, a)| direction_covariance(still, *a, accelerometer))
-            .collect();
-        let motions = if rate.is_some() {
-            motions::gather(&motions::Source {
-                recording,
-                gyro,
-                scale: options.scale,
-                stills: &read,
-                directions: &directions,
-                accelerometer,
-                rest: &rest,
-                period_s,
-            })
-        } else {
-            if read.len() > 1 {
+        let mut motions = motions::Motions::default();
+        for (index, range) in ranges.into_iter().enumerate() {
+            let recording = parts[index].0;
+            let Some(gyro) = &recording.gyro else {
+                continue;
+            };
+            if let Some(rate_hz) = recording.timing.rate_hz() {
+                let source = motions::Source {
+                    recording,
+                    gyro,
+                    scale: options.scale,
+                    stills: &stills[range.clone()],
+                    index,
+                    first: range.start,
+                    accelerometer,
+                    rest: &rest,
+                    period_s: rate_hz.recip(),
+                };
+                motions::gather(&source, &mut motions);
+            } else if range.len() > 1 {
                 findings.push(
                     Finding::note(
                         "gyro-rate-unknown",
@@ -325,9 +341,8 @@ impl Prepared {
                     .in_file(&recording.name),
                 );
             }
-            motions::Motions::default()
-        };
-        findings.extend(motions.findings.iter().cloned());
+        }
+        findings.append(&mut motions.findings);
         Some(Prepared {
             rest,
             motions,
@@ -362,26 +377,22 @@ pub fn motion_residuals_deg(
     gyroscope: &GyroscopeCalibration<f64>,
     options: &GyroOptions,
 ) -> Vec<f64> {
-    let Some(mut prepared) =
-        Prepared::new(recording, stills, accelerometer, options, &mut Vec::new())
-    else {
+    let prepared = Prepared::new(
+        &[(recording, stills)],
+        accelerometer,
+        options,
+        &mut Vec::new(),
+    );
+    let (Some(mut prepared), Some(gyro)) = (prepared, &recording.gyro) else {
         return Vec::new();
     };
     let motions = &mut prepared.motions;
-    for motion in &motions.list {
-        for (sample, row) in motions.samples[motion.samples.clone()]
-            .iter_mut()
-            .zip(motion.rows.clone())
-        {
-            let Some(gyro) = &recording.gyro else {
-                continue;
-            };
-            let rate = gyroscope.apply(
-                [gyro[0][row], gyro[1][row], gyro[2][row]],
-                accelerometer.apply(recording.accel_at(row)),
-            );
-            *sample = [rate[0], rate[1], rate[2], sample[3]];
-        }
+    for (sample, &row) in motions.samples.iter_mut().zip(&motions.rows) {
+        let rate = gyroscope.apply(
+            [gyro[0][row], gyro[1][row], gyro[2][row]],
+            accelerometer.apply(recording.accel_at(row)),
+        );
+        *sample = [rate[0], rate[1], rate[2], sample[3]];
     }
     motions
         .list

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
+use nalgebra::Vector3;
 
-use super::Still;
 use super::integrate::Sample;
-use super::rest::Rest;
+use super::rest::{Rest, Rested};
 use crate::recording::units::{GyroScale, GyroUnit};
 use crate::recording::{Finding, LineSpans, Recording};
 
@@ -15,7 +15,9 @@ use crate::recording::{Finding, LineSpans, Recording};
 /// are.
 #[derive(Debug, Clone)]
 pub(super) struct Motion {
-    /// Index of the still before it; the next one is after it.
+    /// Index of its recording.
+    pub recording: usize,
+    /// Index of the still before it, of all stills; the next one is after it.
     pub still: usize,
     /// Rows of the recording, both ends included in the integration.
     pub rows: Range<usize>,
@@ -32,52 +34,70 @@ pub(super) struct Motions {
     pub list: Vec<Motion>,
     /// Rates less bias and reaction to gravity, units of the file, and steps.
     pub samples: Vec<Sample>,
+    /// The row of each sample.
+    pub rows: Vec<usize>,
     /// Motions left out: gaps, clipped samples.
     pub left_out: usize,
     pub findings: Vec<Finding>,
 }
 
 /// A step longer than this many periods is a gap: what happened in it is not
-/// known.
+/// known. Over a shorter one the rate is a straight line, whether rows are lost or
+/// their cells empty.
 const GAP_PERIODS: f64 = 4.5;
 
-/// What motions are gathered from.
+/// What motions are gathered from: the stills of one recording, in order.
 pub(super) struct Source<'a> {
     pub recording: &'a Recording,
     /// Its gyroscope.
     pub gyro: &'a [Vec<f64>; 3],
     pub scale: Option<GyroScale>,
-    pub stills: &'a [Still],
-    /// Unit vector of gravity in every still.
-    pub directions: &'a [[f64; 3]],
+    pub stills: &'a [Rested<'a>],
+    /// Index of the recording, and of the first of its stills among all.
+    pub index: usize,
+    pub first: usize,
     pub accelerometer: &'a Calibration<f64>,
+    /// What all stills say.
     pub rest: &'a Rest,
     pub period_s: f64,
 }
 
-/// Gathers them.
-pub(super) fn gather(source: &Source<'_>) -> Motions {
+/// True where no sample follows its predecessor somewhere in `rows`.
+pub(super) fn is_broken(recording: &Recording, rows: &Range<usize>) -> bool {
+    let mut breaks = recording.breaks.iter();
+    breaks.any(|b| (rows.start + 1..rows.end).contains(b))
+}
+
+/// Gathers those of one recording.
+pub(super) fn gather(source: &Source<'_>, motions: &mut Motions) {
     let Source {
         recording,
         gyro,
         scale,
         stills,
-        directions,
         ..
     } = *source;
     let ends: [Option<[f64; 2]>; 3] = std::array::from_fn(|i| range_end(&gyro[i], scale));
-    let mut motions = Motions::default();
+    let is_read = |row: &usize| {
+        let time = recording.time_s.iter();
+        time.chain(gyro).all(|c| c[*row].is_finite())
+    };
     let (mut gaps, mut clips) = (LineSpans::default(), LineSpans::default());
     let (mut with_gap, mut with_clip) = (0, 0);
-    for (still, pair) in stills.windows(2).enumerate() {
-        let rows = pair[0].rows.end.saturating_sub(1)..pair[1].rows.start + 1;
+    for (pair, still) in stills.windows(2).zip(source.first..) {
+        // From the last reading at rest to the next one at rest.
+        let [mut before, mut after] = [&pair[0], &pair[1]].map(|r| r.still.rows.clone());
+        let (Some(from), Some(to)) = (before.rfind(is_read), after.find(is_read)) else {
+            continue;
+        };
+        let rows = from..to + 1;
         if rows.len() < 3 {
             continue;
         }
         let lines = (recording.line(rows.start), recording.line(rows.end - 1));
         let mut clipped = 0_u64;
         let from = motions.samples.len();
-        let whole = push(source, rows.clone(), still, &mut motions.samples);
+        let whole = push(source, rows.clone(), still, motions);
         for row in rows.clone() {
             clipped += u64::from((0..3).any(|i| {
                 ends[i].is_some_and(|[low, high]| gyro[i][row] <= low || gyro[i][row] >= high)
@@ -85,6 +105,7 @@ pub(super) fn gather(source: &Source<'_>) -> Motions {
         }
         if !whole || clipped > 0 {
             motions.samples.truncate(from);
+            motions.rows.truncate(from);
             if whole {
                 with_clip += 1;
                 clips.push_range(lines.0, lines.1, clipped);
@@ -97,19 +118,20 @@ pub(super) fn gather(source: &Source<'_>) -> Motions {
         let samples = from..motions.samples.len();
         let seconds = motions.samples[samples.clone()].iter().map(|s| s[3]).sum();
         motions.list.push(Motion {
+            recording: source.index,
             still,
             rows,
             samples,
-            gravity: [directions[still], directions[still + 1]],
+            gravity: [&pair[0], &pair[1]].map(|r| Vector3::from(r.accel).normalize().into()),
             seconds,
         });
     }
-    motions.left_out = with_gap + with_clip;
+    motions.left_out += with_gap + with_clip;
     if with_gap > 0 {
         motions.findings.push(
             Finding::warning(
                 "gyro-motion-gap",
-                format!("{with_gap} of the motions between stills have a gap, a break or rows without a reading of the gyroscope; left out of its fit"),
+                format!("{with_gap} of the motions between stills have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods; left out of its fit"),
             )
             .at_lines(&gaps)
             .in_file(&recording.name),
@@ -128,11 +150,11 @@ pub(super) fn gather(source: &Source<'_>) -> Motions {
             .in_file(&recording.name),
         );
     }
-    motions
 }
 
-/// Adds the samples of one motion; false when something is missing in it.
-fn push(source: &Source<'_>, rows: Range<usize>, still: usize, samples: &mut Vec<Sample>) -> bool {
+/// Adds the samples of one motion, `still` the one before it; false when too much is
+/// missing in it.
+fn push(source: &Source<'_>, rows: Range<usize>, still: usize, motions: &mut Motions) -> bool {
     let Source {
         recording,
         gyro,
@@ -141,11 +163,7 @@ fn push(source: &Source<'_>, rows: Range<usize>, still: usize, samples: &mut Vec
         period_s,
         ..
     } = *source;
-    if recording
-        .breaks
-        .iter()
-        .any(|b| (rows.start + 1..rows.end).contains(b))
-    {
+    if is_broken(recording, &rows) {
         return false;
     }
     // The drift of the bias is what both stills show of it.
@@ -153,7 +171,12 @@ fn push(source: &Source<'_>, rows: Range<usize>, still: usize, samples: &mut Vec
         rest.bias[i] + 0.5 * (rest.local[still][i] + rest.local[still + 1][i])
     });
     let reacts = rest.g_sensitivity != [[0.0; 3]; 3];
-    let last = rows.end - 1;
+    let seconds = |from: usize, to: usize| match &recording.time_s {
+        Some(t) => t[to] - t[from],
+        None => (to - from) as f64 * period_s,
+    };
+    let (first, last) = (motions.samples.len(), rows.end - 1);
+    let mut before = rows.start;
     for row in rows {
         let mut rate: [f64; 3] = std::array::from_fn(|i| gyro[i][row] - bias[i]);
         if reacts {
@@ -163,21 +186,21 @@ fn push(source: &Source<'_>, rows: Range<usize>, still: usize, samples: &mut Vec
             );
             rate = matrix3::sub(&rate, &felt);
         }
-        let step = match (&recording.time_s, row == last) {
-            (_, true) => 0.0,
-            (Some(t), false) => t[row + 1] - t[row],
-            (None, false) => period_s,
-        };
-        let usable = rate.iter().all(|v| v.is_finite())
-            && step.is_finite()
-            && step > -GAP_PERIODS * period_s
-            && step < GAP_PERIODS * period_s;
-        if !usable {
+        let step = seconds(before, row);
+        if !(step.is_finite() && rate.iter().all(|v| v.is_finite())) {
+            continue;
+        }
+        if step.abs() >= GAP_PERIODS * period_s {
             return false;
         }
-        samples.push([rate[0], rate[1], rate[2], step]);
+        if let Some(sample) = motions.samples[first..].last_mut() {
+            sample[3] = step;
+        }
+        motions.samples.push([rate[0], rate[1], rate[2], 0.0]);
+        motions.rows.push(row);
+        before = row;
     }
-    true
+    seconds(before, last).abs() < GAP_PERIODS * period_s
 }
 
 /// Full scales in use, °/s.
@@ -185,7 +208,7 @@ const FULL_SCALES_DEG_S: [f64; 7] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0,
 
 /// Values of a channel at and beyond which it is clipped; none when it never
 /// is. The end of the range is known where the unit is; everywhere it shows as
-/// three or more neighbours at the channel's own extreme that the signal comes
+/// three or more readings in a row at the channel's own extreme that the signal comes
 /// to, or leaves, in a step far above its last digit: the top of a smooth
 /// motion is reached in small ones.
 fn range_end(channel: &[f64], scale: Option<GyroScale>) -> Option<[f64; 2]> {
@@ -240,21 +263,25 @@ fn known_end(extreme: f64, signed: bool, scale: Option<GyroScale>) -> bool {
 }
 
 fn flat_top(channel: &[f64], extreme: f64, digit: f64) -> bool {
-    let mut from = 0;
-    for row in 0..=channel.len() {
-        if row < channel.len() && channel[row] == extreme {
-            continue;
-        }
-        if row - from >= 3 {
-            let edge =
-                |outside: Option<&f64>| outside.is_some_and(|v| (v - extreme).abs() > 5.0 * digit);
-            if edge(from.checked_sub(1).and_then(|i| channel.get(i))) || edge(channel.get(row)) {
-                return true;
+    // Lengths of the runs that begin or end with such a step.
+    let mut lengths = Vec::new();
+    let (mut from, mut longest) = (0, 0);
+    for run in channel.chunk_by(|a, b| a == b) {
+        let to = from + run.len();
+        let beside = [from.checked_sub(1), Some(to)].map(|i| channel.get(i?));
+        let mut steps = beside.into_iter().flatten().map(|v| (v - run[0]).abs());
+        if steps.any(|step| step > 5.0 * digit) {
+            lengths.push(run.len());
+            if run[0] == extreme {
+                longest = longest.max(run.len());
             }
         }
-        from = row + 1;
+        from = to;
     }
-    false
+    // Where values are held, or read faster than they are measured, each of them
+    // stands in several rows.
+    let quarter = lengths.len() / 4;
+    longest > 0 && longest >= 3 * *lengths.select_nth_unstable(quarter).1
 }
 
 #[cfg(test)]
@@ -278,6 +305,10 @@ mod tests {
         let clipped = range_end(&wave(250.0, 0.01), None).unwrap();
         assert_eq!(clipped, [-250.0, 250.0]);
         assert_eq!(range_end(&[1.0; 50], None), None);
+        // Every value is held over four rows.
+        let held = |wave: Vec<f64>| wave.into_iter().flat_map(|v| [v; 4]).collect::<Vec<_>>();
+        assert_eq!(range_end(&held(wave(1e9, 0.01)), None), None);
+        assert_eq!(range_end(&held(wave(250.0, 0.01)), None), Some(clipped));
     }
 
     #[test]

@@ -25,6 +25,24 @@ pub(super) struct Rest {
     pub noise: [f64; 3],
 }
 
+/// A still that the gyroscope was read in.
+pub(super) struct Rested<'a> {
+    pub still: &'a Still,
+    /// The gyroscope of its recording.
+    pub gyro: &'a [Vec<f64>; 3],
+    /// Time from row to row of its recording, s.
+    pub period_s: f64,
+    /// Calibrated acceleration, m/s².
+    pub accel: [f64; 3],
+}
+
+impl Rested<'_> {
+    /// Readings of the gyroscope in it.
+    fn rates(&self) -> [&[f64]; 3] {
+        self.gyro.each_ref().map(|c| &c[self.still.rows.clone()])
+    }
+}
+
 /// Mean of the gyroscope over one still.
 struct StillMean {
     rate: [f64; 3],
@@ -43,29 +61,26 @@ const LEAST_STILLS: usize = 8;
 /// Chance of a reaction to gravity where there is none.
 const CHANCE: f64 = 1e-3;
 
-/// Looks at the stills. None when a still has no reading.
+/// Looks at the stills, of one recording or of several: that each recording has a
+/// bias of its own is drift. None without stills, and when one has no reading.
 ///
 /// Model: mean of still k = b + S a_k + e_k + noise, e_k the slow drift of the
 /// bias with variance τ² (Paule and Mandel 1982 for its estimate), noise of
 /// variance N²/T_k. S is kept on an axis when an F test finds it at 1e-3.
-pub(super) fn at_rest(
-    gyro: &[Vec<f64>; 3],
-    step: [f64; 3],
-    stills: &[Still],
-    accel_mps2: &[[f64; 3]],
-    period_s: f64,
-) -> Option<Rest> {
-    let noise = allan_noise(gyro, step, stills, period_s);
-    let left = left_by_rounding(gyro, step, stills);
+pub(super) fn at_rest(stills: &[Rested<'_>], step: [f64; 3]) -> Option<Rest> {
+    if stills.is_empty() {
+        return None;
+    }
+    let noise = allan_noise(stills, step);
+    let left = left_by_rounding(stills, step);
     let means: Vec<StillMean> = stills
         .iter()
-        .zip(accel_mps2)
-        .map(|(still, accel)| {
-            let (rate, rows) = mean(gyro, still.rows.clone())?;
+        .map(|rested| {
+            let (rate, rows) = mean(rested.gyro, rested.still.rows.clone())?;
             Some(StillMean {
                 rate,
-                seconds: rows as f64 * period_s,
-                accel: *accel,
+                seconds: rows as f64 * rested.period_s,
+                accel: rested.accel,
             })
         })
         .collect::<Option<_>>()?;
@@ -137,39 +152,34 @@ pub(super) fn mean(
 }
 
 /// Variance that rounding to `step` leaves in the mean of a still, each axis.
-fn left_by_rounding(gyro: &[Vec<f64>; 3], step: [f64; 3], stills: &[Still]) -> [f64; 3] {
-    let holds: Vec<[&[f64]; 3]> = stills
-        .iter()
-        .map(|s| gyro.each_ref().map(|c| &c[s.rows.clone()]))
-        .collect();
+fn left_by_rounding(stills: &[Rested<'_>], step: [f64; 3]) -> [f64; 3] {
+    let holds: Vec<[&[f64]; 3]> = stills.iter().map(Rested::rates).collect();
     pooled_noise(&holds, step).rounding.map(|r| r * r)
 }
 
 /// Allan deviation at [`BLOCK_S`], as a density: N = σ(τ)·√τ. Rounding counts as
 /// noise too, since at rest it may hide all other.
-fn allan_noise(gyro: &[Vec<f64>; 3], step: [f64; 3], stills: &[Still], period_s: f64) -> [f64; 3] {
-    let width = ((BLOCK_S / period_s).round() as usize).max(1);
+fn allan_noise(stills: &[Rested<'_>], step: [f64; 3]) -> [f64; 3] {
+    let longest_s = stills.iter().map(|s| s.period_s).fold(0.0, f64::max);
     std::array::from_fn(|axis| {
-        let channel = &gyro[axis];
         let (mut squares, mut pairs) = (0.0, 0.0);
-        for still in stills {
+        for rested in stills {
+            let width = ((BLOCK_S / rested.period_s).round() as usize).max(1);
+            let block_s = width as f64 * rested.period_s;
             let mut before = f64::NAN;
-            let rows = &channel[still.rows.clone()];
-            for block in rows.chunks_exact(width) {
-                let now = block.iter().sum::<f64>() / width as f64;
+            for block in rested.rates()[axis].chunks_exact(width) {
+                // Empty cells say nothing.
+                let there = block.iter().filter(|v| v.is_finite());
+                let now = there.clone().sum::<f64>() / there.count() as f64;
                 if (now - before).is_finite() {
-                    squares += 0.5 * (now - before).powi(2);
+                    squares += 0.5 * (now - before).powi(2) * block_s;
                     pairs += 1.0;
                 }
                 before = now;
             }
         }
-        let white = if pairs > 0.0 {
-            squares / pairs * (width as f64 * period_s)
-        } else {
-            0.0
-        };
-        white.max(rounding::floor(step[axis]) * period_s).sqrt()
+        let white = if pairs > 0.0 { squares / pairs } else { 0.0 };
+        white.max(rounding::floor(step[axis]) * longest_s).sqrt()
     })
 }
 

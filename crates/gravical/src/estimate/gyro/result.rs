@@ -86,41 +86,61 @@ fn covariance(c: &fit::Covariance, state: &problem::State, per_unit: f64) -> Opt
     })
 }
 
-pub(super) fn tell(
-    recording: &Recording,
+/// Names the motions that contradict the others, recording by recording.
+pub(super) fn tell_outliers(
+    recordings: &[&Recording],
     motions: &motions::Motions,
     fit: &fit::Fit,
-    nominal: Option<f64>,
-    per_unit: f64,
-    typical: f64,
     findings: &mut Vec<Finding>,
 ) {
-    let mut add = |finding: Finding| findings.push(finding.in_file(&recording.name));
-    if !fit.outliers.is_empty() {
+    for (index, recording) in recordings.iter().enumerate() {
+        let own = || {
+            motions
+                .list
+                .iter()
+                .enumerate()
+                .filter(|(_, m)| m.recording == index)
+        };
         let mut spans = LineSpans::default();
-        let mut worst = 0.0_f64;
-        for &m in &fit.outliers {
-            let motion = &motions.list[m];
+        let (mut worst, mut count) = (0.0_f64, 0);
+        for (_, motion) in own().filter(|(m, _)| fit.outliers.contains(m)) {
             let (from, to) = (
                 recording.line(motion.rows.start),
                 recording.line(motion.rows.end - 1),
             );
             spans.push_range(from, to, to - from + 1);
+            count += 1;
             worst = worst.max(chord_deg(
                 problem::residual(motions, motion, &fit.state).norm(),
             ));
         }
-        add(Finding::warning(
-            "gyro-motion-outlier",
-            format!(
-                "{} of {} motions contradict the others (gravity off by up to {worst:.1}°, usually {:.2}°): a bump, lost samples, or turned too fast; left out of the gyroscope's fit",
-                fit.outliers.len(),
-                motions.list.len(),
-                chord_deg(rms(&fit.residuals))
-            ),
-        )
-        .at_lines(&spans));
+        if count == 0 {
+            continue;
+        }
+        findings.push(
+            Finding::warning(
+                "gyro-motion-outlier",
+                format!(
+                    "{count} of {} motions contradict the others (gravity off by up to {worst:.1}°, usually {:.2}°): a bump, lost samples, or turned too fast; left out of the gyroscope's fit",
+                    own().count(),
+                    chord_deg(rms(&fit.residuals))
+                ),
+            )
+            .at_lines(&spans)
+            .in_file(&recording.name),
+        );
     }
+}
+
+/// What is odd about the fit itself.
+pub(super) fn tell(
+    fit: &fit::Fit,
+    nominal: Option<f64>,
+    per_unit: f64,
+    typical: f64,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut add = |finding: Finding| findings.push(finding);
     if typical.to_degrees() > MISFIT_DEG {
         add(Finding::warning(
             "gyro-misfit",
@@ -160,4 +180,5 @@ pub(super) fn tell(
         }
         Some(_) => {}
     }
+    findings
 }

@@ -19,10 +19,19 @@ fn poses(seed: u64, free: u32, change: impl Fn(&mut SimulateOptions)) -> Simulat
 /// The recording as if its file had been read; `gyro` makes the file's numbers
 /// of rates in rad/s.
 fn recording(simulation: &Simulation, gyro: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Recording {
+    part_of(simulation, 0..simulation.files[0].t_s.len(), gyro)
+}
+
+/// The same of some of its rows.
+fn part_of(
+    simulation: &Simulation,
+    rows: Range<usize>,
+    gyro: impl Fn(usize, [f64; 3]) -> [f64; 3],
+) -> Recording {
     use std::fmt::Write;
     let file = &simulation.files[0];
     let mut text = "t_ms,ax,ay,az,gx,gy,gz\n".to_owned();
-    for row in 0..file.t_s.len() {
+    for row in rows {
         let a: [f64; 3] = std::array::from_fn(|i| file.accel_mps2[i][row]);
         let g = gyro(row, std::array::from_fn(|i| file.gyro_rad_s[i][row]));
         write!(text, "{}", file.stamp_ms[row]).unwrap();
@@ -43,13 +52,12 @@ fn true_accelerometer(simulation: &Simulation) -> Calibration<f64> {
 }
 
 fn fitted(simulation: &Simulation, recording: &Recording) -> GyroFit {
-    let session = segment(std::slice::from_ref(recording), &SegmentOptions::default()).unwrap();
-    of_session(
-        std::slice::from_ref(recording),
-        &session,
-        &true_accelerometer(simulation),
-    )
-    .unwrap()
+    fitted_to_all(simulation, std::slice::from_ref(recording))
+}
+
+fn fitted_to_all(simulation: &Simulation, recordings: &[Recording]) -> GyroFit {
+    let session = segment(recordings, &SegmentOptions::default()).unwrap();
+    of_session(recordings, &session, &true_accelerometer(simulation)).unwrap()
 }
 
 fn kinds(fit: &GyroFit) -> Vec<&str> {
@@ -204,12 +212,13 @@ fn a_bad_motion_is_found_and_named() {
 fn gaps_and_clipped_motions_are_left_out() {
     let simulation = poses(6, 12, |_| {});
     let middle = middle_of_move(&simulation, 3);
-    let recording_with_gap = recording(
-        &simulation,
-        |row, g| {
-            if row == middle { [f64::NAN; 3] } else { g }
-        },
-    );
+    let recording_with_gap = recording(&simulation, |row, g| {
+        if (middle..middle + 6).contains(&row) {
+            [f64::NAN; 3]
+        } else {
+            g
+        }
+    });
     let fit = fitted(&simulation, &recording_with_gap);
     let found = fit
         .findings
@@ -233,6 +242,72 @@ fn gaps_and_clipped_motions_are_left_out() {
     let section = fit.section.unwrap();
     assert!(section.motions.unwrap().left_out > 1);
     assert_true(&simulation, &section);
+}
+
+#[test]
+fn a_row_without_a_reading_now_and_then_is_bridged() {
+    let simulation = poses(6, 12, |_| {});
+    let recording = recording(
+        &simulation,
+        |row, g| {
+            if row % 23 == 0 { [f64::NAN; 3] } else { g }
+        },
+    );
+    let section = fitted(&simulation, &recording).section.unwrap();
+    assert_eq!(section.motions.unwrap().left_out, 0);
+    assert_true(&simulation, &section);
+}
+
+#[test]
+fn sensors_in_rows_of_their_own() {
+    let simulation = poses(6, 12, |_| {});
+    let file = &simulation.files[0];
+    // A gyroscope at a third of the accelerometer's rate.
+    let mut text = "t_ms,ax,ay,az,gx (rad/s),gy (rad/s),gz (rad/s)\n".to_owned();
+    for (row, stamp) in file.stamp_ms.iter().enumerate() {
+        let cells = |v: &[Vec<f64>; 3]| v.each_ref().map(|c| format!("{:.6}", c[row])).join(",");
+        text += &format!("{stamp},{},,,\n", cells(&file.accel_mps2));
+        if row % 3 == 0 {
+            text += &format!("{},,,,{}\n", stamp + 4, cells(&file.gyro_rad_s));
+        }
+    }
+    let recording = read_bytes(text.as_bytes(), "rows.csv", &ReadOptions::default()).unwrap();
+    let fit = fitted(&simulation, &recording);
+    let section = fit.section.unwrap();
+    assert_eq!(section.method, "motion", "{:?}", fit.findings);
+    assert_eq!(section.motions.unwrap().left_out, 0);
+    let model = matrix3::inverse(&section.matrix).unwrap().concat();
+    for (found, truth) in model.iter().zip(simulation.truth.gyroscope.matrix.concat()) {
+        assert!((found - truth).abs() < 2e-3, "{model:?}");
+    }
+}
+
+#[test]
+fn the_motions_of_all_recordings_count() {
+    let simulation = poses(8, 6, |_| {});
+    let rows = simulation.files[0].t_s.len();
+    let middle = middle_of_move(&simulation, 5);
+    // The bias is another one when the board is switched on again.
+    let shift = 0.3_f64.to_radians();
+    let halves = [
+        part_of(&simulation, 0..middle, |_, g| g),
+        part_of(&simulation, middle..rows, |_, g| g.map(|v| v + shift)),
+    ];
+    let fit = fitted_to_all(&simulation, &halves);
+    let section = fit.section.unwrap();
+    assert_eq!(section.method, "motion", "{:?}", fit.findings);
+    assert_eq!(section.motions.unwrap().used, 10);
+    let z = scores(&simulation, &section);
+    assert!(z[..9].iter().all(|v| v.abs() < 4.0), "{z:.1?}");
+
+    // What is missing is said of them together.
+    let few = part_of(&simulation, 0..middle_of_move(&simulation, 2), |_, g| g);
+    let fit = fitted_to_all(&simulation, &[few.clone(), few]);
+    assert_eq!(fit.section.unwrap().method, "bias");
+    let found = fit.findings.iter().find(|f| f.kind == "gyro-undetermined");
+    let found = found.unwrap();
+    assert!(found.message.starts_with("4 usable motions"), "{found:?}");
+    assert_eq!(found.file, None);
 }
 
 #[test]
