@@ -215,11 +215,13 @@ fn zero_rows(accel: &[Vec<f64>; 3], gyro: [&Vec<f64>; 3]) -> Vec<usize> {
     let rows = accel[0].len();
     let mut out = Vec::new();
     let mut row = 0;
-    while row < rows {
-        let end = (row..rows).find(|r| !zero(r)).unwrap_or(rows);
-        let enough = end - row >= ZEROS_IN_A_ROW;
-        out.extend((row..end).filter(|r| enough || none(gyro, *r)));
-        row = end + 1;
+    // Most recordings have no zero at all, or a few on one axis.
+    while let Some(n) = accel[0][row..].iter().position(|v| *v == 0.0) {
+        let from = row + n;
+        let end = (from..rows).find(|r| !zero(r)).unwrap_or(rows);
+        let enough = end - from >= ZEROS_IN_A_ROW;
+        out.extend((from..end).filter(|r| enough || none(gyro, *r)));
+        row = (end + 1).min(rows);
     }
     out
 }

@@ -263,7 +263,7 @@ impl RowScanner {
                 } else if slot == INSTANCE {
                     self.check_instance(&line[at..end])?;
                 } else if slot == FRACTION {
-                    fraction = parse_field(&line[at..end]).unwrap_or(f64::NAN);
+                    fraction = Self::below_a_second(&line[at..end]);
                 }
             }
             on_field((from as u32, end as u32));
@@ -311,6 +311,13 @@ impl RowScanner {
             Some(value) if value != self.instance => Err(RowDefect::OtherSensor),
             _ => Ok(()),
         }
+    }
+
+    /// Out of the loop, which it would slow down for all.
+    #[cold]
+    #[inline(never)]
+    fn below_a_second(field: &[u8]) -> f64 {
+        parse_field(field).unwrap_or(f64::NAN)
     }
 
     /// More fields than wanted: a trailing delimiter is none, a row of

@@ -263,6 +263,9 @@ fn known_end(extreme: f64, signed: bool, scale: Option<GyroScale>) -> bool {
 }
 
 fn flat_top(channel: &[f64], extreme: f64, digit: f64) -> bool {
+    if !channel.windows(3).any(|w| w == [extreme; 3]) {
+        return false;
+    }
     // Lengths of the runs that begin or end with such a step.
     let mut lengths = Vec::new();
     let (mut from, mut longest) = (0, 0);
