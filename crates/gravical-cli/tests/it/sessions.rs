@@ -34,6 +34,32 @@ fn told<'a>(value: &'a serde_json::Value, kind: &str) -> Vec<(&'a str, &'a str)>
 }
 
 #[test]
+fn acceleration_without_gravity_is_left_out_beside_that_with_it() {
+    let folder = six_files(&Sensor::default());
+    let clean = calibrate(folder.path(), ". --gravity 9.81", 0);
+    let mut text = "t_ms,ax,ay,az\n".to_owned();
+    for i in 0..500 {
+        text += &format!("{},{},0.02,-0.01\n", 10 * i, 0.01 * (i % 7) as f64);
+    }
+    write(folder.path(), "LinearAcceleration.csv", &text);
+    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
+    same_accelerometer(&file["accelerometer"], &clean["accelerometer"]);
+    let [(what, why)] = told(&file, "no-recording")[..] else {
+        panic!("{file}")
+    };
+    assert!(
+        what.ends_with("LinearAcceleration.csv") && why.contains("gravity"),
+        "{why}"
+    );
+    // Alone it is refused.
+    let run = run_in(
+        folder.path(),
+        words("calibrate LinearAcceleration.csv --json"),
+    );
+    assert_eq!(run.code, 3);
+}
+
+#[test]
 fn serial_numbers_go_into_the_calibration_and_two_are_no_session() {
     let folder = six_files(&Sensor::default());
     let name = |file: &str, serial: &str| {
