@@ -28,7 +28,11 @@ pub(super) fn assemble(scanned: Scanned, options: &ReadOptions, name: &str) -> R
     } = scanned;
     let [time, ax, ay, az, gx, gy, gz, temperature] = columns.slots;
     let mut accel = [ax, ay, az];
-    let zeros = zero_rows(&accel, [&gx, &gy, &gz]);
+    let mut zeros = zero_rows(&accel, [&gx, &gy, &gz]);
+    // Without gravity it reads zero at rest.
+    if layout.accel_claim.without_gravity || 2 * zeros.len() > accel[0].len() {
+        zeros.clear();
+    }
     let line_map = columns.lines;
     let some = |v: Vec<f64>| (!v.is_empty()).then_some(v);
 

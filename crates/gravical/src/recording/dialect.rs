@@ -508,8 +508,7 @@ fn find_header(best: &Candidate, before: &[&HeadLine<'_>]) -> Option<Header> {
     let mut from = last;
     // Two header rows: the upper names the sensor, the lower the channel.
     if let Some(upper_at) = last.checked_sub(1)
-        && let Some(upper) = fields_of(before[upper_at]).map(fill_forward)
-        && upper.iter().any(|n| n.chars().any(char::is_alphabetic))
+        && let Some(upper) = fields_of(before[upper_at]).and_then(fill_forward)
         && upper.len() == names.len()
         && repeats(&upper)
         && repeats(&names)
@@ -530,14 +529,20 @@ fn find_header(best: &Candidate, before: &[&HeadLine<'_>]) -> Option<Header> {
     })
 }
 
-/// Cells that a spreadsheet has merged: the name stands in the first of them.
-fn fill_forward(mut cells: Vec<String>) -> Vec<String> {
+/// Cells that a spreadsheet has merged: the name stands in the first of them. None for
+/// a title alone, and for what is no name.
+fn fill_forward(mut cells: Vec<String>) -> Option<Vec<String>> {
+    let named = |cell: &&String| cell.chars().any(char::is_alphabetic);
+    let filled: Vec<&String> = cells.iter().filter(|c| !c.is_empty()).collect();
+    if filled.len() < 2 || !filled.iter().all(named) {
+        return None;
+    }
     for i in 1..cells.len() {
         if cells[i].is_empty() {
             cells[i] = cells[i - 1].clone();
         }
     }
-    cells
+    Some(cells)
 }
 
 /// Below the names: units, or what the numbers were made of (`CAL`).

@@ -501,7 +501,13 @@ fn find_rate_by_unit(
     words: &mut Vec<String>,
     unit: Option<&str>,
 ) -> Option<(Quantity, Option<String>)> {
-    let is_rate = |u: &str| GyroUnit::parse(u).is_some() && AccelUnit::parse(u).is_none();
+    // `deg` alone is an angle here.
+    let per_time = |u: &str| {
+        ["/s", "/h", "s-1", "s^-1", "s⁻¹", "dps"]
+            .iter()
+            .any(|t| u.contains(t))
+    };
+    let is_rate = |u: &str| per_time(u) && GyroUnit::parse(u).is_some();
     let at = words.iter().rposition(|w| axis_of(w).is_some())?;
     let axis = axis_of(&words[at]).filter(|_| words.len() > 1 && unit.is_some_and(is_rate))?;
     words.remove(at);
@@ -685,6 +691,9 @@ mod tests {
             "device_id",
             "foot",
             "start",
+            "AngleX(deg)",
+            "Tilt X (rad)",
+            "Velocity X (m/s)",
         ] {
             assert_eq!(understand(name), None, "{name}");
         }

@@ -525,6 +525,16 @@ fn clocks_of_whole_seconds_and_in_two_columns() {
 }
 
 #[test]
+fn what_a_loop_took_is_no_part_of_the_stamp() {
+    let text = written("time,ax,ay,az,loop_time_us\n", |s| {
+        format!("{},{},{}", 10 * s.i, csv(&mps2(s), 5), 850 + s.i * 37 % 200)
+    });
+    let recording = read_as(&text, "x.csv");
+    is_the_session(&recording, "loop time", Some(100.0), &[]);
+    close(recording.time_s.as_ref().unwrap()[250], 2.5, 1e-9);
+}
+
+#[test]
 fn clocks_that_begin_anew_go_on() {
     let wraps: [(&str, f64, f64); 5] = [
         ("Time (s)", 86_400.0, 1.0),
@@ -563,6 +573,19 @@ fn a_sensor_that_was_not_read() {
         let zero = |row: usize| recording.accel_at(row) == [0.0; 3];
         assert!((0..recording.rows()).all(|row| !zero(row)), "{gone:?}");
     }
+    // Without gravity zero is what rest reads.
+    let linear = written(
+        "ms,Linear Acceleration x (g),Linear Acceleration y (g),Linear Acceleration z (g)\n",
+        |s| {
+            let a = if s.i % 3 == 0 {
+                "0.01,0.00,0.00"
+            } else {
+                "0.00,0.00,0.00"
+            };
+            format!("{},{a}", 10 * s.i)
+        },
+    );
+    finding(&read_as(&linear, "x.csv"), "without-gravity");
     // In free fall a cheap sensor may read zero for a moment, and its gyroscope does not.
     let text = written("ms,ax,ay,az,gx,gy,gz\n", |s| match s.i {
         200 => format!("{},0.00,0.00,0.00,{}", 10 * s.i, csv(&s.w, 5)),

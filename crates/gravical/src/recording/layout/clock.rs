@@ -111,31 +111,39 @@ pub(super) fn first_column_rises(sample: &[Vec<f64>]) -> (bool, bool) {
 }
 
 /// A stamp in two fields: whole seconds, and what is below them in ms, µs or ns
-/// (`header.stamp.sec` and `nanosec`). A clock of its own that is named after such a unit
-/// would have passed a second as well.
+/// (`header.stamp.sec` and `nanosec`): it falls wherever the seconds rise, and rises
+/// elsewhere, as neither a clock of its own nor the time that a loop took does.
 fn in_two_fields(sample: &[&Vec<f64>], stamps: &[&Named]) -> Option<Clock> {
-    let values = |field: usize| {
-        let of_row = move |row: &&Vec<f64>| row.get(field).copied();
-        sample.iter().filter_map(of_row).filter(|v| v.is_finite())
-    };
     let unit = |c: &ColumnName| c.unit.as_deref().and_then(TimeUnit::parse);
-    let is_whole = |(field, c): &&&Named| {
-        let seconds = matches!(unit(c), None | Some(TimeUnit::Second));
-        seconds && values(*field).all(|v| v.fract() == 0.0) && values(*field).any(|v| v >= 1.0)
+    let fits = |seconds: usize, below: usize, unit_s: f64| {
+        let rows: Vec<[f64; 2]> = sample
+            .iter()
+            .filter_map(|row| Some([*row.get(seconds)?, *row.get(below)?]))
+            .filter(|pair| pair.iter().all(|v| v.is_finite()))
+            .collect();
+        let (mut rising, mut within) = (0, 0);
+        let turns = rows.windows(2).all(|w| {
+            let [more, less] = [0, 1].map(|i| w[1][i] - w[0][i]);
+            within += usize::from(more == 0.0);
+            rising += usize::from(more == 0.0 && less > 0.0);
+            more == 0.0 || less < 0.0
+        });
+        let parts = |[s, b]: &[f64; 2]| s.fract() == 0.0 && (0.0..1.0).contains(&(b * unit_s));
+        turns && within > 0 && rising * 10 >= within * 9 && rows.iter().all(parts)
     };
-    let (field, _) = stamps.iter().find(is_whole)?;
-    let below = |(other, c): &&Named| {
-        let unit_s = unit(c)?.seconds();
-        let fits = unit_s < 1.0
-            && values(*other).next().is_some()
-            && values(*other).all(|v| (0.0..1.0).contains(&(v * unit_s)));
-        fits.then_some((*other, unit_s))
-    };
-    Some(Clock {
-        field: *field,
-        is_steps: false,
-        fraction: Some(stamps.iter().find_map(below)?),
-    })
+    let seconds = stamps
+        .iter()
+        .filter(|(_, c)| matches!(unit(c), None | Some(TimeUnit::Second)));
+    seconds
+        .flat_map(|s| stamps.iter().map(move |b| (s, b)))
+        .find_map(|((seconds, _), (below, c))| {
+            let unit_s = unit(c)?.seconds();
+            (unit_s < 1.0 && fits(*seconds, *below, unit_s)).then_some(Clock {
+                field: *seconds,
+                is_steps: false,
+                fraction: Some((*below, unit_s)),
+            })
+        })
 }
 
 /// The clock among `columns`: a named one that runs, the finest and most even of

@@ -10,6 +10,9 @@ use crate::recording::ledger::Aside;
 /// hour, of a day, of a week.
 const WRAPS_S: [f64; 5] = [1.0, 60.0, 3600.0, 86_400.0, 604_800.0];
 
+/// Clocks begin anew after so many usual steps at the least.
+const LEAST_STEPS: f64 = 20.0;
+
 /// Stamps in seconds, and what went wrong in them.
 pub(super) struct Followed {
     /// Seconds from the first stamp, unwrapped.
@@ -272,7 +275,15 @@ impl Stamps {
         [65_536.0, 16_777_216.0, whole]
             .into_iter()
             .chain(of_time)
-            .find(|period| is_usual_step(now + period - before, self.median))
+            .find(|&period| {
+                // A step back in a clock that has passed the period is no wrap, nor is one
+                // of a clock that has few steps in it.
+                let within =
+                    before < period && now >= 0.0 || before < 0.5 * period && now >= -0.5 * period;
+                within
+                    && period > LEAST_STEPS * self.median
+                    && is_usual_step(now + period - before, self.median)
+            })
     }
 
     /// Books a long step: a pause (then true), or a gap.

@@ -105,7 +105,7 @@ pub(crate) fn judge(
         return untimed(raw.len(), claims, findings);
     };
     // Stamps that most rows share with their neighbours are coarser than the sampling.
-    let coarse = coarse_rate(&raw, &steps);
+    let coarse = coarse_rate(&steps, median);
     let usual = coarse.map_or(median, |rate| 1.0 / rate);
     let unit = match claims.unit {
         Some(unit) if POSSIBLE.contains(&(1.0 / (usual * unit.seconds()))) => unit,
@@ -158,7 +158,7 @@ pub(crate) fn judge(
     let n = time_s.iter().filter(|t| t.is_finite()).count();
     let mean_rate = coarse
         .map(|rate| rate / per_s)
-        .filter(|rate| stamps.paused().0 == 0 && POSSIBLE.contains(rate))
+        .filter(|rate| POSSIBLE.contains(rate))
         .or_else(|| mean_rate(n, duration_s, &stamps));
     let median_s = median * per_s;
     let regular: Vec<f64> = steps
@@ -237,20 +237,25 @@ pub(crate) fn judge(
     }
 }
 
-/// Rows per unit of stamps that most rows share with the row before: those from the
-/// first row of the second stamp to the first row of the last one, since the recording
-/// begins and ends somewhere within a stamp. None for other stamps, and for fewer than
-/// three.
-fn coarse_rate(raw: &[f64], steps: &[f64]) -> Option<f64> {
+/// Rows per unit of stamps that most rows share with the row before: those from one
+/// change of the stamp to the next, since the recording begins and ends somewhere within
+/// a stamp; without waits, and steps back. `median` is that of the steps that advance.
+/// None for other stamps, and for fewer than three.
+fn coarse_rate(steps: &[f64], median: f64) -> Option<f64> {
     let repeats = steps.iter().filter(|d| **d == 0.0).count();
     if repeats * 2 <= steps.len() {
         return None;
     }
-    let new = |i: &usize| steps[*i] > 0.0;
-    let first = 1 + (0..steps.len()).find(new)?;
-    let last = 1 + (0..steps.len()).rfind(new)?;
-    let (rows, span) = ((last - first) as f64, raw[last] - raw[first]);
-    (rows > 0.0 && span > 0.0).then(|| rows / span)
+    let changes: Vec<usize> = (0..steps.len()).filter(|i| steps[*i] != 0.0).collect();
+    let (mut rows, mut span) = (0, 0.0);
+    for pair in changes.windows(2) {
+        let step = steps[pair[1]];
+        if is_usual_step(step, median) {
+            rows += pair[1] - pair[0];
+            span += step;
+        }
+    }
+    (rows > 0).then(|| rows as f64 / span)
 }
 
 /// Rows a second while it was recorded, Hz.

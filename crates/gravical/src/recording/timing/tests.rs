@@ -76,6 +76,33 @@ fn bursts_are_arrival_times() {
     assert!((timed.timing.rate_hz().unwrap() - 100.0).abs() < 1e-9);
 }
 
+#[test]
+fn coarse_stamps_have_their_rate_across_resets_and_gaps() {
+    // Whole seconds at 100 Hz, a reset, a wait of 1000 s.
+    let second = |i: i32| f64::from(i / 100);
+    let raw = (0..5030)
+        .map(second)
+        .chain((0..6000).map(second))
+        .chain((0..3000).map(|i| 1060.0 + second(i)))
+        .collect();
+    let timed = judged(raw);
+    let rate = timed.timing.rate_hz().unwrap();
+    assert!((rate - 100.0).abs() < 1.0, "{rate}");
+}
+
+#[test]
+fn a_step_back_is_no_wrap() {
+    // 10 Hz in ms: rows that come 0.8 s late, and a clock set back by a second.
+    for back in [800.0, 1000.0] {
+        let raw = (0..300)
+            .map(|i| 100.0 * f64::from(i) - if i >= 150 { back } else { 0.0 })
+            .collect();
+        let kinds_of = kinds(&judged(raw)).join(" ");
+        assert!(kinds_of.contains("backward-time"), "{back}: {kinds_of}");
+        assert!(!kinds_of.contains("wrapped-time"), "{back}: {kinds_of}");
+    }
+}
+
 /// `rows` at 100 Hz, then a pause, and so on; ms.
 fn paused(rows: usize, pauses_s: &[f64]) -> Vec<f64> {
     let mut out = Vec::new();
