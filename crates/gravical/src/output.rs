@@ -6,6 +6,53 @@ use std::path::{Path, PathBuf};
 
 use crate::{Error, Result};
 
+/// Text that is made row by row and handed on in blocks.
+pub(crate) struct Blocks<'a> {
+    out: &'a mut dyn Write,
+    /// What is not handed on yet.
+    pub bytes: Vec<u8>,
+}
+
+impl<'a> Blocks<'a> {
+    /// Output is handed on in blocks of this many bytes.
+    const SIZE: usize = 256 << 10;
+
+    pub fn new(out: &'a mut dyn Write) -> Self {
+        Blocks {
+            out,
+            bytes: Vec::with_capacity(Self::SIZE + (Self::SIZE >> 2)),
+        }
+    }
+
+    /// # Errors
+    ///
+    /// What writing reports.
+    #[inline]
+    pub fn hand_on_if_full(&mut self) -> Result<()> {
+        if self.bytes.len() < Self::SIZE {
+            return Ok(());
+        }
+        self.hand_on()
+    }
+
+    fn hand_on(&mut self) -> Result<()> {
+        let written = self.out.write_all(&self.bytes);
+        self.bytes.clear();
+        written.map_err(|e| Error::io(Path::new("output"), e))
+    }
+
+    /// Hands on what is left.
+    ///
+    /// # Errors
+    ///
+    /// What writing reports.
+    pub fn finish(mut self) -> Result<()> {
+        self.hand_on()?;
+        let flushed = self.out.flush();
+        flushed.map_err(|e| Error::io(Path::new("output"), e))
+    }
+}
+
 /// Refuses a `path` that exists unless `force`, and a folder in any case.
 ///
 /// # Errors

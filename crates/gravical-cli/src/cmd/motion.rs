@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{Calibrated, Motion, MotionResult, motion, motion_end, write_table};
+use gravical::motion::{Calibrated, Motion, MotionResult, motion, write_table};
 use gravical::output::write_atomic;
 use gravical::recording::{Recording, join_gyroscope, read};
 use gravical::report::html::Provenance;
@@ -62,16 +62,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     // A report says which file it is of.
     let read_options = args.recording.read_options(args.report.is_some());
-    // Where nothing needs the samples, one pass may be enough.
-    let end_only = args.json
-        && target.is_none()
-        && truth.is_none()
-        && args.gyro.is_none()
-        && args.figures.figures.is_none()
-        && args.report.is_none();
-    if end_only && let Some(done) = motion_end(&args.input, &read_options, calibrated, &options)? {
-        return tell(args, &done.result, &done.head);
-    }
     let recording = match &args.gyro {
         Some(path) => {
             let mut recording = read(&args.input, &read_options.beside_gyroscope_file())?;

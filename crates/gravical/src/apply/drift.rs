@@ -7,12 +7,12 @@ use serde::Serialize;
 
 use crate::calibration_file::{CHANNELS, CalibrationFile, TemperatureModel};
 use crate::recording::layout::Layout;
+use crate::recording::monitor::is_celsius;
 use crate::recording::names::Quantity;
 use crate::recording::row::{ACCEL, TEMPERATURE, Values};
-use crate::recording::{Finding, LineSpans, POSSIBLE_C, is_celsius};
+use crate::recording::text::HeadChannels;
+use crate::recording::{Finding, LineSpans, POSSIBLE_C};
 use crate::temperature::{cost_text, evaluate};
-
-use super::head::Head;
 
 /// So far beyond the range nothing is told, °C: thermometers are noisy.
 const NEAR_C: f64 = 0.5;
@@ -66,7 +66,7 @@ impl Drift {
     /// temperature to do it by: then a finding says what that may cost.
     pub fn new(
         calibration: &CalibrationFile,
-        head: &Head,
+        head: &HeadChannels,
         layout: &Layout,
         findings: &mut Vec<Finding>,
     ) -> Option<Self> {
@@ -136,22 +136,19 @@ impl Drift {
     }
 
     /// The readings of a row as they would be at the reference temperature.
-    /// `counts` is false for a row that may be none.
     #[inline]
-    pub fn taken_off(&mut self, values: &Values, line: u64, counts: bool) -> Values {
+    pub fn taken_off(&mut self, values: &Values, line: u64) -> Values {
         let t_c = values[TEMPERATURE];
         if POSSIBLE_C.contains(&t_c) {
             if t_c != self.now_c {
                 self.go_to(t_c);
             }
-        } else if counts {
-            if self.now_c.is_nan() {
-                self.without.push(line);
-            } else {
-                self.held.push(line);
-            }
+        } else if self.now_c.is_nan() {
+            self.without.push(line);
+        } else {
+            self.held.push(line);
         }
-        if counts && self.now_c.is_finite() {
+        if self.now_c.is_finite() {
             let [low, high] = self.model.range_c;
             if !(low - NEAR_C..=high + NEAR_C).contains(&self.now_c) {
                 self.outside.push(line);

@@ -7,16 +7,15 @@ use std::path::Path;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::CalibrationFile;
-use crate::recording::layout::Layout;
+use crate::recording::monitor::{Facts, Quiet, quiet};
+use crate::recording::text::HeadChannels;
 use crate::recording::{
-    AccelClaim, AccelScale, AccelUnit, Finding, GyroUnit, Origin, Quiet, ReadOptions, decide_accel,
-    gyro_by_claim, looks_unsigned, quiet,
+    AccelClaim, AccelScale, AccelUnit, Finding, GyroUnit, Origin, ReadOptions, decide_accel,
 };
 use crate::segment::gyro_unit;
 use crate::{Error, Result};
 
 use super::drift::Drift;
-use super::head::Head;
 
 /// How far calibrated gravity, or counts per g, may be off: far beyond any
 /// sensor, far below the next range.
@@ -29,11 +28,22 @@ const MOVING: f64 = 0.15;
 /// Of a moving sensor: no unit is as near as this to another.
 const MOVING_FACTOR: f64 = 5.0;
 
+/// What is known of the recording before its first row is calibrated.
+pub(super) struct Case<'a> {
+    pub calibration: &'a CalibrationFile,
+    pub head: &'a HeadChannels,
+    /// The head is all there is.
+    pub whole: bool,
+    pub facts: &'a Facts,
+    pub claim: AccelClaim,
+    pub options: &'a ReadOptions,
+    pub drift: Option<&'a Drift>,
+    pub name: &'a str,
+}
+
 /// What was found out before the first row.
 pub(super) struct Judged {
     pub accel: AccelScale,
-    /// Taken off when clipping is judged, never before calibrating.
-    pub zero_offset: f64,
     /// Unit of the gyroscope when it will be calibrated.
     pub gyro: Option<GyroUnit>,
     pub quiet_norm_mps2: Option<f64>,
@@ -42,57 +52,42 @@ pub(super) struct Judged {
 /// # Errors
 ///
 /// `all-zero`, and `unit-mismatch` as [`super::apply`] says.
-pub(super) fn judge(
-    calibration: &CalibrationFile,
-    head: &Head,
-    layout: &Layout,
-    options: &ReadOptions,
-    name: &str,
-    drift: Option<&Drift>,
-    findings: &mut Vec<Finding>,
-) -> Result<Judged> {
+pub(super) fn judge(case: &Case<'_>, findings: &mut Vec<Finding>) -> Result<Judged> {
+    let (head, options) = (case.head, case.options);
     let given = options.accel_unit.is_some();
     let all_zero = head.rows() > 0 && head.accel.iter().flatten().all(|v| *v == 0.0);
-    if all_zero && (head.whole || !given) {
-        return Err(all_zero_error(head.rows() as u64, name));
+    if all_zero && (case.whole || !given) {
+        return Err(all_zero_error(head.rows() as u64, case.name));
     }
-    let unsigned = options.zero_offset.is_none() && looks_unsigned(&head.accel);
-    let zero_offset = options
-        .zero_offset
-        .unwrap_or(if unsigned { 32768.0 } else { 0.0 });
+    let zero_offset = case.facts.zero_offset;
+    let unsigned = options.zero_offset.is_none() && zero_offset != 0.0;
     let shifted = head
         .accel
         .each_ref()
         .map(|c| c.iter().map(|v| v - zero_offset).collect());
     let raw = quiet(&shifted);
-    let calibrated = quiet(&head.calibrated(&calibration.accelerometer_calibration(), drift));
+    let accelerometer = case.calibration.accelerometer_calibration();
+    let calibrated = quiet(&head.calibrated(|raw, t_c| {
+        accelerometer.apply(case.drift.map_or(raw, |d| d.accel_at(raw, t_c)))
+    }));
     let fit = Fit {
-        calibration,
+        calibration: case.calibration,
         given,
         rows: head.rows(),
         moving: raw.is_none_or(|q| q.spread > MOVING * q.norm),
         norm_mps2: calibrated.map(|q| q.norm),
-        name,
+        name: case.name,
     };
-    let accel = fit.accelerometer(raw, unsigned, layout.accel_claim, options, findings)?;
-    let header_lies = (layout.accel_claim.unit).is_some_and(|claim| claim != accel.unit);
+    let accel = fit.accelerometer(raw, unsigned, case.claim, options, findings)?;
+    let header_lies = (case.claim.unit).is_some_and(|claim| claim != accel.unit);
     Ok(Judged {
         accel,
-        zero_offset,
-        gyro: gyroscope(
-            calibration,
-            head,
-            layout,
-            options,
-            header_lies,
-            name,
-            findings,
-        )?,
+        gyro: gyroscope(case, header_lies, findings)?,
         quiet_norm_mps2: fit.norm_mps2,
     })
 }
 
-pub(super) fn all_zero_error(rows: u64, name: &str) -> Error {
+fn all_zero_error(rows: u64, name: &str) -> Error {
     Error::input(
         "all-zero",
         format!("the accelerometer reads zero in all {rows} rows: it did not answer"),
@@ -263,22 +258,22 @@ impl Fit<'_> {
 /// The unit of the gyroscope when it is to be calibrated: by the rule of
 /// [`gyro_unit`], without turns, since the head alone is there.
 fn gyroscope(
-    calibration: &CalibrationFile,
-    head: &Head,
-    layout: &Layout,
-    options: &ReadOptions,
+    case: &Case<'_>,
     header_is_wrong: bool,
-    name: &str,
     findings: &mut Vec<Finding>,
 ) -> Result<Option<GyroUnit>> {
-    let (Some(section), Some(gyro)) = (&calibration.gyroscope, &head.gyro) else {
+    let (Some(section), Some(gyro), Some(scale)) = (
+        &case.calibration.gyroscope,
+        &case.head.gyro,
+        case.facts.gyro,
+    ) else {
         return Ok(None);
     };
     let mut evidence = gyro_unit::Evidence::default();
-    evidence.add_rest(gyro, std::slice::from_ref(&(0..head.rows())));
+    evidence.add_rest(gyro, std::slice::from_ref(&(0..case.head.rows())));
     let claims = gyro_unit::Claims {
-        file: name,
-        scale: gyro_by_claim(gyro, layout, options),
+        file: case.name,
+        scale,
         calibration: Some(section),
         header_is_wrong,
     };
@@ -291,7 +286,7 @@ fn gyroscope(
                 "--gyro-unit {} when that is what it is in",
                 section.input_unit.name()
             ),
-            name,
+            case.name,
         )),
     }
 }

@@ -9,7 +9,7 @@
 //! byte. A calibration that does not fit the recording's unit is refused
 //! before anything is written. Nothing is dropped without a word: the
 //! [`ApplySummary`] accounts for every line and carries what is odd about the
-//! samples (`watch`).
+//! samples.
 //!
 //! `calibrated = matrix · (raw − bias)` for the accelerometer and
 //! `matrix · (raw − bias − g_sensitivity · a)` for the gyroscope, with raw as it
@@ -46,14 +46,9 @@
 //! ```
 
 pub(crate) mod drift;
-pub(crate) mod finish;
-pub(crate) mod head;
 mod judge;
 pub(crate) mod plan;
 pub(crate) mod sensor;
-pub(crate) mod stream;
-mod tail;
-pub(crate) mod watch;
 
 #[cfg(test)]
 mod tests;
@@ -64,21 +59,19 @@ use serde::Serialize;
 
 use crate::Result;
 use crate::calibration_file::{CalibrationFile, Grade};
+use crate::output::Blocks;
 use crate::recording::open::Input;
-use crate::recording::resolution::of_channels;
-use crate::recording::{
-    AccelScale, AccelUnit, Aside, Finding, GyroUnit, Prepared, ReadOptions, gyro_by_claim, prepare,
-};
+use crate::recording::text::{Role, open_rows};
+use crate::recording::timing::Treatment;
+use crate::recording::{AccelScale, AccelUnit, Aside, Finding, GyroUnit, ReadOptions};
 use crate::segment::face::AxisMap;
 
 pub use drift::TemperatureOutcome;
 
 use drift::Drift;
-use head::Head;
+use judge::{Case, judge};
 use plan::Plan;
 use sensor::Sensor;
-use stream::{Rewrite, Stream};
-use watch::Watch;
 
 /// How a calibration is applied.
 #[derive(Debug, Clone, Default)]
@@ -169,32 +162,27 @@ pub enum GyroscopeOutcome {
 /// `all-zero` and `no-values` parts may have been written already.
 pub fn apply(
     calibration: &CalibrationFile,
-    mut input: Input,
+    input: Input,
     name: &str,
     out: &mut dyn Write,
     options: &ApplyOptions,
 ) -> Result<ApplySummary> {
     options.read.validate()?;
-    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
-    let Prepared {
-        lines,
-        dialect,
-        layout,
-        mut findings,
-        head,
-        whole,
-    } = prepare(reader, name, &options.read)?;
-    let head = Head::read(&head, whole, &dialect, &layout);
-    let drift = Drift::new(calibration, &head, &layout, &mut findings);
-    let judged = judge::judge(
+    let mut file = open_rows(input, name, Role::Recording, &options.read, None)?.with_spans();
+    let mut findings = std::mem::take(&mut file.findings);
+    let (format, head) = (file.format.clone(), file.head());
+    let drift = Drift::new(calibration, &head, &format.layout, &mut findings);
+    let case = Case {
         calibration,
-        &head,
-        &layout,
-        &options.read,
+        head: &head,
+        whole: file.whole,
+        facts: file.rows.facts(),
+        claim: format.layout.accel_claim,
+        options: &options.read,
+        drift: drift.as_ref(),
         name,
-        drift.as_ref(),
-        &mut findings,
-    )?;
+    };
+    let judged = judge(&case, &mut findings)?;
     if calibration.verdict.grade == Grade::Poor {
         findings.push(Finding::warning(
             "poor-calibration",
@@ -204,7 +192,7 @@ pub fn apply(
             ),
         ));
     }
-    let names = dialect.header.as_ref().map_or(&[][..], |h| &h.names);
+    let names = format.dialect.header.as_ref().map_or(&[][..], |h| &h.names);
     if ["ax_mps2", "ay_mps2", "az_mps2"]
         .iter()
         .all(|own| names.iter().any(|n| n == own))
@@ -214,43 +202,47 @@ pub fn apply(
             "its columns are named as this program names calibrated ones: calibrating twice corrects twice",
         ));
     }
-    let plan = Plan::new(&dialect, &layout, judged.gyro.is_some(), options.keep_raw);
-    findings.extend(plan.findings.iter().cloned());
-
-    let gyro_scale = head
-        .gyro
-        .as_ref()
-        .map(|gyro| gyro_by_claim(gyro, &layout, &options.read));
-    let stream = Stream::new(
-        Rewrite(&plan),
-        Sensor::new(calibration, judged.gyro.is_some(), options.axes).without_drift(drift),
-        Watch::new(
-            judged.accel,
-            judged.zero_offset,
-            of_channels(&head.accel, head.gyro.as_ref()),
-            gyro_scale,
-        ),
-        head.stamps(&dialect, &layout, &options.read),
-        head.usual_step(),
-        [head.accel_held, head.gyro_held],
-        &dialect,
-        &layout,
+    let mut plan = Plan::new(
+        &format.dialect,
+        &format.layout,
+        judged.gyro.is_some(),
+        options.keep_raw,
     );
-    let mut described = input.unpacked.clone();
-    described.push(dialect.description());
-    let done = stream.run(lines, &input, name, out)?;
-    findings.extend(done.told.all());
+    findings.append(&mut plan.findings);
+
+    let mut sensor =
+        Sensor::new(calibration, judged.gyro.is_some(), options.axes).without_drift(drift);
+    let mut out = Blocks::new(out);
+    out.bytes.extend_from_slice(&plan.header());
+    let mut without_acceleration = 0;
+    while let Some(row) = file.rows.next_row()? {
+        let calibrated = sensor.calibrate(row.values, row.line);
+        without_acceleration += u64::from(calibrated[0].is_nan());
+        write_breaks(row.before, &mut out.bytes);
+        plan.write_row(row.text.bytes, row.text.spans, &calibrated, &mut out.bytes);
+        out.hand_on_if_full()?;
+    }
+    let mut read = file.finish(Treatment::Kept)?;
+    write_breaks(&read.finished.trailing, &mut out.bytes);
+    out.finish()?;
+    findings.append(&mut read.findings);
+    let found = read.finished.found;
+    findings.extend(read.finished.zeros);
+    findings.extend(found.clock);
+    findings.extend(found.cells);
+    findings.extend(found.values);
+    let temperature = sensor.drift.as_ref().map(|d| d.finish(&mut findings));
     for finding in &mut findings {
         finding.file = Some(name.to_owned());
     }
+    let ledger = read.finished.ledger;
     Ok(ApplySummary {
         input: name.to_owned(),
-        description: described.join(", "),
-        lines: done.ledger.lines,
-        rows: done.ledger.rows,
-        rows_without_acceleration: done.without_acceleration,
-        set_aside: done
-            .ledger
+        description: read.description,
+        lines: ledger.lines,
+        rows: ledger.rows,
+        rows_without_acceleration: without_acceleration,
+        set_aside: ledger
             .reasons()
             .map(|(reason, lines)| SetAside { reason, lines })
             .collect(),
@@ -258,13 +250,20 @@ pub fn apply(
         calibration_unit: calibration.accelerometer.input_unit,
         gyroscope: match judged.gyro {
             Some(unit) => GyroscopeOutcome::Calibrated(unit),
-            None if layout.has_gyro() => GyroscopeOutcome::Kept,
+            None if format.layout.has_gyro() => GyroscopeOutcome::Kept,
             None => GyroscopeOutcome::Absent,
         },
-        temperature: done.temperature,
+        temperature,
         quiet_norm_mps2: judged.quiet_norm_mps2,
         gravity_mps2: calibration.gravity_mps2,
         columns: plan.names,
         findings,
     })
+}
+
+/// Lines that part segments stay, as blank ones: a comment would be in the way of programs
+/// that know none.
+fn write_breaks(before: &[Aside], out: &mut Vec<u8>) {
+    let stays = |reason: &&Aside| matches!(reason, Aside::Blank | Aside::NamedGap);
+    before.iter().filter(stays).for_each(|_| out.push(b'\n'));
 }

@@ -50,10 +50,39 @@ impl Sensor {
         self
     }
 
-    /// Specific force in m/s² and angular rate in rad/s; NaN on all axes of a
-    /// sensor where one is missing.
+    /// Specific force in m/s² and angular rate in rad/s of the row in `line`; NaN on all
+    /// axes of a sensor where one is missing.
     #[inline]
-    pub fn calibrate(&self, values: &Values) -> [f64; 6] {
+    pub fn calibrate(&mut self, values: &Values, line: u64) -> [f64; 6] {
+        let mut calibrated = if self.drift.is_none() {
+            self.steady(values)
+        } else {
+            self.without_drift_of(values, line)
+        };
+        let [ax, ay, az, gx, gy, gz] = calibrated;
+        if !(ax + ay + az).is_finite() {
+            calibrated[..3].fill(f64::NAN);
+        }
+        if self.gyro.is_some() && !(gx + gy + gz).is_finite() {
+            calibrated[3..].fill(f64::NAN);
+        }
+        calibrated
+    }
+
+    // Most calibrations have no model of it: their loop stays as it was.
+    #[inline(never)]
+    fn without_drift_of(&mut self, values: &Values, line: u64) -> [f64; 6] {
+        match &mut self.drift {
+            Some(drift) => {
+                let steady = drift.taken_off(values, line);
+                self.steady(&steady)
+            }
+            None => self.steady(values),
+        }
+    }
+
+    #[inline]
+    fn steady(&self, values: &Values) -> [f64; 6] {
         let accel = self
             .accel
             .apply([values[ACCEL], values[ACCEL + 1], values[ACCEL + 2]]);

@@ -5,17 +5,16 @@ use std::io::Write;
 use std::path::Path;
 
 use crate::apply::plan::{Plan, channel_field, input_name};
+use crate::output::Blocks;
 use crate::recording::dialect::Dialect;
 use crate::recording::layout::Layout;
 use crate::recording::open::Input;
-use crate::recording::row::{SLOTS, Values};
-use crate::recording::{LineReasons, Prepared, ReadOptions, Recording, prepare};
+use crate::recording::text::{Role, open_rows};
+use crate::recording::timing::Treatment;
+use crate::recording::{ReadOptions, Recording};
 use crate::{Error, Result};
 
 use super::{Channels, Denoised};
-
-/// Output is handed on in blocks of this many bytes.
-const BLOCK: usize = 256 << 10;
 
 /// Writes the filtered channels in place of the recorded ones: `input` is the
 /// recording once more, `read` what it was read with. Gives the names of the columns.
@@ -31,76 +30,44 @@ const BLOCK: usize = 256 << 10;
 /// and writing report.
 pub fn write(
     denoised: &Denoised,
-    mut input: Input,
+    input: Input,
     read: &ReadOptions,
     out: &mut dyn Write,
 ) -> Result<Vec<String>> {
     let recording = &denoised.recording;
     let here = Path::new(&recording.name);
-    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
-    let Prepared {
-        mut lines,
-        dialect,
-        layout,
-        ..
-    } = prepare(reader, &recording.name, read)?;
-    let plan = Plan::with_names(
-        &dialect,
-        &layout,
-        &names(denoised, &dialect, &layout),
-        false,
-    );
+    let mut file = open_rows(input, &recording.name, Role::Recording, read, None)?.with_spans();
+    let (dialect, layout) = (&file.format.dialect, &file.format.layout);
+    let plan = Plan::with_names(dialect, layout, &names(denoised, dialect, layout), false);
     let columns = columns(denoised);
-    let mut reasons = LineReasons::new(&dialect);
-    let scanner = layout.scanner(&dialect);
-    let mut values: Values = [f64::NAN; SLOTS];
-    let mut spans = Vec::with_capacity(scanner.fields());
-    let mut block = plan.header();
-    let mut row = 0;
-    while let Some(line) = lines.next_line().map_err(|e| Error::io(here, e))? {
-        if line.number < dialect.first_data_line {
-            continue;
-        }
-        match scanner.scan_spans(line.bytes, &mut values, &mut spans) {
-            // Rows beyond are zeros that were never measured.
-            Ok(()) if row < recording.rows() => {
-                let values = from_fn(|i| columns[i].map_or(f64::NAN, |c| c.0[row] + c.1));
-                plan.write_row(line.bytes, &spans, &values, &mut block);
-                row += 1;
-            }
-            Ok(()) => {}
+    let mut out = Blocks::new(out);
+    out.bytes.extend_from_slice(&plan.header());
+    let mut rows = 0;
+    while let Some(row) = file.rows.next_row()? {
+        if rows < recording.rows() {
             // A line that is no row but parts the recording stays a blank one.
-            Err(defect) => {
-                if reasons.among(&line, defect).parts() {
-                    block.push(b'\n');
-                }
-            }
+            row.before.iter().for_each(|_| out.bytes.push(b'\n'));
+            let values = from_fn(|i| columns[i].map_or(f64::NAN, |c| c.0[rows] + c.1));
+            plan.write_row(row.text.bytes, row.text.spans, &values, &mut out.bytes);
+            out.hand_on_if_full()?;
         }
-        if block.len() >= BLOCK {
-            hand_on(&mut block, out)?;
-        }
+        rows += 1;
     }
-    if row < recording.rows() {
+    if rows != recording.rows() {
         return Err(Error::input(
             "changed",
             format!(
-                "{} rows were read at first, {row} later: the file changed",
+                "{} rows were read at first, {rows} later: the file changed",
                 recording.rows()
             ),
         )
         .at(here, None)
         .with_hint("wait until nothing writes to it any more"));
     }
-    hand_on(&mut block, out)?;
-    out.flush().map_err(|e| Error::io(Path::new("output"), e))?;
+    let trailing = file.finish(Treatment::Kept)?.finished.trailing;
+    trailing.iter().for_each(|_| out.bytes.push(b'\n'));
+    out.finish()?;
     Ok(plan.names)
-}
-
-fn hand_on(block: &mut Vec<u8>, out: &mut dyn Write) -> Result<()> {
-    out.write_all(block)
-        .map_err(|e| Error::io(Path::new("output"), e))?;
-    block.clear();
-    Ok(())
 }
 
 /// The filtered channels, and what was subtracted from them on reading.

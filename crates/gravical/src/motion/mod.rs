@@ -34,7 +34,6 @@ mod assumed;
 mod bands;
 mod drift;
 mod gate;
-mod lean;
 mod leg;
 mod opening;
 mod options;
@@ -66,7 +65,6 @@ use assumed::{force_at_rest, local_gravity, size_at_rest, still_mean};
 use path::Setup;
 use prepare::{Prepared, prepare, with_scales};
 
-pub use lean::motion_end;
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
 pub use stream::{Streamed, motion_stream};
@@ -108,8 +106,10 @@ pub fn motion(
         nominal,
         findings,
         scales,
+        left_out,
     } = prepare(recording, calibration, options)?;
     let mut findings: Vec<Finding> = recording.findings.iter().cloned().chain(findings).collect();
+    findings.extend(words::rows_left_out(&left_out));
 
     // Where does it rest, and which of the quiet stretches is a rest?
     options.rests.validate_for(&samples)?;
@@ -122,7 +122,7 @@ pub fn motion(
         drop((samples, nominal));
         let (smooth, told) = smooth(recording.clone(), &options.smooth, options.edge)?;
         findings.extend(told);
-        let told = &mut Vec::new();
+        let told = (&mut Default::default(), &mut Vec::new());
         with_scales(&smooth, file, options, &scales, file.is_some(), told)?
     };
     let walk = Walk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);

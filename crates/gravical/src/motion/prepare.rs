@@ -8,7 +8,6 @@ use super::Calibrated;
 use super::options::MotionOptions;
 use super::samples::Samples;
 use super::scales::{Scales, scales};
-use super::words::rows_left_out;
 use crate::calibration_file::CalibrationFile;
 use crate::recording::{Finding, LineSpans, Recording};
 use crate::segment::face::AxisMap;
@@ -31,6 +30,8 @@ pub(super) struct Prepared {
     pub findings: Vec<Finding>,
     /// From the file's numbers to SI.
     pub scales: Scales,
+    /// Lines of rows that hold no sample.
+    pub left_out: LineSpans,
 }
 
 /// Reads columns into samples.
@@ -44,31 +45,33 @@ pub(super) fn prepare(
     let scales = scales(recording, file, options, &mut findings)?;
     // Smoothed ones take the place of these.
     let with_nominal = file.is_some() && options.smooth.is_empty();
+    let mut left_out = LineSpans::default();
     let (samples, nominal) = with_scales(
         recording,
         file,
         options,
         &scales,
         with_nominal,
-        &mut findings,
+        (&mut left_out, &mut findings),
     )?;
     Ok(Prepared {
         samples,
         nominal,
         findings,
         scales,
+        left_out,
     })
 }
 
 /// The same for a recording whose scales are known: samples as calibrated and,
-/// where asked for, by nominal scales alone.
+/// where asked for, by nominal scales alone; what is left out, and odd, is added.
 pub(super) fn with_scales(
     recording: &Recording,
     file: Option<&CalibrationFile>,
     options: &MotionOptions,
     scales: &Scales,
     with_nominal: bool,
-    findings: &mut Vec<Finding>,
+    (left_out, findings): (&mut LineSpans, &mut Vec<Finding>),
 ) -> Result<(Samples, Option<Samples>)> {
     let times = times(recording)?;
     let drift_free = file.and_then(|f| without_drift(recording, f, findings));
@@ -79,8 +82,7 @@ pub(super) fn with_scales(
         axes: &options.axes,
         channels: drift_free.as_ref(),
     };
-    let mut lines = LineSpans::default();
-    let samples = source.samples(&scales.accel, scales.gyro, Some(&mut lines));
+    let samples = source.samples(&scales.accel, scales.gyro, Some(left_out));
     if samples.len() < 2 {
         return Err(Error::input(
             "no-samples",
@@ -93,7 +95,6 @@ pub(super) fn with_scales(
         .at(Path::new(&recording.name), None)
         .with_hint("`gravical inspect` shows what is in it"));
     }
-    findings.extend(rows_left_out(&lines));
     let nominal = with_nominal.then(|| {
         let plain = Source {
             channels: None,

@@ -28,16 +28,15 @@ use super::{
     words,
 };
 use crate::apply::drift::Drift;
-use crate::apply::head::Head;
 use crate::apply::sensor::Sensor;
-use crate::apply::stream::Stream;
-use crate::apply::watch::Watch;
+use crate::output::Blocks;
 use crate::recording::open::Input;
-use crate::recording::timing::{Follower, Treatment};
+use crate::recording::text::{OpenFile, ReadFile, Role, open_rows};
+use crate::recording::timing::Treatment;
 use crate::recording::{Finding, ReadOptions, Recording, read_bytes};
 use crate::{Error, Result};
 
-use sink::{Pipeline, State, Time};
+use sink::{Pipeline, State};
 use smooth::Chain;
 use told::Told;
 
@@ -51,25 +50,6 @@ pub struct Streamed {
     pub head: Recording,
 }
 
-/// What is judged by the first rows; all else is told of the whole recording.
-const OF_HEAD: [&str; 15] = [
-    "unit-mismatch",
-    "unit-unverified",
-    "unsigned-counts",
-    "without-gravity",
-    "temperature-unit",
-    "rate-mismatch",
-    "time-unit-unknown",
-    "time-unit-guessed",
-    "frozen-time",
-    "burst-time",
-    "gyro-unit-unverified",
-    "gyro-unit-by-noise",
-    "columns-guessed",
-    "maybe-gyroscope",
-    "metadata-lines",
-];
-
 /// Velocity and position of the recording `input`, sample by sample; the table goes
 /// to `out` where one is wanted. `name` stands in messages.
 ///
@@ -81,7 +61,7 @@ const OF_HEAD: [&str; 15] = [
 /// Those of [`super::motion`] and of reading, for the first 256 KiB; `not-causal`
 /// (usage) for a filter that needs samples to come; what reading and writing report.
 pub fn motion_stream(
-    mut input: Input,
+    input: Input,
     name: &str,
     read: &ReadOptions,
     calibration: Option<Calibrated<'_>>,
@@ -90,44 +70,29 @@ pub fn motion_stream(
 ) -> Result<Streamed> {
     options.validate()?;
     read.validate()?;
-    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
-    let opened = crate::recording::prepare(reader, name, read)?;
-    let mut findings = opened.findings;
-    let begin = Begin::new(&opened.head, opened.whole, name, read, calibration, options)?;
-    let apply_head = Head::read(&opened.head, opened.whole, &opened.dialect, &opened.layout);
-    let drift =
-        calibration.and_then(|c| Drift::new(c.file, &apply_head, &opened.layout, &mut findings));
-    // The head's own drift was told of already.
-    let known: Vec<Finding> = begin.findings.clone();
-    findings.extend(
-        known
-            .into_iter()
-            .filter(|f| f.kind != "temperature-not-applied"),
-    );
-
-    let table = out.is_some();
-    let pipeline = begin.pipeline(options, table, &mut findings)?;
-    let recording = &begin.recording;
-    let stream = Stream::new(
-        pipeline,
-        Sensor::of(begin.accel, begin.gyro, options.axes).without_drift(drift),
-        Watch::new(
-            recording.accel_scale,
-            recording.zero_offset,
-            recording.resolution,
-            recording.gyro_scale,
-        ),
-        None,
-        apply_head.usual_step(),
-        [apply_head.accel_held, apply_head.gyro_held],
-        &opened.dialect,
-        &opened.layout,
-    );
+    let mut file = open_rows(input, name, Role::Recording, read, None)?;
+    let begin = Begin::new(&file, name, read, calibration, options)?;
+    let drift = calibration
+        .and_then(|c| Drift::new(c.file, &file.head(), &file.format.layout, &mut Vec::new()));
+    let mut findings = begin.findings.clone();
+    let mut pipeline = begin.pipeline(&file, options, out.is_some(), &mut findings)?;
+    let mut sensor = Sensor::of(begin.accel, begin.gyro, options.axes).without_drift(drift);
     let mut nowhere = std::io::sink();
-    let out = out.unwrap_or(&mut nowhere);
-    let done = stream.run(opened.lines, &input, name, out)?;
-    findings.extend(done.told.all());
-    let result = begin.result(done.sink, done.ledger.rows, calibration, options, findings);
+    let mut out = Blocks::new(out.unwrap_or(&mut nowhere));
+    out.bytes.extend_from_slice(pipeline.header());
+    while let Some(row) = file.rows.next_row()? {
+        let calibrated = sensor.calibrate(row.values, row.line);
+        pipeline.row(&row, calibrated, &mut out.bytes);
+        out.hand_on_if_full()?;
+    }
+    let mut read = file.finish(Treatment::Repaired)?;
+    out.finish()?;
+    let mut told = std::mem::take(&mut read.findings);
+    told.extend(read.finished.findings());
+    told.append(&mut findings);
+    let drift = sensor.drift.as_ref();
+    drift.map(|d| d.finish(&mut told));
+    let result = begin.result(pipeline, &read, calibration, options, told);
     Ok(Streamed {
         result,
         head: begin.recording,
@@ -135,7 +100,7 @@ pub fn motion_stream(
 }
 
 /// The lines of a head; of what is not all the last one is cut off.
-pub(super) fn whole_lines(head: &[u8], whole: bool) -> &[u8] {
+fn whole_lines(head: &[u8], whole: bool) -> &[u8] {
     let end = if whole {
         head.len()
     } else {
@@ -174,14 +139,14 @@ struct Begin {
 
 impl Begin {
     fn new(
-        head: &[u8],
-        whole: bool,
+        file: &OpenFile,
         name: &str,
         read: &ReadOptions,
         calibration: Option<Calibrated<'_>>,
         options: &MotionOptions,
     ) -> Result<Self> {
-        let recording = read_bytes(whole_lines(head, whole), name, read)?;
+        let head = whole_lines(&file.head_bytes, file.whole);
+        let recording = read_bytes(head, name, read)?;
         let Prepared {
             samples,
             findings,
@@ -218,42 +183,26 @@ impl Begin {
             time_decimals: time_decimals(&all),
             bias_mps2: mean(&|d| d.force(&[0.0; 3])),
             gyro_scale: mean(&|d| d.rate(&[1.0; 3])),
-            findings: recording
-                .findings
-                .iter()
-                .filter(|f| OF_HEAD.contains(&f.kind.as_ref()))
-                .cloned()
-                .chain(findings.into_iter().filter(|f| f.kind != "rows-left-out"))
-                .collect(),
+            findings,
             recording,
         })
     }
 
-    fn time(&self) -> Result<Time> {
+    /// Seconds from row to row, where the rows' own time is not known.
+    fn step_s(&self) -> Result<f64> {
         let timing = &self.recording.timing;
-        let arrival = self.findings.iter().any(|f| f.kind == "burst-time");
-        let unit = timing
-            .unit
-            .filter(|_| !arrival && self.recording.time_s.is_some());
-        Ok(match unit {
-            Some(unit) => {
-                let per_s = unit.seconds();
-                Time::Stamps(Box::new(Follower::new(1.0 / (self.rate_hz * per_s), per_s)))
-            }
-            None => {
-                let rate = timing.mean_rate_hz.or(timing.rate_hz()).ok_or_else(|| {
-                    Error::input("rate-unknown", "there are no usable time stamps")
-                })?;
-                Time::Rows {
-                    step_s: 1.0 / rate,
-                    rows: 0,
-                }
-            }
-        })
+        match timing.mean_rate_hz.or(timing.rate_hz()) {
+            Some(rate_hz) => Ok(1.0 / rate_hz),
+            None => Err(Error::input(
+                "rate-unknown",
+                "there are no usable time stamps",
+            )),
+        }
     }
 
     fn pipeline(
         &self,
+        file: &OpenFile,
         options: &MotionOptions,
         table: bool,
         findings: &mut Vec<Finding>,
@@ -305,7 +254,11 @@ impl Begin {
         })?;
         let state = State {
             motion: Box::new(motion),
-            time: self.time()?,
+            step_s: match file.rows.facts().beat {
+                Some(_) => None,
+                None => Some(self.step_s()?),
+            },
+            rows: 0,
             told: Told::new(options.p0_m),
             last_s: 0.0,
             first_s: 0.0,
@@ -324,15 +277,12 @@ impl Begin {
     fn result(
         &self,
         sink: Pipeline,
-        rows: u64,
+        read: &ReadFile,
         calibration: Option<Calibrated<'_>>,
         options: &MotionOptions,
         mut findings: Vec<Finding>,
     ) -> MotionResult {
         let state = sink.state;
-        if let Time::Stamps(follower) = &state.time {
-            follower.stamps().report(Treatment::Repaired, &mut findings);
-        }
         findings.extend(words::rows_left_out(&state.left_out));
         let (still, moves, end) = state.told.finish();
         let lost = moves.iter().filter(|m| !m.usable).count();
@@ -354,7 +304,8 @@ impl Begin {
         }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
         let duration_s = state.last_s - state.first_s;
-        let stamped = matches!(state.time, Time::Stamps(_)) && duration_s > 0.0;
+        let beat = read.finished.facts.beat;
+        let stamped = beat.is_some_and(|b| b.even_hz.is_none()) && duration_s > 0.0;
         MotionResult {
             input: recording.name.clone(),
             calibration: calibration.map(|c| c.name.to_owned()),
@@ -364,7 +315,7 @@ impl Begin {
                 r#true: stamped.then(|| (state.samples.max(1) - 1) as f64 / duration_s),
             },
             duration_s,
-            rows,
+            rows: read.finished.ledger.rows,
             rows_left_out: state.left_out.count(),
             frame: words::frame(options, false),
             still,

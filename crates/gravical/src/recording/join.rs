@@ -16,14 +16,15 @@ use std::path::Path;
 
 use crate::{Error, Result};
 
-use super::assemble::gyro_by_claim;
 use super::finding::{Finding, LineSpans};
-use super::metadata;
+use super::ledger::Aside;
+use super::monitor::{Defects, LooksCounted, gyro_by_claim};
+use super::names::Quantity;
 use super::open::{self, Input};
-use super::read::{Role, Scanned, scan_rows};
-use super::timing::{self, Claims, Parts, TimeUnit};
-use super::{ReadOptions, Recording};
-use super::{quality, resolution};
+use super::row::{GYRO, SLOTS, TIME};
+use super::text::{Role, open_rows};
+use super::timing::{self, Claims, Parting, TimeUnit, Treatment};
+use super::{LineMap, ReadOptions, Recording, metadata, resolution};
 
 /// A file that was joined to a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -85,12 +86,21 @@ pub fn join_gyroscope_bytes(
 /// (`Gyroscope.csv`).
 #[must_use]
 pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
-    let scanned = open::open(path, false)
-        .and_then(|input| scan_rows(Role::Gyroscope, input, &path.display().to_string(), options));
-    let Ok(scanned) = scanned else { return false };
+    let name = path.display().to_string();
+    let opened = open::open(path, false)
+        .and_then(|input| open_rows(input, &name, Role::Gyroscope, options, None));
+    let Ok(mut file) = opened else { return false };
+    let header = file.format.dialect.header.clone();
+    let readable = loop {
+        match file.rows.next_row() {
+            Ok(Some(_)) => {}
+            Ok(None) => break file.finish(Treatment::Repaired).is_ok(),
+            Err(_) => break false,
+        }
+    };
     let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
-    let named = (scanned.dialect.header).is_some_and(|h| !h.names.iter().any(bare));
-    named || is_named_gyroscope(path)
+    let named = header.is_some_and(|h| !h.names.iter().any(bare));
+    readable && (named || is_named_gyroscope(path))
 }
 
 /// True for a file called after a gyroscope, and not after an accelerometer too.
@@ -130,45 +140,63 @@ fn join_input(
     name: &str,
     options: &ReadOptions,
 ) -> Result<()> {
-    let scanned = scan_rows(Role::Gyroscope, input, name, options)?;
-    let Scanned {
-        columns,
-        dialect,
-        layout,
-        mut findings,
-        sha256,
-        ..
-    } = scanned;
-    let [time, _, _, _, gx, gy, gz, _] = columns.slots;
-    let lines = columns.lines;
+    let mut file = open_rows(input, name, Role::Gyroscope, options, None)?;
+    let layout = file.format.layout.clone();
+    let stamped = layout.field(Quantity::Time).is_some();
+    let mut channels: [Vec<f64>; 3] = Default::default();
+    let mut stamps = Vec::new();
+    let mut partings: Vec<(usize, Parting)> = Vec::new();
+    let mut lines = LineMap::default();
+    let mut counted = LooksCounted::default();
+    while let Some(row) = file.rows.next_row()? {
+        let rate = [row.values[GYRO], row.values[GYRO + 1], row.values[GYRO + 2]];
+        counted.see(rate);
+        let how = row
+            .before
+            .iter()
+            .filter_map(|reason: &Aside| Parting::by(*reason));
+        partings.extend(how.max().map(|how| (channels[0].len(), how)));
+        for (channel, value) in channels.iter_mut().zip(rate) {
+            channel.push(value);
+        }
+        if stamped {
+            stamps.push(row.values[TIME]);
+        }
+        lines.push(row.line);
+    }
+    let metadata_rate_hz = metadata::rate_hz(&file.format.dialect.metadata);
+    let read = file.finish(Treatment::Repaired)?;
+    let mut findings = read.findings;
     let claims = Claims {
         unit: options
             .time_unit
             .or(layout.time_claim)
-            .or_else(|| unit_of(recording, &time)),
-        nominal_rate_hz: options
-            .rate_hz
-            .or_else(|| metadata::rate_hz(&dialect.metadata)),
+            .or_else(|| unit_of(recording, &stamps)),
+        nominal_rate_hz: options.rate_hz.or(metadata_rate_hz),
         temperature_span_c: 0.0,
     };
-    let timed = if time.is_empty() {
-        timing::untimed(gx.len(), &claims, Vec::new())
-    } else {
-        let parts = Parts {
-            breaks: &columns.breaks,
-            gaps: &columns.gaps,
+    let (rate_hz, stamps_s) = if stamped {
+        let parting = |row: usize| {
+            let at = partings.binary_search_by_key(&row, |(at, _)| *at);
+            at.ok().map(|i| partings[i].1)
         };
-        timing::judge(time, parts, &claims, |row| lines.line(row))
+        let timed = timing::judge(&stamps, &claims, |row| lines.line(row), parting);
+        if let Some(row) = timed.restarts.first() {
+            return Err(restarted(name, Some(lines.line(*row))));
+        }
+        findings.extend(timed.findings);
+        (
+            timed.timing.rate_hz(),
+            absolute(timed.time_s, timed.origin_s),
+        )
+    } else {
+        (claims.nominal_rate_hz, None)
     };
-    if let Some(row) = timed.restarts.first() {
-        return Err(restarted(name, Some(lines.line(*row))));
-    }
-    findings.extend(timed.findings);
     let mut gyro = Gyro {
-        channels: [gx, gy, gz],
-        stamps_s: absolute(timed.time_s, timed.origin_s),
-        period_s: timed.timing.rate_hz().map_or(f64::NAN, |r| 1.0 / r),
-        breaks: columns.breaks,
+        channels,
+        stamps_s,
+        period_s: rate_hz.map_or(f64::NAN, |r| 1.0 / r),
+        breaks: partings.iter().map(|(row, _)| *row).collect(),
     };
     let own = absolute(recording.time_s.clone(), recording.time_origin_s);
     // Before values are interpolated.
@@ -188,19 +216,33 @@ fn join_input(
         }
         _ => row_by_row(recording, gyro, name, &mut findings)?,
     };
-    recording.gyro_scale = Some(gyro_by_claim(&joined, &layout, options));
+    recording.gyro_scale = Some(gyro_by_claim(counted, &layout, options));
     recording.gyro = Some(joined);
     recording.gyro_file = Some(JoinedFile {
         name: name.to_owned(),
-        sha256,
+        sha256: read.sha256,
     });
-    findings.extend(quality::frozen_gyroscope(recording));
-    findings.extend(quality::clipped_gyroscope(recording));
+    findings.extend(defects(recording));
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| name.to_owned());
     }
     recording.findings.extend(findings);
     Ok(())
+}
+
+/// What is odd about the joined samples.
+fn defects(recording: &Recording) -> Vec<Finding> {
+    let [.., x, y, z] = recording.resolution;
+    let resolution = [0.0, 0.0, 0.0, x, y, z];
+    let mut defects = Defects::new(recording.accel_scale, 0.0, resolution, recording.gyro_scale);
+    let mut values = [f64::NAN; SLOTS];
+    for row in 0..recording.rows() {
+        for (i, channel) in recording.gyro.iter().flatten().enumerate() {
+            values[GYRO + i] = channel[row];
+        }
+        defects.see(&values, recording.line(row));
+    }
+    defects.finish(false)
 }
 
 /// The unit of the accelerometer's stamps, when it makes a rate of the

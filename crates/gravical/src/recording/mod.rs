@@ -4,11 +4,11 @@
 //! # Overview
 //!
 //! [`read`] opens a file (plain, gzip, standard input), finds out how it is
-//! written ([`dialect`]), which column is which channel ([`layout`], by the
-//! spellings of [`names`]), and reads it into columns. Every line is booked in
-//! a [`Ledger`]: it became a row, or it was set aside for a reason. Then the
-//! stamps ([`timing`]), the units ([`units`]) and the samples ([`quality`])
-//! are judged. Whatever is odd becomes a [`Finding`] with its lines.
+//! written ([`dialect`]) and which column is which channel ([`layout`], by the
+//! spellings of [`names`]), and collects its rows into columns. They come one by
+//! one (`rows`), and a monitor sees each: stamps ([`timing`]), units ([`units`]),
+//! cells and samples. Every line is booked in a [`Ledger`]: it became a row, or it
+//! was set aside for a reason. Whatever is odd becomes a [`Finding`] with its lines.
 //!
 //! Values stay in the unit of the file; [`AccelScale::nominal`] says what one
 //! m/s² is in it. A calibration's bias and matrix therefore mean the numbers
@@ -26,42 +26,44 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
-mod assemble;
 pub mod board;
-mod columns;
+pub(crate) mod cells;
+mod collect;
 pub mod dialect;
 pub mod finding;
 pub mod frame;
+pub(crate) mod full_scale;
+mod head;
 pub mod join;
 pub mod layout;
 mod ledger;
 pub(crate) mod metadata;
+pub(crate) mod monitor;
 pub mod names;
 pub mod open;
-pub mod quality;
-mod quiet;
-mod read;
 pub mod resolution;
 pub mod row;
+pub(crate) mod rows;
+pub(crate) mod text;
 pub mod timing;
 mod unit_choice;
 pub mod units;
 
-pub(crate) use assemble::{POSSIBLE_C, gyro_by_claim, hold_last_values, is_celsius, is_sparse};
+pub use collect::{read, read_bytes};
 pub use finding::{Finding, LineSpans, Severity};
 pub use join::{
     JoinedFile, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes,
 };
 pub use layout::ColumnsSpec;
 pub use ledger::{Aside, Ledger};
-pub use quiet::quiet_norm;
-pub(crate) use quiet::{Quiet, QuietBlocks, quiet};
-pub use read::{GAP_LINE, read, read_bytes};
-pub(crate) use read::{HEAD, LineReasons, Prepared, cut_off, prepare, text_findings};
+pub use monitor::quiet_norm;
+pub use text::GAP_LINE;
 pub use timing::{TimeUnit, Timing};
 pub use unit_choice::{AccelClaim, decide_accel};
-pub(crate) use unit_choice::{fits_unsigned, looks_unsigned};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
+
+/// No sensor of this kind is colder or hotter, °C.
+pub(crate) const POSSIBLE_C: std::ops::RangeInclusive<f64> = -60.0..=150.0;
 
 /// Sampling rates (Hz) and full-scale ranges (g, °/s) that can be meant: wide
 /// of everything that exists, so that windows, scales and durations computed

@@ -1,8 +1,8 @@
 //! From a path to bytes: plain, gzip or standard input, in whatever encoding.
 
 use std::fs::File;
-use std::io::{self, Read};
-use std::path::Path;
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -37,6 +37,92 @@ impl Input {
     pub fn sha256(&self) -> Option<String> {
         let digest = self.digest.as_ref()?.lock().ok()?.clone().finalize();
         Some(hex(&digest))
+    }
+}
+
+/// Where a recording comes from. It may be opened once more: what its first rows say of
+/// it need not hold for the others.
+pub(crate) enum Source {
+    /// A file.
+    File(PathBuf),
+    /// Bytes in memory.
+    Memory(Arc<[u8]>),
+    /// Standard input; what it gave is kept in a temporary file.
+    Spooled(Option<File>),
+}
+
+impl Source {
+    /// `-` is standard input.
+    pub fn of(path: &Path) -> Self {
+        if path == Path::new("-") {
+            Source::Spooled(None)
+        } else {
+            Source::File(path.to_owned())
+        }
+    }
+
+    /// Opens it for the first time.
+    ///
+    /// # Errors
+    ///
+    /// As [`open`].
+    pub fn open(&mut self, hash: bool) -> Result<Input> {
+        let here = Path::new("-");
+        match self {
+            Source::File(path) => open(path, hash),
+            Source::Memory(bytes) => {
+                let reader = Box::new(io::Cursor::new(bytes.clone()));
+                from_reader(reader, hash).map_err(|e| Error::io(here, e))
+            }
+            Source::Spooled(spool) => {
+                let file = tempfile::tempfile().map_err(|e| Error::io(here, e))?;
+                let copy = file.try_clone().map_err(|e| Error::io(here, e))?;
+                *spool = Some(file);
+                let reader = Box::new(Spooling {
+                    inner: Box::new(io::stdin().lock()),
+                    copy: io::BufWriter::with_capacity(SPOOLED_AT_ONCE, copy),
+                });
+                from_reader(reader, hash).map_err(|e| Error::io(here, e))
+            }
+        }
+    }
+
+    /// Opens it again, after it was read to its end.
+    ///
+    /// # Errors
+    ///
+    /// As [`open`].
+    pub fn again(&mut self, hash: bool) -> Result<Input> {
+        match self {
+            Source::Spooled(Some(file)) => {
+                let here = Path::new("-");
+                let mut file = file.try_clone().map_err(|e| Error::io(here, e))?;
+                file.seek(SeekFrom::Start(0))
+                    .map_err(|e| Error::io(here, e))?;
+                from_reader(Box::new(file), hash).map_err(|e| Error::io(here, e))
+            }
+            _ => self.open(hash),
+        }
+    }
+}
+
+/// Bytes that go to the temporary file at once.
+const SPOOLED_AT_ONCE: usize = 1 << 16;
+
+/// Passes bytes on and keeps them.
+struct Spooling {
+    inner: Box<dyn Read>,
+    copy: io::BufWriter<File>,
+}
+
+impl Read for Spooling {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.copy.write_all(&buffer[..n])?;
+        if n == 0 {
+            self.copy.flush()?;
+        }
+        Ok(n)
     }
 }
 
@@ -266,7 +352,6 @@ impl Read for Transcoding {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Write;
 
     fn text(bytes: Vec<u8>) -> (String, Vec<String>, Option<String>) {
         let mut input = from_reader(Box::new(io::Cursor::new(bytes)), true).unwrap();

@@ -3,17 +3,61 @@
 
 use gravical_core::rounding;
 
-/// Values that are looked at, spread evenly over a channel: enough to meet
-/// neighbouring steps, few enough to be sorted in no time.
-const MOST_VALUES: usize = 1 << 12;
+use crate::stats::Thinned;
+
+/// Values that are looked at, spread evenly over a channel: of a long one half as many at
+/// least. Enough to meet neighbouring steps, few enough to be sorted in no time.
+const MOST_VALUES: usize = 1 << 13;
 /// A table of fewer rows holds means, whose differences are no steps.
-const LEAST_ROWS: usize = 40;
+const LEAST_ROWS: u64 = 40;
 /// Values nearer than this share of the largest are one value: 9.81 − 9.80 is not
 /// exactly 0.01 in binary, and 32-bit floats that were computed twice differ in
 /// their last bit.
 const SAME: f64 = 3e-7;
 /// Most decimal places of a table of means.
 const MOST_PLACES: i32 = 9;
+
+/// What is kept of the values of an axis to find the steps that they come in.
+#[derive(Debug, Clone)]
+pub(crate) struct AxisValues {
+    rows: u64,
+    some: Thinned<f64, MOST_VALUES>,
+    /// The first value, and the least distance of another one to it.
+    first: f64,
+    least: f64,
+}
+
+impl Default for AxisValues {
+    fn default() -> Self {
+        AxisValues {
+            rows: 0,
+            some: Thinned::default(),
+            first: f64::NAN,
+            least: f64::INFINITY,
+        }
+    }
+}
+
+impl AxisValues {
+    /// The next value; NaN where there is none.
+    #[inline]
+    pub fn see(&mut self, value: f64) {
+        self.rows += 1;
+        self.some.push_with(|| value);
+        let off = (value - self.first).abs();
+        if off < self.least {
+            if off > SAME * self.first.abs() {
+                self.least = off;
+            }
+        } else if self.first.is_nan() {
+            self.first = value;
+        }
+    }
+
+    fn finite(&self) -> impl Iterator<Item = f64> {
+        self.some.items().iter().copied().filter(|v| v.is_finite())
+    }
+}
 
 /// The resolution of each axis of a sensor, in its own unit: the smallest difference
 /// between the values that occur; 0 where nothing tells.
@@ -24,15 +68,14 @@ const MOST_PLACES: i32 = 9;
 /// alike; where none changes, and in a table of means, it is the last decimal place
 /// in use. A channel of values that were computed (filtered, turned, interpolated)
 /// comes out with a resolution far below its noise.
-#[must_use]
-pub fn resolution(channels: &[Vec<f64>; 3]) -> [f64; 3] {
-    let steps = channels.each_ref().map(|values| {
-        if values.len() < LEAST_ROWS {
-            Step::Unknown
-        } else {
-            smallest_difference(values)
-        }
-    });
+pub(crate) fn of_axes(axes: &[AxisValues]) -> [f64; 3] {
+    let steps: Vec<Step> = axes
+        .iter()
+        .map(|axis| match axis.rows {
+            0..LEAST_ROWS => Step::Unknown,
+            _ => smallest_difference(axis),
+        })
+        .collect();
     let least = |of: &dyn Fn(&Step) -> Option<f64>| steps.iter().filter_map(of).reduce(f64::min);
     let certain = least(&|step| match step {
         Step::Certain(step) => Some(*step),
@@ -44,12 +87,25 @@ pub fn resolution(channels: &[Vec<f64>; 3]) -> [f64; 3] {
             _ => None,
         })
     });
-    let fallback = finest.unwrap_or_else(|| decimal_step(channels));
-    steps.map(|step| match step {
-        Step::Certain(step) => step,
-        Step::AtMost(step) => step.min(fallback),
-        Step::Unknown => fallback,
-    })
+    let fallback = finest.unwrap_or_else(|| decimal_step(axes));
+    let step_of = |i: usize| match steps.get(i) {
+        Some(Step::Certain(step)) => *step,
+        Some(Step::AtMost(step)) => step.min(fallback),
+        Some(Step::Unknown) => fallback,
+        None => 0.0,
+    };
+    std::array::from_fn(step_of)
+}
+
+/// The same of channels in memory.
+#[must_use]
+pub fn resolution(channels: &[Vec<f64>; 3]) -> [f64; 3] {
+    let axes = channels.each_ref().map(|values| {
+        let mut axis = AxisValues::default();
+        values.iter().for_each(|v| axis.see(*v));
+        axis
+    });
+    of_axes(&axes)
 }
 
 /// What the values of an axis say of its steps.
@@ -63,18 +119,9 @@ enum Step {
     Unknown,
 }
 
-/// Steps of two sensors as those of the six channels.
-pub(crate) fn of_channels(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> [f64; 6] {
-    let [a, b, c] = resolution(accel);
-    let [d, e, f] = gyro.map_or([0.0; 3], resolution);
-    [a, b, c, d, e, f]
-}
-
 /// The smallest difference between values that occur.
-fn smallest_difference(values: &[f64]) -> Step {
-    let stride = values.len().div_ceil(MOST_VALUES);
-    let some = values.iter().step_by(stride).copied();
-    let mut some: Vec<f64> = some.filter(|v| v.is_finite()).collect();
+fn smallest_difference(axis: &AxisValues) -> Step {
+    let mut some: Vec<f64> = axis.finite().collect();
     some.sort_unstable_by(f64::total_cmp);
     // Where most values occur again, one stray row tells nothing of the rest; where
     // they do not, two rows that repeat tell nothing either.
@@ -87,12 +134,8 @@ fn smallest_difference(values: &[f64]) -> Step {
     {
         return Step::Certain(step);
     }
-    let rare = || {
-        // It changes so seldom that all rows have to be looked at.
-        let first = values.iter().find(|v| v.is_finite())?;
-        let off = values.iter().map(|v| (v - first).abs());
-        off.filter(|d| *d > SAME * first.abs()).reduce(f64::min)
-    };
+    // It may change so seldom that all rows had to be looked at.
+    let rare = || axis.least.is_finite().then_some(axis.least);
     let step = smallest_gap(&some, 1).or_else(rare);
     step.map_or(Step::Unknown, Step::AtMost)
 }
@@ -119,16 +162,12 @@ fn groups(sorted: &[f64]) -> impl Iterator<Item = &[f64]> {
 
 /// The last decimal place that values were written with; 0 where there are more
 /// than nine, and where all of them are zero.
-fn decimal_step(channels: &[Vec<f64>; 3]) -> f64 {
-    let some = || channels.iter().flatten().filter(|v| v.is_finite());
-    if some().all(|v| *v == 0.0) {
+fn decimal_step(axes: &[AxisValues]) -> f64 {
+    let some = || axes.iter().flat_map(AxisValues::finite);
+    if some().all(|v| v == 0.0) {
         return 0.0;
     }
-    let written_with = |p: &f64| {
-        some()
-            .take(MOST_VALUES)
-            .all(|v| ((v * p).round() - v * p).abs() < 1e-4)
-    };
+    let written_with = |p: &f64| some().all(|v| ((v * p).round() - v * p).abs() < 1e-4);
     (0..=MOST_PLACES)
         .map(|places| 10_f64.powi(places))
         .find(written_with)

@@ -5,33 +5,6 @@ use super::ReadOptions;
 use super::finding::Finding;
 use super::units::{AccelScale, AccelUnit, Evidence, MOST_OFF, Origin, accel_evidence};
 
-/// Values that fit, and those of them that lie in the half around 32768; none when
-/// a value is no unsigned one of 16 bits.
-fn unsigned(channel: &[f64]) -> Option<(usize, usize)> {
-    let (mut count, mut around) = (0, 0);
-    for v in channel.iter().filter(|v| v.is_finite()) {
-        if !(whole(*v) && (0.0..65536.0).contains(v)) {
-            return None;
-        }
-        count += 1;
-        around += usize::from((16384.0..49152.0).contains(v));
-    }
-    Some((count, around))
-}
-
-/// Unsigned 16-bit values: whole numbers, most of them around 32768 on every axis.
-#[must_use]
-pub(crate) fn looks_unsigned(accel: &[Vec<f64>; 3]) -> bool {
-    let most = |(count, around): (usize, usize)| 2 * around > count;
-    accel.iter().all(|c| unsigned(c).is_some_and(most))
-}
-
-/// All values could be unsigned ones of 16 bits; whether they are, most of them tell.
-#[must_use]
-pub(crate) fn fits_unsigned(accel: &[Vec<f64>; 3]) -> bool {
-    accel.iter().all(|c| unsigned(c).is_some())
-}
-
 /// What a file says of its accelerometer.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AccelClaim {
@@ -286,7 +259,7 @@ fn short(value: f64) -> String {
 
 /// True for a whole number that a converter can give. (`fract` is a call into the
 /// mathematical library on most processors, and this is asked of every value.)
-pub(super) fn whole(v: f64) -> bool {
+pub(crate) fn whole(v: f64) -> bool {
     v == f64::from(v as i32)
 }
 

@@ -67,6 +67,8 @@ pub struct Lines<R> {
     /// NULs already removed from the line that starts the window.
     nul_bytes: usize,
     number: u64,
+    /// The line that was lent last.
+    lent: std::ops::Range<usize>,
     bytes_read: u64,
     at_start: bool,
     at_end: bool,
@@ -100,6 +102,7 @@ impl<R: Read> Lines<R> {
             nul_end: 0,
             nul_bytes: 0,
             number: 0,
+            lent: 0..0,
             bytes_read: 0,
             at_start: true,
             at_end: false,
@@ -167,13 +170,21 @@ impl<R: Read> Lines<R> {
         let truncated = end - start > self.max_line;
         self.start = found.next;
         self.number += 1;
+        self.lent = start..end.min(start + self.max_line);
         Ok(Some(Line {
-            bytes: &self.buffer[start..end.min(start + self.max_line)],
+            bytes: &self.buffer[self.lent.clone()],
             number: self.number,
             terminated: found.terminated,
             nul_bytes: std::mem::take(&mut self.nul_bytes),
             truncated,
         }))
+    }
+
+    /// The bytes of the line that [`next_line`](Self::next_line) gave last; of nothing
+    /// else between its calls.
+    #[must_use]
+    pub fn current(&self) -> &[u8] {
+        self.buffer.get(self.lent.clone()).unwrap_or_default()
     }
 
     /// Reads until the window starts with a whole line.

@@ -21,7 +21,7 @@ pub(crate) use found::stem;
 use std::ops::Range;
 
 use crate::recording::units::GyroScale;
-use crate::recording::{Finding, Recording, quality};
+use crate::recording::{Finding, Recording, full_scale};
 use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face};
@@ -345,7 +345,7 @@ fn measure(
         Selection::Found => robust_mean(&channels, noise, rate),
     };
     let clipped = (0..3)
-        .map(|i| quality::clipped_rows(&gathered[i], &recording.accel_scale).len())
+        .map(|i| full_scale::clipped_rows(&gathered[i], &recording.accel_scale).len())
         .sum();
     let gyro_sum = recording.gyro.as_ref().map(|gyro| {
         let mut sum = [0.0; 3];

@@ -70,45 +70,6 @@ fn a_tail_of_zeros_is_set_aside_and_zeros_within_are_not() {
 }
 
 #[test]
-fn a_tail_too_long_to_hold_back_is_written_with_a_finding() {
-    let row = |i: usize| match i {
-        50.. => format!("{i},0,0,0"),
-        _ => format!("{i},0.1,0.{},9.8", i % 3),
-    };
-    let text = still("t,ax,ay,az", 60, row);
-    let (cal, options) = (si(), options());
-    let mut input = from_reader(Box::new(io::Cursor::new(text.into_bytes())), false).unwrap();
-    let reader = std::mem::replace(&mut input.reader, Box::new(io::empty()));
-    let prepared = prepare(reader, "rec.csv", &options.read).unwrap();
-    let (dialect, layout) = (prepared.dialect, prepared.layout);
-    let head = Head::read(&prepared.head, true, &dialect, &layout);
-    let plan = Plan::new(&dialect, &layout, false, false);
-    let mut findings = Vec::new();
-    let judged =
-        judge::judge(&cal, &head, &layout, &options.read, "", None, &mut findings).unwrap();
-    let mut stream = Stream::new(
-        Rewrite(&plan),
-        Sensor::new(&cal, false, options.axes),
-        Watch::new(judged.accel, 0.0, [0.0; 6], None),
-        None,
-        None,
-        [false; 2],
-        &dialect,
-        &layout,
-    );
-    stream.tail.set_limit(100);
-    let mut out = Vec::new();
-    let done = stream
-        .run(prepared.lines, &input, "rec.csv", &mut out)
-        .unwrap();
-    findings.extend(done.told.all());
-    assert_eq!((done.ledger.rows, done.ledger.lines), (60, 61));
-    assert_eq!(out.iter().filter(|b| **b == b'\n').count(), 61);
-    let zero = findings.iter().find(|f| f.kind == "zero-tail").unwrap();
-    assert_eq!((zero.count, &zero.lines[..]), (10, &[[52, 61]][..]));
-}
-
-#[test]
 fn channels_that_are_written_when_they_arrive_hold() {
     let row = |i: usize| match i % 3 {
         0 => format!("{i},0.{},,", i % 7),

@@ -2,19 +2,9 @@
 
 use gravical_core::matrix3::mul_vec;
 
-use super::super::bands::{LegNoise, Variances};
-use super::super::result::PositionBudget;
+use super::super::bands::Variances;
 use super::setup::Setup;
 use super::state::State;
-
-/// The end of a leg that began with the mean that was taken off.
-pub(in crate::motion) struct AfterMean {
-    /// Standard uncertainty of the displacement, m.
-    pub sigma_move_m: [f64; 3],
-    /// Standard uncertainty of the position, m.
-    pub sigma_m: [f64; 3],
-    pub budget: PositionBudget,
-}
 
 impl Setup<'_> {
     /// Variance of the position `here`: what the legs before have left, noise and tilt
@@ -75,30 +65,5 @@ impl Setup<'_> {
             state.tilt[a] += end.tilt[a];
         }
         sigma
-    }
-
-    /// The end of the only leg, `way` from its start after `tau` s, without the
-    /// samples in between: all that the parameters change grows with the way.
-    pub(in crate::motion) fn after_mean(
-        &self,
-        noise: &LegNoise,
-        tau: f64,
-        way: &[f64; 3],
-    ) -> AfterMean {
-        let mut state = State::new([1.0, 0.0, 0.0, 0.0], self.p0, self.directions.len());
-        let mut end = noise.after_mean(tau).1;
-        let rotation = self.rotation(noise, tau, way, &[0.0; 3]);
-        let here = std::array::from_fn(|a| self.p0[a] + way[a]);
-        let own = self.shift(&mut state, way);
-        let fresh = State::new(state.attitude, self.p0, 0);
-        let total = self.total(&fresh, &end, &rotation, &own, &here);
-        (0..3).for_each(|a| end.tilt[a] += rotation[a]);
-        let sigma_move_m = self.arrive(&mut state, &end, &own, way);
-        state.position = here;
-        AfterMean {
-            sigma_move_m,
-            sigma_m: total.map(f64::sqrt),
-            budget: self.budget(&state),
-        }
     }
 }

@@ -4,11 +4,9 @@ use gravical_core::motion::{Motion, Phase};
 
 use super::smooth::Chain;
 use super::told::{Now, Told};
-use crate::apply::stream::{Row, Sink};
 use crate::motion::table::{ATTITUDE_DECIMALS, DECIMALS};
-use crate::recording::row::TIME;
-use crate::recording::timing::{Clock, Follower, Parting};
-use crate::recording::{Aside, LineSpans};
+use crate::recording::LineSpans;
+use crate::recording::rows::Row;
 use crate::scan::write_fixed;
 
 /// Samples that are kept: rests are found up to 2 kHz.
@@ -18,20 +16,12 @@ pub(super) const KEPT: usize = 2048;
 const HEADER: &str = "t_s,ax_mps2,ay_mps2,az_mps2,still,qw,qx,qy,qz,\
     lin_ax_mps2,lin_ay_mps2,lin_az_mps2,vx_mps,vy_mps,vz_mps,px_m,py_m,pz_m\n";
 
-/// Where the time of a row comes from.
-#[derive(Clone)]
-pub(super) enum Time {
-    /// Its stamp.
-    Stamps(Box<Follower>),
-    /// Its number; the step in s.
-    Rows { step_s: f64, rows: u64 },
-}
-
 /// What goes on from row to row.
-#[derive(Clone)]
 pub(super) struct State {
     pub motion: Box<Motion<f64, Chain, KEPT>>,
-    pub time: Time,
+    /// Seconds from row to row, where they have no time of their own.
+    pub step_s: Option<f64>,
+    pub rows: u64,
     pub told: Told,
     pub last_s: f64,
     pub first_s: f64,
@@ -41,10 +31,9 @@ pub(super) struct State {
     pub left_out: LineSpans,
 }
 
-/// The pipeline as a sink.
+/// What becomes of each row.
 pub(super) struct Pipeline {
     pub state: State,
-    marked: Option<State>,
     /// Rests that are given, s.
     pub given: Option<Vec<(f64, f64)>>,
     /// Rests are looked for or given.
@@ -63,7 +52,6 @@ impl Pipeline {
     pub fn new(state: State, gap_s: f64, with_gyro: bool, table: Option<u32>) -> Self {
         Pipeline {
             state,
-            marked: None,
             given: None,
             knows_rests: false,
             starts_at_rest: false,
@@ -105,31 +93,26 @@ fn resting(phase: Phase, starts_at_rest: bool) -> bool {
     phase == Phase::Resting || (phase == Phase::Start && starts_at_rest)
 }
 
-impl Sink for Pipeline {
-    const SPANS: bool = false;
-
-    fn header(&self) -> Vec<u8> {
+impl Pipeline {
+    /// What stands before the first row of the table.
+    pub fn header(&self) -> &'static [u8] {
         match self.table {
-            Some(_) => HEADER.as_bytes().to_vec(),
-            None => Vec::new(),
+            Some(_) => HEADER.as_bytes(),
+            None => b"",
         }
     }
 
+    /// A row, calibrated; its line of the table goes to `out`.
     #[inline]
-    fn row(&mut self, row: &Row<'_>, out: &mut Vec<u8>) {
+    pub fn row(&mut self, row: &Row<'_>, calibrated: [f64; 6], out: &mut Vec<u8>) {
         let state = &mut self.state;
-        let t_s = match &mut state.time {
-            Time::Stamps(follower) => {
-                let (clock, t_s) = follower.see(row.values[TIME], || row.number);
-                state.parted |= clock == Clock::Restarted;
-                t_s
-            }
-            Time::Rows { step_s, rows } => {
-                *rows += 1;
-                *step_s * (*rows - 1) as f64
-            }
+        let t_s = match state.step_s {
+            Some(step_s) => step_s * state.rows as f64,
+            None => row.t_s,
         };
-        let [a, b, c, d, e, f] = row.calibrated;
+        state.rows += 1;
+        state.parted |= row.restarted || (!row.before.is_empty() && state.samples > 0);
+        let [a, b, c, d, e, f] = calibrated;
         let rate = if self.with_gyro { [d, e, f] } else { [0.0; 3] };
         let sum = a + b + c + rate[0] + rate[1] + rate[2];
         let h_s = if state.samples == 0 {
@@ -139,7 +122,7 @@ impl Sink for Pipeline {
         };
         // Also false for a stamp that is none.
         if !(sum.is_finite() && h_s >= 0.0 && t_s.is_finite()) {
-            state.left_out.push(row.number);
+            state.left_out.push(row.line);
             return;
         }
         if state.samples == 0 {
@@ -166,26 +149,5 @@ impl Sink for Pipeline {
         if let Some(decimals) = self.table {
             self.write(t_s, decimals, out);
         }
-    }
-
-    fn part(&mut self, reason: Aside, _: &mut Vec<u8>) {
-        if let (Some(how), Time::Stamps(follower)) = (Parting::by(reason), &mut self.state.time) {
-            follower.part(how);
-        }
-        self.state.parted = self.state.samples > 0;
-    }
-
-    fn mark(&mut self) {
-        self.marked = Some(self.state.clone());
-    }
-
-    fn rewind(&mut self) {
-        if let Some(marked) = self.marked.take() {
-            self.state = marked;
-        }
-    }
-
-    fn keep(&mut self) {
-        self.marked = None;
     }
 }

@@ -7,8 +7,9 @@ use crate::calibration_file::{InputFile, InputRole};
 use crate::recording::dialect::{sniff, terminator};
 use crate::recording::finding::LineSpans;
 use crate::recording::row::{ACCEL, RowDefect, RowScanner, SLOTS, TIME, Values};
-use crate::recording::timing::{Claims, Parts, judge};
-use crate::recording::{Finding, HEAD, Recording, TimeUnit, open};
+use crate::recording::text::HEAD;
+use crate::recording::timing::{Claims, judge};
+use crate::recording::{Finding, Recording, TimeUnit, open};
 use crate::scan::Lines;
 use crate::{Error, Result};
 
@@ -173,7 +174,7 @@ fn stamps(raw: &mut Raw) -> Option<Vec<f64>> {
         temperature_span_c: 0.0,
     };
     let line = |row: usize| raw.lines.get(row).copied().unwrap_or(0);
-    let timed = judge(time, Parts::default(), &claims, line);
+    let timed = judge(&time, &claims, line, |_| None);
     raw.findings.extend(timed.findings);
     let origin = timed.origin_s?;
     Some(timed.time_s?.iter().map(|t| t + origin).collect())

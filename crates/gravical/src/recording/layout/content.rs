@@ -5,7 +5,7 @@ use super::{Layout, Named};
 use crate::recording::dialect::Dialect;
 use crate::recording::finding::Finding;
 use crate::recording::names::{ColumnName, Quantity};
-use crate::recording::read::Role;
+use crate::recording::text::Role;
 use crate::recording::units::{Evidence, accel_evidence};
 use crate::stats::median;
 use crate::{Error, Result};

@@ -16,8 +16,8 @@ use super::dialect::Dialect;
 use super::finding::Finding;
 use super::metadata::range_g;
 use super::names::{ColumnName, Quantity, bare_axis, understand};
-use super::read::Role;
 use super::row::{ACCEL, GYRO, RowScanner, RowStamps, TEMPERATURE, TIME};
+use super::text::Role;
 use super::timing::TimeUnit;
 use super::unit_choice::AccelClaim;
 use super::units::{AccelUnit, GyroUnit};
@@ -33,7 +33,7 @@ use spec::{Given, columns_there};
 type Named = (usize, ColumnName);
 
 /// Columns that were chosen, with what their names claim.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Layout {
     /// Quantity and field (from 0) of each channel that is read.
     pub fields: Vec<(Quantity, usize)>,
@@ -46,7 +46,9 @@ pub struct Layout {
     /// Temperatures are counts of an MPU6050, as the board says.
     pub temperature_counts: bool,
     /// The temperature's header claims a unit.
-    temperature_claimed: bool,
+    pub temperature_claimed: bool,
+    /// Some columns were told apart by their numbers alone.
+    pub guessed: bool,
     /// Unit that the time's header claims.
     pub time_claim: Option<TimeUnit>,
     /// The time column holds differences from row to row: they are summed up.
@@ -250,6 +252,7 @@ pub(super) fn find(
     let plain = role == Role::Gyroscope && dialect.fields <= 4;
     let by_numbers = |(q, f): &(Quantity, usize)| given.field(*q) != Some(*f);
     if !plain && dialect.header.is_none() && layout.fields.iter().any(by_numbers) {
+        layout.guessed = true;
         findings.push(guessed(dialect, &layout));
     }
     Ok(layout)
@@ -320,16 +323,13 @@ fn with_claims(fields: Vec<(Quantity, usize)>, dialect: &Dialect, columns: &[Nam
             without_gravity,
         },
         gyro_lsb_per_deg_s: gyro.iter().find_map(|u| GyroUnit::per_deg_s(u)),
-        temperature_counts: false,
         temperature_claimed: !texts(Quantity::Temperature).is_empty(),
         gyro_claim: gyro.iter().find_map(|u| GyroUnit::parse(u)),
         time_claim: time
             .iter()
             .find_map(|u| TimeUnit::parse(u).or_else(|| fine_ticks(u, &fields, dialect))),
-        sums_time: false,
-        fraction: None,
-        instance: None,
         fields,
+        ..Layout::default()
     }
 }
 

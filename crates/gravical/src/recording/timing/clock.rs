@@ -1,5 +1,5 @@
 //! Stamps followed one by one: where they wrap, restart, repeat, run backwards
-//! or leave a gap. A stream follows them with the same code.
+//! or leave a gap.
 
 use super::odd::{Faults, Treatment};
 use super::{PAUSE, is_usual_step};
@@ -13,81 +13,8 @@ const WRAPS_S: [f64; 5] = [1.0, 60.0, 3600.0, 86_400.0, 604_800.0];
 /// Clocks begin anew after so many usual steps at the least.
 const LEAST_STEPS: f64 = 20.0;
 
-/// Stamps in seconds, and what went wrong in them.
-pub(super) struct Followed {
-    /// Seconds from the first stamp, unwrapped.
-    pub time_s: Vec<f64>,
-    /// Rows at which the clock started anew.
-    pub restarts: Vec<usize>,
-    /// Rows before which the recorder paused.
-    pub pauses: Vec<usize>,
-    /// Rows at which the counter began at zero again, and after how many.
-    pub wraps: Vec<(usize, f64)>,
-    /// The latest time, s.
-    pub duration_s: f64,
-    /// What was odd.
-    pub stamps: Stamps,
-}
-
-/// Rows before which the recording is parted.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Parts<'a> {
-    /// Whatever parts it, gaps included.
-    pub breaks: &'a [usize],
-    /// There a gap is named.
-    pub gaps: &'a [usize],
-}
-
-/// Follows the stamps; `median` is their usual step, both in units of `per_s`
-/// seconds.
-pub(super) fn follow(
-    raw: &[f64],
-    parts: Parts<'_>,
-    median: f64,
-    per_s: f64,
-    line: impl Fn(usize) -> u64,
-) -> Followed {
-    let mut breaks = parts.breaks.iter().peekable();
-    let mut gaps = parts.gaps.iter().peekable();
-    let mut time_s = Vec::with_capacity(raw.len());
-    let mut follower = Follower::new(median, per_s);
-    let mut restarts = Vec::new();
-    let mut pauses = Vec::new();
-    let mut wraps = Vec::new();
-    let mut latest = f64::NEG_INFINITY;
-    for (row, &stamp) in raw.iter().enumerate() {
-        while breaks.next_if(|at| **at <= row).is_some() {
-            follower.part(Parting::Break);
-        }
-        while gaps.next_if(|at| **at <= row).is_some() {
-            follower.part(Parting::NamedGap);
-        }
-        let (clock, t) = follower.see(stamp, || line(row));
-        match clock {
-            Clock::Restarted => restarts.push(row),
-            Clock::Paused => pauses.push(row),
-            Clock::Wrapped { period, paused } => {
-                wraps.push((row, period));
-                pauses.extend(paused.then_some(row));
-            }
-            Clock::GoesOn | Clock::Absent => {}
-        }
-        // What is absent is NaN, which is no maximum.
-        latest = latest.max(t);
-        time_s.push(t);
-    }
-    Followed {
-        time_s,
-        restarts,
-        pauses,
-        wraps,
-        duration_s: latest,
-        stamps: follower.stamps,
-    }
-}
-
 /// Makes raw stamps seconds from the first one that go on.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub(crate) struct Follower {
     stamps: Stamps,
     offset: f64,
@@ -104,7 +31,7 @@ impl Follower {
 
     /// What the stamp says, and its time, s; NaN where it is absent.
     #[inline]
-    pub(crate) fn see(&mut self, stamp: f64, line: impl Fn() -> u64) -> (Clock, f64) {
+    pub(crate) fn see(&mut self, stamp: f64, line: u64) -> (Clock, f64) {
         let before = self.stamps.before;
         let clock = self.stamps.see(stamp, line);
         match clock {
@@ -125,14 +52,16 @@ impl Follower {
         self.stamps.part(how);
     }
 
-    /// Usual step, in the unit of the stamps.
-    pub(crate) fn usual_step(&self) -> f64 {
-        self.stamps.median
+    /// Pauses of the recorder: how many, and how long in all, s.
+    pub(crate) fn paused(&self) -> (u64, f64) {
+        let faults = &self.stamps.faults;
+        (faults.pauses.count(), faults.paused_s)
     }
 
     /// What was odd.
-    pub(crate) fn stamps(&self) -> &Stamps {
-        &self.stamps
+    pub(crate) fn report(&self, treatment: Treatment, findings: &mut Vec<Finding>) {
+        let stamps = &self.stamps;
+        stamps.faults.report(findings, stamps.rows, treatment);
     }
 }
 
@@ -157,7 +86,7 @@ pub(crate) enum Clock {
 }
 
 /// How a recording is parted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Parting {
     /// By blank lines, or a header: it was stopped and goes on.
     Break,
@@ -177,8 +106,8 @@ impl Parting {
 }
 
 /// Follows raw stamps one after the other and books what is odd about them.
-#[derive(Clone)]
-pub(crate) struct Stamps {
+#[derive(Debug, Clone)]
+struct Stamps {
     /// Usual step, in the unit of the stamps.
     median: f64,
     /// Seconds per unit.
@@ -192,8 +121,7 @@ pub(crate) struct Stamps {
 }
 
 impl Stamps {
-    /// With an infinite `median` there are no gaps and no restarts.
-    pub(crate) fn new(median: f64, per_s: f64) -> Self {
+    fn new(median: f64, per_s: f64) -> Self {
         Stamps {
             median,
             per_s,
@@ -207,26 +135,21 @@ impl Stamps {
     /// The recording is parted before the next row. At a gap that is named a clock
     /// that runs backwards was started anew, however long ago; blank lines in one do
     /// not make it a pause.
-    pub(crate) fn part(&mut self, how: Parting) {
+    fn part(&mut self, how: Parting) {
         if self.parted_at != Some((self.rows, Parting::NamedGap)) {
             self.parted_at = Some((self.rows, how));
         }
     }
 
-    /// Pauses of the recorder: how many, and how long in all, s.
-    pub(super) fn paused(&self) -> (u64, f64) {
-        (self.faults.pauses.count(), self.faults.paused_s)
-    }
-
     #[inline]
-    pub(crate) fn see(&mut self, stamp: f64, line: impl Fn() -> u64) -> Clock {
+    fn see(&mut self, stamp: f64, line: u64) -> Clock {
         let step = stamp - self.before;
         if is_usual_step(step, self.median) {
             self.before = stamp;
             self.rows += 1;
             return Clock::GoesOn;
         }
-        self.see_odd(stamp, line())
+        self.see_odd(stamp, line)
     }
 
     #[cold]
@@ -306,9 +229,5 @@ impl Stamps {
             faults.longest_gap_s = faults.longest_gap_s.max(step_s);
         }
         paused
-    }
-
-    pub(crate) fn report(&self, treatment: Treatment, findings: &mut Vec<Finding>) {
-        self.faults.report(findings, self.rows, treatment);
     }
 }

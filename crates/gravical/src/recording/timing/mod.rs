@@ -12,13 +12,12 @@ use serde::Serialize;
 
 use super::POSSIBLE;
 use super::finding::Finding;
-use crate::stats::{median, standard_deviation};
 
-pub(crate) use clock::{Clock, Follower, Parting, Parts, Stamps};
-use clock::{Followed, follow};
+use clock::Follower;
+pub(crate) use clock::{Clock, Parting};
 pub use date::parse_date;
 pub(crate) use odd::Treatment;
-pub(crate) use steps::Steps;
+use steps::Steps;
 pub use unit::TimeUnit;
 use unit::guess_unit;
 
@@ -56,22 +55,8 @@ pub(crate) fn is_usual_step(step: f64, usual: f64) -> bool {
     step > 0.0 && step < PAUSE * usual
 }
 
-/// Result of looking at the stamps.
-pub(crate) struct Timed {
-    pub timing: Timing,
-    /// Seconds from the first row; none when the stamps are of no use.
-    pub time_s: Option<Vec<f64>>,
-    /// The first stamp itself, s: where `time_s` is 0.
-    pub origin_s: Option<f64>,
-    /// Rows at which the clock started anew.
-    pub restarts: Vec<usize>,
-    /// Breaks across which the clock goes on.
-    pub bridged: Vec<usize>,
-    pub findings: Vec<Finding>,
-}
-
 /// What is known about the stamps from outside.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Claims {
     pub unit: Option<TimeUnit>,
     pub nominal_rate_hz: Option<f64>,
@@ -83,249 +68,338 @@ pub(crate) struct Claims {
 /// A step of more than so many usual ones waits for something.
 const PAUSE: f64 = 4.5;
 /// A buffer that is passed on at once holds fewer samples than this.
-const RAREST_BURST: usize = 20;
+const RAREST_BURST: u64 = 20;
 /// Waits of one length are bursts, from so many on.
-const FEWEST_BURSTS: usize = 5;
+const FEWEST_BURSTS: u64 = 5;
 
-/// Judges raw stamps; `line` gives the line of a row.
-pub(crate) fn judge(
-    raw: Vec<f64>,
-    parts: Parts<'_>,
-    claims: &Claims,
-    line: impl Fn(usize) -> u64,
-) -> Timed {
-    let mut findings = Vec::new();
-    let mut steps: Vec<f64> = raw.windows(2).map(|w| w[1] - w[0]).collect();
-    let mut rising: Vec<f64> = steps.iter().copied().filter(|d| *d > 0.0).collect();
-    let Some(median) = median(&mut rising) else {
-        findings.push(Finding::warning(
-            "frozen-time",
-            "the time stamps never advance; they are not used",
-        ));
-        return untimed(raw.len(), claims, findings);
-    };
-    // Stamps that most rows share with their neighbours are coarser than the sampling.
-    let coarse = coarse_rate(&steps, median);
-    let usual = coarse.map_or(median, |rate| 1.0 / rate);
-    let unit = match claims.unit {
-        Some(unit) if POSSIBLE.contains(&(1.0 / (usual * unit.seconds()))) => unit,
-        Some(unit) => {
-            findings.push(Finding::warning(
-                "time-unit-unknown",
-                format!("steps of {usual:e} {} are no rate that a sensor has; the stamps are not used (give --time-unit)", unit.name()),
-            ));
-            return untimed(raw.len(), claims, findings);
+/// How stamps are read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Beat {
+    /// Unit of the stamps.
+    pub unit: TimeUnit,
+    /// Their usual step, in it: the median of those that rise.
+    pub usual: f64,
+    /// Stamps are those of arrival: samples are even, at this rate, Hz.
+    pub even_hz: Option<f64>,
+}
+
+impl Beat {
+    /// Time, breaks and gaps come out alike by either.
+    pub fn agrees(&self, other: &Beat) -> bool {
+        let near = |a: f64, b: f64, share: f64| (a / b - 1.0).abs() <= share;
+        let even = match (self.even_hz, other.even_hz) {
+            (None, None) => true,
+            (Some(a), Some(b)) => near(a, b, 0.01),
+            _ => false,
+        };
+        even && self.unit == other.unit && near(self.usual, other.usual, 0.1)
+    }
+}
+
+/// Makes time of stamps, row by row, and finds out how they are to be read.
+#[derive(Debug, Clone)]
+pub(crate) struct Timekeeper {
+    beat: Option<Beat>,
+    follower: Option<Follower>,
+    /// Steps as they stand, and without wraps and pauses.
+    steps: Steps,
+    mended: Steps,
+    rows: u64,
+    /// Rows with a stamp.
+    stamped: u64,
+    first: f64,
+    /// The first stamp that is one.
+    origin: f64,
+    before: f64,
+    latest_s: f64,
+}
+
+/// A row, as its stamp says.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tick {
+    /// Seconds from the first row; NaN where it is not known.
+    pub t_s: f64,
+    /// The clock started anew.
+    pub restarted: bool,
+}
+
+/// What the stamps of a recording came to.
+pub(crate) struct Kept {
+    pub timing: Timing,
+    /// How the stamps are to be read; none when they are of no use.
+    pub beat: Option<Beat>,
+    /// The first stamp itself, s: where the time is 0.
+    pub origin_s: Option<f64>,
+}
+
+impl Timekeeper {
+    /// `beat` as far as it is known; without it there is no time.
+    pub fn new(beat: Option<Beat>) -> Self {
+        Timekeeper {
+            beat,
+            follower: beat.map(|b| Follower::new(b.usual, b.unit.seconds())),
+            steps: Steps::default(),
+            mended: Steps::default(),
+            rows: 0,
+            stamped: 0,
+            first: f64::NAN,
+            origin: f64::NAN,
+            before: f64::NAN,
+            latest_s: f64::NEG_INFINITY,
         }
-        None => match guess_unit(raw[0], steps.len(), usual, claims, &mut findings) {
-            Some(unit) => unit,
-            None => {
+    }
+
+    /// The next row; `parting`: what parts it from the one before.
+    #[inline]
+    pub fn see(&mut self, stamp: f64, line: u64, parting: Option<Parting>) -> Tick {
+        let step = stamp - self.before;
+        let first = self.rows == 0;
+        self.before = stamp;
+        self.rows += 1;
+        if first {
+            self.first = stamp;
+        } else {
+            self.steps.push(step);
+        }
+        if stamp.is_finite() {
+            self.stamped += 1;
+            if self.origin.is_nan() {
+                self.origin = stamp;
+            }
+        }
+        let Some(follower) = &mut self.follower else {
+            return Tick {
+                t_s: f64::NAN,
+                restarted: false,
+            };
+        };
+        if let Some(how) = parting {
+            follower.part(how);
+        }
+        let (clock, stamp_s) = follower.see(stamp, line);
+        if !first {
+            self.mended.push(match clock {
+                // Neither lost samples nor bunches.
+                Clock::Paused | Clock::Wrapped { paused: true, .. } => f64::NAN,
+                Clock::Wrapped { period, .. } => step + period,
+                _ => step,
+            });
+        }
+        // What is absent is NaN, which is no maximum.
+        self.latest_s = self.latest_s.max(stamp_s);
+        Tick {
+            t_s: match self.beat.and_then(|b| b.even_hz) {
+                Some(rate_hz) => (self.rows - 1) as f64 / rate_hz,
+                None => stamp_s,
+            },
+            restarted: clock == Clock::Restarted,
+        }
+    }
+
+    /// The unit of the stamps and their usual step, by all rows so far.
+    fn judge_unit(&self, claims: &Claims, findings: &mut Vec<Finding>) -> Option<(TimeUnit, f64)> {
+        let Some(usual) = self.steps.median() else {
+            findings.push(Finding::warning(
+                "frozen-time",
+                "the time stamps never advance; they are not used",
+            ));
+            return None;
+        };
+        // Stamps that most rows share with their neighbours are coarser than the sampling.
+        let coarse = self.steps.coarse_rate(PAUSE * usual);
+        let period = coarse.map_or(usual, |rate| 1.0 / rate);
+        let unit = match claims.unit {
+            Some(unit) if POSSIBLE.contains(&(1.0 / (period * unit.seconds()))) => unit,
+            Some(unit) => {
                 findings.push(Finding::warning(
                     "time-unit-unknown",
-                    format!("steps of {usual} fit no unit of time at a usual rate; the stamps are not used (give --time-unit)"),
+                    format!("steps of {period:e} {} are no rate that a sensor has; the stamps are not used (give --time-unit)", unit.name()),
                 ));
-                return untimed(raw.len(), claims, findings);
+                return None;
             }
-        },
-    };
-    let per_s = unit.seconds();
-    let goes_on = |row: &usize| {
-        let before = row.checked_sub(1).and_then(|at| raw.get(at));
-        let step = before.zip(raw.get(*row)).map(|(a, b)| b - a);
-        step.is_some_and(|step| is_usual_step(step, median))
-    };
-    let bridged: Vec<usize> = parts.breaks.iter().copied().filter(goes_on).collect();
-    let origin_s = raw.iter().find(|t| t.is_finite()).map(|t| t * per_s);
-    let Followed {
-        time_s,
-        restarts,
-        pauses,
-        wraps,
-        duration_s,
-        stamps,
-    } = follow(&raw, parts, median, per_s, line);
-    let mut mend = |row: usize, by: f64| {
-        if let Some(step) = row.checked_sub(1).and_then(|at| steps.get_mut(at)) {
-            *step += by;
-        }
-    };
-    for (row, period) in wraps {
-        mend(row, period);
-    }
-    for row in pauses {
-        // Neither lost samples nor bunches.
-        mend(row, f64::NAN);
-    }
-    let n = time_s.iter().filter(|t| t.is_finite()).count();
-    let mean_rate = coarse
-        .map(|rate| rate / per_s)
-        .filter(|rate| POSSIBLE.contains(rate))
-        .or_else(|| mean_rate(n, duration_s, &stamps));
-    let median_s = median * per_s;
-    let regular: Vec<f64> = steps
-        .iter()
-        .map(|d| d * per_s)
-        .filter(|d| *d >= 0.0 && *d < 1.5 * median_s)
-        .collect();
-    let missing: f64 = steps
-        .iter()
-        .filter(|d| **d > 1.5 * median && **d < 1e6 * median)
-        .map(|d| (d / median).round() - 1.0)
-        .sum();
-    stamps.report(Treatment::Repaired, &mut findings);
-
-    // Several samples that arrive with one stamp, then a long step: stamps of
-    // arrival at the computer, not of sampling.
-    let bunched = steps
-        .iter()
-        .filter(|d| **d >= 0.0 && **d * per_s * mean_rate.unwrap_or(0.0) < 0.2)
-        .count();
-    if bunched * 2 > steps.len() && n > 20 && !pauses_only(&steps, median) {
-        let repeated = steps.iter().filter(|d| **d == 0.0).count();
-        let why = if repeated == bunched {
-            "rows share their stamp with the row before: the stamps are coarser than the sampling (rounded by a spreadsheet, or times of arrival)"
-        } else {
-            "steps are far shorter than the mean: the stamps are times of arrival"
+            None => {
+                let steps = self.steps.count() as usize;
+                let Some(unit) = guess_unit(self.first, steps, period, claims, findings) else {
+                    findings.push(Finding::warning(
+                        "time-unit-unknown",
+                        format!("steps of {period} fit no unit of time at a usual rate; the stamps are not used (give --time-unit)"),
+                    ));
+                    return None;
+                };
+                unit
+            }
         };
-        findings.push(
-            Finding::warning(
-                "burst-time",
-                format!(
-                    "{bunched} of {} {why}; the mean rate of {:.2} Hz is used instead",
-                    steps.len(),
-                    mean_rate.unwrap_or(f64::NAN)
-                ),
-            )
-            .counting(bunched as u64),
-        );
-        let rate = mean_rate.unwrap_or(1.0);
-        let timing = Timing {
+        Some((unit, usual))
+    }
+
+    /// What the stamps say, after the last row. Rates and gaps are right where the usual
+    /// step that was assumed [agrees](Beat::agrees) with the one that is found.
+    pub fn finish(
+        &self,
+        claims: &Claims,
+        treatment: Treatment,
+        findings: &mut Vec<Finding>,
+    ) -> Kept {
+        let Some((unit, usual)) = self.judge_unit(claims, findings) else {
+            return Kept {
+                timing: untimed(self.rows, claims),
+                beat: None,
+                origin_s: None,
+            };
+        };
+        let per_s = unit.seconds();
+        let mut beat = Beat {
+            unit,
+            usual,
+            even_hz: None,
+        };
+        let origin_s = self.origin.is_finite().then_some(self.origin * per_s);
+        let Some(follower) = &self.follower else {
+            return Kept {
+                timing: untimed(self.rows, claims),
+                beat: Some(beat),
+                origin_s,
+            };
+        };
+        follower.report(treatment, findings);
+        let coarse = self.steps.coarse_rate(PAUSE * usual);
+        let mean_rate = coarse
+            .map(|rate| rate / per_s)
+            .filter(|rate| POSSIBLE.contains(rate))
+            .or_else(|| self.mean_rate(follower));
+        let steps = &self.mended;
+        let mut timing = Timing {
             unit: Some(unit),
             nominal_rate_hz: claims.nominal_rate_hz,
             median_rate_hz: mean_rate,
             mean_rate_hz: mean_rate,
-            duration_s: Some(duration_s),
+            duration_s: Some(self.latest_s),
             jitter_s: None,
             missing_share: None,
         };
-        let time_s = (0..raw.len()).map(|i| i as f64 / rate).collect();
-        return Timed {
+        // Several samples that arrive with one stamp, then a long step: stamps of
+        // arrival at the computer, not of sampling.
+        let bunched = steps.shorter(0.2 / (per_s * mean_rate.unwrap_or(0.0)));
+        let bursts = bunched * 2 > steps.count() && self.stamped > RAREST_BURST;
+        if bursts && !steps.pauses_only(usual, PAUSE * usual) {
+            findings.push(self.bursts(bunched, mean_rate));
+            beat.even_hz = Some(mean_rate.unwrap_or(1.0));
+        } else {
+            let missing = steps.missing(usual);
+            timing.median_rate_hz = Some(self.steady_rate(usual) / per_s);
+            let regular = steps.between(-1.0, 1.5 * usual);
+            timing.jitter_s = regular.deviation().map(|d| d * per_s);
+            let all = (self.stamped as f64 + missing).max(1.0);
+            timing.missing_share = Some((missing / all).max(0.0));
+            rate_findings(&timing, missing, findings);
+        }
+        Kept {
             timing,
-            time_s: Some(time_s),
+            beat: Some(beat),
             origin_s,
-            restarts,
-            bridged,
-            findings,
-        };
-    }
-    let timing = Timing {
-        unit: Some(unit),
-        nominal_rate_hz: claims.nominal_rate_hz,
-        median_rate_hz: Some(steady_rate(&regular, median_s)),
-        mean_rate_hz: mean_rate,
-        duration_s: Some(duration_s),
-        jitter_s: (regular.len() > 2).then(|| standard_deviation(&regular)),
-        missing_share: Some((missing / (n as f64 + missing).max(1.0)).max(0.0)),
-    };
-    rate_findings(&timing, missing, &mut findings);
-    Timed {
-        timing,
-        time_s: Some(time_s),
-        origin_s,
-        restarts,
-        bridged,
-        findings,
-    }
-}
-
-/// Rows per unit of stamps that most rows share with the row before: those from one
-/// change of the stamp to the next, since the recording begins and ends somewhere within
-/// a stamp; without waits, and steps back. `median` is that of the steps that advance.
-/// None for other stamps, and for fewer than three.
-fn coarse_rate(steps: &[f64], median: f64) -> Option<f64> {
-    let repeats = steps.iter().filter(|d| **d == 0.0).count();
-    if repeats * 2 <= steps.len() {
-        return None;
-    }
-    let changes: Vec<usize> = (0..steps.len()).filter(|i| steps[*i] != 0.0).collect();
-    let (mut rows, mut span) = (0, 0.0);
-    for pair in changes.windows(2) {
-        let step = steps[pair[1]];
-        if is_usual_step(step, median) {
-            rows += pair[1] - pair[0];
-            span += step;
         }
     }
-    (rows > 0).then(|| rows as f64 / span)
-}
 
-/// Rows a second while it was recorded, Hz.
-fn mean_rate(rows: usize, duration_s: f64, stamps: &Stamps) -> Option<f64> {
-    let (pauses, paused_s) = stamps.paused();
-    let steps = (rows as f64) - 1.0 - (pauses as f64);
-    let recorded_s = duration_s - paused_s;
-    (steps > 0.0 && recorded_s > 0.0)
-        .then(|| steps / recorded_s)
-        .filter(|rate| POSSIBLE.contains(rate))
+    /// What is odd about the stamps themselves.
+    pub fn report(&self, treatment: Treatment, findings: &mut Vec<Finding>) {
+        if let Some(follower) = &self.follower {
+            follower.report(treatment, findings);
+        }
+    }
+
+    fn bursts(&self, bunched: u64, mean_rate: Option<f64>) -> Finding {
+        let why = if self.mended.repeats() == bunched {
+            "rows share their stamp with the row before: the stamps are coarser than the sampling (rounded by a spreadsheet, or times of arrival)"
+        } else {
+            "steps are far shorter than the mean: the stamps are times of arrival"
+        };
+        Finding::warning(
+            "burst-time",
+            format!(
+                "{bunched} of {} {why}; the mean rate of {:.2} Hz is used instead",
+                self.mended.count(),
+                mean_rate.unwrap_or(f64::NAN)
+            ),
+        )
+        .counting(bunched)
+    }
+
+    /// Rows a second while it was recorded, Hz.
+    fn mean_rate(&self, follower: &Follower) -> Option<f64> {
+        let (pauses, paused_s) = follower.paused();
+        let steps = (self.stamped as f64) - 1.0 - (pauses as f64);
+        let recorded_s = self.latest_s - paused_s;
+        (steps > 0.0 && recorded_s > 0.0)
+            .then(|| steps / recorded_s)
+            .filter(|rate| POSSIBLE.contains(rate))
+    }
+
+    /// The median of millisecond stamps at 62.5 Hz is 16 ms exactly never: use the
+    /// mean of the steps near the median. In rows per unit of the stamps.
+    fn steady_rate(&self, usual: f64) -> f64 {
+        let near = self.mended.between(0.5 * usual, 1.5 * usual);
+        1.0 / if near.count > 0 { near.mean } else { usual }
+    }
 }
 
 /// Without stamps: the claimed rate is all there is.
-pub(crate) fn untimed(rows: usize, claims: &Claims, findings: Vec<Finding>) -> Timed {
-    Timed {
-        timing: Timing {
-            unit: None,
-            nominal_rate_hz: claims.nominal_rate_hz,
-            median_rate_hz: None,
-            mean_rate_hz: None,
-            duration_s: claims.nominal_rate_hz.map(|r| rows as f64 / r),
-            jitter_s: None,
-            missing_share: None,
-        },
-        time_s: None,
-        origin_s: None,
-        restarts: Vec::new(),
-        bridged: Vec::new(),
-        findings,
+pub(crate) fn untimed(rows: u64, claims: &Claims) -> Timing {
+    Timing {
+        unit: None,
+        nominal_rate_hz: claims.nominal_rate_hz,
+        median_rate_hz: None,
+        mean_rate_hz: None,
+        duration_s: claims.nominal_rate_hz.map(|r| rows as f64 / r),
+        jitter_s: None,
+        missing_share: None,
     }
 }
 
-/// Whether the long steps are pauses of the recorder, and no waiting for a full
-/// buffer: between them the stamps run evenly, they are rare, and they differ in
-/// length. `median` is that of the steps that advance.
-fn pauses_only(steps: &[f64], median: f64) -> bool {
-    let mut long: Vec<f64> = steps
-        .iter()
-        .copied()
-        .filter(|d| *d > PAUSE * median)
-        .collect();
-    let even = steps
-        .iter()
-        .filter(|d| (0.5 * median..=1.5 * median).contains(*d))
-        .count();
-    // Not counting what is lost here and there.
-    if long.len() * RAREST_BURST > steps.len() || even * 10 < (steps.len() - long.len()) * 9 {
-        return false;
-    }
-    long.sort_unstable_by(f64::total_cmp);
-    let quarter = long.len() / 4;
-    let from_the_end = long.len().checked_sub(1 + quarter);
-    match (long.get(quarter), from_the_end.and_then(|at| long.get(at))) {
-        (Some(low), Some(high)) if long.len() >= FEWEST_BURSTS => *high > 1.5 * low,
-        _ => true,
-    }
+/// Stamps of a whole recording.
+pub(crate) struct Timed {
+    pub timing: Timing,
+    /// Seconds from the first row; none when the stamps are of no use.
+    pub time_s: Option<Vec<f64>>,
+    /// The first stamp itself, s: where `time_s` is 0.
+    pub origin_s: Option<f64>,
+    /// Rows at which the clock started anew.
+    pub restarts: Vec<usize>,
+    pub findings: Vec<Finding>,
 }
 
-/// The median of millisecond stamps at 62.5 Hz is 16 ms exactly never: use the
-/// mean of the steps near the median.
-fn steady_rate(regular: &[f64], median_s: f64) -> f64 {
-    let near: Vec<f64> = regular
-        .iter()
-        .copied()
-        .filter(|d| *d > 0.5 * median_s)
-        .collect();
-    if near.is_empty() {
-        return 1.0 / median_s;
+/// Judges raw stamps that are all in memory; `line` gives the line of a row, `parting`
+/// what parts it from the row before.
+pub(crate) fn judge(
+    raw: &[f64],
+    claims: &Claims,
+    line: impl Fn(usize) -> u64,
+    parting: impl Fn(usize) -> Option<Parting>,
+) -> Timed {
+    // The steps tell the unit; the pauses, which take it, whether samples are even.
+    let mut beat: Option<Beat> = None;
+    loop {
+        let mut keeper = Timekeeper::new(beat);
+        let mut time_s = Vec::with_capacity(raw.len());
+        let mut restarts = Vec::new();
+        for (row, &stamp) in raw.iter().enumerate() {
+            let tick = keeper.see(stamp, line(row), parting(row));
+            time_s.push(tick.t_s);
+            restarts.extend(tick.restarted.then_some(row));
+        }
+        let mut findings = Vec::new();
+        let kept = keeper.finish(claims, Treatment::Repaired, &mut findings);
+        let known = beat.is_some_and(|b| b.even_hz.is_some());
+        if beat == kept.beat || known {
+            return Timed {
+                timing: kept.timing,
+                time_s: kept.beat.map(|_| time_s),
+                origin_s: kept.origin_s,
+                restarts,
+                findings,
+            };
+        }
+        beat = kept.beat;
     }
-    near.len() as f64 / near.iter().sum::<f64>()
 }
 
 fn rate_findings(timing: &Timing, missing: f64, findings: &mut Vec<Finding>) {

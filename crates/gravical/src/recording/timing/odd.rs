@@ -12,7 +12,7 @@ pub(crate) enum Treatment {
 }
 
 /// Lines of each kind, and how long it took.
-#[derive(Clone, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Faults {
     pub wrapped: LineSpans,
     pub restarted: LineSpans,

@@ -1,181 +1,225 @@
-//! Steps between stamps as they come: what [`judge`](super::judge) finds out with all
-//! of them in memory.
+//! Steps between stamps, counted: their median, their spread and what is missing among
+//! them, in memory that does not grow with the recording.
 
-use super::unit::guess_unit;
-use super::{Claims, Clock, Finding, Stamps, Timing, Treatment, mean_rate, rate_findings};
+use std::collections::HashMap;
 
-/// Steps within so much of the usual one, relative, are plainly neither lost samples
-/// nor bunched ones; the others are kept one by one.
-const PLAIN: f64 = 0.45;
+/// Bits of the mantissa that tell two bins apart: a bin is 0.4 % wide at most. What is
+/// asked of a bin is asked of the mean of its steps, which of stamps from a counter are
+/// all alike.
+const BITS: u32 = 8;
 
-/// Steps that are kept at most.
-const MOST: usize = 1 << 20;
-
-/// How far the median may be off that of the first rows, relative: none, and so
-/// little that only steps at the very edge of a limit ask for more.
-const SAME: [f64; 2] = [1e-9, 1e-2];
-
-/// What decides between lost samples, gaps and bunches, in usual steps.
-const LIMITS: [f64; 3] = [0.5, 1.5, 4.5];
-
-/// Beyond so many usual steps no lost samples are counted.
-const ABSURD: f64 = 1e6;
-
-/// Follows the raw stamps of a recording whose usual step its first rows tell.
-#[derive(Debug, Clone)]
-pub(crate) struct Steps {
-    /// The usual step, in units of `per_s` seconds.
-    median: f64,
-    per_median: f64,
-    per_s: f64,
+/// Steps of about one length.
+#[derive(Debug, Clone, Copy)]
+struct Bin {
+    count: u64,
+    /// The first of them; sums are of the differences to it.
     first: f64,
-    last: f64,
-    rows: usize,
-    latest_s: f64,
-    paused: usize,
-    plain: usize,
-    plain_s: f64,
-    /// Plain steps below and above each of [`SAME`].
-    below: [usize; 2],
-    above: [usize; 2],
-    odd: Vec<f64>,
+    sum: f64,
+    squares: f64,
+    /// Of those before which the stamp had changed before: the rows since then, and the
+    /// steps, summed up.
+    rows: u64,
+    span: f64,
+}
+
+impl Bin {
+    fn mean(&self) -> f64 {
+        self.first + self.sum / self.count as f64
+    }
+}
+
+/// Steps between stamps, in their unit.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Steps {
+    bins: Vec<Bin>,
+    of_key: HashMap<u32, usize>,
+    /// The bin that was met last, and its key.
+    last: (u32, usize),
+    /// Steps that do not rise: none, back, not a number.
+    zero: u64,
+    falling: u64,
+    unknown: u64,
+    number: u64,
+    /// The step at which the stamp changed last.
+    changed: Option<u64>,
+}
+
+/// Steps of a range of lengths.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Group {
+    pub count: u64,
+    pub mean: f64,
+    squares: f64,
+}
+
+impl Group {
+    fn add(&mut self, count: u64, mean: f64, squares: f64) {
+        if count == 0 {
+            return;
+        }
+        let (a, b) = (self.count as f64, count as f64);
+        let off = mean - self.mean;
+        self.count += count;
+        self.mean += off * b / (a + b);
+        self.squares += squares + off * off * a * b / (a + b);
+    }
+
+    /// Standard deviation of a sample; none for fewer than three.
+    pub fn deviation(&self) -> Option<f64> {
+        (self.count > 2).then(|| (self.squares / (self.count - 1) as f64).sqrt())
+    }
 }
 
 impl Steps {
-    pub fn new(median: f64, per_s: f64) -> Self {
-        Steps {
-            median,
-            per_median: 1.0 / median,
-            per_s,
-            first: f64::NAN,
-            last: f64::NAN,
-            rows: 0,
-            latest_s: f64::NEG_INFINITY,
-            paused: 0,
-            plain: 0,
-            plain_s: 0.0,
-            below: [0; 2],
-            above: [0; 2],
-            odd: Vec::new(),
-        }
-    }
-
-    /// A raw stamp, what it says, and the time that was made of it, s.
     #[inline]
-    pub fn see(&mut self, stamp: f64, clock: Clock, t_s: f64) {
-        let mut step = stamp - self.last;
-        let mut paused = clock == Clock::Paused;
-        if let Clock::Wrapped {
-            period,
-            paused: in_it,
-        } = clock
-        {
-            step += period;
-            paused = in_it;
-        }
-        let off = step * self.per_median - 1.0;
-        if off.abs() < PLAIN {
-            self.plain += 1;
-            self.plain_s += step * self.per_s;
-            for (k, same) in SAME.into_iter().enumerate() {
-                self.below[k] += usize::from(off < -same);
-                self.above[k] += usize::from(off > same);
+    pub fn push(&mut self, step: f64) {
+        let number = self.number;
+        self.number += 1;
+        if step > 0.0 {
+            let since = self.changed.replace(number).map(|at| number - at);
+            let key = (step.to_bits() >> (52 - BITS)) as u32;
+            let at = match self.last {
+                (last, at) if last == key && at < self.bins.len() => at,
+                _ => self.bin(key, step),
+            };
+            if let Some(bin) = self.bins.get_mut(at) {
+                let off = step - bin.first;
+                bin.count += 1;
+                bin.sum += off;
+                bin.squares += off * off;
+                bin.rows += since.unwrap_or(0);
+                bin.span += since.map_or(0.0, |_| step);
             }
-        } else if self.rows == 0 {
-            self.first = stamp;
-        } else if paused {
-            self.paused += 1;
-        } else if self.odd.len() < MOST {
-            self.odd.push(step);
+        } else if step == 0.0 {
+            self.zero += 1;
+        } else {
+            self.changed = Some(number);
+            self.falling += u64::from(step < 0.0);
+            self.unknown += u64::from(step.is_nan());
         }
-        self.latest_s = self.latest_s.max(t_s);
-        self.last = stamp;
-        self.rows += 1;
     }
 
-    /// What the stamps say; none where that depends on more than was kept: stamps that
-    /// are missing, bunched, or so uneven that the usual step is not sure.
-    /// `unit_of_head` is the unit that the first rows were read in.
-    pub fn finish(&self, claims: &Claims, stamps: &Stamps) -> Option<(Timing, Vec<Finding>)> {
-        let steps = self.plain + self.odd.len() + self.paused;
-        let known = self.odd.iter().all(|d| d.is_finite()) && self.first.is_finite();
-        if self.rows < 2 || steps + 1 != self.rows || !known {
-            return None;
-        }
-        let doubt = self.doubt()?;
-        let (median, per_s) = (self.median, self.per_s);
-        let mut findings = Vec::new();
-        self.same_unit(claims, doubt, &mut findings)?;
-        let near_limit = |step: f64| {
-            let usual = step / median;
-            let near = |limit: f64| (usual - limit).abs() <= 3.0 * doubt * limit;
-            // Half a step more or less is another lost sample.
-            let half = (usual - usual.floor() - 0.5).abs() <= 3.0 * doubt * usual;
-            LIMITS.into_iter().chain([ABSURD]).any(near) || (usual > 1.5 && half)
-        };
-        let backward = self.odd.iter().any(|d| *d < 0.0);
-        if doubt > SAME[0] && (backward || self.odd.iter().any(|d| near_limit(*d))) {
-            return None;
-        }
-        let mean_rate = mean_rate(self.rows, self.latest_s, stamps)?;
-        // Bunched ones are shorter than a fifth of the mean step.
-        let short = self.odd.iter().filter(|d| **d >= 0.0 && **d < median);
-        if mean_rate * median * per_s < 0.4 || short.count() * 2 > steps {
-            return None;
-        }
-        stamps.report(Treatment::Repaired, &mut findings);
-        let near = |d: &&f64| **d > 0.5 * median && **d < 1.5 * median;
-        let near = self.odd.iter().filter(near);
-        let (count, sum) = near.fold((self.plain, self.plain_s), |(n, s), d| {
-            (n + 1, s + d * per_s)
+    #[cold]
+    fn bin(&mut self, key: u32, step: f64) -> usize {
+        let at = *self.of_key.entry(key).or_insert_with(|| {
+            self.bins.push(Bin {
+                count: 0,
+                first: step,
+                sum: 0.0,
+                squares: 0.0,
+                rows: 0,
+                span: 0.0,
+            });
+            self.bins.len() - 1
         });
-        let missing: f64 = self
-            .odd
-            .iter()
-            .filter(|d| **d > 1.5 * median && **d < ABSURD * median)
-            .map(|d| (d / median).round() - 1.0)
-            .sum();
-        let timing = Timing {
-            unit: None,
-            nominal_rate_hz: claims.nominal_rate_hz,
-            median_rate_hz: (count > 0).then(|| count as f64 / sum),
-            mean_rate_hz: Some(mean_rate),
-            duration_s: Some(self.latest_s),
-            jitter_s: None,
-            missing_share: Some((missing / (self.rows as f64 + missing).max(1.0)).max(0.0)),
-        };
-        rate_findings(&timing, missing, &mut findings);
-        Some((timing, findings))
+        self.last = (key, at);
+        at
     }
 
-    /// How far the median may be off, relative.
-    fn doubt(&self) -> Option<f64> {
-        let rising = self.odd.iter().filter(|d| **d > 0.0);
-        let (short, long): (Vec<f64>, Vec<f64>) = rising.partition(|d| **d < self.median);
-        let all = self.plain + short.len() + long.len();
-        SAME.into_iter().enumerate().find_map(|(k, same)| {
-            let below = self.below[k] + short.len();
-            let above = self.above[k] + long.len();
-            (2 * below + 1 < all && 2 * above + 1 < all).then_some(same)
+    /// How many there are.
+    pub fn count(&self) -> u64 {
+        self.number
+    }
+
+    /// Stamps that repeat the one before.
+    pub fn repeats(&self) -> u64 {
+        self.zero
+    }
+
+    /// Lengths of the rising ones with their numbers, from short to long.
+    fn rising(&self) -> Vec<(f64, u64)> {
+        let mut lengths: Vec<(f64, u64)> = self.bins.iter().map(|b| (b.mean(), b.count)).collect();
+        lengths.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        lengths
+    }
+
+    /// The step in the middle of those that rise; none without any.
+    pub fn median(&self) -> Option<f64> {
+        let rising = self.rising();
+        let all: u64 = rising.iter().map(|r| r.1).sum();
+        let upper = nth(&rising, all / 2)?;
+        Some(match all.is_multiple_of(2) {
+            true => 0.5 * (nth(&rising, all / 2 - 1)? + upper),
+            false => upper,
         })
     }
 
-    /// The unit is the one that the first rows were read in, whatever the median is.
-    fn same_unit(&self, claims: &Claims, doubt: f64, findings: &mut Vec<Finding>) -> Option<()> {
-        if let Some(unit) = claims.unit {
-            return (unit.seconds() == self.per_s).then_some(());
-        }
-        for (k, off) in [0.0, -doubt, doubt].into_iter().enumerate() {
-            let median = self.median * (1.0 + off);
-            let mut told = Vec::new();
-            let unit = guess_unit(self.first, self.rows - 1, median, claims, &mut told)?;
-            if unit.seconds() != self.per_s || (doubt > SAME[0] && !told.is_empty()) {
-                return None;
-            }
-            if k == 0 {
-                findings.append(&mut told);
-            }
-        }
-        Some(())
+    /// How many are no step back and shorter than `limit`.
+    pub fn shorter(&self, limit: f64) -> u64 {
+        let zero = if limit > 0.0 { self.zero } else { 0 };
+        let bins = self.bins.iter().filter(|b| b.mean() < limit);
+        zero + bins.map(|b| b.count).sum::<u64>()
     }
+
+    /// Those between `low` and `high`, ends excluded.
+    pub fn between(&self, low: f64, high: f64) -> Group {
+        let mut group = Group::default();
+        if low < 0.0 {
+            group.add(self.zero, 0.0, 0.0);
+        }
+        for bin in &self.bins {
+            let mean = bin.mean();
+            if mean > low && mean < high {
+                let n = bin.count as f64;
+                let squares = (bin.squares - bin.sum * bin.sum / n).max(0.0);
+                group.add(bin.count, mean, squares);
+            }
+        }
+        group
+    }
+
+    /// Samples that are lost within steps of more than one and a half and less than a
+    /// million times `usual`.
+    pub fn missing(&self, usual: f64) -> f64 {
+        self.rising()
+            .iter()
+            .filter(|(step, _)| *step > 1.5 * usual && *step < 1e6 * usual)
+            .map(|(step, count)| ((step / usual).round() - 1.0) * *count as f64)
+            .sum()
+    }
+
+    /// Rows per unit of stamps that most rows share with the row before: those from one
+    /// change of the stamp to the next, since the recording begins and ends somewhere
+    /// within a stamp; without waits of `longest` and more, and steps back. None for
+    /// other stamps, and for fewer than three.
+    pub fn coarse_rate(&self, longest: f64) -> Option<f64> {
+        if self.zero * 2 <= self.number {
+            return None;
+        }
+        let some = self.bins.iter().filter(|b| b.mean() < longest);
+        let (rows, span) = some.fold((0, 0.0), |(n, s), b| (n + b.rows, s + b.span));
+        (rows > 0).then(|| rows as f64 / span)
+    }
+
+    /// Whether the steps longer than `long` are pauses of the recorder, and no waiting
+    /// for a full buffer: between them the stamps run evenly, they are rare, and they
+    /// differ in length.
+    pub fn pauses_only(&self, usual: f64, long: f64) -> bool {
+        let waits: Vec<(f64, u64)> = self.rising().into_iter().filter(|r| r.0 > long).collect();
+        let count: u64 = waits.iter().map(|w| w.1).sum();
+        let even = self.between(0.5 * usual, 1.5 * usual).count;
+        // Not counting what is lost here and there.
+        if count * super::RAREST_BURST > self.number || even * 10 < (self.number - count) * 9 {
+            return false;
+        }
+        let quarter = count / 4;
+        let from_the_end = count.checked_sub(1 + quarter);
+        match (
+            nth(&waits, quarter),
+            from_the_end.and_then(|at| nth(&waits, at)),
+        ) {
+            (Some(low), Some(high)) if count >= super::FEWEST_BURSTS => high > 1.5 * low,
+            _ => true,
+        }
+    }
+}
+
+/// The length at place `n` of sorted ones.
+fn nth(lengths: &[(f64, u64)], n: u64) -> Option<f64> {
+    let mut before = 0;
+    let found = lengths.iter().find(|(_, count)| {
+        before += count;
+        before > n
+    });
+    found.map(|(length, _)| *length)
 }

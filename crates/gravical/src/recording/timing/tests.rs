@@ -6,14 +6,15 @@ fn judged(raw: Vec<f64>) -> Timed {
         nominal_rate_hz: None,
         temperature_span_c: 0.0,
     };
-    judge(raw, Parts::default(), &claims, |row| row as u64 + 1)
+    judge(&raw, &claims, |row| row as u64 + 1, |_| None)
 }
 
-fn gap_at(rows: &[usize]) -> Parts<'_> {
-    Parts {
-        breaks: rows,
-        gaps: rows,
-    }
+fn gap_at(at: usize) -> impl Fn(usize) -> Option<Parting> {
+    move |row| (row == at).then_some(Parting::NamedGap)
+}
+
+fn break_at(at: usize) -> impl Fn(usize) -> Option<Parting> {
+    move |row| (row == at).then_some(Parting::Break)
 }
 
 fn kinds(timed: &Timed) -> Vec<&str> {
@@ -142,9 +143,9 @@ fn an_undocumented_unit_is_settled_by_the_temperature() {
         nominal_rate_hz: None,
         temperature_span_c: span,
     };
-    let warm = judge(raw.clone(), Parts::default(), &claims(70.0), |r| r as u64);
+    let warm = judge(&raw, &claims(70.0), |r| r as u64, |_| None);
     assert_eq!(warm.timing.unit, Some(TimeUnit::Microsecond));
-    let plain = judge(raw, Parts::default(), &claims(0.0), |r| r as u64);
+    let plain = judge(&raw, &claims(0.0), |r| r as u64, |_| None);
     assert_eq!(plain.timing.unit, Some(TimeUnit::Nanosecond));
     assert_eq!(kinds(&plain), ["time-unit-assumed"]);
 }
@@ -169,14 +170,14 @@ fn after_a_named_gap_a_clock_that_runs_backwards_started_anew() {
         nominal_rate_hz: None,
         temperature_span_c: 0.0,
     };
-    let timed = judge(raw.clone(), gap_at(&[100]), &claims, |row| row as u64);
+    let timed = judge(&raw, &claims, |row| row as u64, gap_at(100));
     assert_eq!(kinds(&timed), ["restarted-time"]);
     assert_eq!(timed.restarts, [100]);
     assert!(timed.time_s.unwrap().is_sorted());
     // Elsewhere it is what it looks like.
     assert_eq!(kinds(&judged(raw.clone())), ["backward-time"]);
     assert_eq!(
-        kinds(&judge(raw, gap_at(&[99]), &claims, |row| row as u64)),
+        kinds(&judge(&raw, &claims, |row| row as u64, gap_at(99))),
         ["backward-time"]
     );
 }
@@ -192,11 +193,7 @@ fn a_pause_of_the_recorder_is_nothing_missing() {
     let mut raw: Vec<f64> = (0..200).map(|i| 10.0 * f64::from(i)).collect();
     raw.extend((0..200).map(|i| 6000.0 + 10.0 * f64::from(i)));
     raw.drain(300..303);
-    let parts = Parts {
-        breaks: &[200],
-        gaps: &[],
-    };
-    let timed = judge(raw.clone(), parts, &claims, |row| row as u64 + 1);
+    let timed = judge(&raw, &claims, |row| row as u64 + 1, break_at(200));
     assert_eq!(kinds(&timed), ["pause", "missing-samples"]);
     assert_eq!(timed.findings[0].lines, [[201, 201]]);
     assert!(timed.findings[0].message.contains("4.010 s"));
@@ -204,16 +201,12 @@ fn a_pause_of_the_recorder_is_nothing_missing() {
     assert!((timed.timing.mean_rate_hz.unwrap() - 99.25).abs() < 0.1);
     assert!((timed.timing.duration_s.unwrap() - 7.99).abs() < 1e-9);
     // Where rows are said to be missing they are.
-    let timed = judge(raw.clone(), gap_at(&[200]), &claims, |row| row as u64);
+    let timed = judge(&raw, &claims, |row| row as u64, gap_at(200));
     assert_eq!(kinds(&timed), ["gap", "missing-samples"]);
     assert_eq!(timed.findings[1].count, 403);
     assert!(timed.timing.mean_rate_hz.unwrap() < 50.0);
     // Blank lines where the clock goes on as ever say nothing about it.
-    let parts = Parts {
-        breaks: &[100],
-        gaps: &[],
-    };
-    let timed = judge(raw, parts, &claims, |row| row as u64);
+    let timed = judge(&raw, &claims, |row| row as u64, break_at(100));
     assert_eq!(kinds(&timed), ["gap", "missing-samples"]);
 }
 
@@ -232,14 +225,10 @@ fn a_pause_or_a_gap_at_the_wrap_of_the_counter_is_one() {
         .chain((0..300).map(|i| start + 60e6 + 1e4 * f64::from(i)))
         .map(|t| t % period)
         .collect();
-    let parts = Parts {
-        breaks: &[300],
-        gaps: &[],
-    };
-    let timed = judge(raw.clone(), parts, &claims, |row| row as u64);
+    let timed = judge(&raw, &claims, |row| row as u64, break_at(300));
     assert_eq!(kinds(&timed), ["wrapped-time", "pause"]);
     assert!((timed.timing.mean_rate_hz.unwrap() - 100.0).abs() < 0.1);
-    let timed = judge(raw, gap_at(&[300]), &claims, |row| row as u64);
+    let timed = judge(&raw, &claims, |row| row as u64, gap_at(300));
     assert_eq!(kinds(&timed), ["wrapped-time", "gap", "missing-samples"]);
     assert_eq!(timed.findings[2].count, 5700);
 }

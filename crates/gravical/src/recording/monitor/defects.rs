@@ -1,17 +1,23 @@
-//! What is odd about the samples, found row by row with flat memory: the
-//! findings of [`crate::recording::quality`] without its columns.
+//! What is wrong with the samples themselves: frozen axes, clipping, rows that repeat.
 
-use crate::recording::quality::{
-    Beside, CHANNELS, Clipping, FROZEN_ROWS, FullScale, Repeats, frozen_axis, is_frozen, is_jump,
-};
+use crate::recording::finding::{Finding, LineSpans};
+use crate::recording::full_scale::{Clipping, FullScale};
 use crate::recording::row::{ACCEL, Values};
-use crate::recording::{AccelScale, Finding, GyroScale, LineSpans};
+use crate::recording::units::{AccelScale, GyroScale};
 
-/// Rows from which a channel that never changes is told, as in a batch.
+/// Names of the channels.
+const CHANNELS: [&str; 6] = ["ax", "ay", "az", "gx", "gy", "gz"];
+
+/// Rows an axis has to stay exactly the same, while the others move, to be
+/// called frozen.
+const FROZEN_ROWS: u64 = 100;
+
+/// Rows from which a channel that never changes is told.
 const WHOLE_ROWS: u64 = 20;
 
-/// Follows the samples.
-pub(crate) struct Watch {
+/// Follows the samples, row by row.
+#[derive(Debug, Clone)]
+pub(crate) struct Defects {
     zero_offset: f64,
     resolution: [f64; 6],
     /// Nothing of a smaller magnitude is clipped: of the accelerometer, the gyroscope.
@@ -34,7 +40,7 @@ pub(crate) struct Watch {
 }
 
 /// Rows through which a channel keeps one value.
-#[derive(Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Run {
     from_row: u64,
     from_line: u64,
@@ -42,7 +48,7 @@ struct Run {
     others: [Beside; 2],
 }
 
-impl Watch {
+impl Defects {
     /// `resolution` of the channels as the first rows have it; `gyro`: the scale of the
     /// gyroscope, where there is one.
     pub fn new(
@@ -56,7 +62,7 @@ impl Watch {
             FullScale::of_accel(&accel),
             gyro.map_or_else(|| FullScale::of_accel(&accel), |g| FullScale::of_gyro(&g)),
         ];
-        Watch {
+        Defects {
             zero_offset,
             resolution,
             certain: ends.each_ref().map(FullScale::least),
@@ -73,12 +79,6 @@ impl Watch {
             repeated: Repeats::default(),
             ended: false,
         }
-    }
-
-    /// Three, or six with a gyroscope.
-    #[inline]
-    pub fn channels(&self) -> usize {
-        self.channels
     }
 
     /// A row and the line it stands in.
@@ -161,14 +161,16 @@ impl Watch {
         let length = self.rows - run.from_row;
         let whole = run.from_row == 0 && length >= WHOLE_ROWS && self.ended;
         let frozen = || is_frozen(&run.others, self.resolution[i], length as f64);
-        if (length >= FROZEN_ROWS as u64 || whole) && frozen() {
+        if (length >= FROZEN_ROWS || whole) && frozen() {
             self.longest[i] = self.longest[i].max(length);
             self.frozen[i].push_range(run.from_line, self.last_line, length);
         }
     }
 
-    /// The findings, after the last row.
-    pub fn finish(mut self, findings: &mut Vec<Finding>) {
+    /// The findings, after the last row. Where values are held until the next one comes,
+    /// repeats are ours: `held`.
+    pub fn finish(mut self, held: bool) -> Vec<Finding> {
+        let mut findings = Vec::new();
         self.ended = true;
         for i in 0..CHANNELS.len() {
             if self.still >> i & 1 == 1 {
@@ -177,12 +179,142 @@ impl Watch {
         }
         for (i, lines) in self.frozen.iter().enumerate() {
             if !lines.is_empty() {
-                findings.push(frozen_axis(CHANNELS[i], self.longest[i], lines));
+                findings.push(
+                    Finding::warning(
+                        "frozen-axis",
+                        format!(
+                            "{} stands still to the last digit for {} rows while the others move",
+                            CHANNELS[i], self.longest[i]
+                        ),
+                    )
+                    .at_lines(lines),
+                );
             }
         }
         for (channel, clipped) in CHANNELS.iter().zip(&self.clipped) {
             findings.extend(clipped.finding(channel));
         }
-        findings.extend(self.repeated.finding(self.rows));
+        if !held {
+            findings.extend(self.repeated.finding(self.rows));
+        }
+        findings
+    }
+}
+
+/// What another axis of the sensor does while one keeps its value.
+#[derive(Debug, Clone, Copy, Default)]
+struct Beside {
+    squares: f64,
+    /// Lowest and highest value so far, less the first one.
+    first: Option<f64>,
+    low: f64,
+    high: f64,
+}
+
+impl Beside {
+    /// A value and the one of the row before.
+    #[inline]
+    pub fn see(&mut self, before: f64, now: f64) {
+        let step = now - before;
+        // Empty cells say nothing.
+        if step.is_nan() {
+            return;
+        }
+        self.squares += step * step;
+        let off = now - *self.first.get_or_insert(before);
+        self.low = self.low.min(off);
+        self.high = self.high.max(off);
+    }
+}
+
+/// Steps from row to row, in resolutions and rms, that no live axis hides beside
+/// another that makes them: two of noise.
+const LIVELY: f64 = 2.0 * std::f64::consts::SQRT_2;
+/// Resolutions over which both other axes have to go: a turn or a push about one axis
+/// leaves another alone, nothing leaves it alone that moves both so far.
+const FAR: f64 = 20.0;
+
+/// Whether an axis that keeps one value for `rows` rows is dead: one of the other two
+/// scatters by more than its resolution `step` hides, or both move far. An axis that
+/// lies still is not: with coarse digits it never changes.
+fn is_frozen(others: &[Beside; 2], step: f64, rows: f64) -> bool {
+    let lively = others
+        .iter()
+        .any(|o| o.squares > 0.0 && o.squares >= (LIVELY * step).powi(2) * rows);
+    lively || others.iter().all(|o| o.high - o.low > FAR * step)
+}
+
+/// Steps of the resolution that a channel has to change by to show that a row before
+/// was no new reading.
+const JUMP: f64 = 2.5;
+
+/// True where a channel changes by more than its last digit flips.
+#[inline]
+fn is_jump(before: f64, now: f64, step: f64) -> bool {
+    (now - before).abs() > JUMP * step
+}
+
+/// Rows that repeat the row before in every channel. They are the same reading twice
+/// where the next one is far off, all through the recording. Where the digits are
+/// coarse rows repeat by nature: at rest, until the last digit flips or a motion begins.
+#[derive(Debug, Clone, Default)]
+struct Repeats {
+    spans: LineSpans,
+    /// First and last line of the rows that repeat now, and their number.
+    open: Option<(u64, u64, u64)>,
+    /// Runs of them that ended with a jump, and those that did not.
+    jumped: u64,
+    flipped: u64,
+}
+
+/// Rows for every run that ends with a jump, at most: a rest every four seconds at 25 Hz
+/// is as rare.
+const ROWS_OF_RUN: u64 = 100;
+
+impl Repeats {
+    /// A row, in that line, repeats the one before.
+    #[inline]
+    pub fn repeat(&mut self, line: u64) {
+        match &mut self.open {
+            Some((_, last, count)) => (*last, *count) = (line, *count + 1),
+            None => self.open = Some((line, line, 1)),
+        }
+    }
+
+    /// The last row repeated the one before it.
+    #[inline]
+    pub fn is_open(&self) -> bool {
+        self.open.is_some()
+    }
+
+    /// A row does not repeat the one before, and may be far off.
+    pub fn end(&mut self, jumps: bool) {
+        let Some((first, last, count)) = self.open.take() else {
+            return;
+        };
+        if jumps {
+            self.spans.push_range(first, last, count);
+            self.jumped += 1;
+        } else {
+            self.flipped += 1;
+        }
+    }
+
+    /// What is said of them, after the last of `rows`.
+    pub fn finding(mut self, rows: u64) -> Option<Finding> {
+        // Nothing comes after the last ones: they are as most of the others.
+        self.end(self.jumped > self.flipped);
+        let count = self.spans.count();
+        let often = self.jumped > self.flipped && self.jumped * ROWS_OF_RUN > rows;
+        (often && count >= 10).then(|| {
+            Finding::warning(
+                "repeated-rows",
+                format!(
+                    "{count} rows ({:.0} %) repeat the row before in every channel: the sensor was read faster than it measures",
+                    100.0 * count as f64 / rows.max(1) as f64
+                ),
+            )
+            .at_lines(&self.spans)
+        })
     }
 }

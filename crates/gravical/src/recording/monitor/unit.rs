@@ -1,7 +1,8 @@
-//! The magnitude of the quietest readings: gravity, in whatever unit.
+//! What the values say of their unit: the magnitude of the quietest ones is gravity, in
+//! whatever unit, and counts are whole numbers.
 
-use super::unit_choice::whole;
-use crate::stats::median;
+use crate::recording::unit_choice::whole;
+use crate::stats::{Thinned, median};
 
 /// Rows of one block over which stillness is judged here.
 const BLOCK: usize = 20;
@@ -38,16 +39,12 @@ pub(crate) fn quiet(accel: &[Vec<f64>; 3]) -> Option<Quiet> {
     blocks.finish()
 }
 
-/// The same row by row. Of a long recording every so many blocks count, a power of
-/// two, so that memory is flat.
+/// The same row by row. Of a long recording every so many blocks count.
 #[derive(Debug, Clone)]
-pub(crate) struct QuietBlocks {
+pub(super) struct QuietBlocks {
     rows: [[f64; 3]; BLOCK],
     filled: usize,
-    /// Blocks so far, and every how many of them counts.
-    number: usize,
-    stride: usize,
-    blocks: Vec<Block>,
+    blocks: Thinned<Block, MOST>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -62,9 +59,7 @@ impl Default for QuietBlocks {
         QuietBlocks {
             rows: [[0.0; 3]; BLOCK],
             filled: 0,
-            number: 0,
-            stride: 1,
-            blocks: Vec::new(),
+            blocks: Thinned::default(),
         }
     }
 }
@@ -81,30 +76,14 @@ impl QuietBlocks {
         }
         self.filled += 1;
         if self.filled == BLOCK {
-            self.end_block();
+            self.filled = 0;
+            self.blocks.push_with(|| block(&self.rows));
         }
-    }
-
-    #[inline(never)]
-    fn end_block(&mut self) {
-        if self.number.is_multiple_of(self.stride) {
-            self.blocks.push(block(&self.rows));
-            if self.blocks.len() > MOST {
-                self.stride *= 2;
-                let mut place = 0;
-                self.blocks.retain(|_| {
-                    place += 1;
-                    place % 2 == 1
-                });
-            }
-        }
-        self.number += 1;
-        self.filled = 0;
     }
 
     /// What they say; none without a complete row.
     pub fn finish(&self) -> Option<Quiet> {
-        let mut blocks = self.blocks.clone();
+        let mut blocks = self.blocks.items().to_vec();
         if blocks.is_empty() && self.filled > 0 {
             blocks.extend(self.rows.get(..self.filled).map(block));
         }
@@ -121,6 +100,7 @@ impl QuietBlocks {
     }
 }
 
+#[inline(never)]
 fn block(rows: &[[f64; 3]]) -> Block {
     let n = rows.len() as f64;
     let mut variance = 0.0;
@@ -135,6 +115,76 @@ fn block(rows: &[[f64; 3]]) -> Block {
         variance,
         norm: rows.iter().map(length).sum::<f64>() / n,
         integers: rows.iter().flatten().all(|v| whole(*v)),
+    }
+}
+
+/// Unsigned 16-bit values: whole numbers, most of them around 32768 on every axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Unsigned {
+    /// A value is no unsigned one of 16 bits.
+    refuted: bool,
+    /// Values of each axis, and those of them in the half around 32768.
+    values: [u64; 3],
+    around: [u64; 3],
+}
+
+impl Default for Unsigned {
+    fn default() -> Self {
+        Unsigned {
+            refuted: false,
+            values: [0; 3],
+            around: [0; 3],
+        }
+    }
+}
+
+impl Unsigned {
+    #[inline]
+    pub fn see(&mut self, accel: [f64; 3]) {
+        if self.refuted {
+            return;
+        }
+        for (axis, v) in accel.into_iter().enumerate().filter(|(_, v)| v.is_finite()) {
+            self.refuted |= !(whole(v) && (0.0..65536.0).contains(&v));
+            self.values[axis] += 1;
+            self.around[axis] += u64::from((16384.0..49152.0).contains(&v));
+        }
+    }
+
+    /// Whether they are.
+    pub fn is_so(&self) -> bool {
+        let most = |i: usize| 2 * self.around[i] > self.values[i];
+        !self.refuted && (0..3).all(most)
+    }
+}
+
+/// Whether the values of a gyroscope look like counts: whole numbers that are not all zero.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LooksCounted {
+    whole: bool,
+    moves: bool,
+}
+
+impl Default for LooksCounted {
+    fn default() -> Self {
+        LooksCounted {
+            whole: true,
+            moves: false,
+        }
+    }
+}
+
+impl LooksCounted {
+    #[inline]
+    pub fn see(&mut self, rate: [f64; 3]) {
+        if self.whole {
+            self.whole = rate.iter().all(|v| v.is_nan() || v.fract() == 0.0);
+            self.moves |= rate.iter().any(|v| v.abs() >= 1.0);
+        }
+    }
+
+    pub fn is_so(self) -> bool {
+        self.whole && self.moves
     }
 }
 
@@ -160,18 +210,12 @@ mod tests {
     }
 
     #[test]
-    fn few_rows_are_one_block_and_many_are_thinned_out() {
+    fn few_rows_are_one_block() {
         let mut few = QuietBlocks::default();
         assert_eq!(few.finish(), None);
         few.push([f64::NAN, 0.0, 1.0]);
         assert_eq!(few.finish(), None);
         few.push([3.0, 0.0, 4.0]);
         assert_eq!(few.finish().unwrap().norm, 5.0);
-        let mut many = QuietBlocks::default();
-        for i in 0..BLOCK * (2 * MOST + 3) {
-            many.push([0.0, 0.0, 9.0 + 0.5 * f64::from(i as u32 % 2)]);
-        }
-        assert!(many.blocks.len() <= MOST && many.stride == 4);
-        assert_eq!(many.finish().unwrap().norm, 9.25);
     }
 }

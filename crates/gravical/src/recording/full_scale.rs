@@ -1,0 +1,181 @@
+//! Where the range of a sensor ends, and values that reach its end.
+
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+use super::finding::{Finding, LineSpans};
+use super::units::{AccelScale, AccelUnit, GyroScale, GyroUnit, LSB_PER_DEG_S};
+
+/// Full scales in use, g.
+const FULL_SCALES_G: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
+
+/// Full scales that gyroscopes are sold with, °/s; the ends of the 16-bit range at their
+/// sensitivities come with [`LSB_PER_DEG_S`].
+const FULL_SCALES_DEG_S: [f64; 6] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0];
+
+/// Counts from here on are at the end of a 16-bit converter: some stop a few before it.
+const LARGEST_COUNT: f64 = 32764.0;
+/// … and none is beyond: larger values are of no such converter, which has no end then.
+const END_OF_COUNTS: f64 = 32768.0;
+
+/// Where the range of a sensor ends, in the unit of the file.
+#[derive(Debug, Clone)]
+pub(crate) struct FullScale {
+    /// Magnitudes from and to which a value is at the end.
+    ends: Vec<[f64; 2]>,
+    /// Counts, whose end is certain. In physical units a single value at a full scale
+    /// is chance; the end of the range shows as repeats of one value.
+    counts: bool,
+}
+
+impl FullScale {
+    fn of_counts() -> Self {
+        FullScale {
+            ends: vec![[LARGEST_COUNT, END_OF_COUNTS]],
+            counts: true,
+        }
+    }
+
+    pub fn of_accel(scale: &AccelScale) -> Self {
+        if scale.unit == AccelUnit::Counts {
+            return Self::of_counts();
+        }
+        let per_g = scale.nominal().map(|n| n * STANDARD_GRAVITY_MPS2);
+        let given = scale.lsb_per_g.map(|lsb| 32768.0 / lsb);
+        let ranges = FULL_SCALES_G.into_iter().chain(given);
+        FullScale {
+            // Within two counts of it.
+            ends: per_g
+                .map(|per_g| ranges.map(move |g| g * per_g))
+                .into_iter()
+                .flatten()
+                .map(|full| [full * (1.0 - 2.5 / 32768.0), full * 1.0005])
+                .collect(),
+            counts: false,
+        }
+    }
+
+    /// Where nothing tells the unit, it is °/s or rad/s.
+    pub fn of_gyro(scale: &GyroScale) -> Self {
+        if scale.unit == GyroUnit::Counts {
+            return Self::of_counts();
+        }
+        let given_deg_s = scale.lsb_per_deg_s.map(|lsb| 32768.0 / lsb);
+        let full_deg_s: Vec<f64> = match given_deg_s {
+            Some(given) => vec![given],
+            None => LSB_PER_DEG_S
+                .into_iter()
+                .map(|lsb| 32767.0 / lsb)
+                .chain(FULL_SCALES_DEG_S)
+                .collect(),
+        };
+        let radian = std::f64::consts::PI / 180.0;
+        let units: &[f64] = match scale.unit {
+            GyroUnit::RadianPerSecond => &[radian],
+            GyroUnit::DegreePerSecond => &[1.0],
+            _ => &[1.0, radian],
+        };
+        let ends = full_deg_s
+            .iter()
+            .flat_map(|deg_s| units.iter().map(move |unit| deg_s * unit));
+        FullScale {
+            // Rounded sensitivities, and two decimals.
+            ends: ends
+                .map(|full| [full * 0.9985 - 0.005, full * 1.0015 + 0.005])
+                .collect(),
+            counts: false,
+        }
+    }
+
+    /// No smaller magnitude is at the end.
+    pub fn least(&self) -> f64 {
+        self.ends
+            .iter()
+            .fold(f64::INFINITY, |least, e| least.min(e[0]))
+    }
+
+    fn is_at_end(&self, magnitude: f64) -> bool {
+        self.ends
+            .iter()
+            .any(|[from, to]| magnitude >= *from && magnitude <= *to)
+    }
+}
+
+/// Follows a channel up to the end of its range.
+#[derive(Debug, Clone)]
+pub(crate) struct Clipping {
+    full: FullScale,
+    lines: LineSpans,
+    largest: f64,
+    last: f64,
+    repeats: u64,
+}
+
+impl Clipping {
+    pub fn new(full: FullScale) -> Self {
+        Clipping {
+            full,
+            lines: LineSpans::default(),
+            largest: 0.0,
+            last: f64::NAN,
+            repeats: 0,
+        }
+    }
+
+    /// A value of at least [`FullScale::least`], the offset taken off; smaller ones may
+    /// be left out.
+    pub fn see(&mut self, value: f64, line: u64) {
+        let magnitude = value.abs();
+        if magnitude > self.largest {
+            // What is passed is not the end.
+            if magnitude > 1.004 * self.largest && !self.full.counts {
+                self.lines = LineSpans::default();
+                self.repeats = 0;
+            }
+            self.largest = magnitude;
+        }
+        let near_largest = self.full.counts || magnitude > 0.996 * self.largest;
+        if near_largest && self.full.is_at_end(magnitude) {
+            self.repeats += u64::from(self.last == value);
+            self.last = value;
+            self.lines.push(line);
+        }
+    }
+
+    /// What is said of it; none where nothing is clipped.
+    pub fn finding(&self, channel: &str) -> Option<Finding> {
+        let shown = match self.full.counts {
+            true => self.largest <= END_OF_COUNTS,
+            false => self.repeats >= 3,
+        };
+        (shown && !self.lines.is_empty()).then(|| {
+            Finding::warning(
+                "clipped",
+                format!(
+                    "{channel} reaches the end of its range in {} rows: the true value is larger; record at a wider range",
+                    self.lines.count()
+                ),
+            )
+            .at_lines(&self.lines)
+        })
+    }
+}
+
+/// Rows at which a channel is clipped. In physical units a single value at a
+/// full scale is chance; the end of the range shows as repeats of one value.
+pub(crate) fn clipped_rows(values: &[f64], scale: &AccelScale) -> Vec<usize> {
+    let full = FullScale::of_accel(scale);
+    let at_end: Vec<usize> = values
+        .iter()
+        .enumerate()
+        .filter(|(_, v)| full.is_at_end(v.abs()))
+        .map(|(i, _)| i)
+        .collect();
+    if scale.unit == AccelUnit::Counts {
+        return at_end;
+    }
+    let repeats = at_end
+        .windows(2)
+        .filter(|w| values[w[0]] == values[w[1]])
+        .count();
+    if repeats >= 3 { at_end } else { Vec::new() }
+}

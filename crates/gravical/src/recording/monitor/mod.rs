@@ -1,0 +1,414 @@
+//! What the rows of a recording say of it, row by row and in flat memory: its clock, its
+//! units, its steps, and what is odd.
+//!
+//! Some of it has to be known while rows are read (how stamps are to be read, where a
+//! range ends). That is judged by the first rows, [`Facts`], and held against what all of
+//! them say at the end: where the two do not [agree](Facts::agrees), the recording has to
+//! be read again by the better ones.
+
+mod defects;
+mod unit;
+
+use super::cells::{CellCounts, CellRules, Channels};
+use super::finding::Finding;
+use super::layout::Layout;
+use super::names::Quantity;
+use super::resolution::{self, AxisValues};
+use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
+use super::timing::{Beat, Claims, Parting, Tick, Timekeeper, Timing, Treatment, untimed};
+use super::unit_choice::decide_accel;
+use super::units::{AccelScale, GyroScale, GyroUnit, Origin};
+use super::{POSSIBLE_C, ReadOptions, Recording};
+use crate::stats::{Thinned, median};
+
+pub(crate) use defects::Defects;
+pub use unit::quiet_norm;
+pub(crate) use unit::{LooksCounted, Quiet, quiet};
+use unit::{QuietBlocks, Unsigned};
+
+/// Fewer rows than these are a table of means, or one placement: no rate is needed.
+const LEAST_ROWS: u64 = 40;
+
+/// Values of which the median is taken, at most.
+const SAMPLE: usize = 1 << 13;
+
+/// What the file and the user say of the channels.
+#[derive(Debug, Clone)]
+pub(crate) struct Told {
+    pub layout: Layout,
+    pub options: ReadOptions,
+    /// The rate that the lines above the header claim, Hz.
+    pub metadata_rate_hz: Option<f64>,
+}
+
+impl Told {
+    pub fn channels(&self) -> Channels {
+        Channels {
+            gyro: self.layout.has_gyro(),
+            temperature: self.layout.field(Quantity::Temperature).is_some(),
+        }
+    }
+
+    /// Counts of unsigned 16-bit values begin here, unless the user says where.
+    fn zero_offset(&self, unsigned: bool) -> f64 {
+        let usual = if unsigned { 32768.0 } else { 0.0 };
+        self.options.zero_offset.unwrap_or(usual)
+    }
+
+    fn clock(&self, temperature_span_c: f64) -> Claims {
+        Claims {
+            unit: self.options.time_unit.or(self.layout.time_claim),
+            nominal_rate_hz: self.options.rate_hz.or(self.metadata_rate_hz),
+            temperature_span_c,
+        }
+    }
+
+    /// The gyroscope's unit before any turn has been looked at.
+    pub fn gyro_scale(&self, counted: LooksCounted) -> GyroScale {
+        gyro_by_claim(counted, &self.layout, &self.options)
+    }
+}
+
+/// What has to be known of a recording while its rows are read.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Facts {
+    /// How its stamps are to be read; none where they are of no use.
+    pub beat: Option<Beat>,
+    pub cells: CellRules,
+    /// What is subtracted from the accelerometer's values before their unit is judged.
+    pub zero_offset: f64,
+    pub accel: AccelScale,
+    pub gyro: Option<GyroScale>,
+    /// Steps of ax … gz.
+    pub resolution: [f64; 6],
+    /// The temperatures are °C.
+    pub celsius: bool,
+}
+
+impl Facts {
+    /// Before anything is known.
+    pub fn none() -> Self {
+        Facts {
+            beat: None,
+            cells: CellRules::default(),
+            zero_offset: 0.0,
+            accel: AccelScale {
+                unit: super::units::AccelUnit::Unknown,
+                lsb_per_g: None,
+                origin: Origin::Assumed,
+            },
+            gyro: None,
+            resolution: [0.0; 6],
+            celsius: true,
+        }
+    }
+
+    /// Rows that are read by either come out alike, and so does what is odd about them.
+    pub fn agrees(&self, other: &Facts) -> bool {
+        let beat = match (&self.beat, &other.beat) {
+            (Some(a), Some(b)) => a.agrees(b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        let steps = self.resolution.iter().zip(other.resolution);
+        let mut steps_agree = steps.map(|(a, b)| *a <= 2.0 * b && b <= 2.0 * *a);
+        beat && self.cells.agrees(&other.cells)
+            && self.zero_offset == other.zero_offset
+            && self.celsius == other.celsius
+            && (self.accel.unit, self.accel.lsb_per_g) == (other.accel.unit, other.accel.lsb_per_g)
+            && self.gyro.map(|g| (g.unit, g.lsb_per_deg_s))
+                == other.gyro.map(|g| (g.unit, g.lsb_per_deg_s))
+            && steps_agree.all(|same| same)
+    }
+}
+
+/// Follows the rows of a recording.
+#[derive(Debug, Clone)]
+pub(crate) struct Monitor {
+    told: Told,
+    facts: Facts,
+    channels: Channels,
+    cells: CellCounts,
+    clock: Option<Timekeeper>,
+    unsigned: Unsigned,
+    counted: LooksCounted,
+    quiet: QuietBlocks,
+    axes: [AxisValues; 6],
+    temperature: Temperatures,
+    /// Magnitudes, where nobody said that it is an accelerometer.
+    norms: Option<Thinned<f64, SAMPLE>>,
+    defects: Defects,
+}
+
+/// What is found, in the order in which it is said.
+#[derive(Debug, Default)]
+pub(crate) struct Found {
+    /// About counts and temperatures.
+    pub channels: Vec<Finding>,
+    /// About the stamps.
+    pub clock: Vec<Finding>,
+    /// About empty cells.
+    pub cells: Option<Finding>,
+    /// About the accelerometer's unit.
+    pub unit: Vec<Finding>,
+    /// About the samples.
+    pub values: Vec<Finding>,
+}
+
+/// What all rows came to.
+pub(crate) struct Seen {
+    pub facts: Facts,
+    pub timing: Timing,
+    /// The first stamp itself, s.
+    pub origin_s: Option<f64>,
+    pub found: Found,
+}
+
+impl Monitor {
+    /// By what is told, and known already.
+    pub fn new(told: Told, facts: Facts) -> Self {
+        let channels = told.channels();
+        let stamped = told.layout.field(Quantity::Time).is_some();
+        Monitor {
+            facts,
+            channels,
+            cells: CellCounts::new(channels),
+            clock: stamped.then(|| Timekeeper::new(facts.beat)),
+            unsigned: Unsigned::default(),
+            counted: LooksCounted::default(),
+            quiet: QuietBlocks::default(),
+            axes: Default::default(),
+            temperature: Temperatures::default(),
+            norms: told.layout.guessed.then(Thinned::default),
+            defects: Defects::new(
+                facts.accel,
+                facts.zero_offset,
+                facts.resolution,
+                facts.gyro.filter(|_| channels.gyro),
+            ),
+            told,
+        }
+    }
+
+    /// A row as it stands in the file, and with its cells filled; the line it stands in,
+    /// and what parts it from the row before.
+    #[inline]
+    pub fn see(
+        &mut self,
+        raw: &Values,
+        values: &Values,
+        line: u64,
+        parting: Option<Parting>,
+    ) -> Tick {
+        self.cells.see(raw, line);
+        self.unsigned
+            .see([raw[ACCEL], raw[ACCEL + 1], raw[ACCEL + 2]]);
+        let offset = self.facts.zero_offset;
+        let accel = [values[ACCEL], values[ACCEL + 1], values[ACCEL + 2]].map(|v| v - offset);
+        self.quiet.push(accel);
+        if let Some(norms) = &mut self.norms {
+            norms.push_with(|| accel.iter().map(|v| v * v).sum::<f64>().sqrt());
+        }
+        for (axis, value) in self.axes.iter_mut().zip(accel) {
+            axis.see(value);
+        }
+        if self.channels.gyro {
+            let rate = [values[GYRO], values[GYRO + 1], values[GYRO + 2]];
+            self.counted.see(rate);
+            for (axis, value) in self.axes[3..].iter_mut().zip(rate) {
+                axis.see(value);
+            }
+        }
+        if self.channels.temperature {
+            self.temperature.see(values[TEMPERATURE]);
+        }
+        self.defects.see(values, line);
+        match &mut self.clock {
+            Some(clock) => clock.see(raw[TIME], line, parting),
+            None => Tick {
+                t_s: f64::NAN,
+                restarted: false,
+            },
+        }
+    }
+
+    /// Counts of cells so far.
+    pub fn cells(&self) -> &CellCounts {
+        &self.cells
+    }
+
+    /// What was found, after the last row. Stamps that wrap or start anew were made to go
+    /// on, or kept.
+    pub fn finish(&self, treatment: Treatment) -> Seen {
+        let mut found = Found::default();
+        let options = &self.told.options;
+        let unsigned = options.zero_offset.is_none() && self.unsigned.is_so();
+        if unsigned {
+            found.channels.push(Finding::note(
+                "unsigned-counts",
+                "unsigned 16-bit values around 32768: that is subtracted; the range is not known",
+            ));
+        }
+        let celsius =
+            !self.channels.temperature || self.temperature.is_celsius(&mut found.channels);
+        let span_c = if celsius {
+            self.temperature.span_c()
+        } else {
+            0.0
+        };
+        let claims = self.told.clock(span_c);
+        let (timing, beat, origin_s) = match &self.clock {
+            Some(clock) => {
+                let kept = clock.finish(&claims, treatment, &mut found.clock);
+                (kept.timing, kept.beat, kept.origin_s)
+            }
+            None => (untimed(self.cells.rows(), &claims), None, None),
+        };
+        if timing.rate_hz().is_none() && self.cells.rows() >= LEAST_ROWS {
+            found.clock.push(Finding::note(
+                "rate-unknown",
+                format!(
+                    "no time stamps and no --rate: stills are looked for as at {} Hz",
+                    Recording::ASSUMED_RATE_HZ
+                ),
+            ));
+        }
+        found.cells = self.cells.finding(&self.facts.cells);
+        let quiet = self.quiet.finish();
+        let accel = decide_accel(
+            quiet.map(|q| (q.norm, q.integers)),
+            unsigned,
+            self.told.layout.accel_claim,
+            options,
+            &mut found.unit,
+        );
+        let [a, b, c] = resolution::of_axes(&self.axes[..3]);
+        let [d, e, f] = match self.channels.gyro {
+            true => resolution::of_axes(&self.axes[3..]),
+            false => [0.0; 3],
+        };
+        let held = self.facts.cells.holds();
+        found.values = self.defects.clone().finish(held);
+        found.values.extend(self.not_an_accelerometer(quiet));
+        let without_gravity = self.told.layout.accel_claim.without_gravity;
+        Seen {
+            facts: Facts {
+                beat,
+                cells: self.cells.rules(without_gravity),
+                zero_offset: self.told.zero_offset(unsigned),
+                accel,
+                gyro: self
+                    .channels
+                    .gyro
+                    .then(|| self.told.gyro_scale(self.counted)),
+                resolution: [a, b, c, d, e, f],
+                celsius,
+            },
+            timing,
+            origin_s,
+            found,
+        }
+    }
+
+    /// What is odd about the stamps alone, which stay as they stand in the file.
+    pub fn stamps_as_they_are(&self) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        if let Some(clock) = &self.clock {
+            clock.report(Treatment::Kept, &mut findings);
+        }
+        findings
+    }
+
+    /// Columns that were taken for an accelerometer by their numbers alone and do
+    /// not behave like one: gravity never leaves an accelerometer, so that its
+    /// magnitude at rest and in motion are alike.
+    fn not_an_accelerometer(&self, quiet: Option<Quiet>) -> Option<Finding> {
+        let quiet = quiet?.norm;
+        let norms = self.norms.as_ref()?.items().iter();
+        let mut norms: Vec<f64> = norms.copied().filter(|n| n.is_finite()).collect();
+        let at = ((norms.len() * 49) / 50).min(norms.len().checked_sub(1)?);
+        let (_, high, _) = norms.select_nth_unstable_by(at, f64::total_cmp);
+        (*high > 4.0 * quiet).then(|| {
+            Finding::warning(
+                "not-an-accelerometer",
+                format!("the magnitude is {quiet:.0} at rest and up to {high:.0} in motion: these columns look like a gyroscope"),
+            )
+        })
+    }
+}
+
+/// Temperatures, for their unit and range.
+#[derive(Debug, Clone)]
+struct Temperatures {
+    low: f64,
+    high: f64,
+    some: Thinned<f64, SAMPLE>,
+}
+
+impl Default for Temperatures {
+    fn default() -> Self {
+        Temperatures {
+            low: f64::INFINITY,
+            high: f64::NEG_INFINITY,
+            some: Thinned::default(),
+        }
+    }
+}
+
+impl Temperatures {
+    #[inline]
+    fn see(&mut self, value: f64) {
+        self.low = self.low.min(value);
+        self.high = self.high.max(value);
+        self.some.push_with(|| value);
+    }
+
+    fn span_c(&self) -> f64 {
+        (self.high - self.low).max(0.0)
+    }
+
+    /// Raw counts of a temperature are no °C.
+    fn is_celsius(&self, findings: &mut Vec<Finding>) -> bool {
+        is_celsius(self.some.items(), findings)
+    }
+}
+
+/// Raw counts of a temperature are no °C.
+pub(crate) fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bool {
+    let some = temperature.iter().copied().filter(|t| t.is_finite());
+    let Some(middle) = median(&mut some.collect::<Vec<f64>>()) else {
+        return true;
+    };
+    let fits = POSSIBLE_C.contains(&middle);
+    if !fits {
+        findings.push(Finding::note(
+            "temperature-unit",
+            format!(
+                "the temperature column is around {middle:.0}: no °C (raw counts?); it is not used"
+            ),
+        ));
+    }
+    fits
+}
+
+/// The gyroscope's unit before any turn has been looked at.
+pub(crate) fn gyro_by_claim(
+    counted: LooksCounted,
+    layout: &Layout,
+    options: &ReadOptions,
+) -> GyroScale {
+    let given = options.gyro_unit.map(|unit| (unit, Origin::Given));
+    let claimed = layout.gyro_claim.map(|unit| (unit, Origin::Header));
+    let seen = match counted.is_so() {
+        true => (GyroUnit::Counts, Origin::Data),
+        false => (GyroUnit::Unknown, Origin::Assumed),
+    };
+    let (unit, origin) = given.or(claimed).unwrap_or(seen);
+    GyroScale {
+        unit,
+        lsb_per_deg_s: options
+            .gyro_range_deg_s
+            .map(|range| 32768.0 / range)
+            .or(layout.gyro_lsb_per_deg_s),
+        origin,
+    }
+}

@@ -1,0 +1,363 @@
+//! Rows out of text: how a file is written, which column is which, and its lines one by
+//! one.
+
+use std::io::Read;
+use std::path::Path;
+
+use crate::scan::{Line, Lines};
+use crate::{Error, Result};
+
+use super::ReadOptions;
+use super::dialect::{Dialect, sniff, terminator};
+use super::finding::{Finding, LineSpans};
+use super::head::Head;
+pub(crate) use super::head::HeadChannels;
+use super::layout::{self, Layout, Request};
+use super::ledger::Aside;
+use super::metadata;
+use super::monitor::{Facts, Told};
+use super::open::Input;
+use super::row::{RowDefect, RowScanner, RowStamps, Span, Values};
+use super::rows::{Finished, Item, Rows, Source, Text};
+use super::timing::Treatment;
+
+/// How much of a file is looked at to find its dialect.
+pub(crate) const HEAD: usize = 1 << 18;
+
+/// How a line starts with which a logger names rows that it could not get. After it
+/// the clock of the board may have started anew.
+pub const GAP_LINE: &str = "# gap:";
+
+/// What a file is read for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// It has an accelerometer, and maybe more.
+    Recording,
+    /// Only its gyroscope and its time are wanted.
+    Gyroscope,
+}
+
+/// Lines of a file as rows.
+pub(crate) struct TextRows<R> {
+    lines: Lines<R>,
+    name: String,
+    format: Format,
+    scanner: RowScanner,
+    stamps: RowStamps,
+    /// Where the fields of a line are is asked for.
+    with_spans: bool,
+    spans: Vec<Span>,
+    label: Span,
+    number: u64,
+    /// The last blank line, and how many stand in a row up to it.
+    blank: (u64, u64),
+    nul_lines: LineSpans,
+    foreign_lines: LineSpans,
+    /// A last line without an end is none: it was cut off.
+    cut: bool,
+}
+
+/// How a file is written.
+#[derive(Debug, Clone)]
+pub(crate) struct Format {
+    pub dialect: Dialect,
+    pub layout: Layout,
+}
+
+/// A file whose rows can be read.
+pub(crate) struct OpenFile {
+    pub rows: Rows<TextRows<Box<dyn Read>>>,
+    pub format: Format,
+    /// About the columns.
+    pub findings: Vec<Finding>,
+    /// Its first lines.
+    head: Head,
+    /// They are all there is.
+    pub whole: bool,
+    /// Their text, without NUL bytes.
+    pub head_bytes: Vec<u8>,
+    input: Input,
+}
+
+/// A file that was read to its end.
+pub(crate) struct ReadFile {
+    pub finished: Finished,
+    /// How the file is written, for people.
+    pub description: String,
+    pub sha256: Option<String>,
+    /// About columns, lines and bytes.
+    pub findings: Vec<Finding>,
+}
+
+/// Opens `input`, which `name` stands for in messages: finds dialect and columns, and
+/// judges the first rows, unless `facts` are known.
+///
+/// # Errors
+///
+/// `empty-file`, `no-rows`, `no-accelerometer`, `no-gyroscope`, `columns-unknown` …; what
+/// reading reports.
+pub(crate) fn open_rows(
+    mut input: Input,
+    name: &str,
+    role: Role,
+    options: &ReadOptions,
+    facts: Option<Facts>,
+) -> Result<OpenFile> {
+    let here = Path::new(name);
+    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
+    let mut lines = Lines::new(reader);
+    let head = lines.peek(HEAD).map_err(|e| Error::io(here, e))?.to_vec();
+    let whole = head.len() < HEAD;
+    let lines = lines.with_terminator(terminator(&head));
+    let clean: Vec<u8> = head.iter().copied().filter(|b| *b != 0).collect();
+    let mut findings = Vec::new();
+    let format = find_format(&clean, whole, name, role, options, &mut findings)?;
+    let told = Told {
+        metadata_rate_hz: metadata::rate_hz(&format.dialect.metadata),
+        layout: format.layout.clone(),
+        options: options.clone(),
+    };
+    let keeps_zeros = role == Role::Gyroscope;
+    let of_head = Lines::new(&clean[..]).with_terminator(terminator(&clean));
+    let of_head = TextRows::new(of_head, name, &format, !whole);
+    let head = Head::read(of_head, &told, keeps_zeros);
+    let facts = facts.unwrap_or_else(|| head.facts());
+    let mut rows = Rows::new(
+        TextRows::new(lines, name, &format, false),
+        name,
+        told,
+        facts,
+    );
+    if keeps_zeros {
+        rows = rows.keeping_zeros();
+    }
+    Ok(OpenFile {
+        rows,
+        format,
+        findings,
+        head,
+        whole,
+        head_bytes: clean,
+        input,
+    })
+}
+
+/// Dialect and columns, by the first bytes of a file.
+fn find_format(
+    head: &[u8],
+    whole: bool,
+    name: &str,
+    role: Role,
+    options: &ReadOptions,
+    findings: &mut Vec<Finding>,
+) -> Result<Format> {
+    let here = Path::new(name);
+    if head.iter().all(u8::is_ascii_whitespace) && whole {
+        return Err(Error::input("empty-file", "the file is empty")
+            .at(here, None)
+            .with_hint("record again: nothing was written to this file"));
+    }
+    let min_columns = 3;
+    let dialect = sniff(head, whole, min_columns).ok_or_else(|| {
+        Error::input("no-rows", "there are no rows of at least three numbers in this file")
+            .at(here, None)
+            .with_hint("a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces")
+    })?;
+    let request = Request {
+        columns: options.columns.as_ref(),
+        sensor: options.sensor.as_deref(),
+        file: name,
+    };
+    let mut layout = layout::find(role, &dialect, request, findings)
+        .map_err(|e| e.at(here, dialect.header.as_ref().map(|h| h.lines[1])))?;
+    layout.claim_of_board(&dialect.metadata);
+    Ok(Format { dialect, layout })
+}
+
+impl OpenFile {
+    /// The first rows as channels.
+    pub fn head(&self) -> HeadChannels {
+        self.head.channels(self.rows.facts())
+    }
+
+    /// Every row is given with the places of its fields.
+    pub fn with_spans(mut self) -> Self {
+        self.rows.source_mut().with_spans = true;
+        self
+    }
+
+    /// What was found out; to be asked after the last row.
+    ///
+    /// # Errors
+    ///
+    /// As [`Rows::finish`].
+    pub fn finish(mut self, treatment: Treatment) -> Result<ReadFile> {
+        let finished = self.rows.finish(treatment)?;
+        let mut findings = self.findings;
+        if self.input.is_cut_off() {
+            let rows = finished.ledger.rows;
+            findings.push(Finding::warning(
+                "truncated-file",
+                format!("the packed file ends in the middle; {rows} rows could be unpacked"),
+            ));
+        }
+        findings.extend(finished.ledger.findings());
+        findings.extend(self.rows.source().odd_bytes(&self.input.unpacked));
+        let mut description = self.input.unpacked.clone();
+        description.push(self.format.dialect.description());
+        Ok(ReadFile {
+            finished,
+            description: description.join(", "),
+            sha256: self.input.sha256(),
+            findings,
+        })
+    }
+}
+
+impl<R: Read> TextRows<R> {
+    fn new(lines: Lines<R>, name: &str, format: &Format, cut: bool) -> Self {
+        let scanner = format.layout.scanner(&format.dialect);
+        TextRows {
+            lines,
+            name: name.to_owned(),
+            stamps: format.layout.stamps(),
+            format: format.clone(),
+            with_spans: false,
+            spans: Vec::with_capacity(scanner.fields()),
+            scanner,
+            label: (0, 0),
+            number: 0,
+            blank: (0, 0),
+            nul_lines: LineSpans::default(),
+            foreign_lines: LineSpans::default(),
+            cut,
+        }
+    }
+
+    /// What is odd about the bytes of a file that was `unpacked` so.
+    fn odd_bytes(&self, unpacked: &[String]) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        if !self.nul_lines.is_empty() {
+            findings.push(
+                Finding::warning(
+                    "nul-bytes",
+                    format!("NUL bytes in {} lines; taken out", self.nul_lines.count()),
+                )
+                .at_lines(&self.nul_lines),
+            );
+        }
+        if !self.foreign_lines.is_empty() {
+            findings.push(
+                Finding::note("not-utf8", "text that is not UTF-8; read as Windows-1252")
+                    .at_lines(&self.foreign_lines),
+            );
+        }
+        if let Some(encoding) = unpacked.iter().find(|u| u.starts_with("UTF-16")) {
+            findings.push(Finding::note(
+                "not-utf8",
+                format!("the file is {encoding}; read as such"),
+            ));
+        }
+        findings
+    }
+}
+
+impl<R: Read> Source for TextRows<R> {
+    #[inline]
+    fn next(&mut self, values: &mut Values) -> Result<Option<Item>> {
+        let line = self
+            .lines
+            .next_line()
+            .map_err(|e| Error::io(Path::new(&self.name), e))?;
+        let Some(line) = line.filter(|line| line.terminated || !self.cut) else {
+            return Ok(None);
+        };
+        self.number = line.number;
+        if line.nul_bytes > 0 {
+            self.nul_lines.push(line.number);
+        }
+        if line.number >= self.format.dialect.first_data_line {
+            let scanned = if self.with_spans {
+                self.scanner.scan_spans(line.bytes, values, &mut self.spans)
+            } else {
+                self.scanner.scan(line.bytes, values, &mut self.label)
+            };
+            match scanned {
+                Ok(()) => {
+                    self.stamps.stamp(values);
+                    return Ok(Some(Item::Row));
+                }
+                Err(defect) => {
+                    if std::str::from_utf8(line.bytes).is_err() {
+                        self.foreign_lines.push(line.number);
+                    }
+                    let reason = among(&self.format.dialect, &line, defect, &mut self.blank);
+                    return Ok(Some(Item::Aside(reason)));
+                }
+            }
+        }
+        if std::str::from_utf8(line.bytes).is_err() {
+            self.foreign_lines.push(line.number);
+        }
+        Ok(Some(Item::Aside(before(&self.format.dialect, &line))))
+    }
+
+    #[inline]
+    fn number(&self) -> u64 {
+        self.number
+    }
+
+    #[inline]
+    fn text(&self) -> Text<'_> {
+        let bytes = self.lines.current();
+        let (from, to) = self.label;
+        Text {
+            bytes,
+            spans: &self.spans,
+            label: bytes.get(from as usize..to as usize).unwrap_or_default(),
+        }
+    }
+}
+
+/// A line before the first row.
+fn before(dialect: &Dialect, line: &Line<'_>) -> Aside {
+    match &dialect.header {
+        Some(header) if header.texts.iter().any(|t| t == line.bytes.trim_ascii()) => Aside::Header,
+        _ if !line.bytes.trim_ascii().is_empty() => Aside::Metadata,
+        _ if dialect.regular_blanks > 0 => Aside::RegularBlank,
+        _ => Aside::Blank,
+    }
+}
+
+/// A line of the data part that is no row. Blank lines that stand between the rows
+/// regularly part nothing, and more of them in a row do: `blank` is the last one, and how
+/// many stand in a row up to it.
+fn among(dialect: &Dialect, line: &Line<'_>, defect: RowDefect, blank: &mut (u64, u64)) -> Aside {
+    let text = line.bytes.trim_ascii();
+    let header = dialect.header.as_ref();
+    if !text.is_empty() && header.is_some_and(|h| h.texts.iter().any(|t| t == text)) {
+        return Aside::RepeatedHeader;
+    }
+    if text.starts_with(GAP_LINE.as_bytes()) {
+        return Aside::NamedGap;
+    }
+    if text.starts_with(b"#") || text.starts_with(b"%") || text.starts_with(b"//") {
+        return Aside::Comment;
+    }
+    match defect {
+        RowDefect::Blank => {
+            let (last, run) = *blank;
+            let run = if last + 1 == line.number { run + 1 } else { 1 };
+            *blank = (line.number, run);
+            if run > dialect.regular_blanks {
+                Aside::Blank
+            } else {
+                Aside::RegularBlank
+            }
+        }
+        RowDefect::TooFewFields => Aside::TornLine,
+        RowDefect::TooManyFields => Aside::TooManyFields,
+        RowDefect::NotANumber(_) => Aside::NotANumber,
+        RowDefect::OtherSensor => Aside::OtherSensor,
+    }
+}
