@@ -46,14 +46,20 @@ impl<T, const MOST: usize> Thinned<T, MOST> {
     /// The next item, which is made only where it is kept.
     #[inline]
     pub fn push_with(&mut self, item: impl FnOnce() -> T) {
-        // The stride is a power of two.
-        if self.number & (self.stride - 1) == 0 {
+        if self.keeps_next() {
             self.items.push(item());
             if self.items.len() >= MOST {
                 self.thin();
             }
         }
         self.number += 1;
+    }
+
+    /// Whether the next item is one of those that are kept.
+    #[inline]
+    pub fn keeps_next(&self) -> bool {
+        // The stride is a power of two.
+        self.number & (self.stride - 1) == 0
     }
 
     #[cold]

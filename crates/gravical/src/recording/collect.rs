@@ -6,13 +6,15 @@ use std::path::Path;
 use crate::Result;
 
 use super::dialect::decode;
+use super::layout::Layout;
 use super::monitor::Facts;
-use super::open::Source;
+use super::names::Quantity;
+use super::open::Stored;
 use super::row::{ACCEL, GYRO, TEMPERATURE};
-use super::rows::Row;
+use super::rows::{Finished, Row, Rows, Source};
 use super::text::{OpenFile, Role, open_rows};
 use super::timing::Treatment;
-use super::{Labels, LineMap, ReadOptions, Recording, metadata};
+use super::{Finding, Labels, LineMap, ReadOptions, Recording, metadata};
 
 /// Reads the recording at `path`; `-` is standard input.
 ///
@@ -23,7 +25,7 @@ use super::{Labels, LineMap, ReadOptions, Recording, metadata};
 /// what to do. Everything less is a [`Finding`](super::Finding) of the recording.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
-    collect(Source::of(path), &path.display().to_string(), options)
+    collect(Stored::of(path), &path.display().to_string(), options)
 }
 
 /// Reads a recording that is in memory; `name` stands in messages.
@@ -33,12 +35,13 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
 /// As [`read`].
 pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
-    collect(Source::Memory(bytes.into()), name, options)
+    collect(Stored::Memory(bytes.into()), name, options)
 }
 
 /// Rows as they come.
 #[derive(Default)]
-struct Columns {
+pub(super) struct Columns {
+    zero_offset: f64,
     accel: [Vec<f64>; 3],
     gyro: Option<[Vec<f64>; 3]>,
     temperature: Option<Vec<f64>>,
@@ -49,12 +52,48 @@ struct Columns {
     breaks: Vec<usize>,
 }
 
+/// What is known of a recording besides its rows.
+#[derive(Default)]
+pub(super) struct About {
+    pub name: String,
+    pub sha256: Option<String>,
+    pub description: String,
+    pub serial: Option<String>,
+    pub column_names: Vec<String>,
+    /// About the file.
+    pub findings: Vec<Finding>,
+}
+
 impl Columns {
+    /// Without rows, for the channels of `layout`.
+    pub fn new(layout: &Layout, facts: &Facts) -> Self {
+        let has = |quantity| layout.field(quantity).is_some();
+        Columns {
+            zero_offset: facts.zero_offset,
+            gyro: layout.has_gyro().then(Default::default),
+            temperature: (has(Quantity::Temperature) && facts.celsius).then(Default::default),
+            labels: has(Quantity::Label).then(Default::default),
+            ..Columns::default()
+        }
+    }
+
+    /// All that `rows` has.
+    ///
+    /// # Errors
+    ///
+    /// What reading reports.
+    pub fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
+        while let Some(row) = rows.next_row()? {
+            self.push(&row);
+        }
+        Ok(())
+    }
+
     #[inline]
-    fn push(&mut self, row: &Row<'_>, zero_offset: f64) {
+    fn push(&mut self, row: &Row<'_>) {
         let number = self.time_s.len();
         for (i, channel) in self.accel.iter_mut().enumerate() {
-            channel.push(row.values[ACCEL + i] - zero_offset);
+            channel.push(row.values[ACCEL + i] - self.zero_offset);
         }
         for (i, channel) in self.gyro.iter_mut().flatten().enumerate() {
             channel.push(row.values[GYRO + i]);
@@ -87,10 +126,49 @@ impl Columns {
         };
         labels.of_row.push(index);
     }
+
+    /// The recording, by what all rows came to.
+    pub fn into_recording(self, about: About, mut finished: Finished, facts: &Facts) -> Recording {
+        let mut findings = about.findings;
+        findings.extend(finished.findings());
+        for finding in &mut findings {
+            finding.file = Some(about.name.clone());
+        }
+        let found = finished.facts;
+        let rows = self.time_s.len();
+        let time_s = found.beat.map(|beat| match beat.even_hz {
+            // The mean rate of all rows is better than that of the first.
+            Some(rate_hz) => (0..rows).map(|row| row as f64 / rate_hz).collect(),
+            None => self.time_s,
+        });
+        Recording {
+            name: about.name,
+            sha256: about.sha256,
+            description: about.description,
+            serial: about.serial,
+            column_names: about.column_names,
+            accel: self.accel,
+            gyro: self.gyro,
+            gyro_file: None,
+            temperature_c: self.temperature,
+            time_s,
+            time_origin_s: finished.origin_s,
+            labels: self.labels,
+            breaks: self.breaks,
+            zero_offset: facts.zero_offset,
+            accel_scale: found.accel,
+            gyro_scale: found.gyro,
+            resolution: found.resolution,
+            timing: finished.timing,
+            ledger: finished.ledger,
+            findings,
+            line_map: self.lines,
+        }
+    }
 }
 
 /// All rows; once more where the first of them were misleading.
-fn collect(mut source: Source, name: &str, options: &ReadOptions) -> Result<Recording> {
+fn collect(mut source: Stored, name: &str, options: &ReadOptions) -> Result<Recording> {
     let input = source.open(options.hash)?;
     let file = open_rows(input, name, Role::Recording, options, None)?;
     let facts = *file.rows.facts();
@@ -106,61 +184,20 @@ fn collect(mut source: Source, name: &str, options: &ReadOptions) -> Result<Reco
 
 fn read_all(mut file: OpenFile, name: &str) -> Result<(Recording, Facts)> {
     let facts = *file.rows.facts();
-    let layout = &file.format.layout;
-    let has = |quantity| layout.field(quantity).is_some();
-    let mut columns = Columns {
-        gyro: layout.has_gyro().then(Default::default),
-        temperature: (has(super::names::Quantity::Temperature) && facts.celsius)
-            .then(Default::default),
-        labels: has(super::names::Quantity::Label).then(Default::default),
-        ..Columns::default()
-    };
-    while let Some(row) = file.rows.next_row()? {
-        columns.push(&row, facts.zero_offset);
-    }
+    let mut columns = Columns::new(&file.format.layout, &facts);
+    columns.collect(&mut file.rows)?;
     let dialect = &file.format.dialect;
     let serial = metadata::serial(&dialect.metadata);
     let column_names = dialect.header.as_ref().map(|h| h.names.clone());
     let read = file.finish(Treatment::Repaired)?;
-    let mut finished = read.finished;
-    let mut findings = read.findings;
-    findings.extend(finished.findings());
-    for finding in &mut findings {
-        finding.file = Some(name.to_owned());
-    }
-    let found = finished.facts;
-    let time_s = match found.beat {
-        // The mean rate of all rows is better than that of the first.
-        Some(beat) => Some(match beat.even_hz {
-            Some(rate_hz) => (0..columns.time_s.len())
-                .map(|row| row as f64 / rate_hz)
-                .collect(),
-            None => columns.time_s,
-        }),
-        None => None,
-    };
-    let recording = Recording {
+    let about = About {
         name: name.to_owned(),
         sha256: read.sha256,
         description: read.description,
         serial,
         column_names: column_names.unwrap_or_default(),
-        accel: columns.accel,
-        gyro: columns.gyro,
-        gyro_file: None,
-        temperature_c: columns.temperature,
-        time_s,
-        time_origin_s: finished.origin_s,
-        labels: columns.labels,
-        breaks: columns.breaks,
-        zero_offset: facts.zero_offset,
-        accel_scale: found.accel,
-        gyro_scale: found.gyro,
-        resolution: found.resolution,
-        timing: finished.timing,
-        ledger: finished.ledger,
-        findings,
-        line_map: columns.lines,
+        findings: read.findings,
     };
-    Ok((recording, found))
+    let found = read.finished.facts;
+    Ok((columns.into_recording(about, read.finished, &facts), found))
 }

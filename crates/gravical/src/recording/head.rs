@@ -5,6 +5,13 @@ use crate::Result;
 use super::monitor::{Facts, Told};
 use super::row::{ACCEL, GYRO, SLOTS, TEMPERATURE, Values};
 use super::rows::{Item, Rows, Source};
+use super::timing::Treatment;
+
+/// How often a head is judged at most.
+const MOST_PASSES: u32 = 3;
+
+/// Lines that a head has as a rule.
+const USUAL_LINES: usize = 1 << 13;
 
 /// Lines at the start of a recording, kept.
 #[derive(Debug, Clone)]
@@ -46,7 +53,7 @@ impl HeadChannels {
 impl Head {
     /// All lines that `source` has; what reading reports ends it.
     pub fn read(mut source: impl Source, told: &Told, keeps_zeros: bool) -> Self {
-        let mut lines = Vec::new();
+        let mut lines = Vec::with_capacity(USUAL_LINES);
         let mut values = [f64::NAN; SLOTS];
         while let Ok(Some(item)) = source.next(&mut values) {
             lines.push((source.number(), item, values));
@@ -58,21 +65,9 @@ impl Head {
         }
     }
 
-    /// What is to be known of a recording that begins so: judged until what is found is
-    /// what was assumed.
+    /// What is to be known of a recording that begins so.
     pub fn facts(&self) -> Facts {
-        let mut facts = Facts::none();
-        // The steps tell how stamps are read, which tells whether they are even.
-        for _ in 0..3 {
-            let mut rows = self.rows(facts);
-            while let Ok(Some(_)) = rows.next_row() {}
-            let found = rows.judge();
-            if found.agrees(&facts) {
-                return found;
-            }
-            facts = found;
-        }
-        facts
+        judge(|facts| self.rows(facts))
     }
 
     /// Its rows as channels.
@@ -105,6 +100,27 @@ impl Head {
             true => rows.keeping_zeros(),
             false => rows,
         }
+    }
+}
+
+/// What is to be known of `rows`: judged until what is found is what was assumed. What
+/// reading reports ends them.
+pub(super) fn judge<S: Source>(rows: impl Fn(Facts) -> Rows<S>) -> Facts {
+    let mut facts = Facts::none();
+    let mut passes = 0;
+    // The steps tell how stamps are read, which tells whether they are even.
+    loop {
+        let mut rows = rows(facts);
+        while let Ok(Some(_)) = rows.next_row() {}
+        let found = rows.monitor().finish(Treatment::Repaired).facts;
+        passes += 1;
+        if found.agrees(&facts) || passes == MOST_PASSES {
+            return Facts {
+                resolution: rows.monitor().resolution(),
+                ..found
+            };
+        }
+        facts = found;
     }
 }
 

@@ -37,6 +37,7 @@ mod head;
 pub mod join;
 pub mod layout;
 mod ledger;
+mod memory;
 pub(crate) mod metadata;
 pub(crate) mod monitor;
 pub mod names;
@@ -56,6 +57,7 @@ pub use join::{
 };
 pub use layout::ColumnsSpec;
 pub use ledger::{Aside, Ledger};
+pub use memory::SampleColumns;
 pub use monitor::quiet_norm;
 pub use text::GAP_LINE;
 pub use timing::{TimeUnit, Timing};

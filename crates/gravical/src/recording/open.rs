@@ -42,7 +42,7 @@ impl Input {
 
 /// Where a recording comes from. It may be opened once more: what its first rows say of
 /// it need not hold for the others.
-pub(crate) enum Source {
+pub(crate) enum Stored {
     /// A file.
     File(PathBuf),
     /// Bytes in memory.
@@ -51,13 +51,13 @@ pub(crate) enum Source {
     Spooled(Option<File>),
 }
 
-impl Source {
+impl Stored {
     /// `-` is standard input.
     pub fn of(path: &Path) -> Self {
         if path == Path::new("-") {
-            Source::Spooled(None)
+            Stored::Spooled(None)
         } else {
-            Source::File(path.to_owned())
+            Stored::File(path.to_owned())
         }
     }
 
@@ -69,12 +69,12 @@ impl Source {
     pub fn open(&mut self, hash: bool) -> Result<Input> {
         let here = Path::new("-");
         match self {
-            Source::File(path) => open(path, hash),
-            Source::Memory(bytes) => {
+            Stored::File(path) => open(path, hash),
+            Stored::Memory(bytes) => {
                 let reader = Box::new(io::Cursor::new(bytes.clone()));
                 from_reader(reader, hash).map_err(|e| Error::io(here, e))
             }
-            Source::Spooled(spool) => {
+            Stored::Spooled(spool) => {
                 let file = tempfile::tempfile().map_err(|e| Error::io(here, e))?;
                 let copy = file.try_clone().map_err(|e| Error::io(here, e))?;
                 *spool = Some(file);
@@ -94,7 +94,7 @@ impl Source {
     /// As [`open`].
     pub fn again(&mut self, hash: bool) -> Result<Input> {
         match self {
-            Source::Spooled(Some(file)) => {
+            Stored::Spooled(Some(file)) => {
                 let here = Path::new("-");
                 let mut file = file.try_clone().map_err(|e| Error::io(here, e))?;
                 file.seek(SeekFrom::Start(0))

@@ -7,7 +7,7 @@ use crate::stats::Thinned;
 
 /// Values that are looked at, spread evenly over a channel: of a long one half as many at
 /// least. Enough to meet neighbouring steps, few enough to be sorted in no time.
-const MOST_VALUES: usize = 1 << 13;
+const MOST_VALUES: usize = 1 << 12;
 /// A table of fewer rows holds means, whose differences are no steps.
 const LEAST_ROWS: u64 = 40;
 /// Values nearer than this share of the largest are one value: 9.81 − 9.80 is not
@@ -17,65 +17,99 @@ const SAME: f64 = 3e-7;
 /// Most decimal places of a table of means.
 const MOST_PLACES: i32 = 9;
 
-/// What is kept of the values of an axis to find the steps that they come in.
+/// What is kept of the values of some axes to find the steps that they come in.
 #[derive(Debug, Clone)]
-pub(crate) struct AxisValues {
+pub(crate) struct AxisValues<const N: usize> {
     rows: u64,
-    some: Thinned<f64, MOST_VALUES>,
-    /// The first value, and the least distance of another one to it.
-    first: f64,
-    least: f64,
+    some: Thinned<[f64; N], MOST_VALUES>,
+    /// The first value of each, the least distance of another one to it, and how many
+    /// there were.
+    first: [f64; N],
+    least: [f64; N],
+    others: [u32; N],
+    /// Axes that change so seldom that all rows have to be looked at.
+    seldom: bool,
 }
 
-impl Default for AxisValues {
+/// So many values that differ from the first are met among those that are kept.
+const OFTEN: u32 = 1 << 12;
+
+impl<const N: usize> Default for AxisValues<N> {
     fn default() -> Self {
         AxisValues {
             rows: 0,
             some: Thinned::default(),
-            first: f64::NAN,
-            least: f64::INFINITY,
+            first: [f64::NAN; N],
+            least: [f64::INFINITY; N],
+            others: [0; N],
+            seldom: true,
         }
     }
 }
 
-impl AxisValues {
-    /// The next value; NaN where there is none.
+impl<const N: usize> AxisValues<N> {
+    /// The next values; NaN where there is none.
     #[inline]
-    pub fn see(&mut self, value: f64) {
+    pub fn see(&mut self, values: [f64; N]) {
         self.rows += 1;
-        self.some.push_with(|| value);
-        let off = (value - self.first).abs();
-        if off < self.least {
-            if off > SAME * self.first.abs() {
-                self.least = off;
-            }
-        } else if self.first.is_nan() {
-            self.first = value;
+        self.some.push_with(|| values);
+        if self.seldom {
+            self.see_all(values);
         }
     }
 
-    fn finite(&self) -> impl Iterator<Item = f64> {
-        self.some.items().iter().copied().filter(|v| v.is_finite())
+    #[inline(never)]
+    fn see_all(&mut self, values: [f64; N]) {
+        for (i, v) in values.into_iter().enumerate() {
+            if self.first[i].is_nan() {
+                self.first[i] = v;
+            }
+            let off = (v - self.first[i]).abs();
+            if off > SAME * self.first[i].abs() {
+                self.least[i] = self.least[i].min(off);
+                self.others[i] += 1;
+            }
+        }
+        // An axis without values never changes.
+        let open = |i: usize| self.others[i] < OFTEN && !self.first[i].is_nan();
+        self.seldom = (0..N).any(open) || self.rows < LEAST_ROWS;
+    }
+
+    fn axis(&self, i: usize) -> Axis {
+        let values = self.some.items().iter().map(|values| values[i]);
+        Axis {
+            rows: self.rows,
+            some: values.filter(|v| v.is_finite()).collect(),
+            least: self.least[i],
+        }
+    }
+
+    /// The resolution of three axes, from `from` on.
+    ///
+    /// It is the smallest difference between the values that occur; 0 where nothing
+    /// tells. Not a greatest common divisor: counts of 1/131 °/s that were printed with
+    /// six decimals come in steps of 0.0076, whatever the sixth decimal says. An axis that
+    /// never changes has the steps of the finest other one, which was read and written
+    /// alike; where none changes, and in a table of means, it is the last decimal place
+    /// in use. A channel of values that were computed (filtered, turned, interpolated)
+    /// comes out with a resolution far below its noise.
+    pub fn resolution(&self, from: usize) -> [f64; 3] {
+        of_axes([0, 1, 2].map(|i| self.axis(from + i)))
     }
 }
 
-/// The resolution of each axis of a sensor, in its own unit: the smallest difference
-/// between the values that occur; 0 where nothing tells.
-///
-/// Not a greatest common divisor: counts of 1/131 °/s that were printed with six
-/// decimals come in steps of 0.0076, whatever the sixth decimal says. An axis that
-/// never changes has the steps of the finest other one, which was read and written
-/// alike; where none changes, and in a table of means, it is the last decimal place
-/// in use. A channel of values that were computed (filtered, turned, interpolated)
-/// comes out with a resolution far below its noise.
-pub(crate) fn of_axes(axes: &[AxisValues]) -> [f64; 3] {
-    let steps: Vec<Step> = axes
-        .iter()
-        .map(|axis| match axis.rows {
-            0..LEAST_ROWS => Step::Unknown,
-            _ => smallest_difference(axis),
-        })
-        .collect();
+/// The values of an axis that were kept, without empty ones.
+struct Axis {
+    rows: u64,
+    some: Vec<f64>,
+    least: f64,
+}
+
+fn of_axes(mut axes: [Axis; 3]) -> [f64; 3] {
+    let steps = axes.each_mut().map(|axis| match axis.rows {
+        0..LEAST_ROWS => Step::Unknown,
+        _ => smallest_difference(axis),
+    });
     let least = |of: &dyn Fn(&Step) -> Option<f64>| steps.iter().filter_map(of).reduce(f64::min);
     let certain = least(&|step| match step {
         Step::Certain(step) => Some(*step),
@@ -87,25 +121,23 @@ pub(crate) fn of_axes(axes: &[AxisValues]) -> [f64; 3] {
             _ => None,
         })
     });
-    let fallback = finest.unwrap_or_else(|| decimal_step(axes));
-    let step_of = |i: usize| match steps.get(i) {
-        Some(Step::Certain(step)) => *step,
-        Some(Step::AtMost(step)) => step.min(fallback),
-        Some(Step::Unknown) => fallback,
-        None => 0.0,
-    };
-    std::array::from_fn(step_of)
+    let fallback = finest.unwrap_or_else(|| decimal_step(&axes));
+    steps.map(|step| match step {
+        Step::Certain(step) => step,
+        Step::AtMost(step) => step.min(fallback),
+        Step::Unknown => fallback,
+    })
 }
 
-/// The same of channels in memory.
+/// The [resolution](AxisValues::resolution) of the axes of a sensor in memory, in its unit.
 #[must_use]
 pub fn resolution(channels: &[Vec<f64>; 3]) -> [f64; 3] {
-    let axes = channels.each_ref().map(|values| {
-        let mut axis = AxisValues::default();
-        values.iter().for_each(|v| axis.see(*v));
-        axis
-    });
-    of_axes(&axes)
+    let mut values = AxisValues::<3>::default();
+    let [x, y, z] = channels;
+    for ((x, y), z) in x.iter().zip(y).zip(z) {
+        values.see([*x, *y, *z]);
+    }
+    values.resolution(0)
 }
 
 /// What the values of an axis say of its steps.
@@ -120,23 +152,20 @@ enum Step {
 }
 
 /// The smallest difference between values that occur.
-fn smallest_difference(axis: &AxisValues) -> Step {
-    let mut some: Vec<f64> = axis.finite().collect();
+fn smallest_difference(axis: &mut Axis) -> Step {
+    let some = &mut axis.some;
     some.sort_unstable_by(f64::total_cmp);
     // Where most values occur again, one stray row tells nothing of the rest; where
     // they do not, two rows that repeat tell nothing either.
-    let again: usize = groups(&some)
-        .filter(|g| g.len() > 1)
-        .map(<[f64]>::len)
-        .sum();
+    let again: usize = groups(some).filter(|g| g.len() > 1).map(<[f64]>::len).sum();
     if 2 * again > some.len()
-        && let Some(step) = smallest_gap(&some, 2)
+        && let Some(step) = smallest_gap(some, 2)
     {
         return Step::Certain(step);
     }
     // It may change so seldom that all rows had to be looked at.
     let rare = || axis.least.is_finite().then_some(axis.least);
-    let step = smallest_gap(&some, 1).or_else(rare);
+    let step = smallest_gap(some, 1).or_else(rare);
     step.map_or(Step::Unknown, Step::AtMost)
 }
 
@@ -162,9 +191,9 @@ fn groups(sorted: &[f64]) -> impl Iterator<Item = &[f64]> {
 
 /// The last decimal place that values were written with; 0 where there are more
 /// than nine, and where all of them are zero.
-fn decimal_step(axes: &[AxisValues]) -> f64 {
-    let some = || axes.iter().flat_map(AxisValues::finite);
-    if some().all(|v| v == 0.0) {
+fn decimal_step(axes: &[Axis; 3]) -> f64 {
+    let some = || axes.iter().flat_map(|axis| &axis.some);
+    if some().all(|v| *v == 0.0) {
         return 0.0;
     }
     let written_with = |p: &f64| some().all(|v| ((v * p).round() - v * p).abs() < 1e-4);

@@ -405,9 +405,9 @@ impl<S: Source> Rows<S> {
         self.released > 0
     }
 
-    /// What all rows so far say.
-    pub fn judge(&self) -> Facts {
-        self.monitor.finish(Treatment::Repaired).facts
+    /// What has seen all rows so far.
+    pub fn monitor(&self) -> &Monitor {
+        &self.monitor
     }
 
     /// What was found out; to be asked after the last row.
@@ -438,7 +438,10 @@ impl<S: Source> Rows<S> {
         zeros.extend(self.filler.finding());
         Ok(Finished {
             ledger: std::mem::take(&mut self.ledger),
-            facts: seen.facts,
+            facts: Facts {
+                resolution: self.monitor.resolution(),
+                ..seen.facts
+            },
             timing: seen.timing,
             origin_s: seen.origin_s,
             found,

@@ -13,7 +13,7 @@ use super::cells::{CellCounts, CellRules, Channels};
 use super::finding::Finding;
 use super::layout::Layout;
 use super::names::Quantity;
-use super::resolution::{self, AxisValues};
+use super::resolution::AxisValues;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
 use super::timing::{Beat, Claims, Parting, Tick, Timekeeper, Timing, Treatment, untimed};
 use super::unit_choice::decide_accel;
@@ -132,7 +132,8 @@ pub(crate) struct Monitor {
     unsigned: Unsigned,
     counted: LooksCounted,
     quiet: QuietBlocks,
-    axes: [AxisValues; 6],
+    /// Of ax … gz.
+    axes: AxisValues<6>,
     temperature: Temperatures,
     /// Magnitudes, where nobody said that it is an accelerometer.
     norms: Option<Thinned<f64, SAMPLE>>,
@@ -176,7 +177,7 @@ impl Monitor {
             unsigned: Unsigned::default(),
             counted: LooksCounted::default(),
             quiet: QuietBlocks::default(),
-            axes: Default::default(),
+            axes: AxisValues::default(),
             temperature: Temperatures::default(),
             norms: told.layout.guessed.then(Thinned::default),
             defects: Defects::new(
@@ -208,16 +209,12 @@ impl Monitor {
         if let Some(norms) = &mut self.norms {
             norms.push_with(|| accel.iter().map(|v| v * v).sum::<f64>().sqrt());
         }
-        for (axis, value) in self.axes.iter_mut().zip(accel) {
-            axis.see(value);
-        }
+        let rate = [values[GYRO], values[GYRO + 1], values[GYRO + 2]];
         if self.channels.gyro {
-            let rate = [values[GYRO], values[GYRO + 1], values[GYRO + 2]];
             self.counted.see(rate);
-            for (axis, value) in self.axes[3..].iter_mut().zip(rate) {
-                axis.see(value);
-            }
         }
+        let ([ax, ay, az], [gx, gy, gz]) = (accel, rate);
+        self.axes.see([ax, ay, az, gx, gy, gz]);
         if self.channels.temperature {
             self.temperature.see(values[TEMPERATURE]);
         }
@@ -236,7 +233,18 @@ impl Monitor {
         &self.cells
     }
 
-    /// What was found, after the last row. Stamps that wrap or start anew were made to go
+    /// Steps of ax … gz.
+    pub fn resolution(&self) -> [f64; 6] {
+        let [a, b, c] = self.axes.resolution(0);
+        let [d, e, f] = match self.channels.gyro {
+            true => self.axes.resolution(3),
+            false => [0.0; 3],
+        };
+        [a, b, c, d, e, f]
+    }
+
+    /// What was found, after the last row, but for the [resolution](Self::resolution).
+    /// Stamps that wrap or start anew were made to go
     /// on, or kept.
     pub fn finish(&self, treatment: Treatment) -> Seen {
         let mut found = Found::default();
@@ -281,11 +289,6 @@ impl Monitor {
             options,
             &mut found.unit,
         );
-        let [a, b, c] = resolution::of_axes(&self.axes[..3]);
-        let [d, e, f] = match self.channels.gyro {
-            true => resolution::of_axes(&self.axes[3..]),
-            false => [0.0; 3],
-        };
         let held = self.facts.cells.holds();
         found.values = self.defects.clone().finish(held);
         found.values.extend(self.not_an_accelerometer(quiet));
@@ -300,7 +303,7 @@ impl Monitor {
                     .channels
                     .gyro
                     .then(|| self.told.gyro_scale(self.counted)),
-                resolution: [a, b, c, d, e, f],
+                resolution: self.facts.resolution,
                 celsius,
             },
             timing,

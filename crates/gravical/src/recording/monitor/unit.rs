@@ -8,7 +8,7 @@ use crate::stats::{Thinned, median};
 const BLOCK: usize = 20;
 
 /// Blocks that are kept at most: for a median half of them are enough.
-const MOST: usize = 40_000;
+const MOST: usize = 1 << 12;
 
 /// Median magnitude of the quietest third of the blocks of 20 rows, and
 /// whether all values there are whole numbers. Still or not: gravity dominates
@@ -71,7 +71,9 @@ impl QuietBlocks {
         if !(accel[0] + accel[1] + accel[2]).is_finite() {
             return;
         }
-        if let Some(place) = self.rows.get_mut(self.filled) {
+        if self.blocks.keeps_next()
+            && let Some(place) = self.rows.get_mut(self.filled)
+        {
             *place = accel;
         }
         self.filled += 1;

@@ -101,8 +101,10 @@ impl Beat {
 pub(crate) struct Timekeeper {
     beat: Option<Beat>,
     follower: Option<Follower>,
-    /// Steps as they stand, and without wraps and pauses.
+    /// Steps as they stand.
     steps: Steps,
+    /// Those of them that are wraps and pauses, and what they are without.
+    odd: Steps,
     mended: Steps,
     rows: u64,
     /// Rows with a stamp.
@@ -139,6 +141,7 @@ impl Timekeeper {
             beat,
             follower: beat.map(|b| Follower::new(b.usual, b.unit.seconds())),
             steps: Steps::default(),
+            odd: Steps::default(),
             mended: Steps::default(),
             rows: 0,
             stamped: 0,
@@ -177,13 +180,15 @@ impl Timekeeper {
             follower.part(how);
         }
         let (clock, stamp_s) = follower.see(stamp, line);
-        if !first {
-            self.mended.push(match clock {
-                // Neither lost samples nor bunches.
-                Clock::Paused | Clock::Wrapped { paused: true, .. } => f64::NAN,
-                Clock::Wrapped { period, .. } => step + period,
-                _ => step,
-            });
+        let mended = match clock {
+            // Neither lost samples nor bunches.
+            Clock::Paused | Clock::Wrapped { paused: true, .. } => Some(f64::NAN),
+            Clock::Wrapped { period, .. } => Some(step + period),
+            _ => None,
+        };
+        if let Some(mended) = mended {
+            self.odd.push(step);
+            self.mended.push(mended);
         }
         // What is absent is NaN, which is no maximum.
         self.latest_s = self.latest_s.max(stamp_s);
@@ -267,7 +272,7 @@ impl Timekeeper {
             .map(|rate| rate / per_s)
             .filter(|rate| POSSIBLE.contains(rate))
             .or_else(|| self.mean_rate(follower));
-        let steps = &self.mended;
+        let steps = &self.steps.with(&self.odd, &self.mended);
         let mut timing = Timing {
             unit: Some(unit),
             nominal_rate_hz: claims.nominal_rate_hz,
@@ -280,13 +285,13 @@ impl Timekeeper {
         // Several samples that arrive with one stamp, then a long step: stamps of
         // arrival at the computer, not of sampling.
         let bunched = steps.shorter(0.2 / (per_s * mean_rate.unwrap_or(0.0)));
-        let bursts = bunched * 2 > steps.count() && self.stamped > RAREST_BURST;
-        if bursts && !steps.pauses_only(usual, PAUSE * usual) {
-            findings.push(self.bursts(bunched, mean_rate));
+        let bunches = bunched * 2 > steps.count() && self.stamped > RAREST_BURST;
+        if bunches && !steps.pauses_only(usual, PAUSE * usual) {
+            findings.push(bursts(steps, bunched, mean_rate));
             beat.even_hz = Some(mean_rate.unwrap_or(1.0));
         } else {
             let missing = steps.missing(usual);
-            timing.median_rate_hz = Some(self.steady_rate(usual) / per_s);
+            timing.median_rate_hz = Some(steady_rate(steps, usual) / per_s);
             let regular = steps.between(-1.0, 1.5 * usual);
             timing.jitter_s = regular.deviation().map(|d| d * per_s);
             let all = (self.stamped as f64 + missing).max(1.0);
@@ -307,23 +312,6 @@ impl Timekeeper {
         }
     }
 
-    fn bursts(&self, bunched: u64, mean_rate: Option<f64>) -> Finding {
-        let why = if self.mended.repeats() == bunched {
-            "rows share their stamp with the row before: the stamps are coarser than the sampling (rounded by a spreadsheet, or times of arrival)"
-        } else {
-            "steps are far shorter than the mean: the stamps are times of arrival"
-        };
-        Finding::warning(
-            "burst-time",
-            format!(
-                "{bunched} of {} {why}; the mean rate of {:.2} Hz is used instead",
-                self.mended.count(),
-                mean_rate.unwrap_or(f64::NAN)
-            ),
-        )
-        .counting(bunched)
-    }
-
     /// Rows a second while it was recorded, Hz.
     fn mean_rate(&self, follower: &Follower) -> Option<f64> {
         let (pauses, paused_s) = follower.paused();
@@ -333,13 +321,30 @@ impl Timekeeper {
             .then(|| steps / recorded_s)
             .filter(|rate| POSSIBLE.contains(rate))
     }
+}
 
-    /// The median of millisecond stamps at 62.5 Hz is 16 ms exactly never: use the
-    /// mean of the steps near the median. In rows per unit of the stamps.
-    fn steady_rate(&self, usual: f64) -> f64 {
-        let near = self.mended.between(0.5 * usual, 1.5 * usual);
-        1.0 / if near.count > 0 { near.mean } else { usual }
-    }
+fn bursts(steps: &Steps, bunched: u64, mean_rate: Option<f64>) -> Finding {
+    let why = if steps.repeats() == bunched {
+        "rows share their stamp with the row before: the stamps are coarser than the sampling (rounded by a spreadsheet, or times of arrival)"
+    } else {
+        "steps are far shorter than the mean: the stamps are times of arrival"
+    };
+    Finding::warning(
+        "burst-time",
+        format!(
+            "{bunched} of {} {why}; the mean rate of {:.2} Hz is used instead",
+            steps.count(),
+            mean_rate.unwrap_or(f64::NAN)
+        ),
+    )
+    .counting(bunched)
+}
+
+/// The median of millisecond stamps at 62.5 Hz is 16 ms exactly never: use the
+/// mean of the steps near the median. In rows per unit of the stamps.
+fn steady_rate(steps: &Steps, usual: f64) -> f64 {
+    let near = steps.between(0.5 * usual, 1.5 * usual);
+    1.0 / if near.count > 0 { near.mean } else { usual }
 }
 
 /// Without stamps: the claimed rate is all there is.

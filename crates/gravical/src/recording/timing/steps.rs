@@ -35,10 +35,9 @@ pub(super) struct Steps {
     of_key: HashMap<u32, usize>,
     /// The bin that was met last, and its key.
     last: (u32, usize),
-    /// Steps that do not rise: none, back, not a number.
+    /// Steps of no length.
     zero: u64,
-    falling: u64,
-    unknown: u64,
+    /// All of them, those back and those that are no number included.
     number: u64,
     /// The step at which the stamp changed last.
     changed: Option<u64>,
@@ -94,8 +93,6 @@ impl Steps {
             self.zero += 1;
         } else {
             self.changed = Some(number);
-            self.falling += u64::from(step < 0.0);
-            self.unknown += u64::from(step.is_nan());
         }
     }
 
@@ -114,6 +111,45 @@ impl Steps {
         });
         self.last = (key, at);
         at
+    }
+
+    /// The same with `mended` in place of the steps of `odd`, which are among them.
+    pub fn with(&self, odd: &Steps, mended: &Steps) -> Steps {
+        let mut out = self.clone();
+        out.add(odd, -1.0);
+        out.add(mended, 1.0);
+        out.bins.retain(|bin| bin.count > 0);
+        // Places in it are no longer known.
+        out.of_key.clear();
+        out
+    }
+
+    /// Adds the steps of another, or takes them away; what was said of changes stays.
+    fn add(&mut self, other: &Steps, sign: f64) {
+        let signed = |count: u64| {
+            if sign > 0.0 {
+                count as i64
+            } else {
+                -(count as i64)
+            }
+        };
+        let change = |count: &mut u64, by: u64| *count = count.saturating_add_signed(signed(by));
+        change(&mut self.number, other.number);
+        change(&mut self.zero, other.zero);
+        for (key, place) in &other.of_key {
+            let Some(from) = other.bins.get(*place) else {
+                continue;
+            };
+            let at = self.bin(*key, from.first);
+            if let Some(bin) = self.bins.get_mut(at) {
+                // Sums are of differences to the first step of each.
+                let n = from.count as f64;
+                let off = from.first - bin.first;
+                change(&mut bin.count, from.count);
+                bin.sum += sign * (from.sum + n * off);
+                bin.squares += sign * (from.squares + 2.0 * off * from.sum + n * off * off);
+            }
+        }
     }
 
     /// How many there are.
