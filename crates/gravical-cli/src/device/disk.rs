@@ -4,23 +4,6 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 
-/// Takes batches of whole lines.
-pub trait Disk {
-    /// Appends all of `bytes`, or nothing: a part that was taken is taken back.
-    ///
-    /// # Errors
-    ///
-    /// What the system says, a full disk for instance.
-    fn append(&mut self, bytes: &[u8]) -> io::Result<()>;
-
-    /// What was appended is safe when the power fails.
-    ///
-    /// # Errors
-    ///
-    /// As [`append`](Self::append).
-    fn sync(&mut self) -> io::Result<()>;
-}
-
 /// The most that is looked at for the beginning of a last line without an end; what a
 /// board sends in a line is far shorter.
 const TAIL: u64 = 1 << 16;
@@ -143,10 +126,13 @@ impl Growing {
         self.file.seek(SeekFrom::End(0))?;
         self.sync()
     }
-}
 
-impl Disk for Growing {
-    fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
+    /// Appends all of `bytes`, or nothing: a part that was taken is taken back.
+    ///
+    /// # Errors
+    ///
+    /// What the system says, a full disk for instance.
+    pub fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
         match self.file.write_all(bytes) {
             Ok(()) => {
                 self.length += bytes.len() as u64;
@@ -161,7 +147,12 @@ impl Disk for Growing {
         }
     }
 
-    fn sync(&mut self) -> io::Result<()> {
+    /// What was appended is safe when the power fails.
+    ///
+    /// # Errors
+    ///
+    /// What the system says.
+    pub fn sync(&mut self) -> io::Result<()> {
         match self.file.sync_data() {
             // A pipe or a device that cannot.
             Err(e) if e.kind() == io::ErrorKind::InvalidInput => Ok(()),

@@ -2,8 +2,7 @@
 
 use gravical::recording::frame::{Frame, MOST_BYTES, SampleFrame, Unwrap, decode_frame};
 
-use super::line::{Reason, Row};
-use super::wire::Item;
+use super::wire::{Item, Kind, Reason, Row};
 
 /// The header of a recording that came as frames: counts, and a stamp that goes on
 /// after its wrap.
@@ -44,10 +43,8 @@ impl Frames {
     /// What was begun will not be ended.
     pub fn cut(&mut self) -> Option<Item> {
         let bytes = std::mem::take(&mut self.partial);
-        (!bytes.is_empty()).then(|| Item::Bad {
-            bytes: hex(&bytes, Reason::Half.text()),
-            reason: Reason::Half,
-        })
+        let half = Reason::Half;
+        (!bytes.is_empty()).then(|| Item::rejected(hex(&bytes, half.text()), half))
     }
 
     /// The board started anew: the next stamp is one of another clock.
@@ -64,10 +61,7 @@ impl Frames {
                 let why = text
                     .split_once("not a frame of the board: ")
                     .map_or(text.as_str(), |(_, why)| why);
-                Some(Item::Bad {
-                    bytes: hex(stuffed, why),
-                    reason: Reason::BadFrame,
-                })
+                Some(Item::rejected(hex(stuffed, why), Reason::BadFrame))
             }
         }
     }
@@ -82,13 +76,13 @@ impl Frames {
             bytes.push(',');
             bytes.push_str(&count.to_string());
         }
-        Item::Row {
+        Item {
             bytes: bytes.into_bytes(),
-            row: Row {
+            kind: Kind::Row(Row {
                 stamp: time_us as f64,
                 values: counts.map(f64::from),
                 sequence: Some(sample.sequence),
-            },
+            }),
         }
     }
 }
@@ -101,7 +95,10 @@ fn comment(text: &str) -> Option<Item> {
         .map(|c| if c.is_control() { '?' } else { c })
         .collect();
     let hash = if text.starts_with('#') { "" } else { "# " };
-    (!text.is_empty()).then(|| Item::Comment(format!("{hash}{text}").into_bytes()))
+    (!text.is_empty()).then(|| Item {
+        bytes: format!("{hash}{text}").into_bytes(),
+        kind: Kind::Comment,
+    })
 }
 
 /// Bytes that are no frame as a line of text: pairs of hexadecimal digits, and why.
@@ -131,28 +128,6 @@ impl Clock {
     }
 }
 
-/// Rows that never came, by the number that each frame bears.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Sequence {
-    last: Option<u8>,
-}
-
-impl Sequence {
-    /// How many frames are missing before this one, modulo 256; none where there is
-    /// nothing to tell it by.
-    pub fn see(&mut self, sequence: Option<u8>) -> Option<u64> {
-        let now = sequence?;
-        let last = self.last.replace(now)?;
-        Some(u64::from(now.wrapping_sub(last).wrapping_sub(1)))
-    }
-}
-
-/// The number nearest to `jump` that is `lost` modulo 256: the sequence says it exactly,
-/// the clock how often it went round.
-pub fn lost_frames(lost: u64, jump: u64) -> u64 {
-    lost + (jump.saturating_sub(lost) + 128) / 256 * 256
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,13 +146,7 @@ mod tests {
     fn texts(items: &[Item]) -> Vec<String> {
         items
             .iter()
-            .map(|item| {
-                let (Item::Row { bytes, .. }
-                | Item::Header { bytes, .. }
-                | Item::Comment(bytes)
-                | Item::Bad { bytes, .. }) = item;
-                String::from_utf8(bytes.clone()).unwrap()
-            })
+            .map(|item| String::from_utf8(item.bytes.clone()).unwrap())
             .collect()
     }
 
@@ -227,26 +196,5 @@ mod tests {
         assert_eq!(clock.time_us(1000), 4_294_968_296);
         assert_eq!(clock.time_us(900_000_000), 5_194_967_296);
         assert_eq!(clock.time_us(1_200_000), 1_200_000);
-    }
-
-    #[test]
-    fn sequences_say_what_is_lost() {
-        let mut sequence = Sequence::default();
-        assert_eq!(sequence.see(Some(254)), None);
-        assert_eq!(sequence.see(Some(255)), Some(0));
-        assert_eq!(sequence.see(Some(0)), Some(0));
-        assert_eq!(sequence.see(None), None);
-        assert_eq!(sequence.see(Some(4)), Some(3));
-        assert_eq!(sequence.see(Some(4)), Some(255));
-        for (lost, jump, is) in [
-            (3, 0, 3),
-            (3, 4, 3),
-            (10, 300, 266),
-            (250, 250, 250),
-            (1, 513, 513),
-            (255, 254, 255),
-        ] {
-            assert_eq!(lost_frames(lost, jump), is, "{lost} {jump}");
-        }
     }
 }

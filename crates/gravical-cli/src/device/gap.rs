@@ -61,6 +61,17 @@ pub struct Gap {
 }
 
 impl Gap {
+    /// Nothing is known of it but why.
+    pub fn new(cause: Cause) -> Self {
+        Gap {
+            cause,
+            rows: 0,
+            clock_anew: false,
+            until_end: false,
+            duration_s: 0.0,
+        }
+    }
+
     /// Rows are missing in it, or may be. What lies before a continuation is no matter
     /// of this recording.
     pub fn is_incomplete(&self) -> bool {
@@ -99,11 +110,9 @@ mod tests {
     #[test]
     fn the_lines_say_it_all() {
         let mut gap = Gap {
-            cause: Cause::Unplugged,
             rows: 320,
-            clock_anew: false,
-            until_end: false,
             duration_s: 3.21,
+            ..Gap::new(Cause::Unplugged)
         };
         assert_eq!(
             gap.line(),

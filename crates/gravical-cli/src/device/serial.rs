@@ -11,7 +11,6 @@ use std::time::Duration;
 use gravical::Result;
 use serialport::SerialPort;
 
-use super::source::{Incoming, SampleSource};
 use super::trouble;
 
 /// How long one read waits, and so how late the thread ends at most.
@@ -21,6 +20,17 @@ const READ: Duration = Duration::from_millis(50);
 /// once: 28 bytes of commands take 2.5 ms at 115200 bits a second. A board that was told
 /// to change is silent for 100 ms, while it sets its sensor up.
 const LEAVE: Duration = Duration::from_millis(50);
+
+/// What came within the time.
+#[derive(Debug)]
+pub enum Incoming {
+    /// Bytes, in order.
+    Bytes(Vec<u8>),
+    /// Nothing yet.
+    Nothing,
+    /// Nothing more will come; what the system says.
+    Lost(String),
+}
 
 /// An open port.
 pub struct Serial {
@@ -84,6 +94,44 @@ impl Serial {
         })
     }
 
+    /// Waits at most `timeout` for what comes.
+    pub fn next(&mut self, timeout: Duration) -> Incoming {
+        if let Some(e) = self.failed.take() {
+            return Incoming::Lost(e.to_string());
+        }
+        match self.incoming.recv_timeout(timeout) {
+            Ok(Ok(bytes)) => Incoming::Bytes(bytes),
+            Ok(Err(e)) => Incoming::Lost(e.to_string()),
+            Err(RecvTimeoutError::Timeout) => Incoming::Nothing,
+            Err(RecvTimeoutError::Disconnected) => Incoming::Lost("the port is gone".to_owned()),
+        }
+    }
+
+    /// Sends bytes to the board.
+    ///
+    /// # Errors
+    ///
+    /// What the system says.
+    pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.port.write_all(bytes)?;
+        self.port.flush()
+    }
+
+    /// Waits until what was sent has left, and sets another rate; gives what came at the
+    /// one before.
+    ///
+    /// # Errors
+    ///
+    /// What the system says.
+    pub fn set_baud(&mut self, baud: u32) -> io::Result<Vec<u8>> {
+        self.port.flush()?;
+        std::thread::sleep(LEAVE);
+        self.port.set_baud_rate(baud)?;
+        let (before, failed) = self.taken();
+        self.failed = failed;
+        Ok(before)
+    }
+
     /// Reads no more; what came until now, and once more what one read gives. It ends
     /// however fast bytes come.
     pub fn rest(&mut self) -> Vec<u8> {
@@ -118,34 +166,6 @@ fn is_patience(error: &io::Error) -> bool {
         error.kind(),
         io::ErrorKind::TimedOut | io::ErrorKind::Interrupted | io::ErrorKind::WouldBlock
     )
-}
-
-impl SampleSource for Serial {
-    fn next(&mut self, timeout: Duration) -> Incoming {
-        if let Some(e) = self.failed.take() {
-            return Incoming::Lost(e.to_string());
-        }
-        match self.incoming.recv_timeout(timeout) {
-            Ok(Ok(bytes)) => Incoming::Bytes(bytes),
-            Ok(Err(e)) => Incoming::Lost(e.to_string()),
-            Err(RecvTimeoutError::Timeout) => Incoming::Nothing,
-            Err(RecvTimeoutError::Disconnected) => Incoming::Lost("the port is gone".to_owned()),
-        }
-    }
-
-    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.port.write_all(bytes)?;
-        self.port.flush()
-    }
-
-    fn set_baud(&mut self, baud: u32) -> io::Result<Vec<u8>> {
-        self.port.flush()?;
-        std::thread::sleep(LEAVE);
-        self.port.set_baud_rate(baud)?;
-        let (before, failed) = self.taken();
-        self.failed = failed;
-        Ok(before)
-    }
 }
 
 impl Drop for Serial {

@@ -1,4 +1,5 @@
-//! The board's clock, followed row by row: how many rows are missing where it jumps.
+//! The board's clock and the numbers of its frames, followed row by row: how many rows
+//! are missing where they jump.
 
 use std::collections::VecDeque;
 
@@ -105,6 +106,28 @@ impl Stamps {
     }
 }
 
+/// Rows that never came, by the number that each frame bears.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Sequence {
+    last: Option<u8>,
+}
+
+impl Sequence {
+    /// How many frames are missing before this one, modulo 256; none where there is
+    /// nothing to tell it by.
+    pub fn see(&mut self, sequence: Option<u8>) -> Option<u64> {
+        let now = sequence?;
+        let last = self.last.replace(now)?;
+        Some(u64::from(now.wrapping_sub(last).wrapping_sub(1)))
+    }
+}
+
+/// The number nearest to `jump` that is `lost` modulo 256: the sequence says it exactly,
+/// the clock how often it went round.
+pub fn lost_frames(lost: u64, jump: u64) -> u64 {
+    lost + (jump.saturating_sub(lost) + 128) / 256 * 256
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -167,5 +190,26 @@ mod tests {
         // Repeats, jitter, nothing.
         assert_eq!(steps([0.0, 0.0, 10.0, 19.0, 31.0, 31.0, 40.0]), []);
         assert_eq!(steps([1e300, 2.0]), [Step::Anew]);
+    }
+
+    #[test]
+    fn sequences_say_what_is_lost() {
+        let mut sequence = Sequence::default();
+        assert_eq!(sequence.see(Some(254)), None);
+        assert_eq!(sequence.see(Some(255)), Some(0));
+        assert_eq!(sequence.see(Some(0)), Some(0));
+        assert_eq!(sequence.see(None), None);
+        assert_eq!(sequence.see(Some(4)), Some(3));
+        assert_eq!(sequence.see(Some(4)), Some(255));
+        for (lost, jump, is) in [
+            (3, 0, 3),
+            (3, 4, 3),
+            (10, 300, 266),
+            (250, 250, 250),
+            (1, 513, 513),
+            (255, 254, 255),
+        ] {
+            assert_eq!(lost_frames(lost, jump), is, "{lost} {jump}");
+        }
     }
 }

@@ -1,11 +1,33 @@
-//! What comes from a board, as lines or as frames: bytes to [`Item`]s.
+//! What comes from a board: bytes to [`Item`]s, as lines of text or as the frames of the
+//! firmware's binary format, which have a rate of their own. Where nothing that makes
+//! sense comes as one of them, the other is to be tried: a board may have been left in
+//! its binary format, and one that starts anew is back in its first format.
+
+use serde::Serialize;
 
 use super::frames::Frames;
-use super::line::{Kind, Reason, Row, classify};
-use super::lines::{Framer, Line};
+use super::lines::Lines;
 
-/// What the line begins with in which the firmware says how it is set.
-const OWN_LINE: &str = "# gravical mpu6050_logger";
+/// Without anything that makes sense for so long, frames are given up, s. A board whose
+/// sensor does not answer says so once a second.
+const NO_FRAME_S: f64 = 2.0;
+/// The same for lines of a board that is known to send frames, s: the boot loader takes
+/// up to two seconds.
+const NO_LINE_S: f64 = 3.0;
+/// Bytes that come all the time and are no line for so long, s …
+const GARBAGE_S: f64 = 1.0;
+/// … so many of them …
+const GARBAGE_BYTES: usize = 200;
+/// … and one in so many no character of a text: another rate. A sketch of somebody else
+/// may well say in plain text what it does before it sends rows.
+const ODD_ONE_IN: usize = 5;
+/// They come at least so often, s: the slowest board sends four frames a second.
+const OFTEN_S: f64 = 0.3;
+/// Silence of a board that changes its rate, s: what came before it was no frame, and
+/// has no zero at its end.
+const CHANGES_S: f64 = 0.05;
+/// Silence before the first byte: a board that starts up, and no rest of a line, s.
+const START_UP_S: f64 = 0.3;
 
 /// How the board speaks.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -26,63 +48,145 @@ impl Coding {
             Coding::Text
         }
     }
+}
 
-    /// The one that it is not.
-    pub fn other(self) -> Self {
+/// One row in the board's own units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// The board's clock.
+    pub stamp: f64,
+    /// Specific force along x, y, z; temperature; angular rate about x, y, z.
+    pub values: [f64; 7],
+    /// Counts the rows modulo 256, where the board does so: in its binary format.
+    pub sequence: Option<u8>,
+}
+
+/// Why a line is rejected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reason {
+    /// Its beginning or its end was not seen: a number in it may lack digits.
+    Half,
+    /// Not eight fields.
+    FieldCount,
+    /// A field that is no finite number.
+    NotANumber,
+    /// Bytes of the binary format that are no frame.
+    BadFrame,
+}
+
+impl Reason {
+    /// For people.
+    pub fn text(self) -> &'static str {
         match self {
-            Coding::Text => Coding::Frames,
-            Coding::Frames => Coding::Text,
+            Reason::Half => "its beginning or end was not seen",
+            Reason::FieldCount => "not exactly 8 values",
+            Reason::NotANumber => "a value that is no number",
+            Reason::BadFrame => "no frame",
         }
     }
 }
 
-/// One thing that the board sent. `bytes` are a line of text without its end.
+/// One thing that the board sent.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Item {
+pub struct Item {
+    /// As it stands in a file, without an end of line. What is rejected is as it came, or
+    /// the bytes of a frame in hexadecimal.
+    pub bytes: Vec<u8>,
+    /// What it is.
+    pub kind: Kind,
+}
+
+/// What an [`Item`] is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
     /// A sample.
-    Row {
-        /// As it stands in the file.
-        bytes: Vec<u8>,
-        /// What it says.
-        row: Row,
-    },
-    /// Names of columns.
+    Row(Row),
+    /// Eight names of columns.
     Header {
-        /// The line.
-        bytes: Vec<u8>,
         /// Both of its ends were seen.
         whole: bool,
     },
-    /// A line behind `#`.
-    Comment(Vec<u8>),
+    /// What the board says of itself, behind `#`.
+    Comment,
     /// None of these.
-    Bad {
-        /// What it was; bytes of a frame in hexadecimal.
-        bytes: Vec<u8>,
-        /// Why.
-        reason: Reason,
-    },
+    Rejected(Reason),
+}
+
+impl Item {
+    /// What is none of the others.
+    pub fn rejected(bytes: Vec<u8>, reason: Reason) -> Self {
+        let kind = Kind::Rejected(reason);
+        Item { bytes, kind }
+    }
 }
 
 /// Decodes what comes, in one coding at a time.
 #[derive(Debug, Clone, Default)]
 pub struct Wire {
-    coding: Coding,
-    lines: Framer,
+    /// A port is open.
+    pub open: bool,
+    /// How it is decoded.
+    pub coding: Coding,
+    lines: Lines,
     frames: Frames,
+    /// The port is being set to the rate of it.
+    target: Option<Coding>,
+    /// How the recording is coded that has begun, and whether its board may change that: a
+    /// sketch of somebody else has no frames.
+    recorded: Option<(Coding, bool)>,
+    /// Something made sense since the port has its rate.
+    pub understood: bool,
+    /// From the opening to the first byte, s.
+    silence_s: Option<f64>,
+    /// When something last made sense, or else the rate was set, s.
+    sense_s: f64,
+    /// Bytes since then, and how many of them are in no text.
+    bytes: usize,
+    odd: usize,
+    /// When the last bytes came, or else the port was opened, s.
+    pub last_bytes_s: f64,
+    /// Lines before anything made sense, and the first of them.
+    nonsense: Option<(u64, String)>,
 }
 
 impl Wire {
-    /// How it is decoded.
-    pub fn coding(&self) -> Coding {
-        self.coding
+    /// A port was opened, at the rate of text.
+    pub fn opened(&mut self, now_s: f64) {
+        self.open = true;
+        self.last_bytes_s = now_s;
+        self.listen(now_s, Coding::Text);
     }
 
-    /// From here on it is decoded so; what was begun is forgotten.
-    pub fn switch(&mut self, coding: Coding) {
+    /// What was begun is forgotten.
+    fn listen(&mut self, now_s: f64, coding: Coding) {
         self.coding = coding;
-        self.lines = Framer::default();
+        self.target = None;
+        self.lines = Lines::default();
         self.frames.cut();
+        self.understood = false;
+        self.silence_s = None;
+        (self.sense_s, self.bytes, self.odd) = (now_s, 0, 0);
+    }
+
+    /// The port is gone: what was begun will not be ended.
+    pub fn lost(&mut self) -> Option<Item> {
+        self.open = false;
+        let item = match self.coding {
+            Coding::Text => self.lines.cut(),
+            Coding::Frames => self.frames.cut(),
+        }?;
+        self.admit(self.last_bytes_s, item)
+    }
+
+    /// Whether the first line began when it was listened already.
+    pub fn heard_its_start(&self) -> bool {
+        self.silence_s.is_some_and(|s| s >= START_UP_S)
+    }
+
+    /// A recording begins in this coding.
+    pub fn record(&mut self, changes: bool) {
+        self.recorded = Some((self.coding, changes || self.coding == Coding::Frames));
     }
 
     /// The board started anew: the next stamp is one of another clock.
@@ -90,87 +194,103 @@ impl Wire {
         self.frames.clock_anew();
     }
 
-    /// Takes bytes as they come; gives what they complete.
-    pub fn push(&mut self, bytes: &[u8]) -> Vec<Item> {
-        match self.coding {
-            Coding::Text => {
-                let lines = self.lines.push(bytes);
-                lines
-                    .into_iter()
-                    .flat_map(unglued)
-                    .filter_map(item)
-                    .collect()
+    /// Whether the port has to be set to the rate of `coding`, and is not being set yet.
+    pub fn turns_to(&mut self, coding: Coding) -> bool {
+        let turns = coding != self.coding && self.target.is_none();
+        if turns {
+            self.target = Some(coding);
+        }
+        turns
+    }
+
+    /// The port has that rate; whether it was waited for.
+    pub fn turned(&mut self, now_s: f64) -> bool {
+        let target = self.target.take();
+        if let Some(coding) = target {
+            self.listen(now_s, coding);
+        }
+        target.is_some()
+    }
+
+    /// Takes bytes as they come; gives what they complete, but for what was heard at a
+    /// wrong rate.
+    pub fn push(&mut self, now_s: f64, bytes: &[u8]) -> Vec<Item> {
+        self.silence_s.get_or_insert(now_s - self.sense_s);
+        let odd = |b: &&u8| !(b.is_ascii_graphic() || b.is_ascii_whitespace());
+        self.odd += bytes.iter().filter(odd).count();
+        self.bytes += bytes.len();
+        let pause_s = now_s - std::mem::replace(&mut self.last_bytes_s, now_s);
+        let items = match self.coding {
+            Coding::Text => self.lines.push(bytes),
+            Coding::Frames => {
+                if !self.understood && pause_s >= CHANGES_S {
+                    self.frames.cut();
+                }
+                self.frames.push(bytes)
             }
-            Coding::Frames => self.frames.push(bytes),
-        }
-    }
-
-    /// The port is gone: what was begun will not be ended.
-    pub fn cut(&mut self) -> Option<Item> {
-        match self.coding {
-            Coding::Text => self.lines.cut().map(|line| Item::Bad {
-                bytes: line.bytes,
-                reason: Reason::Half,
-            }),
-            Coding::Frames => self.frames.cut(),
-        }
-    }
-}
-
-/// A board that is reset in the middle of a row goes on with its own line in the same
-/// one: how it is set is too good to be lost with the row.
-fn unglued(mut line: Line) -> Vec<Line> {
-    let own = OWN_LINE.as_bytes();
-    match line.bytes.windows(own.len()).position(|part| part == own) {
-        Some(at) if at > 0 => {
-            let rest = Line {
-                bytes: line.bytes.split_off(at),
-                whole: true,
-            };
-            line.whole = false;
-            vec![line, rest]
-        }
-        _ => vec![line],
-    }
-}
-
-fn item(line: Line) -> Option<Item> {
-    // What an adapter makes of a wire that was at rest the wrong way before.
-    let zeros = line.bytes.iter().take_while(|byte| **byte == 0).count();
-    let bytes = line.bytes.get(zeros..).unwrap_or_default().to_vec();
-    let whole = line.whole;
-    let clean = Line { bytes, whole };
-    let kind = classify(&clean);
-    let bytes = clean.bytes;
-    Some(match kind {
-        Kind::Row(row) => Item::Row { bytes, row },
-        Kind::Comment => Item::Comment(bytes),
-        Kind::Header => Item::Header { bytes, whole },
-        Kind::Blank => return None,
-        Kind::Rejected(reason) => Item::Bad {
-            bytes: line.bytes,
-            reason,
-        },
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_boards_own_line_behind_a_torn_row() {
-        let mut wire = Wire::default();
-        let items = wire.push(
-            b"# a\n5400,0.1\0# gravical mpu6050_logger 1.0\n\0\0# gravical mpu6050_logger 2\n\0\0\n1,2,3,4,5,6,7,8\n",
-        );
-        let [Item::Comment(_), Item::Bad { bytes, reason }, rest @ ..] = items.as_slice() else {
-            panic!("{items:?}")
         };
-        assert_eq!((&bytes[..], *reason), (&b"5400,0.1\0"[..], Reason::Half));
-        let own = |text: &str| Item::Comment(text.into());
-        assert_eq!(rest[0], own("# gravical mpu6050_logger 1.0"));
-        assert_eq!(rest[1], own("# gravical mpu6050_logger 2"));
-        assert!(matches!(rest[2], Item::Row { .. }) && rest.len() == 3);
+        let admitted = items.into_iter();
+        admitted
+            .filter_map(|item| self.admit(now_s, item))
+            .collect()
+    }
+
+    /// All that makes sense, and of the rest what was said at the right rate.
+    fn admit(&mut self, now_s: f64, item: Item) -> Option<Item> {
+        if !matches!(item.kind, Kind::Rejected(_)) {
+            self.understood = true;
+            (self.sense_s, self.bytes, self.odd) = (now_s, 0, 0);
+            return Some(item);
+        }
+        if let Some((coding, _)) = self.recorded
+            && coding != self.coding
+        {
+            // It will be heard at the other rate.
+            return None;
+        }
+        if self.understood {
+            return Some(item);
+        }
+        if self.coding == Coding::Frames {
+            // Whoever begins to listen in the middle waits for a zero.
+            return None;
+        }
+        let first = || {
+            String::from_utf8_lossy(&item.bytes)
+                .chars()
+                .take(60)
+                .collect()
+        };
+        self.nonsense.get_or_insert_with(|| (0, first())).0 += 1;
+        (self.recorded.is_some() || self.is_plain()).then_some(item)
+    }
+
+    /// What came since something made sense, or since the opening, is text.
+    fn is_plain(&self) -> bool {
+        self.odd * ODD_ONE_IN < self.bytes
+    }
+
+    /// How many lines came before anything made sense, and the first of them.
+    pub fn nonsense(&self) -> Option<(u64, &str)> {
+        self.nonsense
+            .as_ref()
+            .map(|(n, first)| (*n, first.as_str()))
+    }
+
+    /// Where nothing makes sense, the other coding.
+    pub fn elsewhere(&self, now_s: f64) -> Option<Coding> {
+        let nothing_s = now_s - self.sense_s;
+        let garbage = nothing_s >= GARBAGE_S
+            && self.bytes >= GARBAGE_BYTES
+            && !self.is_plain()
+            && now_s - self.last_bytes_s < OFTEN_S;
+        match (self.coding, self.recorded) {
+            (Coding::Frames, _) => (nothing_s >= NO_FRAME_S).then_some(Coding::Text),
+            (Coding::Text, Some((_, false))) => None,
+            (Coding::Text, Some((Coding::Frames, _))) => {
+                (garbage || nothing_s >= NO_LINE_S).then_some(Coding::Frames)
+            }
+            (Coding::Text, _) => garbage.then_some(Coding::Frames),
+        }
     }
 }

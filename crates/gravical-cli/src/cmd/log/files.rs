@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use gravical::{Error, Result};
 
 use crate::device::board::{Settings, Wanted};
-use crate::device::disk::{Disk, Growing};
-use crate::device::line::{Kind, classify};
-use crate::device::lines::Framer;
+use crate::device::disk::Growing;
+use crate::device::lines::Lines;
+use crate::device::wire::Kind;
 
 /// How much of a file that is continued is looked at for its header.
 const HEAD: u64 = 1 << 16;
@@ -215,17 +215,14 @@ pub fn continued(path: &Path) -> Result<Continued> {
         Err(e) => return Err(Error::io(path, e)),
     };
     let mut found = Continued::default();
-    let mut framer = Framer::default();
-    // So that the first line is a whole one.
-    framer.push(b"\n");
-    for line in framer.push(&head) {
-        match classify(&line) {
+    for line in Lines::of_file().push(&head) {
+        match line.kind {
             Kind::Comment => {
                 let settings = Settings::parse(&String::from_utf8_lossy(&line.bytes));
                 found.settings = settings.or(found.settings);
             }
-            Kind::Header => {
-                found.header = Some(line.bytes.trim_ascii().to_vec());
+            Kind::Header { .. } => {
+                found.header = Some(line.bytes);
                 return Ok(found);
             }
             _ => {}

@@ -17,8 +17,7 @@ use crate::device::board::MOST_BINARY_HZ;
 use crate::device::event::{End, Event};
 use crate::device::ports::{Target, list};
 use crate::device::recorder::{Action, Options, Recorder};
-use crate::device::serial::Serial;
-use crate::device::source::{Incoming, SampleSource};
+use crate::device::serial::{Incoming, Serial};
 use crate::device::trouble::holders;
 use crate::failure;
 
@@ -262,7 +261,7 @@ impl Session<'_> {
     fn hand_over(&mut self, now_s: f64) -> bool {
         let mut done = true;
         if let Some(batch) = self.recorder.batch() {
-            match self.files.rows(&batch.bytes) {
+            match self.files.rows(&batch) {
                 Ok(()) => {
                     self.recorder.stored();
                     self.disk_error = None;
@@ -275,7 +274,7 @@ impl Session<'_> {
             }
         }
         if let Some(batch) = self.recorder.rejects() {
-            let handed = self.files.rejects(&batch.bytes);
+            let handed = self.files.rejects(&batch);
             self.recorder.rejects_done(handed.is_ok());
             done &= handed.is_ok();
             let file = rejected_path(self.files.path());

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use super::outlet::Outlet;
 use crate::device::board::Settings;
 use crate::device::event::Event;
-use crate::device::line::Reason;
 use crate::device::live::Status;
+use crate::device::wire::Reason;
 use crate::failure::Told;
 
 /// Version of the events.
@@ -295,11 +295,9 @@ mod tests {
     #[test]
     fn gaps_read_like_the_file() {
         let gap = Event::Gap(Gap {
-            cause: Cause::Unplugged,
             rows: 12,
-            clock_anew: false,
-            until_end: false,
             duration_s: 0.5,
+            ..Gap::new(Cause::Unplugged)
         });
         assert_eq!(
             text(&gap, true).unwrap(),

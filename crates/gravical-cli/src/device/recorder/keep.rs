@@ -3,22 +3,16 @@
 
 use std::collections::VecDeque;
 
-use super::RESUME;
 use crate::device::gap::{Cause, Gap};
 
+/// What three blank rows look like.
+const RESUME: &[u8] = b"\n\n\n";
 /// Rows that are kept while the disk takes none: half a minute at 100 Hz.
 pub const KEPT_ROWS: u64 = 3000;
 /// Lines of the board, kept likewise.
 const KEPT_COMMENTS: usize = 500;
 /// Bytes of rejected lines, kept likewise.
 const KEPT_REJECTS: usize = 1 << 16;
-
-/// Bytes for a file, in whole lines.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Batch {
-    /// The lines.
-    pub bytes: Vec<u8>,
-}
 
 #[derive(Debug, Clone)]
 enum Item {
@@ -88,63 +82,48 @@ impl Keep {
         }
     }
 
-    pub fn batch(&self) -> Option<Batch> {
+    pub fn batch(&self) -> Option<Vec<u8>> {
         if self.items.is_empty() {
             return None;
         }
         let mut bytes = Vec::new();
-        let (at, lost) = self.rows_lost();
-        for (i, item) in self.items.iter().enumerate() {
-            if i == at {
-                bytes.extend_from_slice(lost.as_bytes());
-            }
+        // Rows that were dropped are missing before the first one that is left.
+        let mut lost = self.lost().filter(|gap| gap.rows > 0);
+        for item in &self.items {
             match item {
                 Item::Mark(mark) => bytes.extend_from_slice(mark),
                 Item::Resume => bytes.extend_from_slice(RESUME),
                 Item::Comment(comment) => bytes.extend_from_slice(comment),
                 Item::Row(row) => {
-                    bytes.extend_from_slice(row.trim_ascii());
+                    if let Some(gap) = lost.take() {
+                        bytes.extend_from_slice(gap.line().as_bytes());
+                    }
+                    bytes.extend_from_slice(row);
                     bytes.push(b'\n');
                 }
             }
         }
-        if at >= self.items.len() {
-            bytes.extend_from_slice(lost.as_bytes());
+        if let Some(gap) = lost {
+            bytes.extend_from_slice(gap.line().as_bytes());
         }
-        Some(Batch { bytes })
+        Some(bytes)
     }
 
-    /// The line for rows that are lost, and where it stands: before the first one that is
-    /// left. A pause before that one stays next to it.
-    fn rows_lost(&self) -> (usize, String) {
-        let row = |item: &Item| matches!(item, Item::Row(_));
-        let resume = |item: &Item| matches!(item, Item::Resume);
-        let first = self.items.iter().position(row).unwrap_or(self.items.len());
-        let before = first.saturating_sub(1);
-        let at = if self.items.get(before).is_some_and(resume) {
-            before
-        } else {
-            first
-        };
-        let line = match &self.failing {
-            Some((since_s, gap)) if gap.rows > 0 => Gap {
-                duration_s: self.last_failure_s - since_s,
-                ..gap.clone()
-            }
-            .line(),
-            _ => String::new(),
-        };
-        (at, line)
+    /// The gap of the disk that fails.
+    fn lost(&self) -> Option<Gap> {
+        let (since_s, gap) = self.failing.as_ref()?;
+        Some(Gap {
+            duration_s: self.last_failure_s - since_s,
+            ..gap.clone()
+        })
     }
 
     /// The rows that are on their way now, and what was lost before them.
     pub fn stored(&mut self) -> (u64, Option<Gap>) {
         self.items.clear();
         self.comments = 0;
-        let gap = self.failing.take().map(|(since_s, mut gap)| {
-            gap.duration_s = self.last_failure_s - since_s;
-            gap
-        });
+        let gap = self.lost();
+        self.failing = None;
         (std::mem::take(&mut self.rows), gap)
     }
 
@@ -152,7 +131,8 @@ impl Keep {
     pub fn failed(&mut self, now_s: f64) -> bool {
         self.last_failure_s = now_s;
         let first = self.failing.is_none();
-        self.failing.get_or_insert((now_s, nothing_lost()));
+        self.failing
+            .get_or_insert((now_s, Gap::new(Cause::DiskFull)));
         self.drop_rows_over(KEPT_ROWS);
         first
     }
@@ -179,10 +159,8 @@ impl Keep {
         }
     }
 
-    pub fn rejects(&self) -> Option<Batch> {
-        (!self.rejects.is_empty()).then(|| Batch {
-            bytes: self.rejects.clone(),
-        })
+    pub fn rejects(&self) -> Option<Vec<u8>> {
+        (!self.rejects.is_empty()).then(|| self.rejects.clone())
     }
 
     /// Lines that are lost.
@@ -192,15 +170,5 @@ impl Keep {
             self.reject_lines = 0;
         }
         std::mem::take(&mut self.rejects_dropped)
-    }
-}
-
-fn nothing_lost() -> Gap {
-    Gap {
-        cause: Cause::DiskFull,
-        rows: 0,
-        clock_anew: false,
-        until_end: false,
-        duration_s: 0.0,
     }
 }

@@ -24,7 +24,10 @@ pub struct Desk {
 impl Desk {
     pub fn new(options: Options) -> Self {
         let mut desk = Desk {
-            recorder: Recorder::new(options),
+            recorder: Recorder::new(Options {
+                baud: TEXT_BAUD,
+                ..options
+            }),
             now_s: 100.0,
             stamp: 130,
             sent: 0,
@@ -72,10 +75,14 @@ impl Desk {
         self.recorder.tick(self.now_s);
         self.act();
         self.disk();
+        let held = match &self.recorder.state {
+            State::Starting(start) => start.held.len() as u64,
+            _ => 0,
+        };
         assert!(
             self.recorder
                 .account
-                .balances(self.recorder.keep.rows() + self.recorder.start.held_rows())
+                .balances(self.recorder.keep.rows() + held)
         );
     }
 
@@ -98,14 +105,12 @@ impl Desk {
             if self.full {
                 self.recorder.failed(self.now_s, "No space left on device");
             } else {
-                self.file
-                    .push_str(std::str::from_utf8(&batch.bytes).unwrap());
+                self.file.push_str(std::str::from_utf8(&batch).unwrap());
                 self.recorder.stored();
             }
         }
         if let Some(batch) = self.recorder.rejects() {
-            self.rejects
-                .push_str(&String::from_utf8_lossy(&batch.bytes));
+            self.rejects.push_str(&String::from_utf8_lossy(&batch));
             self.recorder.rejects_done(true);
         }
     }

@@ -216,9 +216,20 @@ fn boards_that_say_nothing_or_nonsense() {
         desk.pass(0.1);
     }
     assert!(desk.bauds.contains(&250_000));
-    assert_eq!(desk.fatal(), "no-samples-from-board");
-    // Half of the time it listened for frames.
-    assert!((50..100).contains(&desk.rejects.lines().count()));
+    let error = desk.recorder.take_fatal().unwrap();
+    assert_eq!(error.code(), "no-samples-from-board");
+    // Half of the time it listened for frames; what was said at another rate is not kept.
+    let lines: u32 = error
+        .to_string()
+        .split(' ')
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert!(
+        (40..80).contains(&lines) && desk.rejects.is_empty(),
+        "{error}"
+    );
     // It says why; or it is slow; or it stops again.
     let mut desk = Desk::new(Options::default());
     for _ in 0..10 {
