@@ -3,11 +3,12 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use gravical::estimate::Reading;
-use gravical::estimate::joint::{JointFit, JointOptions, JointPose, Role, joint};
-use gravical::estimate::linear::linear12;
-use gravical::estimate::magnitude::{Kind, MagnitudeOptions, Weights, magnitude};
+use gravical::estimate::joint::{
+    JointFit, JointOptions, JointPose, Preset, PresetOptions, Role, joint, preset,
+};
+use gravical::estimate::predicted;
+use gravical::segment::face::Face;
 use gravical::simulate::means::{Errors, MeanReading, MeansOptions, Part, Planned, Scores};
-use gravical::validate::predicted;
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
 
 /// `work` for every index, on all cores; the order is that of the indices.
@@ -191,36 +192,27 @@ fn readings(means: &[MeanReading], noise: f64) -> Vec<Reading> {
 
 /// Least squares with the faces taken as exact.
 pub fn linear(means: &[MeanReading], options: &MeansOptions) -> Option<Parameters> {
-    let directions: Vec<[f64; 3]> = means
-        .iter()
-        .filter_map(|m| Some(m.face?.direction()))
-        .collect();
-    let found = linear12(
-        &readings(means, options.noise_mps2),
-        &directions,
-        options.gravity_mps2,
-    );
-    found.ok().map(|f| (f.model, f.bias))
+    let faces: Vec<Face> = means.iter().filter_map(|m| m.face).collect();
+    by_preset(means, options, Preset::Linear12(&faces))
 }
 
 /// By the length of gravity, six parameters.
 pub fn magnitude6(means: &[MeanReading], options: &MeansOptions) -> Option<Parameters> {
-    by_magnitude(means, options, Kind::Six)
+    by_preset(means, options, Preset::Magnitude6)
 }
 
 /// … and nine.
 pub fn magnitude9(means: &[MeanReading], options: &MeansOptions) -> Option<Parameters> {
-    by_magnitude(means, options, Kind::Nine)
+    by_preset(means, options, Preset::Magnitude9)
 }
 
-fn by_magnitude(means: &[MeanReading], options: &MeansOptions, kind: Kind) -> Option<Parameters> {
-    let options_of_fit = MagnitudeOptions {
+fn by_preset(means: &[MeanReading], options: &MeansOptions, of: Preset<'_>) -> Option<Parameters> {
+    let options_of_fit = PresetOptions {
+        preset: of,
         gravity: options.gravity_mps2,
         nominal: Some(1.0),
-        kind,
-        weights: Weights::StandardErrors,
     };
-    let found = magnitude(&readings(means, options.noise_mps2), &options_of_fit).ok()?;
+    let found = preset(&readings(means, options.noise_mps2), &options_of_fit).ok()?;
     Some((found.model, found.bias))
 }
 

@@ -5,9 +5,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, SMatrix, SVector};
 
 use super::rests::Rest;
 use crate::calibration_file::AccelerometerSection;
+use crate::estimate::predicted::{sensitivity, variance};
 use crate::gravity::Gravity;
 use crate::uncertainty::{Covariance12, norm_curvature};
-use crate::validate::predicted::{sensitivity, variance};
 use crate::validate::trust::DRIFT_MPS2_PER_C;
 
 /// No mean of a cheap accelerometer is better than this, m/s² (0.1 mg): its bias

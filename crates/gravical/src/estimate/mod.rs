@@ -4,13 +4,11 @@ pub mod accelerometer;
 pub mod ferraris;
 pub mod gyro;
 pub mod joint;
-pub mod linear;
-pub mod magnitude;
+mod observability;
 pub mod pose_noise;
+pub mod predicted;
 mod reading;
 pub mod solve;
-mod undetermined;
-mod wanted;
 
+pub use observability::in_words;
 pub use reading::Reading;
-pub use undetermined::in_words;

@@ -20,8 +20,8 @@ use nalgebra::{Rotation3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 use crate::estimate::joint::JointFit;
+use crate::estimate::predicted;
 use crate::segment::face::{Face, angle_deg};
-use crate::validate::predicted;
 
 use super::poses::{spread_directions, tangents};
 use super::random::{Purpose, either_way, normal, stream, three};

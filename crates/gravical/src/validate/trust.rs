@@ -15,7 +15,7 @@ use crate::gravity::Gravity;
 use crate::stats::{median, standard_deviation};
 use crate::uncertainty::invariant_derivatives;
 
-use super::predicted;
+use crate::estimate::predicted;
 
 /// Free poses that are proposed.
 const PROPOSED: usize = 3;

@@ -11,12 +11,10 @@ mod sessions;
 
 use gravical::estimate::Reading;
 use gravical::estimate::joint::{
-    JointError, JointFit, JointOptions, JointPose, Role, TiltFrom, joint,
+    JointError, JointFit, JointOptions, JointPose, Preset, PresetOptions, Role, TiltFrom, joint,
+    preset,
 };
-
-use gravical::estimate::linear::linear12;
-use gravical::estimate::magnitude::{Kind, MagnitudeOptions, Weights, magnitude};
-use gravical::segment::face::angle_deg;
+use gravical::segment::face::{Face, angle_deg};
 use gravical::simulate::means::{Errors, MeanReading, MeansOptions, Part, Planned};
 use gravical_core::matrix3;
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
@@ -298,7 +296,7 @@ fn three_proposed_poses_are_worth_more_than_three_of_chance() {
                 let fit = joint(&poses(&means, true), &options(Some(1.0))).unwrap();
                 let matrix = matrix3::inverse(&fit.model).unwrap();
                 let noise = MeansOptions::default().noise_mps2;
-                gravical::validate::predicted::propose(&matrix, &fit.covariance, G, noise, 3)
+                gravical::estimate::predicted::propose(&matrix, &fit.covariance, G, noise, 3)
                     .into_iter()
                     .map(|(n, _)| Planned::Free(n))
                     .collect()

@@ -3,6 +3,7 @@
 
 mod faces;
 mod poses;
+mod presets;
 mod sensors;
 
 use gravical_core::calibration::Calibration;
@@ -11,14 +12,13 @@ use gravical_core::matrix3;
 use crate::Result;
 use crate::calibration_file::{FitQuality, PlacementTilt};
 use crate::recording::{Finding, Recording};
-use crate::segment::Segmentation;
 use crate::segment::face::{AxisMap, Face, angle_deg};
+use crate::segment::{Placement, Segmentation};
 
 pub use sensors::one_sensor;
 
 use super::ferraris;
-use super::joint::JointFit;
-use super::magnitude::Kind;
+use super::joint::{JointFit, Preset};
 use super::pose_noise::{PoseNoise, pose_noise};
 
 /// How the accelerometer is estimated.
@@ -81,7 +81,7 @@ impl Default for EstimateOptions {
 }
 
 /// What a placement was used for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Use {
     /// The face it was fitted as, axes of the case.
     pub face: Option<Face>,
@@ -99,6 +99,18 @@ pub struct Use {
     pub left_out_sd: Option<f64>,
     /// Left out because it does not fit: chance of that.
     pub bad: Option<f64>,
+}
+
+impl Use {
+    /// By a method that knows faces only, and nothing of their tilts.
+    fn on_face(face: Option<Face>, placement: &Placement) -> Self {
+        Use {
+            face,
+            fitted: face.is_some(),
+            tilt_deg: face.map(|_| (placement.angle_deg, None)),
+            ..Use::default()
+        }
+    }
 }
 
 /// An estimated accelerometer, axes of the case.
@@ -183,10 +195,20 @@ pub fn accelerometer(session: &Session<'_>, options: &EstimateOptions) -> Result
     }
     match options.method {
         Method::Ferraris => faces::by_ferraris(session, options, noise),
-        Method::Linear12 => faces::by_linear(session, noise),
         Method::Joint => poses::by_joint(session, options, noise, nominal),
-        Method::Magnitude9 => poses::by_magnitude(session, Kind::Nine, noise, nominal),
-        Method::Magnitude6 => poses::by_magnitude(session, Kind::Six, noise, nominal),
+        Method::Linear12 => presets::by_linear(session, noise, nominal),
+        Method::Magnitude9 => presets::by_magnitude(
+            session,
+            (options.method, Preset::Magnitude9),
+            noise,
+            nominal,
+        ),
+        Method::Magnitude6 => presets::by_magnitude(
+            session,
+            (options.method, Preset::Magnitude6),
+            noise,
+            nominal,
+        ),
     }
 }
 

@@ -1,15 +1,12 @@
-//! Methods that take poses of any kind.
+//! The joint fit.
 
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 
 use crate::calibration_file::{FitQuality, PlacementTilt, TiltSource};
 use crate::estimate::joint::{JointFit, JointOptions, JointPose, Role, TiltFrom, joint};
-use crate::estimate::magnitude::{
-    Kind, MagnitudeOptions, NEIGHBOUR_DEG, Weights, leave_out, magnitude,
-};
 use crate::estimate::pose_noise::PoseNoise;
-use crate::estimate::{Reading, ferraris, undetermined};
+use crate::estimate::{ferraris, observability};
 use crate::segment::Placement;
 use crate::segment::face::{AxisMap, Claim, Face};
 use crate::{Error, Result};
@@ -64,8 +61,8 @@ pub(super) fn by_joint(
         ferraris::accelerometer(faces, session.gravity, Some(session.axes))?;
     }
     let (poses, joint_options) = joint_problem(session, options, &noise, nominal);
-    let fit =
-        joint(&poses, &joint_options).map_err(|e| undetermined::explain(e, placements, session))?;
+    let fit = joint(&poses, &joint_options)
+        .map_err(|e| observability::explain(e, placements, session))?;
     let turned = matrix3::scale_rows(&fit.model, &matrix3::row_norms(&fit.model).map(|k| 1.0 / k));
     let hand = matrix3::det(&turned);
     if hand <= 0.0 {
@@ -150,85 +147,6 @@ fn quality(fit: &JointFit, model: &[[f64; 3]; 3], prior: bool) -> FitQuality {
         tilt_freedom: fit.gamma,
         prior,
     }
-}
-
-/// Parameters from the length of gravity alone; the frame is fixed by the
-/// triangular convention.
-pub(super) fn by_magnitude(
-    session: &Session<'_>,
-    kind: Kind,
-    noise: PoseNoise,
-    nominal: Option<f64>,
-) -> Result<Estimate> {
-    let placements = &session.segmentation.placements;
-    let readings: Vec<Reading> = placements.iter().map(Reading::from).collect();
-    let options = MagnitudeOptions {
-        gravity: session.gravity,
-        nominal,
-        kind,
-        // Real sensors miss the model by more than the noise of their means.
-        weights: Weights::Alike,
-    };
-    let fit = magnitude(&readings, &options)?;
-    let left_out = leave_out(&readings, &options, NEIGHBOUR_DEG)?;
-    let axes = session.axes;
-    let model = fit.model.map(|row| axes.to_case(row));
-    let matrix = axes.rows_to_case(&fit.matrix);
-    let mut covariance = fit.covariance;
-    if let Some(c) = &mut covariance {
-        axes.columns_to_case(c);
-    }
-    let uses = placements
-        .iter()
-        .zip(&left_out.errors_mps2)
-        .map(|(p, error)| {
-            let force = axes.to_case(fit.calibrated(p.mean));
-            let length = matrix3::norm(&force);
-            Use {
-                face: None,
-                fitted: true,
-                tilt_deg: None,
-                direction: Some(force.map(|f| f / length)),
-                left_out_error: *error,
-                left_out_sd: None,
-                bad: None,
-            }
-        })
-        .collect();
-    Ok(Estimate {
-        method: match kind {
-            Kind::Nine => Method::Magnitude9,
-            Kind::Six => Method::Magnitude6,
-        },
-        model,
-        bias: fit.bias,
-        calibration: Calibration {
-            matrix,
-            bias: fit.bias,
-        },
-        covariance,
-        uses,
-        tilt: None,
-        degrees_of_freedom: fit.freedom as u32,
-        faces: ferraris::sort_into_faces(placements, session.recordings).ok(),
-        face_angle_rms_deg: None,
-        quality: Some(FitQuality {
-            chi2_per_freedom: fit
-                .chi2
-                .filter(|_| fit.freedom > 0)
-                .map(|c| c / fit.freedom as f64),
-            freedom: fit.freedom as f64,
-            model_error_mps2: 0.0,
-            condition: Some(fit.condition).filter(|c| c.is_finite()),
-            oriented: false,
-            shared_tilts: false,
-            tilt_freedom: 0.0,
-            prior: false,
-        }),
-        joint: None,
-        noise,
-        findings: Vec::new(),
-    })
 }
 
 /// True when `name` is the label of a placement, or its file.

@@ -3,8 +3,8 @@
 use gravical_core::matrix3;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use crate::estimate::predicted;
 use crate::segment::face::angle_deg;
-use crate::validate::predicted;
 
 use super::Held;
 use super::fit::{Fit, Pose, rough_fit};
@@ -71,6 +71,7 @@ pub(super) fn worst(work: &[Pose], found: &Fit, bad: &[Option<f64>]) -> Misfits 
         prior: found.model.prior,
         model_error: 0.0,
         scatter: found.model.scatter,
+        lengths: None,
     };
     match rough_fit(work, &held, &found.start()) {
         Some(whole) if whole.freedom >= LEAST_FREEDOM => judge(work, &whole, &held),

@@ -3,10 +3,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::estimate::solve::{Jacobian, Problem};
+use crate::estimate::solve::Problem;
 
 use super::fit::Fit;
-use super::model::norm;
+use super::model::{Rows, norm};
 
 /// The quantities that are corrected: lengths of the rows of M, then b.
 const QUANTITIES: usize = 6;
@@ -73,7 +73,7 @@ pub(super) fn second_order(found: &Fit) -> Option<SecondOrder> {
 
 /// Gradient and second derivatives of every quantity by the shared parameters.
 fn quantities(found: &Fit) -> Vec<(DVector<f64>, DMatrix<f64>)> {
-    let elements = found.model.elements();
+    let elements = found.model.elements.list();
     let p = elements.len();
     (0..QUANTITIES)
         .map(|a| {
@@ -107,18 +107,9 @@ impl Block {
     fn at(found: &Fit, block: usize, c: &DMatrix<f64>) -> Option<(Block, DVector<f64>)> {
         let model = &found.model;
         let p = model.shared();
-        let shape = model.shape(block);
-        let (m, q) = (shape.residuals, shape.local);
-        let (mut r, mut shared) = (vec![0.0; m], vec![0.0; m * p]);
-        let mut local = vec![0.0; m * q];
-        let jacobian = Jacobian {
-            shared: &mut shared,
-            local: &mut local,
-        };
-        model.evaluate(&found.state, block, &mut r, Some(jacobian));
-        let local = DMatrix::from_row_slice(m, q, &local);
+        let Rows { shared, local, .. } = model.rows(&found.state, block);
+        let q = local.ncols();
         let own = local.tr_mul(&local).try_inverse()?;
-        let shared = DMatrix::from_row_slice(m, p, &shared);
         let follows = -&own * local.tr_mul(&shared);
         let shared = shared + &local * &follows;
         let mut turn = DMatrix::identity(p + q, p + q);

@@ -3,10 +3,10 @@
 
 use gravical_core::matrix3;
 
-use crate::estimate::solve::{Covariance, Factor, Jacobian, Options, Problem, solve};
+use crate::estimate::solve::{Covariance, Factor, Options, Problem, solve};
 use crate::segment::face::Face;
 
-use super::model::{Direction, Model, Place, Reading, State, unit};
+use super::model::{Direction, Elements, Model, Place, Reading, State, unit};
 
 /// A mean reading and what it is taken for, in axes of the board.
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +38,9 @@ pub(super) struct Held {
     /// Standard deviation of poses of one group about their tilt, rad for each
     /// of two components.
     pub scatter: f64,
+    /// Only the length of gravity counts, alike in all poses: these elements are
+    /// fitted to calibrated values.
+    pub lengths: Option<Elements>,
 }
 
 /// Where a search starts.
@@ -93,7 +96,12 @@ pub(super) fn rough_fit(poses: &[Pose], held: &Held, start: &Start) -> Option<Fi
     fit_with(&ROUGH, poses, held, start)
 }
 
-fn fit_with(options: &Options, poses: &[Pose], held: &Held, start: &Start) -> Option<Fit> {
+pub(super) fn fit_with(
+    options: &Options,
+    poses: &[Pose],
+    held: &Held,
+    start: &Start,
+) -> Option<Fit> {
     let (model, state, place_of) = placed(poses, held, start)?;
     let (state, summary) = solve(&model, state, options);
     let factor = Factor::new(&model, &state)?;
@@ -131,9 +139,13 @@ type Placed = (Model, State, Vec<Option<usize>>);
 
 fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
     // Without faces on two axes nothing holds the frame to the case.
-    let triangular = axes_of(poses) < 2;
+    let elements = held.lengths.unwrap_or(if axes_of(poses) < 2 {
+        Elements::Triangular
+    } else {
+        Elements::All
+    });
     let Start { mut m, b, .. } = *start;
-    if triangular {
+    if elements != Elements::All {
         m = upper(&m)?;
     }
     let known = |k: usize| {
@@ -151,7 +163,7 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
             if pose.left_out {
                 return None;
             }
-            let face = pose.face.filter(|_| !triangular);
+            let face = pose.face.filter(|_| elements == Elements::All);
             let repeated = |f: Face| poses.iter().filter(|p| p.is_of(pose.group, f)).count() > 1;
             let across = match face {
                 Some(f) if repeated(f) => held.scatter * held.gravity * matrix3::norm(&m[f.axis]),
@@ -199,7 +211,8 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
         tilt: held.tilt,
         scatter: held.scatter,
         prior: held.prior,
-        triangular,
+        elements,
+        calibrated: held.lengths.is_some(),
     };
     Some((model, State { m, b, at }, place_of))
 }
@@ -241,23 +254,26 @@ impl Fit {
         let p = model.shared();
         let mut taken_by_priors = 0.0;
         let mut faces = 0;
-        let mut readings = 0;
+        let (mut readings, mut locals) = (0, 0);
         let Some(values) = &self.covariance.values else {
             return;
         };
         for (k, place) in model.places.iter().enumerate() {
             readings += place.readings.len();
             let shape = model.shape(k);
+            locals += shape.local;
             let mut r = vec![0.0; shape.residuals];
             model.evaluate(&self.state, k, &mut r, None);
             for (r, sd) in r.iter().zip(place.readings.iter().flat_map(|r| r.sd)) {
                 self.chi2 += r * r;
                 self.chi2_slope += (r / sd).powi(2);
             }
-            if let Direction::Tilted(d) = self.state.at[k] {
+            if let Direction::Tilted(d) = self.state.at[k]
+                && shape.local > 0
+            {
                 faces += 1;
                 self.tilt_squares += d[0] * d[0] + d[1] * d[1];
-                // Every place is a block with two local parameters.
+                // Every place is a block with two local parameters, or none of them is.
                 let Some(own) = factor.local_covariance(k, values) else {
                     return;
                 };
@@ -268,21 +284,14 @@ impl Fit {
         }
         self.gamma = 2.0 * f64::from(faces) - taken_by_priors;
         if model.prior.is_some() {
-            let block = model.places.len();
-            let (mut r, mut j) = (vec![0.0; 9], vec![0.0; 9 * p]);
-            let jacobian = Jacobian {
-                shared: &mut j,
-                local: &mut [],
-            };
-            model.evaluate(&self.state, block, &mut r, Some(jacobian));
-            for row in j.chunks_exact(p) {
+            let rows = model.rows(&self.state, model.places.len()).shared;
+            for row in rows.row_iter() {
                 taken_by_priors += (0..p)
                     .map(|a| row[a] * (0..p).map(|b| values[a][b] * row[b]).sum::<f64>())
                     .sum::<f64>();
             }
         }
-        self.freedom =
-            3.0 * readings as f64 - p as f64 - 2.0 * model.places.len() as f64 + taken_by_priors;
+        self.freedom = 3.0 * readings as f64 - p as f64 - locals as f64 + taken_by_priors;
     }
 
     /// A search from here.
@@ -301,13 +310,6 @@ impl Fit {
     /// The twelve by twelve covariance; zero for what the convention fixes.
     pub fn full_covariance(&self) -> Option<[[f64; 12]; 12]> {
         let values = self.covariance.values.as_ref()?;
-        let elements = self.model.elements();
-        let mut out = [[0.0; 12]; 12];
-        for (i, &row) in elements.iter().enumerate() {
-            for (j, &column) in elements.iter().enumerate() {
-                out[row][column] = values[i][j];
-            }
-        }
-        Some(out)
+        Some(self.model.twelve(|i, j| values[i][j]))
     }
 }

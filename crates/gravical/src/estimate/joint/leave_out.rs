@@ -2,12 +2,12 @@
 
 use gravical_core::matrix3;
 
+use crate::estimate::predicted;
 use crate::estimate::solve::Problem;
 use crate::segment::face::angle_deg;
-use crate::validate::predicted;
 
 use super::fit::{Fit, Held, Pose, axes_of, rough_fit, roughly};
-use super::model;
+use super::model::{self, Elements};
 use super::reduced::Reduced;
 
 /// Neighbours within this angle know a pose's answer, degrees.
@@ -52,7 +52,7 @@ pub(super) fn errors(work: &[Pose], found: &Fit, held: &Held) -> Vec<Option<Left
                 return None;
             }
             let ((m, b), variance): (Parameters, Variance<'_>) =
-                if axes_of(&rest) < 2 && !found.model.triangular {
+                if axes_of(&rest) < 2 && found.model.elements == Elements::All {
                     let other = in_another_frame(&rest, found, held)?;
                     let covariance = other.full_covariance()?;
                     let variance = move |h: &[f64; 12]| Some(predicted::variance(&covariance, h));
@@ -64,7 +64,7 @@ pub(super) fn errors(work: &[Pose], found: &Fit, held: &Held) -> Vec<Option<Left
                     }
                     let whole = reduced.with_prior(&bare);
                     let at = refit(&rest, found, held, &whole.step()?)?;
-                    let elements = found.model.elements();
+                    let elements = found.model.elements.list();
                     let variance = move |h: &[f64; 12]| {
                         let h: Vec<f64> = elements.iter().map(|&e| h[e]).collect();
                         whole.variance(&h)

@@ -39,6 +39,7 @@ mod curvature;
 mod fit;
 mod leave_out;
 mod model;
+mod preset;
 mod reduced;
 mod repeats;
 mod roles;
@@ -49,12 +50,13 @@ mod types;
 
 use gravical_core::matrix3;
 
-use crate::estimate::solve::singular_values;
+use crate::estimate::observability::{condition, span};
+use crate::estimate::predicted;
 use crate::segment::face::Face;
 use crate::stats::median;
-use crate::validate::predicted;
 
 use fit::{Fit, Held, Pose, Start, fit, rough_fit};
+pub use preset::*;
 pub use roles::Role;
 pub use sources::Source;
 pub use types::*;
@@ -173,6 +175,7 @@ impl<'a> Search<'a> {
                     .filter(|n| options.prior && (0.8..1.25).contains(&(usual / n))),
                 model_error: 0.0,
                 scatter: 0.0,
+                lengths: None,
             },
             start: Start {
                 m,
@@ -265,17 +268,10 @@ impl<'a> Search<'a> {
 
     /// What the poses leave open.
     fn open(&self, work: &[Pose]) -> JointError {
-        // The direction that the poses have least of.
-        let mut moment = nalgebra::Matrix3::zeros();
-        for pose in work.iter().filter(|p| !p.left_out) {
-            let n = nalgebra::Vector3::from(model::unit(pose.mean));
-            moment += n * n.transpose();
-        }
-        let eigen = moment.symmetric_eigen();
-        let weakest = eigen.eigenvalues.imin();
-        let v = eigen.eigenvectors.column(weakest);
+        let there = work.iter().filter(|p| !p.left_out);
+        let directions: Vec<[f64; 3]> = there.map(|p| model::unit(p.mean)).collect();
         JointError::Undetermined {
-            direction: [v[0], v[1], v[2]],
+            direction: span(&directions).1,
             sd: f64::INFINITY,
         }
     }
@@ -372,7 +368,7 @@ impl<'a> Search<'a> {
                 .map(|a| a.chi2 / a.freedom),
             freedom: found.freedom,
             condition: magnitude_condition(&found),
-            oriented: !found.model.triangular,
+            oriented: found.model.elements == model::Elements::All,
             shared_tilts: found.model.places.iter().any(|p| p.readings.len() > 1),
         })
     }
@@ -388,7 +384,7 @@ fn add(sum: &mut [[f64; 12]; 12], more: &[[f64; 12]; 12]) {
 /// triangular M, largest over smallest.
 fn magnitude_condition(found: &Fit) -> f64 {
     let places = found.model.places.len();
-    let elements = &model::TRIANGULAR;
+    let elements = model::Elements::Triangular.list();
     let Some(upper) = fit::upper(&found.state.m).filter(|_| places >= elements.len()) else {
         return f64::INFINITY;
     };
@@ -405,11 +401,5 @@ fn magnitude_condition(found: &Fit) -> f64 {
             rows[(k, column)] = h[element];
         }
     }
-    for mut column in rows.column_iter_mut() {
-        let length = column.norm();
-        if length > 0.0 {
-            column.unscale_mut(length);
-        }
-    }
-    singular_values(rows).map_or(f64::INFINITY, |values| values.max() / values.min())
+    condition(rows)
 }

@@ -1,6 +1,7 @@
 //! The joint model as a least-squares problem.
 
-use nalgebra::DMatrix;
+use gravical_core::matrix3;
+use nalgebra::{DMatrix, DVector};
 
 use crate::estimate::solve::{Jacobian, Problem, Shape};
 use crate::segment::face::Face;
@@ -38,7 +39,7 @@ pub(super) struct Place {
 pub(super) struct Model {
     pub places: Vec<Place>,
     pub gravity: f64,
-    /// sd of each component of a placement's tilt, rad.
+    /// sd of each component of a placement's tilt, rad; 0: faces are exact.
     pub tilt: f64,
     /// … of placements that lay the same way about the tilt that they share,
     /// rad.
@@ -46,8 +47,11 @@ pub(super) struct Model {
     /// Nominal scale (input unit per m/s²), for the prior; none switches it
     /// off.
     pub prior: Option<f64>,
-    /// The orientation is free: M is kept upper triangular.
-    pub triangular: bool,
+    /// Which of the twelve parameters are fitted.
+    pub elements: Elements,
+    /// Residuals are those of calibrated values, M⁻¹(u − b) − g n in m/s², and
+    /// not of readings.
+    pub calibrated: bool,
 }
 
 /// M, b and the direction of every place.
@@ -67,9 +71,34 @@ pub(super) enum Direction {
     Any([f64; 3]),
 }
 
-/// Elements of (M, b) that are fitted when M is upper triangular.
-pub(super) const TRIANGULAR: [usize; 9] = [0, 1, 2, 4, 5, 8, 9, 10, 11];
-const ALL: [usize; 12] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
+/// Elements of (M, b) that are fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Elements {
+    All,
+    /// The orientation is free: M is kept upper triangular.
+    Triangular,
+    /// Scales and biases.
+    Diagonal,
+}
+
+impl Elements {
+    /// Their places in row-major M and b.
+    pub fn list(self) -> &'static [usize] {
+        match self {
+            Elements::All => &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11],
+            Elements::Triangular => &[0, 1, 2, 4, 5, 8, 9, 10, 11],
+            Elements::Diagonal => &[0, 4, 8, 9, 10, 11],
+        }
+    }
+}
+
+/// A block of the problem, linearised: residuals, and their derivatives by the
+/// shared parameters and by the block's own.
+pub(super) struct Rows {
+    pub residuals: DVector<f64>,
+    pub shared: DMatrix<f64>,
+    pub local: DMatrix<f64>,
+}
 
 /// Two unit vectors that make a right-handed frame with `n`.
 pub(super) fn tangents(n: [f64; 3]) -> [[f64; 3]; 2] {
@@ -149,9 +178,39 @@ fn tilted_second(face: Face, d: [f64; 2]) -> [[[f64; 3]; 2]; 2] {
 }
 
 impl Model {
-    /// Which of the twelve parameters are fitted.
-    pub fn elements(&self) -> &'static [usize] {
-        if self.triangular { &TRIANGULAR } else { &ALL }
+    /// A block at a state.
+    pub fn rows(&self, state: &State, block: usize) -> Rows {
+        let Shape { residuals, local } = self.shape(block);
+        let p = self.shared();
+        let mut r = vec![0.0; residuals];
+        let (mut by_shared, mut by_local) =
+            (vec![0.0; residuals * p], vec![0.0; residuals * local]);
+        let jacobian = Jacobian {
+            shared: &mut by_shared,
+            local: &mut by_local,
+        };
+        self.evaluate(state, block, &mut r, Some(jacobian));
+        Rows {
+            residuals: DVector::from_vec(r),
+            shared: DMatrix::from_row_slice(residuals, p, &by_shared),
+            local: DMatrix::from_row_slice(residuals, local, &by_local),
+        }
+    }
+
+    /// A p × p matrix of the fitted parameters among all twelve, 0 for the others.
+    pub fn twelve(&self, of: impl Fn(usize, usize) -> f64) -> [[f64; 12]; 12] {
+        let mut out = [[0.0; 12]; 12];
+        for (i, &row) in self.elements.list().iter().enumerate() {
+            for (j, &column) in self.elements.list().iter().enumerate() {
+                out[row][column] = of(i, j);
+            }
+        }
+        out
+    }
+
+    /// Whether the direction of a place is held: a face without a tilt.
+    fn is_exact(&self, place: &Place) -> bool {
+        place.face.is_some() && self.tilt == 0.0
     }
 
     /// Direction of place `k`.
@@ -166,7 +225,7 @@ impl Model {
 
     /// Second derivatives of every row of a block by (shared, local) parameters.
     pub fn second_derivatives(&self, state: &State, block: usize) -> Vec<DMatrix<f64>> {
-        let elements = self.elements();
+        let elements = self.elements.list();
         let p = elements.len();
         let Some(place) = self.places.get(block) else {
             return self.prior_second(state, block);
@@ -206,26 +265,52 @@ impl Model {
         let slopes = |column: usize, sign: f64| {
             let mut shared = vec![0.0; p];
             shared[column] = sign * step;
-            let moved = self.moved(state, &shared, &[]);
-            let (mut r, mut j) = (vec![0.0; m], vec![0.0; m * p]);
-            let jacobian = Jacobian {
-                shared: &mut j,
-                local: &mut [],
-            };
-            self.evaluate(&moved, block, &mut r, Some(jacobian));
-            j
+            self.rows(&self.moved(state, &shared, &[]), block).shared
         };
         let mut out = vec![DMatrix::zeros(p, p); m];
         for column in 0..p {
             let (up, down) = (slopes(column, 1.0), slopes(column, -1.0));
             for (row, h) in out.iter_mut().enumerate() {
                 for other in 0..p {
-                    let at = row * p + other;
-                    h[(other, column)] = (up[at] - down[at]) / (2.0 * step);
+                    h[(other, column)] = (up[(row, other)] - down[(row, other)]) / (2.0 * step);
                 }
             }
         }
         out
+    }
+
+    /// The same for residuals of calibrated values: dr = −M⁻¹(dM f + db) − g dn with
+    /// f = M⁻¹(u − b).
+    fn evaluate_calibrated(
+        &self,
+        state: &State,
+        place: &Place,
+        (n, derivative): ([f64; 3], [[f64; 3]; 2]),
+        r: &mut [f64],
+        mut jacobian: Option<Jacobian<'_>>,
+    ) {
+        let inverse = matrix3::inverse(&state.m).unwrap_or([[f64::NAN; 3]; 3]);
+        let elements = self.elements.list();
+        for (at, reading) in place.readings.iter().enumerate() {
+            let f = matrix3::mul_vec(&inverse, &matrix3::sub(&reading.mean, &state.b));
+            for i in 0..3 {
+                let row = 3 * at + i;
+                let s = reading.sd[i];
+                r[row] = (f[i] - self.gravity * n[i]) / s;
+                let Some(j) = jacobian.as_mut() else { continue };
+                let shared = &mut j.shared[row * elements.len()..][..elements.len()];
+                for (slot, &element) in shared.iter_mut().zip(elements) {
+                    *slot = if element < 9 {
+                        -inverse[i][element / 3] * f[element % 3] / s
+                    } else {
+                        -inverse[i][element - 9] / s
+                    };
+                }
+                for (k, d) in derivative.iter().enumerate() {
+                    j.local[2 * row + k] = -self.gravity * d[i] / s;
+                }
+            }
+        }
     }
 
     fn prior(&self, state: &State, nominal: f64, r: &mut [f64], jacobian: Option<Jacobian<'_>>) {
@@ -250,7 +335,7 @@ impl Model {
             }
         }
         if let Some(j) = jacobian {
-            let elements = self.elements();
+            let elements = self.elements.list();
             for (row, all) in d.iter().enumerate() {
                 for (column, &element) in elements.iter().enumerate() {
                     j.shared[row * elements.len() + column] = all[element];
@@ -264,7 +349,7 @@ impl Problem for Model {
     type State = State;
 
     fn shared(&self) -> usize {
-        self.elements().len()
+        self.elements.list().len()
     }
 
     fn blocks(&self) -> usize {
@@ -273,10 +358,14 @@ impl Problem for Model {
 
     fn shape(&self, block: usize) -> Shape {
         match self.places.get(block) {
-            Some(place) => Shape {
-                residuals: 3 * place.readings.len() + if place.face.is_some() { 2 } else { 0 },
-                local: 2,
-            },
+            Some(place) => {
+                let exact = self.is_exact(place);
+                let tilted = place.face.is_some() && !exact;
+                Shape {
+                    residuals: 3 * place.readings.len() + if tilted { 2 } else { 0 },
+                    local: if exact { 0 } else { 2 },
+                }
+            }
             None => Shape {
                 residuals: 9,
                 local: 0,
@@ -303,7 +392,12 @@ impl Problem for Model {
             (Direction::Any(n), _) => (n, tangents(n)),
             (Direction::Tilted(_), None) => ([f64::NAN; 3], [[f64::NAN; 3]; 2]),
         };
-        let elements = self.elements();
+        let elements = self.elements.list();
+        if self.calibrated {
+            self.evaluate_calibrated(state, place, (n, derivative), r, jacobian);
+            return;
+        }
+        let exact = self.is_exact(place);
         let force = [0, 1, 2].map(|i| g * dot(state.m[i], n));
         let along = derivative.map(|d| [0, 1, 2].map(|i| g * dot(state.m[i], d)));
         for (at, reading) in place.readings.iter().enumerate() {
@@ -322,11 +416,15 @@ impl Problem for Model {
                         0.0
                     };
                 }
-                j.local[2 * row] = along[0][i] / s;
-                j.local[2 * row + 1] = along[1][i] / s;
+                if !exact {
+                    j.local[2 * row] = along[0][i] / s;
+                    j.local[2 * row + 1] = along[1][i] / s;
+                }
             }
         }
-        if let Direction::Tilted(d) = state.at[block] {
+        if let Direction::Tilted(d) = state.at[block]
+            && !exact
+        {
             let row = 3 * place.readings.len();
             for i in 0..2 {
                 r[row + i] = d[i] / self.tilt;
@@ -339,14 +437,16 @@ impl Problem for Model {
 
     fn moved(&self, state: &State, shared: &[f64], local: &[f64]) -> State {
         let mut out = state.clone();
-        for (step, &element) in shared.iter().zip(self.elements()) {
+        for (step, &element) in shared.iter().zip(self.elements.list()) {
             if element < 9 {
                 out.m[element / 3][element % 3] += step;
             } else {
                 out.b[element - 9] += step;
             }
         }
-        for (at, step) in out.at.iter_mut().zip(local.chunks_exact(2)) {
+        let free = self.places.iter().map(|place| !self.is_exact(place));
+        let free = out.at.iter_mut().zip(free).filter(|(_, free)| *free);
+        for ((at, _), step) in free.zip(local.chunks_exact(2)) {
             match at {
                 Direction::Tilted(d) => {
                     d[0] += step[0];
@@ -392,7 +492,8 @@ mod tests {
             tilt: 0.02,
             scatter: 0.0,
             prior: Some(1.0),
-            triangular: false,
+            elements: Elements::All,
+            calibrated: false,
         };
         let state = State {
             m: [[1.01, 0.02, -0.01], [0.015, 0.98, 0.03], [0.0, -0.02, 1.02]],
@@ -407,46 +508,53 @@ mod tests {
 
     #[test]
     fn derivatives_equal_differences() {
-        let (mut model, state) = state();
-        for triangular in [false, true] {
-            model.triangular = triangular;
-            let p = model.shared();
+        let (model, state) = state();
+        let with = |elements, tilt: f64, calibrated| {
+            let mut model = model.clone();
+            (model.elements, model.tilt, model.calibrated) = (elements, tilt, calibrated);
+            if calibrated {
+                model.places.remove(0);
+                model.prior = None;
+            }
+            model
+        };
+        for model in [
+            with(Elements::All, 0.02, false),
+            with(Elements::Triangular, 0.02, false),
+            with(Elements::All, 0.0, false),
+            with(Elements::Triangular, 0.0, true),
+            with(Elements::Diagonal, 0.0, true),
+        ] {
+            let mut state = state.clone();
+            state.at.drain(..2 - model.places.len());
+            let locals: Vec<usize> = (0..model.blocks()).map(|b| model.shape(b).local).collect();
             for block in 0..model.blocks() {
-                let shape = model.shape(block);
-                let (m, q) = (shape.residuals, shape.local);
-                let (mut r, mut shared) = (vec![0.0; m], vec![0.0; m * p]);
-                let mut local = vec![0.0; m * q];
-                let jacobian = Jacobian {
-                    shared: &mut shared,
-                    local: &mut local,
-                };
-                model.evaluate(&state, block, &mut r, Some(jacobian));
+                let exact = model.rows(&state, block);
+                let (p, q) = (model.shared(), locals[block]);
                 let h = 1e-6;
                 for column in 0..p + q {
                     let value = |sign: f64| {
                         let mut step = vec![0.0; p];
-                        let mut locals = vec![0.0; 4];
+                        let mut local = vec![0.0; locals.iter().sum()];
                         if column < p {
                             step[column] = sign * h;
                         } else {
-                            locals[2 * block + column - p] = sign * h;
+                            let before: usize = locals[..block].iter().sum();
+                            local[before + column - p] = sign * h;
                         }
-                        let moved = model.moved(&state, &step, &locals);
-                        let mut r = vec![0.0; m];
-                        model.evaluate(&moved, block, &mut r, None);
-                        r
+                        let moved = model.moved(&state, &step, &local);
+                        model.rows(&moved, block).residuals
                     };
-                    let (up, down) = (value(1.0), value(-1.0));
-                    for row in 0..m {
-                        let difference = (up[row] - down[row]) / (2.0 * h);
-                        let exact = if column < p {
-                            shared[row * p + column]
-                        } else {
-                            local[row * q + column - p]
-                        };
+                    let difference = (value(1.0) - value(-1.0)) / (2.0 * h);
+                    let exact = if column < p {
+                        exact.shared.column(column)
+                    } else {
+                        exact.local.column(column - p)
+                    };
+                    for (difference, exact) in difference.iter().zip(exact.iter()) {
                         assert!(
                             (difference - exact).abs() < 1e-5 * (1.0 + exact.abs()),
-                            "block {block} row {row} column {column}: {difference} {exact}"
+                            "block {block} column {column}: {difference} {exact}"
                         );
                     }
                 }

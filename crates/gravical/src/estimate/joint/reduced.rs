@@ -3,9 +3,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::estimate::solve::{Jacobian, Problem, singular_values};
+use crate::estimate::observability::condition;
+use crate::estimate::solve::Problem;
 
 use super::fit::Fit;
+use super::model::Rows;
 
 /// Every block's rows once its own parameters (tilt, direction) are eliminated:
 /// derivatives by the shared parameters, then the residual.
@@ -22,25 +24,16 @@ impl Reduced {
         let p = model.shared();
         let blocks = (0..model.blocks())
             .map(|block| {
-                let shape = model.shape(block);
-                let (m, q) = (shape.residuals, shape.local);
-                let (mut r, mut shared) = (vec![0.0; m], vec![0.0; m * p]);
-                let mut local = vec![0.0; m * q];
-                let jacobian = Jacobian {
-                    shared: &mut shared,
-                    local: &mut local,
-                };
-                model.evaluate(&found.state, block, &mut r, Some(jacobian));
-                let mut rows =
-                    DMatrix::from_fn(
-                        m,
-                        p + 1,
-                        |i, j| if j < p { shared[i * p + j] } else { r[i] },
-                    );
+                let Rows {
+                    residuals,
+                    shared,
+                    local,
+                } = model.rows(&found.state, block);
+                let mut rows = shared.insert_column(p, 0.0);
+                rows.set_column(p, &residuals);
+                let q = local.ncols();
                 if q > 0 {
-                    DMatrix::from_row_slice(m, q, &local)
-                        .qr()
-                        .q_tr_mul(&mut rows);
+                    local.qr().q_tr_mul(&mut rows);
                 }
                 rows.remove_rows(0, q)
             })
@@ -103,15 +96,7 @@ impl Triangle {
     /// Largest over smallest singular value, columns of length one; infinite
     /// when a column is empty.
     pub fn condition(&self) -> f64 {
-        let mut upper = self.rows.columns(0, self.shared).into_owned();
-        for mut column in upper.column_iter_mut() {
-            let length = column.norm();
-            if length == 0.0 {
-                return f64::INFINITY;
-            }
-            column.unscale_mut(length);
-        }
-        singular_values(upper).map_or(f64::INFINITY, |values| values.max() / values.min())
+        condition(self.rows.columns(0, self.shared).into_owned())
     }
 
     /// hᵀ (RᵀR)⁻¹ h: the variance of hᵀx, x the shared parameters.

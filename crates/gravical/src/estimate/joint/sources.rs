@@ -2,9 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::estimate::solve::{Jacobian, Problem};
+use crate::estimate::solve::Problem;
 
 use super::fit::{Fit, Pose};
+use super::model::Rows;
 
 /// Where uncertainty of the parameters comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,18 +47,14 @@ pub(super) fn by_source(
     ];
     let mut sums: Vec<DMatrix<f64>> = vec![DMatrix::zeros(p, p); all.len()];
     for block in 0..model.blocks() {
-        let shape = model.shape(block);
-        let (m, q) = (shape.residuals, shape.local);
-        let (mut r, mut shared) = (vec![0.0; m], vec![0.0; m * p]);
-        let mut local = vec![0.0; m * q];
-        let jacobian = Jacobian {
-            shared: &mut shared,
-            local: &mut local,
-        };
-        model.evaluate(&found.state, block, &mut r, Some(jacobian));
-        let mut rows = DMatrix::from_row_slice(m, p, &shared);
-        if q > 0 {
-            let basis = DMatrix::from_row_slice(m, q, &local).qr().q();
+        let Rows {
+            shared: mut rows,
+            local,
+            ..
+        } = model.rows(&found.state, block);
+        let m = rows.nrows();
+        if local.ncols() > 0 {
+            let basis = local.qr().q();
             rows -= &basis * basis.tr_mul(&rows);
         }
         let columns: DMatrix<f64> = &c * rows.transpose();
@@ -88,19 +85,10 @@ pub(super) fn by_source(
             }
         }
     }
-    let elements = model.elements();
     Some(
         all.into_iter()
             .zip(sums)
-            .map(|(source, sum)| {
-                let mut out = [[0.0; 12]; 12];
-                for (i, &row) in elements.iter().enumerate() {
-                    for (j, &column) in elements.iter().enumerate() {
-                        out[row][column] = sum[(i, j)];
-                    }
-                }
-                (source, out)
-            })
+            .map(|(source, sum)| (source, model.twelve(|i, j| sum[(i, j)])))
             .collect(),
     )
 }

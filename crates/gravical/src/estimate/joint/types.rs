@@ -3,8 +3,8 @@
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::{Role, Source};
+use crate::estimate::predicted;
 use crate::segment::face::Face;
-use crate::validate::predicted;
 
 /// A mean reading at rest, in axes of the board.
 #[derive(Debug, Clone, Copy)]

@@ -1,9 +1,9 @@
 //! What each placement shows: magnitude, error, tilt.
 
 use crate::calibration_file::{CalibrationFile, Position, TiltSource};
+use crate::estimate::predicted::{sensitivity, variance};
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
 use crate::uncertainty::covariance_of;
-use crate::validate::predicted::{sensitivity, variance};
 
 use super::{Scale, norm_of, places};
 

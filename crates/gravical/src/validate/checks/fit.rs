@@ -3,10 +3,10 @@
 use crate::calibration_file::{AccelerometerSection, TiltSource};
 use crate::estimate::accelerometer::{Estimate, UNUSUAL_TILT};
 use crate::estimate::joint::JointFit;
+use crate::estimate::predicted::{sensitivity, variance};
 use crate::recording::Finding;
 use crate::segment::Placement;
 use crate::segment::face::{Claim, Face};
-use crate::validate::predicted::{sensitivity, variance};
 
 /// Nine parameters of the magnitude with a condition above this hang on details.
 const CONDITION_NOTE: f64 = 30.0;

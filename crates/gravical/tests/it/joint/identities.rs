@@ -19,6 +19,14 @@ fn readings(means: &[MeanReading]) -> Vec<Reading> {
         .collect()
 }
 
+fn with(preset: Preset<'_>) -> PresetOptions<'_> {
+    PresetOptions {
+        preset,
+        gravity: G,
+        nominal: Some(1.0),
+    }
+}
+
 #[test]
 fn without_tilt_it_is_linear_least_squares() {
     let flat = JointOptions {
@@ -29,8 +37,8 @@ fn without_tilt_it_is_linear_least_squares() {
         let mut part = Part::draw(&parts(0.0), 12, index);
         let means = part.place(&each_face(2));
         let fit = joint(&poses(&means, true), &flat).unwrap();
-        let directions: Vec<[f64; 3]> = means.iter().map(|m| m.face.unwrap().direction()).collect();
-        let linear = linear12(&readings(&means), &directions, G).unwrap();
+        let faces: Vec<Face> = means.iter().map(|m| m.face.unwrap()).collect();
+        let linear = preset(&readings(&means), &with(Preset::Linear12(&faces))).unwrap();
         // An element's standard deviation is 1.24e-3/(2 g) = 6e-5.
         let off = apart(&fit.model, &linear.model, 6e-5);
         assert!(off < 1e-3, "{index}: {off}");
@@ -46,20 +54,19 @@ fn with_any_tilt_it_is_the_magnitude_alone() {
         prior: false,
         ..options(Some(57.0))
     };
-    let nine = MagnitudeOptions {
-        gravity: G,
-        nominal: Some(1.0),
-        kind: Kind::Nine,
-        weights: Weights::StandardErrors,
-    };
     let gram = |m: &[[f64; 3]; 3]| matrix3::mul(m, &matrix3::transpose(m));
     for index in 0..10 {
         let mut part = Part::draw(&parts(1.0), 12, index);
-        let means = part.place(&faces_and(Planned::spread(9, 4)));
+        let mut means = part.place(&faces_and(Planned::spread(9, 4)));
+        // Lengths count alike in m/s² and poses by their readings: the same where these
+        // are calibrated.
+        let first = preset(&readings(&means), &with(Preset::Magnitude9)).unwrap();
+        means
+            .iter_mut()
+            .for_each(|m| m.mean = first.calibrated(m.mean));
+        let by_length = preset(&readings(&means), &with(Preset::Magnitude9)).unwrap();
         let fit = joint(&poses(&means, true), &flat).unwrap();
-        let by_length = magnitude(&readings(&means), &nine).unwrap();
-        // Standard deviations are above 1e-4 and 5e-4; both are exact to second
-        // order only where weights differ by the scales of the axes.
+        // Standard deviations are above 1e-4 and 5e-4.
         let off = apart(&gram(&fit.model), &gram(&by_length.model), 1e-4);
         assert!(off < 0.05, "{index}: {off}");
         for i in 0..3 {
@@ -150,16 +157,14 @@ fn poses_that_say_nothing_are_refused() {
 #[test]
 fn six_magnitudes_are_fitted_exactly() {
     // Nothing is left over, and the search has to know that it is done.
-    let six = MagnitudeOptions {
-        gravity: G,
-        nominal: Some(1.0),
-        kind: Kind::Six,
-        weights: Weights::StandardErrors,
-    };
     for index in 0..100 {
         let mut part = Part::draw(&parts(0.1), 15, index);
         let means = part.place(&Planned::six_faces());
-        let fit = magnitude(&readings(&means), &six).unwrap();
-        assert!(fit.rms_mps2() < 1e-9, "{index}: {}", fit.rms_mps2());
+        let fit = preset(&readings(&means), &with(Preset::Magnitude6)).unwrap();
+        let off = means
+            .iter()
+            .map(|m| matrix3::norm(&fit.calibrated(m.mean)) - G);
+        let worst = off.fold(0.0_f64, |worst, off| worst.max(off.abs()));
+        assert!(worst < 1e-9, "{index}: {worst}");
     }
 }

@@ -1,7 +1,7 @@
 //! Sessions as other people record them: repeats, leans, one hold more.
 
+use gravical::estimate::predicted;
 use gravical::segment::face::Face;
-use gravical::validate::predicted;
 
 use super::*;
 

@@ -1,4 +1,6 @@
-//! Why poses determine nothing, in words, and what to do next.
+//! What poses leave open, which pose would settle it, and both in words.
+
+use nalgebra::{DMatrix, DVector};
 
 use crate::Error;
 use crate::segment::Placement;
@@ -6,6 +8,7 @@ use crate::segment::face::Face;
 
 use super::accelerometer::{Session, distinct};
 use super::joint::JointError;
+use super::solve::singular_values;
 
 /// Directions count as spanned when the poses lie this far out of the plane (or
 /// line) of the others, rms: sin 10°.
@@ -28,6 +31,116 @@ pub(crate) fn span(directions: &[[f64; 3]]) -> (usize, [f64; 3]) {
         .count();
     let weakest = eigen.eigenvectors.column(eigen.eigenvalues.imin());
     (spanned, [weakest[0], weakest[1], weakest[2]])
+}
+
+/// What rows leave open of the parameters that they are derivatives by.
+pub(super) struct Undetermined {
+    /// Unit vectors of the parameters that nothing determines.
+    pub open: Vec<DVector<f64>>,
+    /// Largest over smallest singular value, columns of length one.
+    pub condition: f64,
+}
+
+/// What is open where an error of a row may be enlarged so many times; none where a row is
+/// not finite. Columns are to be of the size of one.
+pub(super) fn undetermined(rows: &[DVector<f64>], most_enlarged: f64) -> Option<Undetermined> {
+    let n = rows.len();
+    let p = rows.first().map_or(0, DVector::len);
+    // As many rows as columns at least, so that there are as many singular values.
+    let mut stacked = DMatrix::zeros(n.max(p), p);
+    for (k, row) in rows.iter().enumerate() {
+        stacked.set_row(k, &row.transpose());
+    }
+    // The decomposition may never end on what is not finite.
+    if stacked.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let svd = stacked.clone().svd(false, true);
+    let limit = (n as f64).sqrt() / most_enlarged;
+    let v_t = svd.v_t.as_ref()?;
+    let open = (0..p)
+        .filter(|&i| svd.singular_values[i] < limit)
+        .map(|i| v_t.row(i).transpose())
+        .collect();
+    Some(Undetermined {
+        open,
+        condition: condition(stacked),
+    })
+}
+
+/// Largest over smallest singular value of a matrix whose columns are brought to length
+/// one; infinite when one is empty.
+pub(super) fn condition(mut rows: DMatrix<f64>) -> f64 {
+    for mut column in rows.column_iter_mut() {
+        let length = column.norm();
+        if length == 0.0 {
+            return f64::INFINITY;
+        }
+        column.unscale_mut(length);
+    }
+    singular_values(rows).map_or(f64::INFINITY, |values| values.max() / values.min())
+}
+
+/// Names at the most so many poses.
+const MOST_NAMED: usize = 3;
+
+/// A pose that is harder to hold has to help so much more.
+const HARDER: f64 = 1.3;
+
+fn axes(n: &[i8; 3]) -> usize {
+    n.iter().filter(|v| **v != 0).count()
+}
+
+/// Faces, then edges, then corners.
+fn candidates(faces_only: bool) -> Vec<[i8; 3]> {
+    let mut all: Vec<[i8; 3]> = (0..27)
+        .map(|i| [i % 3, i / 3 % 3, i / 9].map(|v| [0, 1, -1][v]))
+        .collect();
+    all.retain(|n| axes(n) > 0 && (!faces_only || axes(n) == 1));
+    all.sort_by_key(axes);
+    all
+}
+
+/// Poses that would determine the directions `open` of the parameters, the best
+/// first. `row` is the derivative of a reading (in any direction n) by the
+/// parameters, in the same units as `open`.
+pub(super) fn settling(
+    open: &[DVector<f64>],
+    faces_only: bool,
+    row: impl Fn([f64; 3]) -> DVector<f64>,
+) -> Vec<String> {
+    let mut basis = DMatrix::from_columns(open);
+    let poses = candidates(faces_only);
+    let rows: Vec<DVector<f64>> = poses
+        .iter()
+        .map(|n| {
+            let n = n.map(f64::from);
+            let length = n.iter().map(|v| v * v).sum::<f64>().sqrt();
+            row(n.map(|v| v / length))
+        })
+        .collect();
+    let mut out = Vec::new();
+    for _ in 0..open.len().min(MOST_NAMED) {
+        let mut best = (0, 1e-9);
+        for (k, row) in rows.iter().enumerate() {
+            let seen = basis.tr_mul(row).norm();
+            let harder = axes(&poses[k]) > axes(&poses[best.0]);
+            if seen > best.1 * if harder { HARDER } else { 1.0 + 1e-6 } {
+                best = (k, seen);
+            }
+        }
+        let seen = basis.tr_mul(&rows[best.0]);
+        let length = seen.norm();
+        if length < 1e-9 {
+            break;
+        }
+        out.push(in_words(poses[best.0].map(f64::from)));
+        // What that pose determines is open no more.
+        let along = seen / length;
+        let gone = &basis * &along;
+        basis -= gone * along.transpose();
+    }
+    out
 }
 
 /// A direction of specific force as a person holds a board: `x up`, or
@@ -185,5 +298,18 @@ mod tests {
         let (spanned, missing) = span(&plane);
         assert_eq!(spanned, 2);
         assert!(missing[2].abs() > 0.99);
+    }
+
+    #[test]
+    fn the_pose_that_helps_is_named() {
+        // A plane through +x, +y and +z: any opposite face settles it.
+        let open = [DVector::from_vec(vec![0.5, 0.5, 0.5, -0.5])];
+        let row = |n: [f64; 3]| DVector::from_vec(vec![n[0], n[1], n[2], 1.0]);
+        let named = settling(&open, true, row);
+        assert!(named.len() == 1 && named[0].ends_with(" down"), "{named:?}");
+        // Two open directions: two poses that tell them apart.
+        let open = [0, 1].map(|i| DVector::from_fn(4, |k, _| f64::from(k == i)));
+        let named = settling(&open, true, row);
+        assert_eq!(named, ["x up", "y up"]);
     }
 }
