@@ -5,8 +5,7 @@
 
 use std::time::Instant;
 
-use gravical_core::integrate::Trapezoid;
-use gravical_core::strapdown::{Strapdown, rotate};
+use gravical_core::motion::Propagator;
 
 const SAMPLES: usize = 10_000_000;
 const H_S: f64 = 0.01;
@@ -23,19 +22,16 @@ fn main() {
     let mut velocity = vec![[0.0; 3]; SAMPLES];
     for run in 1..=5 {
         let start = Instant::now();
-        let mut attitude = Strapdown::new([1.0, 0.0, 0.0, 0.0]);
-        let mut way = Trapezoid::new([0.0; 3], [0.0; 3]);
+        let mut forward = Propagator::new([1.0, 0.0, 0.0, 0.0], true, [0.0, 0.0, 9.81]);
         for (chunk, _) in velocity.chunks_mut(period.len()).zip(0..) {
             for (v, (force, rate)) in chunk.iter_mut().zip(&period) {
-                let q = attitude.update(*rate, H_S);
-                let a = rotate(&q, force);
-                way.update([a[0], a[1], a[2] - 9.81], H_S);
-                *v = way.velocity();
+                forward.update(*force, *rate, H_S);
+                *v = forward.velocity();
             }
         }
         // Velocity is zero at the end; position follows.
         let total = H_S * (SAMPLES - 1) as f64;
-        let slope = way.velocity().map(|v| v / total);
+        let slope = forward.velocity().map(|v| v / total);
         let mut position = [0.0; 3];
         let mut before = [0.0; 3];
         for (k, v) in velocity.iter_mut().enumerate() {

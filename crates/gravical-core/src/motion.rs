@@ -35,19 +35,24 @@
 mod config;
 mod gate;
 mod mean;
+mod propagator;
 mod smooth;
-mod steps;
 #[cfg(test)]
 mod tests;
 
 use crate::Real;
-use crate::integrate::Trapezoid;
-use crate::still::Detector;
-use crate::strapdown::Strapdown;
+use crate::matrix3::{add, norm, scaled, sub};
+use crate::still::{Detector, Event, Plan};
+use crate::strapdown::{level, missing_tilt, times, turn};
 
 pub use config::{FirstRest, MotionConfig, Removal};
+pub use gate::{FAR, FLOOR_MPS, OpenNoise};
 use mean::RestMean;
+pub use propagator::Propagator;
 pub use smooth::{LowPass, Smooth};
+
+/// A shorter rest corrects velocity and tilt, not the gyroscope's bias, s.
+pub const LEAST_FOR_BIAS_S: f64 = 1.0;
 
 /// Where it stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,18 +88,15 @@ pub struct Motion<T, F, const N: usize> {
     place_known: bool,
     rest: RestMean<T>,
     last: Kept<T>,
-    /// Under [`Removal::StillMean`] what is subtracted, and the sum at the start.
-    mean: [T; 3],
+    forward: Propagator<T>,
+    /// Under [`Removal::StillMean`] the sum at the start, less the first sample.
     start: [T; 3],
+    /// Magnitude at the rest before, m/s².
     gravity: T,
-    attitude: [T; 4],
     arrived: [T; 4],
     departed: [T; 4],
     bias: [T; 3],
     bias_known: bool,
-    strapdown: Strapdown<T>,
-    way: Trapezoid<T>,
-    acceleration: [T; 3],
     /// Since the rest, s; and how long that was.
     since_s: T,
     rested_s: T,
@@ -135,6 +137,8 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         };
         let zero = [T::zero(); 3];
         let unit = [T::one(), T::zero(), T::zero(), T::zero()];
+        let mut forward = Propagator::new(unit, config.removal == Removal::Strapdown, zero);
+        forward.place(config.velocity_mps, config.position_m);
         Some(Motion {
             config,
             smooth,
@@ -150,17 +154,13 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
             place_known: true,
             rest: RestMean::new(),
             last: Kept::none(),
-            mean: zero,
+            forward,
             start: zero,
             gravity: T::zero(),
-            attitude: unit,
             arrived: unit,
             departed: unit,
             bias: zero,
             bias_known: false,
-            strapdown: Strapdown::new(unit),
-            way: Trapezoid::new(config.velocity_mps, config.position_m),
-            acceleration: zero,
             since_s: T::zero(),
             rested_s: T::zero(),
             steps: T::zero(),
@@ -240,8 +240,8 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         if !(self.phase == Phase::Start && self.config.removal == Removal::StillMean) {
             self.phase = Phase::Waiting;
         }
-        self.way
-            .reset(self.config.velocity_mps, self.config.position_m);
+        self.forward
+            .place(self.config.velocity_mps, self.config.position_m);
     }
 
     /// Where it stands.
@@ -259,13 +259,13 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     /// Attitude, sensor → frame; NaN while nothing is known.
     #[must_use]
     pub fn attitude(&self) -> [T; 4] {
-        self.known(self.attitude)
+        self.known(self.forward.attitude())
     }
 
     /// Acceleration in the frame without gravity, m/s²; NaN while nothing is known.
     #[must_use]
     pub fn acceleration_mps2(&self) -> [T; 3] {
-        self.known(self.acceleration)
+        self.known(self.forward.acceleration())
     }
 
     /// Velocity, m/s; NaN while nothing is known.
@@ -274,7 +274,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         match self.phase {
             Phase::Resting => [T::zero(); 3],
             Phase::Start if self.config.removal != Removal::StillMean => [T::zero(); 3],
-            _ => self.known(self.way.velocity()),
+            _ => self.known(self.forward.velocity()),
         }
     }
 
@@ -283,7 +283,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     #[must_use]
     pub fn position_m(&self) -> [T; 3] {
         if self.place_known {
-            self.known(self.way.position())
+            self.known(self.forward.position())
         } else {
             [T::nan(); 3]
         }
@@ -296,5 +296,248 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         } else {
             value
         }
+    }
+
+    /// Samples whose mean is not known yet: integrated less the first one, and put
+    /// right for the mean at once when it is known. A constant is integrated exactly.
+    fn start_mean(&mut self, now: &Kept<T>, told: Option<bool>) {
+        if self.samples == 0 {
+            self.start = [T::zero(); 3];
+            self.forward.level(self.forward.attitude(), now.force);
+            self.since_s = T::zero();
+        } else {
+            self.since_s = self.since_s + now.h_s;
+        }
+        self.forward.update(now.force, now.rate, now.h_s);
+        self.start = add(&self.start, &self.forward.acceleration());
+        let FirstRest::Samples(count) = self.config.first_rest else {
+            return;
+        };
+        if self.samples + 1 < count {
+            return;
+        }
+        let share = T::one() / T::from_f64((self.samples + 1) as f64);
+        let off = scaled(&self.start, share);
+        let t = self.since_s;
+        let half = T::from_f64(0.5) * t * t;
+        let (v, p) = (self.forward.velocity(), self.forward.position());
+        let mean = add(&self.forward.gravity(), &off);
+        self.forward.level(self.forward.attitude(), mean);
+        self.forward
+            .place(sub(&v, &scaled(&off, t)), sub(&p, &scaled(&off, half)));
+        self.forward.update(now.force, now.rate, T::zero());
+        self.gravity = norm(&mean);
+        self.rested_s = t;
+        self.phase = Phase::Moving;
+        if self.config.zero_velocity && told.unwrap_or(self.is_still()) {
+            self.forward.place([T::zero(); 3], self.config.position_m);
+            self.settle(now, told.is_some());
+        }
+    }
+
+    /// Keeps a sample and shows it to the detector.
+    fn note(&mut self, now: &Kept<T>, force: &[T; 3]) -> Option<Event> {
+        let detector = self.detector.as_mut()?;
+        if let Some(place) = self.kept.get_mut(self.count % N.max(1)) {
+            *place = *now;
+        }
+        self.count += 1;
+        detector.update(*force, Some(now.rate))
+    }
+
+    fn is_still(&self) -> bool {
+        self.detector.as_ref().is_some_and(Detector::is_still)
+    }
+
+    /// A sample where there are rests.
+    fn follow(&mut self, now: &Kept<T>, force: &[T; 3], told: Option<bool>) {
+        let event = self.note(now, force);
+        let still = self.is_still();
+        match self.phase {
+            Phase::Start => {
+                let FirstRest::Samples(count) = self.config.first_rest else {
+                    return;
+                };
+                if self.samples < count {
+                    self.remain(now);
+                } else {
+                    self.leave();
+                    self.phase = Phase::Moving;
+                    self.advance(now);
+                }
+            }
+            Phase::Resting => match (told, event) {
+                (Some(false), _) => {
+                    self.leave();
+                    self.phase = Phase::Moving;
+                    self.advance(now);
+                    self.rely_on_first();
+                }
+                (None, Some(Event::Ended { onset })) => self.depart(onset),
+                _ => self.remain(now),
+            },
+            Phase::Moving => {
+                self.advance(now);
+                let rests = match told {
+                    Some(told) => told,
+                    None => still && self.may_rest(),
+                };
+                if rests && self.config.zero_velocity {
+                    self.arrive(now, told.is_some());
+                }
+            }
+            // A first rest that was the only one does not come again.
+            Phase::Waiting if self.config.zero_velocity || !self.bias_known => {
+                if told.unwrap_or(still) {
+                    self.arrive_first(now, told.is_some());
+                }
+            }
+            Phase::Waiting => {}
+        }
+    }
+
+    /// One more sample of a rest.
+    fn remain(&mut self, now: &Kept<T>) {
+        self.rest.add(&now.force, &now.rate, now.h_s);
+        if self.phase == Phase::Start && self.samples == 0 {
+            self.level();
+        }
+    }
+
+    /// Integrates a sample of a move.
+    #[inline]
+    fn advance(&mut self, now: &Kept<T>) {
+        self.since_s = self.since_s + now.h_s;
+        self.steps = self.steps + T::one();
+        let rate = sub(&now.rate, &self.bias);
+        self.forward.update(now.force, rate, now.h_s);
+        if self.detector.is_some() && self.config.removal == Removal::Strapdown {
+            self.turned =
+                self.turned + now.h_s * gate::angle(&self.departed, &self.forward.attitude());
+        }
+    }
+
+    /// The rest levels and shows the bias.
+    fn level(&mut self) {
+        let Some((force, rate)) = self.rest.means() else {
+            return;
+        };
+        self.gravity = norm(&force);
+        if self.config.removal != Removal::StillMean {
+            let attitude = if self.bias_known {
+                times(&turn(&missing_tilt(&self.arrived, &force)), &self.arrived)
+            } else {
+                level(force, T::zero())
+            };
+            let down = [T::zero(), T::zero(), self.gravity];
+            self.forward.level(attitude, down);
+        }
+        // A short one corrects the tilt only.
+        if !self.bias_known || self.rest.seconds() >= T::from_f64(LEAST_FOR_BIAS_S) {
+            self.bias = rate;
+        }
+    }
+
+    /// The rest ends with the sample before: from there it is integrated.
+    fn leave(&mut self) {
+        self.level();
+        self.bias_known = true;
+        self.rested_s = self.rest.seconds();
+        self.since_s = T::zero();
+        self.steps = T::zero();
+        self.turned = T::zero();
+        self.departed = self.forward.attitude();
+        self.forward.level(self.departed, self.forward.gravity());
+        if self.samples > 0 {
+            // The last sample at rest: no time has passed at it.
+            let last = Kept {
+                h_s: T::zero(),
+                ..self.last
+            };
+            self.advance(&last);
+        }
+    }
+
+    /// The detector noticed that the rest had ended at sample `onset`: what has come
+    /// since is integrated now.
+    fn depart(&mut self, onset: usize) {
+        let now = self.count - 1;
+        let oldest = self.count.saturating_sub(N);
+        let first = onset.max(oldest + 1).min(now);
+        // This sample has not been added to the rest.
+        for i in first..now {
+            let kept = self.kept[i % N];
+            self.rest.take_back(&kept.force, &kept.rate, kept.h_s);
+        }
+        self.last = self.kept[(first - 1) % N];
+        self.leave();
+        self.phase = Phase::Moving;
+        for i in first..=now {
+            let kept = self.kept[i % N];
+            self.advance(&kept);
+        }
+        self.rely_on_first();
+    }
+
+    /// Without zero velocity the first rest was the only one.
+    fn rely_on_first(&mut self) {
+        if !self.config.zero_velocity {
+            self.detector = None;
+        }
+    }
+
+    /// It rests: the velocity is zero, and what was left of it comes off the way.
+    fn arrive(&mut self, now: &Kept<T>, told: bool) {
+        let left = self.forward.velocity();
+        let half = T::from_f64(0.5) * self.since_s;
+        let position = sub(&self.forward.position(), &scaled(&left, half));
+        self.forward.place([T::zero(); 3], position);
+        self.settle(now, told);
+    }
+
+    /// The first rest, or the first after something was missing.
+    fn arrive_first(&mut self, now: &Kept<T>, told: bool) {
+        let velocity = if self.place_known && !self.config.zero_velocity {
+            self.config.velocity_mps
+        } else {
+            [T::zero(); 3]
+        };
+        self.forward.place(velocity, self.config.position_m);
+        self.settle(now, told);
+    }
+
+    fn settle(&mut self, now: &Kept<T>, told: bool) {
+        self.phase = Phase::Resting;
+        self.rest = RestMean::new();
+        self.arrived = self.forward.attitude();
+        match self.config.rests {
+            Some((plan, _)) if !told => {
+                // What the detector was certain by.
+                let long = (plan.block * Plan::SEED_BLOCKS).min(N);
+                for i in self.count.saturating_sub(long)..self.count {
+                    let kept = self.kept[i % N];
+                    self.rest.add(&kept.force, &kept.rate, kept.h_s);
+                }
+            }
+            _ => self.rest.add(&now.force, &now.rate, now.h_s),
+        }
+        self.level();
+    }
+
+    /// A quiet stretch is a rest when the velocity there is as near to zero as it can
+    /// be known.
+    fn may_rest(&self) -> bool {
+        let Some((_, noise)) = &self.config.rests else {
+            return false;
+        };
+        let since = gate::Since {
+            since_s: self.since_s,
+            step_s: self.since_s / self.steps.max(T::one()),
+            rested_s: self.rested_s,
+            gravity: self.gravity,
+            turned: self.turned,
+        };
+        let limit = T::from_f64(FAR) * since.sigma_velocity(&self.config, noise);
+        self.forward.velocity().iter().all(|v| v.abs() <= limit)
     }
 }

@@ -6,14 +6,58 @@ use crate::still::RestNoise;
 use crate::strapdown::times;
 
 /// Standard deviations from zero that a velocity at rest may have.
-pub(super) const FAR: f64 = 4.0;
+pub const FAR: f64 = 4.0;
 
 /// No velocity is known better than this, m/s: feet and hands are not quite still
 /// where they rest.
-const FLOOR_MPS: f64 = 0.01;
+pub const FLOOR_MPS: f64 = 0.01;
 
-/// What the uncertainty of a velocity follows from.
-pub(super) struct Doubt<T> {
+/// Noise that is integrated from a rest on without another, τ s after it: by the
+/// accelerometer, over N², and by the tilt.
+///
+/// ```text
+/// v:  τ + τ²/T₀        g² (N_g² τ³/3 + σ_A² τ⁴/4 + σ_w² τ²)
+/// p:  τ³/3 + τ⁴/4T₀    g² (N_g² τ⁵/20 + σ_A² τ⁶/36 + σ_w² τ⁴/4)
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct OpenNoise<T> {
+    /// N_g², rad²/s.
+    pub gyro: T,
+    /// σ_A², variance of the gyroscope's bias, rad²/s².
+    pub bias: T,
+    /// σ_w², constant tilt that sets in with the motion, rad².
+    pub wobble: T,
+    /// g, m/s².
+    pub gravity: T,
+    /// T₀, length of the rest, s.
+    pub rest_s: T,
+}
+
+impl<T: Real> OpenNoise<T> {
+    /// Variance of the velocity by noise over N², s; by tilt, m²/s².
+    #[must_use]
+    pub fn velocity(&self, tau: T) -> [T; 2] {
+        let c = T::from_f64;
+        let t2 = tau * tau;
+        let tilt = self.gyro * t2 * tau / c(3.0) + self.bias * t2 * t2 / c(4.0) + self.wobble * t2;
+        [tau + t2 / self.rest_s, self.gravity * self.gravity * tilt]
+    }
+
+    /// Variance of the position by noise over N², s³; by tilt, m².
+    #[must_use]
+    pub fn position(&self, tau: T) -> [T; 2] {
+        let c = T::from_f64;
+        let (t2, t3) = (tau * tau, tau * tau * tau);
+        let tilt = self.gyro * t2 * t3 / c(20.0)
+            + self.bias * t3 * t3 / c(36.0)
+            + self.wobble * t2 * t2 / c(4.0);
+        let noise = t3 / c(3.0) + t2 * t2 / (c(4.0) * self.rest_s);
+        [noise, self.gravity * self.gravity * tilt]
+    }
+}
+
+/// Where the pipeline stands, as far as its velocity's uncertainty follows from it.
+pub(super) struct Since<T> {
     /// Since the rest, s.
     pub since_s: T,
     /// Mean step, s.
@@ -26,34 +70,33 @@ pub(super) struct Doubt<T> {
     pub turned: T,
 }
 
-impl<T: Real> Doubt<T> {
+impl<T: Real> Since<T> {
     /// Standard uncertainty of a component of the velocity, m/s: noise since the rest
-    /// T₀, N²(τ + τ²/T₀) + g²N_g²(τ³/3 + τ⁴/4T₀), and what the parameters make of
-    /// the angle θ that the sensor is turned by, (g s + b) ∫θ dt: the scale s of the
-    /// gyroscope leaves a tilt of s θ; a bias b that was levelled away comes back as
-    /// b θ. A bound for each axis; the correlations between them are left out.
-    pub fn velocity(&self, config: &MotionConfig<T>, noise: &RestNoise<T>) -> T {
-        let c = T::from_f64;
-        let largest = |from: usize| {
-            noise.mean_variance[0][from..from + 3]
-                .iter()
-                .fold(T::zero(), |most, v| most.max(*v))
+    /// ([`OpenNoise`]), and what the parameters make of the angle θ that the sensor is
+    /// turned by, (g s + b) ∫θ dt: the scale s of the gyroscope leaves a tilt of s θ; a
+    /// bias b that was levelled away comes back as b θ. A bound for each axis; the
+    /// correlations between them are left out.
+    pub fn sigma_velocity(&self, config: &MotionConfig<T>, noise: &RestNoise<T>) -> T {
+        let density = |from: usize| {
+            let axes = noise.mean_variance[0][from..from + 3].iter();
+            axes.fold(T::zero(), |most, v| most.max(*v)) * self.step_s
         };
-        let t = self.since_s;
-        let rest = self.rested_s.max(self.step_s);
-        let accel = largest(0) * self.step_s;
-        let mut variance = accel * (t + t * t / rest) + c(FLOOR_MPS * FLOOR_MPS);
-        if config.removal == Removal::Strapdown {
-            let gyro = largest(3) * self.step_s;
-            let tilt = gyro * t * t * t * (c(1.0 / 3.0) + t / (c(4.0) * rest));
-            variance = variance + self.gravity * self.gravity * tilt;
-            let parameters = (self.gravity * config.gyro_scale + config.bias_mps2) * self.turned;
-            variance = variance + parameters * parameters;
-        } else {
-            let tilt = self.gravity * config.wobble_rad * t;
-            variance = variance + tilt * tilt;
-        }
-        variance.sqrt()
+        let follows = config.removal == Removal::Strapdown;
+        let only = |there: bool, value: T| if there { value } else { T::zero() };
+        let rest_s = self.rested_s.max(self.step_s);
+        let gyro = only(follows, density(3));
+        let open = OpenNoise {
+            gyro,
+            bias: gyro / rest_s,
+            wobble: only(!follows, config.wobble_rad * config.wobble_rad),
+            gravity: self.gravity,
+            rest_s,
+        };
+        let [by_noise, by_tilt] = open.velocity(self.since_s);
+        let share = self.gravity * config.gyro_scale + config.bias_mps2;
+        let parameters = only(follows, share * self.turned);
+        let floor = T::from_f64(FLOOR_MPS * FLOOR_MPS);
+        (density(0) * by_noise + by_tilt + parameters * parameters + floor).sqrt()
     }
 }
 

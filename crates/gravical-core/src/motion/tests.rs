@@ -1,8 +1,8 @@
 use std::vec::Vec;
 
 use super::*;
-use crate::matrix3::{add, norm, scaled, sub};
-use crate::still::{Plan, RestNoise};
+use crate::integrate::Trapezoid;
+use crate::still::RestNoise;
 
 fn noise() -> RestNoise<f64> {
     RestNoise::new([0.02; 3], 1.0, Some(([1e-3; 3], 1.0)))
