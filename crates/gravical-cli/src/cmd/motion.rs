@@ -7,10 +7,14 @@ use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
+use anyhow::Context;
+
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{Calibrated, Motion, MotionResult, motion, write_table};
+use gravical::motion::{
+    Calibrated, Motion, MotionOptions, MotionResult, Table, motion, motion_into, write_table,
+};
 use gravical::output::write_atomic;
 use gravical::recording::{Recording, join_gyroscope, read};
 use gravical::report::html::Provenance;
@@ -70,6 +74,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
         None => read(&args.input, &read_options)?,
     };
+    let whole = truth.is_some() || args.report.is_some() || args.figures.figures.is_some();
+    if !whole {
+        let result = samples_away(args, target, &recording, calibrated, &options)?;
+        return tell(args, &result, &recording);
+    }
     let mut motion = motion(&recording, calibrated, &options)?;
     let calibration = calibration.iter().map(|(_, input)| input.clone());
     let mut others: Vec<InputFile> = calibration.collect();
@@ -95,6 +104,38 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         write_motion(path, args.force, &motion, &recording, origin)?;
     }
     tell(args, &motion.result, &recording)
+}
+
+/// The result, its table written as the samples come.
+fn samples_away(
+    args: &Args,
+    target: Option<&Path>,
+    recording: &Recording,
+    calibrated: Option<Calibrated<'_>>,
+    options: &MotionOptions,
+) -> anyhow::Result<MotionResult> {
+    let Some(path) = target else {
+        if args.json {
+            return Ok(motion_into(recording, calibrated, options, None)?);
+        }
+        let mut out = io::stdout().lock();
+        let mut table = Table::new(&mut out);
+        let result = motion_into(recording, calibrated, options, Some(&mut table))?;
+        table.finish()?;
+        return Ok(result);
+    };
+    let mut result = None;
+    write_atomic(path, args.force, |out| {
+        let mut table = Table::new(out);
+        result = Some(motion_into(
+            recording,
+            calibrated,
+            options,
+            Some(&mut table),
+        )?);
+        table.finish().map_err(|e| Error::io(path, e))
+    })?;
+    result.context("a table without a result")
 }
 
 /// Writes the table of a motion to a file.

@@ -2,16 +2,15 @@
 
 use std::ops::Range;
 
+use gravical_core::motion::LEAST_FOR_BIAS_S;
+
 use super::leg::Anchor;
-use super::samples::Samples;
+use super::samples::{Samples, View};
 use super::still::Noise;
 
 /// Of a long rest so much counts, at the end where the leg begins, s: biases
 /// drift.
 const LONGEST_S: f64 = 10.0;
-
-/// A shorter rest corrects velocity and tilt, not the gyroscope's bias, s.
-pub(super) const LEAST_FOR_BIAS_S: f64 = 1.0;
 
 /// Variance of a gyroscope's bias that no rest shows, (rad/s)²: 1 °/s.
 const UNKNOWN_BIAS: f64 = 3.0e-4;
@@ -40,23 +39,17 @@ pub(super) struct Walk {
 
 impl Walk {
     /// N² = σ²·VIF·Σw²/Σw over samples of the weights w that the trapezoid gives
-    /// them: with even stamps σ²·VIF·h.
+    /// them, half of the time between their neighbours: with even stamps σ²·VIF·h.
     pub fn new(accel: Option<&Noise>, gyro: Option<&Noise>, samples: &Samples) -> Self {
-        let mut weights = Weights::default();
+        let (mut sum, mut squares) = (0.0, 0.0);
         for piece in samples.pieces() {
-            weights.part();
-            samples.t_s[piece].iter().for_each(|t| weights.see(*t));
+            for t in samples.t_s[piece].windows(3) {
+                let w = 0.5 * (t[2] - t[0]);
+                sum += w;
+                squares += w * w;
+            }
         }
-        Self::of(accel, gyro, &weights)
-    }
-
-    /// The same from the weights.
-    pub fn of(accel: Option<&Noise>, gyro: Option<&Noise>, weights: &Weights) -> Self {
-        let step = if weights.sum > 0.0 {
-            weights.squares / weights.sum
-        } else {
-            0.0
-        };
+        let step = if sum > 0.0 { squares / sum } else { 0.0 };
         let walk = |noise: &Noise| noise.sigma.map(|s| s * s * noise.vif * step);
         let left = |noise: &Noise| noise.rounding.iter().map(|r| r * r).sum::<f64>() / 3.0;
         Walk {
@@ -66,10 +59,15 @@ impl Walk {
         }
     }
 
+    /// The mean of the accelerometer's axes, m²/s³.
+    pub fn accel_mean(&self) -> f64 {
+        self.accel.iter().sum::<f64>() / 3.0
+    }
+
     /// Seconds of noise alone that a mean of the accelerometer over `seconds` is worth:
     /// fewer, where rounding leaves more in it than noise does.
     fn worth_s(&self, seconds: f64) -> f64 {
-        let density = self.accel.iter().sum::<f64>() / 3.0;
+        let density = self.accel_mean();
         if density > 0.0 {
             seconds / (1.0 + self.rounding[0] * seconds / density)
         } else {
@@ -83,53 +81,15 @@ impl Walk {
     }
 }
 
-/// Weights of the trapezoid: half of the time between the neighbours of a sample.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Weights {
-    sum: f64,
-    squares: f64,
-    /// Times of the last two samples that follow each other, s; NaN before.
-    last: [f64; 2],
-}
-
-impl Default for Weights {
-    fn default() -> Self {
-        Weights {
-            sum: 0.0,
-            squares: 0.0,
-            last: [f64::NAN; 2],
-        }
-    }
-}
-
-impl Weights {
-    /// The next sample does not follow the last one.
-    pub fn part(&mut self) {
-        self.last = [f64::NAN; 2];
-    }
-
-    /// The time of a sample, s.
-    #[inline]
-    pub fn see(&mut self, t_s: f64) {
-        let [first, second] = self.last;
-        let w = 0.5 * (t_s - first);
-        if !w.is_nan() {
-            self.sum += w;
-            self.squares += w * w;
-        }
-        self.last = [second, t_s];
-    }
-}
-
 /// The rests of a recording, asked for what they say.
 pub(super) struct Anchors<'a> {
-    samples: &'a Samples,
+    view: View<'a>,
     walk: Walk,
 }
 
 impl<'a> Anchors<'a> {
-    pub fn new(samples: &'a Samples, walk: Walk) -> Self {
-        Anchors { samples, walk }
+    pub fn new(view: View<'a>, walk: Walk) -> Self {
+        Anchors { view, walk }
     }
 
     /// What the rest `k` of `rests` says at that side.
@@ -137,7 +97,7 @@ impl<'a> Anchors<'a> {
         let rows = self.part(&rests[k], side);
         let (bias, bias_variance) = self.bias(rests, k, side);
         Anchor {
-            force: mean(&self.samples.force_mps2, rows.clone()),
+            force: self.view.mean_force(rows.clone()),
             seconds: self.walk.worth_s(self.seconds(&rows)),
             bias,
             bias_variance,
@@ -147,7 +107,7 @@ impl<'a> Anchors<'a> {
     /// What all of `rows` say, however long.
     pub fn whole(&self, rows: Range<usize>) -> Anchor {
         Anchor {
-            force: mean(&self.samples.force_mps2, rows.clone()),
+            force: self.view.mean_force(rows.clone()),
             seconds: self.walk.worth_s(self.seconds(&rows)),
             ..self.over(rows)
         }
@@ -179,9 +139,9 @@ impl<'a> Anchors<'a> {
     }
 
     fn bias(&self, rests: &[Range<usize>], k: usize, side: Side) -> ([f64; 3], f64) {
-        let Some(rate) = &self.samples.rate_rad_s else {
+        if !self.view.has_gyro() {
             return ([0.0; 3], 0.0);
-        };
+        }
         match self.source(rests, k) {
             Some(source) => {
                 let side = match source.cmp(&k) {
@@ -191,19 +151,19 @@ impl<'a> Anchors<'a> {
                 };
                 let rows = self.part(&rests[source], side);
                 let variance = self.walk.bias(self.seconds(&rows));
-                (mean(rate, rows), variance)
+                (self.view.mean_rate(rows), variance)
             }
             // A short rest is better than none.
             None => {
                 let rows = self.part(&rests[k], side);
                 let variance = self.walk.bias(self.seconds(&rows)) + UNKNOWN_BIAS;
-                (mean(rate, rows), variance)
+                (self.view.mean_rate(rows), variance)
             }
         }
     }
 
     fn part(&self, rest: &Range<usize>, side: Side) -> Range<usize> {
-        let t = &self.samples.t_s;
+        let t = self.view.t_s();
         match side {
             Side::First => {
                 let until = t[rest.start] + LONGEST_S;
@@ -220,7 +180,7 @@ impl<'a> Anchors<'a> {
 
     /// Time that the samples stand for; never zero.
     pub fn seconds(&self, rows: &Range<usize>) -> f64 {
-        let t = &self.samples.t_s;
+        let t = self.view.t_s();
         let n = rows.len();
         let span = t[rows.end - 1] - t[rows.start];
         if n > 1 && span > 0.0 {
@@ -229,9 +189,4 @@ impl<'a> Anchors<'a> {
             1e-3
         }
     }
-}
-
-fn mean(channels: &[Vec<f64>; 3], rows: Range<usize>) -> [f64; 3] {
-    let n = rows.len() as f64;
-    std::array::from_fn(|i| channels[i][rows.clone()].iter().sum::<f64>() / n)
 }

@@ -8,7 +8,7 @@ use gravical_core::matrix3::norm;
 use super::anchors::{Anchors, Side, Walk};
 use super::options::{GravityRemoval, MotionOptions};
 use super::parameters::{self, Assumed, DATA_SHEET, Direction, TURNED, UNSTATED};
-use super::samples::Samples;
+use super::samples::{Samples, View};
 use super::words;
 use crate::calibration_file::CalibrationFile;
 use crate::gravity::Gravity;
@@ -25,7 +25,11 @@ pub(super) fn force_at_rest(
     rests: &[Range<usize>],
     walk: Walk,
 ) -> Option<[f64; 3]> {
-    (!rests.is_empty()).then(|| Anchors::new(samples, walk).at(rests, 0, Side::Last).force)
+    (!rests.is_empty()).then(|| {
+        Anchors::new(View::calibrated(samples), walk)
+            .at(rests, 0, Side::Last)
+            .force
+    })
 }
 
 /// Which parameters may be off, and by how much.
@@ -75,9 +79,9 @@ pub(super) fn local_gravity(file: Option<&CalibrationFile>, options: &MotionOpti
 }
 
 /// Mean of the first rows, and the seconds that it is over.
-pub(super) fn still_mean(samples: &Samples, rows: usize, walk: Walk) -> ([f64; 3], f64) {
-    let rows = 0..rows.min(samples.len());
-    let anchors = Anchors::new(samples, walk);
+pub(super) fn still_mean(view: View<'_>, rows: usize, walk: Walk) -> ([f64; 3], f64) {
+    let rows = 0..rows.min(view.samples.len());
+    let anchors = Anchors::new(view, walk);
     let seconds = anchors.seconds(&rows);
     (anchors.whole(rows).force, seconds)
 }

@@ -12,29 +12,27 @@
 //! with σ_A² the variance of the gyroscope's bias at the rest. All are integrals
 //! of white noise; they are tested against simulated noise.
 
+use gravical_core::motion::OpenNoise;
+
+use super::leg::Leg;
 use super::smoother::Smoother;
+
+/// A foot in stance still moves by this, m/s.
+const STANCE_MPS: f64 = 0.02;
 
 /// What the noise of a leg consists of.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LegNoise {
     /// N² along the axes of the frame, m²/s³.
     pub accel: [f64; 3],
-    /// N_g², rad²/s.
-    pub gyro: f64,
-    /// Variance of the gyroscope's bias, rad²/s².
-    pub bias: f64,
+    /// The rest at its start, the gyroscope, and a wobble without one.
+    pub open: OpenNoise<f64>,
     /// Variance of the tilt at the first rest, rad².
     pub level_near: f64,
-    /// Constant tilt that sets in with the motion (without a gyroscope), rad².
-    pub wobble: f64,
     /// Variance of what was taken for a change of gravity's size, m²/s⁴.
     pub magnitude: f64,
-    /// g, m/s².
-    pub gravity: f64,
     /// T, s.
     pub total: f64,
-    /// T₀, s.
-    pub rest: f64,
 }
 
 /// Variances by cause: what the accelerometer's noise makes, and what attitude
@@ -68,31 +66,17 @@ impl LegNoise {
 
     /// Variance of velocity and position from a rest on, without another.
     pub fn open(&self, tau: f64) -> (Variances, Variances) {
-        let g2 = self.gravity.powi(2);
-        let tilt_v =
-            self.gyro * tau.powi(3) / 3.0 + self.bias * tau.powi(4) / 4.0 + self.wobble * tau * tau;
-        let tilt_p = self.gyro * tau.powi(5) / 20.0
-            + self.bias * tau.powi(6) / 36.0
-            + self.wobble * tau.powi(4) / 4.0;
-        let (tilt_v, tilt_p) = (g2 * tilt_v, g2 * tilt_p);
-        (
-            Variances {
-                noise: self.accel.map(|n| n * (tau + tau * tau / self.rest)),
-                tilt: [tilt_v, tilt_v, 0.0],
-            },
-            Variances {
-                noise: self
-                    .accel
-                    .map(|n| n * (tau.powi(3) / 3.0 + tau.powi(4) / (4.0 * self.rest))),
-                tilt: [tilt_p, tilt_p, 0.0],
-            },
-        )
+        let of = |[noise, tilt]: [f64; 2]| Variances {
+            noise: self.accel.map(|n| n * noise),
+            tilt: [tilt, tilt, 0.0],
+        };
+        (of(self.open.velocity(tau)), of(self.open.position(tau)))
     }
 
     /// Variance of the way from τ to the far end T, without a rest there: what
     /// a leg that ran backwards in time says of its start.
     pub fn way_open(&self, tau: f64) -> Variances {
-        let (t, rest) = (self.total, self.rest);
+        let (t, rest) = (self.total, self.open.rest_s);
         let way = (t - tau).powi(2) * tau + (t - tau).powi(3) / 3.0;
         let mean = (t * t - tau * tau).powi(2) / (4.0 * rest);
         let tilt = |tau: f64| self.open(tau).1.tilt[0].sqrt();
@@ -106,7 +90,7 @@ impl LegNoise {
     /// Variance where the mean over the first T₀ seconds was taken off and
     /// integration began with them.
     pub fn after_mean(&self, tau: f64) -> (Variances, Variances) {
-        let t0 = self.rest;
+        let t0 = self.open.rest_s;
         let (v, p) = if tau <= t0 {
             (
                 tau - tau * tau / t0,
@@ -118,10 +102,10 @@ impl LegNoise {
                 tau.powi(4) / (4.0 * t0) + 0.5 * tau * tau * t0 - 2.0 * tau.powi(3) / 3.0,
             )
         };
-        let g2 = self.gravity.powi(2);
+        let g2 = self.open.gravity.powi(2);
         let moving = (tau - t0).max(0.0);
-        let tilt_v = g2 * self.wobble * moving * moving;
-        let tilt_p = g2 * self.wobble * moving.powi(4) / 4.0;
+        let tilt_v = g2 * self.open.wobble * moving * moving;
+        let tilt_p = g2 * self.open.wobble * moving.powi(4) / 4.0;
         (
             Variances {
                 noise: self.accel.map(|n| n * v.max(0.0)),
@@ -132,6 +116,98 @@ impl LegNoise {
                 tilt: [tilt_p, tilt_p, 0.0],
             },
         )
+    }
+}
+
+/// Variances along a walk: each step starts and ends in a stance.
+pub(super) struct Steps {
+    /// Of velocity and position at each sample: by noise of the accelerometer with
+    /// N² = 1, and by what velocity a stance may have.
+    noise: Vec<[f64; 2]>,
+    stance: Vec<[f64; 2]>,
+    /// By tilt.
+    tilt: Vec<[f64; 2]>,
+}
+
+impl Steps {
+    pub fn new(leg: &Leg<'_>, tau: &[f64], of: &LegNoise) -> Self {
+        let last = tau.len() - 1;
+        let mut out = Steps {
+            noise: vec![[0.0; 2]; tau.len()],
+            stance: vec![[0.0; 2]; tau.len()],
+            tilt: vec![[0.0; 2]; tau.len()],
+        };
+        let (mut noise, mut stance, mut tilt) = (0.0, 0.0, 0.0);
+        let g2 = of.open.gravity * of.open.gravity;
+        let mut from = 0;
+        let end = last..last + 1;
+        for next in leg.stances.iter().chain(std::iter::once(&end)) {
+            let closed = next.start < last || leg.closing.is_some();
+            let t = tau[next.start] - tau[from];
+            for k in from..=next.start {
+                let s = tau[k] - tau[from];
+                let (v, p) = if closed && t > 0.0 {
+                    (s * (t - s) / t, s.powi(3) / 3.0 - s.powi(4) / (4.0 * t))
+                } else {
+                    (s, s.powi(3) / 3.0)
+                };
+                out.noise[k] = [v, noise + p];
+                let [v, p] = tilt_of_step(of, tau[from], s, closed.then_some(t));
+                out.tilt[k] = [g2 * v, tilt + g2 * p];
+                out.stance[k] = [STANCE_MPS * STANCE_MPS, stance + (STANCE_MPS * s).powi(2)];
+            }
+            noise = out.noise[next.start][1];
+            stance = out.stance[next.start][1];
+            tilt = out.tilt[next.start][1];
+            from = next.end.min(last + 1) - 1;
+            for k in next.start..=from {
+                out.noise[k] = [0.0, noise];
+                out.stance[k] = [STANCE_MPS * STANCE_MPS, stance];
+                out.tilt[k] = [0.0, tilt];
+            }
+        }
+        out
+    }
+
+    pub fn at(&self, k: usize, noise: &LegNoise) -> (Variances, Variances) {
+        let of = |i: usize| Variances {
+            noise: noise
+                .accel
+                .map(|n| n * self.noise[k][i] + self.stance[k][i]),
+            tilt: [self.tilt[k][i], self.tilt[k][i], 0.0],
+        };
+        (of(0), of(1))
+    }
+}
+
+/// Variance of velocity and position over g² that tilt makes `s` seconds into a
+/// step that begins `before` seconds after the last rest; `closed` is the step's
+/// length where a stance ends it.
+fn tilt_of_step(noise: &LegNoise, before: f64, s: f64, closed: Option<f64>) -> [f64; 2] {
+    let (q, b) = (noise.open.gyro, noise.open.bias);
+    match closed {
+        // What the tilt was at the start of the step is a velocity that grows evenly:
+        // the stance takes it off.
+        Some(t) if t > 0.0 => {
+            let walk_v = s * s * (t - s).powi(2) / (3.0 * t);
+            let walk_p = s.powi(4) * t / 12.0 - 7.0 * s.powi(5) / 60.0 + s.powi(6) / (24.0 * t);
+            let (e, d) = (0.5 * (s * s - s * t), s.powi(3) / 6.0 - s * s * t / 4.0);
+            [
+                q * walk_v.max(0.0) + b * e * e,
+                q * walk_p.max(0.0) + b * d * d,
+            ]
+        }
+        _ => {
+            let start = noise.level_near + q * before;
+            let (v, p) = (
+                before * s + s * s / 2.0,
+                before * s * s / 2.0 + s.powi(3) / 6.0,
+            );
+            [
+                start * s * s + q * s.powi(3) / 3.0 + b * v * v,
+                start * s.powi(4) / 4.0 + q * s.powi(5) / 20.0 + b * p * p,
+            ]
+        }
     }
 }
 
@@ -150,14 +226,16 @@ mod tests {
     fn unit() -> LegNoise {
         LegNoise {
             accel: [1.0; 3],
-            gyro: 0.0,
-            bias: 0.0,
+            open: OpenNoise {
+                gyro: 0.0,
+                bias: 0.0,
+                wobble: 0.0,
+                gravity: 1.0,
+                rest_s: REST,
+            },
             level_near: 0.0,
-            wobble: 0.0,
             magnitude: 0.0,
-            gravity: 1.0,
             total: T,
-            rest: REST,
         }
     }
 
@@ -259,7 +337,7 @@ mod tests {
             accel: n,
             seen: level,
         };
-        let smoother = Smoother::new(T, 1.0, noise, noise, true, |_, _| (q, q));
+        let smoother = Smoother::new(T, 1.0, noise, noise, |_, _| (q, q));
         let draw = |rng: &mut ChaCha8Rng, count: usize| -> Vec<f64> {
             let beta = bias.sqrt() * white(rng);
             let mut theta = level.sqrt() * white(rng);

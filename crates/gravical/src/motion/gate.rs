@@ -6,27 +6,18 @@
 
 use std::ops::Range;
 
-use gravical_core::integrate::Trapezoid;
-use gravical_core::matrix3::{add, norm, sub};
-use gravical_core::strapdown::{Strapdown, rotate};
+use gravical_core::matrix3::norm;
+use gravical_core::motion::{FAR, FLOOR_MPS};
+use gravical_core::strapdown::level;
 
-use super::leg::{Anchor, Leg, Removal};
-use super::parameters::Direction;
-use super::samples::Samples;
-
-/// Standard deviations from zero that a velocity at rest may have.
-const FAR: f64 = 4.0;
-
-/// No velocity is known better than this, m/s: feet and hands are not quite still
-/// where they rest.
-const FLOOR_MPS: f64 = 0.01;
+use super::anchors::{Anchors, Side};
+use super::leg::{Forward, Leg};
+use super::parameters::{Direction, STEP};
+use super::setup::Setup;
 
 /// A velocity that an error of the acceleration of this size explains is no
 /// motion when nothing after it comes to rest, m/s².
 const DRIFT_MPS2: f64 = 0.15;
-
-/// Step of the parameters, in standard deviations.
-const STEP: f64 = 1e-3;
 
 /// A quiet stretch that was judged.
 #[derive(Debug, Clone)]
@@ -47,39 +38,22 @@ pub(super) struct Judged {
 
 /// Which way in time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Way {
+enum Way {
     Forwards,
     Backwards,
 }
 
-/// What the gate needs of a leg from a rest on.
-pub(super) trait Departure {
-    /// The leg that departs from the rest `k` of `rests`.
-    fn leg(&self, rests: &[Range<usize>], k: usize, way: Way) -> Leg<'_>;
-    /// Variance of the velocity `tau` seconds after it, by noise alone.
-    fn variance(&self, leg: &Leg<'_>, tau: f64) -> [f64; 3];
-}
-
 /// Judges the candidates of one piece. One of them has to be believed: the first,
 /// or the longest where that makes more of them rests (then the longer time).
-pub(super) fn judge(
-    samples: &Samples,
-    candidates: &[Range<usize>],
-    directions: &[Direction],
-    departure: &impl Departure,
-) -> Vec<Judged> {
-    let seconds = |r: &Range<usize>| samples.t_s[r.end - 1] - samples.t_s[r.start];
+pub(super) fn judge(setup: &Setup<'_>, candidates: &[Range<usize>]) -> Vec<Judged> {
+    let t_s = setup.view.t_s();
+    let seconds = |r: &Range<usize>| t_s[r.end - 1] - t_s[r.start];
     let longest = (0..candidates.len())
         .max_by(|&a, &b| seconds(&candidates[a]).total_cmp(&seconds(&candidates[b])));
     let Some(longest) = longest else {
         return Vec::new();
     };
-    let gate = Gate {
-        samples,
-        candidates,
-        directions,
-        departure,
-    };
+    let gate = Gate { setup, candidates };
     let by_first = gate.from(0);
     if longest == 0 || by_first.iter().all(|j| j.rest && !j.overruled) {
         return by_first;
@@ -99,14 +73,12 @@ pub(super) fn judge(
     }
 }
 
-struct Gate<'a, D> {
-    samples: &'a Samples,
+struct Gate<'a> {
+    setup: &'a Setup<'a>,
     candidates: &'a [Range<usize>],
-    directions: &'a [Direction],
-    departure: &'a D,
 }
 
-impl<D: Departure> Gate<'_, D> {
+impl Gate<'_> {
     /// All candidates in order, that one believed.
     fn from(&self, believed: usize) -> Vec<Judged> {
         let mut out = self.side(believed, Way::Backwards);
@@ -164,74 +136,85 @@ impl<D: Departure> Gate<'_, D> {
 
     fn seconds_to(&self, from: usize, span: &Range<usize>, way: Way) -> f64 {
         let (near, far) = self.edges(from, span, way);
-        (self.samples.t_s[far] - self.samples.t_s[near]).abs()
+        let t_s = self.setup.view.t_s();
+        (t_s[far] - t_s[near]).abs()
+    }
+
+    /// The leg that departs from the candidate `k`.
+    fn leg(&self, k: usize, way: Way) -> Leg<'_> {
+        let own = &self.candidates[k];
+        let (side, near, far) = match way {
+            Way::Forwards => (Side::Last, own.end - 1, self.setup.view.samples.len() - 1),
+            Way::Backwards => (Side::First, own.start, 0),
+        };
+        let anchors = Anchors::new(self.setup.view, self.setup.walk);
+        let start = anchors.at(self.candidates, k, side);
+        self.setup
+            .leg(near, far, start, None, level(start.force, 0.0))
     }
 
     /// From the rest `from` on through all candidates beyond it, up to the first
     /// that is a rest.
     fn onward(&self, from: usize, way: Way) -> Vec<Judged> {
-        let leg = self.departure.leg(self.candidates, from, way);
-        let mut nominal = Runner::new(&leg, &Direction::NONE);
-        let changes: Vec<Direction> = self.directions.iter().map(|d| d.times(STEP)).collect();
-        let mut changed: Vec<Runner> = changes.iter().map(|c| Runner::new(&leg, c)).collect();
-        let mut at = leg.near;
-        let mut started = false;
+        let leg = self.leg(from, way);
+        let mut nominal = Forward::new(&leg, Direction::NONE);
+        let mut changed: Vec<Forward<'_>> = self
+            .setup
+            .directions
+            .iter()
+            .map(|d| Forward::new(&leg, d.times(STEP)))
+            .collect();
+        let mut done = 0;
         let mut out = Vec::new();
-        let beyond: Vec<usize> = match way {
-            Way::Forwards => (from + 1..self.candidates.len()).collect(),
-            Way::Backwards => (0..from).rev().collect(),
-        };
-        for k in beyond {
-            let span = &self.candidates[k];
-            let (_, far) = self.edges(from, span, way);
+        let mut next = Some(from);
+        loop {
+            next = match way {
+                Way::Forwards => next.map(|k| k + 1),
+                Way::Backwards => next.and_then(|k| k.checked_sub(1)),
+            };
+            let Some(span) = next.and_then(|k| self.candidates.get(k)) else {
+                return out;
+            };
+            let (near, far) = self.edges(from, span, way);
             // Stretch by stretch, so that the samples stay in the cache.
-            while at != far || !started {
-                let left = at.abs_diff(far);
-                let stretch = left.min(4096);
-                let to = if far >= at {
-                    at + stretch
-                } else {
-                    at - stretch
-                };
-                let order = |k: usize| if far >= at { at + k } else { at - k };
-                let skip = usize::from(started);
-                let samples = self.samples;
-                let advance = |runner: &mut Runner, change: &Direction| {
-                    (skip..=stretch).for_each(|k| runner.advance(samples, order(k), change));
-                };
-                advance(&mut nominal, &Direction::NONE);
-                for (runner, change) in changed.iter_mut().zip(&changes) {
-                    advance(runner, change);
+            while done <= near.abs_diff(far) {
+                let stretch = (near.abs_diff(far) + 1 - done).min(4096);
+                for one in std::iter::once(&mut nominal).chain(&mut changed) {
+                    for _ in 0..stretch {
+                        one.advance();
+                    }
                 }
-                (at, started) = (to, true);
+                done += stretch;
             }
-            let judged = self.compare(&leg, &nominal, &changed, span, far);
+            let judged = self.compare(
+                &leg,
+                &nominal,
+                &changed,
+                span,
+                self.seconds_to(from, span, way),
+            );
             let rest = judged.rest;
             out.push(judged);
             if rest {
-                break;
+                return out;
             }
         }
-        out
     }
 
     fn compare(
         &self,
         leg: &Leg<'_>,
-        nominal: &Runner,
-        changed: &[Runner],
+        nominal: &Forward<'_>,
+        changed: &[Forward<'_>],
         span: &Range<usize>,
-        far: usize,
+        tau: f64,
     ) -> Judged {
-        let tau = (self.samples.t_s[far] - self.samples.t_s[leg.near]).abs();
-        let velocity = nominal.way.velocity();
-        let noise = self.departure.variance(leg, tau);
+        let velocity = nominal.propagator.velocity();
+        let (noise, _) = self.setup.noise(leg).open(tau);
         let sigma: [f64; 3] = std::array::from_fn(|i| {
-            let parameters: f64 = changed
-                .iter()
-                .map(|r| ((r.way.velocity()[i] - velocity[i]) / STEP).powi(2))
-                .sum();
-            (noise[i] + parameters + FLOOR_MPS * FLOOR_MPS).sqrt()
+            let off = |one: &Forward<'_>| (one.propagator.velocity()[i] - velocity[i]) / STEP;
+            let parameters: f64 = changed.iter().map(|one| off(one).powi(2)).sum();
+            (noise.noise[i] + noise.tilt[i] + parameters + FLOOR_MPS * FLOOR_MPS).sqrt()
         });
         Judged {
             span: span.clone(),
@@ -241,49 +224,5 @@ impl<D: Departure> Gate<'_, D> {
             rest: (0..3).all(|i| velocity[i].abs() <= FAR * sigma[i]),
             overruled: false,
         }
-    }
-}
-
-/// Velocity from a rest on, one way in time.
-struct Runner {
-    strapdown: Option<Strapdown<f64>>,
-    attitude: [f64; 4],
-    bias: [f64; 3],
-    down: [f64; 3],
-    way: Trapezoid<f64>,
-    before_s: f64,
-}
-
-impl Runner {
-    fn new(leg: &Leg<'_>, change: &Direction) -> Self {
-        let Anchor { force, bias, .. } = leg.start;
-        let force = add(&force, &change.force(&force));
-        let attitude = leg.levelled(&force);
-        Runner {
-            strapdown: matches!(leg.removal, Removal::Strapdown).then(|| Strapdown::new(attitude)),
-            attitude,
-            bias: add(&bias, &change.rate(&bias)),
-            down: match leg.removal {
-                Removal::Mean(mean) => add(&mean, &change.force(&mean)),
-                _ => [0.0, 0.0, norm(&force)],
-            },
-            way: Trapezoid::new(leg.v0, [0.0; 3]),
-            before_s: leg.samples.t_s[leg.near],
-        }
-    }
-
-    #[inline]
-    fn advance(&mut self, samples: &Samples, i: usize, change: &Direction) {
-        let h = samples.t_s[i] - self.before_s;
-        self.before_s = samples.t_s[i];
-        if let Some(strapdown) = &mut self.strapdown {
-            let w = samples.rate_at(i);
-            let w = add(&w, &change.rate(&w));
-            self.attitude = strapdown.update(sub(&w, &self.bias), h);
-        }
-        let f = samples.force_at(i);
-        let f = add(&f, &change.force(&f));
-        self.way
-            .update(sub(&rotate(&self.attitude, &f), &self.down), h);
     }
 }

@@ -1,19 +1,19 @@
 //! One leg: from a rest to the next, from a rest to the end, from the start to a
 //! rest, or the whole of a recording without rest.
 //!
-//! The order of things: level at the rest, follow the attitude with the
-//! gyroscope, turn the specific force upright, spread what is missing of the tilt
-//! at the next rest over the leg, take gravity off, integrate, and take off the
-//! velocity that is left at the rest.
+//! [`Forward`] levels at the rest and propagates from there. What the second rest
+//! tells of the samples before it ([`Leg::close`]): the tilt that is missing is spread
+//! over the leg, and the velocity that is left is taken off.
 
 use std::ops::Range;
 
 use gravical_core::integrate::Trapezoid;
-use gravical_core::matrix3::{add, cross, mul_vec, norm, scaled, sub};
-use gravical_core::strapdown::{Strapdown, matrix, missing_tilt, rotate, times, turn};
+use gravical_core::matrix3::{add, cross, norm, scaled, sub};
+use gravical_core::motion::Propagator;
+use gravical_core::strapdown::{missing_tilt, times, turn};
 
 use super::parameters::Direction;
-use super::samples::Samples;
+use super::samples::View;
 use super::smoother::Smoother;
 
 /// What a rest says.
@@ -42,35 +42,57 @@ pub(super) enum Removal {
     Mean([f64; 3]),
 }
 
+impl Removal {
+    /// The attitude is followed.
+    pub fn follows(&self) -> bool {
+        matches!(self, Removal::Strapdown)
+    }
+
+    /// `attitude`, levelled by the force at a rest.
+    pub fn levelled(&self, attitude: &[f64; 4], force: &[f64; 3]) -> [f64; 4] {
+        match self {
+            Removal::Mean(_) => [1.0, 0.0, 0.0, 0.0],
+            _ => times(&turn(&missing_tilt(attitude, force)), attitude),
+        }
+    }
+}
+
 /// A leg: samples `near` to `far`, both included. The rest that it starts from
 /// lies before `near`; `near` > `far` runs backwards in time.
 #[derive(Debug, Clone)]
 pub(super) struct Leg<'a> {
-    pub samples: &'a Samples,
+    pub view: View<'a>,
     pub near: usize,
     pub far: usize,
     /// The rest at `near`.
     pub start: Anchor,
     /// The rest at `far`.
-    pub end: Option<Anchor>,
+    pub closing: Option<Closing>,
     /// Attitude at `near` as far as it is known; the rest levels it.
     pub attitude: [f64; 4],
     pub removal: Removal,
-    /// What the second rest says of the tilt along the leg.
-    pub smoother: Smoother,
-    /// How much of the change of the magnitude between the rests is believed, 0
-    /// to 1.
-    pub magnitude_gain: f64,
     /// Stances between the rests, counted from `near`; velocity is zero in them.
     pub stances: Vec<Range<usize>>,
     /// Velocity at `near`, m/s: zero after a rest.
     pub v0: [f64; 3],
 }
 
-/// What a leg comes to, sample by sample from `near` on. Kept from run to run to
-/// save the allocations.
+/// The rest that ends a leg, and how it is used.
+#[derive(Debug, Clone)]
+pub(super) struct Closing {
+    /// What it says.
+    pub rest: Anchor,
+    /// What it says of the tilt along the leg.
+    pub smoother: Smoother,
+    /// How much of the change of the magnitude between the rests is believed, 0
+    /// to 1.
+    pub magnitude_gain: f64,
+}
+
+/// Samples of a leg in the order that it takes them. Kept from run to run to save the
+/// allocations.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Ran {
+pub(super) struct Columns {
     /// Time since `near`, s; negative when it ran backwards.
     pub tau: Vec<f64>,
     /// Attitude, where asked for.
@@ -79,164 +101,122 @@ pub(super) struct Ran {
     pub acceleration: Vec<[f64; 3]>,
     pub velocity: Vec<[f64; 3]>,
     pub position: Vec<[f64; 3]>,
+}
+
+/// What is left at the end of a leg.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Closure {
     /// Velocity at `far` before it was taken off, m/s.
     pub left_over: [f64; 3],
     /// Rotation vector in the frame that was missing at `far`, rad.
     pub missing: [f64; 3],
     /// Attitude at `far`.
-    pub last: [f64; 4],
+    pub attitude: [f64; 4],
 }
 
 impl Leg<'_> {
     /// Duration, s.
     pub fn seconds(&self) -> f64 {
-        (self.samples.t_s[self.far] - self.samples.t_s[self.near]).abs()
+        self.total().abs()
     }
 
-    /// Its samples in the order that it takes them.
-    pub fn order(&self) -> impl Iterator<Item = usize> + use<> {
-        let (near, far) = (self.near, self.far);
-        let count = near.abs_diff(far) + 1;
-        (0..count).map(move |k| if near <= far { near + k } else { near - k })
+    /// From `near` to `far`, s; negative when it runs backwards.
+    fn total(&self) -> f64 {
+        let t = self.view.t_s();
+        t[self.far] - t[self.near]
     }
 
-    /// The attitude at `near`: levelled by the rest.
-    pub fn levelled(&self, force: &[f64; 3]) -> [f64; 4] {
-        match self.removal {
-            Removal::Mean(_) => [1.0, 0.0, 0.0, 0.0],
-            _ => times(&turn(&missing_tilt(&self.attitude, force)), &self.attitude),
+    /// How far along the leg a time is, 0 to 1.
+    fn share(&self, tau: f64) -> f64 {
+        let total = self.total();
+        if total == 0.0 { 1.0 } else { tau / total }
+    }
+
+    /// It goes back in time, from a rest to what came before.
+    pub fn is_backwards(&self) -> bool {
+        self.near > self.far
+    }
+
+    /// It has to be there as a whole: something tells of the samples before it, or its
+    /// far end is where positions count from.
+    pub fn is_corrected(&self) -> bool {
+        self.closing.is_some() || !self.stances.is_empty() || self.is_backwards()
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.near.abs_diff(self.far) + 1
+    }
+
+    /// The sample at place `k`.
+    #[inline]
+    pub fn sample(&self, k: usize) -> usize {
+        if self.near <= self.far {
+            self.near + k
+        } else {
+            self.near - k
         }
     }
 
-    /// Runs the leg, its parameters changed by `change`.
-    pub fn run(&self, change: &Direction, with_attitude: bool, out: &mut Ran) {
-        let force_of = |f: [f64; 3]| add(&f, &change.force(&f));
-        let rate_of = |w: [f64; 3]| add(&w, &change.rate(&w));
-        let samples = self.samples;
-        let (start, end) = (
-            force_of(self.start.force),
-            self.end.map(|e| force_of(e.force)),
-        );
-        let bias = rate_of(self.start.bias);
-        let drift = self.end.map_or([0.0; 3], |e| sub(&rate_of(e.bias), &bias));
-        let t0 = samples.t_s[self.near];
-        let total = samples.t_s[self.far] - t0;
-        let share = |tau: f64| if total == 0.0 { 1.0 } else { tau / total };
-
-        out.tau.clear();
-        out.attitude.clear();
-        out.acceleration.clear();
-        out.velocity.clear();
-        out.position.clear();
-        let q0 = self.levelled(&start);
-
-        // The specific force, turned into the frame.
-        let mut q = q0;
-        match self.removal {
-            Removal::Strapdown => {
-                let mut strapdown = Strapdown::new(q0);
-                let mut before = t0;
-                for i in self.order() {
-                    let t = samples.t_s[i];
-                    let tau = t - t0;
-                    let s = share(tau);
-                    let offset = [
-                        bias[0] + s * drift[0],
-                        bias[1] + s * drift[1],
-                        bias[2] + s * drift[2],
-                    ];
-                    q = strapdown.update(sub(&rate_of(samples.rate_at(i)), &offset), t - before);
-                    before = t;
-                    out.tau.push(tau);
-                    if with_attitude {
-                        out.attitude.push(q);
-                    }
-                    out.acceleration
-                        .push(rotate(&q, &force_of(samples.force_at(i))));
-                }
-            }
-            Removal::Tilt | Removal::ConstantTilt | Removal::Mean(_) => {
-                let r = matrix(&q0);
-                for i in self.order() {
-                    out.tau.push(samples.t_s[i] - t0);
-                    if with_attitude {
-                        out.attitude.push(q0);
-                    }
-                    out.acceleration
-                        .push(mul_vec(&r, &force_of(samples.force_at(i))));
-                }
-            }
-        }
-
-        // What the second rest shows: tilt that is missing, velocity that is left.
-        out.missing = match (end, self.removal) {
-            (Some(end), Removal::Strapdown | Removal::Tilt) => missing_tilt(&q, &end),
-            _ => [0.0; 3],
+    /// What the second rest and the stances tell of the samples before them, once
+    /// `forward` has gone all the way and left its samples in `columns`.
+    pub fn close(&self, forward: &Forward<'_>, columns: &mut Columns) -> Closure {
+        let mut out = Closure {
+            left_over: forward.propagator.velocity(),
+            missing: [0.0; 3],
+            attitude: forward.propagator.attitude(),
         };
-        let mut left = [0.0; 2];
-        if end.is_some() {
-            for (a, tau) in out.acceleration.windows(2).zip(out.tau.windows(2)) {
-                let half = 0.5 * (tau[1] - tau[0]);
-                (0..2).for_each(|i| left[i] += half * (a[0][i] + a[1][i]));
+        let mean = matches!(self.removal, Removal::Mean(_));
+        if let Some(closing) = self.closing.as_ref().filter(|_| !mean) {
+            let end = forward.force(&closing.rest.force);
+            if matches!(self.removal, Removal::Strapdown | Removal::Tilt) {
+                out.missing = missing_tilt(&out.attitude, &end);
             }
-        }
-        let upright = Upright {
-            smoother: &self.smoother,
-            missing: out.missing,
-            left,
-            active: end.is_some() && !matches!(self.removal, Removal::Mean(_)),
-        };
-        let (down, change_of_down) = match self.removal {
-            Removal::Mean(mean) => (force_of(mean), [0.0; 3]),
-            _ => {
-                let g = norm(&start);
-                let more = end.map_or(0.0, |e| self.magnitude_gain * (norm(&e) - g));
-                ([0.0, 0.0, g], [0.0, 0.0, more])
+            let upright = Upright {
+                smoother: &closing.smoother,
+                missing: out.missing,
+                left: [out.left_over[0], out.left_over[1]],
+            };
+            let g = forward.propagator.gravity()[2];
+            let more = closing.magnitude_gain * (norm(&end) - g);
+            let mut way = Trapezoid::new(self.v0, [0.0; 3]);
+            let mut before = 0.0;
+            for (k, a) in columns.acceleration.iter_mut().enumerate() {
+                let tau = columns.tau[k];
+                let turned = upright.apply(tau, &[a[0], a[1], a[2] + g]);
+                *a = [turned[0], turned[1], turned[2] - g - self.share(tau) * more];
+                way.update(*a, tau - before);
+                before = tau;
+                columns.velocity[k] = way.velocity();
+                columns.position[k] = way.position();
             }
-        };
-        let mut way = Trapezoid::new(self.v0, [0.0; 3]);
-        let mut before = 0.0;
-        for (k, a) in out.acceleration.iter_mut().enumerate() {
-            let tau = out.tau[k];
-            let s = share(tau);
-            let turned = upright.apply(tau, a);
-            *a = [
-                turned[0] - down[0] - s * change_of_down[0],
-                turned[1] - down[1] - s * change_of_down[1],
-                turned[2] - down[2] - s * change_of_down[2],
-            ];
-            way.update(*a, tau - before);
-            before = tau;
-            out.velocity.push(way.velocity());
-            out.position.push(way.position());
+            for (q, tau) in columns.attitude.iter_mut().zip(&columns.tau) {
+                *q = times(&turn(&upright.vector(*tau)), q);
+            }
+            out.attitude = times(&turn(&upright.vector(self.total())), &out.attitude);
+            out.left_over = way.velocity();
         }
-        for (q, tau) in out.attitude.iter_mut().zip(&out.tau) {
-            *q = times(&turn(&upright.vector(*tau)), q);
-        }
-        out.last = times(&turn(&upright.vector(total)), &q);
-        out.left_over = way.velocity();
-
         if !self.stances.is_empty() {
-            self.stand(out);
-        } else if self.end.is_some() && total != 0.0 {
+            self.stand(columns);
+        } else if self.closing.is_some() && self.total() != 0.0 {
             // At the second rest the velocity is zero: what is left grew evenly.
-            let slope = scaled(&out.left_over, 1.0 / total);
-            for k in 0..out.tau.len() {
-                let tau = out.tau[k];
+            let slope = scaled(&out.left_over, 1.0 / self.total());
+            for (k, &tau) in columns.tau.iter().enumerate() {
                 for i in 0..3 {
-                    out.velocity[k][i] -= slope[i] * tau;
-                    out.position[k][i] -= 0.5 * slope[i] * tau * tau;
-                    out.acceleration[k][i] -= slope[i];
+                    columns.velocity[k][i] -= slope[i] * tau;
+                    columns.position[k][i] -= 0.5 * slope[i] * tau * tau;
+                    columns.acceleration[k][i] -= slope[i];
                 }
             }
         }
+        out
     }
 
     /// Takes off what velocity is left at each stance, and integrates again.
-    fn stand(&self, out: &mut Ran) {
+    fn stand(&self, out: &mut Columns) {
         let last = out.tau.len() - 1;
         let mut from = 0;
-        let ends = self.end.is_some().then(|| last..last + 1);
+        let ends = self.closing.is_some().then(|| last..last + 1);
         for stance in self.stances.iter().cloned().chain(ends) {
             let to = stance.start.min(last);
             let (v0, v1) = (out.velocity[from], out.velocity[to]);
@@ -261,7 +241,7 @@ impl Leg<'_> {
             }
             from = until.max(to);
         }
-        if self.end.is_none() {
+        if self.closing.is_none() {
             let v0 = out.velocity[from];
             for k in from + 1..=last {
                 out.velocity[k] = sub(&out.velocity[k], &v0);
@@ -283,6 +263,93 @@ impl Leg<'_> {
     }
 }
 
+/// The forward pass along a leg, its parameters changed by a direction.
+#[derive(Debug, Clone)]
+pub(super) struct Forward<'a> {
+    leg: &'a Leg<'a>,
+    change: Direction,
+    pub propagator: Propagator<f64>,
+    /// Bias of the gyroscope at `near`, and how much more of it there is at `far`.
+    bias: [f64; 3],
+    drift: [f64; 3],
+    before_s: f64,
+    /// Places that it has gone.
+    done: usize,
+}
+
+impl<'a> Forward<'a> {
+    /// Before the first sample of `leg`.
+    pub fn new(leg: &'a Leg<'a>, change: Direction) -> Self {
+        let force_of = |f: &[f64; 3]| add(f, &change.force(f));
+        let rate_of = |w: &[f64; 3]| add(w, &change.rate(w));
+        let start = force_of(&leg.start.force);
+        let bias = rate_of(&leg.start.bias);
+        let end = leg.closing.as_ref();
+        let gravity = match &leg.removal {
+            Removal::Mean(mean) => force_of(mean),
+            _ => [0.0, 0.0, norm(&start)],
+        };
+        let attitude = leg.removal.levelled(&leg.attitude, &start);
+        let mut propagator = Propagator::new(attitude, leg.removal.follows(), gravity);
+        propagator.place(leg.v0, [0.0; 3]);
+        Forward {
+            leg,
+            change,
+            propagator,
+            bias,
+            drift: end.map_or([0.0; 3], |e| sub(&rate_of(&e.rest.bias), &bias)),
+            before_s: leg.view.t_s()[leg.near],
+            done: 0,
+        }
+    }
+
+    /// A specific force with the change.
+    fn force(&self, f: &[f64; 3]) -> [f64; 3] {
+        add(f, &self.change.force(f))
+    }
+
+    /// Takes the next sample; its time since `near`, s.
+    #[inline]
+    pub fn advance(&mut self) -> f64 {
+        let leg = self.leg;
+        let i = leg.sample(self.done);
+        let t_s = leg.view.t_s();
+        let tau = t_s[i] - t_s[leg.near];
+        let rate = if leg.removal.follows() {
+            let w = leg.view.rate_at(i);
+            let s = leg.share(tau);
+            let more = self.change.rate(&w);
+            std::array::from_fn(|c| w[c] + more[c] - (self.bias[c] + s * self.drift[c]))
+        } else {
+            [0.0; 3]
+        };
+        let force = self.force(&leg.view.force_at(i));
+        self.propagator.update(force, rate, t_s[i] - self.before_s);
+        self.before_s = t_s[i];
+        self.done += 1;
+        tau
+    }
+
+    /// Takes the next `count` samples into `out`, in place of what is there.
+    pub fn run(&mut self, count: usize, with_attitude: bool, out: &mut Columns) {
+        out.tau.clear();
+        out.attitude.clear();
+        out.acceleration.clear();
+        out.velocity.clear();
+        out.position.clear();
+        for _ in 0..count {
+            let tau = self.advance();
+            out.tau.push(tau);
+            if with_attitude {
+                out.attitude.push(self.propagator.attitude());
+            }
+            out.acceleration.push(self.propagator.acceleration());
+            out.velocity.push(self.propagator.velocity());
+            out.position.push(self.propagator.position());
+        }
+    }
+}
+
 /// The rotation that takes the tilt's error off.
 struct Upright<'a> {
     smoother: &'a Smoother,
@@ -290,16 +357,12 @@ struct Upright<'a> {
     missing: [f64; 3],
     /// Horizontal velocity that is left there, m/s.
     left: [f64; 2],
-    active: bool,
 }
 
 impl Upright<'_> {
     /// Its rotation vector, rad.
     #[inline]
     fn vector(&self, tau: f64) -> [f64; 3] {
-        if !self.active {
-            return [0.0; 3];
-        }
         let [of_tilt, of_velocity] = self.smoother.tilt_gain(tau);
         // An error φ of the attitude turns gravity into g (φ_y, −φ_x); what is
         // missing is −φ.
@@ -311,9 +374,6 @@ impl Upright<'_> {
     /// `v`, turned (Rodrigues).
     #[inline]
     fn apply(&self, tau: f64, v: &[f64; 3]) -> [f64; 3] {
-        if !self.active {
-            return *v;
-        }
         let r = self.vector(tau);
         let squared = r[0] * r[0] + r[1] * r[1];
         // sin φ/φ and (1 − cos φ)/φ²; the series to 1e-11 where it is taken.

@@ -44,6 +44,7 @@ mod prepare;
 mod result;
 pub mod samples;
 mod scales;
+mod setup;
 mod smoother;
 pub mod stance;
 pub mod still;
@@ -62,13 +63,15 @@ use crate::recording::{Finding, Recording};
 
 use anchors::Walk;
 use assumed::{force_at_rest, local_gravity, size_at_rest, still_mean};
-use path::Setup;
-use prepare::{Prepared, prepare, with_scales};
+use path::Known;
+use prepare::{Nominal, Prepared, prepare, with_scales};
+use samples::View;
+use setup::Setup;
 
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
 pub use stream::{Streamed, motion_stream};
-pub use table::write_table;
+pub use table::{Table, write_table};
 
 /// Motion of a recording: the result, and the table behind it.
 #[derive(Debug, Clone)]
@@ -88,22 +91,52 @@ pub struct Calibrated<'a> {
     pub name: &'a str,
 }
 
-/// Velocity and position of `recording`.
+/// Velocity and position of `recording`, with all its samples in memory: for figures,
+/// and for a comparison with a reference. [`motion_into`] keeps none.
+///
+/// # Errors
+///
+/// Those of [`motion_into`].
+pub fn motion(
+    recording: &Recording,
+    calibration: Option<Calibrated<'_>>,
+    options: &MotionOptions,
+) -> Result<Motion> {
+    let mut track = Track::default();
+    let (result, more) = compute(recording, calibration, options, Some(&mut track))?;
+    (track.uncalibrated, track.static_drift) = more;
+    Ok(Motion { result, track })
+}
+
+/// Velocity and position of `recording`; its samples go to `sink`, where there is one, and
+/// are not kept.
 ///
 /// # Errors
 ///
 /// Input errors: `unit-mismatch` (a calibration for another unit, range or
 /// sensor), `unit-unknown`, `rate-unknown`, `no-samples`. Usage: `option-range`.
 /// What only costs accuracy is a finding: no gyroscope, no rest, a gap in a move.
-pub fn motion(
+pub fn motion_into(
     recording: &Recording,
     calibration: Option<Calibrated<'_>>,
     options: &MotionOptions,
-) -> Result<Motion> {
+    sink: Option<&mut dyn MotionSink>,
+) -> Result<MotionResult> {
+    Ok(compute(recording, calibration, options, sink)?.0)
+}
+
+/// What a figure shows beside the samples.
+type ForFigures = (Option<UncalibratedTrack>, Option<DriftTrack>);
+
+fn compute(
+    recording: &Recording,
+    calibration: Option<Calibrated<'_>>,
+    options: &MotionOptions,
+    sink: Option<&mut dyn MotionSink>,
+) -> Result<(MotionResult, ForFigures)> {
     options.validate()?;
     let Prepared {
         samples,
-        nominal,
         findings,
         scales,
         left_out,
@@ -116,15 +149,22 @@ pub fn motion(
     let by_mean = options.gravity_removal == GravityRemoval::StillMean;
     let found = opening::rests(&samples, options);
     let file = calibration.map(|c| c.file);
-    let (samples, nominal) = if options.smooth.is_empty() {
-        (samples, nominal)
+    let smoothed;
+    let (samples, source) = if options.smooth.is_empty() {
+        (samples, recording)
     } else {
-        drop((samples, nominal));
+        drop(samples);
         let (smooth, told) = smooth(recording.clone(), &options.smooth, options.edge)?;
         findings.extend(told);
+        smoothed = smooth;
         let told = (&mut Default::default(), &mut Vec::new());
-        with_scales(&smooth, file, options, &scales, file.is_some(), told)?
+        (
+            with_scales(&smoothed, file, options, &scales, told)?,
+            &smoothed,
+        )
     };
+    let nominal = file.map(|_| Nominal::new(source, &scales, options.axes));
+    let view = View::calibrated(&samples);
     let walk = Walk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
     let mut rests = found.spans.clone();
     let size = size_at_rest(&samples, &rests, walk);
@@ -137,12 +177,12 @@ pub fn motion(
         &mut findings,
     );
     let mut setup = Setup {
-        samples: &samples,
+        view,
         stances: &[],
         walk,
         directions: &directions,
         removal: options.gravity_removal,
-        mean: None,
+        mean: by_mean.then(|| still_mean(view, options.still_rows, walk)),
         wobble: options.wobble_deg.to_radians(),
         clock_error: options.clock_error,
         v0: options.v0_mps.unwrap_or_default(),
@@ -150,11 +190,8 @@ pub fn motion(
         // Without a rest nothing tells the noise, nor how far the tilt is off.
         bands: options.bands && (by_mean || !rests.is_empty()),
     };
-    if by_mean {
-        setup.mean = Some(still_mean(&samples, options.still_rows, walk));
-    }
     if options.zero_velocity && options.rests.given_s.is_none() {
-        rests = gated(&setup, rests, &mut findings);
+        rests = gated(&setup, &rests, &mut findings);
     }
     // The first that was quiet may be no rest: then gravity is another one's.
     let again = if file.is_none() && rests.first() != found.spans.first() {
@@ -197,42 +234,72 @@ pub fn motion(
     } else {
         plan::plan(&samples, &rests, options.zero_velocity)
     };
-    let mut path = setup.follow(&plan, &legs_from);
+    let mut path = match sink {
+        Some(sink) => {
+            let raw = nominal
+                .as_ref()
+                .map_or(view, |nominal| View::nominal(&samples, nominal));
+            let mut still = Inside::new(rests.iter().chain(&stances));
+            sink.begin(&samples.t_s, &samples.breaks, setup.bands);
+            let mut give = |i: usize, known: &Known| {
+                sink.sample(&MotionSample {
+                    t_s: samples.t_s[i],
+                    raw_mps2: raw.force_at(i),
+                    force_mps2: samples.force_at(i),
+                    still: still.contains(i),
+                    attitude: known.attitude,
+                    acceleration_mps2: known.acceleration,
+                    velocity_mps: known.velocity,
+                    position_m: known.position,
+                    sigma_velocity_mps: known.sigma_velocity,
+                    sigma_position_m: known.sigma_position,
+                });
+            };
+            setup.follow(&plan, &legs_from, Some(&mut give))
+        }
+        None => setup.follow(&plan, &legs_from, None),
+    };
     let at_rest_only =
         path.moves.is_empty() || (rests.len() == 1 && rests[0].len() == samples.len());
     // Where the start alone can be a rest, the end itself is the drift.
     let at_rest_only = at_rest_only && !rests.is_empty() && !options.rests_at_start();
-    let mut drift_track = (at_rest_only && options.keep_uncalibrated)
-        .then(|| drift::static_track(&setup))
-        .flatten();
+    let drift = at_rest_only.then(|| drift::static_drift(&setup)).flatten();
+    let (static_drift, mut drift_track) = drift.unzip();
     let mut plain_track = None;
     let uncalibrated = nominal.as_ref().map(|nominal| {
-        let mut plain = Setup {
-            samples: nominal,
+        let view = View::nominal(&samples, nominal);
+        let plain = Setup {
+            view,
             directions: &[],
             bands: false,
+            mean: setup
+                .mean
+                .map(|_| still_mean(view, options.still_rows, walk)),
             ..setup
         };
-        if setup.mean.is_some() {
-            plain.mean = Some(still_mean(nominal, options.still_rows, walk));
-        }
         if let Some(track) = &mut drift_track {
-            let plain = drift::static_track(&plain);
-            track.uncalibrated_m = plain.map_or_else(Vec::new, |p| p.position_m);
+            let plain = drift::static_drift(&plain);
+            track.uncalibrated_m = plain.map_or_else(Vec::new, |(_, p)| p.position_m);
         }
-        let other = plain.follow(&plan, &legs_from);
-        let end = other.end;
         // One plan, hence the same moves.
+        let other = if options.keep_uncalibrated {
+            let mut track = UncalibratedTrack::default();
+            let mut keep = |_: usize, known: &Known| {
+                track.velocity_mps.push(known.velocity);
+                track.position_m.push(known.position);
+            };
+            let other = plain.follow(&plan, &legs_from, Some(&mut keep));
+            plain_track = Some(track);
+            other
+        } else {
+            plain.follow(&plan, &legs_from, None)
+        };
         for (own, other) in path.moves.iter_mut().zip(&other.moves) {
             own.uncalibrated_m = other.displacement_m;
         }
-        plain_track = options.keep_uncalibrated.then_some(UncalibratedTrack {
-            velocity_mps: other.velocity,
-            position_m: other.position,
-        });
         Uncalibrated {
-            position_m: end.and_then(|e| e.position_m),
-            velocity_mps: end.and_then(|e| e.velocity_mps),
+            position_m: other.end.position_m,
+            velocity_mps: other.end.velocity_mps,
         }
     });
 
@@ -243,7 +310,6 @@ pub fn motion(
         &path.moves,
         options,
     ));
-    let static_drift = at_rest_only.then(|| drift::static_drift(&setup)).flatten();
     findings.extend(words::size(
         file.is_some(),
         force_at_rest(&samples, &rests, walk),
@@ -275,57 +341,50 @@ pub fn motion(
         still: Span::of(t, &rests),
         noise: NoiseAtRest::of(&found),
         moves: path.moves,
-        r#final: path.end.unwrap_or(FinalState {
-            position_m: None,
-            sigma_m: None,
-            velocity_mps: None,
-        }),
+        r#final: path.end,
         uncalibrated,
         static_drift,
         budget_m: path.budget,
         truth: None,
         findings,
     };
-    let mut still = vec![false; samples.len()];
-    for span in rests.iter().chain(&stances) {
-        still[span.clone()].fill(true);
+    let drift_track = drift_track.filter(|_| options.keep_uncalibrated);
+    Ok((result, (plain_track, drift_track)))
+}
+
+/// Which samples, asked for in order, lie in one of some spans.
+struct Inside {
+    spans: std::iter::Peekable<std::vec::IntoIter<Range<usize>>>,
+}
+
+impl Inside {
+    fn new<'a>(spans: impl Iterator<Item = &'a Range<usize>>) -> Self {
+        let mut spans: Vec<Range<usize>> = spans.cloned().collect();
+        spans.sort_by_key(|s| s.start);
+        Inside {
+            spans: spans.into_iter().peekable(),
+        }
     }
-    let raw = nominal.map_or_else(|| samples.force_mps2.clone(), |n| n.force_mps2);
-    let track = Track {
-        raw_mps2: raw,
-        still,
-        attitude: path.attitude,
-        acceleration_mps2: path.acceleration,
-        velocity_mps: path.velocity,
-        position_m: path.position,
-        sigma_velocity_mps: path.sigma_velocity,
-        sigma_position_m: path.sigma_position,
-        row: samples.row,
-        t_s: samples.t_s,
-        breaks: samples.breaks,
-        force_mps2: samples.force_mps2,
-        uncalibrated: plain_track,
-        reference: None,
-        static_drift: drift_track,
-    };
-    Ok(Motion { result, track })
+
+    fn contains(&mut self, i: usize) -> bool {
+        while self.spans.next_if(|s| s.end <= i).is_some() {}
+        self.spans.peek().is_some_and(|s| s.contains(&i))
+    }
 }
 
 /// The candidates that are rests, piece by piece.
 fn gated(
     setup: &Setup<'_>,
-    candidates: Vec<Range<usize>>,
+    candidates: &[Range<usize>],
     findings: &mut Vec<Finding>,
 ) -> Vec<Range<usize>> {
     let mut rests = Vec::new();
-    for piece in setup.samples.pieces() {
-        let own: Vec<Range<usize>> = candidates
-            .iter()
-            .filter(|c| piece.contains(&c.start))
-            .cloned()
-            .collect();
-        let judged = gate::judge(setup.samples, &own, setup.directions, setup);
-        findings.extend(words::gate(setup.samples, &judged));
+    let mut from = 0;
+    for piece in setup.view.samples.pieces() {
+        let own = candidates[from..].partition_point(|c| c.start < piece.end);
+        let judged = gate::judge(setup, &candidates[from..from + own]);
+        from += own;
+        findings.extend(words::gate(setup.view.samples, &judged));
         rests.extend(judged.into_iter().filter(|j| j.rest).map(|j| j.span));
     }
     rests

@@ -11,6 +11,9 @@ use nalgebra::DMatrix;
 use crate::calibration_file::{CalibrationFile, Covariance};
 use crate::segment::face::AxisMap;
 
+/// Step of the parameters for their effect, in standard deviations.
+pub(super) const STEP: f64 = 1e-3;
+
 /// What a direction changes, for the budget.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {

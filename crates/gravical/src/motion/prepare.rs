@@ -20,12 +20,10 @@ const GAP_STEPS: f64 = 5.0;
 /// The shortest gap, s.
 const GAP_S: f64 = 0.1;
 
-/// Samples with and without the calibration.
+/// Samples, and what they were made with.
 pub(super) struct Prepared {
     /// As calibrated.
     pub samples: Samples,
-    /// By nominal scales alone; none where that is the same.
-    pub nominal: Option<Samples>,
     /// What is odd.
     pub findings: Vec<Finding>,
     /// From the file's numbers to SI.
@@ -43,36 +41,25 @@ pub(super) fn prepare(
     let mut findings = Vec::new();
     let file = calibration.map(|c| c.file);
     let scales = scales(recording, file, options, &mut findings)?;
-    // Smoothed ones take the place of these.
-    let with_nominal = file.is_some() && options.smooth.is_empty();
     let mut left_out = LineSpans::default();
-    let (samples, nominal) = with_scales(
-        recording,
-        file,
-        options,
-        &scales,
-        with_nominal,
-        (&mut left_out, &mut findings),
-    )?;
+    let told = (&mut left_out, &mut findings);
+    let samples = with_scales(recording, file, options, &scales, told)?;
     Ok(Prepared {
         samples,
-        nominal,
         findings,
         scales,
         left_out,
     })
 }
 
-/// The same for a recording whose scales are known: samples as calibrated and,
-/// where asked for, by nominal scales alone; what is left out, and odd, is added.
+/// The same for a recording whose scales are known; what is left out, and odd, is added.
 pub(super) fn with_scales(
     recording: &Recording,
     file: Option<&CalibrationFile>,
     options: &MotionOptions,
     scales: &Scales,
-    with_nominal: bool,
     (left_out, findings): (&mut LineSpans, &mut Vec<Finding>),
-) -> Result<(Samples, Option<Samples>)> {
+) -> Result<Samples> {
     let times = times(recording)?;
     let drift_free = file.and_then(|f| without_drift(recording, f, findings));
     let source = Source {
@@ -82,7 +69,7 @@ pub(super) fn with_scales(
         axes: &options.axes,
         channels: drift_free.as_ref(),
     };
-    let samples = source.samples(&scales.accel, scales.gyro, Some(left_out));
+    let samples = source.samples(&scales.accel, scales.gyro, left_out);
     if samples.len() < 2 {
         return Err(Error::input(
             "no-samples",
@@ -95,14 +82,7 @@ pub(super) fn with_scales(
         .at(Path::new(&recording.name), None)
         .with_hint("`gravical inspect` shows what is in it"));
     }
-    let nominal = with_nominal.then(|| {
-        let plain = Source {
-            channels: None,
-            ..source
-        };
-        plain.samples(&scales.by_scale, scales.by_gyro_scale, None)
-    });
-    Ok((samples, nominal))
+    Ok(samples)
 }
 
 /// Seconds of each row: the stamps, else rows over the rate.
@@ -220,7 +200,7 @@ impl Source<'_> {
         &self,
         accel: &Calibration<f64>,
         gyro: Option<GyroscopeCalibration<f64>>,
-        mut left_out: Option<&mut LineSpans>,
+        left_out: &mut LineSpans,
     ) -> Samples {
         let recording = self.recording;
         let rows = recording.rows();
@@ -252,9 +232,7 @@ impl Source<'_> {
                 && t.is_finite()
                 && t >= last;
             if !complete {
-                if let Some(lines) = &mut left_out {
-                    lines.push(recording.line(row));
-                }
+                left_out.push(recording.line(row));
                 continue;
             }
             if (pending || t - last > gap) && !out.t_s.is_empty() {
@@ -271,6 +249,46 @@ impl Source<'_> {
             }
         }
         out
+    }
+}
+
+/// A recording by nominal scales alone, row by row.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Nominal<'a> {
+    recording: &'a Recording,
+    accel: Calibration<f64>,
+    gyro: Option<GyroscopeCalibration<f64>>,
+    axes: AxisMap,
+}
+
+impl<'a> Nominal<'a> {
+    /// The rows of `recording`.
+    pub fn new(recording: &'a Recording, scales: &Scales, axes: AxisMap) -> Self {
+        Nominal {
+            recording,
+            accel: scales.by_scale,
+            gyro: scales.by_gyro_scale,
+            axes,
+        }
+    }
+
+    /// Specific force of a row, m/s².
+    #[inline]
+    pub fn force_at(&self, row: usize) -> [f64; 3] {
+        let raw = self.recording.accel_at(row);
+        let offset = self.recording.zero_offset;
+        self.axes.to_case(self.accel.apply(raw.map(|v| v + offset)))
+    }
+
+    /// Angular rate of a row, rad/s; zero without a gyroscope.
+    #[inline]
+    pub fn rate_at(&self, row: usize) -> [f64; 3] {
+        let read = self.gyro.as_ref().zip(self.recording.gyro.as_ref());
+        read.map_or([0.0; 3], |(scale, gyro)| {
+            // A nominal scale knows nothing of specific force.
+            let rate = scale.apply([gyro[0][row], gyro[1][row], gyro[2][row]], [0.0; 3]);
+            self.axes.of_rates().to_case(rate)
+        })
     }
 }
 

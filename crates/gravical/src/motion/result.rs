@@ -274,12 +274,45 @@ pub struct MoveComparison {
     pub rmse_m: f64,
 }
 
+/// One sample of a motion. What is not known is NaN.
+#[derive(Debug, Clone, Copy)]
+pub struct MotionSample {
+    /// Time, s.
+    pub t_s: f64,
+    /// Specific force by the nominal scale alone, m/s².
+    pub raw_mps2: [f64; 3],
+    /// Specific force, calibrated (and smoothed, where asked for), m/s².
+    pub force_mps2: [f64; 3],
+    /// At rest.
+    pub still: bool,
+    /// Attitude w, x, y, z, sensor → frame (Hamilton).
+    pub attitude: [f64; 4],
+    /// Acceleration in the frame, gravity taken off, m/s².
+    pub acceleration_mps2: [f64; 3],
+    /// Velocity, m/s.
+    pub velocity_mps: [f64; 3],
+    /// Position, m.
+    pub position_m: [f64; 3],
+    /// Standard uncertainty of the velocity, m/s.
+    pub sigma_velocity_mps: [f64; 3],
+    /// Standard uncertainty of the position, m.
+    pub sigma_position_m: [f64; 3],
+}
+
+/// Where the samples of a motion go, one by one and in order.
+pub trait MotionSink {
+    /// Before the first of them: the times of all, s, the samples before which others
+    /// are missing, and whether there are bands.
+    fn begin(&mut self, t_s: &[f64], breaks: &[usize], bands: bool);
+
+    /// The next sample.
+    fn sample(&mut self, sample: &MotionSample);
+}
+
 /// What the table holds, sample by sample; all columns are equally long. Where a
 /// value is not known it is NaN.
 #[derive(Debug, Clone, Default)]
 pub struct Track {
-    /// Row of the recording.
-    pub row: Vec<usize>,
     /// Time, s.
     pub t_s: Vec<f64>,
     /// Samples before which others are missing, or the recording is parted.
@@ -288,6 +321,8 @@ pub struct Track {
     pub raw_mps2: [Vec<f64>; 3],
     /// Specific force, calibrated (and smoothed, where asked for), m/s².
     pub force_mps2: [Vec<f64>; 3],
+    /// There are bands.
+    pub bands: bool,
     /// At rest.
     pub still: Vec<bool>,
     /// Attitude w, x, y, z, sensor → frame (Hamilton).
@@ -311,6 +346,50 @@ pub struct Track {
     /// or where [`keep_uncalibrated`](super::MotionOptions::keep_uncalibrated) is
     /// off.
     pub static_drift: Option<DriftTrack>,
+}
+
+impl Track {
+    /// The sample at place `i`.
+    pub(super) fn at(&self, i: usize) -> MotionSample {
+        let unknown = [f64::NAN; 3];
+        MotionSample {
+            t_s: self.t_s[i],
+            raw_mps2: self.raw_mps2.each_ref().map(|c| c[i]),
+            force_mps2: self.force_mps2.each_ref().map(|c| c[i]),
+            still: self.still[i],
+            attitude: self.attitude[i],
+            acceleration_mps2: self.acceleration_mps2[i],
+            velocity_mps: self.velocity_mps[i],
+            position_m: self.position_m[i],
+            sigma_velocity_mps: self.sigma_velocity_mps.get(i).copied().unwrap_or(unknown),
+            sigma_position_m: self.sigma_position_m.get(i).copied().unwrap_or(unknown),
+        }
+    }
+}
+
+impl MotionSink for Track {
+    fn begin(&mut self, t_s: &[f64], breaks: &[usize], bands: bool) {
+        self.breaks = breaks.to_vec();
+        self.bands = bands;
+        self.t_s.reserve(t_s.len());
+    }
+
+    fn sample(&mut self, sample: &MotionSample) {
+        self.t_s.push(sample.t_s);
+        for i in 0..3 {
+            self.raw_mps2[i].push(sample.raw_mps2[i]);
+            self.force_mps2[i].push(sample.force_mps2[i]);
+        }
+        self.still.push(sample.still);
+        self.attitude.push(sample.attitude);
+        self.acceleration_mps2.push(sample.acceleration_mps2);
+        self.velocity_mps.push(sample.velocity_mps);
+        self.position_m.push(sample.position_m);
+        if self.bands {
+            self.sigma_velocity_mps.push(sample.sigma_velocity_mps);
+            self.sigma_position_m.push(sample.sigma_position_m);
+        }
+    }
 }
 
 /// A reference on the clock and in the frame of the result, where both are known.

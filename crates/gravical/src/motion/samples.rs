@@ -1,6 +1,10 @@
 //! What is integrated: calibrated channels with their stamps, without the rows
 //! that hold no sample.
 
+use std::ops::Range;
+
+use super::prepare::Nominal;
+
 /// Specific force and angular rate at rising times, in the axes of the case.
 ///
 /// Rows without a complete sample are left out; the stamps then step over them.
@@ -74,7 +78,7 @@ impl Samples {
 
     /// Sample ranges between the breaks, none of them empty.
     #[must_use]
-    pub fn pieces(&self) -> Vec<std::ops::Range<usize>> {
+    pub fn pieces(&self) -> Vec<Range<usize>> {
         crate::recording::between(&self.breaks, self.len())
     }
 
@@ -89,4 +93,78 @@ impl Samples {
             .collect();
         crate::stats::median(&mut steps).unwrap_or(f64::NAN)
     }
+}
+
+/// Samples as they are integrated: calibrated, or by nominal scales alone.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct View<'a> {
+    /// The samples, calibrated; their times and breaks.
+    pub samples: &'a Samples,
+    /// What is read in place of them.
+    nominal: Option<&'a Nominal<'a>>,
+}
+
+impl<'a> View<'a> {
+    /// As calibrated.
+    pub fn calibrated(samples: &'a Samples) -> Self {
+        View {
+            samples,
+            nominal: None,
+        }
+    }
+
+    /// By nominal scales alone.
+    pub fn nominal(samples: &'a Samples, nominal: &'a Nominal<'a>) -> Self {
+        View {
+            samples,
+            nominal: Some(nominal),
+        }
+    }
+
+    /// Times, s.
+    #[inline]
+    pub fn t_s(&self) -> &'a [f64] {
+        &self.samples.t_s
+    }
+
+    /// There is a gyroscope.
+    pub fn has_gyro(&self) -> bool {
+        self.samples.rate_rad_s.is_some()
+    }
+
+    /// Specific force of a sample, m/s².
+    #[inline]
+    pub fn force_at(&self, i: usize) -> [f64; 3] {
+        match self.nominal {
+            None => self.samples.force_at(i),
+            Some(nominal) => nominal.force_at(self.samples.row[i]),
+        }
+    }
+
+    /// Angular rate of a sample, rad/s; zero without a gyroscope.
+    #[inline]
+    pub fn rate_at(&self, i: usize) -> [f64; 3] {
+        match self.nominal {
+            None => self.samples.rate_at(i),
+            Some(nominal) => nominal.rate_at(self.samples.row[i]),
+        }
+    }
+
+    /// Mean specific force over samples, m/s².
+    pub fn mean_force(&self, rows: Range<usize>) -> [f64; 3] {
+        mean(rows, |i| self.force_at(i))
+    }
+
+    /// Mean angular rate over samples, rad/s.
+    pub fn mean_rate(&self, rows: Range<usize>) -> [f64; 3] {
+        mean(rows, |i| self.rate_at(i))
+    }
+}
+
+fn mean(rows: Range<usize>, value: impl Fn(usize) -> [f64; 3]) -> [f64; 3] {
+    let n = rows.len() as f64;
+    let sum = rows.map(value).fold([0.0; 3], |sum: [f64; 3], v| {
+        [sum[0] + v[0], sum[1] + v[1], sum[2] + v[2]]
+    });
+    sum.map(|s| s / n)
 }

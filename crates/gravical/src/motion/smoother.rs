@@ -51,7 +51,7 @@ pub(super) struct Noise {
 pub(super) struct Smoother {
     tau: Vec<f64>,
     gravity: f64,
-    /// x̂ = C m, by node; empty without a second rest.
+    /// x̂ = C m, by node; empty where the measurement is singular.
     gain: Vec<Matrix4x2<f64>>,
     /// Variance of v and p by tilt.
     tilt: Vec<[f64; 2]>,
@@ -68,7 +68,6 @@ impl Smoother {
         gravity: f64,
         design: Noise,
         actual: Noise,
-        second_rest: bool,
         density: impl Fn(f64, f64) -> (f64, f64),
     ) -> Self {
         let tau: Vec<f64> = (0..=NODES)
@@ -94,7 +93,7 @@ impl Smoother {
             accel: by_accel.iter().map(|p| [p[(2, 2)], p[(3, 3)]]).collect(),
             tau,
         };
-        if second_rest && let Some(gain) = out.gains(&by_design, &design) {
+        if let Some(gain) = out.gains(&by_design, &design) {
             out.tilt = out.left(&by_tilt, &gain, tilt_only.seen);
             out.accel = out.left(&by_accel, &gain, 0.0);
             out.gain = gain;
@@ -288,16 +287,19 @@ mod tests {
     fn open_loop_is_the_integral_of_white_noise() {
         let (n, ng, rest) = (2.0_f64, 0.3_f64, 4.0);
         let all = noise(ng / rest, n / (G * G * rest), n, 0.0);
-        let open = Smoother::new(T, G, all, all, false, |_, _| (ng, ng));
+        let by_formula = gravical_core::motion::OpenNoise {
+            gyro: ng,
+            bias: ng / rest,
+            wobble: 0.0,
+            gravity: G,
+            rest_s: rest,
+        };
         for tau in [0.75, 1.5, 3.0] {
-            let (tilt, accel) = open.variances(tau);
-            // N² (τ³/3 + τ⁴/4T₀) + g² N_g² τ⁵/20 + g² N_g²/T₀ τ⁶/36.
-            let p = n * (tau.powi(3) / 3.0 + tau.powi(4) / (4.0 * rest))
-                + G * G * ng * (tau.powi(5) / 20.0 + tau.powi(6) / (36.0 * rest));
-            close(tilt[1] + n * accel[1], p);
-            let v = n * (tau + tau * tau / rest)
-                + G * G * ng * (tau.powi(3) / 3.0 + tau.powi(4) / (4.0 * rest));
-            close(tilt[0] + n * accel[0], v);
+            let open = covariances(&[0.0, tau], G, &all, |_, _| ng)[1];
+            let [v, of_tilt_v] = by_formula.velocity(tau);
+            let [p, of_tilt_p] = by_formula.position(tau);
+            close(open[(2, 2)], n * v + of_tilt_v);
+            close(open[(3, 3)], n * p + of_tilt_p);
         }
     }
 
@@ -305,7 +307,7 @@ mod tests {
     fn with_accelerometer_noise_alone_velocity_is_taken_off_evenly() {
         let certain = noise(0.0, 0.0, 1.0, 0.0);
         let design = noise(0.0, 0.0, 1.0, f64::INFINITY);
-        let both = Smoother::new(T, G, design, certain, true, |_, _| (1e-12, 0.0));
+        let both = Smoother::new(T, G, design, certain, |_, _| (1e-12, 0.0));
         for tau in [0.75, 1.5, 3.0] {
             let (_, accel) = both.variances(tau);
             close(accel[1], tau.powi(3) / 3.0 - tau.powi(4) / (4.0 * T));
@@ -314,7 +316,7 @@ mod tests {
         }
         // Gyroscope noise that nobody reckoned with, after that.
         let unseen = noise(0.0, 0.0, 0.0, 0.0);
-        let left = Smoother::new(T, G, design, unseen, true, |_, _| (1e-12, 1.0));
+        let left = Smoother::new(T, G, design, unseen, |_, _| (1e-12, 1.0));
         for tau in [1.5, 3.0_f64] {
             let p = tau.powi(4) * T / 12.0 - 7.0 * tau.powi(5) / 60.0 + tau.powi(6) / (24.0 * T);
             close(left.variances(tau).0[1], G * G * p);
@@ -325,7 +327,7 @@ mod tests {
     fn what_is_designed_for_leaves_the_least() {
         let truth = noise(1e-6, 1e-7, 1e-5, 1e-7);
         let left = |design: Noise, q: f64| {
-            let s = Smoother::new(20.0, G, design, truth, true, |_, _| (q, 1e-6));
+            let s = Smoother::new(20.0, G, design, truth, |_, _| (q, 1e-6));
             let (tilt, accel) = s.variances(20.0);
             tilt[1] + 1e-5 * accel[1]
         };

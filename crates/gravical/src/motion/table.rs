@@ -8,7 +8,7 @@
 
 use std::io::{self, Write};
 
-use super::Track;
+use super::{MotionSample, MotionSink, Track};
 use crate::scan::write_fixed;
 
 /// Names of the columns that are always there.
@@ -29,68 +29,102 @@ pub(super) const ATTITUDE_DECIMALS: u32 = 8;
 /// How much text is gathered before it is written.
 const CHUNK: usize = 1 << 18;
 
-/// Writes the table of `track` as CSV with a header.
+/// The table of a motion as CSV with a header, written as the samples come.
 ///
 /// Time has 3, 6 or 9 decimals, the fewest that keep the recording's stamps;
 /// the attitude has 8, all others have 6.
+pub struct Table<'w> {
+    out: &'w mut dyn Write,
+    text: Vec<u8>,
+    bands: bool,
+    time_decimals: u32,
+    /// What `out` said first; nothing is written after it.
+    failed: Option<io::Error>,
+}
+
+impl<'w> Table<'w> {
+    /// A table that goes to `out`.
+    pub fn new(out: &'w mut dyn Write) -> Self {
+        Table {
+            out,
+            text: Vec::with_capacity(CHUNK + 1024),
+            bands: false,
+            time_decimals: 9,
+            failed: None,
+        }
+    }
+
+    /// Writes what is left.
+    ///
+    /// # Errors
+    ///
+    /// What the output said, now or before.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.write();
+        match self.failed {
+            Some(error) => Err(error),
+            None => self.out.flush(),
+        }
+    }
+
+    fn write(&mut self) {
+        if self.failed.is_none() {
+            self.failed = self.out.write_all(&self.text).err();
+        }
+        self.text.clear();
+    }
+}
+
+impl MotionSink for Table<'_> {
+    fn begin(&mut self, t_s: &[f64], _breaks: &[usize], bands: bool) {
+        self.bands = bands;
+        self.time_decimals = time_decimals(t_s);
+        self.text.extend_from_slice(COLUMNS.as_bytes());
+        if bands {
+            self.text.extend_from_slice(BANDS.as_bytes());
+        }
+        self.text.push(b'\n');
+    }
+
+    fn sample(&mut self, sample: &MotionSample) {
+        let text = &mut self.text;
+        write_fixed(text, sample.t_s, self.time_decimals);
+        put(text, &sample.raw_mps2, DECIMALS);
+        put(text, &sample.force_mps2, DECIMALS);
+        text.extend_from_slice(if sample.still { b",1" } else { b",0" });
+        put(text, &sample.attitude, ATTITUDE_DECIMALS);
+        put(text, &sample.acceleration_mps2, DECIMALS);
+        put(text, &sample.velocity_mps, DECIMALS);
+        put(text, &sample.position_m, DECIMALS);
+        if self.bands {
+            put(text, &sample.sigma_velocity_mps, DECIMALS);
+            put(text, &sample.sigma_position_m, DECIMALS);
+        }
+        text.push(b'\n');
+        if text.len() >= CHUNK {
+            self.write();
+        }
+    }
+}
+
+#[inline]
+fn put(text: &mut Vec<u8>, values: &[f64], decimals: u32) {
+    for value in values {
+        text.push(b',');
+        write_fixed(text, *value, decimals);
+    }
+}
+
+/// Writes the table of a track that is there as a whole.
 ///
 /// # Errors
 ///
 /// What `out` says.
 pub fn write_table(track: &Track, out: &mut dyn Write) -> io::Result<()> {
-    let bands = !track.sigma_position_m.is_empty();
-    let mut text = Vec::with_capacity(CHUNK + 1024);
-    text.extend_from_slice(COLUMNS.as_bytes());
-    if bands {
-        text.extend_from_slice(BANDS.as_bytes());
-    }
-    text.push(b'\n');
-    let time_decimals = time_decimals(&track.t_s);
-    for (i, &t_s) in track.t_s.iter().enumerate() {
-        write_fixed(&mut text, t_s, time_decimals);
-        for column in track.raw_mps2.iter().chain(&track.force_mps2) {
-            put(&mut text, column.get(i).copied());
-        }
-        text.extend_from_slice(match track.still.get(i) {
-            Some(true) => b",1",
-            Some(false) => b",0",
-            None => b",",
-        });
-        for value in track.attitude.get(i).copied().unwrap_or([f64::NAN; 4]) {
-            text.push(b',');
-            write_fixed(&mut text, value, ATTITUDE_DECIMALS);
-        }
-        put_vector(&mut text, track.acceleration_mps2.get(i));
-        put_vector(&mut text, track.velocity_mps.get(i));
-        put_vector(&mut text, track.position_m.get(i));
-        if bands {
-            put_vector(&mut text, track.sigma_velocity_mps.get(i));
-            put_vector(&mut text, track.sigma_position_m.get(i));
-        }
-        text.push(b'\n');
-        if text.len() >= CHUNK {
-            out.write_all(&text)?;
-            text.clear();
-        }
-    }
-    out.write_all(&text)?;
-    out.flush()
-}
-
-#[inline]
-fn put(text: &mut Vec<u8>, value: Option<f64>) {
-    text.push(b',');
-    if let Some(value) = value {
-        write_fixed(text, value, DECIMALS);
-    }
-}
-
-#[inline]
-fn put_vector(text: &mut Vec<u8>, vector: Option<&[f64; 3]>) {
-    for value in vector.copied().unwrap_or([f64::NAN; 3]) {
-        text.push(b',');
-        write_fixed(text, value, DECIMALS);
-    }
+    let mut table = Table::new(out);
+    table.begin(&track.t_s, &track.breaks, track.bands);
+    (0..track.t_s.len()).for_each(|i| table.sample(&track.at(i)));
+    table.finish()
 }
 
 /// The fewest of 3, 6 and 9 decimals that keep every stamp to a nanosecond:
@@ -124,7 +158,7 @@ mod tests {
         };
         let none = Vec::new;
         Track {
-            row: (0..rows).collect(),
+            bands,
             t_s: (0..rows).map(|i| 0.01 * i as f64).collect(),
             raw_mps2: [column(1), column(2), column(3)],
             force_mps2: [column(4), column(5), column(6)],

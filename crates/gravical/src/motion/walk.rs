@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use gravical_core::matrix3::norm;
+use gravical_core::motion::LEAST_FOR_BIAS_S;
 
-use super::anchors::{Anchors, LEAST_FOR_BIAS_S, Side};
+use super::anchors::{Anchors, Side};
 use super::options::MotionOptions;
-use super::path::Setup;
+use super::setup::Setup;
 use super::stance::{LONGEST_STEP_S, StanceOptions};
 
 /// Stances of a walking foot between `rests` and after the last.
@@ -19,11 +20,11 @@ pub(super) fn stances(
     rests: &mut Vec<Range<usize>>,
     options: &MotionOptions,
 ) -> Vec<Range<usize>> {
-    let t = &setup.samples.t_s;
+    let t = &setup.view.samples.t_s;
     let legs = Legs {
         setup,
-        anchors: Anchors::new(setup.samples, setup.walk),
-        step_s: setup.samples.median_step_s(),
+        anchors: Anchors::new(setup.view, setup.walk),
+        step_s: setup.view.samples.median_step_s(),
         options: &options.stance,
     };
     let mut k = 1;
@@ -62,7 +63,7 @@ struct Legs<'a> {
 impl Legs<'_> {
     /// Stances after rest `k` of `rests`; none across a break.
     fn stances(&self, rests: &[Range<usize>], k: usize) -> Vec<Range<usize>> {
-        let samples = self.setup.samples;
+        let samples = self.setup.view.samples;
         let next = rests.get(k + 1).map_or(samples.len(), |r| r.start + 1);
         let leg = rests[k].end - 1..next;
         let at = samples.breaks.partition_point(|b| *b < leg.start);
@@ -87,7 +88,7 @@ impl Legs<'_> {
 mod tests {
     use super::*;
     use crate::motion::options::GravityRemoval;
-    use crate::motion::samples::Samples;
+    use crate::motion::samples::{Samples, View};
     use crate::motion::{MotionOptions, anchors::Walk};
 
     /// 3 s of rest, six steps of a second with swings of `peak` rad/s, a pause of
@@ -116,7 +117,7 @@ mod tests {
             resolution: [0.0; 6],
         };
         let setup = Setup {
-            samples: &samples,
+            view: View::calibrated(&samples),
             stances: &[],
             walk: Walk::default(),
             directions: &[],

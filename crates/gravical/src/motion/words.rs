@@ -7,10 +7,10 @@ use gravical_core::matrix3::{dot, norm};
 use super::anchors::Walk;
 use super::gate::Judged;
 use super::options::{GravityRemoval, MotionOptions};
-use super::path::Setup;
 use super::plan::Stretch;
 use super::result::{Ends, Move};
 use super::samples::Samples;
+use super::setup::Setup;
 use super::still::{self, Rests};
 use crate::gravity::Gravity;
 use crate::recording::{Finding, LineSpans};
@@ -170,7 +170,7 @@ pub(super) fn slow(
         .map(|r| samples.t_s[r.end - 1] - samples.t_s[r.start])
         .fold(0.0, f64::max);
     if longest >= LONG_REST_S {
-        let accel = walk.accel.iter().sum::<f64>() / 3.0;
+        let accel = walk.accel_mean();
         let gyro = samples.rate_rad_s.as_ref().map(|_| walk.gyro);
         let hidden = |seconds: f64| still::may_hide_m(seconds, accel, gyro, 9.8);
         out.push(Finding::note(
@@ -194,7 +194,7 @@ pub(super) fn circumstances(
     options: &MotionOptions,
 ) -> Vec<Finding> {
     let mut out = Vec::new();
-    let samples = setup.samples;
+    let samples = setup.view.samples;
     if rests.is_empty() {
         out.push(Finding::warning(
             "no-still",

@@ -3,16 +3,16 @@
 use std::ops::Range;
 
 use gravical_core::matrix3::{diagonal, dot, mul, norm, sub, transpose};
+use gravical_core::motion::OpenNoise;
 use gravical_core::strapdown::{level, matrix, rotate};
 
-use super::super::anchors::{Anchors, Side, Walk};
-use super::super::bands::LegNoise;
-use super::super::gate::{Departure, Way};
-use super::super::leg::{Anchor, Leg, Removal};
-use super::super::options::GravityRemoval;
-use super::super::parameters::Direction;
-use super::super::samples::Samples;
-use super::super::smoother::{Noise, Smoother};
+use super::anchors::Walk;
+use super::bands::LegNoise;
+use super::leg::{Anchor, Closing, Leg, Removal};
+use super::options::GravityRemoval;
+use super::parameters::Direction;
+use super::samples::View;
+use super::smoother::{Noise, Smoother};
 
 /// Errors of scale and alignment turn the attitude one way while the sensor turns
 /// one way: so long, s.
@@ -24,8 +24,8 @@ const RECTIFIED: f64 = 0.2;
 
 /// What everything rests on.
 #[derive(Clone, Copy)]
-pub(in crate::motion) struct Setup<'a> {
-    pub samples: &'a Samples,
+pub(super) struct Setup<'a> {
+    pub view: View<'a>,
     /// Stances of a walk, in order.
     pub stances: &'a [Range<usize>],
     pub walk: Walk,
@@ -43,21 +43,17 @@ pub(in crate::motion) struct Setup<'a> {
 }
 
 impl<'a> Setup<'a> {
-    fn has_gyro(&self) -> bool {
-        self.samples.rate_rad_s.is_some()
-    }
-
-    pub(in crate::motion) fn removal(&self) -> Removal {
+    pub(super) fn removal(&self) -> Removal {
         match (self.removal, self.mean) {
             (GravityRemoval::StillMean, Some((mean, _))) => Removal::Mean(mean),
-            (GravityRemoval::Strapdown, _) if self.has_gyro() => Removal::Strapdown,
+            (GravityRemoval::Strapdown, _) if self.view.has_gyro() => Removal::Strapdown,
             (GravityRemoval::Strapdown, _) => Removal::Tilt,
             _ => Removal::ConstantTilt,
         }
     }
 
     /// The leg from `near` to `far` with what its rests say.
-    pub(in crate::motion) fn leg(
+    pub(super) fn leg(
         &self,
         near: usize,
         far: usize,
@@ -65,31 +61,29 @@ impl<'a> Setup<'a> {
         end: Option<Anchor>,
         attitude: [f64; 4],
     ) -> Leg<'a> {
-        let removal = self.removal();
-        let g = norm(&start.force);
-        let total = self.samples.t_s[far] - self.samples.t_s[near];
-        let differ = end.map_or_else(Differences::default, |end| {
-            self.rests_differ(&start, &end, g)
-        });
         Leg {
-            samples: self.samples,
+            view: self.view,
             near,
             far,
             start,
-            end,
-            attitude,
-            removal,
-            smoother: self.smoother((near, far), total.abs(), &start, end.as_ref(), &differ, g),
-            magnitude_gain: match end {
-                Some(_) if differ.parameters_size > 0.0 => {
-                    differ.parameters_size / (differ.parameters_size + differ.size)
+            closing: end.map(|end| {
+                let differ = self.rests_differ(&start, &end);
+                let whole = differ.parameters_size + differ.size;
+                Closing {
+                    rest: end,
+                    smoother: self.smoother((near, far), &start, &end, &differ),
+                    magnitude_gain: if differ.parameters_size > 0.0 {
+                        differ.parameters_size / whole
+                    } else {
+                        0.0
+                    },
                 }
-                _ => 0.0,
-            },
-            stances: self
-                .stances
+            }),
+            attitude,
+            removal: self.removal(),
+            stances: self.stances[self.stances.partition_point(|s| s.start <= near)..]
                 .iter()
-                .filter(|s| near < s.start && s.end <= far)
+                .take_while(|s| s.end <= far)
                 .map(|s| s.start - near..s.end - near)
                 .collect(),
             v0: [0.0; 3],
@@ -100,29 +94,29 @@ impl<'a> Setup<'a> {
     fn smoother(
         &self,
         (near, far): (usize, usize),
-        total: f64,
         start: &Anchor,
-        end: Option<&Anchor>,
+        end: &Anchor,
         differ: &Differences,
-        g: f64,
     ) -> Smoother {
         let removal = self.removal();
-        let mean_n = self.walk.accel.iter().sum::<f64>() / 3.0;
-        let level = mean_n / start.seconds / (g * g);
+        let g = norm(&start.force);
+        let mean_n = self.walk.accel_mean();
         let follows = removal.follows();
-        let bias = match end {
-            Some(end) if follows => 0.25 * (start.bias_variance + end.bias_variance),
-            _ => 0.0,
-        };
         let noise = Noise {
-            bias,
-            level,
+            bias: if follows {
+                0.25 * (start.bias_variance + end.bias_variance)
+            } else {
+                0.0
+            },
+            level: mean_n / start.seconds / (g * g),
             accel: mean_n,
-            seen: match (end, removal) {
-                (Some(end), Removal::Strapdown | Removal::Tilt) => mean_n / end.seconds / (g * g),
+            seen: match removal {
+                Removal::Strapdown | Removal::Tilt => mean_n / end.seconds / (g * g),
                 _ => f64::INFINITY,
             },
         };
+        let t_s = self.view.t_s();
+        let total = (t_s[far] - t_s[near]).abs();
         let mut design = Noise {
             seen: noise.seen + differ.parameters_tilt,
             ..noise
@@ -134,7 +128,7 @@ impl<'a> Setup<'a> {
             } else {
                 0.0
             };
-            return Smoother::new(total, g, design, noise, end.is_some(), |_, _| {
+            return Smoother::new(total, g, design, noise, |_, _| {
                 // Where a mean is taken off, nothing is turned.
                 match removal {
                     Removal::Mean(_) => (0.0, q),
@@ -142,18 +136,16 @@ impl<'a> Setup<'a> {
                 }
             });
         }
-        let turning =
-            end.map(|end| Turning::new(self.samples, near.min(far)..near.max(far) + 1, start, end));
+        let turning = Turning::new(self.view, near.min(far)..near.max(far) + 1, start, end);
         let scale: f64 = self
             .directions
             .iter()
             .map(|d| norm(&d.rate(&[1.0; 3])).powi(2))
             .sum::<f64>()
             / 3.0;
-        let all = turning.as_ref().map_or(0.0, |t| t.mean_square(0.0, total));
-        design.bias += scale * all * RECTIFIED.powi(2);
-        Smoother::new(total, g, design, noise, end.is_some(), |from, to| {
-            let turned = turning.as_ref().map_or(0.0, |t| t.mean_square(from, to));
+        design.bias += scale * turning.mean_square(0.0, total) * RECTIFIED.powi(2);
+        Smoother::new(total, g, design, noise, |from, to| {
+            let turned = turning.mean_square(from, to);
             (
                 self.walk.gyro + scale * turned * TURN_CORRELATION_S,
                 self.walk.gyro,
@@ -163,9 +155,9 @@ impl<'a> Setup<'a> {
 
     /// Variances of the differences between two rests: in tilt (rad², each
     /// component) and in size (m²/s⁴), by noise and by the parameters.
-    fn rests_differ(&self, start: &Anchor, end: &Anchor, g: f64) -> Differences {
-        let n = self.walk.accel.iter().sum::<f64>() / 3.0;
-        let noise = n * (1.0 / start.seconds + 1.0 / end.seconds);
+    fn rests_differ(&self, start: &Anchor, end: &Anchor) -> Differences {
+        let g = norm(&start.force);
+        let noise = self.walk.accel_mean() * (1.0 / start.seconds + 1.0 / end.seconds);
         let (near, far) = (level(start.force, 0.0), level(end.force, 0.0));
         // Without yaw between them the second is turned like the first.
         let (mut tilt, mut size) = (0.0, 0.0);
@@ -184,29 +176,31 @@ impl<'a> Setup<'a> {
     }
 
     /// Noise of a leg for its bands.
-    pub(in crate::motion) fn noise(&self, leg: &Leg<'_>) -> LegNoise {
-        let r = matrix(&leg.levelled(&leg.start.force));
+    pub(super) fn noise(&self, leg: &Leg<'_>) -> LegNoise {
+        let r = matrix(&leg.removal.levelled(&leg.attitude, &leg.start.force));
         // The diagonal of R diag(N²) Rᵀ.
         let spread = mul(&mul(&r, &diagonal(self.walk.accel)), &transpose(&r));
         let g = norm(&leg.start.force);
-        let mean_n = self.walk.accel.iter().sum::<f64>() / 3.0;
         let follows = leg.removal.follows();
         let only = |there: bool, value: f64| if there { value } else { 0.0 };
         LegNoise {
             accel: [spread[0][0], spread[1][1], spread[2][2]],
-            gyro: only(follows, self.walk.gyro),
-            bias: only(follows, leg.start.bias_variance),
-            level_near: mean_n / leg.start.seconds / (g * g),
-            wobble: only(!follows, self.wobble.powi(2)),
-            magnitude: leg.end.map_or(0.0, |end| {
-                leg.magnitude_gain.powi(2) * self.rests_differ(&leg.start, &end, g).size
-            }),
-            gravity: g,
-            total: leg.seconds(),
-            rest: match (leg.removal, self.mean) {
-                (Removal::Mean(_), Some((_, seconds))) => seconds,
-                _ => leg.start.seconds,
+            open: OpenNoise {
+                gyro: only(follows, self.walk.gyro),
+                bias: only(follows, leg.start.bias_variance),
+                wobble: only(!follows, self.wobble.powi(2)),
+                gravity: g,
+                rest_s: match (leg.removal, self.mean) {
+                    (Removal::Mean(_), Some((_, seconds))) => seconds,
+                    _ => leg.start.seconds,
+                },
             },
+            level_near: self.walk.accel_mean() / leg.start.seconds / (g * g),
+            magnitude: leg.closing.as_ref().map_or(0.0, |closing| {
+                let differ = self.rests_differ(&leg.start, &closing.rest);
+                closing.magnitude_gain.powi(2) * differ.size
+            }),
+            total: leg.seconds(),
         }
     }
 }
@@ -218,12 +212,6 @@ struct Differences {
     parameters_size: f64,
 }
 
-impl Removal {
-    fn follows(&self) -> bool {
-        matches!(self, Removal::Strapdown)
-    }
-}
-
 /// How fast the sensor turned, as running sums.
 struct Turning<'a> {
     t_s: &'a [f64],
@@ -232,16 +220,16 @@ struct Turning<'a> {
 }
 
 impl<'a> Turning<'a> {
-    fn new(samples: &'a Samples, rows: Range<usize>, start: &Anchor, end: &Anchor) -> Self {
+    fn new(view: View<'a>, rows: Range<usize>, start: &Anchor, end: &Anchor) -> Self {
         let bias: [f64; 3] = std::array::from_fn(|i| 0.5 * (start.bias[i] + end.bias[i]));
-        let t_s = &samples.t_s[rows.clone()];
+        let t_s = &view.t_s()[rows.clone()];
         let mut total = 0.0;
         let mut before = t_s.first().copied().unwrap_or(0.0);
         let sum = rows
             .map(|i| {
-                let w = sub(&samples.rate_at(i), &bias);
-                total += dot(&w, &w) * (samples.t_s[i] - before);
-                before = samples.t_s[i];
+                let w = sub(&view.rate_at(i), &bias);
+                total += dot(&w, &w) * (view.t_s()[i] - before);
+                before = view.t_s()[i];
                 total
             })
             .collect();
@@ -259,23 +247,5 @@ impl<'a> Turning<'a> {
         } else {
             0.0
         }
-    }
-}
-
-impl Departure for Setup<'_> {
-    fn leg(&self, rests: &[Range<usize>], k: usize, way: Way) -> Leg<'_> {
-        let anchors = Anchors::new(self.samples, self.walk);
-        let (side, near) = match way {
-            Way::Forwards => (Side::Last, rests[k].end - 1),
-            Way::Backwards => (Side::First, rests[k].start),
-        };
-        let start = anchors.at(rests, k, side);
-        Setup::leg(self, near, near, start, None, level(start.force, 0.0))
-    }
-
-    fn variance(&self, leg: &Leg<'_>, tau: f64) -> [f64; 3] {
-        let noise = self.noise(leg);
-        let v = noise.open(tau).0;
-        std::array::from_fn(|i| v.noise[i] + v.tilt[i])
     }
 }
