@@ -4,8 +4,8 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use gravical::recording::{
-    Finding, ReadOptions, Recording, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope,
-    read,
+    Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
+    is_named_gyroscope, join_gyroscope, read,
 };
 use gravical::segment::face::{Claim, claim};
 use gravical::{Error, Result};
@@ -82,7 +82,7 @@ fn left_out_folders(folder: &Path) -> Result<Vec<Finding>> {
                 if inside == 1 { "" } else { "s" }
             );
             let name = path.display().to_string();
-            findings.push(Finding::note("folder-left-out", what).in_file(&name));
+            findings.push(Finding::new(FindingKind::FolderLeftOut, what).in_file(&name));
         }
     }
     Ok(findings)
@@ -186,8 +186,8 @@ pub fn read_session(
         match recording {
             // A result beside its sources is no placement.
             Ok(recording) if folder.is_some() && recording.is_calibrated() => {
-                let finding = Finding::warning(
-                    "already-calibrated",
+                let finding = Finding::new(
+                    FindingKind::AlreadyCalibrated,
                     "calibrated already, by its column names; left out",
                 );
                 told.push(finding.in_file(&recording.name));
@@ -199,8 +199,11 @@ pub fn read_session(
             Err(error) if folder.is_some() && is_something_else(&error) => {
                 let file = path.display().to_string();
                 told.push(
-                    Finding::note("no-recording", format!("{}; left out", error.message()))
-                        .in_file(&file),
+                    Finding::new(
+                        FindingKind::NoRecording,
+                        format!("{}; left out", error.message()),
+                    )
+                    .in_file(&file),
                 );
             }
             Err(error) => return Err(error),
@@ -225,12 +228,12 @@ pub fn read_session(
         ([one], None, [gyro]) if one.gyro.is_none() => {
             let file = gyro.display().to_string();
             told.push(match join_gyroscope(one, gyro, options) {
-                Ok(()) => Finding::note(
-                    "gyro-joined",
+                Ok(()) => Finding::new(
+                    FindingKind::GyroJoined,
                     format!("a gyroscope alone, beside one recording: joined to {} on time, as --gyro does", one.name),
                 ),
                 Err(why) => Finding::warning(
-                    "gyro-left-out",
+                    FindingKind::GyroLeftOut,
                     format!("a gyroscope alone, which does not belong to {}: {}; left out", one.name, why.message()),
                 ),
             }.in_file(&file));
@@ -243,7 +246,7 @@ pub fn read_session(
             };
             for path in gyroscopes {
                 let file = path.display().to_string();
-                told.push(Finding::note("gyro-left-out", what).in_file(&file));
+                told.push(Finding::note(FindingKind::GyroLeftOut, what).in_file(&file));
             }
         }
     }
@@ -253,7 +256,7 @@ pub fn read_session(
 /// Apps write acceleration without gravity beside that with it: in a folder only the
 /// latter is meant.
 fn leave_out_linear(recordings: &mut Vec<Recording>, told: &mut Vec<Finding>) {
-    let linear = |r: &Recording| r.findings.iter().any(|f| f.kind == "without-gravity");
+    let linear = |r: &Recording| r.unit_doubt == Some(UnitDoubt::WithoutGravity);
     if recordings.iter().all(linear) {
         return;
     }
@@ -261,7 +264,7 @@ fn leave_out_linear(recordings: &mut Vec<Recording>, told: &mut Vec<Finding>) {
         let keep = !linear(recording);
         if !keep {
             let why = "gravity was taken out of this acceleration, and another file holds it with gravity; left out";
-            told.push(Finding::note("no-recording", why).in_file(&recording.name));
+            told.push(Finding::new(FindingKind::NoRecording, why).in_file(&recording.name));
         }
         keep
     });

@@ -32,7 +32,7 @@ use crate::calibration_file::{
 use crate::estimate::accelerometer::{EstimateOptions, Session, accelerometer};
 use crate::estimate::{ferraris, gyro};
 use crate::gravity::Gravity;
-use crate::recording::{AccelUnit, Finding, Recording, Severity};
+use crate::recording::{AccelUnit, Finding, FindingKind, Recording, Severity};
 use crate::segment::{SegmentOptions, Segmentation, segment};
 use crate::temperature::for_calibration;
 use crate::validate::{checks, errors, trust, verdict};
@@ -149,7 +149,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         gravity,
     };
     let estimate = accelerometer(&session, &options.estimate)
-        .map_err(|error| error.after(&segmentation.findings, "no-still"))?;
+        .map_err(|error| error.after(&segmentation.findings, FindingKind::NoStill))?;
 
     // The gyroscope from the pauses and the known turns.
     let turns = match &estimate.faces {
@@ -246,9 +246,12 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         placements,
         options.segment.faces_by_name,
     ));
-    if findings.iter().any(|f| f.kind == "gyro-scale-found") {
+    if findings
+        .iter()
+        .any(|f| f.kind == FindingKind::GyroScaleFound)
+    {
         // The motions have answered what the reader could not.
-        findings.retain(|f| f.kind != "gyro-unit-unverified");
+        findings.retain(|f| f.kind != FindingKind::GyroUnitUnverified);
     }
     let verdict = verdict::verdict(&accelerometer, &findings, gravity);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));

@@ -6,7 +6,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use crate::recording::Finding;
+use crate::finding::{Finding, FindingKind};
 
 /// Shorthand for results of this library.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -123,7 +123,7 @@ impl Error {
     /// With the findings of `kind` that came before it: a file that was left out
     /// is what misses later.
     #[must_use]
-    pub(crate) fn after(mut self, findings: &[Finding], kind: &str) -> Self {
+    pub(crate) fn after(mut self, findings: &[Finding], kind: FindingKind) -> Self {
         for finding in findings.iter().filter(|f| f.kind == kind) {
             let file = finding.file.as_deref().unwrap_or("-");
             self.0

@@ -3,7 +3,7 @@
 use gravical_core::unit::{STANDARD_GRAVITY_MPS2, local_gravity_mps2};
 
 use crate::calibration_file::GravitySource;
-use crate::recording::Finding;
+use crate::recording::{Finding, FindingKind};
 use crate::{Error, Result};
 
 /// Local gravity and how it is known.
@@ -85,8 +85,8 @@ impl Gravity {
     #[must_use]
     pub fn finding(&self) -> Option<Finding> {
         (self.source == GravitySource::Standard).then(|| {
-            Finding::note(
-                "gravity-assumed",
+            Finding::new(
+                FindingKind::GravityAssumed,
                 "local gravity is taken as 9.80665 m/s²: the scale may be off by up to 0.27 % at sea level (0.34 % in La Paz); --latitude and --altitude, or --gravity, settle it",
             )
         })

@@ -51,6 +51,7 @@ pub mod denoise;
 mod error;
 pub mod estimate;
 pub mod figure;
+pub mod finding;
 pub mod gravity;
 mod hash;
 pub mod inspect;

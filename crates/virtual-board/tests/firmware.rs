@@ -47,7 +47,7 @@ fn it_says_what_it_is_and_the_reader_reads_it() {
     assert_eq!(recording.accel_scale.unit.name(), "m/s^2");
     assert_eq!(recording.gyro_scale.unwrap().unit.name(), "deg/s");
     assert!(recording.temperature_c.is_some());
-    let kinds: Vec<&str> = recording.findings.iter().map(|f| f.kind.as_str()).collect();
+    let kinds: Vec<&str> = recording.findings.iter().map(|f| f.kind.name()).collect();
     // The empty first line, and the board's own.
     assert_eq!(kinds, ["metadata-lines", "blank-rows"]);
     assert!((recording.timing.rate_hz().unwrap() - 100.0).abs() < 0.1);
@@ -164,7 +164,7 @@ fn the_reader_knows_counts() {
     let text = &text[from..=text.rfind('\n').unwrap()];
     assert!(text.contains("rate 200.00 Hz, format 1\nTimestamp (ms),ax,ay,az,temp,gx,gy,gz\n"));
     let recording = read_bytes(text.as_bytes(), "counts.csv", &ReadOptions::default()).unwrap();
-    let kinds: Vec<&str> = recording.findings.iter().map(|f| f.kind.as_str()).collect();
+    let kinds: Vec<&str> = recording.findings.iter().map(|f| f.kind.name()).collect();
     assert_eq!(recording.accel_scale.unit.name(), "counts", "{kinds:?}");
     assert_eq!(recording.accel_scale.lsb_per_g, Some(16384.0));
     assert!((recording.timing.rate_hz().unwrap() - 200.0).abs() < 0.2);

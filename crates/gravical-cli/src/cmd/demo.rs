@@ -159,7 +159,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .findings
         .iter()
         .filter(|f| f.severity == Severity::Warning)
-        .map(|f| f.kind.as_str())
+        .map(|f| f.kind.name())
         .collect();
     odd.dedup();
     say(&format!(

@@ -29,7 +29,7 @@ fn recording(path: &std::path::Path) -> Recording {
 }
 
 fn kinds(recording: &Recording) -> Vec<&str> {
-    recording.findings.iter().map(|f| f.kind.as_str()).collect()
+    recording.findings.iter().map(|f| f.kind.name()).collect()
 }
 
 #[test]

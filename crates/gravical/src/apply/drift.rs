@@ -11,7 +11,7 @@ use crate::recording::monitor::is_celsius;
 use crate::recording::names::Quantity;
 use crate::recording::row::{ACCEL, TEMPERATURE, Values};
 use crate::recording::text::HeadChannels;
-use crate::recording::{Finding, LineSpans, POSSIBLE_C};
+use crate::recording::{Finding, FindingKind, LineSpans, POSSIBLE_C};
 use crate::temperature::{cost_text, evaluate};
 
 /// So far beyond the range nothing is told, °C: thermometers are noisy.
@@ -91,8 +91,8 @@ impl Drift {
             Some(_) => None,
         };
         if let Some(why) = why {
-            findings.push(Finding::warning(
-                "temperature-not-applied",
+            findings.push(Finding::new(
+                FindingKind::TemperatureNotApplied,
                 format!(
                     "{why}, so the calibration's drift with temperature is not taken off: {}",
                     cost_text(model)
@@ -194,8 +194,8 @@ impl Drift {
                 beyond.push(format!("up to {warmest:.1} °C"));
             }
             findings.push(
-                Finding::warning(
-                    "temperature-outside",
+                Finding::new(
+                    FindingKind::TemperatureOutside,
                     format!(
                         "{} rows are outside of the {low:.1} to {high:.1} °C that the drift was measured in ({}): the drift at the edge is taken off there, and may be wrong",
                         self.outside.count(),
@@ -207,8 +207,8 @@ impl Drift {
         }
         if !self.held.is_empty() {
             findings.push(
-                Finding::note(
-                    "temperature-held",
+                Finding::new(
+                    FindingKind::TemperatureHeld,
                     format!(
                         "{} rows have no temperature: the last one known was taken",
                         self.held.count()
@@ -219,8 +219,8 @@ impl Drift {
         }
         if !self.without.is_empty() {
             findings.push(
-                Finding::warning(
-                    "temperature-not-applied",
+                Finding::new(
+                    FindingKind::TemperatureNotApplied,
                     format!(
                         "{} rows come before the first temperature, so the calibration's drift is not taken off there: {}",
                         self.without.count(),

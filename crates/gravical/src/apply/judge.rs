@@ -10,7 +10,8 @@ use crate::calibration_file::CalibrationFile;
 use crate::recording::monitor::{Facts, Quiet, quiet};
 use crate::recording::text::HeadChannels;
 use crate::recording::{
-    AccelClaim, AccelScale, AccelUnit, Finding, GyroUnit, Origin, ReadOptions, decide_accel,
+    AccelClaim, AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Origin, ReadOptions,
+    decide_accel,
 };
 use crate::segment::gyro_unit;
 use crate::{Error, Result};
@@ -131,7 +132,7 @@ impl Fit<'_> {
             None => "no row of its head is complete".to_owned(),
         };
         let mut told = Vec::new();
-        let by_data = decide_accel(
+        let (by_data, _) = decide_accel(
             raw.map(|q| (q.norm, q.integers)),
             unsigned,
             claim,
@@ -140,17 +141,17 @@ impl Fit<'_> {
         );
         let by_header = !self.given && !fits && self.moving && claim.unit.is_some();
         let accel = if by_header {
-            findings.push(Finding::note(
-                "unit-unverified",
+            findings.push(Finding::new(
+                FindingKind::UnitUnverified,
                 format!(
                     "the sensor moves all through the first {} rows, so that gravity does not show the unit; taken from the header",
                     self.rows
                 ),
             ));
-            decide_accel(None, unsigned, claim, options, &mut Vec::new())
+            decide_accel(None, unsigned, claim, options, &mut Vec::new()).0
         } else if by_data.unit == AccelUnit::Unknown && fits && wanted != AccelUnit::Unknown {
-            findings.push(Finding::note(
-                "unit-unverified",
+            findings.push(Finding::new(
+                FindingKind::UnitUnverified,
                 format!(
                     "the recording's unit cannot be told; taken as the calibration's, {}: {measured}",
                     wanted.name()
@@ -166,8 +167,8 @@ impl Fit<'_> {
             by_data
         };
         if wanted == AccelUnit::Unknown {
-            findings.push(Finding::note(
-                "unit-unverified",
+            findings.push(Finding::new(
+                FindingKind::UnitUnverified,
                 format!(
                     "the calibration does not say which unit it takes; applied to values in {}: {measured}",
                     accel.unit.name()
@@ -192,8 +193,8 @@ impl Fit<'_> {
                 ));
             }
             // Said already where the unit itself has the wrong size.
-            if !findings.iter().any(|f| f.kind == "unit-mismatch") {
-                findings.push(Finding::warning("unit-mismatch", message));
+            if !findings.iter().any(|f| f.kind == FindingKind::UnitMismatch) {
+                findings.push(Finding::new(FindingKind::UnitMismatch, message));
             }
         }
         Ok(accel)
@@ -244,7 +245,7 @@ impl Fit<'_> {
             "the recording has {lsb:.0} counts per g, the calibration is for {expected:.0}: another range"
         );
         if self.given {
-            findings.push(Finding::warning("unit-mismatch", message));
+            findings.push(Finding::new(FindingKind::UnitMismatch, message));
             return Ok(());
         }
         Err(mismatch(

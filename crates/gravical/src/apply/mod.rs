@@ -63,7 +63,7 @@ use crate::output::Blocks;
 use crate::recording::open::Input;
 use crate::recording::text::{Role, open_rows};
 use crate::recording::timing::Treatment;
-use crate::recording::{AccelScale, AccelUnit, Aside, Finding, GyroUnit, ReadOptions};
+use crate::recording::{AccelScale, AccelUnit, Aside, Finding, FindingKind, GyroUnit, ReadOptions};
 use crate::segment::face::AxisMap;
 
 pub use drift::TemperatureOutcome;
@@ -183,9 +183,10 @@ pub fn apply(
         name,
     };
     let judged = judge(&case, &mut findings)?;
+    let assumed = *file.rows.facts();
     if calibration.verdict.grade == Grade::Poor {
-        findings.push(Finding::warning(
-            "poor-calibration",
+        findings.push(Finding::new(
+            FindingKind::PoorCalibration,
             format!(
                 "the calibration's own verdict is poor: {}",
                 calibration.verdict.reasons.join("; ")
@@ -197,8 +198,8 @@ pub fn apply(
         .iter()
         .all(|own| names.iter().any(|n| n == own))
     {
-        findings.push(Finding::warning(
-            "already-calibrated",
+        findings.push(Finding::new(
+            FindingKind::AlreadyCalibrated,
             "its columns are named as this program names calibrated ones: calibrating twice corrects twice",
         ));
     }
@@ -227,6 +228,7 @@ pub fn apply(
     out.finish()?;
     findings.append(&mut read.findings);
     let found = read.finished.found;
+    findings.extend(assumed.contradicted_by(&read.finished.facts));
     findings.extend(read.finished.zeros);
     findings.extend(found.clock);
     findings.extend(found.cells);

@@ -2,11 +2,11 @@
 
 use std::array::from_fn;
 
-use crate::recording::Finding;
 use crate::recording::dialect::Dialect;
 use crate::recording::layout::Layout;
 use crate::recording::names::Quantity;
 use crate::recording::row::{Delimiter, Span};
+use crate::recording::{Finding, FindingKind};
 use crate::scan::write_fixed;
 
 /// Names of the calibrated channels.
@@ -103,8 +103,8 @@ impl Plan {
             return name;
         }
         let free = format!("input_{name}");
-        self.findings.push(Finding::note(
-            "renamed-column",
+        self.findings.push(Finding::new(
+            FindingKind::RenamedColumn,
             format!("the input has a column {name}; it is kept as {free}"),
         ));
         free

@@ -3,7 +3,7 @@
 
 use super::rests::Rest;
 use crate::calibration_file::{CHANNELS, CalibrationFile, TemperatureModel};
-use crate::recording::Finding;
+use crate::recording::{Finding, FindingKind};
 use crate::temperature::{cost_text, evaluate};
 
 /// Takes drift and gain of the accepted channels off the means of the rests, as
@@ -19,8 +19,8 @@ pub(super) fn take_off(
     };
     let without = rests.iter().filter(|r| r.temperature_c.is_none()).count();
     if without > 0 {
-        findings.push(Finding::warning(
-            "temperature-not-applied",
+        findings.push(Finding::new(
+            FindingKind::TemperatureNotApplied,
             format!(
                 "{without} of {} stills have no temperature, so the calibration's drift with temperature is not taken off there: {}",
                 rests.len(),

@@ -6,7 +6,7 @@ use super::rests::Rest;
 use super::types::{Cause, Explanation};
 use crate::calibration_file::{CalibrationFile, Grade, GravitySource};
 use crate::gravity::Gravity;
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 
 /// A still this far outside the calibration's temperatures is told, °C.
 const TEMPERATURE_MARGIN_C: f64 = 2.0;
@@ -25,8 +25,8 @@ pub(super) fn keep_longest(rests: &mut Vec<Rest>, most: usize, findings: &mut Ve
     let all = rests.len();
     rests.retain(|r| r.count >= least);
     rests.truncate(most);
-    findings.push(Finding::note(
-        "stills-left-out",
+    findings.push(Finding::new(
+        FindingKind::StillsLeftOut,
         format!("{all} stills; the longest {} are compared", rests.len()),
     ));
 }
@@ -41,22 +41,22 @@ pub(super) fn circumstances(
     findings: &mut Vec<Finding>,
 ) {
     if calibration.verdict.grade == Grade::Poor {
-        findings.push(Finding::warning(
-            "poor-calibration",
+        findings.push(Finding::new(
+            FindingKind::PoorCalibration,
             "the calibration's own verdict is poor; mend what it names first",
         ));
     }
     if calibration.accelerometer.covariance.is_none() {
-        findings.push(Finding::warning(
-            "covariance-missing",
+        findings.push(Finding::new(
+            FindingKind::CovarianceMissing,
             "the calibration does not say how uncertain its parameters are; calibrate again from the recordings for a sharper check",
         ));
     }
     for recording in recordings {
         if recording.is_calibrated() {
             findings.push(
-                Finding::warning(
-                    "already-calibrated",
+                Finding::new(
+                    FindingKind::AlreadyCalibrated,
                     "its columns are named as this program names calibrated ones: a check needs the raw recording",
                 )
                 .in_file(&recording.name),
@@ -67,8 +67,8 @@ pub(super) fn circumstances(
         };
         if calibration.recordings().any(used) {
             findings.push(
-                Finding::warning(
-                    "same-recordings",
+                Finding::new(
+                    FindingKind::SameRecordings,
                     "the calibration was made from this very recording: a still that it was fitted to proves nothing, another one does",
                 )
                 .in_file(&recording.name),
@@ -78,8 +78,8 @@ pub(super) fn circumstances(
     for rest in rests.iter().filter(|r| r.clipped > 0) {
         let recording = &recordings[rest.recording];
         findings.push(
-            Finding::warning(
-                "clipped-hold",
+            Finding::new(
+                FindingKind::ClippedHold,
                 format!(
                     "{} samples at the end of the range in lines {} to {}: the mean is too small, and the still does not count unless there is no other",
                     rest.clipped,
@@ -93,8 +93,8 @@ pub(super) fn circumstances(
     findings.extend(temperature(calibration, rests));
     let ratio = gravity.value_mps2 / calibration.gravity_mps2 - 1.0;
     if options.gravity.is_some() && ratio.abs() > SAME_GRAVITY {
-        findings.push(Finding::warning(
-            "gravity-differs",
+        findings.push(Finding::new(
+            FindingKind::GravityDiffers,
             format!(
                 "the calibration's scale rests on {:.5} m/s²{}, here gravity is {:.5}: made in this place, it would be off by {:+.1} mg everywhere for that alone",
                 calibration.gravity_mps2,
@@ -125,8 +125,8 @@ fn temperature(calibration: &CalibrationFile, rests: &[Rest]) -> Option<Finding>
     let high = some().fold(f64::NEG_INFINITY, f64::max);
     let outside = (least - low).max(high - most);
     (outside > TEMPERATURE_MARGIN_C).then(|| {
-        Finding::warning(
-            "temperature-outside",
+        Finding::new(
+            FindingKind::TemperatureOutside,
             format!(
                 "the stills are at {low:.1} to {high:.1} °C, {what} {least:.1} to {most:.1} °C: the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, and the uncertainty knows nothing of it; calibrate at this temperature"
             ),
@@ -143,8 +143,8 @@ pub(super) fn explained(
     let good: Vec<&Explanation> = explanations.iter().filter(|e| e.explains).collect();
     for e in &good {
         if let Some(share) = e.share_percent {
-            findings.push(Finding::warning(
-                "off-by-share",
+            findings.push(Finding::new(
+                FindingKind::OffByShare,
                 format!(
                     "all stills are off by one share, {share:+.3} % ± {:.3} %: the scale, or local gravity, which would be {:.4} m/s² here{}",
                     e.sigma,
@@ -168,8 +168,8 @@ pub(super) fn explained(
         })
         .collect();
     if !single.is_empty() {
-        findings.push(Finding::warning(
-            "off-along-axis",
+        findings.push(Finding::new(
+            FindingKind::OffAlongAxis,
             format!(
                 "a bias that has moved along one axis explains it: {}; calibrate again",
                 single.join(", or ")
@@ -181,8 +181,8 @@ pub(super) fn explained(
         .find(|e| e.cause == Cause::Bias)
         .and_then(|e| e.bias_mps2)
     {
-        findings.push(Finding::warning(
-            "off-along-axis",
+        findings.push(Finding::new(
+            FindingKind::OffAlongAxis,
             format!(
                 "biases that have moved explain it: x {:+.4}, y {:+.4}, z {:+.4} m/s²; calibrate again",
                 bias[0], bias[1], bias[2]

@@ -4,7 +4,7 @@
 use super::rests::Rest;
 use super::types::{GyroscopeCheck, Judgement};
 use crate::calibration_file::CalibrationFile;
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::gyro_unit::{Claims, Evidence, decide, mismatch};
 use crate::segment::turns::motions;
 
@@ -36,8 +36,8 @@ pub(super) fn gyroscope(
         let scale = Claims::of(recording, Some(section)).map(|c| decide(c, &evidence, findings));
         if let Some(why) = scale.and_then(|scale| mismatch(section, &scale)) {
             findings.push(
-                Finding::warning(
-                    "unit-mismatch",
+                Finding::new(
+                    FindingKind::UnitMismatch,
                     format!(
                         "{why}; it is not judged (--gyro-unit {} when that is what it is in)",
                         section.input_unit.name()

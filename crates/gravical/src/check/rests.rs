@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::recording::{Finding, Recording, full_scale};
+use crate::recording::{Finding, FindingKind, Recording, full_scale};
 use crate::segment::hold::{HoldNoise, pooled_noise, robust_mean};
 use crate::segment::still::{StillOptions, find_calm, find_calmest};
 use crate::segment::{SegmentOptions, segment};
@@ -65,8 +65,11 @@ pub(super) fn rests(
         let found = in_one(index, recording, still, findings);
         if found.is_empty() {
             findings.push(
-                Finding::warning("no-still", "never still in the whole recording; left out")
-                    .in_file(&recording.name),
+                Finding::new(
+                    FindingKind::NoStill,
+                    "never still in the whole recording; left out",
+                )
+                .in_file(&recording.name),
             );
         }
         drafts.extend(found);

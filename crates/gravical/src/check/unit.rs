@@ -6,7 +6,7 @@ use std::path::Path;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::CalibrationFile;
-use crate::recording::{AccelUnit, Finding, Origin, Recording};
+use crate::recording::{AccelUnit, Finding, FindingKind, Origin, Recording};
 use crate::{Error, Result};
 
 /// How far calibrated gravity, or counts per g, may be off before another unit,
@@ -70,12 +70,12 @@ pub(crate) fn judge(
     match wrong {
         Some(message) if !given => return refuse(message),
         Some(message) => {
-            findings.push(Finding::warning("unit-mismatch", message).in_file(name));
+            findings.push(Finding::new(FindingKind::UnitMismatch, message).in_file(name));
         }
         None if wanted == AccelUnit::Unknown || scale.unit == AccelUnit::Unknown => {
             findings.push(
-                Finding::note(
-                    "unit-unverified",
+                Finding::new(
+                    FindingKind::UnitUnverified,
                     format!(
                         "the recording is in {}, the calibration for {}; taken as the same: calibrated, the stills measure {norm:.2} m/s²",
                         scale.unit.name(),

@@ -2,7 +2,7 @@
 //! anything.
 
 use crate::calibration_file::{CalibrationFile, Grade, GravitySource, PositionKind};
-use crate::recording::Finding;
+use crate::recording::{Finding, FindingKind};
 use crate::segment::face::AXES;
 
 /// Sessions further apart than this were at different temperatures, °C: half of
@@ -33,8 +33,8 @@ pub(super) fn independence(
 ) -> Independence {
     let (x, y) = (&a.accelerometer, &b.accelerometer);
     if x.matrix == y.matrix && x.bias == y.bias {
-        findings.push(Finding::warning(
-            "same-calibration",
+        findings.push(Finding::new(
+            FindingKind::SameCalibration,
             "both files hold the same parameters: there is nothing to compare; give a calibration of another session",
         ));
         return Independence::Same;
@@ -47,8 +47,8 @@ pub(super) fn independence(
     if shared.is_empty() {
         return Independence::Independent;
     }
-    findings.push(Finding::warning(
-        "same-recordings",
+    findings.push(Finding::new(
+        FindingKind::SameRecordings,
         format!(
             "{} of {} recordings of the first calibration went into the second one, too ({}): their errors are shared, so that agreement proves nothing",
             shared.len(),
@@ -69,22 +69,22 @@ pub(super) fn circumstances(
     if let (Some(x), Some(y)) = (&a.sensor.id, &b.sensor.id)
         && x != y
     {
-        findings.push(Finding::warning(
-            "sensor-differs",
+        findings.push(Finding::new(
+            FindingKind::SensorDiffers,
             format!("these are two sensors: \"{x}\" and \"{y}\"; a difference is to be expected"),
         ));
     } else if let (Some(x), Some(y)) = (&a.sensor.model, &b.sensor.model)
         && x != y
     {
-        findings.push(Finding::warning(
-            "sensor-differs",
+        findings.push(Finding::new(
+            FindingKind::SensorDiffers,
             format!("these are sensors of two types: \"{x}\" and \"{y}\""),
         ));
     }
     let ratio = b.gravity_mps2 / a.gravity_mps2 - 1.0;
     if ratio.abs() > SAME_GRAVITY {
-        findings.push(Finding::warning(
-            "gravity-differs",
+        findings.push(Finding::new(
+            FindingKind::GravityDiffers,
             format!(
                 "the scales rest on {:.5} m/s² ({}) and {:.5} m/s² ({}): if both sessions were in one place, {:+.3} % of scale comes from that alone; calibrate both with the same --gravity",
                 a.gravity_mps2,
@@ -99,8 +99,8 @@ pub(super) fn circumstances(
         let step = (y.mean - x.mean).abs();
         if step > TEMPERATURE_STEP_C {
             let [low, high] = BIAS_DRIFT_MG_PER_C;
-            findings.push(Finding::warning(
-                "temperature-differs",
+            findings.push(Finding::new(
+                FindingKind::TemperatureDiffers,
                 format!(
                     "the biases were taken at {:.1} °C and {:.1} °C: an MPU6050's may move by {low} mg per °C on x and y and {high} on z, here by {:.1} and {:.1} mg; the uncertainties know nothing of it",
                     x.mean,
@@ -114,8 +114,8 @@ pub(super) fn circumstances(
     for (file, name) in [(a, names[0]), (b, names[1])] {
         if file.accelerometer.covariance.is_none() {
             findings.push(
-                Finding::warning(
-                    "covariance-missing",
+                Finding::new(
+                    FindingKind::CovarianceMissing,
                     "the file does not say how uncertain its parameters are, so that no difference can be judged; calibrate again from the recordings",
                 )
                 .in_file(name),
@@ -123,8 +123,8 @@ pub(super) fn circumstances(
         }
         if file.verdict.grade == Grade::Poor {
             findings.push(
-                Finding::warning(
-                    "poor-calibration",
+                Finding::new(
+                    FindingKind::PoorCalibration,
                     "the calibration's own verdict is poor; mend what it names before comparing",
                 )
                 .in_file(name),

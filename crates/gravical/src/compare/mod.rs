@@ -19,7 +19,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::Result;
 use crate::calibration_file::CalibrationFile;
-use crate::recording::Finding;
+use crate::recording::{Finding, FindingKind};
 use crate::segment::face::AXES;
 use crate::uncertainty::chi_square;
 
@@ -199,8 +199,8 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
         orientation(t, test, known, independence, &mut findings)
     });
     if orientation.is_none() {
-        findings.push(Finding::warning(
-            "frames-mirrored",
+        findings.push(Finding::new(
+            FindingKind::FramesMirrored,
             "one calibration describes the mirror image of the other: in one of the sessions two placements were swapped, or an axis has the wrong sign",
         ));
     }
@@ -244,8 +244,8 @@ fn tell_outside(test: Option<(ChiSquare, f64)>, what: &str, findings: &mut Vec<F
     if let Some((test, outside)) = test
         && outside > OUTSIDE
     {
-        findings.push(Finding::note(
-            "undetermined-direction",
+        findings.push(Finding::new(
+            FindingKind::UndeterminedDirection,
             format!(
                 "in some combinations of {what} neither file states an uncertainty, because its data do not determine them; there the two differ by {:.2} ‰, which is not judged ({} directions are)",
                 1000.0 * outside,
@@ -266,8 +266,8 @@ fn orientation(
     if known {
         tell_outside(test, "rotation", findings);
     } else {
-        findings.push(Finding::note(
-            "orientation-unknown",
+        findings.push(Finding::new(
+            FindingKind::OrientationUnknown,
             "one of the sessions has faces on less than two axes: how its frame sits in the case is a convention, and the rotation between the frames is not judged",
         ));
     }

@@ -4,7 +4,7 @@ use gravical_core::matrix3::inverse;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{AccelerometerSection, CalibrationFile};
-use crate::recording::{AccelUnit, Finding};
+use crate::recording::{AccelUnit, Finding, FindingKind};
 use crate::uncertainty::{Covariance12, covariance_of};
 use crate::{Error, Result};
 
@@ -53,8 +53,8 @@ pub(super) fn sides(
                 return Err(units_differ(sa, sb, names));
             }
             if sa.input_unit == AccelUnit::Unknown || sb.input_unit == AccelUnit::Unknown {
-                findings.push(Finding::note(
-                    "unit-unverified",
+                findings.push(Finding::new(
+                    FindingKind::UnitUnverified,
                     format!(
                         "the input unit is {} in {} and {} in {}; their scales are alike, so they are taken as the same",
                         sa.input_unit.name(),
@@ -71,8 +71,8 @@ pub(super) fn sides(
         }
     };
     if sa.input_unit != sb.input_unit && nominal(sa).is_some() && nominal(sb).is_some() {
-        findings.push(Finding::note(
-            "units-converted",
+        findings.push(Finding::new(
+            FindingKind::UnitsConverted,
             format!(
                 "{} takes {}, {} takes {}: both were brought to m/s² by the nominal scale",
                 names[0],
@@ -84,8 +84,8 @@ pub(super) fn sides(
     }
     let offsets = [zero_offset(sa), zero_offset(sb)];
     if offsets[0] != offsets[1] {
-        findings.push(Finding::note(
-            "units-converted",
+        findings.push(Finding::new(
+            FindingKind::UnitsConverted,
             "one calibration takes unsigned counts, the other signed ones: 32768 was taken off its bias",
         ));
     }

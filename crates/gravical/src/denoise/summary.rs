@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 
 use super::clock::Parted;
 use super::filter::Filter;
@@ -175,8 +175,8 @@ impl DenoiseSummary {
             runner.empty,
         ));
         if self.still_spans == 0 {
-            self.findings.push(Finding::note(
-                "never-still",
+            self.findings.push(Finding::new(
+                FindingKind::NeverStill,
                 "no span at rest was found: what the filters did to the noise of this recording is not known",
             ));
         }
@@ -198,8 +198,8 @@ pub(super) fn told_of_filter(
     let share = |n: usize| 100.0 * n as f64 / outcome.samples.max(1) as f64;
     if treated.fitted > 0 {
         out.push(
-            Finding::note(
-                "fitted-over-stamps",
+            Finding::new(
+                FindingKind::FittedOverStamps,
                 format!(
                     "{spec}: {:.2} % of the windows hold uneven steps; there the polynomial is fitted over the stamps, at the ends too",
                     share(treated.fitted)
@@ -210,8 +210,8 @@ pub(super) fn told_of_filter(
     }
     if treated.too_few > 0 {
         out.push(
-            Finding::warning(
-                "too-few-stamps",
+            Finding::new(
+                FindingKind::TooFewStamps,
                 format!(
                     "{spec}: in {:.2} % of the windows too many stamps are the same for this order; they are filtered as if even",
                     share(treated.too_few)
@@ -222,8 +222,8 @@ pub(super) fn told_of_filter(
     }
     if treated.filled > 0 {
         out.push(
-            Finding::note(
-                "lost-samples-filled",
+            Finding::new(
+                FindingKind::LostSamplesFilled,
                 format!(
                     "{spec}: {} lost samples ({:.2} %) were interpolated for the filter; they are not written",
                     treated.filled,
@@ -235,8 +235,8 @@ pub(super) fn told_of_filter(
     }
     if treated.resampled > 0 {
         out.push(
-            Finding::warning(
-                "resampled",
+            Finding::new(
+                FindingKind::Resampled,
                 format!(
                     "{spec}: {:.2} % of the samples came at uneven times; they were interpolated to {:.6} Hz and back, which smooths by itself (white noise to 0.6 at worst)",
                     share(treated.resampled),
@@ -248,8 +248,8 @@ pub(super) fn told_of_filter(
     }
     if treated.too_short > 0 {
         out.push(
-            Finding::warning(
-                "not-filtered",
+            Finding::new(
+                FindingKind::NotFiltered,
                 format!(
                     "{spec}: {} stretches of channels are shorter than the {} samples it takes; their {} samples stay as they are",
                     outcome.short_stretches,
@@ -265,16 +265,16 @@ pub(super) fn told_of_filter(
         ..
     } = spec
     {
-        out.push(Finding::note(
-            "delayed",
+        out.push(Finding::new(
+            FindingKind::Delayed,
             format!("{spec} runs forwards only: what it writes lags behind"),
         ));
     }
     if let FilterSpec::SavitzkyGolay { window, .. } = spec
         && window % 2 == 0
     {
-        out.push(Finding::warning(
-            "even-window",
+        out.push(Finding::new(
+            FindingKind::EvenWindow,
             format!("{spec}: an even window has its middle between two samples: the values belong half a step later; take {} or {}", window - 1, window + 1),
         ));
     }
@@ -283,8 +283,8 @@ pub(super) fn told_of_filter(
         && let Some(slowest_hz) = band.edges_hz().first()
         && duration_s * slowest_hz < 1.0
     {
-        out.push(Finding::warning(
-            "short-for-cutoff",
+        out.push(Finding::new(
+            FindingKind::ShortForCutoff,
             format!("{spec}: {slowest_hz} Hz takes {:.3} s a period and the recording lasts {duration_s:.3} s: the ends decide the result", 1.0 / slowest_hz),
         ));
     }
@@ -316,8 +316,8 @@ pub(super) fn told_of_rows(
             });
         }
         out.push(
-            Finding::warning(
-                "parted",
+            Finding::new(
+                FindingKind::Parted,
                 format!("the filters begin anew at {}", why.join(" and ")),
             )
             .counting((parted.gaps + parted.backward) as u64),
@@ -325,8 +325,8 @@ pub(super) fn told_of_rows(
     }
     if stamps_filled > 0 {
         out.push(
-            Finding::warning(
-                "stamps-filled",
+            Finding::new(
+                FindingKind::StampsFilled,
                 format!(
                     "{} rows have no time stamp; they are taken to lie evenly between their neighbours",
                     stamps_filled
@@ -337,8 +337,8 @@ pub(super) fn told_of_rows(
     }
     if empty > 0 {
         out.push(
-            Finding::warning(
-                "empty-kept",
+            Finding::new(
+                FindingKind::EmptyKept,
                 format!(
                     "{} empty cells stay empty; the samples around them are filtered as if one were lost",
                     empty

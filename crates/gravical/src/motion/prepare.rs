@@ -9,7 +9,7 @@ use super::options::MotionOptions;
 use super::samples::Samples;
 use super::scales::{Scales, scales};
 use crate::calibration_file::CalibrationFile;
-use crate::recording::{Finding, LineSpans, Recording};
+use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 
@@ -112,8 +112,8 @@ fn without_drift(
 ) -> Option<Drifting> {
     let model = crate::check::accepted_model(file)?;
     let Some(temperature) = &recording.temperature_c else {
-        findings.push(Finding::warning(
-            "temperature-not-applied",
+        findings.push(Finding::new(
+            FindingKind::TemperatureNotApplied,
             format!(
                 "the recording has no temperatures, so the calibration's drift with temperature is not taken off: {}",
                 crate::temperature::cost_text(model)
@@ -124,8 +124,8 @@ fn without_drift(
     // The last temperature holds until the next comes.
     let first = temperature.iter().copied().find(|t| t.is_finite());
     let Some(mut now) = first else {
-        findings.push(Finding::warning(
-            "temperature-not-applied",
+        findings.push(Finding::new(
+            FindingKind::TemperatureNotApplied,
             format!(
                 "the recording's temperatures are empty, so the calibration's drift with temperature is not taken off: {}",
                 crate::temperature::cost_text(model)

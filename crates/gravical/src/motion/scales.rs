@@ -8,7 +8,7 @@ use gravical_core::matrix3;
 
 use super::options::{GravityRemoval, MotionOptions};
 use crate::calibration_file::CalibrationFile;
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::gyro_unit::{Claims, Evidence, decide, mismatch};
 use crate::segment::still::{StillOptions, find_stills};
 use crate::segment::turns::motions;
@@ -47,8 +47,8 @@ pub(super) fn scales(
     if let Some(file) = file {
         judge_unit(recording, file, &coarse, options, findings)?;
         if file.verdict.grade == crate::calibration_file::Grade::Poor {
-            findings.push(Finding::warning(
-                "poor-calibration",
+            findings.push(Finding::new(
+                FindingKind::PoorCalibration,
                 format!(
                     "the calibration's own verdict is poor: {}",
                     file.verdict.reasons.join("; ")
@@ -57,8 +57,8 @@ pub(super) fn scales(
         }
     }
     if recording.is_calibrated() && file.is_some() {
-        findings.push(Finding::warning(
-            "already-calibrated",
+        findings.push(Finding::new(
+            FindingKind::AlreadyCalibrated,
             "its columns are named as this program names calibrated ones: calibrating twice corrects twice",
         ));
     }
@@ -86,8 +86,8 @@ pub(super) fn scales(
         _ if options.gravity_removal == GravityRemoval::StillMean && !options.zero_velocity => None,
         None => None,
         Some(gyro) if is_dead(gyro) => {
-            findings.push(Finding::warning(
-                "dead-gyro",
+            findings.push(Finding::new(
+                FindingKind::DeadGyro,
                 "the gyroscope never changes; motion is computed without it",
             ));
             None
@@ -100,8 +100,8 @@ pub(super) fn scales(
     };
     let gyro_nominal = scale.and_then(|s| s.nominal());
     if scale.is_some() && gyro_nominal.is_none() {
-        findings.push(Finding::warning(
-            "gyro-not-used",
+        findings.push(Finding::new(
+            FindingKind::GyroNotUsed,
             "the unit of the gyroscope cannot be told, so it is not used: the tilt between rests is not measured; say it with --gyro-unit, and --gyro-range for counts",
         ));
     }
@@ -116,8 +116,8 @@ pub(super) fn scales(
     let gyro_calibration = gyro_file.and_then(|(section, calibration)| {
         let differs = scale.and_then(|scale| mismatch(section, &scale));
         if let Some(why) = &differs {
-            findings.push(Finding::warning(
-                "unit-mismatch",
+            findings.push(Finding::new(
+                FindingKind::UnitMismatch,
                 format!("{why}; it is used uncalibrated"),
             ));
         }

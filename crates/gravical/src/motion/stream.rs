@@ -33,7 +33,7 @@ use crate::output::Blocks;
 use crate::recording::open::Input;
 use crate::recording::text::{OpenFile, ReadFile, Role, open_rows};
 use crate::recording::timing::Treatment;
-use crate::recording::{Finding, ReadOptions, Recording, read_bytes};
+use crate::recording::{Finding, FindingKind, ReadOptions, Recording, read_bytes};
 use crate::{Error, Result};
 
 use sink::{Pipeline, State};
@@ -76,6 +76,7 @@ pub fn motion_stream(
         .and_then(|c| Drift::new(c.file, &file.head(), &file.format.layout, &mut Vec::new()));
     let mut findings = begin.findings.clone();
     let mut pipeline = begin.pipeline(&file, options, out.is_some(), &mut findings)?;
+    let assumed = *file.rows.facts();
     let mut sensor = Sensor::of(begin.accel, begin.gyro, options.axes).without_drift(drift);
     let mut nowhere = std::io::sink();
     let mut out = Blocks::new(out.unwrap_or(&mut nowhere));
@@ -88,6 +89,7 @@ pub fn motion_stream(
     let mut read = file.finish(Treatment::Repaired)?;
     out.finish()?;
     let mut told = std::mem::take(&mut read.findings);
+    told.extend(assumed.contradicted_by(&read.finished.facts));
     told.extend(read.finished.findings());
     told.append(&mut findings);
     let drift = sensor.drift.as_ref();
@@ -227,8 +229,8 @@ impl Begin {
             FirstRest::Found
         };
         if wanted && rests.is_none() && given.is_none() {
-            findings.push(Finding::warning(
-                "no-still",
+            findings.push(Finding::new(
+                FindingKind::NoStill,
                 format!(
                     "the sensor does not rest in the first {} rows, which tell its noise: the first {} count as one rest, others are not found, and nothing corrects the drift; hold it still for 2 s before the first move",
                     self.recording.rows(),
@@ -288,8 +290,8 @@ impl Begin {
         let lost = moves.iter().filter(|m| !m.usable).count();
         if lost > 0 {
             findings.push(
-                Finding::warning(
-                    "move-unusable",
+                Finding::new(
+                    FindingKind::MoveUnusable,
                     format!(
                         "{lost} of {} moves have a gap in them or come after one: how far they went is not known",
                         moves.len()

@@ -13,7 +13,7 @@ use super::samples::Samples;
 use super::setup::Setup;
 use super::still::{self, Rests};
 use crate::gravity::Gravity;
-use crate::recording::{Finding, LineSpans};
+use crate::recording::{Finding, FindingKind, LineSpans};
 
 /// Gravity at rest that is off by less than this is not told where nothing is
 /// calibrated, relative.
@@ -92,8 +92,8 @@ pub(super) fn frame(options: &MotionOptions, no_rest: bool) -> String {
 
 /// A calibration without covariance.
 pub(super) fn no_covariance() -> Finding {
-    Finding::note(
-        "covariance-unknown",
+    Finding::new(
+        FindingKind::CovarianceUnknown,
         "the calibration does not state its covariance: 0.5 % of scale, 0.02 m/s² of bias and 0.6° between the axes are assumed for the band",
     )
 }
@@ -101,8 +101,8 @@ pub(super) fn no_covariance() -> Finding {
 /// Rows that are no samples.
 pub(super) fn rows_left_out(lines: &LineSpans) -> Option<Finding> {
     (!lines.is_empty()).then(|| {
-        Finding::note(
-            "rows-left-out",
+        Finding::new(
+            FindingKind::RowsLeftOut,
             "rows without a complete sample, or whose stamp does not advance; the steps go over them",
         )
         .at_lines(lines)
@@ -118,8 +118,8 @@ pub(super) fn gate(samples: &Samples, judged: &[Judged]) -> Vec<Finding> {
             let speed = norm(&j.velocity);
             let sigma = norm(&j.sigma);
             if j.overruled {
-                return Some(Finding::warning(
-                    "rest-at-speed",
+                return Some(Finding::new(
+                    FindingKind::RestAtSpeed,
                     format!(
                         "quiet from {from:.2} to {to:.2} s, where the integrated velocity is {speed:.2} m/s (1σ {sigma:.2}); taken for a rest since nothing after it comes nearer to one: the acceleration drifted by {:.3} m/s², or the sensor went on at constant speed (--still sets the rests by hand)",
                         speed / j.seconds.max(1e-3)
@@ -127,8 +127,8 @@ pub(super) fn gate(samples: &Samples, judged: &[Judged]) -> Vec<Finding> {
                 ));
             }
             (!j.rest).then(|| {
-                Finding::note(
-                    "constant-speed",
+                Finding::new(
+                    FindingKind::ConstantSpeed,
                     format!(
                         "quiet from {from:.2} to {to:.2} s, but at {speed:.2} m/s (1σ {sigma:.2}): constant speed, no rest"
                     ),
@@ -155,8 +155,8 @@ pub(super) fn slow(
         .doubts
         .iter()
         .map(|d| {
-            Finding::warning(
-                "slow-move-doubted",
+            Finding::new(
+                FindingKind::SlowMoveDoubted,
                 format!(
                     "from {:.1} to {:.1} s the force changes as in a move by {:.1} m, by more than chance and by too little to be certain (χ² {:.0}); taken for rest, so the position may be off by that much (--still sets the rests by hand)",
                     d.start_s, d.end_s, d.way_m, d.chi2
@@ -173,8 +173,8 @@ pub(super) fn slow(
         let accel = walk.accel_mean();
         let gyro = samples.rate_rad_s.as_ref().map(|_| walk.gyro);
         let hidden = |seconds: f64| still::may_hide_m(seconds, accel, gyro, 9.8);
-        out.push(Finding::note(
-            "slow-moves-hidden",
+        out.push(Finding::new(
+            FindingKind::SlowMovesHidden,
             format!(
                 "a move by less than {:.2} m in 10 s, or {:.2} m in 16 s, would hide in the noise of a rest",
                 hidden(10.0),
@@ -196,8 +196,8 @@ pub(super) fn circumstances(
     let mut out = Vec::new();
     let samples = setup.view.samples;
     if rests.is_empty() {
-        out.push(Finding::warning(
-            "no-still",
+        out.push(Finding::new(
+            FindingKind::NoStill,
             "the sensor never rests: tilt and gravity are the mean over the recording, the velocity at the start is taken as given or zero, and nothing corrects the drift, whose size nothing tells: there are no bands; hold it still for 2 s at both ends",
         ));
     }
@@ -208,8 +208,8 @@ pub(super) fn circumstances(
             .map(|m| m.end_s - m.start_s)
             .fold(0.0, f64::max);
         let cost = 9.8 * 1.0_f64.to_radians() * longest * longest / std::f64::consts::TAU;
-        out.push(Finding::warning(
-            "no-gyro",
+        out.push(Finding::new(
+            FindingKind::NoGyro,
             format!(
                 "without a gyroscope the tilt between rests is not known: one swing of 1° during the longest move ({longest:.1} s) is {cost:.2} m; {}° are allowed for in the band (--wobble)",
                 options.wobble_deg
@@ -219,8 +219,8 @@ pub(super) fn circumstances(
     if let Some(first) = plan.first()
         && let Stretch::Lost { to, .. } = first
     {
-        out.push(Finding::note(
-            "start-lost",
+        out.push(Finding::new(
+            FindingKind::StartLost,
             format!(
                 "something is missing before the first rest: position counts from there, {:.2} s",
                 samples.t_s[*to]
@@ -229,8 +229,8 @@ pub(super) fn circumstances(
     }
     for stretch in plan {
         if let Stretch::QuietGap { gap_s } = stretch {
-            out.push(Finding::note(
-                "gap-at-rest",
+            out.push(Finding::new(
+                FindingKind::GapAtRest,
                 format!("{gap_s:.2} s are missing while the sensor rests in one pose: taken as not moved"),
             ));
         }
@@ -238,8 +238,8 @@ pub(super) fn circumstances(
     let lost = moves.iter().filter(|m| !m.usable).count();
     if lost > 0 {
         out.push(
-            Finding::warning(
-                "move-unusable",
+            Finding::new(
+                FindingKind::MoveUnusable,
                 format!(
                     "{lost} of {} moves have a gap in them: how far they went is not known, nor any position after; the other moves are computed each from its own start",
                     moves.len()
@@ -259,11 +259,11 @@ pub(super) fn circumstances(
             } else {
                 "ends in motion: after the last rest nothing corrects the drift"
             };
-            out.push(Finding::warning(
+            out.push(Finding::new(
                 if one.ends == Ends::ToRest {
-                    "starts-moving"
+                    FindingKind::StartsMoving
                 } else {
-                    "ends-moving"
+                    FindingKind::EndsMoving
                 },
                 format!(
                     "the recording {what} ({:.2} to {:.2} s)",
@@ -298,7 +298,7 @@ pub(super) fn size(
         let sigma = variance.sqrt().max(1e-3 * g);
         return ((size - g).abs() > FAR * sigma).then(|| {
             Finding::warning(
-                "gravity-off",
+                FindingKind::GravityOff,
                 format!(
                     "at rest the calibrated magnitude is {size:.3} m/s², gravity is {g:.3}: off by {:.1} times what the calibration allows (1σ {sigma:.3}); it may no longer fit: `gravical check`",
                     (size - g).abs() / sigma
@@ -325,17 +325,17 @@ pub(super) fn size(
         100.0 * off
     );
     Some(if off.abs() > 0.02 {
-        Finding::warning("gravity-off", text)
+        Finding::warning(FindingKind::GravityOff, text)
     } else {
-        Finding::note("gravity-off", text)
+        Finding::note(FindingKind::GravityOff, text)
     })
 }
 
 /// A velocity at the start that has no part in the result.
 pub(super) fn start_velocity(options: &MotionOptions, rests: bool) -> Option<Finding> {
     (options.v0_mps.is_some() && options.zero_velocity && rests).then(|| {
-        Finding::warning(
-            "v0-not-used",
+        Finding::new(
+            FindingKind::V0NotUsed,
             "--v0 is not used: velocity is zero at the rests, and what comes before the first follows from it; --zero-velocity off integrates from the start",
         )
     })

@@ -151,7 +151,7 @@ mod tests {
     }
 
     fn kinds(recording: &Recording) -> Vec<&str> {
-        recording.findings.iter().map(|f| f.kind.as_str()).collect()
+        recording.findings.iter().map(|f| f.kind.name()).collect()
     }
 
     #[test]

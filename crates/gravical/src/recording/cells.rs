@@ -5,8 +5,8 @@
 //! empty. An accelerometer that reads zero on all axes, to the last digit, was not read:
 //! such a row is empty too, and at the end of a file rows of zeros are none at all.
 
-use super::finding::{Finding, LineSpans};
 use super::row::{ACCEL, GYRO, TEMPERATURE, Values};
+use crate::finding::{Finding, FindingKind, LineSpans};
 
 /// Rows below which nothing is held: a few empty cells are no habit.
 const SPARSE_ROWS: u64 = 20;
@@ -152,8 +152,8 @@ impl CellCounts {
             false => &self.lines,
         };
         (total > 0).then(|| {
-            Finding::warning(
-                "empty-cells",
+            Finding::new(
+                FindingKind::EmptyCells,
                 format!(
                     "{total} empty cells ({}); {} of {} rows lack a value of the accelerometer{}",
                     parts.join(", "),
@@ -267,8 +267,8 @@ impl CellFiller {
     /// What is said of rows of zeros.
     pub fn finding(&self) -> Option<Finding> {
         (!self.zeros.is_empty()).then(|| {
-            Finding::warning(
-                "zero-rows",
+            Finding::new(
+                FindingKind::ZeroRows,
                 format!(
                     "the accelerometer reads zero on all axes in {} rows: it was not read; taken as empty",
                     self.zeros.count()

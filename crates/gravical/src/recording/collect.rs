@@ -14,7 +14,7 @@ use super::row::{ACCEL, GYRO, TEMPERATURE};
 use super::rows::{Finished, Row, Rows, Source};
 use super::text::{OpenFile, Role, open_rows};
 use super::timing::Treatment;
-use super::{Finding, Labels, LineMap, ReadOptions, Recording, metadata};
+use super::{AccelUnit, Finding, Labels, LineMap, ReadOptions, Recording, metadata};
 
 /// Reads the recording at `path`; `-` is standard input.
 ///
@@ -42,6 +42,8 @@ pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Rec
 #[derive(Default)]
 pub(super) struct Columns {
     zero_offset: f64,
+    header_unit: Option<AccelUnit>,
+    restarted: bool,
     accel: [Vec<f64>; 3],
     gyro: Option<[Vec<f64>; 3]>,
     temperature: Option<Vec<f64>>,
@@ -70,6 +72,7 @@ impl Columns {
         let has = |quantity| layout.field(quantity).is_some();
         Columns {
             zero_offset: facts.zero_offset,
+            header_unit: layout.accel_claim.unit,
             gyro: layout.has_gyro().then(Default::default),
             temperature: (has(Quantity::Temperature) && facts.celsius).then(Default::default),
             labels: has(Quantity::Label).then(Default::default),
@@ -104,6 +107,7 @@ impl Columns {
         if self.labels.is_some() {
             self.push_label(row.text.label.trim_ascii());
         }
+        self.restarted |= row.restarted;
         if number > 0 && (row.restarted || !row.before.is_empty()) {
             self.breaks.push(number);
         }
@@ -153,10 +157,13 @@ impl Columns {
             temperature_c: self.temperature,
             time_s,
             time_origin_s: finished.origin_s,
+            restarted: self.restarted,
             labels: self.labels,
             breaks: self.breaks,
             zero_offset: facts.zero_offset,
             accel_scale: found.accel,
+            unit_doubt: finished.unit_doubt,
+            header_unit: self.header_unit,
             gyro_scale: found.gyro,
             resolution: found.resolution,
             timing: finished.timing,

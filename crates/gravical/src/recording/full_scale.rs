@@ -2,8 +2,8 @@
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use super::finding::{Finding, LineSpans};
 use super::units::{AccelScale, AccelUnit, GyroScale, GyroUnit, LSB_PER_DEG_S};
+use crate::finding::{Finding, FindingKind, LineSpans};
 
 /// Full scales in use, g.
 const FULL_SCALES_G: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
@@ -148,8 +148,8 @@ impl Clipping {
             false => self.repeats >= 3,
         };
         (shown && !self.lines.is_empty()).then(|| {
-            Finding::warning(
-                "clipped",
+            Finding::new(
+                FindingKind::Clipped,
                 format!(
                     "{channel} reaches the end of its range in {} rows: the true value is larger; record at a wider range",
                     self.lines.count()

@@ -16,7 +16,6 @@ use std::path::Path;
 
 use crate::{Error, Result};
 
-use super::finding::{Finding, LineSpans};
 use super::ledger::Aside;
 use super::monitor::{Defects, LooksCounted, gyro_by_claim};
 use super::names::Quantity;
@@ -25,6 +24,7 @@ use super::row::{GYRO, SLOTS, TIME};
 use super::text::{Role, open_rows};
 use super::timing::{self, Claims, Parting, TimeUnit, Treatment};
 use super::{LineMap, ReadOptions, Recording, metadata, resolution};
+use crate::finding::{Finding, FindingKind, LineSpans};
 
 /// A file that was joined to a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -205,11 +205,7 @@ fn join_input(
     let joined = match (own, gyro.stamps_s.take()) {
         (Some(own), Some(other)) if own == other => gyro.channels,
         (Some(own), Some(other)) => {
-            if recording
-                .findings
-                .iter()
-                .any(|f| f.kind == "restarted-time")
-            {
+            if recording.restarted {
                 return Err(restarted(&recording.name, None));
             }
             by_stamps(recording, &own, &gyro, &other, name, &mut findings)?
@@ -288,8 +284,8 @@ fn row_by_row(
         .at(name.as_ref(), None)
         .with_hint("give files with time stamps, or with one row of each for every sample"));
     }
-    findings.push(Finding::note(
-        "gyro-row-by-row",
+    findings.push(Finding::new(
+        FindingKind::GyroRowByRow,
         "not both files have time stamps: joined row by row, the first with the first",
     ));
     Ok(gyro.channels)
@@ -374,8 +370,8 @@ fn by_stamps(
     }
     if !uncovered.is_empty() {
         findings.push(
-            Finding::warning(
-                "gyro-uncovered",
+            Finding::new(
+                FindingKind::GyroUncovered,
                 format!(
                     "{} of {rows} rows of the accelerometer ({:.1} %) have no reading of the gyroscope within {:.0} ms: before it starts, after it ends, or in its gaps; left empty there",
                     uncovered.count(),
@@ -389,8 +385,8 @@ fn by_stamps(
     }
     if between > 0 {
         findings.push(
-            Finding::note(
-                "gyro-interpolated",
+            Finding::new(
+                FindingKind::GyroInterpolated,
                 format!("{between} of {rows} rows of the accelerometer lie between two stamps of the gyroscope; its rate is interpolated there"),
             )
             .counting(between),

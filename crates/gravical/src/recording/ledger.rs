@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::finding::{Finding, LineSpans};
+use crate::finding::{Finding, FindingKind, LineSpans};
 
 /// Why a line gave no row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -58,23 +58,29 @@ impl Aside {
         matches!(self, Aside::NamedGap | Aside::Blank | Aside::RepeatedHeader)
     }
 
-    /// Name for people and for findings.
+    /// The finding that such lines are; the header itself is none.
+    #[must_use]
+    pub fn finding_kind(self) -> Option<FindingKind> {
+        Some(match self {
+            Aside::Header => return None,
+            Aside::Metadata => FindingKind::MetadataLines,
+            Aside::Comment => FindingKind::CommentLines,
+            Aside::NamedGap => FindingKind::NamedGap,
+            Aside::Blank => FindingKind::BlankRows,
+            Aside::RegularBlank => FindingKind::RegularBlankRows,
+            Aside::OtherSensor => FindingKind::OtherSensor,
+            Aside::RepeatedHeader => FindingKind::RepeatedHeader,
+            Aside::TornLine => FindingKind::TornLine,
+            Aside::TooManyFields => FindingKind::TooManyFields,
+            Aside::NotANumber => FindingKind::NotANumber,
+            Aside::ZeroTail => FindingKind::ZeroTail,
+        })
+    }
+
+    /// Name for people.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Aside::Header => "header",
-            Aside::Metadata => "metadata-lines",
-            Aside::Comment => "comment-lines",
-            Aside::NamedGap => "named-gap",
-            Aside::Blank => "blank-rows",
-            Aside::RegularBlank => "regular-blank-rows",
-            Aside::OtherSensor => "other-sensor",
-            Aside::RepeatedHeader => "repeated-header",
-            Aside::TornLine => "torn-line",
-            Aside::TooManyFields => "too-many-fields",
-            Aside::NotANumber => "not-a-number",
-            Aside::ZeroTail => "zero-tail",
-        }
+        self.finding_kind().map_or("header", FindingKind::name)
     }
 
     fn meaning(self) -> &'static str {
@@ -181,9 +187,8 @@ impl Ledger {
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         self.reasons()
-            .filter(|(reason, _)| *reason != Aside::Header)
-            .map(|(reason, n)| {
-                let spans = self.lines_aside(reason);
+            .filter_map(|(reason, n)| {
+                let kind = reason.finding_kind()?;
                 let example = match (&self.examples[reason as usize], reason) {
                     (
                         Some(text),
@@ -196,20 +201,9 @@ impl Ledger {
                     }
                     _ => String::new(),
                 };
-                let message = format!(
-                    "{n} {}: {}{example}",
-                    if n == 1 { "line" } else { "lines" },
-                    reason.meaning()
-                );
-                let finding = match reason {
-                    Aside::Metadata
-                    | Aside::Comment
-                    | Aside::Blank
-                    | Aside::RegularBlank
-                    | Aside::OtherSensor => Finding::note(reason.name(), message),
-                    _ => Finding::warning(reason.name(), message),
-                };
-                finding.at_lines(spans)
+                let lines = if n == 1 { "line" } else { "lines" };
+                let message = format!("{n} {lines}: {}{example}", reason.meaning());
+                Some(Finding::new(kind, message).at_lines(self.lines_aside(reason)))
             })
             .collect()
     }

@@ -148,7 +148,7 @@ impl Source for Listed<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::read_bytes;
+    use crate::recording::{FindingKind, read_bytes};
 
     #[test]
     fn samples_give_the_recording_that_their_text_gives() {
@@ -198,14 +198,9 @@ mod tests {
         assert_eq!(own.resolution, read.resolution);
         assert_eq!(own.accel_scale.unit, read.accel_scale.unit);
         assert!(own.accel[0][17].is_nan() && read.accel[0][17].is_nan());
-        let kinds = |r: &Recording| {
-            r.findings
-                .iter()
-                .map(|f| f.kind.clone())
-                .collect::<Vec<_>>()
-        };
+        let kinds = |r: &Recording| r.findings.iter().map(|f| f.kind).collect::<Vec<_>>();
         assert_eq!(kinds(&own), kinds(&read));
-        assert!(kinds(&own).contains(&"zero-rows".to_owned()));
+        assert!(kinds(&own).contains(&FindingKind::ZeroRows));
         // A line is a sample: there is no header.
         assert_eq!(own.line(10) + 1, read.line(10));
 

@@ -30,7 +30,6 @@ pub mod board;
 pub(crate) mod cells;
 mod collect;
 pub mod dialect;
-pub mod finding;
 pub mod frame;
 pub(crate) mod full_scale;
 mod head;
@@ -50,8 +49,8 @@ pub mod timing;
 mod unit_choice;
 pub mod units;
 
+pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
 pub use collect::{read, read_bytes};
-pub use finding::{Finding, LineSpans, Severity};
 pub use join::{
     JoinedFile, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes,
 };
@@ -61,7 +60,7 @@ pub use memory::SampleColumns;
 pub use monitor::quiet_norm;
 pub use text::GAP_LINE;
 pub use timing::{TimeUnit, Timing};
-pub use unit_choice::{AccelClaim, decide_accel};
+pub use unit_choice::{AccelClaim, UnitDoubt, decide_accel};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 
 /// No sensor of this kind is colder or hotter, °C.
@@ -187,6 +186,8 @@ pub struct Recording {
     /// [`time_s`](Self::time_s) is 0. Two files of one recorder are put side by
     /// side by it.
     pub time_origin_s: Option<f64>,
+    /// The clock started anew somewhere.
+    pub restarted: bool,
     /// The label column.
     pub labels: Option<Labels>,
     /// Rows before which there were blank lines, a named gap, a reset of the board
@@ -197,6 +198,10 @@ pub struct Recording {
     pub zero_offset: f64,
     /// Unit of the accelerometer.
     pub accel_scale: AccelScale,
+    /// Why that is not known.
+    pub unit_doubt: Option<UnitDoubt>,
+    /// The unit that the header claims for it.
+    pub header_unit: Option<AccelUnit>,
     /// Unit of the gyroscope; none without one.
     pub gyro_scale: Option<GyroScale>,
     /// Steps that the values of ax, ay, az, gx, gy, gz come in, each in its own unit
@@ -242,6 +247,15 @@ impl Recording {
         ["ax_mps2", "ay_mps2", "az_mps2"]
             .iter()
             .all(|own| self.column_names.iter().any(|n| n == own))
+    }
+
+    /// The header claims another unit of the accelerometer than gravity shows.
+    #[must_use]
+    pub fn contradicts_header(&self) -> bool {
+        let claimed = self
+            .header_unit
+            .filter(|claim| *claim != self.accel_scale.unit);
+        claimed.is_some() && self.accel_scale.origin == Origin::Data
     }
 
     /// The three values of a row.

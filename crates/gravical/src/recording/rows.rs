@@ -10,11 +10,12 @@ use std::path::Path;
 use crate::{Error, Result};
 
 use super::cells::{CellFiller, Channels, ZEROS_IN_A_ROW};
-use super::finding::{Finding, LineSpans};
 use super::ledger::{Aside, Ledger};
 use super::monitor::{Facts, Found, Monitor, Told};
 use super::row::{ACCEL, GYRO, SLOTS, Span, TIME, Values};
 use super::timing::{Parting, Timing, Treatment, is_usual_step};
+use super::unit_choice::UnitDoubt;
+use crate::finding::{Finding, FindingKind, LineSpans};
 
 /// Bytes of rows that are held back at most.
 const MOST_HELD: usize = 4 << 20;
@@ -126,6 +127,8 @@ pub(crate) struct Finished {
     pub timing: Timing,
     /// The first stamp itself, s.
     pub origin_s: Option<f64>,
+    /// Why the accelerometer's unit is not known.
+    pub unit_doubt: Option<UnitDoubt>,
     pub found: Found,
     /// About rows of zeros.
     pub zeros: Vec<Finding>,
@@ -425,8 +428,8 @@ impl<S: Source> Rows<S> {
         let mut zeros = Vec::new();
         if !self.given_up.is_empty() {
             zeros.push(
-                Finding::warning(
-                    "zero-tail",
+                Finding::new(
+                    FindingKind::ZeroTail,
                     format!(
                         "all channels are zero in the last {} rows: too many to hold back, so they count as rows",
                         self.given_up.count()
@@ -444,6 +447,7 @@ impl<S: Source> Rows<S> {
             },
             timing: seen.timing,
             origin_s: seen.origin_s,
+            unit_doubt: seen.unit_doubt,
             found,
             zeros,
             trailing: std::mem::take(&mut self.parts),

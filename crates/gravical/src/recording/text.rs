@@ -9,7 +9,6 @@ use crate::{Error, Result};
 
 use super::ReadOptions;
 use super::dialect::{Dialect, sniff, terminator};
-use super::finding::{Finding, LineSpans};
 use super::head::Head;
 pub(crate) use super::head::HeadChannels;
 use super::layout::{self, Layout, Request};
@@ -20,6 +19,7 @@ use super::open::Input;
 use super::row::{RowDefect, RowScanner, RowStamps, Span, Values};
 use super::rows::{Finished, Item, Rows, Source, Text};
 use super::timing::Treatment;
+use crate::finding::{Finding, FindingKind, LineSpans};
 
 /// How much of a file is looked at to find its dialect.
 pub(crate) const HEAD: usize = 1 << 18;
@@ -196,8 +196,8 @@ impl OpenFile {
         let mut findings = self.findings;
         if self.input.is_cut_off() {
             let rows = finished.ledger.rows;
-            findings.push(Finding::warning(
-                "truncated-file",
+            findings.push(Finding::new(
+                FindingKind::TruncatedFile,
                 format!("the packed file ends in the middle; {rows} rows could be unpacked"),
             ));
         }
@@ -239,8 +239,8 @@ impl<R: Read> TextRows<R> {
         let mut findings = Vec::new();
         if !self.nul_lines.is_empty() {
             findings.push(
-                Finding::warning(
-                    "nul-bytes",
+                Finding::new(
+                    FindingKind::NulBytes,
                     format!("NUL bytes in {} lines; taken out", self.nul_lines.count()),
                 )
                 .at_lines(&self.nul_lines),
@@ -248,13 +248,16 @@ impl<R: Read> TextRows<R> {
         }
         if !self.foreign_lines.is_empty() {
             findings.push(
-                Finding::note("not-utf8", "text that is not UTF-8; read as Windows-1252")
-                    .at_lines(&self.foreign_lines),
+                Finding::new(
+                    FindingKind::NotUtf8,
+                    "text that is not UTF-8; read as Windows-1252",
+                )
+                .at_lines(&self.foreign_lines),
             );
         }
         if let Some(encoding) = unpacked.iter().find(|u| u.starts_with("UTF-16")) {
-            findings.push(Finding::note(
-                "not-utf8",
+            findings.push(Finding::new(
+                FindingKind::NotUtf8,
                 format!("the file is {encoding}; read as such"),
             ));
         }

@@ -2,8 +2,8 @@
 //! header claims, in this order.
 
 use super::ReadOptions;
-use super::finding::Finding;
 use super::units::{AccelScale, AccelUnit, Evidence, MOST_OFF, Origin, accel_evidence};
+use crate::finding::{Finding, FindingKind};
 
 /// What a file says of its accelerometer.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -25,8 +25,20 @@ impl From<AccelUnit> for AccelClaim {
     }
 }
 
+/// Why a unit is not known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UnitDoubt {
+    /// Gravity was taken out of the acceleration.
+    WithoutGravity,
+    /// Gravity is a power of two too large or too small.
+    WrongFullScale,
+    /// Gravity has that size in no unit, or in several.
+    NoUnit,
+}
+
 /// Decides the unit from the magnitude of quiet readings, the header's claim
-/// and the user's word; contradictions become findings.
+/// and the user's word; contradictions become findings. Where the unit stays unknown
+/// against gravity, it says why.
 #[must_use]
 pub fn decide_accel(
     quiet: Option<(f64, bool)>,
@@ -34,6 +46,19 @@ pub fn decide_accel(
     claim: AccelClaim,
     options: &ReadOptions,
     findings: &mut Vec<Finding>,
+) -> (AccelScale, Option<UnitDoubt>) {
+    let mut doubt = None;
+    let scale = decide(quiet, unsigned, claim, options, findings, &mut doubt);
+    (scale, doubt)
+}
+
+fn decide(
+    quiet: Option<(f64, bool)>,
+    unsigned: bool,
+    claim: AccelClaim,
+    options: &ReadOptions,
+    findings: &mut Vec<Finding>,
+    doubt: &mut Option<UnitDoubt>,
 ) -> AccelScale {
     let given_lsb = options.accel_range_g.map(|range| 32768.0 / range);
     // A range that was given beats the data, one that the board claims does not.
@@ -79,6 +104,7 @@ pub fn decide_accel(
     let whole_zero = integers && norm >= 1.0;
     if !gravity_shows && (claim.without_gravity || (norm < LEAST_GRAVITY && !whole_zero)) {
         findings.push(without_gravity(norm));
+        *doubt = Some(UnitDoubt::WithoutGravity);
         return AccelScale {
             unit: AccelUnit::Unknown,
             lsb_per_g: None,
@@ -89,8 +115,8 @@ pub fn decide_accel(
         if let Some(claim) = claimed
             && claim != unit
         {
-            findings.push(Finding::warning(
-                "unit-mismatch",
+            findings.push(Finding::new(
+                FindingKind::UnitMismatch,
                 format!(
                     "the header says {}, but at rest the magnitude is {}: the values are in {}; taken so",
                     claim.name(),
@@ -125,6 +151,7 @@ pub fn decide_accel(
                 norm,
                 "mg, cm/s² or counts at 1024 per g; --accel-unit mg or --accel-unit counts says it",
                 findings,
+                doubt,
             ),
         },
         Evidence::None if claimed == Some(AccelUnit::Counts) || range_lsb.is_some() => AccelScale {
@@ -140,6 +167,7 @@ pub fn decide_accel(
             norm,
             "no unit in which gravity has that size; --accel-unit counts takes it as it is",
             findings,
+            doubt,
         ),
     }
 }
@@ -149,8 +177,8 @@ const LEAST_GRAVITY: f64 = 0.1;
 
 /// Acceleration that a phone has taken gravity out of.
 fn without_gravity(norm: f64) -> Finding {
-    Finding::warning(
-        "without-gravity",
+    Finding::new(
+        FindingKind::WithoutGravity,
         format!(
             "the magnitude at rest is {}: gravity was taken out of this acceleration, and a calibration needs it; use the raw one (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)",
             short(norm)
@@ -189,8 +217,8 @@ fn warn_if_range_disagrees(
         Some(_) => ("was given", "taken as given"),
         None => ("is what the board says", "taken as gravity shows"),
     };
-    findings.push(Finding::warning(
-        "range-mismatch",
+    findings.push(Finding::new(
+        FindingKind::RangeMismatch,
         format!(
             "±{} g {who}, but gravity at rest is that of ±{} g; {taken}",
             short(32768.0 / said),
@@ -214,15 +242,22 @@ fn wrong_full_scale(norm: f64) -> Option<String> {
     None
 }
 
-fn unknown(norm: f64, what: &str, findings: &mut Vec<Finding>) -> AccelScale {
+fn unknown(
+    norm: f64,
+    what: &str,
+    findings: &mut Vec<Finding>,
+    doubt: &mut Option<UnitDoubt>,
+) -> AccelScale {
+    *doubt = Some(UnitDoubt::NoUnit);
     if let Some(guess) = wrong_full_scale(norm) {
-        findings.push(Finding::warning(
-            "wrong-full-scale",
+        *doubt = Some(UnitDoubt::WrongFullScale);
+        findings.push(Finding::new(
+            FindingKind::WrongFullScale,
             format!("the magnitude at rest is {}{guess}", short(norm)),
         ));
     }
-    findings.push(Finding::warning(
-        "unit-unknown",
+    findings.push(Finding::new(
+        FindingKind::UnitUnknown,
         format!("the magnitude at rest is {}: {what}", short(norm)),
     ));
     AccelScale {
@@ -242,8 +277,8 @@ fn warn_if_gravity_disagrees(
     };
     let g = norm / nominal / gravical_core::unit::STANDARD_GRAVITY_MPS2;
     if !(0.75..=1.25).contains(&g) {
-        findings.push(Finding::warning(
-            "unit-mismatch",
+        findings.push(Finding::new(
+            FindingKind::UnitMismatch,
             format!(
                 "taken as {} as told, but then the quietest parts measure {g:.2} g",
                 scale.unit.name()
@@ -269,7 +304,7 @@ mod tests {
 
     fn decide(norm: f64, unit: Option<AccelUnit>) -> (AccelScale, Vec<Finding>) {
         let mut findings = Vec::new();
-        let scale = decide_accel(
+        let (scale, _) = decide_accel(
             Some((norm, false)),
             false,
             unit.map_or_else(AccelClaim::default, AccelClaim::from),
@@ -292,7 +327,7 @@ mod tests {
     fn what_cannot_be_told_is_asked() {
         let (scale, findings) = decide(985.0, None);
         assert_eq!(
-            (scale.unit, findings[0].kind.as_str()),
+            (scale.unit, findings[0].kind.name()),
             (AccelUnit::Unknown, "unit-unknown")
         );
         assert_eq!(

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::recording::finding::format_spans;
+use crate::finding::format_spans;
 use crate::recording::{Finding, Severity};
 
 /// Width of a line.
@@ -111,6 +111,7 @@ pub(super) fn short_name(path: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::FindingKind;
 
     #[test]
     fn digits_follow_the_uncertainty() {
@@ -124,7 +125,7 @@ mod tests {
     #[test]
     fn shared_findings_are_told_once() {
         let finding =
-            |file: &str, n: u32| Finding::warning("gap", format!("{n} gaps")).in_file(file);
+            |file: &str, n: u32| Finding::new(FindingKind::Gap, format!("{n} gaps")).in_file(file);
         let text = findings_text(&[finding("a/x.csv", 1), finding("a/y.csv", 2)], true);
         assert_eq!(text, "  ! gap: 1 gaps (x.csv; 1 other file alike)\n");
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use gravical_core::matrix3;
 
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 use crate::{Error, Result};
 
 use super::face::{Claim, angle_deg, claim};
@@ -237,8 +237,8 @@ fn means_of_rows(
     let alike = norms.iter().all(|n| (n / usual - 1.0).abs() < ALIKE);
     if alike && apart.len() >= LEAST {
         findings.push(
-            Finding::note(
-                "rows-as-placements",
+            Finding::new(
+                FindingKind::RowsAsPlacements,
                 format!(
                     "{} rows and no still among them; they lie far apart and are alike in magnitude, so that each is taken as the mean of a placement",
                     rows.len()
@@ -338,16 +338,16 @@ fn without_still(
     let (rate, _) = recording.working_rate_hz();
     let short = segment.len() < (rate as usize).max(FEW_ROWS);
     let finding = if short {
-        Finding::warning(
-            "short-hold",
+        Finding::new(
+            FindingKind::ShortHold,
             format!(
                 "{label}: {} rows only; all are taken, moving or not",
                 segment.len()
             ),
         )
     } else {
-        Finding::warning(
-            "no-still",
+        Finding::new(
+            FindingKind::NoStill,
             format!(
                 "{label} is never still in lines {} to {}: left out",
                 recording.line(segment.start),
@@ -371,8 +371,8 @@ fn tell_unsteady(
         let (mean, variance) = moments(&recording.accel, span.clone());
         let gravity = mean.iter().map(|m| m * m).sum::<f64>().sqrt();
         findings.push(
-            Finding::warning(
-                "unsteady-hold",
+            Finding::new(
+                FindingKind::UnsteadyHold,
                 format!(
                     "{label}: never quite still; the calmest part, lines {} to {}, shakes by {:.0} mg rms (its quietest blocks by {:.0}) and is taken",
                     recording.line(span.start),
@@ -406,8 +406,8 @@ fn tell_motion(
         .collect();
     let shorter = rows(stills) - used;
     findings.push(
-        Finding::note(
-            "motion-left-out",
+        Finding::new(
+            FindingKind::MotionLeftOut,
             format!(
                 "still in lines {} ({used} of {} rows); the rest {}",
                 parts.join(", "),

@@ -16,7 +16,7 @@ use super::turns::{Motion, residual_deg, steps};
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::resolution::{floors, resolution};
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 
 /// Units that a gyroscope can be in.
 fn hypotheses() -> Vec<GyroScale> {
@@ -63,7 +63,7 @@ impl<'a> Claims<'a> {
             file: &recording.name,
             scale: recording.gyro.as_ref().and(recording.gyro_scale)?,
             calibration,
-            header_is_wrong: recording.findings.iter().any(|f| f.kind == "unit-mismatch"),
+            header_is_wrong: recording.contradicts_header(),
         })
     }
 }
@@ -276,8 +276,8 @@ pub(crate) fn decide(
         let allowed = !given || found.unit == claimed.unit;
         if allowed && (agrees || votes >= if doubted { ENOUGH } else { 1 }) {
             if let Some(said) = header.filter(|said| *said != found.unit) {
-                tell(Finding::warning(
-                    "unit-mismatch",
+                tell(Finding::new(
+                    FindingKind::UnitMismatch,
                     format!(
                         "the header says {} for the gyroscope, but its turns come out right in {}; taken so",
                         said.name(),
@@ -318,8 +318,8 @@ pub(crate) fn decide(
                         wanted.name()
                     )
                 };
-                tell(Finding::warning(
-                    "unit-mismatch",
+                tell(Finding::new(
+                    FindingKind::UnitMismatch,
                     format!(
                         "the gyroscope is in {} as its header says, the calibration is for {}; {why}, and the calibration's unit is taken (--gyro-unit decides)",
                         said.name(),
@@ -338,8 +338,8 @@ pub(crate) fn decide(
                 return claimed;
             }
             None => {
-                tell(Finding::note(
-                    "gyro-unit-unverified",
+                tell(Finding::new(
+                    FindingKind::GyroUnitUnverified,
                     format!(
                         "only the calibration tells the unit of the gyroscope: taken as its {}; no turn between stills verifies it",
                         wanted.name()
@@ -361,8 +361,8 @@ pub(crate) fn decide(
                 said.name()
             ),
         };
-        tell(Finding::warning(
-            "gyro-unit-by-noise",
+        tell(Finding::new(
+            FindingKind::GyroUnitByNoise,
             format!(
                 "{why}; its noise at rest, {}, is that of a gyroscope in {}; taken so (--gyro-unit decides)",
                 noise(),
@@ -399,7 +399,7 @@ pub(crate) fn decide(
             }
         ),
     };
-    tell(Finding::note("gyro-unit-unverified", what));
+    tell(Finding::new(FindingKind::GyroUnitUnverified, what));
     claimed
 }
 
@@ -501,7 +501,10 @@ mod tests {
         let mut findings = Vec::new();
         let claims = Claims::of(recording, section.as_ref()).unwrap();
         let scale = decide(claims, &evidence, &mut findings);
-        (scale.unit, findings.into_iter().map(|f| f.kind).collect())
+        (
+            scale.unit,
+            findings.into_iter().map(|f| f.kind.to_string()).collect(),
+        )
     }
 
     #[test]

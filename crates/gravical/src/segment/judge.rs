@@ -1,7 +1,7 @@
 //! Placements held against names and against each other.
 
 use crate::recording::resolution::floors;
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 
 use super::face::{self, Claim, Face, angle_deg};
 use super::{Placement, SegmentOptions, still};
@@ -32,8 +32,8 @@ pub(super) fn check_steadiness(
     for (placement, own) in placements.iter().zip(&all) {
         if *own > UNSTEADY * usual && usual > 0.0 {
             findings.push(
-                Finding::warning(
-                    "unsteady-hold",
+                Finding::new(
+                    FindingKind::UnsteadyHold,
                     format!(
                         "{}: shakes {:.0} times as much as the usual placement of this session; was it moving?",
                         placement.label,
@@ -92,8 +92,8 @@ pub(super) fn check_rows(
         let there: usize = placement.rows.iter().map(|r| r.len()).sum();
         if there < wanted {
             findings.push(
-                Finding::warning(
-                    "few-rows",
+                Finding::new(
+                    FindingKind::FewRows,
                     format!(
                         "{}: {there} rows in place of the {wanted} that were asked for",
                         placement.label
@@ -106,8 +106,8 @@ pub(super) fn check_rows(
 }
 
 fn mismatch(placement: &Placement, claimed: &str, face: Face) -> Finding {
-    Finding::warning(
-        "orientation-mismatch",
+    Finding::new(
+        FindingKind::OrientationMismatch,
         format!(
             "\"{}\" claims {claimed}, but {} points up there; the data are believed",
             placement.label,

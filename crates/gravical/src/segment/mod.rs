@@ -21,7 +21,7 @@ pub(crate) use found::stem;
 use std::ops::Range;
 
 use crate::recording::units::GyroScale;
-use crate::recording::{Finding, Recording, full_scale};
+use crate::recording::{Finding, FindingKind, Recording, UnitDoubt, full_scale};
 use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face};
@@ -182,7 +182,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     }
     if drafts.is_empty() {
         let error = found::never_still(&first.name, recordings.len());
-        return Err(error.after(&findings, "no-still"));
+        return Err(error.after(&findings, FindingKind::NoStill));
     }
     let (gyro_scale, found) = between_stills(recordings, &drafts, &turns, options, &mut findings);
     if !named {
@@ -258,17 +258,22 @@ pub(crate) fn check_units(recordings: &[Recording]) -> Result<()> {
                 .findings
                 .iter()
                 .find(|f| {
-                    let kinds = ["wrong-full-scale", "unit-unknown", "without-gravity"];
-                    kinds.contains(&f.kind.as_str())
+                    matches!(
+                        f.kind,
+                        FindingKind::WrongFullScale
+                            | FindingKind::UnitUnknown
+                            | FindingKind::WithoutGravity
+                    )
                 })
                 .map_or_else(|| "the unit is not known".to_owned(), |f| f.message.clone());
-            let has = |kind: &str| recording.findings.iter().any(|f| f.kind == kind);
-            let hint = if has("without-gravity") {
-                "calibrate with recordings of the raw acceleration"
-            } else if has("wrong-full-scale") {
-                "record again with the range that the sketch converts with; or, to use the numbers as they are, --accel-unit m/s^2"
-            } else {
-                "say it: --accel-unit mg; or --accel-unit counts, for counts of any scale"
+            let hint = match recording.unit_doubt {
+                Some(UnitDoubt::WithoutGravity) => {
+                    "calibrate with recordings of the raw acceleration"
+                }
+                Some(UnitDoubt::WrongFullScale) => {
+                    "record again with the range that the sketch converts with; or, to use the numbers as they are, --accel-unit m/s^2"
+                }
+                _ => "say it: --accel-unit mg; or --accel-unit counts, for counts of any scale",
             };
             return Err(Error::input("unit-unknown", why)
                 .at(recording.name.as_ref(), None)
@@ -403,8 +408,8 @@ fn leave_out_empty(placements: &mut Vec<Placement>, findings: &mut Vec<Finding>)
             return true;
         };
         findings.push(
-            Finding::warning(
-                "empty-placement",
+            Finding::new(
+                FindingKind::EmptyPlacement,
                 format!(
                     "\"{}\" has no value of a{} in any of its rows; left out",
                     placement.label,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 use crate::{Error, Result};
 
 use super::face::{Claim, claim};
@@ -70,8 +70,8 @@ pub(super) fn by_labels(
         let names: Vec<&str> = unknown.iter().map(|(n, _)| n.as_str()).collect();
         let rows: usize = unknown.iter().flat_map(|(_, r)| r).map(|r| r.len()).sum();
         findings.push(
-            Finding::note(
-                "labels-left-out",
+            Finding::new(
+                FindingKind::LabelsLeftOut,
                 format!(
                     "{rows} rows labelled \"{}\" name no placement or turn; left out",
                     names.join("\", \"")

@@ -17,7 +17,7 @@ use std::ops::Range;
 use gravical_core::rounding;
 
 use crate::recording::resolution::floors;
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 
 /// How stills are found.
 #[derive(Debug, Clone)]
@@ -274,8 +274,8 @@ pub(crate) fn find_calmest(
     }
     for span in &spans {
         findings.push(
-            Finding::warning(
-                "unsteady-hold",
+            Finding::new(
+                FindingKind::UnsteadyHold,
                 format!(
                     "never quite still; the calmest part, lines {} to {}, shakes by {:.0} mg rms and is taken",
                     recording.line(span.start),

@@ -1,7 +1,7 @@
 //! A temperature model beside the parameters of a session.
 
 use crate::calibration_file::{CHANNELS, InputFile, ReferenceSource, TemperatureModel};
-use crate::recording::{Finding, GyroUnit, Recording};
+use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
 use crate::segment::{Placement, Segmentation, check_units};
 use crate::{Error, Result};
 
@@ -40,8 +40,8 @@ pub fn for_calibration(
     let [low, high] = model.range_c;
     let Some(session_c) = mean_c(&segmentation.placements) else {
         let reference_c = model.reference_c;
-        findings.push(Finding::warning(
-            "temperature-reference",
+        findings.push(Finding::new(
+            FindingKind::TemperatureReference,
             format!(
                 "the placements have no temperature: bias and matrix are taken to hold at {reference_c:.1} °C, the middle of the soak; {}",
                 cost_text(&model)
@@ -51,8 +51,8 @@ pub fn for_calibration(
     };
     let inside_c = session_c.clamp(low, high);
     if inside_c != session_c {
-        findings.push(Finding::warning(
-            "temperature-outside",
+        findings.push(Finding::new(
+            FindingKind::TemperatureOutside,
             format!(
                 "the placements were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are taken to hold at {inside_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used"
             ),
@@ -100,8 +100,8 @@ pub(super) fn summary(model: &TemperatureModel, with_gyro: bool) -> Finding {
     let [low, high] = model.range_c;
     let (accepted, refused) = (list(true).join(", "), list(false).join(", "));
     if accepted.is_empty() {
-        return Finding::warning(
-            "temperature-refused",
+        return Finding::new(
+            FindingKind::TemperatureRefused,
             format!(
                 "temperature moves while still ({low:.1} to {high:.1} °C), but of no channel can the drift be predicted ({refused}): none is taken off"
             ),
@@ -118,8 +118,8 @@ pub(super) fn summary(model: &TemperatureModel, with_gyro: bool) -> Finding {
     } else {
         format!("; that of {refused} is not predictable, or not there")
     };
-    Finding::note(
-        "temperature-model",
+    Finding::new(
+        FindingKind::TemperatureModel,
         format!(
             "the drift of {accepted} with temperature is taken off{idle} between {low:.1} and {high:.1} °C{rest}"
         ),
@@ -180,8 +180,8 @@ fn same_units(
     }
     if let (Some(a), Some(b)) = (session.gyro_scale, soak.gyro_scale) {
         if a.unit == GyroUnit::Unknown || b.unit == GyroUnit::Unknown {
-            findings.push(Finding::note(
-                "unit-unverified",
+            findings.push(Finding::new(
+                FindingKind::UnitUnverified,
                 format!(
                     "the gyroscope's unit is {} in the session and {} in the soak: taken as the same",
                     a.unit.name(),

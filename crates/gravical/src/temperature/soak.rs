@@ -7,7 +7,7 @@ use crate::calibration_file::{
     AccelerometerSection, CalibrationFile, FORMAT, Grade, GyroscopeSection, TemperatureRange,
     Verdict, creation_time,
 };
-use crate::recording::{Finding, Recording, Severity};
+use crate::recording::{Finding, FindingKind, Recording, Severity};
 use crate::segment::check_units;
 use crate::{Error, Result};
 
@@ -87,8 +87,8 @@ fn gyroscope(
     first.gyro.as_ref()?;
     let scale = first.gyro_scale?;
     let Some(nominal) = scale.nominal() else {
-        findings.push(Finding::warning(
-            "gyro-unit-unknown",
+        findings.push(Finding::new(
+            FindingKind::GyroUnitUnknown,
             "the unit of the gyroscope is not known, so that nothing can be calibrated to rad/s: `apply` leaves it as it is; say the unit with --gyro-unit",
         ));
         return None;

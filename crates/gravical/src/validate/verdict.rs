@@ -11,17 +11,6 @@ use crate::recording::Finding;
 
 use super::errors::free_norm_error;
 
-/// Kinds of findings that make a calibration poor.
-const GATES: [&str; 8] = [
-    "scale-off",
-    "large-bias",
-    "clipped-hold",
-    "missing-face",
-    "same-face-twice",
-    "names-mirrored",
-    "turned-other-way",
-    "oblique-off",
-];
 /// Predicted 2σ error of ‖a‖ over all directions, mg, up to which a result is
 /// good, and fair.
 const GOOD_MG: f64 = 5.0;
@@ -57,7 +46,7 @@ fn figure(mps2: f64) -> String {
 pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f64) -> Verdict {
     let mut reasons: Vec<String> = findings
         .iter()
-        .filter(|f| GATES.contains(&f.kind.as_str()))
+        .filter(|f| f.kind.is_gate())
         .map(|f| f.message.clone())
         .collect();
     let measured = measured(section);

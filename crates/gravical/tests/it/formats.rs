@@ -876,7 +876,11 @@ fn applied(text: &str) -> (String, Vec<String>) {
     let mut out = Vec::new();
     let options = ApplyOptions::default();
     let summary = apply(&calibration, input, "x.csv", &mut out, &options).unwrap();
-    let kinds = summary.findings.iter().map(|f| f.kind.clone()).collect();
+    let kinds = summary
+        .findings
+        .iter()
+        .map(|f| f.kind.to_string())
+        .collect();
     (String::from_utf8(out).unwrap(), kinds)
 }
 

@@ -66,7 +66,7 @@ fn computed(recording: &Recording) -> MotionResult {
 }
 
 fn kinds(result: &MotionResult) -> Vec<&str> {
-    result.findings.iter().map(|f| f.kind.as_str()).collect()
+    result.findings.iter().map(|f| f.kind.name()).collect()
 }
 
 #[test]

@@ -171,7 +171,7 @@ fn placements_are_the_same_however_they_are_written() {
                     .unwrap_or_else(|e| panic!("{what}: {e}"));
                 assert_eq!(cut.placements.len(), 8, "{what}");
                 let stills = find_stills(&recording, &StillOptions::default()).spans;
-                let kinds: Vec<&str> = recording.findings.iter().map(|f| f.kind.as_str()).collect();
+                let kinds: Vec<&str> = recording.findings.iter().map(|f| f.kind.name()).collect();
                 assert!(!kinds.contains(&"frozen-axis"), "{what}: {kinds:?}");
                 assert!(!kinds.contains(&"repeated-rows"), "{what}: {kinds:?}");
                 let first = reference.get_or_insert_with(|| stills.clone());

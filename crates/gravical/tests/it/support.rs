@@ -36,7 +36,7 @@ pub fn finding<'a>(recording: &'a Recording, kind: &str) -> &'a Finding {
 }
 
 pub fn kinds(recording: &Recording) -> Vec<&str> {
-    recording.findings.iter().map(|f| f.kind.as_str()).collect()
+    recording.findings.iter().map(|f| f.kind.name()).collect()
 }
 
 pub fn mean(values: &[f64]) -> f64 {

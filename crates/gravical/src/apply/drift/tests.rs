@@ -75,7 +75,7 @@ fn ride(temperatures: &[&str]) -> String {
 }
 
 fn kinds(summary: &ApplySummary) -> Vec<&str> {
-    let all = summary.findings.iter().map(|f| f.kind.as_str());
+    let all = summary.findings.iter().map(|f| f.kind.name());
     all.filter(|k| k.starts_with("temperature")).collect()
 }
 

@@ -7,7 +7,7 @@ use crate::calibration_file::FitQuality;
 use crate::estimate::joint::{Preset, PresetFit, PresetOptions, preset, preset_left_out};
 use crate::estimate::pose_noise::PoseNoise;
 use crate::estimate::{Reading, ferraris};
-use crate::recording::Finding;
+use crate::recording::{Finding, FindingKind};
 use crate::segment::Placement;
 use crate::segment::face::{Claim, Face};
 use crate::{Error, Result};
@@ -53,8 +53,8 @@ pub(super) fn by_linear(
         nominal,
     };
     let fit = preset(&readings, &options)?;
-    let exact = Finding::warning(
-        "faces-exact",
+    let exact = Finding::new(
+        FindingKind::FacesExact,
         "linear12 takes every face as exactly level: a tilt of 1° costs about 10 mg, and it is not in the uncertainty. Without a precise fixture, leave --method out",
     );
     Ok(Estimate {

@@ -8,7 +8,7 @@ use gravical_core::six_position::{
 use super::Faces;
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::units::{GyroScale, GyroUnit};
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::face::{AXES, AxisMap, Face};
 use crate::segment::turns::sample_period_s;
 use crate::segment::{Placement, Segmentation};
@@ -47,8 +47,8 @@ pub fn gyroscope(
         .map(|axis| AXES[axis].to_string())
         .collect();
     if !missing.is_empty() {
-        fit.findings.push(Finding::note(
-            "turns-incomplete",
+        fit.findings.push(Finding::new(
+            FindingKind::TurnsIncomplete,
             format!(
                 "no full turn about {}: the turns do not calibrate the gyroscope",
                 missing.join(" and ")
@@ -89,8 +89,8 @@ pub fn gyroscope(
         .collect();
     if !backwards.is_empty() {
         let degrees = angle_rad.to_degrees();
-        fit.findings.push(Finding::warning(
-            "turned-other-way",
+        fit.findings.push(Finding::new(
+            FindingKind::TurnedOtherWay,
             format!(
                 "about {} the sensor turned the other way than {degrees}°, or its gyroscope is left-handed: R_g has {} on its diagonal and det {:.3}; with --turn-angle {} it comes out right-handed",
                 backwards.join(", "),

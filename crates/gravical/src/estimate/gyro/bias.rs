@@ -5,7 +5,7 @@ use gravical_core::matrix3;
 use super::rest::Rest;
 use crate::calibration_file::{Covariance, GyroscopeSection};
 use crate::recording::units::{GyroScale, GyroUnit};
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::Placement;
 use crate::segment::hold::pooled_noise;
 
@@ -24,8 +24,8 @@ pub(super) fn section(
 }
 
 fn no_scale(bias: [f64; 3]) -> Finding {
-    Finding::note(
-        "gyro-scale-unknown",
+    Finding::new(
+        FindingKind::GyroScaleUnknown,
         format!(
             "the gyroscope reads {} at rest, but neither unit nor turns tell its scale: it is not calibrated; --gyro-unit and, for counts, --gyro-range say it",
             bias.map(|b| format!("{b:.4}")).join(", ")

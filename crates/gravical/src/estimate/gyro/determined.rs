@@ -1,7 +1,7 @@
 //! What the motions determine, and what they do not.
 
 use super::fit::Covariance;
-use crate::recording::Finding;
+use crate::recording::{Finding, FindingKind};
 use crate::segment::face::AXES;
 
 /// A matrix that is not known better than this is no better than the data
@@ -58,7 +58,7 @@ pub(super) fn lacking(
             names(&axes)
         )
     };
-    Some(Finding::note("gyro-undetermined", message))
+    Some(Finding::new(FindingKind::GyroUndetermined, message))
 }
 
 /// Axes whose column of E has a part in a direction known worse than

@@ -48,7 +48,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::Result;
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::units::{GyroScale, GyroUnit};
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::{Placement, Segmentation};
 
 pub use bias::at_rest;
@@ -258,7 +258,8 @@ pub fn of_session(
     let mut fit = fit_of(&moving, accelerometer, &options);
     if fit.section.as_ref().is_none_or(|s| s.method != "motion") {
         let bias = at_rest(recordings, &session.placements, session.gyro_scale);
-        fit.findings.retain(|f| f.kind != "gyro-scale-unknown");
+        fit.findings
+            .retain(|f| f.kind != FindingKind::GyroScaleUnknown);
         fit.findings.extend(bias.findings);
         fit.section = bias.section;
     }
@@ -334,8 +335,8 @@ impl Prepared {
                 motions::gather(&source, &mut motions);
             } else if range.len() > 1 {
                 findings.push(
-                    Finding::note(
-                        "gyro-rate-unknown",
+                    Finding::new(
+                        FindingKind::GyroRateUnknown,
                         "no time stamps and no --rate: the turns between stills cannot be integrated, and the gyroscope gets its bias only",
                     )
                     .in_file(&recording.name),

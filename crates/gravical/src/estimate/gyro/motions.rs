@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::integrate::Sample;
 use super::rest::{Rest, Rested};
 use crate::recording::units::{GyroScale, GyroUnit};
-use crate::recording::{Finding, LineSpans, Recording};
+use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 
 /// One motion: directions of gravity before and after, and where its samples
 /// are.
@@ -129,8 +129,8 @@ pub(super) fn gather(source: &Source<'_>, motions: &mut Motions) {
     motions.left_out += with_gap + with_clip;
     if with_gap > 0 {
         motions.findings.push(
-            Finding::warning(
-                "gyro-motion-gap",
+            Finding::new(
+                FindingKind::GyroMotionGap,
                 format!("{with_gap} of the motions between stills have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods; left out of its fit"),
             )
             .at_lines(&gaps)
@@ -139,8 +139,8 @@ pub(super) fn gather(source: &Source<'_>, motions: &mut Motions) {
     }
     if with_clip > 0 {
         motions.findings.push(
-            Finding::warning(
-                "gyro-motion-clipped",
+            Finding::new(
+                FindingKind::GyroMotionClipped,
                 format!(
                     "in {with_clip} of the motions between stills the gyroscope reaches the end of its range ({} rows): turned too fast; left out of its fit",
                     clips.count()

@@ -5,7 +5,7 @@ use gravical_core::matrix3;
 use super::{MISFIT_DEG, fit, motions, problem, rest};
 use crate::calibration_file::{Covariance, GyroscopeSection, MotionCounts};
 use crate::recording::units::GyroUnit;
-use crate::recording::{Finding, LineSpans, Recording};
+use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 
 /// A scale that is further from nominal is not the one of the data sheet.
 const SCALE_OFF: f64 = 0.1;
@@ -118,8 +118,8 @@ pub(super) fn tell_outliers(
             continue;
         }
         findings.push(
-            Finding::warning(
-                "gyro-motion-outlier",
+            Finding::new(
+                FindingKind::GyroMotionOutlier,
                 format!(
                     "{count} of {} motions contradict the others (gravity off by up to {worst:.1}°, usually {:.2}°): a bump, lost samples, or turned too fast; left out of the gyroscope's fit",
                     own().count(),
@@ -142,8 +142,8 @@ pub(super) fn tell(
     let mut findings = Vec::new();
     let mut add = |finding: Finding| findings.push(finding);
     if typical.to_degrees() > MISFIT_DEG {
-        add(Finding::warning(
-            "gyro-misfit",
+        add(Finding::new(
+            FindingKind::GyroMisfit,
             format!(
                 "the integrated turns of the gyroscope miss gravity by {:.1}° in the usual motion: do both sensors have one clock, is the rate right, and the accelerometer's calibration sound?",
                 typical.to_degrees()
@@ -151,8 +151,8 @@ pub(super) fn tell(
         ));
     }
     if matrix3::det(&fit.state.e) * per_unit < 0.0 {
-        add(Finding::warning(
-            "gyro-left-handed",
+        add(Finding::new(
+            FindingKind::GyroLeftHanded,
             "the gyroscope counts left-handed against the axes of the accelerometer: the sign of one axis is turned round in one of the two; calibrated, both agree",
         ));
     }
@@ -161,8 +161,8 @@ pub(super) fn tell(
         None => {
             let degrees = 180.0 / std::f64::consts::PI;
             let per_deg_s = diagonal.map(|d| 1.0 / (d * per_unit * degrees));
-            add(Finding::note(
-                "gyro-scale-found",
+            add(Finding::new(
+                FindingKind::GyroScaleFound,
                 format!(
                     "nothing says the scale of the gyroscope; by the motions it is {} per °/s about x, y, z",
                     per_deg_s.map(|v| format!("{v:.4}")).join(", ")
@@ -170,8 +170,8 @@ pub(super) fn tell(
             ));
         }
         Some(_) if diagonal.iter().any(|d| (d - 1.0).abs() > SCALE_OFF) => {
-            add(Finding::warning(
-                "gyro-scale-off",
+            add(Finding::new(
+                FindingKind::GyroScaleOff,
                 format!(
                     "by the motions the gyroscope's scale is {} of nominal about x, y, z: is the range or the unit another one, or are its axes not the accelerometer's?",
                     diagonal.map(|d| format!("{:.3}", 1.0 / d)).join(", ")

@@ -61,7 +61,7 @@ fn fitted_to_all(simulation: &Simulation, recordings: &[Recording]) -> GyroFit {
 }
 
 fn kinds(fit: &GyroFit) -> Vec<&str> {
-    fit.findings.iter().map(|f| f.kind.as_str()).collect()
+    fit.findings.iter().map(|f| f.kind.name()).collect()
 }
 
 /// Errors of M and b over their standard deviations.

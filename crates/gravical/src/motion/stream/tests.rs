@@ -204,12 +204,7 @@ fn a_gap_in_the_move_loses_the_place_and_nothing_else() {
     assert!(done.result.moves.iter().all(|m| !m.usable));
     assert_eq!(done.result.r#final.position_m, None);
     assert_eq!(done.result.r#final.velocity_mps, Some([0.0; 3]));
-    let kinds: Vec<&str> = done
-        .result
-        .findings
-        .iter()
-        .map(|f| f.kind.as_ref())
-        .collect();
+    let kinds: Vec<&str> = done.result.findings.iter().map(|f| f.kind.name()).collect();
     assert!(kinds.contains(&"move-unusable") && kinds.contains(&"gap"));
 }
 

@@ -7,7 +7,7 @@ use super::read::Reference;
 use super::{TruthAlign, TruthOptions, offset};
 use crate::motion::result::{Comparison, MoveComparison, ReferenceTrack};
 use crate::motion::{Motion, Track};
-use crate::recording::Finding;
+use crate::recording::{Finding, FindingKind};
 use crate::{Error, Result};
 
 /// The reference's path is summed over means of this length, s: over single
@@ -75,8 +75,8 @@ pub(super) fn compare(
     let end_error_m = end.map_or(f64::NAN, |(a, b)| squared(a, b).sqrt());
     let (moves, left_out) = by_move(motion, &points);
     if left_out > 0 {
-        findings.push(Finding::note(
-            "truth-moves",
+        findings.push(Finding::new(
+            FindingKind::TruthMoves,
             format!("{left_out} of {} moves are not compared: they are not usable, or the reference does not see their start and end", motion.result.moves.len()),
         ));
     }
@@ -153,8 +153,8 @@ fn offset_of(
             } else {
                 ("it is taken all the same", f.offset_s)
             };
-            findings.push(Finding::warning(
-                "truth-offset",
+            findings.push(Finding::new(
+                FindingKind::TruthOffset,
                 format!(
                     "the speeds are little alike (correlation {:.2} at best, with an offset of {:+.3} s): {taken}; give --truth-offset",
                     f.correlation,
@@ -164,8 +164,8 @@ fn offset_of(
             offset_s
         }
         None => {
-            findings.push(Finding::warning(
-                "truth-offset",
+            findings.push(Finding::new(
+                FindingKind::TruthOffset,
                 "too little moves to find the offset of the clocks: none is assumed; give --truth-offset",
             ));
             0.0
@@ -222,8 +222,8 @@ fn metres_per_unit(reference: &Reference, points: &Points, findings: &mut Vec<Fi
     } else {
         LengthUnit::Metre
     };
-    findings.push(Finding::note(
-        "truth-unit",
+    findings.push(Finding::new(
+        FindingKind::TruthUnit,
         format!(
             "the columns of the reference name no unit: taken as {}, which fits the result better",
             unit.name()
@@ -257,8 +257,8 @@ fn turn(
         None => {
             let (yaw, full) = (fit(align::yaw), fit(align::rotation));
             if full.tilt_deg() > TILT_DEG && error(&full) < GAIN * error(&yaw) {
-                findings.push(Finding::warning(
-                    "truth-not-level",
+                findings.push(Finding::new(
+                    FindingKind::TruthNotLevel,
                     format!("z of the reference is not up: a full rotation, by {:.0}° of tilt, fits far better than a yaw; it hides what tilt the result is off by", full.tilt_deg()),
                 ));
                 (TruthAlign::Rotation, full)
@@ -268,8 +268,8 @@ fn turn(
         }
     };
     if chosen.1.line {
-        findings.push(Finding::note(
-            "truth-line",
+        findings.push(Finding::new(
+            FindingKind::TruthLine,
             "the motion is along one line: how the reference is turned about it is open, and the smallest rotation is taken",
         ));
     }

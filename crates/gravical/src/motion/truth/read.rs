@@ -4,12 +4,12 @@
 use std::path::Path;
 
 use crate::calibration_file::{InputFile, InputRole};
+use crate::finding::LineSpans;
 use crate::recording::dialect::{sniff, terminator};
-use crate::recording::finding::LineSpans;
 use crate::recording::row::{ACCEL, RowDefect, RowScanner, SLOTS, TIME, Values};
 use crate::recording::text::HEAD;
 use crate::recording::timing::{Claims, judge};
-use crate::recording::{Finding, Recording, TimeUnit, open};
+use crate::recording::{Finding, FindingKind, Recording, TimeUnit, open};
 use crate::scan::Lines;
 use crate::{Error, Result};
 
@@ -96,7 +96,7 @@ pub fn read_reference(
             absent.count()
         );
         raw.findings
-            .push(Finding::note("truth-gaps", text).at_lines(&absent));
+            .push(Finding::new(FindingKind::TruthGaps, text).at_lines(&absent));
     }
     if t_s.len() < 2 {
         return Err(Error::input(
@@ -261,7 +261,7 @@ fn read_rows(
             odd.count()
         );
         raw.findings
-            .push(Finding::warning("truth-lines", text).at_lines(&odd));
+            .push(Finding::new(FindingKind::TruthLines, text).at_lines(&odd));
     }
     drop(lines);
     raw.sha256 = input.sha256();

@@ -120,7 +120,7 @@ fn kinds(motion: &Motion) -> Vec<&str> {
         .result
         .findings
         .iter()
-        .map(|f| f.kind.as_str())
+        .map(|f| f.kind.name())
         .collect()
 }
 

@@ -1,7 +1,7 @@
 //! Which column is the clock: by its name, by how it runs, by both.
 
 use super::Named;
-use crate::recording::finding::Finding;
+use crate::finding::{Finding, FindingKind};
 use crate::recording::names::{ColumnName, Quantity, is_foreign};
 use crate::recording::timing::TimeUnit;
 use crate::stats::median;
@@ -213,8 +213,8 @@ pub(super) fn choose(
                 "rise steadily: each could be the time, and none is taken",
             ),
         };
-        findings.push(Finding::warning(
-            "unnamed-clock",
+        findings.push(Finding::new(
+            FindingKind::UnnamedClock,
             format!(
                 "no column is named as the time; {} {what}; --columns t={} says so",
                 list.join(", "),

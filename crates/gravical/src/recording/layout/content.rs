@@ -2,8 +2,8 @@
 
 use super::clock::first_column_rises;
 use super::{Layout, Named};
+use crate::finding::{Finding, FindingKind};
 use crate::recording::dialect::Dialect;
-use crate::recording::finding::Finding;
 use crate::recording::names::{ColumnName, Quantity};
 use crate::recording::text::Role;
 use crate::recording::units::{Evidence, accel_evidence};
@@ -156,8 +156,8 @@ pub(super) fn guessed(dialect: &Dialect, layout: &Layout) -> Finding {
         ),
         None => "no header".to_owned(),
     };
-    Finding::warning(
-        "columns-guessed",
+    Finding::new(
+        FindingKind::ColumnsGuessed,
         format!(
             "{why}; taken by the numbers as --columns {} (give that option to be sure)",
             shown.join(",")

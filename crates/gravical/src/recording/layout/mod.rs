@@ -13,7 +13,6 @@ use crate::{Error, Result};
 
 use super::board;
 use super::dialect::Dialect;
-use super::finding::Finding;
 use super::metadata::range_g;
 use super::names::{ColumnName, Quantity, bare_axis, understand};
 use super::row::{ACCEL, GYRO, RowScanner, RowStamps, TEMPERATURE, TIME};
@@ -21,6 +20,7 @@ use super::text::Role;
 use super::timing::TimeUnit;
 use super::unit_choice::AccelClaim;
 use super::units::{AccelUnit, GyroUnit};
+use crate::finding::Finding;
 use crate::stats::median;
 
 use clock::Clock;

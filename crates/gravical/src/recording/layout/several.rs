@@ -1,7 +1,7 @@
 //! Several sensors in one file: which one is read.
 
 use super::Named;
-use crate::recording::finding::Finding;
+use crate::finding::{Finding, FindingKind};
 use crate::recording::names::{Quantity, split_words};
 use crate::{Error, Result};
 
@@ -110,8 +110,8 @@ pub(super) fn choose(
         };
     }
     if found.len() > 1 {
-        findings.push(Finding::warning(
-            "several-sensors",
+        findings.push(Finding::new(
+            FindingKind::SeveralSensors,
             format!(
                 "{} accelerometers: {}; the first is read, --sensor {} chooses another",
                 found.len(),
@@ -179,8 +179,8 @@ pub(super) fn instance(
             None => Err(unknown(wanted, &list)),
         };
     }
-    findings.push(Finding::warning(
-        "several-sensors",
+    findings.push(Finding::new(
+        FindingKind::SeveralSensors,
         format!(
             "rows of {} sensors that column {} tells apart: {}; those of {} are read, --sensor {} chooses another",
             values.len(),

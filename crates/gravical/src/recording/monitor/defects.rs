@@ -1,6 +1,6 @@
 //! What is wrong with the samples themselves: frozen axes, clipping, rows that repeat.
 
-use crate::recording::finding::{Finding, LineSpans};
+use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::recording::full_scale::{Clipping, FullScale};
 use crate::recording::row::{ACCEL, Values};
 use crate::recording::units::{AccelScale, GyroScale};
@@ -180,8 +180,8 @@ impl Defects {
         for (i, lines) in self.frozen.iter().enumerate() {
             if !lines.is_empty() {
                 findings.push(
-                    Finding::warning(
-                        "frozen-axis",
+                    Finding::new(
+                        FindingKind::FrozenAxis,
                         format!(
                             "{} stands still to the last digit for {} rows while the others move",
                             CHANNELS[i], self.longest[i]
@@ -307,8 +307,8 @@ impl Repeats {
         let count = self.spans.count();
         let often = self.jumped > self.flipped && self.jumped * ROWS_OF_RUN > rows;
         (often && count >= 10).then(|| {
-            Finding::warning(
-                "repeated-rows",
+            Finding::new(
+                FindingKind::RepeatedRows,
                 format!(
                     "{count} rows ({:.0} %) repeat the row before in every channel: the sensor was read faster than it measures",
                     100.0 * count as f64 / rows.max(1) as f64

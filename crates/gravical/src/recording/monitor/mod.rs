@@ -10,15 +10,15 @@ mod defects;
 mod unit;
 
 use super::cells::{CellCounts, CellRules, Channels};
-use super::finding::Finding;
 use super::layout::Layout;
 use super::names::Quantity;
 use super::resolution::AxisValues;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
 use super::timing::{Beat, Claims, Parting, Tick, Timekeeper, Timing, Treatment, untimed};
-use super::unit_choice::decide_accel;
+use super::unit_choice::{UnitDoubt, decide_accel};
 use super::units::{AccelScale, GyroScale, GyroUnit, Origin};
 use super::{POSSIBLE_C, ReadOptions, Recording};
+use crate::finding::{Finding, FindingKind};
 use crate::stats::{Thinned, median};
 
 pub(crate) use defects::Defects;
@@ -105,19 +105,43 @@ impl Facts {
 
     /// Rows that are read by either come out alike, and so does what is odd about them.
     pub fn agrees(&self, other: &Facts) -> bool {
-        let beat = match (&self.beat, &other.beat) {
+        let steps = self.resolution.iter().zip(other.resolution);
+        let mut steps_agree = steps.map(|(a, b)| *a <= 2.0 * b && b <= 2.0 * *a);
+        self.differences(other).is_empty() && steps_agree.all(|same| same)
+    }
+
+    /// What rows that are read by either differ in.
+    fn differences(&self, other: &Facts) -> Vec<&'static str> {
+        let clock = match (&self.beat, &other.beat) {
             (Some(a), Some(b)) => a.agrees(b),
             (a, b) => a.is_none() && b.is_none(),
         };
-        let steps = self.resolution.iter().zip(other.resolution);
-        let mut steps_agree = steps.map(|(a, b)| *a <= 2.0 * b && b <= 2.0 * *a);
-        beat && self.cells.agrees(&other.cells)
-            && self.zero_offset == other.zero_offset
-            && self.celsius == other.celsius
-            && (self.accel.unit, self.accel.lsb_per_g) == (other.accel.unit, other.accel.lsb_per_g)
-            && self.gyro.map(|g| (g.unit, g.lsb_per_deg_s))
-                == other.gyro.map(|g| (g.unit, g.lsb_per_deg_s))
-            && steps_agree.all(|same| same)
+        let accel = |f: &Facts| (f.accel.unit, f.accel.lsb_per_g);
+        let gyro = |f: &Facts| f.gyro.map(|g| (g.unit, g.lsb_per_deg_s));
+        let same = [
+            ("clock", clock),
+            ("empty cells", self.cells.agrees(&other.cells)),
+            ("zero offset", self.zero_offset == other.zero_offset),
+            ("unit of the accelerometer", accel(self) == accel(other)),
+            ("unit of the gyroscope", gyro(self) == gyro(other)),
+            ("unit of the temperature", self.celsius == other.celsius),
+        ];
+        let differ = same.into_iter().filter(|(_, same)| !same);
+        differ.map(|(what, _)| what).collect()
+    }
+
+    /// What is said where rows were read by these, and all of them together say otherwise.
+    pub fn contradicted_by(&self, whole: &Facts) -> Option<Finding> {
+        let differ = self.differences(whole);
+        (!differ.is_empty()).then(|| {
+            Finding::new(
+                FindingKind::FirstRowsDiffer,
+                format!(
+                    "the first rows, by which the recording was read, say otherwise than all of them: {}",
+                    differ.join(", ")
+                ),
+            )
+        })
     }
 }
 
@@ -161,6 +185,8 @@ pub(crate) struct Seen {
     pub timing: Timing,
     /// The first stamp itself, s.
     pub origin_s: Option<f64>,
+    /// Why the accelerometer's unit is not known.
+    pub unit_doubt: Option<UnitDoubt>,
     pub found: Found,
 }
 
@@ -251,8 +277,8 @@ impl Monitor {
         let options = &self.told.options;
         let unsigned = options.zero_offset.is_none() && self.unsigned.is_so();
         if unsigned {
-            found.channels.push(Finding::note(
-                "unsigned-counts",
+            found.channels.push(Finding::new(
+                FindingKind::UnsignedCounts,
                 "unsigned 16-bit values around 32768: that is subtracted; the range is not known",
             ));
         }
@@ -272,8 +298,8 @@ impl Monitor {
             None => (untimed(self.cells.rows(), &claims), None, None),
         };
         if timing.rate_hz().is_none() && self.cells.rows() >= LEAST_ROWS {
-            found.clock.push(Finding::note(
-                "rate-unknown",
+            found.clock.push(Finding::new(
+                FindingKind::RateUnknown,
                 format!(
                     "no time stamps and no --rate: stills are looked for as at {} Hz",
                     Recording::ASSUMED_RATE_HZ
@@ -282,7 +308,7 @@ impl Monitor {
         }
         found.cells = self.cells.finding(&self.facts.cells);
         let quiet = self.quiet.finish();
-        let accel = decide_accel(
+        let (accel, unit_doubt) = decide_accel(
             quiet.map(|q| (q.norm, q.integers)),
             unsigned,
             self.told.layout.accel_claim,
@@ -308,6 +334,7 @@ impl Monitor {
             },
             timing,
             origin_s,
+            unit_doubt,
             found,
         }
     }
@@ -331,8 +358,8 @@ impl Monitor {
         let at = ((norms.len() * 49) / 50).min(norms.len().checked_sub(1)?);
         let (_, high, _) = norms.select_nth_unstable_by(at, f64::total_cmp);
         (*high > 4.0 * quiet).then(|| {
-            Finding::warning(
-                "not-an-accelerometer",
+            Finding::new(
+                FindingKind::NotAnAccelerometer,
                 format!("the magnitude is {quiet:.0} at rest and up to {high:.0} in motion: these columns look like a gyroscope"),
             )
         })
@@ -383,8 +410,8 @@ pub(crate) fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bo
     };
     let fits = POSSIBLE_C.contains(&middle);
     if !fits {
-        findings.push(Finding::note(
-            "temperature-unit",
+        findings.push(Finding::new(
+            FindingKind::TemperatureUnit,
             format!(
                 "the temperature column is around {middle:.0}: no °C (raw counts?); it is not used"
             ),

@@ -3,7 +3,7 @@
 
 use super::odd::{Faults, Treatment};
 use super::{PAUSE, is_usual_step};
-use crate::recording::finding::Finding;
+use crate::finding::Finding;
 use crate::recording::ledger::Aside;
 
 /// Clocks begin anew after so many seconds: parts of a second, seconds of a minute, of an

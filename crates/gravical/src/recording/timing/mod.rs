@@ -11,7 +11,7 @@ mod unit;
 use serde::Serialize;
 
 use super::POSSIBLE;
-use super::finding::Finding;
+use crate::finding::{Finding, FindingKind};
 
 use clock::Follower;
 pub(crate) use clock::{Clock, Parting};
@@ -204,8 +204,8 @@ impl Timekeeper {
     /// The unit of the stamps and their usual step, by all rows so far.
     fn judge_unit(&self, claims: &Claims, findings: &mut Vec<Finding>) -> Option<(TimeUnit, f64)> {
         let Some(usual) = self.steps.median() else {
-            findings.push(Finding::warning(
-                "frozen-time",
+            findings.push(Finding::new(
+                FindingKind::FrozenTime,
                 "the time stamps never advance; they are not used",
             ));
             return None;
@@ -216,8 +216,8 @@ impl Timekeeper {
         let unit = match claims.unit {
             Some(unit) if POSSIBLE.contains(&(1.0 / (period * unit.seconds()))) => unit,
             Some(unit) => {
-                findings.push(Finding::warning(
-                    "time-unit-unknown",
+                findings.push(Finding::new(
+                    FindingKind::TimeUnitUnknown,
                     format!("steps of {period:e} {} are no rate that a sensor has; the stamps are not used (give --time-unit)", unit.name()),
                 ));
                 return None;
@@ -225,8 +225,8 @@ impl Timekeeper {
             None => {
                 let steps = self.steps.count() as usize;
                 let Some(unit) = guess_unit(self.first, steps, period, claims, findings) else {
-                    findings.push(Finding::warning(
-                        "time-unit-unknown",
+                    findings.push(Finding::new(
+                        FindingKind::TimeUnitUnknown,
                         format!("steps of {period} fit no unit of time at a usual rate; the stamps are not used (give --time-unit)"),
                     ));
                     return None;
@@ -329,8 +329,8 @@ fn bursts(steps: &Steps, bunched: u64, mean_rate: Option<f64>) -> Finding {
     } else {
         "steps are far shorter than the mean: the stamps are times of arrival"
     };
-    Finding::warning(
-        "burst-time",
+    Finding::new(
+        FindingKind::BurstTime,
         format!(
             "{bunched} of {} {why}; the mean rate of {:.2} Hz is used instead",
             steps.count(),
@@ -411,8 +411,8 @@ fn rate_findings(timing: &Timing, missing: f64, findings: &mut Vec<Finding>) {
     if let (Some(nominal), Some(rate)) = (timing.nominal_rate_hz, timing.rate_hz())
         && (rate / nominal - 1.0).abs() > 0.02
     {
-        findings.push(Finding::warning(
-            "rate-mismatch",
+        findings.push(Finding::new(
+            FindingKind::RateMismatch,
             format!(
                 "{nominal} Hz is claimed, the time stamps say {rate:.2} Hz; the stamps are used"
             ),
@@ -423,8 +423,8 @@ fn rate_findings(timing: &Timing, missing: f64, findings: &mut Vec<Finding>) {
         && missing >= 1.0
     {
         findings.push(
-            Finding::warning(
-                "missing-samples",
+            Finding::new(
+                FindingKind::MissingSamples,
                 format!(
                     "{missing:.0} samples ({:.1} %) are missing between the time stamps",
                     100.0 * share

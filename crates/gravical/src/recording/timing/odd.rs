@@ -1,6 +1,6 @@
 //! What was odd about the stamps of a recording, as findings.
 
-use crate::recording::finding::{Finding, LineSpans};
+use crate::finding::{Finding, FindingKind, LineSpans};
 
 /// What becomes of stamps that wrap or start anew.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,8 +36,8 @@ impl Faults {
         };
         add(
             &self.wrapped,
-            Finding::note(
-                "wrapped-time",
+            Finding::new(
+                FindingKind::WrappedTime,
                 match treatment {
                     Treatment::Repaired => {
                         "the 32-bit counter of the time stamps wrapped; unwrapped"
@@ -50,8 +50,8 @@ impl Faults {
         );
         add(
             &self.restarted,
-            Finding::warning(
-                "restarted-time",
+            Finding::new(
+                FindingKind::RestartedTime,
                 match treatment {
                     Treatment::Repaired => {
                         "the time stamps start anew (the board was reset); taken as a break, the clock goes on from the row before"
@@ -64,8 +64,8 @@ impl Faults {
         );
         add(
             &self.backward,
-            Finding::warning(
-                "backward-time",
+            Finding::new(
+                FindingKind::BackwardTime,
                 format!(
                     "{} time stamps run backwards; kept as recorded",
                     self.backward.count()
@@ -74,8 +74,8 @@ impl Faults {
         );
         add(
             &self.duplicate,
-            Finding::warning(
-                "duplicate-time",
+            Finding::new(
+                FindingKind::DuplicateTime,
                 format!(
                     "{} time stamps repeat the one before ({:.1} % of the rows); the rows are kept",
                     self.duplicate.count(),
@@ -85,8 +85,8 @@ impl Faults {
         );
         add(
             &self.absent,
-            Finding::warning(
-                "absent-time",
+            Finding::new(
+                FindingKind::AbsentTime,
                 format!("{} rows have no time stamp", self.absent.count()),
             ),
         );
@@ -96,8 +96,8 @@ impl Faults {
         };
         add(
             &self.gaps,
-            Finding::warning(
-                "gap",
+            Finding::new(
+                FindingKind::Gap,
                 format!(
                     "{} of more than four samples, the longest {:.3} s",
                     plural(&self.gaps, "gap"),
@@ -107,8 +107,8 @@ impl Faults {
         );
         add(
             &self.pauses,
-            Finding::note(
-                "pause",
+            Finding::new(
+                FindingKind::Pause,
                 format!(
                     "{} of the recorder, the longest {:.3} s: nothing is counted as missing there",
                     plural(&self.pauses, "pause"),

@@ -18,7 +18,7 @@ fn break_at(at: usize) -> impl Fn(usize) -> Option<Parting> {
 }
 
 fn kinds(timed: &Timed) -> Vec<&str> {
-    timed.findings.iter().map(|f| f.kind.as_str()).collect()
+    timed.findings.iter().map(|f| f.kind.name()).collect()
 }
 
 #[test]

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Claims;
-use crate::recording::finding::Finding;
+use crate::finding::{Finding, FindingKind};
 
 /// Unit of the time stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -124,8 +124,8 @@ pub(super) fn guess_unit(
     });
     let &(unit, rate) = fitting.first()?;
     if by_temperature || fitting.len() > 1 {
-        findings.push(Finding::warning(
-            "time-unit-assumed",
+        findings.push(Finding::new(
+            FindingKind::TimeUnitAssumed,
             format!(
                 "the time stamps are taken as {} ({rate:.2} Hz){}; --time-unit says otherwise",
                 unit.name(),

@@ -6,7 +6,7 @@ use super::super::text::short_name;
 use super::ROWS;
 use super::cells::{heads, more, table};
 use crate::calibration_file::InputFile;
-use crate::recording::finding::format_spans;
+use crate::finding::format_spans;
 use crate::recording::{Finding, Severity};
 
 /// Warnings first, then notes.

@@ -6,7 +6,7 @@ use crate::calibration_file::{
 };
 use crate::figure::{Axis, Figure, Panel, Role, Series};
 use crate::motion::{Ends, Motion, MotionOptions, Move, Span, motion};
-use crate::recording::{Finding, ReadOptions, Recording, read, read_bytes};
+use crate::recording::{Finding, FindingKind, ReadOptions, Recording, read, read_bytes};
 use serde_json::Value;
 
 /// A push along x between two rests.
@@ -121,7 +121,7 @@ fn names_are_no_markup() {
     motion
         .result
         .findings
-        .push(Finding::warning("odd", evil).in_file(evil));
+        .push(Finding::warning(FindingKind::Other, evil).in_file(evil));
     motion.result.frame = evil.to_owned();
     let panel = Panel::new(Axis::new(evil, "s"), Axis::new("y", evil))
         .titled(evil)
@@ -171,7 +171,7 @@ fn long_results_are_cut_and_say_so() {
         };
         10_000
     ];
-    motion.result.findings = vec![Finding::warning("gap", "x".repeat(300)); 10_000];
+    motion.result.findings = vec![Finding::new(FindingKind::Gap, "x".repeat(300)); 10_000];
     // Ten figures of half a megabyte each: some do not fit.
     let x: Vec<f64> = (0..40_000).map(f64::from).collect();
     let y: Vec<f64> = x.iter().map(|v| (v * 0.7).sin()).collect();
@@ -242,12 +242,15 @@ fn a_placement_that_took_no_part_says_why() {
         file.accelerometer.positions[at].fitted = false;
     }
     file.findings = vec![
-        Finding::note("other", "all of it is fine"),
+        Finding::note(FindingKind::Other, "all of it is fine"),
         Finding::warning(
-            "placement-off",
+            FindingKind::Other,
             "still 30: 52 mg off, moved while it was held",
         ),
-        Finding::warning("clipped-hold", "still 3 reaches the end of the range"),
+        Finding::new(
+            FindingKind::ClippedHold,
+            "still 3 reaches the end of the range",
+        ),
     ];
     let page = calibration_html(&file, &[]);
     let list = part(&page, "method");

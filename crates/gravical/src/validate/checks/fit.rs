@@ -4,7 +4,7 @@ use crate::calibration_file::{AccelerometerSection, TiltSource};
 use crate::estimate::accelerometer::{Estimate, UNUSUAL_TILT};
 use crate::estimate::joint::JointFit;
 use crate::estimate::predicted::{sensitivity, variance};
-use crate::recording::Finding;
+use crate::recording::{Finding, FindingKind};
 use crate::segment::Placement;
 use crate::segment::face::{Claim, Face};
 
@@ -31,8 +31,8 @@ pub(super) fn findings(
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
         && cosine.abs() > CROSS_AXIS_GATE
     {
-        findings.push(Finding::warning(
-            "cross-axis-high",
+        findings.push(Finding::new(
+            FindingKind::CrossAxisHigh,
             format!(
                 "the axes {pair} are {:.1}° from a right angle; a data sheet allows about 1.6°: too few or too similar placements for so many parameters",
                 cosine.asin().to_degrees().abs()
@@ -42,8 +42,8 @@ pub(super) fn findings(
     for (k, own) in estimate.uses.iter().enumerate() {
         if let Some(chance) = own.bad {
             findings.push(
-                Finding::warning(
-                    "bad-pose",
+                Finding::new(
+                    FindingKind::BadPose,
                     format!(
                         "{}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?",
                         section.positions[k].called(),
@@ -56,8 +56,8 @@ pub(super) fn findings(
         let named = matches!(placements[k].claim, Some(Claim::Face(_)));
         if named && own.face.is_none() && own.bad.is_none() && placements[k].face.is_some() {
             findings.push(
-                Finding::warning(
-                    "no-face",
+                Finding::new(
+                    FindingKind::NoFace,
                     format!(
                         "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose (--face {} keeps it)",
                         placements[k].label,
@@ -76,7 +76,7 @@ pub(super) fn findings(
     let Some(fit) = &estimate.joint else {
         findings.extend(weak.map(|condition| {
             Finding::warning(
-                "ill-conditioned",
+                FindingKind::IllConditioned,
                 format!(
                     "the placements tell the parameters apart badly (condition {condition:.0}, more than {CONDITION_NOTE}): small errors become large ones. The default method uses faces and data sheet too"
                 ),
@@ -94,7 +94,7 @@ pub(super) fn findings(
     if let Some(quality) = &section.fit {
         if let Some(condition) = weak {
             findings.push(Finding::note(
-                "ill-conditioned",
+                FindingKind::IllConditioned,
                 format!(
                     "the magnitudes of {} placements alone tell their nine parameters apart badly (condition {condition:.0}, more than {CONDITION_NOTE}): known faces and the data sheet carry the rest",
                     section.positions.len()
@@ -102,8 +102,8 @@ pub(super) fn findings(
             ));
         }
         if quality.model_error_mps2 > MODEL_ERROR_NOTE {
-            findings.push(Finding::warning(
-                "model-error",
+            findings.push(Finding::new(
+                FindingKind::ModelError,
                 format!(
                     "the placements contradict each other by {:.0} mm/s² beyond their noise: was the sensor quite still, and warm?",
                     1000.0 * quality.model_error_mps2
@@ -112,8 +112,8 @@ pub(super) fn findings(
         }
     }
     if estimate.noise.assumed {
-        findings.push(Finding::note(
-            "noise-assumed",
+        findings.push(Finding::new(
+            FindingKind::NoiseAssumed,
             "each row is a mean whose scatter nobody knows: 4 mm/s² were assumed for the uncertainty",
         ));
     }
@@ -123,8 +123,8 @@ pub(super) fn findings(
         ));
     }
     if fit.shared_tilts {
-        findings.push(Finding::note(
-            "same-placement",
+        findings.push(Finding::new(
+            FindingKind::SamePlacement,
             "some repeats of a face lay the same way to a fraction of their tilt: they average noise, not tilt. Turn the sensor by 180° on the table between repeats",
         ));
     }
@@ -143,8 +143,8 @@ pub(super) fn findings(
             })
             .take(12)
             .collect();
-        findings.push(Finding::warning(
-            "placement-tilt",
+        findings.push(Finding::new(
+            FindingKind::PlacementTilt,
             format!(
                 "the placements lie {:.1}° off their faces in each of two components ({}). A box or a jig would help",
                 tilt.value,
@@ -156,8 +156,8 @@ pub(super) fn findings(
 }
 
 fn orientation_open(why: &str) -> Finding {
-    Finding::note(
-        "orientation-open",
+    Finding::new(
+        FindingKind::OrientationOpen,
         format!(
             "{why}. The frame was fixed by convention (triangular matrix); magnitudes are not affected"
         ),
@@ -176,8 +176,8 @@ fn disputed(section: &AccelerometerSection, fit: &JointFit) -> Option<Finding> {
         let names = side.iter().map(|&k| section.positions[k].called());
         names.collect::<Vec<_>>().join(", ")
     };
-    Some(Finding::warning(
-        "repeats-contradict",
+    Some(Finding::new(
+        FindingKind::RepeatsContradict,
         format!(
             "placements of one direction differ by up to {:.1} mg in magnitude ({} against {}), and nothing tells which are right: all of them count, and the uncertainty is the larger for it. Was the sensor still warming up, or was one of them moved? Record that side again",
             most - least,
@@ -215,8 +215,8 @@ fn face_twice(estimate: &Estimate, placements: &[Placement]) -> Option<Finding> 
     let copied = p.mean == q.mean && p.count == q.count;
     let absent: Vec<String> = missing.iter().map(|f| f.name()).collect();
     Some(
-        Finding::warning(
-            "same-face-twice",
+        Finding::new(
+            FindingKind::SameFaceTwice,
             format!(
                 "{} points up in \"{}\" and in \"{}\"{}, and no placement has {} up: record {}",
                 up(other)?.name(),
@@ -257,8 +257,8 @@ fn missing_face(estimate: &Estimate, gravity: f64) -> Option<Finding> {
             format!("{} up: ±{:.0} mg", face.name(), 1000.0 * sd / gravity)
         })
         .collect();
-    Some(Finding::warning(
-        "missing-face",
+    Some(Finding::new(
+        FindingKind::MissingFace,
         format!(
             "{} of six faces are there; the magnitude is known badly with {} (1σ). Record what is missing, or oblique placements",
             6 - missing.len(),

@@ -4,7 +4,7 @@ mod fit;
 
 use crate::calibration_file::{AccelerometerSection, TiltSource};
 use crate::estimate::accelerometer::{Estimate, Method};
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::Placement;
 use crate::segment::face::{AxisMap, Claim, Face};
 
@@ -45,16 +45,16 @@ pub fn accelerometer(
             .collect();
         let worst = deviation.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
         if worst > SCALE_GATE_PERCENT {
-            findings.push(Finding::warning(
-                "scale-off",
+            findings.push(Finding::new(
+                FindingKind::ScaleOff,
                 format!(
                     "the scale is off by more than {SCALE_GATE_PERCENT} % ({}): a data sheet allows 3; is the unit or the range right?",
                     off.join(", ")
                 ),
             ));
         } else if !off.is_empty() {
-            findings.push(Finding::warning(
-                "scale-high",
+            findings.push(Finding::new(
+                FindingKind::ScaleHigh,
                 format!(
                     "the scale is further from nominal than usual ({})",
                     off.join(", ")
@@ -72,13 +72,13 @@ pub fn accelerometer(
         (!large.is_empty() && offset == 0.0).then(|| large.join(", "))
     };
     if let Some(large) = above(BIAS_GATE_MPS2) {
-        findings.push(Finding::warning(
-            "large-bias",
+        findings.push(Finding::new(
+            FindingKind::LargeBias,
             format!("a bias above 0.35 g ({large}): no sensor of this kind has that"),
         ));
     } else if let Some(high) = above(BIAS_NOTE_MPS2) {
-        findings.push(Finding::warning(
-            "bias-high",
+        findings.push(Finding::new(
+            FindingKind::BiasHigh,
             format!(
                 "the bias is {:.1} times what a data sheet allows, ±0.6 m/s² ({high}): was every side that is named really up, and is the unit right? If the part is like that, --prior off leaves the data sheet out",
                 bias_mps2.iter().fold(0.0_f64, |m, b| m.max(b.abs())) / (0.5 * BIAS_NOTE_MPS2)
@@ -88,8 +88,8 @@ pub fn accelerometer(
     for (index, placement) in placements.iter().enumerate() {
         if estimate.uses[index].fitted && placement.clipped > 0 {
             findings.push(
-                Finding::warning(
-                    "clipped-hold",
+                Finding::new(
+                    FindingKind::ClippedHold,
                     format!(
                         "{}: {} samples at the end of the range; its mean is too small",
                         placement.label, placement.clipped
@@ -113,8 +113,8 @@ fn oblique(section: &AccelerometerSection, gravity: f64) -> Option<Finding> {
     }
     let (error, count) = free_norm_error(&section.positions, gravity)?;
     (error > OBLIQUE_GATE * predicted).then(|| {
-        Finding::warning(
-            "oblique-off",
+        Finding::new(
+            FindingKind::ObliqueOff,
             format!(
                 "{count} oblique placements, which took no part in the fit, read the magnitude off by {:.0} mm/s² rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
                 1000.0 * error
@@ -131,8 +131,8 @@ pub fn inputs(recordings: &[Recording]) -> Vec<Finding> {
     for (i, recording) in recordings.iter().enumerate() {
         if recording.is_calibrated() {
             findings.push(
-                Finding::warning(
-                    "already-calibrated",
+                Finding::new(
+                    FindingKind::AlreadyCalibrated,
                     "its columns are named as this program names calibrated ones: a session needs raw recordings",
                 )
                 .in_file(&recording.name),
@@ -143,8 +143,8 @@ pub fn inputs(recordings: &[Recording]) -> Vec<Finding> {
             .find(|other| recording.sha256.is_some() && other.sha256 == recording.sha256);
         if let Some(twin) = twin {
             findings.push(
-                Finding::warning(
-                    "same-file-twice",
+                Finding::new(
+                    FindingKind::SameFileTwice,
                     format!(
                         "it is the same as {}, byte for byte, and counts twice",
                         twin.name
@@ -178,8 +178,8 @@ fn tilts(
         (low, high) = (low.min(tilt), high.max(tilt));
         if tilt > FACE_NOTE_DEG {
             findings.push(
-                Finding::warning(
-                    "face-tilt",
+                Finding::new(
+                    FindingKind::FaceTilt,
                     format!(
                         "{} lies {tilt:.1}° off its face (raw, bias included): more than {FACE_NOTE_DEG}° costs accuracy",
                         face.name()
@@ -195,8 +195,8 @@ fn tilts(
     if let Some(face_angle_rms_deg) = estimate.face_angle_rms_deg
         && tilt.source == TiltSource::Estimated
     {
-        findings.push(Finding::warning(
-            "placement-tilt",
+        findings.push(Finding::new(
+            FindingKind::PlacementTilt,
             format!(
                 "the placements lie {low:.1}–{high:.1}° off their faces ({}), {face_angle_rms_deg:.1}° rms without the bias. Six faces cannot tell placement from misalignment, R shows both{}. A box or a jig would help",
                 list.join(", "),
@@ -234,14 +234,14 @@ pub fn names(axes: &AxisMap, placements: &[Placement], by_name: bool) -> Vec<Fin
         return Vec::new();
     }
     if all == Face::all().map(Face::opposite) {
-        return vec![Finding::note(
-            "names-reversed",
+        return vec![Finding::new(
+            FindingKind::NamesReversed,
             "every name says the opposite of the data, which are believed: either a sign means the axis that points down here, or the sensor reads −g where an axis points up, as iPhones do; then --axes -x,-y,-z gives calibrated values the usual sign",
         )];
     }
     if let Some(map) = axes.renamed(&all) {
-        return vec![Finding::warning(
-            "names-turned",
+        return vec![Finding::new(
+            FindingKind::NamesTurned,
             if axes.is_identity() {
                 format!(
                     "the names describe a board that sits turned in its case; the calibration is in axes of the board. If the case is meant, --axes {map} explains all names"
@@ -253,8 +253,8 @@ pub fn names(axes: &AxisMap, placements: &[Placement], by_name: bool) -> Vec<Fin
             },
         )];
     }
-    vec![Finding::warning(
-        "names-mirrored",
+    vec![Finding::new(
+        FindingKind::NamesMirrored,
         "the names contradict the data in a way that no mounting explains (two placements swapped?); the faces were taken from the data, but check which recording is which",
     )]
 }

@@ -1,8 +1,12 @@
 //! What is wrong, or merely worth knowing, in a recording: typed, with its
 //! lines and with what was done about it.
 
+mod kinds;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+pub use kinds::FindingKind;
 
 /// How much a finding matters.
 #[derive(
@@ -22,7 +26,8 @@ pub struct Finding {
     /// Kebab-case name of the case, stable, for scripts: `unit-mismatch`,
     /// `repeated-header`, `torn-line` …; all of them stand in
     /// `docs/recording.md`.
-    pub kind: String,
+    #[schemars(with = "String")]
+    pub kind: FindingKind,
     /// How much it matters.
     pub severity: Severity,
     /// What was found, with numbers, and what was done.
@@ -40,26 +45,34 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// A finding of low weight.
+    /// A finding that matters as its kind does.
     #[must_use]
-    pub fn note(kind: &str, message: impl Into<String>) -> Self {
-        Self::new(Severity::Note, kind, message.into())
-    }
-
-    /// A finding that may spoil the result.
-    #[must_use]
-    pub fn warning(kind: &str, message: impl Into<String>) -> Self {
-        Self::new(Severity::Warning, kind, message.into())
-    }
-
-    fn new(severity: Severity, kind: &str, message: String) -> Self {
+    pub fn new(kind: FindingKind, message: impl Into<String>) -> Self {
         Finding {
-            kind: kind.to_owned(),
-            severity,
-            message,
+            kind,
+            severity: kind.severity(),
+            message: message.into(),
             file: None,
             lines: Vec::new(),
             count: 0,
+        }
+    }
+
+    /// A finding of a kind that matters little here.
+    #[must_use]
+    pub fn note(kind: FindingKind, message: impl Into<String>) -> Self {
+        Finding {
+            severity: Severity::Note,
+            ..Self::new(kind, message)
+        }
+    }
+
+    /// A finding of a kind that may spoil the result here.
+    #[must_use]
+    pub fn warning(kind: FindingKind, message: impl Into<String>) -> Self {
+        Finding {
+            severity: Severity::Warning,
+            ..Self::new(kind, message)
         }
     }
 
