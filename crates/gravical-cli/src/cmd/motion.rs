@@ -66,7 +66,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     // A report says which file it is of.
     let read_options = args.recording.read_options(args.report.is_some());
-    let recording = match &args.gyro {
+    let mut recording = match &args.gyro {
         Some(path) => {
             let mut recording = read(&args.input, &read_options.beside_gyroscope_file())?;
             join_gyroscope(&mut recording, path, &read_options)?;
@@ -76,7 +76,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let whole = truth.is_some() || args.report.is_some() || args.figures.figures.is_some();
     if !whole {
-        let result = samples_away(args, target, &recording, calibrated, &options)?;
+        let result = samples_away(args, target, &mut recording, calibrated, &options)?;
         return tell(args, &result, &recording);
     }
     let mut motion = motion(&recording, calibrated, &options)?;
@@ -110,7 +110,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 fn samples_away(
     args: &Args,
     target: Option<&Path>,
-    recording: &Recording,
+    recording: &mut Recording,
     calibrated: Option<Calibrated<'_>>,
     options: &MotionOptions,
 ) -> anyhow::Result<MotionResult> {

@@ -51,10 +51,30 @@ pub(crate) fn accepted(calibration: &CalibrationFile) -> Option<&TemperatureMode
 
 /// A reading as it would be at the reference temperature.
 pub(crate) fn at_reference(model: &TemperatureModel, channel: usize, t_c: f64, raw: f64) -> f64 {
+    let (drift, gain) = drift_at(model, channel, t_c);
+    (raw - drift) / gain
+}
+
+/// The other way round: a reading at `t_c` that would be `value` at the reference.
+pub(crate) fn at_temperature(
+    model: &TemperatureModel,
+    channel: usize,
+    t_c: f64,
+    value: f64,
+) -> f64 {
+    let (drift, gain) = drift_at(model, channel, t_c);
+    value * gain + drift
+}
+
+/// What a channel is off by at a temperature, and how much more it reads.
+fn drift_at(model: &TemperatureModel, channel: usize, t_c: f64) -> (f64, f64) {
     let Some(drift) = model.channel(CHANNELS[channel]).filter(|c| c.is_accepted()) else {
-        return raw;
+        return (0.0, 1.0);
     };
     let [low, high] = model.range_c;
     let x = t_c.clamp(low, high) - model.reference_c;
-    (raw - evaluate(&drift.coefficients, x)) / (1.0 + evaluate(&drift.scale_coefficients, x))
+    (
+        evaluate(&drift.coefficients, x),
+        1.0 + evaluate(&drift.scale_coefficients, x),
+    )
 }

@@ -32,7 +32,7 @@ use crate::segment::face::{AxisMap, Face};
 use crate::segment::still::StillOptions;
 use crate::uncertainty::{chi_square, covariance_of};
 
-pub(crate) use drift::{accepted as accepted_model, at_reference};
+pub(crate) use drift::{accepted as accepted_model, at_reference, at_temperature};
 use rests::{Rest, rests};
 use uncertainty::{Place, assumed, at_another_time, spread};
 pub(crate) use unit::judge as judge_unit;

@@ -330,6 +330,13 @@ impl<'a> Forward<'a> {
         tau
     }
 
+    /// Takes samples until it has gone `count` of them.
+    pub fn advance_to(&mut self, count: usize) {
+        while self.done < count {
+            self.advance();
+        }
+    }
+
     /// Takes the next `count` samples into `out`, in place of what is there.
     pub fn run(&mut self, count: usize, with_attitude: bool, out: &mut Columns) {
         out.tau.clear();

@@ -64,7 +64,7 @@ use crate::recording::{Finding, Recording};
 use anchors::Walk;
 use assumed::{force_at_rest, local_gravity, size_at_rest, still_mean};
 use path::Known;
-use prepare::{Nominal, Prepared, prepare, with_scales};
+use prepare::{Prepared, prepare, with_scales};
 use samples::View;
 use setup::Setup;
 
@@ -103,13 +103,15 @@ pub fn motion(
     options: &MotionOptions,
 ) -> Result<Motion> {
     let mut track = Track::default();
-    let (result, more) = compute(recording, calibration, options, Some(&mut track))?;
+    let mut recording = recording.clone();
+    let (result, more) = compute(&mut recording, calibration, options, Some(&mut track))?;
     (track.uncalibrated, track.static_drift) = more;
     Ok(Motion { result, track })
 }
 
 /// Velocity and position of `recording`; its samples go to `sink`, where there is one, and
-/// are not kept.
+/// are not kept. The columns of the recording are taken, so that they are not held twice;
+/// what was said of them stays.
 ///
 /// # Errors
 ///
@@ -117,7 +119,7 @@ pub fn motion(
 /// sensor), `unit-unknown`, `rate-unknown`, `no-samples`. Usage: `option-range`.
 /// What only costs accuracy is a finding: no gyroscope, no rest, a gap in a move.
 pub fn motion_into(
-    recording: &Recording,
+    recording: &mut Recording,
     calibration: Option<Calibrated<'_>>,
     options: &MotionOptions,
     sink: Option<&mut dyn MotionSink>,
@@ -129,14 +131,18 @@ pub fn motion_into(
 type ForFigures = (Option<UncalibratedTrack>, Option<DriftTrack>);
 
 fn compute(
-    recording: &Recording,
+    recording: &mut Recording,
     calibration: Option<Calibrated<'_>>,
     options: &MotionOptions,
     sink: Option<&mut dyn MotionSink>,
 ) -> Result<(MotionResult, ForFigures)> {
     options.validate()?;
+    let rows = recording.rows();
+    // Filters see all rows, also those that hold no sample.
+    let unfiltered = (!options.smooth.is_empty()).then(|| recording.clone());
     let Prepared {
-        samples,
+        mut samples,
+        mut nominal,
         findings,
         scales,
         left_out,
@@ -149,21 +155,13 @@ fn compute(
     let by_mean = options.gravity_removal == GravityRemoval::StillMean;
     let found = opening::rests(&samples, options);
     let file = calibration.map(|c| c.file);
-    let smoothed;
-    let (samples, source) = if options.smooth.is_empty() {
-        (samples, recording)
-    } else {
+    if let Some(recording) = unfiltered {
         drop(samples);
-        let (smooth, told) = smooth(recording.clone(), &options.smooth, options.edge)?;
+        let (mut smooth, told) = smooth(recording, &options.smooth, options.edge)?;
         findings.extend(told);
-        smoothed = smooth;
         let told = (&mut Default::default(), &mut Vec::new());
-        (
-            with_scales(&smoothed, file, options, &scales, told)?,
-            &smoothed,
-        )
-    };
-    let nominal = file.map(|_| Nominal::new(source, &scales, options.axes));
+        (samples, nominal) = with_scales(&mut smooth, file, options, &scales, told)?;
+    }
     let view = View::calibrated(&samples);
     let walk = Walk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
     let mut rests = found.spans.clone();
@@ -335,8 +333,8 @@ fn compute(
                 .or(recording.timing.median_rate_hz),
         },
         duration_s: t[t.len() - 1] - t[0],
-        rows: recording.rows() as u64,
-        rows_left_out: (recording.rows() - samples.len()) as u64,
+        rows: rows as u64,
+        rows_left_out: (rows - samples.len()) as u64,
         frame: words::frame(options, rests.is_empty()),
         still: Span::of(t, &rests),
         noise: NoiseAtRest::of(&found),

@@ -183,7 +183,6 @@ mod tests {
             t_s,
             force_mps2: [vec![0.0; n], vec![0.0; n], vec![9.8; n]],
             rate_rad_s: None,
-            row: (0..n).collect(),
             breaks: breaks.to_vec(),
             resolution: [0.0; 6],
         }

@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_core::matrix3;
 
 use super::Calibrated;
 use super::options::MotionOptions;
 use super::samples::Samples;
 use super::scales::{Scales, scales};
-use crate::calibration_file::CalibrationFile;
+use crate::calibration_file::{CalibrationFile, TemperatureModel};
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 use crate::segment::face::AxisMap;
 use crate::{Error, Result};
@@ -24,6 +25,8 @@ const GAP_S: f64 = 0.1;
 pub(super) struct Prepared {
     /// As calibrated.
     pub samples: Samples,
+    /// How they read by nominal scales alone; none where that is the same.
+    pub nominal: Option<Nominal>,
     /// What is odd.
     pub findings: Vec<Finding>,
     /// From the file's numbers to SI.
@@ -32,9 +35,10 @@ pub(super) struct Prepared {
     pub left_out: LineSpans,
 }
 
-/// Reads columns into samples.
+/// Makes the columns of `recording` samples: they are taken, and what was said of them
+/// stays.
 pub(super) fn prepare(
-    recording: &Recording,
+    recording: &mut Recording,
     calibration: Option<Calibrated<'_>>,
     options: &MotionOptions,
 ) -> Result<Prepared> {
@@ -43,9 +47,10 @@ pub(super) fn prepare(
     let scales = scales(recording, file, options, &mut findings)?;
     let mut left_out = LineSpans::default();
     let told = (&mut left_out, &mut findings);
-    let samples = with_scales(recording, file, options, &scales, told)?;
+    let (samples, nominal) = with_scales(recording, file, options, &scales, told)?;
     Ok(Prepared {
         samples,
+        nominal,
         findings,
         scales,
         left_out,
@@ -54,41 +59,44 @@ pub(super) fn prepare(
 
 /// The same for a recording whose scales are known; what is left out, and odd, is added.
 pub(super) fn with_scales(
-    recording: &Recording,
+    recording: &mut Recording,
     file: Option<&CalibrationFile>,
     options: &MotionOptions,
     scales: &Scales,
     (left_out, findings): (&mut LineSpans, &mut Vec<Finding>),
-) -> Result<Samples> {
-    let times = times(recording)?;
-    let drift_free = file.and_then(|f| without_drift(recording, f, findings));
-    let source = Source {
-        recording,
-        times: &times,
-        offset: recording.zero_offset,
-        axes: &options.axes,
-        channels: drift_free.as_ref(),
+) -> Result<(Samples, Option<Nominal>)> {
+    let rows = recording.rows();
+    let t_s = times(recording)?;
+    recording.time_s = None;
+    let drift = file.and_then(|f| Drift::new(recording, f, findings));
+    let mut nominal = Nominal {
+        accel: scales.accel.invert(),
+        by_scale: scales.by_scale,
+        gyro: scales.gyro,
+        gyro_back: scales.gyro.and_then(|g| matrix3::inverse(&g.matrix)),
+        by_gyro_scale: scales.by_gyro_scale,
+        axes: options.axes,
+        drift,
     };
-    let samples = source.samples(&scales.accel, scales.gyro, left_out);
+    let samples = samples(recording, t_s, scales, &mut nominal, left_out);
     if samples.len() < 2 {
         return Err(Error::input(
             "no-samples",
             format!(
-                "{} of {} rows hold a complete sample; two at least are needed",
+                "{} of {rows} rows hold a complete sample; two at least are needed",
                 samples.len(),
-                recording.rows()
             ),
         )
         .at(Path::new(&recording.name), None)
         .with_hint("`gravical inspect` shows what is in it"));
     }
-    Ok(samples)
+    Ok((samples, file.map(|_| nominal)))
 }
 
-/// Seconds of each row: the stamps, else rows over the rate.
-pub(super) fn times(recording: &Recording) -> Result<Vec<f64>> {
-    if let Some(t) = &recording.time_s {
-        return Ok(t.clone());
+/// Seconds of each row: the stamps, which are taken, else rows over the rate.
+pub(super) fn times(recording: &mut Recording) -> Result<Vec<f64>> {
+    if let Some(t) = recording.time_s.take() {
+        return Ok(t);
     }
     let Some(rate) = recording.timing.rate_hz() else {
         return Err(Error::input(
@@ -103,192 +111,191 @@ pub(super) fn times(recording: &Recording) -> Result<Vec<f64>> {
     Ok((0..recording.rows()).map(|i| i as f64 / rate).collect())
 }
 
-/// Columns with the drift with temperature taken off, where the calibration has
-/// a model and the recording a temperature.
-fn without_drift(
-    recording: &Recording,
-    file: &CalibrationFile,
-    findings: &mut Vec<Finding>,
-) -> Option<Drifting> {
-    let model = crate::check::accepted_model(file)?;
-    let Some(temperature) = &recording.temperature_c else {
-        findings.push(Finding::new(
-            FindingKind::TemperatureNotApplied,
-            format!(
-                "the recording has no temperatures, so the calibration's drift with temperature is not taken off: {}",
-                crate::temperature::cost_text(model)
-            ),
-        ));
-        return None;
-    };
-    // The last temperature holds until the next comes.
-    let first = temperature.iter().copied().find(|t| t.is_finite());
-    let Some(mut now) = first else {
-        findings.push(Finding::new(
-            FindingKind::TemperatureNotApplied,
-            format!(
-                "the recording's temperatures are empty, so the calibration's drift with temperature is not taken off: {}",
-                crate::temperature::cost_text(model)
-            ),
-        ));
-        return None;
-    };
-    let held: Vec<f64> = temperature
-        .iter()
-        .map(|t| {
+/// Drift with temperature, as far as the calibration has a model of it.
+#[derive(Debug, Clone)]
+struct Drift {
+    model: TemperatureModel,
+    /// Temperature of each row, later of each sample, °C: the last one holds until the
+    /// next comes.
+    held_c: Vec<f64>,
+}
+
+impl Drift {
+    /// Takes the temperatures; none where the calibration has no model, or the recording
+    /// no temperature.
+    fn new(
+        recording: &mut Recording,
+        file: &CalibrationFile,
+        findings: &mut Vec<Finding>,
+    ) -> Option<Self> {
+        let model = crate::check::accepted_model(file)?;
+        let mut held_c = recording.temperature_c.take().unwrap_or_default();
+        let Some(mut now) = held_c.iter().copied().find(|t| t.is_finite()) else {
+            let what = match held_c.is_empty() {
+                true => "recording has no temperatures",
+                false => "recording's temperatures are empty",
+            };
+            findings.push(Finding::new(
+                FindingKind::TemperatureNotApplied,
+                format!(
+                    "the {what}, so the calibration's drift with temperature is not taken off: {}",
+                    crate::temperature::cost_text(model)
+                ),
+            ));
+            return None;
+        };
+        for t in &mut held_c {
             if t.is_finite() {
                 now = *t;
             }
-            now
+            *t = now;
+        }
+        Some(Drift {
+            model: model.clone(),
+            held_c,
         })
-        .collect();
-    let corrected = |channel: usize, values: &[f64], offset: f64| -> Vec<f64> {
-        values
-            .iter()
-            .zip(&held)
-            .map(|(v, t)| crate::check::at_reference(model, channel, *t, v + offset) - offset)
-            .collect()
-    };
-    let accel = std::array::from_fn(|i| corrected(i, &recording.accel[i], recording.zero_offset));
-    let gyro = recording
-        .gyro
-        .as_ref()
-        .map(|g| std::array::from_fn(|i| corrected(3 + i, &g[i], 0.0)));
-    Some(Drifting { accel, gyro })
+    }
 }
 
-struct Drifting {
-    accel: [Vec<f64>; 3],
-    gyro: Option<[Vec<f64>; 3]>,
-}
-
-/// What samples are made from.
-#[derive(Clone, Copy)]
-struct Source<'a> {
-    recording: &'a Recording,
-    times: &'a [f64],
-    offset: f64,
-    axes: &'a AxisMap,
-    channels: Option<&'a Drifting>,
-}
-
-impl Source<'_> {
-    /// Steps of the calibrated values: an axis that is mixed of three has the root of
-    /// the sum of their squares, which keeps the variance of rounding.
-    fn resolution(
-        &self,
-        accel: &Calibration<f64>,
-        gyro: Option<GyroscopeCalibration<f64>>,
-    ) -> [f64; 6] {
-        let mixed = |matrix: [[f64; 3]; 3], step: [f64; 3]| {
-            let board = matrix.map(|row| {
-                let squares = row.iter().zip(step).map(|(m, q)| (m * q).powi(2));
-                squares.sum::<f64>().sqrt()
-            });
-            self.axes.to_case(board).map(f64::abs)
+/// Samples in SI, in the place of the columns of `recording`. Rows that are incomplete, or
+/// whose stamp falls behind, are noted in `left_out`.
+fn samples(
+    recording: &mut Recording,
+    mut t_s: Vec<f64>,
+    scales: &Scales,
+    nominal: &mut Nominal,
+    left_out: &mut LineSpans,
+) -> Samples {
+    let resolution = resolution(recording, scales, &nominal.axes);
+    let mut force = std::mem::take(&mut recording.accel);
+    let rate = recording.gyro.as_mut().map(std::mem::take);
+    let mut gyro = scales.gyro.zip(rate);
+    let gap = gap_s(&t_s);
+    let (axes, rate_axes) = (nominal.axes, nominal.axes.of_rates());
+    let mut breaks_before = recording.breaks.iter().copied().peekable();
+    let mut breaks = Vec::new();
+    let mut pending = false;
+    let mut last = f64::NEG_INFINITY;
+    let mut count = 0;
+    for row in 0..t_s.len() {
+        while breaks_before.next_if(|b| *b <= row).is_some() {
+            pending = true;
+        }
+        let drift = &nominal.drift;
+        let at_reference = |channel: usize, raw: f64| match drift {
+            Some(d) => crate::check::at_reference(&d.model, channel, d.held_c[row], raw),
+            None => raw,
         };
-        let [a, b, c] = mixed(accel.matrix, self.recording.accel_resolution());
-        let [d, e, f] = gyro.map_or([0.0; 3], |g| {
-            mixed(g.matrix, self.recording.gyro_resolution())
+        let raw = std::array::from_fn(|c| at_reference(c, force[c][row] + recording.zero_offset));
+        let f = scales.accel.apply(raw);
+        let w = gyro.as_ref().map(|(g, rate)| {
+            let raw = std::array::from_fn(|c| at_reference(3 + c, rate[c][row]));
+            g.apply(raw, f)
         });
-        [a, b, c, d, e, f]
-    }
-
-    /// Samples in SI. Rows that are incomplete, or whose stamp falls behind, are
-    /// noted in `left_out`.
-    fn samples(
-        &self,
-        accel: &Calibration<f64>,
-        gyro: Option<GyroscopeCalibration<f64>>,
-        left_out: &mut LineSpans,
-    ) -> Samples {
-        let recording = self.recording;
-        let rows = recording.rows();
-        let force = self.channels.map_or(&recording.accel, |c| &c.accel);
-        let rate = match self.channels {
-            Some(c) => c.gyro.as_ref(),
-            None => recording.gyro.as_ref(),
-        };
-        let gyro = gyro.zip(rate);
-        let mut out = Samples {
-            rate_rad_s: gyro.map(|_| std::array::from_fn(|_| Vec::with_capacity(rows))),
-            resolution: self.resolution(accel, gyro.map(|(g, _)| g)),
-            ..Samples::default()
-        };
-        let gap = gap_s(self.times);
-        let rate_axes = self.axes.of_rates();
-        let mut breaks = recording.breaks.iter().copied().peekable();
-        let mut pending = false;
-        let mut last = f64::NEG_INFINITY;
-        for row in 0..rows {
-            while breaks.next_if(|b| *b <= row).is_some() {
-                pending = true;
-            }
-            let raw = [force[0][row], force[1][row], force[2][row]].map(|v| v + self.offset);
-            let f = accel.apply(raw);
-            let w = gyro.map(|(g, rate)| g.apply([rate[0][row], rate[1][row], rate[2][row]], f));
-            let t = self.times[row];
-            let complete = f.iter().chain(w.iter().flatten()).all(|v| v.is_finite())
-                && t.is_finite()
-                && t >= last;
-            if !complete {
-                left_out.push(recording.line(row));
-                continue;
-            }
-            if (pending || t - last > gap) && !out.t_s.is_empty() {
-                out.breaks.push(out.t_s.len());
-            }
-            (pending, last) = (false, t);
-            out.t_s.push(t);
-            out.row.push(row);
-            let f = self.axes.to_case(f);
-            (0..3).for_each(|i| out.force_mps2[i].push(f[i]));
-            if let (Some(columns), Some(w)) = (&mut out.rate_rad_s, w) {
-                let w = rate_axes.to_case(w);
-                (0..3).for_each(|i| columns[i].push(w[i]));
-            }
+        let t = t_s[row];
+        let complete =
+            f.iter().chain(w.iter().flatten()).all(|v| v.is_finite()) && t.is_finite() && t >= last;
+        if !complete {
+            left_out.push(recording.line(row));
+            continue;
         }
-        out
+        if (pending || t - last > gap) && count > 0 {
+            breaks.push(count);
+        }
+        (pending, last) = (false, t);
+        t_s[count] = t;
+        if let Some(drift) = &mut nominal.drift {
+            drift.held_c[count] = drift.held_c[row];
+        }
+        let f = axes.to_case(f);
+        (0..3).for_each(|c| force[c][count] = f[c]);
+        if let (Some((_, rate)), Some(w)) = (&mut gyro, w) {
+            let w = rate_axes.to_case(w);
+            (0..3).for_each(|c| rate[c][count] = w[c]);
+        }
+        count += 1;
+    }
+    t_s.truncate(count);
+    force.iter_mut().for_each(|c| c.truncate(count));
+    let mut rate = gyro.map(|(_, rate)| rate);
+    rate.iter_mut().flatten().for_each(|c| c.truncate(count));
+    Samples {
+        t_s,
+        force_mps2: force,
+        rate_rad_s: rate,
+        breaks,
+        resolution,
     }
 }
 
-/// A recording by nominal scales alone, row by row.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Nominal<'a> {
-    recording: &'a Recording,
-    accel: Calibration<f64>,
+/// Steps of the calibrated values: an axis that is mixed of three has the root of
+/// the sum of their squares, which keeps the variance of rounding.
+fn resolution(recording: &Recording, scales: &Scales, axes: &AxisMap) -> [f64; 6] {
+    let mixed = |matrix: [[f64; 3]; 3], step: [f64; 3]| {
+        let board = matrix.map(|row| {
+            let squares = row.iter().zip(step).map(|(m, q)| (m * q).powi(2));
+            squares.sum::<f64>().sqrt()
+        });
+        axes.to_case(board).map(f64::abs)
+    };
+    let [a, b, c] = mixed(scales.accel.matrix, recording.accel_resolution());
+    let gyro = scales.gyro.filter(|_| recording.gyro.is_some());
+    let [d, e, f] = gyro.map_or([0.0; 3], |g| mixed(g.matrix, recording.gyro_resolution()));
+    [a, b, c, d, e, f]
+}
+
+/// How calibrated samples read by nominal scales alone: the calibration, and the drift with
+/// temperature, back to the file's numbers. Its numbers are not held beside the samples.
+#[derive(Debug, Clone)]
+pub(super) struct Nominal {
+    /// From SI to the file's numbers; none where the calibration's matrix is singular.
+    accel: Option<Calibration<f64>>,
+    by_scale: Calibration<f64>,
     gyro: Option<GyroscopeCalibration<f64>>,
+    /// Inverse of its matrix.
+    gyro_back: Option<[[f64; 3]; 3]>,
+    by_gyro_scale: Option<GyroscopeCalibration<f64>>,
     axes: AxisMap,
+    drift: Option<Drift>,
 }
 
-impl<'a> Nominal<'a> {
-    /// The rows of `recording`.
-    pub fn new(recording: &'a Recording, scales: &Scales, axes: AxisMap) -> Self {
-        Nominal {
-            recording,
-            accel: scales.by_scale,
-            gyro: scales.by_gyro_scale,
-            axes,
+impl Nominal {
+    /// A raw value as it was read at sample `i`.
+    fn with_drift(&self, i: usize, channel: usize, value: f64) -> f64 {
+        match &self.drift {
+            Some(d) => crate::check::at_temperature(&d.model, channel, d.held_c[i], value),
+            None => value,
         }
     }
 
-    /// Specific force of a row, m/s².
+    /// Specific force of sample `i`, m/s², which is calibrated `force`.
     #[inline]
-    pub fn force_at(&self, row: usize) -> [f64; 3] {
-        let raw = self.recording.accel_at(row);
-        let offset = self.recording.zero_offset;
-        self.axes.to_case(self.accel.apply(raw.map(|v| v + offset)))
+    pub fn force(&self, i: usize, force: [f64; 3]) -> [f64; 3] {
+        let Some(back) = &self.accel else {
+            return [f64::NAN; 3];
+        };
+        let raw = back.apply(self.axes.to_board(force));
+        let raw = std::array::from_fn(|c| self.with_drift(i, c, raw[c]));
+        self.axes.to_case(self.by_scale.apply(raw))
     }
 
-    /// Angular rate of a row, rad/s; zero without a gyroscope.
+    /// Angular rate of sample `i`, rad/s, which are calibrated `force` and `rate`; zero
+    /// without a gyroscope.
     #[inline]
-    pub fn rate_at(&self, row: usize) -> [f64; 3] {
-        let read = self.gyro.as_ref().zip(self.recording.gyro.as_ref());
-        read.map_or([0.0; 3], |(scale, gyro)| {
-            // A nominal scale knows nothing of specific force.
-            let rate = scale.apply([gyro[0][row], gyro[1][row], gyro[2][row]], [0.0; 3]);
-            self.axes.of_rates().to_case(rate)
-        })
+    pub fn rate(&self, i: usize, force: [f64; 3], rate: [f64; 3]) -> [f64; 3] {
+        let (Some(gyro), Some(scale)) = (&self.gyro, &self.by_gyro_scale) else {
+            return [0.0; 3];
+        };
+        let axes = self.axes.of_rates();
+        let Some(back) = &self.gyro_back else {
+            return [f64::NAN; 3];
+        };
+        let own = matrix3::mul_vec(back, &axes.to_board(rate));
+        let reaction = matrix3::mul_vec(&gyro.g_sensitivity, &self.axes.to_board(force));
+        let raw =
+            std::array::from_fn(|c| self.with_drift(i, 3 + c, own[c] + gyro.bias[c] + reaction[c]));
+        // A nominal scale knows nothing of specific force.
+        axes.to_case(scale.apply(raw, [0.0; 3]))
     }
 }
 

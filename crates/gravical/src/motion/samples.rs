@@ -17,8 +17,6 @@ pub struct Samples {
     pub force_mps2: [Vec<f64>; 3],
     /// Angular rate, calibrated, its bias at rest still in it, rad/s.
     pub rate_rad_s: Option<[Vec<f64>; 3]>,
-    /// Row of the recording that each sample stands in.
-    pub row: Vec<usize>,
     /// Samples that do not follow their predecessor: before them the recording
     /// has a break, or a gap too long to integrate across.
     pub breaks: Vec<usize>,
@@ -49,7 +47,6 @@ impl Samples {
             t_s: self.t_s[..count].to_vec(),
             force_mps2: three(&self.force_mps2),
             rate_rad_s: self.rate_rad_s.as_ref().map(three),
-            row: self.row[..count].to_vec(),
             breaks: self.breaks.iter().copied().filter(|b| *b < count).collect(),
             resolution: self.resolution,
         }
@@ -101,7 +98,7 @@ pub(super) struct View<'a> {
     /// The samples, calibrated; their times and breaks.
     pub samples: &'a Samples,
     /// What is read in place of them.
-    nominal: Option<&'a Nominal<'a>>,
+    nominal: Option<&'a Nominal>,
 }
 
 impl<'a> View<'a> {
@@ -114,7 +111,7 @@ impl<'a> View<'a> {
     }
 
     /// By nominal scales alone.
-    pub fn nominal(samples: &'a Samples, nominal: &'a Nominal<'a>) -> Self {
+    pub fn nominal(samples: &'a Samples, nominal: &'a Nominal) -> Self {
         View {
             samples,
             nominal: Some(nominal),
@@ -137,7 +134,7 @@ impl<'a> View<'a> {
     pub fn force_at(&self, i: usize) -> [f64; 3] {
         match self.nominal {
             None => self.samples.force_at(i),
-            Some(nominal) => nominal.force_at(self.samples.row[i]),
+            Some(nominal) => nominal.force(i, self.samples.force_at(i)),
         }
     }
 
@@ -146,7 +143,7 @@ impl<'a> View<'a> {
     pub fn rate_at(&self, i: usize) -> [f64; 3] {
         match self.nominal {
             None => self.samples.rate_at(i),
-            Some(nominal) => nominal.rate_at(self.samples.row[i]),
+            Some(nominal) => nominal.rate(i, self.samples.force_at(i), self.samples.rate_at(i)),
         }
     }
 

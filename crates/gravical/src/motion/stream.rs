@@ -148,13 +148,13 @@ impl Begin {
         options: &MotionOptions,
     ) -> Result<Self> {
         let head = whole_lines(&file.head_bytes, file.whole);
-        let recording = read_bytes(head, name, read)?;
+        let mut recording = read_bytes(head, name, read)?;
         let Prepared {
             samples,
             findings,
             scales,
             ..
-        } = prepare(&recording, calibration, options)?;
+        } = prepare(&mut recording.clone(), calibration, options)?;
         let rests = find_rests(&samples, &options.rests);
         let walk = Walk::new(rests.accel.as_ref(), rests.gyro.as_ref(), &samples);
         let size = size_at_rest(&samples, &rests.spans, walk);
@@ -173,7 +173,7 @@ impl Begin {
         };
         let step_s = samples.median_step_s();
         let rate_hz = if step_s > 0.0 { 1.0 / step_s } else { 0.0 };
-        let all = times(&recording)?;
+        let all = times(&mut recording)?;
         Ok(Begin {
             accel: scales.accel,
             gyro: scales.gyro,

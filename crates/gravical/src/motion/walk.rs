@@ -112,7 +112,6 @@ mod tests {
             t_s: (0..n).map(|i| 0.01 * i as f64).collect(),
             force_mps2: [vec![0.0; n], vec![0.0; n], vec![9.8; n]],
             rate_rad_s: Some([vec![0.0; n], (0..n).map(rate).collect(), vec![0.0; n]]),
-            row: (0..n).collect(),
             breaks: Vec::new(),
             resolution: [0.0; 6],
         };

@@ -29,7 +29,6 @@ fn noisy(rate_hz: f64, seconds: f64, sigma: f64, motion_s: Range<f64>) -> Sample
             rate[c].push(0.03 * sigma * noise);
         }
         out.t_s.push(t);
-        out.row.push(i);
     }
     out.rate_rad_s = Some(rate);
     out

@@ -26,7 +26,6 @@ fn samples_of(simulation: &Simulation) -> Samples {
             .iter()
             .map(|t| (*t - first) as f64 / 1e3)
             .collect(),
-        row: (0..file.t_s.len()).collect(),
         ..Samples::default()
     };
     let mut rate: [Vec<f64>; 3] = Default::default();

@@ -45,7 +45,6 @@ fn recorded(path: &str, gyro: Option<&str>, counts: f64) -> Option<Samples> {
         }
         out.t_s
             .push(out.t_s.last().map_or(t_s, |last: &f64| t_s.max(*last)));
-        out.row.push(row);
         for c in 0..3 {
             out.force_mps2[c].push(force[c]);
             rate[c].push(turn[c]);

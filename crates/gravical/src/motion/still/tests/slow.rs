@@ -25,7 +25,6 @@ fn with(seed: u64, seconds: f64, force: impl Fn(f64) -> f64, rate: impl Fn(f64) 
             rates[c].push([0.0, rate(t), 0.0][c] + 8.7e-4 * noise);
         }
         out.t_s.push(t);
-        out.row.push(i);
     }
     out.rate_rad_s = Some(rates);
     out
