@@ -214,6 +214,7 @@ pub(crate) fn find_stills_in(recording: &Channels<'_>, options: &StillOptions) -
     let mut spans: Vec<Range<usize>> = Vec::new();
     for segment in &segments {
         let mut runs: Vec<Range<usize>> = Vec::new();
+        let stretches = Stretches::new(segment);
         let mut at = 0;
         while at < segment.len() {
             let end = segment[at..]
@@ -221,7 +222,7 @@ pub(crate) fn find_stills_in(recording: &Channels<'_>, options: &StillOptions) -
                 .position(|b| !quiet(b))
                 .map_or(segment.len(), |n| at + n);
             if end > at {
-                settle(segment, at..end, agree, &mut runs);
+                settle(segment, &stretches, at..end, agree, &mut runs);
             }
             at = end + 1;
         }
@@ -432,14 +433,110 @@ fn middle(blocks: &[Block]) -> [f64; 3] {
     })
 }
 
+/// What a stretch of blocks holds, for stretches of any length in a few steps: cutting a
+/// day with a thousand motions must not look at all of it for each.
+#[derive(Clone, Copy)]
+struct Stretch {
+    /// Least and greatest mean of each axis.
+    low: [f64; 3],
+    high: [f64; 3],
+    /// The largest step of the mean from one block to the next, the last of equal ones,
+    /// and the block after it.
+    jump: (f64, usize),
+}
+
+impl Stretch {
+    const NOTHING: Stretch = Stretch {
+        low: [f64::INFINITY; 3],
+        high: [f64::NEG_INFINITY; 3],
+        jump: (f64::NEG_INFINITY, 0),
+    };
+
+    /// This one and the one after it.
+    fn with(&self, after: &Stretch) -> Stretch {
+        Stretch {
+            low: std::array::from_fn(|i| self.low[i].min(after.low[i])),
+            high: std::array::from_fn(|i| self.high[i].max(after.high[i])),
+            jump: match self.jump.0.total_cmp(&after.jump.0) {
+                std::cmp::Ordering::Greater => self.jump,
+                _ => after.jump,
+            },
+        }
+    }
+}
+
+/// A segment tree over blocks: node k covers nodes 2k and 2k + 1.
+struct Stretches {
+    nodes: Vec<Stretch>,
+    leaves: usize,
+}
+
+impl Stretches {
+    fn new(blocks: &[Block]) -> Self {
+        let leaves = blocks.len().next_power_of_two();
+        let mut nodes = vec![Stretch::NOTHING; 2 * leaves];
+        for (k, block) in blocks.iter().enumerate() {
+            let jump = match k {
+                0 => f64::NEG_INFINITY,
+                _ => distance(block.mean, blocks[k - 1].mean),
+            };
+            nodes[leaves + k] = Stretch {
+                low: block.mean,
+                high: block.mean,
+                jump: (jump, k),
+            };
+        }
+        for k in (1..leaves).rev() {
+            nodes[k] = nodes[2 * k].with(&nodes[2 * k + 1]);
+        }
+        Stretches { nodes, leaves }
+    }
+
+    fn of(&self, range: Range<usize>) -> Stretch {
+        let (mut from, mut to) = (range.start + self.leaves, range.end + self.leaves);
+        let (mut first, mut last) = (Stretch::NOTHING, Stretch::NOTHING);
+        while from < to {
+            if from % 2 == 1 {
+                first = first.with(&self.nodes[from]);
+                from += 1;
+            }
+            if to % 2 == 1 {
+                to -= 1;
+                last = self.nodes[to].with(&last);
+            }
+            (from, to) = (from / 2, to / 2);
+        }
+        first.with(&last)
+    }
+
+    /// Where to cut a run of which no centre is within `agree` of all blocks: the means
+    /// of an axis are further apart than twice that.
+    fn cut(&self, run: &Range<usize>, agree: f64) -> Option<usize> {
+        let all = self.of(run.clone());
+        let apart = (0..3).any(|i| all.high[i] - all.low[i] > 2.0 * agree);
+        apart.then(|| self.of(run.start + 1..run.end).jump.1)
+    }
+}
+
 /// Keeps a run whose block means agree; cuts one that drifts or steps where it
 /// changes most, and looks at the parts.
-fn settle(segment: &[Block], run: Range<usize>, agree: f64, out: &mut Vec<Range<usize>>) {
+fn settle(
+    segment: &[Block],
+    stretches: &Stretches,
+    run: Range<usize>,
+    agree: f64,
+    out: &mut Vec<Range<usize>>,
+) {
     let mut pending = vec![run];
     let mut kept = Vec::new();
     while let Some(run) = pending.pop() {
         let part = &segment[run.clone()];
         if part.is_empty() {
+            continue;
+        }
+        if let Some(cut) = stretches.cut(&run, agree) {
+            pending.push(run.start..cut);
+            pending.push(cut..run.end);
             continue;
         }
         let centre = middle(part);

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use gravical_core::matrix3::{cross, norm};
 
+use super::DOUBTED;
 use super::blocks::Blocks;
 use crate::motion::still::levels::Levels;
 
@@ -152,7 +153,10 @@ pub(super) fn fit(
         out.way_m[c] = product / energy * seconds * seconds;
     }
     out.left -= out.white;
-    out.left_by_step = left_by_step(&force, &variance);
+    // Nobody asks for it of what is no more than noise.
+    if out.gain > DOUBTED {
+        out.left_by_step = left_by_step(&force, &variance);
+    }
     Some(out)
 }
 
