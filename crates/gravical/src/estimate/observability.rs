@@ -1,13 +1,9 @@
-//! What poses leave open, which pose would settle it, and both in words.
+//! What poses leave open, and which pose would settle it, in words.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::Error;
-use crate::segment::Placement;
-use crate::segment::face::Face;
+use crate::segment::face::{AXES, Face};
 
-use super::accelerometer::{Session, distinct};
-use super::joint::JointError;
 use super::solve::singular_values;
 
 /// Directions count as spanned when the poses lie this far out of the plane (or
@@ -17,7 +13,7 @@ const SPANNED: f64 = 0.17;
 /// How many directions of space a set of unit vectors spans, and the direction
 /// that they have least of.
 #[must_use]
-pub(crate) fn span(directions: &[[f64; 3]]) -> (usize, [f64; 3]) {
+pub(super) fn span(directions: &[[f64; 3]]) -> (usize, [f64; 3]) {
     let mut moment = nalgebra::Matrix3::zeros();
     for n in directions {
         let n = nalgebra::Vector3::from(*n);
@@ -149,7 +145,7 @@ pub(super) fn settling(
 pub fn in_words(n: [f64; 3]) -> String {
     let (face, angle) = Face::nearest(n);
     let say = |face: Face| {
-        let axis = super::super::segment::face::AXES[face.axis];
+        let axis = AXES[face.axis];
         format!("{axis} {}", if face.up { "up" } else { "down" })
     };
     if angle < 12.0 {
@@ -176,103 +172,8 @@ pub fn in_words(n: [f64; 3]) -> String {
 }
 
 fn toward(face: Face) -> String {
-    let axis = super::super::segment::face::AXES[face.axis];
+    let axis = AXES[face.axis];
     format!("{axis} points {}", if face.up { "up" } else { "down" })
-}
-
-/// The error for a fit that could not be had.
-pub(super) fn explain(error: JointError, placements: &[Placement], session: &Session<'_>) -> Error {
-    let directions: Vec<[f64; 3]> = placements
-        .iter()
-        .filter(|p| p.mean.iter().all(|v| v.is_finite()))
-        .map(|p| {
-            let n = session.axes.to_case(p.mean);
-            let length = n.iter().map(|v| v * v).sum::<f64>().sqrt();
-            n.map(|v| v / length)
-        })
-        .collect();
-    let count = directions.len();
-    let error = match error {
-        // Poses all alike may not even settle.
-        JointError::NotConverged if count > 0 && span(&directions).0 < 3 => {
-            JointError::Undetermined {
-                direction: session.axes.to_board(span(&directions).1),
-                sd: f64::INFINITY,
-            }
-        }
-        other => other,
-    };
-    let error = match error {
-        JointError::NoPoses => Error::input("no-poses", "no placement has a mean reading")
-            .with_hint("`gravical inspect` shows what is in the recording"),
-        JointError::NotConverged => Error::input(
-            "not-converged",
-            format!("the fit of {count} placements did not settle"),
-        )
-        .with_hint("`gravical inspect` shows the placements; leave out one that moved, or name faces with --face"),
-        JointError::Undetermined { direction, sd } => {
-            let (spanned, missing) = span(&directions);
-            let different = distinct(&directions);
-            let direction = session.axes.to_case(direction);
-            let mut message = match count {
-                1 => "1 placement spans ".to_owned(),
-                _ => format!(
-                    "{count} placements, {different} of them more than 25° apart, span "
-                ),
-            };
-            message.push_str(&match spanned {
-                3 => "all three directions of space, but leave parameters open".to_owned(),
-                n => format!("{n} of 3 directions of space"),
-            });
-            if sd.is_finite() {
-                message.push_str(&format!(
-                    ": with {} up the magnitude would be known to ±{:.0} mg only",
-                    nearest_axis(direction),
-                    1000.0 * sd / session.gravity
-                ));
-            }
-            let next = if spanned < 3 {
-                let face = Face::nearest(missing).0;
-                format!(
-                    "lay the sensor with {} up and with {} down too, 3 s or more each, and calibrate again with all placements",
-                    super::super::segment::face::AXES[face.axis],
-                    super::super::segment::face::AXES[face.axis]
-                )
-            } else {
-                format!(
-                    "add a placement with {}, 3 s or more at rest, and calibrate again with all of them",
-                    in_words(direction)
-                )
-            };
-            let warmed = temperature_span(placements) > MOST_TEMPERATURE_SPAN_C;
-            Error::input("underdetermined", message).with_hint(if warmed {
-                format!("{next}; for the drift with temperature alone, --method thermal")
-            } else {
-                next
-            })
-        }
-    };
-    match session.recordings {
-        [one] => error.at(one.name.as_ref(), None),
-        _ => error,
-    }
-}
-
-/// Sessions that span more than this are soaks, °C.
-const MOST_TEMPERATURE_SPAN_C: f64 = 5.0;
-
-fn temperature_span(placements: &[Placement]) -> f64 {
-    let all = || placements.iter().filter_map(|p| p.temperature_c);
-    all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
-}
-
-fn nearest_axis(n: [f64; 3]) -> String {
-    let face = Face::nearest(n).0;
-    format!(
-        "{}{}",
-        if face.up { "+" } else { "−" },
-        super::super::segment::face::AXES[face.axis]
-    )
 }
 
 #[cfg(test)]

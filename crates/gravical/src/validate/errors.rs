@@ -1,14 +1,11 @@
 //! Errors of the placements: what each read, what it should have read.
 
 use gravical_core::calibration::Calibration;
+use gravical_core::matrix3;
 
 use crate::calibration_file::{FitErrors, Position, PositionKind};
 use crate::estimate::accelerometer::Use;
 use crate::segment::Placement;
-
-fn norm(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
 
 /// One entry a placement: faces against ±g on their axis, oblique ones against
 /// gravity's length along their own direction. `offset` is added back to the
@@ -30,7 +27,7 @@ pub fn positions(
             let calibrated = calibration.apply(placement.mean);
             let own = &uses[index];
             let face = own.face;
-            let length = norm(calibrated).max(f64::MIN_POSITIVE);
+            let length = matrix3::norm(&calibrated).max(f64::MIN_POSITIVE);
             let expected = match face {
                 Some(face) => face.direction().map(|d| d * gravity),
                 None => calibrated.map(|c| c / length * gravity),
@@ -49,7 +46,7 @@ pub fn positions(
                 expected,
                 calibrated,
                 error,
-                error_norm: norm(error),
+                error_norm: matrix3::norm(&error),
                 tilt_deg: own.tilt_deg.map(|(tilt, _)| tilt),
                 tilt_sd_deg: own.tilt_deg.and_then(|(_, sd)| sd),
                 magnitude_error_mps2: Some(length - gravity),
@@ -87,7 +84,7 @@ pub fn free_norm_error(positions: &[Position], gravity: f64) -> Option<(f64, usi
     let off: Vec<f64> = positions
         .iter()
         .filter(|p| p.kind == PositionKind::Free && !p.fitted)
-        .map(|p| norm(p.calibrated) - gravity)
+        .map(|p| matrix3::norm(&p.calibrated) - gravity)
         .collect();
     (!off.is_empty()).then(|| {
         let squares: f64 = off.iter().map(|e| e * e).sum();

@@ -5,6 +5,7 @@ mod faces;
 mod poses;
 mod presets;
 mod sensors;
+mod undetermined;
 
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;

@@ -4,14 +4,16 @@ use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 
 use crate::calibration_file::{FitQuality, PlacementTilt, TiltSource};
+use crate::estimate::ferraris;
 use crate::estimate::joint::{JointFit, JointOptions, JointPose, Role, TiltFrom, joint};
 use crate::estimate::pose_noise::PoseNoise;
-use crate::estimate::{ferraris, observability};
 use crate::segment::Placement;
 use crate::segment::face::{AxisMap, Claim, Face};
 use crate::{Error, Result};
 
-use super::{Estimate, EstimateOptions, MAGNITUDE_PARAMETERS, Method, Session, Use, distinct};
+use super::{
+    Estimate, EstimateOptions, MAGNITUDE_PARAMETERS, Method, Session, Use, distinct, undetermined,
+};
 
 /// The placements as the joint fit wants them, and what is known beside them.
 pub(super) fn joint_problem(
@@ -61,8 +63,8 @@ pub(super) fn by_joint(
         ferraris::accelerometer(faces, session.gravity, Some(session.axes))?;
     }
     let (poses, joint_options) = joint_problem(session, options, &noise, nominal);
-    let fit = joint(&poses, &joint_options)
-        .map_err(|e| observability::explain(e, placements, session))?;
+    let fit =
+        joint(&poses, &joint_options).map_err(|e| undetermined::explain(e, placements, session))?;
     let turned = matrix3::scale_rows(&fit.model, &matrix3::row_norms(&fit.model).map(|k| 1.0 / k));
     let hand = matrix3::det(&turned);
     if hand <= 0.0 {

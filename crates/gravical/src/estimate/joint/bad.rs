@@ -9,7 +9,7 @@ use crate::segment::face::angle_deg;
 use super::Held;
 use super::fit::{Fit, Pose, rough_fit};
 use super::leave_out::NEIGHBOUR_DEG;
-use super::model::{norm, unit};
+use super::model::unit;
 use super::reduced::Reduced;
 
 /// A pose is bad when one as far off is rarer than this among all poses.
@@ -130,7 +130,7 @@ fn dispute(work: &[Pose], whole: &Fit, held: &Held, pose: usize) -> Option<Vec<u
     let here: Vec<usize> = (0..work.len())
         .filter(|&k| !work[k].left_out && angle_deg(force(k), force(pose)) <= NEIGHBOUR_DEG)
         .collect();
-    let error = |k: usize| norm(force(k)) - held.gravity;
+    let error = |k: usize| matrix3::norm(&force(k)) - held.gravity;
     let (like, others): (Vec<usize>, Vec<usize>) = here
         .iter()
         .partition(|&&k| error(k) / error(pose) >= SHARED_ERROR);
@@ -157,7 +157,7 @@ fn square_off(work: &[Pose], fit: &Fit, of: &[usize]) -> Option<f64> {
     let (mut error, mut h, mut noise) = (0.0, [0.0; 12], 0.0);
     for pose in of.iter().map(|&k| &work[k]) {
         let force = matrix3::mul_vec(&inverse, &matrix3::sub(&pose.mean, &fit.state.b));
-        error += (norm(force) - fit.model.gravity) / count;
+        error += (matrix3::norm(&force) - fit.model.gravity) / count;
         let own = predicted::sensitivity(&inverse, unit(force), fit.model.gravity);
         for (sum, own) in h.iter_mut().zip(own) {
             *sum += own / count;

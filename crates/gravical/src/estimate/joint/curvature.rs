@@ -1,12 +1,13 @@
 //! The second order of the fit: where the mean of the posterior lies beside its
 //! maximum, and what spread the linearised covariance does not know of.
 
+use gravical_core::matrix3;
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimate::solve::Problem;
 
 use super::fit::Fit;
-use super::model::{Rows, norm};
+use super::model::Rows;
 
 /// The quantities that are corrected: lengths of the rows of M, then b.
 const QUANTITIES: usize = 6;
@@ -82,7 +83,7 @@ fn quantities(found: &Fit) -> Vec<(DVector<f64>, DMatrix<f64>)> {
                 return (gradient, DMatrix::zeros(p, p));
             }
             let row = found.state.m[a];
-            let k = norm(row);
+            let k = matrix3::norm(&row);
             // Of element i when it stands in this row.
             let unit = |i: usize| {
                 let e = elements[i];
@@ -199,7 +200,8 @@ impl SecondOrder {
     /// M and b at the posterior mean. Angles between the rows stay: what they
     /// gain is nothing beside their own uncertainty.
     pub fn mean(&self, m: &[[f64; 3]; 3], b: &[f64; 3]) -> ([[f64; 3]; 3], [f64; 3]) {
-        let scaled = std::array::from_fn(|i| m[i].map(|v| v * (1.0 + self.shift[i] / norm(m[i]))));
+        let scaled =
+            std::array::from_fn(|i| m[i].map(|v| v * (1.0 + self.shift[i] / matrix3::norm(&m[i]))));
         (scaled, std::array::from_fn(|i| b[i] + self.shift[3 + i]))
     }
 
@@ -209,7 +211,7 @@ impl SecondOrder {
         let follows = |element: usize| match element {
             0..9 => (
                 element / 3,
-                m[element / 3][element % 3] / norm(m[element / 3]),
+                m[element / 3][element % 3] / matrix3::norm(&m[element / 3]),
             ),
             _ => (element - 6, 1.0),
         };

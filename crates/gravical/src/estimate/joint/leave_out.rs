@@ -32,8 +32,12 @@ pub(super) struct LeftOut {
 /// ‖M⁻¹(u − b)‖ − g there. None where what remains does not determine the
 /// parameters without the data-sheet prior, and for poses that were left out as
 /// bad.
-pub(super) fn errors(work: &[Pose], found: &Fit, held: &Held) -> Vec<Option<LeftOut>> {
-    let reduced = Reduced::new(found);
+pub(super) fn errors(
+    work: &[Pose],
+    found: &Fit,
+    reduced: &Reduced,
+    held: &Held,
+) -> Vec<Option<LeftOut>> {
     let directions: Vec<[f64; 3]> = (0..found.model.places.len())
         .map(|place| found.model.direction(&found.state, place))
         .collect();
@@ -78,7 +82,7 @@ pub(super) fn errors(work: &[Pose], found: &Fit, held: &Held) -> Vec<Option<Left
             let reading = work[k].sd.map(|s| s.hypot(held.model_error));
             let noise: f64 = (0..3).map(|i| (h[9 + i] * reading[i]).powi(2)).sum();
             Some(LeftOut {
-                error: model::norm(force) - held.gravity,
+                error: matrix3::norm(&force) - held.gravity,
                 sd: (variance(&h)? + noise).sqrt(),
             })
         })

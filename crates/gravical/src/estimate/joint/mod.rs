@@ -57,6 +57,7 @@ use crate::stats::median;
 
 use fit::{Fit, Held, Pose, Start, fit, rough_fit};
 pub use preset::*;
+use reduced::Reduced;
 pub use roles::Role;
 pub use sources::Source;
 pub use types::*;
@@ -70,6 +71,9 @@ const TILT_RANGE: [f64; 2] = [0.02 / DEG, 10.0 / DEG];
 /// ‖a‖ that is less well known than this share of gravity in some direction is
 /// not known: the data sheet alone says as much.
 const UNKNOWN: f64 = 0.028;
+/// Poses determine nothing where the condition of the fit without a prior is worse:
+/// rounding alone makes as much.
+const MOST_CONDITION: f64 = 1e10;
 /// Rounds in which tilt and model error have to settle.
 const MOST_ROUNDS: i32 = 60;
 const DEG: f64 = 180.0 / std::f64::consts::PI;
@@ -121,7 +125,7 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
 /// length have), and no bias.
 fn start(poses: &[JointPose], options: &JointOptions) -> Option<([[f64; 3]; 3], [f64; 3])> {
     let finite = |p: &JointPose| {
-        model::norm(p.mean).is_finite()
+        matrix3::norm(&p.mean).is_finite()
             && p.standard_error.iter().all(|s| s.is_finite() && *s > 0.0)
     };
     if poses.is_empty() || !poses.iter().all(finite) {
@@ -141,7 +145,7 @@ fn start(poses: &[JointPose], options: &JointOptions) -> Option<([[f64; 3]; 3], 
 
 /// Scale by the usual length of a reading; NaN without readings.
 fn usual_scale(poses: &[JointPose], gravity: f64) -> f64 {
-    let mut lengths: Vec<f64> = poses.iter().map(|p| model::norm(p.mean)).collect();
+    let mut lengths: Vec<f64> = poses.iter().map(|p| matrix3::norm(&p.mean)).collect();
     median(&mut lengths).unwrap_or(f64::NAN) / gravity
 }
 
@@ -229,7 +233,7 @@ impl<'a> Search<'a> {
             self.start = found.start();
             let tilt = self.next_tilt(&found);
             let error = self.next_model_error(&found);
-            let scale = model::norm(found.state.m[0]) * self.held.gravity;
+            let scale = matrix3::norm(&found.state.m[0]) * self.held.gravity;
             let rests = (tilt / self.held.tilt - 1.0).abs() < 1e-3
                 && (error - self.held.model_error).abs()
                     < 1e-3 * self.held.model_error.max(1e-7 * scale);
@@ -276,18 +280,6 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// True when the poses alone determine every parameter.
-    fn determined_without_prior(&self, work: &[Pose]) -> bool {
-        if self.held.prior.is_none() {
-            return true;
-        }
-        let bare = Held {
-            prior: None,
-            ..self.held
-        };
-        rough_fit(work, &bare, &self.start).is_some_and(|f| f.covariance.values.is_some())
-    }
-
     fn finish(self, work: &[Pose], bad: &[Option<f64>]) -> Result<JointFit, JointError> {
         let found = fit(work, &self.held, &self.start).ok_or_else(|| self.open(work))?;
         let mut covariance = found.full_covariance().ok_or_else(|| self.open(work))?;
@@ -297,11 +289,13 @@ impl<'a> Search<'a> {
         let (model, bias) = second.mean(&found.state.m, &found.state.b);
         let inverse = matrix3::inverse(&model).ok_or(JointError::NotConverged)?;
         let (direction, sd) = predicted::weakest(&inverse, &covariance, self.held.gravity);
-        let open = sd > UNKNOWN * self.held.gravity || !sd.is_finite();
-        if open || !self.determined_without_prior(work) {
+        let reduced = Reduced::new(&found);
+        // What only the prior knows is open, too.
+        let bare = reduced.without(&vec![false; found.model.places.len()]);
+        if !(sd <= UNKNOWN * self.held.gravity && bare.condition() < MOST_CONDITION) {
             return Err(JointError::Undetermined { direction, sd });
         }
-        let left_out = leave_out::errors(work, &found, &self.held);
+        let left_out = leave_out::errors(work, &found, &reduced, &self.held);
         let results = work
             .iter()
             .enumerate()

@@ -113,27 +113,11 @@ pub(super) fn tangents(n: [f64; 3]) -> [[f64; 3]; 2] {
     a[axis] = 1.0;
     let along = n[axis];
     let t = unit(std::array::from_fn(|i| a[i] - along * n[i]));
-    [t, cross(n, t)]
-}
-
-pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(super) fn norm(v: [f64; 3]) -> f64 {
-    dot(v, v).sqrt()
+    [t, matrix3::cross(&n, &t)]
 }
 
 pub(super) fn unit(v: [f64; 3]) -> [f64; 3] {
-    let length = norm(v);
+    let length = matrix3::norm(&v);
     v.map(|x| x / length)
 }
 
@@ -250,7 +234,7 @@ impl Model {
                     }
                 }
                 for b in 0..2 {
-                    h[(p + a, p + b)] = weight * dot(state.m[axis], second[a][b]);
+                    h[(p + a, p + b)] = weight * matrix3::dot(&state.m[axis], &second[a][b]);
                 }
             }
         }
@@ -261,7 +245,7 @@ impl Model {
     fn prior_second(&self, state: &State, block: usize) -> Vec<DMatrix<f64>> {
         let p = self.shared();
         let m = self.shape(block).residuals;
-        let step = DIFFERENCE * norm(state.m[0]);
+        let step = DIFFERENCE * matrix3::norm(&state.m[0]);
         let slopes = |column: usize, sign: f64| {
             let mut shared = vec![0.0; p];
             shared[column] = sign * step;
@@ -315,7 +299,7 @@ impl Model {
 
     fn prior(&self, state: &State, nominal: f64, r: &mut [f64], jacobian: Option<Jacobian<'_>>) {
         let m = &state.m;
-        let k = m.map(norm);
+        let k = matrix3::row_norms(m);
         let mut d = [[0.0; 12]; 9];
         for i in 0..3 {
             r[i] = (k[i] / nominal - 1.0) / SCALE_SD;
@@ -325,7 +309,7 @@ impl Model {
                 d[i][3 * i + c] = m[i][c] / k[i] / nominal / SCALE_SD;
             }
             let (p, q) = (i, (i + 1) % 3);
-            let cosine = dot(m[p], m[q]) / (k[p] * k[q]);
+            let cosine = matrix3::dot(&m[p], &m[q]) / (k[p] * k[q]);
             r[3 + i] = cosine / ANGLE_SD;
             for c in 0..3 {
                 d[3 + i][3 * p + c] =
@@ -398,8 +382,8 @@ impl Problem for Model {
             return;
         }
         let exact = self.is_exact(place);
-        let force = [0, 1, 2].map(|i| g * dot(state.m[i], n));
-        let along = derivative.map(|d| [0, 1, 2].map(|i| g * dot(state.m[i], d)));
+        let force = [0, 1, 2].map(|i| g * matrix3::dot(&state.m[i], &n));
+        let along = derivative.map(|d| [0, 1, 2].map(|i| g * matrix3::dot(&state.m[i], &d)));
         for (at, reading) in place.readings.iter().enumerate() {
             for i in 0..3 {
                 let row = 3 * at + i;
@@ -567,7 +551,7 @@ mod tests {
         for face in Face::all() {
             for d in [[0.0, 0.0], [1e-5, 0.0], [0.1, -0.2], [0.0, 1.5]] {
                 let (n, _) = tilted(face, d);
-                assert!((norm(n) - 1.0).abs() < 1e-12);
+                assert!((matrix3::norm(&n) - 1.0).abs() < 1e-12);
                 let angle = crate::segment::face::angle_deg(n, face.direction());
                 assert!((angle.to_radians() - d[0].hypot(d[1])).abs() < 1e-12);
             }

@@ -222,7 +222,7 @@ fn fitted(readings: &[Reading], options: &PresetOptions<'_>) -> Result<PresetFit
             let along = |(r, s): (&Reading, &[f64; 3])| {
                 let n = model::unit(matrix3::mul_vec(&matrix, &matrix3::sub(&r.mean, &b)));
                 let w = matrix3::mul_vec(&matrix3::transpose(&matrix), &n);
-                [model::norm([0, 1, 2].map(|i| w[i] * s[i])); 3]
+                [matrix3::norm(&[0, 1, 2].map(|i| w[i] * s[i])); 3]
             };
             let sd: Vec<[f64; 3]> = readings.iter().zip(&errors).map(along).collect();
             search(readings, &sd, options, &found.start())?.full_covariance()

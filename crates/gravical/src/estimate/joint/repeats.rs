@@ -108,7 +108,7 @@ fn likeliest(pairs: &[Pair], scatter: f64, tilt: f64) -> (f64, f64) {
 /// Neighbours among the placements of each face; none without any.
 fn pairs(work: &[Pose], found: &Fit) -> Option<Vec<Pair>> {
     let inverse = matrix3::inverse(&found.state.m)?;
-    let length = model::norm(found.state.m[0]) * found.model.gravity;
+    let length = matrix3::norm(&found.state.m[0]) * found.model.gravity;
     let direction = |k: usize| {
         let force = matrix3::sub(&work[k].mean, &found.state.b);
         model::unit(matrix3::mul_vec(&inverse, &force))
@@ -128,7 +128,7 @@ fn pairs(work: &[Pose], found: &Fit) -> Option<Vec<Pair>> {
         let count = open.len() as f64;
         let mut joined: Vec<_> = open.pop().into_iter().collect();
         while !open.is_empty() {
-            let distance = |a: &[f64; 3], b: &[f64; 3]| model::norm(matrix3::sub(a, b)).powi(2);
+            let distance = |a: &[f64; 3], b: &[f64; 3]| matrix3::norm(&matrix3::sub(a, b)).powi(2);
             let (i, j, square) = (0..open.len())
                 .flat_map(|i| (0..joined.len()).map(move |j| (i, j)))
                 .map(|(i, j)| (i, j, distance(&open[i].1, &joined[j].1)))

@@ -32,7 +32,7 @@ fn sensor(rng: &mut ChaCha8Rng) -> Sensor {
 
 impl Sensor {
     fn read(&self, n: [f64; 3], noise: f64, rng: &mut ChaCha8Rng) -> [f64; 3] {
-        std::array::from_fn(|i| G * model::dot(self.m[i], n) + self.b[i] + noise * normal(rng))
+        std::array::from_fn(|i| G * matrix3::dot(&self.m[i], &n) + self.b[i] + noise * normal(rng))
     }
 }
 
@@ -77,9 +77,10 @@ fn norm_error(sensor: &Sensor, found: &JointFit) -> f64 {
     let inverse = matrix3::inverse(&found.model).unwrap();
     let squares: f64 = predicted::sphere(200)
         .map(|n| {
-            let u: [f64; 3] = std::array::from_fn(|i| G * model::dot(sensor.m[i], n) + sensor.b[i]);
+            let u: [f64; 3] =
+                std::array::from_fn(|i| G * matrix3::dot(&sensor.m[i], &n) + sensor.b[i]);
             let a = matrix3::mul_vec(&inverse, &matrix3::sub(&u, &found.bias));
-            (model::norm(a) - G).powi(2)
+            (matrix3::norm(&a) - G).powi(2)
         })
         .sum();
     (squares / 200.0).sqrt() / G * 1000.0

@@ -99,9 +99,6 @@ pub struct Covariance {
     /// Largest over smallest singular value of the Jacobian with columns of
     /// length one; infinite without full rank.
     pub condition: f64,
-    /// For every direction that is not determined, its unit vector in
-    /// parameters that are each divided by their column's length.
-    pub undetermined: Vec<Vec<f64>>,
 }
 
 impl Factor {
@@ -273,32 +270,18 @@ impl Factor {
     #[must_use]
     pub fn covariance(&self) -> Covariance {
         let p = self.scale.len();
-        let Some(svd) = self
-            .upper
-            .clone()
-            .try_svd(false, true, SVD_TOLERANCE, MOST_SWEEPS)
-        else {
+        let Some(values) = singular_values(self.upper.clone()) else {
             return Covariance {
                 values: None,
                 rank: 0,
                 condition: f64::INFINITY,
-                undetermined: Vec::new(),
             };
         };
-        let (values, v_t) = (&svd.singular_values, svd.v_t.as_ref());
-        let largest = values.max();
-        let kept: Vec<usize> = (0..values.len())
-            .filter(|&i| values[i] > RANK_TOLERANCE * largest)
-            .collect();
-        let undetermined = v_t.map_or_else(Vec::new, |v_t| {
-            (0..p)
-                .filter(|i| !kept.contains(i))
-                .map(|i| v_t.row(i).iter().copied().collect())
-                .collect()
-        });
-        let full = kept.len() == p;
-        // From the triangle itself: the singular vectors are for naming what is
-        // open, and a little off now and then.
+        let (largest, smallest) = (values.max(), values.min());
+        let rank = (values.iter())
+            .filter(|v| **v > RANK_TOLERANCE * largest)
+            .count();
+        let full = rank == p;
         let inverse = self
             .upper
             .solve_upper_triangular(&DMatrix::identity(p, p))
@@ -311,14 +294,13 @@ impl Factor {
                 .collect()
         });
         Covariance {
-            rank: kept.len(),
+            rank,
             condition: if full {
-                largest / values.min()
+                largest / smallest
             } else {
                 f64::INFINITY
             },
             values: values_out,
-            undetermined,
         }
     }
 

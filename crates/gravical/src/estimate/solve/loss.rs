@@ -6,8 +6,6 @@
 pub enum Loss {
     /// s: least squares.
     Squared,
-    /// 2c√s − c² beyond c: a far block pulls with a constant force. Convex.
-    Huber(f64),
     /// c² ln(1 + s/c²): a far block hardly pulls. Needs a start that is not
     /// far off.
     Cauchy(f64),
@@ -18,11 +16,6 @@ impl Loss {
     pub(super) fn of(self, s: f64) -> (f64, f64) {
         match self {
             Loss::Squared => (s, 1.0),
-            Loss::Huber(c) if s > c * c => {
-                let root = s.sqrt();
-                (2.0 * c * root - c * c, c / root)
-            }
-            Loss::Huber(_) => (s, 1.0),
             Loss::Cauchy(c) => {
                 let c2 = c * c;
                 (c2 * (s / c2).ln_1p(), 1.0 / (1.0 + s / c2))

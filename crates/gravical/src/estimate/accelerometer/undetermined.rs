@@ -1,0 +1,100 @@
+//! Why the joint fit could not be had, in words, and what to do next.
+
+use crate::Error;
+use crate::estimate::joint::JointError;
+use crate::estimate::observability::{in_words, span};
+use crate::segment::Placement;
+use crate::segment::face::{AXES, Face};
+
+use super::{Session, distinct};
+
+/// The error for a fit that could not be had.
+pub(super) fn explain(error: JointError, placements: &[Placement], session: &Session<'_>) -> Error {
+    let directions: Vec<[f64; 3]> = placements
+        .iter()
+        .filter(|p| p.mean.iter().all(|v| v.is_finite()))
+        .map(|p| {
+            let n = session.axes.to_case(p.mean);
+            let length = n.iter().map(|v| v * v).sum::<f64>().sqrt();
+            n.map(|v| v / length)
+        })
+        .collect();
+    let count = directions.len();
+    let error = match error {
+        // Poses all alike may not even settle.
+        JointError::NotConverged if count > 0 && span(&directions).0 < 3 => {
+            JointError::Undetermined {
+                direction: session.axes.to_board(span(&directions).1),
+                sd: f64::INFINITY,
+            }
+        }
+        other => other,
+    };
+    let error = match error {
+        JointError::NoPoses => Error::input("no-poses", "no placement has a mean reading")
+            .with_hint("`gravical inspect` shows what is in the recording"),
+        JointError::NotConverged => Error::input(
+            "not-converged",
+            format!("the fit of {count} placements did not settle"),
+        )
+        .with_hint("`gravical inspect` shows the placements; leave out one that moved, or name faces with --face"),
+        JointError::Undetermined { direction, sd } => {
+            let (spanned, missing) = span(&directions);
+            let different = distinct(&directions);
+            let direction = session.axes.to_case(direction);
+            let mut message = match count {
+                1 => "1 placement spans ".to_owned(),
+                _ => format!(
+                    "{count} placements, {different} of them more than 25° apart, span "
+                ),
+            };
+            message.push_str(&match spanned {
+                3 => "all three directions of space, but leave parameters open".to_owned(),
+                n => format!("{n} of 3 directions of space"),
+            });
+            if sd.is_finite() {
+                message.push_str(&format!(
+                    ": with {} up the magnitude would be known to ±{:.0} mg only",
+                    nearest_axis(direction),
+                    1000.0 * sd / session.gravity
+                ));
+            }
+            let next = if spanned < 3 {
+                let face = Face::nearest(missing).0;
+                format!(
+                    "lay the sensor with {} up and with {} down too, 3 s or more each, and calibrate again with all placements",
+                    AXES[face.axis],
+                    AXES[face.axis]
+                )
+            } else {
+                format!(
+                    "add a placement with {}, 3 s or more at rest, and calibrate again with all of them",
+                    in_words(direction)
+                )
+            };
+            let warmed = temperature_span(placements) > MOST_TEMPERATURE_SPAN_C;
+            Error::input("underdetermined", message).with_hint(if warmed {
+                format!("{next}; for the drift with temperature alone, --method thermal")
+            } else {
+                next
+            })
+        }
+    };
+    match session.recordings {
+        [one] => error.at(one.name.as_ref(), None),
+        _ => error,
+    }
+}
+
+/// Sessions that span more than this are soaks, °C.
+const MOST_TEMPERATURE_SPAN_C: f64 = 5.0;
+
+fn temperature_span(placements: &[Placement]) -> f64 {
+    let all = || placements.iter().filter_map(|p| p.temperature_c);
+    all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
+}
+
+fn nearest_axis(n: [f64; 3]) -> String {
+    let face = Face::nearest(n).0;
+    format!("{}{}", if face.up { "+" } else { "−" }, AXES[face.axis])
+}
