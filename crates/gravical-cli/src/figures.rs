@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use gravical::figure::{Figure, Formats, Run, check_figures, figure_files, write_figures};
 use gravical::{Error, Result};
 
-use crate::page::command_line;
+use crate::options::command_line;
 use crate::text;
 
 #[derive(Debug, clap::Args)]

@@ -104,21 +104,3 @@ pub fn say_report(path: Option<&Path>) {
         text::say(&format!("Report: {}", path.display()));
     }
 }
-
-/// The command as it was typed, with the program's plain name.
-pub fn command_line() -> String {
-    let words = std::env::args_os().skip(1).map(|word| {
-        let word = word.to_string_lossy().into_owned();
-        let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%^°".contains(c);
-        if !word.is_empty() && word.chars().all(plain) {
-            word
-        } else {
-            // As a shell wants it: a quote ends, stands alone, and begins again.
-            format!("'{}'", word.replace('\'', "'\\''"))
-        }
-    });
-    std::iter::once("gravical".to_owned())
-        .chain(words)
-        .collect::<Vec<_>>()
-        .join(" ")
-}

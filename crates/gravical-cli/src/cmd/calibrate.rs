@@ -18,8 +18,9 @@ use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
 use crate::figures::FigureArgs;
+use crate::options::command_line;
 use crate::options::{GravityArgs, RecordingArgs};
-use crate::page::{check_outputs, command_line, say_report, write_calibration};
+use crate::page::{check_outputs, say_report, write_calibration};
 use crate::session::read_session;
 use crate::text;
 

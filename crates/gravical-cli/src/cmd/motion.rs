@@ -22,7 +22,8 @@ use gravical::report::motion_text;
 use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
-use crate::page::{check_outputs, command_line, say_report, write_motion};
+use crate::options::command_line;
+use crate::page::{check_outputs, say_report, write_motion};
 use crate::table::file;
 use crate::text;
 

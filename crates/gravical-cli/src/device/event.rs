@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::account::Account;
 use super::gap::Gap;
+use super::item::Reason;
 use super::live::Status;
-use super::wire::Reason;
 
 /// One thing that happened. As JSON an object a line, `type` says which.
 #[derive(Debug, Clone, PartialEq, Serialize)]

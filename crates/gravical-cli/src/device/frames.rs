@@ -2,7 +2,7 @@
 
 use gravical::recording::frame::{Frame, MOST_BYTES, SampleFrame, Unwrap, decode_frame};
 
-use super::wire::{Item, Kind, Reason, Row};
+use super::item::{Item, Kind, Reason, Row};
 
 /// The header of a recording that came as frames: counts, and a stamp that goes on
 /// after its wrap.

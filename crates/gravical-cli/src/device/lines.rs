@@ -1,7 +1,7 @@
 //! Text from a board: bytes to lines, whatever they are torn into, and lines to what
 //! they are.
 
-use super::wire::{Item, Kind, Reason, Row};
+use super::item::{Item, Kind, Reason, Row};
 
 /// More bytes than this without a line break are no line of a board (they have 160 at
 /// most): they are handed on in pieces.

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use serde::Serialize;
 
-use super::wire::Row;
+use super::item::Row;
 
 /// Seconds that the rate is counted over.
 const RATE_S: f64 = 3.0;

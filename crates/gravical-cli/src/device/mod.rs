@@ -16,6 +16,7 @@ pub mod disk;
 pub mod event;
 pub mod frames;
 pub mod gap;
+pub mod item;
 pub mod lines;
 pub mod live;
 pub mod ports;

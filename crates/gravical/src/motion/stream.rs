@@ -30,8 +30,9 @@ use super::{
 use crate::apply::drift::Drift;
 use crate::apply::sensor::Sensor;
 use crate::output::Blocks;
+use crate::recording::names::Role;
 use crate::recording::open::Input;
-use crate::recording::text::{OpenFile, ReadFile, Role, open_rows};
+use crate::recording::text::{OpenFile, ReadFile, open_rows};
 use crate::recording::timing::Treatment;
 use crate::recording::{Finding, FindingKind, ReadOptions, Recording, read_bytes};
 use crate::{Error, Result};

@@ -9,10 +9,11 @@ use super::dialect::decode;
 use super::layout::Layout;
 use super::monitor::Facts;
 use super::names::Quantity;
+use super::names::Role;
 use super::open::Stored;
 use super::row::{ACCEL, GYRO, TEMPERATURE};
 use super::rows::{Finished, Row, Rows, Source};
-use super::text::{OpenFile, Role, open_rows};
+use super::text::{OpenFile, open_rows};
 use super::timing::Treatment;
 use super::{AccelUnit, Finding, Labels, LineMap, ReadOptions, Recording, metadata};
 

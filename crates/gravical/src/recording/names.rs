@@ -9,6 +9,15 @@
 use super::timing::TimeUnit;
 use super::units::{AccelUnit, GyroUnit};
 
+/// What a file is read for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// It has an accelerometer, and maybe more.
+    Recording,
+    /// Only its gyroscope and its time are wanted.
+    Gyroscope,
+}
+
 /// A quantity that gravical reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {

@@ -15,6 +15,7 @@ use super::layout::{self, Layout, Request};
 use super::ledger::Aside;
 use super::metadata;
 use super::monitor::{Facts, Told};
+use super::names::Role;
 use super::open::Input;
 use super::row::{RowDefect, RowScanner, RowStamps, Span, Values};
 use super::rows::{Finished, Item, Rows, Source, Text};
@@ -27,15 +28,6 @@ pub(crate) const HEAD: usize = 1 << 18;
 /// How a line starts with which a logger names rows that it could not get. After it
 /// the clock of the board may have started anew.
 pub const GAP_LINE: &str = "# gap:";
-
-/// What a file is read for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Role {
-    /// It has an accelerometer, and maybe more.
-    Recording,
-    /// Only its gyroscope and its time are wanted.
-    Gyroscope,
-}
 
 /// Lines of a file as rows.
 pub(crate) struct TextRows<R> {

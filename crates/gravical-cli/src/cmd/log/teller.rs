@@ -7,7 +7,7 @@ use super::outlet::Outlet;
 use crate::device::board::Settings;
 use crate::device::event::Event;
 use crate::device::live::Status;
-use crate::device::wire::Reason;
+use crate::device::item::Reason;
 use crate::failure::Told;
 
 /// Version of the events.

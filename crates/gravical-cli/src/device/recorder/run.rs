@@ -3,8 +3,9 @@
 use crate::device::account::Account;
 use crate::device::board::{Settings, Wanted};
 use crate::device::gap::{Cause, Gap};
+use crate::device::item::Row;
 use crate::device::stamps::{Sequence, Stamps, Step, lost_frames};
-use crate::device::wire::{Coding, Row};
+use crate::device::wire::Coding;
 
 /// Rows fewer than this are no gap of their own: the reader counts them as lost.
 const FEWEST_MISSING: u64 = 4;

@@ -4,7 +4,7 @@
 use gravical::Error;
 
 use crate::device::board::Settings;
-use crate::device::wire::Row;
+use crate::device::item::Row;
 
 /// A board that was reset by the opening speaks within about two seconds, s.
 pub const ASK_AFTER_S: f64 = 2.5;

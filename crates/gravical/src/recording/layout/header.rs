@@ -2,10 +2,10 @@
 
 use super::Named;
 use crate::recording::dialect::Header;
+use crate::recording::names::Role;
 use crate::recording::names::{
     ColumnName, Quantity, SensorKind, bare_axis, sensor_of_file, understand,
 };
-use crate::recording::text::Role;
 use crate::recording::units::{AccelUnit, GyroUnit};
 
 /// Columns whose names say something, with their fields. Where no name says what the

@@ -2,7 +2,7 @@
 
 use crate::recording::dialect::Dialect;
 use crate::recording::names::Quantity;
-use crate::recording::text::Role;
+use crate::recording::names::Role;
 use crate::{Error, Result};
 
 /// `--columns`: which column holds what. It adds to what is recognised, and overrides
