@@ -16,21 +16,26 @@ const LEARNED_ANEW: usize = 5;
 /// As long as the one before: by this factor at most.
 const ALIKE: f64 = 1.5;
 
-/// What a stamp says.
+/// What a row says of those before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
-    /// It follows the one before, as far as can be told.
-    Follows,
-    /// The clock jumped: so many rows are missing.
-    Missing(u64),
+    /// It goes on, and so many rows are missing.
+    On {
+        /// By the clock.
+        jump: u64,
+        /// By the numbers of frames; none where there is nothing to tell it by.
+        lost: Option<u64>,
+    },
     /// The clock runs backwards: it started anew.
     Anew,
 }
 
-/// Follows stamps.
+/// Follows stamps and numbers.
 #[derive(Debug, Clone, Default)]
 pub struct Stamps {
     last: Option<f64>,
+    /// The number of the last frame, modulo 256.
+    sequence: Option<u8>,
     steps: VecDeque<f64>,
     /// What the board says of it.
     said: Option<f64>,
@@ -39,10 +44,23 @@ pub struct Stamps {
 }
 
 impl Stamps {
-    /// Takes the next stamp.
-    pub fn see(&mut self, stamp: f64) -> Step {
+    /// Takes the stamp and the number of the next row.
+    pub fn see(&mut self, stamp: f64, sequence: Option<u8>) -> Step {
+        let before = std::mem::replace(&mut self.sequence, sequence);
+        let Some(jump) = self.jump(stamp) else {
+            return Step::Anew;
+        };
+        let lost = before.zip(sequence).map(|(before, now)| {
+            let lost = now.wrapping_sub(before).wrapping_sub(1);
+            lost_frames(u64::from(lost), jump)
+        });
+        Step::On { jump, lost }
+    }
+
+    /// Rows that are missing by the clock; none when it started anew.
+    fn jump(&mut self, stamp: f64) -> Option<u64> {
         let Some(last) = self.last.replace(stamp) else {
-            return Step::Follows;
+            return Some(0);
         };
         let mut step = stamp - last;
         if step < 0.0 && (0.95 * WRAP..WRAP).contains(&last) && (0.0..0.05 * WRAP).contains(&stamp)
@@ -52,23 +70,22 @@ impl Stamps {
         if step < 0.0 {
             self.steps.clear();
             self.jumps.clear();
-            return Step::Anew;
+            return None;
         }
-        match self.usual() {
-            Some(usual) if step > GAP_STEPS * usual && !self.is_no_jump(step) => {
-                Step::Missing((step / usual).round() as u64 - 1)
-            }
-            _ => {
-                self.jumps.clear();
-                if step > 0.0 {
-                    self.steps.push_back(step);
-                    if self.steps.len() > KEPT {
-                        self.steps.pop_front();
-                    }
-                }
-                Step::Follows
+        if let Some(usual) = self.usual()
+            && step > GAP_STEPS * usual
+            && !self.is_no_jump(step)
+        {
+            return Some((step / usual).round() as u64 - 1);
+        }
+        self.jumps.clear();
+        if step > 0.0 {
+            self.steps.push_back(step);
+            if self.steps.len() > KEPT {
+                self.steps.pop_front();
             }
         }
+        Some(0)
     }
 
     /// The board is set anew: its steps are as long from here on, in units of the stamp;
@@ -106,25 +123,9 @@ impl Stamps {
     }
 }
 
-/// Rows that never came, by the number that each frame bears.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Sequence {
-    last: Option<u8>,
-}
-
-impl Sequence {
-    /// How many frames are missing before this one, modulo 256; none where there is
-    /// nothing to tell it by.
-    pub fn see(&mut self, sequence: Option<u8>) -> Option<u64> {
-        let now = sequence?;
-        let last = self.last.replace(now)?;
-        Some(u64::from(now.wrapping_sub(last).wrapping_sub(1)))
-    }
-}
-
 /// The number nearest to `jump` that is `lost` modulo 256: the sequence says it exactly,
 /// the clock how often it went round.
-pub fn lost_frames(lost: u64, jump: u64) -> u64 {
+fn lost_frames(lost: u64, jump: u64) -> u64 {
     lost + (jump.saturating_sub(lost) + 128) / 256 * 256
 }
 
@@ -136,10 +137,7 @@ mod tests {
     fn a_usual_step_that_is_none_is_learned_anew() {
         let run = |from: f64, step: f64, n: u32| (0..n).map(move |i| from + step * f64::from(i));
         // What had waited comes at once, then rows at their own time.
-        assert_eq!(
-            steps(run(0.0, 1.0, 5).chain(run(14.0, 10.0, 50))),
-            [Step::Missing(9); 4]
-        );
+        assert_eq!(steps(run(0.0, 1.0, 5).chain(run(14.0, 10.0, 50))), [9; 4]);
         // One out of two is missing now and then: gaps, as long as they differ.
         let odd = [100.0, 200.0, 120.0, 230.0, 110.0, 300.0, 100.0];
         let mut at = 90.0;
@@ -151,56 +149,57 @@ mod tests {
         // The board says it.
         let mut clock = Stamps::default();
         clock.steps_are(Some(10.0));
-        assert_eq!([0.0, 100.0].map(|s| clock.see(s))[1], Step::Missing(9));
+        assert_eq!([0.0, 100.0].map(|s| clock.jump(s))[1], Some(9));
         clock.steps_are(Some(50.0));
         for stamp in run(150.0, 50.0, 9) {
-            assert_eq!(clock.see(stamp), Step::Follows);
+            assert_eq!(clock.jump(stamp), Some(0));
         }
         // It may be wrong.
-        let jumps = run(1000.0, 500.0, 30).filter(|s| clock.see(*s) != Step::Follows);
+        let jumps = run(1000.0, 500.0, 30).filter(|s| clock.jump(*s) != Some(0));
         assert_eq!(jumps.count(), 4);
         clock.steps_are(Some(f64::NAN));
         assert_eq!(clock.said, None);
     }
 
-    fn steps(stamps: impl IntoIterator<Item = f64>) -> Vec<Step> {
+    /// In place of a number of rows.
+    const ANEW: u64 = u64::MAX;
+
+    fn steps(stamps: impl IntoIterator<Item = f64>) -> Vec<u64> {
         let mut clock = Stamps::default();
-        stamps
-            .into_iter()
-            .map(|s| clock.see(s))
-            .filter(|s| *s != Step::Follows)
-            .collect()
+        let jumps = stamps.into_iter().map(|s| clock.jump(s).unwrap_or(ANEW));
+        jumps.filter(|jump| *jump > 0).collect()
     }
 
     #[test]
     fn jumps_wraps_and_resets() {
         let run = |from: f64, n: u32| (0..n).map(move |i| from + 10.0 * f64::from(i));
-        assert_eq!(steps(run(0.0, 100)), []);
+        assert!(steps(run(0.0, 100)).is_empty());
         // Rows 50 to 69 are not there.
-        assert_eq!(
-            steps(run(0.0, 50).chain(run(700.0, 9))),
-            [Step::Missing(20)]
-        );
-        assert_eq!(steps(run(9000.0, 50).chain(run(120.0, 9))), [Step::Anew]);
+        assert_eq!(steps(run(0.0, 50).chain(run(700.0, 9))), [20]);
+        assert_eq!(steps(run(9000.0, 50).chain(run(120.0, 9))), [ANEW]);
         let wrapped = run(WRAP - 200.0, 60).map(|s| s % WRAP);
-        assert_eq!(steps(wrapped), []);
+        assert!(steps(wrapped).is_empty());
         // Three lost at the wrap are too few for a gap, twenty are not.
         let lost = run(WRAP - 200.0, 15).chain(run(WRAP + 150.0, 9));
-        assert_eq!(steps(lost.map(|s| s % WRAP)), [Step::Missing(20)]);
+        assert_eq!(steps(lost.map(|s| s % WRAP)), [20]);
         // Repeats, jitter, nothing.
-        assert_eq!(steps([0.0, 0.0, 10.0, 19.0, 31.0, 31.0, 40.0]), []);
-        assert_eq!(steps([1e300, 2.0]), [Step::Anew]);
+        assert!(steps([0.0, 0.0, 10.0, 19.0, 31.0, 31.0, 40.0]).is_empty());
+        assert_eq!(steps([1e300, 2.0]), [ANEW]);
     }
 
     #[test]
     fn sequences_say_what_is_lost() {
-        let mut sequence = Sequence::default();
-        assert_eq!(sequence.see(Some(254)), None);
-        assert_eq!(sequence.see(Some(255)), Some(0));
-        assert_eq!(sequence.see(Some(0)), Some(0));
-        assert_eq!(sequence.see(None), None);
-        assert_eq!(sequence.see(Some(4)), Some(3));
-        assert_eq!(sequence.see(Some(4)), Some(255));
+        let mut stamps = Stamps::default();
+        let mut see = |sequence| match stamps.see(0.0, sequence) {
+            Step::On { lost, .. } => lost,
+            Step::Anew => panic!("the clock stands still"),
+        };
+        assert_eq!(see(Some(254)), None);
+        assert_eq!(see(Some(255)), Some(0));
+        assert_eq!(see(Some(0)), Some(0));
+        assert_eq!(see(Some(4)), Some(3));
+        assert_eq!(see(Some(4)), Some(255));
+        assert_eq!(see(None), None);
         for (lost, jump, is) in [
             (3, 0, 3),
             (3, 4, 3),

@@ -275,7 +275,9 @@ impl Session<'_> {
         }
         if let Some(batch) = self.recorder.rejects() {
             let handed = self.files.rejects(&batch);
-            self.recorder.rejects_done(handed.is_ok());
+            if handed.is_ok() {
+                self.recorder.rejects_stored();
+            }
             done &= handed.is_ok();
             let file = rejected_path(self.files.path());
             let error = handed.err().map(|e| format!("{}: {e}", file.display()));

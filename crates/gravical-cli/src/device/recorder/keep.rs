@@ -5,8 +5,6 @@ use std::collections::VecDeque;
 
 use crate::device::gap::{Cause, Gap};
 
-/// What three blank rows look like.
-const RESUME: &[u8] = b"\n\n\n";
 /// Rows that are kept while the disk takes none: half a minute at 100 Hz.
 pub const KEPT_ROWS: u64 = 3000;
 /// Lines of the board, kept likewise.
@@ -16,12 +14,8 @@ const KEPT_REJECTS: usize = 1 << 16;
 
 #[derive(Debug, Clone)]
 enum Item {
-    /// A header, a gap: what the file cannot do without.
-    Mark(Vec<u8>),
-    /// Blank rows: it was paused, and goes on with the next row.
-    Resume,
-    /// What the board said.
-    Comment(Vec<u8>),
+    /// Whole lines between the rows.
+    Lines(Vec<u8>),
     Row(Vec<u8>),
 }
 
@@ -37,8 +31,6 @@ pub struct Keep {
     dropped: u64,
     rejects: Vec<u8>,
     reject_lines: u64,
-    /// Rejected lines that found no room.
-    rejects_dropped: u64,
 }
 
 impl Keep {
@@ -51,19 +43,16 @@ impl Keep {
         self.dropped
     }
 
+    /// A header, a gap, a pause: what the file cannot do without.
     pub fn mark(&mut self, bytes: Vec<u8>) {
-        self.items.push_back(Item::Mark(bytes));
+        self.items.push_back(Item::Lines(bytes));
     }
 
-    pub fn resume(&mut self) {
-        self.items.push_back(Item::Resume);
-    }
-
-    /// Those beyond what is kept are dropped.
+    /// What the board said; beyond what is kept it is dropped.
     pub fn comment(&mut self, bytes: Vec<u8>) {
         if !bytes.is_empty() && self.comments < KEPT_COMMENTS {
             self.comments += 1;
-            self.items.push_back(Item::Comment(bytes));
+            self.mark(bytes);
         }
     }
 
@@ -72,14 +61,15 @@ impl Keep {
         self.items.push_back(Item::Row(bytes));
     }
 
-    pub fn reject(&mut self, bytes: Vec<u8>) {
-        if self.rejects.len() < KEPT_REJECTS {
-            self.rejects.extend_from_slice(&bytes);
+    /// Whether there is room for a rejected line.
+    pub fn reject(&mut self, bytes: &[u8]) -> bool {
+        let room = self.rejects.len() < KEPT_REJECTS;
+        if room {
+            self.rejects.extend_from_slice(bytes);
             self.rejects.push(b'\n');
             self.reject_lines += 1;
-        } else {
-            self.rejects_dropped += 1;
         }
+        room
     }
 
     pub fn batch(&self) -> Option<Vec<u8>> {
@@ -91,9 +81,7 @@ impl Keep {
         let mut lost = self.lost().filter(|gap| gap.rows > 0);
         for item in &self.items {
             match item {
-                Item::Mark(mark) => bytes.extend_from_slice(mark),
-                Item::Resume => bytes.extend_from_slice(RESUME),
-                Item::Comment(comment) => bytes.extend_from_slice(comment),
+                Item::Lines(lines) => bytes.extend_from_slice(lines),
                 Item::Row(row) => {
                     if let Some(gap) = lost.take() {
                         bytes.extend_from_slice(gap.line().as_bytes());
@@ -163,12 +151,8 @@ impl Keep {
         (!self.rejects.is_empty()).then(|| self.rejects.clone())
     }
 
-    /// Lines that are lost.
-    pub fn rejects_done(&mut self, stored: bool) -> u64 {
-        if stored {
-            self.rejects.clear();
-            self.reject_lines = 0;
-        }
-        std::mem::take(&mut self.rejects_dropped)
+    pub fn rejects_stored(&mut self) {
+        self.rejects.clear();
+        self.reject_lines = 0;
     }
 }

@@ -377,7 +377,8 @@ impl Recorder {
                 self.close_gap(gap);
                 self.keep.comment(comments);
                 if resumed {
-                    self.keep.resume();
+                    // Three blank rows.
+                    self.keep.mark(b"\n\n\n".to_vec());
                 }
                 self.keep.row(bytes);
                 let taken = self.account.stored + self.keep.rows();
@@ -443,7 +444,7 @@ impl Recorder {
             let text = String::from_utf8_lossy(&bytes).into_owned();
             self.tell(Event::Rejected { reason, text });
         }
-        self.keep.reject(bytes);
+        self.account.rejected_unstored += u64::from(!self.keep.reject(&bytes));
     }
 
     // How the board is set.
@@ -713,7 +714,8 @@ impl Recorder {
         self.keep.batch()
     }
 
-    /// Rejected lines to be written next; answer as to [`batch`](Self::batch).
+    /// Rejected lines to be written next. Answer with
+    /// [`rejects_stored`](Self::rejects_stored) when they are.
     pub fn rejects(&mut self) -> Option<Vec<u8>> {
         self.keep.rejects()
     }
@@ -741,9 +743,9 @@ impl Recorder {
         }
     }
 
-    /// Rejected lines are handed to the system, or it did not take them.
-    pub fn rejects_done(&mut self, stored: bool) {
-        self.account.rejected_unstored += self.keep.rejects_done(stored);
+    /// Rejected lines are handed to the system.
+    pub fn rejects_stored(&mut self) {
+        self.keep.rejects_stored();
     }
 
     /// The disk takes nothing any more, and there is no more time: what waits is lost.

@@ -4,7 +4,7 @@ use crate::device::account::Account;
 use crate::device::board::{Settings, Wanted};
 use crate::device::gap::{Cause, Gap};
 use crate::device::item::Row;
-use crate::device::stamps::{Sequence, Stamps, Step, lost_frames};
+use crate::device::stamps::{Stamps, Step};
 use crate::device::wire::Coding;
 
 /// Rows fewer than this are no gap of their own: the reader counts them as lost.
@@ -36,7 +36,6 @@ pub struct Run {
     /// A pause ended since the last row.
     pub resumed: bool,
     stamps: Stamps,
-    sequence: Sequence,
     gap: Option<OpenGap>,
     /// Lines of the board that wait for the gap before them.
     pub comments: Vec<u8>,
@@ -68,7 +67,6 @@ impl Run {
             paused_s: 0.0,
             resumed: false,
             stamps: Stamps::default(),
-            sequence: Sequence::default(),
             gap: None,
             comments: Vec::new(),
             spoke: false,
@@ -136,12 +134,9 @@ impl Run {
     pub fn follow(&mut self, now_s: f64, row: &Row, account: &mut Account) -> bool {
         let rejected = std::mem::take(&mut self.rejected_since_row);
         let spoke = std::mem::take(&mut self.spoke);
-        let jump = match self.stamps.see(row.stamp) {
-            Step::Missing(jump) => jump,
-            Step::Follows => 0,
+        let (jump, lost) = match self.stamps.see(row.stamp, row.sequence) {
+            Step::On { jump, lost } => (jump, lost),
             Step::Anew => {
-                self.sequence = Sequence::default();
-                self.sequence.see(row.sequence);
                 self.clock_anew(now_s);
                 if row.sequence.is_some() {
                     account.fragments += rejected;
@@ -153,7 +148,6 @@ impl Run {
             }
         };
         // Rejected lines are no rows, but they were.
-        let lost = (self.sequence.see(row.sequence)).map(|lost| lost_frames(lost, jump));
         let (missing, from_sequence) = match lost {
             None => (jump.saturating_sub(rejected), 0),
             Some(lost) => {
@@ -196,7 +190,6 @@ impl Run {
     pub fn board_anew(&mut self, now_s: f64) {
         self.clock_anew(now_s);
         self.stamps = Stamps::default();
-        self.sequence = Sequence::default();
     }
 
     /// The board started anew, and its clock with it.

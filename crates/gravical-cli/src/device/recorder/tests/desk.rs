@@ -111,7 +111,7 @@ impl Desk {
         }
         if let Some(batch) = self.recorder.rejects() {
             self.rejects.push_str(&String::from_utf8_lossy(&batch));
-            self.recorder.rejects_done(true);
+            self.recorder.rejects_stored();
         }
     }
 
