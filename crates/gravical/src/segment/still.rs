@@ -591,3 +591,28 @@ fn trim(segment: &[Block], run: &Range<usize>, whole: &Range<usize>) -> Range<us
     }
     segment[from].rows.start..segment[to - 1].rows.end
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_is_cut_where_its_means_step_most() {
+        // Three levels over and over, so that many steps are alike.
+        let blocks: Vec<Block> = (0..101)
+            .map(|k| Block {
+                rows: k..k + 1,
+                mean: [f64::from([0_u8, 0, 5, 5, 1, 9][k % 6]), 0.1 * k as f64, 0.0],
+                variance: 0.0,
+                gyro_variance: f64::NAN,
+            })
+            .collect();
+        let stretches = Stretches::new(&blocks);
+        for (from, to) in [(0, 101), (3, 64), (7, 9), (40, 41), (99, 101)] {
+            let jump = |k: &usize| distance(blocks[*k].mean, blocks[k - 1].mean);
+            let plain = (from + 1..to).max_by(|i, j| jump(i).total_cmp(&jump(j)));
+            assert_eq!(stretches.cut(&(from..to), 0.01), plain, "{from} {to}");
+            assert_eq!(stretches.cut(&(from..to), 6.0), None);
+        }
+    }
+}

@@ -1,7 +1,9 @@
 //! Motion on recordings whose story is known: constant speed, gaps, walks, and
 //! what is missing.
 
-use gravical::motion::{Ends, MotionOptions, MotionResult, motion};
+use gravical::motion::{
+    Ends, MotionOptions, MotionResult, Table, motion, motion_into, write_table,
+};
 use gravical::recording::{ReadOptions, Recording, read_bytes};
 
 /// Noise without a generator: the same every time, about ±1.7.
@@ -216,4 +218,42 @@ fn a_turn_makes_the_way_after_it_uncertain_across() {
         with < 1.3 * expected.hypot(without),
         "{with} {without} {expected}"
     );
+}
+
+#[test]
+fn a_table_that_is_written_on_the_way_is_the_one_of_the_whole() {
+    let two = |t: f64| ride(0.5)(t) + ride(0.5)(t - 7.0);
+    let report = MotionOptions::report();
+    let open = MotionOptions {
+        zero_velocity: false,
+        ..MotionOptions::default()
+    };
+    let usual = MotionOptions::default();
+    for (options, keep) in [
+        (&usual, (|_| true) as fn(f64) -> bool),
+        (&usual, |t| !(5.3..6.1).contains(&t)),
+        // In motion at the start, which is computed backwards, and at the end.
+        (&usual, |t| (5.25..13.0).contains(&t)),
+        // One move of more rows than are computed at a time.
+        (&open, |_| true),
+        (&report, |_| true),
+    ] {
+        let recording = record(60.0, two, true, keep);
+        let whole = motion(&recording, None, options).unwrap();
+        let mut expected = Vec::new();
+        write_table(&whole.track, &mut expected).unwrap();
+        let mut text = Vec::new();
+        let mut table = Table::new(&mut text);
+        let result = motion_into(&mut recording.clone(), None, options, Some(&mut table)).unwrap();
+        table.finish().unwrap();
+        assert!(text == expected);
+        assert_eq!(
+            text.iter().filter(|b| **b == b'\n').count(),
+            1 + recording.rows()
+        );
+        assert_eq!(result, whole.result);
+        // Without a table only the ends are computed.
+        let result = motion_into(&mut recording.clone(), None, options, None).unwrap();
+        assert_eq!(result, whole.result);
+    }
 }
