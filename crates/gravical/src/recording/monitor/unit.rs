@@ -121,23 +121,13 @@ fn block(rows: &[[f64; 3]]) -> Block {
 }
 
 /// Unsigned 16-bit values: whole numbers, most of them around 32768 on every axis.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Unsigned {
     /// A value is no unsigned one of 16 bits.
     refuted: bool,
     /// Values of each axis, and those of them in the half around 32768.
     values: [u64; 3],
     around: [u64; 3],
-}
-
-impl Default for Unsigned {
-    fn default() -> Self {
-        Unsigned {
-            refuted: false,
-            values: [0; 3],
-            around: [0; 3],
-        }
-    }
 }
 
 impl Unsigned {
