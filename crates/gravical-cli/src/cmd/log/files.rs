@@ -7,8 +7,8 @@ use gravical::{Error, Result};
 
 use crate::device::board::{Settings, Wanted};
 use crate::device::disk::Growing;
-use crate::device::lines::Lines;
 use crate::device::item::Kind;
+use crate::device::lines::Lines;
 
 /// How much of a file that is continued is looked at for its header.
 const HEAD: u64 = 1 << 16;

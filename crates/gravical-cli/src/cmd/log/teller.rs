@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use super::outlet::Outlet;
 use crate::device::board::Settings;
 use crate::device::event::Event;
-use crate::device::live::Status;
 use crate::device::item::Reason;
+use crate::device::live::Status;
 use crate::failure::Told;
 
 /// Version of the events.
