@@ -184,8 +184,10 @@ fn collect(mut source: Stored, name: &str, options: &ReadOptions) -> Result<Reco
     if found.agrees(&facts) {
         return Ok(recording);
     }
+    let Some(input) = source.again(options.hash)? else {
+        return Ok(recording);
+    };
     drop(recording);
-    let input = source.again(options.hash)?;
     let file = open_rows(input, name, Role::Recording, options, Some(found))?;
     read_all(file, name).map(|(recording, _)| recording)
 }

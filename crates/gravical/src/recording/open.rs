@@ -47,8 +47,15 @@ pub(crate) enum Stored {
     File(PathBuf),
     /// Bytes in memory.
     Memory(Arc<[u8]>),
-    /// Standard input; what it gave is kept in a temporary file.
-    Spooled(Option<File>),
+    /// Standard input; what it gave is kept in a temporary file, where there is room.
+    Spooled(Option<Spool>),
+}
+
+/// A temporary copy.
+pub(crate) struct Spool {
+    file: File,
+    /// It could not be written to its end.
+    broken: Arc<AtomicBool>,
 }
 
 impl Stored {
@@ -75,34 +82,42 @@ impl Stored {
                 from_reader(reader, hash).map_err(|e| Error::io(here, e))
             }
             Stored::Spooled(spool) => {
-                let file = tempfile::tempfile().map_err(|e| Error::io(here, e))?;
-                let copy = file.try_clone().map_err(|e| Error::io(here, e))?;
-                *spool = Some(file);
-                let reader = Box::new(Spooling {
-                    inner: Box::new(io::stdin().lock()),
-                    copy: io::BufWriter::with_capacity(SPOOLED_AT_ONCE, copy),
-                });
+                let mut reader: Box<dyn Read> = Box::new(io::stdin().lock());
+                // Without the copy it is read once, by its first rows.
+                if let Ok(file) = tempfile::tempfile()
+                    && let Ok(copy) = file.try_clone()
+                {
+                    let broken = Arc::new(AtomicBool::new(false));
+                    reader = Box::new(Spooling {
+                        inner: reader,
+                        copy: io::BufWriter::with_capacity(SPOOLED_AT_ONCE, copy),
+                        broken: broken.clone(),
+                    });
+                    *spool = Some(Spool { file, broken });
+                }
                 from_reader(reader, hash).map_err(|e| Error::io(here, e))
             }
         }
     }
 
-    /// Opens it again, after it was read to its end.
+    /// Opens it again, after it was read to its end; none where it cannot be had again.
     ///
     /// # Errors
     ///
     /// As [`open`].
-    pub fn again(&mut self, hash: bool) -> Result<Input> {
-        match self {
-            Stored::Spooled(Some(file)) => {
-                let here = Path::new("-");
-                let mut file = file.try_clone().map_err(|e| Error::io(here, e))?;
-                file.seek(SeekFrom::Start(0))
-                    .map_err(|e| Error::io(here, e))?;
-                from_reader(Box::new(file), hash).map_err(|e| Error::io(here, e))
-            }
-            _ => self.open(hash),
-        }
+    pub fn again(&mut self, hash: bool) -> Result<Option<Input>> {
+        let Stored::Spooled(spool) = self else {
+            return self.open(hash).map(Some);
+        };
+        let Some(spool) = spool.take().filter(|s| !s.broken.load(Ordering::Relaxed)) else {
+            return Ok(None);
+        };
+        let here = Path::new("-");
+        let mut file = spool.file;
+        file.seek(SeekFrom::Start(0))
+            .map_err(|e| Error::io(here, e))?;
+        let input = from_reader(Box::new(file), hash);
+        input.map(Some).map_err(|e| Error::io(here, e))
     }
 }
 
@@ -113,14 +128,19 @@ const SPOOLED_AT_ONCE: usize = 1 << 16;
 struct Spooling {
     inner: Box<dyn Read>,
     copy: io::BufWriter<File>,
+    broken: Arc<AtomicBool>,
 }
 
 impl Read for Spooling {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.inner.read(buffer)?;
-        self.copy.write_all(&buffer[..n])?;
-        if n == 0 {
-            self.copy.flush()?;
+        let kept = match n {
+            0 => self.copy.flush(),
+            n => self.copy.write_all(&buffer[..n]),
+        };
+        // A full disk is no reason not to read.
+        if kept.is_err() {
+            self.broken.store(true, Ordering::Relaxed);
         }
         Ok(n)
     }

@@ -177,3 +177,31 @@ fn a_labelled_recording_in_counts_with_imucals_calibration() {
         GyroscopeOutcome::Calibrated(GyroUnit::Counts)
     );
 }
+
+#[test]
+fn first_rows_that_mislead_are_named_and_a_recording_is_read_again() {
+    // More than the head in m/s^2, and twice as much in g: somebody put files together.
+    let row = |i: usize| {
+        let unit = if i < 12_000 { 1.0 } else { 1.0 / 9.80665 };
+        let noise = |k: usize| 0.02 * ((i * k) as f64 * 0.37).sin();
+        format!(
+            "{},{:.5},{:.5},{:.5}",
+            10 * i,
+            unit * (0.1 + noise(1)),
+            unit * (0.2 + noise(3)),
+            unit * (9.8 + noise(7))
+        )
+    };
+    let text = still("t_ms,ax,ay,az", 36_000, row);
+    let (_, summary) = run(&si(), &text);
+    assert_eq!(summary.accelerometer.unit, AccelUnit::MetrePerSecondSquared);
+    let told = finding(&summary, "first-rows-differ");
+    assert!(told.message.ends_with("unit of the accelerometer"), "{told:?}");
+    let recording = read_bytes(text.as_bytes(), "rec.csv", &options().read).unwrap();
+    assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
+    assert_eq!(recording.rows(), 36_000);
+    assert!(recording.findings.is_empty(), "{:?}", recording.findings);
+    // Where they tell the same, nothing is said.
+    let (_, summary) = run(&si(), &still("t_ms,ax,ay,az", 12_000, row));
+    assert!(summary.findings.is_empty(), "{:?}", summary.findings);
+}

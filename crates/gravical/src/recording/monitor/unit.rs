@@ -8,7 +8,7 @@ use crate::stats::{Thinned, median};
 const BLOCK: usize = 20;
 
 /// Blocks that are kept at most: for a median half of them are enough.
-const MOST: usize = 1 << 11;
+const MOST: usize = 1 << 12;
 
 /// Median magnitude of the quietest third of the blocks of 20 rows, and
 /// whether all values there are whole numbers. Still or not: gravity dominates

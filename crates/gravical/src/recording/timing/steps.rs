@@ -259,3 +259,105 @@ fn nth(lengths: &[(f64, u64)], n: u64) -> Option<f64> {
     });
     found.map(|(length, _)| *length)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::{median, standard_deviation};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    fn of(list: &[f64]) -> Steps {
+        let mut steps = Steps::default();
+        list.iter().for_each(|s| steps.push(*s));
+        steps
+    }
+
+    /// Steps of a counter of milliseconds, with waits, repeats and steps back.
+    fn counter(n: usize) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        (0..n)
+            .map(|i| match i % 97 {
+                3 => 0.0,
+                50 => 470.0,
+                70 => -30.0,
+                _ => f64::from(rng.random_range(9..=12)),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn of_a_counter_everything_is_exact() {
+        let list = counter(5000);
+        let steps = of(&list);
+        let mut rising: Vec<f64> = list.iter().copied().filter(|s| *s > 0.0).collect();
+        let usual = median(&mut rising).unwrap();
+        assert_eq!(steps.median(), Some(usual));
+        let missing: f64 = rising
+            .iter()
+            .filter(|s| **s > 1.5 * usual)
+            .map(|s| (s / usual).round() - 1.0)
+            .sum();
+        assert_eq!(steps.missing(usual), missing);
+        let short = list.iter().filter(|s| **s >= 0.0 && **s < 11.0).count();
+        assert_eq!(steps.shorter(11.0), short as u64);
+        let regular: Vec<f64> = list
+            .iter()
+            .copied()
+            .filter(|s| *s >= 0.0 && *s < 16.0)
+            .collect();
+        let group = steps.between(-1.0, 16.0);
+        assert_eq!(group.count, regular.len() as u64);
+        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+        close(group.deviation().unwrap(), standard_deviation(&regular));
+        close(
+            group.mean,
+            regular.iter().sum::<f64>() / regular.len() as f64,
+        );
+    }
+
+    #[test]
+    fn of_a_clock_that_jitters_the_median_is_within_a_bin() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut list: Vec<f64> = (0..20_001).map(|_| rng.random_range(0.002..0.03)).collect();
+        let steps = of(&list);
+        let exact = median(&mut list).unwrap();
+        assert!((steps.median().unwrap() / exact - 1.0).abs() < 0.004);
+        assert!(steps.bins.len() < 1100, "{}", steps.bins.len());
+    }
+
+    #[test]
+    fn steps_that_are_mended_are_those_of_the_mended_list() {
+        let list = counter(3000);
+        let (mut odd, mut mended) = (Steps::default(), Steps::default());
+        let mut new = list.clone();
+        for step in &mut new {
+            let by = match *step {
+                470.0 => f64::NAN,
+                -30.0 => 10.0,
+                _ => continue,
+            };
+            odd.push(*step);
+            mended.push(by);
+            *step = by;
+        }
+        let (a, b) = (of(&list).with(&odd, &mended), of(&new));
+        assert_eq!(
+            (a.count(), a.repeats(), a.median()),
+            (b.count(), b.repeats(), b.median())
+        );
+        assert_eq!(a.missing(10.0), b.missing(10.0));
+        let (a, b) = (a.between(0.0, 1e3), b.between(0.0, 1e3));
+        assert_eq!((a.count, a.mean), (b.count, b.mean));
+        assert!((a.deviation().unwrap() - b.deviation().unwrap()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rows_of_coarse_stamps_are_counted_from_change_to_change() {
+        // Seven rows a stamp, first and last stamp cut short.
+        let stamps: Vec<f64> = (3..400).map(|i| f64::from(i / 7)).collect();
+        let list: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).collect();
+        assert_eq!(of(&list).coarse_rate(4.5), Some(7.0));
+        assert_eq!(of(&[1.0, 1.0, 0.0]).coarse_rate(4.5), None);
+    }
+}
