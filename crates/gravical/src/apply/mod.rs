@@ -4,7 +4,7 @@
 //!
 //! [`apply`] looks at the head of the recording to find out how it is written
 //! and in which unit (`judge`), lays out the columns to write (`plan`) and
-//! goes through the lines once (`stream`). The calibrated channels take the
+//! goes through the rows once. The calibrated channels take the
 //! place of the raw ones under SI names; every other column is kept byte for
 //! byte. A calibration that does not fit the recording's unit is refused
 //! before anything is written. Nothing is dropped without a word: the
@@ -102,7 +102,8 @@ pub struct ApplySummary {
     pub rows: u64,
     /// Rows of them without calibrated acceleration, since a value was missing.
     pub rows_without_acceleration: u64,
-    /// Lines that are no rows, by reason. Blank ones are written as blank lines.
+    /// Lines that are no rows, by reason. Those that part the recording are written as
+    /// blank lines.
     pub set_aside: Vec<SetAside>,
     /// Unit of the accelerometer in the recording, and how it is known.
     pub accelerometer: AccelScale,

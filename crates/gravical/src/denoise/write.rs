@@ -22,8 +22,8 @@ use super::{Channels, Denoised};
 ///
 /// Filtered channels keep the name and the unit of their column, so that a
 /// calibration for the recording fits what is written as well; behind a derivative
-/// `_per_s` is put on. Every other column is kept byte for byte, blank lines and
-/// repeated headers become a blank line. Values have six decimals.
+/// `_per_s` is put on. Every other column is kept byte for byte, lines that part the
+/// recording become blank ones. Values have six decimals.
 ///
 /// # Errors
 ///
@@ -37,7 +37,10 @@ pub fn write(
 ) -> Result<Vec<String>> {
     let recording = &denoised.recording;
     let here = Path::new(&recording.name);
-    let mut file = open_rows(input, &recording.name, Role::Recording, read, None)?.with_spans();
+    let facts = Some(recording.facts);
+    let mut file = open_rows(input, &recording.name, Role::Recording, read, facts)?
+        .holding_any_number()
+        .with_spans();
     let (dialect, layout) = (&file.format.dialect, &file.format.layout);
     let plan = Plan::with_names(dialect, layout, &names(denoised, dialect, layout), false);
     let columns = columns(denoised);

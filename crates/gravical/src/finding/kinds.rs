@@ -107,7 +107,7 @@ kinds! {
             "check the wiring";
         ZeroTail "zero-tail" Warning
             "rows of zeros up to the end of the file"
-            "set aside as never written; when they are too many to hold back (4 MiB) they are rows that are empty"
+            "set aside as never written; `apply` and `motion --causal` take more than 65,536 of them for rows that are empty"
             "nothing";
         NulBytes "nul-bytes" Warning
             "NUL bytes in lines"

@@ -147,7 +147,7 @@ impl CellCounts {
             .collect();
         let total: u64 = self.empty.iter().sum();
         // Where it is a habit, lines tell nothing.
-        let lines = match rules.holds() {
+        let lines = match rules.holds_any() {
             true => &LineSpans::default(),
             false => &self.lines,
         };
@@ -161,6 +161,8 @@ impl CellCounts {
                     self.rows,
                     if rules.holds() {
                         ": each channel is written when it arrives; the last value of the others is held"
+                    } else if rules.holds_any() {
+                        "; each channel of the gyroscope is written when it arrives: its last value is held for a few rows"
                     } else {
                         "; they stay empty"
                     }
@@ -234,11 +236,12 @@ impl CellFiller {
     /// accelerometer's zeros are none.
     #[inline]
     pub fn fill(&mut self, values: &mut Values, unread: bool, line: u64) {
-        if self.holds {
-            self.hold(values);
-        }
+        // Zeros that were not read are no values to be held.
         if unread && self.rules.zeros_are_empty {
             self.empty(values, line);
+        }
+        if self.holds {
+            self.hold(values);
         }
     }
 

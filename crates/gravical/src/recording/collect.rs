@@ -141,11 +141,14 @@ impl Columns {
         }
         let found = finished.facts;
         let rows = self.time_s.len();
-        let time_s = found.beat.map(|beat| match beat.even_hz {
-            // The mean rate of all rows is better than that of the first.
-            Some(rate_hz) => (0..rows).map(|row| row as f64 / rate_hz).collect(),
-            None => self.time_s,
-        });
+        let even_hz = |facts: &Facts| facts.beat.and_then(|beat| beat.even_hz);
+        let time_s = facts
+            .beat
+            .map(|_| match even_hz(facts).and(even_hz(&found)) {
+                // The mean rate of all rows is better than that of the first.
+                Some(rate_hz) => (0..rows).map(|row| row as f64 / rate_hz).collect(),
+                None => self.time_s,
+            });
         Recording {
             name: about.name,
             sha256: about.sha256,
@@ -171,6 +174,7 @@ impl Columns {
             ledger: finished.ledger,
             findings,
             line_map: self.lines,
+            facts: *facts,
         }
     }
 }
@@ -179,20 +183,40 @@ impl Columns {
 fn collect(mut source: Stored, name: &str, options: &ReadOptions) -> Result<Recording> {
     let input = source.open(options.hash)?;
     let file = open_rows(input, name, Role::Recording, options, None)?;
-    let facts = *file.rows.facts();
-    let (recording, found) = read_all(file, name)?;
-    if found.agrees(&facts) {
-        return Ok(recording);
+    let first = read_all(file, name)?;
+    if first.finished.facts.agrees(&first.facts) {
+        return Ok(first.into_recording());
     }
     let Some(input) = source.again(options.hash)? else {
-        return Ok(recording);
+        return Ok(first.into_recording());
     };
-    drop(recording);
+    let found = first.finished.facts;
+    drop(first);
     let file = open_rows(input, name, Role::Recording, options, Some(found))?;
-    read_all(file, name).map(|(recording, _)| recording)
+    Ok(read_all(file, name)?.into_recording())
 }
 
-fn read_all(mut file: OpenFile, name: &str) -> Result<(Recording, Facts)> {
+/// A file whose rows are all there.
+struct Collected {
+    columns: Columns,
+    about: About,
+    finished: Finished,
+    /// What they were read by.
+    facts: Facts,
+}
+
+impl Collected {
+    /// Where the rows were read by what all of them contradict, that is said.
+    fn into_recording(mut self) -> Recording {
+        let contradicted = self.facts.contradicted_by(&self.finished.facts);
+        self.about.findings.extend(contradicted);
+        self.columns
+            .into_recording(self.about, self.finished, &self.facts)
+    }
+}
+
+fn read_all(file: OpenFile, name: &str) -> Result<Collected> {
+    let mut file = file.holding_any_number();
     let facts = *file.rows.facts();
     let mut columns = Columns::new(&file.format.layout, &facts);
     columns.collect(&mut file.rows)?;
@@ -208,6 +232,10 @@ fn read_all(mut file: OpenFile, name: &str) -> Result<(Recording, Facts)> {
         column_names: column_names.unwrap_or_default(),
         findings: read.findings,
     };
-    let found = read.finished.facts;
-    Ok((columns.into_recording(about, read.finished, &facts), found))
+    Ok(Collected {
+        columns,
+        about,
+        finished: read.finished,
+        facts,
+    })
 }

@@ -214,6 +214,8 @@ pub struct Recording {
     /// What is odd.
     pub findings: Vec<Finding>,
     pub(crate) line_map: LineMap,
+    /// What its rows were read by.
+    pub(crate) facts: monitor::Facts,
 }
 
 /// What lies between `breaks` in `0..len`, without empty ranges.

@@ -47,8 +47,9 @@ pub(crate) enum Stored {
     File(PathBuf),
     /// Bytes in memory.
     Memory(Arc<[u8]>),
-    /// Standard input; what it gave is kept in a temporary file, where there is room.
-    Spooled(Option<Spool>),
+    /// Standard input, a pipe or a device: what it gave is kept in a temporary file, where
+    /// there is room.
+    Spooled(PathBuf, Option<Spool>),
 }
 
 /// A temporary copy.
@@ -61,10 +62,12 @@ pub(crate) struct Spool {
 impl Stored {
     /// `-` is standard input.
     pub fn of(path: &Path) -> Self {
-        if path == Path::new("-") {
-            Stored::Spooled(None)
-        } else {
+        // A folder, and what is not there, is refused on opening.
+        let again = path.is_file() || path.is_dir() || !path.exists();
+        if again && path != Path::new("-") {
             Stored::File(path.to_owned())
+        } else {
+            Stored::Spooled(path.to_owned(), None)
         }
     }
 
@@ -81,8 +84,12 @@ impl Stored {
                 let reader = Box::new(io::Cursor::new(bytes.clone()));
                 from_reader(reader, hash).map_err(|e| Error::io(here, e))
             }
-            Stored::Spooled(spool) => {
-                let mut reader: Box<dyn Read> = Box::new(io::stdin().lock());
+            Stored::Spooled(path, spool) => {
+                let here: &Path = path;
+                let mut reader: Box<dyn Read> = match here == Path::new("-") {
+                    true => Box::new(io::stdin().lock()),
+                    false => Box::new(File::open(here).map_err(|e| Error::io(here, e))?),
+                };
                 // Without the copy it is read once, by its first rows.
                 if let Ok(file) = tempfile::tempfile()
                     && let Ok(copy) = file.try_clone()
@@ -106,13 +113,13 @@ impl Stored {
     ///
     /// As [`open`].
     pub fn again(&mut self, hash: bool) -> Result<Option<Input>> {
-        let Stored::Spooled(spool) = self else {
+        let Stored::Spooled(path, spool) = self else {
             return self.open(hash).map(Some);
         };
         let Some(spool) = spool.take().filter(|s| !s.broken.load(Ordering::Relaxed)) else {
             return Ok(None);
         };
-        let here = Path::new("-");
+        let here: &Path = path;
         let mut file = spool.file;
         file.seek(SeekFrom::Start(0))
             .map_err(|e| Error::io(here, e))?;

@@ -13,12 +13,12 @@ use super::cells::{CellFiller, Channels, ZEROS_IN_A_ROW};
 use super::ledger::{Aside, Ledger};
 use super::monitor::{Facts, Found, Monitor, Told};
 use super::row::{ACCEL, GYRO, SLOTS, Span, TIME, Values};
-use super::timing::{Parting, Timing, Treatment, is_usual_step};
+use super::timing::{Parting, Tick, Timing, Treatment, is_usual_step};
 use super::unit_choice::UnitDoubt;
 use crate::finding::{Finding, FindingKind, LineSpans};
 
-/// Bytes of rows that are held back at most.
-const MOST_HELD: usize = 4 << 20;
+/// Rows that are held back at most, where memory is to be flat.
+const MOST_HELD: usize = 1 << 16;
 
 /// What rows come from: lines of text, or samples in memory.
 pub(crate) trait Source {
@@ -82,6 +82,17 @@ struct Held {
     label: Vec<u8>,
 }
 
+/// What zeros on all axes of the accelerometer are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Zeros {
+    /// There are none, or they were measured.
+    None,
+    /// The sensor was not read.
+    Unread,
+    /// They were too many to hold back: nobody knows whether they were ever written.
+    MaybeTail,
+}
+
 /// Where the row that is handed out stands.
 #[derive(Clone, Copy)]
 enum Place {
@@ -106,7 +117,6 @@ pub(crate) struct Rows<S> {
     held: VecDeque<Held>,
     /// Rows at the front of them that are handed out.
     released: usize,
-    held_bytes: usize,
     most_held: usize,
     /// Rows up to here in which the accelerometer reads zero.
     zeros: u64,
@@ -167,7 +177,6 @@ impl<S: Source> Rows<S> {
             last_stamp: f64::NAN,
             held: VecDeque::new(),
             released: 0,
-            held_bytes: 0,
             most_held: MOST_HELD,
             zeros: 0,
             any_reading: false,
@@ -184,9 +193,15 @@ impl<S: Source> Rows<S> {
         self
     }
 
+    /// Rows of zeros at the end are none, however many: for those who keep all rows.
+    pub fn holding_any_number(mut self) -> Self {
+        self.most_held = usize::MAX;
+        self
+    }
+
     #[cfg(test)]
-    pub fn holding_at_most(mut self, bytes: usize) -> Self {
-        self.most_held = bytes;
+    pub fn holding_at_most(mut self, rows: usize) -> Self {
+        self.most_held = rows;
         self
     }
 
@@ -211,10 +226,10 @@ impl<S: Source> Rows<S> {
     #[inline]
     pub fn next_row(&mut self) -> Result<Option<Row<'_>>> {
         let mut values: Values = [f64::NAN; SLOTS];
-        let (place, unread) = loop {
+        let (place, zeros) = loop {
             if self.released > 0 {
                 match self.release_one(&mut values) {
-                    Some(unread) => break (Place::Held, unread),
+                    Some(zeros) => break (Place::Held, zeros),
                     None => continue,
                 }
             }
@@ -243,26 +258,27 @@ impl<S: Source> Rows<S> {
                         if !self.given_up.is_empty() {
                             self.given_up = LineSpans::default();
                         }
-                        break (Place::InSource, false);
+                        break (Place::InSource, Zeros::None);
                     }
-                    if let Some(unread) = self.judge_zeros(&values, zero) {
-                        break (Place::InSource, unread);
+                    if let Some(zeros) = self.judge_zeros(&values, zero) {
+                        break (Place::InSource, zeros);
                     }
                 }
             }
         };
         self.ledger.row();
-        self.hand_out(place, values, unread).map(Some)
+        Ok(Some(self.hand_out(place, values, zeros)))
     }
 
     #[inline]
-    fn hand_out(&mut self, place: Place, raw: Values, unread: bool) -> Result<Row<'_>> {
+    fn hand_out(&mut self, place: Place, raw: Values, zeros: Zeros) -> Row<'_> {
         let line = match (place, &self.current) {
             (Place::Held, Some(held)) => held.line,
             _ => self.source.number(),
         };
         self.values = raw;
-        self.filler.fill(&mut self.values, unread, line);
+        self.filler
+            .fill(&mut self.values, zeros != Zeros::None, line);
         let before = match (place, &self.current) {
             (Place::Held, Some(held)) => &held.before,
             _ => &self.before,
@@ -271,7 +287,11 @@ impl<S: Source> Rows<S> {
             .iter()
             .filter_map(|reason| Parting::by(*reason))
             .max();
-        let tick = self.monitor.see(&raw, &self.values, line, parting);
+        // What may never have been measured says nothing of clock and units.
+        let tick = match zeros {
+            Zeros::MaybeTail => Tick::UNKNOWN,
+            _ => self.monitor.see(&raw, &self.values, line, parting),
+        };
         let (text, before) = match (place, &self.current) {
             (Place::Held, Some(held)) => (
                 Text {
@@ -283,14 +303,14 @@ impl<S: Source> Rows<S> {
             ),
             _ => (self.source.text(), &self.before),
         };
-        Ok(Row {
+        Row {
             line,
             text,
             values: &self.values,
             before,
             t_s: tick.t_s,
             restarted: tick.restarted,
-        })
+        }
     }
 
     #[cold]
@@ -304,12 +324,12 @@ impl<S: Source> Rows<S> {
     }
 
     /// A blank line or a header between rows parts nothing where the clock goes on across
-    /// it; `stamp` is that of the next row. More than one blank line are deliberate.
+    /// it; `stamp` is that of the next row. Several blank lines in a row are deliberate.
     #[cold]
     fn settle_parts(&mut self, stamp: f64) {
         self.before = std::mem::take(&mut self.parts);
-        let blank = self.before.iter().filter(|p| **p == Aside::Blank).count();
-        let deliberate = blank > 1 || self.before.contains(&Aside::NamedGap);
+        let two = |w: &[Aside]| w == [Aside::Blank; 2];
+        let deliberate = self.before.windows(2).any(two) || self.before.contains(&Aside::NamedGap);
         let usual = self.facts.beat.map_or(f64::NAN, |b| b.usual);
         if !deliberate && is_usual_step(stamp - self.last_stamp, usual) {
             self.before.clear();
@@ -317,39 +337,39 @@ impl<S: Source> Rows<S> {
     }
 
     /// A row in which the accelerometer reads zero, or that follows such rows. It is held
-    /// back, or else: whether it was read.
+    /// back, or else: what its zeros are.
     #[cold]
-    fn judge_zeros(&mut self, values: &Values, zero: bool) -> Option<bool> {
-        if !zero {
+    fn judge_zeros(&mut self, values: &Values, zero: bool) -> Option<Zeros> {
+        let may_be_tail = zero && self.channels.gyro_is_zero(values);
+        if !may_be_tail {
             // Those before it are no tail.
+            self.given_up = LineSpans::default();
+        }
+        if !zero {
             self.hold(*values);
             self.released = self.held.len();
-            self.given_up = LineSpans::default();
             return None;
         }
         self.zeros += 1;
-        let may_be_tail = self.channels.gyro_is_zero(values);
-        let enough = self.zeros >= ZEROS_IN_A_ROW;
-        if !self.given_up.is_empty() || (may_be_tail && !self.any_reading) {
-            // Too many to hold back, or from the very start.
-            if !self.given_up.is_empty() {
-                self.given_up.push(self.source.number());
-            }
-            return Some(true);
+        if !self.given_up.is_empty() {
+            self.given_up.push(self.source.number());
+            return Some(Zeros::MaybeTail);
         }
-        if !may_be_tail {
-            self.any_reading = true;
-            if enough && self.held.is_empty() {
-                return Some(true);
-            }
+        if may_be_tail && !self.any_reading {
+            // From the very start.
+            return Some(Zeros::Unread);
+        }
+        let enough = self.zeros >= ZEROS_IN_A_ROW;
+        self.any_reading = true;
+        if !may_be_tail && enough && self.held.is_empty() {
+            return Some(Zeros::Unread);
         }
         self.hold(*values);
         if !may_be_tail && enough {
             self.released = self.held.len();
-        } else if self.held_bytes > self.most_held {
-            for held in &self.held {
-                self.given_up.push(held.line);
-            }
+        } else if self.held.len() > self.most_held {
+            let lines = self.held.iter().map(|held| held.line);
+            lines.for_each(|line| self.given_up.push(line));
             self.released = self.held.len();
         }
         None
@@ -365,30 +385,27 @@ impl<S: Source> Rows<S> {
             spans: text.spans.to_vec(),
             label: text.label.to_vec(),
         };
-        self.held_bytes += size_of::<Held>()
-            + held.bytes.len()
-            + std::mem::size_of_val(held.spans.as_slice())
-            + held.label.len();
         self.held.push_back(held);
     }
 
-    /// Hands out a row that was held back, and says whether it was not read.
+    /// Hands out a row that was held back, and says what its zeros are.
     #[cold]
-    fn release_one(&mut self, values: &mut Values) -> Option<bool> {
+    fn release_one(&mut self, values: &mut Values) -> Option<Zeros> {
         self.released = self.released.saturating_sub(1);
         let held = self.held.pop_front()?;
-        if self.held.is_empty() {
-            self.held_bytes = 0;
-        }
         *values = held.values;
         let zero = self.channels.accel_is_zero(values);
-        let unread = zero && (self.zeros >= ZEROS_IN_A_ROW || self.channels.gyro_is_zero(values));
+        let unread = self.zeros >= ZEROS_IN_A_ROW || self.channels.gyro_is_zero(values);
         if !zero {
             self.zeros = 0;
             self.any_reading = true;
         }
         self.current = Some(held);
-        Some(unread)
+        Some(match zero {
+            true if !self.given_up.is_empty() => Zeros::MaybeTail,
+            true if unread => Zeros::Unread,
+            _ => Zeros::None,
+        })
     }
 
     /// Rows of zeros up to the end were never written by the sensor, where there are
@@ -400,9 +417,13 @@ impl<S: Source> Rows<S> {
         };
         let tail = self.held.iter().rev().take_while(|h| is_tail(h)).count();
         if tail >= 2 {
+            let mut parts = Vec::new();
             for held in self.held.split_off(self.held.len() - tail) {
                 self.ledger.aside(Aside::ZeroTail, held.line, &held.bytes);
+                parts.extend(held.before);
             }
+            parts.append(&mut self.parts);
+            self.parts = parts;
         }
         self.released = self.held.len();
         self.released > 0
@@ -423,7 +444,7 @@ impl<S: Source> Rows<S> {
         let seen = self.monitor.finish(treatment);
         let mut found = seen.found;
         if treatment == Treatment::Kept {
-            found.clock = self.monitor.stamps_as_they_are();
+            self.monitor.keep_stamps(&mut found.clock);
         }
         let mut zeros = Vec::new();
         if !self.given_up.is_empty() {
@@ -502,6 +523,7 @@ impl<S: Source> Rows<S> {
 mod tests {
     use super::*;
     use crate::recording::ReadOptions;
+    use crate::recording::cells::CellRules;
     use crate::recording::layout::Layout;
     use crate::recording::names::Quantity;
 
@@ -592,16 +614,27 @@ mod tests {
     fn a_tail_too_long_to_hold_back_counts_as_rows_that_are_empty() {
         let mut list = vec![STILL; 50];
         list.extend([DEAD; 40]);
-        let mut some = rows(&list).holding_at_most(2000);
+        let mut some = rows(&list).holding_at_most(10);
         let all = given(&mut some);
         assert_eq!(all.len(), 90);
         assert!(all[50..].iter().all(|r| r.1 && r.2));
         let done = some.finish(Treatment::Kept).unwrap();
+        // They are no half of the rows, which would make zeros a reading.
+        assert!(done.facts.cells == CellRules::default());
         let tail = done.zeros.iter().find(|f| f.kind == "zero-tail").unwrap();
         assert_eq!((tail.count, &tail.lines[..]), (40, &[[51, 90]][..]));
+        // Those who keep all rows hold any number.
+        assert_eq!(given(&mut rows(&list).holding_any_number()).len(), 50);
+        // Where the gyroscope reads they are no tail.
+        list[70] = UNREAD;
+        let mut some = rows(&list).holding_at_most(10);
+        assert_eq!(given(&mut some).len(), 90);
+        let done = some.finish(Treatment::Kept).unwrap();
+        let tail = done.zeros.iter().find(|f| f.kind == "zero-tail").unwrap();
+        assert_eq!(tail.lines, [[72, 90]]);
         // Rows that come after all end it.
         list.push(STILL);
-        let mut some = rows(&list).holding_at_most(2000);
+        let mut some = rows(&list).holding_at_most(10);
         assert_eq!(given(&mut some).len(), 91);
         let done = some.finish(Treatment::Kept).unwrap();
         assert!(!done.zeros.iter().any(|f| f.kind == "zero-tail"));

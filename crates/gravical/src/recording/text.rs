@@ -8,6 +8,7 @@ use crate::scan::{Line, Lines};
 use crate::{Error, Result};
 
 use super::ReadOptions;
+use super::cells::CellRules;
 use super::dialect::{Dialect, sniff, terminator};
 use super::head::Head;
 pub(crate) use super::head::HeadChannels;
@@ -113,7 +114,11 @@ pub(crate) fn open_rows(
     let of_head = Lines::new(&clean[..]).with_terminator(terminator(&clean));
     let of_head = TextRows::new(of_head, name, &format, !whole);
     let head = Head::read(of_head, &told, keeps_zeros);
-    let facts = facts.unwrap_or_else(|| head.facts());
+    let mut facts = facts.unwrap_or_else(|| head.facts());
+    if keeps_zeros {
+        // Its values are interpolated: none is made up before.
+        facts.cells = CellRules::default();
+    }
     let mut rows = Rows::new(
         TextRows::new(lines, name, &format, false),
         name,
@@ -170,6 +175,12 @@ impl OpenFile {
     /// The first rows as channels.
     pub fn head(&self) -> HeadChannels {
         self.head.channels(self.rows.facts())
+    }
+
+    /// Rows of zeros at the end are none, however many.
+    pub fn holding_any_number(mut self) -> Self {
+        self.rows = self.rows.holding_any_number();
+        self
     }
 
     /// Every row is given with the places of its fields.

@@ -196,7 +196,10 @@ fn first_rows_that_mislead_are_named_and_a_recording_is_read_again() {
     let (_, summary) = run(&si(), &text);
     assert_eq!(summary.accelerometer.unit, AccelUnit::MetrePerSecondSquared);
     let told = finding(&summary, "first-rows-differ");
-    assert!(told.message.ends_with("unit of the accelerometer"), "{told:?}");
+    assert!(
+        told.message.ends_with("unit of the accelerometer"),
+        "{told:?}"
+    );
     let recording = read_bytes(text.as_bytes(), "rec.csv", &options().read).unwrap();
     assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
     assert_eq!(recording.rows(), 36_000);

@@ -247,10 +247,7 @@ impl Monitor {
         self.defects.see(values, line);
         match &mut self.clock {
             Some(clock) => clock.see(raw[TIME], line, parting),
-            None => Tick {
-                t_s: f64::NAN,
-                restarted: false,
-            },
+            None => Tick::UNKNOWN,
         }
     }
 
@@ -339,13 +336,21 @@ impl Monitor {
         }
     }
 
-    /// What is odd about the stamps alone, which stay as they stand in the file.
-    pub fn stamps_as_they_are(&self) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        if let Some(clock) = &self.clock {
-            clock.report(Treatment::Kept, &mut findings);
+    /// Of what was found about the `clock` keeps what concerns stamps that stay as they
+    /// stand in the file.
+    pub fn keep_stamps(&self, clock: &mut Vec<Finding>) {
+        if self.facts.beat.is_some() {
+            clock.clear();
         }
-        findings
+        clock.retain(|f| {
+            matches!(
+                f.kind,
+                FindingKind::FrozenTime | FindingKind::TimeUnitUnknown
+            )
+        });
+        if let Some(keeper) = &self.clock {
+            keeper.report(Treatment::Kept, clock);
+        }
     }
 
     /// Columns that were taken for an accelerometer by their numbers alone and do

@@ -120,12 +120,15 @@ fn block(rows: &[[f64; 3]]) -> Block {
     }
 }
 
+/// Unsigned counts of a sensor at rest: at ±2 g, 1 g is 16384 off the middle.
+const AROUND: std::ops::RangeInclusive<f64> = 12_288.0..=53_248.0;
+
 /// Unsigned 16-bit values: whole numbers, most of them around 32768 on every axis.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Unsigned {
     /// A value is no unsigned one of 16 bits.
     refuted: bool,
-    /// Values of each axis, and those of them in the half around 32768.
+    /// Values of each axis, and those of them [`AROUND`] 32768.
     values: [u64; 3],
     around: [u64; 3],
 }
@@ -139,7 +142,7 @@ impl Unsigned {
         for (axis, v) in accel.into_iter().enumerate().filter(|(_, v)| v.is_finite()) {
             self.refuted |= !(whole(v) && (0.0..65536.0).contains(&v));
             self.values[axis] += 1;
-            self.around[axis] += u64::from((16384.0..49152.0).contains(&v));
+            self.around[axis] += u64::from(AROUND.contains(&v));
         }
     }
 

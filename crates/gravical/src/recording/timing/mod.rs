@@ -125,6 +125,14 @@ pub(crate) struct Tick {
     pub restarted: bool,
 }
 
+impl Tick {
+    /// Nothing is known.
+    pub const UNKNOWN: Tick = Tick {
+        t_s: f64::NAN,
+        restarted: false,
+    };
+}
+
 /// What the stamps of a recording came to.
 pub(crate) struct Kept {
     pub timing: Timing,
@@ -171,10 +179,7 @@ impl Timekeeper {
             }
         }
         let Some(follower) = &mut self.follower else {
-            return Tick {
-                t_s: f64::NAN,
-                restarted: false,
-            };
+            return Tick::UNKNOWN;
         };
         if let Some(how) = parting {
             follower.part(how);

@@ -1,7 +1,7 @@
 //! Steps between stamps, counted: their median, their spread and what is missing among
 //! them, in memory that does not grow with the recording.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// Bits of the mantissa that tell two bins apart: a bin is 0.4 % wide at most. What is
 /// asked of a bin is asked of the mean of its steps, which of stamps from a counter are
@@ -32,7 +32,7 @@ impl Bin {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Steps {
     bins: Vec<Bin>,
-    of_key: HashMap<u32, usize>,
+    of_key: BTreeMap<u32, usize>,
     /// The bin that was met last, and its key.
     last: (u32, usize),
     /// Steps of no length.
