@@ -129,7 +129,8 @@ fn of_axes(mut axes: [Axis; 3]) -> [f64; 3] {
     })
 }
 
-/// The [resolution](AxisValues::resolution) of the axes of a sensor in memory, in its unit.
+/// The steps that the values of each axis of a sensor come in, in its unit: the smallest
+/// difference between values that occur, and 0 where nothing tells.
 #[must_use]
 pub fn resolution(channels: &[Vec<f64>; 3]) -> [f64; 3] {
     let mut values = AxisValues::<3>::default();
