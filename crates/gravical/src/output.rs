@@ -7,18 +7,18 @@ use std::path::{Path, PathBuf};
 use crate::{Error, Result};
 
 /// Text that is made row by row and handed on in blocks.
-pub(crate) struct Blocks<'a> {
+pub(crate) struct BlockWriter<'a> {
     out: &'a mut dyn Write,
     /// What is not handed on yet.
     pub bytes: Vec<u8>,
 }
 
-impl<'a> Blocks<'a> {
+impl<'a> BlockWriter<'a> {
     /// Output is handed on in blocks of this many bytes.
     const SIZE: usize = 256 << 10;
 
     pub fn new(out: &'a mut dyn Write) -> Self {
-        Blocks {
+        BlockWriter {
             out,
             bytes: Vec::with_capacity(Self::SIZE + (Self::SIZE >> 2)),
         }

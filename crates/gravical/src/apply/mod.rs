@@ -59,7 +59,7 @@ use serde::Serialize;
 
 use crate::Result;
 use crate::calibration_file::{CalibrationFile, Grade};
-use crate::output::Blocks;
+use crate::output::BlockWriter;
 use crate::recording::names::Role;
 use crate::recording::open::Input;
 use crate::recording::text::open_rows;
@@ -215,7 +215,7 @@ pub fn apply(
 
     let mut sensor =
         Sensor::new(calibration, judged.gyro.is_some(), options.axes).without_drift(drift);
-    let mut out = Blocks::new(out);
+    let mut out = BlockWriter::new(out);
     out.bytes.extend_from_slice(&plan.header());
     let mut without_acceleration = 0;
     while let Some(row) = file.rows.next_row()? {

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 
 use crate::apply::plan::{Plan, channel_field, input_name};
-use crate::output::Blocks;
+use crate::output::BlockWriter;
 use crate::recording::dialect::Dialect;
 use crate::recording::layout::Layout;
 use crate::recording::names::Role;
@@ -44,7 +44,7 @@ pub fn write(
     let (dialect, layout) = (&file.format.dialect, &file.format.layout);
     let plan = Plan::with_names(dialect, layout, &names(denoised, dialect, layout), false);
     let columns = columns(denoised);
-    let mut out = Blocks::new(out);
+    let mut out = BlockWriter::new(out);
     out.bytes.extend_from_slice(&plan.header());
     let mut rows = 0;
     while let Some(row) = file.rows.next_row()? {

@@ -9,7 +9,7 @@ mod sink;
 mod smooth;
 #[cfg(test)]
 mod tests;
-mod told;
+mod tracker;
 
 use std::io::Write;
 
@@ -29,7 +29,7 @@ use super::{
 };
 use crate::apply::drift::Drift;
 use crate::apply::sensor::Sensor;
-use crate::output::Blocks;
+use crate::output::BlockWriter;
 use crate::recording::names::Role;
 use crate::recording::open::Input;
 use crate::recording::text::{OpenFile, ReadFile, open_rows};
@@ -39,7 +39,7 @@ use crate::{Error, Result};
 
 use sink::{Pipeline, State};
 use smooth::Chain;
-use told::Told;
+use tracker::MoveTracker;
 
 /// Motion that was computed in one pass.
 #[derive(Debug, Clone)]
@@ -80,7 +80,7 @@ pub fn motion_stream(
     let assumed = *file.rows.facts();
     let mut sensor = Sensor::of(begin.accel, begin.gyro, options.axes).without_drift(drift);
     let mut nowhere = std::io::sink();
-    let mut out = Blocks::new(out.unwrap_or(&mut nowhere));
+    let mut out = BlockWriter::new(out.unwrap_or(&mut nowhere));
     out.bytes.extend_from_slice(pipeline.header());
     while let Some(row) = file.rows.next_row()? {
         let calibrated = sensor.calibrate(row.values, row.line);
@@ -89,13 +89,13 @@ pub fn motion_stream(
     }
     let mut read = file.finish(Treatment::Repaired)?;
     out.finish()?;
-    let mut told = std::mem::take(&mut read.findings);
-    told.extend(assumed.contradicted_by(&read.finished.facts));
-    told.extend(read.finished.findings());
-    told.append(&mut findings);
+    let mut all_findings = std::mem::take(&mut read.findings);
+    all_findings.extend(assumed.contradicted_by(&read.finished.facts));
+    all_findings.extend(read.finished.findings());
+    all_findings.append(&mut findings);
     let drift = sensor.drift.as_ref();
-    drift.map(|d| d.finish(&mut told));
-    let result = begin.result(pipeline, &read, calibration, options, told);
+    drift.map(|d| d.finish(&mut all_findings));
+    let result = begin.result(pipeline, &read, calibration, options, all_findings);
     Ok(Streamed {
         result,
         head: begin.recording,
@@ -257,12 +257,12 @@ impl Begin {
         })?;
         let state = State {
             motion: Box::new(motion),
-            step_s: match file.rows.facts().beat {
+            step_s: match file.rows.facts().stamp_reading {
                 Some(_) => None,
                 None => Some(self.step_s()?),
             },
             rows: 0,
-            told: Told::new(options.p0_m),
+            tracker: MoveTracker::new(options.p0_m),
             last_s: 0.0,
             first_s: 0.0,
             samples: 0,
@@ -287,7 +287,7 @@ impl Begin {
     ) -> MotionResult {
         let state = sink.state;
         findings.extend(words::rows_left_out(&state.left_out));
-        let (still, moves, end) = state.told.finish();
+        let (still, moves, end) = state.tracker.finish();
         let lost = moves.iter().filter(|m| !m.usable).count();
         if lost > 0 {
             findings.push(
@@ -307,8 +307,8 @@ impl Begin {
         }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
         let duration_s = state.last_s - state.first_s;
-        let beat = read.finished.facts.beat;
-        let stamped = beat.is_some_and(|b| b.even_hz.is_none()) && duration_s > 0.0;
+        let stamp_reading = read.finished.facts.stamp_reading;
+        let stamped = stamp_reading.is_some_and(|b| b.even_hz.is_none()) && duration_s > 0.0;
         MotionResult {
             input: recording.name.clone(),
             calibration: calibration.map(|c| c.name.to_owned()),

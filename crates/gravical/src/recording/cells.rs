@@ -236,11 +236,10 @@ impl CellFiller {
     /// accelerometer's zeros are none.
     #[inline]
     pub fn fill(&mut self, values: &mut Values, unread: bool, line: u64) {
-        // Zeros that were not read are no values to be held.
+        // Such a row stays empty: a sensor that does not answer has no last value.
         if unread && self.rules.zeros_are_empty {
             self.empty(values, line);
-        }
-        if self.holds {
+        } else if self.holds {
             self.hold(values);
         }
     }

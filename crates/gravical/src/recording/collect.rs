@@ -10,7 +10,7 @@ use super::layout::Layout;
 use super::monitor::Facts;
 use super::names::Quantity;
 use super::names::Role;
-use super::open::Stored;
+use super::open::Reopenable;
 use super::row::{ACCEL, GYRO, TEMPERATURE};
 use super::rows::{Finished, Row, Rows, Source};
 use super::text::{OpenFile, open_rows};
@@ -26,7 +26,7 @@ use super::{AccelUnit, Finding, Labels, LineMap, ReadOptions, Recording, metadat
 /// what to do. Everything less is a [`Finding`](super::Finding) of the recording.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
-    collect(Stored::of(path), &path.display().to_string(), options)
+    collect(Reopenable::of(path), &path.display().to_string(), options)
 }
 
 /// Reads a recording that is in memory; `name` stands in messages.
@@ -36,7 +36,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
 /// As [`read`].
 pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
-    collect(Stored::Memory(bytes.into()), name, options)
+    collect(Reopenable::Memory(bytes.into()), name, options)
 }
 
 /// Rows as they come.
@@ -141,9 +141,13 @@ impl Columns {
         }
         let found = finished.facts;
         let rows = self.time_s.len();
-        let even_hz = |facts: &Facts| facts.beat.and_then(|beat| beat.even_hz);
+        let even_hz = |facts: &Facts| {
+            facts
+                .stamp_reading
+                .and_then(|stamp_reading| stamp_reading.even_hz)
+        };
         let time_s = facts
-            .beat
+            .stamp_reading
             .map(|_| match even_hz(facts).and(even_hz(&found)) {
                 // The mean rate of all rows is better than that of the first.
                 Some(rate_hz) => (0..rows).map(|row| row as f64 / rate_hz).collect(),
@@ -180,7 +184,7 @@ impl Columns {
 }
 
 /// All rows; once more where the first of them were misleading.
-fn collect(mut source: Stored, name: &str, options: &ReadOptions) -> Result<Recording> {
+fn collect(mut source: Reopenable, name: &str, options: &ReadOptions) -> Result<Recording> {
     let input = source.open(options.hash)?;
     let file = open_rows(input, name, Role::Recording, options, None)?;
     let first = read_all(file, name)?;

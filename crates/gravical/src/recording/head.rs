@@ -2,7 +2,7 @@
 
 use crate::Result;
 
-use super::monitor::{Facts, Told};
+use super::monitor::{Facts, RecordingClaims};
 use super::row::{ACCEL, GYRO, SLOTS, TEMPERATURE, Values};
 use super::rows::{Item, Rows, Source};
 use super::timing::Treatment;
@@ -16,7 +16,7 @@ const USUAL_LINES: usize = 1 << 13;
 /// Lines at the start of a recording, kept.
 #[derive(Debug, Clone)]
 pub(crate) struct Head {
-    told: Told,
+    claims: RecordingClaims,
     keeps_zeros: bool,
     lines: Vec<(u64, Item, Values)>,
 }
@@ -52,14 +52,14 @@ impl HeadChannels {
 
 impl Head {
     /// All lines that `source` has; what reading reports ends it.
-    pub fn read(mut source: impl Source, told: &Told, keeps_zeros: bool) -> Self {
+    pub fn read(mut source: impl Source, claims: &RecordingClaims, keeps_zeros: bool) -> Self {
         let mut lines = Vec::with_capacity(USUAL_LINES);
         let mut values = [f64::NAN; SLOTS];
         while let Ok(Some(item)) = source.next(&mut values) {
             lines.push((source.number(), item, values));
         }
         Head {
-            told: told.clone(),
+            claims: claims.clone(),
             keeps_zeros,
             lines,
         }
@@ -72,7 +72,7 @@ impl Head {
 
     /// Its rows as channels.
     pub fn channels(&self, facts: &Facts) -> HeadChannels {
-        let channels = self.told.channels();
+        let channels = self.claims.channels();
         let mut out = HeadChannels {
             gyro: channels.gyro.then(Default::default),
             ..HeadChannels::default()
@@ -90,12 +90,12 @@ impl Head {
         out
     }
 
-    fn rows(&self, facts: Facts) -> Rows<Again<'_>> {
-        let source = Again {
+    fn rows(&self, facts: Facts) -> Rows<HeadRows<'_>> {
+        let source = HeadRows {
             lines: &self.lines,
             next: 0,
         };
-        let rows = Rows::new(source, "", self.told.clone(), facts);
+        let rows = Rows::new(source, "", self.claims.clone(), facts);
         match self.keeps_zeros {
             true => rows.keeping_zeros(),
             false => rows,
@@ -125,12 +125,12 @@ pub(super) fn judge<S: Source>(rows: impl Fn(Facts) -> Rows<S>) -> Facts {
 }
 
 /// Lines that were kept, once more.
-struct Again<'a> {
+struct HeadRows<'a> {
     lines: &'a [(u64, Item, Values)],
     next: usize,
 }
 
-impl Source for Again<'_> {
+impl Source for HeadRows<'_> {
     fn next(&mut self, values: &mut Values) -> Result<Option<Item>> {
         let Some((_, item, kept)) = self.lines.get(self.next) else {
             return Ok(None);

@@ -5,7 +5,7 @@ use crate::{Error, Result};
 use super::collect::{About, Columns};
 use super::head::judge;
 use super::layout::Layout;
-use super::monitor::Told;
+use super::monitor::RecordingClaims;
 use super::names::Quantity;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
 use super::rows::{Item, Rows, Source};
@@ -95,13 +95,13 @@ impl Recording {
             .at(name.as_ref(), None)
             .with_hint("give one value of each for every sample, NaN where there is none"));
         }
-        let told = Told {
+        let claims = RecordingClaims {
             layout: samples.layout(),
             options: options.clone(),
             metadata_rate_hz: None,
         };
         // All of them are there to be judged by.
-        let rows = |facts| Rows::new(Listed { samples, next: 0 }, name, told.clone(), facts);
+        let rows = |facts| Rows::new(ColumnRows { samples, next: 0 }, name, claims.clone(), facts);
         let facts = judge(rows);
         let mut rows = rows(facts).holding_any_number();
         let mut columns = Columns::new(&samples.layout(), &facts);
@@ -117,12 +117,12 @@ impl Recording {
 }
 
 /// Columns as rows.
-struct Listed<'a> {
+struct ColumnRows<'a> {
     samples: &'a SampleColumns<'a>,
     next: usize,
 }
 
-impl Source for Listed<'_> {
+impl Source for ColumnRows<'_> {
     fn next(&mut self, values: &mut Values) -> Result<Option<Item>> {
         let row = self.next;
         if row >= self.samples.len() {

@@ -42,7 +42,7 @@ impl Input {
 
 /// Where a recording comes from. It may be opened once more: what its first rows say of
 /// it need not hold for the others.
-pub(crate) enum Stored {
+pub(crate) enum Reopenable {
     /// A file.
     File(PathBuf),
     /// Bytes in memory.
@@ -59,15 +59,15 @@ pub(crate) struct Spool {
     broken: Arc<AtomicBool>,
 }
 
-impl Stored {
+impl Reopenable {
     /// `-` is standard input.
     pub fn of(path: &Path) -> Self {
         // A folder, and what is not there, is refused on opening.
         let again = path.is_file() || path.is_dir() || !path.exists();
         if again && path != Path::new("-") {
-            Stored::File(path.to_owned())
+            Reopenable::File(path.to_owned())
         } else {
-            Stored::Spooled(path.to_owned(), None)
+            Reopenable::Spooled(path.to_owned(), None)
         }
     }
 
@@ -79,12 +79,12 @@ impl Stored {
     pub fn open(&mut self, hash: bool) -> Result<Input> {
         let here = Path::new("-");
         match self {
-            Stored::File(path) => open(path, hash),
-            Stored::Memory(bytes) => {
+            Reopenable::File(path) => open(path, hash),
+            Reopenable::Memory(bytes) => {
                 let reader = Box::new(io::Cursor::new(bytes.clone()));
                 from_reader(reader, hash).map_err(|e| Error::io(here, e))
             }
-            Stored::Spooled(path, spool) => {
+            Reopenable::Spooled(path, spool) => {
                 let here: &Path = path;
                 let mut reader: Box<dyn Read> = match here == Path::new("-") {
                     true => Box::new(io::stdin().lock()),
@@ -113,7 +113,7 @@ impl Stored {
     ///
     /// As [`open`].
     pub fn again(&mut self, hash: bool) -> Result<Option<Input>> {
-        let Stored::Spooled(path, spool) = self else {
+        let Reopenable::Spooled(path, spool) = self else {
             return self.open(hash).map(Some);
         };
         let Some(spool) = spool.take().filter(|s| !s.broken.load(Ordering::Relaxed)) else {

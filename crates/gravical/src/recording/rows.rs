@@ -11,9 +11,9 @@ use crate::{Error, Result};
 
 use super::cells::{CellFiller, Channels, ZEROS_IN_A_ROW};
 use super::ledger::{Aside, Ledger};
-use super::monitor::{Facts, Found, Monitor, Told};
+use super::monitor::{Facts, Monitor, MonitorFindings, RecordingClaims};
 use super::row::{ACCEL, GYRO, SLOTS, Span, TIME, Values};
-use super::timing::{Parting, Tick, Timing, Treatment, is_usual_step};
+use super::timing::{Parting, RowTime, Timing, Treatment, is_usual_step};
 use super::unit_choice::UnitDoubt;
 use crate::finding::{Finding, FindingKind, LineSpans};
 
@@ -132,14 +132,14 @@ pub(crate) struct Rows<S> {
 /// What was found out, after the last row.
 pub(crate) struct Finished {
     pub ledger: Ledger,
-    /// What all rows say; they were read by `assumed`.
+    /// What all rows say, whatever they were read by.
     pub facts: Facts,
     pub timing: Timing,
     /// The first stamp itself, s.
     pub origin_s: Option<f64>,
     /// Why the accelerometer's unit is not known.
     pub unit_doubt: Option<UnitDoubt>,
-    pub found: Found,
+    pub found: MonitorFindings,
     /// About rows of zeros.
     pub zeros: Vec<Finding>,
     /// Lines after the last row that part rows.
@@ -162,14 +162,14 @@ impl Finished {
 
 impl<S: Source> Rows<S> {
     /// Rows of `source`, which `name` stands for in messages, read by `facts`.
-    pub fn new(source: S, name: &str, told: Told, facts: Facts) -> Self {
-        let channels = told.channels();
+    pub fn new(source: S, name: &str, claims: RecordingClaims, facts: Facts) -> Self {
+        let channels = claims.channels();
         Rows {
             source,
             name: name.to_owned(),
             channels,
             facts,
-            monitor: Monitor::new(told, facts),
+            monitor: Monitor::new(claims, facts),
             filler: CellFiller::new(facts.cells, channels),
             ledger: Ledger::default(),
             parts: Vec::new(),
@@ -288,8 +288,8 @@ impl<S: Source> Rows<S> {
             .filter_map(|reason| Parting::by(*reason))
             .max();
         // What may never have been measured says nothing of clock and units.
-        let tick = match zeros {
-            Zeros::MaybeTail => Tick::UNKNOWN,
+        let time = match zeros {
+            Zeros::MaybeTail => RowTime::UNKNOWN,
             _ => self.monitor.see(&raw, &self.values, line, parting),
         };
         let (text, before) = match (place, &self.current) {
@@ -308,8 +308,8 @@ impl<S: Source> Rows<S> {
             text,
             values: &self.values,
             before,
-            t_s: tick.t_s,
-            restarted: tick.restarted,
+            t_s: time.t_s,
+            restarted: time.restarted,
         }
     }
 
@@ -330,7 +330,7 @@ impl<S: Source> Rows<S> {
         self.before = std::mem::take(&mut self.parts);
         let two = |w: &[Aside]| w == [Aside::Blank; 2];
         let deliberate = self.before.windows(2).any(two) || self.before.contains(&Aside::NamedGap);
-        let usual = self.facts.beat.map_or(f64::NAN, |b| b.usual);
+        let usual = self.facts.stamp_reading.map_or(f64::NAN, |b| b.usual);
         if !deliberate && is_usual_step(stamp - self.last_stamp, usual) {
             self.before.clear();
         }
@@ -377,11 +377,16 @@ impl<S: Source> Rows<S> {
 
     fn hold(&mut self, values: Values) {
         let text = self.source.text();
+        // Who asks for no fields asks for no text: a long tail is held by its numbers.
+        let bytes = match text.spans {
+            [] => &[],
+            _ => text.bytes,
+        };
         let held = Held {
             line: self.source.number(),
             values,
             before: std::mem::take(&mut self.before),
-            bytes: text.bytes.to_vec(),
+            bytes: bytes.to_vec(),
             spans: text.spans.to_vec(),
             label: text.label.to_vec(),
         };
@@ -548,7 +553,7 @@ mod tests {
     fn rows(list: &[[f64; 6]]) -> Rows<Listed> {
         let accel = (0..3).map(|i| (Quantity::Accel(i), i));
         let gyro = (0..3).map(|i| (Quantity::Gyro(i), 3 + i));
-        let told = Told {
+        let claims = RecordingClaims {
             layout: Layout {
                 fields: accel.chain(gyro).collect(),
                 ..Layout::default()
@@ -556,7 +561,7 @@ mod tests {
             options: ReadOptions::default(),
             metadata_rate_hz: None,
         };
-        Rows::new(Listed(list.to_vec(), 0), "", told, Facts::none())
+        Rows::new(Listed(list.to_vec(), 0), "", claims, Facts::none())
     }
 
     const STILL: [f64; 6] = [0.1, 0.2, 9.8, 0.01, 0.0, 0.02];

@@ -15,7 +15,7 @@ pub(crate) use super::head::HeadChannels;
 use super::layout::{self, Layout, Request};
 use super::ledger::Aside;
 use super::metadata;
-use super::monitor::{Facts, Told};
+use super::monitor::{Facts, RecordingClaims};
 use super::names::Role;
 use super::open::Input;
 use super::row::{RowDefect, RowScanner, RowStamps, Span, Values};
@@ -105,7 +105,7 @@ pub(crate) fn open_rows(
     let clean: Vec<u8> = head.iter().copied().filter(|b| *b != 0).collect();
     let mut findings = Vec::new();
     let format = find_format(&clean, whole, name, role, options, &mut findings)?;
-    let told = Told {
+    let claims = RecordingClaims {
         metadata_rate_hz: metadata::rate_hz(&format.dialect.metadata),
         layout: format.layout.clone(),
         options: options.clone(),
@@ -113,7 +113,7 @@ pub(crate) fn open_rows(
     let keeps_zeros = role == Role::Gyroscope;
     let of_head = Lines::new(&clean[..]).with_terminator(terminator(&clean));
     let of_head = TextRows::new(of_head, name, &format, !whole);
-    let head = Head::read(of_head, &told, keeps_zeros);
+    let head = Head::read(of_head, &claims, keeps_zeros);
     let mut facts = facts.unwrap_or_else(|| head.facts());
     if keeps_zeros {
         // Its values are interpolated: none is made up before.
@@ -122,7 +122,7 @@ pub(crate) fn open_rows(
     let mut rows = Rows::new(
         TextRows::new(lines, name, &format, false),
         name,
-        told,
+        claims,
         facts,
     );
     if keeps_zeros {

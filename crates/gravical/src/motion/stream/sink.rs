@@ -3,7 +3,7 @@
 use gravical_core::motion::{Motion, Phase};
 
 use super::smooth::Chain;
-use super::told::{Now, Told};
+use super::tracker::{MotionState, MoveTracker};
 use crate::motion::table::{ATTITUDE_DECIMALS, DECIMALS};
 use crate::recording::LineSpans;
 use crate::recording::rows::Row;
@@ -22,7 +22,7 @@ pub(super) struct State {
     /// Seconds from row to row, where they have no time of their own.
     pub step_s: Option<f64>,
     pub rows: u64,
-    pub told: Told,
+    pub tracker: MoveTracker,
     pub last_s: f64,
     pub first_s: f64,
     pub samples: u64,
@@ -128,18 +128,20 @@ impl Pipeline {
         if state.samples == 0 {
             state.first_s = t_s;
         } else if state.parted || h_s > self.gap_s {
-            state.told.lose(h_s);
+            state.tracker.lose(h_s);
             state.motion.interrupt();
         }
         (state.parted, state.last_s) = (false, t_s);
         state.samples += 1;
-        let told = self
+        let given_rest = self
             .given
             .as_ref()
             .map(|spans| spans.iter().any(|(from, to)| t_s >= *from && t_s <= *to));
-        state.motion.update_calibrated([a, b, c], rate, h_s, told);
+        state
+            .motion
+            .update_calibrated([a, b, c], rate, h_s, given_rest);
         let phase = state.motion.phase();
-        state.told.see(&Now {
+        state.tracker.see(&MotionState {
             t_s,
             phase,
             rests: resting(phase, self.starts_at_rest),

@@ -14,7 +14,9 @@ use super::layout::Layout;
 use super::names::Quantity;
 use super::resolution::AxisValues;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
-use super::timing::{Beat, Claims, Parting, Tick, Timekeeper, Timing, Treatment, untimed};
+use super::timing::{
+    Claims, ClockMonitor, Parting, RowTime, StampReading, Timing, Treatment, untimed,
+};
 use super::unit_choice::{UnitDoubt, decide_accel};
 use super::units::{AccelScale, GyroScale, GyroUnit, Origin};
 use super::{POSSIBLE_C, ReadOptions, Recording};
@@ -34,14 +36,14 @@ const SAMPLE: usize = 1 << 13;
 
 /// What the file and the user say of the channels.
 #[derive(Debug, Clone)]
-pub(crate) struct Told {
+pub(crate) struct RecordingClaims {
     pub layout: Layout,
     pub options: ReadOptions,
     /// The rate that the lines above the header claim, Hz.
     pub metadata_rate_hz: Option<f64>,
 }
 
-impl Told {
+impl RecordingClaims {
     pub fn channels(&self) -> Channels {
         Channels {
             gyro: self.layout.has_gyro(),
@@ -73,7 +75,7 @@ impl Told {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Facts {
     /// How its stamps are to be read; none where they are of no use.
-    pub beat: Option<Beat>,
+    pub stamp_reading: Option<StampReading>,
     pub cells: CellRules,
     /// What is subtracted from the accelerometer's values before their unit is judged.
     pub zero_offset: f64,
@@ -89,7 +91,7 @@ impl Facts {
     /// Before anything is known.
     pub fn none() -> Self {
         Facts {
-            beat: None,
+            stamp_reading: None,
             cells: CellRules::default(),
             zero_offset: 0.0,
             accel: AccelScale {
@@ -112,7 +114,7 @@ impl Facts {
 
     /// What rows that are read by either differ in.
     fn differences(&self, other: &Facts) -> Vec<&'static str> {
-        let clock = match (&self.beat, &other.beat) {
+        let clock = match (&self.stamp_reading, &other.stamp_reading) {
             (Some(a), Some(b)) => a.agrees(b),
             (a, b) => a.is_none() && b.is_none(),
         };
@@ -148,11 +150,11 @@ impl Facts {
 /// Follows the rows of a recording.
 #[derive(Debug, Clone)]
 pub(crate) struct Monitor {
-    told: Told,
+    claims: RecordingClaims,
     facts: Facts,
     channels: Channels,
     cells: CellCounts,
-    clock: Option<Timekeeper>,
+    clock: Option<ClockMonitor>,
     unsigned: Unsigned,
     counted: LooksCounted,
     quiet: QuietBlocks,
@@ -166,7 +168,7 @@ pub(crate) struct Monitor {
 
 /// What is found, in the order in which it is said.
 #[derive(Debug, Default)]
-pub(crate) struct Found {
+pub(crate) struct MonitorFindings {
     /// About counts and temperatures.
     pub channels: Vec<Finding>,
     /// About the stamps.
@@ -180,39 +182,39 @@ pub(crate) struct Found {
 }
 
 /// What all rows came to.
-pub(crate) struct Seen {
+pub(crate) struct MonitorSummary {
     pub facts: Facts,
     pub timing: Timing,
     /// The first stamp itself, s.
     pub origin_s: Option<f64>,
     /// Why the accelerometer's unit is not known.
     pub unit_doubt: Option<UnitDoubt>,
-    pub found: Found,
+    pub found: MonitorFindings,
 }
 
 impl Monitor {
-    /// By what is told, and known already.
-    pub fn new(told: Told, facts: Facts) -> Self {
-        let channels = told.channels();
-        let stamped = told.layout.field(Quantity::Time).is_some();
+    /// By what is claimed, and known already.
+    pub fn new(claims: RecordingClaims, facts: Facts) -> Self {
+        let channels = claims.channels();
+        let stamped = claims.layout.field(Quantity::Time).is_some();
         Monitor {
             facts,
             channels,
             cells: CellCounts::new(channels),
-            clock: stamped.then(|| Timekeeper::new(facts.beat)),
+            clock: stamped.then(|| ClockMonitor::new(facts.stamp_reading)),
             unsigned: Unsigned::default(),
             counted: LooksCounted::default(),
             quiet: QuietBlocks::default(),
             axes: AxisValues::default(),
             temperature: Temperatures::default(),
-            norms: told.layout.guessed.then(Thinned::default),
+            norms: claims.layout.guessed.then(Thinned::default),
             defects: Defects::new(
                 facts.accel,
                 facts.zero_offset,
                 facts.resolution,
                 facts.gyro.filter(|_| channels.gyro),
             ),
-            told,
+            claims,
         }
     }
 
@@ -225,7 +227,7 @@ impl Monitor {
         values: &Values,
         line: u64,
         parting: Option<Parting>,
-    ) -> Tick {
+    ) -> RowTime {
         self.cells.see(raw, line);
         self.unsigned
             .see([raw[ACCEL], raw[ACCEL + 1], raw[ACCEL + 2]]);
@@ -247,7 +249,7 @@ impl Monitor {
         self.defects.see(values, line);
         match &mut self.clock {
             Some(clock) => clock.see(raw[TIME], line, parting),
-            None => Tick::UNKNOWN,
+            None => RowTime::UNKNOWN,
         }
     }
 
@@ -269,9 +271,9 @@ impl Monitor {
     /// What was found, after the last row, but for the [resolution](Self::resolution).
     /// Stamps that wrap or start anew were made to go
     /// on, or kept.
-    pub fn finish(&self, treatment: Treatment) -> Seen {
-        let mut found = Found::default();
-        let options = &self.told.options;
+    pub fn finish(&self, treatment: Treatment) -> MonitorSummary {
+        let mut found = MonitorFindings::default();
+        let options = &self.claims.options;
         let unsigned = options.zero_offset.is_none() && self.unsigned.is_so();
         if unsigned {
             found.channels.push(Finding::new(
@@ -286,13 +288,13 @@ impl Monitor {
         } else {
             0.0
         };
-        let claims = self.told.clock(span_c);
-        let (timing, beat, origin_s) = match &self.clock {
+        let clock_claims = self.claims.clock(span_c);
+        let (timing, stamp_reading, origin_s) = match &self.clock {
             Some(clock) => {
-                let kept = clock.finish(&claims, treatment, &mut found.clock);
-                (kept.timing, kept.beat, kept.origin_s)
+                let kept = clock.finish(&clock_claims, treatment, &mut found.clock);
+                (kept.timing, kept.stamp_reading, kept.origin_s)
             }
-            None => (untimed(self.cells.rows(), &claims), None, None),
+            None => (untimed(self.cells.rows(), &clock_claims), None, None),
         };
         if timing.rate_hz().is_none() && self.cells.rows() >= LEAST_ROWS {
             found.clock.push(Finding::new(
@@ -308,24 +310,24 @@ impl Monitor {
         let (accel, unit_doubt) = decide_accel(
             quiet.map(|q| (q.norm, q.integers)),
             unsigned,
-            self.told.layout.accel_claim,
+            self.claims.layout.accel_claim,
             options,
             &mut found.unit,
         );
         let held = self.facts.cells.holds();
         found.values = self.defects.clone().finish(held);
         found.values.extend(self.not_an_accelerometer(quiet));
-        let without_gravity = self.told.layout.accel_claim.without_gravity;
-        Seen {
+        let without_gravity = self.claims.layout.accel_claim.without_gravity;
+        MonitorSummary {
             facts: Facts {
-                beat,
+                stamp_reading,
                 cells: self.cells.rules(without_gravity),
-                zero_offset: self.told.zero_offset(unsigned),
+                zero_offset: self.claims.zero_offset(unsigned),
                 accel,
                 gyro: self
                     .channels
                     .gyro
-                    .then(|| self.told.gyro_scale(self.counted)),
+                    .then(|| self.claims.gyro_scale(self.counted)),
                 resolution: self.facts.resolution,
                 celsius,
             },
@@ -339,7 +341,7 @@ impl Monitor {
     /// Of what was found about the `clock` keeps what concerns stamps that stay as they
     /// stand in the file.
     pub fn keep_stamps(&self, clock: &mut Vec<Finding>) {
-        if self.facts.beat.is_some() {
+        if self.facts.stamp_reading.is_some() {
             clock.clear();
         }
         clock.retain(|f| {

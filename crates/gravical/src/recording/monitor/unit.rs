@@ -7,7 +7,7 @@ use crate::stats::{Thinned, median};
 /// Rows of one block over which stillness is judged here.
 const BLOCK: usize = 20;
 
-/// Blocks that are kept at most: for a median half of them are enough.
+/// BlockWriter that are kept at most: for a median half of them are enough.
 const MOST: usize = 1 << 12;
 
 /// Median magnitude of the quietest third of the blocks of 20 rows, and

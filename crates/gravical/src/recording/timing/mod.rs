@@ -74,7 +74,7 @@ const FEWEST_BURSTS: u64 = 5;
 
 /// How stamps are read.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Beat {
+pub(crate) struct StampReading {
     /// Unit of the stamps.
     pub unit: TimeUnit,
     /// Their usual step, in it: the median of those that rise.
@@ -83,9 +83,9 @@ pub(crate) struct Beat {
     pub even_hz: Option<f64>,
 }
 
-impl Beat {
+impl StampReading {
     /// Time, breaks and gaps come out alike by either.
-    pub fn agrees(&self, other: &Beat) -> bool {
+    pub fn agrees(&self, other: &StampReading) -> bool {
         let near = |a: f64, b: f64, share: f64| (a / b - 1.0).abs() <= share;
         let even = match (self.even_hz, other.even_hz) {
             (None, None) => true,
@@ -98,8 +98,8 @@ impl Beat {
 
 /// Makes time of stamps, row by row, and finds out how they are to be read.
 #[derive(Debug, Clone)]
-pub(crate) struct Timekeeper {
-    beat: Option<Beat>,
+pub(crate) struct ClockMonitor {
+    stamp_reading: Option<StampReading>,
     follower: Option<Follower>,
     /// Steps as they stand.
     steps: Steps,
@@ -118,36 +118,36 @@ pub(crate) struct Timekeeper {
 
 /// A row, as its stamp says.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Tick {
+pub(crate) struct RowTime {
     /// Seconds from the first row; NaN where it is not known.
     pub t_s: f64,
     /// The clock started anew.
     pub restarted: bool,
 }
 
-impl Tick {
+impl RowTime {
     /// Nothing is known.
-    pub const UNKNOWN: Tick = Tick {
+    pub const UNKNOWN: RowTime = RowTime {
         t_s: f64::NAN,
         restarted: false,
     };
 }
 
 /// What the stamps of a recording came to.
-pub(crate) struct Kept {
+pub(crate) struct ClockSummary {
     pub timing: Timing,
     /// How the stamps are to be read; none when they are of no use.
-    pub beat: Option<Beat>,
+    pub stamp_reading: Option<StampReading>,
     /// The first stamp itself, s: where the time is 0.
     pub origin_s: Option<f64>,
 }
 
-impl Timekeeper {
-    /// `beat` as far as it is known; without it there is no time.
-    pub fn new(beat: Option<Beat>) -> Self {
-        Timekeeper {
-            beat,
-            follower: beat.map(|b| Follower::new(b.usual, b.unit.seconds())),
+impl ClockMonitor {
+    /// `stamp_reading` as far as it is known; without it there is no time.
+    pub fn new(stamp_reading: Option<StampReading>) -> Self {
+        ClockMonitor {
+            stamp_reading,
+            follower: stamp_reading.map(|b| Follower::new(b.usual, b.unit.seconds())),
             steps: Steps::default(),
             odd: Steps::default(),
             mended: Steps::default(),
@@ -162,7 +162,7 @@ impl Timekeeper {
 
     /// The next row; `parting`: what parts it from the one before.
     #[inline]
-    pub fn see(&mut self, stamp: f64, line: u64, parting: Option<Parting>) -> Tick {
+    pub fn see(&mut self, stamp: f64, line: u64, parting: Option<Parting>) -> RowTime {
         let step = stamp - self.before;
         let first = self.rows == 0;
         self.before = stamp;
@@ -179,7 +179,7 @@ impl Timekeeper {
             }
         }
         let Some(follower) = &mut self.follower else {
-            return Tick::UNKNOWN;
+            return RowTime::UNKNOWN;
         };
         if let Some(how) = parting {
             follower.part(how);
@@ -197,8 +197,8 @@ impl Timekeeper {
         }
         // What is absent is NaN, which is no maximum.
         self.latest_s = self.latest_s.max(stamp_s);
-        Tick {
-            t_s: match self.beat.and_then(|b| b.even_hz) {
+        RowTime {
+            t_s: match self.stamp_reading.and_then(|b| b.even_hz) {
                 Some(rate_hz) => (self.rows - 1) as f64 / rate_hz,
                 None => stamp_s,
             },
@@ -243,31 +243,31 @@ impl Timekeeper {
     }
 
     /// What the stamps say, after the last row. Rates and gaps are right where the usual
-    /// step that was assumed [agrees](Beat::agrees) with the one that is found.
+    /// step that was assumed [agrees](StampReading::agrees) with the one that is found.
     pub fn finish(
         &self,
         claims: &Claims,
         treatment: Treatment,
         findings: &mut Vec<Finding>,
-    ) -> Kept {
+    ) -> ClockSummary {
         let Some((unit, usual)) = self.judge_unit(claims, findings) else {
-            return Kept {
+            return ClockSummary {
                 timing: untimed(self.rows, claims),
-                beat: None,
+                stamp_reading: None,
                 origin_s: None,
             };
         };
         let per_s = unit.seconds();
-        let mut beat = Beat {
+        let mut stamp_reading = StampReading {
             unit,
             usual,
             even_hz: None,
         };
         let origin_s = self.origin.is_finite().then_some(self.origin * per_s);
         let Some(follower) = &self.follower else {
-            return Kept {
+            return ClockSummary {
                 timing: untimed(self.rows, claims),
-                beat: Some(beat),
+                stamp_reading: Some(stamp_reading),
                 origin_s,
             };
         };
@@ -293,7 +293,7 @@ impl Timekeeper {
         let bunches = bunched * 2 > steps.count() && self.stamped > RAREST_BURST;
         if bunches && !steps.pauses_only(usual, PAUSE * usual) {
             findings.push(bursts(steps, bunched, mean_rate));
-            beat.even_hz = Some(mean_rate.unwrap_or(1.0));
+            stamp_reading.even_hz = Some(mean_rate.unwrap_or(1.0));
         } else {
             let missing = steps.missing(usual);
             timing.median_rate_hz = Some(steady_rate(steps, usual) / per_s);
@@ -303,9 +303,9 @@ impl Timekeeper {
             timing.missing_share = Some((missing / all).max(0.0));
             rate_findings(&timing, missing, findings);
         }
-        Kept {
+        ClockSummary {
             timing,
-            beat: Some(beat),
+            stamp_reading: Some(stamp_reading),
             origin_s,
         }
     }
@@ -386,29 +386,29 @@ pub(crate) fn judge(
     parting: impl Fn(usize) -> Option<Parting>,
 ) -> Timed {
     // The steps tell the unit; the pauses, which take it, whether samples are even.
-    let mut beat: Option<Beat> = None;
+    let mut stamp_reading: Option<StampReading> = None;
     loop {
-        let mut keeper = Timekeeper::new(beat);
+        let mut keeper = ClockMonitor::new(stamp_reading);
         let mut time_s = Vec::with_capacity(raw.len());
         let mut restarts = Vec::new();
         for (row, &stamp) in raw.iter().enumerate() {
-            let tick = keeper.see(stamp, line(row), parting(row));
-            time_s.push(tick.t_s);
-            restarts.extend(tick.restarted.then_some(row));
+            let time = keeper.see(stamp, line(row), parting(row));
+            time_s.push(time.t_s);
+            restarts.extend(time.restarted.then_some(row));
         }
         let mut findings = Vec::new();
         let kept = keeper.finish(claims, Treatment::Repaired, &mut findings);
-        let known = beat.is_some_and(|b| b.even_hz.is_some());
-        if beat == kept.beat || known {
+        let known = stamp_reading.is_some_and(|b| b.even_hz.is_some());
+        if stamp_reading == kept.stamp_reading || known {
             return Timed {
                 timing: kept.timing,
-                time_s: kept.beat.map(|_| time_s),
+                time_s: kept.stamp_reading.map(|_| time_s),
                 origin_s: kept.origin_s,
                 restarts,
                 findings,
             };
         }
-        beat = kept.beat;
+        stamp_reading = kept.stamp_reading;
     }
 }
 

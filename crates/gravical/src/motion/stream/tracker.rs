@@ -1,4 +1,4 @@
-//! What is told of a motion as it goes: rests, moves, the end.
+//! What becomes known of a motion as it goes: rests, moves, the end.
 
 use gravical_core::matrix3::{norm, sub};
 use gravical_core::motion::Phase;
@@ -7,7 +7,7 @@ use crate::motion::result::{Ends, FinalState, Move, Span};
 
 /// Follows the state from sample to sample.
 #[derive(Debug, Clone)]
-pub(super) struct Told {
+pub(super) struct MoveTracker {
     before: Phase,
     last_s: f64,
     first_s: f64,
@@ -25,7 +25,7 @@ pub(super) struct Told {
 }
 
 /// A sample and what it came to.
-pub(super) struct Now {
+pub(super) struct MotionState {
     pub t_s: f64,
     pub phase: Phase,
     /// At rest.
@@ -34,9 +34,9 @@ pub(super) struct Now {
     pub position: [f64; 3],
 }
 
-impl Told {
+impl MoveTracker {
     pub fn new(start_m: [f64; 3]) -> Self {
-        Told {
+        MoveTracker {
             before: Phase::Waiting,
             last_s: f64::NAN,
             first_s: f64::NAN,
@@ -54,7 +54,7 @@ impl Told {
     }
 
     #[inline]
-    pub fn see(&mut self, now: &Now) {
+    pub fn see(&mut self, now: &MotionState) {
         let phase = if now.rests { Phase::Resting } else { now.phase };
         if phase != self.before {
             self.turn(phase, now);
@@ -74,7 +74,7 @@ impl Told {
     }
 
     #[cold]
-    fn turn(&mut self, phase: Phase, now: &Now) {
+    fn turn(&mut self, phase: Phase, now: &MotionState) {
         if self.first_s.is_nan() {
             self.first_s = now.t_s;
         }
