@@ -33,6 +33,7 @@
 //! ```
 
 mod config;
+mod course;
 mod gate;
 mod mean;
 mod propagator;
@@ -46,6 +47,7 @@ use crate::still::{Detector, Event, Plan};
 use crate::strapdown::{level, missing_tilt, times, turn};
 
 pub use config::{FirstRest, MotionConfig, Removal};
+use course::Course;
 pub use gate::{FAR, FLOOR_MPS, OpenNoise};
 use mean::RestMean;
 pub use propagator::Propagator;
@@ -53,6 +55,24 @@ pub use smooth::{LowPass, Smooth};
 
 /// A shorter rest corrects velocity and tilt, not the gyroscope's bias, s.
 pub const LEAST_FOR_BIAS_S: f64 = 1.0;
+
+/// A rest that has lasted so long is one, s: seconds of nearly constant acceleration,
+/// as in braking, look like rest for a shorter time.
+const FIRM_S: f64 = 2.0;
+/// What is quiet at speed for so long after such a rest is taken for a rest, s: until
+/// then it may ride at constant speed, as in a lift.
+const RIDE_S: f64 = 6.0;
+/// … and after one that has not lasted, s.
+const DOUBTFUL_S: f64 = 1.0;
+
+/// How it comes to rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Arrival {
+    /// Where the velocity is zero, as far as it is known.
+    AtZero,
+    /// Although it is not.
+    AtSpeed,
+}
 
 /// Where it stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,21 +108,15 @@ pub struct Motion<T, F, const N: usize> {
     place_known: bool,
     rest: RestMean<T>,
     last: Kept<T>,
-    forward: Propagator<T>,
+    course: Course<T>,
+    /// The course if the last rest was none: it goes on until that has lasted.
+    doubt: Option<Course<T>>,
+    taken_back: u32,
+    overruled: u32,
     /// Under [`Removal::StillMean`] the sum at the start, less the first sample.
     start: [T; 3],
-    /// Magnitude at the rest before, m/s².
-    gravity: T,
     arrived: [T; 4],
-    departed: [T; 4],
-    bias: [T; 3],
     bias_known: bool,
-    /// Since the rest, s; and how long that was.
-    since_s: T,
-    rested_s: T,
-    steps: T,
-    /// ∫ of the angle from the rest, rad s.
-    turned: T,
 }
 
 /// A sample as it is integrated.
@@ -154,17 +168,13 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
             place_known: true,
             rest: RestMean::new(),
             last: Kept::none(),
-            forward,
+            course: Course::new(forward),
+            doubt: None,
+            taken_back: 0,
+            overruled: 0,
             start: zero,
-            gravity: T::zero(),
             arrived: unit,
-            departed: unit,
-            bias: zero,
             bias_known: false,
-            since_s: T::zero(),
-            rested_s: T::zero(),
-            steps: T::zero(),
-            turned: T::zero(),
         })
     }
 
@@ -236,11 +246,13 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         self.pending_s = T::zero();
         (self.samples, self.count) = (0, 0);
         self.place_known = false;
+        self.doubt = None;
         // A mean that was not complete begins again.
         if !(self.phase == Phase::Start && self.config.removal == Removal::StillMean) {
             self.phase = Phase::Waiting;
         }
-        self.forward
+        self.course
+            .forward
             .place(self.config.velocity_mps, self.config.position_m);
     }
 
@@ -248,6 +260,20 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     #[must_use]
     pub fn phase(&self) -> Phase {
         self.phase
+    }
+
+    /// How many rests were taken back: from the one before them the velocity comes to
+    /// zero at the next, from them it does not. Moves that they parted are one.
+    #[must_use]
+    pub fn taken_back(&self) -> u32 {
+        self.taken_back
+    }
+
+    /// How many rests were taken for such although the velocity there is not zero within
+    /// its uncertainty: how far the move before them went is not known.
+    #[must_use]
+    pub fn overruled(&self) -> u32 {
+        self.overruled
     }
 
     /// Specific force of the last sample, calibrated and filtered, m/s².
@@ -259,13 +285,13 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     /// Attitude, sensor → frame; NaN while nothing is known.
     #[must_use]
     pub fn attitude(&self) -> [T; 4] {
-        self.known(self.forward.attitude())
+        self.known(self.course.forward.attitude())
     }
 
     /// Acceleration in the frame without gravity, m/s²; NaN while nothing is known.
     #[must_use]
     pub fn acceleration_mps2(&self) -> [T; 3] {
-        self.known(self.forward.acceleration())
+        self.known(self.course.forward.acceleration())
     }
 
     /// Velocity, m/s; NaN while nothing is known.
@@ -274,7 +300,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         match self.phase {
             Phase::Resting => [T::zero(); 3],
             Phase::Start if self.config.removal != Removal::StillMean => [T::zero(); 3],
-            _ => self.known(self.forward.velocity()),
+            _ => self.known(self.course.forward.velocity()),
         }
     }
 
@@ -283,7 +309,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     #[must_use]
     pub fn position_m(&self) -> [T; 3] {
         if self.place_known {
-            self.known(self.forward.position())
+            self.known(self.course.forward.position())
         } else {
             [T::nan(); 3]
         }
@@ -303,13 +329,15 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     fn start_mean(&mut self, now: &Kept<T>, told: Option<bool>) {
         if self.samples == 0 {
             self.start = [T::zero(); 3];
-            self.forward.level(self.forward.attitude(), now.force);
-            self.since_s = T::zero();
+            self.course
+                .forward
+                .level(self.course.forward.attitude(), now.force);
+            self.course.since_s = T::zero();
         } else {
-            self.since_s = self.since_s + now.h_s;
+            self.course.since_s = self.course.since_s + now.h_s;
         }
-        self.forward.update(now.force, now.rate, now.h_s);
-        self.start = add(&self.start, &self.forward.acceleration());
+        self.course.forward.update(now.force, now.rate, now.h_s);
+        self.start = add(&self.start, &self.course.forward.acceleration());
         let FirstRest::Samples(count) = self.config.first_rest else {
             return;
         };
@@ -318,19 +346,27 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         }
         let share = T::one() / T::from_f64((self.samples + 1) as f64);
         let off = scaled(&self.start, share);
-        let t = self.since_s;
+        let t = self.course.since_s;
         let half = T::from_f64(0.5) * t * t;
-        let (v, p) = (self.forward.velocity(), self.forward.position());
-        let mean = add(&self.forward.gravity(), &off);
-        self.forward.level(self.forward.attitude(), mean);
-        self.forward
+        let (v, p) = (
+            self.course.forward.velocity(),
+            self.course.forward.position(),
+        );
+        let mean = add(&self.course.forward.gravity(), &off);
+        self.course
+            .forward
+            .level(self.course.forward.attitude(), mean);
+        self.course
+            .forward
             .place(sub(&v, &scaled(&off, t)), sub(&p, &scaled(&off, half)));
-        self.forward.update(now.force, now.rate, T::zero());
-        self.gravity = norm(&mean);
-        self.rested_s = t;
+        self.course.forward.update(now.force, now.rate, T::zero());
+        self.course.gravity = norm(&mean);
+        self.course.rested_s = t;
         self.phase = Phase::Moving;
         if self.config.zero_velocity && told.unwrap_or(self.is_still()) {
-            self.forward.place([T::zero(); 3], self.config.position_m);
+            self.course
+                .forward
+                .place([T::zero(); 3], self.config.position_m);
             self.settle(now, told.is_some());
         }
     }
@@ -353,6 +389,9 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     fn follow(&mut self, now: &Kept<T>, force: &[T; 3], told: Option<bool>) {
         let event = self.note(now, force);
         let still = self.is_still();
+        if let Some(doubt) = &mut self.doubt {
+            doubt.advance(now, self.config.removal == Removal::Strapdown);
+        }
         match self.phase {
             Phase::Start => {
                 let FirstRest::Samples(count) = self.config.first_rest else {
@@ -378,12 +417,12 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
             },
             Phase::Moving => {
                 self.advance(now);
-                let rests = match told {
-                    Some(told) => told,
-                    None => still && self.may_rest(),
+                let arrival = match told {
+                    Some(told) => told.then_some(Arrival::AtZero),
+                    None => self.comes_to_rest(still),
                 };
-                if rests && self.config.zero_velocity {
-                    self.arrive(now, told.is_some());
+                if let Some(arrival) = arrival.filter(|_| self.config.zero_velocity) {
+                    self.arrive(now, told.is_some(), arrival);
                 }
             }
             // A first rest that was the only one does not come again.
@@ -399,6 +438,9 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     /// One more sample of a rest.
     fn remain(&mut self, now: &Kept<T>) {
         self.rest.add(&now.force, &now.rate, now.h_s);
+        if self.rest.seconds() >= T::from_f64(FIRM_S) {
+            self.doubt = None;
+        }
         if self.phase == Phase::Start && self.samples == 0 {
             self.level();
         }
@@ -407,14 +449,8 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     /// Integrates a sample of a move.
     #[inline]
     fn advance(&mut self, now: &Kept<T>) {
-        self.since_s = self.since_s + now.h_s;
-        self.steps = self.steps + T::one();
-        let rate = sub(&now.rate, &self.bias);
-        self.forward.update(now.force, rate, now.h_s);
-        if self.detector.is_some() && self.config.removal == Removal::Strapdown {
-            self.turned =
-                self.turned + now.h_s * gate::angle(&self.departed, &self.forward.attitude());
-        }
+        let turns = self.detector.is_some() && self.config.removal == Removal::Strapdown;
+        self.course.advance(now, turns);
     }
 
     /// The rest levels and shows the bias.
@@ -422,19 +458,19 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         let Some((force, rate)) = self.rest.means() else {
             return;
         };
-        self.gravity = norm(&force);
+        self.course.gravity = norm(&force);
         if self.config.removal != Removal::StillMean {
             let attitude = if self.bias_known {
                 times(&turn(&missing_tilt(&self.arrived, &force)), &self.arrived)
             } else {
                 level(force, T::zero())
             };
-            let down = [T::zero(), T::zero(), self.gravity];
-            self.forward.level(attitude, down);
+            let down = [T::zero(), T::zero(), self.course.gravity];
+            self.course.forward.level(attitude, down);
         }
         // A short one corrects the tilt only.
         if !self.bias_known || self.rest.seconds() >= T::from_f64(LEAST_FOR_BIAS_S) {
-            self.bias = rate;
+            self.course.bias = rate;
         }
     }
 
@@ -442,12 +478,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     fn leave(&mut self) {
         self.level();
         self.bias_known = true;
-        self.rested_s = self.rest.seconds();
-        self.since_s = T::zero();
-        self.steps = T::zero();
-        self.turned = T::zero();
-        self.departed = self.forward.attitude();
-        self.forward.level(self.departed, self.forward.gravity());
+        self.course.depart(self.rest.seconds());
         if self.samples > 0 {
             // The last sample at rest: no time has passed at it.
             let last = Kept {
@@ -486,12 +517,44 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         }
     }
 
-    /// It rests: the velocity is zero, and what was left of it comes off the way.
-    fn arrive(&mut self, now: &Kept<T>, told: bool) {
-        let left = self.forward.velocity();
-        let half = T::from_f64(0.5) * self.since_s;
-        let position = sub(&self.forward.position(), &scaled(&left, half));
-        self.forward.place([T::zero(); 3], position);
+    /// Whether a quiet stretch is a rest. The velocity says so, from the rest before or,
+    /// where that has not lasted, from the one before that: then it was none, and is
+    /// taken back. And a stretch that stays quiet is one whatever the velocity is.
+    fn comes_to_rest(&mut self, still: bool) -> Option<Arrival> {
+        let Some((_, noise)) = &self.config.rests else {
+            return None;
+        };
+        let quiet_s = self.course.note(still);
+        if let Some(doubt) = &mut self.doubt {
+            doubt.note(still);
+        }
+        if !still {
+            return None;
+        }
+        if self.course.may_rest(&self.config, noise) {
+            return Some(Arrival::AtZero);
+        }
+        if let Some(doubt) = self.doubt.filter(|d| d.may_rest(&self.config, noise)) {
+            self.course = doubt;
+            self.doubt = None;
+            self.taken_back += 1;
+            return Some(Arrival::AtZero);
+        }
+        let limit_s = if self.course.rested_s >= T::from_f64(FIRM_S) {
+            RIDE_S
+        } else {
+            DOUBTFUL_S
+        };
+        (quiet_s >= T::from_f64(limit_s)).then(|| {
+            self.overruled += 1;
+            Arrival::AtSpeed
+        })
+    }
+
+    /// It rests: the velocity is zero.
+    fn arrive(&mut self, now: &Kept<T>, told: bool, arrival: Arrival) {
+        self.doubt = (!told).then_some(self.course);
+        self.course.arrive(arrival == Arrival::AtSpeed);
         self.settle(now, told);
     }
 
@@ -502,14 +565,14 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         } else {
             [T::zero(); 3]
         };
-        self.forward.place(velocity, self.config.position_m);
+        self.course.forward.place(velocity, self.config.position_m);
         self.settle(now, told);
     }
 
     fn settle(&mut self, now: &Kept<T>, told: bool) {
         self.phase = Phase::Resting;
         self.rest = RestMean::new();
-        self.arrived = self.forward.attitude();
+        self.arrived = self.course.forward.attitude();
         match self.config.rests {
             Some((plan, _)) if !told => {
                 // What the detector was certain by.
@@ -522,22 +585,5 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
             _ => self.rest.add(&now.force, &now.rate, now.h_s),
         }
         self.level();
-    }
-
-    /// A quiet stretch is a rest when the velocity there is as near to zero as it can
-    /// be known.
-    fn may_rest(&self) -> bool {
-        let Some((_, noise)) = &self.config.rests else {
-            return false;
-        };
-        let since = gate::Since {
-            since_s: self.since_s,
-            step_s: self.since_s / self.steps.max(T::one()),
-            rested_s: self.rested_s,
-            gravity: self.gravity,
-            turned: self.turned,
-        };
-        let limit = T::from_f64(FAR) * since.sigma_velocity(&self.config, noise);
-        self.forward.velocity().iter().all(|v| v.abs() <= limit)
     }
 }

@@ -1,8 +1,6 @@
 //! How far the velocity may be off, for telling a rest from constant speed.
 
-use super::{MotionConfig, Removal};
 use crate::Real;
-use crate::still::RestNoise;
 use crate::strapdown::times;
 
 /// Standard deviations from zero that a velocity at rest may have.
@@ -53,50 +51,6 @@ impl<T: Real> OpenNoise<T> {
             + self.wobble * t2 * t2 / c(4.0);
         let noise = t3 / c(3.0) + t2 * t2 / (c(4.0) * self.rest_s);
         [noise, self.gravity * self.gravity * tilt]
-    }
-}
-
-/// Where the pipeline stands, as far as its velocity's uncertainty follows from it.
-pub(super) struct Since<T> {
-    /// Since the rest, s.
-    pub since_s: T,
-    /// Mean step, s.
-    pub step_s: T,
-    /// How long that rest was, s.
-    pub rested_s: T,
-    /// g, m/s².
-    pub gravity: T,
-    /// ∫ of the angle that the sensor is turned by, rad s.
-    pub turned: T,
-}
-
-impl<T: Real> Since<T> {
-    /// Standard uncertainty of a component of the velocity, m/s: noise since the rest
-    /// ([`OpenNoise`]), and what the parameters make of the angle θ that the sensor is
-    /// turned by, (g s + b) ∫θ dt: the scale s of the gyroscope leaves a tilt of s θ; a
-    /// bias b that was levelled away comes back as b θ. A bound for each axis; the
-    /// correlations between them are left out.
-    pub fn sigma_velocity(&self, config: &MotionConfig<T>, noise: &RestNoise<T>) -> T {
-        let density = |from: usize| {
-            let axes = noise.mean_variance[0][from..from + 3].iter();
-            axes.fold(T::zero(), |most, v| most.max(*v)) * self.step_s
-        };
-        let follows = config.removal == Removal::Strapdown;
-        let only = |there: bool, value: T| if there { value } else { T::zero() };
-        let rest_s = self.rested_s.max(self.step_s);
-        let gyro = only(follows, density(3));
-        let open = OpenNoise {
-            gyro,
-            bias: gyro / rest_s,
-            wobble: only(!follows, config.wobble_rad * config.wobble_rad),
-            gravity: self.gravity,
-            rest_s,
-        };
-        let [by_noise, by_tilt] = open.velocity(self.since_s);
-        let share = self.gravity * config.gyro_scale + config.bias_mps2;
-        let parameters = only(follows, share * self.turned);
-        let floor = T::from_f64(FLOOR_MPS * FLOOR_MPS);
-        (density(0) * by_noise + by_tilt + parameters * parameters + floor).sqrt()
     }
 }
 

@@ -196,7 +196,10 @@ fn simulated(cell: &Cell, seed: u64) -> Result<(Simulation, CalibrationFile), An
 }
 
 /// The identity, with its covariance.
-fn calibration(accel_sd: [f64; 3], gyro_sd: Option<[f64; 2]>) -> Result<CalibrationFile, AnyError> {
+pub fn calibration(
+    accel_sd: [f64; 3],
+    gyro_sd: Option<[f64; 2]>,
+) -> Result<CalibrationFile, AnyError> {
     let csv = "label,ax,ay,az\n-x,-9.80665,0,0\n+x,9.80665,0,0\n-y,0,-9.80665,0\n\
                +y,0,9.80665,0\n-z,0,0,-9.80665\n+z,0,0,9.80665\n";
     let session = [read_bytes(

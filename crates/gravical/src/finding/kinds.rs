@@ -601,6 +601,14 @@ kinds! {
             "a quiet stretch looks like constant speed, but nothing after it comes nearer to a rest"
             "taken for a rest"
             "name the rests with `--still`";
+        ClosureContradicts "closure-contradicts" Warning
+            "at the end of a move the velocity is further from zero than its uncertainty allows"
+            "the band of that move is widened by what the velocity may have done"
+            "lie still for 2 s before and after a move; calibrate; stay within the ranges of the sensors";
+        RestTakenBack "rest-taken-back" Note
+            "with `--causal`, a short rest from which the velocity does not come to zero at the next one"
+            "taken back there: the moves on either side of it are one"
+            "nothing";
         SlowMoveDoubted "slow-move-doubted" Warning
             "within a rest the force changes as in a slow move, but not enough to be certain"
             "taken for a rest"

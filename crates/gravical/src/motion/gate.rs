@@ -1,8 +1,12 @@
 //! Which rests are rests: at constant speed an accelerometer feels the same.
 //!
-//! From one rest on the velocity is integrated with its uncertainty σ_v, forwards
-//! and backwards: a recording may begin at constant speed. Where the velocity is more than four σ_v from zero, the sensor does not
-//! stand still, however quiet it is.
+//! From one quiet stretch on the velocity is integrated with its uncertainty σ_v, up to
+//! the others and some way into them. Two of them can be neighbouring rests where the
+//! velocity comes back to zero, to four σ_v, at the second and stays there. Of all
+//! chains of rests in which every neighbour agrees so, the one with the longest time at
+//! rest is taken: what lies between is constant speed, or constant acceleration. Where
+//! a stretch agrees with none after it, the next is taken all the same if a drift of the
+//! acceleration explains the velocity, and that is said.
 
 use std::ops::Range;
 
@@ -11,200 +15,361 @@ use gravical_core::motion::{FAR, FLOOR_MPS};
 use gravical_core::strapdown::level;
 
 use super::anchors::{Anchors, Side};
-use super::leg::{Forward, Leg};
+use super::leg::Forward;
 use super::parameters::{Direction, STEP};
 use super::setup::Setup;
+use super::still::Noise;
 
 /// A velocity that an error of the acceleration of this size explains is no
 /// motion when nothing after it comes to rest, m/s².
 const DRIFT_MPS2: f64 = 0.15;
+/// What lies still has no velocity but this, m/s: a table gives.
+pub(super) const STEADY_MPS: f64 = 0.002;
+/// The velocity is looked at where a stretch begins and so long after, s: what
+/// accelerates evenly is quiet, too.
+const INTO_S: [f64; 5] = [0.0, 0.25, 0.5, 1.0, 2.0];
+/// A stretch that agrees with one before it is held against no more than so many after
+/// that.
+const BEYOND: usize = 4;
+/// A velocity that is a little beyond that may be a model that knows too little of a long
+/// move, where the rest after it agrees: what it takes off the rest's weight, and what for
+/// each σ more.
+const BEYOND_FAR: [f64; 2] = [0.5, 1.0];
+/// What a rest counts that only a drift explains.
+const OVERRULED: f64 = 1e-3;
+/// A recording begins at rest more often than not.
+const FIRST: f64 = 0.25;
 
 /// A quiet stretch that was judged.
 #[derive(Debug, Clone)]
 pub(super) struct Judged {
     /// Its samples.
     pub span: Range<usize>,
-    /// Velocity there, m/s.
+    /// Velocity there, m/s, where it is furthest from zero in σ.
     pub velocity: [f64; 3],
     /// Its standard uncertainty, m/s; of a rest that noise alone explains, by noise alone.
     pub sigma: [f64; 3],
     /// Time since the rest that it was integrated from, s.
     pub seconds: f64,
+    /// How many σ that is, of the axis where it is most.
+    sigmas: f64,
     /// Taken for a rest.
     pub rest: bool,
     /// … although the velocity is too far from zero.
     pub overruled: bool,
 }
 
-/// Which way in time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Way {
-    Forwards,
-    Backwards,
+/// Judges the candidates of one piece; `noise` is that of the accelerometer at rest.
+///
+/// A velocity that nothing explains may have come slowly, before or after what was
+/// noticed: where the force of the rest at either end steps late or early, and the
+/// neighbours agree without that part, it is none of the rest.
+pub(super) fn judge(
+    setup: &Setup<'_>,
+    candidates: &[Range<usize>],
+    noise: Option<&Noise>,
+) -> Vec<Judged> {
+    let chain = |candidates: &[Range<usize>]| {
+        Gate {
+            setup,
+            candidates,
+            floors: candidates
+                .iter()
+                .map(|span| floor(setup, span, noise))
+                .collect(),
+        }
+        .chain()
+    };
+    let unexplained = |all: &[Judged]| all.iter().filter(|j| j.overruled).count();
+    let mut judged = chain(candidates);
+    let Some(noise) = noise else { return judged };
+    while unexplained(&judged) > 0 {
+        let again = chain(&without_slow_ends(setup, &judged, noise));
+        if unexplained(&again) >= unexplained(&judged) {
+            break;
+        }
+        judged = again;
+    }
+    judged
 }
 
-/// Judges the candidates of one piece. One of them has to be believed: the first,
-/// or the longest where that makes more of them rests (then the longer time).
-pub(super) fn judge(setup: &Setup<'_>, candidates: &[Range<usize>]) -> Vec<Judged> {
-    let t_s = setup.view.t_s();
-    let seconds = |r: &Range<usize>| t_s[r.end - 1] - t_s[r.start];
-    let longest = (0..candidates.len())
-        .max_by(|&a, &b| seconds(&candidates[a]).total_cmp(&seconds(&candidates[b])));
-    let Some(longest) = longest else {
-        return Vec::new();
-    };
-    let gate = Gate { setup, candidates };
-    let by_first = gate.from(0);
-    if longest == 0 || by_first.iter().all(|j| j.rest && !j.overruled) {
-        return by_first;
+/// χ² with three degrees of freedom by which the force has to step: 5 σ.
+const STEP_CHI2: f64 = 25.0;
+/// So much of a rest is looked at for a slow start or end of a move, s …
+const SLOW_S: f64 = 20.0;
+/// … and so much stays of it, s.
+const LEFT_S: f64 = 0.5;
+
+/// The stretches, those at either end of a velocity that nothing explains without what
+/// comes after the step in their force, or before it.
+fn without_slow_ends(setup: &Setup<'_>, judged: &[Judged], noise: &Noise) -> Vec<Range<usize>> {
+    let mut spans: Vec<Range<usize>> = judged.iter().map(|j| j.span.clone()).collect();
+    let mut before: Option<usize> = None;
+    for (k, one) in judged.iter().enumerate() {
+        if let Some(before) = before.filter(|_| one.overruled) {
+            let late = step_of_force(setup, &judged[before].span, noise, false);
+            let early = step_of_force(setup, &one.span, noise, true);
+            let gain = |of: Option<(f64, usize)>| of.map_or(0.0, |(gain, _): (f64, usize)| gain);
+            match (late, early) {
+                (Some((_, at)), _) if gain(late) >= gain(early) => {
+                    spans[before] = judged[before].span.start..at;
+                }
+                (_, Some((_, at))) => spans[k] = at..one.span.end,
+                _ => {}
+            }
+        }
+        if one.rest {
+            before = Some(k);
+        }
     }
-    let by_longest = gate.from(longest);
-    let weight = |all: &[Judged]| {
-        let rests = || all.iter().filter(|j| j.rest && !j.overruled);
-        (
-            rests().count(),
-            rests().map(|j| seconds(&j.span)).sum::<f64>(),
-        )
-    };
-    if weight(&by_longest) > weight(&by_first) {
-        by_longest
+    spans
+}
+
+/// Where the mean force of a stretch steps most, in its last seconds or its first ones,
+/// and by which χ²; none where it steps by less than noise may.
+fn step_of_force(
+    setup: &Setup<'_>,
+    span: &Range<usize>,
+    noise: &Noise,
+    early: bool,
+) -> Option<(f64, usize)> {
+    let samples = setup.view.samples;
+    let t = &samples.t_s[span.clone()];
+    let (first, last) = (*t.first()?, *t.last()?);
+    let (from, to) = if early {
+        (0, t.partition_point(|t| *t < first + 2.0 * SLOW_S))
     } else {
-        by_first
+        (t.partition_point(|t| *t < last - 2.0 * SLOW_S), t.len())
+    };
+    let count = (to - from) as f64;
+    let inside = |k: usize| {
+        let at = t[from + k];
+        let (done, left) = (at - t[from], t[to - 1] - at);
+        let (part, rest) = if early { (done, left) } else { (left, done) };
+        part <= SLOW_S && rest >= LEFT_S
+    };
+    let mut gains = vec![0.0; to - from];
+    for (channel, sigma) in samples.force_mps2.iter().zip(noise.sigma) {
+        let values = &channel[span.start + from..span.start + to];
+        let centre = values.iter().sum::<f64>() / count;
+        let mut sum = 0.0;
+        for (k, gain) in gains.iter_mut().enumerate() {
+            // Samples before k against the others.
+            let n = k as f64;
+            if k > 0 {
+                *gain += sum * sum * count / (n * (count - n)) / (sigma * sigma * noise.vif);
+            }
+            sum += values[k] - centre;
+        }
     }
+    let best = (1..gains.len())
+        .filter(|k| inside(*k))
+        .max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
+    (gains[best] > STEP_CHI2).then(|| (gains[best], span.start + from + best))
+}
+
+/// Velocity that a rest may have, m/s: more in a hand than on a table, as its noise is.
+fn floor(setup: &Setup<'_>, span: &Range<usize>, noise: Option<&Noise>) -> f64 {
+    let Some(noise) = noise else {
+        return FLOOR_MPS;
+    };
+    let (mut own, mut usual) = (0.0, 0.0);
+    for (channel, sigma) in setup.view.samples.force_mps2.iter().zip(noise.sigma) {
+        own += crate::stats::standard_deviation(&channel[span.clone()]).powi(2);
+        usual += sigma * sigma;
+    }
+    let density = setup.walk.accel_mean();
+    let more = density.sqrt() * (own / usual - 1.0).max(0.0).sqrt();
+    more.clamp(STEADY_MPS, FLOOR_MPS)
 }
 
 struct Gate<'a> {
     setup: &'a Setup<'a>,
     candidates: &'a [Range<usize>],
+    floors: Vec<f64>,
+}
+
+/// The best chain that ends with a candidate.
+#[derive(Clone, Copy)]
+struct Best {
+    /// What its rests count together.
+    weight: f64,
+    before: Option<usize>,
+    overruled: bool,
 }
 
 impl Gate<'_> {
-    /// All candidates in order, that one believed.
-    fn from(&self, believed: usize) -> Vec<Judged> {
-        let mut out = self.side(believed, Way::Backwards);
-        out.reverse();
-        out.push(Judged {
-            span: self.candidates[believed].clone(),
+    /// What a rest counts: how many agree says more than how long one is, since constant
+    /// speed may last.
+    fn weight(&self, k: usize) -> f64 {
+        let t_s = self.setup.view.t_s();
+        let span = &self.candidates[k];
+        let seconds = t_s[span.end - 1] - t_s[span.start];
+        let first = if k == 0 { FIRST } else { 0.0 };
+        1.0 + 0.5 * seconds.min(2.0) + 1e-3 * seconds + first
+    }
+
+    fn chain(&self) -> Vec<Judged> {
+        let count = self.candidates.len();
+        let alone = |k| Best {
+            weight: self.weight(k),
+            before: None,
+            overruled: false,
+        };
+        let mut best: Vec<Best> = (0..count).map(alone).collect();
+        let mut seen: Vec<Vec<Judged>> = Vec::with_capacity(count);
+        for k in 0..count {
+            let judged = self.onward(k);
+            let agrees = judged.iter().any(|j| j.rest);
+            for (step, one) in judged.iter().enumerate() {
+                let next = k + 1 + step;
+                let far = one.sigmas > FAR;
+                let less = BEYOND_FAR[0] + BEYOND_FAR[1] * (one.sigmas - FAR);
+                let drifts = !agrees && step == 0 && one.overruled;
+                let own = match far {
+                    false => self.weight(next),
+                    true if self.weight(next) > less => self.weight(next) - less,
+                    true if drifts => OVERRULED,
+                    true => continue,
+                };
+                let overruled = far;
+                let weight = best[k].weight + own;
+                if weight > best[next].weight {
+                    best[next] = Best {
+                        weight,
+                        before: Some(k),
+                        overruled,
+                    };
+                }
+            }
+            seen.push(judged);
+        }
+        let last = (0..count).max_by(|&a, &b| best[a].weight.total_cmp(&best[b].weight));
+        let Some(last) = last else {
+            return Vec::new();
+        };
+        let mut rests: Vec<usize> =
+            std::iter::successors(Some(last), |&k| best[k].before).collect();
+        rests.reverse();
+        self.verdicts(&rests, &best, seen)
+    }
+
+    /// All candidates in order, those of `rests` being rests.
+    fn verdicts(&self, rests: &[usize], best: &[Best], seen: Vec<Vec<Judged>>) -> Vec<Judged> {
+        let mut out: Vec<Judged> = Vec::with_capacity(self.candidates.len());
+        let itself = |k: usize| Judged {
+            span: self.candidates[k].clone(),
             velocity: [0.0; 3],
-            sigma: [FLOOR_MPS; 3],
+            sigma: [self.floors[k]; 3],
             seconds: 0.0,
+            sigmas: 0.0,
             rest: true,
             overruled: false,
-        });
-        out.extend(self.side(believed, Way::Forwards));
+        };
+        let first = rests.first().copied().unwrap_or(0);
+        for k in 0..first {
+            // The recording begins in motion: seen from there the rest moves.
+            let towards = seen[k].get(first - k - 1).cloned();
+            let mut one = towards.unwrap_or_else(|| itself(k));
+            one.velocity = one.velocity.map(|v| -v);
+            one.span = self.candidates[k].clone();
+            (one.rest, one.overruled) = (false, false);
+            out.push(one);
+        }
+        for (n, &k) in rests.iter().enumerate() {
+            if n == 0 {
+                out.push(itself(k));
+            }
+            let next = rests.get(n + 1).copied().unwrap_or(self.candidates.len());
+            for j in k + 1..=next.min(self.candidates.len() - 1) {
+                let mut one = seen[k].get(j - k - 1).cloned().unwrap_or_else(|| itself(j));
+                one.rest = j == next;
+                one.overruled = one.rest && best[j].overruled;
+                out.push(one);
+            }
+        }
         out
     }
 
-    /// All candidates on one side of `from`, in the order in which they are met.
-    fn side(&self, mut from: usize, way: Way) -> Vec<Judged> {
-        let mut out: Vec<Judged> = Vec::new();
-        loop {
-            let mut judged = self.onward(from, way);
-            let met = match judged.iter().position(|j| j.rest) {
-                Some(next) => next + 1,
-                // Nothing beyond comes to rest: does drift explain that?
-                None => {
-                    let drifted = judged.first().is_some_and(|j| {
-                        norm(&j.velocity) <= DRIFT_MPS2 * self.seconds_to(from, &j.span, way)
-                    });
-                    if !drifted {
-                        out.append(&mut judged);
-                        return out;
-                    }
-                    if let Some(first) = judged.first_mut() {
-                        (first.rest, first.overruled) = (true, true);
-                    }
-                    1
-                }
-            };
-            out.extend(judged.into_iter().take(met));
-            from = match way {
-                Way::Forwards => from + met,
-                Way::Backwards => from - met,
-            };
-        }
-    }
-
-    /// Where a leg from the candidate `from` begins, and where it meets `span`.
-    fn edges(&self, from: usize, span: &Range<usize>, way: Way) -> (usize, usize) {
+    /// From the rest `from` on through the candidates after it, until one agrees and
+    /// some more. Those that do not, and whose velocity a drift explains, are marked as
+    /// overruled.
+    fn onward(&self, from: usize) -> Vec<Judged> {
+        let setup = self.setup;
+        let t_s = setup.view.t_s();
         let own = &self.candidates[from];
-        match way {
-            Way::Forwards => (own.end - 1, span.start),
-            Way::Backwards => (own.start, span.end - 1),
-        }
-    }
-
-    fn seconds_to(&self, from: usize, span: &Range<usize>, way: Way) -> f64 {
-        let (near, far) = self.edges(from, span, way);
-        let t_s = self.setup.view.t_s();
-        (t_s[far] - t_s[near]).abs()
-    }
-
-    /// The leg that departs from the candidate `k`.
-    fn leg(&self, k: usize, way: Way) -> Leg<'_> {
-        let own = &self.candidates[k];
-        let (side, near, far) = match way {
-            Way::Forwards => (Side::Last, own.end - 1, self.setup.view.samples.len() - 1),
-            Way::Backwards => (Side::First, own.start, 0),
-        };
-        let anchors = Anchors::new(self.setup.view, self.setup.walk);
-        let start = anchors.at(self.candidates, k, side);
-        self.setup
-            .leg(near, far, start, None, level(start.force, 0.0))
-    }
-
-    /// From the rest `from` on through all candidates beyond it, up to the first
-    /// that is a rest.
-    fn onward(&self, from: usize, way: Way) -> Vec<Judged> {
-        let leg = self.leg(from, way);
-        let noise = self.setup.noise(&leg);
+        let near = own.end - 1;
+        let anchors = Anchors::new(setup.view, setup.walk);
+        let start = anchors.at(self.candidates, from, Side::Last);
+        let far = setup.view.samples.len() - 1;
+        let leg = setup.leg(near, far, start, None, level(start.force, 0.0));
+        let noise = setup.noise(&leg);
         let mut nominal = Forward::new(&leg, Direction::NONE);
         // Most rests are so near to zero that noise alone allows it.
         let mut changed: Vec<Forward<'_>> = Vec::new();
-        let mut out = Vec::new();
-        let mut next = Some(from);
-        loop {
-            next = match way {
-                Way::Forwards => next.map(|k| k + 1),
-                Way::Backwards => next.and_then(|k| k.checked_sub(1)),
-            };
-            let Some(span) = next.and_then(|k| self.candidates.get(k)) else {
-                return out;
-            };
-            let (near, far) = self.edges(from, span, way);
-            let count = near.abs_diff(far) + 1;
-            nominal.advance_to(count);
-            let velocity = nominal.propagator.velocity();
-            let seconds = self.seconds_to(from, span, way);
-            let (by_noise, _) = noise.open(seconds);
-            let mut variance: [f64; 3] = std::array::from_fn(|i| {
-                by_noise.noise[i] + by_noise.tilt[i] + FLOOR_MPS * FLOOR_MPS
-            });
-            let near =
-                |variance: &[f64; 3]| (0..3).all(|i| velocity[i].abs() <= FAR * variance[i].sqrt());
-            if !near(&variance) {
-                if changed.is_empty() {
-                    let directions = self.setup.directions.iter();
-                    changed.extend(directions.map(|d| Forward::new(&leg, d.times(STEP))));
-                }
-                for one in &mut changed {
-                    one.advance_to(count);
-                    let other = one.propagator.velocity();
-                    (0..3).for_each(|i| variance[i] += ((other[i] - velocity[i]) / STEP).powi(2));
-                }
+        let mut out: Vec<Judged> = Vec::new();
+        let mut agreed = None;
+        for next in from + 1..self.candidates.len() {
+            if agreed.is_some_and(|first| next > first + BEYOND) {
+                break;
             }
-            let rest = near(&variance);
-            out.push(Judged {
+            let span = &self.candidates[next];
+            let floor = self.floors[next].hypot(self.floors[from]);
+            let mut judged = Judged {
                 span: span.clone(),
-                velocity,
-                sigma: variance.map(f64::sqrt),
-                seconds,
-                rest,
+                velocity: [0.0; 3],
+                sigma: [floor; 3],
+                seconds: t_s[span.start] - t_s[near],
+                sigmas: 0.0,
+                rest: true,
                 overruled: false,
-            });
-            if rest {
-                return out;
+            };
+            let mut worst = -1.0;
+            let mut done = 0;
+            for into_s in INTO_S {
+                let inside = &t_s[span.clone()];
+                let at = inside.partition_point(|t| t - inside[0] <= into_s).max(1) - 1;
+                if at < done {
+                    continue;
+                }
+                done = at + 1;
+                let count = span.start + at - near + 1;
+                nominal.advance_to(count);
+                let velocity = nominal.propagator.velocity();
+                let (by_noise, _) = noise.open(inside[at] - t_s[near]);
+                let mut variance: [f64; 3] =
+                    std::array::from_fn(|i| by_noise.noise[i] + by_noise.tilt[i] + floor * floor);
+                let off = |variance: &[f64; 3]| {
+                    let each = (0..3).map(|i| velocity[i].abs() / variance[i].sqrt());
+                    each.fold(0.0, f64::max)
+                };
+                if off(&variance) > FAR {
+                    if changed.is_empty() {
+                        let directions = setup.directions.iter();
+                        changed.extend(directions.map(|d| Forward::new(&leg, d.times(STEP))));
+                    }
+                    for one in &mut changed {
+                        one.advance_to(count);
+                        let other = one.propagator.velocity();
+                        (0..3)
+                            .for_each(|i| variance[i] += ((other[i] - velocity[i]) / STEP).powi(2));
+                    }
+                }
+                if off(&variance) > worst {
+                    worst = off(&variance);
+                    judged.velocity = velocity;
+                    judged.sigma = variance.map(f64::sqrt);
+                }
             }
+            judged.sigmas = worst;
+            judged.rest = worst <= FAR;
+            judged.overruled =
+                !judged.rest && norm(&judged.velocity) <= DRIFT_MPS2 * judged.seconds;
+            if judged.rest && agreed.is_none() {
+                agreed = Some(next);
+            }
+            out.push(judged);
         }
+        out
     }
 }

@@ -106,7 +106,9 @@ pub(super) struct Columns {
 /// What is left at the end of a leg.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Closure {
-    /// Velocity at `far` before it was taken off, m/s.
+    /// Velocity at `far` as it was integrated, m/s.
+    pub velocity: [f64; 3],
+    /// What is left of it once the tilt is put right, before it was taken off, m/s.
     pub left_over: [f64; 3],
     /// Rotation vector in the frame that was missing at `far`, rad.
     pub missing: [f64; 3],
@@ -162,6 +164,7 @@ impl Leg<'_> {
     /// `forward` has gone all the way and left its samples in `columns`.
     pub fn close(&self, forward: &Forward<'_>, columns: &mut Columns) -> Closure {
         let mut out = Closure {
+            velocity: forward.propagator.velocity(),
             left_over: forward.propagator.velocity(),
             missing: [0.0; 3],
             attitude: forward.propagator.attitude(),

@@ -67,6 +67,7 @@ use path::Known;
 use prepare::{Prepared, prepare, with_scales};
 use samples::View;
 use setup::Setup;
+use still::Noise;
 
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
@@ -189,7 +190,7 @@ fn compute(
         bands: options.bands && (by_mean || !rests.is_empty()),
     };
     if options.zero_velocity && options.rests.given_s.is_none() {
-        rests = gated(&setup, &rests, &mut findings);
+        rests = gated(&setup, &rests, found.accel.as_ref(), &mut findings);
     }
     // The first that was quiet may be no rest: then gravity is another one's.
     let again = if file.is_none() && rests.first() != found.spans.first() {
@@ -374,13 +375,14 @@ impl Inside {
 fn gated(
     setup: &Setup<'_>,
     candidates: &[Range<usize>],
+    noise: Option<&Noise>,
     findings: &mut Vec<Finding>,
 ) -> Vec<Range<usize>> {
     let mut rests = Vec::new();
     let mut from = 0;
     for piece in setup.view.samples.pieces() {
         let own = candidates[from..].partition_point(|c| c.start < piece.end);
-        let judged = gate::judge(setup, &candidates[from..from + own]);
+        let judged = gate::judge(setup, &candidates[from..from + own], noise);
         from += own;
         findings.extend(words::gate(setup.view.samples, &judged));
         rests.extend(judged.into_iter().filter(|j| j.rest).map(|j| j.span));

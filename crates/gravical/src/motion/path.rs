@@ -7,11 +7,16 @@ use gravical_core::strapdown::{level, times};
 
 use super::anchors::{Anchors, Side};
 use super::bands::{LegNoise, Steps, Variances};
+use super::gate;
 use super::leg::{Closure, Columns, Forward, Leg, Removal};
 use super::parameters::{Direction, Kind, STEP};
 use super::plan::Stretch;
 use super::result::{Ends, FinalState, Move, PositionBudget};
 use super::setup::Setup;
+
+/// A velocity at the end of a move further from zero than this, in σ, is improbable: one
+/// in a hundred.
+pub(super) const IMPROBABLE: f64 = 2.58;
 
 /// Samples of a leg that are computed at a time where nothing is known of its end.
 const CHUNK: usize = 4096;
@@ -250,6 +255,7 @@ impl Setup<'_> {
         while course.done < leg.len() {
             let from = course.done;
             course.advance(state, out.sink.is_some());
+            self.hold_against_closure(&mut course);
             moved.add(&course.columns);
             if out.sink.is_some() {
                 let n = course.done - from;
@@ -293,6 +299,10 @@ impl Setup<'_> {
             state.yaw.add(yaw, &state.position);
         }
         let closure = course.closure.filter(|_| leg.closing.is_some());
+        let sigmas = self
+            .closure_sigmas(&course)
+            .filter(|_| self.bands && closure.is_some());
+        let closure_sigmas = sigmas.map(|s| s.iter().fold(0.0, |most: f64, one| most.max(*one)));
         let t_s = self.view.t_s();
         Move {
             start_s: t_s[leg.near.min(leg.far)],
@@ -305,9 +315,52 @@ impl Setup<'_> {
             path_m: Some(moved.path_m),
             velocity_error_mps: closure.map(|c| c.left_over),
             missing_tilt_deg: closure.map(|c| norm(&c.missing).to_degrees()),
+            closure_sigmas,
             usable: true,
-            reason: None,
+            reason: closure_sigmas.filter(|s| *s > IMPROBABLE).map(|s| {
+                format!(
+                    "the velocity at its end is {s:.1} times its uncertainty from zero: the band is widened by that"
+                )
+            }),
         }
+    }
+
+    /// Between two rests the velocity that is left at the second one tests the band: where
+    /// it is improbable, something moved the sensor that the model does not know, and of
+    /// one sign that moves the position by at most |e_v| T/2. The variance gains
+    /// (e_v T/3)², along the leg in proportion to what it is.
+    fn hold_against_closure(&self, course: &mut Course<'_>) {
+        if !self.bands || course.leg.closing.is_none() || course.steps.is_some() {
+            return;
+        }
+        let Some(ratio) = self.closure_sigmas(course) else {
+            return;
+        };
+        let (Some(closure), Some(end)) = (course.closure, course.columns.tau.len().checked_sub(1))
+        else {
+            return;
+        };
+        let (_, at_end) = self.variances(course, end);
+        for i in 0..3 {
+            let own = at_end.noise[i] + at_end.tilt[i];
+            if ratio[i] > IMPROBABLE && own > 0.0 {
+                let more = closure.velocity[i] * course.leg.seconds() / 3.0;
+                course.widened[i] = 1.0 + more * more / own;
+            }
+        }
+    }
+
+    /// The velocity at the second rest over its standard uncertainty, by axis.
+    fn closure_sigmas(&self, course: &Course<'_>) -> Option<[f64; 3]> {
+        let closure = course.closure?;
+        let (open, _) = course.noise.open(course.leg.seconds());
+        Some(std::array::from_fn(|i| {
+            let variance = open.noise[i]
+                + open.tilt[i]
+                + course.closure_by_parameters[i]
+                + gate::STEADY_MPS * gate::STEADY_MPS;
+            closure.velocity[i].abs() / variance.sqrt()
+        }))
     }
 
     /// What is known at place `k` of what a leg has come to.
@@ -360,7 +413,7 @@ impl Setup<'_> {
     fn variances(&self, course: &Course<'_>, k: usize) -> (Variances, Variances) {
         let (leg, noise) = (course.leg, course.noise);
         let tau = course.columns.tau[k].abs();
-        let (v, mut p) = match (&course.steps, &leg.closing) {
+        let (mut v, mut p) = match (&course.steps, &leg.closing) {
             (Some(steps), _) => steps.at(k, noise),
             (None, Some(closing)) => noise.between(&closing.smoother, tau),
             (None, None) if leg.is_backwards() => (noise.open(tau).0, noise.way_open(tau)),
@@ -377,6 +430,12 @@ impl Setup<'_> {
         p.tilt[0] += level * way[2] * way[2] + yaw * way[1] * way[1];
         p.tilt[1] += level * way[2] * way[2] + yaw * way[0] * way[0];
         p.tilt[2] += level * (way[0] * way[0] + way[1] * way[1]);
+        for of in [&mut v, &mut p] {
+            for i in 0..3 {
+                of.noise[i] *= course.widened[i];
+                of.tilt[i] *= course.widened[i];
+            }
+        }
         (v, p)
     }
 
@@ -415,6 +474,10 @@ struct Course<'a> {
     columns: Columns,
     other: Columns,
     closure: Option<Closure>,
+    /// Variance of the closure's velocity by the parameters, (m/s)².
+    closure_by_parameters: [f64; 3],
+    /// What the closure multiplies the variances of noise and tilt by.
+    widened: [f64; 3],
     /// Variances of velocity and position by the parameters, those of the legs before
     /// included.
     by_velocity: Vec<[f64; 3]>,
@@ -446,6 +509,8 @@ impl<'a> Course<'a> {
             columns: Columns::default(),
             other: Columns::default(),
             closure: None,
+            closure_by_parameters: [0.0; 3],
+            widened: [1.0; 3],
             by_velocity: Vec::new(),
             by_position: Vec::new(),
             off: vec![([0.0; 3], 0.0); directions.len()],
@@ -487,9 +552,16 @@ impl<'a> Course<'a> {
         let mut attitude = None;
         if let Some(one) = self.changed.get_mut(k) {
             one.run(columns.tau.len(), false, &mut self.other);
-            attitude = Some(match leg.is_corrected() {
-                true => leg.close(one, &mut self.other).attitude,
-                false => one.propagator.attitude(),
+            attitude = Some(match self.closure {
+                Some(nominal) => {
+                    let other = leg.close(one, &mut self.other);
+                    for i in 0..3 {
+                        let off = (other.velocity[i] - nominal.velocity[i]) / STEP;
+                        self.closure_by_parameters[i] += off * off;
+                    }
+                    other.attitude
+                }
+                None => one.propagator.attitude(),
             });
         }
         let (other, matrix) = (&self.other, self.directions[k].matrix());

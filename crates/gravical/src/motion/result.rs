@@ -141,6 +141,11 @@ pub struct Move {
     /// Tilt that was missing at the rest after it, degrees; null where there is
     /// none.
     pub missing_tilt_deg: Option<f64>,
+    /// The velocity that was left at its end, over its standard uncertainty, of the axis
+    /// where that is most: far above 3 something is wrong that the uncertainty does not
+    /// know of, and the bands are widened by it. Null without bands, and where there is no
+    /// rest at both ends.
+    pub closure_sigmas: Option<f64>,
     /// False when its displacement cannot be known.
     pub usable: bool,
     /// Why it cannot be known, or what it costs that there is no rest at one end.
@@ -161,6 +166,7 @@ impl Move {
             path_m: None,
             velocity_error_mps: None,
             missing_tilt_deg: None,
+            closure_sigmas: None,
             usable: false,
             reason: Some(if gap_s > 0.0 {
                 format!("{gap_s:.2} s are missing in it: how far it went then is not known")

@@ -138,6 +138,39 @@ pub(super) fn gate(samples: &Samples, judged: &[Judged]) -> Vec<Finding> {
         .collect()
 }
 
+/// What a stream learnt of its rests too late, or decided against the velocity; those
+/// are given by when they were taken for rests, s.
+pub(super) fn causal_rests(taken_back: u32, at_speed: &[f64]) -> Vec<Finding> {
+    let mut out = Vec::new();
+    if taken_back > 0 {
+        out.push(
+            Finding::new(
+                FindingKind::RestTakenBack,
+                format!(
+                    "{taken_back} short rests were none, as the velocity at the next rest shows; each was taken back there, and the moves on either side of it are one"
+                ),
+            )
+            .counting(u64::from(taken_back)),
+        );
+    }
+    if let Some(first) = at_speed.first() {
+        out.push(
+            Finding::new(
+                FindingKind::RestAtSpeed,
+                format!(
+                    "quiet at {} times, first up to {first:.2} s, where the integrated velocity is not zero; taken for rests since it stays quiet: the acceleration drifted, or the sensor went on at constant speed; how far the moves before them went may be far off",
+                    at_speed.len()
+                ),
+            )
+            .counting(at_speed.len() as u64),
+        );
+    }
+    out
+}
+
+/// A velocity at the end of a move beyond so many σ is no chance: one in 16,000.
+const CONTRADICTED: f64 = 4.0;
+
 /// A rest that is shorter, s, hides nothing that is slower than what is found.
 const LONG_REST_S: f64 = 14.0;
 
@@ -234,6 +267,21 @@ pub(super) fn circumstances(
                 format!("{gap_s:.2} s are missing while the sensor rests in one pose: taken as not moved"),
             ));
         }
+    }
+    let closures = || moves.iter().filter_map(|m| m.closure_sigmas);
+    let contradicted = closures().filter(|s| *s > CONTRADICTED).count();
+    if contradicted > 0 {
+        let worst = closures().fold(0.0, f64::max);
+        out.push(
+            Finding::new(
+                FindingKind::ClosureContradicts,
+                format!(
+                    "at the end of {contradicted} of {} moves the velocity is up to {worst:.0} times its uncertainty from zero: a bias that drifts, a hand that did not stop, a reading out of range or a rest that is none; the bands of these moves are widened by it",
+                    moves.len()
+                ),
+            )
+            .counting(contradicted as u64),
+        );
     }
     let lost = moves.iter().filter(|m| !m.usable).count();
     if lost > 0 {

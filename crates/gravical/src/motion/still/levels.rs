@@ -214,6 +214,9 @@ fn wander(samples: &Samples, rests: &[Coarse], plan: &Plan) -> f64 {
     }
 }
 
+/// Fewer differences, 20 s of rest, do not tell a drift from a move.
+const FEWEST_DIFFERENCES: usize = 100;
+
 /// How much more means of 0.4 s that are 1 s apart differ than σ²·VIF says: a bias
 /// that wanders, a floor that shakes. From the lower quartile over all steady
 /// rests, so that a slow move in the greater part of one does not count; 1 where
@@ -249,6 +252,10 @@ fn drift(
             chi2.push(sum);
             at += plan.block;
         }
+    }
+    // In a short recording a move may be the greater part of it.
+    if chi2.len() < FEWEST_DIFFERENCES {
+        return 1.0;
     }
     chi2.sort_unstable_by(f64::total_cmp);
     let Some(quartile) = chi2.get(chi2.len() / 4) else {

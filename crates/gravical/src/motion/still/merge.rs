@@ -22,10 +22,8 @@ const AGREEMENT: f64 = 16.266_236_20;
 const FARTHEST_S: f64 = 10.0;
 /// Rests to go to find a long one.
 const MOST_STEPS: usize = 20;
-/// A break that moves the sensor by less than the noise of a move of so many
-/// seconds is none.
-const NOTHING_S: f64 = 2.0;
-/// … or leaves it with a speed of so many standard deviations.
+/// A break that moves the sensor, or leaves it with a speed, by less than so many
+/// standard deviations is none.
 const PUSH: f64 = 4.0;
 /// Nor one that turns it by less than this angle, rad (1°).
 const KNOCK_TURN_RAD: f64 = 0.017;
@@ -75,12 +73,14 @@ impl Context<'_> {
         {
             return false;
         }
-        let (moved_m, speed_mps) = self.moved(before, after);
+        let (moved_m, speed_mps, greatest) = self.moved(before, after);
         let density = self.density(before);
-        // Where the noise of such a move goes: N √(T³/12); and its speed, N √T: a
-        // push that nothing takes back is the start of a ride.
-        moved_m <= (density * NOTHING_S.max(length_s).powi(3) / 12.0).sqrt()
-            && speed_mps <= PUSH * (density * NOTHING_S.max(length_s)).sqrt()
+        // What noise makes of way and speed, and what a blow of which samples show a
+        // part may: it is off by half a step where it begins and ends.
+        let noise = (density * length_s * (1.0 + length_s)).sqrt();
+        let blow = greatest * self.step_s();
+        speed_mps <= PUSH * noise + blow
+            && moved_m <= length_s * (PUSH * noise / 12.0_f64.sqrt() + 0.5 * blow)
     }
 
     /// N², the axes together, m²/s³.
@@ -94,8 +94,9 @@ impl Context<'_> {
     }
 
     /// How far the sensor went between two rests, m: twice integrated, with the
-    /// velocity zero at both ends; and the velocity that was not zero, m/s.
-    fn moved(&self, before: &Range<usize>, after: &Range<usize>) -> (f64, f64) {
+    /// velocity zero at both ends; the velocity that was not zero, m/s; and the greatest
+    /// acceleration, m/s².
+    fn moved(&self, before: &Range<usize>, after: &Range<usize>) -> (f64, f64, f64) {
         let near = Plan::SEED_BLOCKS * self.plan.block;
         let a = mean_of(
             self.samples,
@@ -109,11 +110,12 @@ impl Context<'_> {
         let t = &self.samples.t_s;
         let whole = t[to] - t[from];
         if whole <= 0.0 {
-            return (0.0, 0.0);
+            return (0.0, 0.0, 0.0);
         }
         let mut velocity = [0.0; 3];
         let mut way = [0.0; 3];
         let mut last = [0.0; 3];
+        let mut greatest = 0.0_f64;
         for i in from..=to {
             let share = (t[i] - t[from]) / whole;
             let force = self.samples.force_at(i);
@@ -125,9 +127,10 @@ impl Context<'_> {
                 velocity[c] = next;
                 last[c] = off;
             }
+            greatest = greatest.max(norm(&last));
         }
         let moved: [f64; 3] = std::array::from_fn(|c| way[c] - 0.5 * whole * velocity[c]);
-        (norm(&moved), norm(&velocity))
+        (norm(&moved), norm(&velocity), greatest)
     }
 
     pub(super) fn level(&self, rest: &Range<usize>) -> &Coarse {
@@ -213,7 +216,12 @@ impl Context<'_> {
             let span = &coarse.span;
             let next = rests.partition_point(|r| r.end <= span.start);
             let alone = rests.get(next).is_none_or(|r| r.start >= span.end);
-            if coarse.held || span.len() < short || alone {
+            // Else a move would begin later for what is quiet at its start.
+            let same = rests.get(next).is_some_and(|r| {
+                let both = r.start.max(span.start)..r.end.min(span.end);
+                2 * both.len() > span.len()
+            });
+            if coarse.held || alone || span.len() < short && same {
                 all.push(span.clone());
             }
         }

@@ -160,7 +160,54 @@ fn inflation(
         let limit = MOST_UNREST * level.max(1.0);
         chunks.retain(|(unrest, _)| *unrest <= limit || unrest.is_nan());
     }
-    autocorrelation(&chunks, Plan::SEED_BLOCKS * plan.block)
+    let all = autocorrelation(&chunks, Plan::SEED_BLOCKS * plan.block);
+    let by_steps = inflation_by_steps(samples, spans, plan, sensor, variance);
+    by_steps.map_or(all, |steps| all.min(MOST_BEYOND_STEPS * steps.max(1.0)))
+}
+
+/// Correlation that neighbouring means of 0.2 s do not show is a move in what was taken
+/// for a rest, beyond this factor.
+const MOST_BEYOND_STEPS: f64 = 2.0;
+/// Fewer steps from one mean to the next say nothing.
+const FEWEST_STEPS: usize = 6;
+/// Median of χ² with three degrees of freedom.
+const MEDIAN_CHI2_3: f64 = 2.365_974;
+
+/// VIF by the median step between neighbouring means of 0.2 s: a move changes few of
+/// them much. None where there are too few.
+fn inflation_by_steps(
+    samples: &Samples,
+    spans: &[Range<usize>],
+    plan: &Plan,
+    sensor: usize,
+    variance: &Six,
+) -> Option<f64> {
+    let total: usize = spans.iter().map(|s| s.len()).sum();
+    let stride = (3 * total / ENOUGH).max(1);
+    let mut squares = Vec::new();
+    for span in spans {
+        let pairs = (span.len() / plan.block).saturating_sub(1);
+        for pair in (0..pairs).step_by(stride) {
+            let from = span.start + pair * plan.block;
+            let mut sum = 0.0;
+            for c in 3 * sensor..3 * sensor + 3 {
+                let values = channel(samples, c)?;
+                let early = mean(&values[from..from + plan.block]);
+                let late = mean(&values[from + plan.block..from + 2 * plan.block]);
+                let white = 2.0 * variance[c] / plan.block as f64;
+                sum += if white > 0.0 {
+                    (late - early).powi(2) / white
+                } else {
+                    0.0
+                };
+            }
+            squares.push(sum);
+        }
+    }
+    if squares.len() < FEWEST_STEPS {
+        return None;
+    }
+    median(&mut squares).map(|middle| middle / MEDIAN_CHI2_3)
 }
 
 /// Scatter of block means over what their neighbours differ: 1 without any drift.

@@ -147,6 +147,8 @@ impl Pipeline {
             rests: resting(phase, self.starts_at_rest),
             velocity: state.motion.velocity_mps(),
             position: state.motion.position_m(),
+            taken_back: state.motion.taken_back(),
+            overruled: state.motion.overruled(),
         });
         if let Some(decimals) = self.table {
             self.write(t_s, decimals, out);

@@ -15,13 +15,26 @@ pub(super) struct MoveTracker {
     since_s: f64,
     rests: Vec<Span>,
     moves: Vec<Move>,
+    going: Going,
+    /// The move before the last rest, should that have been none.
+    before_rest: Option<(f64, Going)>,
+    taken_back: u32,
+    overruled: u32,
+    /// Rests that were taken back, and those at speed.
+    pub rests_taken_back: u32,
+    pub rests_at_speed: Vec<f64>,
+    speed: f64,
+    velocity: [f64; 3],
+    position: [f64; 3],
+}
+
+/// The move that goes on.
+#[derive(Debug, Clone, Copy)]
+struct Going {
     start: [f64; 3],
     ends: Ends,
     peak: f64,
     path: f64,
-    speed: f64,
-    velocity: [f64; 3],
-    position: [f64; 3],
 }
 
 /// A sample and what it came to.
@@ -32,6 +45,9 @@ pub(super) struct MotionState {
     pub rests: bool,
     pub velocity: [f64; 3],
     pub position: [f64; 3],
+    /// Rests that were taken back so far, and those that are at speed.
+    pub taken_back: u32,
+    pub overruled: u32,
 }
 
 impl MoveTracker {
@@ -43,10 +59,17 @@ impl MoveTracker {
             since_s: f64::NAN,
             rests: Vec::new(),
             moves: Vec::new(),
-            start: start_m,
-            ends: Ends::Free,
-            peak: 0.0,
-            path: 0.0,
+            going: Going {
+                start: start_m,
+                ends: Ends::Free,
+                peak: 0.0,
+                path: 0.0,
+            },
+            before_rest: None,
+            taken_back: 0,
+            overruled: 0,
+            rests_taken_back: 0,
+            rests_at_speed: Vec::new(),
             speed: f64::NAN,
             velocity: [f64::NAN; 3],
             position: [f64::NAN; 3],
@@ -63,9 +86,9 @@ impl MoveTracker {
             let speed = norm(&now.velocity);
             let h = now.t_s - self.last_s;
             if self.speed.is_finite() && h.is_finite() {
-                self.path += 0.5 * h * (speed + self.speed);
+                self.going.path += 0.5 * h * (speed + self.speed);
             }
-            self.peak = self.peak.max(speed);
+            self.going.peak = self.going.peak.max(speed);
             self.speed = speed;
         }
         self.last_s = now.t_s;
@@ -77,6 +100,10 @@ impl MoveTracker {
     fn turn(&mut self, phase: Phase, now: &MotionState) {
         if self.first_s.is_nan() {
             self.first_s = now.t_s;
+        }
+        if now.taken_back > self.taken_back {
+            self.taken_back = now.taken_back;
+            self.take_back();
         }
         match self.before {
             Phase::Resting => self.rests.push(Span {
@@ -90,25 +117,40 @@ impl MoveTracker {
                 } else {
                     self.position
                 };
-                let ends = match (self.ends, phase) {
+                let ends = match (self.going.ends, phase) {
                     (Ends::FromRest, Phase::Resting) => Ends::RestToRest,
                     (Ends::Free, Phase::Resting) => Ends::ToRest,
                     (ends, _) => ends,
                 };
+                self.before_rest = Some((self.since_s, self.going));
                 self.close(now.t_s, ends, end);
+                if now.overruled > self.overruled {
+                    self.overruled = now.overruled;
+                    self.rests_at_speed.push(now.t_s);
+                    if let Some(last) = self.moves.last_mut() {
+                        last.reason = Some(
+                            "the velocity at its end is not zero: how far it went may be far off"
+                                .to_owned(),
+                        );
+                    }
+                }
             }
             Phase::Waiting | Phase::Start => {}
         }
         if phase == Phase::Moving {
             let from_rest = self.before == Phase::Resting;
-            self.ends = Ends::FromRest;
             if from_rest {
-                self.start = self.position;
+                self.going.start = self.position;
                 self.since_s = self.last_s;
             } else {
                 self.since_s = self.first_s;
             }
-            (self.peak, self.path) = (0.0, 0.0);
+            self.going = Going {
+                ends: Ends::FromRest,
+                peak: 0.0,
+                path: 0.0,
+                ..self.going
+            };
             self.speed = if from_rest { 0.0 } else { f64::NAN };
         } else {
             self.since_s = now.t_s;
@@ -116,8 +158,24 @@ impl MoveTracker {
         self.before = phase;
     }
 
+    /// The last rest was none: the move before it goes on.
+    fn take_back(&mut self) {
+        let Some((since_s, before)) = self.before_rest.take() else {
+            return;
+        };
+        self.rests.pop();
+        self.moves.pop();
+        self.rests_taken_back += 1;
+        self.since_s = since_s;
+        self.going = Going {
+            peak: before.peak.max(self.going.peak),
+            path: before.path + self.going.path,
+            ..before
+        };
+    }
+
     fn close(&mut self, end_s: f64, ends: Ends, end: [f64; 3]) {
-        let way = sub(&end, &self.start);
+        let way = sub(&end, &self.going.start);
         let usable = way.iter().all(|v| v.is_finite());
         self.moves.push(Move {
             start_s: self.since_s,
@@ -126,10 +184,11 @@ impl MoveTracker {
             displacement_m: usable.then_some(way),
             sigma_m: None,
             uncalibrated_m: None,
-            peak_speed_mps: Some(self.peak),
-            path_m: Some(self.path),
+            peak_speed_mps: Some(self.going.peak),
+            path_m: Some(self.going.path),
             velocity_error_mps: None,
             missing_tilt_deg: None,
+            closure_sigmas: None,
             usable,
             reason: (!usable)
                 .then(|| "its place is not known since something is missing".to_owned()),
@@ -149,6 +208,7 @@ impl MoveTracker {
         let end_s = self.last_s + gap_s.max(0.0);
         self.moves.push(Move::lost(start_s, end_s, gap_s));
         self.before = Phase::Waiting;
+        self.before_rest = None;
         self.position = [f64::NAN; 3];
         self.velocity = [f64::NAN; 3];
     }
@@ -160,7 +220,7 @@ impl MoveTracker {
                 start_s: self.since_s,
                 end_s: self.last_s,
             }),
-            Phase::Moving => self.close(self.last_s, self.ends, self.position),
+            Phase::Moving => self.close(self.last_s, self.going.ends, self.position),
             Phase::Waiting | Phase::Start => {}
         }
         let known = |v: [f64; 3]| v.iter().all(|x| x.is_finite()).then_some(v);

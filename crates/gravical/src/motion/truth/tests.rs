@@ -40,6 +40,7 @@ fn a_move(start_s: f64, end_s: f64) -> Move {
         path_m: None,
         velocity_error_mps: None,
         missing_tilt_deg: None,
+        closure_sigmas: None,
         usable: true,
         reason: None,
     }

@@ -160,6 +160,7 @@ fn long_results_are_cut_and_say_so() {
         path_m: Some(0.3),
         velocity_error_mps: None,
         missing_tilt_deg: None,
+        closure_sigmas: None,
         usable: true,
         reason: Some("a reason of some length, as reasons are".to_owned()),
     };

@@ -29,7 +29,9 @@ const DOUBTED: f64 = 25.901_749_75;
 /// Median of χ² with three degrees of freedom.
 const MEDIAN_CHI2_3: f64 = 2.365_974;
 /// Durations, s: each a quarter longer than the one before.
-const DURATIONS_S: [f64; 7] = [5.0, 6.3, 8.0, 10.0, 12.5, 16.0, 20.0];
+const DURATIONS_S: [f64; 13] = [
+    1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 6.3, 8.0, 10.0, 12.5, 16.0, 20.0,
+];
 /// A move starts anywhere, to this share of its duration.
 const STRIDE: f64 = 1.0 / 16.0;
 /// Windows that tell how much more than noise a recording at rest has.
