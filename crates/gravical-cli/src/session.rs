@@ -3,11 +3,13 @@
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use gravical::excerpt;
 use gravical::recording::{
     Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
     is_named_gyroscope, join_gyroscope, read,
 };
 use gravical::segment::face::{Claim, claim};
+use gravical::segment::still::StillOptions;
 use gravical::{Error, Result};
 
 /// Endings of files in a folder that may be recordings.
@@ -93,16 +95,36 @@ pub fn is_something_else(error: &Error) -> bool {
     matches!(error.code(), "no-rows" | "no-accelerometer")
 }
 
-/// Reads a file of a folder, of which nobody said that it is a recording.
+/// Reads a recording whole or, for the stills that `still` finds, in flat memory.
 ///
 /// # Errors
 ///
-/// `no-rows` for prose, such as a licence; those of [`read`].
-pub fn read_listed(path: &Path, options: &ReadOptions) -> Result<Recording> {
+/// Those of [`read`] and [`excerpt::read`].
+pub fn read_for(
+    path: &Path,
+    options: &ReadOptions,
+    still: Option<&StillOptions>,
+) -> Result<Recording> {
+    match still {
+        Some(still) => excerpt::read(path, options, still),
+        None => read(path, options),
+    }
+}
+
+/// The same of a file of a folder, of which nobody said that it is a recording.
+///
+/// # Errors
+///
+/// `no-rows` for prose, such as a licence; those of [`read_for`].
+pub fn read_listed(
+    path: &Path,
+    options: &ReadOptions,
+    still: Option<&StillOptions>,
+) -> Result<Recording> {
     if is_prose(path) {
         return Err(Error::input("no-rows", "this is text, not rows of numbers").at(path, None));
     }
-    read(path, options)
+    read_for(path, options, still)
 }
 
 /// True for a file that ends in words: however a recording begins, it ends in
@@ -141,7 +163,8 @@ pub fn several_with_gyro(inputs: usize) -> Error {
 /// Reads files, or the recordings of one folder, with the gyroscope of `gyro`
 /// joined to the one recording that there is. A file with a gyroscope alone is
 /// no placement: it is joined where it can belong to one recording only. What is
-/// left out comes back as findings.
+/// left out comes back as findings. With `still`, long recordings without a second
+/// file are read for their stills alone.
 ///
 /// # Errors
 ///
@@ -151,7 +174,10 @@ pub fn read_session(
     inputs: &[PathBuf],
     gyro: Option<&Path>,
     options: &ReadOptions,
+    still: Option<&StillOptions>,
 ) -> Result<(Vec<Recording>, Vec<Finding>)> {
+    // Samples of two files are joined one by one.
+    let still = still.filter(|_| gyro.is_none());
     let folder = match inputs {
         [one] if one.as_path() != Path::new("-") && one.is_dir() => Some(one),
         _ => None,
@@ -171,8 +197,8 @@ pub fn read_session(
             continue;
         }
         let recording = match folder {
-            Some(_) => read_listed(path, &of_recordings),
-            None => read(path, &of_recordings),
+            Some(_) => read_listed(path, &of_recordings, still),
+            None => read_for(path, &of_recordings, still),
         };
         let doubtful = match &recording {
             Ok(recording) => recording.gyro.is_none() && is_named_gyroscope(path),
@@ -227,6 +253,9 @@ pub fn read_session(
         (several, Some(_), _) => return Err(several_with_gyro(several.len())),
         ([one], None, [gyro]) if one.gyro.is_none() => {
             let file = gyro.display().to_string();
+            if one.is_excerpt() {
+                *one = read(Path::new(&one.name), options)?;
+            }
             told.push(match join_gyroscope(one, gyro, options) {
                 Ok(()) => Finding::new(
                     FindingKind::GyroJoined,

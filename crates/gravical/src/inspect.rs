@@ -102,7 +102,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     let mut findings = recording.findings.clone();
     let mut spans = find_stills(recording, &StillOptions::default()).spans;
     // Few rows, or rows with a label, are placements as they are.
-    if spans.is_empty() && recording.labels.is_none() && recording.rows() >= 40 {
+    if spans.is_empty() && recording.labels.is_none() && recording.rows_in_file() >= 40 {
         spans = find_calmest(recording, &mut findings);
     }
     let moves = motions(recording, &spans);
@@ -114,11 +114,15 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         )
     });
     let turns = full_turns(0, &moves, gyroscope, std::f64::consts::TAU);
-    let held: usize = spans.iter().map(|s| s.len()).sum();
+    let left_out = recording
+        .excerpt
+        .as_ref()
+        .map_or(0, |e| e.still_rows_left_out);
+    let held = left_out + spans.iter().map(|s| recording.length(s)).sum::<usize>();
     let (rate, assumed) = recording.working_rate_hz();
     let time = |row: usize| match &recording.time_s {
         Some(t) => t.get(row).copied().filter(|t| t.is_finite()),
-        None => (!assumed).then(|| row as f64 / rate),
+        None => (!assumed).then(|| recording.row_in_file(row) as f64 / rate),
     };
     let stills = spans
         .iter()
@@ -126,8 +130,8 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
             let (mean, _) = moments(&recording.accel, span.clone());
             let (face, tilt_deg) = Face::nearest(axes.to_case(mean));
             StillSpan {
-                start_row: span.start,
-                end_row: span.end,
+                start_row: recording.row_in_file(span.start),
+                end_row: recording.row_in_file(span.end - 1) + 1,
                 lines: [recording.line(span.start), recording.line(span.end - 1)],
                 start_s: time(span.start),
                 end_s: time(span.end - 1),
@@ -155,36 +159,22 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         timing: recording.timing.clone(),
         accelerometer: recording.accel_scale,
         gyroscope,
-        temperature_c: temperature_range(recording),
+        temperature_c: recording.temperature_range_c(),
         temperature_drift: study_if_any(std::slice::from_ref(recording)),
         labels: label_counts(recording),
         stills,
-        turns: turns.iter().map(turn_span).collect(),
-        still_share: held as f64 / recording.rows().max(1) as f64,
+        turns: turns.iter().map(|t| turn_span(recording, t)).collect(),
+        still_share: held as f64 / recording.rows_in_file().max(1) as f64,
         findings,
     }
 }
 
-fn turn_span(turn: &Turn) -> TurnSpan {
+fn turn_span(recording: &Recording, turn: &Turn) -> TurnSpan {
     TurnSpan {
         axis: crate::segment::face::AXES[turn.axis],
-        start_row: turn.rows.start,
-        end_row: turn.rows.end,
+        start_row: recording.row_in_file(turn.rows.start),
+        end_row: recording.row_in_file(turn.rows.end - 1) + 1,
     }
-}
-
-fn temperature_range(recording: &Recording) -> Option<[f64; 2]> {
-    let some = || {
-        recording
-            .temperature_c
-            .iter()
-            .flatten()
-            .copied()
-            .filter(|t| t.is_finite())
-    };
-    let low = some().fold(f64::INFINITY, f64::min);
-    let high = some().fold(f64::NEG_INFINITY, f64::max);
-    (low <= high).then_some([low, high])
 }
 
 fn label_counts(recording: &Recording) -> Vec<(String, u64)> {

@@ -50,6 +50,7 @@ pub mod compare;
 pub mod denoise;
 mod error;
 pub mod estimate;
+pub mod excerpt;
 pub mod figure;
 pub mod finding;
 pub mod gravity;

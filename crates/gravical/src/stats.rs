@@ -72,6 +72,11 @@ impl<T, const MOST: usize> Thinned<T, MOST> {
         });
     }
 
+    /// Every so many items are kept.
+    pub fn stride(&self) -> u64 {
+        self.stride
+    }
+
     /// What was kept, in order.
     pub fn items(&self) -> &[T] {
         &self.items

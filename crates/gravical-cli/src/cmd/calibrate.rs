@@ -6,13 +6,15 @@ use std::process::ExitCode;
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade, InputFile, SensorInfo};
 use gravical::estimate::accelerometer::{self, EstimateOptions};
+use gravical::excerpt;
 use gravical::figure;
 use gravical::figure::calibration::Session;
 use gravical::output::path_word;
-use gravical::recording::{Recording, read};
+use gravical::recording::Recording;
 use gravical::report::calibration_text;
 use gravical::segment::SegmentOptions;
 use gravical::segment::sections::read_sections_with_input;
+use gravical::segment::still::StillOptions;
 use gravical::temperature::soak_alone;
 use gravical::{Error, Result};
 
@@ -165,7 +167,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     )?;
     let options = args.options()?;
     let read_options = args.recording.read_options(true);
-    let (recordings, left_out) = read_session(&args.inputs, args.gyro.as_deref(), &read_options)?;
+    // --sections and --rows name rows, any of all.
+    let by_rows = options.segment.sections.is_some() || options.segment.rows.is_some();
+    let still = (!by_rows).then_some(&options.segment.still);
+    let gyro = args.gyro.as_deref();
+    let (recordings, left_out) = read_session(&args.inputs, gyro, &read_options, still)?;
     let (mut file, segmentation) = match args.method.method {
         Method::Thermal => (soak_alone(&recordings, &options)?, None),
         _ => {
@@ -214,7 +220,10 @@ impl Args {
     fn thermal(&self) -> Result<Vec<Recording>> {
         let options = self.recording.read_options(true);
         let files = self.method.thermal.iter();
-        files.map(|file| read(file, &options)).collect()
+        let still = StillOptions::default();
+        files
+            .map(|file| excerpt::read(file, &options, &still))
+            .collect()
     }
 
     fn options(&self) -> Result<CalibrateOptions> {

@@ -47,7 +47,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let calibration = CalibrationFile::read(&args.calibration)?;
     let read_options = args.recording.read_options(true);
-    let (recordings, left_out) = read_session(&args.recordings, None, &read_options)?;
+    let (recordings, left_out) =
+        read_session(&args.recordings, None, &read_options, Some(&options.still))?;
     let name = args.calibration.display().to_string();
     let mut report = check(&calibration, &name, &recordings, &options)?;
     report.findings.extend(left_out);

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::inspect::inspect;
-use gravical::recording::{join_gyroscope, read};
+use gravical::recording::join_gyroscope;
 use gravical::report::inspection_text;
+use gravical::segment::still::StillOptions;
 
 use crate::options::RecordingArgs;
-use crate::session::{files_in, is_something_else, read_listed, several_with_gyro};
+use crate::session::{files_in, is_something_else, read_for, read_listed, several_with_gyro};
 use crate::{failure, text};
 
 #[derive(clap::Args)]
@@ -46,11 +47,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Some(_) => options.beside_gyroscope_file(),
         None => options.clone(),
     };
+    // A second file is joined to all rows.
+    let still = args.gyro.is_none().then(StillOptions::default);
     for (path, listed) in &files {
         let recording = if *listed {
-            read_listed(path, &of_recording)
+            read_listed(path, &of_recording, still.as_ref())
         } else {
-            read(path, &of_recording)
+            read_for(path, &of_recording, still.as_ref())
         };
         let recording = recording.and_then(|mut recording| {
             if let Some(gyro) = &args.gyro {

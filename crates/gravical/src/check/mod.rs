@@ -261,7 +261,7 @@ fn describe(
     let (rate, assumed) = recording.working_rate_hz();
     let start_s = match &recording.time_s {
         Some(t) => t.get(rest.first()).copied().filter(|t| t.is_finite()),
-        None => (!assumed).then(|| rest.first() as f64 / rate),
+        None => (!assumed).then(|| recording.row_in_file(rest.first()) as f64 / rate),
     };
     let in_case = axes.to_case(place.direction.map(|n| n * place.length));
     let (nearest, nearest_deg) = Face::nearest(in_case);

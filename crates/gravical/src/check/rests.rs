@@ -114,7 +114,7 @@ fn in_one(
         return as_drafts(found);
     }
     // A table of means, or placements that somebody named: the stills are given.
-    if recording.labels.is_some() || recording.rows() < 40 {
+    if recording.labels.is_some() || recording.rows_in_file() < 40 {
         let given = segment(std::slice::from_ref(recording), &SegmentOptions::default());
         if let Ok(given) = given {
             let named = |label: String| recording.labels.is_some().then_some(label);

@@ -375,6 +375,14 @@ kinds! {
             "no way of mounting explains the names"
             "the data are believed"
             "find the two recordings that were swapped";
+        StillsShortened "stills-shortened" Note
+            "stills of a [long recording](#long-recordings) have no room in memory as a whole"
+            "the first and the last seconds of them are used; the message says how many"
+            "nothing; cut the recording where all rows matter";
+        MotionsLeftOut "motions-left-out" Note
+            "motions between stills of a [long recording](#long-recordings) have no room in memory"
+            "those longer than 60 s, and the longer ones about each axis, are not used for the gyroscope"
+            "nothing; cut the recording where they matter";
     }
     "Result" {
         GravityAssumed "gravity-assumed" Note
@@ -712,9 +720,9 @@ kinds! {
             "that part is not judged"
             "record more poses";
         StillsLeftOut "stills-left-out" Note
-            "`check`: more than 400 stills"
-            "the longest are compared"
-            "nothing";
+            "`check`: more than 400 stills; or a [long recording](#long-recordings) has more than there is room for in memory"
+            "the longest are used, of a long recording the longest of each direction"
+            "nothing; cut the recording where the others matter";
         OffByShare "off-by-share" Warning
             "`check`: all stills are off by one share"
             "the message gives it"

@@ -10,12 +10,12 @@ use super::layout::Layout;
 use super::monitor::Facts;
 use super::names::Quantity;
 use super::names::Role;
-use super::open::Reopenable;
+use super::open::{Input, Reopenable};
 use super::row::{ACCEL, GYRO, TEMPERATURE};
 use super::rows::{Finished, Row, Rows, Source};
 use super::text::{OpenFile, open_rows};
 use super::timing::Treatment;
-use super::{AccelUnit, Finding, Labels, LineMap, ReadOptions, Recording, metadata};
+use super::{AccelUnit, Finding, Labels, ReadOptions, Recording, RowMap, metadata};
 
 /// Reads the recording at `path`; `-` is standard input.
 ///
@@ -26,7 +26,10 @@ use super::{AccelUnit, Finding, Labels, LineMap, ReadOptions, Recording, metadat
 /// what to do. Everything less is a [`Finding`](super::Finding) of the recording.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
-    collect(Reopenable::of(path), &path.display().to_string(), options)
+    let mut source = Reopenable::of(path);
+    let name = path.display().to_string();
+    let read = collect(&mut source, &name, options, Columns::new)?;
+    Ok(read.into_recording())
 }
 
 /// Reads a recording that is in memory; `name` stands in messages.
@@ -36,28 +39,39 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
 /// As [`read`].
 pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
-    collect(Reopenable::Memory(bytes.into()), name, options)
+    let mut source = Reopenable::Memory(bytes.into());
+    Ok(collect(&mut source, name, options, Columns::new)?.into_recording())
+}
+
+/// What takes the rows of a recording.
+pub(crate) trait Sink {
+    /// As many as it needs.
+    ///
+    /// # Errors
+    ///
+    /// What reading reports.
+    fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()>;
 }
 
 /// Rows as they come.
 #[derive(Default)]
-pub(super) struct Columns {
+pub(crate) struct Columns {
     zero_offset: f64,
     header_unit: Option<AccelUnit>,
-    restarted: bool,
-    accel: [Vec<f64>; 3],
-    gyro: Option<[Vec<f64>; 3]>,
-    temperature: Option<Vec<f64>>,
+    pub restarted: bool,
+    pub accel: [Vec<f64>; 3],
+    pub gyro: Option<[Vec<f64>; 3]>,
+    pub temperature: Option<Vec<f64>>,
     time_s: Vec<f64>,
     labels: Option<Labels>,
     label_index: HashMap<Vec<u8>, u32>,
-    lines: LineMap,
-    breaks: Vec<usize>,
+    lines: RowMap,
+    pub breaks: Vec<usize>,
 }
 
 /// What is known of a recording besides its rows.
 #[derive(Default)]
-pub(super) struct About {
+pub(crate) struct About {
     pub name: String,
     pub sha256: Option<String>,
     pub description: String,
@@ -81,20 +95,19 @@ impl Columns {
         }
     }
 
-    /// All that `rows` has.
-    ///
-    /// # Errors
-    ///
-    /// What reading reports.
-    pub fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
-        while let Some(row) = rows.next_row()? {
-            self.push(&row);
-        }
-        Ok(())
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.time_s.len()
     }
 
+    /// There is a label column.
+    pub fn has_labels(&self) -> bool {
+        self.labels.is_some()
+    }
+
+    /// The next row, which `parts` from the one before.
     #[inline]
-    fn push(&mut self, row: &Row<'_>) {
+    pub fn push(&mut self, row: &Row<'_>, parts: bool) {
         let number = self.time_s.len();
         for (i, channel) in self.accel.iter_mut().enumerate() {
             channel.push(row.values[ACCEL + i] - self.zero_offset);
@@ -109,7 +122,7 @@ impl Columns {
             self.push_label(row.text.label.trim_ascii());
         }
         self.restarted |= row.restarted;
-        if number > 0 && (row.restarted || !row.before.is_empty()) {
+        if number > 0 && parts {
             self.breaks.push(number);
         }
         self.time_s.push(row.t_s);
@@ -131,99 +144,201 @@ impl Columns {
         };
         labels.of_row.push(index);
     }
+}
 
-    /// The recording, by what all rows came to.
-    pub fn into_recording(self, about: About, mut finished: Finished, facts: &Facts) -> Recording {
-        let mut findings = about.findings;
-        findings.extend(finished.findings());
-        for finding in &mut findings {
-            finding.file = Some(about.name.clone());
+impl Sink for Columns {
+    fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
+        rows.hold_at_most(usize::MAX);
+        while let Some(row) = rows.next_row()? {
+            self.push(&row, row.parts());
         }
-        let found = finished.facts;
-        let rows = self.time_s.len();
+        Ok(())
+    }
+}
+
+/// A recording that was read to its end.
+pub(crate) struct Collected<T> {
+    pub rows: T,
+    pub about: About,
+    pub finished: Finished,
+    /// What they were read by.
+    pub facts: Facts,
+    /// … the line from which on there are but zeros.
+    pub zeros_from: Option<u64>,
+}
+
+impl<T> Collected<T> {
+    /// The same with other rows.
+    pub fn with<U>(self, rows: U) -> (T, Collected<U>) {
+        let rest = Collected {
+            rows,
+            about: self.about,
+            finished: self.finished,
+            facts: self.facts,
+            zeros_from: self.zeros_from,
+        };
+        (self.rows, rest)
+    }
+}
+
+impl Collected<Columns> {
+    /// The recording. Where the rows were read by what all of them contradict, that is
+    /// said.
+    pub fn into_recording(mut self) -> Recording {
+        let Columns {
+            accel,
+            gyro,
+            temperature,
+            labels,
+            breaks,
+            lines,
+            ..
+        } = self.rows;
+        let contradicted = self.facts.contradicted_by(&self.finished.facts);
+        let mut findings = self.about.findings;
+        findings.extend(contradicted);
+        findings.extend(self.finished.findings());
+        for finding in &mut findings {
+            finding.file = Some(self.about.name.clone());
+        }
+        let found = self.finished.facts;
+        let rows = self.rows.time_s.len();
         let even_hz = |facts: &Facts| {
             facts
                 .stamp_reading
                 .and_then(|stamp_reading| stamp_reading.even_hz)
         };
-        let time_s = facts
-            .stamp_reading
-            .map(|_| match even_hz(facts).and(even_hz(&found)) {
-                // The mean rate of all rows is better than that of the first.
-                Some(rate_hz) => (0..rows).map(|row| row as f64 / rate_hz).collect(),
-                None => self.time_s,
-            });
+        let time_s =
+            self.facts
+                .stamp_reading
+                .map(|_| match even_hz(&self.facts).and(even_hz(&found)) {
+                    // The mean rate of all rows is better than that of the first.
+                    Some(rate_hz) => (0..rows).map(|row| row as f64 / rate_hz).collect(),
+                    None => self.rows.time_s,
+                });
         Recording {
-            name: about.name,
-            sha256: about.sha256,
-            description: about.description,
-            serial: about.serial,
-            column_names: about.column_names,
-            accel: self.accel,
-            gyro: self.gyro,
+            name: self.about.name,
+            sha256: self.about.sha256,
+            description: self.about.description,
+            serial: self.about.serial,
+            column_names: self.about.column_names,
+            accel,
+            gyro,
             gyro_file: None,
-            temperature_c: self.temperature,
+            temperature_c: temperature,
             time_s,
-            time_origin_s: finished.origin_s,
-            restarted: self.restarted,
-            labels: self.labels,
-            breaks: self.breaks,
-            zero_offset: facts.zero_offset,
+            time_origin_s: self.finished.origin_s,
+            restarted: self.rows.restarted,
+            labels,
+            breaks,
+            zero_offset: self.facts.zero_offset,
             accel_scale: found.accel,
-            unit_doubt: finished.unit_doubt,
-            header_unit: self.header_unit,
+            unit_doubt: self.finished.unit_doubt,
+            header_unit: self.rows.header_unit,
             gyro_scale: found.gyro,
             resolution: found.resolution,
-            timing: finished.timing,
-            ledger: finished.ledger,
+            timing: self.finished.timing,
+            ledger: self.finished.ledger,
             findings,
-            line_map: self.lines,
-            facts: *facts,
+            line_map: lines,
+            facts: self.facts,
+            excerpt: None,
         }
     }
 }
 
 /// All rows; once more where the first of them were misleading.
-fn collect(mut source: Reopenable, name: &str, options: &ReadOptions) -> Result<Recording> {
+///
+/// # Errors
+///
+/// As [`read`].
+pub(crate) fn collect<T: Sink>(
+    source: &mut Reopenable,
+    name: &str,
+    options: &ReadOptions,
+    sink: impl Fn(&Layout, &Facts) -> T,
+) -> Result<Collected<T>> {
     let input = source.open(options.hash)?;
-    let file = open_rows(input, name, Role::Recording, options, None)?;
-    let first = read_all(file, name)?;
-    if first.finished.facts.agrees(&first.facts) {
-        return Ok(first.into_recording());
+    collect_from(input, source, name, options, sink)
+}
+
+/// The same, with `source` opened already.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(crate) fn collect_from<T: Sink>(
+    mut input: Input,
+    source: &mut Reopenable,
+    name: &str,
+    options: &ReadOptions,
+    sink: impl Fn(&Layout, &Facts) -> T,
+) -> Result<Collected<T>> {
+    let (mut known, mut zeros_from) = (None, None);
+    let mut readings = 1;
+    loop {
+        let mut file = open_rows(input, name, Role::Recording, options, known)?;
+        file.rows = file.rows.with_zeros_from(zeros_from);
+        let mut read = read_all(file, name, &sink)?;
+        read.zeros_from = zeros_from;
+        let misled = !read.finished.facts.agrees(&read.facts);
+        if readings > 1 || !misled && read.finished.zeros_from.is_none() {
+            return Ok(read);
+        }
+        let Some(again) = source.again(options.hash)? else {
+            return Ok(read);
+        };
+        known = Some(if misled {
+            read.finished.facts
+        } else {
+            read.facts
+        });
+        zeros_from = read.finished.zeros_from;
+        readings += 1;
+        input = again;
     }
-    let Some(input) = source.again(options.hash)? else {
-        return Ok(first.into_recording());
+}
+
+/// Gives `sink` the rows of a recording that was read already, by `known`, up to where
+/// it has enough; none where it cannot be had again.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(crate) fn collect_again<T: Sink>(
+    source: &mut Reopenable,
+    name: &str,
+    options: &ReadOptions,
+    known: Known,
+    sink: impl FnOnce(&Layout, &Facts) -> T,
+) -> Result<Option<T>> {
+    let Some(input) = source.again(false)? else {
+        return Ok(None);
     };
-    let found = first.finished.facts;
-    drop(first);
-    let file = open_rows(input, name, Role::Recording, options, Some(found))?;
-    Ok(read_all(file, name)?.into_recording())
+    let facts = Some(known.facts);
+    let mut file = open_rows(input, name, Role::Recording, options, facts)?;
+    file.rows = file.rows.with_zeros_from(known.zeros_from).known_already();
+    let mut sink = sink(&file.format.layout, &known.facts);
+    sink.collect(&mut file.rows)?;
+    Ok(Some(sink))
 }
 
-/// A file whose rows are all there.
-struct Collected {
-    columns: Columns,
-    about: About,
-    finished: Finished,
-    /// What they were read by.
-    facts: Facts,
+/// What a recording is read by once more.
+#[derive(Clone, Copy)]
+pub(crate) struct Known {
+    pub facts: Facts,
+    /// The line from which on there are but zeros.
+    pub zeros_from: Option<u64>,
 }
 
-impl Collected {
-    /// Where the rows were read by what all of them contradict, that is said.
-    fn into_recording(mut self) -> Recording {
-        let contradicted = self.facts.contradicted_by(&self.finished.facts);
-        self.about.findings.extend(contradicted);
-        self.columns
-            .into_recording(self.about, self.finished, &self.facts)
-    }
-}
-
-fn read_all(file: OpenFile, name: &str) -> Result<Collected> {
-    let mut file = file.holding_any_number();
+fn read_all<T: Sink>(
+    mut file: OpenFile,
+    name: &str,
+    sink: impl Fn(&Layout, &Facts) -> T,
+) -> Result<Collected<T>> {
     let facts = *file.rows.facts();
-    let mut columns = Columns::new(&file.format.layout, &facts);
-    columns.collect(&mut file.rows)?;
+    let mut rows = sink(&file.format.layout, &facts);
+    rows.collect(&mut file.rows)?;
     let dialect = &file.format.dialect;
     let serial = metadata::serial(&dialect.metadata);
     let column_names = dialect.header.as_ref().map(|h| h.names.clone());
@@ -237,9 +352,10 @@ fn read_all(file: OpenFile, name: &str) -> Result<Collected> {
         findings: read.findings,
     };
     Ok(Collected {
-        columns,
+        rows,
         about,
         finished: read.finished,
         facts,
+        zeros_from: None,
     })
 }

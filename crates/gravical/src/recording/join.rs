@@ -24,7 +24,7 @@ use super::open::{self, Input};
 use super::row::{GYRO, SLOTS, TIME};
 use super::text::open_rows;
 use super::timing::{self, Claims, Parting, TimeUnit, Treatment};
-use super::{LineMap, ReadOptions, Recording, metadata, resolution};
+use super::{ReadOptions, Recording, RowMap, metadata, resolution};
 use crate::finding::{Finding, FindingKind, LineSpans};
 
 /// A file that was joined to a recording.
@@ -147,7 +147,7 @@ fn join_input(
     let mut channels: [Vec<f64>; 3] = Default::default();
     let mut stamps = Vec::new();
     let mut partings: Vec<(usize, Parting)> = Vec::new();
-    let mut lines = LineMap::default();
+    let mut lines = RowMap::default();
     let mut counted = LooksCounted::default();
     while let Some(row) = file.rows.next_row()? {
         let rate = [row.values[GYRO], row.values[GYRO + 1], row.values[GYRO + 2]];
@@ -181,9 +181,14 @@ fn join_input(
             let at = partings.binary_search_by_key(&row, |(at, _)| *at);
             at.ok().map(|i| partings[i].1)
         };
-        let timed = timing::judge(&stamps, &claims, |row| lines.line(row), parting);
+        let timed = timing::judge(
+            &stamps,
+            &claims,
+            |row| lines.number(row).unwrap_or_default(),
+            parting,
+        );
         if let Some(row) = timed.restarts.first() {
-            return Err(restarted(name, Some(lines.line(*row))));
+            return Err(restarted(name, lines.number(*row)));
         }
         findings.extend(timed.findings);
         (

@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 
-use super::collect::{About, Columns};
+use super::collect::{About, Collected, Columns, Sink};
 use super::head::judge;
 use super::layout::Layout;
 use super::monitor::RecordingClaims;
@@ -103,7 +103,7 @@ impl Recording {
         // All of them are there to be judged by.
         let rows = |facts| Rows::new(ColumnRows { samples, next: 0 }, name, claims.clone(), facts);
         let facts = judge(rows);
-        let mut rows = rows(facts).holding_any_number();
+        let mut rows = rows(facts);
         let mut columns = Columns::new(&samples.layout(), &facts);
         columns.collect(&mut rows)?;
         let finished = rows.finish(Treatment::Repaired)?;
@@ -112,7 +112,14 @@ impl Recording {
             description: "samples in memory".to_owned(),
             ..About::default()
         };
-        Ok(columns.into_recording(about, finished, &facts))
+        let read = Collected {
+            rows: columns,
+            about,
+            finished,
+            facts,
+            zeros_from: None,
+        };
+        Ok(read.into_recording())
     }
 }
 

@@ -28,7 +28,7 @@
 
 pub mod board;
 pub(crate) mod cells;
-mod collect;
+pub(crate) mod collect;
 pub mod dialect;
 pub mod frame;
 pub(crate) mod full_scale;
@@ -213,9 +213,11 @@ pub struct Recording {
     pub ledger: Ledger,
     /// What is odd.
     pub findings: Vec<Finding>,
-    pub(crate) line_map: LineMap,
+    pub(crate) line_map: RowMap,
     /// What its rows were read by.
     pub(crate) facts: monitor::Facts,
+    /// Of a long recording not all rows are here.
+    pub(crate) excerpt: Option<crate::excerpt::Excerpt>,
 }
 
 /// What lies between `breaks` in `0..len`, without empty ranges.
@@ -240,7 +242,76 @@ impl Recording {
     /// Line of the file, from 1, that row `row` (from 0) stands in.
     #[must_use]
     pub fn line(&self, row: usize) -> u64 {
-        self.line_map.line(row)
+        self.line_map.number(row).unwrap_or(row as u64 + 1)
+    }
+
+    /// True where rows of the file are left out ([`crate::excerpt`]).
+    #[must_use]
+    pub fn is_excerpt(&self) -> bool {
+        self.excerpt.is_some()
+    }
+
+    /// Number of rows of the file.
+    #[must_use]
+    pub fn rows_in_file(&self) -> usize {
+        match &self.excerpt {
+            Some(_) => self.ledger.rows as usize,
+            None => self.rows(),
+        }
+    }
+
+    /// Which row of the file, from 0, row `row` is.
+    #[must_use]
+    pub fn row_in_file(&self, row: usize) -> usize {
+        let excerpt = self.excerpt.as_ref();
+        let row_in_file = excerpt.and_then(|e| e.rows.number(row));
+        row_in_file.map_or(row, |row| row as usize)
+    }
+
+    /// Rows of the file from the first to the last of `rows`.
+    #[must_use]
+    pub fn length(&self, rows: &std::ops::Range<usize>) -> usize {
+        match rows.is_empty() {
+            true => 0,
+            false => self.row_in_file(rows.end - 1) + 1 - self.row_in_file(rows.start),
+        }
+    }
+
+    /// True where no sample follows its predecessor somewhere in `rows`.
+    pub(crate) fn is_broken(&self, rows: &std::ops::Range<usize>) -> bool {
+        let at = self.breaks.partition_point(|b| *b <= rows.start);
+        self.breaks.get(at).is_some_and(|b| *b < rows.end)
+    }
+
+    /// True where rows of the file are left out somewhere in `rows`.
+    pub(crate) fn is_cut(&self, rows: &std::ops::Range<usize>) -> bool {
+        self.length(rows) > rows.len()
+    }
+
+    /// Rows that do not follow the one before: the breaks, and where rows of the file are
+    /// left out.
+    pub(crate) fn partings(&self) -> Vec<usize> {
+        let mut all = self.breaks.clone();
+        if let Some(excerpt) = &self.excerpt {
+            all.extend(excerpt.rows.starts().skip(1));
+            all.sort_unstable();
+            all.dedup();
+        }
+        all
+    }
+
+    /// Lowest and highest temperature, °C; none without any.
+    pub(crate) fn temperature_range_c(&self) -> Option<[f64; 2]> {
+        if let Some(excerpt) = &self.excerpt {
+            return excerpt.temperature_c;
+        }
+        let all = self.temperature_c.iter().flatten();
+        let [low, high] = all
+            .filter(|t| t.is_finite())
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], t| {
+                [l.min(*t), h.max(*t)]
+            });
+        (low <= high).then_some([low, high])
     }
 
     /// True when its columns are named as `gravical apply` names them.
@@ -299,34 +370,48 @@ impl Recording {
     pub const ASSUMED_RATE_HZ: f64 = 100.0;
 }
 
-/// Row → line, as runs: a recording has few places where lines are left out.
+/// Row → its line, or its number in the file, as runs: a recording has few places where
+/// lines are left out.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct LineMap {
+pub(crate) struct RowMap {
     runs: Vec<(usize, u64)>,
     next: (usize, u64),
 }
 
-impl LineMap {
-    pub(crate) fn push(&mut self, line: u64) {
+impl RowMap {
+    pub(crate) fn push(&mut self, number: u64) {
         let (row, expected) = self.next;
-        if line != expected || self.runs.is_empty() {
-            self.runs.push((row, line));
+        if number != expected || self.runs.is_empty() {
+            self.runs.push((row, number));
         }
-        self.next = (row + 1, line + 1);
+        self.next = (row + 1, number + 1);
     }
 
-    pub(crate) fn line(&self, row: usize) -> u64 {
+    /// None without any row.
+    pub(crate) fn number(&self, row: usize) -> Option<u64> {
         let at = self.runs.partition_point(|(from, _)| *from <= row);
-        match at.checked_sub(1).and_then(|i| self.runs.get(i)) {
-            Some(&(from, line)) => line + (row - from) as u64,
-            None => row as u64 + 1,
-        }
+        let (from, number) = *self.runs.get(at.checked_sub(1)?)?;
+        Some(number + (row - from) as u64)
+    }
+
+    /// The row that has this number.
+    pub(crate) fn row(&self, number: u64) -> Option<usize> {
+        let at = self.runs.partition_point(|(_, first)| *first <= number);
+        let (from, first) = *self.runs.get(at.checked_sub(1)?)?;
+        let row = from + (number - first) as usize;
+        let end = self.runs.get(at).map_or(self.next.0, |(from, _)| *from);
+        (row < end).then_some(row)
+    }
+
+    /// Rows that runs begin with.
+    pub(crate) fn starts(&self) -> impl Iterator<Item = usize> {
+        self.runs.iter().map(|(row, _)| *row)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{LineMap, ReadOptions};
+    use super::{ReadOptions, RowMap};
 
     #[test]
     fn options_that_cannot_be_meant() {
@@ -353,11 +438,19 @@ mod tests {
 
     #[test]
     fn lines_of_rows_across_gaps() {
-        let mut map = LineMap::default();
+        let mut map = RowMap::default();
         for line in [2, 3, 4, 9, 10, 12] {
             map.push(line);
         }
-        let lines: Vec<u64> = (0..6).map(|row| map.line(row)).collect();
+        let lines: Vec<u64> = (0..6).filter_map(|row| map.number(row)).collect();
         assert_eq!(lines, [2, 3, 4, 9, 10, 12]);
+        let rows: Vec<_> = [1, 2, 4, 5, 9, 11, 12, 13]
+            .map(|line| map.row(line))
+            .to_vec();
+        let (some, none) = (Some, None);
+        assert_eq!(
+            rows,
+            [none, some(0), some(2), none, some(3), none, some(5), none]
+        );
     }
 }

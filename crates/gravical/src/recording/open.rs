@@ -107,6 +107,16 @@ impl Reopenable {
         }
     }
 
+    /// Whether it can be opened again, as far as is known while it is read.
+    pub fn is_reopenable(&self) -> bool {
+        match self {
+            Reopenable::Spooled(_, spool) => spool
+                .as_ref()
+                .is_some_and(|s| !s.broken.load(Ordering::Relaxed)),
+            Reopenable::File(_) | Reopenable::Memory(_) => true,
+        }
+    }
+
     /// Opens it again, after it was read to its end; none where it cannot be had again.
     ///
     /// # Errors
@@ -116,11 +126,13 @@ impl Reopenable {
         let Reopenable::Spooled(path, spool) = self else {
             return self.open(hash).map(Some);
         };
-        let Some(spool) = spool.take().filter(|s| !s.broken.load(Ordering::Relaxed)) else {
+        let whole = |s: &&Spool| !s.broken.load(Ordering::Relaxed);
+        let Some(spool) = spool.as_ref().filter(whole) else {
             return Ok(None);
         };
         let here: &Path = path;
-        let mut file = spool.file;
+        let file = spool.file.try_clone();
+        let mut file = file.map_err(|e| Error::io(here, e))?;
         file.seek(SeekFrom::Start(0))
             .map_err(|e| Error::io(here, e))?;
         let input = from_reader(Box::new(file), hash);

@@ -71,6 +71,14 @@ pub(crate) struct Row<'a> {
     pub restarted: bool,
 }
 
+impl Row<'_> {
+    /// It does not follow the row before.
+    #[inline]
+    pub fn parts(&self) -> bool {
+        self.restarted || !self.before.is_empty()
+    }
+}
+
 /// A row that is held back: only what comes after it tells whether it was measured.
 #[derive(Debug, Clone)]
 struct Held {
@@ -125,6 +133,10 @@ pub(crate) struct Rows<S> {
     given_up: LineSpans,
     /// Zeros to the end may well have been measured.
     keeps_zeros: bool,
+    /// The line from which on there are but zeros, where that is known.
+    zeros_from: Option<u64>,
+    /// What the rows say is known.
+    known: bool,
     current: Option<Held>,
     values: Values,
 }
@@ -144,6 +156,9 @@ pub(crate) struct Finished {
     pub zeros: Vec<Finding>,
     /// Lines after the last row that part rows.
     pub trailing: Vec<Aside>,
+    /// The line from which on there are but zeros: too many to hold back, so that they
+    /// count as rows.
+    pub zeros_from: Option<u64>,
 }
 
 impl Finished {
@@ -182,6 +197,8 @@ impl<S: Source> Rows<S> {
             any_reading: false,
             given_up: LineSpans::default(),
             keeps_zeros: false,
+            zeros_from: None,
+            known: false,
             current: None,
             values: [f64::NAN; SLOTS],
         }
@@ -199,9 +216,25 @@ impl<S: Source> Rows<S> {
         self
     }
 
-    #[cfg(test)]
-    pub fn holding_at_most(mut self, rows: usize) -> Self {
+    /// So many rows are held back at most.
+    pub fn hold_at_most(&mut self, rows: usize) {
         self.most_held = rows;
+    }
+
+    /// So many at most, where memory is to be flat.
+    pub fn hold_few(&mut self) {
+        self.hold_at_most(MOST_HELD);
+    }
+
+    /// Zeros from this line on are known to go on to the end.
+    pub fn with_zeros_from(mut self, line: Option<u64>) -> Self {
+        self.zeros_from = line;
+        self
+    }
+
+    /// What rows say is known already: of each its time is needed and nothing else.
+    pub fn known_already(mut self) -> Self {
+        self.known = true;
         self
     }
 
@@ -290,6 +323,7 @@ impl<S: Source> Rows<S> {
         // What may never have been measured says nothing of clock and units.
         let time = match zeros {
             Zeros::MaybeTail => RowTime::UNKNOWN,
+            _ if self.known => self.monitor.see_time(&raw, line, parting),
             _ => self.monitor.see(&raw, &self.values, line, parting),
         };
         let (text, before) = match (place, &self.current) {
@@ -348,6 +382,12 @@ impl<S: Source> Rows<S> {
         if !zero {
             self.hold(*values);
             self.released = self.held.len();
+            return None;
+        }
+        let number = self.source.number();
+        if may_be_tail && self.zeros_from.is_some_and(|from| number >= from) {
+            let text = self.source.text();
+            self.ledger.aside(Aside::ZeroTail, number, text.bytes);
             return None;
         }
         self.zeros += 1;
@@ -477,6 +517,7 @@ impl<S: Source> Rows<S> {
             found,
             zeros,
             trailing: std::mem::take(&mut self.parts),
+            zeros_from: self.given_up.first(),
         })
     }
 
@@ -619,7 +660,8 @@ mod tests {
     fn a_tail_too_long_to_hold_back_counts_as_rows_that_are_empty() {
         let mut list = vec![STILL; 50];
         list.extend([DEAD; 40]);
-        let mut some = rows(&list).holding_at_most(10);
+        let mut some = rows(&list);
+        some.hold_at_most(10);
         let all = given(&mut some);
         assert_eq!(all.len(), 90);
         assert!(all[50..].iter().all(|r| r.1 && r.2));
@@ -632,14 +674,16 @@ mod tests {
         assert_eq!(given(&mut rows(&list).holding_any_number()).len(), 50);
         // Where the gyroscope reads they are no tail.
         list[70] = UNREAD;
-        let mut some = rows(&list).holding_at_most(10);
+        let mut some = rows(&list);
+        some.hold_at_most(10);
         assert_eq!(given(&mut some).len(), 90);
         let done = some.finish(Treatment::Kept).unwrap();
         let tail = done.zeros.iter().find(|f| f.kind == "zero-tail").unwrap();
         assert_eq!(tail.lines, [[72, 90]]);
         // Rows that come after all end it.
         list.push(STILL);
-        let mut some = rows(&list).holding_at_most(10);
+        let mut some = rows(&list);
+        some.hold_at_most(10);
         assert_eq!(given(&mut some).len(), 91);
         let done = some.finish(Treatment::Kept).unwrap();
         assert!(!done.zeros.iter().any(|f| f.kind == "zero-tail"));

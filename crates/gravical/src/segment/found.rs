@@ -34,7 +34,7 @@ pub(super) fn in_recording(
     let alone = recordings.len() == 1;
     let stills = find_stills(recording, &options.still);
     let holds = longest_per_hold(recording, stills.spans);
-    if holds.is_empty() && recording.rows() < FEW_ROWS {
+    if holds.is_empty() && recording.rows_in_file() < FEW_ROWS {
         if let Some(means) = means_of_rows(index, recording, findings)
             && (alone || means.is_ok())
         {
@@ -50,8 +50,8 @@ pub(super) fn in_recording(
             ));
         }
     }
-    let held: usize = holds.iter().map(ExactSizeIterator::len).sum();
-    if alone && (holds.is_empty() || (held * 50 < recording.rows() && holds.len() < 6)) {
+    let held: usize = holds.iter().map(|h| recording.length(h)).sum();
+    if alone && (holds.is_empty() || (held * 50 < recording.rows_in_file() && holds.len() < 6)) {
         return Err(never_still(&recording.name, 1));
     }
     let stem = stem(&recording.name);
@@ -124,7 +124,7 @@ pub(super) fn in_recording(
                 .spans
                 .iter()
                 .filter(|s| s.start >= segment.start && s.end <= segment.end)
-                .max_by_key(|s| s.len())
+                .max_by_key(|s| recording.length(s))
                 .into_iter()
                 .cloned()
                 .collect();
@@ -188,14 +188,17 @@ fn directions(
             .iter_mut()
             .find(|(other, _)| angle_deg(*other, mean) < APART_DEG)
         {
-            Some((_, kept)) if kept.len() < span.len() => *kept = span.clone(),
+            Some((_, kept)) if recording.length(kept) < recording.length(span) => {
+                *kept = span.clone();
+            }
             Some(_) => {}
             None => found.push((mean, span.clone())),
         }
     }
     if matches!(claimed, Some(Claim::Face(_))) {
-        let longest = found.iter().map(|(_, s)| s.len()).max().unwrap_or(0);
-        found.retain(|(_, s)| s.len() as f64 >= HANDLING * longest as f64);
+        let length = |s: &Range<usize>| recording.length(s);
+        let longest = found.iter().map(|(_, s)| length(s)).max().unwrap_or(0);
+        found.retain(|(_, s)| length(s) as f64 >= HANDLING * longest as f64);
     }
     found.sort_by_key(|(_, s)| s.start);
     found.into_iter().map(|(_, s)| s).collect()
@@ -279,17 +282,15 @@ fn longest_per_hold(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Rang
     let mut end = 0;
     for span in spans {
         let twitched = out.last().is_some_and(|last| {
-            span.start - end < near
-                && !recording
-                    .breaks
-                    .iter()
-                    .any(|b| (end..=span.start).contains(b))
+            let between = end - 1..span.start + 1;
+            recording.length(&between) < near + 2
+                && !recording.is_broken(&between)
                 && angle_deg(mean(last), mean(&span)) < SAME_DEG
         });
         end = span.end;
         match out.last_mut() {
             Some(last) if twitched => {
-                if span.len() > last.len() {
+                if recording.length(&span) > recording.length(last) {
                     *last = span;
                 }
             }
@@ -336,14 +337,12 @@ fn without_still(
     findings: &mut Vec<Finding>,
 ) -> Option<Range<usize>> {
     let (rate, _) = recording.working_rate_hz();
-    let short = segment.len() < (rate as usize).max(FEW_ROWS);
+    let rows = recording.length(segment);
+    let short = is_too_short(rows, rate);
     let finding = if short {
         Finding::new(
             FindingKind::ShortHold,
-            format!(
-                "{label}: {} rows only; all are taken, moving or not",
-                segment.len()
-            ),
+            format!("{label}: {rows} rows only; all are taken, moving or not"),
         )
     } else {
         Finding::new(
@@ -357,6 +356,11 @@ fn without_still(
     };
     findings.push(finding.in_file(&recording.name));
     short.then(|| segment.clone())
+}
+
+/// So few rows at a rate, Hz, are too few to judge.
+pub(crate) fn is_too_short(rows: usize, rate: f64) -> bool {
+    rows < (rate as usize).max(FEW_ROWS)
 }
 
 /// Says that a hold was taken from a rest that was none.
@@ -395,9 +399,9 @@ fn tell_motion(
     stills: &[Range<usize>],
     findings: &mut Vec<Finding>,
 ) {
-    let rows = |spans: &[Range<usize>]| spans.iter().map(ExactSizeIterator::len).sum::<usize>();
-    let used = rows(spans);
-    if used * 10 >= segment.len() * 9 {
+    let rows = |spans: &[Range<usize>]| spans.iter().map(|s| recording.length(s)).sum::<usize>();
+    let (used, all) = (rows(spans), recording.length(segment));
+    if used * 10 >= all * 9 {
         return;
     }
     let parts: Vec<String> = spans
@@ -409,9 +413,8 @@ fn tell_motion(
         Finding::new(
             FindingKind::MotionLeftOut,
             format!(
-                "still in lines {} ({used} of {} rows); the rest {}",
+                "still in lines {} ({used} of {all} rows); the rest {}",
                 parts.join(", "),
-                segment.len(),
                 if shorter > 0 {
                     format!("is motion and shorter stills ({shorter} rows), and is left out")
                 } else {

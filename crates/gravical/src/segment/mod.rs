@@ -16,7 +16,7 @@ pub mod sections;
 pub mod still;
 pub mod turns;
 
-pub(crate) use found::stem;
+pub(crate) use found::{is_too_short, stem};
 
 use std::ops::Range;
 
@@ -145,6 +145,15 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         return Err(Error::input("no-recordings", "there is no recording"));
     };
     check_units(recordings)?;
+    let by_rows = options.sections.is_some() || options.rows.is_some();
+    if let Some(excerpt) = recordings.iter().find(|r| by_rows && r.is_excerpt()) {
+        return Err(Error::usage(
+            "rows-left-out",
+            "--sections and --rows name rows, and of this long recording not all are in memory",
+        )
+        .at(excerpt.name.as_ref(), None)
+        .with_hint("read it with `recording::read`, which keeps all"));
+    }
     let mut findings = Vec::new();
     let (mut drafts, mut turns) = (Vec::new(), Vec::new());
     let mut named = false;

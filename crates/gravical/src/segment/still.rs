@@ -17,10 +17,10 @@ use std::ops::Range;
 use gravical_core::rounding;
 
 use crate::recording::resolution::floors;
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::recording::{Finding, FindingKind, Recording, between};
 
 /// How stills are found.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct StillOptions {
     /// Length of a block, s (5 to 25 rows, and at least 0.05 s). Default 0.2.
     pub block_s: f64,
@@ -104,11 +104,32 @@ pub struct Stills {
     pub noise: f64,
 }
 
-struct Block {
-    rows: Range<usize>,
-    mean: [f64; 3],
-    variance: f64,
+/// Some rows that follow each other.
+#[derive(Debug, Clone)]
+pub(crate) struct Block {
+    pub rows: Range<usize>,
+    pub mean: [f64; 3],
+    /// Sum over the axes, as that of the gyroscope; NaN without one.
+    pub variance: f64,
     gyro_variance: f64,
+}
+
+impl Block {
+    /// Of the values of `rows`, which stand in the channels at `at`.
+    pub fn of(
+        accel: &[Vec<f64>; 3],
+        gyro: Option<&[Vec<f64>; 3]>,
+        at: Range<usize>,
+        rows: Range<usize>,
+    ) -> Self {
+        let (mean, variance) = moments(accel, at.clone());
+        Block {
+            rows,
+            mean,
+            variance,
+            gyro_variance: gyro.map_or(f64::NAN, |g| moments(g, at).1),
+        }
+    }
 }
 
 /// Which share of the blocks is taken to be still at least.
@@ -158,14 +179,18 @@ pub(crate) struct Channels<'a> {
     pub resolution: [f64; 6],
 }
 
-/// Finds the stills.
+/// Finds the stills. Of an [excerpt](crate::excerpt) these are those of the whole
+/// recording; with other options than it was read for, only what is in memory counts.
 #[must_use]
 pub fn find_stills(recording: &Recording, options: &StillOptions) -> Stills {
+    if let Some(stills) = recording.excerpt.as_ref().and_then(|e| e.stills(options)) {
+        return stills.clone();
+    }
     let channels = Channels {
         accel: &recording.accel,
         gyro: recording.gyro.as_ref(),
         rate_hz: recording.working_rate_hz().0,
-        segments: recording.segments(),
+        segments: between(&recording.partings(), recording.rows()),
         resolution: recording.resolution,
     };
     find_stills_in(&channels, options)
@@ -181,77 +206,158 @@ pub(crate) fn find_stills_in(recording: &Channels<'_>, options: &StillOptions) -
         .cloned()
         .map(|rows| blocks(recording, rows, width))
         .collect();
-    let all = || segments.iter().flatten();
-    let (accel_step, gyro_step) = recording.resolution.split_at(3);
-    let Some(floor) = quiet_level(all().map(|b| b.variance), accel_step) else {
+    let Some(levels) = Levels::of(&segments, rate, &recording.resolution, options) else {
         return Stills::default();
     };
-    let gyro_floor =
-        quiet_level(all().map(|b| b.gyro_variance), gyro_step).unwrap_or(f64::INFINITY);
-    // What rounding makes of a level is known: only the rest of it is multiplied.
-    let most = |level: f64, factor: f64, step: &[f64]| {
-        let rounding = floors(step).min(level);
-        (level - rounding) * factor * factor + rounding * ROUNDING_FACTOR.min(factor).powi(2)
-    };
-    let most_accel = most(floor, options.noise_factor, accel_step);
-    let most_gyro = most(gyro_floor, options.gyro_noise_factor, gyro_step);
-    let quiet = |b: &Block| {
-        b.variance <= most_accel && (b.gyro_variance.is_nan() || b.gyro_variance <= most_gyro)
-    };
-    let gravity = typical_magnitude(all());
-    // Means of blocks scatter by noise/√width, correlated noise by some times
-    // that: many samples behind a low-pass, by a multiple.
-    let white = (floor / width as f64).sqrt();
-    let mut scatter = options.mean_factor * white;
-    if (width as f64) < SHORT_BLOCK_S * rate {
-        let means = scatter_of_means(&segments, quiet).min(MOST_CORRELATED * white);
-        scatter = scatter.max(CORRELATED_FACTOR * means);
-    }
-    let agree = scatter.max(options.tremor * gravity) + step_of_means(floor, accel_step);
-    let shortest = ((options.shortest_s * rate).min(options.enough_rows as f64) as usize)
-        .max((options.least_s * rate) as usize)
-        .max(10);
     let mut spans: Vec<Range<usize>> = Vec::new();
     for segment in &segments {
-        let mut runs: Vec<Range<usize>> = Vec::new();
-        let stretches = Stretches::new(segment);
-        let mut at = 0;
-        while at < segment.len() {
-            let end = segment[at..]
-                .iter()
-                .position(|b| !quiet(b))
-                .map_or(segment.len(), |n| at + n);
-            if end > at {
-                settle(segment, &stretches, at..end, agree, &mut runs);
-            }
-            at = end + 1;
-        }
-        let joined = join(segment, runs, agree);
-        let whole = 0..segment.len();
-        let edges = match (segment.first(), segment.last()) {
-            (Some(first), Some(last)) => first.rows.start..last.rows.end,
-            _ => continue,
+        let (Some(first), Some(last)) = (segment.first(), segment.last()) else {
+            continue;
         };
-        for run in joined {
-            let mut rows = trim(segment, &run, &whole);
-            if options.grow_edges {
-                let from = spans.last().map_or(0, |s| s.end).max(edges.start);
-                rows = grow(recording, rows, from..edges.end, width, floor);
-            }
-            if rows.len() >= shortest {
+        let edges = first.rows.start..last.rows.end;
+        for mut rows in levels.quiet_rows(segment) {
+            let from = spans.last().map_or(0, |s| s.end).max(edges.start);
+            rows = levels.grow(recording.accel, rows, from..edges.end);
+            if rows.len() >= levels.shortest {
                 spans.push(rows);
             }
         }
     }
     Stills {
         spans,
-        noise: floor.sqrt(),
+        noise: levels.noise(),
+    }
+}
+
+/// What tells a still, by the blocks of a recording.
+#[derive(Debug, Clone)]
+pub(crate) struct Levels {
+    /// Variance that the quietest blocks stay under.
+    floor: f64,
+    /// A block is quiet up to these variances.
+    most_accel: f64,
+    most_gyro: f64,
+    /// Means of blocks agree within this.
+    agree: f64,
+    /// Rows of a block.
+    width: usize,
+    /// Rows of the shortest still.
+    pub shortest: usize,
+    grows: bool,
+}
+
+impl Levels {
+    /// By blocks that follow each other in each of the `groups`, of a recording whose
+    /// values come in steps of `resolution`; none where nothing but zeros is there.
+    pub fn of(
+        groups: &[Vec<Block>],
+        rate: f64,
+        resolution: &[f64; 6],
+        options: &StillOptions,
+    ) -> Option<Self> {
+        let width = block_rows(rate, options);
+        let all = || groups.iter().flatten();
+        let (accel_step, gyro_step) = resolution.split_at(3);
+        let floor = quiet_level(all().map(|b| b.variance), accel_step)?;
+        let gyro_floor =
+            quiet_level(all().map(|b| b.gyro_variance), gyro_step).unwrap_or(f64::INFINITY);
+        // What rounding makes of a level is known: only the rest of it is multiplied.
+        let most = |level: f64, factor: f64, step: &[f64]| {
+            let rounding = floors(step).min(level);
+            (level - rounding) * factor * factor + rounding * ROUNDING_FACTOR.min(factor).powi(2)
+        };
+        let mut levels = Levels {
+            floor,
+            most_accel: most(floor, options.noise_factor, accel_step),
+            most_gyro: most(gyro_floor, options.gyro_noise_factor, gyro_step),
+            agree: f64::NAN,
+            width,
+            shortest: ((options.shortest_s * rate).min(options.enough_rows as f64) as usize)
+                .max((options.least_s * rate) as usize)
+                .max(10),
+            grows: options.grow_edges,
+        };
+        let gravity = typical_magnitude(all());
+        // Means of blocks scatter by noise/√width, correlated noise by some times
+        // that: many samples behind a low-pass, by a multiple.
+        let white = (floor / width as f64).sqrt();
+        let mut scatter = options.mean_factor * white;
+        if (width as f64) < SHORT_BLOCK_S * rate {
+            let means =
+                scatter_of_means(groups, |b| levels.is_quiet(b)).min(MOST_CORRELATED * white);
+            scatter = scatter.max(CORRELATED_FACTOR * means);
+        }
+        levels.agree = scatter.max(options.tremor * gravity) + step_of_means(floor, accel_step);
+        Some(levels)
+    }
+
+    /// Standard deviation of the quietest blocks, the three axes together.
+    pub fn noise(&self) -> f64 {
+        self.floor.sqrt()
+    }
+
+    pub fn is_quiet(&self, block: &Block) -> bool {
+        block.variance <= self.most_accel
+            && (block.gyro_variance.is_nan() || block.gyro_variance <= self.most_gyro)
+    }
+
+    /// Rows of the runs of quiet blocks of a segment whose means agree, before they
+    /// [grow](Self::grow).
+    pub fn quiet_rows(&self, segment: &[Block]) -> Vec<Range<usize>> {
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        let stretches = Stretches::new(segment);
+        let mut at = 0;
+        while at < segment.len() {
+            let end = segment[at..]
+                .iter()
+                .position(|b| !self.is_quiet(b))
+                .map_or(segment.len(), |n| at + n);
+            if end > at {
+                settle(segment, &stretches, at..end, self.agree, &mut runs);
+            }
+            at = end + 1;
+        }
+        let whole = 0..segment.len();
+        let joined = join(segment, runs, self.agree);
+        joined
+            .iter()
+            .map(|run| trim(segment, run, &whole))
+            .collect()
+    }
+
+    /// Whether quiet rows may be a still, once they have grown.
+    pub fn may_be_still(&self, rows: &Range<usize>) -> bool {
+        let grown = if self.grows { 2 * self.width } else { 0 };
+        rows.len() + grown >= self.shortest
+    }
+
+    /// Takes rows on at both ends, where that is asked for: at most a block each and not
+    /// beyond `within`, up to the first that is off by more than [`EDGE_SIGMAS`].
+    pub fn grow(
+        &self,
+        accel: &[Vec<f64>; 3],
+        rows: Range<usize>,
+        within: Range<usize>,
+    ) -> Range<usize> {
+        if !self.grows {
+            return rows;
+        }
+        let (mean, _) = moments(accel, rows.clone());
+        // The floor is the sum over the three axes.
+        let far = EDGE_SIGMAS * (self.floor / 3.0).sqrt();
+        let at = |row: usize| std::array::from_fn(|axis| accel[axis][row]);
+        let belongs = |row: &usize| distance(at(*row), mean) <= far;
+        let before = (within.start..rows.start).rev().take(self.width);
+        let after = (rows.end..within.end).take(self.width);
+        let from = before.take_while(belongs).last().unwrap_or(rows.start);
+        let to = after.take_while(belongs).last().map_or(rows.end, |r| r + 1);
+        from..to
     }
 }
 
 /// What shakes by more than this share of gravity, rms, is no rest, however even
 /// it is: a hand trembles by a hundredth, a running engine by less than a tenth.
-const MOST_SHAKE: f64 = 0.1;
+pub(crate) const MOST_SHAKE: f64 = 0.1;
 /// Calm parts of less than this share of a recording are scraps of motion.
 const LEAST_CALM: f64 = 0.1;
 
@@ -269,8 +375,8 @@ pub(crate) fn find_calmest(
     findings: &mut Vec<Finding>,
 ) -> Vec<Range<usize>> {
     let spans = find_calm(recording, &StillOptions::unsteady());
-    let held: usize = spans.iter().map(|s| s.len()).sum();
-    if (held as f64) < LEAST_CALM * recording.rows() as f64 {
+    let held: usize = spans.iter().map(|s| recording.length(s)).sum();
+    if (held as f64) < LEAST_CALM * recording.rows_in_file() as f64 {
         return Vec::new();
     }
     for span in &spans {
@@ -301,27 +407,6 @@ fn shake(recording: &Recording, rows: &Range<usize>) -> f64 {
 /// a still does not belong to it: one in 65,000 of those that do.
 const EDGE_SIGMAS: f64 = 5.0;
 
-/// Takes rows on at both ends, at most a block each and not beyond `within`, up
-/// to the first that is off by more than [`EDGE_SIGMAS`].
-fn grow(
-    recording: &Channels<'_>,
-    rows: Range<usize>,
-    within: Range<usize>,
-    width: usize,
-    floor: f64,
-) -> Range<usize> {
-    let (mean, _) = moments(recording.accel, rows.clone());
-    // The floor is the sum over the three axes.
-    let far = EDGE_SIGMAS * (floor / 3.0).sqrt();
-    let at = |row: usize| std::array::from_fn(|axis| recording.accel[axis][row]);
-    let belongs = |row: &usize| distance(at(*row), mean) <= far;
-    let before = (within.start..rows.start).rev().take(width);
-    let after = (rows.end..within.end).take(width);
-    let from = before.take_while(belongs).last().unwrap_or(rows.start);
-    let to = after.take_while(belongs).last().map_or(rows.end, |r| r + 1);
-    from..to
-}
-
 /// Rows of a block at a rate.
 #[must_use]
 pub fn block_rows(rate_hz: f64, options: &StillOptions) -> usize {
@@ -340,14 +425,12 @@ fn blocks(recording: &Channels<'_>, rows: Range<usize>, width: usize) -> Vec<Blo
         } else {
             from + width
         };
-        let (mean, variance) = moments(recording.accel, from..to);
-        let gyro_variance = recording.gyro.map_or(f64::NAN, |g| moments(g, from..to).1);
-        out.push(Block {
-            rows: from..to,
-            mean,
-            variance,
-            gyro_variance,
-        });
+        out.push(Block::of(
+            recording.accel,
+            recording.gyro,
+            from..to,
+            from..to,
+        ));
         from = to;
     }
     out

@@ -74,10 +74,9 @@ pub fn motions(recording: &Recording, stills: &[Range<usize>]) -> Vec<Motion> {
     let mut out = Vec::new();
     for pair in stills.windows(2) {
         let rows = pair[0].end..pair[1].start;
-        let broken = recording
-            .breaks
-            .iter()
-            .any(|b| *b > pair[0].start && *b < pair[1].end);
+        // Of the stills rows may be left out, of the move none.
+        let broken = recording.is_broken(&(pair[0].start..pair[1].end))
+            || recording.is_cut(&(pair[0].end.saturating_sub(1)..pair[1].start + 1));
         if broken || rows.is_empty() {
             continue;
         }

@@ -6,9 +6,11 @@
 //! a stretch ends where the recording breaks, or where the mean of the
 //! accelerometer jumps.
 
+use std::ops::Range;
+
 use crate::recording::Recording;
 use crate::segment::still::{quiet_level, step_of_means};
-use crate::stats::median;
+use crate::stats::{Thinned, median};
 
 use super::TemperatureOptions;
 
@@ -28,7 +30,7 @@ const LEAST_ROWS: usize = 6;
 
 /// The mean of a block.
 #[derive(Debug, Clone)]
-pub(super) struct Block {
+pub(crate) struct Block {
     pub t_c: f64,
     /// Accelerometer and gyroscope; NaN without one.
     pub values: [f64; 6],
@@ -52,12 +54,125 @@ impl Stretch {
     }
 }
 
-struct Candidate {
+/// A block of a recording, still or not.
+#[derive(Debug, Clone)]
+pub(crate) struct Candidate {
     /// Its number, counted over all blocks: neighbours follow each other.
     number: usize,
     segment: usize,
     block: Block,
     variance: [f64; 2],
+}
+
+impl Candidate {
+    /// Of the values of its rows; none where the temperature or an axis of the
+    /// accelerometer has no value.
+    fn of(
+        number: usize,
+        segment: usize,
+        temperature: &[f64],
+        accel: [&[f64]; 3],
+        gyro: Option<[&[f64]; 3]>,
+    ) -> Option<Self> {
+        let (t_c, _) = moments(temperature);
+        let mut values = [f64::NAN; 6];
+        let mut variance = [0.0, f64::NAN];
+        for (axis, channel) in accel.into_iter().enumerate() {
+            let (mean, own) = moments(channel);
+            values[axis] = mean;
+            variance[0] += own;
+        }
+        if let Some(gyro) = gyro {
+            variance[1] = 0.0;
+            for (axis, channel) in gyro.into_iter().enumerate() {
+                let (mean, own) = moments(channel);
+                values[3 + axis] = mean;
+                variance[1] += own;
+            }
+        }
+        let known = t_c.is_finite() && values[..3].iter().all(|v| v.is_finite());
+        known.then_some(Candidate {
+            number,
+            segment,
+            block: Block { t_c, values },
+            variance,
+        })
+    }
+}
+
+/// Blocks of a recording that are kept at most: a day of them.
+const MOST_BLOCKS: usize = 1 << 15;
+
+/// Cuts rows into blocks as they come.
+#[derive(Debug, Clone)]
+pub(crate) struct Cutter {
+    width: usize,
+    temperature: Vec<f64>,
+    accel: [Vec<f64>; 3],
+    gyro: Option<[Vec<f64>; 3]>,
+    number: usize,
+    segment: usize,
+    blocks: Thinned<Option<Candidate>, MOST_BLOCKS>,
+}
+
+impl Cutter {
+    /// For rows at a rate, Hz, with a gyroscope or without.
+    pub fn new(rate: f64, gyro: bool) -> Self {
+        Cutter {
+            width: block_rows(rate, &TemperatureOptions::default()),
+            temperature: Vec::new(),
+            accel: Default::default(),
+            gyro: gyro.then(Default::default),
+            number: 0,
+            segment: 0,
+            blocks: Thinned::default(),
+        }
+    }
+
+    /// The next row, which `parts` from the one before.
+    pub fn push(&mut self, t_c: f64, accel: [f64; 3], rate: [f64; 3], parts: bool) {
+        if parts {
+            self.segment += 1;
+            self.clear();
+        }
+        self.temperature.push(t_c);
+        let all = self.accel.iter_mut().zip(accel);
+        let gyro = self.gyro.iter_mut().flatten().zip(rate);
+        all.chain(gyro).for_each(|(channel, v)| channel.push(v));
+        if self.temperature.len() == self.width {
+            self.number += 1;
+            let (temperature, accel, gyro) = (&self.temperature, &self.accel, &self.gyro);
+            let (number, segment) = (self.number, self.segment);
+            self.blocks.push_with(|| {
+                let accel = accel.each_ref().map(|c| &c[..]);
+                let gyro = gyro.as_ref().map(|g| g.each_ref().map(|c| &c[..]));
+                Candidate::of(number, segment, temperature, accel, gyro)
+            });
+            self.clear();
+        }
+    }
+
+    fn clear(&mut self) {
+        self.temperature.clear();
+        let all = self.accel.iter_mut().chain(self.gyro.iter_mut().flatten());
+        all.for_each(Vec::clear);
+    }
+
+    /// The blocks; of very many every so many, as neighbours.
+    pub fn blocks(&self) -> Vec<Candidate> {
+        let stride = self.blocks.stride() as usize;
+        let some = self.blocks.items().iter().flatten().cloned();
+        some.map(|block| Candidate {
+            number: block.number / stride,
+            ..block
+        })
+        .collect()
+    }
+}
+
+/// Rows of a block at a rate, Hz.
+fn block_rows(rate: f64, options: &TemperatureOptions) -> usize {
+    ((options.block_s * rate).round() as usize).max(LEAST_ROWS)
 }
 
 /// Stretches of `recording`, which has temperatures; `index` is its number.
@@ -108,11 +223,14 @@ pub(super) fn stretches(
 }
 
 fn cut(recording: &Recording, options: &TemperatureOptions) -> Vec<Candidate> {
+    if let Some(excerpt) = &recording.excerpt {
+        return excerpt.thermal.clone();
+    }
     let Some(temperature) = &recording.temperature_c else {
         return Vec::new();
     };
     let (rate, _) = recording.working_rate_hz();
-    let width = ((options.block_s * rate).round() as usize).max(LEAST_ROWS);
+    let width = block_rows(rate, options);
     let mut out = Vec::new();
     let mut number = 0;
     for (segment, rows) in recording.segments().into_iter().enumerate() {
@@ -121,33 +239,20 @@ fn cut(recording: &Recording, options: &TemperatureOptions) -> Vec<Candidate> {
             let span = from..from + width;
             from += width;
             number += 1;
-            let (t_c, _) = moments(&temperature[span.clone()]);
-            let mut values = [f64::NAN; 6];
-            let mut variance = [0.0, f64::NAN];
-            for (axis, channel) in recording.accel.iter().enumerate() {
-                let (mean, own) = moments(&channel[span.clone()]);
-                values[axis] = mean;
-                variance[0] += own;
-            }
-            if let Some(gyro) = &recording.gyro {
-                variance[1] = 0.0;
-                for (axis, channel) in gyro.iter().enumerate() {
-                    let (mean, own) = moments(&channel[span.clone()]);
-                    values[3 + axis] = mean;
-                    variance[1] += own;
-                }
-            }
-            if t_c.is_finite() && values[..3].iter().all(|v| v.is_finite()) {
-                out.push(Candidate {
-                    number,
-                    segment,
-                    block: Block { t_c, values },
-                    variance,
-                });
-            }
+            out.extend(Candidate::of(
+                number,
+                segment,
+                &temperature[span.clone()],
+                part(&recording.accel, &span),
+                recording.gyro.as_ref().map(|gyro| part(gyro, &span)),
+            ));
         }
     }
     out
+}
+
+fn part<'a>(channels: &'a [Vec<f64>; 3], rows: &Range<usize>) -> [&'a [f64]; 3] {
+    channels.each_ref().map(|c| &c[rows.clone()])
 }
 
 /// Mean and variance of the values that are there.

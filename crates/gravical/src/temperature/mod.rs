@@ -36,7 +36,7 @@
 //! ```
 
 mod attach;
-mod blocks;
+pub(crate) mod blocks;
 mod channel;
 mod fit;
 mod polynomial;
@@ -109,7 +109,7 @@ fn study_with_levels(recordings: &[Recording]) -> Result<(TemperatureModel, [f64
     }
     let name = recordings.first().map_or("", |r| r.name.as_str());
     let input = |code, message: String| Error::input(code, message).at(Path::new(name), None);
-    if recordings.iter().all(|r| temperature_span_c(r).is_none()) {
+    if recordings.iter().all(|r| r.temperature_range_c().is_none()) {
         return Err(
             input("missing-temperature", "there is no temperature".to_owned()).with_hint(
                 "record the sensor's own temperature in a column called temperature, or name it with --columns",
@@ -121,7 +121,11 @@ fn study_with_levels(recordings: &[Recording]) -> Result<(TemperatureModel, [f64
         .enumerate()
         .flat_map(|(i, r)| blocks::stretches(r, i, &options))
         .collect();
-    if found.is_empty() {
+    // Of an excerpt there are blocks only where all temperatures together span enough.
+    let ranges = || recordings.iter().filter_map(Recording::temperature_range_c);
+    let too_narrow = recordings.iter().any(Recording::is_excerpt)
+        && ranges().all(|[low, high]| high - low <= LEAST_SPAN_C);
+    if found.is_empty() && !too_narrow {
         return Err(input(
             "never-still",
             "it is never still for some seconds".to_owned(),
@@ -160,7 +164,7 @@ fn study_with_levels(recordings: &[Recording]) -> Result<(TemperatureModel, [f64
 #[must_use]
 pub fn study_if_any(recordings: &[Recording]) -> Option<TemperatureModel> {
     // The whole span is quickly had, and mostly too small.
-    let spans = recordings.iter().filter_map(temperature_span_c);
+    let spans = recordings.iter().filter_map(Recording::temperature_range_c);
     let [low, high] = spans.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], [a, b]| {
         [l.min(a), h.max(b)]
     });
@@ -169,17 +173,6 @@ pub fn study_if_any(recordings: &[Recording]) -> Option<TemperatureModel> {
     } else {
         None
     }
-}
-
-/// Lowest and highest temperature; none without any.
-fn temperature_span_c(recording: &Recording) -> Option<[f64; 2]> {
-    let all = recording.temperature_c.iter().flatten();
-    let [low, high] = all
-        .filter(|t| t.is_finite())
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], t| {
-            [l.min(*t), h.max(*t)]
-        });
-    (low <= high).then_some([low, high])
 }
 
 fn model(

@@ -270,7 +270,8 @@ pub fn of_session(
 fn moves((recording, stills): Part<'_>) -> bool {
     let between = |pair: &[Still]| pair[0].rows.end.saturating_sub(1)..pair[1].rows.start + 1;
     let mut pairs = stills.windows(2);
-    recording.gyro.is_some() && pairs.any(|p| !motions::is_broken(recording, &between(p)))
+    let whole = |rows: Range<usize>| !recording.is_broken(&rows) && !recording.is_cut(&rows);
+    recording.gyro.is_some() && pairs.any(|p| whole(between(p)))
 }
 
 /// Stills and motions, looked at.

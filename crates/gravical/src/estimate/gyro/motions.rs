@@ -62,12 +62,6 @@ pub(super) struct Source<'a> {
     pub period_s: f64,
 }
 
-/// True where no sample follows its predecessor somewhere in `rows`.
-pub(super) fn is_broken(recording: &Recording, rows: &Range<usize>) -> bool {
-    let mut breaks = recording.breaks.iter();
-    breaks.any(|b| (rows.start + 1..rows.end).contains(b))
-}
-
 /// Gathers those of one recording.
 pub(super) fn gather(source: &Source<'_>, motions: &mut Motions) {
     let Source {
@@ -92,6 +86,11 @@ pub(super) fn gather(source: &Source<'_>, motions: &mut Motions) {
         };
         let rows = from..to + 1;
         if rows.len() < 3 {
+            continue;
+        }
+        if recording.is_cut(&rows) && !recording.is_broken(&rows) {
+            // Said when it was read.
+            motions.left_out += 1;
             continue;
         }
         let lines = (recording.line(rows.start), recording.line(rows.end - 1));
@@ -163,7 +162,7 @@ fn push(source: &Source<'_>, rows: Range<usize>, still: usize, motions: &mut Mot
         period_s,
         ..
     } = *source;
-    if is_broken(recording, &rows) {
+    if recording.is_broken(&rows) {
         return false;
     }
     // The drift of the bias is what both stills show of it.

@@ -13,6 +13,7 @@ const GAP: f64 = 0.015;
 /// A recording on the common axis of time.
 pub(super) struct Placed<'a> {
     pub recording: &'a Recording,
+    partings: Vec<usize>,
     /// What is added to its time, s.
     pub shift_s: f64,
     /// Seconds from row to row where it has no stamps.
@@ -31,7 +32,7 @@ impl Placed<'_> {
         let points = |all: usize| (self.share * all as f64).ceil().max(2.0) as usize;
         let samples = Samples {
             count: self.recording.rows(),
-            breaks: &self.recording.breaks,
+            breaks: &self.partings,
             time: |i| self.at(i),
             limit: points(LIMIT),
             buckets: points(BUCKETS),
@@ -43,7 +44,7 @@ impl Placed<'_> {
 fn own_time(recording: &Recording, step_s: f64, row: usize) -> f64 {
     match &recording.time_s {
         Some(t) => t.get(row).copied().unwrap_or(f64::NAN),
-        None => step_s * row as f64,
+        None => step_s * recording.row_in_file(row) as f64,
     }
 }
 
@@ -65,6 +66,7 @@ pub(super) fn placed(recordings: &[Recording]) -> Vec<Placed<'_>> {
         let recording: &Recording = recording;
         let placed = Placed {
             recording,
+            partings: recording.partings(),
             shift_s: from,
             step_s: step(recording),
             share: recording.rows() as f64 / rows.max(1) as f64,

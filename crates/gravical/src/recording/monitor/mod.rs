@@ -247,6 +247,12 @@ impl Monitor {
             self.temperature.see(values[TEMPERATURE]);
         }
         self.defects.see(values, line);
+        self.see_time(raw, line, parting)
+    }
+
+    /// The time of a row, of which all else is known.
+    #[inline]
+    pub fn see_time(&mut self, raw: &Values, line: u64, parting: Option<Parting>) -> RowTime {
         match &mut self.clock {
             Some(clock) => clock.see(raw[TIME], line, parting),
             None => RowTime::UNKNOWN,
