@@ -30,7 +30,7 @@ use crate::recording::layout::Layout;
 use crate::recording::monitor::Facts;
 use crate::recording::open::Reopenable;
 use crate::recording::row::TEMPERATURE;
-use crate::recording::rows::{Rows, Source};
+use crate::recording::rows::{Mark, Rows, Source};
 use crate::recording::timing::Timing;
 use crate::recording::{ReadOptions, Recording, RowMap, between};
 use crate::segment::still::{Levels, StillOptions, Stills, block_rows};
@@ -87,8 +87,8 @@ const BOUNDS: Bounds = Bounds {
     whole: 1 << 18,
     blocks: 1 << 17,
     at_once: 1 << 14,
-    still_rows: 200_000,
-    least: 200,
+    still_rows: 250_000,
+    least: 250,
     motions: 500,
     motion_rows: 100_000,
     motion_s: 60.0,
@@ -163,6 +163,7 @@ fn read_from(
         breaks,
         gyro,
         restarted,
+        marks,
         ..
     } = long;
     let mut again = Again {
@@ -211,6 +212,7 @@ fn read_from(
         thermal: wide.then(|| blocks::Cutter::new(rate, gyro)),
         zero_offset: facts.zero_offset,
         wanted: wanted_rows,
+        marks,
         complete: 0,
         row: 0,
         parts: false,
@@ -280,6 +282,8 @@ struct Kept {
     /// Which rows are kept, and how many of these ranges are.
     wanted: Vec<Range<usize>>,
     complete: usize,
+    /// What reading may go on by, and the row that comes next.
+    marks: Vec<(usize, Mark)>,
     /// Number of the next row.
     row: usize,
     /// It does not follow the last one that was kept.
@@ -289,7 +293,12 @@ struct Kept {
 impl Sink for Kept {
     fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
         rows.hold_few();
+        let mut looked = 0;
         while self.complete < self.wanted.len() || self.thermal.is_some() {
+            if self.thermal.is_none() && looked <= self.complete {
+                looked = self.complete + 1;
+                self.skip(rows)?;
+            }
             let Some(row) = rows.next_row()? else {
                 break;
             };
@@ -307,6 +316,23 @@ impl Sink for Kept {
                 self.complete += usize::from(self.row + 1 == range.end);
             }
             self.row += 1;
+        }
+        Ok(())
+    }
+}
+
+impl Kept {
+    /// Passes over rows before those that are kept next.
+    fn skip<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
+        let Some(next) = self.wanted.get(self.complete) else {
+            return Ok(());
+        };
+        let at = self.marks.partition_point(|(row, _)| *row <= next.start);
+        if let Some((row, mark)) = self.marks[..at].last()
+            && *row > self.row
+        {
+            rows.skip_to(mark)?;
+            self.row = *row;
         }
         Ok(())
     }
@@ -383,7 +409,7 @@ fn tell(recording: &Recording, plan: &Plan, bounds: &Bounds, rate: f64) -> Vec<F
             Finding::new(
                 FindingKind::MotionsLeftOut,
                 format!(
-                    "{rows} rows, too many to be kept in memory: {left_out} of {} motions between stills are not used: those longer than {:.0} s, and beyond {} motions or {} rows the longer ones about each axis",
+                    "{rows} rows, too many to be kept in memory: {left_out} of {} motions between stills are not used: those beside a still that is left out or longer than {:.0} s, and beyond {} motions or {} rows the longer ones about each axis",
                     plan.motions, bounds.motion_s, bounds.motions, bounds.motion_rows
                 ),
             )

@@ -194,7 +194,7 @@ impl Plan {
                 let longest = bounds.motion_s * rate;
                 if keeps_a && keeps_b && rows.len() as f64 <= longest {
                     motions.push((rows, turn(a.mean, b.mean)));
-                } else if keeps_a && keeps_b {
+                } else {
                     self.motions_left_out.push(rows);
                 }
             }

@@ -6,9 +6,10 @@ use crate::recording::Recording;
 use crate::recording::collect::{Columns, Sink};
 use crate::recording::monitor::Facts;
 use crate::recording::row::{ACCEL, GYRO, TEMPERATURE, Values};
-use crate::recording::rows::{Rows, Source};
+use crate::recording::rows::{Mark, Rows, Source};
 use crate::recording::timing::Treatment;
 use crate::segment::still::{Block, Levels, StillOptions, block_rows};
+use crate::stats::Thinned;
 
 /// The first reading: all rows of a short recording, blocks of a long one.
 pub(super) struct Survey {
@@ -18,7 +19,12 @@ pub(super) struct Survey {
     blocks: usize,
     still: StillOptions,
     rate: Option<f64>,
+    marks: Thinned<(usize, Option<Mark>), MOST_MARKS>,
 }
+
+/// Where the last reading may go on: after every so many rows.
+const MARKED: usize = 512;
+const MOST_MARKS: usize = 1 << 12;
 
 /// What is known of a long recording.
 pub(super) struct Long {
@@ -36,6 +42,8 @@ pub(super) struct Long {
     /// Lowest and highest temperature, °C.
     temperature_c: [f64; 2],
     cutter: Cutter,
+    /// What reading may go on by, and the row that comes next.
+    pub marks: Vec<(usize, Mark)>,
 }
 
 impl Survey {
@@ -60,6 +68,15 @@ impl Survey {
             blocks,
             still: still.clone(),
             rate,
+            marks: Thinned::default(),
+        }
+    }
+
+    /// `rows` have given so many.
+    #[inline]
+    fn mark<S: Source>(&mut self, rows: &Rows<S>, given: usize) {
+        if given.is_multiple_of(MARKED) {
+            self.marks.push_with(|| (given, rows.mark()));
         }
     }
 }
@@ -75,6 +92,7 @@ impl Sink for Survey {
                 return Ok(());
             };
             self.columns.push(&row, row.parts());
+            self.mark(rows, self.columns.rows());
         }
         let so_far = || rows.monitor().finish(Treatment::Repaired).timing.rate_hz();
         let rate = self.rate.or_else(so_far);
@@ -85,7 +103,12 @@ impl Sink for Survey {
             long.restarted |= row.restarted;
             let (accel, rate) = sample(row.values, zero_offset);
             long.push(accel, rate, row.values[TEMPERATURE], row.parts());
+            self.mark(rows, long.rows);
         }
+        let marks = self.marks.items().iter();
+        long.marks = marks
+            .filter_map(|(row, mark)| Some((*row, mark.clone()?)))
+            .collect();
         long.blocks.extend(long.cutter.end());
         self.long = Some(long);
         Ok(())
@@ -113,6 +136,7 @@ impl Long {
             restarted: columns.restarted,
             temperature_c: [f64::INFINITY, f64::NEG_INFINITY],
             cutter: Cutter::new(width, gyro),
+            marks: Vec::new(),
         };
         let mut breaks = columns.breaks.iter().peekable();
         for row in 0..columns.rows() {

@@ -381,7 +381,7 @@ kinds! {
             "nothing; cut the recording where all rows matter";
         MotionsLeftOut "motions-left-out" Note
             "motions between stills of a [long recording](#long-recordings) have no room in memory"
-            "those longer than 60 s, and the longer ones about each axis, are not used for the gyroscope"
+            "those beside a still that is left out, those longer than 60 s, and the longer ones about each axis are not used for the gyroscope"
             "nothing; cut the recording where they matter";
     }
     "Result" {

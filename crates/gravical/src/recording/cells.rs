@@ -232,6 +232,14 @@ impl CellFiller {
         }
     }
 
+    /// The same, which has found nothing yet.
+    pub fn without_findings(&self) -> Self {
+        CellFiller {
+            zeros: LineSpans::default(),
+            ..*self
+        }
+    }
+
     /// The row in `line`, whose cells are filled or emptied. `unread`: its
     /// accelerometer's zeros are none.
     #[inline]

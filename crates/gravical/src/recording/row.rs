@@ -98,6 +98,12 @@ impl RowStamps {
         }
     }
 
+    /// The time of a row depends on all before it.
+    #[must_use]
+    pub fn sums(&self) -> bool {
+        self.sum.is_some()
+    }
+
     /// The next row.
     #[inline]
     pub fn stamp(&mut self, values: &mut Values) {

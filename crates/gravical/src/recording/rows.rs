@@ -13,7 +13,7 @@ use super::cells::{CellFiller, Channels, ZEROS_IN_A_ROW};
 use super::ledger::{Aside, Ledger};
 use super::monitor::{Facts, Monitor, MonitorFindings, RecordingClaims};
 use super::row::{ACCEL, GYRO, SLOTS, Span, TIME, Values};
-use super::timing::{Parting, RowTime, Timing, Treatment, is_usual_step};
+use super::timing::{Follower, Parting, RowTime, Timing, Treatment, is_usual_step};
 use super::unit_choice::UnitDoubt;
 use crate::finding::{Finding, FindingKind, LineSpans};
 
@@ -34,6 +34,28 @@ pub(crate) trait Source {
     fn text(&self) -> Text<'_> {
         Text::default()
     }
+    /// Whether a line may be read without those before it.
+    fn can_skip(&self) -> bool {
+        false
+    }
+    /// Passes over lines up to this one, where it [can](Self::can_skip).
+    ///
+    /// # Errors
+    ///
+    /// What reading reports.
+    fn skip_to(&mut self, _line: u64) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// What reading goes on by after a row.
+#[derive(Debug, Clone)]
+pub(crate) struct Mark {
+    /// The line of that row.
+    line: u64,
+    filler: CellFiller,
+    follower: Option<Follower>,
+    last_stamp: f64,
 }
 
 /// What a line is.
@@ -472,6 +494,40 @@ impl<S: Source> Rows<S> {
         }
         self.released = self.held.len();
         self.released > 0
+    }
+
+    /// To go on from the row that was given last; none where what comes next depends on
+    /// more.
+    pub fn mark(&self) -> Option<Mark> {
+        let plain = self.held.is_empty() && self.parts.is_empty() && self.zeros == 0;
+        // Even samples are counted.
+        let counted = self
+            .facts
+            .stamp_reading
+            .is_some_and(|s| s.even_hz.is_some());
+        (plain && !counted && self.any_reading && self.source.can_skip()).then(|| Mark {
+            line: self.source.number(),
+            filler: self.filler.without_findings(),
+            follower: self.monitor.follower(),
+            last_stamp: self.last_stamp,
+        })
+    }
+
+    /// Goes on after the row of a mark, which lies ahead; of rows that are
+    /// [known already](Self::known_already).
+    ///
+    /// # Errors
+    ///
+    /// What reading reports.
+    pub fn skip_to(&mut self, mark: &Mark) -> Result<()> {
+        self.source.skip_to(mark.line)?;
+        self.filler = mark.filler.clone();
+        self.monitor.follow(mark.follower.clone());
+        self.last_stamp = mark.last_stamp;
+        (self.zeros, self.any_reading) = (0, true);
+        self.parts.clear();
+        self.before.clear();
+        Ok(())
     }
 
     /// What has seen all rows so far.

@@ -313,6 +313,21 @@ impl<R: Read> Source for TextRows<R> {
         self.number
     }
 
+    fn can_skip(&self) -> bool {
+        !self.stamps.sums()
+    }
+
+    fn skip_to(&mut self, line: u64) -> Result<()> {
+        while self.number < line {
+            let passed = self.lines.next_line();
+            match passed.map_err(|e| Error::io(Path::new(&self.name), e))? {
+                Some(passed) => self.number = passed.number,
+                None => break,
+            }
+        }
+        Ok(())
+    }
+
     #[inline]
     fn text(&self) -> Text<'_> {
         let bytes = self.lines.current();

@@ -148,7 +148,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     let by_rows = options.sections.is_some() || options.rows.is_some();
     if let Some(excerpt) = recordings.iter().find(|r| by_rows && r.is_excerpt()) {
         return Err(Error::usage(
-            "rows-left-out",
+            "rows-not-kept",
             "--sections and --rows name rows, and of this long recording not all are in memory",
         )
         .at(excerpt.name.as_ref(), None)

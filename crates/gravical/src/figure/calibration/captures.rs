@@ -129,6 +129,9 @@ pub(super) fn captures(session: Session<'_>, scale: &Scale) -> Option<Figure> {
             windows.len()
         ),
     );
+    if session.recordings.iter().any(Recording::is_excerpt) {
+        figure.caption += " Of a long recording it is the stills and the motions between them.";
+    }
     if scale.nominal.is_none() {
         figure.caption = figure.caption.replace(", by the nominal scale", "");
     }

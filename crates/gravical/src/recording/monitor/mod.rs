@@ -15,7 +15,7 @@ use super::names::Quantity;
 use super::resolution::AxisValues;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
 use super::timing::{
-    Claims, ClockMonitor, Parting, RowTime, StampReading, Timing, Treatment, untimed,
+    Claims, ClockMonitor, Follower, Parting, RowTime, StampReading, Timing, Treatment, untimed,
 };
 use super::unit_choice::{UnitDoubt, decide_accel};
 use super::units::{AccelScale, GyroScale, GyroUnit, Origin};
@@ -256,6 +256,18 @@ impl Monitor {
         match &mut self.clock {
             Some(clock) => clock.see(raw[TIME], line, parting),
             None => RowTime::UNKNOWN,
+        }
+    }
+
+    /// What makes time of the next stamp.
+    pub fn follower(&self) -> Option<Follower> {
+        self.clock.as_ref()?.follower()
+    }
+
+    /// Goes on by another one.
+    pub fn follow(&mut self, follower: Option<Follower>) {
+        if let (Some(clock), Some(follower)) = (&mut self.clock, follower) {
+            clock.follow(follower);
         }
     }
 

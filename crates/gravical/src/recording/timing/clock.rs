@@ -29,6 +29,17 @@ impl Follower {
         }
     }
 
+    /// The same, which has found nothing yet.
+    pub(crate) fn without_findings(&self) -> Self {
+        Follower {
+            stamps: Stamps {
+                faults: Faults::default(),
+                ..self.stamps
+            },
+            offset: self.offset,
+        }
+    }
+
     /// What the stamp says, and its time, s; NaN where it is absent.
     #[inline]
     pub(crate) fn see(&mut self, stamp: f64, line: u64) -> (Clock, f64) {

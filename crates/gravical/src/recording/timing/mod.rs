@@ -13,8 +13,7 @@ use serde::Serialize;
 use super::POSSIBLE;
 use crate::finding::{Finding, FindingKind};
 
-use clock::Follower;
-pub(crate) use clock::{Clock, Parting};
+pub(crate) use clock::{Clock, Follower, Parting};
 pub use date::parse_date;
 pub(crate) use odd::Treatment;
 use steps::Steps;
@@ -240,6 +239,16 @@ impl ClockMonitor {
             }
         };
         Some((unit, usual))
+    }
+
+    /// What makes time of the next stamp.
+    pub fn follower(&self) -> Option<Follower> {
+        self.follower.as_ref().map(Follower::without_findings)
+    }
+
+    /// Goes on by another one.
+    pub fn follow(&mut self, follower: Follower) {
+        self.follower = Some(follower);
     }
 
     /// What the stamps say, after the last row. Rates and gaps are right where the usual
