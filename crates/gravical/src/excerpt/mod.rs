@@ -6,7 +6,7 @@
 //! 262 144 rows whole. A longer one is read again: the first reading keeps statistics of
 //! short blocks alone, by which the stills are found; the last one keeps the rows of the
 //! stills and of the motions between them, up to a number that does not grow with the
-//! recording. What of them had no room is a [`Finding`](crate::Finding).
+//! recording. What of them had no room is a [`Finding`].
 //!
 //! The stills are those that [`find_stills`](crate::segment::still::find_stills) finds in
 //! the whole recording, with the same rows. Beyond 131 072 blocks (7 h at 100 Hz) the level
