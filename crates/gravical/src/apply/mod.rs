@@ -60,6 +60,7 @@ use serde::Serialize;
 use crate::Result;
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::output::BlockWriter;
+use crate::recording::monitor::refuse_unit_change;
 use crate::recording::names::Role;
 use crate::recording::open::Input;
 use crate::recording::text::open_rows;
@@ -160,8 +161,10 @@ pub enum GyroscopeOutcome {
 /// `unit-mismatch` (input) when the calibration is for another unit or range,
 /// or when gravity, calibrated, is off by more than a fifth; `all-zero`,
 /// `no-rows`, `no-values`, `empty-file`, `no-accelerometer`, `columns-unknown`
-/// as [`crate::recording::read`]; what reading and writing report. With
-/// `all-zero` and `no-values` parts may have been written already.
+/// as [`crate::recording::read`]; `unit-changed` where the unit changes among the rows
+/// and `accel_unit` is not given, `header-differs` where a header among them means what
+/// the first cannot; what reading and writing report. With `all-zero`, `no-values`,
+/// `unit-changed` and `header-differs` parts may have been written already.
 pub fn apply(
     calibration: &CalibrationFile,
     input: Input,
@@ -226,6 +229,7 @@ pub fn apply(
         out.hand_on_if_full()?;
     }
     let mut read = file.finish(Treatment::Kept)?;
+    refuse_unit_change(&read.finished.found, &options.read, name)?;
     write_breaks(&read.finished.trailing, &mut out.bytes);
     out.finish()?;
     findings.append(&mut read.findings);
@@ -234,6 +238,9 @@ pub fn apply(
     findings.extend(read.finished.zeros);
     findings.extend(found.clock);
     findings.extend(found.cells);
+    // The unit itself was judged above.
+    let changed = |f: &Finding| f.kind == FindingKind::UnitChanged;
+    findings.extend(found.unit.into_iter().filter(changed));
     findings.extend(found.values);
     let temperature = sensor.drift.as_ref().map(|d| d.finish(&mut findings));
     for finding in &mut findings {

@@ -85,6 +85,10 @@ kinds! {
             "the header once more in the middle"
             "kept out; taken as a break"
             "look for two recordings in one file";
+        HeaderChanged "header-changed" Warning
+            "a header in the middle names other columns, another order or another unit than the first"
+            "its rows are read as the first header has them: columns in its order, values in its unit; where that cannot be, it is an error (`header-differs`)"
+            "look for two recordings in one file";
         OtherSensor "other-sensor" Note
             "rows of another sensor than the one that is read (`several-sensors`)"
             "not read"
@@ -243,6 +247,10 @@ kinds! {
             "header, option or calibration say one unit, gravity or the turns show another"
             "against a header the data win; an option is obeyed; `apply` refuses unless `--accel-unit` insists"
             "correct the header";
+        UnitChanged "unit-changed" Gate
+            "at rest the magnitude jumps from one unit, or range, to another, and no header says so"
+            "used all the same; `apply` and `motion --causal` stop, unless `--accel-unit` insists"
+            "cut the file in front of the line";
         UnitUnknown "unit-unknown" Warning
             "gravity fits no unit, or several"
             "`inspect` goes on; `calibrate` stops"

@@ -30,6 +30,7 @@ use super::{
 use crate::apply::drift::Drift;
 use crate::apply::sensor::Sensor;
 use crate::output::BlockWriter;
+use crate::recording::monitor::refuse_unit_change;
 use crate::recording::names::Role;
 use crate::recording::open::Input;
 use crate::recording::text::{OpenFile, ReadFile, open_rows};
@@ -87,15 +88,16 @@ pub fn motion_stream(
         pipeline.row(&row, calibrated, &mut out.bytes);
         out.hand_on_if_full()?;
     }
-    let mut read = file.finish(Treatment::Repaired)?;
+    let mut done = file.finish(Treatment::Repaired)?;
+    refuse_unit_change(&done.finished.found, read, name)?;
     out.finish()?;
-    let mut all_findings = std::mem::take(&mut read.findings);
-    all_findings.extend(assumed.contradicted_by(&read.finished.facts));
-    all_findings.extend(read.finished.findings());
+    let mut all_findings = std::mem::take(&mut done.findings);
+    all_findings.extend(assumed.contradicted_by(&done.finished.facts));
+    all_findings.extend(done.finished.findings());
     all_findings.append(&mut findings);
     let drift = sensor.drift.as_ref();
     drift.map(|d| d.finish(&mut all_findings));
-    let result = begin.result(pipeline, &read, calibration, options, all_findings);
+    let result = begin.result(pipeline, &done, calibration, options, all_findings);
     Ok(Streamed {
         result,
         head: begin.recording,

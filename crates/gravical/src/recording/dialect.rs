@@ -3,6 +3,7 @@
 
 use crate::scan::{parse_field, parse_field_decimal_comma};
 
+use super::names::{Quantity, understand};
 use super::row::{Delimiter, quoted_end};
 use super::timing::parse_date;
 use super::units::is_unit;
@@ -72,6 +73,11 @@ pub struct Header {
 }
 
 impl Header {
+    /// Rows of so many fields may stand below it: one without a name among them.
+    pub(super) fn fits(&self, fields: usize) -> bool {
+        (self.names.len()..=self.names.len() + 1).contains(&fields)
+    }
+
     /// The unit that stands below the name of a column.
     #[must_use]
     pub fn unit(&self, field: usize) -> Option<&str> {
@@ -129,7 +135,26 @@ pub fn sniff(head: &[u8], whole: bool, min_columns: usize) -> Option<Dialect> {
     // too when there is more than is looked at.
     let shown = &lines[..lines.len().min(LINES)];
     let best = candidates(shown, min_columns).or_else(|| candidates(&lines, min_columns))?;
-    Some(finish(best, &lines))
+    let found = finish(best, &lines);
+    let earlier = found.header.as_ref().and_then(|header| {
+        let before = header.lines[0].saturating_sub(1) as usize;
+        earlier(&lines, before.min(lines.len()), min_columns)
+    });
+    Some(earlier.unwrap_or(found))
+}
+
+/// The rows that are most stand under a header; where rows of another width are above that,
+/// under a header that names an accelerometer or a gyroscope, the file begins with those.
+fn earlier(lines: &[HeadLine<'_>], before: usize, min_columns: usize) -> Option<Dialect> {
+    let best = candidates(lines.get(..before)?, min_columns)?;
+    let found = finish(best, lines);
+    let names = &found.header.as_ref()?.names;
+    let named: Vec<Quantity> = names
+        .iter()
+        .filter_map(|n| Some(understand(n)?.quantity))
+        .collect();
+    let all = |of: fn(usize) -> Quantity| (0..3).all(|i| named.contains(&of(i)));
+    (all(Quantity::Accel) || all(Quantity::Gyro)).then_some(found)
 }
 
 /// `\r` for the few files that end their lines so, else `\n`.
@@ -527,6 +552,34 @@ fn find_header(best: &Candidate, before: &[&HeadLine<'_>]) -> Option<Header> {
         units,
         texts: lines.iter().map(|l| l.text.trim_ascii().to_vec()).collect(),
     })
+}
+
+/// How many fields a line has that is a row of numbers.
+pub(super) fn fields_of_row(line: &[u8], dialect: &Dialect) -> Option<usize> {
+    let cells = cells(line, dialect.delimiter, dialect.decimal_comma);
+    is_data(&cells, dialect.fields.min(3)).then_some(cells.len())
+}
+
+/// The header that `lines`, each with its number, end with; of as many columns as it names.
+pub(super) fn header_below(lines: &[(u64, Vec<u8>)], delimiter: Delimiter) -> Option<Header> {
+    let (_, last) = lines.last()?;
+    let lines: Vec<HeadLine<'_>> = lines
+        .iter()
+        .map(|(number, text)| HeadLine {
+            number: *number,
+            text,
+        })
+        .collect();
+    let lines: Vec<&HeadLine<'_>> = lines.iter().collect();
+    let fields = split(strip_comment(last), delimiter).len();
+    let candidate = Candidate {
+        delimiter,
+        decimal_comma: false,
+        fields,
+        rows: 0,
+        numbers: 0,
+    };
+    (fields >= 3).then(|| find_header(&candidate, &lines))?
 }
 
 /// Cells that a spreadsheet has merged: the name stands in the first of them. None for

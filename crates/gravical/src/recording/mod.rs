@@ -34,6 +34,7 @@ pub mod frame;
 pub(crate) mod full_scale;
 mod head;
 pub mod join;
+mod later;
 pub mod layout;
 mod ledger;
 mod memory;

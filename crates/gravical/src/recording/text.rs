@@ -12,6 +12,7 @@ use super::cells::CellRules;
 use super::dialect::{Dialect, sniff, terminator};
 use super::head::Head;
 pub(crate) use super::head::HeadChannels;
+use super::later::LaterHeaders;
 use super::layout::{self, Layout, Request};
 use super::ledger::Aside;
 use super::metadata;
@@ -37,6 +38,9 @@ pub(crate) struct TextRows<R> {
     format: Format,
     scanner: RowScanner,
     stamps: RowStamps,
+    later: LaterHeaders,
+    /// The row is not the line as it stands.
+    rewritten: bool,
     /// Where the fields of a line are is asked for.
     with_spans: bool,
     spans: Vec<Span>,
@@ -55,6 +59,10 @@ pub(crate) struct TextRows<R> {
 pub(crate) struct Format {
     pub dialect: Dialect,
     pub layout: Layout,
+    /// What it is read for.
+    pub role: Role,
+    /// What the user says of it.
+    pub options: ReadOptions,
 }
 
 /// A file whose rows can be read.
@@ -168,7 +176,12 @@ fn find_format(
     let mut layout = layout::find(role, &dialect, request, findings)
         .map_err(|e| e.at(here, dialect.header.as_ref().map(|h| h.lines[1])))?;
     layout.claim_of_board(&dialect.metadata);
-    Ok(Format { dialect, layout })
+    Ok(Format {
+        dialect,
+        layout,
+        role,
+        options: options.clone(),
+    })
 }
 
 impl OpenFile {
@@ -225,6 +238,8 @@ impl<R: Read> TextRows<R> {
             name: name.to_owned(),
             stamps: format.layout.stamps(),
             format: format.clone(),
+            later: LaterHeaders::default(),
+            rewritten: false,
             with_spans: false,
             spans: Vec::with_capacity(scanner.fields()),
             scanner,
@@ -237,9 +252,9 @@ impl<R: Read> TextRows<R> {
         }
     }
 
-    /// What is odd about the bytes of a file that was `unpacked` so.
+    /// What is odd about the headers and the bytes of a file that was `unpacked` so.
     fn odd_bytes(&self, unpacked: &[String]) -> Vec<Finding> {
-        let mut findings = Vec::new();
+        let mut findings: Vec<Finding> = self.later.finding().into_iter().collect();
         if !self.nul_lines.is_empty() {
             findings.push(
                 Finding::new(
@@ -283,22 +298,36 @@ impl<R: Read> Source for TextRows<R> {
             self.nul_lines.push(line.number);
         }
         if line.number >= self.format.dialect.first_data_line {
-            let scanned = if self.with_spans {
-                self.scanner.scan_spans(line.bytes, values, &mut self.spans)
-            } else {
-                self.scanner.scan(line.bytes, values, &mut self.label)
-            };
+            let mut bytes = line.bytes;
+            let mut read = Ok(false);
+            if !self.later.is_idle() {
+                let (format, name) = (&self.format, &self.name);
+                read = self.later.line(bytes, format, name, self.with_spans)?;
+                self.rewritten = read == Ok(true);
+                if self.rewritten {
+                    bytes = self.later.rewritten();
+                }
+            }
+            let scanned = read.and_then(|_| match self.with_spans {
+                true => self.scanner.scan_spans(bytes, values, &mut self.spans),
+                false => self.scanner.scan(bytes, values, &mut self.label),
+            });
             match scanned {
                 Ok(()) => {
                     self.stamps.stamp(values);
                     return Ok(Some(Item::Row));
                 }
                 Err(defect) => {
+                    self.rewritten = false;
                     if std::str::from_utf8(line.bytes).is_err() {
                         self.foreign_lines.push(line.number);
                     }
                     let reason = among(&self.format.dialect, &line, defect, &mut self.blank);
-                    return Ok(Some(Item::Aside(reason)));
+                    let is_header = self.later.set_aside(&line, &self.format, &self.name);
+                    return Ok(Some(Item::Aside(match is_header {
+                        true => Aside::RepeatedHeader,
+                        false => reason,
+                    })));
                 }
             }
         }
@@ -330,7 +359,10 @@ impl<R: Read> Source for TextRows<R> {
 
     #[inline]
     fn text(&self) -> Text<'_> {
-        let bytes = self.lines.current();
+        let bytes = match self.rewritten {
+            true => self.later.rewritten(),
+            false => self.lines.current(),
+        };
         let (from, to) = self.label;
         Text {
             bytes,

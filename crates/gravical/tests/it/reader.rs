@@ -1,12 +1,15 @@
 //! Every defect that real recordings have, one at a time: it is named, with its
 //! lines, every line is accounted for, and the mean does not suffer.
 
+mod headers;
 mod stamps;
 mod units;
 
 use crate::support::*;
 use gravical::inspect::inspect;
-use gravical::recording::{AccelUnit, Aside, GyroUnit, ReadOptions, Recording, Severity, TimeUnit};
+use gravical::recording::{
+    AccelUnit, Aside, GyroUnit, ReadOptions, Recording, Severity, TimeUnit, read_bytes,
+};
 use gravical::segment::face::AxisMap;
 use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate, write};
 

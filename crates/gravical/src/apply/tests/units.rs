@@ -178,33 +178,78 @@ fn a_labelled_recording_in_counts_with_imucals_calibration() {
     );
 }
 
+/// More than the head in m/s^2, and twice as much in g: somebody put files together.
+fn two_units(i: usize) -> String {
+    let unit = if i < 12_000 { 1.0 } else { 1.0 / 9.80665 };
+    let noise = |k: usize| 0.02 * ((i * k) as f64 * 0.37).sin();
+    format!(
+        "{},{:.5},{:.5},{:.5}",
+        10 * i,
+        unit * (0.1 + noise(1)),
+        unit * (0.2 + noise(3)),
+        unit * (9.8 + noise(7))
+    )
+}
+
 #[test]
-fn first_rows_that_mislead_are_named_and_a_recording_is_read_again() {
-    // More than the head in m/s^2, and twice as much in g: somebody put files together.
-    let row = |i: usize| {
-        let unit = if i < 12_000 { 1.0 } else { 1.0 / 9.80665 };
-        let noise = |k: usize| 0.02 * ((i * k) as f64 * 0.37).sin();
-        format!(
-            "{},{:.5},{:.5},{:.5}",
-            10 * i,
-            unit * (0.1 + noise(1)),
-            unit * (0.2 + noise(3)),
-            unit * (9.8 + noise(7))
-        )
+fn a_unit_that_changes_is_refused_with_its_line() {
+    let text = still("t_ms,ax,ay,az", 36_000, two_units);
+    let error = refused(&si(), &text, &options());
+    assert_eq!(error.code(), "unit-changed");
+    assert_eq!(error.location().and_then(|l| l.line), Some(12_002));
+    let insisted = ApplyOptions {
+        read: ReadOptions {
+            accel_unit: Some(AccelUnit::MetrePerSecondSquared),
+            ..ReadOptions::default()
+        },
+        ..options()
     };
-    let text = still("t_ms,ax,ay,az", 36_000, row);
-    let (_, summary) = run(&si(), &text);
-    assert_eq!(summary.accelerometer.unit, AccelUnit::MetrePerSecondSquared);
-    let told = finding(&summary, "first-rows-differ");
-    assert!(
-        told.message.ends_with("unit of the accelerometer"),
-        "{told:?}"
-    );
+    let (_, summary) = run_with(&si(), text.as_bytes(), &insisted).unwrap();
+    finding(&summary, "unit-changed");
+    // All rows tell the unit, wherever it changes.
     let recording = read_bytes(text.as_bytes(), "rec.csv", &options().read).unwrap();
     assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
     assert_eq!(recording.rows(), 36_000);
-    assert!(recording.findings.is_empty(), "{:?}", recording.findings);
-    // Where they tell the same, nothing is said.
-    let (_, summary) = run(&si(), &still("t_ms,ax,ay,az", 12_000, row));
+    let kinds: Vec<&str> = recording.findings.iter().map(|f| f.kind.name()).collect();
+    assert_eq!(kinds, ["unit-changed"]);
+    // Before the change nothing is said.
+    let (_, summary) = run(&si(), &still("t_ms,ax,ay,az", 12_000, two_units));
     assert!(summary.findings.is_empty(), "{:?}", summary.findings);
+}
+
+#[test]
+fn first_rows_that_mislead_are_named() {
+    // Of the gyroscope whole numbers at first, then others.
+    let row = |i: usize| {
+        let rate = (i % 7) as f64 + if i < 12_000 { 0.0 } else { 0.25 };
+        format!("{},{rate},1,2", two_units(i % 12_000))
+    };
+    let (_, summary) = run(&si(), &still("t_ms,ax,ay,az,gx,gy,gz", 36_000, row));
+    let told = finding(&summary, "first-rows-differ");
+    assert!(told.message.contains("unit of the gyroscope"), "{told:?}");
+}
+
+#[test]
+fn rows_under_a_header_in_another_unit_and_order_are_written_as_the_first_has_them() {
+    let row = |i: usize| format!("{i},{}.5,0.25,9.8", i % 3);
+    let plain = still("t,ax (m/s^2),ay (m/s^2),az (m/s^2)", 80, row);
+    let mut lines: Vec<String> = plain.lines().map(str::to_owned).collect();
+    for (i, line) in lines.iter_mut().enumerate().skip(41) {
+        let i = i - 1;
+        let unit = 1000.0 / 9.80665;
+        let x = (i % 3) as f64 + 0.5;
+        *line = format!("{},{i},{},{}", 0.25 * unit, x * unit, 9.8 * unit);
+    }
+    lines.insert(41, "ay (mg),t,ax (mg),az (mg)".to_owned());
+    let (expected, _) = run(&si(), &plain);
+    let (out, summary) = run(&si(), &(lines.join("\n") + "\n"));
+    assert_eq!(out, expected);
+    assert_eq!(finding(&summary, "header-changed").lines, [[42, 42]]);
+    // What the first header has no column for would be lost.
+    for line in &mut lines[41..] {
+        line.push_str(",battery");
+    }
+    let error = refused(&si(), &lines.join("\n"), &options());
+    assert_eq!(error.code(), "header-differs");
+    assert_eq!(error.location().and_then(|l| l.line), Some(42));
 }

@@ -4,6 +4,7 @@
 mod clock;
 mod content;
 mod header;
+pub(super) mod later;
 mod several;
 mod spec;
 #[cfg(test)]

@@ -9,6 +9,8 @@
 mod defects;
 mod unit;
 
+use std::path::Path;
+
 use super::cells::{CellCounts, CellRules, Channels};
 use super::layout::Layout;
 use super::names::Quantity;
@@ -22,11 +24,12 @@ use super::units::{AccelScale, GyroScale, GyroUnit, Origin};
 use super::{POSSIBLE_C, ReadOptions, Recording};
 use crate::finding::{Finding, FindingKind};
 use crate::stats::{Thinned, median};
+use crate::{Error, Result};
 
 pub(crate) use defects::Defects;
 pub use unit::quiet_norm;
 pub(crate) use unit::{LooksCounted, Quiet, quiet};
-use unit::{QuietBlocks, Unsigned};
+use unit::{QuietBlocks, UnitWatch, Unsigned};
 
 /// Fewer rows than these are a table of means, or one placement: no rate is needed.
 const LEAST_ROWS: u64 = 40;
@@ -158,6 +161,7 @@ pub(crate) struct Monitor {
     unsigned: Unsigned,
     counted: LooksCounted,
     quiet: QuietBlocks,
+    watch: UnitWatch,
     /// Of ax … gz.
     axes: AxisValues<6>,
     temperature: Temperatures,
@@ -205,6 +209,7 @@ impl Monitor {
             unsigned: Unsigned::default(),
             counted: LooksCounted::default(),
             quiet: QuietBlocks::default(),
+            watch: UnitWatch::default(),
             axes: AxisValues::default(),
             temperature: Temperatures::default(),
             norms: claims.layout.guessed.then(Thinned::default),
@@ -234,6 +239,7 @@ impl Monitor {
         let offset = self.facts.zero_offset;
         let accel = [values[ACCEL], values[ACCEL + 1], values[ACCEL + 2]].map(|v| v - offset);
         self.quiet.push(accel);
+        self.watch.see(accel, line);
         if let Some(norms) = &mut self.norms {
             norms.push_with(|| accel.iter().map(|v| v * v).sum::<f64>().sqrt());
         }
@@ -332,6 +338,7 @@ impl Monitor {
             options,
             &mut found.unit,
         );
+        found.unit.extend(self.watch.finding());
         let held = self.facts.cells.holds();
         found.values = self.defects.clone().finish(held);
         found.values.extend(self.not_an_accelerometer(quiet));
@@ -424,6 +431,31 @@ impl Temperatures {
     /// Raw counts of a temperature are no °C.
     fn is_celsius(&self, findings: &mut Vec<Finding>) -> bool {
         is_celsius(self.some.items(), findings)
+    }
+}
+
+/// Refuses rows whose unit changed among them, unless the user says that it did not.
+///
+/// # Errors
+///
+/// `unit-changed` (input), with the line.
+pub(crate) fn refuse_unit_change(
+    found: &MonitorFindings,
+    options: &ReadOptions,
+    name: &str,
+) -> Result<()> {
+    let changed = |f: &&Finding| f.kind == FindingKind::UnitChanged;
+    let Some(finding) = found.unit.iter().find(changed) else {
+        return Ok(());
+    };
+    let line = finding.lines.first().map_or(0, |l| l[0]);
+    match options.accel_unit {
+        Some(_) => Ok(()),
+        None => Err(Error::input("unit-changed", finding.message.clone())
+            .at(Path::new(name), Some(line))
+            .with_hint(format!(
+                "cut the file in front of line {line}, and give each part on its own; --accel-unit UNIT takes all rows in one unit all the same"
+            ))),
     }
 }
 

@@ -1,6 +1,7 @@
 //! What the values say of their unit: the magnitude of the quietest ones is gravity, in
 //! whatever unit, and counts are whole numbers.
 
+use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::recording::unit_choice::whole;
 use crate::stats::{Thinned, median};
 
@@ -118,6 +119,141 @@ fn block(rows: &[[f64; 3]]) -> Block {
         norm: rows.iter().map(length).sum::<f64>() / n,
         integers: rows.iter().flatten().all(|v| whole(*v)),
     }
+}
+
+/// Blocks at rest of one magnitude before it is believed.
+const SETTLED: usize = 5;
+/// Standard deviation of a block at rest over its magnitude, at most.
+const MOST_RESTLESS: f64 = 0.05;
+/// Magnitudes at rest of one unit differ by no more than this …
+const ONE_UNIT: f64 = 0.25;
+/// … and the ratio of two units, or ranges, is known as well as this.
+const RATIO: f64 = 0.08;
+/// What one g is in the units that are no counts: g, m/s², mg.
+const GRAVITIES: [f64; 3] = [1.0, 9.80665, 1000.0];
+/// Counts per g of 16-bit converters at ±16 g to ±2 g.
+const COUNTS: [f64; 4] = [2048.0, 4096.0, 8192.0, 16384.0];
+/// A value of a 16-bit converter at the end of its range, or nearly so.
+const FULL: f64 = 32_700.0;
+
+/// Looks for a magnitude at rest that jumps from gravity in one unit, or range, to gravity
+/// in another, and stays there. No motion does that: at rest a sensor feels 1 g.
+#[derive(Debug, Clone)]
+pub(super) struct UnitWatch {
+    rows: [([f64; 3], u64); BLOCK],
+    filled: usize,
+    /// The block before this one.
+    last: [([f64; 3], u64); BLOCK],
+    /// Magnitude at rest, once it is settled.
+    norm: Option<f64>,
+    /// Blocks at rest in a row that agree with each other and not with it: how many, their
+    /// magnitude, and the line of the first of these rows.
+    run: (usize, f64, u64),
+    /// The first change: its line, and the magnitudes before and after.
+    pub changed: Option<(u64, f64, f64)>,
+    lines: LineSpans,
+}
+
+impl Default for UnitWatch {
+    fn default() -> Self {
+        UnitWatch {
+            rows: [([0.0; 3], 0); BLOCK],
+            filled: 0,
+            last: [([0.0; 3], 0); BLOCK],
+            norm: None,
+            run: (0, 0.0, 0),
+            changed: None,
+            lines: LineSpans::default(),
+        }
+    }
+}
+
+impl UnitWatch {
+    /// A row and its line; one that is not complete counts nothing.
+    #[inline]
+    pub fn see(&mut self, accel: [f64; 3], line: u64) {
+        if !(accel[0] + accel[1] + accel[2]).is_finite() {
+            return;
+        }
+        if let Some(place) = self.rows.get_mut(self.filled) {
+            *place = (accel, line);
+        }
+        self.filled += 1;
+        if self.filled == BLOCK {
+            self.filled = 0;
+            self.see_block();
+        }
+    }
+
+    #[inline(never)]
+    fn see_block(&mut self) {
+        let Block {
+            variance,
+            norm,
+            integers,
+        } = block(&self.rows.map(|r| r.0));
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() <= ONE_UNIT;
+        let rests = variance.sqrt() <= MOST_RESTLESS * norm && norm > 0.0;
+        let full = self
+            .rows
+            .iter()
+            .any(|r| r.0.iter().any(|v| v.abs() >= FULL));
+        if !rests || full || self.norm.is_some_and(|n| near(norm, n)) {
+            self.run.0 = 0;
+        } else if self.run.0 > 0 && near(norm, self.run.1) {
+            self.run.0 += 1;
+        } else {
+            self.run = (1, norm, self.begin(norm));
+        }
+        if self.run.0 == SETTLED {
+            let (_, norm, line) = self.run;
+            match self.norm {
+                // Before anything is known every magnitude is as good as another.
+                None => self.norm = Some(norm),
+                Some(before) if is_other_unit(before, norm, integers) => {
+                    self.changed.get_or_insert((line, before, norm));
+                    self.lines.push(line);
+                    self.norm = Some(norm);
+                }
+                Some(_) => {}
+            }
+        }
+        self.last = self.rows;
+    }
+
+    /// The line of the first row that is rather of magnitude `norm` than as before.
+    fn begin(&self, norm: f64) -> u64 {
+        let between = self.norm.map_or(0.0, |before| (before * norm).sqrt());
+        let is_new = |(a, _): &([f64; 3], u64)| {
+            let size = a.iter().map(|v| v * v).sum::<f64>().sqrt();
+            (size > between) == (norm > between)
+        };
+        let rows = self.last.iter().chain(&self.rows).filter(|r| r.1 > 0);
+        let new = rows.rev().take_while(|r| is_new(r)).last();
+        new.map_or(self.rows[0].1, |r| r.1)
+    }
+
+    /// What is said of it.
+    pub fn finding(&self) -> Option<Finding> {
+        let (line, before, after) = self.changed?;
+        let message = format!(
+            "from line {line} on the magnitude at rest is {after:.4}, before it is {before:.4}: another unit or range, and no header says so"
+        );
+        Some(Finding::new(FindingKind::UnitChanged, message).at_lines(&self.lines))
+    }
+}
+
+/// Whether both magnitudes are 1 g, in two units or at two ranges. Only whole numbers are
+/// counts: of other values a factor of two may be a force.
+fn is_other_unit(before: f64, after: f64, integers: bool) -> bool {
+    let ratio = after / before;
+    let is = |expected: f64| (ratio / expected - 1.0).abs() <= RATIO;
+    let ranges = [2.0, 4.0, 8.0];
+    let to_counts = COUNTS.iter().flat_map(|c| GRAVITIES.map(|g| c / g));
+    let mut units = [9.80665, 1000.0, 1000.0 / 9.80665]
+        .into_iter()
+        .chain(to_counts.filter(|r| *r > 8.5));
+    units.any(|r| is(r) || is(1.0 / r)) || integers && ranges.iter().any(|r| is(*r) || is(1.0 / r))
 }
 
 /// Unsigned counts of a sensor at rest: at ±2 g, 1 g is 16384 off the middle.

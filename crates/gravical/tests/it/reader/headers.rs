@@ -1,0 +1,119 @@
+//! Headers among the rows, as of two recordings that were put one behind the other.
+
+use super::*;
+
+/// The clean recording, the second half of it under `header`, each row as `row` makes it of
+/// its fields.
+fn halves(header: &[&str], row: impl Fn(Vec<&str>) -> String) -> Vec<u8> {
+    let mut lines = lines();
+    for line in &mut lines[301..] {
+        *line = row(line.split(',').collect());
+    }
+    for (i, text) in header.iter().enumerate() {
+        lines.insert(301 + i, (*text).to_owned());
+    }
+    joined(&lines)
+}
+
+fn times(text: &str, factor: f64) -> String {
+    (text.parse::<f64>().unwrap() * factor).to_string()
+}
+
+#[test]
+fn another_order_or_unit_is_read_as_the_first_header_has_it() {
+    let in_order = |f: Vec<&str>| f.join(",");
+    for (header, row) in [
+        (
+            "Timestamp (ms),aY (m/s^2),aX (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)",
+            (|f: Vec<&str>| [f[0], f[2], f[1], f[3], f[4], f[5], f[6], f[7]].join(","))
+                as fn(Vec<&str>) -> String,
+        ),
+        // Other names of the same, and a column more.
+        (
+            "t (s),battery,temp,wx (rad/s),wy (rad/s),wz (rad/s),acc_x (mg),acc_y (mg),acc_z (mg)",
+            |f| {
+                let t = times(f[0], 1e-3);
+                let a = |i: usize| times(f[i], 1000.0 / 9.80665);
+                format!(
+                    "{t},3.3,{},{},{},{},{},{},{}",
+                    f[4],
+                    f[5],
+                    f[6],
+                    f[7],
+                    a(1),
+                    a(2),
+                    a(3)
+                )
+            },
+        ),
+    ] {
+        let recording = read(&halves(&[header], row));
+        let found = finding(&recording, "header-changed");
+        assert_eq!(
+            (found.severity, &found.lines[..]),
+            (Severity::Warning, &[[302, 302]][..])
+        );
+        assert!(recording.breaks.is_empty());
+        let clean = clean();
+        for (got, want) in recording.accel.iter().zip(&clean.accel) {
+            assert!(got.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-9));
+        }
+        assert_eq!(recording.gyro, clean.gyro);
+    }
+    // The first header once more, in front of which the board was reset.
+    let torn = &HEADER[..HEADER.len() - 9];
+    let recording = read(&halves(&[torn, HEADER], in_order));
+    assert!(!kinds(&recording).contains(&"header-changed"));
+    unharmed(&recording);
+}
+
+#[test]
+fn what_cannot_be_brought_to_the_first_header_is_an_error_with_its_line() {
+    for (header, what) in [
+        (
+            HEADER.replace("m/s^2", "counts"),
+            "unit of the accelerometer",
+        ),
+        (HEADER.replace(" (rad/s)", ""), "unit of the gyroscope"),
+        (HEADER.replace("gX (rad/s)", "light"), "names no column for"),
+    ] {
+        let bytes = halves(&[&header], |f| f.join(","));
+        let error = read_bytes(&bytes, "test.csv", &ReadOptions::default()).unwrap_err();
+        assert_eq!(error.code(), "header-differs");
+        assert_eq!(error.location().and_then(|l| l.line), Some(302));
+        assert!(error.message().contains(what), "{error}");
+    }
+}
+
+#[test]
+fn counts_at_another_range_of_the_board_are_converted() {
+    let board = |range: u16| {
+        format!(
+            "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-{range} g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 1"
+        )
+    };
+    let names = "t,ax,ay,az,T,gx,gy,gz";
+    let row = |i: usize, lsb: usize| format!("{},{},{},{},0,1,2,3", 10 * i, i % 5, 7, lsb + i % 3);
+    let mut lines = vec![board(2), names.to_owned()];
+    lines.extend((0..300).map(|i| row(i, 16384)));
+    lines.extend([board(4), names.to_owned()]);
+    lines.extend((300..600).map(|i| row(i, 8192)));
+    let recording = read(&joined(&lines));
+    assert_eq!(finding(&recording, "header-changed").lines, [[304, 304]]);
+    assert!(recording.accel[2].iter().all(|z| (z - 16384.0).abs() < 5.0));
+}
+
+#[test]
+fn a_short_recording_in_front_of_a_wider_one_is_read_too() {
+    let mut lines = lines();
+    lines.truncate(101);
+    let narrow = "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2)";
+    for line in &mut lines {
+        *line = line.splitn(5, ',').take(4).collect::<Vec<_>>().join(",");
+    }
+    assert_eq!(lines[0], narrow);
+    lines.extend(report_lines(HEADER, ROWS));
+    let recording = read(&joined(&lines));
+    assert_eq!(recording.rows(), 100 + ROWS);
+    finding(&recording, "header-changed");
+}
