@@ -5,6 +5,7 @@ use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
 use gravical::Category;
+use gravical::output::{one_line, shown, shown_json};
 use gravical::report::paragraph;
 
 /// Exit code when the program ran and a quality gate failed.
@@ -51,7 +52,7 @@ impl Told {
             if io::stderr().is_terminal() {
                 paragraph(first, text)
             } else {
-                format!("{first}{text}\n")
+                format!("{first}{}\n", one_line(text))
             }
         };
         let mut text = line("error: ", &message);
@@ -61,6 +62,7 @@ impl Told {
             }
             text.push_str(&format!("  code: {}\n", e.code()));
         }
+        let text = shown(&text).into_owned();
         Some(Told { exit, object, text })
     }
 }
@@ -70,10 +72,15 @@ pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
     let Some(told) = Told::of(error) else {
         return ExitCode::SUCCESS;
     };
+    let printed = json && {
+        let text = format!("{:#}", told.object);
+        let mut out = io::stdout().lock();
+        writeln!(out, "{}", shown_json(&text))
+            .and_then(|()| out.flush())
+            .is_ok()
+    };
     // Nowhere is left to complain when this cannot be written.
-    if json {
-        let _ = writeln!(io::stdout(), "{:#}", told.object);
-    } else {
+    if !printed {
         let _ = io::stderr().write_all(told.text.as_bytes());
     }
     ExitCode::from(told.exit)
@@ -82,7 +89,10 @@ pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
 /// Tells a wrong call; help and version come this way, too.
 pub fn usage(error: &clap::Error) -> ExitCode {
     let code = u8::try_from(error.exit_code()).unwrap_or(2);
-    if code != 0 && std::env::args().any(|word| word == "--json") {
+    let words: Vec<String> = std::env::args_os()
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect();
+    if code != 0 && words.iter().any(|word| word == "--json") {
         let text = error.render().to_string();
         let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
         let object = serde_json::json!({
@@ -91,10 +101,14 @@ pub fn usage(error: &clap::Error) -> ExitCode {
             "hint": lines.find_map(|l| l.strip_prefix("tip: ")),
         });
         // The events of `log` are an object a line, and so is its error.
-        let _ = match std::env::args().nth(1).as_deref() {
-            Some("log") => writeln!(io::stdout(), "{object}"),
-            _ => writeln!(io::stdout(), "{object:#}"),
+        let text = match words.get(1).map(|w| w == "log") {
+            Some(true) => object.to_string(),
+            _ => format!("{object:#}"),
         };
+        let _ = writeln!(io::stdout(), "{}", shown_json(&text));
+    } else if words.iter().any(|word| shown(word) != *word) {
+        // What it says of the words is theirs.
+        let _ = writeln!(io::stderr(), "{}", shown(&error.render().to_string()));
     } else {
         let _ = error.print();
     }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use gravical::figure::{Figure, Formats, Run, check_figures, figure_files, write_figures};
+use gravical::output::path_text;
 use gravical::{Error, Result};
 
 use crate::options::command_line;
@@ -68,7 +69,7 @@ impl FigureArgs {
         if quiet {
             return Ok(());
         }
-        let place = folder.display();
+        let place = path_text(folder);
         let names: Vec<&str> = figures.iter().map(|f| f.name.as_str()).collect();
         text::say(&format!(
             "{} files in {place}: {}",

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use gravical::calibration_file::CalibrationFile;
 use gravical::figure::{self, calibration::Session};
 use gravical::motion::Motion;
-use gravical::output::{check_targets, write_atomic};
+use gravical::output::{check_targets, path_text, write_atomic};
 use gravical::recording::Recording;
 use gravical::report::html::{Provenance, calibration_html, motion_html};
 use gravical::{Error, Result};
@@ -101,6 +101,6 @@ pub fn write_motion(
 /// Says where the report is.
 pub fn say_report(path: Option<&Path>) {
     if let Some(path) = path {
-        text::say(&format!("Report: {}", path.display()));
+        text::say(&format!("Report: {}", path_text(path)));
     }
 }

@@ -1,11 +1,13 @@
 //! Where a table goes that is made of another one: what the verbs that write one
 //! share.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use gravical::output::{check_targets, write_atomic};
+use gravical::output::{check_targets, path_text, write_atomic};
 use gravical::{Error, Result};
+
+use crate::text;
 
 #[derive(Debug, clap::Args)]
 pub struct TableArgs {
@@ -56,7 +58,7 @@ impl TableArgs {
     /// Those of `fill` and [`write_atomic`].
     pub fn write<T>(&self, fill: impl FnOnce(&mut dyn Write) -> Result<T>) -> anyhow::Result<T> {
         match self.target() {
-            None => Ok(fill(&mut io::stdout().lock())?),
+            None => Ok(fill(&mut *text::table_out())?),
             Some(path) => write_file(path, self.force, fill),
         }
     }
@@ -64,7 +66,7 @@ impl TableArgs {
     /// Where it went, for people.
     pub fn place(&self) -> String {
         self.target()
-            .map_or_else(|| "stdout".to_owned(), |p| p.display().to_string())
+            .map_or_else(|| "stdout".to_owned(), |p| path_text(p))
     }
 }
 

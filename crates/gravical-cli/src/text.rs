@@ -1,20 +1,57 @@
 //! Printing: data to stdout, messages to stderr, a closed pipe is no panic.
 
-use std::io::{self, Write};
+use std::io::{self, IsTerminal as _, Write};
+use std::path::Path;
 
+use gravical::output::{shown, shown_json};
+use gravical::{Error, Result};
 use serde::Serialize;
 
 use crate::colour;
 
-/// Prints `text` on stdout.
+/// Prints `text` on stdout, as a terminal may get it.
 ///
 /// # Errors
 ///
 /// What writing says; a closed pipe is told apart by the caller.
-pub fn print(text: &str) -> io::Result<()> {
+pub fn print(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())?;
-    out.flush()
+    let written = out.write_all(shown(text).as_bytes());
+    written.and_then(|()| out.flush()).map_err(not_printed)
+}
+
+fn not_printed(error: io::Error) -> Error {
+    Error::io(Path::new("standard output"), error)
+}
+
+/// Standard output for a table, whose other columns stay byte for byte unless a terminal
+/// gets them.
+pub fn table_out() -> Box<dyn Write> {
+    let out = io::stdout();
+    match out.is_terminal() {
+        true => Box::new(ToTerminal(out.lock())),
+        false => Box::new(out.lock()),
+    }
+}
+
+/// Standard error for a text in pieces.
+pub fn err_out() -> impl Write {
+    ToTerminal(io::stderr().lock())
+}
+
+/// Passes whole lines on as a terminal may get them.
+struct ToTerminal<W>(W);
+
+impl<W: Write> Write for ToTerminal<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let text = String::from_utf8_lossy(bytes);
+        self.0.write_all(shown(&text).as_bytes())?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
 }
 
 /// Prints a report on stdout, in colour where that is seen.
@@ -22,10 +59,10 @@ pub fn print(text: &str) -> io::Result<()> {
 /// # Errors
 ///
 /// As [`print`].
-pub fn print_report(text: &str) -> io::Result<()> {
+pub fn print_report(text: &str) -> Result<()> {
     let mut out = anstream::AutoStream::auto(io::stdout().lock());
-    out.write_all(colour::report(text).as_bytes())?;
-    out.flush()
+    let written = out.write_all(colour::report(&shown(text)).as_bytes());
+    written.and_then(|()| out.flush()).map_err(not_printed)
 }
 
 /// Prints `value` as one JSON object on stdout.
@@ -36,17 +73,17 @@ pub fn print_report(text: &str) -> io::Result<()> {
 pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     let mut text = serde_json::to_string_pretty(value)?;
     text.push('\n');
-    print(&text)?;
+    print(&shown_json(&text))?;
     Ok(())
 }
 
 /// Says `text` on stderr; when that is gone, nobody listens.
 pub fn say(text: &str) {
-    let _ = writeln!(io::stderr(), "{text}");
+    let _ = writeln!(io::stderr(), "{}", shown(text));
 }
 
 /// Says a report on stderr, in colour where that is seen.
 pub fn say_report(text: &str) {
     let mut err = anstream::AutoStream::auto(io::stderr().lock());
-    let _ = writeln!(err, "{}", colour::report(text));
+    let _ = writeln!(err, "{}", colour::report(&shown(text)));
 }

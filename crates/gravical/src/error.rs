@@ -7,6 +7,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use crate::finding::{Finding, FindingKind};
+use crate::output::one_line;
 
 /// Shorthand for results of this library.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -103,6 +104,14 @@ impl Error {
         error
     }
 
+    /// No memory is left after so many rows.
+    pub(crate) fn no_memory(rows: u64) -> Self {
+        let what = format!("there is no memory for more than {rows} rows");
+        Self::new(Category::System, "no-memory", what).with_hint(
+            "close other programs, or cut the recording; `apply` and `motion --causal` need no memory for it",
+        )
+    }
+
     /// Adds what to do next.
     #[must_use]
     pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
@@ -193,11 +202,11 @@ impl fmt::Display for Error {
                 _ => place.path.to_string_lossy(),
             };
             match place.line {
-                Some(line) => write!(f, "{name}:{line}: ")?,
-                None => write!(f, "{name}: ")?,
+                Some(line) => write!(f, "{}:{line}: ", one_line(&name))?,
+                None => write!(f, "{}: ", one_line(&name))?,
             }
         }
-        f.write_str(&self.0.message)
+        f.write_str(&one_line(&self.0.message))
     }
 }
 

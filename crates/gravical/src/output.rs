@@ -1,8 +1,10 @@
 //! Writing files so that nothing is lost: never over an existing file without
 //! being told, never half a file.
 
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 
 use crate::{Error, Result};
 
@@ -65,21 +67,30 @@ pub fn check_target(path: &Path, force: bool) -> Result<()> {
             "-o names a file; standard output is where it goes without -o",
         ));
     }
-    if path.is_dir() {
-        return Err(
-            Error::usage("is-folder", "a file goes there; this is a folder")
-                .at(path, None)
-                .with_hint("name a file in it"),
-        );
+    let ends_open = path
+        .as_os_str()
+        .to_string_lossy()
+        .ends_with(['/', MAIN_SEPARATOR]);
+    if path.is_dir() || ends_open {
+        return Err(is_folder(path));
     }
-    if !force && path.exists() && !is_special(path) {
-        return Err(
-            Error::usage("exists", "the file exists already; nothing was written")
-                .at(path, None)
-                .with_hint("name another file, or add --force to replace it"),
-        );
+    // A link that leads nowhere is there, too.
+    if !force && !is_special(path) && path.symlink_metadata().is_ok() {
+        return Err(exists(path));
     }
     Ok(())
+}
+
+fn is_folder(path: &Path) -> Error {
+    Error::usage("is-folder", "a file goes there; this is a folder")
+        .at(path, None)
+        .with_hint("name a file in it")
+}
+
+fn exists(path: &Path) -> Error {
+    Error::usage("exists", "the file exists already; nothing was written")
+        .at(path, None)
+        .with_hint("name another file, or add --force to replace it")
 }
 
 /// Everything that one command writes, looked at together and before its work: a
@@ -149,9 +160,63 @@ fn no_folder(folder: &Path, path: &Path) -> Error {
         .with_hint("make it first, or name a file elsewhere")
 }
 
-/// A device or a pipe, as /dev/null: it is written to, and never replaced by a file.
-fn is_special(path: &Path) -> bool {
-    std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
+/// A device or a pipe, as /dev/null: it is written to, and never replaced by a file; nor is
+/// what a name of the system stands for, as /dev/stdout for a file.
+#[must_use]
+pub fn is_special(path: &Path) -> bool {
+    let of_system = ["/dev", "/proc"]
+        .iter()
+        .any(|folder| path.starts_with(folder))
+        && !path.starts_with("/dev/shm");
+    std::fs::metadata(path).is_ok_and(|m| !m.is_dir() && (of_system || !m.is_file()))
+}
+
+/// A character that steers a terminal or turns the direction of text instead of being
+/// seen: C0 but tab, DEL, C1, the bidirectional marks, and the ends of lines of Unicode.
+fn steers(c: char) -> bool {
+    (c.is_control() && c != '\t')
+        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+fn escaped(text: &str, stays: impl Fn(char) -> bool, write: fn(char) -> String) -> Cow<'_, str> {
+    let odd = |c: char| steers(c) && !stays(c);
+    if text.is_ascii() && !text.bytes().any(|b| odd(char::from(b))) || !text.contains(odd) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        match odd(c) {
+            true => out.push_str(&write(c)),
+            false => out.push(c),
+        }
+    }
+    Cow::Owned(out)
+}
+
+/// Text as a terminal may get it, whatever recordings, file names and calibrations put
+/// into it: characters that would steer the terminal are written as `\u{1b}`. Line ends
+/// stay. All text for people goes through this on its way out.
+#[must_use]
+pub fn shown(text: &str) -> Cow<'_, str> {
+    escaped(text, |c| c == '\n', |c| c.escape_unicode().to_string())
+}
+
+/// The same for a part of a line: a file name, a label, a sentence. Line ends do not stay.
+#[must_use]
+pub fn one_line(text: &str) -> Cow<'_, str> {
+    escaped(text, |_| false, |c| c.escape_unicode().to_string())
+}
+
+/// The path as [`one_line`].
+#[must_use]
+pub fn path_text(path: &Path) -> String {
+    one_line(&path.to_string_lossy()).into_owned()
+}
+
+/// JSON that says the same with such characters escaped: they stand in strings only.
+#[must_use]
+pub fn shown_json(text: &str) -> Cow<'_, str> {
+    escaped(text, |c| c == '\n', |c| format!("\\u{:04x}", u32::from(c)))
 }
 
 /// A word of a command line as a shell takes it: in quotes where it needs them.
@@ -171,7 +236,7 @@ pub fn shell_word(text: &str) -> String {
 /// A path likewise; one that begins with a dash is no option behind `./`.
 #[must_use]
 pub fn path_word(path: &Path) -> String {
-    let text = path.display().to_string();
+    let text = path_text(path);
     match text.strip_prefix('-') {
         Some(rest) if !rest.is_empty() => shell_word(&format!("./{text}")),
         _ => shell_word(&text),
@@ -191,14 +256,17 @@ pub fn make_folder(path: &Path) -> Result<()> {
     })
 }
 
-/// Writes `path` through a temporary file in the same folder that replaces it
-/// in one step, so that a reader sees the old file or the whole new one. A device or a
-/// pipe is written to as it is.
+/// Writes `path` in one step, so that a reader sees the old file or the whole new one. A
+/// device or a pipe is written to as it is.
+///
+/// Until it is whole the new file has no name, where the file system knows such files:
+/// whatever ends the program leaves nothing behind. Elsewhere it is a temporary file in the
+/// same folder. A file that is replaced keeps its rights.
 ///
 /// # Errors
 ///
-/// `exists` as [`check_target`]; otherwise what the file system says, with the
-/// path.
+/// `exists` and `is-folder` as [`check_target`], even where another program was faster;
+/// otherwise what the file system says, with the path.
 pub fn write_atomic(
     path: &Path,
     force: bool,
@@ -208,39 +276,125 @@ pub fn write_atomic(
     let folder = folder_of(path);
     let io = |e| Error::io(path, e);
     if is_special(path) {
-        let file = std::fs::File::options()
-            .write(true)
-            .open(path)
-            .map_err(io)?;
-        let mut writer = BufWriter::with_capacity(1 << 18, file);
+        let mut writer = BufWriter::with_capacity(1 << 18, open_special(path).map_err(io)?);
         fill(&mut writer)?;
         return writer.flush().map_err(io);
     }
     if !folder.is_dir() {
         return Err(no_folder(folder, path));
     }
-    let mut temporary = tempfile::Builder::new();
-    let temporary = temporary.prefix(".gravical-");
-    #[cfg(unix)]
-    let temporary = {
-        use std::os::unix::fs::PermissionsExt;
-        // What a plain create would give (the umask still applies); the
-        // default of a temporary file is readable by its owner only.
-        temporary.permissions(std::fs::Permissions::from_mode(0o666))
-    };
-    let file = temporary.tempfile_in(folder).map_err(io)?;
-    let mut writer = BufWriter::with_capacity(1 << 18, file);
+    let new = NewFile::in_folder(folder).map_err(io)?;
+    let mut writer = BufWriter::with_capacity(1 << 18, new.file());
     fill(&mut writer)?;
-    let file = writer.into_inner().map_err(|e| io(e.into_error()))?;
-    file.as_file().sync_all().map_err(io)?;
-    if force {
-        file.persist(path).map_err(|e| io(e.error))?;
-    } else {
-        // Closes the gap between the check above and now.
-        file.persist_noclobber(path).map_err(|e| io(e.error))?;
-    }
-    Ok(())
+    writer.flush().map_err(io)?;
+    drop(writer);
+    new.put(path, force).map_err(|e| match e.kind() {
+        // Somebody was faster than the check above.
+        io::ErrorKind::AlreadyExists if !force => exists(path),
+        _ if path.is_dir() => is_folder(path),
+        _ => io(e),
+    })
 }
+
+/// Opens what is no file. Standard output is written to where it stands, even where it is
+/// a file: opened again it would be written over from its start.
+fn open_special(path: &Path) -> io::Result<Box<dyn Write>> {
+    let names = |n: u8| ["/dev/fd", "/proc/self/fd"].map(|folder| format!("{folder}/{n}"));
+    let is = |name: &str, n: u8| {
+        path == Path::new(name) || names(n).iter().any(|p| path == Path::new(p))
+    };
+    if is("/dev/stdout", 1) {
+        return Ok(Box::new(io::stdout()));
+    }
+    if is("/dev/stderr", 2) {
+        return Ok(Box::new(io::stderr()));
+    }
+    let file = File::options().write(true).open(path)?;
+    Ok(Box::new(file))
+}
+
+/// A file that is not there yet.
+enum NewFile {
+    /// Without a name.
+    #[cfg(target_os = "linux")]
+    Unnamed(File, PathBuf),
+    /// Under another name; it goes with this value.
+    Named(tempfile::NamedTempFile),
+}
+
+impl NewFile {
+    fn in_folder(folder: &Path) -> io::Result<Self> {
+        #[cfg(target_os = "linux")]
+        {
+            use rustix::fs::{Mode, OFlags};
+            let flags = OFlags::TMPFILE | OFlags::WRONLY | OFlags::CLOEXEC;
+            // What a plain create would give; the umask still applies.
+            let mode = Mode::from_raw_mode(0o666);
+            if let Ok(file) = rustix::fs::open(folder, flags, mode)
+                && Path::new("/proc/self/fd").is_dir()
+            {
+                return Ok(NewFile::Unnamed(file.into(), folder.to_owned()));
+            }
+        }
+        let mut temporary = tempfile::Builder::new();
+        let temporary = temporary.prefix(PREFIX);
+        #[cfg(unix)]
+        let temporary = {
+            use std::os::unix::fs::PermissionsExt;
+            // The default of a temporary file is readable by its owner only.
+            temporary.permissions(std::fs::Permissions::from_mode(0o666))
+        };
+        temporary.tempfile_in(folder).map(NewFile::Named)
+    }
+
+    fn file(&self) -> &File {
+        match self {
+            #[cfg(target_os = "linux")]
+            NewFile::Unnamed(file, _) => file,
+            NewFile::Named(file) => file.as_file(),
+        }
+    }
+
+    /// Gives it its name; with `force` in the place of a file that is there.
+    fn put(self, path: &Path, force: bool) -> io::Result<()> {
+        self.file().sync_all()?;
+        let there = std::fs::symlink_metadata(path).ok();
+        if let Some(old) = there.filter(|m| m.is_file() && force) {
+            self.file().set_permissions(old.permissions())?;
+        }
+        match self {
+            #[cfg(target_os = "linux")]
+            NewFile::Unnamed(file, folder) => {
+                let linked = link(&file, path);
+                let taken = |e: &io::Error| e.kind() == io::ErrorKind::AlreadyExists;
+                if !(force && linked.as_ref().is_err_and(taken)) {
+                    return linked;
+                }
+                // A name can be given to a file, but not taken from another one in the same
+                // step: it gets one of its own for a moment.
+                let mut temporary = tempfile::Builder::new();
+                let named = temporary
+                    .prefix(PREFIX)
+                    .make_in(folder, |name| link(&file, name))?;
+                named.persist(path).map(drop).map_err(|e| e.error)
+            }
+            NewFile::Named(file) if force => file.persist(path).map(drop).map_err(|e| e.error),
+            NewFile::Named(file) => file.persist_noclobber(path).map(drop).map_err(|e| e.error),
+        }
+    }
+}
+
+/// Gives an open file without a name this one.
+#[cfg(target_os = "linux")]
+fn link(file: &File, path: &Path) -> io::Result<()> {
+    use rustix::fs::{AtFlags, CWD, linkat};
+    use std::os::fd::AsRawFd;
+    let own = format!("/proc/self/fd/{}", file.as_raw_fd());
+    Ok(linkat(CWD, own, CWD, path, AtFlags::SYMLINK_FOLLOW)?)
+}
+
+/// How temporary files are called.
+const PREFIX: &str = ".gravical-";
 
 #[cfg(test)]
 mod tests {
@@ -261,6 +415,19 @@ mod tests {
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "one");
         put("two", true).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "two");
+    }
+
+    #[test]
+    fn nothing_that_steers_a_terminal_is_shown() {
+        let text = "a\tb\n\u{1b}[31m\r\u{9b}1m\u{202e}x\u{7f}é";
+        let expected = "a\tb\n\\u{1b}[31m\\u{d}\\u{9b}1m\\u{202e}x\\u{7f}é";
+        assert_eq!(shown(text), expected);
+        assert_eq!(one_line(text), expected.replace('\n', "\\u{a}"));
+        assert!(matches!(shown("plain\n"), Cow::Borrowed(_)));
+        let json = serde_json::to_string(text).unwrap();
+        let safe = shown_json(&json);
+        assert_eq!(serde_json::from_str::<String>(&safe).unwrap(), text);
+        assert!(!safe.contains(steers));
     }
 
     #[test]
@@ -290,6 +457,60 @@ mod tests {
             write_atomic(&path, force, put).unwrap();
             assert!(path.is_symlink() && is_special(&path));
         }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn what_is_replaced_keeps_its_rights_and_nothing_has_a_name_before() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        let names = || std::fs::read_dir(folder.path()).unwrap().count();
+        std::fs::write(&path, "old").unwrap();
+        std::fs::set_permissions(&path, PermissionsExt::from_mode(0o640)).unwrap();
+        write_atomic(&path, true, |w| {
+            // Where the file system knows no files without a name there are two.
+            assert!(names() == 1 || !cfg!(target_os = "linux"));
+            w.write_all(b"new").map_err(|e| Error::io(&path, e))
+        })
+        .unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "new");
+        let mode = path.metadata().unwrap().permissions().mode();
+        assert_eq!((mode & 0o777, names()), (0o640, 1));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn who_was_faster_is_not_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let put = |path: &Path, force, before: &dyn Fn()| {
+            write_atomic(path, force, |w| {
+                before();
+                w.write_all(b"own").map_err(|e| Error::io(path, e))
+            })
+        };
+        let path = at("a.txt");
+        let raced = put(&path, false, &|| std::fs::write(&path, "theirs").unwrap());
+        assert_eq!(raced.unwrap_err().code(), "exists");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "theirs");
+        let path = at("b.txt");
+        for force in [false, true] {
+            let raced = put(&path, force, &|| {
+                let _ = std::fs::create_dir(&path);
+            });
+            let code = raced.unwrap_err().code();
+            assert!(["exists", "is-folder"].contains(&code), "{code}");
+        }
+        let link = at("link");
+        std::os::unix::fs::symlink(at("nowhere"), &link).unwrap();
+        assert_eq!(put(&link, false, &|| ()).unwrap_err().code(), "exists");
+        assert_eq!(
+            put(&at("c/"), true, &|| ()).unwrap_err().code(),
+            "is-folder"
+        );
+        put(&link, true, &|| ()).unwrap();
+        assert!(!link.is_symlink() && !at("nowhere").exists());
     }
 
     #[test]

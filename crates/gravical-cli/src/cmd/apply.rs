@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
 use gravical::calibration_file::CalibrationFile;
+use gravical::output::one_line;
 use gravical::recording::{Origin, open};
 use gravical::report::findings_text;
 
@@ -64,11 +65,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 fn tell(summary: &ApplySummary, place: &str) -> io::Result<()> {
-    let mut err = io::stderr().lock();
+    let mut err = text::err_out();
     writeln!(
         err,
         "{}: {} rows calibrated → {place}",
-        summary.input, summary.rows
+        one_line(&summary.input),
+        summary.rows
     )?;
     writeln!(err, "  read as       {}", summary.description)?;
     write!(

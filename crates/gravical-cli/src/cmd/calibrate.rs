@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::{CalibrationFile, Grade, InputFile, SensorInfo};
+use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, SensorInfo};
 use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::excerpt;
 use gravical::figure;
 use gravical::figure::calibration::Session;
-use gravical::output::path_word;
+use gravical::output::{is_special, path_word};
 use gravical::recording::Recording;
 use gravical::report::calibration_text;
 use gravical::segment::SegmentOptions;
@@ -272,6 +272,16 @@ impl Args {
 /// `not-saved` (input), and those of writing and reading.
 pub fn save(path: &Path, force: bool, file: &CalibrationFile) -> Result<InputFile> {
     file.write(path, force)?;
+    if is_special(path) {
+        // What went into a pipe is gone: it is read as it was written.
+        let text = file.to_json()?;
+        CalibrationFile::parse(text.as_bytes())?;
+        return Ok(InputFile::of_bytes(
+            path,
+            InputRole::Calibration,
+            text.as_bytes(),
+        ));
+    }
     let (back, input) = CalibrationFile::read_with_input(path)?;
     if back.accelerometer.matrix != file.accelerometer.matrix
         || back.accelerometer.bias != file.accelerometer.bias

@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use gravical::denoise::{
     Channels, DenoiseOptions, DenoiseSummary, Denoised, Edge, FilterSpec, denoise, write,
 };
+use gravical::output::one_line;
 use gravical::recording::{ReadOptions, Recording, open, read, read_bytes};
 use gravical::report::denoise_text;
 use gravical::segment::face::AxisMap;
@@ -132,11 +133,12 @@ fn options_of(args: &Args) -> DenoiseOptions {
 }
 
 fn tell(summary: &DenoiseSummary, place: &str) -> io::Result<()> {
-    let mut err = io::stderr().lock();
+    let mut err = text::err_out();
     writeln!(
         err,
         "{}: {} rows filtered → {place}",
-        summary.input, summary.rows
+        one_line(&summary.input),
+        summary.rows
     )?;
     err.write_all(denoise_text(summary).as_bytes())
 }

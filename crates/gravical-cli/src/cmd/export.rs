@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use gravical::Error;
 use gravical::calibration_file::{CalibrationFile, to_imucal};
-use gravical::output::write_atomic;
+use gravical::output::{shown_json, write_atomic};
 
 use crate::text;
 
@@ -44,7 +44,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Some(path) => write_atomic(path, args.force, |w| {
             w.write_all(text.as_bytes()).map_err(|e| Error::io(path, e))
         })?,
-        None => text::print(&text)?,
+        None => text::print(&shown_json(&text))?,
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -15,7 +15,7 @@ use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{
     Calibrated, Motion, MotionOptions, MotionResult, Table, motion, motion_into, write_table,
 };
-use gravical::output::write_atomic;
+use gravical::output::{one_line, path_text, write_atomic};
 use gravical::recording::{Recording, join_gyroscope, read};
 use gravical::report::html::Provenance;
 use gravical::report::motion_text;
@@ -157,11 +157,12 @@ fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Re
     }
     if !args.quiet {
         let to = match file(args.output.as_deref()) {
-            Some(path) => format!(" → {}", path.display()),
+            Some(path) => format!(" → {}", path_text(path)),
             None if args.json => String::new(),
             None => " → stdout".to_owned(),
         };
-        text::say(&format!("{}: {} rows{to}", result.input, result.rows));
+        let input = one_line(&result.input);
+        text::say(&format!("{input}: {} rows{to}", result.rows));
         text::say_report(motion_text(result, recording).trim_end());
         say_report(args.report.as_deref());
     }

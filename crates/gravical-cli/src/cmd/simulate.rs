@@ -4,9 +4,10 @@ mod args;
 
 use std::process::ExitCode;
 
-use gravical::output::path_word;
+use gravical::output::{path_text, path_word};
 use gravical::simulate::{Scenario, Simulation, simulate, write};
 
+use crate::text;
 use args::Shared;
 
 pub use args::Args;
@@ -22,24 +23,23 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let simulation = simulate(&options)?;
     let written = write(&simulation, &shared.output, shared.force)?;
     if shared.json {
-        let mut out = std::io::stdout().lock();
-        serde_json::to_writer_pretty(&mut out, &simulation.truth).map_err(std::io::Error::from)?;
-        std::io::Write::write_all(&mut out, b"\n")?;
+        text::print_json(&simulation.truth)?;
     }
     if !shared.quiet {
         // The truth is the last path and has no rows.
         for (path, truth) in written.iter().zip(&simulation.truth.files) {
-            eprintln!(
+            text::say(&format!(
                 "wrote {} ({} rows{})",
-                path.display(),
+                path_text(path),
                 truth.rows,
                 clipped(truth.clipped_rows)
-            );
+            ));
         }
         if let Some(path) = written.last() {
-            eprintln!("wrote {} (what was put in)", path.display());
+            text::say(&format!("wrote {} (what was put in)", path_text(path)));
         }
-        eprintln!("next: {}", next(&simulation, &options.scenario, shared));
+        let next = next(&simulation, &options.scenario, shared);
+        text::say(&format!("next: {next}"));
     }
     Ok(ExitCode::SUCCESS)
 }

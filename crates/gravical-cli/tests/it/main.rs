@@ -8,6 +8,7 @@
 
 mod bad_input;
 mod compare_check;
+mod control;
 mod demo;
 mod denoise;
 mod every_recording;

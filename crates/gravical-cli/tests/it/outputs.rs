@@ -170,3 +170,94 @@ fn a_line_breaks_where_samples_are_missing() {
         assert!(time(only + 1) - time(only - 1) > 0.9, "{name}");
     }
 }
+
+#[test]
+#[cfg(unix)]
+fn a_pipe_and_a_device_take_what_a_file_takes() {
+    use std::io::Read as _;
+    let folder = folder();
+    let at = folder.path();
+    let pipe = at.join("pipe");
+    let mode = rustix::fs::Mode::from_raw_mode(0o600);
+    rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, mode).unwrap();
+    for line in [
+        "calibrate d/poses/poses.csv",
+        "apply cal.json line.csv",
+        "denoise line.csv --filter mean:5",
+        "motion line.csv",
+        "export cal.json --to imucal",
+    ] {
+        let own = pipe.clone();
+        let reader = std::thread::spawn(move || {
+            let mut text = String::new();
+            fs::File::open(own)
+                .unwrap()
+                .read_to_string(&mut text)
+                .unwrap();
+            text
+        });
+        let run = run_in(at, words(&format!("{line} -o pipe")));
+        assert_eq!(run.code, 0, "{line}: {}", run.err);
+        let through = reader.join().unwrap();
+        let run = run_in(at, words(&format!("{line} -o /dev/stdout")));
+        assert_eq!(run.code, 0, "{line}: {}", run.err);
+        let first = |text: &str| text.lines().next().unwrap().to_owned();
+        assert!(run.out.starts_with(&first(&through)), "{line}: {}", run.out);
+        let run = run_in(at, words(&format!("{line} -o /dev/null")));
+        assert_eq!(run.code, 0, "{line}: {}", run.err);
+    }
+    assert!(Path::new("/dev/null").exists());
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn what_cannot_be_printed_is_said_on_stderr() {
+    let folder = folder();
+    for line in [
+        "inspect line.csv --json",
+        "compare cal.json cal.json --json",
+        "inspect nothing.csv --json",
+        "motion line.csv",
+    ] {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = std::process::Command::new(program())
+            .args(words(line))
+            .current_dir(folder.path())
+            .stdout(full)
+            .output()
+            .unwrap();
+        let err = String::from_utf8(output.stderr).unwrap();
+        assert!(matches!(output.status.code(), Some(1 | 3)), "{line}: {err}");
+        assert!(err.starts_with("error: "), "{line}: {err}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn whatever_ends_a_run_leaves_no_piece_of_a_file() {
+    use std::io::Write as _;
+    use std::process::{Command, Stdio};
+    let folder = folder();
+    let at = folder.path();
+    let names = || fs::read_dir(at).unwrap().count();
+    let before = names();
+    let head = fs::read(at.join("line.csv")).unwrap();
+    for signal in ["INT", "TERM", "HUP", "KILL"] {
+        let mut run = Command::new(program())
+            .args(words("apply cal.json - -o out.csv"))
+            .current_dir(at)
+            .stdin(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut input = run.stdin.take().unwrap();
+        // More than the head: it writes by now.
+        for _ in 0..8 {
+            input.write_all(&head).unwrap();
+        }
+        let kill = ["-s", signal, &run.id().to_string()];
+        assert!(Command::new("kill").args(kill).status().unwrap().success());
+        run.wait().unwrap();
+        assert_eq!(names(), before, "{signal}");
+    }
+}

@@ -1,5 +1,6 @@
 //! The files that a result was computed from.
 
+use std::io::Read as _;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -8,6 +9,9 @@ use serde::{Deserialize, Serialize};
 use crate::hash::sha256;
 use crate::recording::Recording;
 use crate::{Error, Result};
+
+/// A calibration or a list is read at once; none is larger.
+const MOST_BYTES: u64 = 16 << 20;
 
 /// A file that a result was computed from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -97,23 +101,38 @@ impl InputFile {
     ///
     /// # Errors
     ///
-    /// What the file system and `parse` say, with the file.
+    /// `too-large` (input) for more than 16 MiB; what the file system and `parse` say, with
+    /// the file.
     pub fn read<T>(
         path: &Path,
         role: InputRole,
         parse: impl FnOnce(&[u8]) -> Result<T>,
     ) -> Result<(T, Self)> {
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+        let mut bytes = Vec::new();
+        std::fs::File::open(path)
+            .and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes))
+            .map_err(|e| Error::io(path, e))?;
+        if bytes.len() as u64 > MOST_BYTES {
+            let what = format!("more than {} MiB: no {}", MOST_BYTES >> 20, role.name());
+            return Err(Error::input("too-large", what)
+                .at(path, None)
+                .with_hint("look whether the arguments stand in the right order"));
+        }
         let parsed = parse(&bytes).map_err(|e| {
             let line = e.location().and_then(|l| l.line);
             e.at(path, line)
         })?;
-        let input = InputFile {
+        Ok((parsed, InputFile::of_bytes(path, role, &bytes)))
+    }
+
+    /// The file at `path` with this text.
+    #[must_use]
+    pub fn of_bytes(path: &Path, role: InputRole, bytes: &[u8]) -> Self {
+        InputFile {
             path: path.display().to_string(),
-            sha256: Some(sha256(&bytes)),
+            sha256: Some(sha256(bytes)),
             role,
-        };
-        Ok((parsed, input))
+        }
     }
 
     /// Whether its samples went into the parameters.
@@ -155,6 +174,10 @@ mod tests {
         let failed = |_: &[u8]| Err::<(), _>(Error::input("test", "no"));
         let error = InputFile::read(&path, InputRole::Sections, failed).unwrap_err();
         assert_eq!(error.location().unwrap().path, path);
+        let large = std::fs::File::create(&path).unwrap();
+        large.set_len(MOST_BYTES + 1).unwrap();
+        let error = InputFile::read(&path, InputRole::Sections, |_| Ok(())).unwrap_err();
+        assert_eq!(error.code(), "too-large");
         let absent = folder.path().join("absent");
         assert!(InputFile::read(&absent, InputRole::Sections, |_| Ok(())).is_err());
     }

@@ -311,7 +311,7 @@ impl Sink for Kept {
             if let Some(range) = self.wanted.get(self.complete)
                 && self.row >= range.start
             {
-                self.columns.push(&row, std::mem::take(&mut self.parts));
+                self.columns.push(&row, std::mem::take(&mut self.parts))?;
                 self.rows.push(self.row as u64);
                 self.complete += usize::from(self.row + 1 == range.end);
             }

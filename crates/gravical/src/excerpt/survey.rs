@@ -91,7 +91,7 @@ impl Sink for Survey {
             let Some(row) = rows.next_row()? else {
                 return Ok(());
             };
-            self.columns.push(&row, row.parts());
+            self.columns.push(&row, row.parts())?;
             self.mark(rows, self.columns.rows());
         }
         let so_far = || rows.monitor().finish(Treatment::Repaired).timing.rate_hz();

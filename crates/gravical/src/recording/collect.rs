@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use crate::Result;
+use crate::{Error, Result};
 
 use super::dialect::decode;
 use super::layout::Layout;
@@ -105,9 +105,36 @@ impl Columns {
         self.labels.is_some()
     }
 
+    /// Room for as many rows again.
+    ///
+    /// # Errors
+    ///
+    /// `no-memory` where there is none for them.
+    #[cold]
+    fn reserve(&mut self) -> Result<()> {
+        let more = self.time_s.len().max(1 << 10);
+        let gyro = self.gyro.iter_mut().flatten();
+        let mut channels = self
+            .accel
+            .iter_mut()
+            .chain(gyro)
+            .chain(&mut self.temperature);
+        channels
+            .try_for_each(|channel| channel.try_reserve(more))
+            .and_then(|()| self.time_s.try_reserve(more))
+            .map_err(|_| Error::no_memory(self.time_s.len() as u64))
+    }
+
     /// The next row, which `parts` from the one before.
+    ///
+    /// # Errors
+    ///
+    /// `no-memory` where there is no room for it.
     #[inline]
-    pub fn push(&mut self, row: &Row<'_>, parts: bool) {
+    pub fn push(&mut self, row: &Row<'_>, parts: bool) -> Result<()> {
+        if self.time_s.len() == self.time_s.capacity() {
+            self.reserve()?;
+        }
         let number = self.time_s.len();
         for (i, channel) in self.accel.iter_mut().enumerate() {
             channel.push(row.values[ACCEL + i] - self.zero_offset);
@@ -127,6 +154,7 @@ impl Columns {
         }
         self.time_s.push(row.t_s);
         self.lines.push(row.line);
+        Ok(())
     }
 
     fn push_label(&mut self, text: &[u8]) {
@@ -150,7 +178,7 @@ impl Sink for Columns {
     fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
         rows.hold_at_most(usize::MAX);
         while let Some(row) = rows.next_row()? {
-            self.push(&row, row.parts());
+            self.push(&row, row.parts())?;
         }
         Ok(())
     }
@@ -337,8 +365,19 @@ fn read_all<T: Sink>(
     sink: impl Fn(&Layout, &Facts) -> T,
 ) -> Result<Collected<T>> {
     let facts = *file.rows.facts();
+<<<<<<< HEAD
     let mut rows = sink(&file.format.layout, &facts);
     rows.collect(&mut file.rows)?;
+=======
+    let mut columns = Columns::new(&file.format.layout, &facts);
+    let here = Path::new(name);
+    columns
+        .collect(&mut file.rows)
+        .map_err(|e| match e.location() {
+            Some(_) => e,
+            None => e.at(here, None),
+        })?;
+>>>>>>> 80ffad7 (What steers a terminal is shown as an escape; files are written without a name until they are whole; pipes and devices for every -o)
     let dialect = &file.format.dialect;
     let serial = metadata::serial(&dialect.metadata);
     let column_names = dialect.header.as_ref().map(|h| h.names.clone());

@@ -1,6 +1,7 @@
 //! What is in a recording, as text.
 
 use crate::inspect::{Inspection, StillSpan};
+use crate::output::one_line;
 use crate::recording::Origin;
 use crate::recording::units::{AccelUnit, GyroUnit};
 
@@ -15,7 +16,7 @@ const LISTED: usize = 16;
 /// The whole summary.
 #[must_use]
 pub fn inspection_text(inspection: &Inspection) -> String {
-    let mut out = format!("{}\n", inspection.file);
+    let mut out = format!("{}\n", one_line(&inspection.file));
     let mut line = |name: &str, text: String| {
         out.push_str(&paragraph(&format!("  {name:<8}"), &text));
     };

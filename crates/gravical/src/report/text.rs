@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 
 use crate::finding::format_spans;
+use crate::output::one_line;
 use crate::recording::{Finding, Severity};
 
 /// Width of a line.
@@ -33,7 +34,7 @@ pub fn paragraph(first: &str, text: &str) -> String {
         .subsequent_indent(&rest)
         .word_splitter(textwrap::WordSplitter::NoHyphenation)
         .break_words(false);
-    let mut out = textwrap::fill(text, options);
+    let mut out = textwrap::fill(&one_line(text), options);
     out.push('\n');
     out
 }
@@ -103,9 +104,10 @@ pub(super) fn direction(n: [f64; 3]) -> String {
 
 /// Name of a file without its folder.
 pub(super) fn short_name(path: &str) -> String {
-    std::path::Path::new(path)
+    let name = std::path::Path::new(path)
         .file_name()
-        .map_or_else(|| path.to_owned(), |n| n.to_string_lossy().into_owned())
+        .map_or_else(|| path.into(), |n| n.to_string_lossy());
+    one_line(&name).into_owned()
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 use std::io::{self, IsTerminal as _};
 use std::process::ExitCode;
 
+use gravical::output::{shown, shown_json};
+
 use super::outlet::Outlet;
 use crate::device::board::Settings;
 use crate::device::event::Event;
@@ -94,7 +96,8 @@ impl Teller {
         line.insert("v".to_owned(), VERSION.into());
         line.extend(object);
         let end = if self.raw { "\r\n" } else { "\n" };
-        format!("{}{end}", serde_json::Value::Object(line)).into_bytes()
+        let text = serde_json::Value::Object(line).to_string();
+        format!("{}{end}", shown_json(&text)).into_bytes()
     }
 
     /// One line on standard error.
@@ -102,7 +105,7 @@ impl Teller {
         let end = if self.raw { "\r\n" } else { "\n" };
         let clear = if self.standing { "\r\x1b[K" } else { "" };
         self.standing = false;
-        let text = text.trim_end().replace('\n', end);
+        let text = shown(text.trim_end()).replace('\n', end);
         self.err.say(format!("{clear}{text}{end}").into_bytes());
     }
 
@@ -121,7 +124,10 @@ impl Teller {
         };
         self.close();
         let (outlet, text) = if self.json {
-            (&mut self.out, format!("{}\n", told.object))
+            (
+                &mut self.out,
+                format!("{}\n", shown_json(&told.object.to_string())),
+            )
         } else {
             (&mut self.err, told.text)
         };

@@ -3,6 +3,7 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::figure::svg;
+use crate::output::shown;
 
 /// Nothing comes from elsewhere, whatever a file name or a label says.
 const POLICY: &str =
@@ -40,7 +41,7 @@ pub(super) fn page(title: &str, lead: &Markup, sections: &[Section]) -> String {
         "@media screen and (prefers-color-scheme:dark){{{}}}",
         svg::dark_rules()
     );
-    html! {
+    let page = html! {
         (DOCTYPE)
         html lang="en" {
             head {
@@ -71,7 +72,8 @@ pub(super) fn page(title: &str, lead: &Markup, sections: &[Section]) -> String {
             }
         }
     }
-    .into_string()
+    .into_string();
+    shown(&page).into_owned()
 }
 
 /// A number that matters, large, with what it is below it.

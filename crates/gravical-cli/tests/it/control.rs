@@ -1,0 +1,198 @@
+//! Nothing in a recording, a file name or a calibration steers the terminal of whoever looks
+//! at it: every verb, as text, as JSON, as a page.
+
+use std::fs;
+use std::path::Path;
+
+use crate::support::*;
+
+/// A colour, a title, a bell, a cleared line, C1, text turned around.
+const HOSTILE: &str = "\u{1b}[31m\u{1b}]0;title\u{7}\r\u{9b}2K\u{85}\u{202e}\u{2066}\u{7f}";
+
+fn steers(c: char) -> bool {
+    (c.is_control() && c != '\n' && c != '\t')
+        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+fn harmless(text: &str, what: &str) {
+    let line = text.lines().find(|l| l.contains(steers));
+    assert!(line.is_none(), "{what}: {line:?}");
+}
+
+/// Two recordings, one with a header that is torn and one that is not understood, a
+/// calibration, a section list and a list of means; in all names and texts what is hostile.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let run = run_in(at, ["demo", "d", "--json"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let line = fs::read_to_string(at.join("d/line/line.csv")).unwrap();
+    let mut lines: Vec<String> = line.lines().map(str::to_owned).collect();
+    let header = lines.iter().position(|l| !l.starts_with('#')).unwrap();
+    for (i, l) in lines.iter_mut().enumerate().skip(header) {
+        l.push_str(&if i == header {
+            format!(",part,{HOSTILE}")
+        } else {
+            format!(",{HOSTILE},1")
+        });
+    }
+    lines.insert(header + 40, format!("# gap: {HOSTILE}"));
+    lines.insert(header + 60, format!("1,2,{HOSTILE}x"));
+    lines.insert(header + 80, format!("{HOSTILE},t,ax"));
+    lines.insert(header, format!("# Serial Number: A1{HOSTILE}"));
+    fs::write(at.join(name("line.csv")), lines.join("\n") + "\n").unwrap();
+    fs::write(
+        at.join(name("no.csv")),
+        format!("a{HOSTILE},b\nx,{HOSTILE}\n"),
+    )
+    .unwrap();
+    let unknown = format!("t,{HOSTILE}x,foo,bar\n1,2,3,4\n2,2,3,4\n3,2,3,4\n");
+    fs::write(at.join(name("unknown.csv")), unknown).unwrap();
+    fs::write(
+        at.join(name("bad.json")),
+        format!("{{\"format\": \"{}\"}}", escaped()),
+    )
+    .unwrap();
+    let cal = fs::read_to_string(at.join("d/calibration.json")).unwrap();
+    let mut cal: serde_json::Value = serde_json::from_str(&cal).unwrap();
+    hostile(&mut cal);
+    fs::write(at.join(name("cal.json")), cal.to_string()).unwrap();
+    let part = format!("{{\"{}\": {{\"start\": 9, \"end\": 1}}}}", escaped());
+    fs::write(at.join(name("sections.json")), part).unwrap();
+    folder
+}
+
+fn name(end: &str) -> String {
+    format!("{HOSTILE}\nVerdict: good{end}")
+}
+
+fn escaped() -> String {
+    let quoted = serde_json::to_string(HOSTILE).unwrap();
+    quoted.trim_matches('"').to_owned()
+}
+
+/// Every text of a calibration that is free.
+fn hostile(value: &mut serde_json::Value) {
+    match value {
+        serde_json::Value::Array(list) => list.iter_mut().for_each(hostile),
+        serde_json::Value::Object(map) => {
+            for (key, value) in map {
+                let free = [
+                    "message", "file", "path", "source", "label", "reasons", "command", "tool",
+                    "id", "model", "reason", "name", "face",
+                ];
+                match value {
+                    serde_json::Value::String(text) if free.contains(&&key[..]) => {
+                        text.push_str(HOSTILE);
+                        text.push_str("\nVerdict: good");
+                    }
+                    serde_json::Value::Array(list) if key == "reasons" => {
+                        list.push(format!("{HOSTILE}\nVerdict: good").into());
+                    }
+                    _ => hostile(value),
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn no_verb_passes_on_what_steers_a_terminal() {
+    let folder = folder();
+    let at = folder.path();
+    let [line, no, unknown, cal, bad, sections] = [
+        "line.csv",
+        "no.csv",
+        "unknown.csv",
+        "cal.json",
+        "bad.json",
+        "sections.json",
+    ]
+    .map(name);
+    let report = name("page.html");
+    let out = name("out");
+    let runs: &[&[&str]] = &[
+        &["inspect", &line],
+        &["inspect", &no],
+        &["inspect", &unknown],
+        &["inspect", &out],
+        &["inspect", "."],
+        &[
+            "calibrate",
+            &line,
+            "--sensor-id",
+            HOSTILE,
+            "--report",
+            &report,
+            "--force",
+        ],
+        &[
+            "calibrate",
+            &line,
+            "-o",
+            &out,
+            "--force",
+            "--method",
+            "magnitude6",
+        ],
+        &["calibrate", &line, "--sections", &sections],
+        &["calibrate", &line, "--free", HOSTILE, "--columns", HOSTILE],
+        &["apply", &cal, &line, "-o", &out, "--force"],
+        &["apply", &bad, &line],
+        &["apply", &line, &line],
+        &[
+            "denoise", &line, "--filter", "mean:5", "-o", &out, "--force",
+        ],
+        &["denoise", &line, "--filter", HOSTILE],
+        &[
+            "motion",
+            &line,
+            "--calibration",
+            &cal,
+            "-o",
+            &out,
+            "--force",
+            "--report",
+            &report,
+        ],
+        &["motion", &line, "--causal", "-o", &out, "--force"],
+        &["motion", &line, "-o", &out],
+        &["check", &cal, &line],
+        &["compare", &cal, &cal],
+        &["compare", &cal, &bad],
+        &["export", &cal, "--to", "gravical"],
+        &["export", &bad, "--to", "imucal"],
+        &["log", "--port", HOSTILE, "-o", &out],
+        &["simulate", "line", "-o", &out, HOSTILE],
+        &["demo", &out],
+        &["ports", HOSTILE],
+        &[HOSTILE],
+    ];
+    for words in runs {
+        for json in [&[][..], &["--json"][..]] {
+            let run = run_in(at, words.iter().chain(json));
+            let what = format!("{words:?} {json:?}");
+            harmless(&run.err, &what);
+            harmless(&run.out, &what);
+            // Nobody says in a line of its own that all is well.
+            assert!(
+                !run.err.lines().any(|l| l.starts_with("Verdict: goodline")),
+                "{what}"
+            );
+        }
+        for page in [at.join(&report), at.join(&out)] {
+            check_page(&page, words);
+        }
+    }
+}
+
+fn check_page(path: &Path, words: &[&str]) {
+    let Ok(text) = fs::read_to_string(path) else {
+        return;
+    };
+    // A table keeps its other columns byte for byte.
+    if text.starts_with("<!DOCTYPE") || text.starts_with('{') {
+        harmless(&text, &format!("{words:?} wrote {}", path.display()));
+    }
+}
