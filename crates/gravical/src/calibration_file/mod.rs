@@ -7,6 +7,7 @@
 //! m/s². Readers ignore fields that they do not know; within `/1` fields are
 //! only added.
 
+mod check;
 mod imucal;
 mod input;
 mod temperature;
@@ -15,7 +16,7 @@ mod types;
 
 use std::path::Path;
 
-use crate::output::write_atomic;
+use crate::output::{shown_json, write_atomic};
 use crate::{Error, Result};
 
 pub use imucal::{from_imucal, to_imucal};
@@ -55,14 +56,14 @@ impl CalibrationFile {
     ///
     /// # Errors
     ///
-    /// `not-finite` (input) when a parameter is not a number, which JSON cannot
-    /// carry.
+    /// `calibration-values` (input) when a parameter cannot be applied, as a number that is
+    /// none, which JSON cannot carry.
     pub fn to_json(&self) -> Result<String> {
         self.check()?;
         let mut text = serde_json::to_string_pretty(self)
             .map_err(|e| Error::input("calibration-syntax", e.to_string()))?;
         text.push('\n');
-        Ok(text)
+        Ok(shown_json(&text).into_owned())
     }
 
     /// Writes it to `path` in one step.
@@ -135,50 +136,6 @@ impl CalibrationFile {
         let file: CalibrationFile = serde_json::from_slice(bytes).map_err(syntax)?;
         file.check()?;
         Ok(file)
-    }
-
-    /// Refuses parameters that cannot be applied.
-    fn check(&self) -> Result<()> {
-        let a = &self.accelerometer;
-        let finite = a
-            .bias
-            .iter()
-            .chain(a.matrix.iter().flatten())
-            .chain(&a.scale)
-            .chain(a.orientation.iter().flatten())
-            .all(|v| v.is_finite());
-        let gyro_finite = self.gyroscope.as_ref().is_none_or(|g| {
-            g.bias
-                .iter()
-                .chain(g.matrix.iter().flatten())
-                .chain(&g.scale)
-                .chain(g.orientation.iter().flatten())
-                .chain(g.g_sensitivity.iter().flatten())
-                .all(|v| v.is_finite())
-        });
-        if !finite || !gyro_finite {
-            return Err(Error::input(
-                "calibration-values",
-                "a parameter is not a finite number",
-            ));
-        }
-        if self
-            .temperature_model
-            .as_ref()
-            .is_some_and(|m| !m.is_usable())
-        {
-            return Err(Error::input(
-                "calibration-values",
-                "the temperature model cannot be applied: a number is not finite, its range runs backwards, its gain reaches a half, or a channel is unknown or there twice",
-            ));
-        }
-        if gravical_core::matrix3::inverse(&a.matrix).is_none() {
-            return Err(Error::input(
-                "calibration-values",
-                "the accelerometer's matrix is singular: it maps different accelerations to one",
-            ));
-        }
-        Ok(())
     }
 
     /// The JSON schema of the format.

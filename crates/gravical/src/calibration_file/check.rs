@@ -1,0 +1,267 @@
+//! What a calibration has to be to be applied: read or written, each number has to make
+//! sense where it stands.
+
+use gravical_core::matrix3;
+use nalgebra::DMatrix;
+
+use super::{CalibrationFile, Covariance};
+use crate::{Error, Result};
+
+/// No parameter of a sensor, in whatever unit, is as large as this.
+const MOST: f64 = 1e9;
+/// Nor is a factor that is no zero as small.
+const LEAST: f64 = 1e-12;
+/// The volume that the rows of a matrix span, each brought to length one, from which it
+/// tells directions apart: that of axes 0.006° from one plane.
+const LEAST_VOLUME: f64 = 1e-4;
+/// Correlations as they are written may have eigenvalues this far below zero.
+const ROUNDING: f64 = 1e-6;
+/// Gravity of any place that a sensor is calibrated at, m/s²: that of the Moon to more
+/// than that of the Earth.
+const GRAVITY_MPS2: std::ops::RangeInclusive<f64> = 1.0..=12.0;
+
+impl CalibrationFile {
+    /// Refuses parameters that cannot be applied, with the name of the field.
+    pub(super) fn check(&self) -> Result<()> {
+        if !GRAVITY_MPS2.contains(&self.gravity_mps2) {
+            return Err(wrong(
+                "gravity_mps2",
+                format!("{} m/s² is no gravity", self.gravity_mps2),
+            ));
+        }
+        let a = &self.accelerometer;
+        sensor(
+            "accelerometer",
+            &a.bias,
+            &a.matrix,
+            &a.scale,
+            &a.orientation,
+        )?;
+        let twelve = Covariance::parameter_names();
+        if let Some(c) = &a.covariance {
+            c.check("accelerometer.covariance", &[&twelve])?;
+        }
+        for (field, value) in [
+            ("leave_one_out_rms_mps2", a.leave_one_out_rms_mps2),
+            ("predicted_norm_error_mps2", a.predicted_norm_error_mps2),
+            ("placement_tilt_deg", a.placement_tilt_deg.map(|t| t.value)),
+        ] {
+            if value.is_some_and(|v| !(0.0..MOST).contains(&v)) {
+                let field = format!("accelerometer.{field}");
+                return Err(wrong(&field, "no size of an error".to_owned()));
+            }
+        }
+        if let Some(g) = &self.gyroscope {
+            sensor("gyroscope", &g.bias, &g.matrix, &g.scale, &g.orientation)?;
+            sizes("gyroscope.g_sensitivity", g.g_sensitivity.as_flattened())?;
+            if let Some(c) = &g.covariance {
+                c.check("gyroscope.covariance", &[&twelve, &twelve[9..]])?;
+            }
+        }
+        let unusable = |m: &super::TemperatureModel| !m.is_usable();
+        if self.temperature_model.as_ref().is_some_and(unusable) {
+            return Err(wrong(
+                "temperature_model",
+                "it cannot be applied: a number is not finite, its range runs backwards, its gain reaches a half, or a channel is unknown or there twice".to_owned(),
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn wrong(field: &str, why: String) -> Error {
+    Error::input("calibration-values", format!("{field}: {why}")).with_hint(
+        "take the file as `gravical calibrate … -o cal.json` wrote it, or calibrate again",
+    )
+}
+
+fn sensor(
+    name: &str,
+    bias: &[f64; 3],
+    matrix: &[[f64; 3]; 3],
+    scale: &[f64; 3],
+    orientation: &[[f64; 3]; 3],
+) -> Result<()> {
+    let field = |part: &str| format!("{name}.{part}");
+    sizes(&field("bias"), bias)?;
+    sizes(&field("scale"), scale)?;
+    if scale.iter().any(|v| v.abs() < LEAST) {
+        return Err(wrong(&field("scale"), "a scale is zero".to_owned()));
+    }
+    for (part, m) in [("matrix", matrix), ("orientation", orientation)] {
+        sizes(&field(part), m.as_flattened())?;
+        let lengths: [f64; 3] = m.map(|r| r.iter().map(|v| v * v).sum::<f64>().sqrt());
+        if lengths.iter().any(|l| *l < LEAST) {
+            return Err(wrong(
+                &field(part),
+                "a row of the matrix is zero".to_owned(),
+            ));
+        }
+        let unit = [0, 1, 2].map(|i| m[i].map(|v| v / lengths[i]));
+        // NaN where a number is none, which was refused above.
+        if matrix3::det(&unit).abs() < LEAST_VOLUME {
+            return Err(wrong(
+                &field(part),
+                "the matrix is singular: it maps different readings to one".to_owned(),
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn sizes(field: &str, values: &[f64]) -> Result<()> {
+    match values.iter().find(|v| !(v.abs() < MOST)) {
+        None => Ok(()),
+        Some(v) if v.is_finite() => Err(wrong(field, format!("{v:e} is beyond any sensor"))),
+        Some(_) => Err(wrong(
+            field,
+            "a parameter is not a finite number".to_owned(),
+        )),
+    }
+}
+
+impl Covariance {
+    /// Its parameters are `named` so, and it is one.
+    fn check(&self, field: &str, named: &[&[String]]) -> Result<()> {
+        let n = self.parameters.len();
+        if !named.contains(&&self.parameters[..]) {
+            let names: Vec<String> = named.iter().map(|n| n.join(", ")).collect();
+            return Err(wrong(
+                &format!("{field}.parameters"),
+                format!("they have to be {}, in this order", names.join("; or ")),
+            ));
+        }
+        let field = format!("{field}.values");
+        if self.values.len() != n || self.values.iter().any(|row| row.len() != n) {
+            return Err(wrong(&field, format!("there have to be {n} rows of {n}")));
+        }
+        let value = |i: usize, j: usize| self.values.get(i).and_then(|r| r.get(j)).copied();
+        let c = DMatrix::from_fn(n, n, |i, j| value(i, j).unwrap_or(f64::NAN));
+        let sd: Vec<f64> = c.diagonal().iter().map(|v| v.sqrt()).collect();
+        if c.iter().any(|v| !v.is_finite()) || sd.iter().any(|s| !(*s < MOST)) {
+            return Err(wrong(
+                &field,
+                "a variance is negative, beyond any sensor, or no number".to_owned(),
+            ));
+        }
+        // As correlations: the parameters have units of their own.
+        let correlations = DMatrix::from_fn(n, n, |i, j| match (sd[i] * sd[j], c[(i, j)]) {
+            (0.0, 0.0) => 0.0,
+            (size, v) => v / size,
+        });
+        let transposed = correlations.transpose();
+        let symmetric = (&correlations - &transposed)
+            .iter()
+            .all(|d| d.abs() <= ROUNDING);
+        let lowest = || correlations.symmetric_eigenvalues().min();
+        if !symmetric || lowest() < -(n as f64) * ROUNDING {
+            return Err(wrong(
+                &field,
+                "it is no covariance: not symmetric, or not positive semidefinite".to_owned(),
+            ));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration_file::{AccelerometerSection, GyroscopeSection};
+
+    fn plain() -> CalibrationFile {
+        let identity = matrix3::identity::<f64>();
+        let imucal = serde_json::json!({
+            "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "m/s^2", "cal_type": "x",
+            "K_a": identity, "b_a": [0, 0, 0], "R_a": identity, "K_g": identity,
+            "b_g": [0, 0, 1], "R_g": identity, "K_ga": [[0, 0, 0], [0, 0, 0], [0, 0, 0]],
+        });
+        let mut file = CalibrationFile::parse(imucal.to_string().as_bytes()).unwrap();
+        let diagonal = |n: usize| {
+            let row = |i: usize| (0..n).map(|j| if i == j { 1e-4 } else { 0.0 }).collect();
+            (0..n).map(row).collect()
+        };
+        let parameters = Covariance::parameter_names();
+        file.accelerometer.covariance = Some(Covariance {
+            values: diagonal(12),
+            parameters: parameters.clone(),
+        });
+        if let Some(g) = &mut file.gyroscope {
+            g.covariance = Some(Covariance {
+                values: diagonal(3),
+                parameters: parameters[9..].to_vec(),
+            });
+        }
+        file
+    }
+
+    /// The field that is refused, once `change` was made.
+    fn refused(change: impl Fn(&mut AccelerometerSection, &mut GyroscopeSection)) -> String {
+        let mut file = plain();
+        let mut gyro = file.gyroscope.take().unwrap();
+        change(&mut file.accelerometer, &mut gyro);
+        file.gyroscope = Some(gyro);
+        let error = file.check().unwrap_err();
+        assert_eq!(error.code(), "calibration-values");
+        error.message().split(':').next().unwrap().to_owned()
+    }
+
+    fn values(a: &mut AccelerometerSection) -> &mut Vec<Vec<f64>> {
+        &mut a.covariance.as_mut().unwrap().values
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused_with_its_field() {
+        plain().check().unwrap();
+        let cases: [(&str, fn(&mut AccelerometerSection, &mut GyroscopeSection)); 14] = [
+            ("accelerometer.matrix", |a, _| a.matrix = [[0.0; 3]; 3]),
+            ("accelerometer.matrix", |a, _| {
+                a.matrix = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]];
+            }),
+            ("accelerometer.orientation", |a, _| {
+                a.orientation[2] = a.orientation[1]
+            }),
+            ("accelerometer.bias", |a, _| a.bias[1] = 1e300),
+            ("accelerometer.scale", |a, _| a.scale[0] = 0.0),
+            ("accelerometer.predicted_norm_error_mps2", |a, _| {
+                a.predicted_norm_error_mps2 = Some(-1.0);
+            }),
+            ("accelerometer.covariance.parameters", |a, _| {
+                a.covariance.as_mut().unwrap().parameters.swap(0, 11);
+            }),
+            ("accelerometer.covariance.values", |a, _| {
+                values(a)[3][3] = -1e-4
+            }),
+            ("accelerometer.covariance.values", |a, _| {
+                values(a)[3][4] = 1e-5
+            }),
+            ("accelerometer.covariance.values", |a, _| {
+                values(a)[3][4] = 2e-4;
+                values(a)[4][3] = 2e-4;
+            }),
+            ("accelerometer.covariance.values", |a, _| {
+                values(a).pop();
+            }),
+            ("gyroscope.matrix", |_, g| g.matrix[0] = [0.0; 3]),
+            ("gyroscope.g_sensitivity", |_, g| {
+                g.g_sensitivity[2][1] = f64::INFINITY
+            }),
+            ("gyroscope.covariance.parameters", |_, g| {
+                g.covariance.as_mut().unwrap().parameters[0] = "m_xx".to_owned();
+            }),
+        ];
+        for (field, change) in cases {
+            assert_eq!(refused(change), field);
+        }
+        let mut file = plain();
+        file.gravity_mps2 = 981.0;
+        let error = file.check().unwrap_err();
+        assert!(error.message().starts_with("gravity_mps2: "), "{error}");
+        // Nothing is known of a certain parameter, and nothing is wrong with it.
+        let mut file = plain();
+        for row in values(&mut file.accelerometer) {
+            row[5] = 0.0;
+        }
+        file.check().unwrap();
+    }
+}
