@@ -30,7 +30,7 @@ pub struct Args {
     /// Go on with a file that is there already
     #[arg(long)]
     append: bool,
-    /// End after so many seconds, pauses left out
+    /// End so many seconds after the first row, pauses left out
     #[arg(long, value_name = "S")]
     duration: Option<f64>,
     /// End after so many rows

@@ -8,6 +8,32 @@ use std::path::Path;
 /// board sends in a line is far shorter.
 const TAIL: u64 = 1 << 16;
 
+/// Bytes that are copied at once.
+const COPIED_AT_ONCE: usize = 1 << 20;
+
+/// What became of a file while it was written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Loss {
+    /// There is none of its name.
+    Gone,
+    /// There is another one of its name.
+    Replaced,
+    /// Something is missing at its end.
+    Cut,
+}
+
+#[cfg(unix)]
+fn is_same(a: &std::fs::Metadata, b: &std::fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    (a.dev(), a.ino()) == (b.dev(), b.ino())
+}
+
+/// There, a file that is open for writing is not replaced.
+#[cfg(not(unix))]
+fn is_same(_: &std::fs::Metadata, _: &std::fs::Metadata) -> bool {
+    true
+}
+
 /// A file that grows, and that no other program of ours writes to meanwhile.
 #[derive(Debug)]
 pub struct Growing {
@@ -91,6 +117,55 @@ impl Growing {
     pub fn is_busy(path: &Path) -> bool {
         let opened = options().open(path).map_err(busy).and_then(lock);
         opened.is_err_and(|e| e.kind() == io::ErrorKind::ResourceBusy)
+    }
+
+    /// What became of the file under `path` since it was opened; none where it is as it was
+    /// written. What is no file has nothing to lose.
+    ///
+    /// # Errors
+    ///
+    /// What the system says.
+    pub fn loss(&self, path: &Path) -> io::Result<Option<Loss>> {
+        let own = self.file.metadata()?;
+        if !own.is_file() {
+            return Ok(None);
+        }
+        if own.len() < self.length {
+            return Ok(Some(Loss::Cut));
+        }
+        match std::fs::metadata(path) {
+            Ok(there) if is_same(&own, &there) => Ok(None),
+            Ok(_) => Ok(Some(Loss::Replaced)),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(Some(Loss::Gone)),
+            Err(e) => Err(e),
+        }
+    }
+
+    /// Appends all whole lines that are left in the file to `to`.
+    ///
+    /// # Errors
+    ///
+    /// What the system says.
+    pub fn copy_to(&mut self, to: &mut Growing) -> io::Result<()> {
+        use std::io::Read as _;
+        let mut left = self.file.metadata()?.len().min(self.length);
+        let mut block = vec![0; COPIED_AT_ONCE];
+        self.file.seek(SeekFrom::Start(0))?;
+        while left > 0 {
+            let n = (&self.file).take(left).read(&mut block)?;
+            if n == 0 {
+                break;
+            }
+            to.append(block.get(..n).unwrap_or_default())?;
+            left -= n as u64;
+        }
+        let torn = to.torn()?.len();
+        to.cut(torn)
+    }
+
+    /// Bytes that were written.
+    pub fn length(&self) -> u64 {
+        self.length
     }
 
     /// The last line, where it has no end.

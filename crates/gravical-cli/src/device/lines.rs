@@ -35,12 +35,13 @@ impl Lines {
     pub fn push(&mut self, bytes: &[u8]) -> Vec<Item> {
         let mut items = Vec::new();
         for &byte in bytes {
-            if byte != b'\n' {
+            // A carriage return alone ends what is whole without it.
+            let ended = byte == b'\n' || byte == b'\r' && is_whole(&self.partial);
+            if !ended {
                 self.partial.push(byte);
             }
-            if byte == b'\n' || self.partial.len() >= MOST_BYTES {
+            if ended || self.partial.len() >= MOST_BYTES {
                 let line = std::mem::take(&mut self.partial);
-                let ended = byte == b'\n';
                 let whole = std::mem::replace(&mut self.synced, ended) && ended;
                 unglue(line, whole, &mut items);
             }
@@ -70,11 +71,24 @@ fn unglue(mut line: Vec<u8>, whole: bool, items: &mut Vec<Item>) {
     }
 }
 
+/// The text of a line: without what an adapter makes of a wire that was at rest the wrong
+/// way before, and what a board of fixed lines fills them up with.
+fn text_of(line: &[u8]) -> &[u8] {
+    let none = |byte: &u8| *byte == 0 || byte.is_ascii_whitespace();
+    let from = line.iter().take_while(|b| none(b)).count();
+    let behind = line.iter().rev().take_while(|b| none(b)).count();
+    line.get(from..line.len() - behind).unwrap_or_default()
+}
+
+/// Whether a line is a row, a header or a comment as it stands.
+fn is_whole(line: &[u8]) -> bool {
+    let text = text_of(line);
+    text.starts_with(b"#") || is_header(text) || row(text).is_ok()
+}
+
 /// Says what a line is; none where nothing is in it. `whole`: both of its ends were seen.
 fn item(line: Vec<u8>, whole: bool) -> Option<Item> {
-    // What an adapter makes of a wire that was at rest the wrong way before.
-    let zeros = line.iter().take_while(|byte| **byte == 0).count();
-    let text = line.get(zeros..).unwrap_or_default().trim_ascii();
+    let text = text_of(&line);
     if text.is_empty() {
         return None;
     }
@@ -183,6 +197,26 @@ mod tests {
             kind(b"t,aX (g),aY,aZ,T,gX,gY,gZ", whole),
             Some(Kind::Header { whole })
         );
+    }
+
+    #[test]
+    fn lines_that_end_otherwise_or_are_filled_up_are_rows() {
+        let mut lines = Lines::of_file();
+        let text = b"t,ax,ay,az,T,gx,gy,gz\r1,2,3,4,5,6,7,8\r2,2,3,4,5,6,7,8\r\n\
+            3,2,3,4,5,6,7,8\0\0\0\n\0\0# still\0\r4,2,3,4,5,6,7,8\r5,2,3\r4,5,6,7,8\n";
+        let items: Vec<Item> = text.iter().flat_map(|b| lines.push(&[*b])).collect();
+        let rows: Vec<&[u8]> = items
+            .iter()
+            .filter(|i| matches!(i.kind, Kind::Row(_)))
+            .map(|i| &i.bytes[..])
+            .collect();
+        let expected: [&[u8]; 4] = [b"1", b"2", b"3", b"4"];
+        assert_eq!(rows, expected.map(|n| [n, b",2,3,4,5,6,7,8"].concat()));
+        let others: Vec<&Kind> = items.iter().map(|i| &i.kind).collect();
+        assert!(matches!(others[0], Kind::Header { whole: true }));
+        assert!(others.contains(&&Kind::Comment));
+        // In the middle of a row it is a wrong byte.
+        assert!(matches!(others[others.len() - 1], Kind::Rejected(_)) && items.len() == 7);
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod closed;
 mod disk;
 mod fast;
 mod logger;
+mod taken;
 
 use std::fs;
 

@@ -3,10 +3,11 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use gravical::output::path_text;
 use gravical::{Error, Result};
 
 use crate::device::board::{Settings, Wanted};
-use crate::device::disk::Growing;
+use crate::device::disk::{Growing, Loss};
 use crate::device::item::Kind;
 use crate::device::lines::Lines;
 
@@ -19,7 +20,9 @@ const MOST_TORN: usize = 1 << 12;
 pub struct Files {
     path: PathBuf,
     main: Growing,
-    rejected: Option<Growing>,
+    /// The lines that it begins with, its header the last of them.
+    head: Vec<u8>,
+    rejected: Option<(Growing, PathBuf)>,
 }
 
 impl Files {
@@ -78,8 +81,18 @@ impl Files {
         let mut files = Files {
             path: path.to_path_buf(),
             main,
+            head: Vec::new(),
             rejected: None,
         };
+        if append {
+            let mut head = Vec::new();
+            let file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
+            if file.metadata().is_ok_and(|m| m.is_file()) {
+                io::Read::read_to_end(&mut io::Read::take(file, HEAD), &mut head)
+                    .map_err(|e| Error::io(path, e))?;
+            }
+            files.see_head(&head);
+        }
         let torn = if append { files.mend()? } else { None };
         Ok((files, torn))
     }
@@ -118,14 +131,56 @@ impl Files {
 
     /// Hands rows to the system.
     pub fn rows(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.main.append(bytes)
+        self.main.append(bytes)?;
+        self.see_head(bytes);
+        Ok(())
+    }
+
+    fn see_head(&mut self, bytes: &[u8]) {
+        let comment = |line: &[u8]| line.starts_with(b"#") || line.trim_ascii().is_empty();
+        let ends = |head: &[u8]| {
+            let last = head.trim_ascii_end().rsplit(|b| *b == b'\n').next();
+            !last.is_none_or(comment)
+        };
+        for line in bytes.split_inclusive(|b| *b == b'\n') {
+            if ends(&self.head) || self.head.len() as u64 > HEAD {
+                return;
+            }
+            self.head.extend_from_slice(line);
+        }
+    }
+
+    /// Looks whether the files are still what was written. One that somebody has deleted,
+    /// replaced or cut meanwhile goes on in a new file beside it, with all rows that are
+    /// left, and that is said.
+    ///
+    /// # Errors
+    ///
+    /// What the system says; then all stays as it is.
+    pub fn mend_loss(&mut self) -> io::Result<Option<String>> {
+        if let Some((rejected, path)) = &mut self.rejected
+            && let Some(loss) = rejected.loss(path)?
+        {
+            let was = path.clone();
+            go_on_beside(rejected, path, loss, b"")?;
+            return Ok(Some(told(&was, loss, path)));
+        }
+        let Some(loss) = self.main.loss(&self.path)? else {
+            return Ok(None);
+        };
+        let was = self.path.clone();
+        go_on_beside(&mut self.main, &mut self.path, loss, &self.head)?;
+        Ok(Some(told(&was, loss, &self.path)))
     }
 
     /// Hands rejected lines to the system; their file is made with the first.
     pub fn rejects(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let disk = match &mut self.rejected {
+        let (disk, _) = match &mut self.rejected {
             Some(disk) => disk,
-            none => none.insert(Growing::continued(&rejected_path(&self.path))?),
+            none => {
+                let path = rejected_path(&self.path);
+                none.insert((Growing::continued(&path)?, path))
+            }
         };
         disk.append(bytes)
     }
@@ -137,7 +192,13 @@ impl Files {
 
     /// The file of the rejected lines, once there is one.
     pub fn rejected_file(&self) -> Option<PathBuf> {
-        self.rejected.as_ref().map(|_| rejected_path(&self.path))
+        self.rejected.as_ref().map(|(_, path)| path.clone())
+    }
+
+    /// Where rejected lines go.
+    pub fn rejected_target(&self) -> PathBuf {
+        self.rejected_file()
+            .unwrap_or_else(|| rejected_path(&self.path))
     }
 
     /// Nothing was recorded: a file that was made for it goes again.
@@ -150,11 +211,78 @@ impl Files {
 
     /// What was handed over is safe.
     pub fn sync(&mut self) -> io::Result<()> {
-        if let Some(disk) = &mut self.rejected {
+        if let Some((disk, _)) = &mut self.rejected {
             disk.sync()?;
         }
         self.main.sync()
     }
+}
+
+/// Has `disk` go on in a new file, which begins with `head` where that is lost.
+fn go_on_beside(disk: &mut Growing, path: &mut PathBuf, loss: Loss, head: &[u8]) -> io::Result<()> {
+    let (mut new, at) = beside(path)?;
+    let moved = disk.copy_to(&mut new).and_then(|()| {
+        if new.length() < head.len() as u64 {
+            new.cut(usize::try_from(new.length()).unwrap_or(usize::MAX))?;
+            new.append(head)?;
+        }
+        match loss {
+            Loss::Cut if !head.is_empty() => new.append(CUT),
+            _ => Ok(()),
+        }?;
+        new.sync()
+    });
+    if let Err(e) = moved {
+        let _ = std::fs::remove_file(&at);
+        return Err(e);
+    }
+    (*disk, *path) = (new, at);
+    Ok(())
+}
+
+/// What stands where rows were cut off.
+const CUT: &[u8] = b"# gap: another program cut the file: rows are missing\n";
+
+/// A new file beside `path`: NAME.kept.csv, NAME.kept-2.csv ….
+fn beside(path: &Path) -> io::Result<(Growing, PathBuf)> {
+    let stem = path.file_stem().unwrap_or_default();
+    let base = match stem.to_str().and_then(|text| text.rsplit_once(".kept")) {
+        Some((base, _)) => base.into(),
+        None => stem.to_owned(),
+    };
+    let mut n = 1;
+    loop {
+        let mut name = base.clone();
+        name.push(".kept");
+        if n > 1 {
+            name.push(format!("-{n}"));
+        }
+        if let Some(ending) = path.extension() {
+            name.push(".");
+            name.push(ending);
+        }
+        let at = path.with_file_name(name);
+        match Growing::create(&at) {
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists && n < MOST_KEPT => n += 1,
+            made => return Ok((made?, at)),
+        }
+    }
+}
+
+/// New files beside one that is taken away again and again.
+const MOST_KEPT: u32 = 100;
+
+fn told(was: &Path, loss: Loss, now: &Path) -> String {
+    let (what, rows) = match loss {
+        Loss::Gone => ("deleted or moved", "all of it"),
+        Loss::Replaced => ("replaced", "all of it"),
+        Loss::Cut => ("cut by another program", "what was left of it"),
+    };
+    format!(
+        "{} was {what} while it is written: {rows} is in {}, where it goes on",
+        path_text(was),
+        path_text(now)
+    )
 }
 
 /// `exists` has another way out here.
@@ -312,6 +440,48 @@ mod tests {
         let nowhere = Files::open(&folder.path().join("no/x.csv"), false);
         assert_eq!(nowhere.map(|_| ()).unwrap_err().code(), "no-folder");
     }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_file_that_is_taken_away_goes_on_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let read = |name: &str| std::fs::read_to_string(at(name)).unwrap();
+        let head = "# board\nt,ax,ay,az,T,gx,gy,gz\n";
+        let (mut files, _) = Files::open(&at("x.csv"), false).unwrap();
+        files.rows(head.as_bytes()).unwrap();
+        files.rows(b"1\n2\n").unwrap();
+        assert_eq!(files.mend_loss().unwrap(), None);
+        std::fs::remove_file(at("x.csv")).unwrap();
+        let text = files.mend_loss().unwrap().unwrap();
+        assert!(
+            text.contains("x.csv was deleted") && text.contains("x.kept.csv"),
+            "{text}"
+        );
+        files.rows(b"3\n").unwrap();
+        assert_eq!(read("x.kept.csv"), format!("{head}1\n2\n3\n"));
+        // Replaced: what is there now is not ours.
+        std::fs::write(at("y"), "other").unwrap();
+        std::fs::rename(at("y"), at("x.kept.csv")).unwrap();
+        assert!(files.mend_loss().unwrap().unwrap().contains("replaced"));
+        assert_eq!(read("x.kept.csv"), "other");
+        assert_eq!(read("x.kept-2.csv"), format!("{head}1\n2\n3\n"));
+        // Cut: what is left is a recording all the same.
+        std::fs::write(at("x.kept-2.csv"), "").unwrap();
+        assert!(files.mend_loss().unwrap().unwrap().contains("cut by"));
+        files.rows(b"4\n").unwrap();
+        let gap = String::from_utf8(CUT.to_vec()).unwrap();
+        assert_eq!(read("x.kept-3.csv"), format!("{head}{gap}4\n"));
+        // So are rejected lines kept.
+        files.rejects(b"bad\n").unwrap();
+        let rejected = files.rejected_file().unwrap();
+        std::fs::remove_file(&rejected).unwrap();
+        assert!(files.mend_loss().unwrap().is_some());
+        let kept = files.rejected_file().unwrap();
+        assert_eq!(std::fs::read_to_string(kept).unwrap(), "bad\n");
+        assert_eq!(files.mend_loss().unwrap(), None);
+    }
+
     #[test]
     fn a_last_line_without_an_end() {
         let folder = tempfile::tempdir().unwrap();

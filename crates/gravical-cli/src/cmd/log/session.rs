@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use gravical::Error;
 
 use super::Args;
-use super::files::{Continued, Files, continued, rejected_path};
+use super::files::{Continued, Files, continued};
 use super::keys::{Key, Keys};
 use super::summary::summary;
 use super::target::{LOOK_FOR_S, target};
@@ -23,6 +23,8 @@ use crate::failure;
 
 /// How long one look at the port takes.
 const LOOK: Duration = Duration::from_millis(20);
+/// Bytes that are taken at once.
+const PIECE: usize = 1 << 12;
 /// Rows are handed to the disk so often, s.
 const HAND_OVER_S: f64 = 0.2;
 /// What was handed over is made safe so often, s.
@@ -93,6 +95,7 @@ pub fn record(args: &Args, teller: &mut Teller) -> anyhow::Result<ExitCode> {
         disk_error: None,
         rejects_error: None,
         sync_error: None,
+        file_loss: None,
         refused: None,
     };
     session.opened();
@@ -118,6 +121,8 @@ struct Session<'a> {
     disk_error: Option<String>,
     rejects_error: Option<String>,
     sync_error: Option<String>,
+    /// The file was taken away while it was recorded.
+    file_loss: Option<String>,
     /// Why the port could not be opened when it was looked for.
     refused: Option<&'static str>,
 }
@@ -158,7 +163,7 @@ impl Session<'_> {
             };
             let now_s = self.now_s();
             match incoming {
-                Incoming::Bytes(bytes) => self.recorder.bytes(now_s, &bytes),
+                Incoming::Bytes(bytes) => self.bytes(now_s, &bytes),
                 Incoming::Nothing => {}
                 Incoming::Lost(why) => self.lost(now_s, &why),
             }
@@ -185,6 +190,16 @@ impl Session<'_> {
                 || interrupted.load(Ordering::SeqCst)
             {
                 return fatal;
+            }
+        }
+    }
+
+    /// What came, in pieces: of what waits for the disk none is too much.
+    fn bytes(&mut self, now_s: f64, bytes: &[u8]) {
+        for piece in bytes.chunks(PIECE) {
+            self.recorder.bytes(now_s, piece);
+            if self.recorder.is_crowded() {
+                self.hand_over(now_s);
             }
         }
     }
@@ -249,7 +264,7 @@ impl Session<'_> {
     fn set_baud(&mut self, now_s: f64, baud: u32) {
         match self.source.as_mut().map(|source| source.set_baud(baud)) {
             Some(Ok(before)) => {
-                self.recorder.bytes(now_s, &before);
+                self.bytes(now_s, &before);
                 self.recorder.baud_is_set(now_s);
             }
             Some(Err(e)) => self.lost(now_s, &e.to_string()),
@@ -260,6 +275,18 @@ impl Session<'_> {
     /// Rows go to the system; `true` when nothing waits any more.
     fn hand_over(&mut self, now_s: f64) -> bool {
         let mut done = true;
+        match self.files.mend_loss() {
+            Ok(None) => {}
+            Ok(Some(text)) => {
+                self.teller.tell(&Event::Warning { text: text.clone() });
+                self.file_loss = Some(text);
+            }
+            Err(e) => {
+                self.recorder.failed(now_s, &e.to_string());
+                self.disk_error = Some(e.to_string());
+                return false;
+            }
+        }
         if let Some(batch) = self.recorder.batch() {
             match self.files.rows(&batch) {
                 Ok(()) => {
@@ -279,7 +306,7 @@ impl Session<'_> {
                 self.recorder.rejects_stored();
             }
             done &= handed.is_ok();
-            let file = rejected_path(self.files.path());
+            let file = self.files.rejected_target();
             let error = handed.err().map(|e| format!("{}: {e}", file.display()));
             self.teller.failing(&mut self.rejects_error, error);
         }
@@ -303,7 +330,7 @@ impl Session<'_> {
             && failed.is_none()
             && self.recorder.ended().is_none()
         {
-            self.recorder.bytes(now_s, &rest);
+            self.bytes(now_s, &rest);
         }
         let elapsed_s = self.recorder.elapsed_s(now_s);
         self.recorder.finish(now_s, End::User);
@@ -319,7 +346,7 @@ impl Session<'_> {
         self.act(now_s);
         let account = *self.recorder.account();
         let reason = self.recorder.ended().unwrap_or(End::User);
-        let path = args.file();
+        let path = self.files.path().to_owned();
         let ended = Event::Ended {
             file: path.display().to_string(),
             rejected_file: self.files.rejected_file().map(|p| p.display().to_string()),
@@ -341,7 +368,7 @@ impl Session<'_> {
         let lost = if let Some(text) = self.disk_error {
             Some((path, format!("{text}; {} rows are lost", account.unstored)))
         } else if account.rejected_unstored > 0 {
-            let file = rejected_path(&path);
+            let file = self.files.rejected_target();
             let mut why = format!("{} rejected lines are lost", account.rejected_unstored);
             if let Some(text) = self.rejects_error {
                 // The error names the file itself.
@@ -353,6 +380,7 @@ impl Session<'_> {
             self.sync_error
                 .map(|text| (path, format!("{text}; the last rows may not be safe")))
         };
+        let lost = lost.or_else(|| Some((args.file(), self.file_loss?)));
         if let Some((path, text)) = lost {
             return Err(Error::io(&path, std::io::Error::other(text)).into());
         }

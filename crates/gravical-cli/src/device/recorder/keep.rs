@@ -72,6 +72,11 @@ impl Keep {
         room
     }
 
+    /// Half of the room for rejected lines is taken.
+    pub fn is_crowded(&self) -> bool {
+        self.rejects.len() >= KEPT_REJECTS / 2
+    }
+
     pub fn batch(&self) -> Option<Vec<u8>> {
         if self.items.is_empty() {
             return None;

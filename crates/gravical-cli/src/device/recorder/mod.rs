@@ -49,7 +49,7 @@ pub struct Options {
     pub wanted: Wanted,
     /// It ends with so many rows; none: when it is told to.
     pub rows: Option<u64>,
-    /// It ends after so long, s, pauses left out; none: when it is told to.
+    /// It ends so long after the first row, s, pauses left out; none: when it is told to.
     pub duration_s: Option<f64>,
     /// A silent board is waited for without end.
     pub wait: bool,
@@ -712,6 +712,11 @@ impl Recorder {
             self.keep.comment(std::mem::take(&mut run.comments));
         }
         self.keep.batch()
+    }
+
+    /// So much waits that it should be written before more comes.
+    pub fn is_crowded(&self) -> bool {
+        self.keep.is_crowded()
     }
 
     /// Rejected lines to be written next. Answer with

@@ -102,7 +102,7 @@ impl Run {
         self.stamps.steps_are(Some(second / settings.rate_hz));
     }
 
-    /// Seconds since it began, pauses left out.
+    /// Seconds since the first row, or since it began where none came; pauses left out.
     pub fn elapsed_s(&self, now_s: f64) -> f64 {
         let paused_s = self.paused_s + self.paused_from_s.map_or(0.0, |from_s| now_s - from_s);
         (now_s - self.started_s - paused_s).max(0.0)
@@ -122,8 +122,12 @@ impl Run {
         }
     }
 
-    /// A row came, whatever becomes of it.
+    /// A row came, whatever becomes of it. With the first one that is wanted the time of
+    /// the recording begins: between header and rows a board may do what it likes.
     pub fn saw_row(&mut self, now_s: f64) {
+        if !self.has_rows && !self.is_paused() {
+            (self.started_s, self.paused_s) = (now_s, 0.0);
+        }
         self.row_step_s = now_s - self.last_row_s;
         self.last_row_s = now_s;
         self.last_row_elapsed_s = self.elapsed_s(now_s);

@@ -1,0 +1,84 @@
+//! What happens to the file, and to what is no usual line, while it records.
+
+use std::fs;
+
+use rustix::process::Signal;
+
+use crate::board::Board;
+use crate::logger::{Logger, until};
+use crate::recording;
+
+#[test]
+fn a_file_that_is_deleted_goes_on_beside_it_with_all_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut board = Board::new(folder.path());
+    let line = format!("log -o x.csv --json --port {}", board.port());
+    let mut log = Logger::start(folder.path(), &line);
+    board.greet();
+    board.rows(40);
+    log.wait_for_rows(40);
+    fs::remove_file(folder.path().join("x.csv")).unwrap();
+    let told = log.wait_for("warning");
+    assert!(
+        told["text"].as_str().unwrap().contains("x.kept.csv"),
+        "{told}"
+    );
+    board.rows(40);
+    log.wait_for_rows(80);
+    log.signal(Signal::INT);
+    let (code, last) = log.ended();
+    assert_eq!((code, last["code"].as_str()), (1, Some("io")));
+    let file = log.seen("ended")["file"].as_str().unwrap().to_owned();
+    assert!(!folder.path().join("x.csv").exists());
+    assert_eq!(recording(&folder.path().join(file)).rows(), 80);
+}
+
+#[test]
+fn rejected_lines_that_come_fast_are_all_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut board = Board::new(folder.path());
+    let line = format!("log -o x.csv --json --port {}", board.port());
+    let mut log = Logger::start(folder.path(), &line);
+    board.greet();
+    board.rows(10);
+    log.wait_for("started");
+    // Many times what is kept in memory, far faster than it is written as a rule.
+    let garbage = "what a loose wire makes of a row, again and again and again\n".repeat(10_000);
+    board.send(garbage.as_bytes());
+    board.rows(10);
+    log.wait_for_rows(20);
+    log.signal(Signal::INT);
+    log.ended();
+    let ended = log.seen("ended");
+    assert_eq!(ended["rejected_unstored"], 0, "{ended}");
+    let kept = fs::metadata(folder.path().join("x.csv.rejected.txt")).unwrap();
+    assert_eq!(kept.len(), garbage.len() as u64);
+}
+
+#[test]
+fn the_duration_counts_from_the_first_row_and_lines_may_end_with_a_carriage_return() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut board = Board::new(folder.path());
+    let line = format!("log -o x.csv --json --duration 1 --port {}", board.port());
+    let mut log = Logger::start(folder.path(), &line);
+    let greeting = format!("{}{}", crate::SETTINGS, crate::HEADER);
+    board.say(&greeting.replace('\n', "\r"));
+    log.wait_for("started");
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    for i in 0.. {
+        board.say(&format!("{},0.1,0.2,9.81,25.5,0.1,0.2,0.3\r", 10 * i));
+        log.look();
+        if log.has_seen("ended") {
+            break;
+        }
+    }
+    until(|| log.has_seen("ended"));
+    assert_eq!(log.gone(), Some(0));
+    let ended = log.seen("ended");
+    assert_eq!(
+        (&ended["reason"], &ended["rejected"]),
+        (&"duration".into(), &0.into())
+    );
+    let recording = recording(&folder.path().join("x.csv"));
+    assert!(recording.rows() > 60, "{} rows", recording.rows());
+}
