@@ -110,7 +110,7 @@ fn sensor(
 }
 
 fn sizes(field: &str, values: &[f64]) -> Result<()> {
-    match values.iter().find(|v| !(v.abs() < MOST)) {
+    match values.iter().find(|v| !(-MOST..MOST).contains(*v)) {
         None => Ok(()),
         Some(v) if v.is_finite() => Err(wrong(field, format!("{v:e} is beyond any sensor"))),
         Some(_) => Err(wrong(
@@ -138,7 +138,7 @@ impl Covariance {
         let value = |i: usize, j: usize| self.values.get(i).and_then(|r| r.get(j)).copied();
         let c = DMatrix::from_fn(n, n, |i, j| value(i, j).unwrap_or(f64::NAN));
         let sd: Vec<f64> = c.diagonal().iter().map(|v| v.sqrt()).collect();
-        if c.iter().any(|v| !v.is_finite()) || sd.iter().any(|s| !(*s < MOST)) {
+        if c.iter().any(|v| !v.is_finite()) || sd.iter().any(|s| !(0.0..MOST).contains(s)) {
             return Err(wrong(
                 &field,
                 "a variance is negative, beyond any sensor, or no number".to_owned(),
@@ -213,7 +213,8 @@ mod tests {
     #[test]
     fn what_makes_no_sense_is_refused_with_its_field() {
         plain().check().unwrap();
-        let cases: [(&str, fn(&mut AccelerometerSection, &mut GyroscopeSection)); 14] = [
+        type Change = fn(&mut AccelerometerSection, &mut GyroscopeSection);
+        let cases: [(&str, Change); 14] = [
             ("accelerometer.matrix", |a, _| a.matrix = [[0.0; 3]; 3]),
             ("accelerometer.matrix", |a, _| {
                 a.matrix = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]];

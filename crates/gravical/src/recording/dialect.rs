@@ -167,6 +167,18 @@ pub fn terminator(head: &[u8]) -> u8 {
     }
 }
 
+/// Ways of cutting a line, and whether numbers have a decimal comma.
+const WAYS: [(Delimiter, bool); 8] = [
+    (Delimiter::Byte(b','), false),
+    (Delimiter::Byte(b';'), false),
+    (Delimiter::Byte(b'\t'), false),
+    (Delimiter::Byte(b'|'), false),
+    (Delimiter::Whitespace, false),
+    (Delimiter::Byte(b';'), true),
+    (Delimiter::Byte(b'\t'), true),
+    (Delimiter::Whitespace, true),
+];
+
 struct Candidate {
     delimiter: Delimiter,
     decimal_comma: bool,
@@ -180,18 +192,8 @@ struct Candidate {
 /// fields, and of equals the most numbers (a comma in one column of whole numbers is a
 /// decimal one); the order decides ties.
 fn candidates(lines: &[HeadLine<'_>], min_columns: usize) -> Option<Candidate> {
-    let ways = [
-        (Delimiter::Byte(b','), false),
-        (Delimiter::Byte(b';'), false),
-        (Delimiter::Byte(b'\t'), false),
-        (Delimiter::Byte(b'|'), false),
-        (Delimiter::Whitespace, false),
-        (Delimiter::Byte(b';'), true),
-        (Delimiter::Byte(b'\t'), true),
-        (Delimiter::Whitespace, true),
-    ];
     let mut best: Option<Candidate> = None;
-    for (delimiter, decimal_comma) in ways {
+    for (delimiter, decimal_comma) in WAYS {
         let mut counts: Vec<(usize, usize, usize)> = Vec::new();
         for line in lines {
             let cells = cells(line.text, delimiter, decimal_comma);
@@ -558,6 +560,17 @@ fn find_header(best: &Candidate, before: &[&HeadLine<'_>]) -> Option<Header> {
 pub(super) fn fields_of_row(line: &[u8], dialect: &Dialect) -> Option<usize> {
     let cells = cells(line, dialect.delimiter, dialect.decimal_comma);
     is_data(&cells, dialect.fields.min(3)).then_some(cells.len())
+}
+
+/// Whether `row` is one under the header `names`, both parted otherwise than the rows
+/// before: by what.
+pub(super) fn parted_otherwise(names: &[u8], row: &[u8], dialect: &Dialect) -> Option<Delimiter> {
+    let ways = WAYS.iter().filter(|(way, _)| *way != dialect.delimiter);
+    let fits = |(way, comma): &&(Delimiter, bool)| {
+        let cells = cells(row, *way, *comma);
+        is_data(&cells, 3) && split(strip_comment(names), *way).len() == cells.len()
+    };
+    ways.clone().find(fits).map(|(way, _)| *way)
 }
 
 /// The header that `lines`, each with its number, end with; of as many columns as it names.

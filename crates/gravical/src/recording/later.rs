@@ -71,6 +71,8 @@ impl LaterHeaders {
             && let Some(fields) = dialect::fields_of_row(line, dialect)
         {
             self.settle(fields, format, name, all_columns)?;
+        } else if let Some(refused) = self.parted_otherwise(line, format, name) {
+            return Err(refused);
         }
         let Some(rewrite) = &mut self.rewrite else {
             return Ok(Ok(false));
@@ -133,6 +135,16 @@ impl LaterHeaders {
         names_sensor(&header, first).then_some(header)
     }
 
+    /// Why `line` cannot be read, where it stands under a header of its own and both are
+    /// parted by something else than the rows before.
+    fn parted_otherwise(&self, line: &[u8], format: &Format, name: &str) -> Option<Error> {
+        let (number, names) = self.since.last()?;
+        let way = dialect::parted_otherwise(names, line, &format.dialect)?;
+        let header = dialect::header_below(&self.since, way)?;
+        let why = format!("has its names separated by {}", way.name());
+        names_sensor(&header, &first(format, name)).then(|| refused(*number, &why, name))
+    }
+
     /// What the lines since the last row make of the rows to come, the next of which has
     /// so many fields.
     fn settle(
@@ -150,17 +162,18 @@ impl LaterHeaders {
             return Ok(());
         };
         // Pieces of headers, as a reset of the board leaves them, are none.
-        if fields == first.dialect.fields && !header.fits(fields) {
+        let known = first.dialect.header.iter().flat_map(|h| &h.texts);
+        let is_piece = |text: &[u8]| {
+            let mut known = known.clone();
+            known.any(|whole| whole != text && memchr::memmem::find(whole, text).is_some())
+        };
+        let names = lines.iter().find(|(number, _)| *number == header.lines[1]);
+        let piece = names.is_some_and(|(_, text)| is_piece(text));
+        if fields == first.dialect.fields && (piece || !header.fits(fields)) {
             return Ok(());
         }
         let line = header.lines[0];
-        let refuse = |why: String| {
-            Error::input("header-differs", format!("the header in line {line} {why}"))
-                .at(Path::new(name), Some(line))
-                .with_hint(format!(
-                    "cut the file in front of line {line}, and give each part on its own"
-                ))
-        };
+        let refuse = |why: String| refused(line, &why, name);
         let metadata = lines.iter().map(|(_, text)| dialect::decode(text));
         let by = corresponding(&first, &header, metadata.collect()).map_err(refuse)?;
         if all_columns && !by.surplus.is_empty() {
@@ -203,6 +216,14 @@ impl LaterHeaders {
             .at_lines(&self.changed),
         )
     }
+}
+
+fn refused(line: u64, why: &str, name: &str) -> Error {
+    Error::input("header-differs", format!("the header in line {line} {why}"))
+        .at(Path::new(name), Some(line))
+        .with_hint(format!(
+            "cut the file in front of line {line}, and give each part on its own"
+        ))
 }
 
 fn first<'a>(format: &'a Format, name: &'a str) -> First<'a> {

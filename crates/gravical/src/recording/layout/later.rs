@@ -105,12 +105,7 @@ pub(in crate::recording) fn names_sensor(header: &Header, first: &First<'_>) -> 
     let named = (0..3).all(|i| columns.iter().any(|(_, c)| c.quantity == axis(i)));
     let known = first.dialect.header.as_ref().is_some_and(|known| {
         let shared = |n: &&String| !n.is_empty() && known.names.contains(*n);
-        let read = |f: &(Quantity, usize)| {
-            let name = known.names.get(f.1);
-            name.is_some_and(|name| header.names.contains(name))
-        };
         2 * header.names.iter().filter(shared).count() > header.names.len()
-            && first.layout.fields.iter().all(read)
     });
     named || known
 }
@@ -191,7 +186,8 @@ pub(in crate::recording) fn corresponding(
         true => (Size::Unnamed, Size::Unnamed),
         false => of(&of_time),
     };
-    let channels: [(&str, fn(Quantity) -> bool, (Size, Size)); 3] = [
+    type Is = fn(Quantity) -> bool;
+    let channels: [(&str, Is, (Size, Size)); 3] = [
         (
             "accelerometer",
             |q| matches!(q, Quantity::Accel(_)),

@@ -61,10 +61,14 @@ fn another_order_or_unit_is_read_as_the_first_header_has_it() {
         assert_eq!(recording.gyro, clean.gyro);
     }
     // The first header once more, in front of which the board was reset.
-    let torn = &HEADER[..HEADER.len() - 9];
-    let recording = read(&halves(&[torn, HEADER], in_order));
-    assert!(!kinds(&recording).contains(&"header-changed"));
-    unharmed(&recording);
+    let whole = HEADER.len();
+    for torn in [&HEADER[..whole - 9], &HEADER[..whole - 12], &HEADER[18..]] {
+        for header in [&[torn, HEADER][..], &[torn][..]] {
+            let recording = read(&halves(header, in_order));
+            assert!(!kinds(&recording).contains(&"header-changed"));
+            unharmed(&recording);
+        }
+    }
 }
 
 #[test]
@@ -78,6 +82,24 @@ fn what_cannot_be_brought_to_the_first_header_is_an_error_with_its_line() {
         (HEADER.replace("gX (rad/s)", "light"), "names no column for"),
     ] {
         let bytes = halves(&[&header], |f| f.join(","));
+        let error = read_bytes(&bytes, "test.csv", &ReadOptions::default()).unwrap_err();
+        assert_eq!(error.code(), "header-differs");
+        assert_eq!(error.location().and_then(|l| l.line), Some(302));
+        assert!(error.message().contains(what), "{error}");
+    }
+    // Fewer columns, and other delimiters.
+    let fewer = |f: Vec<&str>| f[..6].join(",");
+    let semicolons = |f: Vec<&str>| f.join(";");
+    for (bytes, what) in [
+        (
+            halves(&[HEADER.rsplitn(3, ',').last().unwrap()], fewer),
+            "names no column for",
+        ),
+        (
+            halves(&[&HEADER.replace(',', ";")], semicolons),
+            "separated by semicolon",
+        ),
+    ] {
         let error = read_bytes(&bytes, "test.csv", &ReadOptions::default()).unwrap_err();
         assert_eq!(error.code(), "header-differs");
         assert_eq!(error.location().and_then(|l| l.line), Some(302));
