@@ -65,8 +65,7 @@ impl TableArgs {
 
     /// Where it went, for people.
     pub fn place(&self) -> String {
-        self.target()
-            .map_or_else(|| "stdout".to_owned(), |p| path_text(p))
+        self.target().map_or_else(|| "stdout".to_owned(), path_text)
     }
 }
 
