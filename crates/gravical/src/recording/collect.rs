@@ -365,19 +365,13 @@ fn read_all<T: Sink>(
     sink: impl Fn(&Layout, &Facts) -> T,
 ) -> Result<Collected<T>> {
     let facts = *file.rows.facts();
-<<<<<<< HEAD
     let mut rows = sink(&file.format.layout, &facts);
-    rows.collect(&mut file.rows)?;
-=======
-    let mut columns = Columns::new(&file.format.layout, &facts);
     let here = Path::new(name);
-    columns
-        .collect(&mut file.rows)
+    rows.collect(&mut file.rows)
         .map_err(|e| match e.location() {
             Some(_) => e,
             None => e.at(here, None),
         })?;
->>>>>>> 80ffad7 (What steers a terminal is shown as an escape; files are written without a name until they are whole; pipes and devices for every -o)
     let dialect = &file.format.dialect;
     let serial = metadata::serial(&dialect.metadata);
     let column_names = dialect.header.as_ref().map(|h| h.names.clone());
