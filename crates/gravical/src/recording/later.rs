@@ -47,6 +47,11 @@ impl LaterHeaders {
         self.since.is_empty() && self.rewrite.is_none()
     }
 
+    /// No header so far meant anything else than the first.
+    pub fn never_changed(&self) -> bool {
+        self.rewrite.is_none() && self.changed.is_empty()
+    }
+
     /// The row that was rewritten last.
     pub fn rewritten(&self) -> &[u8] {
         &self.row

@@ -12,7 +12,7 @@
 //! 3. What either direction saw moving parts the rests (`join`).
 //! 4. Rests that only a knock parts are one; stretches of constant acceleration
 //!    between two rests are none (`merge`, `agree`).
-//! 5. Moves of 5 to 20 s, by the whole of them (`slow`).
+//! 5. Moves of 1.25 to 20 s, by the whole of them (`slow`).
 //!
 //! Constant velocity looks like rest to every accelerometer: what is found is a
 //! candidate until the velocity has been looked at.

@@ -4,7 +4,7 @@
 //! in parts, for in the middle of each half the acceleration is constant. The whole of
 //! it shows well: it speeds up and brakes, and afterwards force and tilt are what they
 //! were. So every stretch between two rests is held against the shape of a move, over
-//! 5 to 20 s, beside a bias that drifts evenly (`fit`).
+//! 1.25 to 20 s, beside a bias that drifts evenly (`fit`).
 //!
 //! Without a gyroscope a tilt that comes and goes is the same, so nothing is looked
 //! for.
