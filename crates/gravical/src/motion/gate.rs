@@ -35,6 +35,10 @@ const BEYOND: usize = 4;
 /// move, where the rest after it agrees: what it takes off the rest's weight, and what for
 /// each σ more.
 const BEYOND_FAR: [f64; 2] = [0.5, 1.0];
+/// A ride on which nothing agrees ends after so many stretches and seconds.
+const LONGEST_RIDE: (usize, f64) = (50, 120.0);
+/// Slow starts and ends are looked for so often: each may uncover another.
+const MOST_LOOKS: usize = 3;
 /// What a rest counts that only a drift explains.
 const OVERRULED: f64 = 1e-3;
 /// A recording begins at rest more often than not.
@@ -83,7 +87,10 @@ pub(super) fn judge(
     let unexplained = |all: &[Judged]| all.iter().filter(|j| j.overruled).count();
     let mut judged = chain(candidates);
     let Some(noise) = noise else { return judged };
-    while unexplained(&judged) > 0 {
+    for _ in 0..MOST_LOOKS {
+        if unexplained(&judged) == 0 {
+            break;
+        }
         let again = chain(&without_slow_ends(setup, &judged, noise));
         if unexplained(&again) >= unexplained(&judged) {
             break;
@@ -314,6 +321,10 @@ impl Gate<'_> {
                 break;
             }
             let span = &self.candidates[next];
+            let (most, longest_s) = LONGEST_RIDE;
+            if out.len() >= most && t_s[span.start] - t_s[near] > longest_s {
+                break;
+            }
             let floor = self.floors[next].hypot(self.floors[from]);
             let mut judged = Judged {
                 span: span.clone(),
