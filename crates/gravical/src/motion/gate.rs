@@ -3,10 +3,13 @@
 //! From one quiet stretch on the velocity is integrated with its uncertainty σ_v, up to
 //! the others and some way into them. Two of them can be neighbouring rests where the
 //! velocity comes back to zero, to four σ_v, at the second and stays there. Of all
-//! chains of rests in which every neighbour agrees so, the one with the longest time at
-//! rest is taken: what lies between is constant speed, or constant acceleration. Where
+//! chains of rests in which every neighbour agrees so, the one with the most and longest
+//! rests is taken: what lies between is constant speed, or constant acceleration. Where
 //! a stretch agrees with none after it, the next is taken all the same if a drift of the
 //! acceleration explains the velocity, and that is said.
+//!
+//! It fails where the velocity is nowhere known: without a gyroscope a tilt between two
+//! rests explains nearly all of it.
 
 use std::ops::Range;
 
@@ -116,12 +119,13 @@ fn without_slow_ends(setup: &Setup<'_>, judged: &[Judged], noise: &Noise) -> Vec
         if let Some(before) = before.filter(|_| one.overruled) {
             let late = step_of_force(setup, &judged[before].span, noise, false);
             let early = step_of_force(setup, &one.span, noise, true);
-            let gain = |of: Option<(f64, usize)>| of.map_or(0.0, |(gain, _): (f64, usize)| gain);
+            let gain = |of: Option<(f64, usize)>| of.map_or(0.0, |(gain, _)| gain);
             match (late, early) {
-                (Some((_, at)), _) if gain(late) >= gain(early) => {
-                    spans[before] = judged[before].span.start..at;
+                // Its start may have been cut already, further on than that.
+                (Some((_, at)), _) if gain(late) >= gain(early) && at > spans[before].start => {
+                    spans[before].end = at;
                 }
-                (_, Some((_, at))) => spans[k] = at..one.span.end,
+                (_, Some((_, at))) => spans[k].start = at,
                 _ => {}
             }
         }
@@ -239,13 +243,12 @@ impl Gate<'_> {
                     true if drifts => OVERRULED,
                     true => continue,
                 };
-                let overruled = far;
                 let weight = best[k].weight + own;
                 if weight > best[next].weight {
                     best[next] = Best {
                         weight,
                         before: Some(k),
-                        overruled,
+                        overruled: far,
                     };
                 }
             }
@@ -299,8 +302,8 @@ impl Gate<'_> {
     }
 
     /// From the rest `from` on through the candidates after it, until one agrees and
-    /// some more. Those that do not, and whose velocity a drift explains, are marked as
-    /// overruled.
+    /// some more. Of those that do not, `overruled` says whether a drift explains the
+    /// velocity.
     fn onward(&self, from: usize) -> Vec<Judged> {
         let setup = self.setup;
         let t_s = setup.view.t_s();

@@ -290,7 +290,7 @@ impl Begin {
         let state = sink.state;
         findings.extend(words::rows_left_out(&state.left_out));
         findings.extend(words::causal_rests(
-            state.tracker.rests_taken_back,
+            state.tracker.taken_back,
             &state.tracker.rests_at_speed,
         ));
         let (still, moves, end) = state.tracker.finish();

@@ -4,7 +4,8 @@
 use gravical::motion::{
     Ends, MotionOptions, MotionResult, Table, motion, motion_into, write_table,
 };
-use gravical::recording::{ReadOptions, Recording, read_bytes};
+use gravical::recording::{ReadOptions, Recording, read, read_bytes};
+use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
 
 /// Noise without a generator: the same every time, about ±1.7.
 fn noise(i: usize, channel: usize) -> f64 {
@@ -82,6 +83,67 @@ fn constant_speed_is_no_rest() {
         assert!(kinds(&result).contains(&"constant-speed"));
         assert_eq!(kinds(&result).contains(&"no-gyro"), !with_gyro);
     }
+}
+
+/// A line of the virtual sensor between rests of 5 s.
+fn line(seed: u64, distance_m: f64, move_time_s: f64) -> MotionResult {
+    let mut options = SimulateOptions::new(Scenario::Line(LineOptions {
+        distance_m,
+        offset_m: 0.0,
+        move_time_s,
+        ..LineOptions::default()
+    }));
+    options.seed = seed;
+    let folder = tempfile::tempdir().unwrap();
+    write(&simulate(&options).unwrap(), folder.path(), false).unwrap();
+    computed(&read(&folder.path().join("line.csv"), &ReadOptions::default()).unwrap())
+}
+
+#[test]
+fn a_small_move_is_no_rest() {
+    // Ten times the noise of a move that is known as a whole, and more.
+    for (distance_m, move_s) in [(0.05, 2.0), (0.1, 2.0), (0.1, 4.0)] {
+        for seed in [1, 2, 3, 22] {
+            let result = line(seed, distance_m, move_s);
+            assert_eq!(result.moves.len(), 1, "{distance_m} m, seed {seed}");
+            let (p, sigma) = (result.r#final.position_m, result.r#final.sigma_m);
+            let off = p.unwrap()[1] - distance_m;
+            assert!(off.abs() < 4.0 * sigma.unwrap()[1], "seed {seed}: {off}");
+        }
+    }
+}
+
+#[test]
+fn a_slow_start_belongs_to_the_move_that_stops_at_once() {
+    // 10 mm/s² hide in the noise of a second; the stop is noticed.
+    let creep = |t: f64| match t - 8.0 {
+        s if (0.0..3.6).contains(&s) => 0.01,
+        s if (3.6..4.0).contains(&s) => -0.09,
+        _ => 0.0,
+    };
+    let result = computed(&record(20.0, creep, true, |_| true));
+    assert_eq!(result.moves.len(), 1, "{:?}", result.still);
+    let one = &result.moves[0];
+    assert!((one.start_s - 8.0).abs() < 1.0, "{}", one.start_s);
+    let way = one.displacement_m.unwrap()[0];
+    assert!((way - 0.072).abs() < 4.0 * one.sigma_m.unwrap()[0], "{way}");
+}
+
+#[test]
+fn what_no_model_knows_of_widens_the_band_by_what_it_may_have_done() {
+    let right = computed(&record(20.0, ride(1.0), true, |_| true));
+    // The bias was another one for half a second: 50 mm/s are left at the end.
+    let wrong = |t: f64| ride(1.0)(t) + if (6.0..6.5).contains(&t) { 0.1 } else { 0.0 };
+    let wrong = computed(&record(20.0, wrong, true, |_| true));
+    let [a, b] = [&right.moves[0], &wrong.moves[0]];
+    assert!(a.closure_sigmas.unwrap() < 4.0 && a.reason.is_none());
+    assert!(b.closure_sigmas.unwrap() > 4.0 && b.reason.is_some());
+    assert!(!kinds(&right).contains(&"closure-contradicts"));
+    assert!(kinds(&wrong).contains(&"closure-contradicts"));
+    let [narrow, wide] = [a, b].map(|m| m.sigma_m.unwrap()[0]);
+    let third = 0.05 * (b.end_s - b.start_s) / 3.0;
+    assert!(wide > 0.9 * third && wide < 1.5 * third, "{narrow} {wide}");
+    assert!(narrow < 0.2 * wide, "{narrow} {wide}");
 }
 
 #[test]

@@ -11,7 +11,11 @@ use crate::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
 
 /// A line of 0.7 m in 2 s after 5 s at rest, as a file.
 fn line(seed: u64) -> Vec<u8> {
-    let mut options = SimulateOptions::new(Scenario::Line(LineOptions::default()));
+    line_of(seed, LineOptions::default())
+}
+
+fn line_of(seed: u64, line: LineOptions) -> Vec<u8> {
+    let mut options = SimulateOptions::new(Scenario::Line(line));
     options.seed = seed;
     let folder = tempfile::tempdir().unwrap();
     write(&simulate(&options).unwrap(), folder.path(), false).unwrap();
@@ -48,6 +52,72 @@ fn columns(table: &str, first: &str) -> Vec<[f64; 3]> {
 
 fn close(a: [f64; 3], b: [f64; 3], relative: f64) {
     assert!(norm(&sub(&a, &b)) <= relative * norm(&b), "{a:?} {b:?}");
+}
+
+#[test]
+fn a_rest_in_the_braking_is_taken_back() {
+    for (distance_m, move_time_s, seed) in [(0.7, 4.0, 2), (0.2, 3.0, 2), (0.2, 3.0, 5)] {
+        let options = LineOptions {
+            distance_m,
+            offset_m: 0.0,
+            move_time_s,
+            rest_s: 20.0,
+            ..LineOptions::default()
+        };
+        let bytes = line_of(seed, options);
+        let result = stream(&bytes, &MotionOptions::default()).unwrap().0.result;
+        let end = result.r#final.position_m.unwrap();
+        assert!((end[1] - distance_m).abs() < 0.1, "{distance_m} m: {end:?}");
+        assert_eq!(result.r#final.velocity_mps, Some([0.0; 3]));
+        // A move is one; what is left after it is small.
+        let most = result.moves.iter().filter_map(|m| m.displacement_m);
+        assert!(most.map(|d| norm(&d)).fold(0.0, f64::max) > 0.8 * distance_m);
+    }
+}
+
+/// 5 s of rest, 1 m/s² for half a second, `cruise_s` at 0.5 m/s, and back to rest.
+fn ride(cruise_s: f64) -> Vec<u8> {
+    let mut text = "t_s,ax_mps2,ay_mps2,az_mps2,gx_rad_s,gy_rad_s,gz_rad_s\n".to_owned();
+    for i in 0..(100.0 * (cruise_s + 12.0)) as usize {
+        let t = 0.01 * i as f64;
+        let noise = |c: usize| {
+            let x = ((i * 6 + c + 1) as f64 * 12.9898).sin() * 43758.5453;
+            3.46 * (x - x.floor() - 0.5)
+        };
+        let a = match t - 5.0 {
+            s if (0.0..0.5).contains(&s) => 1.0,
+            s if (0.5 + cruise_s..1.0 + cruise_s).contains(&s) => -1.0,
+            _ => 0.0,
+        };
+        let [x, y, z] = [a, 0.0, 9.80665];
+        text += &format!(
+            "{t:.2},{:.5},{:.5}",
+            x + 0.02 * noise(0),
+            y + 0.02 * noise(1)
+        );
+        text += &format!(",{:.5}", z + 0.02 * noise(2));
+        for c in 3..6 {
+            text += &format!(",{:.6}", 1e-3 * noise(c));
+        }
+        text += "\n";
+    }
+    text.into_bytes()
+}
+
+#[test]
+fn a_ride_at_constant_speed_is_none_for_long() {
+    let options = MotionOptions::default();
+    let said = |result: &MotionResult| {
+        let mut kinds = result.findings.iter().map(|f| f.kind);
+        kinds.any(|kind| kind == FindingKind::RestAtSpeed)
+    };
+    // Quiet for 4 s at 0.5 m/s: 2 m, and two halves of half a second.
+    let short = stream(&ride(4.0), &options).unwrap().0.result;
+    let end = short.r#final.position_m.unwrap();
+    assert!((end[0] - 2.25).abs() < 0.1 && !said(&short), "{end:?}");
+    // For 20 s it is taken for a rest, and that is said.
+    let long = stream(&ride(20.0), &options).unwrap().0.result;
+    assert!(said(&long) && long.moves[0].reason.is_some());
 }
 
 #[test]

@@ -18,10 +18,9 @@ pub(super) struct MoveTracker {
     going: Going,
     /// The move before the last rest, should that have been none.
     before_rest: Option<(f64, Going)>,
-    taken_back: u32,
-    overruled: u32,
-    /// Rests that were taken back, and those at speed.
-    pub rests_taken_back: u32,
+    /// How many rests were taken back.
+    pub taken_back: u32,
+    /// When something was taken for a rest although the velocity is not zero, s.
     pub rests_at_speed: Vec<f64>,
     speed: f64,
     velocity: [f64; 3],
@@ -67,8 +66,6 @@ impl MoveTracker {
             },
             before_rest: None,
             taken_back: 0,
-            overruled: 0,
-            rests_taken_back: 0,
             rests_at_speed: Vec::new(),
             speed: f64::NAN,
             velocity: [f64::NAN; 3],
@@ -124,8 +121,7 @@ impl MoveTracker {
                 };
                 self.before_rest = Some((self.since_s, self.going));
                 self.close(now.t_s, ends, end);
-                if now.overruled > self.overruled {
-                    self.overruled = now.overruled;
+                if now.overruled as usize > self.rests_at_speed.len() {
                     self.rests_at_speed.push(now.t_s);
                     if let Some(last) = self.moves.last_mut() {
                         last.reason = Some(
@@ -165,7 +161,6 @@ impl MoveTracker {
         };
         self.rests.pop();
         self.moves.pop();
-        self.rests_taken_back += 1;
         self.since_s = since_s;
         self.going = Going {
             peak: before.peak.max(self.going.peak),

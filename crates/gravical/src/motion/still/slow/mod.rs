@@ -32,8 +32,10 @@ const MEDIAN_CHI2_3: f64 = 2.365_974;
 const DURATIONS_S: [f64; 13] = [
     1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 6.3, 8.0, 10.0, 12.5, 16.0, 20.0,
 ];
-/// A move starts anywhere, to this share of its duration.
+/// A move starts anywhere, to this share of its duration …
 const STRIDE: f64 = 1.0 / 16.0;
+/// … and to what means of 0.2 s tell, s.
+const LEAST_STRIDE_S: f64 = 0.2;
 /// Windows that tell how much more than noise a recording at rest has.
 const FEWEST: usize = 8;
 
@@ -152,7 +154,7 @@ impl Search<'_> {
         let (Some(first), Some(last)) = (self.blocks.t_s.first(), self.blocks.t_s.last()) else {
             return Vec::new();
         };
-        let stride = STRIDE * seconds;
+        let stride = (STRIDE * seconds).max(LEAST_STRIDE_S);
         let count = ((last - first - seconds) / stride).max(0.0) as usize;
         let mut all = Vec::new();
         let mut quiet = Vec::new();
@@ -211,7 +213,7 @@ impl Search<'_> {
             for s in -4..=4 {
                 let seconds = coarse.seconds() * (1.0 + 0.03 * f64::from(d));
                 let middle = 0.5 * (coarse.from_s + coarse.to_s)
-                    + coarse.seconds() * STRIDE * 0.25 * f64::from(s);
+                    + (coarse.seconds() * STRIDE).max(LEAST_STRIDE_S) * 0.25 * f64::from(s);
                 if let Some(one) = self.fit(middle - 0.5 * seconds, seconds)
                     && one.gain > best.gain
                 {
