@@ -50,6 +50,7 @@ fn with_options(choice: &[u8], files: &[u8]) {
         gyro_unit: of(&GYRO_UNITS, pick(1) / 8),
         time_unit: of(&TIME_UNITS, pick(2)),
         hash: pick(2) & 0x80 != 0,
+        meter: None,
         sensor: (pick(1) & 0x80 != 0).then(|| "1".to_owned()),
         rate_hz: of(&RATES_HZ, pick(3)),
         accel_range_g: of(&RANGES, pick(4)),

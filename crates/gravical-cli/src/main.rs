@@ -8,6 +8,7 @@ mod failure;
 mod figures;
 mod options;
 mod page;
+mod progress;
 mod session;
 mod table;
 mod text;
@@ -68,6 +69,8 @@ fn main() -> ExitCode {
         Err(error) => return failure::usage(&error),
     };
     let json = cli.verb.wants_json();
+    progress::watch();
     let done = cli.verb.run();
+    progress::end();
     done.unwrap_or_else(|error| failure::report(&error, json))
 }

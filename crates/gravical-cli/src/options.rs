@@ -6,6 +6,8 @@ use gravical::gravity::Gravity;
 use gravical::recording::{AccelUnit, ColumnsSpec, GyroUnit, ReadOptions, TimeUnit};
 use gravical::segment::face::AxisMap;
 
+use crate::progress;
+
 /// What the user says about a recording.
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "About the recording")]
@@ -166,6 +168,7 @@ impl RecordingArgs {
             }),
             zero_offset: self.zero_offset,
             hash,
+            meter: Some(progress::meter()),
         }
     }
 }

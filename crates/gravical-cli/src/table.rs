@@ -1,7 +1,7 @@
 //! Where a table goes that is made of another one: what the verbs that write one
 //! share.
 
-use std::io::Write;
+use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
 
 use gravical::output::{check_targets, path_text, write_atomic};
@@ -11,7 +11,7 @@ use crate::text;
 
 #[derive(Debug, clap::Args)]
 pub struct TableArgs {
-    /// File to write [default: stdout]
+    /// File to write; - is stdout [default: stdout, unless that is a terminal]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Replace the file of -o when it is there
@@ -26,8 +26,8 @@ pub struct TableArgs {
 }
 
 impl TableArgs {
-    fn target(&self) -> Option<&Path> {
-        file(self.output.as_deref())
+    fn target(&self) -> Target<'_> {
+        Target::of(self.output.as_deref())
     }
 
     /// Looks at where the table goes, before the work. `inputs` are what is read.
@@ -37,18 +37,18 @@ impl TableArgs {
     /// `json-needs-output` (usage) where two things would go to stdout; those of
     /// [`check_targets`].
     pub fn check(&self, inputs: &[&Path]) -> Result<()> {
-        let Some(path) = self.target() else {
-            return match self.json {
-                false => Ok(()),
-                true => Err(Error::usage(
-                    "json-needs-output",
-                    "--json prints the summary on stdout, where the recording goes",
-                )
-                .with_hint("write the recording to a file with -o")),
-            };
-        };
-        let inputs: Vec<PathBuf> = inputs.iter().map(|p| p.to_path_buf()).collect();
-        check_targets(&[path.to_owned()], &inputs, self.force)
+        match self.target() {
+            Target::File(path) => {
+                let inputs: Vec<PathBuf> = inputs.iter().map(|p| p.to_path_buf()).collect();
+                check_targets(&[path.to_owned()], &inputs, self.force)
+            }
+            Target::Stdout if self.json => Err(Error::usage(
+                "json-needs-output",
+                "--json prints the summary on stdout, where the recording goes",
+            )
+            .with_hint("write the recording to a file with -o")),
+            Target::Stdout | Target::Nowhere => Ok(()),
+        }
     }
 
     /// Has the table written, to its file in one step or to stdout.
@@ -58,20 +58,71 @@ impl TableArgs {
     /// Those of `fill` and [`write_atomic`].
     pub fn write<T>(&self, fill: impl FnOnce(&mut dyn Write) -> Result<T>) -> anyhow::Result<T> {
         match self.target() {
-            None => Ok(fill(&mut *text::table_out())?),
-            Some(path) => write_file(path, self.force, fill),
+            Target::Stdout => Ok(fill(&mut *text::table_out())?),
+            Target::Nowhere => Ok(fill(&mut io::sink())?),
+            Target::File(path) => write_file(path, self.force, fill),
         }
     }
 
-    /// Where it went, for people.
-    pub fn place(&self) -> String {
-        self.target().map_or_else(|| "stdout".to_owned(), path_text)
+    /// ` → place`, for people.
+    pub fn arrow(&self) -> String {
+        self.target().arrow()
+    }
+
+    /// What to add to see a table that went nowhere.
+    pub fn hint(&self) -> &'static str {
+        self.target().hint()
     }
 }
 
-/// The file that is named; none for standard output.
-pub fn file(output: Option<&Path>) -> Option<&Path> {
-    output.filter(|path| *path != Path::new("-"))
+/// Where a table goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target<'a> {
+    /// The file of `-o`.
+    File(&'a Path),
+    /// Standard output: a pipe or a file, or asked for with `-o -`.
+    Stdout,
+    /// Nobody asked for a table, and a terminal is no place for thousands of rows.
+    Nowhere,
+}
+
+impl<'a> Target<'a> {
+    /// By what `-o` says, and by what standard output is.
+    pub fn of(output: Option<&'a Path>) -> Self {
+        match output {
+            Some(path) if path == Path::new("-") => Target::Stdout,
+            Some(path) => Target::File(path),
+            None if io::stdout().is_terminal() => Target::Nowhere,
+            None => Target::Stdout,
+        }
+    }
+
+    /// The file of `-o`.
+    pub fn file(self) -> Option<&'a Path> {
+        match self {
+            Target::File(path) => Some(path),
+            Target::Stdout | Target::Nowhere => None,
+        }
+    }
+
+    /// ` → place`, for people.
+    pub fn arrow(self) -> String {
+        match self {
+            Target::File(path) => format!(" → {}", path_text(path)),
+            Target::Stdout => " → stdout".to_owned(),
+            Target::Nowhere => String::new(),
+        }
+    }
+
+    /// What to add to see a table that went nowhere.
+    pub fn hint(self) -> &'static str {
+        match self {
+            Target::Nowhere => {
+                "No table was written: -o FILE writes it to a file, -o - prints it here.\n"
+            }
+            Target::File(_) | Target::Stdout => "",
+        }
+    }
 }
 
 /// [`write_atomic`] with what `fill` returns.

@@ -7,7 +7,7 @@ use gravical::output::{shown, shown_json};
 use gravical::{Error, Result};
 use serde::Serialize;
 
-use crate::colour;
+use crate::{colour, progress};
 
 /// Prints `text` on stdout, as a terminal may get it.
 ///
@@ -15,6 +15,7 @@ use crate::colour;
 ///
 /// What writing says; a closed pipe is told apart by the caller.
 pub fn print(text: &str) -> Result<()> {
+    progress::end();
     let mut out = io::stdout().lock();
     let written = out.write_all(shown(text).as_bytes());
     written.and_then(|()| out.flush()).map_err(not_printed)
@@ -28,6 +29,9 @@ fn not_printed(error: io::Error) -> Error {
 /// gets them.
 pub fn table_out() -> Box<dyn Write> {
     let out = io::stdout();
+    if out.is_terminal() {
+        progress::end();
+    }
     match out.is_terminal() {
         true => Box::new(ToTerminal(out.lock())),
         false => Box::new(out.lock()),
@@ -36,6 +40,7 @@ pub fn table_out() -> Box<dyn Write> {
 
 /// Standard error for a text in pieces.
 pub fn err_out() -> impl Write {
+    progress::end();
     ToTerminal(io::stderr().lock())
 }
 
@@ -60,6 +65,7 @@ impl<W: Write> Write for ToTerminal<W> {
 ///
 /// As [`print`].
 pub fn print_report(text: &str) -> Result<()> {
+    progress::end();
     let mut out = anstream::AutoStream::auto(io::stdout().lock());
     let written = out.write_all(colour::report(&shown(text)).as_bytes());
     written.and_then(|()| out.flush()).map_err(not_printed)
@@ -79,11 +85,13 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
 
 /// Says `text` on stderr; when that is gone, nobody listens.
 pub fn say(text: &str) {
+    progress::end();
     let _ = writeln!(io::stderr(), "{}", shown(text));
 }
 
 /// Says a report on stderr, in colour where that is seen.
 pub fn say_report(text: &str) {
+    progress::end();
     let mut err = anstream::AutoStream::auto(io::stderr().lock());
     let _ = writeln!(err, "{}", colour::report(&shown(text)));
 }

@@ -17,7 +17,7 @@ use crate::text;
 /// Apply a calibration to a recording: one pass, any size
 ///
 /// The calibrated channels take the place of the raw ones, as ax_mps2 … and gx_rad_s …; every other
-/// column is kept as it is. The table goes to stdout, or to a file with -o; the summary to stderr.
+/// column is kept as it is. The table goes to a file with -o, to a pipe without; the summary to stderr.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Calibration: a file of `gravical calibrate` or of imucal
@@ -50,7 +50,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         axes: args.recording.axes.0,
     };
     options.read.validate()?;
-    let input = open::open(&args.input, false)?;
+    let input = open::open(&args.input, &options.read)?;
     let name = args.input.display().to_string();
     let summary = args
         .output
@@ -59,18 +59,19 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         text::print_json(&summary)?;
     }
     if !args.output.quiet {
-        tell(&summary, &args.output.place())?;
+        tell(&summary, &args.output)?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn tell(summary: &ApplySummary, place: &str) -> io::Result<()> {
+fn tell(summary: &ApplySummary, output: &TableArgs) -> io::Result<()> {
     let mut err = text::err_out();
     writeln!(
         err,
-        "{}: {} rows calibrated → {place}",
+        "{}: {} rows calibrated{}",
         one_line(&summary.input),
-        summary.rows
+        summary.rows,
+        output.arrow()
     )?;
     writeln!(err, "  read as       {}", summary.description)?;
     write!(
@@ -117,7 +118,8 @@ fn tell(summary: &ApplySummary, place: &str) -> io::Result<()> {
         write!(err, " + {} {}", aside.lines, aside.reason.name())?;
     }
     writeln!(err)?;
-    err.write_all(findings_text(&summary.findings, false).as_bytes())
+    err.write_all(findings_text(&summary.findings, false).as_bytes())?;
+    err.write_all(output.hint().as_bytes())
 }
 
 fn origin(origin: Origin) -> &'static str {

@@ -21,7 +21,7 @@ use crate::text;
 /// Filter a recording, and say what the filter does to its noise
 ///
 /// Columns keep their names, units and order; only the filtered channels have new values. The table
-/// goes to stdout, or to a file with -o; the summary to stderr. Smoothing makes plots readable; it
+/// goes to a file with -o, to a pipe without; the summary to stderr. Smoothing makes plots readable; it
 /// does not reduce the drift of velocity or position.
 #[derive(Debug, clap::Args)]
 #[command(after_help = FILTERS)]
@@ -109,7 +109,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         text::print_json(&done.summary)?;
     }
     if !args.output.quiet {
-        tell(&done.summary, &args.output.place())?;
+        tell(&done.summary, &args.output)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -132,15 +132,17 @@ fn options_of(args: &Args) -> DenoiseOptions {
     }
 }
 
-fn tell(summary: &DenoiseSummary, place: &str) -> io::Result<()> {
+fn tell(summary: &DenoiseSummary, output: &TableArgs) -> io::Result<()> {
     let mut err = text::err_out();
     writeln!(
         err,
-        "{}: {} rows filtered → {place}",
+        "{}: {} rows filtered{}",
         one_line(&summary.input),
-        summary.rows
+        summary.rows,
+        output.arrow()
     )?;
-    err.write_all(denoise_text(summary).as_bytes())
+    err.write_all(denoise_text(summary).as_bytes())?;
+    err.write_all(output.hint().as_bytes())
 }
 
 /// The recording, to be read twice: once for its values, once for the text of its
@@ -159,7 +161,7 @@ impl<'a> Source<'a> {
         let mut reader: Box<dyn Read> = match path.to_str() {
             Some("-") => Box::new(io::stdin().lock()),
             // A folder is refused as by every verb.
-            _ => open::open(path, false)?.reader,
+            _ => open::open(path, &ReadOptions::default())?.reader,
         };
         reader
             .read_to_end(&mut bytes)
@@ -184,7 +186,7 @@ impl<'a> Source<'a> {
         out: &mut dyn Write,
     ) -> Result<Vec<String>> {
         let input = match &self.bytes {
-            None => open::open(self.path, false)?,
+            None => open::open(self.path, options)?,
             Some(bytes) => {
                 let reader = Box::new(io::Cursor::new(bytes.clone()));
                 open::from_reader(reader, false).map_err(|e| Error::io(self.path, e))?

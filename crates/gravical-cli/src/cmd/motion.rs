@@ -3,7 +3,6 @@
 mod args;
 mod causal;
 
-use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -15,7 +14,7 @@ use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{
     Calibrated, Motion, MotionOptions, MotionResult, Table, motion, motion_into, write_table,
 };
-use gravical::output::{one_line, path_text, write_atomic};
+use gravical::output::{one_line, write_atomic};
 use gravical::recording::{Recording, join_gyroscope, read};
 use gravical::report::html::Provenance;
 use gravical::report::motion_text;
@@ -24,7 +23,7 @@ use gravical::{Error, Result};
 use crate::failure::QUALITY;
 use crate::options::command_line;
 use crate::page::{check_outputs, say_report, write_motion};
-use crate::table::file;
+use crate::table::Target;
 use crate::text;
 
 pub use args::Args;
@@ -36,14 +35,14 @@ pub use args::Args;
 /// A recording, calibration or reference that cannot be read or that do not
 /// belong together, a file that is there already, or what the disk says.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let target = file(args.output.as_deref());
+    let target = Target::of(args.output.as_deref());
     if args.causal
         && let Some(error) = args.figures.refused()
     {
         return Err(error.into());
     }
     check_outputs(
-        target,
+        target.file(),
         args.report.as_deref(),
         (&args.figures, &figure::motion::NAMES),
         &args.files(),
@@ -90,9 +89,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
 
     match target {
-        Some(path) => save(path, args.force, &motion)?,
-        None if args.json => {}
-        None => write_table(&motion.track, &mut io::stdout().lock())?,
+        Target::File(path) => save(path, args.force, &motion)?,
+        Target::Stdout if !args.json => write_table(&motion.track, &mut text::table_out())?,
+        Target::Stdout | Target::Nowhere => {}
     }
     let draw = || figure::motion::figures(&motion);
     args.figures.write("motion", draw, args.force, args.quiet)?;
@@ -110,20 +109,23 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 /// The result, its table written as the samples come.
 fn samples_away(
     args: &Args,
-    target: Option<&Path>,
+    target: Target<'_>,
     recording: &mut Recording,
     calibrated: Option<Calibrated<'_>>,
     options: &MotionOptions,
 ) -> anyhow::Result<MotionResult> {
-    let Some(path) = target else {
-        if args.json {
+    let path = match target {
+        Target::File(path) => path,
+        Target::Stdout if !args.json => {
+            let mut out = text::table_out();
+            let mut table = Table::new(&mut out);
+            let result = motion_into(recording, calibrated, options, Some(&mut table))?;
+            table.finish()?;
+            return Ok(result);
+        }
+        Target::Stdout | Target::Nowhere => {
             return Ok(motion_into(recording, calibrated, options, None)?);
         }
-        let mut out = io::stdout().lock();
-        let mut table = Table::new(&mut out);
-        let result = motion_into(recording, calibrated, options, Some(&mut table))?;
-        table.finish()?;
-        return Ok(result);
     };
     let mut result = None;
     write_atomic(path, args.force, |out| {
@@ -156,14 +158,17 @@ fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Re
         text::print_json(result)?;
     }
     if !args.quiet {
-        let to = match file(args.output.as_deref()) {
-            Some(path) => format!(" → {}", path_text(path)),
-            None if args.json => String::new(),
-            None => " → stdout".to_owned(),
+        let target = Target::of(args.output.as_deref());
+        let to = match target {
+            Target::Stdout if args.json => String::new(),
+            _ => target.arrow(),
         };
         let input = one_line(&result.input);
         text::say(&format!("{input}: {} rows{to}", result.rows));
         text::say_report(motion_text(result, recording).trim_end());
+        if target == Target::Nowhere && !args.json {
+            text::say(target.hint().trim_end());
+        }
         say_report(args.report.as_deref());
     }
     Ok(if nothing_usable(result) {

@@ -129,7 +129,7 @@ fn read_from(
     still: &StillOptions,
     bounds: Bounds,
 ) -> Result<Recording> {
-    let input = source.open(options.hash)?;
+    let input = source.open(options)?;
     let whole = match source.is_reopenable() {
         true => bounds.whole,
         false => usize::MAX,
@@ -146,7 +146,7 @@ fn read_from(
     let width = read.rows.long.as_ref().map(|long| long.width);
     // The first rows may tell another rate than all of them.
     if width.is_some_and(|width| width != block_rows(rate, still))
-        && let Some(input) = source.again(options.hash)?
+        && let Some(input) = source.again(options)?
     {
         read = collect_from(input, &mut source, name, options, survey(Some(rate)))?;
         rate = rate_hz(&read.finished.timing);

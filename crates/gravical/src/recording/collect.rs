@@ -286,7 +286,7 @@ pub(crate) fn collect<T: Sink>(
     options: &ReadOptions,
     sink: impl Fn(&Layout, &Facts) -> T,
 ) -> Result<Collected<T>> {
-    let input = source.open(options.hash)?;
+    let input = source.open(options)?;
     collect_from(input, source, name, options, sink)
 }
 
@@ -313,7 +313,7 @@ pub(crate) fn collect_from<T: Sink>(
         if readings > 1 || !misled && read.finished.zeros_from.is_none() {
             return Ok(read);
         }
-        let Some(again) = source.again(options.hash)? else {
+        let Some(again) = source.again(options)? else {
             return Ok(read);
         };
         known = Some(if misled {
@@ -340,7 +340,11 @@ pub(crate) fn collect_again<T: Sink>(
     known: Known,
     sink: impl FnOnce(&Layout, &Facts) -> T,
 ) -> Result<Option<T>> {
-    let Some(input) = source.again(false)? else {
+    let unhashed = ReadOptions {
+        hash: false,
+        ..options.clone()
+    };
+    let Some(input) = source.again(&unhashed)? else {
         return Ok(None);
     };
     let facts = Some(known.facts);

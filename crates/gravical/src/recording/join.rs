@@ -60,7 +60,7 @@ const GAP_PERIODS: f64 = 4.5;
 /// being read.
 pub fn join_gyroscope(recording: &mut Recording, path: &Path, options: &ReadOptions) -> Result<()> {
     refuse_second(recording)?;
-    let input = open::open(path, options.hash)?;
+    let input = open::open(path, options)?;
     join_input(recording, input, &path.display().to_string(), options)
 }
 
@@ -88,7 +88,7 @@ pub fn join_gyroscope_bytes(
 #[must_use]
 pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
     let name = path.display().to_string();
-    let opened = open::open(path, false)
+    let opened = open::open(path, &ReadOptions::default())
         .and_then(|input| open_rows(input, &name, Role::Gyroscope, options, None));
     let Ok(mut file) = opened else { return false };
     let header = file.format.dialect.header.clone();

@@ -39,6 +39,7 @@ pub mod layout;
 mod ledger;
 mod memory;
 pub(crate) mod metadata;
+mod meter;
 pub(crate) mod monitor;
 pub mod names;
 pub mod open;
@@ -58,6 +59,7 @@ pub use join::{
 pub use layout::ColumnsSpec;
 pub use ledger::{Aside, Ledger};
 pub use memory::SampleColumns;
+pub use meter::{Meter, Progress};
 pub use monitor::quiet_norm;
 pub use text::GAP_LINE;
 pub use timing::{TimeUnit, Timing};
@@ -99,6 +101,8 @@ pub struct ReadOptions {
     pub zero_offset: Option<f64>,
     /// Compute the SHA-256 of the file.
     pub hash: bool,
+    /// Counts what is read, for a progress bar; default: nothing does.
+    pub meter: Option<Meter>,
 }
 
 impl ReadOptions {

@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex};
 use encoding_rs::{Decoder, Encoding};
 use sha2::{Digest, Sha256};
 
+use super::ReadOptions;
 use crate::hash::hex;
 use crate::{Error, Result};
 
@@ -76,20 +77,17 @@ impl Reopenable {
     /// # Errors
     ///
     /// As [`open`].
-    pub fn open(&mut self, hash: bool) -> Result<Input> {
+    pub fn open(&mut self, options: &ReadOptions) -> Result<Input> {
         let here = Path::new("-");
         match self {
-            Reopenable::File(path) => open(path, hash),
+            Reopenable::File(path) => open(path, options),
             Reopenable::Memory(bytes) => {
                 let reader = Box::new(io::Cursor::new(bytes.clone()));
-                from_reader(reader, hash).map_err(|e| Error::io(here, e))
+                from_file(here, reader, Some(bytes.len() as u64), options)
             }
             Reopenable::Spooled(path, spool) => {
                 let here: &Path = path;
-                let mut reader: Box<dyn Read> = match here == Path::new("-") {
-                    true => Box::new(io::stdin().lock()),
-                    false => Box::new(File::open(here).map_err(|e| Error::io(here, e))?),
-                };
+                let (mut reader, total) = raw(here)?;
                 // Without the copy it is read once, by its first rows.
                 if let Ok(file) = tempfile::tempfile()
                     && let Ok(copy) = file.try_clone()
@@ -102,7 +100,7 @@ impl Reopenable {
                     });
                     *spool = Some(Spool { file, broken });
                 }
-                from_reader(reader, hash).map_err(|e| Error::io(here, e))
+                from_file(here, reader, total, options)
             }
         }
     }
@@ -122,9 +120,9 @@ impl Reopenable {
     /// # Errors
     ///
     /// As [`open`].
-    pub fn again(&mut self, hash: bool) -> Result<Option<Input>> {
+    pub fn again(&mut self, options: &ReadOptions) -> Result<Option<Input>> {
         let Reopenable::Spooled(path, spool) = self else {
-            return self.open(hash).map(Some);
+            return self.open(options).map(Some);
         };
         let whole = |s: &&Spool| !s.broken.load(Ordering::Relaxed);
         let Some(spool) = spool.as_ref().filter(whole) else {
@@ -133,10 +131,10 @@ impl Reopenable {
         let here: &Path = path;
         let file = spool.file.try_clone();
         let mut file = file.map_err(|e| Error::io(here, e))?;
+        let total = file.metadata().ok().map(|m| m.len());
         file.seek(SeekFrom::Start(0))
             .map_err(|e| Error::io(here, e))?;
-        let input = from_reader(Box::new(file), hash);
-        input.map(Some).map_err(|e| Error::io(here, e))
+        from_file(here, Box::new(file), total, options).map(Some)
     }
 }
 
@@ -165,25 +163,44 @@ impl Read for Spooling {
     }
 }
 
-/// Opens `path` (`-` is standard input).
+/// Opens `path` (`-` is standard input); of the options the hash and the meter count.
 ///
 /// # Errors
 ///
 /// What the file system says; `is-a-directory` for a folder.
-pub fn open(path: &Path, hash: bool) -> Result<Input> {
-    let raw: Box<dyn Read> = if path == Path::new("-") {
-        Box::new(io::stdin().lock())
-    } else {
-        if path.is_dir() {
-            return Err(
-                Error::input("is-a-directory", "this is a folder, not a recording")
-                    .at(path, None)
-                    .with_hint("give its files, or the folder to `gravical calibrate`"),
-            );
-        }
-        Box::new(File::open(path).map_err(|e| Error::io(path, e))?)
+pub fn open(path: &Path, options: &ReadOptions) -> Result<Input> {
+    let (reader, total) = raw(path)?;
+    from_file(path, reader, total, options)
+}
+
+/// The bytes at `path` as they are, and how many, where that is known.
+fn raw(path: &Path) -> Result<(Box<dyn Read>, Option<u64>)> {
+    if path == Path::new("-") {
+        return Ok((Box::new(io::stdin().lock()), None));
+    }
+    if path.is_dir() {
+        return Err(
+            Error::input("is-a-directory", "this is a folder, not a recording")
+                .at(path, None)
+                .with_hint("give its files, or the folder to `gravical calibrate`"),
+        );
+    }
+    let file = File::open(path).map_err(|e| Error::io(path, e))?;
+    let total = file.metadata().ok().filter(std::fs::Metadata::is_file);
+    Ok((Box::new(file), total.map(|m| m.len())))
+}
+
+fn from_file(
+    path: &Path,
+    reader: Box<dyn Read>,
+    total: Option<u64>,
+    options: &ReadOptions,
+) -> Result<Input> {
+    let reader = match &options.meter {
+        Some(meter) => meter.over(&path.display().to_string(), total, reader),
+        None => reader,
     };
-    from_reader(raw, hash).map_err(|e| Error::io(path, e))
+    from_reader(reader, options.hash).map_err(|e| Error::io(path, e))
 }
 
 /// The same for bytes that come from anywhere.

@@ -16,7 +16,7 @@ use crate::options::{GravityArgs, RecordingArgs};
 /// Recording → velocity and position, with error bands
 ///
 /// Rests are found, gravity is taken off along the attitude, velocity is zero at rests. The table
-/// goes to stdout, or to a file with -o; the summary to stderr.
+/// goes to a file with -o, to a pipe without; the summary to stderr.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Hold the sensor still for some seconds before and after each move: drift is
@@ -34,7 +34,7 @@ pub struct Args {
     /// A second file with the gyroscope, joined on time
     #[arg(long, value_name = "FILE")]
     pub gyro: Option<PathBuf>,
-    /// Table to write [default: stdout]
+    /// Table to write; - is stdout [default: stdout, unless that is a terminal]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Write a report with figures to this file (HTML)

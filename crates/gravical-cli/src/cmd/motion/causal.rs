@@ -1,7 +1,6 @@
 //! `gravical motion --causal`: one pass, no look-ahead.
 
 use std::io;
-use std::path::Path;
 use std::process::ExitCode;
 
 use gravical::motion::{Calibrated, MotionOptions, Streamed, motion_stream};
@@ -9,7 +8,8 @@ use gravical::recording::open;
 use gravical::{Error, Result};
 
 use super::{Args, tell};
-use crate::table::write_file;
+use crate::table::{Target, write_file};
+use crate::text;
 
 /// As [`super::run`], sample by sample.
 ///
@@ -18,7 +18,7 @@ use crate::table::write_file;
 /// Those of [`super::run`]; `not-causal` (usage) for what needs the whole recording.
 pub(super) fn run(
     args: &Args,
-    target: Option<&Path>,
+    target: Target<'_>,
     calibration: Option<Calibrated<'_>>,
     options: &MotionOptions,
 ) -> anyhow::Result<ExitCode> {
@@ -34,13 +34,13 @@ pub(super) fn run(
     let name = args.input.display().to_string();
     let read = args.recording.read_options(false);
     let pass = |out: Option<&mut dyn io::Write>| -> Result<Streamed> {
-        let input = open::open(&args.input, false)?;
+        let input = open::open(&args.input, &read)?;
         motion_stream(input, &name, &read, calibration, options, out)
     };
     let done = match target {
-        Some(path) => write_file(path, args.force, |out| pass(Some(out)))?,
-        None if args.json => pass(None)?,
-        None => pass(Some(&mut io::stdout().lock()))?,
+        Target::File(path) => write_file(path, args.force, |out| pass(Some(out)))?,
+        Target::Stdout if !args.json => pass(Some(&mut text::table_out()))?,
+        Target::Stdout | Target::Nowhere => pass(None)?,
     };
     tell(args, &done.result, &done.head)
 }

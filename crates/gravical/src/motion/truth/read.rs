@@ -9,7 +9,7 @@ use crate::recording::dialect::{sniff, terminator};
 use crate::recording::row::{ACCEL, RowDefect, RowScanner, SLOTS, TIME, Values};
 use crate::recording::text::HEAD;
 use crate::recording::timing::{Claims, judge};
-use crate::recording::{Finding, FindingKind, Recording, TimeUnit, open};
+use crate::recording::{Finding, FindingKind, ReadOptions, Recording, TimeUnit, open};
 use crate::scan::Lines;
 use crate::{Error, Result};
 
@@ -205,7 +205,11 @@ fn read_rows(
     same_file: bool,
     hash: bool,
 ) -> Result<Raw> {
-    let mut input = open::open(path, hash)?;
+    let options = ReadOptions {
+        hash,
+        ..ReadOptions::default()
+    };
+    let mut input = open::open(path, &options)?;
     let io = |e| Error::io(path, e);
     let mut lines = Lines::new(&mut input.reader);
     let head = lines.peek(HEAD).map_err(io)?.to_vec();

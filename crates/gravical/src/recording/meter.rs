@@ -1,0 +1,84 @@
+//! How far reading has come, for whoever shows it.
+
+use std::io::{self, Read};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+/// Counts the bytes of recordings as they are read. Give a clone of it to
+/// [`ReadOptions`](super::ReadOptions), and ask from another thread.
+///
+/// ```
+/// use gravical::recording::{Meter, ReadOptions, read_bytes};
+///
+/// let meter = Meter::default();
+/// let options = ReadOptions { meter: Some(meter.clone()), ..ReadOptions::default() };
+/// read_bytes(b"t,ax,ay,az\n0.00,0,0,9.8\n0.01,0,0,9.8\n", "desk.csv", &options)?;
+/// let progress = meter.progress();
+/// assert_eq!((progress.read, progress.total), (38, Some(38)));
+/// # Ok::<(), gravical::Error>(())
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct Meter(Arc<State>);
+
+#[derive(Debug, Default)]
+struct State {
+    name: Mutex<String>,
+    /// Bytes of the file; 0 where that is not known.
+    total: AtomicU64,
+    read: AtomicU64,
+}
+
+/// How much of the file that was opened last has been read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Progress {
+    /// The file.
+    pub name: String,
+    /// Bytes read, packed as they are on the disk.
+    pub read: u64,
+    /// All of them; none for a pipe.
+    pub total: Option<u64>,
+}
+
+impl Meter {
+    /// How far it is.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        let total = self.0.total.load(Ordering::Relaxed);
+        Progress {
+            name: self.0.name.lock().map(|n| n.clone()).unwrap_or_default(),
+            read: self.0.read.load(Ordering::Relaxed),
+            total: (total > 0).then_some(total),
+        }
+    }
+
+    /// `reader`, counted from its beginning.
+    pub(crate) fn over(
+        &self,
+        name: &str,
+        total: Option<u64>,
+        reader: Box<dyn Read>,
+    ) -> Box<dyn Read> {
+        if let Ok(mut last) = self.0.name.lock() {
+            name.clone_into(&mut last);
+        }
+        self.0.total.store(total.unwrap_or(0), Ordering::Relaxed);
+        self.0.read.store(0, Ordering::Relaxed);
+        Box::new(Metered {
+            inner: reader,
+            meter: self.clone(),
+        })
+    }
+}
+
+struct Metered {
+    inner: Box<dyn Read>,
+    meter: Meter,
+}
+
+impl Read for Metered {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.meter.0.read.fetch_add(n as u64, Ordering::Relaxed);
+        Ok(n)
+    }
+}
