@@ -10,8 +10,9 @@ use crate::recording::{Finding, Recording};
 use crate::segment::MOST_FACE_ANGLE_DEG;
 use crate::segment::face::{AxisMap, Face};
 use crate::segment::gyro_unit::{Claims, Evidence, decide};
-use crate::segment::still::{StillOptions, find_calmest, find_stills, moments};
+use crate::segment::still::{StillOptions, find_calmest, find_stills};
 use crate::segment::turns::{Turn, full_turns, motions};
+use crate::still::moments;
 use crate::temperature::study_if_any;
 
 /// A recording, looked at.

@@ -64,6 +64,7 @@ pub mod scan;
 pub mod segment;
 pub mod simulate;
 mod stats;
+pub mod still;
 pub mod temperature;
 mod uncertainty;
 pub mod validate;

@@ -16,6 +16,20 @@ pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     })
 }
 
+/// The value up to which half of the weight lies, of pairs of value and weight, which are
+/// reordered; those that are no number count nothing. None without any.
+pub(crate) fn weighted_median(pairs: &mut [(f64, f64)]) -> Option<f64> {
+    pairs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let known = || pairs.iter().filter(|(value, _)| value.is_finite());
+    let half = 0.5 * known().map(|(_, weight)| weight).sum::<f64>();
+    let mut sum = 0.0;
+    let middle = known().find(|(_, weight)| {
+        sum += weight;
+        sum >= half
+    });
+    middle.map(|(value, _)| *value)
+}
+
 /// Standard deviation of a sample; NaN for fewer than two values.
 pub(crate) fn standard_deviation(values: &[f64]) -> f64 {
     let n = values.len() as f64;

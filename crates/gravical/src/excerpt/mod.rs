@@ -26,6 +26,7 @@ use std::path::Path;
 
 use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::recording::collect::{Columns, Known, Sink, collect_again, collect_from};
+use crate::recording::excerpt::Excerpt;
 use crate::recording::layout::Layout;
 use crate::recording::monitor::Facts;
 use crate::recording::open::Reopenable;
@@ -33,36 +34,12 @@ use crate::recording::row::TEMPERATURE;
 use crate::recording::rows::{Mark, Rows, Source};
 use crate::recording::timing::Timing;
 use crate::recording::{ReadOptions, Recording, RowMap, between};
-use crate::segment::still::{Levels, StillOptions, Stills, block_rows};
-use crate::temperature::{LEAST_SPAN_C, blocks};
+use crate::still::{Levels, StillOptions, Stills, TemperatureCutter, block_rows};
+use crate::temperature::LEAST_SPAN_C;
 use crate::{Error, Result};
 
 use plan::{Plan, find_quiet};
 use survey::{Long, QuietRows, Survey};
-
-/// What is known of a recording of which not all rows are in memory.
-#[derive(Debug, Clone)]
-pub(crate) struct Excerpt {
-    /// Which row of the file each row in memory is.
-    pub rows: RowMap,
-    /// Lowest and highest temperature of all rows, °C.
-    pub temperature_c: Option<[f64; 2]>,
-    /// Blocks for the drift with temperature, of all rows.
-    pub thermal: Vec<blocks::Candidate>,
-    /// Rows of stills that had no room.
-    pub still_rows_left_out: usize,
-    /// The stills by what they were looked for with.
-    stills: Vec<(StillOptions, Stills)>,
-}
-
-impl Excerpt {
-    /// The stills of the recording; none where they were not looked for so.
-    pub fn stills(&self, options: &StillOptions) -> Option<&Stills> {
-        let mut all = self.stills.iter();
-        all.find(|(own, _)| own == options)
-            .map(|(_, stills)| stills)
-    }
-}
 
 /// How much is kept.
 #[derive(Debug, Clone, Copy)]
@@ -209,7 +186,7 @@ fn read_from(
     let kept = again.collect(|layout: &Layout, facts: &Facts| Kept {
         columns: Columns::new(layout, facts),
         rows: RowMap::default(),
-        thermal: wide.then(|| blocks::Cutter::new(rate, gyro)),
+        thermal: wide.then(|| TemperatureCutter::new(rate, gyro)),
         zero_offset: facts.zero_offset,
         wanted: wanted_rows,
         marks,
@@ -277,7 +254,7 @@ impl Again<'_> {
 struct Kept {
     columns: Columns,
     rows: RowMap,
-    thermal: Option<blocks::Cutter>,
+    thermal: Option<TemperatureCutter>,
     zero_offset: f64,
     /// Which rows are kept, and how many of these ranges are.
     wanted: Vec<Range<usize>>,
@@ -358,7 +335,7 @@ fn grown(recording: &Recording, levels: &Levels, quiet: &[Range<usize>]) -> Stil
         }
     }
     Stills {
-        spans,
+        spans: levels.without_turning(recording.gyro.as_ref(), spans),
         noise: levels.noise(),
     }
 }

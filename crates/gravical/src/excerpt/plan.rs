@@ -7,7 +7,8 @@ use gravical_core::matrix3::{cross, norm};
 
 use super::Bounds;
 use crate::segment::is_too_short;
-use crate::segment::still::{Block, Levels, MOST_SHAKE};
+use crate::segment::still::MOST_SHAKE;
+use crate::still::{Block, Levels};
 
 /// A run of quiet blocks that may be a still.
 #[derive(Debug, Clone)]

@@ -8,8 +8,8 @@ use crate::recording::monitor::Facts;
 use crate::recording::row::{ACCEL, GYRO, TEMPERATURE, Values};
 use crate::recording::rows::{Mark, Rows, Source};
 use crate::recording::timing::Treatment;
-use crate::segment::still::{Block, Levels, StillOptions, block_rows};
 use crate::stats::Thinned;
+use crate::still::{Block, Levels, StillOptions, block_rows};
 
 /// The first reading: all rows of a short recording, blocks of a long one.
 pub(super) struct Survey {

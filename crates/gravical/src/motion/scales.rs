@@ -167,7 +167,7 @@ fn judge_unit(
     let mut norms: Vec<f64> = spans
         .iter()
         .map(|rows| {
-            let (mean, _) = crate::segment::still::moments(&recording.accel, rows.clone());
+            let (mean, _) = crate::still::moments(&recording.accel, rows.clone());
             matrix3::norm(&apply.apply(mean.map(|m| m + recording.zero_offset)))
         })
         .filter(|n| n.is_finite())

@@ -30,6 +30,7 @@ pub mod board;
 pub(crate) mod cells;
 pub(crate) mod collect;
 pub mod dialect;
+pub(crate) mod excerpt;
 pub mod frame;
 pub(crate) mod full_scale;
 mod head;
@@ -222,7 +223,7 @@ pub struct Recording {
     /// What its rows were read by.
     pub(crate) facts: monitor::Facts,
     /// Of a long recording not all rows are here.
-    pub(crate) excerpt: Option<crate::excerpt::Excerpt>,
+    pub(crate) excerpt: Option<excerpt::Excerpt>,
 }
 
 /// What lies between `breaks` in `0..len`, without empty ranges.

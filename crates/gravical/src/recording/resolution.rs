@@ -1,8 +1,6 @@
 //! The steps that the values of a channel come in: counts of the converter, or the
 //! last decimal place that a sketch printed.
 
-use gravical_core::rounding;
-
 use crate::stats::Thinned;
 
 /// Values that are looked at, spread evenly over a channel: of a long one half as many at
@@ -202,11 +200,6 @@ fn decimal_step(axes: &[Axis; 3]) -> f64 {
         .map(|places| 10_f64.powi(places))
         .find(written_with)
         .map_or(0.0, |p| 1.0 / p)
-}
-
-/// Variances that no noise of the axes is under: q²/12.
-pub(crate) fn floors(step: &[f64]) -> f64 {
-    step.iter().map(|q| rounding::floor(*q)).sum()
 }
 
 #[cfg(test)]

@@ -11,8 +11,9 @@ use crate::{Error, Result};
 
 use super::face::{Claim, angle_deg, claim};
 use super::named::first_rows;
-use super::still::{StillOptions, Stills, find_stills, moments};
+use super::still::{StillOptions, Stills, find_stills};
 use super::{Draft, SegmentOptions, Selection};
+use crate::still::moments;
 
 /// Placements of one recording of a session. What is in the file decides how
 /// many: a recording that stands alone, or whose stills point in more directions

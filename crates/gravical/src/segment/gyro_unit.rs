@@ -11,12 +11,13 @@
 use std::ops::Range;
 
 use super::face::angle_deg;
-use super::still::moments;
 use super::turns::{Motion, residual_deg, steps};
 use crate::calibration_file::GyroscopeSection;
-use crate::recording::resolution::{floors, resolution};
+use crate::recording::resolution::resolution;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, FindingKind, Recording};
+use crate::still::floors;
+use crate::still::moments;
 
 /// Units that a gyroscope can be in.
 fn hypotheses() -> Vec<GyroScale> {

@@ -1,10 +1,10 @@
 //! Placements held against names and against each other.
 
-use crate::recording::resolution::floors;
 use crate::recording::{Finding, FindingKind, Recording};
+use crate::still::{floors, moments};
 
 use super::face::{self, Claim, Face, angle_deg};
-use super::{Placement, SegmentOptions, still};
+use super::{Placement, SegmentOptions};
 
 /// Holds that shake many times as much as the usual one of the session.
 pub(super) fn check_steadiness(
@@ -17,7 +17,7 @@ pub(super) fn check_steadiness(
         let sum: f64 = p
             .rows
             .iter()
-            .map(|r| r.len() as f64 * still::moments(&recordings[p.recording].accel, r.clone()).1)
+            .map(|r| r.len() as f64 * moments(&recordings[p.recording].accel, r.clone()).1)
             .filter(|v| v.is_finite())
             .sum();
         // Rounding shakes that much, whether it shows or not.

@@ -110,6 +110,7 @@ fn split(
                     label: label.clone(),
                     axis,
                     recording: index,
+                    integrated: rows.clone(),
                     rows,
                 }));
             }

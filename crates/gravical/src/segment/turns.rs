@@ -7,18 +7,20 @@ use crate::recording::Recording;
 use crate::recording::units::GyroScale;
 
 use super::face::angle_deg;
-use super::still::moments;
+use crate::still::moments;
 
 /// The move from one still to the next.
 #[derive(Debug, Clone)]
 pub struct Motion {
     /// Rows between the stills.
     pub rows: Range<usize>,
+    /// The same with the slow beginning and end that the stills around it may hide.
+    pub integrated: Range<usize>,
     /// Mean of the accelerometer in the still before and in the one after.
     pub gravity: [[f64; 3]; 2],
     /// Mean of the gyroscope in both stills: its bias.
     pub bias: [f64; 3],
-    /// Integral of the angular rate less the bias, unit of the file · s.
+    /// Integral of the angular rate less the bias over `integrated`, unit of the file · s.
     pub integral: [f64; 3],
 }
 
@@ -33,6 +35,9 @@ pub struct Turn {
     pub recording: usize,
     /// Its rows.
     pub rows: Range<usize>,
+    /// Rows that the angular rate is integrated over: those, and what the stills around
+    /// them may hide of it.
+    pub integrated: Range<usize>,
 }
 
 /// Rows without a reading of the gyroscope that its neighbours stand in for, at most:
@@ -65,6 +70,24 @@ pub fn sample_period_s(recording: &Recording, row: usize) -> Option<f64> {
     }
 }
 
+/// How far a motion may reach into the stills around it, s: it begins and ends so slowly
+/// that this is taken for rest.
+const SLOW_END_S: f64 = 0.5;
+
+/// The rows from the end of one still to the start of the next, and as much of both as
+/// may hide the slow beginning and end of the motion between them: less the bias, what
+/// is rest adds but noise.
+pub(crate) fn with_slow_ends(
+    recording: &Recording,
+    before: &Range<usize>,
+    after: &Range<usize>,
+) -> Range<usize> {
+    let most = (SLOW_END_S * recording.working_rate_hz().0) as usize;
+    // The greater part of a still is rest.
+    let hidden = |still: &Range<usize>| most.min(still.len() / 3);
+    before.end - hidden(before)..after.start + hidden(after)
+}
+
 /// The moves between neighbouring stills of one stretch.
 #[must_use]
 pub fn motions(recording: &Recording, stills: &[Range<usize>]) -> Vec<Motion> {
@@ -80,13 +103,14 @@ pub fn motions(recording: &Recording, stills: &[Range<usize>]) -> Vec<Motion> {
         if broken || rows.is_empty() {
             continue;
         }
+        let integrated = with_slow_ends(recording, &pair[0], &pair[1]);
         let (before, after) = (
             moments(gyro, pair[0].clone()).0,
             moments(gyro, pair[1].clone()).0,
         );
         let bias: [f64; 3] = std::array::from_fn(|i| 0.5 * (before[i] + after[i]));
         let mut integral = [0.0; 3];
-        for row in rows.clone() {
+        for row in integrated.clone() {
             let Some(period) = sample_period_s(recording, row) else {
                 return Vec::new();
             };
@@ -99,6 +123,7 @@ pub fn motions(recording: &Recording, stills: &[Range<usize>]) -> Vec<Motion> {
         }
         out.push(Motion {
             rows,
+            integrated,
             gravity: [
                 moments(&recording.accel, pair[0].clone()).0,
                 moments(&recording.accel, pair[1].clone()).0,
@@ -115,7 +140,7 @@ pub fn motions(recording: &Recording, stills: &[Range<usize>]) -> Vec<Motion> {
 pub(super) fn steps(recording: &Recording, motion: &Motion) -> Option<Vec<[f64; 3]>> {
     let gyro = recording.gyro.as_ref()?;
     motion
-        .rows
+        .integrated
         .clone()
         .map(|row| {
             let period = sample_period_s(recording, row)?;
@@ -227,6 +252,7 @@ pub fn full_turns(
                 axis,
                 recording: recording_index,
                 rows: motion.rows.clone(),
+                integrated: motion.integrated.clone(),
             })
         })
         .collect()

@@ -36,12 +36,12 @@
 //! ```
 
 mod attach;
-pub(crate) mod blocks;
 mod channel;
 mod fit;
 mod polynomial;
 mod reason;
 mod soak;
+pub(crate) mod stretches;
 mod sweeps;
 #[cfg(test)]
 mod tests;
@@ -63,9 +63,9 @@ pub use polynomial::evaluate;
 pub(crate) use reason::{in_unit, r2_text, short};
 pub use soak::soak_alone;
 
-use blocks::Stretch;
 use channel::Common;
 use fit::Frame;
+use stretches::Stretch;
 
 /// The temperature has to span more than this while still, °C: less says
 /// little, and means little.
@@ -73,19 +73,6 @@ pub const LEAST_SPAN_C: f64 = 5.0;
 
 /// A placement that spans less than this teaches nothing, °C.
 const LEAST_STRETCH_C: f64 = 2.0;
-
-/// How temperature is studied.
-#[derive(Debug, Clone)]
-pub(crate) struct TemperatureOptions {
-    /// Length of a block, s; six rows at least.
-    pub block_s: f64,
-}
-
-impl Default for TemperatureOptions {
-    fn default() -> Self {
-        TemperatureOptions { block_s: 3.0 }
-    }
-}
 
 /// Studies the drift of a sensor in recordings of one unit.
 ///
@@ -103,7 +90,6 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
 /// The same, and what each channel reads at the reference temperature (over all
 /// placements, so that it means something for a gyroscope only).
 fn study_with_levels(recordings: &[Recording]) -> Result<(TemperatureModel, [f64; 6])> {
-    let options = TemperatureOptions::default();
     if recordings.len() > 1 {
         check_units(recordings)?;
     }
@@ -119,7 +105,7 @@ fn study_with_levels(recordings: &[Recording]) -> Result<(TemperatureModel, [f64
     let found: Vec<Stretch> = recordings
         .iter()
         .enumerate()
-        .flat_map(|(i, r)| blocks::stretches(r, i, &options))
+        .flat_map(|(i, r)| stretches::stretches(r, i))
         .collect();
     // Of an excerpt there are blocks only where all temperatures together span enough.
     let ranges = || recordings.iter().filter_map(Recording::temperature_range_c);

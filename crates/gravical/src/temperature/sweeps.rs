@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::calibration_file::{Sweep, SweepDirection};
 
-use super::blocks::Stretch;
+use super::stretches::Stretch;
 
 /// The temperature has turned when it has come back by this share of all that
 /// it spans …

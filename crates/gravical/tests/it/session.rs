@@ -8,7 +8,7 @@ use gravical::recording::{ReadOptions, Recording, read_bytes};
 use gravical::segment::SegmentOptions;
 use gravical::segment::face::AxisMap;
 use gravical::segment::sections::parse_sections;
-use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate};
+use gravical::simulate::{Scenario, SimulateOptions, Simulation, SixPositionOptions, simulate};
 
 use crate::support::*;
 
@@ -367,14 +367,19 @@ fn simulated() -> (Vec<String>, gravical::simulate::Truth) {
     let mut options = SimulateOptions::new(Scenario::SixPosition(six));
     options.seed = 11;
     options.gravity_mps2 = GRAVITY;
-    let mut simulation = simulate(&options).unwrap();
-    let file = simulation.files.remove(0);
+    let simulation = simulate(&options).unwrap();
+    (rows_of(&simulation), simulation.truth)
+}
+
+/// The rows of a simulated session, t_ms,ax,ay,az,gx,gy,gz.
+fn rows_of(simulation: &Simulation) -> Vec<String> {
+    let file = &simulation.files[0];
     let rows = (0..file.t_s.len()).map(|row| {
         let all = file.accel_mps2.iter().chain(&file.gyro_rad_s);
         let values: Vec<String> = all.map(|c| format!("{:.5}", c[row])).collect();
         format!("{},{}", file.stamp_ms[row], values.join(","))
     });
-    (rows.collect(), simulation.truth)
+    rows.collect()
 }
 
 #[test]
@@ -494,6 +499,38 @@ fn the_same_session_is_the_same_by_every_route() {
                 seen.gyroscope.unwrap().unit,
                 gyroscope.input_unit,
                 "{route}"
+            );
+        }
+    }
+}
+
+#[test]
+fn an_even_turn_is_no_still_however_fast_the_sampling() {
+    // In the middle of a full turn about the vertical the rate hardly changes from one
+    // block to the next, and gravity not at all.
+    for rate_hz in [100.0, 500.0, 1000.0] {
+        let mut options = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
+            continuous: true,
+            hold_s: 3.0,
+            ..SixPositionOptions::default()
+        }));
+        options.rate_hz = rate_hz;
+        let simulation = simulate(&options).unwrap();
+        let rows = rows_of(&simulation).join("\n");
+        let session = [named(
+            "session.csv",
+            &format!("t_ms,ax,ay,az,gx,gy,gz\n{rows}\n"),
+        )];
+        let result = calibrated(&session, &given_gravity());
+        let turns = &result.segmentation.turns;
+        assert_eq!(turns.len(), 3, "{rate_hz} Hz: {turns:?}");
+        let gyroscope = result.file.gyroscope.as_ref().unwrap();
+        let truth = simulation.truth.gyroscope.bias_rad_s;
+        for (found, truth) in gyroscope.bias.iter().zip(truth) {
+            // 1 °/s; the reaction to gravity is not known from so few stills.
+            assert!(
+                (found - truth).abs() < 0.017,
+                "{rate_hz} Hz: {found} {truth}"
             );
         }
     }

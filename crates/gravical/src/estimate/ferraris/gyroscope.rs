@@ -65,7 +65,7 @@ pub fn gyroscope(
             let recording = &recordings[turn.recording];
             let integral = integrate(
                 recording,
-                turn.rows.clone(),
+                turn.integrated.clone(),
                 bias,
                 sensitivity,
                 accelerometer,

@@ -10,6 +10,7 @@ use super::integrate::Sample;
 use super::rest::{Rest, Rested};
 use crate::recording::units::{GyroScale, GyroUnit};
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
+use crate::segment::turns::with_slow_ends;
 
 /// One motion: directions of gravity before and after, and where its samples
 /// are.
@@ -79,9 +80,11 @@ pub(super) fn gather(source: &Source<'_>, motions: &mut Motions) {
     let (mut gaps, mut clips) = (LineSpans::default(), LineSpans::default());
     let (mut with_gap, mut with_clip) = (0, 0);
     for (pair, still) in stills.windows(2).zip(source.first..) {
-        // From the last reading at rest to the next one at rest.
-        let [mut before, mut after] = [&pair[0], &pair[1]].map(|r| r.still.rows.clone());
-        let (Some(from), Some(to)) = (before.rfind(is_read), after.find(is_read)) else {
+        // From a reading at rest to one at rest.
+        let [before, after] = [&pair[0], &pair[1]].map(|r| &r.still.rows);
+        let Range { start, end } = with_slow_ends(recording, before, after);
+        let (mut early, mut late) = (before.start..start, end..after.end);
+        let (Some(from), Some(to)) = (early.rfind(is_read), late.find(is_read)) else {
             continue;
         };
         let rows = from..to + 1;

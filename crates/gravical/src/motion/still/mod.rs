@@ -36,7 +36,7 @@ use gravical_core::still::Plan;
 
 use super::samples::Samples;
 use crate::Result;
-use crate::segment::still::{Channels, StillOptions, find_stills_in};
+use crate::still::{self as blocks, Channels, StillOptions};
 
 pub use given::Intervals;
 pub use slow::SlowMove;
@@ -171,5 +171,5 @@ fn coarse(samples: &Samples, plan: &Plan) -> Vec<Range<usize>> {
         segments: samples.pieces(),
         resolution: samples.resolution,
     };
-    find_stills_in(&channels, &StillOptions::short_rests()).spans
+    blocks::find_stills(&channels, &StillOptions::short_rests()).spans
 }

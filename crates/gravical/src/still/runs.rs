@@ -1,0 +1,198 @@
+//! Runs of quiet blocks whose means agree.
+
+use std::ops::Range;
+
+use super::distance;
+use super::levels::Block;
+
+fn middle(blocks: &[Block]) -> [f64; 3] {
+    std::array::from_fn(|axis| {
+        let mut values: Vec<f64> = blocks.iter().map(|b| b.mean[axis]).collect();
+        crate::stats::median(&mut values).unwrap_or(f64::NAN)
+    })
+}
+
+/// What a stretch of blocks holds, for stretches of any length in a few steps: cutting a
+/// day with a thousand motions must not look at all of it for each.
+#[derive(Clone, Copy)]
+struct Stretch {
+    /// Least and greatest mean of each axis.
+    low: [f64; 3],
+    high: [f64; 3],
+    /// The largest step of the mean from one block to the next, the last of equal ones,
+    /// and the block after it.
+    jump: (f64, usize),
+}
+
+impl Stretch {
+    const NOTHING: Stretch = Stretch {
+        low: [f64::INFINITY; 3],
+        high: [f64::NEG_INFINITY; 3],
+        jump: (f64::NEG_INFINITY, 0),
+    };
+
+    /// This one and the one after it.
+    fn with(&self, after: &Stretch) -> Stretch {
+        Stretch {
+            low: std::array::from_fn(|i| self.low[i].min(after.low[i])),
+            high: std::array::from_fn(|i| self.high[i].max(after.high[i])),
+            jump: match self.jump.0.total_cmp(&after.jump.0) {
+                std::cmp::Ordering::Greater => self.jump,
+                _ => after.jump,
+            },
+        }
+    }
+}
+
+/// A segment tree over blocks: node k covers nodes 2k and 2k + 1.
+pub(super) struct Stretches {
+    nodes: Vec<Stretch>,
+    leaves: usize,
+}
+
+impl Stretches {
+    pub fn new(blocks: &[Block]) -> Self {
+        let leaves = blocks.len().next_power_of_two();
+        let mut nodes = vec![Stretch::NOTHING; 2 * leaves];
+        for (k, block) in blocks.iter().enumerate() {
+            let jump = match k {
+                0 => f64::NEG_INFINITY,
+                _ => distance(block.mean, blocks[k - 1].mean),
+            };
+            nodes[leaves + k] = Stretch {
+                low: block.mean,
+                high: block.mean,
+                jump: (jump, k),
+            };
+        }
+        for k in (1..leaves).rev() {
+            nodes[k] = nodes[2 * k].with(&nodes[2 * k + 1]);
+        }
+        Stretches { nodes, leaves }
+    }
+
+    fn of(&self, range: Range<usize>) -> Stretch {
+        let (mut from, mut to) = (range.start + self.leaves, range.end + self.leaves);
+        let (mut first, mut last) = (Stretch::NOTHING, Stretch::NOTHING);
+        while from < to {
+            if from % 2 == 1 {
+                first = first.with(&self.nodes[from]);
+                from += 1;
+            }
+            if to % 2 == 1 {
+                to -= 1;
+                last = self.nodes[to].with(&last);
+            }
+            (from, to) = (from / 2, to / 2);
+        }
+        first.with(&last)
+    }
+
+    /// Where to cut a run of which no centre is within `agree` of all blocks: the means
+    /// of an axis are further apart than twice that.
+    fn cut(&self, run: &Range<usize>, agree: f64) -> Option<usize> {
+        let all = self.of(run.clone());
+        let apart = (0..3).any(|i| all.high[i] - all.low[i] > 2.0 * agree);
+        apart.then(|| self.of(run.start + 1..run.end).jump.1)
+    }
+}
+
+/// Keeps a run whose block means agree; cuts one that drifts or steps where it
+/// changes most, and looks at the parts.
+pub(super) fn settle(
+    segment: &[Block],
+    stretches: &Stretches,
+    run: Range<usize>,
+    agree: f64,
+    out: &mut Vec<Range<usize>>,
+) {
+    let mut pending = vec![run];
+    let mut kept = Vec::new();
+    while let Some(run) = pending.pop() {
+        let part = &segment[run.clone()];
+        if part.is_empty() {
+            continue;
+        }
+        if let Some(cut) = stretches.cut(&run, agree) {
+            pending.push(run.start..cut);
+            pending.push(cut..run.end);
+            continue;
+        }
+        let centre = middle(part);
+        let worst = part
+            .iter()
+            .map(|b| distance(b.mean, centre))
+            .fold(0.0, f64::max);
+        if worst <= agree || part.len() == 1 {
+            kept.push(run);
+            continue;
+        }
+        let cut = (1..part.len())
+            .max_by(|&i, &j| {
+                let jump = |k: usize| distance(part[k].mean, part[k - 1].mean);
+                jump(i).total_cmp(&jump(j))
+            })
+            .unwrap_or(1);
+        pending.push(run.start..run.start + cut);
+        pending.push(run.start + cut..run.end);
+    }
+    kept.sort_by_key(|r| r.start);
+    out.extend(kept);
+}
+
+/// Joins runs that a bump of at most two blocks parts while the means on both
+/// sides agree: the robust mean of the hold leaves the bump out.
+pub(super) fn join(segment: &[Block], runs: Vec<Range<usize>>, agree: f64) -> Vec<Range<usize>> {
+    let mut out: Vec<Range<usize>> = Vec::new();
+    for run in runs {
+        if let Some(last) = out.last_mut() {
+            let near = run.start - last.end <= 2 && run.start > last.end;
+            let same = distance(
+                middle(&segment[last.clone()]),
+                middle(&segment[run.clone()]),
+            ) <= agree;
+            if near && same {
+                last.end = run.end;
+                continue;
+            }
+        }
+        out.push(run);
+    }
+    out
+}
+
+/// Rows of a run, its edges taken off where it borders on motion.
+pub(super) fn trim(segment: &[Block], run: &Range<usize>, whole: &Range<usize>) -> Range<usize> {
+    let (mut from, mut to) = (run.start, run.end);
+    if run.len() >= 6 {
+        from += usize::from(run.start > whole.start);
+        to -= usize::from(run.end < whole.end);
+    }
+    segment[from].rows.start..segment[to - 1].rows.end
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_is_cut_where_its_means_step_most() {
+        // Three levels over and over, so that many steps are alike.
+        let blocks: Vec<Block> = (0..101)
+            .map(|k| Block {
+                rows: k..k + 1,
+                mean: [f64::from([0_u8, 0, 5, 5, 1, 9][k % 6]), 0.1 * k as f64, 0.0],
+                variance: 0.0,
+                gyro_mean: [f64::NAN; 3],
+                gyro_variance: f64::NAN,
+            })
+            .collect();
+        let stretches = Stretches::new(&blocks);
+        for (from, to) in [(0, 101), (3, 64), (7, 9), (40, 41), (99, 101)] {
+            let jump = |k: &usize| distance(blocks[*k].mean, blocks[k - 1].mean);
+            let plain = (from + 1..to).max_by(|i, j| jump(i).total_cmp(&jump(j)));
+            assert_eq!(stretches.cut(&(from..to), 0.01), plain, "{from} {to}");
+            assert_eq!(stretches.cut(&(from..to), 6.0), None);
+        }
+    }
+}

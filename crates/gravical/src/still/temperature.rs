@@ -1,0 +1,104 @@
+//! Blocks with their temperature, cut from rows as they come.
+//!
+//! Stills are no help where drift with temperature is looked for: their means have to
+//! agree.
+
+use super::levels::Block;
+use crate::stats::Thinned;
+
+/// Length of a block, s.
+const BLOCK_S: f64 = 3.0;
+/// Fewer rows have no variance worth the name.
+const LEAST_ROWS: usize = 6;
+/// Blocks of a recording that are kept at most: a day of them.
+const MOST_BLOCKS: usize = 1 << 15;
+
+/// A block of a recording, still or not.
+#[derive(Debug, Clone)]
+pub(crate) struct TemperatureBlock {
+    /// Its number, counted over all blocks: neighbours follow each other.
+    pub number: usize,
+    /// The stretch of rows without a break that it lies in.
+    pub segment: usize,
+    /// Mean temperature, °C.
+    pub t_c: f64,
+    /// Means and variances of both sensors.
+    pub block: Block,
+}
+
+/// Cuts rows into blocks. A block that lacks the temperature or an axis of the
+/// accelerometer is none.
+#[derive(Debug, Clone)]
+pub(crate) struct TemperatureCutter {
+    width: usize,
+    temperature: Vec<f64>,
+    accel: [Vec<f64>; 3],
+    gyro: Option<[Vec<f64>; 3]>,
+    number: usize,
+    segment: usize,
+    blocks: Thinned<Option<TemperatureBlock>, MOST_BLOCKS>,
+}
+
+impl TemperatureCutter {
+    /// For rows at a rate, Hz, with a gyroscope or without.
+    pub fn new(rate: f64, gyro: bool) -> Self {
+        TemperatureCutter {
+            width: ((BLOCK_S * rate).round() as usize).max(LEAST_ROWS),
+            temperature: Vec::new(),
+            accel: Default::default(),
+            gyro: gyro.then(Default::default),
+            number: 0,
+            segment: 0,
+            blocks: Thinned::default(),
+        }
+    }
+
+    /// The next row, which `parts` from the one before.
+    pub fn push(&mut self, t_c: f64, accel: [f64; 3], rate: [f64; 3], parts: bool) {
+        if parts {
+            self.segment += 1;
+            self.clear();
+        }
+        self.temperature.push(t_c);
+        let all = self.accel.iter_mut().zip(accel);
+        let gyro = self.gyro.iter_mut().flatten().zip(rate);
+        all.chain(gyro).for_each(|(channel, v)| channel.push(v));
+        if self.temperature.len() < self.width {
+            return;
+        }
+        self.number += 1;
+        let (temperature, accel, gyro) = (&self.temperature, &self.accel, self.gyro.as_ref());
+        let (number, segment) = (self.number, self.segment);
+        self.blocks.push_with(|| {
+            let known = temperature.iter().filter(|t| t.is_finite());
+            let t_c = known.clone().sum::<f64>() / known.count() as f64;
+            let rows = 0..temperature.len();
+            let block = Block::of(accel, gyro, rows.clone(), rows);
+            let whole = t_c.is_finite() && block.mean.iter().all(|v| v.is_finite());
+            whole.then_some(TemperatureBlock {
+                number,
+                segment,
+                t_c,
+                block,
+            })
+        });
+        self.clear();
+    }
+
+    fn clear(&mut self) {
+        self.temperature.clear();
+        let all = self.accel.iter_mut().chain(self.gyro.iter_mut().flatten());
+        all.for_each(Vec::clear);
+    }
+
+    /// The blocks; of very many every so many, as neighbours.
+    pub fn blocks(&self) -> Vec<TemperatureBlock> {
+        let stride = self.blocks.stride() as usize;
+        let some = self.blocks.items().iter().flatten().cloned();
+        some.map(|block| TemperatureBlock {
+            number: block.number / stride,
+            ..block
+        })
+        .collect()
+    }
+}
