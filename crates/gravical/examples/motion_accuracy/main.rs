@@ -2,8 +2,9 @@
 //!
 //!     cargo run --release -p gravical --example motion_accuracy -- [SEEDS]
 //!
-//! It prints the tables of docs/accuracy.md.
+//! It prints the tables of docs/accuracy.md; with `--closures` only that of disturbances.
 
+mod closures;
 mod runs;
 
 use gravical::motion::MotionOptions;
@@ -12,7 +13,11 @@ use runs::{Cell, Gyro, line, run};
 type AnyError = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), AnyError> {
-    let seeds: u64 = std::env::args().nth(1).map_or(Ok(1000), |s| s.parse())?;
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let seeds: u64 = args.iter().find_map(|a| a.parse().ok()).unwrap_or(1000);
+    if args.iter().any(|a| a == "--closures") {
+        return closures::print(seeds);
+    }
     println!("| move | found once | along, mm | across, mm | up, mm |");
     println!("|---|---|---|---|---|");
     for cell in &errors() {
@@ -46,7 +51,8 @@ fn main() -> Result<(), AnyError> {
             share(2.0, 2..3),
         );
     }
-    Ok(())
+    println!();
+    closures::print(seeds)
 }
 
 /// Cells whose errors are told.

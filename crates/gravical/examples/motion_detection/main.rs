@@ -1,9 +1,12 @@
 //! Which moves are found, which are missed, and how often what is said is wrong:
 //!
-//!     cargo run --release -p gravical --example motion_detection -- [SEEDS] [--csv]
+//!     cargo run --release -p gravical --example motion_detection -- [SEEDS] [--batch]
+//!         [--figure=FILE] [--gyro=1] [--profile=0..3] [--rest=5] [--move=2] [--way=0.05]
 //!
-//! It prints the tables of docs/accuracy.md.
+//! It prints the cells that docs/accuracy.md sums up, as CSV; with `--batch` without
+//! `--causal`, with `--figure` it draws those of the smoothest move.
 
+mod map;
 mod moves;
 #[path = "../motion_accuracy/runs.rs"]
 #[allow(dead_code)]
@@ -33,6 +36,8 @@ struct Outcome {
     /// End further from the truth than 4σ, in any direction; without bands: by more
     /// than half of the way and 4 times what noise and edges may do.
     wrong: u32,
+    /// Said not to be usable, or that no position is known.
+    unusable: u32,
     /// Sum of the squares of onset's error, s².
     onset: f64,
     onsets: u32,
@@ -58,6 +63,7 @@ impl Outcome {
         let end = result.r#final.position_m;
         let unusable = result.moves.iter().any(|m| !m.usable);
         let Some(p) = end.filter(|_| !unusable) else {
+            self.unusable += 1;
             return;
         };
         let truth = [0.0, cell.way_m, 0.0];
@@ -73,7 +79,12 @@ impl Outcome {
     }
 }
 
-fn run(cell: &Cell, seeds: u64, file: &CalibrationFile) -> Result<[Outcome; 2], AnyError> {
+fn run(
+    cell: &Cell,
+    seeds: u64,
+    file: &CalibrationFile,
+    causal: bool,
+) -> Result<[Outcome; 2], AnyError> {
     let calibrated = Some(Calibrated {
         file,
         name: "truth",
@@ -87,6 +98,9 @@ fn run(cell: &Cell, seeds: u64, file: &CalibrationFile) -> Result<[Outcome; 2], 
         let recording = cell.recording(seed)?;
         let batch = motion(&recording, calibrated, &options)?.result;
         out[0].add(cell, &batch, None);
+        if !causal {
+            continue;
+        }
         let text = cell.text(seed)?;
         let input = from_reader(Box::new(std::io::Cursor::new(text)), false)?;
         let causal = motion_stream(
@@ -116,6 +130,7 @@ fn main() -> Result<(), AnyError> {
             .find_map(|a| a.strip_prefix(name)?.parse::<f64>().ok())
             .is_none_or(|v| v == value)
     };
+    let causal = !args.iter().any(|a| a == "--batch");
     let mut cells = Vec::new();
     for gyro in [true, false] {
         for profile in Profile::ALL {
@@ -153,7 +168,7 @@ fn main() -> Result<(), AnyError> {
             };
             done.push((
                 k,
-                run(cell, seeds, &file).map_err(|e| format!("{cell:?}: {e}"))?,
+                run(cell, seeds, &file, causal).map_err(|e| format!("{cell:?}: {e}"))?,
             ));
         }
     };
@@ -166,14 +181,18 @@ fn main() -> Result<(), AnyError> {
         Ok::<_, AnyError>(all)
     })?;
     all.sort_by_key(|(k, _)| *k);
+    if let Some(path) = args.iter().find_map(|a| a.strip_prefix("--figure=")) {
+        let drawn = all.iter().map(|(k, [batch, _])| (&cells[*k], batch));
+        std::fs::write(path, map::figure(&drawn.collect::<Vec<_>>()))?;
+    }
     println!(
-        "gyro,profile,rest,move,way,snr,runs,missed,pieces,wrong,onset_ms,worst_m,c_missed,c_pieces,c_wrong,c_onset_ms,c_worst_m"
+        "gyro,profile,rest,move,way,snr,runs,missed,pieces,wrong,unusable,onset_ms,worst_m,c_missed,c_pieces,c_wrong,c_onset_ms,c_worst_m"
     );
     for (k, [batch, causal]) in &all {
         let c = &cells[*k];
         let onset = |o: &Outcome| 1e3 * (o.onset / f64::from(o.onsets.max(1))).sqrt();
         println!(
-            "{},{},{},{},{},{:.1},{},{},{},{},{:.0},{:.3},{},{},{},{:.0},{:.3}",
+            "{},{},{},{},{},{:.1},{},{},{},{},{},{:.0},{:.3},{},{},{},{:.0},{:.3}",
             u8::from(c.gyro),
             c.profile.name(),
             c.rest_s,
@@ -184,6 +203,7 @@ fn main() -> Result<(), AnyError> {
             batch.missed,
             batch.pieces,
             batch.wrong,
+            batch.unusable,
             onset(batch),
             batch.worst_m,
             causal.missed,

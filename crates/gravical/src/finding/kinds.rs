@@ -630,9 +630,13 @@ kinds! {
             "taken for a rest"
             "name the rests with `--still`, or move faster";
         SlowMovesHidden "slow-moves-hidden" Note
-            "a rest of 14 s or more, in which a slower move would not show"
-            "nothing; the message says how far one may go"
+            "a rest of 14 s or more, or no move at all: a slow or small one would not show"
+            "the message says how far one may go; without any move the position's band covers it"
             "move faster where you move";
+        RestUnconfirmed "rest-unconfirmed" Warning
+            "the rests are too short to be told from a part of the move or from constant speed"
+            "no move is usable, and nothing has a band"
+            "hold it still for 2 s at both ends, or name the rests with `--still`";
         StartsMoving "starts-moving" Warning
             "the recording starts in motion"
             "computed backwards from the first rest"

@@ -31,6 +31,9 @@ pub(super) struct LegNoise {
     pub level_near: f64,
     /// Variance of what was taken for a change of gravity's size, m²/s⁴.
     pub magnitude: f64,
+    /// Square of a velocity that it may have had at the rest, (m/s)²: where another stretch
+    /// is as quiet at that velocity, nothing says which of the two is the rest.
+    pub ride: f64,
     /// T, s.
     pub total: f64,
 }
@@ -66,11 +69,14 @@ impl LegNoise {
 
     /// Variance of velocity and position from a rest on, without another.
     pub fn open(&self, tau: f64) -> (Variances, Variances) {
-        let of = |[noise, tilt]: [f64; 2]| Variances {
-            noise: self.accel.map(|n| n * noise),
+        let of = |[noise, tilt]: [f64; 2], ride: f64| Variances {
+            noise: self.accel.map(|n| n * noise + ride),
             tilt: [tilt, tilt, 0.0],
         };
-        (of(self.open.velocity(tau)), of(self.open.position(tau)))
+        (
+            of(self.open.velocity(tau), self.ride),
+            of(self.open.position(tau), self.ride * tau * tau),
+        )
     }
 
     /// Variance of the way from τ to the far end T, without a rest there: what
@@ -82,7 +88,9 @@ impl LegNoise {
         let tilt = |tau: f64| self.open(tau).1.tilt[0].sqrt();
         let tilt = (tilt(t) - tilt(tau)).powi(2);
         Variances {
-            noise: self.accel.map(|n| n * (way + mean)),
+            noise: self
+                .accel
+                .map(|n| n * (way + mean) + self.ride * (t - tau).powi(2)),
             tilt: [tilt, tilt, 0.0],
         }
     }
@@ -235,6 +243,7 @@ mod tests {
             },
             level_near: 0.0,
             magnitude: 0.0,
+            ride: 0.0,
             total: T,
         }
     }

@@ -14,7 +14,9 @@
 use std::ops::Range;
 
 use gravical_core::matrix3::norm;
-use gravical_core::motion::{FAR, FLOOR_MPS};
+use gravical_core::motion::FLOOR_MPS;
+
+pub(super) use gravical_core::motion::FAR;
 use gravical_core::strapdown::level;
 
 use super::anchors::{Anchors, Side};
@@ -46,6 +48,10 @@ const MOST_LOOKS: usize = 3;
 const OVERRULED: f64 = 1e-3;
 /// A recording begins at rest more often than not.
 const FIRST: f64 = 0.25;
+/// What of its weight a rest keeps that agrees only because the sensor may have been
+/// tilted on the way, without a gyroscope: a tilt explains any velocity, so that a chain
+/// in which nothing had to be tilted is the better one even where it has fewer rests.
+const BY_WOBBLE: f64 = 0.1;
 
 /// A quiet stretch that was judged.
 #[derive(Debug, Clone)]
@@ -64,6 +70,8 @@ pub(super) struct Judged {
     pub rest: bool,
     /// … although the velocity is too far from zero.
     pub overruled: bool,
+    /// It agrees only if the sensor was tilted on the way, of which no gyroscope tells.
+    by_wobble: bool,
 }
 
 /// Judges the candidates of one piece; `noise` is that of the accelerometer at rest.
@@ -87,7 +95,7 @@ pub(super) fn judge(
         }
         .chain()
     };
-    let unexplained = |all: &[Judged]| all.iter().filter(|j| j.overruled).count();
+    let unexplained = |all: &[Judged]| unexplained(all).len();
     let mut judged = chain(candidates);
     let Some(noise) = noise else { return judged };
     for _ in 0..MOST_LOOKS {
@@ -103,6 +111,25 @@ pub(super) fn judge(
     judged
 }
 
+/// Neighbours of which nothing says how both can be rests: those that only a drift
+/// explains, and what is quiet beyond the first rest and the last.
+fn unexplained(judged: &[Judged]) -> Vec<(usize, usize)> {
+    let mut out = Vec::new();
+    let mut before: Option<usize> = None;
+    for (k, one) in judged.iter().enumerate() {
+        match before {
+            Some(before) if one.overruled => out.push((before, k)),
+            None if one.rest && k > 0 => out.push((k - 1, k)),
+            _ => {}
+        }
+        if one.rest {
+            before = Some(k);
+        }
+    }
+    out.extend(before.filter(|k| k + 1 < judged.len()).map(|k| (k, k + 1)));
+    out
+}
+
 /// χ² with three degrees of freedom by which the force has to step: 5 σ.
 const STEP_CHI2: f64 = 25.0;
 /// So much of a rest is looked at for a slow start or end of a move, s …
@@ -114,23 +141,17 @@ const LEFT_S: f64 = 0.5;
 /// comes after the step in their force, or before it.
 fn without_slow_ends(setup: &Setup<'_>, judged: &[Judged], noise: &Noise) -> Vec<Range<usize>> {
     let mut spans: Vec<Range<usize>> = judged.iter().map(|j| j.span.clone()).collect();
-    let mut before: Option<usize> = None;
-    for (k, one) in judged.iter().enumerate() {
-        if let Some(before) = before.filter(|_| one.overruled) {
-            let late = step_of_force(setup, &judged[before].span, noise, false);
-            let early = step_of_force(setup, &one.span, noise, true);
-            let gain = |of: Option<(f64, usize)>| of.map_or(0.0, |(gain, _)| gain);
-            match (late, early) {
-                // Its start may have been cut already, further on than that.
-                (Some((_, at)), _) if gain(late) >= gain(early) && at > spans[before].start => {
-                    spans[before].end = at;
-                }
-                (_, Some((_, at))) => spans[k].start = at,
-                _ => {}
+    for (before, k) in unexplained(judged) {
+        let late = step_of_force(setup, &judged[before].span, noise, false);
+        let early = step_of_force(setup, &judged[k].span, noise, true);
+        let gain = |of: Option<(f64, usize)>| of.map_or(0.0, |(gain, _)| gain);
+        match (late, early) {
+            // Its start may have been cut already, further on than that.
+            (Some((_, at)), _) if gain(late) >= gain(early) && at > spans[before].start => {
+                spans[before].end = at;
             }
-        }
-        if one.rest {
-            before = Some(k);
+            (_, Some((_, at))) => spans[k].start = at,
+            _ => {}
         }
     }
     spans
@@ -238,6 +259,7 @@ impl Gate<'_> {
                 let less = BEYOND_FAR[0] + BEYOND_FAR[1] * (one.sigmas - FAR);
                 let drifts = !agrees && step == 0 && one.overruled;
                 let own = match far {
+                    false if one.by_wobble => BY_WOBBLE * self.weight(next),
                     false => self.weight(next),
                     true if self.weight(next) > less => self.weight(next) - less,
                     true if drifts => OVERRULED,
@@ -275,6 +297,7 @@ impl Gate<'_> {
             sigmas: 0.0,
             rest: true,
             overruled: false,
+            by_wobble: false,
         };
         let first = rests.first().copied().unwrap_or(0);
         for k in 0..first {
@@ -314,6 +337,7 @@ impl Gate<'_> {
         let far = setup.view.samples.len() - 1;
         let leg = setup.leg(near, far, start, None, level(start.force, 0.0));
         let noise = setup.noise(&leg);
+        let wobble = noise.open.wobble * noise.open.gravity.powi(2);
         let mut nominal = Forward::new(&leg, Direction::NONE);
         // Most rests are so near to zero that noise alone allows it.
         let mut changed: Vec<Forward<'_>> = Vec::new();
@@ -337,6 +361,7 @@ impl Gate<'_> {
                 sigmas: 0.0,
                 rest: true,
                 overruled: false,
+                by_wobble: false,
             };
             let mut worst = -1.0;
             let mut done = 0;
@@ -357,7 +382,13 @@ impl Gate<'_> {
                     let each = (0..3).map(|i| velocity[i].abs() / variance[i].sqrt());
                     each.fold(0.0, f64::max)
                 };
-                if off(&variance) > FAR {
+                // A tilt on the way explains what is horizontal, and nothing upright.
+                let tilted = wobble * (inside[at] - t_s[near]).powi(2);
+                let untilted = |variance: &[f64; 3]| {
+                    let [x, y, z] = *variance;
+                    off(&[x - tilted, y - tilted, z]) > FAR
+                };
+                if untilted(&variance) {
                     if changed.is_empty() {
                         let directions = setup.directions.iter();
                         changed.extend(directions.map(|d| Forward::new(&leg, d.times(STEP))));
@@ -369,6 +400,7 @@ impl Gate<'_> {
                             .for_each(|i| variance[i] += ((other[i] - velocity[i]) / STEP).powi(2));
                     }
                 }
+                judged.by_wobble |= untilted(&variance);
                 if off(&variance) > worst {
                     worst = off(&variance);
                     judged.velocity = velocity;
@@ -379,7 +411,7 @@ impl Gate<'_> {
             judged.rest = worst <= FAR;
             judged.overruled =
                 !judged.rest && norm(&judged.velocity) <= DRIFT_MPS2 * judged.seconds;
-            if judged.rest && agreed.is_none() {
+            if judged.rest && !judged.by_wobble && agreed.is_none() {
                 agreed = Some(next);
             }
             out.push(judged);

@@ -32,8 +32,10 @@
 mod anchors;
 mod assumed;
 mod bands;
+mod closure;
 mod drift;
 mod gate;
+mod hidden;
 mod leg;
 mod opening;
 mod options;
@@ -56,6 +58,8 @@ mod words;
 
 use std::ops::Range;
 
+use gravical_core::matrix3::norm;
+
 use crate::Result;
 use crate::calibration_file::CalibrationFile;
 use crate::denoise::smooth;
@@ -63,12 +67,14 @@ use crate::recording::{Finding, Recording};
 
 use anchors::Walk;
 use assumed::{force_at_rest, local_gravity, size_at_rest, still_mean};
+use hidden::Hidden;
 use path::Known;
 use prepare::{Prepared, prepare, with_scales};
 use samples::View;
 use setup::Setup;
 use still::Noise;
 
+pub use hidden::VisibleMove;
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
 pub use stream::{Streamed, motion_stream};
@@ -179,6 +185,7 @@ fn compute(
         view,
         stances: &[],
         walk,
+        rides: &[],
         directions: &directions,
         removal: options.gravity_removal,
         mean: by_mean.then(|| still_mean(view, options.still_rows, walk)),
@@ -186,12 +193,15 @@ fn compute(
         clock_error: options.clock_error,
         v0: options.v0_mps.unwrap_or_default(),
         p0: options.p0_m,
+        hidden: Hidden::new(&walk, &samples, &rests),
         // Without a rest nothing tells the noise, nor how far the tilt is off.
         bands: options.bands && (by_mean || !rests.is_empty()),
     };
+    let mut rides = Vec::new();
     if options.zero_velocity && options.rests.given_s.is_none() {
-        rests = gated(&setup, &rests, found.accel.as_ref(), &mut findings);
+        (rests, rides) = gated(&setup, &rests, found.accel.as_ref(), &mut findings);
     }
+    setup.rides = &rides;
     // The first that was quiet may be no rest: then gravity is another one's.
     let again = if file.is_none() && rests.first() != found.spans.first() {
         let size = size_at_rest(&samples, &rests, walk);
@@ -203,7 +213,7 @@ fn compute(
     if !again.is_empty() {
         setup.directions = &again;
     }
-    findings.extend(words::slow(&found, &walk, &samples, options));
+    findings.extend(words::slow(&found, options));
     findings.extend(words::start_velocity(options, !rests.is_empty()));
     if options.zero_velocity && !rests.is_empty() {
         // After a rest the velocity is zero, whatever it was at the start.
@@ -216,6 +226,9 @@ fn compute(
         Vec::new()
     };
     setup.stances = &stances;
+    let unfounded = words::unfounded(&samples, &rests, options);
+    setup.bands &= unfounded.is_none();
+    setup.hidden = Hidden::new(&walk, &samples, &rests);
 
     // Leg after leg.
     let mut legs_from = rests.clone();
@@ -258,6 +271,22 @@ fn compute(
         }
         None => setup.follow(&plan, &legs_from, None),
     };
+    if let Some(reason) = &unfounded {
+        for one in path.moves.iter_mut().filter(|m| m.usable) {
+            (one.usable, one.reason) = (false, Some(reason.clone()));
+        }
+    }
+    let visible_moves = match rests.is_empty() {
+        true => Vec::new(),
+        false => setup.hidden.table(),
+    };
+    let no_move = path.moves.is_empty();
+    findings.extend(words::hidden(
+        &setup.hidden,
+        &visible_moves,
+        no_move,
+        options,
+    ));
     let at_rest_only =
         path.moves.is_empty() || (rests.len() == 1 && rests[0].len() == samples.len());
     // Where the start alone can be a rest, the end itself is the drift.
@@ -339,6 +368,7 @@ fn compute(
         frame: words::frame(options, rests.is_empty()),
         still: Span::of(t, &rests),
         noise: NoiseAtRest::of(&found),
+        visible_moves,
         moves: path.moves,
         r#final: path.end,
         uncalibrated,
@@ -371,21 +401,26 @@ impl Inside {
     }
 }
 
-/// The candidates that are rests, piece by piece.
+/// The candidates that are rests, piece by piece, and those that are quiet at a speed.
 fn gated(
     setup: &Setup<'_>,
     candidates: &[Range<usize>],
     noise: Option<&Noise>,
     findings: &mut Vec<Finding>,
-) -> Vec<Range<usize>> {
-    let mut rests = Vec::new();
+) -> (Vec<Range<usize>>, Vec<(Range<usize>, f64)>) {
+    let (mut rests, mut rides) = (Vec::new(), Vec::new());
     let mut from = 0;
     for piece in setup.view.samples.pieces() {
         let own = candidates[from..].partition_point(|c| c.start < piece.end);
         let judged = gate::judge(setup, &candidates[from..from + own], noise);
         from += own;
         findings.extend(words::gate(setup.view.samples, &judged));
-        rests.extend(judged.into_iter().filter(|j| j.rest).map(|j| j.span));
+        for one in judged {
+            match one.rest {
+                true => rests.push(one.span),
+                false => rides.push((one.span, norm(&one.velocity))),
+            }
+        }
     }
-    rests
+    (rests, rides)
 }

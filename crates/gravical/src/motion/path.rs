@@ -7,16 +7,12 @@ use gravical_core::strapdown::{level, times};
 
 use super::anchors::{Anchors, Side};
 use super::bands::{LegNoise, Steps, Variances};
-use super::gate;
+use super::closure::Tested;
 use super::leg::{Closure, Columns, Forward, Leg, Removal};
 use super::parameters::{Direction, Kind, STEP};
 use super::plan::Stretch;
 use super::result::{Ends, FinalState, Move, PositionBudget};
 use super::setup::Setup;
-
-/// A velocity at the end of a move further from zero than this, in σ, is improbable: one
-/// in a hundred.
-pub(super) const IMPROBABLE: f64 = 2.58;
 
 /// Samples of a leg that are computed at a time where nothing is known of its end.
 const CHUNK: usize = 4096;
@@ -95,6 +91,8 @@ struct State {
     position: [f64; 3],
     /// False after a move that cannot be known.
     known: bool,
+    /// No stretch of the recording is a move.
+    unmoved: bool,
     /// Of the last sample; none where it is not known.
     velocity: Option<[f64; 3]>,
     /// Of the position of the last sample.
@@ -158,6 +156,9 @@ impl Setup<'_> {
             },
             position: self.p0,
             known: true,
+            unmoved: plan
+                .iter()
+                .all(|s| matches!(s, Stretch::Rest(_) | Stretch::QuietGap { .. })),
             velocity: Some([0.0; 3]),
             sigma: [0.0; 3],
             noise: [0.0; 3],
@@ -202,7 +203,9 @@ impl Setup<'_> {
                     if moves.is_empty() && matches!(ends, Ends::Free | Ends::FromRest) {
                         leg.v0 = self.v0;
                     }
-                    moves.push(self.along(&leg, *ends, &mut state, &mut out));
+                    let around = before.zip(*after).filter(|_| leg.closing.is_some());
+                    let around = around.map(|(a, b)| [rests[a].clone(), rests[b].clone()]);
+                    moves.push(self.along(&leg, *ends, around, &mut state, &mut out));
                 }
                 Stretch::Lost { from, to, gap_s } => {
                     let t = self.view.t_s();
@@ -232,30 +235,60 @@ impl Setup<'_> {
         let by_parameters = state.offsets.iter().fold([0.0; 3], |sum, o| {
             std::array::from_fn(|i| sum[i] + o[i] * o[i])
         });
+        if state.unmoved {
+            state.noise = [0.0; 3];
+        }
         state.sigma = self.sigma_position(state, &nothing, &by_parameters, &state.position);
         let place = |known: bool, value: [f64; 3]| if known { value } else { [f64::NAN; 3] };
-        let known = Known {
+        let t_s = self.view.t_s();
+        let before = state.sigma;
+        // Where nothing is seen to move, what is hidden is all that there may be.
+        let hidden = |i: usize| match state.unmoved && self.bands {
+            true => self.hidden.sigma_m(t_s[i] - t_s[0]).powi(2),
+            false => 0.0,
+        };
+        let sigma_at = |i: usize| before.map(|s| (s * s + hidden(i)).sqrt());
+        let mut known = Known {
             attitude: state.attitude,
             acceleration: [0.0; 3],
             velocity: [0.0; 3],
             position: place(state.known, state.position),
             sigma_velocity: [0.0; 3],
-            sigma_position: place(state.known, state.sigma),
+            sigma_position: place(state.known, before),
         };
         if out.sink.is_some() {
-            span.clone().for_each(|i| out.put(i, known));
+            for i in span.clone() {
+                known.sigma_position = place(state.known, sigma_at(i));
+                out.put(i, known);
+            }
+        }
+        let last = span.end - 1;
+        if state.unmoved {
+            state.noise = [hidden(last); 3];
+            state.sigma = sigma_at(last);
         }
     }
 
     /// Goes along one leg, gives its samples on, and takes the state to its end.
-    fn along(&self, leg: &Leg<'_>, ends: Ends, state: &mut State, out: &mut Emitter<'_>) -> Move {
+    fn along(
+        &self,
+        leg: &Leg<'_>,
+        ends: Ends,
+        around: Option<[Range<usize>; 2]>,
+        state: &mut State,
+        out: &mut Emitter<'_>,
+    ) -> Move {
         let noise = self.noise(leg);
         let mut course = Course::new(self, leg, &noise);
         let mut moved = Moved::default();
+        let mut tested: Option<Tested> = None;
         while course.done < leg.len() {
             let from = course.done;
             course.advance(state, out.sink.is_some());
-            self.hold_against_closure(&mut course);
+            if let Some(around) = around.as_ref().filter(|_| self.bands) {
+                tested = self.hold_against_closure(&course, around);
+                course.widened = tested.map_or([1.0; 3], |t| t.widened);
+            }
             moved.add(&course.columns);
             if out.sink.is_some() {
                 let n = course.done - from;
@@ -299,10 +332,7 @@ impl Setup<'_> {
             state.yaw.add(yaw, &state.position);
         }
         let closure = course.closure.filter(|_| leg.closing.is_some());
-        let sigmas = self
-            .closure_sigmas(&course)
-            .filter(|_| self.bands && closure.is_some());
-        let closure_sigmas = sigmas.map(|s| s.iter().fold(0.0, |most: f64, one| most.max(*one)));
+        let closure_sigmas = tested.map(|t| t.sigmas());
         let t_s = self.view.t_s();
         Move {
             start_s: t_s[leg.near.min(leg.far)],
@@ -317,50 +347,8 @@ impl Setup<'_> {
             missing_tilt_deg: closure.map(|c| norm(&c.missing).to_degrees()),
             closure_sigmas,
             usable: true,
-            reason: closure_sigmas.filter(|s| *s > IMPROBABLE).map(|s| {
-                format!(
-                    "the velocity at its end is {s:.1} times its uncertainty from zero: the band is widened by that"
-                )
-            }),
+            reason: tested.and_then(|t| t.reason()),
         }
-    }
-
-    /// Between two rests the velocity that is left at the second one tests the band: where
-    /// it is improbable, something moved the sensor that the model does not know, and of
-    /// one sign that moves the position by at most |e_v| T/2. The variance gains
-    /// (e_v T/3)², along the leg in proportion to what it is.
-    fn hold_against_closure(&self, course: &mut Course<'_>) {
-        if !self.bands || course.leg.closing.is_none() || course.steps.is_some() {
-            return;
-        }
-        let Some(ratio) = self.closure_sigmas(course) else {
-            return;
-        };
-        let (Some(closure), Some(end)) = (course.closure, course.columns.tau.len().checked_sub(1))
-        else {
-            return;
-        };
-        let (_, at_end) = self.variances(course, end);
-        for i in 0..3 {
-            let own = at_end.noise[i] + at_end.tilt[i];
-            if ratio[i] > IMPROBABLE && own > 0.0 {
-                let more = closure.velocity[i] * course.leg.seconds() / 3.0;
-                course.widened[i] = 1.0 + more * more / own;
-            }
-        }
-    }
-
-    /// The velocity at the second rest over its standard uncertainty, by axis.
-    fn closure_sigmas(&self, course: &Course<'_>) -> Option<[f64; 3]> {
-        let closure = course.closure?;
-        let (open, _) = course.noise.open(course.leg.seconds());
-        Some(std::array::from_fn(|i| {
-            let variance = open.noise[i]
-                + open.tilt[i]
-                + course.closure_by_parameters[i]
-                + gate::STEADY_MPS * gate::STEADY_MPS;
-            closure.velocity[i].abs() / variance.sqrt()
-        }))
     }
 
     /// What is known at place `k` of what a leg has come to.
@@ -410,7 +398,7 @@ impl Setup<'_> {
     }
 
     /// Variances of velocity and position at place `k` by noise and tilt of the leg.
-    fn variances(&self, course: &Course<'_>, k: usize) -> (Variances, Variances) {
+    pub(super) fn variances(&self, course: &Course<'_>, k: usize) -> (Variances, Variances) {
         let (leg, noise) = (course.leg, course.noise);
         let tau = course.columns.tau[k].abs();
         let (mut v, mut p) = match (&course.steps, &leg.closing) {
@@ -461,21 +449,22 @@ impl Setup<'_> {
 }
 
 /// A leg as it is gone along: some of its samples, and what the parameters make of them.
-struct Course<'a> {
-    leg: &'a Leg<'a>,
-    noise: &'a LegNoise,
-    steps: Option<Steps>,
+pub(super) struct Course<'a> {
+    pub leg: &'a Leg<'a>,
+    pub noise: &'a LegNoise,
+    pub steps: Option<Steps>,
     /// Those of the parameters; none without bands.
     directions: &'a [Direction],
     nominal: Forward<'a>,
     /// A pass for each direction; none where its effect is in proportion to the way.
     changed: Vec<Forward<'a>>,
     done: usize,
-    columns: Columns,
+    pub columns: Columns,
     other: Columns,
-    closure: Option<Closure>,
-    /// Variance of the closure's velocity by the parameters, (m/s)².
-    closure_by_parameters: [f64; 3],
+    pub closure: Option<Closure>,
+    /// Variance of the closure's velocity, (m/s)², and of the tilt missing there, rad², by
+    /// the parameters.
+    pub closure_by_parameters: [[f64; 3]; 2],
     /// What the closure multiplies the variances of noise and tilt by.
     widened: [f64; 3],
     /// Variances of velocity and position by the parameters, those of the legs before
@@ -509,7 +498,7 @@ impl<'a> Course<'a> {
             columns: Columns::default(),
             other: Columns::default(),
             closure: None,
-            closure_by_parameters: [0.0; 3],
+            closure_by_parameters: [[0.0; 3]; 2],
             widened: [1.0; 3],
             by_velocity: Vec::new(),
             by_position: Vec::new(),
@@ -557,7 +546,9 @@ impl<'a> Course<'a> {
                     let other = leg.close(one, &mut self.other);
                     for i in 0..3 {
                         let off = (other.velocity[i] - nominal.velocity[i]) / STEP;
-                        self.closure_by_parameters[i] += off * off;
+                        self.closure_by_parameters[0][i] += off * off;
+                        let off = (other.missing[i] - nominal.missing[i]) / STEP;
+                        self.closure_by_parameters[1][i] += off * off;
                     }
                     other.attitude
                 }

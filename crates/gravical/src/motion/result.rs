@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use serde::Serialize;
 
+use super::hidden::VisibleMove;
 use super::still::Rests;
 use crate::recording::Finding;
 
@@ -31,6 +32,9 @@ pub struct MotionResult {
     pub still: Vec<Span>,
     /// Noise at rest; null without a rest.
     pub noise: Option<NoiseAtRest>,
+    /// How far a move has to go, by its duration, to be told from rest; empty without a
+    /// rest.
+    pub visible_moves: Vec<VisibleMove>,
     /// What lies between the rests.
     pub moves: Vec<Move>,
     /// At the end of the recording, counted from its start.
@@ -141,12 +145,13 @@ pub struct Move {
     /// Tilt that was missing at the rest after it, degrees; null where there is
     /// none.
     pub missing_tilt_deg: Option<f64>,
-    /// The velocity that was left at its end, over its standard uncertainty, of the axis
-    /// where that is most: far above 3 something is wrong that the uncertainty does not
+    /// What was left at its end, velocity or tilt, over its standard uncertainty, of the
+    /// axis where that is most: far above 3 something is wrong that the uncertainty does not
     /// know of, and the bands are widened by it. Null without bands, and where there is no
     /// rest at both ends.
     pub closure_sigmas: Option<f64>,
-    /// False when its displacement cannot be known.
+    /// False when its displacement cannot be known: rows are missing in it, or there is no
+    /// rest to believe; of the latter what is given is without a band.
     pub usable: bool,
     /// Why it cannot be known, or what it costs that there is no rest at one end.
     pub reason: Option<String>,

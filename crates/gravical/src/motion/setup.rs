@@ -8,6 +8,7 @@ use gravical_core::strapdown::{level, matrix, rotate};
 
 use super::anchors::Walk;
 use super::bands::LegNoise;
+use super::hidden::Hidden;
 use super::leg::{Anchor, Closing, Leg, Removal};
 use super::options::GravityRemoval;
 use super::parameters::Direction;
@@ -29,6 +30,8 @@ pub(super) struct Setup<'a> {
     /// Stances of a walk, in order.
     pub stances: &'a [Range<usize>],
     pub walk: Walk,
+    /// Stretches that are quiet at a speed, m/s.
+    pub rides: &'a [(Range<usize>, f64)],
     pub directions: &'a [Direction],
     pub removal: GravityRemoval,
     /// The mean that is subtracted under [`GravityRemoval::StillMean`], and the
@@ -39,6 +42,8 @@ pub(super) struct Setup<'a> {
     pub clock_error: f64,
     pub v0: [f64; 3],
     pub p0: [f64; 3],
+    /// What moves without being seen.
+    pub hidden: Hidden,
     pub bands: bool,
 }
 
@@ -175,6 +180,16 @@ impl<'a> Setup<'a> {
         }
     }
 
+    /// The greatest speed at which a leg with a rest at one end alone is quiet, m/s.
+    fn ride(&self, leg: &Leg<'_>) -> f64 {
+        let (from, to) = (leg.near.min(leg.far), leg.near.max(leg.far));
+        let inside = |span: &Range<usize>| from <= span.start && span.end <= to + 1;
+        self.rides
+            .iter()
+            .filter(|(span, _)| leg.closing.is_none() && inside(span))
+            .fold(0.0, |most, (_, speed)| speed.max(most))
+    }
+
     /// Noise of a leg for its bands.
     pub(super) fn noise(&self, leg: &Leg<'_>) -> LegNoise {
         let r = matrix(&leg.removal.levelled(&leg.attitude, &leg.start.force));
@@ -200,6 +215,7 @@ impl<'a> Setup<'a> {
                 let differ = self.rests_differ(&leg.start, &closing.rest);
                 closing.magnitude_gain.powi(2) * differ.size
             }),
+            ride: self.ride(leg).powi(2),
             total: leg.seconds(),
         }
     }

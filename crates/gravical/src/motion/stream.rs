@@ -329,6 +329,7 @@ impl Begin {
             frame: words::frame(options, false),
             still,
             noise: self.noise,
+            visible_moves: Vec::new(),
             moves,
             r#final: end,
             uncalibrated: None,

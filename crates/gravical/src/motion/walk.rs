@@ -87,6 +87,7 @@ impl Legs<'_> {
 #[allow(clippy::single_range_in_vec_init)]
 mod tests {
     use super::*;
+    use crate::motion::hidden::Hidden;
     use crate::motion::options::GravityRemoval;
     use crate::motion::samples::{Samples, View};
     use crate::motion::{MotionOptions, anchors::Walk};
@@ -119,6 +120,7 @@ mod tests {
             view: View::calibrated(&samples),
             stances: &[],
             walk: Walk::default(),
+            rides: &[],
             directions: &[],
             removal: GravityRemoval::Strapdown,
             mean: None,
@@ -126,6 +128,7 @@ mod tests {
             clock_error: 0.0,
             v0: [0.0; 3],
             p0: [0.0; 3],
+            hidden: Hidden::new(&Walk::default(), &samples, &[]),
             bands: false,
         };
         let mut rests = vec![0..300, walked..walked + pause, end..n];

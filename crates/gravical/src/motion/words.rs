@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use gravical_core::matrix3::{dot, norm};
 
-use super::anchors::Walk;
 use super::gate::Judged;
+use super::hidden::{Hidden, VisibleMove};
 use super::options::{GravityRemoval, MotionOptions};
 use super::plan::Stretch;
 use super::result::{Ends, Move};
 use super::samples::Samples;
 use super::setup::Setup;
-use super::still::{self, Rests};
+use super::still::Rests;
 use crate::gravity::Gravity;
 use crate::recording::{Finding, FindingKind, LineSpans};
 
@@ -174,17 +174,12 @@ const CONTRADICTED: f64 = 4.0;
 /// A rest that is shorter, s, hides nothing that is slower than what is found.
 const LONG_REST_S: f64 = 14.0;
 
-/// Moves that are too slow to be told from rest.
-pub(super) fn slow(
-    found: &Rests,
-    walk: &Walk,
-    samples: &Samples,
-    options: &MotionOptions,
-) -> Vec<Finding> {
+/// Moves that are too slow to be told from rest, and those that may hide in one.
+pub(super) fn slow(found: &Rests, options: &MotionOptions) -> Vec<Finding> {
     if !options.zero_velocity || options.rests.given_s.is_some() {
         return Vec::new();
     }
-    let mut out: Vec<Finding> = found
+    found
         .doubts
         .iter()
         .map(|d| {
@@ -196,26 +191,88 @@ pub(super) fn slow(
                 ),
             )
         })
-        .collect();
-    let longest = found
-        .spans
-        .iter()
-        .map(|r| samples.t_s[r.end - 1] - samples.t_s[r.start])
-        .fold(0.0, f64::max);
-    if longest >= LONG_REST_S {
-        let accel = walk.accel_mean();
-        let gyro = samples.rate_rad_s.as_ref().map(|_| walk.gyro);
-        let hidden = |seconds: f64| still::may_hide_m(seconds, accel, gyro, 9.8);
-        out.push(Finding::new(
-            FindingKind::SlowMovesHidden,
-            format!(
-                "a move by less than {:.2} m in 10 s, or {:.2} m in 16 s, would hide in the noise of a rest",
-                hidden(10.0),
-                hidden(16.0)
-            ),
-        ));
+        .collect()
+}
+
+/// What may hide in a long rest, or in a recording in which no move is seen.
+pub(super) fn hidden(
+    hidden: &Hidden,
+    visible: &[VisibleMove],
+    no_move: bool,
+    options: &MotionOptions,
+) -> Option<Finding> {
+    if !options.zero_velocity || visible.is_empty() || !no_move && hidden.rest_s() < LONG_REST_S {
+        return None;
     }
-    out
+    let ways: Vec<String> = visible
+        .iter()
+        .filter(|v| v.seconds >= 2.0 || visible.len() < 3)
+        .map(|v| format!("{} m in {} s", rounded(v.distance_m), v.seconds))
+        .collect();
+    let cost = match no_move {
+        true => format!(
+            ": the position is 0 ± {} m for that (1σ)",
+            rounded(hidden.sigma_m(hidden.rest_s()))
+        ),
+        false => String::new(),
+    };
+    Some(Finding::new(
+        FindingKind::SlowMovesHidden,
+        format!(
+            "a move of less than {} cannot be told from rest here{cost}",
+            ways.join(", or "),
+        ),
+    ))
+}
+
+/// A length to two digits, m.
+fn rounded(metres: f64) -> String {
+    let decimals = (1.0 - metres.log10().floor()).clamp(0.0, 6.0);
+    format!("{metres:.*}", decimals as usize)
+}
+
+/// A rest that is shorter, s, is not told from constant speed where it is the only one, …
+const ALONE_S: f64 = 2.0;
+/// … with motion on both sides of it, …
+const BETWEEN_S: f64 = 5.0;
+/// … and where there are others: five blocks that agree.
+const AMONG_OTHERS_S: f64 = 1.0;
+
+/// Why nothing can be said of how far the sensor went; none where its rests can be
+/// believed.
+pub(super) fn unfounded(
+    samples: &Samples,
+    rests: &[Range<usize>],
+    options: &MotionOptions,
+) -> Option<String> {
+    let throughout = matches!(rests, [one] if one.len() == samples.len());
+    if !options.zero_velocity || options.rests.given_s.is_some() || throughout {
+        return None;
+    }
+    let length = |r: &Range<usize>| samples.t_s[r.end - 1] - samples.t_s[r.start];
+    let longest = rests.iter().map(length).fold(0.0, f64::max);
+    match rests {
+        [] if options.v0_mps.is_none() => Some(
+            "it rests nowhere: tilt, velocity and noise are not known; what is given is as if it had started at rest"
+                .to_owned(),
+        ),
+        [] => None,
+        [one]
+            if longest + 0.02
+                < match one.start > 0 && one.end < samples.len() {
+                    true => BETWEEN_S,
+                    false => ALONE_S,
+                } =>
+        {
+            Some(format!(
+                "it rests once, for {longest:.1} s: too short to be told from constant speed; hold it still for 2 s at both ends"
+            ))
+        }
+        _ if longest + 0.02 < AMONG_OTHERS_S => Some(format!(
+            "its longest rest lasts {longest:.1} s: too short to be told from a part of the move; hold it still for 2 s at both ends"
+        )),
+        _ => None,
+    }
 }
 
 /// What the recording lacks, and what that costs.
@@ -283,7 +340,7 @@ pub(super) fn circumstances(
             .counting(contradicted as u64),
         );
     }
-    let lost = moves.iter().filter(|m| !m.usable).count();
+    let lost = moves.iter().filter(|m| m.displacement_m.is_none()).count();
     if lost > 0 {
         out.push(
             Finding::new(
@@ -296,10 +353,15 @@ pub(super) fn circumstances(
             .counting(lost as u64),
         );
     }
+    if !rests.is_empty()
+        && let Some(reason) = unfounded(samples, rests, options)
+    {
+        out.push(Finding::new(FindingKind::RestUnconfirmed, reason));
+    }
     if options.zero_velocity && !rests.is_empty() {
         let open: Vec<&Move> = moves
             .iter()
-            .filter(|m| m.usable && m.ends != Ends::RestToRest)
+            .filter(|m| m.displacement_m.is_some() && m.ends != Ends::RestToRest)
             .collect();
         for one in open {
             let what = if one.ends == Ends::ToRest {

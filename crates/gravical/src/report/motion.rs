@@ -161,7 +161,14 @@ pub(super) fn columns(values: [f64; 3], decimals: [usize; 3], mark: &str) -> Str
 
 fn moves(result: &MotionResult) -> String {
     if result.moves.is_empty() {
-        return "\nMoves: none; the sensor rests throughout.\n".to_owned();
+        let hidden = result.r#final.sigma_m.map_or(String::new(), |s| {
+            let most = largest(s);
+            format!(
+                " The position is 0 ± {most:.*} m (1σ): so far a move may go that the noise hides.",
+                decimals_for(most)
+            )
+        });
+        return format!("\nMoves: none is seen.{hidden}\n");
     }
     let mut out = format!(
         "\nMoves, m{}\n  {:>3} {:>16}{:>11}{:>11}{:>11}{:>9}{:>8}  {}\n",

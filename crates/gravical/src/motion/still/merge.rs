@@ -206,7 +206,7 @@ impl Context<'_> {
     fn with_coarse(&self, rests: Vec<Range<usize>>, piece: &Range<usize>) -> Vec<Range<usize>> {
         let coarse = &self.levels.rests;
         let first = coarse.partition_point(|c| c.span.start < piece.start);
-        let short = Plan::LEAST_REFERENCE * self.plan.block;
+        let short = Plan::SEED_BLOCKS * self.plan.block;
         let mut all = rests.clone();
         for coarse in coarse
             .iter()

@@ -65,6 +65,7 @@ fn motion(rate_hz: f64) -> Motion {
             frame: String::new(),
             still: Vec::new(),
             noise: None,
+            visible_moves: Vec::new(),
             moves: vec![a_move(3.0, 5.0), a_move(8.0, 10.0)],
             r#final: FinalState {
                 position_m: None,

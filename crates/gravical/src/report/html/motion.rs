@@ -127,7 +127,7 @@ fn verdict(result: &MotionResult) -> Markup {
             "unknown",
             "=",
             "at rest",
-            "Nothing moves in it: it shows how far the result drifts by itself.".to_owned(),
+            "No move is seen in it: it shows how far the result drifts by itself. What its noise may hide stands in the uncertainty of the position.".to_owned(),
         )
     } else if usable == 0 {
         (

@@ -98,25 +98,28 @@ const SQUARES: f64 = 120.0 / 7.0;
 const GREATEST: f64 = 5.773_503;
 
 /// How far a move of `seconds` goes that may be taken for rest, m, with `accel` N² of
-/// the accelerometer (m²/s³) and `gyro` N_g² (rad²/s).
+/// the accelerometer (m²/s³) and `gyro` N_g² (rad²/s); `whole` says whether moves are
+/// looked for by the whole of them there.
 ///
 /// The noise of the shape's size has the variance (N² + g² N_g² T²/12) T³/(120/7): the
-/// gyroscope's noise walks to a tilt. Without a gyroscope only the windows of 1 s count,
-/// √37.7·N·√(1 + 1/5).
+/// gyroscope's noise walks to a tilt. The windows of w = T/4, 0.2 to 1 s, see a mean
+/// force of √37.7·N·√(1/w + 1/5).
 pub(in crate::motion) fn may_hide_m(
     seconds: f64,
     accel: f64,
     gyro: Option<f64>,
     gravity: f64,
+    whole: bool,
 ) -> f64 {
     let far = SEEN.sqrt() + SURELY;
-    match gyro {
-        Some(gyro) => {
-            let density = accel + gravity * gravity * gyro * seconds * seconds / 12.0;
-            far * (density * seconds.powi(3) / SQUARES / BESIDE_DRIFT).sqrt()
-        }
-        None => far * (1.2 * accel).sqrt() * seconds * seconds / GREATEST,
-    }
+    let window_s = (0.25 * seconds).clamp(Plan::BLOCK_S, 1.0);
+    let by_windows = far * ((1.0 / window_s + 0.2) * accel).sqrt() * seconds * seconds / GREATEST;
+    let searched = gyro.filter(|_| whole && seconds >= DURATIONS_S[0]);
+    searched.map_or(by_windows, |gyro| {
+        let density = accel + gravity * gravity * gyro * seconds * seconds / 12.0;
+        let by_whole = far * (density * seconds.powi(3) / SQUARES / BESIDE_DRIFT).sqrt();
+        by_whole.min(by_windows)
+    })
 }
 
 struct Search<'a> {
@@ -225,11 +228,13 @@ impl Search<'_> {
         best
     }
 
-    /// The samples that a move takes, with what was found moving about its ends.
+    /// The samples that a move takes, with what was found moving about its ends, and the
+    /// block on either side: its ends are known to no less, and what is cut off is lost.
     fn edges(&self, one: &Fit, rests: &[Range<usize>]) -> (usize, usize) {
         let t = &self.blocks.t_s;
-        let mut from = self.blocks.edges[t.partition_point(|t| *t < one.from_s)];
-        let mut to = self.blocks.edges[t.partition_point(|t| *t <= one.to_s)];
+        let (before, after) = (one.from_s - Plan::BLOCK_S, one.to_s + Plan::BLOCK_S);
+        let mut from = self.blocks.edges[t.partition_point(|t| *t < before)];
+        let mut to = self.blocks.edges[t.partition_point(|t| *t <= after)];
         for pair in rests.windows(2) {
             let gap = pair[0].end..pair[1].start;
             if gap.start < to && from < gap.end {
