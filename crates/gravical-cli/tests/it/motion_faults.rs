@@ -131,7 +131,8 @@ fn few_rows_and_odd_ones_do_not_end_it() {
         (
             "two",
             "0,0.1,0.2,9.8\n10,0.1,0.2,9.8\n".to_owned(),
-            vec![0, 3],
+            // Too short to rest: nothing of it can be known.
+            vec![3, 4],
         ),
         (
             "constant",

@@ -168,7 +168,7 @@ fn moves(result: &MotionResult) -> String {
                 decimals_for(most)
             )
         });
-        return format!("\nMoves: none is seen.{hidden}\n");
+        return format!("\n{}", paragraph("", &format!("Moves: none is seen.{hidden}")));
     }
     let mut out = format!(
         "\nMoves, m{}\n  {:>3} {:>16}{:>11}{:>11}{:>11}{:>9}{:>8}  {}\n",
