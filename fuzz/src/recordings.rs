@@ -5,11 +5,12 @@ use std::ops::Range;
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::CalibrationFile;
+use gravical::document::Detail;
 use gravical::inspect::inspect;
 use gravical::recording::{
     AccelUnit, ColumnsSpec, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, read_bytes,
 };
-use gravical::report::{calibration_text, inspection_text};
+use gravical::report;
 use gravical::segment::sections::Section;
 use gravical::segment::{SegmentOptions, Segmentation, segment};
 
@@ -286,7 +287,11 @@ fn check_findings(findings: &[Finding], lines: u64) {
 fn check_session(recordings: &[Recording], options: &SegmentOptions) {
     for recording in recordings {
         let inspection = inspect(recording, &options.axes);
-        assert!(!inspection_text(&inspection).is_empty());
+        assert!(
+            !report::inspection(&inspection)
+                .to_text(Detail::Full)
+                .is_empty()
+        );
     }
     check_segment(recordings, options);
     let options = CalibrateOptions {
@@ -294,7 +299,11 @@ fn check_session(recordings: &[Recording], options: &SegmentOptions) {
         ..CalibrateOptions::default()
     };
     if let Ok(calibrated) = calibrate(recordings, &options) {
-        assert!(!calibration_text(&calibrated.file).is_empty());
+        assert!(
+            !report::calibration(&calibrated.file, &[])
+                .to_text(Detail::Full)
+                .is_empty()
+        );
         match calibrated.file.to_json() {
             Ok(text) => {
                 assert!(CalibrationFile::parse(text.as_bytes()).is_ok(), "{text}");

@@ -5,8 +5,8 @@ use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
 use gravical::Category;
+use gravical::document::paragraph;
 use gravical::output::{one_line, shown, shown_json};
-use gravical::report::paragraph;
 
 /// Exit code when the program ran and a quality gate failed.
 pub const QUALITY: u8 = 4;

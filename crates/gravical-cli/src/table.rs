@@ -4,9 +4,11 @@
 use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
 
-use gravical::output::{check_targets, path_text, write_atomic};
+use gravical::document::{Detail, Document};
+use gravical::output::{path_text, write_atomic};
 use gravical::{Error, Result};
 
+use crate::report::ReportArgs;
 use crate::text;
 
 #[derive(Debug, clap::Args)]
@@ -14,9 +16,9 @@ pub struct TableArgs {
     /// File to write; - is stdout [default: stdout, unless that is a terminal]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Replace the file of -o when it is there
+    /// Replace files that are there
     #[arg(long)]
-    force: bool,
+    pub force: bool,
     /// Print nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
@@ -35,20 +37,16 @@ impl TableArgs {
     /// # Errors
     ///
     /// `json-needs-output` (usage) where two things would go to stdout; those of
-    /// [`check_targets`].
-    pub fn check(&self, inputs: &[&Path]) -> Result<()> {
-        match self.target() {
-            Target::File(path) => {
-                let inputs: Vec<PathBuf> = inputs.iter().map(|p| p.to_path_buf()).collect();
-                check_targets(&[path.to_owned()], &inputs, self.force)
-            }
-            Target::Stdout if self.json => Err(Error::usage(
+    /// [`ReportArgs::check`].
+    pub fn check(&self, report: &ReportArgs, inputs: &[&Path]) -> Result<()> {
+        if self.target() == Target::Stdout && self.json {
+            return Err(Error::usage(
                 "json-needs-output",
                 "--json prints the summary on stdout, where the recording goes",
             )
-            .with_hint("write the recording to a file with -o")),
-            Target::Stdout | Target::Nowhere => Ok(()),
+            .with_hint("write the recording to a file with -o"));
         }
+        report.check(self.target().file(), inputs, self.force)
     }
 
     /// Has the table written, to its file in one step or to stdout.
@@ -64,14 +62,14 @@ impl TableArgs {
         }
     }
 
-    /// ` → place`, for people.
-    pub fn arrow(&self) -> String {
-        self.target().arrow()
-    }
-
-    /// What to add to see a table that went nowhere.
-    pub fn hint(&self) -> &'static str {
-        self.target().hint()
+    /// Tells people what was done, where the table went, and what there is to say of it.
+    pub fn tell(&self, done: &str, document: &Document<'_>) {
+        let target = self.target();
+        text::say(&format!("{done}{}", target.arrow()));
+        text::say_report(document.to_text(Detail::Summary).trim_end());
+        if target == Target::Nowhere {
+            text::say(target.hint().trim_end());
+        }
     }
 }
 

@@ -38,12 +38,6 @@ pub fn table_out() -> Box<dyn Write> {
     }
 }
 
-/// Standard error for a text in pieces.
-pub fn err_out() -> impl Write {
-    progress::end();
-    ToTerminal(io::stderr().lock())
-}
-
 /// Passes whole lines on as a terminal may get them.
 struct ToTerminal<W>(W);
 

@@ -15,8 +15,9 @@
 //!    [`compare`] whether two of them differ by more than their uncertainty.
 //! 5. [`denoise`] filters a recording and says what that does to its noise.
 //!
-//! [`simulate`] makes recordings of a sensor whose truth is known; [`report`]
-//! turns results into text. What a microcontroller runs lives in the crate
+//! [`simulate`] makes recordings of a sensor whose truth is known; [`report`] says
+//! what there is to say of a result, as one [`document`] that is written as text, as
+//! HTML or as Markdown. What a microcontroller runs lives in the crate
 //! `gravical-core`.
 //!
 //! # Example
@@ -48,6 +49,7 @@ pub mod calibration_file;
 pub mod check;
 pub mod compare;
 pub mod denoise;
+pub mod document;
 mod error;
 pub mod estimate;
 pub mod excerpt;

@@ -59,6 +59,10 @@ async fn look(browser: &Browser, page: &Page) {
     checks::structure(browser).await;
     browser.shoot(page, "1280-light").await;
     checks::it_prints(browser).await;
+    browser.size(800, 900).await;
+    checks::nothing_overflows(browser).await;
+    checks::nothing_overlaps(browser, "800").await;
+    browser.shoot(page, "800-light").await;
     browser.size(400, 900).await;
     checks::nothing_overflows(browser).await;
     checks::nothing_overlaps(browser, "400").await;

@@ -26,6 +26,11 @@ fn run(program: &Path, folder: &Path, line: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
+/// `inspect` prints a list of results; a report is of one.
+fn of_one(json: Value) -> Value {
+    json.pointer("/recordings/0").cloned().unwrap_or(json)
+}
+
 /// Every report, written into `folder`.
 pub fn write(program: &Path, folder: &Path) -> Vec<Page> {
     let run = |folder: &Path, line: &str| run(program, folder, line);
@@ -48,6 +53,14 @@ pub fn write(program: &Path, folder: &Path) -> Vec<Page> {
         (
             "static",
             "motion static/static.csv -c poses.json".to_owned(),
+        ),
+        ("check", "check poses.json six".to_owned()),
+        ("compare", "compare poses.json six.json".to_owned()),
+        ("inspect", "inspect poses/poses.csv".to_owned()),
+        (
+            "denoise",
+            "denoise line/line.csv -o smooth.csv --filter hampel:7,3 --filter butter:4,5Hz"
+                .to_owned(),
         ),
     ];
     match std::env::var("GRAVICAL_DATA") {
@@ -84,7 +97,7 @@ pub fn write(program: &Path, folder: &Path) -> Vec<Page> {
             Page {
                 name: name.to_owned(),
                 path: folder.join(file),
-                json: serde_json::from_str(&json).unwrap(),
+                json: of_one(serde_json::from_str(&json).unwrap()),
             }
         })
         .collect()

@@ -1,16 +1,16 @@
 //! `gravical apply`: a recording, calibrated.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
 use gravical::calibration_file::CalibrationFile;
+use gravical::document::{Block, Document, Remark, Section};
 use gravical::output::one_line;
 use gravical::recording::{Origin, open};
-use gravical::report::findings_text;
 
 use crate::options::RecordingArgs;
+use crate::report::ReportArgs;
 use crate::table::TableArgs;
 use crate::text;
 
@@ -42,7 +42,8 @@ pub struct Args {
 /// A calibration that does not fit the recording, a recording or file that
 /// cannot be read, a file that is there already, or what the disk says.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    args.output.check(&[&args.input, &args.calibration])?;
+    args.output
+        .check(&ReportArgs::default(), &[&args.input, &args.calibration])?;
     let calibration = CalibrationFile::read(&args.calibration)?;
     let options = ApplyOptions {
         read: args.recording.read_options(false),
@@ -59,67 +60,57 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         text::print_json(&summary)?;
     }
     if !args.output.quiet {
-        tell(&summary, &args.output)?;
+        let done = format!(
+            "{}: {} rows calibrated",
+            one_line(&summary.input),
+            summary.rows
+        );
+        args.output.tell(&done, &document(&summary));
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn tell(summary: &ApplySummary, output: &TableArgs) -> io::Result<()> {
-    let mut err = text::err_out();
-    writeln!(
-        err,
-        "{}: {} rows calibrated{}",
-        one_line(&summary.input),
-        summary.rows,
-        output.arrow()
-    )?;
-    writeln!(err, "  read as       {}", summary.description)?;
-    write!(
-        err,
-        "  accelerometer {} ({}) → m/s²",
+/// What was calibrated, from what to what.
+fn document(summary: &ApplySummary) -> Document<'static> {
+    let mut facts: Vec<(String, String)> = Vec::new();
+    let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
+    fact("read as", summary.description.clone());
+    let quiet = summary.quiet_norm_mps2.map_or(String::new(), |norm| {
+        let g = summary.gravity_mps2;
+        format!("; at its quietest {norm:.3} m/s², gravity is {g:.3}")
+    });
+    let (unit, how) = (
         summary.accelerometer.unit.name(),
-        origin(summary.accelerometer.origin)
-    )?;
-    match summary.quiet_norm_mps2 {
-        Some(norm) => writeln!(
-            err,
-            "; at its quietest {norm:.3} m/s², gravity is {:.3}",
-            summary.gravity_mps2
-        )?,
-        None => writeln!(err)?,
-    }
+        origin(summary.accelerometer.origin),
+    );
+    fact("accelerometer", format!("{unit} ({how}) → m/s²{quiet}"));
     match summary.gyroscope {
-        GyroscopeOutcome::Calibrated(unit) => {
-            writeln!(err, "  gyroscope     {} → rad/s", unit.name())?;
-        }
+        GyroscopeOutcome::Calibrated(unit) => fact("gyroscope", format!("{} → rad/s", unit.name())),
         GyroscopeOutcome::Kept => {
-            writeln!(
-                err,
-                "  gyroscope     kept as it is: the calibration has none"
-            )?;
+            fact(
+                "gyroscope",
+                "kept as it is: the calibration has none".to_owned(),
+            );
         }
         GyroscopeOutcome::Absent => {}
     }
     if let Some(t) = &summary.temperature {
-        writeln!(
-            err,
-            "  temperature   drift of {} taken off, measured from {:.1} to {:.1} °C",
-            t.channels.join(", "),
-            t.range_c[0],
-            t.range_c[1]
-        )?;
+        let (channels, [low, high]) = (t.channels.join(", "), t.range_c);
+        let text = format!("drift of {channels} taken off, measured from {low:.1} to {high:.1} °C");
+        fact("temperature", text);
     }
-    write!(
-        err,
-        "  lines         {} = {} rows",
-        summary.lines, summary.rows
-    )?;
+    let mut lines = format!("{} = {} rows", summary.lines, summary.rows);
     for aside in &summary.set_aside {
-        write!(err, " + {} {}", aside.lines, aside.reason.name())?;
+        lines.push_str(&format!(" + {} {}", aside.lines, aside.reason.name()));
     }
-    writeln!(err)?;
-    err.write_all(findings_text(&summary.findings, false).as_bytes())?;
-    err.write_all(output.hint().as_bytes())
+    fact("lines", lines);
+    let mut section = Section::new("reading", "How it was read")
+        .opening()
+        .with(Block::Facts(facts));
+    if !summary.findings.is_empty() {
+        section = section.with(Block::Findings(Remark::all(&summary.findings, false)));
+    }
+    Document::default().with(section)
 }
 
 fn origin(origin: Origin) -> &'static str {

@@ -5,24 +5,24 @@ use std::process::ExitCode;
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, SensorInfo};
+use gravical::document::Detail;
 use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::excerpt;
 use gravical::figure;
 use gravical::figure::calibration::Session;
 use gravical::output::{is_special, path_word};
 use gravical::recording::Recording;
-use gravical::report::calibration_text;
 use gravical::segment::SegmentOptions;
 use gravical::segment::sections::read_sections_with_input;
 use gravical::segment::still::StillOptions;
 use gravical::temperature::soak_alone;
-use gravical::{Error, Result};
+use gravical::{Error, Result, report};
 
 use crate::failure::QUALITY;
 use crate::figures::FigureArgs;
 use crate::options::command_line;
 use crate::options::{GravityArgs, RecordingArgs};
-use crate::page::{check_outputs, say_report, write_calibration};
+use crate::report::{ReportArgs, check_outputs};
 use crate::session::read_session;
 use crate::text;
 
@@ -44,9 +44,8 @@ pub struct Args {
     /// Write the calibration to this file (JSON)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Write a report with figures to this file (HTML)
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
     /// Replace files that are there
     #[arg(long)]
     force: bool,
@@ -154,15 +153,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .iter()
         .chain(&args.gyro)
         .chain(&args.method.sections);
-    let inputs: Vec<_> = inputs
-        .chain(&args.method.thermal)
-        .map(|p| Some(p.as_path()))
-        .collect();
+    let inputs = inputs.chain(&args.method.thermal);
     check_outputs(
         args.output.as_deref(),
-        args.report.as_deref(),
-        (&args.figures, &figure::calibration::NAMES),
-        &inputs,
+        &args.report,
+        Some(&args.figures),
+        &inputs.map(PathBuf::as_path).collect::<Vec<_>>(),
         args.force,
     )?;
     let options = args.options()?;
@@ -187,14 +183,16 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         recordings: &recordings,
         segmentation,
     });
-    let draw = || figure::calibration::figures(&file, session);
-    args.figures
-        .write("calibrate", draw, args.force, args.quiet)?;
-    if let Some(path) = &args.report {
-        write_calibration(path, args.force, &file, session)?;
-        if !args.quiet {
-            say_report(Some(path));
-        }
+    let drawn = args.report.is_wanted() || args.figures.figures.is_some();
+    let figures = match drawn {
+        true => figure::calibration::figures(&file, session),
+        false => Vec::new(),
+    };
+    args.figures.write(&figures, args.force, args.quiet)?;
+    let document = report::calibration(&file, &figures);
+    args.report.write(args.force, &document)?;
+    if !args.quiet {
+        args.report.say();
     }
     if args.json {
         text::print_json(&file)?;
@@ -206,7 +204,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             ));
         }
     } else {
-        text::print_report(&calibration_text(&file))?;
+        text::print_report(&document.to_text(Detail::Summary))?;
         text::print(&next_step(args, &file))?;
     }
     Ok(match file.verdict.grade {

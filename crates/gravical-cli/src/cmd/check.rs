@@ -1,14 +1,16 @@
 //! `gravical check`: does a calibration still fit new still readings?
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::check::{CheckOptions, Judgement, check};
-use gravical::report::check_text;
+use gravical::document::Detail;
+use gravical::report;
 
 use crate::failure::QUALITY;
 use crate::options::{GravityArgs, RecordingArgs};
+use crate::report::{ReportArgs, with_origin};
 use crate::session::read_session;
 use crate::text;
 
@@ -29,6 +31,11 @@ pub struct Args {
     /// Recordings with stills: files, or one folder; - is standard input
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
+    /// Replace files that are there
+    #[arg(long)]
+    force: bool,
     /// Print the check as one JSON object on stdout
     #[arg(long)]
     pub json: bool,
@@ -45,19 +52,31 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         axes: args.recording.axes.0,
         ..CheckOptions::default()
     };
-    let calibration = CalibrationFile::read(&args.calibration)?;
+    let inputs: Vec<&Path> = args
+        .recordings
+        .iter()
+        .chain([&args.calibration])
+        .map(PathBuf::as_path)
+        .collect();
+    args.report.check(None, &inputs, args.force)?;
+    let (calibration, input) = CalibrationFile::read_with_input(&args.calibration)?;
     let read_options = args.recording.read_options(true);
     let (recordings, left_out) =
         read_session(&args.recordings, None, &read_options, Some(&options.still))?;
     let name = args.calibration.display().to_string();
-    let mut report = check(&calibration, &name, &recordings, &options)?;
-    report.findings.extend(left_out);
+    let mut result = check(&calibration, &name, &recordings, &options)?;
+    result.findings.extend(left_out);
+    let mut inputs = InputFile::of(&recordings);
+    inputs.push(input);
+    let document = with_origin(report::check(&result), &inputs);
+    args.report.write(args.force, &document)?;
     if args.json {
-        text::print_json(&report)?;
+        text::print_json(&result)?;
     } else {
-        text::print_report(&check_text(&report))?;
+        text::print_report(&document.to_text(Detail::Summary))?;
     }
-    Ok(match report.verdict.judgement {
+    args.report.say();
+    Ok(match result.verdict.judgement {
         Judgement::DoesNotFit => ExitCode::from(QUALITY),
         Judgement::Fits | Judgement::CannotSay => ExitCode::SUCCESS,
     })

@@ -5,9 +5,11 @@ use std::process::ExitCode;
 
 use gravical::calibration_file::CalibrationFile;
 use gravical::compare::{Agreement, compare};
-use gravical::report::comparison_text;
+use gravical::document::Detail;
+use gravical::report::comparison;
 
 use crate::failure::QUALITY;
+use crate::report::{ReportArgs, with_origin};
 use crate::text;
 
 /// Do two calibrations of one sensor differ by more than their uncertainty?
@@ -25,6 +27,11 @@ pub struct Args {
     /// The second one; differences are B − A
     #[arg(value_name = "B")]
     second: PathBuf,
+    #[command(flatten)]
+    report: ReportArgs,
+    /// Replace files that are there
+    #[arg(long)]
+    force: bool,
     /// Print the comparison as one JSON object on stdout
     #[arg(long)]
     pub json: bool,
@@ -32,15 +39,20 @@ pub struct Args {
 
 /// Runs the verb.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let a = CalibrationFile::read(&args.first)?;
-    let b = CalibrationFile::read(&args.second)?;
+    args.report
+        .check(None, &[&args.first, &args.second], args.force)?;
+    let (a, first) = CalibrationFile::read_with_input(&args.first)?;
+    let (b, second) = CalibrationFile::read_with_input(&args.second)?;
     let names = [&args.first, &args.second].map(|p| p.display().to_string());
     let result = compare(&a, &b, [&names[0], &names[1]])?;
+    let document = with_origin(comparison(&result), &[first, second]);
+    args.report.write(args.force, &document)?;
     if args.json {
         text::print_json(&result)?;
     } else {
-        text::print_report(&comparison_text(&result))?;
+        text::print_report(&document.to_text(Detail::Summary))?;
     }
+    args.report.say();
     Ok(match result.verdict.judgement {
         Agreement::Differ => ExitCode::from(QUALITY),
         Agreement::Agree | Agreement::CannotSay => ExitCode::SUCCESS,

@@ -7,15 +7,15 @@ use serde::Serialize;
 
 use gravical::Result;
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::{CalibrationFile, InputFile};
-use gravical::figure::calibration::Session;
+use gravical::calibration_file::{CalibrationFile, InputFile, creation_time};
+use gravical::document::paragraph;
+use gravical::figure::{self, calibration::Session};
 use gravical::gravity::Gravity;
 use gravical::inspect::inspect;
 use gravical::motion::{Calibrated, Motion, MotionOptions, motion};
 use gravical::output::{check_target, make_folder};
 use gravical::recording::{ReadOptions, Recording, Severity, read};
-use gravical::report::html::Provenance;
-use gravical::report::paragraph;
+use gravical::report::{self, Provenance, TOOL};
 use gravical::segment::face::AxisMap;
 use gravical::simulate::{
     LineOptions, PosesOptions, Scenario, SimulateOptions, Simulation, simulate, write,
@@ -23,7 +23,7 @@ use gravical::simulate::{
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use crate::page::{write_calibration, write_motion};
+use crate::report::write_report;
 use crate::text;
 
 const NEXT: &str = "
@@ -231,7 +231,9 @@ fn calibrated(
         recordings,
         segmentation: &done.segmentation,
     };
-    write_calibration(&files.calibration_report, force, &done.file, Some(session))?;
+    let figures = figure::calibration::figures(&done.file, Some(session));
+    let document = report::calibration(&done.file, &figures);
+    write_report(&files.calibration_report, force, &document)?;
     Ok((done.file, saved))
 }
 
@@ -249,11 +251,16 @@ fn moved(
     };
     let moved = motion(line, Some(calibration), &options)?;
     super::motion::save(&files.track, force, &moved)?;
-    let origin = Provenance {
+    let figures = figure::motion::figures(&moved);
+    let mut inputs = InputFile::of(std::slice::from_ref(line));
+    inputs.push(saved.clone());
+    let document = report::motion(&moved.result, line, &figures).with_provenance(&Provenance {
+        tool: TOOL,
         command: Some(COMMAND),
-        other_inputs: std::slice::from_ref(saved),
-    };
-    write_motion(&files.motion_report, force, &moved, line, origin)?;
+        created: &creation_time(),
+        inputs: &inputs,
+    });
+    write_report(&files.motion_report, force, &document)?;
     Ok(moved)
 }
 

@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use gravical::denoise::{
-    Channels, DenoiseOptions, DenoiseSummary, Denoised, Edge, FilterSpec, denoise, write,
-};
+use gravical::calibration_file::InputFile;
+use gravical::denoise::{Channels, DenoiseOptions, Denoised, Edge, FilterSpec, denoise, write};
 use gravical::output::one_line;
 use gravical::recording::{ReadOptions, Recording, open, read, read_bytes};
-use gravical::report::denoise_text;
+use gravical::report;
 use gravical::segment::face::AxisMap;
 use gravical::{Error, Result};
 
 use crate::options::RecordingArgs;
+use crate::report::{ReportArgs, with_origin};
 use crate::table::TableArgs;
 use crate::text;
 
@@ -31,6 +31,8 @@ pub struct Args {
     input: PathBuf,
     #[command(flatten)]
     pub output: TableArgs,
+    #[command(flatten)]
+    report: ReportArgs,
     /// A filter, see below; several run in the order in which they are given
     #[arg(short, long = "filter", value_name = "FILTER")]
     filters: Vec<FilterSpec>,
@@ -98,18 +100,28 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .with_hint("leave --axes out; `gravical apply --axes` writes the axes of the case")
         .into());
     }
-    args.output.check(&[&args.input])?;
-    let read_options = args.recording.read_options(false);
+    args.output.check(&args.report, &[&args.input])?;
+    let read_options = args.recording.read_options(args.report.is_wanted());
     let source = Source::new(&args.input)?;
-    let mut done = denoise(source.read(&read_options)?, &options)?;
+    let recording = source.read(&read_options)?;
+    let inputs = InputFile::of(std::slice::from_ref(&recording));
+    let mut done = denoise(recording, &options)?;
     done.summary.columns = args
         .output
         .write(|out| source.write(&done, &read_options, out))?;
+    let document = with_origin(report::denoise(&done.summary), &inputs);
+    args.report.write(args.output.force, &document)?;
     if args.output.json {
         text::print_json(&done.summary)?;
     }
     if !args.output.quiet {
-        tell(&done.summary, &args.output)?;
+        let done = format!(
+            "{}: {} rows filtered",
+            one_line(&done.summary.input),
+            done.summary.rows
+        );
+        args.output.tell(&done, &document);
+        args.report.say();
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -130,19 +142,6 @@ fn options_of(args: &Args) -> DenoiseOptions {
         },
         ..DenoiseOptions::default()
     }
-}
-
-fn tell(summary: &DenoiseSummary, output: &TableArgs) -> io::Result<()> {
-    let mut err = text::err_out();
-    writeln!(
-        err,
-        "{}: {} rows filtered{}",
-        one_line(&summary.input),
-        summary.rows,
-        output.arrow()
-    )?;
-    err.write_all(denoise_text(summary).as_bytes())?;
-    err.write_all(output.hint().as_bytes())
 }
 
 /// The recording, to be read twice: once for its values, once for the text of its

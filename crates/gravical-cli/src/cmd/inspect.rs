@@ -1,14 +1,18 @@
 //! `gravical inspect`: what is in a recording.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use gravical::Error;
+use gravical::calibration_file::InputFile;
+use gravical::document::Detail;
 use gravical::inspect::inspect;
 use gravical::recording::join_gyroscope;
-use gravical::report::inspection_text;
+use gravical::report;
 use gravical::segment::still::StillOptions;
 
 use crate::options::RecordingArgs;
+use crate::report::{ReportArgs, with_origin};
 use crate::session::{files_in, is_something_else, read_for, read_listed, several_with_gyro};
 use crate::{failure, text};
 
@@ -20,6 +24,11 @@ pub struct Args {
     /// A second file with the gyroscope, joined to the one FILE on time
     #[arg(long, value_name = "FILE")]
     gyro: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
+    /// Replace files that are there
+    #[arg(long)]
+    force: bool,
     /// Print one JSON object: {"recordings": […], "errors": […]}
     #[arg(long)]
     pub json: bool,
@@ -29,8 +38,10 @@ pub struct Args {
 
 /// Runs the verb. A file that cannot be read does not stop the others.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let options = args.recording.read_options(false);
+    let options = args.recording.read_options(args.report.is_wanted());
     options.validate()?;
+    let inputs: Vec<&Path> = args.files.iter().map(PathBuf::as_path).collect();
+    args.report.check(None, &inputs, args.force)?;
     let (mut found, mut failed) = (Vec::new(), Vec::new());
     let mut files: Vec<(PathBuf, bool)> = Vec::new();
     for path in &args.files {
@@ -42,6 +53,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     if args.gyro.is_some() && files.len() != 1 {
         return Err(several_with_gyro(files.len()).into());
+    }
+    if args.report.is_wanted() && files.len() != 1 {
+        return Err(
+            Error::usage("report-of-one", "a report is of one recording")
+                .with_hint("inspect one file at a time, each with a report of its own")
+                .into(),
+        );
     }
     let of_recording = match &args.gyro {
         Some(_) => options.beside_gyroscope_file(),
@@ -64,10 +82,14 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         match recording {
             Ok(recording) => {
                 let inspection = inspect(&recording, &args.recording.axes.0);
+                let document = report::inspection(&inspection);
+                let document = with_origin(document, &InputFile::of(&[recording]));
+                args.report.write(args.force, &document)?;
+                args.report.say();
                 if args.json {
                     found.push(inspection);
                 } else {
-                    text::print_report(&inspection_text(&inspection))?;
+                    text::print_report(&document.to_text(Detail::Summary))?;
                     if files.len() > 1 {
                         text::print("\n")?;
                     }

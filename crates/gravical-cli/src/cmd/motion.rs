@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 
 use gravical::calibration_file::{CalibrationFile, InputFile};
+use gravical::document::Detail;
 use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{
@@ -16,13 +17,11 @@ use gravical::motion::{
 };
 use gravical::output::{one_line, write_atomic};
 use gravical::recording::{Recording, join_gyroscope, read};
-use gravical::report::html::Provenance;
-use gravical::report::motion_text;
+use gravical::report;
 use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
-use crate::options::command_line;
-use crate::page::{check_outputs, say_report, write_motion};
+use crate::report::{check_outputs, with_origin};
 use crate::table::Target;
 use crate::text;
 
@@ -43,8 +42,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     check_outputs(
         target.file(),
-        args.report.as_deref(),
-        (&args.figures, &figure::motion::NAMES),
+        &args.report,
+        Some(&args.figures),
         &args.files(),
         args.force,
     )?;
@@ -65,7 +64,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         return causal::run(args, target, calibrated, &options);
     }
     // A report says which file it is of.
-    let read_options = args.recording.read_options(args.report.is_some());
+    let read_options = args.recording.read_options(args.report.is_wanted());
     let mut recording = match &args.gyro {
         Some(path) => {
             let mut recording = read(&args.input, &read_options.beside_gyroscope_file())?;
@@ -74,18 +73,19 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
         None => read(&args.input, &read_options)?,
     };
-    let whole = truth.is_some() || args.report.is_some() || args.figures.figures.is_some();
+    let whole = truth.is_some() || args.report.is_wanted() || args.figures.figures.is_some();
     if !whole {
         let result = samples_away(args, target, &mut recording, calibrated, &options)?;
         return tell(args, &result, &recording);
     }
     let mut motion = motion(&recording, calibrated, &options)?;
     let calibration = calibration.iter().map(|(_, input)| input.clone());
-    let mut others: Vec<InputFile> = calibration.collect();
+    let mut inputs = InputFile::of(std::slice::from_ref(&recording));
+    inputs.extend(calibration);
     if let Some((path, truth)) = truth {
         let reference = read_reference(path, truth.columns.as_ref(), &recording, &args.input)?;
         add_comparison(&mut motion, &reference, &truth)?;
-        others.push(reference.input());
+        inputs.push(reference.input());
     }
 
     match target {
@@ -93,15 +93,16 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Target::Stdout if !args.json => write_table(&motion.track, &mut text::table_out())?,
         Target::Stdout | Target::Nowhere => {}
     }
-    let draw = || figure::motion::figures(&motion);
-    args.figures.write("motion", draw, args.force, args.quiet)?;
-    if let Some(path) = &args.report {
-        let command = command_line();
-        let origin = Provenance {
-            command: Some(&command),
-            other_inputs: &others,
-        };
-        write_motion(path, args.force, &motion, &recording, origin)?;
+    let drawn = args.report.is_wanted() || args.figures.figures.is_some();
+    let figures = match drawn {
+        true => figure::motion::figures(&motion),
+        false => Vec::new(),
+    };
+    args.figures.write(&figures, args.force, args.quiet)?;
+    if args.report.is_wanted() {
+        let document = report::motion(&motion.result, &recording, &figures);
+        args.report
+            .write(args.force, &with_origin(document, &inputs))?;
     }
     tell(args, &motion.result, &recording)
 }
@@ -165,11 +166,12 @@ fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Re
         };
         let input = one_line(&result.input);
         text::say(&format!("{input}: {} rows{to}", result.rows));
-        text::say_report(motion_text(result, recording).trim_end());
+        let document = report::motion(result, recording, &[]);
+        text::say_report(document.to_text(Detail::Summary).trim_end());
         if target == Target::Nowhere && !args.json {
             text::say(target.hint().trim_end());
         }
-        say_report(args.report.as_deref());
+        args.report.say();
     }
     Ok(if nothing_usable(result) {
         ExitCode::from(QUALITY)

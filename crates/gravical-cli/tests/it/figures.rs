@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use gravical::figure::MANIFEST;
-
 use crate::motion::line;
 use crate::support::*;
 
@@ -32,9 +30,6 @@ fn listed(folder: &Path) -> Vec<String> {
 fn drawings(folder: &Path) -> Vec<String> {
     let mut names = Vec::new();
     for name in listed(folder) {
-        if name == MANIFEST {
-            continue;
-        }
         let text = std::fs::read_to_string(folder.join(&name)).unwrap();
         if let Some(stem) = name.strip_suffix(".svg") {
             let document = roxmltree::Document::parse(&text).unwrap();
@@ -93,23 +88,21 @@ fn a_calibration_is_drawn_once_and_not_over_what_is_there() {
         close(row("calibrated", k), g + off, 1e-12);
     }
 
-    // Another result beside it, and the same again where only the list is left.
-    let beside = run_in(
-        path,
-        words("calibrate . -o plots/cal.json --figures plots --force"),
-    );
-    assert_eq!(beside.code, 0, "{}", beside.err);
-    let onto = format!("calibrate . -o plots/{MANIFEST} --figures plots --force --json");
-    let onto = run_in(path, words(&onto));
-    assert_eq!((onto.code, onto.error_code().as_str()), (2, "same-target"));
-    for name in listed(&path.join("plots")) {
-        if name != MANIFEST {
-            std::fs::remove_file(path.join("plots").join(name)).unwrap();
-        }
+    // Before the work: the folder is for figures alone.
+    for line in [
+        "-o plots/cal.json",
+        "--report plots/cal.html",
+        "--report plots.md -o plots",
+    ] {
+        let line = format!("calibrate . {line} --figures plots --force --json");
+        let run = run_in(path, words(&line));
+        let codes = ["foreign-files", "same-target", "is-folder"];
+        assert!(
+            run.code == 2 && codes.contains(&run.error_code().as_str()),
+            "{line}{}",
+            run.out
+        );
     }
-    let anew = run_in(path, words("calibrate . --figures plots --json"));
-    assert_eq!(anew.code, 0, "{}", anew.err);
-
     // Before the work: nothing but the refusal.
     let again = run_in(path, words("calibrate absent.csv --figures plots"));
     assert_eq!(again.code, 2);
@@ -131,32 +124,20 @@ fn a_forced_run_takes_away_what_the_earlier_one_left() {
     let draw = |what: &str, code: i32| {
         let run = run_in(path, words(&format!("{what} --figures plots --json")));
         assert_eq!(run.code, code, "{}{}", run.out, run.err);
-        run.err
     };
-    let said = draw("motion line/line.csv -c cal.json", 0);
-    assert!(!said.contains("removed"), "{said}");
-    write(&path.join("plots"), "notes.txt", "mine");
-    write(&path.join("plots"), "velocity.csv", "mine, too");
+    draw("motion line/line.csv -c cal.json", 0);
     let before = listed(&path.join("plots"));
+    assert!(before.contains(&"trajectory.svg".to_owned()));
     draw("motion rest.csv", 2);
     assert_eq!(listed(&path.join("plots")), before);
-
-    let said = draw("motion rest.csv --force", 0);
-    assert!(
-        said.contains("removed from plots, of an earlier run and not drawn by this one: ")
-            && said.contains("trajectory.svg")
-            && said.contains("left in plots, of an earlier run but changed since: velocity.csv"),
-        "{said}"
-    );
+    draw("motion rest.csv --force", 0);
     let now = listed(&path.join("plots"));
-    for name in ["notes.txt", "velocity.csv", "acceleration.svg", MANIFEST] {
-        assert!(now.iter().any(|n| n == name), "{name} of {now:?}");
-    }
-    for name in ["trajectory.svg", "velocity.svg", "position.csv"] {
-        assert!(!now.iter().any(|n| n == name), "{name} of {now:?}");
-    }
-    let list = std::fs::read_to_string(path.join("plots").join(MANIFEST)).unwrap();
-    assert!(list.contains("gravical motion rest.csv --force --figures plots"));
+    assert!(now.contains(&"acceleration.svg".to_owned()), "{now:?}");
+    assert!(!now.contains(&"trajectory.svg".to_owned()), "{now:?}");
+    write(&path.join("plots"), "notes.txt", "mine");
+    let before = listed(&path.join("plots"));
+    draw("motion line/line.csv --force", 2);
+    assert_eq!(listed(&path.join("plots")), before);
 }
 
 #[test]

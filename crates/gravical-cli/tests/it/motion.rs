@@ -63,9 +63,9 @@ fn the_table_goes_out_and_the_summary_aside() {
     narrow(&run.err);
     for part in [
         "line/line.csv: 1200 rows → stdout",
-        "Moves, m (± 1σ)",
+        "displacement ± 1σ, m",
         "uncalibrated",
-        "Uncertainty of it",
+        "Uncertainty of the position at the end",
     ] {
         assert!(run.err.contains(part), "{part} in\n{}", run.err);
     }
@@ -197,7 +197,7 @@ fn at_rest_the_drift_is_held_against_its_band() {
     let run = run_in(path, words("motion static/static.csv -o m.csv"));
     assert_eq!(run.code, 0, "{}", run.err);
     narrow(&run.err);
-    assert!(run.err.contains("Moves: none"), "{}", run.err);
+    assert!(run.err.contains("Verdict: at rest"), "{}", run.err);
     assert!(run.err.contains("zero by construction"), "{}", run.err);
     let drift = &motion(path, "static/static.csv", 0)["static_drift"];
     let (at, sigma) = (
@@ -257,7 +257,11 @@ fn a_reference_with_its_own_clock_rate_and_heading() {
     );
     assert_eq!(run.code, 0, "{}", run.err);
     narrow(&run.err);
-    assert!(run.err.contains("Against truth.csv"), "{}", run.err);
+    assert!(
+        run.err.contains("Against the reference\n  truth.csv"),
+        "{}",
+        run.err
+    );
     // No time in common.
     refused(
         path,

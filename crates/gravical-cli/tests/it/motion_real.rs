@@ -34,7 +34,11 @@ fn a_walked_room_closes_beside_the_camera() {
     }
     finding(&result, "truth-gaps");
     let run = run_in(folder.path(), words(&format!("motion {args} -o m.csv")));
-    assert!(run.err.contains("Against 14_"), "{}", run.err);
+    assert!(
+        run.err.contains("Against the reference\n  14_"),
+        "{}",
+        run.err
+    );
 }
 
 /// A camera with a clock, a rate and a heading of its own, that saw one bout only,

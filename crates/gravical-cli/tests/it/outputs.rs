@@ -59,7 +59,11 @@ fn two_results_never_share_a_file() {
         "motion line.csv -o a.html --report ./a.html",
         "same-target",
     );
-    refused(at, "motion line.csv --report f --figures f", "same-target");
+    refused(
+        at,
+        "motion line.csv --report f.html --figures f.html",
+        "same-target",
+    );
     refused(
         at,
         "calibrate d/poses/poses.csv -o c.html --report c.html",
@@ -69,7 +73,7 @@ fn two_results_never_share_a_file() {
     refused(
         at,
         "motion line.csv -o figs/position.csv --figures figs --force",
-        "same-target",
+        "foreign-files",
     );
 }
 
@@ -78,16 +82,11 @@ fn what_is_read_is_never_replaced() {
     let folder = folder();
     let at = folder.path();
     refused(at, "motion line.csv -o line.csv --force", "target-is-input");
-    refused(
-        at,
-        "motion line.csv --report d/../line.csv --force",
-        "target-is-input",
-    );
-    refused(
-        at,
-        "motion line.csv -c cal.json --report cal.json --force",
-        "target-is-input",
-    );
+    fs::copy(at.join("cal.json"), at.join("cal.md")).unwrap();
+    for report in ["cal.md", "d/../cal.md"] {
+        let line = format!("motion line.csv -c cal.md --report {report} --force");
+        refused(at, &line, "target-is-input");
+    }
     refused(
         at,
         "apply cal.json line.csv -o line.csv --force",
@@ -114,9 +113,10 @@ fn what_cannot_be_written_is_said_before_the_work() {
         "motion line.csv -o t.csv --report nope/x.html",
         "no-folder",
     );
+    fs::create_dir(at.join("d.html")).unwrap();
     refused(
         at,
-        "motion line.csv -o t.csv --report d --force",
+        "motion line.csv -o t.csv --report d.html --force",
         "is-folder",
     );
     refused(at, "motion line.csv -o t.csv --figures -", "figures-target");

@@ -25,7 +25,6 @@
 
 pub mod calibration;
 mod csv;
-mod manifest;
 mod model;
 pub mod motion;
 #[cfg(feature = "png")]
@@ -35,6 +34,5 @@ pub mod thin;
 mod write;
 
 pub use csv::write_csv;
-pub use manifest::{MANIFEST, Run};
 pub use model::{Arrangement, Axis, Figure, Mark, Panel, Role, Scale, Series, Stretch, Symbol};
-pub use write::{Formats, Written, check_figures, figure_files, write_figures};
+pub use write::{Formats, check_figures, write_figures};

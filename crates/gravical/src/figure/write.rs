@@ -1,45 +1,42 @@
-//! Figures as files.
+//! Figures as files, in a folder of their own.
+//!
+//! A run draws what its data allow. What an earlier run drew and this one does not would
+//! pass for one of its figures, so the folder is one run's: it holds figures and nothing
+//! else, and a run that may replace them takes all of them away. Nothing that is not
+//! called like a figure is ever touched.
 
 use std::path::{Path, PathBuf};
 
-use crate::output::{check_target, write_atomic};
+use crate::output::write_atomic;
 use crate::{Error, Result};
 
-use super::manifest::{File, MANIFEST, Manifest, Run};
-use super::{Figure, svg, write_csv};
+use super::{Figure, calibration, motion, svg, write_csv};
 
-/// What is written of each figure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What is written of each figure besides the drawing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Formats {
-    /// As a picture of dots, too; needs the feature `png`.
+    /// Its numbers.
+    pub csv: bool,
+    /// A picture of dots; needs the feature `png`.
     pub png: bool,
 }
 
 impl Formats {
     fn endings(self) -> impl Iterator<Item = &'static str> {
-        ["svg", "csv"].into_iter().chain(self.png.then_some("png"))
+        let csv = self.csv.then_some("csv");
+        let png = self.png.then_some("png");
+        std::iter::once("svg").chain(csv).chain(png)
     }
 }
 
-/// What writing did.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Written {
-    /// The files of the figures.
-    pub files: Vec<PathBuf>,
-    /// Files of the earlier run that this one does not draw, taken away.
-    pub removed: Vec<PathBuf>,
-    /// The like that stay: somebody has changed them, or `force` was not given.
-    pub kept: Vec<PathBuf>,
-}
-
-/// Whether figures called `names` can be written to `folder`, before the work that
-/// they need. The folder may be absent; the one that it is in may not.
+/// Whether figures can be written to `folder`, before the work that they need. The
+/// folder may be absent; the one that it is in may not.
 ///
 /// # Errors
 ///
-/// `exists` where one of them is there and `force` is false, `no-folder`,
-/// `figures-target`, `no-png` (all usage).
-pub fn check_figures(folder: &Path, names: &[&str], formats: Formats, force: bool) -> Result<()> {
+/// `exists` where there are figures and `force` is false, `foreign-files` where there
+/// is anything else, `no-folder`, `figures-target`, `no-png` (all usage).
+pub fn check_figures(folder: &Path, formats: Formats, force: bool) -> Result<()> {
     if formats.png && !cfg!(feature = "png") {
         return Err(
             Error::usage("no-png", "this build of the program cannot write PNG").with_hint(
@@ -67,67 +64,92 @@ pub fn check_figures(folder: &Path, names: &[&str], formats: Formats, force: boo
         .at(folder, None)
         .with_hint("make it first, or name another folder"));
     }
-    for name in names {
-        for ending in formats.endings() {
-            check_target(&path(folder, name, ending), force)?;
-        }
+    let earlier = figures_in(folder)?;
+    if !earlier.is_empty() && !force {
+        return Err(
+            Error::usage("exists", "this folder holds the figures of an earlier run")
+                .at(folder, None)
+                .with_hint("name another folder, or add --force to replace all of them"),
+        );
     }
-    Manifest::read(folder, force).map(|_| ())
+    Ok(())
 }
 
-/// The files that figures called `names` may be written to, and the list of them.
-#[must_use]
-pub fn figure_files(folder: &Path, names: &[&str], formats: Formats) -> Vec<PathBuf> {
-    let of = |name| {
-        formats
-            .endings()
-            .map(move |ending| path(folder, name, ending))
-    };
-    let list = std::iter::once(folder.join(MANIFEST));
-    names.iter().flat_map(|name| of(name)).chain(list).collect()
-}
-
-/// Writes each figure to `folder` as NAME.svg and NAME.csv (and NAME.png), each in
-/// one step, and says which files these are. Makes the folder where it is absent.
+/// The figures in a folder, which may be absent.
 ///
-/// The folder's [`MANIFEST`] says which run wrote what. Files that the earlier run of
-/// the same kind wrote and this one does not are taken away where `force` is given,
-/// unless somebody has changed them. Nothing else is ever removed.
+/// # Errors
+///
+/// `foreign-files` (usage) where there is anything else, and what the file system says.
+fn figures_in(folder: &Path) -> Result<Vec<PathBuf>> {
+    if !folder.is_dir() {
+        return Ok(Vec::new());
+    }
+    let io = |e| Error::io(folder, e);
+    let mut figures = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(io)? {
+        let entry = entry.map_err(io)?;
+        let name = entry.file_name();
+        // A link is not what was written, whatever it leads to.
+        let is_file = entry.file_type().map_err(io)?.is_file();
+        if !is_file || !name.to_str().is_some_and(is_figure) {
+            return Err(Error::usage(
+                "foreign-files",
+                format!(
+                    "the figures of a run have a folder to themselves; in this one there is \"{}\"",
+                    name.to_string_lossy()
+                ),
+            )
+            .at(folder, None)
+            .with_hint("name another folder, which may be absent"));
+        }
+        figures.push(entry.path());
+    }
+    figures.sort();
+    Ok(figures)
+}
+
+/// Whether a file is called as the files of figures are.
+fn is_figure(name: &str) -> bool {
+    name.split_once('.').is_some_and(|(stem, ending)| {
+        let known = calibration::NAMES.iter().chain(&motion::NAMES);
+        ["svg", "csv", "png"].contains(&ending) && known.into_iter().any(|n| *n == stem)
+    })
+}
+
+/// Writes each figure to `folder` as NAME.svg (and NAME.csv, NAME.png), each in one
+/// step, and says how many files these are. Makes the folder where it is absent. Figures
+/// of an earlier run that this one does not draw are taken away, which `force` allows.
 ///
 /// # Errors
 ///
 /// Those of [`check_figures`], and what the file system says.
-pub fn write_figures(
-    figures: &[Figure],
+pub fn write_figures<'a>(
+    figures: impl IntoIterator<Item = &'a Figure>,
     folder: &Path,
-    run: Run<'_>,
     formats: Formats,
     force: bool,
-) -> Result<Written> {
-    let names: Vec<&str> = figures.iter().map(|f| f.name.as_str()).collect();
-    check_figures(folder, &names, formats, force)?;
-    let manifest = Manifest::read(folder, force)?;
+) -> Result<usize> {
+    check_figures(folder, formats, force)?;
+    let mut earlier = figures_in(folder)?;
     if !folder.is_dir() {
         std::fs::create_dir(folder).map_err(|e| Error::io(folder, e))?;
     }
-    let (mut files, mut entries) = (Vec::new(), Vec::new());
+    let mut written = 0;
     for figure in figures {
         for ending in formats.endings() {
-            let path = path(folder, &figure.name, ending);
+            let path = folder.join(format!("{}.{ending}", figure.name));
             let bytes = bytes(figure, ending).map_err(|e| Error::io(&path, e))?;
             write_atomic(&path, force, |out| {
                 out.write_all(&bytes).map_err(|e| Error::io(&path, e))
             })?;
-            entries.push(File::of(format!("{}.{ending}", figure.name), &bytes));
-            files.push(path);
+            earlier.retain(|p| *p != path);
+            written += 1;
         }
     }
-    let swept = manifest.enter(folder, run, entries, force)?;
-    Ok(Written {
-        files,
-        removed: swept.removed,
-        kept: swept.kept,
-    })
+    for path in earlier {
+        std::fs::remove_file(&path).map_err(|e| Error::io(&path, e))?;
+    }
+    Ok(written)
 }
 
 fn bytes(figure: &Figure, ending: &str) -> std::io::Result<Vec<u8>> {
@@ -140,10 +162,6 @@ fn bytes(figure: &Figure, ending: &str) -> std::io::Result<Vec<u8>> {
         }
         _ => png(figure),
     }
-}
-
-fn path(folder: &Path, name: &str, ending: &str) -> PathBuf {
-    folder.join(format!("{name}.{ending}"))
 }
 
 #[cfg(feature = "png")]

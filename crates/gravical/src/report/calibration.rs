@@ -1,43 +1,84 @@
-//! A calibration as text: parameters, errors, placements, findings, verdict.
+//! What is said about a calibration.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{
-    CalibrationFile, GravitySource, InputFile, Position, PositionKind, TiltSource,
+    CalibrationFile, Grade, GravitySource, InputFile, Position, PositionKind, ReferenceSource,
+    TiltSource,
 };
+use crate::document::number::{decimals_for, decimals_of, digits, fixed, mg, signed, unit};
+use crate::document::{
+    self, Block, Cell, Column, Document, KeyFigure, Quantity, Row, Section, Table, Verdict,
+};
+use crate::figure::Figure;
+use crate::recording::Finding;
+use crate::temperature::short;
 
 use super::gyroscope::gyroscope;
-use super::temperature::{model_text, soak_text};
-use super::text::{decimals_for, decimals_of, findings_text, paragraph, short_name};
+use super::paste::snippets;
+use super::placements::{directions, placements};
+use super::provenance::Provenance;
+use super::temperature::drift;
+use super::{named, short_name};
 
-/// The whole report.
+/// The document of a calibration, with its figures
+/// ([`figure::calibration::figures`](crate::figure::calibration::figures)).
 #[must_use]
-pub fn calibration_text(file: &CalibrationFile) -> String {
-    if file.accelerometer.method == "thermal" {
-        return soak_text(file) + &verdict(file);
+pub fn calibration<'a>(file: &CalibrationFile, figures: &'a [Figure]) -> Document<'a> {
+    let a = &file.accelerometer;
+    // A soak shows no geometry: what is nominal is not worth a terminal.
+    let soak = a.method == "thermal";
+    let measured = |section: Section<'a>| if soak { section.only_full() } else { section };
+    let figure = |id, title, name| Section::new(id, title).figures(named(figures, &[name]));
+    let mut document = Document {
+        subject: if soak {
+            soak_subject(file)
+        } else {
+            subject(file)
+        },
+        verdict: Some(verdict(file)),
+        ..Document::new(format!("Calibration{}", named_sensor(file)))
     }
-    let mut out = head(file);
-    out.push_str(&parameters(file));
-    out.push_str(&file.gyroscope.as_ref().map_or_else(String::new, gyroscope));
-    out.push_str(&placements(file));
-    out.push_str(&uncertainty(file));
-    out.push_str(&model_text(file));
-    if !file.findings.is_empty() {
-        out.push_str("\nFindings\n");
-        out.push_str(&findings_text(&file.findings, file.inputs.len() > 1));
+    .with(measured(
+        parameters(file).figures(named(figures, &["parameters"])),
+    ));
+    if let Some(gyro) = &file.gyroscope {
+        document = document.with(measured(gyroscope(gyro)));
     }
-    out.push_str(&verdict(file));
-    out
+    document = document.with(figure("magnitude", "Magnitude at rest", "norm"));
+    if !a.positions.is_empty() {
+        document = document
+            .with(placements(file).figures(named(figures, &["residuals"])))
+            .with(directions(file, named(figures, &["sphere", "tilt"])));
+    }
+    document
+        .with(figure("captures", "Captures", "captures"))
+        .with(figure("noise", "Noise", "noise"))
+        .with(temperature(file, named(figures, &["temperature"])))
+        .with(method(file, named(figures, &["budget"])))
+        .with_findings(&file.findings, file.inputs.len() > 1)
+        .with_provenance(&Provenance {
+            tool: &file.tool,
+            command: file.command.as_deref(),
+            created: &file.created,
+            inputs: &file.inputs,
+        })
+}
+
+/// " of board 3 (MPU6050)", else of the file that it is from.
+fn named_sensor(file: &CalibrationFile) -> String {
+    let recordings: Vec<&InputFile> = file.recordings().collect();
+    match (&file.sensor.id, &file.sensor.model, &recordings[..]) {
+        (Some(id), Some(model), _) => format!(" of {id} ({model})"),
+        (Some(one), None, _) | (None, Some(one), _) => format!(" of {one}"),
+        (None, None, [one]) => format!(" of {}", short_name(&one.path)),
+        (None, None, _) => String::new(),
+    }
 }
 
 /// What was calibrated, and on what it rests: two lines.
-pub(super) fn head(file: &CalibrationFile) -> String {
+fn subject(file: &CalibrationFile) -> Vec<String> {
     let a = &file.accelerometer;
-    let faces = a
-        .positions
-        .iter()
-        .filter(|p| p.kind == PositionKind::Face)
-        .count();
     let recordings: Vec<&InputFile> = file.recordings().collect();
     let inputs = match &recordings[..] {
         [one] => short_name(&one.path),
@@ -56,12 +97,9 @@ pub(super) fn head(file: &CalibrationFile) -> String {
         };
         format!(", placement tilt {:.1}° ({how})", t.value)
     });
-    let mut different: Vec<&str> = a
-        .positions
-        .iter()
-        .filter(|p| p.kind == PositionKind::Face)
-        .map(|p| p.label.as_str())
-        .collect();
+    let on_faces = a.positions.iter().filter(|p| p.kind == PositionKind::Face);
+    let mut different: Vec<&str> = on_faces.map(|p| p.label.as_str()).collect();
+    let faces = different.len();
     different.sort_unstable();
     different.dedup();
     let on = match different.len() {
@@ -77,178 +115,381 @@ pub(super) fn head(file: &CalibrationFile) -> String {
         0 => format!("{} free poses", a.positions.len()),
         n => format!("{n} placements on {on}{oblique}"),
     };
-    let what = format!("{} of {inputs}: {placed}", method_name(&a.method));
-    let how = format!(
-        "raw in {}, g = {} m/s² ({gravity}){tilt}",
-        a.input_unit.name(),
-        match file.gravity_source {
-            GravitySource::Latitude => format!("{:.5}", file.gravity_mps2),
-            GravitySource::Given | GravitySource::Standard => file.gravity_mps2.to_string(),
-        },
-    );
-    paragraph("", &what) + &paragraph("", &how)
-}
-
-fn method_name(method: &str) -> String {
-    match method {
+    let method = match a.method.as_str() {
         "ferraris" => "Ferraris calibration".to_owned(),
         "joint" => "Calibration".to_owned(),
         other => format!("Calibration ({other})"),
+    };
+    let g = match file.gravity_source {
+        GravitySource::Latitude => format!("{:.5}", file.gravity_mps2),
+        GravitySource::Given | GravitySource::Standard => file.gravity_mps2.to_string(),
+    };
+    let unit = a.input_unit.name();
+    vec![
+        format!("{method} of {inputs}: {placed}"),
+        format!("raw in {unit}, g = {g} m/s² ({gravity}){tilt}"),
+    ]
+}
+
+/// The same of a soak alone.
+fn soak_subject(file: &CalibrationFile) -> Vec<String> {
+    let inputs: Vec<String> = file.recordings().map(|i| short_name(&i.path)).collect();
+    let mut lines = vec![format!(
+        "Temperature calibration of {}, raw in {}: nominal scale, no bias of the accelerometer",
+        inputs.join(", "),
+        file.accelerometer.input_unit.name()
+    )];
+    lines.extend(file.gyroscope.as_ref().map(|gyro| {
+        let [x, y, z] = gyro.bias.map(short);
+        let unit = gyro.input_unit.name();
+        format!("Gyroscope at rest: bias {x}, {y}, {z} {unit}")
+    }));
+    lines
+}
+
+fn verdict(file: &CalibrationFile) -> Verdict {
+    let a = &file.accelerometer;
+    let grade = match file.verdict.grade {
+        Grade::Good => document::Grade::Good,
+        Grade::Fair => document::Grade::Fair,
+        Grade::Poor => document::Grade::Poor,
+        Grade::NotVerifiable => document::Grade::Unknown,
+    };
+    let key = |key: String, value: Option<f64>, what: &str| {
+        value.map(|v| KeyFigure {
+            quantity: Quantity::new(key, v, mg(v)),
+            unit: "mg",
+            what: what.to_owned(),
+        })
+    };
+    // Errors of placements that were fitted prove nothing: only of those left out.
+    let left_out = a.positions.iter().enumerate();
+    let worst = left_out
+        .filter_map(|(i, p)| Some((i, p.left_out_error_mps2?)))
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let (at, worst) = worst.unzip();
+    let at = at.unwrap_or(0);
+    let figures = [
+        key(
+            "/accelerometer/predicted_norm_error_mps2".to_owned(),
+            a.predicted_norm_error_mps2,
+            "standard uncertainty of the magnitude at rest, over all directions (1σ)",
+        ),
+        key(
+            "/accelerometer/leave_one_out_rms_mps2".to_owned(),
+            a.leave_one_out_rms_mps2,
+            "error of the magnitude on placements that were left out of the fit (RMS)",
+        ),
+        key(
+            format!("/accelerometer/positions/{at}/left_out_error_mps2"),
+            worst,
+            "largest of these errors",
+        ),
+    ];
+    Verdict {
+        figures: figures.into_iter().flatten().collect(),
+        next: next(file),
+        ..Verdict::new(grade, file.verdict.grade.name(), &file.verdict.reasons)
     }
 }
 
-fn parameters(file: &CalibrationFile) -> String {
+/// What to do with the result.
+fn next(file: &CalibrationFile) -> Vec<String> {
     let a = &file.accelerometer;
-    let axes = ["x", "y", "z"];
-    let sd = a.deviations.map(|d| (d.bias, d.scale));
-    let mut out = format!(
-        "\nAccelerometer: raw = K R a + b; calibrated = matrix · (raw − b)\n\n  {:<5}{:>13} {:<9}{:>13} {:<9}{:>10}\n",
-        "axis", "bias b", "  ± 1σ", "scale K", "  ± 1σ", "deviation"
-    );
-    for i in 0..3 {
-        let (bias_sd, scale_sd) = sd.map_or((f64::NAN, f64::NAN), |(b, k)| (b[i], k[i]));
-        let bias_decimals = if sd.is_some() {
-            decimals_for(bias_sd)
-        } else {
-            decimals_of(a.scale[i], 6)
+    let pose = a.next_poses.first().map(|p| {
+        format!(
+            "Record one more placement ({}) and calibrate all of them again.",
+            p.hint
+        )
+    });
+    let apply =
+        "Correct recordings: gravical apply CALIBRATION.json RECORDING.csv -o calibrated.csv"
+            .to_owned();
+    let check = "Later: gravical check CALIBRATION.json RECORDING.csv says whether it still fits."
+        .to_owned();
+    match file.verdict.grade {
+        Grade::Poor => vec!["Mend what is named above, then calibrate again.".to_owned()],
+        Grade::NotVerifiable => pose.into_iter().chain([apply]).collect(),
+        Grade::Good | Grade::Fair => vec![apply, check],
+    }
+}
+
+/// Table, matrices, equation, block to paste.
+fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
+    let a = &file.accelerometer;
+    let raw = &unit(a.input_unit.name());
+    let sd = a.deviations;
+    let row = |i: usize| {
+        let at = |name: &str, i: usize| format!("/accelerometer/{name}/{i}");
+        // Without an uncertainty as many digits as the report's procedure gives.
+        let value = |name: &str, v: f64, sd: Option<f64>, digits: i32| {
+            let n = sd.map_or_else(|| decimals_of(a.scale[i], digits), decimals_for);
+            let key = at(&format!("deviations/{name}"), i);
+            let sd = sd.map(|s| Quantity::new(key, s, fixed(s, n)));
+            Cell::number(at(name, i), v, fixed(v, n)).plus_minus(sd)
         };
-        let scale_decimals = if sd.is_some() {
-            decimals_for(scale_sd)
-        } else {
-            decimals_of(a.scale[i], 7)
-        };
-        let plus_minus = |v: f64, d: usize| {
-            if v.is_nan() {
-                String::new()
-            } else {
-                format!("± {v:.d$}")
+        let off = a.scale_deviation_percent.map(|d| d[i]);
+        Row::from([
+            Cell::text(["x", "y", "z"][i]),
+            value("bias", a.bias[i], sd.map(|d| d.bias[i]), 6),
+            value("scale", a.scale[i], sd.map(|d| d.scale[i]), 7),
+            Cell::maybe(at("scale_deviation_percent", i), off, |v| signed(v, 2)),
+        ])
+    };
+    let uncertain = if sd.is_some() { ", ± 1σ" } else { "" };
+    let table = Table::new(format!("Bias and scale{uncertain}"))
+        .columns([
+            Column::left("axis"),
+            Column::number(format!("bias b, {raw}")),
+            Column::number(format!("scale K, {raw} per m/s²")),
+            Column::number("off nominal, %"),
+        ])
+        .rows((0..3).map(row));
+    let section = Section::new("parameters", "Accelerometer")
+        .with(Block::Equation(vec![
+            "raw = K R a + b",
+            "calibrated = matrix · (raw − b)",
+        ]))
+        .full(Block::paragraph(format!(
+            "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as they stand in the file. R has rows of length one; matrix = R⁻¹ K⁻¹."
+        )))
+        .with(table)
+        .with(matrices(
+            "/accelerometer",
+            &a.orientation,
+            &a.matrix,
+            &format!("matrix, m/s² per {raw}"),
+        ));
+    let section = match sd {
+        None => section,
+        Some(d) => {
+            let [xy, yz, zx] = d.axis_angle_deg.map(|v| digits(v, 2));
+            let k = digits(d.coverage_factor_95, 3);
+            section.full(Block::paragraph(format!(
+                "Angles between the axes are known to xy ± {xy}°, yz ± {yz}°, zx ± {zx}°. {k} of these standard deviations on either side make an interval of 95 %."
+            )))
+        }
+    };
+    section
+        .full(Block::Heading("To paste"))
+        .full(Block::Snippets(snippets(file)))
+}
+
+/// R and the matrix beside it.
+pub(super) fn matrices(
+    base: &str,
+    orientation: &[[f64; 3]; 3],
+    matrix: &[[f64; 3]; 3],
+    name: &str,
+) -> Table {
+    let text = power_of_ten(matrix, 6);
+    let row = |i: usize| {
+        let mut cells = vec![Cell::text(["x", "y", "z"][i])];
+        let key = format!("{base}/orientation/{i}");
+        cells.extend(Cell::axes(&key, Some(orientation[i]), |_, v| fixed(v, 5)));
+        let key = format!("{base}/matrix/{i}");
+        cells.extend(Cell::axes(&key, Some(matrix[i]), |_, v| text(v)));
+        Row::from(cells)
+    };
+    Table::new("")
+        .columns([Column::left("")])
+        .columns(Column::axes("R"))
+        .columns(Column::axes(name))
+        .rows((0..3).map(row))
+}
+
+/// Writes the numbers of a matrix: with a power of ten each, where plain digits would be
+/// zeros.
+pub(super) fn power_of_ten(matrix: &[[f64; 3]; 3], precision: usize) -> impl Fn(f64) -> String {
+    let largest = matrix.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
+    move |v| match v {
+        0.0 => "0".to_owned(),
+        v if largest < 0.1 => format!("{v:.precision$e}"),
+        v => fixed(v, decimals_of(largest, 6)),
+    }
+}
+
+fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
+    let seen = match &file.temperature_c {
+        Some(t) => format!(
+            "During the placements: {} °C on average, from {} to {} °C.",
+            fixed(t.mean, 1),
+            fixed(t.min, 1),
+            fixed(t.max, 1)
+        ),
+        None => "The recordings have no temperature.".to_owned(),
+    };
+    let section = Section::new("temperature", "Temperature and time")
+        .full(Block::Paragraph(seen))
+        .figures(figures);
+    let Some(model) = &file.temperature_model else {
+        let unknown = "How the readings drift with temperature was not measured.";
+        return section.full(Block::paragraph(unknown));
+    };
+    let section = drift(section, model, "/temperature_model");
+    if !model.any_accepted() {
+        return section;
+    }
+    let how = match model.reference_source {
+        ReferenceSource::Session => "the mean of the placements",
+        ReferenceSource::Soak => "the middle of the soak",
+    };
+    section.with(Block::paragraph(format!(
+        "The drift counts from {} °C, {how}; outside of the range its edge is held.",
+        fixed(model.reference_c, 1)
+    )))
+}
+
+/// How it was computed, what was assumed, what took no part, and the budget.
+fn method<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
+    let section = Section::new("method", "Method and uncertainty")
+        .full(Block::paragraph(how(&file.accelerometer.method)))
+        .full(Block::List(assumptions(file)));
+    let rejected = rejected(file);
+    let section = match rejected.is_empty() {
+        true => section.full(Block::paragraph("Every placement took part in the fit.")),
+        false => section
+            .full(Block::Heading("Placements that took no part"))
+            .full(Block::List(rejected)),
+    }
+    .figures(figures);
+    match budget(file) {
+        Some(table) => section.with(table),
+        None => section,
+    }
+}
+
+/// A method in words.
+fn how(method: &str) -> &'static str {
+    match method {
+        "joint" => {
+            "All placements in one fit: on faces the direction of gravity is known up to a tilt, which is fitted along; at free poses only its length counts. Bias, scale and the angles between the axes come with their covariance."
+        }
+        "ferraris" => {
+            "Six faces in closed form (Ferraris, Grimaldi and Parvis 1995): the faces are taken as exact, so a crooked placement goes into the parameters."
+        }
+        "magnitude-9" | "magnitude9" => {
+            "Nine parameters from the length of gravity alone, any poses: the frame is the sensor's own, not that of its case."
+        }
+        "magnitude-6" | "magnitude6" => {
+            "Scale and bias from the length of gravity alone; the axes are taken as perpendicular."
+        }
+        "linear-12" | "linear12" => {
+            "Least squares of twelve parameters with the faces taken as exact: for precise fixtures."
+        }
+        "thermal" => {
+            "A recording at rest that cools and warms: what temperature does to each channel. Scale and axes are nominal."
+        }
+        _ => "The parameters come from elsewhere; how they were estimated is not known here.",
+    }
+}
+
+fn assumptions(file: &CalibrationFile) -> Vec<String> {
+    let a = &file.accelerometer;
+    let mut lines = vec![format!(
+        "Local gravity is {} m/s²; an error of it goes into the scale in full.",
+        file.gravity_mps2
+    )];
+    if let Some(tilt) = a.placement_tilt_deg {
+        lines.push(format!(
+            "A face may be off level by {}° (standard deviation of each of two directions).",
+            fixed(tilt.value, 1)
+        ));
+    }
+    if let Some(fit) = a.fit {
+        let prior = match fit.prior {
+            true => {
+                "What a data sheet says of scale, cross-axis terms and bias took part, with little weight."
             }
+            false => "No data sheet took part.",
         };
-        let deviation = a
-            .scale_deviation_percent
-            .map_or_else(|| "unknown".to_owned(), |d| format!("{:+.2} %", d[i]));
-        out.push_str(&format!(
-            "  {:<5}{:>13} {:<9}{:>13} {:<9}{:>10}\n",
-            axes[i],
-            format!("{:.bias_decimals$}", a.bias[i]),
-            plus_minus(bias_sd, bias_decimals),
-            format!("{:.scale_decimals$}", a.scale[i]),
-            plus_minus(scale_sd, scale_decimals),
-            deviation
-        ));
-    }
-    out.push_str(&format!(
-        "\n  {:<34}{}\n",
-        "R (rows of length one)", "matrix = R⁻¹ K⁻¹"
-    ));
-    let decimals = decimals_of(a.matrix[0][0], 6);
-    for (r, m) in a.orientation.iter().zip(&a.matrix) {
-        let row = |values: &[f64; 3], width: usize, d: usize| -> String {
-            values.iter().map(|v| format!("{v:>width$.d$}")).collect()
-        };
-        let small = if decimals >= 6 && m.iter().all(|v| v.abs() < 0.1) {
-            m.iter().map(|v| format!("{v:>14.6e}")).collect()
-        } else {
-            row(m, 11, decimals)
-        };
-        out.push_str(&format!("  {:<32}{small}\n", row(r, 10, 5)));
-    }
-    out
-}
-
-fn placements(file: &CalibrationFile) -> String {
-    let a = &file.accelerometer;
-    let mut out = String::new();
-    let exact = a.method == "ferraris";
-    if let Some(errors) = a.errors.filter(|_| exact) {
-        out.push_str(&format!(
-            "\nErrors over fitted faces, m/s²: RMS {:.5}, maximum {:.5}, mean norm {:.5}\n",
-            errors.rms, errors.max, errors.mean_norm
-        ));
-    }
-    if a.positions.is_empty() {
-        return out;
-    }
-    out.push_str(&format!(
-        "\n  {:<8}{:^24} {:^21}{:>7}{:>9}{:>8}\n",
-        "position",
-        "raw mean",
-        "calibrated, m/s²",
-        if exact { "|error|" } else { "|a|−g" },
-        if exact { "raw tilt" } else { "left out" },
-        if exact { "" } else { "tilt" },
-    ));
-    if !exact {
-        out.push_str(&format!(
-            "{:56}{:>7}{:>9}{:>8}\n",
-            "", "mm/s²", "mm/s²", "°"
-        ));
-    }
-    let largest = a
-        .positions
-        .iter()
-        .flat_map(|p| p.raw)
-        .fold(0.0_f64, |m, v| m.max(v.abs()));
-    let decimals = decimals_of(largest, 5).min(4);
-    for position in &a.positions {
-        out.push_str(&placement(position, decimals, exact));
-    }
-    out
-}
-
-fn placement(p: &Position, decimals: usize, exact: bool) -> String {
-    let raw: String = p.raw.iter().map(|v| format!("{v:>8.decimals$}")).collect();
-    let calibrated: String = p.calibrated.iter().map(|v| format!("{v:>7.3}")).collect();
-    let tilt = match (p.tilt_deg, p.tilt_sd_deg) {
-        (Some(tilt), Some(sd)) => format!("{tilt:.1}±{sd:.1}"),
-        (Some(tilt), None) => format!("{tilt:.1}°"),
-        _ => "–".to_owned(),
-    };
-    let mm = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| format!("{:+.2}", 1000.0 * v));
-    let label: String = p.label.chars().take(8).collect();
-    let start = format!("  {label:<8}{raw} {calibrated}");
-    if exact {
-        return format!("{start}{:>7.4}{tilt:>9}\n", p.error_norm);
-    }
-    let left_out = if p.fitted {
-        mm(p.left_out_error_mps2)
-    } else {
-        "not used".to_owned()
-    };
-    let own = mm(p.magnitude_error_mps2);
-    format!("{start}{own:>7}{left_out:>9}{tilt:>8}\n")
-}
-
-/// What the uncertainty consists of, and the poses that would lower it.
-fn uncertainty(file: &CalibrationFile) -> String {
-    let a = &file.accelerometer;
-    let mg = |v: f64| format!("{:.2}", 1000.0 * v / STANDARD_GRAVITY_MPS2);
-    let mut out = String::new();
-    if let Some(budget) = a.budget.as_ref().filter(|_| a.fit.is_some()) {
-        out.push_str("\nUncertainty of the magnitude at rest, all directions, 1σ in mg\n\n");
-        for part in &budget.contributions {
-            let value = part.norm_mps2.map_or_else(|| "–".to_owned(), mg);
-            let name = part.source.replace('-', " ");
-            out.push_str(&paragraph(
-                &format!("  {name:<16}{value:>7}  "),
-                &part.basis,
+        lines.push(prior.to_owned());
+        if let Some(chi2) = fit.chi2_per_freedom {
+            lines.push(format!(
+                "χ² over its {} degrees of freedom: {}.",
+                digits(fit.freedom, 3),
+                digits(chi2, 2)
             ));
         }
-        out.push_str(&format!(
-            "  {:<16}{:>7}  k = {}: ± {} mg\n",
-            "combined",
-            mg(budget.combined_mps2),
-            budget.coverage_factor,
-            mg(budget.expanded_mps2)
-        ));
+        if fit.model_error_mps2 > 0.0 {
+            lines.push(format!(
+                "The sensor misses the linear model by {} mm/s², which is part of the uncertainty.",
+                digits(1e3 * fit.model_error_mps2, 2)
+            ));
+        }
+        if !fit.oriented {
+            lines.push("Too few faces tell how the frame lies in the case: the matrix is triangular by convention.".to_owned());
+        }
     }
-    out
+    lines.push(format!(
+        "Degrees of freedom of the magnitudes: {}.",
+        a.degrees_of_freedom
+    ));
+    lines
 }
 
-fn verdict(file: &CalibrationFile) -> String {
-    let mut out = format!("\nVerdict: {}\n", file.verdict.grade.name());
-    for reason in &file.verdict.reasons {
-        out.push_str(&paragraph("  - ", reason));
+/// Placements that took no part, with what was found about them.
+fn rejected(file: &CalibrationFile) -> Vec<String> {
+    let left = file.accelerometer.positions.iter().filter(|p| !p.fitted);
+    let mut lines: Vec<String> = left.map(|p| rejection(p, &file.findings)).collect();
+    let more = lines.len().saturating_sub(document::ROWS);
+    if more > 0 {
+        lines.truncate(document::ROWS);
+        lines.push(format!("… and {more} more; --json has all."));
     }
-    out
+    lines
+}
+
+fn rejection(position: &Position, findings: &[Finding]) -> String {
+    let label = position.label.as_str();
+    // The label as a whole: "still 3" is not "still 30".
+    let names_it = |f: &&Finding| {
+        let mut found = f.message.match_indices(label);
+        found.any(|(at, _)| {
+            let edge = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric());
+            let (before, after) = (&f.message[..at], &f.message[at + label.len()..]);
+            edge(before.chars().next_back()) && edge(after.chars().next())
+        })
+    };
+    let about = findings.iter().find(names_it).map(|f| f.message.as_str());
+    format!("{label}: {}", about.unwrap_or("its findings say why"))
+}
+
+fn budget(file: &CalibrationFile) -> Option<Table> {
+    let budget = file.accelerometer.budget.as_ref()?;
+    let base = "/accelerometer/budget";
+    // Each to the digits that all of it is worth.
+    let milli_g = |v: f64| 1e3 * v / STANDARD_GRAVITY_MPS2;
+    let n = decimals_of(milli_g(budget.combined_mps2), 2);
+    let mg = |v: f64| fixed(milli_g(v), n);
+    let parts = budget.contributions.iter().enumerate();
+    let parts = parts.map(|(i, part)| {
+        let key = format!("{base}/contributions/{i}/norm_mps2");
+        Row::from([
+            Cell::text(part.source.replace('-', " ")),
+            Cell::maybe(key, part.norm_mps2, mg),
+            Cell::text(&part.basis),
+        ])
+    });
+    let sum = |name: &str, field: &str, value: f64, how: String| {
+        let value = Cell::number(format!("{base}/{field}"), value, mg(value));
+        Row::from([Cell::text(name), value, Cell::Text(how)]).sum()
+    };
+    let squares = "root of the sum of the squares".to_owned();
+    let k = format!("k = {}", budget.coverage_factor);
+    let table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
+        .columns([
+            Column::left("source"),
+            Column::number("mg"),
+            Column::left("from"),
+        ])
+        .rows(parts)
+        .row(sum(
+            "combined",
+            "combined_mps2",
+            budget.combined_mps2,
+            squares,
+        ))
+        .row(sum("expanded", "expanded_mps2", budget.expanded_mps2, k));
+    Some(table)
 }

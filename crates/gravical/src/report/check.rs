@@ -1,42 +1,27 @@
-//! A check of a calibration as text.
+//! What is said about a check of a calibration.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::GravitySource;
 use crate::check::{CheckReport, GyroscopeCheck, Judgement, StillCheck};
+use crate::document::number::{fixed, signed};
+use crate::document::{
+    Block, Cell, Column, Document, Grade, Quantity, Row, Section, Table, Verdict,
+};
 
-use super::text::{findings_text, paragraph, short_name};
+use super::short_name;
 
-/// Stills that are listed one by one; the worst is always among them.
-const LISTED: usize = 24;
-
-/// The whole report.
+/// The document of a check.
 #[must_use]
-pub fn check_text(report: &CheckReport) -> String {
-    let mut out = head(report);
-    out.push_str(&stills(report));
-    out.push_str(&summary(report));
-    if let Some(gyroscope) = &report.gyroscope {
-        out.push_str(&gyro(gyroscope));
-    }
-    if !report.findings.is_empty() {
-        out.push_str("\nFindings\n");
-        out.push_str(&findings_text(
-            &report.findings,
-            report.recordings.len() > 1,
-        ));
-    }
-    out.push_str(&paragraph("\nVerdict: ", report.verdict.judgement.name()));
-    for reason in &report.verdict.reasons {
-        out.push_str(&paragraph("  - ", reason));
-    }
-    out
-}
-
-fn head(report: &CheckReport) -> String {
+pub fn check(report: &CheckReport) -> Document<'static> {
+    let calibration = short_name(&report.calibration);
     let recordings = match &report.recordings[..] {
         [one] => short_name(one),
         several => format!("{} recordings", several.len()),
+    };
+    let stills = match report.stills.len() {
+        1 => "1 still".to_owned(),
+        n => format!("{n} stills"),
     };
     let gravity = match (report.gravity_of_calibration, report.gravity_source) {
         (true, GravitySource::Standard) => "that of the calibration, assumed there",
@@ -45,54 +30,62 @@ fn head(report: &CheckReport) -> String {
         (false, GravitySource::Latitude) => "from latitude",
         (false, GravitySource::Standard) => "assumed",
     };
-    let stills = match report.stills.len() {
-        1 => "1 still".to_owned(),
-        n => format!("{n} stills"),
+    let judgement = report.verdict.judgement;
+    let grade = match judgement {
+        Judgement::Fits => Grade::Good,
+        Judgement::DoesNotFit => Grade::Poor,
+        Judgement::CannotSay => Grade::Unknown,
     };
-    let mut out = paragraph(
-        "",
-        &format!(
-            "{} against {recordings}: {stills}",
-            short_name(&report.calibration)
-        ),
-    );
-    out.push_str(&paragraph(
-        "",
-        &format!("g = {:.5} m/s² ({gravity})", report.gravity_mps2),
-    ));
-    out
+    let mut document = Document {
+        subject: vec![
+            format!("{calibration} against {recordings}: {stills}"),
+            format!("g = {} m/s² ({gravity})", fixed(report.gravity_mps2, 5)),
+        ],
+        verdict: Some(Verdict::new(
+            grade,
+            judgement.name(),
+            &report.verdict.reasons,
+        )),
+        ..Document::new(format!("Check of {calibration}"))
+    };
+    document = document.with(stills_of(report));
+    if let Some(gyroscope) = &report.gyroscope {
+        document = document.with(gyroscope_at_rest(gyroscope));
+    }
+    document.with_findings(&report.findings, report.recordings.len() > 1)
 }
 
-fn stills(report: &CheckReport) -> String {
-    let mut out = format!(
-        "\n  {:<22}{:>6}  {:<10}{:>17}{:>12}{:>7}\n",
-        "still", "rows", "up", "error, mm/s² (mg)", "± 1σ", "z"
-    );
-    let all = report.stills.iter().enumerate();
-    let listed = |i: &usize| *i < LISTED - 1 || *i == report.worst || report.stills.len() <= LISTED;
-    let mut left_out = 0;
-    for (i, still) in all {
-        if listed(&i) {
-            let mark = if i == report.worst && report.stills.len() > 1 {
-                "←"
-            } else if !still.counts {
-                "clipped"
-            } else {
-                ""
-            };
-            out.push_str(line(report, still, mark).trim_end());
-            out.push('\n');
-        } else {
-            left_out += 1;
-        }
-    }
-    if left_out > 0 {
-        out.push_str(&format!("  … and {left_out} more; --json has all\n"));
-    }
-    out
+fn stills_of(report: &CheckReport) -> Section<'static> {
+    let columns = [
+        Column::left("still"),
+        Column::number("rows"),
+        Column::left("up"),
+        Column::number("off, °"),
+        Column::number("error of ‖a‖, mm/s²"),
+        Column::number("mg"),
+        Column::number("z"),
+        Column::left(""),
+    ];
+    let rows = report.stills.iter().enumerate();
+    let table = Table::new("")
+        .columns(columns)
+        .rows(rows.map(|(i, still)| row(report, i, still)));
+    let predicted = report
+        .predicted_rms_mps2
+        .map_or(String::new(), |p| format!(", {} predicted", mm_and_mg(p)));
+    let rms = format!("RMS {}{predicted}", mm_and_mg(report.rms_mps2));
+    Section::new("stills", "Stills")
+        .opening()
+        .with(table)
+        .with(Block::paragraph(rms))
 }
 
-fn line(report: &CheckReport, still: &StillCheck, mark: &str) -> String {
+fn mm_and_mg(mps2: f64) -> String {
+    let mg = 1000.0 * mps2 / STANDARD_GRAVITY_MPS2;
+    format!("{} mm/s² ({} mg)", fixed(1e3 * mps2, 1), fixed(mg, 2))
+}
+
+fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
     let at = still.start_s.map_or_else(
         || format!("line {}", still.lines[0]),
         |s| format!("{s:.2} s"),
@@ -102,66 +95,71 @@ fn line(report: &CheckReport, still: &StillCheck, mark: &str) -> String {
         (None, 1) => format!("at {at}"),
         (None, _) => format!("{} {at}", short_name(&still.file)),
     };
-    let name: String = if name.chars().count() > 21 {
-        let tail: Vec<char> = name.chars().rev().take(20).collect();
-        std::iter::once('…').chain(tail.into_iter().rev()).collect()
-    } else {
-        name
+    let worst = i == report.worst && report.stills.len() > 1;
+    let mark = match (worst, still.counts) {
+        (true, _) => "← the worst",
+        (false, false) => "clipped",
+        (false, true) => "",
     };
-    format!(
-        "  {name:<22}{:>6}  {:<10}{:>9}{:>8}{:>12}{:>7} {mark}",
-        still.rows,
-        format!("{} {:.1}°", still.nearest, still.nearest_deg),
-        format!("{:+.1}", 1000.0 * still.error_mps2),
-        format!("({:+.2})", still.error_mg),
-        still
-            .sigma_mps2
-            .map_or(String::new(), |s| format!("± {:.1}", 1000.0 * s)),
-        still.z.map_or(String::new(), |z| format!("{z:+.1}")),
-    )
+    let key = |field: &str| format!("/stills/{i}/{field}");
+    let sigma = still
+        .sigma_mps2
+        .map(|s| Quantity::new(key("sigma_mps2"), s, fixed(1e3 * s, 1)));
+    let cells = [
+        Cell::text(name),
+        Cell::number(key("rows"), still.rows as f64, still.rows.to_string()),
+        Cell::text(&still.nearest),
+        Cell::number(
+            key("nearest_deg"),
+            still.nearest_deg,
+            fixed(still.nearest_deg, 1),
+        ),
+        Cell::number(
+            key("error_mps2"),
+            still.error_mps2,
+            signed(1e3 * still.error_mps2, 1),
+        )
+        .plus_minus(sigma),
+        Cell::number(key("error_mg"), still.error_mg, signed(still.error_mg, 2)),
+        Cell::maybe(key("z"), still.z, |z| signed(z, 1)),
+        Cell::text(mark),
+    ];
+    Row {
+        stays: worst,
+        ..Row::from(cells)
+    }
 }
 
-fn summary(report: &CheckReport) -> String {
-    let mg = |v: f64| 1000.0 * v / STANDARD_GRAVITY_MPS2;
-    let predicted = report.predicted_rms_mps2.map_or(String::new(), |p| {
-        format!(", {:.1} mm/s² ({:.2} mg) predicted", 1000.0 * p, mg(p))
-    });
-    format!(
-        "\n  RMS {:.1} mm/s² ({:.2} mg){predicted}{}\n",
-        1000.0 * report.rms_mps2,
-        mg(report.rms_mps2),
-        if report.stills.len() > 1 {
-            "; ← the worst"
-        } else {
-            ""
-        }
-    )
-}
-
-fn gyro(g: &GyroscopeCheck) -> String {
-    let rates: Vec<String> = (0..3)
-        .map(|i| {
-            let error = g
-                .standard_error_deg_s
-                .map_or(String::new(), |e| format!(" ± {:.3}", e[i]));
-            format!("{} {:+.3}{error}", ["x", "y", "z"][i], g.rate_deg_s[i])
-        })
-        .collect();
+fn gyroscope_at_rest(g: &GyroscopeCheck) -> Section<'static> {
+    let rate = |i: usize| {
+        let sigma = g.standard_error_deg_s.map(|e| {
+            Quantity::new(
+                format!("/gyroscope/standard_error_deg_s/{i}"),
+                e[i],
+                fixed(e[i], 3),
+            )
+        });
+        let key = format!("/gyroscope/rate_deg_s/{i}");
+        Cell::number(key, g.rate_deg_s[i], signed(g.rate_deg_s[i], 3)).plus_minus(sigma)
+    };
+    let rates = [Cell::text("rate, °/s"), rate(0), rate(1), rate(2)];
+    let table = Table::new("")
+        .columns([Column::left("")])
+        .columns(Column::axes(""))
+        .row(rates);
+    let limit = g.limit_deg_s;
     let judgement = match g.judgement {
-        Judgement::Fits => format!("within {} °/s: its bias fits", g.limit_deg_s),
+        Judgement::Fits => format!("within {limit} °/s: its bias fits"),
         Judgement::DoesNotFit => format!(
-            "more than {} °/s: its bias has moved (as it does with every start and with temperature); take it anew at rest: {} {}",
-            g.limit_deg_s,
+            "more than {limit} °/s: its bias has moved (as it does with every start and with temperature); take it anew at rest: {} {}",
             g.bias_now.map(|b| format!("{b:.5}")).join(", "),
             g.input_unit.name()
         ),
-        Judgement::CannotSay => format!(
-            "too short or unsteady to tell whether that is within {} °/s",
-            g.limit_deg_s
-        ),
+        Judgement::CannotSay => {
+            format!("too short or unsteady to tell whether that is within {limit} °/s")
+        }
     };
-    let mut out = String::from("\nGyroscope at rest, calibrated, °/s\n");
-    out.push_str(&paragraph("  ", &rates.join(", ")));
-    out.push_str(&paragraph("  ", &judgement));
-    out
+    Section::new("gyroscope", "Gyroscope at rest, calibrated")
+        .with(table)
+        .with(Block::paragraph(judgement))
 }

@@ -1,151 +1,161 @@
-//! A comparison of two calibrations as text.
+//! What is said about the comparison of two calibrations.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use crate::compare::{Comparison, GyroscopeDifference, ParameterDifference, ParameterKind};
+use crate::compare::{
+    Agreement, Comparison, GyroscopeDifference, ParameterDifference, ParameterKind,
+};
+use crate::document::number::{decimals_for, fixed, signed, unit};
+use crate::document::{
+    Block, Cell, Column, Document, Grade, Quantity, Row, Section, Table, Verdict,
+};
 
-use super::text::{decimals_for, direction, findings_text, paragraph};
+use super::{direction, short_name};
 
-/// The whole report.
+/// The document of a comparison.
 #[must_use]
-pub fn comparison_text(c: &Comparison) -> String {
-    let mut out = head(c);
-    out.push_str(&parameters(&c.parameters));
-    out.push_str(&norms(c));
-    out.push_str(&orientation(c));
-    if let Some(gyroscope) = &c.gyroscope {
-        out.push_str(&gyroscopes(gyroscope));
-    }
-    if !c.findings.is_empty() {
-        out.push_str("\nFindings\n");
-        out.push_str(&findings_text(&c.findings, true));
-    }
-    out.push_str(&paragraph("\nVerdict: ", c.verdict.judgement.name()));
-    for reason in &c.verdict.reasons {
-        out.push_str(&paragraph("  - ", reason));
-    }
-    out
-}
-
-fn head(c: &Comparison) -> String {
-    let mut out = String::new();
-    for (i, letter) in ["A", "B"].into_iter().enumerate() {
+pub fn comparison(c: &Comparison) -> Document<'static> {
+    let of = |i: usize| {
         let temperature =
             c.temperature_c[i].map_or(String::new(), |t| format!(", {:.1} °C", t.mean));
-        out.push_str(&paragraph(
-            &format!("{letter}  "),
-            &format!(
-                "{}: g = {:.5} m/s²{temperature}",
-                c.files[i], c.gravity_mps2[i]
-            ),
+        format!(
+            "{}: g = {:.5} m/s²{temperature}",
+            c.files[i], c.gravity_mps2[i]
+        )
+    };
+    let facts = ["A", "B"]
+        .into_iter()
+        .map(str::to_owned)
+        .zip([of(0), of(1)]);
+    let judgement = c.verdict.judgement;
+    let grade = match judgement {
+        Agreement::Agree => Grade::Good,
+        Agreement::Differ => Grade::Poor,
+        Agreement::CannotSay => Grade::Unknown,
+    };
+    let [a, b] = c.files.each_ref().map(|file| short_name(file));
+    let mut document = Document {
+        subject: vec![format!("{b} (B) against {a} (A)")],
+        verdict: Some(Verdict::new(grade, judgement.name(), &c.verdict.reasons)),
+        ..Document::new(format!("{b} against {a}"))
+    }
+    .with(
+        Section::new("calibrations", "The calibrations")
+            .opening()
+            .with(Block::Facts(facts.collect())),
+    )
+    .with(parameters(&c.parameters))
+    .with(magnitude(c));
+    if let Some(o) = &c.orientation {
+        let axis = o.axis.map(|v| signed(v, 2)).join(", ");
+        document = document.with(Section::new("frame", "Frame of B against that of A").with(
+            Block::paragraph(format!(
+                "turned by {}° about ({axis})",
+                fixed(o.angle_deg, 3)
+            )),
         ));
     }
-    out
-}
-
-fn parameters(list: &[ParameterDifference]) -> String {
-    let mut out = format!(
-        "\n  {:<16}{:>13}{:>13}{:>13}  {:<12}{:>8}\n",
-        "", "A", "B", "B − A", "± 1σ", "z"
-    );
-    let mut kind = None;
-    for p in list {
-        if kind.is_some_and(|k| k != p.kind) {
-            out.push('\n');
-        }
-        kind = Some(p.kind);
-        // Three digits of what is judged, whether σ is known or not.
-        let worth = p.sigma.filter(|s| *s > 0.0).unwrap_or(match p.kind {
-            ParameterKind::Bias => 1e-3,
-            _ => 1e-2,
-        });
-        let d = decimals_for(worth);
-        let value = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.d$}"));
-        let unit = match p.unit.as_str() {
-            "m/s^2" => "m/s²",
-            "deg" => "°",
-            other => other,
-        };
-        let row = format!(
-            "  {:<16}{:>13}{:>13}{:>13}  {:<12}{:>8}",
-            format!("{} {unit}", p.name.replace('_', " ")),
-            value(p.a),
-            value(p.b),
-            format!("{:+.d$}", p.difference),
-            p.sigma.map_or(String::new(), |s| format!("± {s:.d$}")),
-            p.z.map_or(String::new(), |z| format!("{z:+.1}")),
-        );
-        out.push_str(row.trim_end());
-        out.push('\n');
+    if let Some(gyroscope) = &c.gyroscope {
+        document = document.with(gyroscopes(gyroscope));
     }
-    out
+    document.with_findings(&c.findings, true)
 }
 
-fn both(v: f64) -> String {
-    format!(
-        "{:.2} mm/s² ({:.2} mg)",
-        1000.0 * v,
-        1000.0 * v / STANDARD_GRAVITY_MPS2
-    )
+fn parameters(list: &[ParameterDifference]) -> Section<'static> {
+    let columns = ["A", "B", "B − A", "z"].map(Column::number);
+    let table = Table::new("")
+        .columns([Column::left("")])
+        .columns(columns)
+        .rows(list.iter().enumerate().map(|(i, p)| parameter(i, p)));
+    Section::new("parameters", "Parameters").with(table)
 }
 
-fn norms(c: &Comparison) -> String {
+fn parameter(i: usize, p: &ParameterDifference) -> Row {
+    // Three digits of what is judged, whether σ is known or not.
+    let worth = p.sigma.filter(|s| *s > 0.0).unwrap_or(match p.kind {
+        ParameterKind::Bias => 1e-3,
+        _ => 1e-2,
+    });
+    let n = decimals_for(worth);
+    let key = |field: &str| format!("/parameters/{i}/{field}");
+    let sigma = p.sigma.map(|s| Quantity::new(key("sigma"), s, fixed(s, n)));
+    let cells = [
+        Cell::text(format!("{}, {}", p.name.replace('_', " "), unit(&p.unit))),
+        Cell::maybe(key("a"), p.a, |v| fixed(v, n)),
+        Cell::maybe(key("b"), p.b, |v| fixed(v, n)),
+        Cell::number(key("difference"), p.difference, signed(p.difference, n)).plus_minus(sigma),
+        Cell::maybe(key("z"), p.z, |z| signed(z, 1)),
+    ];
+    cells.into()
+}
+
+fn magnitude(c: &Comparison) -> Section<'static> {
     let m = &c.magnitude;
-    let predicted =
-        |v: Option<f64>| v.map_or(String::new(), |v| format!(", {} predicted", both(v)));
-    let mut out = String::from("\nLength of a at rest, B − A over all directions\n");
-    out.push_str(&paragraph(
-        "  RMS      ",
-        &format!(
-            "{}{}",
-            both(m.norm_rms_mps2),
-            predicted(m.predicted_rms_mps2)
-        ),
-    ));
-    out.push_str(&paragraph(
-        "  largest  ",
-        &format!(
-            "{}{}, at {}",
-            both(m.norm_largest_mps2),
-            predicted(m.predicted_at_largest_mps2),
-            direction(m.largest_at)
-        ),
-    ));
-    out
-}
-
-fn orientation(c: &Comparison) -> String {
-    let Some(o) = &c.orientation else {
-        return String::new();
+    let row = |name: String, value: (&str, f64), predicted: (&str, Option<f64>)| {
+        let mm = |v: f64| fixed(1e3 * v, 2);
+        let mg = |v: f64| fixed(1e3 * v / STANDARD_GRAVITY_MPS2, 2);
+        let key = |name: &str| format!("/magnitude/{name}");
+        Row::from([
+            Cell::text(name),
+            Cell::number(key(value.0), value.1, mm(value.1)),
+            Cell::number(key(value.0), value.1, mg(value.1)),
+            Cell::maybe(key(predicted.0), predicted.1, mm),
+            Cell::maybe(key(predicted.0), predicted.1, mg),
+        ])
     };
-    let axis = o.axis.map(|v| format!("{v:+.2}")).join(", ");
-    format!(
-        "\nFrame of B against that of A: turned by {:.3}° about ({axis})\n",
-        o.angle_deg
-    )
+    let column = |group, name| Column::number(name).below(group);
+    let table = Table::new("")
+        .columns([
+            Column::left(""),
+            column("B − A", "mm/s²"),
+            column("B − A", "mg"),
+            column("predicted", "mm/s²"),
+            column("predicted", "mg"),
+        ])
+        .row(row(
+            "RMS over all directions".to_owned(),
+            ("norm_rms_mps2", m.norm_rms_mps2),
+            ("predicted_rms_mps2", m.predicted_rms_mps2),
+        ))
+        .row(row(
+            format!("largest, at {}", direction(m.largest_at)),
+            ("norm_largest_mps2", m.norm_largest_mps2),
+            ("predicted_at_largest_mps2", m.predicted_at_largest_mps2),
+        ));
+    Section::new("magnitude", "Length of a at rest").with(table)
 }
 
-fn gyroscopes(g: &GyroscopeDifference) -> String {
-    let mut out = format!(
-        "\n  {:<16}{:>13}{:>13}{:>13}  {}\n",
-        "gyroscope", "A", "B", "B − A", "scale B/A"
-    );
-    for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
-        let scale = g
-            .scale_difference_percent
-            .map_or(String::new(), |s| format!("{:+.3} %", s[i]));
-        out.push_str(
-            format!(
-                "  {:<16}{:>13.4}{:>13.4}{:>13}  {scale}",
-                format!("bias {axis} °/s"),
+fn gyroscopes(g: &GyroscopeDifference) -> Section<'static> {
+    let row = |i: usize| {
+        let key = |field: &str| format!("/gyroscope/{field}/{i}");
+        let scale = g.scale_difference_percent.map(|s| s[i]);
+        Row::from([
+            Cell::text(format!("bias {}, °/s", ["x", "y", "z"][i])),
+            Cell::number(
+                key("bias_a_deg_s"),
                 g.bias_a_deg_s[i],
+                fixed(g.bias_a_deg_s[i], 4),
+            ),
+            Cell::number(
+                key("bias_b_deg_s"),
                 g.bias_b_deg_s[i],
-                format!("{:+.4}", g.bias_difference_deg_s[i])
-            )
-            .trim_end(),
-        );
-        out.push('\n');
-    }
-    out.push_str("  (shown, not judged: a gyroscope's bias moves with every start)\n");
-    out
+                fixed(g.bias_b_deg_s[i], 4),
+            ),
+            Cell::number(
+                key("bias_difference_deg_s"),
+                g.bias_difference_deg_s[i],
+                signed(g.bias_difference_deg_s[i], 4),
+            ),
+            Cell::maybe(key("scale_difference_percent"), scale, |v| signed(v, 3)),
+        ])
+    };
+    let table = Table::new("")
+        .columns([Column::left("")])
+        .columns(["A", "B", "B − A", "scale B/A, %"].map(Column::number))
+        .rows((0..3).map(row));
+    Section::new("gyroscope", "Gyroscope")
+        .with(table)
+        .with(Block::note(
+            "(shown, not judged: a gyroscope's bias moves with every start)",
+        ))
 }

@@ -1,90 +1,108 @@
-//! The gyroscope of a calibration as text.
+//! What is said about the gyroscope of a calibration.
 
 use crate::calibration_file::GyroscopeSection;
+use crate::document::number::{decimals_by, digits, fixed, unit};
+use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
 use gravical_core::matrix3;
 
-use super::text::{decimals_for, decimals_of, paragraph};
+use super::calibration::{matrices, power_of_ten};
 
 /// Parameters, and how well they fit.
-pub(super) fn gyroscope(g: &GyroscopeSection) -> String {
-    let unit = g.input_unit.name();
-    if g.method == "bias" {
-        return bias_only(g, unit);
-    }
-    let mut out = format!("\nGyroscope: raw = K R ω + b + S a, raw in {unit}\n");
-    let sd = deviations(g);
-    out.push_str(&format!(
-        "\n  {:<4}{:>11} {:<10}{:>12} {:<10}  {}\n",
-        "axis",
-        "bias b",
-        if sd.is_some() { "  ± 1σ" } else { "" },
-        "K per rad/s",
-        if sd.is_some() { "  ± 1σ" } else { "" },
-        "R"
-    ));
-    for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-        let r: String = g.orientation[i]
-            .iter()
-            .map(|v| format!("{v:>9.5}"))
-            .collect();
-        let (bias, bias_sd) = with_deviation(g.bias[i], g.scale[i], sd.map(|(b, _)| b[i]));
-        let (scale, scale_sd) = with_deviation(g.scale[i], g.scale[i], sd.map(|(_, k)| k[i]));
-        out.push_str(&format!(
-            "  {axis:<4}{bias:>11} {bias_sd:<10}{scale:>12} {scale_sd:<10}{r}\n"
-        ));
+pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
+    let raw = &unit(g.input_unit.name());
+    let how = match g.method.as_str() {
+        "turns" => "From three known turns and the rests (Ferraris).",
+        "motion" => {
+            "From the motions between rests: gravity, turned by the integrated rate, has to arrive where the accelerometer sees it. Its axes are those of the calibrated accelerometer."
+        }
+        "bias" => "Its bias alone, from the rests; no turn shows the scale, which is nominal.",
+        _ => "How it was estimated is not known here.",
+    };
+    let sd = if g.method == "bias" {
+        bias_alone(g)
+    } else {
+        deviations(g)
+    };
+    let row = |i: usize| {
+        let value = |name: &str, v: f64, sd: Option<f64>| {
+            let n = decimals_by(sd, g.scale[i]);
+            // By the covariance: no field of its own.
+            let sd = sd.map(|s| Quantity::loose(s, fixed(s, n)));
+            Cell::number(format!("/gyroscope/{name}/{i}"), v, fixed(v, n)).plus_minus(sd)
+        };
+        Row::from([
+            Cell::text(["x", "y", "z"][i]),
+            value("bias", g.bias[i], sd.map(|d| d.0[i])),
+            value("scale", g.scale[i], sd.map(|d| d.1[i])),
+        ])
+    };
+    let table = Table::new("Bias and scale, ± 1σ")
+        .columns([
+            Column::left("axis"),
+            Column::number(format!("bias b, {raw}")),
+            Column::number(format!("scale K, {raw} per rad/s")),
+        ])
+        .rows((0..3).map(row));
+    let matrix = matrices(
+        "/gyroscope",
+        &g.orientation,
+        &g.matrix,
+        &format!("matrix, rad/s per {raw}"),
+    );
+    let section = Section::new("gyroscope", "Gyroscope")
+        .with(Block::Equation(vec![
+            "raw = K R ω + b + S a",
+            "calibrated = matrix · (raw − b − S a)",
+        ]))
+        .with(Block::paragraph(how))
+        .full(Block::paragraph(format!(
+            "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}."
+        )))
+        .with(table);
+    let mut section = match g.method.as_str() {
+        "bias" => section.full(matrix),
+        _ => section.with(matrix),
+    };
+    if g.g_sensitivity.iter().flatten().any(|v| *v != 0.0) {
+        // What the coupling is known to is a few per cent.
+        let text = power_of_ten(&g.g_sensitivity, 2);
+        let rows = ["x", "y", "z"].iter().zip(&g.g_sensitivity).enumerate();
+        let rows = rows.map(|(i, (axis, row))| {
+            let key = format!("/gyroscope/g_sensitivity/{i}");
+            Row::axes(axis, &key, Some(*row), |_, v| text(v))
+        });
+        let coupling = Table::new(format!("S, {raw} per m/s²"))
+            .columns([Column::left("")])
+            .columns(Column::axes(""))
+            .rows(rows);
+        section = section.full(coupling);
     }
     if let (Some(residual), Some(motions)) = (g.residual_deg, g.motions) {
         let left_out = g.leave_one_out_deg.map_or_else(
             || "too few motions to leave one out".to_owned(),
-            |d| format!("{d:.3}° when the motion takes no part"),
+            |d| format!("{}° when the motion takes no part", digits(d, 2)),
         );
-        out.push('\n');
-        out.push_str(&paragraph(
-            "  ",
-            &format!(
-                "from {} motions between stills; turned by it, gravity is off by {residual:.3}° rms after a motion ({left_out}); its axes are those of the calibrated accelerometer",
-                motions.used
-            ),
-        ));
+        section = section.with(Block::paragraph(format!(
+            "From {} motions between stills, {} left out: turned by it, gravity is off by {}° rms after a motion ({left_out}).",
+            motions.used,
+            motions.left_out,
+            digits(residual, 2)
+        )));
     }
-    out
+    section
 }
 
-fn bias_only(g: &GyroscopeSection, unit: &str) -> String {
-    let sd = g.covariance.as_ref().and_then(|c| {
-        let at = |i: usize| Some(c.values.get(i)?.get(i)?.sqrt());
-        Some([at(0)?, at(1)?, at(2)?])
-    });
-    let biases: Vec<String> = (0..3)
-        .map(|i| {
-            let (bias, sd) = with_deviation(g.bias[i], g.scale[i], sd.map(|s| s[i]));
-            format!("{bias} {sd}").trim_end().to_owned()
-        })
-        .collect();
-    let text = format!(
-        "bias {} {unit}; scale nominal, no turn shows it",
-        biases.join(", ")
-    );
-    format!("\n{}", paragraph("Gyroscope: ", &text))
-}
-
-/// A value and its standard deviation with the digits that this leaves it.
-fn with_deviation(value: f64, scale: f64, sd: Option<f64>) -> (String, String) {
-    match sd {
-        Some(sd) if sd > 0.0 && sd.is_finite() => {
-            let d = decimals_for(sd);
-            (format!("{value:.d$}"), format!("± {sd:.d$}"))
-        }
-        _ => {
-            let d = decimals_of(scale, 6);
-            (format!("{value:.d$}"), String::new())
-        }
-    }
+/// Standard deviations where the covariance is of the bias alone: those of the
+/// scale are not known.
+fn bias_alone(g: &GyroscopeSection) -> Option<([f64; 3], [f64; 3])> {
+    let c = &g.covariance.as_ref()?.values;
+    let at = |i: usize| Some(c.get(i)?.get(i)?.sqrt());
+    Some(([at(0)?, at(1)?, at(2)?], [f64::NAN; 3]))
 }
 
 /// Of bias and scale, by the covariance of M and b: the scale is the length of
 /// a row of M.
-pub(super) fn deviations(g: &GyroscopeSection) -> Option<([f64; 3], [f64; 3])> {
+fn deviations(g: &GyroscopeSection) -> Option<([f64; 3], [f64; 3])> {
     let c = &g.covariance.as_ref()?.values;
     let at = |i: usize, j: usize| c.get(i).and_then(|row| row.get(j)).copied();
     let mut bias = [0.0; 3];

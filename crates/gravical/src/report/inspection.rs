@@ -1,71 +1,66 @@
-//! What is in a recording, as text.
+//! What is said about what is in a recording.
 
+use crate::document::number::{decimals_of, fixed};
+use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
 use crate::inspect::{Inspection, StillSpan};
-use crate::output::one_line;
 use crate::recording::Origin;
 use crate::recording::units::{AccelUnit, GyroUnit};
 
-use super::temperature::temperature_text;
-use super::text::{findings_text, paragraph};
+use super::short_name;
+use super::temperature::drift;
 
 /// Cells of the bar that shows where the recording is still.
 const BAR: usize = 64;
-/// Stills that are listed one by one.
-const LISTED: usize = 16;
 
-/// The whole summary.
+/// The document of an inspection.
 #[must_use]
-pub fn inspection_text(inspection: &Inspection) -> String {
-    let mut out = format!("{}\n", one_line(&inspection.file));
-    let mut line = |name: &str, text: String| {
-        out.push_str(&paragraph(&format!("  {name:<8}"), &text));
-    };
-    line("format", inspection.description.clone());
+pub fn inspection(inspection: &Inspection) -> Document<'static> {
+    let mut facts: Vec<(String, String)> = Vec::new();
+    let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
+    fact("format", inspection.description.clone());
     if let Some(serial) = &inspection.serial {
-        line("sensor", format!("serial number {serial}"));
+        fact("sensor", format!("serial number {serial}"));
     }
-    line("lines", inspection.account.sum.clone());
-    line("time", time(inspection));
-    line("accel", accel(inspection));
+    fact("lines", inspection.account.sum.clone());
+    fact("time", time(inspection));
+    fact("accel", accel(inspection));
     if let Some(text) = gyro(inspection) {
-        line("gyro", text);
+        fact("gyro", text);
     }
     if let Some([low, high]) = inspection.temperature_c {
-        line("temp", format!("{low:.1} to {high:.1} °C"));
+        fact("temp", format!("{low:.1} to {high:.1} °C"));
     }
     if !inspection.labels.is_empty() {
-        let shown: Vec<String> = inspection
-            .labels
-            .iter()
-            .take(12)
+        let labels = inspection.labels.iter().take(12);
+        let shown: Vec<String> = labels
             .map(|(name, rows)| format!("{name} {rows}"))
             .collect();
-        line("labels", shown.join(", "));
+        fact("labels", shown.join(", "));
     }
-    line("still", stillness(inspection));
-    out.push_str(&format!("          {}\n", bar(inspection)));
-    out.push_str(&stills(inspection));
+    fact("still", stillness(inspection));
+    fact("", bar(inspection));
     if !inspection.turns.is_empty() {
-        let about: Vec<String> = inspection
-            .turns
-            .iter()
-            .map(|t| t.axis.to_string())
-            .collect();
-        out.push_str(&format!(
-            "  turns   full turns about {}\n",
-            about.join(", ")
-        ));
+        let turns = inspection.turns.iter();
+        let about: Vec<String> = turns.map(|t| t.axis.to_string()).collect();
+        fact("turns", format!("full turns about {}", about.join(", ")));
+    }
+    let reading = Section::new("reading", "How it was read").opening();
+    let mut document = Document {
+        subject: vec![inspection.file.clone()],
+        ..Document::new(format!("Recording {}", short_name(&inspection.file)))
+    }
+    .with(reading.with(Block::Facts(facts)));
+    if !inspection.stills.is_empty() {
+        document = document.with(stills(&inspection.stills));
     }
     if let Some(model) = &inspection.temperature_drift {
-        out.push_str(&temperature_text(model));
-        out.push('\n');
+        document = document.with(drift(
+            Section::new("temperature", "Temperature"),
+            model,
+            "/temperature_drift",
+        ));
     }
-    if inspection.findings.is_empty() {
-        out.push_str("  nothing odd was found\n");
-    } else {
-        out.push_str(&findings_text(&inspection.findings, false));
-    }
-    out
+    document.with_findings(&inspection.findings, false)
 }
 
 fn time(inspection: &Inspection) -> String {
@@ -106,47 +101,39 @@ fn origin(origin: Origin) -> &'static str {
 
 fn accel(inspection: &Inspection) -> String {
     let a = &inspection.accelerometer;
+    let origin = origin(a.origin);
     match (a.unit, a.lsb_per_g) {
         (AccelUnit::Unknown, _) => "unit unknown: say it with --accel-unit".to_owned(),
         (AccelUnit::Counts, Some(lsb)) => {
-            format!(
-                "counts, {lsb:.0} per g (±{:.0} g), {}",
-                32768.0 / lsb,
-                origin(a.origin)
-            )
+            format!("counts, {lsb:.0} per g (±{:.0} g), {origin}", 32768.0 / lsb)
         }
-        (AccelUnit::Counts, None) => format!("counts of unknown range, {}", origin(a.origin)),
-        (unit, _) => format!("{}, {}", unit.name(), origin(a.origin)),
+        (AccelUnit::Counts, None) => format!("counts of unknown range, {origin}"),
+        (unit, _) => format!("{}, {origin}", unit.name()),
     }
 }
 
 fn gyro(inspection: &Inspection) -> Option<String> {
     let g = inspection.gyroscope?;
+    let origin = origin(g.origin);
     Some(match (g.unit, g.lsb_per_deg_s) {
         (GyroUnit::Unknown, _) => "unit unknown: say it with --gyro-unit".to_owned(),
         (GyroUnit::Counts, Some(lsb)) => {
             format!(
-                "counts, {lsb} per °/s (±{:.0} °/s), {}",
-                32768.0 / lsb,
-                origin(g.origin)
+                "counts, {lsb} per °/s (±{:.0} °/s), {origin}",
+                32768.0 / lsb
             )
         }
-        (unit, _) => format!("{}, {}", unit.name(), origin(g.origin)),
+        (unit, _) => format!("{}, {origin}", unit.name()),
     })
 }
 
 fn stillness(inspection: &Inspection) -> String {
+    let share = 100.0 * inspection.still_share;
     match inspection.stills.len() {
         0 if inspection.account.rows < 40 => "too few rows to tell".to_owned(),
         0 => "never".to_owned(),
-        1 => format!(
-            "{:.0} % of the rows, in one piece",
-            100.0 * inspection.still_share
-        ),
-        n => format!(
-            "{:.0} % of the rows, in {n} pieces",
-            100.0 * inspection.still_share
-        ),
+        1 => format!("{share:.0} % of the rows, in one piece"),
+        n => format!("{share:.0} % of the rows, in {n} pieces"),
     }
 }
 
@@ -171,44 +158,35 @@ fn bar(inspection: &Inspection) -> String {
         .collect()
 }
 
-fn stills(inspection: &Inspection) -> String {
-    let mut out = String::new();
-    if inspection.stills.is_empty() {
-        return out;
-    }
-    out.push_str(&format!(
-        "\n  {:>3}{:>19}{:>15}{:>6}{:>7}{:>27}\n",
-        "", "lines", "seconds", "face", "tilt", "mean reading"
-    ));
-    for (i, still) in inspection.stills.iter().take(LISTED).enumerate() {
-        out.push_str(&still_line(i + 1, still));
-    }
-    if inspection.stills.len() > LISTED {
-        out.push_str(&format!(
-            "        … and {} more (--json lists all)\n",
-            inspection.stills.len() - LISTED
-        ));
-    }
-    out.push('\n');
-    out
-}
-
-fn still_line(number: usize, still: &StillSpan) -> String {
-    let seconds = match (still.start_s, still.end_s) {
-        (Some(from), Some(to)) => format!("{from:.1}–{to:.1}"),
-        _ => "–".to_owned(),
+fn stills(all: &[StillSpan]) -> Section<'static> {
+    let row = |(i, still): (usize, &StillSpan)| {
+        let largest = still.mean.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let n = decimals_of(largest, 4);
+        let key = |field: &str| format!("/stills/{i}/{field}");
+        let seconds = |field: &str, v: Option<f64>| Cell::maybe(key(field), v, |v| fixed(v, 1));
+        let mut cells = vec![
+            Cell::text((i + 1).to_string()),
+            Cell::text(format!("{}–{}", still.lines[0], still.lines[1])),
+            seconds("start_s", still.start_s),
+            seconds("end_s", still.end_s),
+            Cell::text(still.face.as_deref().unwrap_or("–")),
+            Cell::number(key("tilt_deg"), still.tilt_deg, fixed(still.tilt_deg, 1)),
+        ];
+        cells.extend(Cell::axes(&key("mean"), Some(still.mean), |_, v| {
+            fixed(v, n)
+        }));
+        Row::from(cells)
     };
-    let largest = still.mean.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let decimals = super::text::decimals_of(largest, 4);
-    let mean: String = still
-        .mean
-        .iter()
-        .map(|v| format!("{v:>9.decimals$}"))
-        .collect();
-    format!(
-        "  {number:>3}{:>19}{seconds:>15}{:>6}{:>7}{mean}\n",
-        format!("{}–{}", still.lines[0], still.lines[1]),
-        still.face.as_deref().unwrap_or("–"),
-        format!("{:.1}°", still.tilt_deg),
-    )
+    let table = Table::new("")
+        .columns([
+            Column::left(""),
+            Column::left("lines"),
+            Column::number("from, s"),
+            Column::number("to, s"),
+            Column::left("face"),
+            Column::number("tilt, °"),
+        ])
+        .columns(Column::axes("mean reading"))
+        .rows(all.iter().enumerate().map(row));
+    Section::new("stills", "Where it is still").with(table)
 }

@@ -1,4 +1,4 @@
-//! Results for people: as text, 80 columns wide, and as a page ([`html`]). Every
+//! What is said about each result, as a [`Document`](crate::document::Document). Every
 //! number comes from the same value that is written as JSON.
 
 mod calibration;
@@ -6,19 +6,42 @@ mod check;
 mod compare;
 mod denoise;
 mod gyroscope;
-pub mod html;
 mod inspection;
 mod motion;
+mod moves;
+mod paste;
+mod placements;
+mod provenance;
 mod temperature;
-mod text;
 mod truth;
 
-pub use calibration::calibration_text;
-pub use check::check_text;
-pub use compare::comparison_text;
-pub use denoise::denoise_text;
-pub use inspection::inspection_text;
-pub use motion::motion_text;
-pub use temperature::temperature_text;
-pub(crate) use text::decimals_for;
-pub use text::{findings_text, paragraph};
+#[cfg(test)]
+mod tests;
+
+use crate::figure::Figure;
+
+pub use calibration::calibration;
+pub use check::check;
+pub use compare::comparison;
+pub use denoise::denoise;
+pub use inspection::inspection;
+pub use motion::motion;
+pub use provenance::{Provenance, TOOL};
+
+use crate::document::short_name;
+
+/// The figures of these names, in this order, as far as they are there.
+fn named<'a>(figures: &'a [Figure], names: &[&str]) -> Vec<&'a Figure> {
+    let find = |name: &&str| figures.iter().find(|f| f.name == *name);
+    names.iter().filter_map(find).collect()
+}
+
+/// "+z", "12° off +z", or all three components where no axis is near.
+fn direction(n: [f64; 3]) -> String {
+    let (face, off) = crate::segment::face::Face::nearest(n);
+    match off {
+        off if off < 1.0 => face.name(),
+        off if off < 25.0 => format!("{off:.0}° off {}", face.name()),
+        _ => format!("({})", n.map(|v| format!("{v:+.2}")).join(", ")),
+    }
+}

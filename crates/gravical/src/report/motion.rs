@@ -1,52 +1,182 @@
-//! Motion as text: what was read, rests, moves, the end, what the uncertainty is
-//! made of, the comparison with a reference.
+//! What is said about a motion: what was read, rests, moves, the end, what the
+//! uncertainty is made of, the comparison with a reference.
 
-use crate::motion::{Ends, MotionResult, Move, Span, StaticDrift};
+use gravical_core::matrix3::norm;
+
+use crate::document::number::{decimals_by, decimals_for, digits, fixed};
+use crate::document::{
+    Block, Cell, Column, Document, Grade, KeyFigure, Quantity, Row, Section, Table, Verdict,
+};
+use crate::figure::Figure;
+use crate::motion::{Ends, MotionResult, Move, Span};
 use crate::recording::{Origin, Recording};
 
-use super::text::{decimals_for, decimals_of, findings_text, paragraph, short_name};
+use super::moves::{budget, end, largest, moves, static_drift};
 use super::truth::truth;
+use super::{named, short_name};
 
-/// Moves that are listed one by one.
-const LISTED: usize = 24;
-
-/// Drift over its predicted uncertainty above which the band does not explain it.
-pub(super) const FAR: f64 = 3.0;
-
-/// What drifts beyond this shows two digits and a power of ten: nothing that is known
-/// to more goes so far.
-pub(super) const ROUND: f64 = 1e6;
-
-/// The whole report; `recording` is what it was computed from.
+/// The document of a motion. `recording` is what it was computed from, `figures` are
+/// its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
 #[must_use]
-pub fn motion_text(result: &MotionResult, recording: &Recording) -> String {
-    let mut out = head(result, recording);
-    out.push_str(&moves(result));
-    out.push_str(&end(result));
-    out.push_str(&budget(result));
+pub fn motion<'a>(
+    result: &MotionResult,
+    recording: &Recording,
+    figures: &'a [Figure],
+) -> Document<'a> {
+    let figure = |id, title, names: &[&str]| Section::new(id, title).figures(named(figures, names));
+    let mut document = Document {
+        verdict: Some(verdict(result)),
+        ..Document::new(format!("Motion of {}", short_name(&result.input)))
+    }
+    .with(timing(result, recording))
+    .with(rests(result))
+    .with(figure(
+        "acceleration",
+        "Acceleration",
+        &["acceleration", "motion-acceleration"],
+    ))
+    .with(figure("velocity", "Velocity", &["velocity"]))
+    .with(figure(
+        "trajectory",
+        "Trajectory",
+        &["trajectory", "position-3d"],
+    ))
+    .with(figure("position", "Position", &["position"]));
+    if !result.moves.is_empty() {
+        document = document.with(moves(result).figures(named(figures, &["moves"])));
+    }
+    // Where it is known to rest, nothing is left to say of the end.
+    let sure = |sigma: [f64; 3]| sigma.iter().all(|s| *s == 0.0);
+    if !result.moves.is_empty() || !result.r#final.sigma_m.is_none_or(sure) {
+        document = document.with(end(result));
+        if let Some(b) = &result.budget_m {
+            document = document.with(budget(b).figures(named(figures, &["budget"])));
+        }
+    }
     if let Some(drift) = &result.static_drift {
-        out.push_str(&static_drift(drift));
+        document = document.with(static_drift(drift).figures(named(figures, &["static-drift"])));
     }
     if let Some(comparison) = &result.truth {
-        out.push_str(&truth(comparison));
+        document = document.with(truth(comparison));
     }
-    if !result.findings.is_empty() {
-        out.push_str("\nFindings\n");
-        out.push_str(&findings_text(&result.findings, false));
-    }
-    out
+    document.with_findings(&result.findings, false)
 }
 
-fn head(result: &MotionResult, recording: &Recording) -> String {
-    let rows = facts(result, recording);
-    let row = |(name, text): &(&str, String)| paragraph(&format!("  {name:<13} "), text);
-    rows.iter().map(row).collect()
+/// Of a recording in which no move is seen.
+fn at_rest(result: &MotionResult) -> String {
+    let hidden = result.r#final.sigma_m.map_or(String::new(), |sigma| {
+        let most = largest(sigma);
+        format!(
+            " The position is 0 ± {most:.*} m (1σ): so far a move may go that the noise hides.",
+            decimals_for(most)
+        )
+    });
+    format!("No move is seen in it: it shows how far the result drifts by itself.{hidden}")
 }
 
-/// How the recording was read and what was made of it: name, text.
-pub(super) fn facts(result: &MotionResult, recording: &Recording) -> Vec<(&'static str, String)> {
-    let mut rows = vec![("read as", recording.description.clone())];
-    let mut row = |name, text: &str| rows.push((name, text.to_owned()));
+/// What the recording allows to know.
+fn verdict(result: &MotionResult) -> Verdict {
+    let all = result.moves.len();
+    let usable = result.moves.iter().filter(|m| m.usable).count();
+    let between_rests = |m: &&Move| m.ends == Ends::RestToRest && m.usable;
+    let closed = result.moves.iter().filter(between_rests).count();
+    let (grade, word, reason) = if all == 0 {
+        (Grade::Unknown, "at rest", at_rest(result))
+    } else if usable == 0 {
+        (
+            Grade::Poor,
+            "not usable",
+            "How far it moved cannot be known from this recording; the table of moves says why."
+                .to_owned(),
+        )
+    } else if closed == all {
+        (
+            Grade::Good,
+            "bounded",
+            "Every move lies between two rests: velocity is known to be zero at both of its ends, which keeps the drift down.".to_owned(),
+        )
+    } else if usable == all {
+        (
+            Grade::Fair,
+            "partly open",
+            format!(
+                "{closed} of {all} moves lie between two rests. Where one end is open, the error grows with the time squared."
+            ),
+        )
+    } else {
+        (
+            Grade::Fair,
+            "partly usable",
+            format!(
+                "{usable} of {all} moves can be known; the others are named with their reason."
+            ),
+        )
+    };
+    let duration = || KeyFigure {
+        quantity: Quantity::new(
+            "/duration_s",
+            result.duration_s,
+            fixed(result.duration_s, 2),
+        ),
+        unit: "s",
+        what: "from the first sample to the last".to_owned(),
+    };
+    let known = KeyFigure {
+        quantity: Quantity::loose(usable as f64, format!("{usable} of {all}")),
+        unit: "",
+        what: "moves that can be known".to_owned(),
+    };
+    let sigma = result.r#final.sigma_m.filter(|_| all > 0).map(|s| {
+        let axis = (0..3).max_by(|a, b| s[*a].total_cmp(&s[*b])).unwrap_or(0);
+        let text = format!("± {}", digits(s[axis], 2));
+        KeyFigure {
+            quantity: Quantity::new(format!("/final/sigma_m/{axis}"), s[axis], text),
+            unit: "m",
+            what: "standard uncertainty of the position at the end, along its worst axis (1σ)"
+                .to_owned(),
+        }
+    });
+    let mut figures = vec![single(result).unwrap_or_else(duration), known];
+    figures.extend(sigma);
+    Verdict {
+        heading: "What the recording allows",
+        figures,
+        ..Verdict::new(grade, word, &[reason])
+    }
+}
+
+/// How far the only move went, and what it would be without the calibration.
+fn single(result: &MotionResult) -> Option<KeyFigure> {
+    let [only] = &result.moves[..] else {
+        return None;
+    };
+    let (way, sigma) = (only.displacement_m?, only.sigma_m);
+    let long = norm(&way);
+    // Along the way itself; where it ends at its start there is none.
+    let sd = sigma.filter(|_| long > 0.0).map(|s| {
+        let parts: [f64; 3] = std::array::from_fn(|i| s[i] * way[i] / long);
+        norm(&parts)
+    });
+    let n = decimals_by(sd, long);
+    let text = match sd {
+        Some(sd) => format!("{} ± {}", fixed(long, n), digits(sd, 2)),
+        None => digits(long, 3),
+    };
+    let plain = only.uncalibrated_m.map_or(String::new(), |u| {
+        format!("; uncalibrated {} m", fixed(norm(&u), n))
+    });
+    Some(KeyFigure {
+        quantity: Quantity::loose(long, text),
+        unit: "m",
+        what: format!("moved in one go (± 1σ){plain}"),
+    })
+}
+
+/// How the recording was read and what was made of it.
+fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
+    let mut facts: Vec<(String, String)> = Vec::new();
+    let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
+    fact("read as", recording.description.clone());
     // Its unit may yet be decided otherwise: then a finding says so.
     let gyro = match &recording.gyro {
         Some(_) => "; with a gyroscope",
@@ -59,30 +189,71 @@ pub(super) fn facts(result: &MotionResult, recording: &Recording) -> Vec<(&'stat
         Origin::Assumed => "assumed",
     };
     let unit = recording.accel_scale.unit.name();
-    row("unit", &format!("accelerometer {unit} ({origin}){gyro}"));
-    row(
-        "calibration",
-        &result
-            .calibration
-            .as_deref()
-            .map_or("none: nominal scale".to_owned(), short_name),
-    );
-    row("procedure", &result.procedure);
-    row("frame", &result.frame);
-    row("time", &time(result));
-    row("rests", &rests(&result.still));
+    fact("unit", format!("accelerometer {unit} ({origin}){gyro}"));
+    let none = "none: nominal scale".to_owned();
+    let calibration = result.calibration.as_deref().map_or(none, short_name);
+    fact("calibration", calibration);
+    fact("procedure", result.procedure.clone());
+    fact("frame", result.frame.clone());
+    fact("time", time(result));
+    fact("rests", rest_list(&result.still));
     if let Some(noise) = &result.noise {
-        let three = |v: [f64; 3], factor: f64| v.map(|s| significant(factor * s, 2)).join(" ");
+        let three = |v: [f64; 3]| v.map(|s| digits(1e3 * s, 2)).join(" ");
         let gyro = noise.gyro_sigma_rad_s.map_or(String::new(), |s| {
-            format!("; gyroscope {} mrad/s", three(s, 1e3))
+            format!("; gyroscope {} mrad/s", three(s))
         });
-        let accel = three(noise.accel_sigma_mps2, 1e3);
-        row(
+        let accel = three(noise.accel_sigma_mps2);
+        fact(
             "noise",
-            &format!("accelerometer {accel} mm/s²{gyro} (1σ at rest)"),
+            format!("accelerometer {accel} mm/s²{gyro} (1σ at rest)"),
         );
     }
-    rows
+    let value = |name: &str, key: &str, value: Option<f64>, n: usize| {
+        value.map(|v| Row::from([Cell::text(name), Cell::number(key, v, fixed(v, n))]))
+    };
+    let t = &recording.timing;
+    let count = |rows: u64| Some(rows as f64);
+    let rows = [
+        value(
+            "rate by the stamps, Hz",
+            "/rate_hz/true",
+            result.rate_hz.r#true,
+            3,
+        ),
+        value(
+            "rate that is claimed, Hz",
+            "/rate_hz/nominal",
+            result.rate_hz.nominal,
+            3,
+        ),
+        value("duration, s", "/duration_s", Some(result.duration_s), 3),
+        value("rows", "/rows", count(result.rows), 0),
+        value(
+            "rows stepped over",
+            "/rows_left_out",
+            count(result.rows_left_out),
+            0,
+        ),
+        value(
+            "jitter of the stamps, ms",
+            "",
+            t.jitter_s.map(|v| 1e3 * v),
+            2,
+        ),
+        value(
+            "samples that are missing, %",
+            "",
+            t.missing_share.map(|v| 100.0 * v),
+            2,
+        ),
+    ];
+    let table = Table::new("Timing")
+        .columns([Column::left(""), Column::number("value")])
+        .rows(rows.into_iter().flatten());
+    Section::new("timing", "Timing and procedure")
+        .opening()
+        .with(Block::Facts(facts))
+        .full(table)
 }
 
 fn time(result: &MotionResult) -> String {
@@ -101,7 +272,7 @@ fn time(result: &MotionResult) -> String {
     format!("{:.2} s, {rate}{left_out}", result.duration_s)
 }
 
-fn rests(still: &[Span]) -> String {
+fn rest_list(still: &[Span]) -> String {
     let span = |s: &Span| format!("{:.2}–{:.2}", s.start_s, s.end_s);
     let total: f64 = still.iter().map(|s| s.end_s - s.start_s).sum();
     let list = |spans: &[Span]| spans.iter().map(span).collect::<Vec<_>>().join(", ");
@@ -117,261 +288,60 @@ fn rests(still: &[Span]) -> String {
     }
 }
 
-/// `value` with `digits` significant digits, no exponent.
-fn significant(value: f64, digits: i32) -> String {
-    if !value.is_finite() {
-        return "–".to_owned();
-    }
-    format!("{value:.*}", decimals_of(value, digits))
-}
-
-/// Decimals of each axis for a length with this uncertainty, m: two digits of it;
-/// without one four digits of the largest value.
-pub(super) fn decimals(sigma: Option<[f64; 3]>, value: [f64; 3]) -> [usize; 3] {
-    sigma.map_or([decimals_of(largest(value).max(1e-3), 4); 3], |s| {
-        s.map(decimals_for)
-    })
-}
-
-fn largest(value: [f64; 3]) -> f64 {
-    value.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
-}
-
-/// Three columns of eleven characters.
-pub(super) fn columns(values: [f64; 3], decimals: [usize; 3], mark: &str) -> String {
-    let text = |k: usize| {
-        let v = values[k];
-        if !v.is_finite() {
-            return format!("{:>11}", "–");
-        }
-        let n = decimals[k];
-        if v.abs() >= ROUND {
-            return format!("{:>11}", format!("{mark}{v:.1e}"));
-        }
-        // What rounds to zero has no sign.
-        let shown = format!("{v:.n$}");
-        let shown = match shown.strip_prefix('-') {
-            Some(rest) if rest.bytes().all(|b| matches!(b, b'0' | b'.')) => rest,
-            _ => &shown,
-        };
-        format!("{:>11}", format!("{mark}{shown}"))
+fn rests<'a>(result: &MotionResult) -> Section<'a> {
+    let section = Section::new("rests", "Rests");
+    let spans = result.still.iter().enumerate().map(|(i, span)| {
+        let key = |field: &str| format!("/still/{i}/{field}");
+        Row::from([
+            Cell::text((i + 1).to_string()),
+            Cell::number(key("start_s"), span.start_s, fixed(span.start_s, 2)),
+            Cell::number(key("end_s"), span.end_s, fixed(span.end_s, 2)),
+            Cell::number(
+                "",
+                span.end_s - span.start_s,
+                fixed(span.end_s - span.start_s, 2),
+            ),
+        ])
+    });
+    let columns = ["from", "to", "long"].map(Column::number);
+    let table = Table::new("Where it rests, s")
+        .columns([Column::left("rest")])
+        .columns(columns);
+    let section = match result.still.is_empty() {
+        true => section.full(Block::paragraph("It rests nowhere.")),
+        false => section.full(table.rows(spans)),
     };
-    [0, 1, 2].map(text).concat()
-}
-
-fn moves(result: &MotionResult) -> String {
-    if result.moves.is_empty() {
-        let hidden = result.r#final.sigma_m.map_or(String::new(), |s| {
-            let most = largest(s);
-            format!(
-                " The position is 0 ± {most:.*} m (1σ): so far a move may go that the noise hides.",
-                decimals_for(most)
-            )
+    let Some(n) = result.noise else {
+        return section;
+    };
+    let row = |name: &str, key: &str, sigma: [f64; 3], vif: f64| {
+        let mut row = Row::axes(name, &format!("/noise/{key}"), Some(sigma), |_, v| {
+            digits(1e3 * v, 2)
         });
-        return format!("\n{}", paragraph("", &format!("Moves: none is seen.{hidden}")));
-    }
-    let mut out = format!(
-        "\nMoves, m{}\n  {:>3} {:>16}{:>11}{:>11}{:>11}{:>9}{:>8}  {}\n",
-        if result.moves.iter().any(|m| m.sigma_m.is_some()) {
-            " (± 1σ)"
-        } else {
-            ""
-        },
-        "",
-        "time, s",
-        "x",
-        "y",
-        "z",
-        "path",
-        "m/s",
-        "rest"
-    );
-    let shown = if result.moves.len() > LISTED {
-        LISTED - 1
-    } else {
-        LISTED
+        let at = format!("/noise/{}_vif", key.split('_').next().unwrap_or(""));
+        row.cells.push(Cell::number(at, vif, digits(vif, 2)));
+        row
     };
-    for (i, m) in result.moves.iter().take(shown).enumerate() {
-        out.push_str(&one_move(i, m));
-    }
-    let rest = result.moves.len().saturating_sub(shown);
-    if rest > 0 {
-        out.push_str(&format!("  … and {rest} more; --json has all\n"));
-    }
-    out.push_str("  path: its length; m/s: highest speed; rest: at which of its ends\n");
-    out
-}
-
-fn one_move(i: usize, m: &Move) -> String {
-    let when = format!("{:.2}–{:.2}", m.start_s, m.end_s);
-    let ends = match m.ends {
-        Ends::RestToRest => "both",
-        Ends::FromRest => "start",
-        Ends::ToRest => "end",
-        Ends::Free => "none",
-    };
-    let mut out = format!("  {:>3} {when:>16}", i + 1);
-    match m.displacement_m {
-        Some(d) => {
-            let n = decimals(m.sigma_m, d);
-            // No finer than the displacement.
-            let path = m.path_m.map_or(String::new(), |p| {
-                format!(
-                    "{p:.*}",
-                    decimals_of(p, 3).min(n[0].max(n[1]).max(n[2])).min(6)
-                )
-            });
-            let peak = m.peak_speed_mps.map_or(String::new(), |p| {
-                format!("{p:.*}", decimals_of(p, 2).min(5))
-            });
-            out.push_str(&format!(
-                "{}{path:>9}{peak:>8}  {ends}\n",
-                columns(d, n, "")
-            ));
-            if let Some(s) = m.sigma_m {
-                out.push_str(&format!("{:22}{}\n", "", columns(s, n, "± ")));
-            }
-        }
-        None => out.push_str(&format!("{:>33}{:19}{ends}\n", "not usable", "")),
-    }
-    if let Some(reason) = &m.reason {
-        out.push_str(&paragraph("      ", reason));
-    }
-    out
-}
-
-fn end(result: &MotionResult) -> String {
-    let last = &result.r#final;
-    if result.moves.is_empty() {
-        return String::new();
-    }
-    let Some(position) = last.position_m else {
-        return "\nPosition at the end: not known, since a move before it is not usable.\n"
-            .to_owned();
-    };
-    let n = decimals(last.sigma_m, position);
-    let mut out = format!("\nAt the end{:>24}{:>11}{:>11}\n", "x", "y", "z");
-    let mut row = |name: &str, values: [f64; 3], decimals: [usize; 3], mark: &str| {
-        out.push_str(&format!(
-            "  {name:<21}{}\n",
-            columns(values, decimals, mark)
-        ));
-    };
-    row("position, m", position, n, "");
-    if let Some(sigma) = last.sigma_m {
-        row("", sigma, n, "± ");
-    }
-    if let Some(other) = result.uncalibrated.and_then(|u| u.position_m) {
-        row("uncalibrated", other, n, "");
-    }
-    let moving = |v: &[f64; 3]| v.iter().any(|v| v.abs() > 0.0);
-    if let Some(velocity) = last.velocity_mps.filter(moving) {
-        let n = [decimals_of(largest(velocity), 2).min(3); 3];
-        row("velocity, m/s", velocity, n, "");
-        if let Some(other) = result.uncalibrated.and_then(|u| u.velocity_mps) {
-            row("uncalibrated", other, n, "");
-        }
-    }
-    out
-}
-
-fn budget(result: &MotionResult) -> String {
-    let Some(b) = result.budget_m else {
-        return String::new();
-    };
-    let parts = [
-        ("noise", b.noise),
-        ("bias", b.bias),
-        ("scale", b.scale),
-        ("clock", b.clock),
-        ("attitude", b.tilt),
-    ];
-    let total = parts.iter().map(|(_, v)| v * v).sum::<f64>().sqrt();
-    if total == 0.0 || !total.is_finite() {
-        return String::new();
-    }
-    let (factor, unit) = if total < 0.1 { (1e3, "mm") } else { (1.0, "m") };
-    let n = decimals_of(factor * total, 2).min(3);
-    let list: Vec<String> = parts
-        .iter()
-        .map(|(name, v)| format!("{name} {:.n$}", factor * v))
-        .collect();
-    let mut out = format!(
-        "\nUncertainty of it, 1σ, all axes together: {:.n$} {unit}\n",
-        factor * total
-    );
-    out.push_str(&paragraph(
-        "  ",
-        &format!("{} (squares add up)", list.join(", ")),
-    ));
-    out
-}
-
-fn static_drift(d: &StaticDrift) -> String {
-    let n = decimals(Some(d.predicted_sigma_m), d.position_m);
-    let mut out = format!(
-        "\nDrift at rest over {:.1} s, nothing corrected, levelled over the {:.1} s before\n{:>34}{:>11}{:>11}\n",
-        d.duration_s, d.levelled_over_s, "x", "y", "z"
-    );
-    let mut row = |name: &str, values: [f64; 3], decimals: [usize; 3], mark: &str| {
-        out.push_str(&format!(
-            "  {name:<21}{}\n",
-            columns(values, decimals, mark)
-        ));
-    };
-    row("position, m", d.position_m, n, "");
-    row("predicted, 1σ", d.predicted_sigma_m, n, "± ");
-    row(
-        "as by a bias, mm/s²",
-        d.bias_mps2.map(|v| 1e3 * v),
-        [1; 3],
-        "",
-    );
-    row(
-        "that rises, mm/s³",
-        d.slope_mps3.map(|v| 1e3 * v),
-        [2; 3],
-        "",
-    );
-    row("left over, m", d.unexplained_m, n, "");
-    let over: [f64; 3] = std::array::from_fn(|k| d.position_m[k].abs() / d.predicted_sigma_m[k]);
-    let farthest = over.into_iter().fold(0.0, f64::max);
-    let judged = if !farthest.is_finite() {
-        "no band was predicted".to_owned()
-    } else if farthest <= FAR {
-        format!("within the predicted band ({farthest:.1}σ at most)")
-    } else {
-        format!(
-            "{farthest:.1}σ off: the band does not explain it; the bias drifts, or the sensor was not quite at rest"
-        )
-    };
-    out.push_str(&paragraph(
-        "  ",
-        &format!("That is {judged}. With the zero-velocity correction it would be zero by construction, which would prove nothing."),
-    ));
-    out
+    let gyro = n.gyro_sigma_rad_s.zip(n.gyro_vif);
+    let table = Table::new("Noise of one sample at rest, 1σ")
+        .columns([Column::left("")])
+        .columns(Column::axes(""))
+        .columns([Column::number("variance inflation")])
+        .row(row(
+            "accelerometer, mm/s²",
+            "accel_sigma_mps2",
+            n.accel_sigma_mps2,
+            n.accel_vif,
+        ))
+        .rows(gyro.map(|(s, vif)| row("gyroscope, mrad/s", "gyro_sigma_rad_s", s, vif)));
+    section.full(table).full(Block::note(
+        "variance inflation: how much more the variance of a mean is than that of independent samples.",
+    ))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn lengths_show_two_digits_of_their_uncertainty() {
-        let n = decimals(Some([0.0028, 0.31, 0.012]), [1.0; 3]);
-        assert_eq!(
-            columns([0.69934, -0.001, f64::NAN], n, ""),
-            "     0.6993       0.00          –"
-        );
-        assert_eq!(columns([0.0028; 3], n, "± ").chars().count(), 33);
-        // A day of drift stays in its columns.
-        assert_eq!(
-            columns([-2.484e9, 25_192_777_403.0, 999_999.4], [0; 3], "± "),
-            "   ± -2.5e9   ± 2.5e10   ± 999999"
-        );
-        assert_eq!(decimals(None, [12.3, 0.1, 0.0]), [2; 3]);
-        assert_eq!(decimals(Some([f64::NAN; 3]), [0.0; 3]), [6; 3]);
-    }
 
     #[test]
     fn many_rests_are_summed_up() {
@@ -381,10 +351,10 @@ mod tests {
         };
         let all: Vec<Span> = (0..9).map(|i| span(2.0 * f64::from(i))).collect();
         assert_eq!(
-            rests(&all),
+            rest_list(&all),
             "9 of 9.0 s in all: 0.00–1.00, 2.00–3.00, … 16.00–17.00 s"
         );
-        assert_eq!(rests(&all[..2]), "0.00–1.00, 2.00–3.00 s");
-        assert_eq!(rests(&[]), "none");
+        assert_eq!(rest_list(&all[..2]), "0.00–1.00, 2.00–3.00 s");
+        assert_eq!(rest_list(&[]), "none");
     }
 }

@@ -1,15 +1,14 @@
-//! A comparison with a reference as text.
+//! What is said about the comparison of a motion with a reference.
 
+use crate::document::number::{decimals_of, digits, fixed};
+use crate::document::{Block, Cell, Column, Row, Section, Table};
 use crate::motion::truth::TruthAlign;
 use crate::motion::{Comparison, MoveComparison};
 
-use super::motion::{columns, decimals};
-use super::text::{decimals_of, paragraph, short_name};
+use super::moves::{decimals, largest, lengths};
+use super::short_name;
 
-/// Moves that are listed one by one.
-const LISTED: usize = 24;
-
-pub(super) fn truth(c: &Comparison) -> String {
+pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
     let turned = match c.align {
         TruthAlign::None => "not turned".to_owned(),
         TruthAlign::Yaw => format!("turned by {:+.1}° about the vertical", c.rotation_deg[2]),
@@ -18,85 +17,65 @@ pub(super) fn truth(c: &Comparison) -> String {
             format!("turned by {:.1}°", (x * x + y * y + z * z).sqrt())
         }
     };
-    let shifted = if c.time_offset_s == 0.0 {
-        String::new()
-    } else {
-        format!(", its clock shifted by {:+.3} s", c.time_offset_s)
+    let shifted = match c.time_offset_s {
+        0.0 => String::new(),
+        offset => format!(", its clock shifted by {offset:+.3} s"),
     };
-    let mut out = String::from("\n");
-    out.push_str(&paragraph(
-        "",
-        &format!(
-            "Against {}: {} points from {:.2} to {:.2} s, {turned}{shifted}",
-            short_name(&c.source),
-            c.points,
-            c.from_s,
-            c.to_s
-        ),
-    ));
-    let share = c.percent_of_path.map_or(String::new(), |p| {
-        format!(
-            " = {} % of its path of {} m",
-            short(p, 2),
-            short(c.path_m, 3)
-        )
-    });
-    out.push_str(&paragraph(
-        "  end error ",
-        &format!(
-            "{} m{share}; RMSE {} m",
-            short(c.end_error_m, 2),
-            short(c.rmse_m, 2)
-        ),
-    ));
+    let section = Section::new("truth", "Against the reference").with(Block::paragraph(format!(
+        "{}: {} points from {:.2} to {:.2} s, {turned}{shifted}",
+        short_name(&c.source),
+        c.points,
+        c.from_s,
+        c.to_s
+    )));
+    let row = |name: &str, key: &str, value: Option<f64>, n: i32| {
+        let key = format!("/truth/{key}");
+        Row::from([Cell::text(name), Cell::maybe(key, value, |v| digits(v, n))])
+    };
+    let errors = Table::new("Errors")
+        .columns([Column::left(""), Column::number("value")])
+        .row(row("end error, m", "end_error_m", Some(c.end_error_m), 2))
+        .row(row("RMSE, m", "rmse_m", Some(c.rmse_m), 2))
+        .row(row(
+            "end error, % of the path",
+            "percent_of_path",
+            c.percent_of_path,
+            2,
+        ))
+        .row(row("path of the reference, m", "path_m", Some(c.path_m), 3));
+    let section = section.with(errors);
     if c.moves.is_empty() {
-        return out;
+        return section;
     }
-    out.push_str(&format!(
-        "\n  {:<21}{:>11}{:>11}{:>11}{:>10}\n",
-        "errors of moves, m", "x", "y", "z", "RMSE"
-    ));
-    let shown = if c.moves.len() > LISTED {
-        LISTED - 1
-    } else {
-        LISTED
-    };
-    for m in c.moves.iter().take(shown) {
-        out.push_str(&one_move(m));
-    }
-    let rest = c.moves.len().saturating_sub(shown);
-    if rest > 0 {
-        out.push_str(&format!("  … and {rest} more; --json has all\n"));
-    }
-    out
+    let moves = Table::new("Errors of moves")
+        .columns([
+            Column::left("move"),
+            Column::number("from, s"),
+            Column::number("to, s"),
+        ])
+        .columns(Column::axes("error of its displacement ± 1σ, m"))
+        .columns([Column::number("RMSE, m")])
+        .rows(c.moves.iter().enumerate().map(|(i, m)| one_move(i, m)));
+    section.with(moves)
 }
 
-fn one_move(m: &MoveComparison) -> String {
-    let when = format!("{:.2}–{:.2} s", m.start_s, m.end_s);
+fn one_move(i: usize, m: &MoveComparison) -> Row {
+    let key = |field: &str| format!("/truth/moves/{i}/{field}");
     // The error itself is known better than its uncertainty tells.
-    let largest = m
-        .end_error_m
-        .into_iter()
-        .fold(0.0, |a: f64, v| a.max(v.abs()));
-    let n = [decimals_of(largest, 2); 3];
-    let mut out = format!(
-        "  {when:<21}{}{:>9}\n",
-        columns(m.end_error_m, n, ""),
-        short(m.rmse_m, 2)
-    );
-    if let Some(s) = m.sigma_m {
-        out.push_str(&format!(
-            "  {:<21}{}\n",
-            "",
-            columns(s, decimals(Some(s), s), "± ")
-        ));
-    }
-    out
-}
-
-fn short(value: f64, digits: i32) -> String {
-    if !value.is_finite() {
-        return "–".to_owned();
-    }
-    format!("{value:.*}", decimals_of(value, digits))
+    let n = decimals_of(largest(m.end_error_m), 2);
+    let n = m
+        .sigma_m
+        .map_or([n; 3], |s| decimals(Some(s), s).map(|d| d.max(n)));
+    let mut cells = vec![
+        Cell::text((i + 1).to_string()),
+        Cell::number(key("start_s"), m.start_s, fixed(m.start_s, 2)),
+        Cell::number(key("end_s"), m.end_s, fixed(m.end_s, 2)),
+    ];
+    cells.extend(lengths(
+        (&key("end_error_m"), Some(m.end_error_m)),
+        (&key("sigma_m"), m.sigma_m),
+        n,
+    ));
+    cells.push(Cell::number(key("rmse_m"), m.rmse_m, digits(m.rmse_m, 2)));
+    cells.into()
 }

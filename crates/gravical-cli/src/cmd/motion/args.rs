@@ -12,6 +12,7 @@ use gravical::{Error, Result};
 
 use crate::figures::FigureArgs;
 use crate::options::{GravityArgs, RecordingArgs};
+use crate::report::ReportArgs;
 
 /// Recording → velocity and position, with error bands
 ///
@@ -37,9 +38,8 @@ pub struct Args {
     /// Table to write; - is stdout [default: stdout, unless that is a terminal]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Write a report with figures to this file (HTML)
-    #[arg(long, value_name = "FILE")]
-    pub report: Option<PathBuf>,
+    #[command(flatten)]
+    pub report: ReportArgs,
     /// Sample by sample without look-ahead: any size, no bands, nothing corrected backwards
     #[arg(long)]
     pub causal: bool,
@@ -250,20 +250,20 @@ impl Args {
             clock_error: m.clock_error.unwrap_or(preset.clock_error),
             wobble_deg: m.wobble.unwrap_or(preset.wobble_deg),
             bands: !m.no_bands,
-            keep_uncalibrated: self.figures.figures.is_some() || self.report.is_some(),
+            keep_uncalibrated: self.figures.figures.is_some() || self.report.is_wanted(),
             axes: self.recording.axes.0,
         })
     }
 
     /// Every file that is read.
-    pub fn files(&self) -> [Option<&Path>; 4] {
-        let truth = self.truth.truth.as_deref();
-        [
-            Some(&self.input),
-            self.calibration.as_deref(),
-            self.gyro.as_deref(),
-            truth,
-        ]
+    pub fn files(&self) -> Vec<&Path> {
+        let others = [&self.calibration, &self.gyro, &self.truth.truth];
+        let others = others.into_iter().flatten();
+        [&self.input]
+            .into_iter()
+            .chain(others)
+            .map(PathBuf::as_path)
+            .collect()
     }
 
     /// The reference and how it is compared; none without --truth.

@@ -28,7 +28,7 @@ pub(super) fn run(
     if args.truth()?.is_some() {
         return Err(not_causal("--truth compares a whole track").into());
     }
-    if args.report.is_some() {
+    if args.report.is_wanted() {
         return Err(not_causal("--report draws the whole track").into());
     }
     let name = args.input.display().to_string();

@@ -1,5 +1,5 @@
-//! `--report`: where it goes, and what it leaves alone. What is in the page is held
-//! against the JSON by the library's tests and by `tests/browser`.
+//! `--report`: where it goes, and what it leaves alone. What is in it is held against the
+//! JSON by the library's tests and by `tests/browser`.
 
 use gravical::calibration_file::{InputFile, InputRole};
 
@@ -203,6 +203,61 @@ fn a_calibration_names_and_sums_everything_that_went_in() {
     assert!(!run.out.contains("same-recordings"), "{}", run.out);
 }
 
+/// Every verb that has a document writes it in both forms.
+#[test]
+fn every_verb_reports() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    crate::motion::line(path);
+    let lines = [
+        "check cal.json line/line.csv",
+        "compare cal.json cal.json",
+        "inspect line/line.csv",
+        "denoise line/line.csv --filter mean:5 -o smooth.csv",
+        "calibrate poses/poses.csv",
+        "motion line/line.csv -c cal.json -o moved.csv",
+    ];
+    for (i, line) in lines.iter().enumerate() {
+        for ending in ["html", "md"] {
+            let name = format!("report{i}.{ending}");
+            let line = format!("{line} --report {name} --force --json");
+            let run = run_in(path, words(&line));
+            assert!(
+                run.code == 0 || run.code == 4,
+                "{line}{}{}",
+                run.out,
+                run.err
+            );
+            let text = std::fs::read_to_string(path.join(&name)).unwrap();
+            assert!(
+                text.contains("line.csv")
+                    || text.contains("cal.json")
+                    || text.contains("poses.csv")
+            );
+            assert!(text.contains(&format!("report{i}")), "its command: {line}");
+            // Every figure that Markdown links to is there.
+            for link in text.split("](<").skip(1).filter(|_| ending == "md") {
+                let link = link.split(">)").next().unwrap();
+                assert!(link.starts_with(&format!("report{i}_figures/")), "{link}");
+                assert!(path.join(link).is_file(), "{link}");
+            }
+            let figures = path.join(format!("report{i}_figures")).is_dir();
+            assert_eq!(figures, ending == "md" && i > 3, "{line}");
+        }
+    }
+    let two = run_in(
+        path,
+        words("inspect line/line.csv poses/poses.csv --report two.md --json"),
+    );
+    assert_eq!((two.code, two.error_code().as_str()), (2, "report-of-one"));
+    // The figures that are there are somebody's.
+    std::fs::write(path.join("report5_figures/notes.txt"), "mine").unwrap();
+    let line = "motion line/line.csv -o n.csv --report report5.md --force --json";
+    let run = run_in(path, words(line));
+    assert_eq!((run.code, run.error_code().as_str()), (2, "foreign-files"));
+    assert!(!path.join("n.csv").exists());
+}
+
 #[test]
 fn targets_are_judged_before_the_work() {
     let folder = tempfile::tempdir().unwrap();
@@ -219,8 +274,15 @@ fn targets_are_judged_before_the_work() {
             (2, "exists"),
             "{line}"
         );
-        let run = run_in(path, words(&format!("{line} --report - --json")));
-        assert_eq!((run.code, run.error_code().as_str()), (2, "report-target"));
+        for target in ["-", "page.pdf", "page", "page.html.gz"] {
+            let run = run_in(path, words(&format!("{line} --report {target} --json")));
+            assert_eq!((run.code, run.error_code().as_str()), (2, "report-target"));
+            assert!(
+                run.out.contains(".html") && run.out.contains(".md"),
+                "{}",
+                run.out
+            );
+        }
     }
     assert_eq!(
         std::fs::read_to_string(path.join("page.html")).unwrap(),

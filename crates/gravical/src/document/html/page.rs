@@ -13,30 +13,17 @@ const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
 
 /// The script without comments and indentation. No text in it goes over a line.
-pub(super) fn script() -> String {
+fn script() -> String {
     let lines = SCRIPT.lines().map(str::trim_start);
     let code = lines.filter(|l| !l.is_empty() && !l.starts_with("//"));
     code.flat_map(|l| [l, "\n"]).collect()
 }
 
-/// A part of the page with a heading.
-pub(super) struct Section {
-    /// Its anchor.
-    pub id: &'static str,
-    /// Its heading.
-    pub title: &'static str,
-    /// What stands in it.
-    pub body: Markup,
-}
-
-impl Section {
-    pub fn new(id: &'static str, title: &'static str, body: Markup) -> Self {
-        Section { id, title, body }
-    }
-}
+/// Anchor, heading and content of a section.
+pub(super) type Part<'a> = (&'a str, &'a str, Markup);
 
 /// The file.
-pub(super) fn page(title: &str, lead: &Markup, sections: &[Section]) -> String {
+pub(super) fn page(title: &str, lead: &Markup, sections: &[Part<'_>]) -> String {
     let dark = format!(
         "@media screen and (prefers-color-scheme:dark){{{}}}",
         svg::dark_rules()
@@ -58,13 +45,13 @@ pub(super) fn page(title: &str, lead: &Markup, sections: &[Section]) -> String {
                 a.skip href="#main" { "Skip to the report" }
                 header { (lead) }
                 nav aria-label="Sections" {
-                    ol { @for s in sections { li { a href={ "#" (s.id) } { (s.title) } } } }
+                    ol { @for (id, title, _) in sections { li { a href={ "#" (id) } { (title) } } } }
                 }
                 main id="main" tabindex="-1" {
-                    @for s in sections {
-                        section id=(s.id) aria-labelledby={ (s.id) "-h" } {
-                            h2 id={ (s.id) "-h" } { (s.title) }
-                            (s.body)
+                    @for (id, title, body) in sections {
+                        section id=(id) aria-labelledby={ (id) "-h" } {
+                            h2 id={ (id) "-h" } { (title) }
+                            (body)
                         }
                     }
                 }
@@ -76,19 +63,11 @@ pub(super) fn page(title: &str, lead: &Markup, sections: &[Section]) -> String {
     shown(&page).into_owned()
 }
 
-/// A number that matters, large, with what it is below it.
-pub(super) fn tile(value: &Markup, unit: &str, what: &str) -> Markup {
-    html! {
-        div.tile { p.value { (value) " " span.unit { (unit) } } p.what { (what) } }
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_script_is_small() {
+        let size = super::script().len();
+        assert!(size < 20_000, "{size}");
     }
-}
-
-/// A verdict: word, sign and colour.
-pub(super) fn badge(class: &str, sign: &str, word: &str) -> Markup {
-    html! { p.badge.(class) { span.sign aria-hidden="true" { (sign) } " " strong { (word) } } }
-}
-
-/// Name and value in pairs.
-pub(super) fn list(rows: &[(&str, Markup)]) -> Markup {
-    html! { dl { @for (name, value) in rows { div { dt { (name) } dd { (value) } } } } }
 }

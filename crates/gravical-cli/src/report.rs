@@ -1,0 +1,223 @@
+//! `--report`: what the verbs that write one share, and where everything goes that a
+//! command writes.
+
+use std::path::{Path, PathBuf};
+
+use gravical::calibration_file::InputFile;
+use gravical::document::{Block, Document};
+use gravical::figure::{Figure, Formats, check_figures, write_figures};
+use gravical::output::{check_targets, path_text, write_atomic};
+use gravical::report::{Provenance, TOOL};
+use gravical::{Error, Result};
+
+use crate::figures::FigureArgs;
+use crate::options::command_line;
+use crate::text;
+
+#[derive(Debug, Default, clap::Args)]
+pub struct ReportArgs {
+    /// Write a report to this file: a page with figures (.html), or Markdown (.md) with the
+    /// figures in a folder beside it
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+}
+
+/// What a report is written as.
+enum Form {
+    Html,
+    /// With its figures in this folder.
+    Markdown(PathBuf),
+}
+
+impl ReportArgs {
+    /// Whether one is wanted.
+    pub fn is_wanted(&self) -> bool {
+        self.report.is_some()
+    }
+
+    /// # Errors
+    ///
+    /// `report-target` (usage) for standard output and for any other kind of file.
+    fn form(path: &Path) -> Result<Form> {
+        let is = |ending: &str| {
+            path.extension()
+                .is_some_and(|e| e.eq_ignore_ascii_case(ending))
+        };
+        if is("html") || is("htm") {
+            return Ok(Form::Html);
+        }
+        if is("md") {
+            let mut name = path.file_stem().unwrap_or_default().to_owned();
+            name.push("_figures");
+            return Ok(Form::Markdown(path.with_file_name(name)));
+        }
+        let message = match path == Path::new("-") {
+            true => "--report names a file; standard output is for tables and JSON",
+            false => "a report is a page or Markdown, and the end of this name is neither",
+        };
+        let error = Error::usage("report-target", message)
+            .with_hint("end the name in .html for a page, in .md for Markdown");
+        Err(if path == Path::new("-") {
+            error
+        } else {
+            error.at(path, None)
+        })
+    }
+
+    /// The file, and the folder of its figures, looked at before the work.
+    fn targets(&self, force: bool) -> Result<(Option<&Path>, Option<PathBuf>)> {
+        let Some(path) = self.report.as_deref() else {
+            return Ok((None, None));
+        };
+        match Self::form(path)? {
+            Form::Html => Ok((Some(path), None)),
+            Form::Markdown(folder) => {
+                check_figures(&folder, Formats::default(), force)?;
+                Ok((Some(path), Some(folder)))
+            }
+        }
+    }
+
+    /// Where a report goes that has no figures, and what else its command writes.
+    ///
+    /// # Errors
+    ///
+    /// As [`check_outputs`].
+    pub fn check(&self, output: Option<&Path>, inputs: &[&Path], force: bool) -> Result<()> {
+        check_outputs(output, self, None, inputs, force)
+    }
+
+    /// Writes the document where that was asked for, in one step.
+    ///
+    /// # Errors
+    ///
+    /// What [`write_atomic`] and [`write_figures`] say.
+    pub fn write(&self, force: bool, document: &Document<'_>) -> Result<()> {
+        let Some(path) = self.report.as_deref() else {
+            return Ok(());
+        };
+        write_report(path, force, document)
+    }
+
+    /// Says where the report is.
+    pub fn say(&self) {
+        if let Some(path) = &self.report {
+            text::say(&format!("Report: {}", path_text(path)));
+        }
+    }
+}
+
+/// Writes the document as the end of the name says, in one step.
+///
+/// # Errors
+///
+/// What [`write_atomic`] and [`write_figures`] say.
+pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result<()> {
+    let text = match ReportArgs::form(path)? {
+        Form::Html => document.to_html(),
+        Form::Markdown(folder) => {
+            let figures = figures_of(document);
+            if figures.is_empty() {
+                document.to_markdown(None)
+            } else {
+                write_figures(figures, &folder, Formats::default(), force)?;
+                let name = folder.file_name().unwrap_or_default();
+                document.to_markdown(Some(&name.to_string_lossy()))
+            }
+        }
+    };
+    write_atomic(path, force, |out| {
+        out.write_all(text.as_bytes())
+            .map_err(|e| Error::io(path, e))
+    })
+}
+
+fn figures_of<'a>(document: &Document<'a>) -> Vec<&'a Figure> {
+    let blocks = document.sections.iter().flat_map(|s| &s.blocks);
+    blocks
+        .filter_map(|(_, block)| match block {
+            Block::Figure(figure) => Some(*figure),
+            _ => None,
+        })
+        .collect()
+}
+
+/// The document with the command of this run.
+pub fn with_origin<'a>(document: Document<'a>, inputs: &[InputFile]) -> Document<'a> {
+    document.with_provenance(&Provenance {
+        tool: TOOL,
+        command: Some(&command_line()),
+        created: &gravical::calibration_file::creation_time(),
+        inputs,
+    })
+}
+
+/// Looks at everything that a command is going to write, before its work.
+///
+/// # Errors
+///
+/// `report-target` (usage) for a report that is neither page nor Markdown; those of
+/// [`check_targets`] and of the figures; `foreign-files` where something else would go
+/// among the figures, or is read from there.
+pub fn check_outputs(
+    output: Option<&Path>,
+    report: &ReportArgs,
+    figures: Option<&FigureArgs>,
+    inputs: &[&Path],
+    force: bool,
+) -> Result<()> {
+    let (report, beside) = report.targets(force)?;
+    let figures = match figures {
+        Some(figures) => figures.check(force)?,
+        None => None,
+    };
+    let targets: Vec<PathBuf> = [output, report]
+        .into_iter()
+        .flatten()
+        .map(Path::to_owned)
+        .collect();
+    let inputs: Vec<PathBuf> = inputs.iter().map(|p| p.to_path_buf()).collect();
+    let folders: Vec<&Path> = figures.into_iter().chain(beside.as_deref()).collect();
+    // A file and a folder of one name, or two folders, are as bad as two files.
+    let all: Vec<PathBuf> = folders
+        .iter()
+        .map(|f| f.to_path_buf())
+        .chain(targets.clone())
+        .collect();
+    for (i, path) in all.iter().enumerate().skip(1) {
+        if all[..i].contains(path) {
+            return Err(
+                Error::usage("same-target", "two results would go to this one place")
+                    .at(path, None)
+                    .with_hint("give each a name of its own"),
+            );
+        }
+    }
+    check_targets(&targets, &inputs, force)?;
+    for folder in folders {
+        for path in targets.iter().chain(&inputs) {
+            let inside = path.parent().is_some_and(|p| same_folder(p, folder));
+            if inside {
+                return Err(Error::usage(
+                    "foreign-files",
+                    "the figures of a run have a folder to themselves, and this is in it",
+                )
+                .at(path, None)
+                .with_hint("name another folder for the figures"));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn same_folder(a: &Path, b: &Path) -> bool {
+    let whole = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_owned());
+    let own = |p: &Path| {
+        if p.as_os_str().is_empty() {
+            PathBuf::from(".")
+        } else {
+            p.to_owned()
+        }
+    };
+    whole(&own(a)) == whole(&own(b))
+}

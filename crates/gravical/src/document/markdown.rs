@@ -1,0 +1,206 @@
+//! A document as Markdown: CommonMark with the tables of GitHub and pandoc.
+
+use super::{Block, Cell, Detail, Document, Remark, Section, Table, Verdict};
+use crate::output::one_line;
+
+impl Document<'_> {
+    /// The whole document. A figure NAME is a link to `folder`/NAME.svg; without a folder
+    /// figures are left out.
+    #[must_use]
+    pub fn to_markdown(&self, folder: Option<&str>) -> String {
+        let mut out = format!("# {}\n", escaped(&self.title));
+        let head = self.subject.iter().chain([&self.stamp]);
+        for line in head.filter(|l| !l.is_empty()) {
+            out.push_str(&format!("\n{}\n", escaped(line)));
+        }
+        if let Some(verdict) = &self.verdict {
+            out.push_str(&verdict_markdown(verdict));
+        }
+        for section in &self.sections {
+            out.push_str(&section_markdown(section, folder));
+        }
+        out
+    }
+}
+
+fn verdict_markdown(v: &Verdict) -> String {
+    let mut out = format!(
+        "\n## {}\n\n**{}**\n{}",
+        v.heading,
+        escaped(&v.word),
+        list(&v.reasons)
+    );
+    let figures = v.figures.iter().map(|f| {
+        let number = format!("{} {}", f.quantity.text, f.unit);
+        format!(
+            "- **{}** {}\n",
+            number_text(number.trim_end()),
+            escaped(&f.what)
+        )
+    });
+    let figures: String = figures.collect();
+    if !figures.is_empty() {
+        out.push_str(&format!("\n{figures}"));
+    }
+    if !v.next.is_empty() {
+        out.push_str(&format!("\nNext:\n{}", list(&v.next)));
+    }
+    out
+}
+
+fn section_markdown(section: &Section<'_>, folder: Option<&str>) -> String {
+    let blocks: String = section
+        .shown(Detail::Full)
+        .map(|block| block_markdown(block, section.title, folder))
+        .filter(|text| !text.is_empty())
+        .map(|text| format!("\n{text}"))
+        .collect();
+    match blocks.as_str() {
+        "" => blocks,
+        _ => format!("\n## {}\n{blocks}", section.title),
+    }
+}
+
+fn block_markdown(block: &Block<'_>, title: &str, folder: Option<&str>) -> String {
+    match block {
+        Block::Paragraph(text) | Block::Note(text) => format!("{}\n", escaped(text)),
+        Block::Heading(text) => format!("### {text}\n"),
+        Block::Equation(lines) => fenced("", &format!("{}\n", lines.join("\n"))),
+        Block::List(points) => list(points).trim_start().to_owned(),
+        Block::Facts(facts) => facts
+            .iter()
+            .map(|(name, text)| format!("- {}: {}\n", escaped(name), escaped(text)))
+            .collect(),
+        Block::Table(table) => table_markdown(table, title),
+        Block::Figure(figure) => folder.map_or_else(String::new, |folder| {
+            let caption = escaped(&figure.caption);
+            let link: String = format!("{folder}/{}.svg", figure.name);
+            format!(
+                "![{}](<{}>)\n\n{caption}\n",
+                escaped(&figure.title),
+                target(&link)
+            )
+        }),
+        Block::Snippets(snippets) => snippets
+            .iter()
+            .map(|s| format!("{}:\n\n{}", s.language, fenced(s.fence, &s.code)))
+            .collect::<Vec<_>>()
+            .join("\n"),
+        Block::Findings(remarks) => remarks.iter().map(remark).collect(),
+    }
+}
+
+fn remark(r: &Remark) -> String {
+    let place = match r.place.as_str() {
+        "" => String::new(),
+        place => format!(" [{place}]"),
+    };
+    let word = if r.warning { "warning" } else { "note" };
+    let text = escaped(&format!("{}{place}", r.text));
+    format!("- **{}** ({word}): {text}\n", escaped(&r.kind))
+}
+
+fn list(points: &[String]) -> String {
+    let points: String = points
+        .iter()
+        .map(|p| format!("- {}\n", escaped(p)))
+        .collect();
+    match points.as_str() {
+        "" => points,
+        _ => format!("\n{points}"),
+    }
+}
+
+/// Code between fences that are longer than any in it.
+fn fenced(language: &str, code: &str) -> String {
+    let fence = "`".repeat(3.max(1 + longest(code, '`')));
+    format!("{fence}{language}\n{code}{fence}\n")
+}
+
+fn longest(text: &str, of: char) -> usize {
+    let runs = text.split(|c| c != of);
+    runs.map(|run| run.chars().count()).max().unwrap_or(0)
+}
+
+fn table_markdown(table: &Table, title: &str) -> String {
+    let mut out = match &table.caption {
+        caption if caption.is_empty() || caption == title => String::new(),
+        caption => format!("{}:\n\n", escaped(caption)),
+    };
+    let name = |c: &super::Column| match c.group.as_str() {
+        "" => escaped(&c.name),
+        group => escaped(&format!("{group}: {}", c.name)),
+    };
+    out.push_str(&line(table.columns.iter().map(name)));
+    let rule = |c: &super::Column| if c.numbers { "--:" } else { ":--" }.to_owned();
+    out.push_str(&line(table.columns.iter().map(rule)));
+    for row in &table.rows {
+        out.push_str(&line(row.cells.iter().map(cell)));
+        if !row.note.is_empty() {
+            // One cell for the whole row is not to be had.
+            let note = std::iter::repeat_n(String::new(), table.columns.len().saturating_sub(1));
+            out.push_str(&line(std::iter::once(escaped(&row.note)).chain(note)));
+        }
+    }
+    let left_out = table.all.saturating_sub(table.rows.len());
+    if left_out > 0 {
+        out.push_str(&format!("\n… and {left_out} more; `--json` has all.\n"));
+    }
+    out
+}
+
+fn line(cells: impl Iterator<Item = String>) -> String {
+    format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "))
+}
+
+fn cell(cell: &Cell) -> String {
+    match cell {
+        Cell::Text(text) => escaped(text),
+        // Nothing that a program reads has a backtick in it.
+        Cell::Code(text) => format!("`{}`", text.replace(['`', '|'], "?")),
+        Cell::Number(..) => number_text(&cell.plain()),
+    }
+}
+
+fn number_text(text: &str) -> String {
+    escaped(&text.replace('-', "−"))
+}
+
+/// A link's target between angle brackets.
+fn target(link: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "/._- ".contains(c);
+    let mut out = String::new();
+    for c in link.chars() {
+        match plain(c) {
+            true => out.push(c),
+            false => out.extend(c.to_string().bytes().map(|b| format!("%{b:02X}"))),
+        }
+    }
+    out
+}
+
+/// Text that stands for itself, in one line: whatever Markdown or HTML reads as markup has
+/// a backslash before it.
+fn escaped(text: &str) -> String {
+    let text = one_line(text);
+    let text = text.trim();
+    let mut out = String::with_capacity(text.len());
+    for (i, c) in text.char_indices() {
+        let (before, behind) = (&text[..i], &text[i + c.len_utf8()..]);
+        let ends_word = behind.is_empty() || behind.starts_with([' ', '\t']);
+        let marks = match c {
+            // A list or a rule begins with them, two of them are a dash.
+            '+' | '-' | '=' | ':' => {
+                (i == 0 && !behind.starts_with(|c: char| c.is_ascii_digit()))
+                    || before.ends_with('-')
+            }
+            '.' | ')' => i > 0 && ends_word && before.bytes().all(|b| b.is_ascii_digit()),
+            _ => "\\`*_{}[]<>#|~^$&@!".contains(c),
+        };
+        if marks {
+            out.push('\\');
+        }
+        out.push(c);
+    }
+    out
+}

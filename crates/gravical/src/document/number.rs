@@ -1,0 +1,116 @@
+//! Numbers as people read them, with as many digits as they are worth. A minus is a
+//! hyphen here; pages write a true one.
+
+/// Decimals that show `uncertainty` with two digits, 0 to 6.
+#[must_use]
+pub fn decimals_for(uncertainty: f64) -> usize {
+    if !(uncertainty.is_finite() && uncertainty > 0.0) {
+        return 6;
+    }
+    (1.0 - uncertainty.log10().floor()).clamp(0.0, 6.0) as usize
+}
+
+/// Decimals that show `value` with `digits` significant digits, 0 to 6.
+#[must_use]
+pub fn decimals_of(value: f64, digits: i32) -> usize {
+    let magnitude = value.abs().max(1e-9).log10().floor() as i32;
+    (digits - 1 - magnitude).clamp(0, 6) as usize
+}
+
+/// Two digits of the standard deviation where there is one, else six digits of `scale`.
+#[must_use]
+pub fn decimals_by(sd: Option<f64>, scale: f64) -> usize {
+    match sd {
+        Some(sd) if sd > 0.0 && sd.is_finite() => decimals_for(sd),
+        _ => decimals_of(scale, 6),
+    }
+}
+
+/// `value` with `decimals`, and no sign before what rounds to zero.
+#[must_use]
+pub fn fixed(value: f64, decimals: usize) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(size) if is_zero(size) => size.to_owned(),
+        _ => text,
+    }
+}
+
+/// The same, with a plus before what is above zero.
+#[must_use]
+pub fn signed(value: f64, decimals: usize) -> String {
+    let text = fixed(value, decimals);
+    if value > 0.0 && value.is_finite() && !is_zero(&text) {
+        return format!("+{text}");
+    }
+    text
+}
+
+fn is_zero(text: &str) -> bool {
+    !text.bytes().any(|b| matches!(b, b'1'..=b'9'))
+}
+
+/// `value` with so many significant digits.
+#[must_use]
+pub fn digits(value: f64, digits: i32) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    fixed(value, decimals_of(value, digits))
+}
+
+/// `digits`, or a power of ten where it would only show zeros.
+#[must_use]
+pub fn small(value: f64, count: i32) -> String {
+    if value != 0.0 && value.is_finite() && value.abs() < 1e-4 {
+        let precision = usize::try_from(count - 1).unwrap_or(0);
+        return format!("{value:.precision$e}");
+    }
+    digits(value, count)
+}
+
+/// m/s² as mg with two digits: 1 mg is a thousandth of 9.80665 m/s².
+#[must_use]
+pub fn mg(mps2: f64) -> String {
+    let mg = 1000.0 * mps2 / gravical_core::unit::STANDARD_GRAVITY_MPS2;
+    if mg != 0.0 && mg.abs() < 0.001 {
+        return "< 0.001".to_owned();
+    }
+    digits(mg, 2)
+}
+
+/// A unit as people write it; files and options say `m/s^2`.
+#[must_use]
+pub fn unit(name: &str) -> String {
+    match name {
+        "deg" => "°".to_owned(),
+        _ => name.replace("m/s^2", "m/s²"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_follow_the_uncertainty() {
+        assert_eq!(decimals_for(0.0021), 4);
+        assert_eq!(decimals_for(21.0), 0);
+        assert_eq!(decimals_for(f64::NAN), 6);
+        assert_eq!(decimals_of(16384.0, 6), 1);
+        assert_eq!(decimals_of(1.0015, 6), 5);
+    }
+
+    #[test]
+    fn signs() {
+        assert_eq!(fixed(-0.0004, 3), "0.000");
+        assert_eq!(fixed(-1.25, 1), "-1.2");
+        assert_eq!(signed(0.0004, 3), "0.000");
+        assert_eq!(signed(1.25, 2), "+1.25");
+        assert_eq!(fixed(f64::NAN, 2), "–");
+        assert_eq!(small(3.25e-6, 2), "3.2e-6");
+    }
+}

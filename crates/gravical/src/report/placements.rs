@@ -1,0 +1,128 @@
+//! What is said about the placements of a calibration, and where one more would help.
+
+use crate::calibration_file::{CalibrationFile, Position};
+use crate::document::number::{decimals_of, fixed, mg, signed, unit};
+use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
+use crate::figure::Figure;
+
+use super::direction;
+
+/// Every placement before and after, and the three error figures.
+pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
+    let a = &file.accelerometer;
+    // In closed form the errors of the vectors are all that there is.
+    let exact = a.method == "ferraris";
+    let only = |there: bool, column: Column| if there { column } else { column.full() };
+    let raw = a.positions.iter().flat_map(|p| p.raw);
+    let largest = raw.fold(0.0_f64, |m, v| m.max(v.abs()));
+    let decimals = decimals_of(largest, 5).min(4);
+    let rows = a.positions.iter().enumerate();
+    let table = Table::new("")
+        .columns([Column::left("placement")])
+        .columns(Column::axes(&format!(
+            "raw mean, {}",
+            unit(a.input_unit.name())
+        )))
+        .columns(Column::axes("calibrated, m/s²"))
+        .columns([
+            only(exact, Column::number("error, m/s²")),
+            only(!exact, Column::number("‖a‖ − g, mm/s²")),
+            only(!exact, Column::number("left out, mm/s²")),
+            Column::number("tilt, °"),
+            Column::number("rows").full(),
+        ])
+        .rows(rows.map(|(i, p)| row(i, p, decimals)));
+    let section = Section::new("placements", "Placements").with(table).full(Block::note(
+        "error: length of calibrated − expected. left out: ‖a‖ − g when this placement and those within 25° of it take no part in the fit. tilt: off the face.",
+    ));
+    let Some(e) = a.errors else {
+        return section;
+    };
+    let value =
+        |key: &str, v: f64| Cell::number(format!("/accelerometer/errors/{key}"), v, fixed(v, 5));
+    let errors = Table::new("Errors over fitted faces, m/s²")
+        .columns([Column::left("")])
+        .columns(["RMS", "maximum", "mean norm"].map(Column::number))
+        .row([
+            Cell::text("faces"),
+            value("rms", e.rms),
+            value("max", e.max),
+            value("mean_norm", e.mean_norm),
+        ]);
+    let note = "The parameters were fitted to them: they are no measure of accuracy.";
+    match exact {
+        true => section.with(errors).with(Block::note(note)),
+        false => section.full(errors).full(Block::note(note)),
+    }
+}
+
+fn row(i: usize, p: &Position, decimals: usize) -> Row {
+    let key = |field: &str| format!("/accelerometer/positions/{i}/{field}");
+    let mm = |v: f64| signed(1e3 * v, 2);
+    let label = match p.fitted {
+        true => p.label.clone(),
+        false => format!("{} (not used)", p.label),
+    };
+    let tilt_sd = p
+        .tilt_sd_deg
+        .map(|sd| Quantity::new(key("tilt_sd_deg"), sd, fixed(sd, 1)));
+    let mut cells = vec![Cell::Text(label)];
+    cells.extend(Cell::axes(&key("raw"), Some(p.raw), |_, v| {
+        fixed(v, decimals)
+    }));
+    cells.extend(Cell::axes(
+        &key("calibrated"),
+        Some(p.calibrated),
+        |_, v| fixed(v, 3),
+    ));
+    cells.extend([
+        Cell::number(key("error_norm"), p.error_norm, fixed(p.error_norm, 4)),
+        Cell::maybe(key("magnitude_error_mps2"), p.magnitude_error_mps2, mm),
+        Cell::maybe(key("left_out_error_mps2"), p.left_out_error_mps2, mm),
+        Cell::maybe(key("tilt_deg"), p.tilt_deg, |v| fixed(v, 1)).plus_minus(tilt_sd),
+        Cell::number(key("rows"), p.rows as f64, p.rows.to_string()),
+    ]);
+    cells.into()
+}
+
+/// Where the placements lie, and the next ones.
+pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
+    let a = &file.accelerometer;
+    let mut section = Section::new("directions", "Directions and tilts").figures(figures);
+    if let Some(worst) = &a.worst_pose {
+        section = section.full(Block::paragraph(format!(
+            "The result suffers most from {}: {}",
+            worst.label, worst.reason
+        )));
+    }
+    if a.next_poses.is_empty() {
+        return section.full(Block::paragraph("No further placement is proposed."));
+    }
+    if let Some(now) = a.predicted_norm_error_mps2 {
+        section = section.full(Block::paragraph(format!(
+            "The standard uncertainty of the magnitude is {} mg. Each of these placements would lower it, after the ones before it.",
+            mg(now)
+        )));
+    }
+    let poses = a.next_poses.iter().enumerate().map(|(i, next)| {
+        let then = next.predicted_norm_error_mps2;
+        let key = format!("/accelerometer/next_poses/{i}/predicted_norm_error_mps2");
+        Row::from([
+            Cell::text((i + 1).to_string()),
+            Cell::text(&next.hint),
+            Cell::text(direction(next.direction)),
+            Cell::number(key, then, mg(then)),
+        ])
+    });
+    let columns = [
+        Column::left(""),
+        Column::left("how to hold it"),
+        Column::left("direction"),
+        Column::number("then, mg"),
+    ];
+    section.full(
+        Table::new("Placements that would help most")
+            .columns(columns)
+            .rows(poses),
+    )
+}

@@ -1,0 +1,55 @@
+//! Where a result comes from.
+
+use crate::calibration_file::InputFile;
+use crate::document::{Block, Cell, Column, Document, Section, Table};
+
+/// Where a result comes from, for the record.
+#[derive(Debug, Clone, Copy)]
+pub struct Provenance<'a> {
+    /// The program.
+    pub tool: &'a str,
+    /// The command that made it, where it was one.
+    pub command: Option<&'a str>,
+    /// When, in UTC.
+    pub created: &'a str,
+    /// Everything that was read.
+    pub inputs: &'a [InputFile],
+}
+
+/// This program.
+pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));
+
+impl Document<'_> {
+    /// With a date below the title and a section that says where the result comes from.
+    #[must_use]
+    pub fn with_provenance(mut self, origin: &Provenance<'_>) -> Self {
+        self.stamp = format!("{} · {}", origin.created, origin.tool);
+        let command = origin.command.unwrap_or("–");
+        let facts = [
+            ("program", origin.tool),
+            ("command", command),
+            ("computed", origin.created),
+        ];
+        let facts = facts.map(|(name, text)| (name.to_owned(), text.to_owned()));
+        let section = Section::new("provenance", "Provenance").full(Block::Facts(facts.to_vec()));
+        self.with(match origin.inputs {
+            [] => section,
+            some => section.full(files(some)),
+        })
+    }
+}
+
+/// Files with their checksums.
+fn files(files: &[InputFile]) -> Table {
+    let row = |file: &InputFile| {
+        [
+            Cell::text(&file.path),
+            Cell::text(file.role.name()),
+            file.sha256.clone().map_or_else(Cell::none, Cell::Code),
+        ]
+        .into()
+    };
+    Table::new("Files")
+        .columns(["file", "used as", "SHA-256"].map(Column::left))
+        .rows(files.iter().map(row))
+}
