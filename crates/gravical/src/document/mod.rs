@@ -12,7 +12,7 @@
 //! ```
 //! use gravical::document::{Cell, Column, Detail, Document, Section, Table};
 //!
-//! let table = Table::new("Bias")
+//! let table = Table::new("")
 //!     .columns([Column::left("axis"), Column::number("bias, m/s²")])
 //!     .row([Cell::text("x"), Cell::number("/bias/0", 0.02134, "0.0213")]);
 //! let document = Document::new("Calibration").with(Section::new("bias", "Bias").with(table));
