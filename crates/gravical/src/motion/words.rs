@@ -235,8 +235,8 @@ fn rounded(metres: f64) -> String {
 const ALONE_S: f64 = 2.0;
 /// … with motion on both sides of it, …
 const BETWEEN_S: f64 = 5.0;
-/// … and where there are others: five blocks that agree.
-const AMONG_OTHERS_S: f64 = 1.0;
+/// … and where there are others: the five blocks that agree, less what their edges take.
+const AMONG_OTHERS_S: f64 = 0.8;
 
 /// Why nothing can be said of how far the sensor went; none where its rests can be
 /// believed.
