@@ -206,10 +206,11 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         matrix: estimate.calibration.matrix,
         scale,
         orientation: matrix3::scale_rows(&estimate.model, &scale.map(|k| 1.0 / k)),
-        covariance: estimate.covariance.as_ref().map(|c| Covariance {
+        covariance: trust.covariance.as_ref().map(|c| Covariance {
             parameters: Covariance::parameter_names(),
             values: c.iter().map(|row| row.to_vec()).collect(),
         }),
+        gravity_sd_mps2: options.gravity.uncertainty_mps2(),
         errors: errors::fit_errors(&positions),
         positions,
         scale_deviation_percent: nominal.map(|n| scale.map(|k| 100.0 * (k / n - 1.0))),

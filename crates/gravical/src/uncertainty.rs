@@ -167,6 +167,35 @@ pub(crate) fn norm_curvature(
     })
 }
 
+/// What gravity that is known to `sd_mps2` only does to the parameters: M is
+/// fitted in proportion to 1/g and b does not depend on it, so (σ/g)² times the
+/// outer product of M's elements. No placement can lower it.
+pub(crate) fn of_gravity(model: &[[f64; 3]; 3], sd_mps2: f64, gravity: f64) -> Covariance12 {
+    let share = (sd_mps2 / gravity).powi(2);
+    let element = |i: usize| if i < 9 { model[i / 3][i % 3] } else { 0.0 };
+    std::array::from_fn(|i| std::array::from_fn(|j| share * element(i) * element(j)))
+}
+
+/// The sum of two covariances, element by element.
+pub(crate) fn sum(a: &Covariance12, b: &Covariance12) -> Covariance12 {
+    std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j]))
+}
+
+/// The covariance of a file by its readings alone: without what the gravity of
+/// the session adds. For what happens in the same place, with the same error of
+/// gravity.
+pub(crate) fn covariance_at_its_gravity(
+    section: &AccelerometerSection,
+    gravity: f64,
+) -> Option<Covariance12> {
+    let all = covariance_of(section)?;
+    let model = matrix3::inverse(&section.matrix)?;
+    let own = of_gravity(&model, section.gravity_sd_mps2, gravity);
+    Some(std::array::from_fn(|i| {
+        std::array::from_fn(|j| all[i][j] - own[i][j])
+    }))
+}
+
 /// The covariance of a file as numbers; none where it is absent, of another
 /// size, not finite or zero throughout.
 pub(crate) fn covariance_of(section: &AccelerometerSection) -> Option<Covariance12> {

@@ -42,6 +42,7 @@ impl CalibrationFile {
             c.check("accelerometer.covariance", &[&twelve])?;
         }
         for (field, value) in [
+            ("gravity_sd_mps2", Some(a.gravity_sd_mps2)),
             ("leave_one_out_rms_mps2", a.leave_one_out_rms_mps2),
             ("predicted_norm_error_mps2", a.predicted_norm_error_mps2),
             ("placement_tilt_deg", a.placement_tilt_deg.map(|t| t.value)),

@@ -98,6 +98,10 @@ pub struct AccelerometerSection {
     /// Covariance of the twelve parameters of raw = M a + b, M = K R; null
     /// where no standard errors are known.
     pub covariance: Option<Covariance>,
+    /// Standard uncertainty of local gravity that the covariance holds, m/s²: σ makes
+    /// (σ/g)² times the outer product of M's elements. 0 where gravity was given.
+    #[serde(default)]
+    pub gravity_sd_mps2: f64,
     /// The placements.
     pub positions: Vec<Position>,
     /// Errors over the placements that the parameters were fitted to: no
@@ -146,6 +150,7 @@ impl Default for AccelerometerSection {
             scale: [1.0; 3],
             orientation: matrix3::identity(),
             covariance: None,
+            gravity_sd_mps2: 0.0,
             positions: Vec::new(),
             errors: None,
             scale_deviation_percent: None,

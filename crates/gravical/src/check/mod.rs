@@ -30,7 +30,7 @@ use crate::gravity::Gravity;
 use crate::recording::{Finding, Recording};
 use crate::segment::face::{AxisMap, Face};
 use crate::segment::still::StillOptions;
-use crate::uncertainty::{chi_square, covariance_of};
+use crate::uncertainty::{chi_square, covariance_at_its_gravity, covariance_of};
 
 pub(crate) use drift::{accepted as accepted_model, at_reference, at_temperature};
 use rests::{Rest, rests};
@@ -144,7 +144,12 @@ pub fn check(
     // Which readings count, where they stand, and how far they are off.
     let differs = drift::accepted(calibration).is_none()
         && (calibration.temperature_c.is_none() || rests.iter().any(|r| r.temperature_c.is_none()));
-    let covariance = covariance_of(section).map(|c| at_another_time(section, &c, differs));
+    // Held against its own gravity, the error of that counts once, with the stills.
+    let known = match options.gravity {
+        Some(_) => covariance_of(section),
+        None => covariance_at_its_gravity(section, g),
+    };
+    let covariance = known.map(|c| at_another_time(section, &c, differs));
     let places: Vec<Place> = rests
         .iter()
         .zip(&calibrated)

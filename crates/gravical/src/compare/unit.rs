@@ -5,7 +5,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{AccelerometerSection, CalibrationFile};
 use crate::recording::{AccelUnit, Finding, FindingKind};
-use crate::uncertainty::{Covariance12, covariance_of};
+use crate::uncertainty::{Covariance12, covariance_at_its_gravity, covariance_of};
 use crate::{Error, Result};
 
 /// Scales within this share of each other are of one unit and range: far beyond
@@ -89,14 +89,27 @@ pub(super) fn sides(
             "one calibration takes unsigned counts, the other signed ones: 32768 was taken off its bias",
         ));
     }
+    // Two sessions that rest on one and the same gravity share its error.
+    let shared = a.gravity_mps2 == b.gravity_mps2 && a.gravity_source == b.gravity_source;
     Ok([
-        side(a, per_a, offsets[0], names[0])?,
-        side(b, per_b, offsets[1], names[1])?,
+        side(a, per_a, offsets[0], shared, names[0])?,
+        side(b, per_b, offsets[1], shared, names[1])?,
     ])
 }
 
-fn side(file: &CalibrationFile, per_mps2: f64, offset: f64, name: &str) -> Result<Side> {
+fn side(
+    file: &CalibrationFile,
+    per_mps2: f64,
+    offset: f64,
+    gravity_is_shared: bool,
+    name: &str,
+) -> Result<Side> {
     let section = &file.accelerometer;
+    let covariance = if gravity_is_shared {
+        covariance_at_its_gravity(section, file.gravity_mps2)
+    } else {
+        covariance_of(section)
+    };
     let matrix = section.matrix.map(|row| row.map(|v| v * per_mps2));
     let model = inverse(&matrix).ok_or_else(|| {
         Error::input(
@@ -109,8 +122,7 @@ fn side(file: &CalibrationFile, per_mps2: f64, offset: f64, name: &str) -> Resul
         model,
         matrix,
         bias: section.bias.map(|b| (b - offset) / per_mps2),
-        covariance: covariance_of(section)
-            .map(|c| c.map(|row| row.map(|v| v / (per_mps2 * per_mps2)))),
+        covariance: covariance.map(|c| c.map(|row| row.map(|v| v / (per_mps2 * per_mps2)))),
         gravity: file.gravity_mps2,
     })
 }

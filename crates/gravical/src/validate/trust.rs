@@ -13,7 +13,7 @@ use crate::estimate::in_words;
 use crate::estimate::joint::{NORMAL_95, Source};
 use crate::gravity::Gravity;
 use crate::stats::{median, standard_deviation};
-use crate::uncertainty::invariant_derivatives;
+use crate::uncertainty::{Covariance12, invariant_derivatives, of_gravity, sum};
 
 use crate::estimate::predicted;
 
@@ -28,6 +28,8 @@ const COVERAGE: f64 = 2.0;
 /// What the covariance and the left-out placements say.
 #[derive(Debug, Clone, Default)]
 pub struct Trust {
+    /// Of M and b: by the readings, and by gravity that nobody gave.
+    pub covariance: Option<Covariance12>,
     /// Standard uncertainty of ‖a‖ over all directions, m/s².
     pub predicted: Option<f64>,
     /// Standard deviations of bias and scale.
@@ -55,23 +57,28 @@ pub fn trust(
 ) -> Trust {
     let g = gravity.value_mps2;
     let matrix = &estimate.calibration.matrix;
-    let predicted = estimate
+    let gravity_sd = gravity.uncertainty_mps2();
+    let covariance = estimate
         .covariance
         .as_ref()
-        .and_then(|c| predicted::norm_error(matrix, c, g));
+        .map(|c| sum(c, &of_gravity(&estimate.model, gravity_sd, g)));
+    let norm_error = |c: &Covariance12| predicted::norm_error(matrix, c, g);
+    let predicted = covariance.as_ref().and_then(norm_error);
+    let by_readings = estimate.covariance.as_ref().and_then(norm_error);
     let left_out: Vec<f64> = estimate
         .uses
         .iter()
         .filter_map(|u| u.left_out_error)
         .collect();
     Trust {
+        covariance,
         predicted,
-        deviations: deviations(estimate),
+        deviations: covariance.as_ref().map(|c| deviations(estimate, c)),
         leave_one_out: rms(&left_out),
         fit: estimate.quality,
         worst: worst(estimate, positions, rms(&left_out)),
-        next: next_poses(estimate, g),
-        budget: budget(estimate, predicted, gravity, temperature, temperatures),
+        next: next_poses(estimate, g, gravity_sd),
+        budget: budget(estimate, by_readings, gravity, temperature, temperatures),
     }
 }
 
@@ -81,8 +88,7 @@ fn rms(values: &[f64]) -> Option<f64> {
 }
 
 /// Standard deviations by propagation.
-fn deviations(estimate: &Estimate) -> Option<Deviations> {
-    let c = estimate.covariance.as_ref()?;
+fn deviations(estimate: &Estimate, c: &Covariance12) -> Deviations {
     let m = &estimate.model;
     let mut factor = NORMAL_95;
     let mut out = Deviations {
@@ -106,7 +112,7 @@ fn deviations(estimate: &Estimate) -> Option<Deviations> {
         }
     }
     out.coverage_factor_95 = factor;
-    Some(out)
+    out
 }
 
 /// The pose with the largest error when it is left out; where none can be, the
@@ -138,8 +144,8 @@ fn worst(estimate: &Estimate, positions: &[Position], usual: Option<f64>) -> Opt
     })
 }
 
-/// Poses that would help most.
-fn next_poses(estimate: &Estimate, gravity: f64) -> Vec<NextPose> {
+/// Poses that would help most; none of them tells gravity.
+fn next_poses(estimate: &Estimate, gravity: f64, gravity_sd: f64) -> Vec<NextPose> {
     let (Some(fit), Some(covariance)) = (&estimate.joint, &estimate.covariance) else {
         return Vec::new();
     };
@@ -149,17 +155,17 @@ fn next_poses(estimate: &Estimate, gravity: f64) -> Vec<NextPose> {
     let noise = median(&mut noises).unwrap_or(0.0).hypot(fit.model_error) / scale;
     predicted::propose(matrix, covariance, gravity, noise, PROPOSED)
         .into_iter()
-        .map(|(direction, predicted_norm_error_mps2)| NextPose {
+        .map(|(direction, error)| NextPose {
             direction,
             hint: in_words(direction),
-            predicted_norm_error_mps2,
+            predicted_norm_error_mps2: error.hypot(gravity_sd),
         })
         .collect()
 }
 
 fn budget(
     estimate: &Estimate,
-    predicted: Option<f64>,
+    by_readings: Option<f64>,
     gravity: &Gravity,
     temperature: Option<&TemperatureRange>,
     temperatures: &[f64],
@@ -211,7 +217,7 @@ fn budget(
         }
         None => add(
             "noise-and-tilt",
-            predicted,
+            by_readings,
             format!("standard errors of the means; {tilt}"),
         ),
     }
@@ -244,7 +250,7 @@ fn budget(
             "no temperature was recorded".to_owned(),
         ),
     }
-    predicted?;
+    by_readings?;
     let combined = contributions
         .iter()
         .filter_map(|c| c.norm_mps2)

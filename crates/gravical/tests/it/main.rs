@@ -20,4 +20,5 @@ mod session;
 mod solve;
 mod support;
 mod truth;
+mod verdicts;
 mod writings;
