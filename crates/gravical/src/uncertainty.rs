@@ -5,7 +5,7 @@ use gravical_core::matrix3;
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SymmetricEigen, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::calibration_file::AccelerometerSection;
 
@@ -24,7 +24,12 @@ pub struct ChiSquare {
     pub chi2: f64,
     /// Rank of C.
     pub degrees_of_freedom: u32,
-    /// Probability of a χ² at least as large when there is no difference.
+    /// Degrees of freedom that C itself is estimated with; null where it counts as
+    /// known.
+    #[serde(default)]
+    pub covariance_freedom: Option<f64>,
+    /// Probability of a χ² at least as large when there is no difference; with an
+    /// estimated C by the F distribution of χ² over its degrees of freedom.
     pub p_value: f64,
 }
 
@@ -45,19 +50,23 @@ impl ChiSquare {
             1 => "1 degree".to_owned(),
             n => format!("{n} degrees"),
         };
-        format!("{p}, χ² {:.1} of {freedom} of freedom", self.chi2)
+        let known = self
+            .covariance_freedom
+            .map_or(String::new(), |nu| format!(", its scale known by {nu:.0}"));
+        format!("{p}, χ² {:.1} of {freedom} of freedom{known}", self.chi2)
     }
 }
 
 /// χ² of `difference` by `covariance`, and the length of the part of the
 /// difference in directions that the covariance calls certain (rank decision:
 /// [`RANK_TOLERANCE`]); that part is not in χ². Both have to be scaled so that
-/// their components compare.
+/// their components compare. `covariance_freedom` as [`ChiSquare`] has it.
 ///
 /// None when the covariance is zero or not finite.
 pub(crate) fn chi_square(
     difference: &DVector<f64>,
     covariance: &DMatrix<f64>,
+    covariance_freedom: Option<f64>,
 ) -> Option<(ChiSquare, f64)> {
     let finite = difference
         .iter()
@@ -82,20 +91,41 @@ pub(crate) fn chi_square(
             outside += component * component;
         }
     }
-    let p_value = upper_tail(chi2, f64::from(rank))?;
+    let p_value = upper_tail(chi2, f64::from(rank), covariance_freedom)?;
     let test = ChiSquare {
         chi2,
         degrees_of_freedom: rank,
+        covariance_freedom,
         p_value,
     };
     Some((test, outside.sqrt()))
 }
 
-/// P(χ² ≥ `chi2`).
-pub(crate) fn upper_tail(chi2: f64, degrees_of_freedom: f64) -> Option<f64> {
-    ChiSquared::new(degrees_of_freedom)
-        .ok()
-        .map(|d| d.sf(chi2).clamp(0.0, 1.0))
+/// P(χ² ≥ `chi2`), or with the scale of the covariance known by `covariance_freedom`
+/// degrees of freedom P(F ≥ `chi2`/`degrees_of_freedom`).
+pub(crate) fn upper_tail(
+    chi2: f64,
+    degrees_of_freedom: f64,
+    covariance_freedom: Option<f64>,
+) -> Option<f64> {
+    let p = match covariance_freedom {
+        Some(known_by) => FisherSnedecor::new(degrees_of_freedom, known_by)
+            .ok()?
+            .sf(chi2 / degrees_of_freedom),
+        None => ChiSquared::new(degrees_of_freedom).ok()?.sf(chi2),
+    };
+    Some(p.clamp(0.0, 1.0))
+}
+
+/// Degrees of freedom of a sum of variances, each with its own; none where all of it
+/// is known (Welch and Satterthwaite, JCGM 100:2008, G.4).
+pub(crate) fn freedom_of_sum(parts: &[(f64, Option<f64>)]) -> Option<f64> {
+    let all: f64 = parts.iter().map(|(variance, _)| variance).sum();
+    let weighed: f64 = parts
+        .iter()
+        .filter_map(|(variance, freedom)| Some((variance / all).powi(2) / (*freedom)?))
+        .sum();
+    Some(1.0 / weighed).filter(|nu| nu.is_finite() && *nu > 0.0)
 }
 
 /// What turning the board in its case leaves alone: the lengths of the rows of M
@@ -216,7 +246,7 @@ mod tests {
     fn chi_square_of_independent_components() {
         let d = DVector::from_vec(vec![2.0, 3.0]);
         let c = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 9.0]));
-        let (test, outside) = chi_square(&d, &c).unwrap();
+        let (test, outside) = chi_square(&d, &c, None).unwrap();
         assert!((test.chi2 - 2.0).abs() < 1e-12);
         assert_eq!(test.degrees_of_freedom, 2);
         // Two degrees of freedom: e^(−χ²/2).
@@ -229,11 +259,11 @@ mod tests {
         // Variance only along (1, 1)/√2.
         let c = DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 1.0, 1.0]);
         let d = DVector::from_vec(vec![1.0, 0.0]);
-        let (test, outside) = chi_square(&d, &c).unwrap();
+        let (test, outside) = chi_square(&d, &c, None).unwrap();
         assert_eq!(test.degrees_of_freedom, 1);
         assert!((test.chi2 - 0.25).abs() < 1e-12, "{}", test.chi2);
         assert!((outside - 0.5_f64.sqrt()).abs() < 1e-12);
-        assert!(chi_square(&d, &DMatrix::zeros(2, 2)).is_none());
+        assert!(chi_square(&d, &DMatrix::zeros(2, 2), None).is_none());
     }
 
     #[test]
@@ -243,9 +273,12 @@ mod tests {
             (16.919, 9.0, 0.05),
             (26.217, 12.0, 0.01),
         ] {
-            let got = upper_tail(chi2, freedom).unwrap();
+            let got = upper_tail(chi2, freedom, None).unwrap();
             assert!((got - p).abs() < 1e-5, "{got}");
         }
+        // F of 3 and 10 degrees of freedom: 6.552 at 1 %.
+        let got = upper_tail(3.0 * 6.552, 3.0, Some(10.0)).unwrap();
+        assert!((got - 0.01).abs() < 1e-5, "{got}");
     }
 
     #[test]

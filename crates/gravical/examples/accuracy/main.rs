@@ -8,6 +8,7 @@
 //! Options: `--sensors N` (1000), `--seed S` (1), `--only NAME`, and `--write FILE`
 //! to put the tables into a file between their marks. Without it they are printed.
 
+mod each;
 mod runs;
 mod table;
 mod tables;

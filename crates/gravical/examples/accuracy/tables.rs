@@ -3,7 +3,8 @@
 use gravical::estimate::joint::joint;
 use gravical::simulate::means::{MeanReading, MeansOptions, Part};
 
-use crate::runs::{Plan, Session, each, ferraris, linear, magnitude6, magnitude9, outcome};
+use crate::each::each;
+use crate::runs::{Plan, Session, ferraris, linear, magnitude6, magnitude9, outcome};
 use crate::table::{MG, Outcomes, coverage, direction_deg, errors, markdown, norm_mg, quantiles};
 
 const TILTS_DEG: [f64; 4] = [0.1, 1.0, 2.0, 3.0];

@@ -13,10 +13,11 @@ use crate::compare::SIGNIFICANCE;
 use crate::uncertainty::upper_tail;
 
 /// Estimates all causes; `directions` are unit vectors in calibrated axes of the
-/// board. Empty when V is not positive definite.
+/// board, `freedom_of_covariance` what V is known by (none: exactly). Empty when V is not positive definite.
 pub(super) fn explanations(
     errors: &DVector<f64>,
     covariance: &DMatrix<f64>,
+    freedom_of_covariance: Option<f64>,
     directions: &[[f64; 3]],
     gravity: f64,
 ) -> Vec<Explanation> {
@@ -64,7 +65,7 @@ pub(super) fn explanations(
             let left = (chi2 - explained).max(0.0);
             let freedom = n.checked_sub(design.ncols())?;
             let p_value_left = (freedom > 0)
-                .then(|| upper_tail(left, freedom as f64))
+                .then(|| upper_tail(left, freedom as f64, freedom_of_covariance))
                 .flatten();
             let sigma = inverse.diagonal().max().sqrt();
             let along = |k: usize| match (cause, k) {
@@ -73,8 +74,8 @@ pub(super) fn explanations(
                 _ => 0.0,
             };
             // What is nothing explains nothing.
-            let significant =
-                upper_tail(explained, design.ncols() as f64).is_some_and(|p| p < SIGNIFICANCE);
+            let significant = upper_tail(explained, design.ncols() as f64, freedom_of_covariance)
+                .is_some_and(|p| p < SIGNIFICANCE);
             let share = cause == Cause::Share;
             Some(Explanation {
                 cause,
@@ -97,7 +98,7 @@ pub(super) fn explanations(
 /// a test of all stills at once dilutes one of them: the smallest p of those that
 /// the stills can show, times their number (Bonferroni). None where there is
 /// none.
-pub(super) fn focused(all: &[Explanation]) -> Option<f64> {
+pub(super) fn focused(all: &[Explanation], freedom_of_covariance: Option<f64>) -> Option<f64> {
     let simple = || all.iter().filter(|e| e.cause != Cause::Bias);
     let smallest = simple()
         .filter_map(|e| {
@@ -106,7 +107,7 @@ pub(super) fn focused(all: &[Explanation]) -> Option<f64> {
                 (None, Some(bias)) => gravical_core::matrix3::norm(&bias),
                 (None, None) => return None,
             };
-            upper_tail((estimate / e.sigma).powi(2), 1.0)
+            upper_tail((estimate / e.sigma).powi(2), 1.0, freedom_of_covariance)
         })
         .min_by(f64::total_cmp)?;
     Some((smallest * simple().count() as f64).min(1.0))
@@ -127,7 +128,7 @@ mod tests {
 
     fn explained(errors: [f64; 6]) -> Vec<Explanation> {
         let v = DMatrix::identity(6, 6) * 0.01_f64.powi(2);
-        explanations(&DVector::from_row_slice(&errors), &v, &FACES, 9.81)
+        explanations(&DVector::from_row_slice(&errors), &v, None, &FACES, 9.81)
             .into_iter()
             .filter(|e| e.explains)
             .collect()
@@ -162,7 +163,7 @@ mod tests {
     #[test]
     fn a_single_pose_is_explained_by_more_than_one() {
         let v = DMatrix::identity(1, 1) * 1e-4;
-        let found = explanations(&DVector::from_element(1, 0.3), &v, &FACES[4..5], 9.81);
+        let found = explanations(&DVector::from_element(1, 0.3), &v, None, &FACES[4..5], 9.81);
         let causes: Vec<Cause> = found.iter().map(|e| e.cause).collect();
         assert_eq!(causes, [Cause::Share, Cause::BiasZ]);
     }

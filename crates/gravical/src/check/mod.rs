@@ -171,7 +171,7 @@ pub fn check(
         .and_then(|c| spread(section, c, &used, &gravity));
     let test = spread
         .as_ref()
-        .and_then(|s| chi_square(&s.errors, &s.covariance))
+        .and_then(|s| chi_square(&s.errors, &s.covariance, s.freedom))
         .map(|(test, _)| test);
     let mean_square = |squares: f64| (squares / used.len() as f64).sqrt();
     let rms = mean_square(errors.norm_squared());
@@ -184,11 +184,12 @@ pub fn check(
     let board: Vec<[f64; 3]> = used.iter().map(|p| p.direction).collect();
     let limit = LIMIT_WITHOUT_COVARIANCE_MG * STANDARD_GRAVITY_MPS2 / 1000.0;
     let mut explanations = match &spread {
-        Some(s) => explain::explanations(&s.errors, &s.covariance, &board, g),
+        Some(s) => explain::explanations(&s.errors, &s.covariance, s.freedom, &board, g),
         // Without a covariance half the limit is as good a guess as any.
-        None => explain::explanations(&errors, &assumed(&used, limit / 2.0), &board, g),
+        None => explain::explanations(&errors, &assumed(&used, limit / 2.0), None, &board, g),
     };
-    let single_fault_p_value = explain::focused(&explanations).filter(|_| test.is_some());
+    let freedom = spread.as_ref().and_then(|s| s.freedom);
+    let single_fault_p_value = explain::focused(&explanations, freedom).filter(|_| test.is_some());
     // A single still has one test, not two.
     let p_value = match (test, single_fault_p_value) {
         (Some(t), Some(single)) if used.len() > 1 => Some((2.0 * t.p_value.min(single)).min(1.0)),

@@ -142,6 +142,23 @@ pub(super) struct Spread {
     pub errors: DVector<f64>,
     /// Their covariance.
     pub covariance: DMatrix<f64>,
+    /// Degrees of freedom of Student's t whose tails the errors have; none where they
+    /// are as good as normal.
+    pub freedom: Option<f64>,
+}
+
+/// Excess of the kurtosis of a product of two normal errors.
+const EXCESS_OF_PRODUCTS: f64 = 6.0;
+
+/// Degrees of freedom of the Student's t whose tails errors with the covariance
+/// `whole` have, of which `second` is that of products of normal ones. A part of the
+/// variance gives its share squared of a product's excess kurtosis, here the mean over
+/// the whitened errors; that of Student's t is 6/(ν − 4).
+fn tails(whole: &DMatrix<f64>, second: &DMatrix<f64>) -> Option<f64> {
+    let shares = Cholesky::new(whole.clone())?.solve(second);
+    let mean_square = (&shares * &shares).trace() / whole.nrows() as f64;
+    let excess = EXCESS_OF_PRODUCTS * mean_square;
+    Some(4.0 + 6.0 / excess).filter(|nu| *nu < 1e3)
 }
 
 /// Holds the readings against `gravity`; none where that is not possible in
@@ -162,7 +179,8 @@ pub(super) fn spread(
     let common = gravity.uncertainty_mps2().powi(2);
     let gravity = gravity.value_mps2;
     let c = SMatrix::<f64, 12, 12>::from_fn(|r, k| covariance[r][k]);
-    let mut r = readings(section, places) + second_order(section, &c, places, gravity);
+    let second = second_order(section, &c, places, gravity);
+    let mut r = readings(section, places) + &second;
     // All stills stand in the same place.
     r.add_scalar_mut(common);
     let model = inverse(&section.matrix)?;
@@ -185,6 +203,7 @@ pub(super) fn spread(
             .is_some_and(|(before, _)| (chi2 - before).abs() < 1e-6 * (1.0 + chi2));
         let spread = Spread {
             errors: y,
+            freedom: tails(&v, &second),
             covariance: v,
         };
         last = Some((chi2, spread));

@@ -21,7 +21,7 @@ use crate::Result;
 use crate::calibration_file::CalibrationFile;
 use crate::recording::{Finding, FindingKind};
 use crate::segment::face::AXES;
-use crate::uncertainty::chi_square;
+use crate::uncertainty::{chi_square, freedom_of_sum};
 
 use findings::{Independence, SAME_GRAVITY, circumstances, independence, orientation_is_known};
 use parameters::{Jacobian, PAIRS, Turn, invariants, propagate, second_order, turn};
@@ -63,6 +63,9 @@ struct Difference {
     b: [f64; 9],
     values: DVector<f64>,
     covariance: Option<DMatrix<f64>>,
+    /// Degrees of freedom that the covariance of the rotation is estimated with: it is
+    /// that of the tilts.
+    turn_freedom: Option<f64>,
     /// Nine without a rotation.
     count: usize,
 }
@@ -84,8 +87,18 @@ impl Difference {
             })
         };
         let covariance = a.covariance.as_ref().zip(b.covariance.as_ref());
+        let mut turn_freedom = None;
         let covariance = covariance.map(|(ca, cb)| {
-            let sum = propagate(&rows(&ja, -1.0, 0), ca) + propagate(&rows(&jb, 1.0, 1), cb);
+            let [of_a, of_b] = [
+                propagate(&rows(&ja, -1.0, 0), ca),
+                propagate(&rows(&jb, 1.0, 1), cb),
+            ];
+            let turned = |c: &DMatrix<f64>| (9..12).map(|i| c[(i, i)]).sum::<f64>();
+            turn_freedom = freedom_of_sum(&[
+                (turned(&of_a), a.tilt_freedom),
+                (turned(&of_b), b.tilt_freedom),
+            ]);
+            let sum = of_a + of_b;
             let mut sum = sum.view((0, 0), (count, count)).into_owned();
             let second = second_order(a, ca) + second_order(b, cb);
             let mut block = sum.view_mut((0, 0), (9, 9));
@@ -97,6 +110,7 @@ impl Difference {
             b: vb,
             values,
             covariance,
+            turn_freedom,
             count,
         }
     }
@@ -111,7 +125,9 @@ impl Difference {
         let c = DMatrix::from_fn(n, n, |r, k| {
             covariance[(from + r, from + k)] / unit(from + r) / unit(from + k)
         });
-        chi_square(&d, &c)
+        // What changes ‖a‖ is told by means whose noise is known well.
+        let freedom = self.turn_freedom.filter(|_| from == 9);
+        chi_square(&d, &c, freedom)
     }
 
     fn listed(&self) -> Vec<ParameterDifference> {

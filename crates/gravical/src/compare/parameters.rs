@@ -152,6 +152,7 @@ mod tests {
             bias,
             covariance: None,
             gravity: 9.81,
+            tilt_freedom: None,
         }
     }
 

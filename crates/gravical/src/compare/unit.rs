@@ -3,7 +3,7 @@
 use gravical_core::matrix3::inverse;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use crate::calibration_file::{AccelerometerSection, CalibrationFile};
+use crate::calibration_file::{AccelerometerSection, CalibrationFile, TiltSource};
 use crate::recording::{AccelUnit, Finding, FindingKind};
 use crate::uncertainty::{Covariance12, covariance_at_its_gravity, covariance_of};
 use crate::{Error, Result};
@@ -27,6 +27,9 @@ pub(super) struct Side {
     pub covariance: Option<Covariance12>,
     /// Gravity of its session, m/s².
     pub gravity: f64,
+    /// Tilt components that its σ_tilt was estimated from; none where that was not
+    /// estimated.
+    pub tilt_freedom: Option<f64>,
 }
 
 /// Brings both calibrations to nominal m/s².
@@ -124,6 +127,11 @@ fn side(
         bias: section.bias.map(|b| (b - offset) / per_mps2),
         covariance: covariance.map(|c| c.map(|row| row.map(|v| v / (per_mps2 * per_mps2)))),
         gravity: file.gravity_mps2,
+        tilt_freedom: section.fit.map(|fit| fit.tilt_freedom).filter(|_| {
+            section
+                .placement_tilt_deg
+                .is_some_and(|t| t.source == TiltSource::Estimated)
+        }),
     })
 }
 

@@ -112,7 +112,7 @@ fn two_sessions_of_one_sensor_seldom_differ() {
         );
         assert!((0.005..=0.1).contains(&five_m), "{five_m}");
         assert!((0.005..=0.1).contains(&five_o), "{five_o}");
-        assert!(wrong <= 0.03, "{wrong}");
+        assert!(wrong <= 0.02, "{wrong}");
         assert!(
             (0.55..=1.15).contains(&(rms / predicted).sqrt()),
             "{rms} {predicted}"
@@ -121,8 +121,8 @@ fn two_sessions_of_one_sensor_seldom_differ() {
 }
 
 /// A calibration of each of 100 sensors, checked on a later session. The errors
-/// of tilted faces are products of tilts with heavy tails: up to 4 % are
-/// claimed at a level of 1 % (Ferraris, 3°), none of 100 by the joint fit.
+/// of tilted faces are products of tilts with heavy tails, which the test knows of:
+/// by a normal distribution 4 % would be claimed at a level of 1 % (Ferraris, 3°).
 #[test]
 fn new_stills_seldom_contradict_a_good_calibration() {
     for (method, tilt, later) in [
@@ -158,7 +158,7 @@ fn new_stills_seldom_contradict_a_good_calibration() {
             mean(&z)
         );
         assert!(share_under(&p, 0.05) <= 0.11);
-        assert!(wrong <= 6, "{wrong}");
+        assert!(wrong <= 2, "{wrong}");
         assert!((0.6..=1.25).contains(&mean(&z)), "{}", mean(&z));
     }
 }

@@ -118,7 +118,7 @@ fn chance(a: &JointFit, b: &JointFit) -> f64 {
         let c = DMatrix::from_fn(12, 12, |i, j| fit.covariance[i][j]);
         covariance += &h * c * h.transpose();
     }
-    chi_square(&difference, &covariance).map_or(1.0, |(test, _)| test.p_value)
+    chi_square(&difference, &covariance, None).map_or(1.0, |(test, _)| test.p_value)
 }
 
 /// Largest distances of scales in % and of biases in mg to the recording that

@@ -1,0 +1,106 @@
+//! What verdicts are worth: simulated sessions whose truth is known, most of them
+//! spoiled in one way, and how often each is called what. The tables of
+//! `docs/accuracy.md` under "Verdicts".
+//!
+//! ```console
+//! $ cargo run --release -p gravical --example verdicts -- 200
+//! $ cargo run --release -p gravical --example verdicts -- 200 alarms
+//! ```
+//!
+//! The number is that of sessions a line. `alarms` has two sessions of each part in
+//! place of that: how often `compare` and `check` claim a difference where there is
+//! none.
+
+#[path = "../accuracy/each.rs"]
+mod each;
+mod session;
+
+use gravical::calibration_file::Grade;
+use gravical::check::{CheckOptions, Judgement, check};
+use gravical::compare::{Agreement, compare};
+
+use each::each;
+use session::{Disturbance, Judged, Plan, Session};
+
+fn verdicts(count: usize, only: &str) {
+    println!(
+        "| session | disturbed by | good | fair | not verifiable | poor | refused | good, but off by more than 5 mg | fair, but by more than 20 mg |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    for plan in Plan::ALL {
+        for disturbance in Disturbance::ALL {
+            if !plan.name().contains(only) && !disturbance.name().contains(only) {
+                continue;
+            }
+            let judged = each(count, |index| {
+                let mut session = Session::of(plan, index as u64);
+                session.judge(disturbance)
+            });
+            let of = |grade: Grade, more_mg: f64| {
+                judged
+                    .iter()
+                    .flatten()
+                    .filter(|j: &&Judged| j.grade == grade && j.worst_mg > more_mg)
+                    .count()
+            };
+            println!(
+                "| {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+                plan.name(),
+                disturbance.name(),
+                of(Grade::Good, 0.0),
+                of(Grade::Fair, 0.0),
+                of(Grade::NotVerifiable, 0.0),
+                of(Grade::Poor, 0.0),
+                judged.iter().filter(|j| j.is_none()).count(),
+                of(Grade::Good, 5.0),
+                of(Grade::Fair, 20.0),
+            );
+        }
+    }
+}
+
+fn alarms(count: usize) {
+    println!(
+        "| session | `compare` differs | … in what changes ‖a‖ | … in the rotation | `check` does not fit |"
+    );
+    println!("| --- | --- | --- | --- | --- |");
+    for plan in Plan::ALL {
+        let pairs = each(count, |index| {
+            let mut session = Session::of(plan, index as u64);
+            let (first, _) = session.record(Disturbance::None);
+            let (second, _) = session.record(Disturbance::None);
+            let a = session::calibrated(&first)?;
+            let b = session::calibrated(&second)?;
+            let compared = compare(&a, &b, ["a.json", "b.json"]).ok()?;
+            let checked = check(&a, "a.json", &second, &CheckOptions::default()).ok()?;
+            let turned = compared
+                .orientation
+                .is_some_and(|o| o.judgement == Agreement::Differ);
+            Some([
+                compared.verdict.judgement == Agreement::Differ,
+                compared.magnitude.judgement == Agreement::Differ,
+                turned,
+                checked.verdict.judgement == Judgement::DoesNotFit,
+            ])
+        });
+        let there: Vec<&[bool; 4]> = pairs.iter().flatten().collect();
+        let share = |what: usize| {
+            let claimed = there.iter().filter(|p| p[what]).count();
+            format!("{:.1} %", 100.0 * claimed as f64 / there.len() as f64)
+        };
+        println!(
+            "| {} | {} |",
+            plan.name(),
+            [0, 1, 2, 3].map(share).join(" | ")
+        );
+    }
+}
+
+fn main() {
+    let mut words = std::env::args().skip(1);
+    let count = words.next().and_then(|w| w.parse().ok()).unwrap_or(200);
+    match words.next().as_deref() {
+        Some("alarms") => alarms(count),
+        only => verdicts(count, only.unwrap_or("")),
+    }
+}
