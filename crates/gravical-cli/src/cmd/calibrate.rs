@@ -301,7 +301,7 @@ fn next_step(args: &Args, file: &CalibrationFile) -> String {
             )
         }
         None if file.verdict.grade == Grade::Poor => {
-            "\nNothing was saved. Mend what the verdict names first; -o cal.json saves it all the same.\n".to_owned()
+            "\nNothing was saved. Mend what the verdict names first;\n-o cal.json saves it all the same.\n".to_owned()
         }
         None => "\nNothing was saved. Next: the same command with -o cal.json, then\n`gravical apply cal.json RECORDING.csv -o calibrated.csv`\n".to_owned(),
     }

@@ -13,6 +13,7 @@
 
 #[path = "../accuracy/each.rs"]
 mod each;
+#[allow(dead_code, reason = "the tests have sessions of their own")]
 mod session;
 
 use gravical::calibration_file::Grade;
@@ -26,7 +27,7 @@ fn verdicts(count: usize, only: &str) {
     println!(
         "| session | disturbed by | good | fair | not verifiable | poor | refused | good, but off by more than 5 mg | fair, but by more than 20 mg |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for plan in Plan::ALL {
         for disturbance in Disturbance::ALL {
             if !plan.name().contains(only) && !disturbance.name().contains(only) {
@@ -43,8 +44,13 @@ fn verdicts(count: usize, only: &str) {
                     .filter(|j: &&Judged| j.grade == grade && j.worst_mg > more_mg)
                     .count()
             };
+            let median = |key: fn(&Judged) -> f64| {
+                let mut values: Vec<f64> = judged.iter().flatten().map(key).collect();
+                values.sort_by(f64::total_cmp);
+                values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+            };
             println!(
-                "| {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+                "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {:.1} | {:.1} | {:.1} |",
                 plan.name(),
                 disturbance.name(),
                 of(Grade::Good, 0.0),
@@ -54,6 +60,9 @@ fn verdicts(count: usize, only: &str) {
                 judged.iter().filter(|j| j.is_none()).count(),
                 of(Grade::Good, 5.0),
                 of(Grade::Fair, 20.0),
+                median(|j| j.worst_mg),
+                median(|j| j.claimed_mg),
+                median(|j| j.hidden_mg),
             );
         }
     }

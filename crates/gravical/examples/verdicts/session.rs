@@ -34,6 +34,8 @@ pub enum Plan {
     Free(usize),
     /// Each face four times, with a tilt of its own.
     Faces,
+    /// Six faces, and one of them once more.
+    Again,
 }
 
 impl Plan {
@@ -53,6 +55,7 @@ impl Plan {
             Plan::Spread(n) => format!("6 faces + {n} spread"),
             Plan::Free(n) => format!("{n} free poses"),
             Plan::Faces => "each face 4 times".to_owned(),
+            Plan::Again => "6 faces + 1 again".to_owned(),
         }
     }
 }
@@ -108,6 +111,9 @@ pub struct Judged {
     pub grade: Grade,
     /// Largest error of ‖a‖ over all directions, mg.
     pub worst_mg: f64,
+    /// What it says of that, and what could hide, mg.
+    pub claimed_mg: f64,
+    pub hidden_mg: f64,
 }
 
 pub struct Session {
@@ -180,6 +186,11 @@ impl Session {
             }
             Plan::Free(n) => self.by_hand(n),
             Plan::Faces => (0..4).flat_map(|_| Planned::six_faces()).collect(),
+            Plan::Again => {
+                let mut all = Planned::six_faces();
+                all.push(all[self.index as usize % 6]);
+                all
+            }
         };
         let mut places = self.part.place(&planned);
         let clean = self.part.clone();
@@ -288,6 +299,14 @@ impl Session {
         Some(Judged {
             grade: file.verdict.grade,
             worst_mg: worst / MG,
+            claimed_mg: file
+                .accelerometer
+                .worst_direction
+                .map_or(f64::INFINITY, |w| w.error_mps2 / MG),
+            hidden_mg: file
+                .accelerometer
+                .undetected
+                .map_or(f64::INFINITY, |u| u.effect_mps2 / MG),
         })
     }
 }

@@ -63,6 +63,51 @@ pub struct NextPose {
     pub hint: String,
     /// Predicted error of ‖a‖ over all directions with it, m/s².
     pub predicted_norm_error_mps2: f64,
+    /// What an error of one placement could still do to ‖a‖ unseen with it, in the worst
+    /// direction, m/s²; null where nothing is left over to show one.
+    #[serde(default)]
+    pub undetected_effect_mps2: Option<f64>,
+}
+
+/// The direction in which ‖a‖ is known least.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct WorstDirection {
+    /// Unit vector of specific force.
+    pub direction: [f64; 3],
+    /// How the sensor is held then.
+    pub hint: String,
+    /// Standard uncertainty of ‖a‖ there, m/s².
+    pub sd_mps2: f64,
+    /// So many of them are a limit that errors keep in 95 % of sessions: 2, more where
+    /// model error or tilt were estimated from few readings.
+    pub coverage_factor: f64,
+    /// The product, m/s².
+    pub error_mps2: f64,
+}
+
+/// The error of one placement that would do most harm unseen.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct UndetectedError {
+    /// The placement; its number, from 1, where it has no name of its own.
+    pub label: String,
+    /// The smallest error of its mean, along gravity, that its test against the others
+    /// shows with 90 %, m/s².
+    pub reading_mps2: f64,
+    /// What that does to ‖a‖ in the worst direction, m/s².
+    pub effect_mps2: f64,
+    /// That direction, unit vector of specific force.
+    pub direction: [f64; 3],
+    /// How the sensor is held then.
+    pub hint: String,
+}
+
+/// A placement that the others contradict.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ContradictedPose {
+    /// The placement.
+    pub label: String,
+    /// Its test over the limit that chance exceeds in 5 % of sessions at most.
+    pub excess: f64,
 }
 
 /// Uncertainty of ‖a‖ at rest, root mean square over all directions.

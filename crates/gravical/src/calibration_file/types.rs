@@ -4,7 +4,10 @@ use gravical_core::matrix3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::trust::{Budget, Deviations, FitQuality, NextPose, WorstPose};
+use super::trust::{
+    Budget, ContradictedPose, Deviations, FitQuality, NextPose, UndetectedError, WorstDirection,
+    WorstPose,
+};
 use super::{InputFile, TemperatureModel};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
@@ -117,6 +120,16 @@ pub struct AccelerometerSection {
     /// Standard uncertainty of ‖a‖ over all directions, m/s², by the
     /// covariance.
     pub predicted_norm_error_mps2: Option<f64>,
+    /// The direction in which ‖a‖ is known least.
+    #[serde(default)]
+    pub worst_direction: Option<WorstDirection>,
+    /// What an error of one placement could do unseen; null where there is nothing to
+    /// hold placements against.
+    #[serde(default)]
+    pub undetected: Option<UndetectedError>,
+    /// The placement that the others contradict, if one does.
+    #[serde(default)]
+    pub contradicted: Option<ContradictedPose>,
     /// Tilt of the placements that the uncertainty assumes, degrees (sd of each
     /// of two components).
     pub placement_tilt_deg: Option<PlacementTilt>,
@@ -157,6 +170,9 @@ impl Default for AccelerometerSection {
             degrees_of_freedom: 0,
             leave_one_out_rms_mps2: None,
             predicted_norm_error_mps2: None,
+            worst_direction: None,
+            undetected: None,
+            contradicted: None,
             placement_tilt_deg: None,
             deviations: None,
             fit: None,

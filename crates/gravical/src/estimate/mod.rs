@@ -8,6 +8,7 @@ mod observability;
 pub mod pose_noise;
 pub mod predicted;
 mod reading;
+pub mod reliability;
 pub mod solve;
 
 pub use observability::in_words;

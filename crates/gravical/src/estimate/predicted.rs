@@ -75,6 +75,19 @@ pub fn weakest(
     (worst.0, worst.1.sqrt())
 }
 
+/// The covariance once a length with the sensitivity `h` has been read with the
+/// standard deviation `noise`: C − C h hᵀC/(hᵀC h + σ²).
+pub(crate) fn read_along(covariance: &mut [[f64; 12]; 12], h: &[f64; 12], noise: f64) {
+    let ch = times(covariance, h);
+    let known: f64 = ch.iter().zip(h).map(|(c, h)| c * h).sum();
+    let total = known + noise * noise;
+    for i in 0..12 {
+        for j in 0..12 {
+            covariance[i][j] -= ch[i] * ch[j] / total;
+        }
+    }
+}
+
 /// Directions whose readings would help most, the best first, and the predicted
 /// error of ‖a‖ once each has been read too, m/s². Greedy: the direction in which
 /// ‖a‖ is known least; then the same with a free pose read there, whose length is
@@ -90,15 +103,9 @@ pub fn propose(
     let mut c = *covariance;
     (0..count)
         .map_while(|_| {
-            let (direction, sd) = weakest(matrix, &c, gravity);
+            let (direction, _) = weakest(matrix, &c, gravity);
             let h = sensitivity(matrix, direction, gravity);
-            let ch = times(&c, &h);
-            let total = sd * sd + noise * noise;
-            for i in 0..12 {
-                for j in 0..12 {
-                    c[i][j] -= ch[i] * ch[j] / total;
-                }
-            }
+            read_along(&mut c, &h, noise);
             Some((direction, norm_error(matrix, &c, gravity)?))
         })
         .collect()

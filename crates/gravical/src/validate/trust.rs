@@ -5,8 +5,8 @@ use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{
-    Budget, Contribution, Deviations, FitQuality, GravitySource, NextPose, Position,
-    TemperatureRange, WorstPose,
+    Budget, ContradictedPose, Contribution, Deviations, FitQuality, GravitySource, NextPose,
+    Position, TemperatureRange, UndetectedError, WorstDirection, WorstPose,
 };
 use crate::estimate::accelerometer::Estimate;
 use crate::estimate::in_words;
@@ -32,6 +32,12 @@ pub struct Trust {
     pub covariance: Option<Covariance12>,
     /// Standard uncertainty of ‖a‖ over all directions, m/s².
     pub predicted: Option<f64>,
+    /// The direction in which ‖a‖ is known least.
+    pub worst_direction: Option<WorstDirection>,
+    /// What an error of one placement could do unseen.
+    pub undetected: Option<UndetectedError>,
+    /// The placement that the others contradict.
+    pub contradicted: Option<ContradictedPose>,
     /// Standard deviations of bias and scale.
     pub deviations: Option<Deviations>,
     /// RMS of ‖a‖ − g on placements left out, m/s².
@@ -70,9 +76,30 @@ pub fn trust(
         .iter()
         .filter_map(|u| u.left_out_error)
         .collect();
+    let reliability = estimate.joint.as_ref().and_then(|f| f.reliability.as_ref());
     Trust {
         covariance,
         predicted,
+        worst_direction: covariance
+            .as_ref()
+            .map(|c| worst_direction(estimate, c, g))
+            .filter(|w| w.error_mps2.is_finite()),
+        undetected: reliability
+            .and_then(|r| r.undetected(matrix, g))
+            .filter(|u| u.effect_mps2.is_finite())
+            .map(|u| UndetectedError {
+                label: positions[u.pose].called(),
+                reading_mps2: u.reading_mps2,
+                effect_mps2: u.effect_mps2,
+                direction: u.direction,
+                hint: in_words(u.direction),
+            }),
+        contradicted: reliability
+            .and_then(|r| r.contradiction())
+            .map(|(pose, excess)| ContradictedPose {
+                label: positions[pose].called(),
+                excess,
+            }),
         deviations: covariance.as_ref().map(|c| deviations(estimate, c)),
         leave_one_out: rms(&left_out),
         fit: estimate.quality,
@@ -85,6 +112,23 @@ pub fn trust(
 fn rms(values: &[f64]) -> Option<f64> {
     let squares: f64 = values.iter().map(|v| v * v).sum();
     (!values.is_empty()).then(|| (squares / values.len() as f64).sqrt())
+}
+
+/// Where ‖a‖ is known least, and a limit of its error there.
+fn worst_direction(estimate: &Estimate, c: &Covariance12, gravity: f64) -> WorstDirection {
+    let matrix = &estimate.calibration.matrix;
+    let (direction, sd_mps2) = predicted::weakest(matrix, c, gravity);
+    let h = predicted::sensitivity(matrix, direction, gravity);
+    let fit = estimate.joint.as_ref();
+    let factor = fit.map_or(1.0, |f| f.widening(&h, sd_mps2 * sd_mps2));
+    let coverage_factor = COVERAGE * factor;
+    WorstDirection {
+        direction,
+        hint: in_words(direction),
+        sd_mps2,
+        coverage_factor,
+        error_mps2: coverage_factor * sd_mps2,
+    }
 }
 
 /// Standard deviations by propagation.
@@ -153,12 +197,24 @@ fn next_poses(estimate: &Estimate, gravity: f64, gravity_sd: f64) -> Vec<NextPos
     let scale = matrix3::row_norms(&estimate.model)[0];
     let mut noises: Vec<f64> = estimate.noise.noise.iter().flatten().copied().collect();
     let noise = median(&mut noises).unwrap_or(0.0).hypot(fit.model_error) / scale;
+    let mut reliability = fit.reliability.clone();
     predicted::propose(matrix, covariance, gravity, noise, PROPOSED)
         .into_iter()
-        .map(|(direction, error)| NextPose {
-            direction,
-            hint: in_words(direction),
-            predicted_norm_error_mps2: error.hypot(gravity_sd),
+        .map(|(direction, error)| {
+            reliability = reliability
+                .as_ref()
+                .map(|r| r.with_pose(matrix, direction, noise, gravity));
+            let undetected = reliability
+                .as_ref()
+                .and_then(|r| r.undetected(matrix, gravity));
+            NextPose {
+                direction,
+                hint: in_words(direction),
+                predicted_norm_error_mps2: error.hypot(gravity_sd),
+                undetected_effect_mps2: undetected
+                    .map(|u| u.effect_mps2)
+                    .filter(|effect| effect.is_finite()),
+            }
         })
         .collect()
 }

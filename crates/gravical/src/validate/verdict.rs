@@ -7,15 +7,16 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use crate::calibration_file::{
     AccelerometerSection, Grade, Position, PositionKind, TiltSource, Verdict,
 };
+use crate::estimate::accelerometer::Method;
 use crate::recording::Finding;
 
 use super::errors::free_norm_error;
 
-/// Predicted 2σ error of ‖a‖ over all directions, mg, up to which a result is
-/// good, and fair.
+/// Error of ‖a‖ in the worst direction, mg, up to which a result is good, and fair: by
+/// the covariance (2σ), and by an error of one placement that nothing would show.
 const GOOD_MG: f64 = 5.0;
 const FAIR_MG: f64 = 20.0;
-/// Predicted 2σ error beyond which a result that nothing verifies is poor: six
+/// Predicted 2σ error over all directions beyond which a result that nothing verifies is poor: six
 /// faces placed by hand stay below.
 const UNVERIFIED_MG: f64 = 50.0;
 /// With fewer degrees of freedom the readings leave nothing that could
@@ -55,6 +56,8 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
     } else {
         Grade::Poor
     };
+    reasons.extend(worst_direction(section));
+    reasons.extend(shown(section));
     if let Some(error) = section.predicted_norm_error_mps2 {
         let tilt = section.placement_tilt_deg.map_or(String::new(), |t| {
             format!(
@@ -93,6 +96,12 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
             c.position.label,
             figure(c.error_mps2),
             c.excess
+        ));
+    }
+    if let Some(c) = &section.contradicted {
+        reasons.push(format!(
+            "{} does not fit the others: {:.1} times what chance allows, by the scatter that these have",
+            c.label, c.excess
         ));
     }
     if section.leave_one_out_rms_mps2.is_none()
@@ -139,22 +148,103 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
     Verdict { grade, reasons }
 }
 
-/// The grade by the predicted error, and by what placements left out say of it.
-/// Their number alone says nothing.
+/// The error of ‖a‖ that the covariance predicts in the worst direction.
+fn worst_direction(section: &AccelerometerSection) -> Option<String> {
+    let worst = section.worst_direction.as_ref()?;
+    Some(format!(
+        "error of ‖a‖ at most {} (2σ) in the worst direction ({})",
+        figure(worst.error_mps2),
+        worst.hint
+    ))
+}
+
+/// Which error of one placement would have shown, what a smaller one can do, and the
+/// placement that would test it.
+fn shown(section: &AccelerometerSection) -> Option<String> {
+    if !verifiable(section) || !tests_placements(section) {
+        return None;
+    }
+    let now = section
+        .undetected
+        .as_ref()
+        .map_or(f64::INFINITY, |u| u.effect_mps2);
+    let next = tested_by(section, now).unwrap_or_default();
+    let Some(hidden) = &section.undetected else {
+        return Some(format!(
+            "the placements leave too little over to show an error of one of them, whatever its size{next}"
+        ));
+    };
+    let effect = figure(hidden.effect_mps2);
+    let reading = figure(hidden.reading_mps2);
+    let label = &hidden.label;
+    Some(if mg(hidden.effect_mps2) <= GOOD_MG {
+        format!(
+            "an error in one placement that changes ‖a‖ by more than {effect} would have shown (in 9 of 10 sessions; {label} off by {reading})"
+        )
+    } else {
+        format!(
+            "an error in one placement could change ‖a‖ by {effect} unseen ({}), {label} being off by {reading}{next}",
+            hidden.hint
+        )
+    })
+}
+
+/// How many of the proposed placements leave least to hide, where that is less than now.
+fn tested_by(section: &AccelerometerSection, now_mps2: f64) -> Option<String> {
+    let (count, least) = (1..)
+        .zip(&section.next_poses)
+        .filter_map(|(count, next)| Some((count, next.undetected_effect_mps2?)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, least)| *least < now_mps2)?;
+    let first = &section.next_poses.first()?.hint;
+    Some(if count == 1 {
+        format!("; a placement with {first} leaves {}", figure(least))
+    } else {
+        format!(
+            "; {count} more placements, the first with {first}, leave {}",
+            figure(least)
+        )
+    })
+}
+
+/// The method tests each placement against the others.
+fn tests_placements(section: &AccelerometerSection) -> bool {
+    section.method == Method::Joint.name()
+}
+
+/// The grade by the error that is predicted in the worst direction, by what placements
+/// left out say of it, and by what an error of one of them could do unseen. Their number
+/// alone says nothing.
 fn measured(section: &AccelerometerSection) -> Grade {
     let Some(predicted) = section.predicted_norm_error_mps2 else {
         return Grade::NotVerifiable;
     };
-    let expected = 2.0 * mg(predicted);
-    let seen = match contradiction(section) {
-        Some(c) => mg(c.error_mps2).max(expected * c.excess),
-        None => expected,
+    let left_out = contradiction(section);
+    let excess = section.contradicted.as_ref().map_or(1.0, |c| c.excess);
+    let excess = left_out.as_ref().map_or(excess, |c| c.excess.max(excess));
+    let error = left_out.as_ref().map_or(0.0, |c| mg(c.error_mps2));
+    let worst = section
+        .worst_direction
+        .as_ref()
+        .map_or(f64::INFINITY, |w| mg(w.error_mps2));
+    let seen = error.max(worst * excess);
+    let unseen = match &section.undetected {
+        Some(hidden) => mg(hidden.effect_mps2),
+        None if tests_placements(section) => f64::INFINITY,
+        // Methods without a test of single placements are held to what is left out alone.
+        None => 0.0,
     };
-    if verifiable(section) && seen <= GOOD_MG {
-        Grade::Good
-    } else if verifiable(section) && seen <= FAIR_MG {
-        Grade::Fair
-    } else if !verifiable(section) && seen <= UNVERIFIED_MG && seen <= expected {
+    if verifiable(section) && unseen <= FAIR_MG {
+        return if seen.max(unseen) <= GOOD_MG {
+            Grade::Good
+        } else if seen <= FAIR_MG {
+            Grade::Fair
+        } else {
+            Grade::Poor
+        };
+    }
+    let contradicted = left_out.is_some() || section.contradicted.is_some();
+    if 2.0 * mg(predicted) <= UNVERIFIED_MG && (!contradicted || seen <= FAIR_MG) {
         Grade::NotVerifiable
     } else {
         Grade::Poor

@@ -1,12 +1,71 @@
 //! What a verdict may say, against virtual sensors whose truth is known.
 
+// Sessions with one thing spoiled: the judge of docs/accuracy.md.
+#[path = "../../examples/verdicts/session.rs"]
+#[allow(dead_code, reason = "the tests take what they need")]
+mod session;
+
 use gravical::calibrate::CalibrateOptions;
+use gravical::calibration_file::Grade;
 use gravical::gravity::Gravity;
 use gravical::simulate::{PosesOptions, Scenario, SimulateOptions, simulate};
 use gravical_core::matrix3;
 
 use crate::support::*;
 use crate::truth::recordings;
+
+use session::{Disturbance, Judged, Plan, Session};
+
+fn judged(plan: Plan, disturbance: Disturbance, sessions: u64) -> Vec<Judged> {
+    (0..sessions)
+        .filter_map(|index| Session::of(plan, index).judge(disturbance))
+        .collect()
+}
+
+fn count(judged: &[Judged], grade: Grade) -> usize {
+    judged.iter().filter(|j| j.grade == grade).count()
+}
+
+/// 45 mg on a face without a twin is one standard deviation there.
+#[test]
+fn one_rest_more_on_a_face_makes_no_verdict_worse() {
+    let all = judged(Plan::Again, Disturbance::None, 20);
+    assert_eq!((all.len(), count(&all, Grade::NotVerifiable)), (20, 20));
+}
+
+#[test]
+fn good_is_not_said_of_what_is_off_by_more_than_5_mg() {
+    for plan in [Plan::Proposed(3), Plan::Proposed(6), Plan::Free(12)] {
+        for disturbance in [Disturbance::OnePose, Disturbance::Drift, Disturbance::Cubic] {
+            let all = judged(plan, disturbance, 12);
+            let wrong = all
+                .iter()
+                .filter(|j| j.grade == Grade::Good && j.worst_mg > 5.0);
+            assert_eq!(wrong.count(), 0, "{} {}", plan.name(), disturbance.name());
+        }
+    }
+}
+
+/// Six faces and six poses beside them leave three readings over: enough to show what
+/// would do harm. Three leave nothing, and ten free poses one.
+#[test]
+fn good_needs_readings_that_could_have_contradicted() {
+    for (plan, good) in [
+        (Plan::Proposed(3), false),
+        (Plan::Proposed(6), true),
+        (Plan::Spread(12), true),
+        (Plan::Free(10), false),
+        (Plan::Free(18), true),
+    ] {
+        let all = judged(plan, Disturbance::None, 10);
+        let found = count(&all, Grade::Good);
+        assert!(
+            if good { found >= 9 } else { found == 0 },
+            "{}: {found}",
+            plan.name()
+        );
+    }
+}
 
 /// Six faces and twelve free poses at the equator, calibrated without a word about
 /// where that was: the scale is off by 0.27 %, 1.8 standard deviations of what is

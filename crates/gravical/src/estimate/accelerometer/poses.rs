@@ -88,6 +88,15 @@ pub(super) fn by_joint(
     }
     let mut covariance = fit.covariance;
     axes.columns_to_case(&mut covariance);
+    if let Some(reliability) = &mut fit.reliability {
+        axes.columns_to_case(&mut reliability.covariance);
+        for test in &mut reliability.tests {
+            for row in 0..3 {
+                let of = &mut test.influence[3 * row..3 * row + 3];
+                of.copy_from_slice(&axes.to_case([of[0], of[1], of[2]]));
+            }
+        }
+    }
     let uses = fit
         .poses
         .iter()

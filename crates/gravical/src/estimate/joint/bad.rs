@@ -30,8 +30,9 @@ const SHARED_ERROR: f64 = 0.5;
 /// What is known of χ² per degree of freedom before any residual is seen: about
 /// 4 (real sensors miss the model by more than their noise; 8.8 was seen on 38
 /// poses), worth as much as so many residuals. Few poses could say nothing else.
-const USUAL_CHI2: f64 = 4.0;
-const USUAL_FREEDOM: f64 = 4.0;
+pub const USUAL_CHI2: f64 = 4.0;
+/// … so many.
+pub const USUAL_FREEDOM: f64 = 4.0;
 /// At most this share of the poses is left out.
 const MOST_SHARE: f64 = 0.2;
 

@@ -43,6 +43,7 @@ mod preset;
 mod reduced;
 mod repeats;
 mod roles;
+mod shown;
 mod sources;
 #[cfg(test)]
 mod tests;
@@ -55,6 +56,7 @@ use crate::estimate::predicted;
 use crate::segment::face::Face;
 use crate::stats::median;
 
+pub use bad::{USUAL_CHI2, USUAL_FREEDOM};
 use fit::{Fit, Held, Pose, Start, fit, rough_fit};
 pub use preset::*;
 use reduced::Reduced;
@@ -347,7 +349,12 @@ impl<'a> Search<'a> {
         if let Some((_, part)) = sources.iter_mut().find(|(source, _)| *source == of) {
             add(part, &curved);
         }
+        let chi2_per_freedom = alone
+            .filter(|a| a.freedom >= 1.0)
+            .map(|a| a.chi2 / a.freedom);
+        let reliability = chi2_per_freedom.and_then(|chi2| shown::tests(&found, chi2));
         Ok(JointFit {
+            reliability,
             sources,
             model,
             bias,
@@ -357,9 +364,7 @@ impl<'a> Search<'a> {
             tilt_from: self.tilt_from,
             gamma: found.gamma,
             model_error: self.held.model_error,
-            chi2_per_freedom: alone
-                .filter(|a| a.freedom >= 1.0)
-                .map(|a| a.chi2 / a.freedom),
+            chi2_per_freedom,
             freedom: found.freedom,
             condition: magnitude_condition(&found),
             oriented: found.model.elements == model::Elements::All,

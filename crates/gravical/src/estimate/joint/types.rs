@@ -4,7 +4,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::{Role, Source};
 use crate::estimate::predicted;
+use crate::estimate::reliability::Reliability;
 use crate::segment::face::Face;
+use crate::uncertainty::freedom_of_sum;
 
 /// A mean reading at rest, in axes of the board.
 #[derive(Debug, Clone, Copy)]
@@ -78,6 +80,9 @@ pub struct JointFit {
     pub covariance: [[f64; 12]; 12],
     /// The covariance by what it comes from.
     pub sources: Vec<(Source, [[f64; 12]; 12])>,
+    /// What it could hide; none where the readings leave less than one degree of
+    /// freedom.
+    pub reliability: Option<Reliability>,
     /// For every pose.
     pub poses: Vec<PoseResult>,
     /// σ_tilt, rad.
@@ -130,6 +135,32 @@ impl JointFit {
             return NORMAL_95;
         }
         StudentsT::new(0.0, 1.0, freedom).map_or(NORMAL_95, |t| t.inverse_cdf(0.975))
+    }
+
+    /// How much wider an interval for hᵀ(M, b), of the variance `whole`, has to be than
+    /// one of a variance that is known: tilt and model error were estimated, from γ
+    /// components and from what the readings leave over.
+    #[must_use]
+    pub fn widening(&self, h: &[f64; 12], whole: f64) -> f64 {
+        let parts: Vec<(f64, Option<f64>)> = self
+            .sources
+            .iter()
+            .map(|(source, part)| {
+                let known_by = match source {
+                    Source::Tilt if self.tilt_from == TiltFrom::Estimated => Some(self.gamma),
+                    Source::ModelError => Some(self.freedom.max(1.0)),
+                    _ => None,
+                };
+                (predicted::variance(part, h), known_by)
+            })
+            .collect();
+        let known: f64 = parts.iter().map(|(variance, _)| variance).sum();
+        let rest = [((whole - known).max(0.0), None)];
+        let all: Vec<_> = parts.into_iter().chain(rest).collect();
+        freedom_of_sum(&all)
+            .filter(|nu| *nu < 1e6)
+            .and_then(|nu| StudentsT::new(0.0, 1.0, nu).ok())
+            .map_or(1.0, |t| t.inverse_cdf(0.975) / NORMAL_95)
     }
 }
 

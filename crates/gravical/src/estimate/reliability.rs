@@ -1,0 +1,260 @@
+//! What a fit could hide: the smallest error of one placement that shows, and what one
+//! that does not show makes of ‖a‖.
+//!
+//! Baarda's internal and external reliability (A testing procedure for use in geodetic
+//! networks, 1968), for an error of a mean along gravity, which is what ‖a‖ follows. With
+//! d the whitened change of a placement's rows by an error of 1 m/s² (directions and
+//! tilts eliminated), A their derivatives by the parameters and C the covariance:
+//!
+//! - the residuals show d with the redundancy λ = dᵀd − dᵀA C Aᵀd, so that
+//!   w = dᵀr/√λ has unit variance and a mean of √λ for each m/s²;
+//! - it moves the parameters by C Aᵀd, and ‖a‖ along n by h(n)ᵀ C Aᵀd.
+//!
+//! The scale of the residuals is not known, so w is held against Student's t, with the
+//! scale of the *other* residuals, and with what is known of sensors before any residual
+//! is seen (as bad poses are judged): an error of one placement cannot hide in the model
+//! error that it makes itself.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::joint::{USUAL_CHI2, USUAL_FREEDOM};
+use super::predicted::{self, sensitivity, sphere};
+use crate::uncertainty::Covariance12;
+
+/// A test is wrong so often at most, over all placements of a session; seldom in fact,
+/// since few sensors scatter as much as is known before.
+const CHANCE: f64 = 0.05;
+/// Normal quantile of the power: an error that is shown in 90 of 100 sessions.
+const POWER_90: f64 = 1.281_551_565_544_6;
+/// Directions that are looked at.
+const DIRECTIONS: usize = 400;
+/// Residuals tell nothing of an error whose redundancy is less than this share of it:
+/// rounding of a difference.
+const NO_REDUNDANCY: f64 = 1e-9;
+
+/// What the fit knows of one placement's error along gravity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseTest {
+    /// Which placement.
+    pub pose: usize,
+    /// Aᵀd, by row-major M and b.
+    pub influence: [f64; 12],
+    /// dᵀd.
+    pub weight: f64,
+    /// dᵀr, r the whitened residuals of the fit.
+    pub misfit: f64,
+}
+
+/// The placements of a fit, each to be tested against the others.
+#[derive(Debug, Clone)]
+pub struct Reliability {
+    /// Covariance of M and b by the linearised fit.
+    pub covariance: Covariance12,
+    /// The placements that took part.
+    pub tests: Vec<PoseTest>,
+    /// Degrees of freedom of the residuals.
+    pub freedom: f64,
+    /// χ² of them by noise alone, over that.
+    pub chi2_per_freedom: f64,
+}
+
+/// The error of one placement that does most harm unseen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Undetected {
+    /// Which placement.
+    pub pose: usize,
+    /// The smallest error of its mean along gravity that shows with 90 %, m/s².
+    pub reading_mps2: f64,
+    /// What it does to ‖a‖ in the worst direction, m/s².
+    pub effect_mps2: f64,
+    /// That direction.
+    pub direction: [f64; 3],
+}
+
+impl Reliability {
+    /// Squares of the whitened residuals, and what is known before them in the same
+    /// units: a model error that was added to the noise shrinks both.
+    fn squares(&self) -> (f64, f64) {
+        let scale = self.chi2_per_freedom.max(1.0);
+        let residuals = self.freedom * self.chi2_per_freedom / scale;
+        (residuals, USUAL_FREEDOM * USUAL_CHI2 / scale)
+    }
+
+    /// Degrees of freedom of a scale without one residual, with those known before.
+    fn known_by(&self) -> f64 {
+        (self.freedom - 1.0).max(0.0) + USUAL_FREEDOM
+    }
+
+    /// |w| of one placement over its scale that chance exceeds in 5 % of sessions at most.
+    fn limit(&self) -> f64 {
+        let one = 0.5 * CHANCE / self.tests.len().max(1) as f64;
+        StudentsT::new(0.0, 1.0, self.known_by())
+            .map_or(f64::INFINITY, |t| t.inverse_cdf(1.0 - one))
+    }
+
+    /// C Aᵀd and λ of a placement.
+    fn response(&self, test: &PoseTest) -> ([f64; 12], f64) {
+        let moved = predicted::times(&self.covariance, &test.influence);
+        let seen: f64 = moved.iter().zip(test.influence).map(|(m, a)| m * a).sum();
+        (moved, test.weight - seen)
+    }
+
+    /// The placement that contradicts the others most, by the scale that these have,
+    /// when it does so by more than chance; with how many times more.
+    #[must_use]
+    pub fn contradiction(&self) -> Option<(usize, f64)> {
+        let (residuals, before) = self.squares();
+        let limit = self.limit();
+        self.tests
+            .iter()
+            .filter_map(|test| {
+                let (_, redundancy) = self.response(test);
+                if redundancy <= NO_REDUNDANCY * test.weight {
+                    return None;
+                }
+                let square = test.misfit * test.misfit / redundancy;
+                let scale = ((residuals - square).max(0.0) + before) / self.known_by();
+                Some((test.pose, (square / scale).sqrt() / limit))
+            })
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(_, excess)| *excess > 1.0)
+    }
+
+    /// The error of one placement that does most harm to ‖a‖ in any direction and is not
+    /// shown with 90 % by the others; infinite where a placement has no others to be held
+    /// against. None without placements.
+    #[must_use]
+    pub fn undetected(&self, matrix: &[[f64; 3]; 3], gravity: f64) -> Option<Undetected> {
+        let (residuals, before) = self.squares();
+        let own = residuals / self.freedom.max(1.0);
+        let scale = ((residuals - own).max(0.0) + before) / self.known_by();
+        let shown = (self.limit() + POWER_90) * scale.sqrt();
+        let directions: Vec<([f64; 3], [f64; 12])> = sphere(DIRECTIONS)
+            .map(|n| (n, sensitivity(matrix, n, gravity)))
+            .collect();
+        self.tests
+            .iter()
+            .filter_map(|test| {
+                let (moved, redundancy) = self.response(test);
+                let reading_mps2 = if redundancy <= NO_REDUNDANCY * test.weight {
+                    f64::INFINITY
+                } else {
+                    shown / redundancy.sqrt()
+                };
+                let along = |h: &[f64; 12]| -> f64 {
+                    h.iter().zip(moved).map(|(h, m)| h * m).sum::<f64>().abs()
+                };
+                let (direction, gain) = directions
+                    .iter()
+                    .map(|(n, h)| (*n, along(h)))
+                    .max_by(|a, b| a.1.total_cmp(&b.1))?;
+                Some(Undetected {
+                    pose: test.pose,
+                    reading_mps2,
+                    effect_mps2: gain * reading_mps2,
+                    direction,
+                })
+            })
+            .max_by(|a, b| a.effect_mps2.total_cmp(&b.effect_mps2))
+    }
+
+    /// The same session with one free pose more, read along `n` with the standard
+    /// deviation `noise` of its length, m/s².
+    #[must_use]
+    pub fn with_pose(
+        &self,
+        matrix: &[[f64; 3]; 3],
+        n: [f64; 3],
+        noise: f64,
+        gravity: f64,
+    ) -> Reliability {
+        let h = sensitivity(matrix, n, gravity);
+        let mut out = self.clone();
+        predicted::read_along(&mut out.covariance, &h, noise);
+        let pose = self.tests.iter().map(|t| t.pose + 1).max().unwrap_or(0);
+        out.tests.push(PoseTest {
+            pose,
+            influence: h.map(|v| v / (noise * noise)),
+            weight: 1.0 / (noise * noise),
+            misfit: 0.0,
+        });
+        out.freedom += 1.0;
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One parameter (the bias of x), read `n` times along +x with unit noise.
+    fn repeated(n: usize) -> Reliability {
+        let mut influence = [0.0; 12];
+        influence[9] = 1.0;
+        let mut covariance = [[0.0; 12]; 12];
+        covariance[9][9] = 1.0 / n as f64;
+        Reliability {
+            covariance,
+            tests: (0..n)
+                .map(|pose| PoseTest {
+                    pose,
+                    influence,
+                    weight: 1.0,
+                    misfit: 0.0,
+                })
+                .collect(),
+            freedom: n as f64 - 1.0,
+            chi2_per_freedom: 1.0,
+        }
+    }
+
+    const ONE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+    #[test]
+    fn what_hides_among_repeats_is_as_in_the_formula() {
+        // λ = 1 − 1/n; the effect is 1/n of what is read.
+        let fit = repeated(10);
+        let found = fit.undetected(&ONE, 9.81).unwrap();
+        let t = StudentsT::new(0.0, 1.0, 12.0)
+            .unwrap()
+            .inverse_cdf(1.0 - 2.5e-3);
+        let scale: f64 = (8.0 + 16.0) / 12.0;
+        let want = (t + POWER_90) * scale.sqrt() / 0.9_f64.sqrt();
+        assert!((found.reading_mps2 - want).abs() < 1e-9);
+        assert!((found.effect_mps2 - want / 10.0).abs() < 0.01 * want);
+        // One alone is not held against anything.
+        assert!(
+            repeated(1)
+                .undetected(&ONE, 9.81)
+                .unwrap()
+                .effect_mps2
+                .is_infinite()
+        );
+    }
+
+    #[test]
+    fn an_error_does_not_hide_in_the_scale_that_it_makes() {
+        let mut fit = repeated(10);
+        assert!(fit.contradiction().is_none());
+        // One read 30 too long: residuals of 27 and −3, χ² 810 of 9.
+        fit.chi2_per_freedom = 90.0;
+        let scaled = 90_f64.sqrt();
+        for (k, test) in fit.tests.iter_mut().enumerate() {
+            test.weight = 1.0 / 90.0;
+            test.influence[9] = 1.0 / 90.0;
+            test.misfit = if k == 4 { 27.0 } else { -3.0 } / scaled / scaled;
+        }
+        fit.covariance[9][9] = 9.0;
+        let (pose, excess) = fit.contradiction().unwrap();
+        assert!(pose == 4 && excess > 3.0, "{excess}");
+    }
+
+    #[test]
+    fn one_pose_more_leaves_less_to_hide() {
+        let fit = repeated(4);
+        let more = fit.with_pose(&ONE, [1.0, 0.0, 0.0], 1.0, 9.81);
+        assert_eq!((more.tests.len(), more.freedom), (5, 4.0));
+        let [before, after] = [fit, more].map(|f| f.undetected(&ONE, 9.81).unwrap().effect_mps2);
+        assert!(after < before, "{before} {after}");
+    }
+}
