@@ -24,26 +24,15 @@ impl Document<'_> {
 }
 
 fn verdict_markdown(v: &Verdict) -> String {
-    let mut out = format!(
-        "\n## {}\n\n**{}**\n{}",
-        v.heading,
-        escaped(&v.word),
-        list(&v.reasons)
-    );
     let figures = v.figures.iter().map(|f| {
         let number = format!("{} {}", f.quantity.text, f.unit);
-        format!(
-            "- **{}** {}\n",
-            number_text(number.trim_end()),
-            escaped(&f.what)
-        )
+        let number = number_text(number.trim_end());
+        format!("- **{number}** {}\n", escaped(&f.what))
     });
-    let figures: String = figures.collect();
-    if !figures.is_empty() {
-        out.push_str(&format!("\n{figures}"));
-    }
+    let why = figures.collect::<String>() + &list(&v.reasons);
+    let mut out = format!("\n## {}\n\n**{}**\n\n{why}", v.heading, escaped(&v.word));
     if !v.next.is_empty() {
-        out.push_str(&format!("\nNext:\n{}", list(&v.next)));
+        out.push_str(&format!("\nNext:\n\n{}", list(&v.next)));
     }
     out
 }
@@ -66,7 +55,7 @@ fn block_markdown(block: &Block<'_>, title: &str, folder: Option<&str>) -> Strin
         Block::Paragraph(text) | Block::Note(text) => format!("{}\n", escaped(text)),
         Block::Heading(text) => format!("### {text}\n"),
         Block::Equation(lines) => fenced("", &format!("{}\n", lines.join("\n"))),
-        Block::List(points) => list(points).trim_start().to_owned(),
+        Block::List(points) => list(points),
         Block::Facts(facts) => facts
             .iter()
             .map(|(name, text)| format!("- {}: {}\n", escaped(name), escaped(text)))
@@ -101,14 +90,10 @@ fn remark(r: &Remark) -> String {
 }
 
 fn list(points: &[String]) -> String {
-    let points: String = points
+    points
         .iter()
         .map(|p| format!("- {}\n", escaped(p)))
-        .collect();
-    match points.as_str() {
-        "" => points,
-        _ => format!("\n{points}"),
-    }
+        .collect()
 }
 
 /// Code between fences that are longer than any in it.

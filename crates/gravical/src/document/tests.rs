@@ -118,9 +118,8 @@ today
 
 **good**
 
-- It fits.
-
 - **0.20 mg** error
+- It fits.
 
 Next:
 
