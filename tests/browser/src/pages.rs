@@ -28,7 +28,8 @@ fn run(program: &Path, folder: &Path, line: &str) -> String {
 
 /// `inspect` prints a list of results; a report is of one.
 fn of_one(json: Value) -> Value {
-    json.pointer("/recordings/0").cloned().unwrap_or(json)
+    let one = json.pointer("/recordings/0").filter(|v| v.is_object());
+    one.cloned().unwrap_or(json)
 }
 
 /// Every report, written into `folder`.
