@@ -90,7 +90,7 @@ fn the_drone_in_its_chamber_shows_which_drift_is_predictable() {
     close(c[0] + 2.0 * c[1] * x, 5.9e-4, 0.4e-4);
 
     let text = run_in(&data, words(&format!("inspect {SOAK}"))).out;
-    let table = &text[text.find("Temperature:").unwrap()..];
+    let table = &text[text.find("\nTemperature\n").unwrap()..];
     assert!(table.lines().all(|l| l.chars().count() <= 80), "{table}");
     assert!(
         table.contains("taken off, order 2") && table.contains("refused"),

@@ -25,7 +25,7 @@ use session::{Disturbance, Judged, Plan, Session};
 
 fn verdicts(count: usize, only: &str) {
     println!(
-        "| session | disturbed by | good | fair | not verifiable | poor | refused | good, but off by more than 5 mg | fair, but by more than 20 mg |"
+        "| session | disturbed by | good | fair | not verifiable | poor | refused | good, but off by more than 5 mg | fair, but by more than 20 mg | worst direction, mg | said, mg | could hide, mg |"
     );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for plan in Plan::ALL {

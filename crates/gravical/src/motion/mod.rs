@@ -401,13 +401,16 @@ impl Inside {
     }
 }
 
+/// Rows that are quiet while the sensor moves, and how fast, m/s.
+type Ride = (Range<usize>, f64);
+
 /// The candidates that are rests, piece by piece, and those that are quiet at a speed.
 fn gated(
     setup: &Setup<'_>,
     candidates: &[Range<usize>],
     noise: Option<&Noise>,
     findings: &mut Vec<Finding>,
-) -> (Vec<Range<usize>>, Vec<(Range<usize>, f64)>) {
+) -> (Vec<Range<usize>>, Vec<Ride>) {
     let (mut rests, mut rides) = (Vec::new(), Vec::new());
     let mut from = 0;
     for piece in setup.view.samples.pieces() {

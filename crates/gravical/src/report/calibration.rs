@@ -171,6 +171,11 @@ fn verdict(file: &CalibrationFile) -> Verdict {
     let at = at.unwrap_or(0);
     let figures = [
         key(
+            "/accelerometer/worst_direction/error_mps2".to_owned(),
+            a.worst_direction.as_ref().map(|w| w.error_mps2),
+            "error of the magnitude at rest in the worst direction, at most (2σ)",
+        ),
+        key(
             "/accelerometer/predicted_norm_error_mps2".to_owned(),
             a.predicted_norm_error_mps2,
             "standard uncertainty of the magnitude at rest, over all directions (1σ)",

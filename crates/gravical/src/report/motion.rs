@@ -42,13 +42,11 @@ pub fn motion<'a>(
         &["trajectory", "position-3d"],
     ))
     .with(figure("position", "Position", &["position"]));
+    // Of a recording at rest the verdict says how far it may be off, and nothing adds up.
     if !result.moves.is_empty() {
-        document = document.with(moves(result).figures(named(figures, &["moves"])));
-    }
-    // Where it is known to rest, nothing is left to say of the end.
-    let sure = |sigma: [f64; 3]| sigma.iter().all(|s| *s == 0.0);
-    if !result.moves.is_empty() || !result.r#final.sigma_m.is_none_or(sure) {
-        document = document.with(end(result));
+        document = document
+            .with(moves(result).figures(named(figures, &["moves"])))
+            .with(end(result));
         if let Some(b) = &result.budget_m {
             document = document.with(budget(b).figures(named(figures, &["budget"])));
         }
@@ -126,7 +124,7 @@ fn verdict(result: &MotionResult) -> Verdict {
         unit: "",
         what: "moves that can be known".to_owned(),
     };
-    let sigma = result.r#final.sigma_m.filter(|_| all > 0).map(|s| {
+    let sigma = result.r#final.sigma_m.map(|s| {
         let axis = (0..3).max_by(|a, b| s[*a].total_cmp(&s[*b])).unwrap_or(0);
         let text = format!("± {}", digits(s[axis], 2));
         KeyFigure {

@@ -202,7 +202,8 @@ impl Context<'_> {
 
     /// A rest that is held in a hand, or too short for a reference, is as long as it
     /// is quiet: the test of a sensor that lies still does not fit it. One in which
-    /// no five blocks agree is told by its being quiet alone.
+    /// no five blocks agree is told by its being quiet alone. Where the piece begins or
+    /// ends no slow move is taken for quiet: as far as there a short rest is believed.
     fn with_coarse(&self, rests: Vec<Range<usize>>, piece: &Range<usize>) -> Vec<Range<usize>> {
         let coarse = &self.levels.rests;
         let first = coarse.partition_point(|c| c.span.start < piece.start);
@@ -223,6 +224,13 @@ impl Context<'_> {
             });
             if coarse.held || alone || span.len() < short && same {
                 all.push(span.clone());
+            } else if span.len() < Plan::LEAST_REFERENCE * self.plan.block && same {
+                let found = &rests[next];
+                let begins = span.start < piece.start + self.plan.block;
+                let ends = span.end + self.plan.block > piece.end;
+                let from = if begins { span.start } else { found.start };
+                let to = if ends { span.end } else { found.end };
+                all.push(from.min(found.start)..to.max(found.end));
             }
         }
         all.sort_by_key(|r| (r.start, r.end));

@@ -228,21 +228,31 @@ impl Search<'_> {
         best
     }
 
-    /// The samples that a move takes, with what was found moving about its ends, and the
-    /// block on either side: its ends are known to no less, and what is cut off is lost.
+    /// The samples that a move takes, with what was found moving about its ends. Of one in
+    /// which nothing was, with the block on either side: its ends are known to no less,
+    /// and what is cut off is lost.
     fn edges(&self, one: &Fit, rests: &[Range<usize>]) -> (usize, usize) {
         let t = &self.blocks.t_s;
-        let (before, after) = (one.from_s - Plan::BLOCK_S, one.to_s + Plan::BLOCK_S);
-        let mut from = self.blocks.edges[t.partition_point(|t| *t < before)];
-        let mut to = self.blocks.edges[t.partition_point(|t| *t <= after)];
+        let wider = |by_s: f64| {
+            let from = self.blocks.edges[t.partition_point(|t| *t < one.from_s - by_s)];
+            let to = self.blocks.edges[t.partition_point(|t| *t <= one.to_s + by_s)];
+            (from, to)
+        };
+        let (mut from, mut to) = wider(0.0);
+        let mut seen = false;
         for pair in rests.windows(2) {
             let gap = pair[0].end..pair[1].start;
             if gap.start < to && from < gap.end {
                 from = from.min(gap.start);
                 to = to.max(gap.end);
+                seen = true;
             }
         }
-        (from, to)
+        if seen {
+            (from, to)
+        } else {
+            wider(Plan::BLOCK_S)
+        }
     }
 }
 
