@@ -37,6 +37,7 @@ mod drift;
 mod gate;
 mod hidden;
 mod leg;
+mod nominal;
 mod opening;
 mod options;
 mod parameters;

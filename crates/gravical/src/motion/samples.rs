@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::prepare::Nominal;
+use super::nominal::Nominal;
 
 /// Specific force and angular rate at rising times, in the axes of the case.
 ///

@@ -7,9 +7,9 @@ use std::path::Path;
 use crate::{Error, Result};
 
 use super::dialect::{self, Header};
+use super::format::Format;
 use super::layout::later::{Correspondence, First, corresponding, names_sensor};
 use super::row::{Delimiter, RowDefect, RowScanner, SLOTS, Span};
-use super::text::Format;
 use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::scan::{Line, parse_field, parse_field_decimal_comma};
 

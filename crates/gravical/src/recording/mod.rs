@@ -31,6 +31,7 @@ pub(crate) mod cells;
 pub(crate) mod collect;
 pub mod dialect;
 pub(crate) mod excerpt;
+mod format;
 pub mod frame;
 pub(crate) mod full_scale;
 mod head;

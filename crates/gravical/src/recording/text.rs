@@ -10,10 +10,11 @@ use crate::{Error, Result};
 use super::ReadOptions;
 use super::cells::CellRules;
 use super::dialect::{Dialect, sniff, terminator};
+use super::format::Format;
 use super::head::Head;
 pub(crate) use super::head::HeadChannels;
 use super::later::LaterHeaders;
-use super::layout::{self, Layout, Request};
+use super::layout::{self, Request};
 use super::ledger::Aside;
 use super::metadata;
 use super::monitor::{Facts, RecordingClaims};
@@ -52,17 +53,6 @@ pub(crate) struct TextRows<R> {
     foreign_lines: LineSpans,
     /// A last line without an end is none: it was cut off.
     cut: bool,
-}
-
-/// How a file is written.
-#[derive(Debug, Clone)]
-pub(crate) struct Format {
-    pub dialect: Dialect,
-    pub layout: Layout,
-    /// What it is read for.
-    pub role: Role,
-    /// What the user says of it.
-    pub options: ReadOptions,
 }
 
 /// A file whose rows can be read.

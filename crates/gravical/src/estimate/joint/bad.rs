@@ -4,6 +4,7 @@ use gravical_core::matrix3;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use crate::estimate::predicted;
+use crate::estimate::reliability::{USUAL_CHI2, USUAL_FREEDOM};
 use crate::segment::face::angle_deg;
 
 use super::Held;
@@ -27,12 +28,6 @@ const PLENTY_OF_FREEDOM: f64 = 3.0;
 const CLEARLY: f64 = 100.0;
 /// A pose shares the error of another when it misses as much as this share of it.
 const SHARED_ERROR: f64 = 0.5;
-/// What is known of χ² per degree of freedom before any residual is seen: about
-/// 4 (real sensors miss the model by more than their noise; 8.8 was seen on 38
-/// poses), worth as much as so many residuals. Few poses could say nothing else.
-pub const USUAL_CHI2: f64 = 4.0;
-/// … so many.
-pub const USUAL_FREEDOM: f64 = 4.0;
 /// At most this share of the poses is left out.
 const MOST_SHARE: f64 = 0.2;
 

@@ -56,7 +56,6 @@ use crate::estimate::predicted;
 use crate::segment::face::Face;
 use crate::stats::median;
 
-pub use bad::{USUAL_CHI2, USUAL_FREEDOM};
 use fit::{Fit, Held, Pose, Start, fit, rough_fit};
 pub use preset::*;
 use reduced::Reduced;

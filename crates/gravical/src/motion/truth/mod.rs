@@ -18,7 +18,7 @@ mod read;
 #[cfg(test)]
 mod tests;
 
-use serde::Serialize;
+pub use super::result::TruthAlign;
 
 use super::Motion;
 use crate::{Error, Result};
@@ -55,18 +55,6 @@ impl TruthOptions {
             _ => Ok(()),
         }
     }
-}
-
-/// How a reference is turned into the frame of the result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TruthAlign {
-    /// About the vertical only: its z is up.
-    Yaw,
-    /// By any rotation.
-    Rotation,
-    /// Not at all.
-    None,
 }
 
 /// Columns of a reference by name: `t=time,px=pos_x,py=pos_y,pz=pos_z`.
