@@ -5,7 +5,7 @@ use crate::document::number::{decimals_by, digits, fixed, unit};
 use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
 use gravical_core::matrix3;
 
-use super::calibration::{matrices, power_of_ten};
+use super::matrices::{matrices, power_of_ten};
 
 /// Parameters, and how well they fit.
 pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {

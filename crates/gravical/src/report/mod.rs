@@ -7,6 +7,7 @@ mod compare;
 mod denoise;
 mod gyroscope;
 mod inspection;
+mod matrices;
 mod motion;
 mod moves;
 mod paste;

@@ -4,10 +4,11 @@ use nalgebra::Vector3;
 
 use super::builder::Builder;
 use super::chamber::{Warmth, warming};
-use super::options::{SimulateOptions, bad};
+use super::options::SimulateOptions;
 use super::part::Part;
 use super::path::Law;
 use super::poses::{Draws, face};
+use super::range::bad;
 use super::record::INSIDE_HZ;
 use super::scenario_options::{LineOptions, Scenario};
 use super::sensor::Sensor;

@@ -36,6 +36,7 @@ mod part;
 mod path;
 mod poses;
 mod random;
+mod range;
 mod record;
 mod scenario;
 mod scenario_options;
@@ -111,7 +112,7 @@ pub fn simulate(options: &SimulateOptions) -> Result<Simulation> {
         .map(|p| record::row_count(&p.path, options))
         .sum();
     if rows > MOST_ROWS {
-        return Err(options::bad(format!(
+        return Err(range::bad(format!(
             "{rows} rows; {MOST_ROWS} at most: lower the rate or the duration"
         )));
     }

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::range::{bad, within};
 use super::scenario_options::Scenario;
-use crate::{Error, Result};
+use crate::Result;
 
 /// Everything that a simulation depends on: the same value gives the same
 /// bytes.
@@ -301,19 +302,4 @@ pub enum FileFormat {
     TrueHeader,
     /// Counts as the part delivers them, int16.
     Raw,
-}
-
-pub(super) fn bad(message: impl Into<String>) -> Error {
-    Error::usage("simulate-option", message)
-        .with_hint("`gravical simulate --help` lists every option with its range")
-}
-
-/// Refuses what is outside `low..=high`, NaN included.
-pub(super) fn within(name: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    Err(bad(format!(
-        "{name} is {value} {unit}; it has to be between {low} and {high}"
-    )))
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::options::{bad, within};
+use super::range::{bad, within};
 use crate::Result;
 
 /// What is done with the sensor.

@@ -4,40 +4,9 @@ use std::ops::Range;
 
 use gravical_core::rounding;
 
+use super::block::Block;
 use super::runs::{Stretches, join, settle, trim};
-use super::{Channels, StillOptions, block_rows, distance, floors, moments, turning};
-
-/// Some rows that follow each other.
-#[derive(Debug, Clone)]
-pub(crate) struct Block {
-    pub rows: Range<usize>,
-    pub mean: [f64; 3],
-    /// Sum over the axes.
-    pub variance: f64,
-    /// The gyroscope likewise; NaN without one.
-    pub gyro_mean: [f64; 3],
-    pub gyro_variance: f64,
-}
-
-impl Block {
-    /// Of the values of `rows`, which stand in the channels at `at`.
-    pub fn of(
-        accel: &[Vec<f64>; 3],
-        gyro: Option<&[Vec<f64>; 3]>,
-        at: Range<usize>,
-        rows: Range<usize>,
-    ) -> Self {
-        let (mean, variance) = moments(accel, at.clone());
-        let (gyro_mean, gyro_variance) = gyro.map_or(([f64::NAN; 3], f64::NAN), |g| moments(g, at));
-        Block {
-            rows,
-            mean,
-            variance,
-            gyro_mean,
-            gyro_variance,
-        }
-    }
-}
+use super::{StillOptions, block_rows, distance, floors, moments, turning};
 
 /// Which share of the blocks is taken to be still at least.
 const QUIET_SHARE: f64 = 0.05;
@@ -240,27 +209,6 @@ impl Levels {
 /// A row further than this many standard deviations of an axis from the mean of
 /// a still does not belong to it: one in 65,000 of those that do.
 const EDGE_SIGMAS: f64 = 5.0;
-
-pub(super) fn blocks(recording: &Channels<'_>, rows: Range<usize>, width: usize) -> Vec<Block> {
-    let mut out = Vec::with_capacity(rows.len() / width);
-    let mut from = rows.start;
-    while from + width <= rows.end {
-        // What is left at the end joins the last block.
-        let to = if from + 2 * width > rows.end {
-            rows.end
-        } else {
-            from + width
-        };
-        out.push(Block::of(
-            recording.accel,
-            recording.gyro,
-            from..to,
-            from..to,
-        ));
-        from = to;
-    }
-    out
-}
 
 /// The level that the quietest twentieth of the blocks stays under, and no less than
 /// rounding to `step` makes. None where nothing but zeros is there and the steps are

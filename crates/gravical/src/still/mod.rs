@@ -2,7 +2,7 @@
 //!
 //! # Overview
 //!
-//! 1. `levels`: the channels are cut into short blocks. Their own noise is the
+//! 1. `block`, `levels`: the channels are cut into short blocks. Their own noise is the
 //!    variance of the quietest blocks; a block is quiet while its variance stays under
 //!    [`StillOptions::noise_factor`]² times that, of the gyroscope likewise.
 //! 2. `runs`: a still is a run of quiet blocks whose means agree: a slow turn is quiet
@@ -22,6 +22,7 @@
 //! few short stills, which the caller judges. Without a gyroscope an even turn about
 //! the vertical is a still.
 
+mod block;
 mod levels;
 mod runs;
 mod temperature;
@@ -31,10 +32,11 @@ use std::ops::Range;
 
 use gravical_core::rounding;
 
-pub(crate) use levels::{Block, Levels, quiet_level, step_of_means};
+pub(crate) use block::Block;
+pub(crate) use levels::{Levels, quiet_level, step_of_means};
 pub(crate) use temperature::{TemperatureBlock, TemperatureCutter};
 
-use levels::blocks;
+use block::blocks;
 
 /// How stills are found.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use super::block::Block;
 use super::distance;
-use super::levels::Block;
 
 fn middle(blocks: &[Block]) -> [f64; 3] {
     std::array::from_fn(|axis| {

@@ -3,7 +3,7 @@
 //! Stills are no help where drift with temperature is looked for: their means have to
 //! agree.
 
-use super::levels::Block;
+use super::block::Block;
 use crate::stats::Thinned;
 
 /// Length of a block, s.

@@ -1,0 +1,19 @@
+//! Options that are out of their range.
+
+use crate::{Error, Result};
+
+/// An option that cannot be simulated.
+pub(super) fn bad(message: impl Into<String>) -> Error {
+    Error::usage("simulate-option", message)
+        .with_hint("`gravical simulate --help` lists every option with its range")
+}
+
+/// Refuses what is outside `low..=high`, NaN included.
+pub(super) fn within(name: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(bad(format!(
+        "{name} is {value} {unit}; it has to be between {low} and {high}"
+    )))
+}

@@ -1,0 +1,59 @@
+//! Short blocks of the channels.
+
+use std::ops::Range;
+
+use super::{Channels, moments};
+
+/// Some rows that follow each other.
+#[derive(Debug, Clone)]
+pub(crate) struct Block {
+    pub rows: Range<usize>,
+    pub mean: [f64; 3],
+    /// Sum over the axes.
+    pub variance: f64,
+    /// The gyroscope likewise; NaN without one.
+    pub gyro_mean: [f64; 3],
+    pub gyro_variance: f64,
+}
+
+impl Block {
+    /// Of the values of `rows`, which stand in the channels at `at`.
+    pub fn of(
+        accel: &[Vec<f64>; 3],
+        gyro: Option<&[Vec<f64>; 3]>,
+        at: Range<usize>,
+        rows: Range<usize>,
+    ) -> Self {
+        let (mean, variance) = moments(accel, at.clone());
+        let (gyro_mean, gyro_variance) = gyro.map_or(([f64::NAN; 3], f64::NAN), |g| moments(g, at));
+        Block {
+            rows,
+            mean,
+            variance,
+            gyro_mean,
+            gyro_variance,
+        }
+    }
+}
+
+/// The blocks of some rows, `width` rows each.
+pub(super) fn blocks(recording: &Channels<'_>, rows: Range<usize>, width: usize) -> Vec<Block> {
+    let mut out = Vec::with_capacity(rows.len() / width);
+    let mut from = rows.start;
+    while from + width <= rows.end {
+        // What is left at the end joins the last block.
+        let to = if from + 2 * width > rows.end {
+            rows.end
+        } else {
+            from + width
+        };
+        out.push(Block::of(
+            recording.accel,
+            recording.gyro,
+            from..to,
+            from..to,
+        ));
+        from = to;
+    }
+    out
+}
