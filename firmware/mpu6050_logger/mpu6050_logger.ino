@@ -33,8 +33,8 @@ const uint16_t ACCEL_RANGE_G = 2;        // 2, 4, 8 or 16
 const uint16_t GYRO_RANGE_DEG_S = 500;   // 250, 500, 1000 or 2000
 const uint16_t LOW_PASS_HZ = 44;         // 184, 94, 44, 21, 10 or 5; never off:
                                          // 260 Hz sampled at 100 Hz doubles the noise
-const uint16_t RATE_HZ = 100;            // 4 to 1000; 100 as text, 200 as counts
-                                         // and 500 as binary get through
+const uint16_t RATE_HZ = 100;            // 4 to 1000; without loss up to 150 in SI
+                                         // units, 250 as counts, 500 as binary
 const uint8_t FORMAT = 0;                // 0 text in SI units, 1 counts, 2 binary
 
 static_assert(ACCEL_RANGE_G == 2 || ACCEL_RANGE_G == 4 || ACCEL_RANGE_G == 8
