@@ -1,6 +1,5 @@
-//! Colour for reports, line by line: the report itself is plain text. What
-//! writes it takes the colours out again where nobody would see them
-//! (`NO_COLOR`, a pipe, a file).
+//! Colours for text reports, line by line. The writer removes them for `NO_COLOR`, pipes and
+//! files.
 
 use anstyle::{AnsiColor, Style};
 
@@ -9,7 +8,7 @@ const CAUTION: Style = AnsiColor::Yellow.on_default().bold();
 const BAD: Style = AnsiColor::Red.on_default().bold();
 const BOLD: Style = Style::new().bold();
 
-/// The same lines, coloured: verdicts, warnings, headings.
+/// The same lines with verdicts, warnings and headings coloured.
 pub fn report(text: &str) -> String {
     let mut after_blank = false;
     let mut out = String::with_capacity(text.len() + 256);
@@ -37,7 +36,7 @@ fn one(line: &str, after_blank: bool) -> String {
     if let Some((kind, rest)) = line.strip_prefix("  ! ").and_then(|w| w.split_once(':')) {
         return format!("  {CAUTION}! {kind}:{CAUTION:#}{rest}");
     }
-    // A heading ends where its explanation begins.
+    // A heading ends before its unit or note.
     if after_blank && line.starts_with(|c: char| c.is_ascii_uppercase()) {
         let length = line.find([':', ',', '(']).unwrap_or(line.len());
         let (heading, rest) = line.split_at(length);

@@ -1,5 +1,4 @@
-//! How a failure is told: a sentence with place, reason and next step, or the
-//! same as JSON; and which exit code it has.
+//! Errors as text or JSON, and their exit codes.
 
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
@@ -8,17 +7,17 @@ use gravical::Category;
 use gravical::document::paragraph;
 use gravical::output::{one_line, shown, shown_json};
 
-/// Exit code when the program ran and a quality gate failed.
+/// Exit code when a result failed a quality check.
 pub const QUALITY: u8 = 4;
 
 /// Exit code when the board, its port or the cable fails.
 pub const DEVICE: u8 = 5;
 
-/// Exit code when the user ended it and something is missing.
+/// Exit code when the user stopped an incomplete recording.
 pub const INTERRUPTED: u8 = 130;
 
-/// What is said of an error.
-pub struct Told {
+/// An error as it is printed.
+pub struct RenderedError {
     /// The exit code.
     pub exit: u8,
     /// For scripts.
@@ -27,8 +26,8 @@ pub struct Told {
     pub text: String,
 }
 
-impl Told {
-    /// None where the reader of our output has seen enough.
+impl RenderedError {
+    /// None for a closed pipe: the reader has finished.
     pub fn of(error: &anyhow::Error) -> Option<Self> {
         if is_broken_pipe(error) {
             return None;
@@ -40,14 +39,14 @@ impl Told {
             Category::System => 1,
             Category::Device => DEVICE,
         });
-        // Our own errors say all of it themselves; others as a chain of causes.
+        // Our own errors are complete; others print their chain of causes.
         let message = known.map_or_else(|| format!("{error:#}"), ToString::to_string);
         let object = serde_json::json!({
             "code": known.map_or("internal", gravical::Error::code),
             "message": message,
             "hint": known.and_then(gravical::Error::hint),
         });
-        // People read paragraphs; what searches a log wants whole lines.
+        // Paragraphs on a terminal, whole lines for log files.
         let line = |first: &str, text: &str| {
             if io::stderr().is_terminal() {
                 paragraph(first, text)
@@ -63,54 +62,65 @@ impl Told {
             text.push_str(&format!("  code: {}\n", e.code()));
         }
         let text = shown(&text).into_owned();
-        Some(Told { exit, object, text })
+        Some(RenderedError { exit, object, text })
     }
 }
 
-/// Tells `error` and gives the exit code.
+/// Prints `error` and returns its exit code.
 pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
-    let Some(told) = Told::of(error) else {
+    let Some(rendered) = RenderedError::of(error) else {
         return ExitCode::SUCCESS;
     };
     let printed = json && {
-        let text = format!("{:#}", told.object);
+        let text = format!("{:#}", rendered.object);
         let mut out = io::stdout().lock();
         writeln!(out, "{}", shown_json(&text))
             .and_then(|()| out.flush())
             .is_ok()
     };
-    // Nowhere is left to complain when this cannot be written.
+    // If stderr cannot be written, nothing is left to report that.
     if !printed {
-        let _ = io::stderr().write_all(told.text.as_bytes());
+        let _ = io::stderr().write_all(rendered.text.as_bytes());
     }
-    ExitCode::from(told.exit)
+    ExitCode::from(rendered.exit)
 }
 
-/// Tells a wrong call; help and version come this way, too.
+/// Prints a usage error, or the help or version that was requested.
 pub fn usage(error: &clap::Error) -> ExitCode {
     let code = u8::try_from(error.exit_code()).unwrap_or(2);
+    // A value that an option refused, with the hint of the library.
+    let own = std::error::Error::source(error).and_then(|e| e.downcast_ref::<gravical::Error>());
     let words: Vec<String> = std::env::args_os()
         .map(|word| word.to_string_lossy().into_owned())
         .collect();
     if code != 0 && words.iter().any(|word| word == "--json") {
         let text = error.render().to_string();
-        let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
+        let lines = || text.lines().map(str::trim).filter(|l| !l.is_empty());
+        // All lines before the tip and the usage: a list of arguments has one line each.
+        let ends = ["tip: ", "Usage: ", "For more information"];
+        let message: Vec<&str> = lines()
+            .take_while(|line| !ends.iter().any(|end| line.starts_with(end)))
+            .collect();
+        let tip = lines().find_map(|l| l.strip_prefix("tip: "));
         let object = serde_json::json!({
-            "code": "usage",
-            "message": lines.next().map(|l| l.trim_start_matches("error: ")),
-            "hint": lines.find_map(|l| l.strip_prefix("tip: ")),
+            "code": own.map_or("usage", gravical::Error::code),
+            "message": message.join(" ").trim_start_matches("error: "),
+            "hint": own.and_then(gravical::Error::hint).or(tip),
         });
-        // The events of `log` are an object a line, and so is its error.
+        // `log` writes one JSON object per line.
         let text = match words.get(1).map(|w| w == "log") {
             Some(true) => object.to_string(),
             _ => format!("{object:#}"),
         };
         let _ = writeln!(io::stdout(), "{}", shown_json(&text));
     } else if words.iter().any(|word| shown(word) != *word) {
-        // What it says of the words is theirs.
+        // The message quotes the words of the user.
         let _ = writeln!(io::stderr(), "{}", shown(&error.render().to_string()));
     } else {
         let _ = error.print();
+        if let Some(hint) = own.and_then(gravical::Error::hint) {
+            let _ = io::stderr().write_all(paragraph("  try: ", hint).as_bytes());
+        }
     }
     ExitCode::from(code)
 }

@@ -1,4 +1,4 @@
-//! `--figures`: what the verbs that draw share.
+//! `--figures`, shared by the commands that draw.
 
 use std::path::{Path, PathBuf};
 
@@ -11,11 +11,11 @@ use crate::text;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Figures")]
 pub struct FigureArgs {
-    /// Write every figure to this folder, as SVG and its numbers as CSV
-    #[arg(long, value_name = "DIR")]
+    /// Write each figure to this folder as SVG, with its data as CSV
+    #[arg(long, hide_short_help = true, value_name = "DIR")]
     pub figures: Option<PathBuf>,
-    /// Write the figures as PNG, too
-    #[arg(long, requires = "figures")]
+    /// Also write the figures as PNG
+    #[arg(long, hide_short_help = true, requires = "figures")]
     png: bool,
 }
 
@@ -27,7 +27,7 @@ impl FigureArgs {
         }
     }
 
-    /// The folder, if figures can be written to it; before the work.
+    /// The folder, after checking that figures can be written to it.
     ///
     /// # Errors
     ///
@@ -40,7 +40,7 @@ impl FigureArgs {
         Ok(folder)
     }
 
-    /// Writes the figures where that was asked for, and says so on stderr.
+    /// Writes the figures if requested, and reports that on stderr.
     ///
     /// # Errors
     ///
@@ -58,11 +58,11 @@ impl FigureArgs {
         Ok(())
     }
 
-    /// `--figures` beside something that does not keep the samples.
+    /// The error of `--figures` together with `--causal`.
     pub fn refused(&self) -> Option<Error> {
         self.figures.as_ref().map(|_| {
-            Error::usage("not-causal", "--causal: --figures shows a whole track")
-                .with_hint("leave --causal out: the whole recording is read then")
+            Error::usage("not-causal", "--causal: --figures needs the whole track")
+                .with_hint("remove --causal: then the whole recording is read")
         })
     }
 }

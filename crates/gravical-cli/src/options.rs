@@ -1,48 +1,62 @@
-//! Options that several verbs share.
+//! Options that several commands share.
+
+use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use gravical::Result;
+use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::gravity::Gravity;
 use gravical::recording::{AccelUnit, ColumnsSpec, GyroUnit, ReadOptions, TimeUnit};
 use gravical::segment::face::AxisMap;
+use gravical::{Category, Result};
 
 use crate::progress;
 
-/// What the user says about a recording.
+/// How a recording is read where it does not say so itself.
 #[derive(Args, Debug, Default)]
-#[command(next_help_heading = "About the recording")]
+#[command(next_help_heading = "Reading the recording")]
 pub struct RecordingArgs {
     /// Unit of the accelerometer [default: from the data]
-    #[arg(long, value_enum, value_name = "UNIT")]
+    #[arg(long, hide_short_help = true, value_enum, value_name = "UNIT")]
     pub accel_unit: Option<AccelUnitArg>,
     /// Full-scale range of the accelerometer in g, for raw counts [default: from the data]
-    #[arg(long, value_name = "G")]
+    #[arg(long, hide_short_help = true, value_name = "G")]
     pub accel_range: Option<f64>,
     /// Unit of the gyroscope [default: from turns, else the header]
-    #[arg(long, value_enum, value_name = "UNIT")]
+    #[arg(long, hide_short_help = true, value_enum, value_name = "UNIT")]
     pub gyro_unit: Option<GyroUnitArg>,
     /// Full-scale range of the gyroscope in °/s, for raw counts [default: from turns]
-    #[arg(long, value_name = "DEG_S")]
+    #[arg(long, hide_short_help = true, value_name = "DEG_S")]
     pub gyro_range: Option<f64>,
-    /// Columns that are not recognised: t=Timestamp,ax=… by name (gx=- leaves out), or t,ax,ay,az,_,-
-    /// in order (_ as recognised, - skips one)
-    #[arg(long, value_name = "COLUMNS", allow_hyphen_values = true)]
-    pub columns: Option<ColumnsSpec>,
-    /// Which of several sensors in the file: a word of its name, or its number [default: the first]
-    #[arg(long, value_name = "NAME|NUMBER")]
-    pub sensor: Option<String>,
-    /// Sampling rate in Hz, used only where there are no time stamps
-    #[arg(long, value_name = "HZ")]
-    pub rate: Option<f64>,
-    /// Unit of the time stamps [default: from header or steps]
-    #[arg(long, value_enum, value_name = "UNIT")]
-    pub time_unit: Option<TimeUnitArg>,
-    /// Counts subtracted on reading [default: 32768 for unsigned values, else 0]
-    #[arg(long, value_name = "COUNTS", allow_negative_numbers = true)]
-    pub zero_offset: Option<f64>,
-    /// How the board sits in its case: the case's x, y and z in axes of the board
+    /// What each column holds, by name (t=Timestamp,ax=acc_x,gx=-) or in order (t,ax,ay,az,_,-);
+    /// - ignores a column, _ leaves it to recognition [default: recognised]
     #[arg(
         long,
+        hide_short_help = true,
+        value_name = "COLUMNS",
+        allow_hyphen_values = true
+    )]
+    pub columns: Option<ColumnsSpec>,
+    /// Which of several sensors in the file: part of its name, or its number [default: the first]
+    #[arg(long, hide_short_help = true, value_name = "NAME|NUMBER")]
+    pub sensor: Option<String>,
+    /// Sampling rate in Hz, for recordings without time stamps
+    #[arg(long, hide_short_help = true, value_name = "HZ")]
+    pub rate: Option<f64>,
+    /// Unit of the time stamps [default: from the header or the steps]
+    #[arg(long, hide_short_help = true, value_enum, value_name = "UNIT")]
+    pub time_unit: Option<TimeUnitArg>,
+    /// Offset of raw counts, subtracted from each value [default: 32768 for unsigned counts, else 0]
+    #[arg(
+        long,
+        hide_short_help = true,
+        value_name = "COUNTS",
+        allow_negative_numbers = true
+    )]
+    pub zero_offset: Option<f64>,
+    /// Sensor axes that point along x, y and z of the case, e.g. y,-x,z
+    #[arg(
+        long,
+        hide_short_help = true,
         value_name = "X,Y,Z",
         default_value = "x,y,z",
         allow_hyphen_values = true,
@@ -51,14 +65,14 @@ pub struct RecordingArgs {
     pub axes: AxisMapArg,
 }
 
-/// What the user says about gravity.
+/// Local gravity.
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "Local gravity")]
 pub struct GravityArgs {
-    /// Local gravity in m/s² [default: that of the calibration where one is given, else 9.80665]
+    /// Local gravity in m/s² [default: from the calibration if there is one, else 9.80665]
     #[arg(long, value_name = "MPS2", conflicts_with = "latitude")]
     gravity: Option<f64>,
-    /// Latitude in degrees, for local gravity
+    /// Latitude in degrees, to compute local gravity
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     latitude: Option<f64>,
     /// Height above sea level in m, with --latitude
@@ -74,11 +88,11 @@ pub struct GravityArgs {
 }
 
 impl GravityArgs {
-    /// Gravity as the user gives it; none when nothing is said.
+    /// Gravity as given; none without an option.
     ///
     /// # Errors
     ///
-    /// `option-range` for what is nowhere on Earth.
+    /// `option-range` for values that do not occur on Earth.
     pub fn given(&self) -> Result<Option<Gravity>> {
         match (self.gravity, self.latitude) {
             (Some(g), _) => Gravity::given(g).map(Some),
@@ -141,7 +155,7 @@ pub enum TimeUnitArg {
 }
 
 impl RecordingArgs {
-    /// As the library wants it.
+    /// The same for the library.
     pub fn read_options(&self, hash: bool) -> ReadOptions {
         ReadOptions {
             accel_unit: self.accel_unit.map(|u| match u {
@@ -173,7 +187,27 @@ impl RecordingArgs {
     }
 }
 
-/// The command as it was typed, with the program's plain name.
+/// Reads a calibration. If the file is none but `recording` is, the hint says that the two are
+/// swapped.
+///
+/// # Errors
+///
+/// Those of [`CalibrationFile::read_with_input`].
+pub fn read_calibration(
+    path: &Path,
+    recording: Option<&Path>,
+) -> Result<(CalibrationFile, InputFile)> {
+    CalibrationFile::read_with_input(path).map_err(|error| {
+        let swapped = error.category() == Category::Input
+            && recording.is_some_and(|r| r.is_file() && CalibrationFile::read(r).is_ok());
+        match swapped {
+            true => error.with_hint("the arguments are swapped: the calibration comes first"),
+            false => error,
+        }
+    })
+}
+
+/// The command line as typed, with the plain name of the program.
 pub fn command_line() -> String {
     let words = std::env::args_os().skip(1).map(|word| {
         let word = word.to_string_lossy().into_owned();
@@ -181,7 +215,7 @@ pub fn command_line() -> String {
         if !word.is_empty() && word.chars().all(plain) {
             word
         } else {
-            // As a shell wants it: a quote ends, stands alone, and begins again.
+            // Quoted for a shell.
             format!("'{}'", word.replace('\'', "'\\''"))
         }
     });

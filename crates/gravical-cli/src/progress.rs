@@ -1,4 +1,4 @@
-//! A progress bar on a terminal, where reading takes longer than a second.
+//! A progress bar on a terminal when reading takes longer than a second.
 
 use std::io::{self, IsTerminal as _};
 use std::sync::{Mutex, OnceLock};
@@ -9,28 +9,28 @@ use gravical::output::one_line;
 use gravical::recording::Meter;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// What takes less time has no bar.
+/// No bar before this.
 const PATIENCE: Duration = Duration::from_secs(1);
 const REFRESH: Duration = Duration::from_millis(100);
 
-/// The bar while there is one.
+/// State of the bar.
 static SHOWN: Mutex<Shown> = Mutex::new(Shown::NotYet);
 
 enum Shown {
     NotYet,
     Bar(ProgressBar),
-    /// Something was printed: no bar comes after that.
+    /// Something was printed: no bar any more.
     Over,
 }
 
-/// Counts what all recordings of this run give.
+/// Counts the bytes read from all recordings.
 pub fn meter() -> Meter {
     static METER: OnceLock<Meter> = OnceLock::new();
     METER.get_or_init(Meter::default).clone()
 }
 
-/// Shows how far reading is, from the first second on, until something is printed. Does
-/// nothing where standard error is no terminal.
+/// Shows the progress of reading after one second, until something is printed. Does nothing if
+/// standard error is not a terminal.
 pub fn watch() {
     if io::stderr().is_terminal() {
         thread::spawn(|| {
@@ -42,7 +42,7 @@ pub fn watch() {
     }
 }
 
-/// Takes the bar away for good: the screen is wanted for something else.
+/// Removes the bar for good before something is printed.
 pub fn end() {
     let Ok(mut shown) = SHOWN.lock() else { return };
     if let Shown::Bar(bar) = &*shown {
@@ -51,13 +51,13 @@ pub fn end() {
     *shown = Shown::Over;
 }
 
-/// Draws the bar as it is now; false once there is none any more.
+/// Draws the bar; false once it has ended.
 fn refresh() -> bool {
     let Ok(mut shown) = SHOWN.lock() else {
         return false;
     };
     let now = meter().progress();
-    // A verb that reads nothing has its own ways.
+    // Nothing is being read.
     if now.name.is_empty() {
         return !matches!(*shown, Shown::Over);
     }

@@ -1,10 +1,9 @@
-//! `--report`: what the verbs that write one share, and where everything goes that a
-//! command writes.
+//! `--report` and `--verbose`, and the check of all targets of a command.
 
 use std::path::{Path, PathBuf};
 
 use gravical::calibration_file::InputFile;
-use gravical::document::{Block, Document};
+use gravical::document::{Block, Detail, Document};
 use gravical::figure::{Figure, Formats, check_figures, write_figures};
 use gravical::output::{check_targets, path_text, write_atomic};
 use gravical::report::{Provenance, TOOL};
@@ -16,13 +15,15 @@ use crate::text;
 
 #[derive(Debug, Default, clap::Args)]
 pub struct ReportArgs {
-    /// Write a report to this file: a page with figures (.html), or Markdown (.md) with the
-    /// figures in a folder beside it
+    /// Report to write: a page with figures (.html), or Markdown with a folder of figures (.md)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    /// Print all tables, notes and findings
+    #[arg(short, long)]
+    verbose: bool,
 }
 
-/// What a report is written as.
+/// Format of a report.
 enum Form {
     Html,
     /// With its figures in this folder.
@@ -30,7 +31,20 @@ enum Form {
 }
 
 impl ReportArgs {
-    /// Whether one is wanted.
+    /// How much of a document is printed.
+    pub fn detail(&self) -> Detail {
+        Self::detail_of(self.verbose)
+    }
+
+    /// The same for a command without reports.
+    pub fn detail_of(verbose: bool) -> Detail {
+        match verbose {
+            true => Detail::Full,
+            false => Detail::Summary,
+        }
+    }
+
+    /// Whether a report is requested.
     pub fn is_wanted(&self) -> bool {
         self.report.is_some()
     }
@@ -52,11 +66,11 @@ impl ReportArgs {
             return Ok(Form::Markdown(path.with_file_name(name)));
         }
         let message = match path == Path::new("-") {
-            true => "--report names a file; standard output is for tables and JSON",
-            false => "a report is a page or Markdown, and the end of this name is neither",
+            true => "--report needs a file name; standard output is for tables and JSON",
+            false => "the format of the report is not clear from this name",
         };
         let error = Error::usage("report-target", message)
-            .with_hint("end the name in .html for a page, in .md for Markdown");
+            .with_hint("use a name that ends in .html or .md");
         Err(if path == Path::new("-") {
             error
         } else {
@@ -64,7 +78,7 @@ impl ReportArgs {
         })
     }
 
-    /// The file, and the folder of its figures, looked at before the work.
+    /// The file and the folder of its figures, checked before the work.
     fn targets(&self, force: bool) -> Result<(Option<&Path>, Option<PathBuf>)> {
         let Some(path) = self.report.as_deref() else {
             return Ok((None, None));
@@ -78,7 +92,7 @@ impl ReportArgs {
         }
     }
 
-    /// Where a report goes that has no figures, and what else its command writes.
+    /// Checks the targets of a command without `--figures`.
     ///
     /// # Errors
     ///
@@ -87,11 +101,11 @@ impl ReportArgs {
         check_outputs(output, self, None, inputs, force)
     }
 
-    /// Writes the document where that was asked for, in one step.
+    /// Writes the report if requested, atomically.
     ///
     /// # Errors
     ///
-    /// What [`write_atomic`] and [`write_figures`] say.
+    /// Those of [`write_atomic`] and [`write_figures`].
     pub fn write(&self, force: bool, document: &Document<'_>) -> Result<()> {
         let Some(path) = self.report.as_deref() else {
             return Ok(());
@@ -99,7 +113,7 @@ impl ReportArgs {
         write_report(path, force, document)
     }
 
-    /// Says where the report is.
+    /// Prints the path of the report on stderr.
     pub fn say(&self) {
         if let Some(path) = &self.report {
             text::say(&format!("Report: {}", path_text(path)));
@@ -107,11 +121,11 @@ impl ReportArgs {
     }
 }
 
-/// Writes the document as the end of the name says, in one step.
+/// Writes the document in the format of the file name, atomically.
 ///
 /// # Errors
 ///
-/// What [`write_atomic`] and [`write_figures`] say.
+/// Those of [`write_atomic`] and [`write_figures`].
 pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result<()> {
     let text = match ReportArgs::form(path)? {
         Form::Html => document.to_html(),
@@ -142,7 +156,7 @@ fn figures_of<'a>(document: &Document<'a>) -> Vec<&'a Figure> {
         .collect()
 }
 
-/// The document with the command of this run.
+/// Adds command, time and inputs of this run.
 pub fn with_origin<'a>(document: Document<'a>, inputs: &[InputFile]) -> Document<'a> {
     document.with_provenance(&Provenance {
         tool: TOOL,
@@ -152,13 +166,13 @@ pub fn with_origin<'a>(document: Document<'a>, inputs: &[InputFile]) -> Document
     })
 }
 
-/// Looks at everything that a command is going to write, before its work.
+/// Checks everything that a command is going to write, before its work.
 ///
 /// # Errors
 ///
-/// `report-target` (usage) for a report that is neither page nor Markdown; those of
-/// [`check_targets`] and of the figures; `foreign-files` where something else would go
-/// among the figures, or is read from there.
+/// `report-target` (usage) for an unknown format; `same-target` (usage) for two results in one place;
+/// `foreign-files` (usage) if an input or another result is in the folder of figures; those of
+/// [`check_targets`] and [`check_figures`].
 pub fn check_outputs(
     output: Option<&Path>,
     report: &ReportArgs,
@@ -178,7 +192,7 @@ pub fn check_outputs(
         .collect();
     let inputs: Vec<PathBuf> = inputs.iter().map(|p| p.to_path_buf()).collect();
     let folders: Vec<&Path> = figures.into_iter().chain(beside.as_deref()).collect();
-    // A file and a folder of one name, or two folders, are as bad as two files.
+    // Files and folders alike: no two results in one place.
     let all: Vec<PathBuf> = folders
         .iter()
         .map(|f| f.to_path_buf())
@@ -187,9 +201,9 @@ pub fn check_outputs(
     for (i, path) in all.iter().enumerate().skip(1) {
         if all[..i].contains(path) {
             return Err(
-                Error::usage("same-target", "two results would go to this one place")
+                Error::usage("same-target", "two results would be written here")
                     .at(path, None)
-                    .with_hint("give each a name of its own"),
+                    .with_hint("use different names"),
             );
         }
     }
@@ -200,7 +214,7 @@ pub fn check_outputs(
             if inside {
                 return Err(Error::usage(
                     "foreign-files",
-                    "the figures of a run have a folder to themselves, and this is in it",
+                    "the folder of figures must not contain inputs or other results, but this file is in it",
                 )
                 .at(path, None)
                 .with_hint("name another folder for the figures"));

@@ -1,5 +1,4 @@
-//! Where a table goes that is made of another one: what the verbs that write one
-//! share.
+//! Output of the commands that turn one table into another.
 
 use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
@@ -13,16 +12,16 @@ use crate::text;
 
 #[derive(Debug, clap::Args)]
 pub struct TableArgs {
-    /// File to write; - is stdout [default: stdout, unless that is a terminal]
+    /// File to write; - writes to stdout [default: stdout if it is not a terminal]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Replace files that are there
+    /// Overwrite existing files
     #[arg(long)]
     pub force: bool,
-    /// Print nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
-    /// Print the summary as one JSON object on stdout (needs -o)
+    /// Print the summary as JSON (needs -o)
     #[arg(long)]
     pub json: bool,
 }
@@ -32,24 +31,24 @@ impl TableArgs {
         Target::of(self.output.as_deref())
     }
 
-    /// Looks at where the table goes, before the work. `inputs` are what is read.
+    /// Checks the targets before the work. `inputs` are the files read.
     ///
     /// # Errors
     ///
-    /// `json-needs-output` (usage) where two things would go to stdout; those of
+    /// `json-needs-output` (usage) if table and summary would both go to stdout; those of
     /// [`ReportArgs::check`].
     pub fn check(&self, report: &ReportArgs, inputs: &[&Path]) -> Result<()> {
         if self.target() == Target::Stdout && self.json {
             return Err(Error::usage(
                 "json-needs-output",
-                "--json prints the summary on stdout, where the recording goes",
+                "--json prints the summary on stdout, where the recording goes, too",
             )
             .with_hint("write the recording to a file with -o"));
         }
         report.check(self.target().file(), inputs, self.force)
     }
 
-    /// Has the table written, to its file in one step or to stdout.
+    /// Writes the table to its file, atomically, or to stdout.
     ///
     /// # Errors
     ///
@@ -62,30 +61,30 @@ impl TableArgs {
         }
     }
 
-    /// Tells people what was done, where the table went, and what there is to say of it.
-    pub fn tell(&self, done: &str, document: &Document<'_>) {
+    /// Prints the summary on stderr.
+    pub fn print_summary(&self, done: &str, document: &Document<'_>, detail: Detail) {
         let target = self.target();
         text::say(&format!("{done}{}", target.arrow()));
-        text::say_report(document.to_text(Detail::Summary).trim_end());
+        text::say_report(document.to_text(detail).trim_end());
         if target == Target::Nowhere {
             text::say(target.hint().trim_end());
         }
     }
 }
 
-/// Where a table goes.
+/// Target of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target<'a> {
     /// The file of `-o`.
     File(&'a Path),
-    /// Standard output: a pipe or a file, or asked for with `-o -`.
+    /// Standard output: a pipe or a file, or `-o -`.
     Stdout,
-    /// Nobody asked for a table, and a terminal is no place for thousands of rows.
+    /// A terminal and no `-o`: the table would scroll the summary away.
     Nowhere,
 }
 
 impl<'a> Target<'a> {
-    /// By what `-o` says, and by what standard output is.
+    /// From `-o` and the kind of standard output.
     pub fn of(output: Option<&'a Path>) -> Self {
         match output {
             Some(path) if path == Path::new("-") => Target::Stdout,
@@ -103,7 +102,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// ` → place`, for people.
+    /// ` → FILE`.
     pub fn arrow(self) -> String {
         match self {
             Target::File(path) => format!(" → {}", path_text(path)),
@@ -112,7 +111,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// What to add to see a table that went nowhere.
+    /// How to get the table that was not written.
     pub fn hint(self) -> &'static str {
         match self {
             Target::Nowhere => {

@@ -1,4 +1,4 @@
-//! Printing: data to stdout, messages to stderr, a closed pipe is no panic.
+//! Printing: data to stdout, messages to stderr; a closed pipe is no error.
 
 use std::io::{self, IsTerminal as _, Write};
 use std::path::Path;
@@ -9,11 +9,11 @@ use serde::Serialize;
 
 use crate::{colour, progress};
 
-/// Prints `text` on stdout, as a terminal may get it.
+/// Prints `text` on stdout, control characters escaped.
 ///
 /// # Errors
 ///
-/// What writing says; a closed pipe is told apart by the caller.
+/// I/O errors, a closed pipe included.
 pub fn print(text: &str) -> Result<()> {
     progress::end();
     let mut out = io::stdout().lock();
@@ -25,8 +25,7 @@ fn not_printed(error: io::Error) -> Error {
     Error::io(Path::new("standard output"), error)
 }
 
-/// Standard output for a table, whose other columns stay byte for byte unless a terminal
-/// gets them.
+/// Standard output for a table; on a terminal control characters are escaped.
 pub fn table_out() -> Box<dyn Write> {
     let out = io::stdout();
     if out.is_terminal() {
@@ -38,7 +37,7 @@ pub fn table_out() -> Box<dyn Write> {
     }
 }
 
-/// Passes whole lines on as a terminal may get them.
+/// Writes lines with control characters escaped.
 struct ToTerminal<W>(W);
 
 impl<W: Write> Write for ToTerminal<W> {
@@ -53,7 +52,7 @@ impl<W: Write> Write for ToTerminal<W> {
     }
 }
 
-/// Prints a report on stdout, in colour where that is seen.
+/// Prints a report on stdout, in colour on a terminal.
 ///
 /// # Errors
 ///
@@ -77,13 +76,13 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Says `text` on stderr; when that is gone, nobody listens.
+/// Prints `text` on stderr; errors of that are ignored.
 pub fn say(text: &str) {
     progress::end();
     let _ = writeln!(io::stderr(), "{}", shown(text));
 }
 
-/// Says a report on stderr, in colour where that is seen.
+/// Prints a report on stderr, in colour on a terminal.
 pub fn say_report(text: &str) {
     progress::end();
     let mut err = anstream::AutoStream::auto(io::stderr().lock());

@@ -54,3 +54,8 @@ pub mod strapdown;
 pub mod unit;
 
 pub use real::Real;
+
+/// The programs of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

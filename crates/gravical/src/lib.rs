@@ -72,3 +72,8 @@ mod uncertainty;
 pub mod validate;
 
 pub use error::{Category, Error, Location, Result};
+
+/// The programs of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

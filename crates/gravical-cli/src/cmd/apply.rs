@@ -1,50 +1,57 @@
-//! `gravical apply`: a recording, calibrated.
+//! `gravical apply`: a calibrated recording.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
-use gravical::calibration_file::CalibrationFile;
 use gravical::document::{Block, Document, Remark, Section};
 use gravical::output::one_line;
 use gravical::recording::{Origin, open};
 
-use crate::options::RecordingArgs;
+use crate::options::{RecordingArgs, read_calibration};
 use crate::report::ReportArgs;
 use crate::table::TableArgs;
 use crate::text;
 
-/// Apply a calibration to a recording: one pass, any size
+/// Apply a calibration to a recording
 ///
-/// The calibrated channels take the place of the raw ones, as ax_mps2 … and gx_rad_s …; every other
-/// column is kept as it is. The table goes to a file with -o, to a pipe without; the summary to stderr.
+/// The calibrated channels replace the raw ones (ax_mps2 …, gx_rad_s …); all other columns are copied
+/// unchanged. One pass, recordings of any size. The table goes to -o or a pipe, the summary to stderr.
 #[derive(Debug, clap::Args)]
+#[command(
+    after_help = "\
+Example: gravical apply cal.json ride.csv -o ride-calibrated.csv
+How a recording is read (units, columns, rate): options in `gravical apply --help`.",
+    after_long_help = "Example: gravical apply cal.json ride.csv -o ride-calibrated.csv"
+)]
 pub struct Args {
-    /// Calibration: a file of `gravical calibrate` or of imucal
+    /// Calibration file, of `gravical calibrate` or imucal
     #[arg(value_name = "CAL")]
     calibration: PathBuf,
-    /// Recording, plain or gzip; - is standard input
+    /// Recording, plain or .gz; - reads standard input
     #[arg(value_name = "INPUT")]
     input: PathBuf,
     #[command(flatten)]
     pub output: TableArgs,
-    /// Keep the raw columns too; the calibrated ones come last
+    /// Keep the raw columns and append the calibrated ones
     #[arg(long)]
     keep_raw: bool,
+    /// Print all findings
+    #[arg(short, long)]
+    verbose: bool,
     #[command(flatten)]
     recording: RecordingArgs,
 }
 
-/// Calibrates, writes, tells.
+/// Runs the command.
 ///
 /// # Errors
 ///
-/// A calibration that does not fit the recording, a recording or file that
-/// cannot be read, a file that is there already, or what the disk says.
+/// A calibration in another unit, a file that cannot be read, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.output
         .check(&ReportArgs::default(), &[&args.input, &args.calibration])?;
-    let calibration = CalibrationFile::read(&args.calibration)?;
+    let (calibration, _) = read_calibration(&args.calibration, Some(&args.input))?;
     let options = ApplyOptions {
         read: args.recording.read_options(false),
         keep_raw: args.keep_raw,
@@ -65,19 +72,21 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             one_line(&summary.input),
             summary.rows
         );
-        args.output.tell(&done, &document(&summary));
+        let detail = ReportArgs::detail_of(args.verbose);
+        args.output
+            .print_summary(&done, &document(&summary), detail);
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// What was calibrated, from what to what.
+/// The summary as a document.
 fn document(summary: &ApplySummary) -> Document<'static> {
     let mut facts: Vec<(String, String)> = Vec::new();
     let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
     fact("read as", summary.description.clone());
     let quiet = summary.quiet_norm_mps2.map_or(String::new(), |norm| {
         let g = summary.gravity_mps2;
-        format!("; at its quietest {norm:.3} m/s², gravity is {g:.3}")
+        format!("; {norm:.3} m/s² at rest, gravity {g:.3}")
     });
     let (unit, how) = (
         summary.accelerometer.unit.name(),
@@ -89,14 +98,15 @@ fn document(summary: &ApplySummary) -> Document<'static> {
         GyroscopeOutcome::Kept => {
             fact(
                 "gyroscope",
-                "kept as it is: the calibration has none".to_owned(),
+                "unchanged: the calibration has no gyroscope".to_owned(),
             );
         }
         GyroscopeOutcome::Absent => {}
     }
     if let Some(t) = &summary.temperature {
         let (channels, [low, high]) = (t.channels.join(", "), t.range_c);
-        let text = format!("drift of {channels} taken off, measured from {low:.1} to {high:.1} °C");
+        let text =
+            format!("drift of {channels} subtracted, measured from {low:.1} to {high:.1} °C");
         fact("temperature", text);
     }
     let mut lines = format!("{} = {} rows", summary.lines, summary.rows);
@@ -116,8 +126,8 @@ fn document(summary: &ApplySummary) -> Document<'static> {
 fn origin(origin: Origin) -> &'static str {
     match origin {
         Origin::Given => "given",
-        Origin::Data => "as gravity shows",
-        Origin::Header => "as the header says",
+        Origin::Data => "from the data",
+        Origin::Header => "from the header",
         Origin::Assumed => "assumed",
     }
 }

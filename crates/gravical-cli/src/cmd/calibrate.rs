@@ -1,11 +1,10 @@
-//! `gravical calibrate`: recordings of still placements → calibration.
+//! `gravical calibrate`: a calibration from recordings of static poses.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, SensorInfo};
-use gravical::document::Detail;
 use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::excerpt;
 use gravical::figure;
@@ -26,33 +25,41 @@ use crate::report::{ReportArgs, check_outputs};
 use crate::session::read_session;
 use crate::text;
 
+/// Calibrate a sensor from recordings of static poses
 #[derive(clap::Args)]
-#[command(after_help = "\
-A session is six files, a folder, one file per axis with blank rows between the
-two directions, one file with a label column, one with --sections, or one
-continuous recording whose holds are found.
+#[command(
+    after_help = "\
+Example: gravical calibrate session/ --latitude 48.1 -o cal.json --report cal.html
+More options (method, how a recording is read): `gravical calibrate --help`.",
+    after_long_help = "\
+Example: gravical calibrate session/ --latitude 48.1 -o cal.json --report cal.html
 
-Exit codes: 0 calibrated, 3 no parameters could be had (nothing is written),
-4 calibrated, but the verdict is poor (the file is written all the same).")]
+A session is one file per pose, a folder of such files, one file per axis with
+blank rows between the two directions, one file with a label column, one file
+with --sections, or one continuous recording in which the poses are found.
+
+Exit codes: 0 calibrated; 3 the parameters cannot be determined (nothing is
+written); 4 calibrated, but the verdict is poor (the file is still written)."
+)]
 pub struct Args {
-    /// The session: files, or one folder; - is standard input
+    /// Recordings of the session: files, or one folder; - reads standard input
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
-    /// A second file with the gyroscope, joined to the one INPUT on time
+    /// Gyroscope of the recording in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     gyro: Option<PathBuf>,
-    /// Write the calibration to this file (JSON)
+    /// Calibration file to write (JSON)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
-    /// Replace files that are there
+    /// Overwrite existing files
     #[arg(long)]
     force: bool,
-    /// Print the calibration as JSON on stdout instead of the tables
+    /// Print the calibration as JSON instead of the report
     #[arg(long)]
     pub json: bool,
-    /// Print nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     quiet: bool,
     #[command(flatten)]
@@ -68,64 +75,75 @@ pub struct Args {
 #[derive(clap::Args)]
 #[command(next_help_heading = "Method")]
 struct MethodArgs {
-    /// How to estimate
+    /// Estimation method
     #[arg(long, value_enum, default_value = "joint")]
     method: Method,
-    /// Sections of the one recording: imucal's JSON, or CSV label,start,end
+    /// Poses as row ranges of one recording: JSON of imucal, or CSV label,start,end
     #[arg(long, value_name = "FILE")]
     sections: Option<PathBuf>,
-    /// Take the first N rows of each placement [default: its longest quiet part]
-    #[arg(long, value_name = "N")]
+    /// Use the first N rows of each pose [default: its longest static interval]
+    #[arg(long, hide_short_help = true, value_name = "N")]
     rows: Option<usize>,
-    /// Whom to believe about faces when names and data disagree
-    #[arg(long, value_enum, default_value = "data")]
+    /// Which to trust when file names and data disagree about a face
+    #[arg(long, hide_short_help = true, value_enum, default_value = "data")]
     faces: FacesFrom,
-    /// Angle of each of the three turns in degrees, with its sign
+    /// Signed angle of the turns about each axis in degrees, for the gyroscope
     #[arg(
         long,
+        hide_short_help = true,
         value_name = "DEG",
         allow_negative_numbers = true,
         default_value = "-360"
     )]
     turn_angle: f64,
-    /// How far placements may be off level, degrees (sd of each of two directions):
-    /// a jig 0.1, a box on a table 0.5 to 1, by hand 2 [default: estimated, else 1]
+    /// Expected tilt of the face poses, degrees (standard deviation in each of two directions):
+    /// 0.1 in a jig, 0.5 to 1 in a box on a table, 2 by hand [default: estimated, else 1]
     #[arg(long, value_name = "DEG")]
     placement_tilt: Option<f64>,
-    /// What the data sheet says about scale, cross-axis and bias
-    #[arg(long, value_enum, default_value = "data-sheet")]
+    /// Data sheet limits of scale, cross-axis and bias as prior knowledge
+    #[arg(long, hide_short_help = true, value_enum, default_value = "data-sheet")]
     prior: Prior,
-    /// A placement (label or file) that lies on no face, whatever it looks like; repeatable
-    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
+    /// Treat this pose (label or file) as a free pose, even near a face; repeatable
+    #[arg(
+        long,
+        hide_short_help = true,
+        value_name = "NAME",
+        allow_hyphen_values = true
+    )]
     free: Vec<String>,
-    /// A placement that lies on a face, however crookedly; repeatable
-    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
+    /// Treat this pose as a face pose, even if tilted; repeatable
+    #[arg(
+        long,
+        hide_short_help = true,
+        value_name = "NAME",
+        allow_hyphen_values = true
+    )]
     face: Vec<String>,
-    /// Add a temperature model from a recording of the same sensor at rest that cools and warms;
-    /// repeat it for more placements [default: from the session, where it spans over 5 °C at rest]
-    #[arg(long, value_name = "FILE")]
+    /// Fit a temperature model to this recording of the sensor at rest while it warms or cools;
+    /// repeatable for more poses [default: from the session if it spans more than 5 °C]
+    #[arg(long, hide_short_help = true, value_name = "FILE")]
     thermal: Vec<PathBuf>,
-    /// Name or serial number of the sensor, for the file
-    #[arg(long, value_name = "TEXT")]
+    /// Name or serial number of the sensor, stored in the calibration
+    #[arg(long, hide_short_help = true, value_name = "TEXT")]
     sensor_id: Option<String>,
-    /// Type of the sensor, for the file
-    #[arg(long, value_name = "TEXT")]
+    /// Type of the sensor, stored in the calibration
+    #[arg(long, hide_short_help = true, value_name = "TEXT")]
     sensor_model: Option<String>,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Method {
-    /// Faces and free poses in one fit, crooked placements allowed for
+    /// Face and free poses in one fit that allows for tilted face poses
     Joint,
-    /// Six faces in closed form
+    /// Six faces, closed form
     Ferraris,
-    /// Nine parameters from the length of gravity, any poses
+    /// Nine parameters from the magnitude of gravity, any poses
     Magnitude9,
-    /// Six parameters from the length of gravity: scale and bias only
+    /// Scale and bias from the magnitude of gravity, any poses
     Magnitude6,
-    /// Least squares with the faces taken as exact: for precise fixtures
+    /// Linear least squares with exact faces, for precise fixtures
     Linear12,
-    /// Drift with temperature only, from a recording at rest that cools and warms
+    /// Temperature drift only, from a recording at rest that warms or cools
     Thermal,
 }
 
@@ -133,21 +151,21 @@ enum Method {
 enum Prior {
     /// Scale ±3 %, cross-axis ±2 %, bias ±0.6 m/s²
     DataSheet,
-    /// Only what the recordings say
+    /// None
     Off,
 }
 
 #[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
 enum FacesFrom {
-    /// What gravity shows
+    /// The measured direction of gravity
     Data,
-    /// What files and labels are called
+    /// Names of files and labels
     Names,
 }
 
-/// Runs the verb.
+/// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    // Before the work, not after it.
+    // Checked before the work starts.
     let inputs = args
         .inputs
         .iter()
@@ -163,7 +181,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     )?;
     let options = args.options()?;
     let read_options = args.recording.read_options(true);
-    // --sections and --rows name rows, any of all.
+    // --sections and --rows name rows: the whole recording is needed.
     let by_rows = options.segment.sections.is_some() || options.segment.rows.is_some();
     let still = (!by_rows).then_some(&options.segment.still);
     let gyro = args.gyro.as_deref();
@@ -204,7 +222,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             ));
         }
     } else {
-        text::print_report(&document.to_text(Detail::Summary))?;
+        text::print_report(&document.to_text(args.report.detail()))?;
         text::print(&next_step(args, &file))?;
     }
     Ok(match file.verdict.grade {
@@ -214,7 +232,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 impl Args {
-    /// The soak recordings of --thermal.
+    /// The recordings of --thermal.
     fn thermal(&self) -> Result<Vec<Recording>> {
         let options = self.recording.read_options(true);
         let files = self.method.thermal.iter();
@@ -262,8 +280,7 @@ impl Args {
     }
 }
 
-/// Writes the file and reads it back: "saved" is said of what can be read. Says
-/// which bytes it is now.
+/// Writes the file, reads it back and compares. Returns path and checksum of what was written.
 ///
 /// # Errors
 ///
@@ -271,7 +288,7 @@ impl Args {
 pub fn save(path: &Path, force: bool, file: &CalibrationFile) -> Result<InputFile> {
     file.write(path, force)?;
     if is_special(path) {
-        // What went into a pipe is gone: it is read as it was written.
+        // A pipe cannot be read back: the text is parsed instead.
         let text = file.to_json()?;
         CalibrationFile::parse(text.as_bytes())?;
         return Ok(InputFile::of_bytes(
@@ -284,9 +301,11 @@ pub fn save(path: &Path, force: bool, file: &CalibrationFile) -> Result<InputFil
     if back.accelerometer.matrix != file.accelerometer.matrix
         || back.accelerometer.bias != file.accelerometer.bias
     {
-        return Err(
-            Error::input("not-saved", "what was written reads back differently").at(path, None),
-        );
+        return Err(Error::input(
+            "not-saved",
+            "the file reads back differently from what was written",
+        )
+        .at(path, None));
     }
     Ok(input)
 }
@@ -294,14 +313,14 @@ pub fn save(path: &Path, force: bool, file: &CalibrationFile) -> Result<InputFil
 fn next_step(args: &Args, file: &CalibrationFile) -> String {
     match &args.output {
         Some(path) => {
-            let caution = if file.verdict.grade == Grade::Poor { " (but mend what the verdict names first)" } else { "" };
+            let caution = if file.verdict.grade == Grade::Poor { " (but fix what the verdict names first)" } else { "" };
             format!(
                 "\nSaved to {p}.\nNext: gravical apply {p} RECORDING.csv -o calibrated.csv{caution}\n",
                 p = path_word(path)
             )
         }
         None if file.verdict.grade == Grade::Poor => {
-            "\nNothing was saved. Mend what the verdict names first;\n-o cal.json saves it all the same.\n".to_owned()
+            "\nNothing was saved. Fix what the verdict names first;\n-o cal.json saves it anyway.\n".to_owned()
         }
         None => "\nNothing was saved. Next: the same command with -o cal.json, then\n`gravical apply cal.json RECORDING.csv -o calibrated.csv`\n".to_owned(),
     }

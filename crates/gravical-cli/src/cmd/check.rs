@@ -1,42 +1,50 @@
-//! `gravical check`: does a calibration still fit new still readings?
+//! `gravical check`: test whether a calibration still fits.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use gravical::calibration_file::{CalibrationFile, InputFile};
+use gravical::calibration_file::InputFile;
 use gravical::check::{CheckOptions, Judgement, check};
-use gravical::document::Detail;
 use gravical::report;
 
 use crate::failure::QUALITY;
-use crate::options::{GravityArgs, RecordingArgs};
+use crate::options::{GravityArgs, RecordingArgs, read_calibration};
 use crate::report::{ReportArgs, with_origin};
 use crate::session::read_session;
 use crate::text;
 
-/// Does a calibration still fit new still readings?
+/// Test whether a calibration still fits new recordings at rest
 ///
-/// At rest the calibrated vector has to be as long as gravity, in any pose. Every still of the
-/// recordings is held against that, and the error against what the calibration predicts.
+/// At rest the magnitude of the calibrated vector is gravity in any pose. The error of each static
+/// interval is tested against the uncertainty that the calibration predicts.
 #[derive(clap::Args)]
-#[command(after_help = "\
-A recording with one still of any pose will do; more poses test more.
+#[command(
+    after_help = "\
+Example: gravical check cal.json today.csv
+How a recording is read (units, columns, rate): options in `gravical check --help`.
 
-Exit codes: 0 it fits, or it cannot be said; 3 no still, or another unit; 4 it
-does not fit any more (p < 0.01).")]
+Exit codes: 0 fits or cannot be decided, 3 bad input, 4 does not fit (p < 0.01).",
+    after_long_help = "\
+Example: gravical check cal.json today.csv
+
+One static interval in any pose is enough; more poses test more of the calibration.
+
+Exit codes: 0 fits, or cannot be decided; 3 no static interval, or another unit;
+4 does not fit any more (p < 0.01)."
+)]
 pub struct Args {
-    /// Calibration: a file of `gravical calibrate` or of imucal
+    /// Calibration file, of `gravical calibrate` or imucal
     #[arg(value_name = "CAL")]
     calibration: PathBuf,
-    /// Recordings with stills: files, or one folder; - is standard input
+    /// Recordings of the sensor at rest: files, or one folder; - reads standard input
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
-    /// Replace files that are there
+    /// Overwrite existing files
     #[arg(long)]
     force: bool,
-    /// Print the check as one JSON object on stdout
+    /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -45,7 +53,7 @@ pub struct Args {
     recording: RecordingArgs,
 }
 
-/// Runs the verb.
+/// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let options = CheckOptions {
         gravity: args.gravity.given()?,
@@ -59,7 +67,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .map(PathBuf::as_path)
         .collect();
     args.report.check(None, &inputs, args.force)?;
-    let (calibration, input) = CalibrationFile::read_with_input(&args.calibration)?;
+    let (calibration, input) = read_calibration(
+        &args.calibration,
+        args.recordings.first().map(PathBuf::as_path),
+    )?;
     let read_options = args.recording.read_options(true);
     let (recordings, left_out) =
         read_session(&args.recordings, None, &read_options, Some(&options.still))?;
@@ -73,7 +84,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.json {
         text::print_json(&result)?;
     } else {
-        text::print_report(&document.to_text(Detail::Summary))?;
+        text::print_report(&document.to_text(args.report.detail()))?;
     }
     args.report.say();
     Ok(match result.verdict.judgement {

@@ -1,43 +1,44 @@
-//! `gravical compare`: do two calibrations differ by more than their uncertainty?
+//! `gravical compare`: test whether two calibrations differ.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::calibration_file::CalibrationFile;
 use gravical::compare::{Agreement, compare};
-use gravical::document::Detail;
 use gravical::report::comparison;
 
 use crate::failure::QUALITY;
 use crate::report::{ReportArgs, with_origin};
 use crate::text;
 
-/// Do two calibrations of one sensor differ by more than their uncertainty?
+/// Test whether two calibrations of a sensor differ by more than their uncertainty
 ///
-/// The difference is told in two parts: what changes the length of the calibrated vector (bias,
-/// scale, angles between the axes), and the rotation of the frame, which does not.
+/// The difference has two parts: one that changes the magnitude of the calibrated vector (bias, scale,
+/// angles between the axes), and a rotation of the sensor frame, which does not.
 #[derive(clap::Args)]
 #[command(after_help = "\
-Exit codes: 0 they agree, or it cannot be said; 4 they differ by more than their
-uncertainty (p < 0.01 for both parts together).")]
+Example: gravical compare march.json november.json
+
+Exit codes: 0 they agree, or it cannot be decided; 3 bad input; 4 they differ by
+more than their uncertainty (p < 0.01 for both parts together).")]
 pub struct Args {
-    /// The first calibration: a file of gravical or of imucal
+    /// First calibration, of gravical or imucal
     #[arg(value_name = "A")]
     first: PathBuf,
-    /// The second one; differences are B − A
+    /// Second calibration; differences are B − A
     #[arg(value_name = "B")]
     second: PathBuf,
     #[command(flatten)]
     report: ReportArgs,
-    /// Replace files that are there
+    /// Overwrite existing files
     #[arg(long)]
     force: bool,
-    /// Print the comparison as one JSON object on stdout
+    /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
 }
 
-/// Runs the verb.
+/// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.report
         .check(None, &[&args.first, &args.second], args.force)?;
@@ -50,7 +51,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.json {
         text::print_json(&result)?;
     } else {
-        text::print_report(&document.to_text(Detail::Summary))?;
+        text::print_report(&document.to_text(args.report.detail()))?;
     }
     args.report.say();
     Ok(match result.verdict.judgement {

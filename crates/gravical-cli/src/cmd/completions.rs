@@ -1,4 +1,4 @@
-//! `gravical completions`: completions for a shell, on stdout.
+//! `gravical completions`: shell completions on stdout.
 
 use std::process::ExitCode;
 
@@ -6,13 +6,17 @@ use clap_complete::Shell;
 
 use crate::text;
 
+/// Print completions for a shell
 #[derive(clap::Args)]
+#[command(
+    after_help = "Example: gravical completions bash > ~/.local/share/bash-completion/completions/gravical"
+)]
 pub struct Args {
-    /// Your shell
+    /// The shell
     shell: Shell,
 }
 
-/// Runs the verb.
+/// Runs the command.
 pub fn run(args: &Args, mut program: clap::Command) -> anyhow::Result<ExitCode> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut program, "gravical", &mut script);

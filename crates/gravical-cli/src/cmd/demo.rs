@@ -1,4 +1,4 @@
-//! `gravical demo`: the whole way on a virtual sensor, whose truth is known.
+//! `gravical demo`: end-to-end demo on a simulated sensor with known true errors.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -27,61 +27,62 @@ use crate::report::write_report;
 use crate::text;
 
 const NEXT: &str = "
-Next, with recordings of your own
+Next, with your own recordings
   gravical calibrate FOLDER -o cal.json --report cal.html
   gravical motion RECORDING.csv -c cal.json -o track.csv --report motion.html
 ";
 
-/// Whose draw it is: that of `examples/demo`.
+/// Seed, the same as in `examples/demo`.
 const SEED: u64 = 2;
-/// What the reports say they were made by.
+/// Command shown in the reports.
 const COMMAND: &str = "gravical demo";
-/// Length of a hold, s.
+/// Duration of a pose, s.
 const HOLD_S: f64 = 3.0;
-/// Oblique positions beside the six faces: with six, an error of 5 mg could hide.
+/// Free poses beside the six faces; with six of them an error of 5 mg could stay undetected.
 const FREE: u32 = 8;
 
+/// End-to-end demo on a simulated sensor (takes seconds)
 #[derive(clap::Args)]
 #[command(after_help = "\
-Simulates a sensor in fourteen positions and on a way of 0.7 m, calibrates it with
-the first, finds the way with the second, and writes two reports. Nothing is
-opened; nothing is written outside of DIR.")]
+Simulates a sensor at rest in fourteen poses and on a straight move of 0.7 m,
+calibrates it with the poses, computes the move, and writes two reports.
+Nothing is written outside DIR.")]
 pub struct Args {
-    /// Folder for what it makes
+    /// Folder for the results
     #[arg(default_value = "gravical-demo", value_name = "DIR")]
     folder: PathBuf,
-    /// Replace what an earlier run left there
+    /// Overwrite the results of an earlier run
     #[arg(long)]
     force: bool,
-    /// Print the files and numbers as JSON on stdout
+    /// Print the files and numbers as JSON
     #[arg(long)]
     pub json: bool,
 }
 
-/// What the demo says.
+/// Result of the demo.
 #[derive(Debug, Serialize)]
 struct Summary {
-    /// What was written, in the order of the steps.
+    /// Files written, in the order of the steps.
     files: Vec<PathBuf>,
     /// Verdict of the calibration.
     verdict: String,
-    /// ‖a‖ − g over the positions as recorded, rms, m/s².
+    /// ‖a‖ − g of the raw poses, rms, m/s².
     norm_error_uncalibrated_mps2: f64,
-    /// The same over positions left out of the fit, m/s².
+    /// The same of poses left out of the fit, calibrated, m/s².
     norm_error_left_out_mps2: Option<f64>,
-    /// What the sensor really moved, m.
+    /// True displacement, m.
     true_displacement_m: [f64; 3],
-    /// What was found, m.
+    /// Computed displacement, m.
     displacement_m: Option<[f64; 3]>,
     /// Its standard uncertainty, m.
     sigma_m: Option<[f64; 3]>,
-    /// Distance of the end from the truth, m.
+    /// End-point error, m.
     end_error_m: Option<f64>,
     /// The same by the procedure of the classical report, m.
     end_error_report_m: Option<f64>,
 }
 
-/// Where everything goes.
+/// Output files.
 struct Files {
     poses: PathBuf,
     line: PathBuf,
@@ -103,7 +104,7 @@ impl Files {
         }
     }
 
-    /// What a demo writes, in the order of its steps.
+    /// All files of a demo, in the order of its steps.
     fn made(&self) -> Vec<PathBuf> {
         let mut all = vec![self.poses.join("poses.csv"), self.poses.join("truth.json")];
         all.extend([self.line.join("line.csv"), self.line.join("truth.json")]);
@@ -112,20 +113,18 @@ impl Files {
         all
     }
 
-    /// Refuses before the first is written.
+    /// Checks all of them before the first is written.
     fn check(&self, force: bool) -> Result<()> {
         for path in self.made() {
             check_target(&path, force).map_err(|e| {
-                e.with_hint(
-                    "name another folder, or add --force to replace what an earlier demo left",
-                )
+                e.with_hint("name another folder, or add --force to overwrite the earlier demo")
             })?;
         }
         Ok(())
     }
 }
 
-/// Records, inspects, calibrates, moves, reports.
+/// Runs the command.
 ///
 /// # Errors
 ///
@@ -140,7 +139,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
     };
 
-    say("A virtual MPU6050: what is true is known, so that every claim can be checked.\n");
+    say("A simulated MPU6050: its true errors are known, so every result can be checked.\n");
     let poses = Scenario::Poses(PosesOptions {
         hold_s: HOLD_S,
         free: FREE,
@@ -152,7 +151,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         args.force,
     )?;
     say(&format!(
-        "1 recorded    {}\n              {}",
+        "1 record     {}\n             {}",
         poses.name, line.name
     ));
 
@@ -165,36 +164,36 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .collect();
     odd.dedup();
     say(&format!(
-        "2 inspected   {} rows, {} rests; odd: {}",
+        "2 inspect    {} rows, {} poses; warnings: {}",
         seen.account.rows,
         seen.stills.len(),
         if odd.is_empty() {
-            "nothing".to_owned()
+            "none".to_owned()
         } else {
             odd.join(", ")
         }
     ));
 
     let (file, saved) = calibrated(&poses, &files, args.force)?;
-    say(&format!("3 calibrated  {}", files.calibration.display()));
+    say(&format!("3 calibrate  {}", files.calibration.display()));
     let calibration = Calibrated {
         file: &file,
         name: &saved.path,
     };
     let moved = moved(&line, calibration, &saved, &files, args.force)?;
-    say(&format!("4 moved       {}", files.track.display()));
+    say(&format!("4 motion     {}", files.track.display()));
 
     let classical = motion(&line, Some(calibration), &MotionOptions::report())?;
     let summary = summary(&files, &truth, &file, &moved, &classical);
     if args.json {
         text::print_json(&summary)?;
     } else {
-        text::print_report(&told(&summary, &files))?;
+        text::print_report(&summary_text(&summary, &files))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// A recording that is simulated, written, and read back like any other.
+/// Simulates a recording, writes it and reads it back.
 fn record(scenario: Scenario, folder: &Path, force: bool) -> Result<(Simulation, Recording)> {
     let options = SimulateOptions {
         seed: SEED,
@@ -213,7 +212,7 @@ fn record(scenario: Scenario, folder: &Path, force: bool) -> Result<(Simulation,
     Ok((simulation, recording))
 }
 
-/// The calibration, its file and its report.
+/// Calibrates; writes the file and its report.
 fn calibrated(
     poses: &Recording,
     files: &Files,
@@ -239,7 +238,7 @@ fn calibrated(
     Ok((done.file, saved))
 }
 
-/// The way, its table and its report.
+/// Computes the motion; writes the table and its report.
 fn moved(
     line: &Recording,
     calibration: Calibrated<'_>,
@@ -305,31 +304,31 @@ fn summary(
     }
 }
 
-/// The three numbers that matter, and where to look.
-fn told(s: &Summary, files: &Files) -> String {
+/// The three main numbers and the reports.
+fn summary_text(s: &Summary, files: &Files) -> String {
     let mg = |v: f64| format!("{:.1} mg", 1000.0 * v / STANDARD_GRAVITY_MPS2);
     let mm = |v: Option<f64>| v.map_or("–".to_owned(), |v| format!("{:.0} mm", 1000.0 * v));
     let along = |v: Option<[f64; 3]>| v.map_or(f64::NAN, |v| v[1]);
-    let mut out = String::from("\nThe three numbers that matter\n");
+    let mut out = String::from("\nThe three main numbers\n");
     let mut row = |text: String| out.push_str(&paragraph("  - ", &text));
     row(format!(
-        "gravity at rest, in positions left out of the fit: off by {}; uncalibrated {}",
+        "error of gravity at rest, poses left out of the fit: {} rms; uncalibrated {}",
         s.norm_error_left_out_mps2.map_or("–".to_owned(), mg),
         mg(s.norm_error_uncalibrated_mps2)
     ));
     row(format!(
-        "the way along y: {:.4} ± {:.4} m (1σ); in truth {:.4} m",
+        "displacement along y: {:.4} ± {:.4} m (1σ); true {:.4} m",
         along(s.displacement_m),
         along(s.sigma_m),
         s.true_displacement_m[1]
     ));
     row(format!(
-        "distance from the true end: {}; by the classical report's procedure, with the same calibration: {}",
+        "end-point error: {}; with the procedure of the classical report and the same calibration: {}",
         mm(s.end_error_m),
         mm(s.end_error_report_m)
     ));
     out.push_str(&format!(
-        "\nVerdict: {}\n\nReports, for any browser\n  {}\n  {}\n",
+        "\nVerdict: {}\n\nReports, open them in a browser\n  {}\n  {}\n",
         s.verdict,
         files.calibration_report.display(),
         files.motion_report.display()

@@ -1,4 +1,4 @@
-//! `gravical denoise`: a recording, filtered, and what that did to its noise.
+//! `gravical denoise`: a filtered recording, and the effect on its noise.
 
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -18,28 +18,28 @@ use crate::report::{ReportArgs, with_origin};
 use crate::table::TableArgs;
 use crate::text;
 
-/// Filter a recording, and say what the filter does to its noise
+/// Filter a recording and report the effect on its noise
 ///
-/// Columns keep their names, units and order; only the filtered channels have new values. The table
-/// goes to a file with -o, to a pipe without; the summary to stderr. Smoothing makes plots readable; it
-/// does not reduce the drift of velocity or position.
+/// Columns keep their names, units and order; only the values of the filtered channels change. The
+/// table goes to -o or a pipe, the summary to stderr. Smoothing makes plots readable; it does not
+/// reduce the drift of velocity or position.
 #[derive(Debug, clap::Args)]
 #[command(after_help = FILTERS)]
 pub struct Args {
-    /// Recording, plain or gzip; - is standard input
+    /// Recording, plain or .gz; - reads standard input
     #[arg(value_name = "INPUT")]
     input: PathBuf,
     #[command(flatten)]
     pub output: TableArgs,
     #[command(flatten)]
     report: ReportArgs,
-    /// A filter, see below; several run in the order in which they are given
+    /// Filter, see below; repeatable, applied in this order
     #[arg(short, long = "filter", value_name = "FILTER")]
     filters: Vec<FilterSpec>,
-    /// What stands beyond the ends, for savgol and mean
+    /// How the ends are padded, for savgol and mean
     #[arg(long, value_enum, value_name = "EDGE", default_value = "interp")]
     edge: EdgeArg,
-    /// Which channels are filtered
+    /// Channels to filter
     #[arg(long, value_enum, value_name = "CHANNELS", default_value = "all")]
     channels: ChannelsArg,
     #[command(flatten)]
@@ -48,16 +48,18 @@ pub struct Args {
 
 const FILTERS: &str = "\
 Filters:
-  savgol:WINDOW,ORDER         Savitzky-Golay: a polynomial over WINDOW samples
+  savgol:WINDOW,ORDER         Savitzky-Golay polynomial over WINDOW samples
   savgol:WINDOW,ORDER,DERIV   its derivative, per s
-  butter:ORDER,CUTOFFHz       Butterworth low-pass, forwards and backwards: no delay
+  butter:ORDER,CUTOFFHz       Butterworth low-pass, forward and backward (zero phase)
   butter:ORDER,LOW-HIGHHz     band-pass
   highpass:ORDER,CUTOFFHz     high-pass
-  butter1:… and highpass1:…   the same in one pass, as on a microcontroller: delayed
-  hampel:WINDOW,SIGMAS        outliers are replaced by the median of their window
+  butter1:…, highpass1:…      one pass, causal, as on a microcontroller
+  hampel:WINDOW,SIGMAS        outliers replaced by the median of their window
   mean:WINDOW                 moving average
+Butterworth filters are 3 dB down at the cutoff, the two passes together.
 
-Butterworth filters are down by 3 dB at the cutoff, two passes both together.";
+Example: gravical denoise walk.csv --filter hampel:7,3 --filter butter:4,5Hz -o smooth.csv
+How a recording is read (units, columns, rate): options in `gravical denoise --help`.";
 
 /// [`Edge`] as an option.
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -75,29 +77,29 @@ enum EdgeArg {
 /// [`Channels`] as an option.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum ChannelsArg {
-    /// The accelerometer's
+    /// Accelerometer only
     Accel,
-    /// The gyroscope's
+    /// Gyroscope only
     Gyro,
-    /// All
+    /// Both
     All,
 }
 
-/// Filters, writes, tells.
+/// Runs the command.
 ///
 /// # Errors
 ///
-/// A filter that cannot be had, a recording or file that cannot be read, a file that
-/// is there already, or what the disk says.
+/// A filter that does not exist or does not fit the rate, a file that cannot be read, an existing
+/// output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let options = options_of(args);
     options.validate()?;
     if args.recording.axes.0 != AxisMap::default() {
         return Err(Error::usage(
             "axes-unused",
-            "denoise filters each axis by itself and turns none",
+            "denoise filters each axis separately and does not rotate them",
         )
-        .with_hint("leave --axes out; `gravical apply --axes` writes the axes of the case")
+        .with_hint("remove --axes; `gravical apply --axes` writes the axes of the case")
         .into());
     }
     args.output.check(&args.report, &[&args.input])?;
@@ -120,7 +122,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             one_line(&done.summary.input),
             done.summary.rows
         );
-        args.output.tell(&done, &document);
+        args.output
+            .print_summary(&done, &document, args.report.detail());
         args.report.say();
     }
     Ok(ExitCode::SUCCESS)
@@ -144,8 +147,8 @@ fn options_of(args: &Args) -> DenoiseOptions {
     }
 }
 
-/// The recording, to be read twice: once for its values, once for the text of its
-/// other columns. What can be read only once is kept in memory.
+/// A recording that is read twice: for its values, and for the text of its other columns.
+/// Input that can be read only once is kept in memory.
 struct Source<'a> {
     path: &'a Path,
     bytes: Option<Vec<u8>>,
@@ -159,7 +162,7 @@ impl<'a> Source<'a> {
         let mut bytes = Vec::new();
         let mut reader: Box<dyn Read> = match path.to_str() {
             Some("-") => Box::new(io::stdin().lock()),
-            // A folder is refused as by every verb.
+            // Refuses a folder.
             _ => open::open(path, &ReadOptions::default())?.reader,
         };
         reader

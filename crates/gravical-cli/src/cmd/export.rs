@@ -1,4 +1,4 @@
-//! `gravical export`: a calibration in another program's format.
+//! `gravical export`: a calibration in the format of another program.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -9,18 +9,20 @@ use gravical::output::{shown_json, write_atomic};
 
 use crate::text;
 
+/// Convert a calibration to the format of another program
 #[derive(clap::Args)]
+#[command(after_help = "Example: gravical export cal.json --to imucal -o cal-imucal.json")]
 pub struct Args {
-    /// The calibration: a file of gravical or of imucal
+    /// Calibration file, of gravical or imucal
     #[arg(value_name = "CAL")]
     calibration: PathBuf,
-    /// For which program
+    /// Target format
     #[arg(long, value_enum, value_name = "TARGET")]
     to: Target,
-    /// Write to this file [default: stdout]
+    /// File to write [default: stdout]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Replace an existing file
+    /// Overwrite an existing file
     #[arg(long)]
     force: bool,
 }
@@ -29,11 +31,11 @@ pub struct Args {
 enum Target {
     /// JSON of the Python library imucal, format 2.0
     Imucal,
-    /// gravical's own format (to convert a file of imucal)
+    /// The format of gravical (converts a file of imucal)
     Gravical,
 }
 
-/// Runs the verb.
+/// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let file = CalibrationFile::read(&args.calibration)?;
     let text = match args.to {

@@ -1,11 +1,10 @@
-//! `gravical inspect`: what is in a recording.
+//! `gravical inspect`: the content of a recording.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use gravical::Error;
 use gravical::calibration_file::InputFile;
-use gravical::document::Detail;
 use gravical::inspect::inspect;
 use gravical::recording::join_gyroscope;
 use gravical::report;
@@ -16,27 +15,37 @@ use crate::report::{ReportArgs, with_origin};
 use crate::session::{files_in, is_something_else, read_for, read_listed, several_with_gyro};
 use crate::{failure, text};
 
+/// Show what is in a recording: columns, units, rate, defects, static intervals
 #[derive(clap::Args)]
+#[command(
+    after_help = "\
+Example: gravical inspect session/*.csv
+How a recording is read (units, columns, rate): options in `gravical inspect --help`.",
+    after_long_help = "\
+Example: gravical inspect session/*.csv
+
+Exit codes: 0 read, 3 at least one file cannot be read."
+)]
 pub struct Args {
-    /// Recordings: text or CSV, plain or .gz, or folders of them; - is standard input
+    /// Recordings, text or CSV, plain or .gz, or folders of them; - reads standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// A second file with the gyroscope, joined to the one FILE on time
+    /// Gyroscope of the recording in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     gyro: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
-    /// Replace files that are there
+    /// Overwrite existing files
     #[arg(long)]
     force: bool,
-    /// Print one JSON object: {"recordings": […], "errors": […]}
+    /// Print JSON: {"recordings": […], "errors": […]}
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
     recording: RecordingArgs,
 }
 
-/// Runs the verb. A file that cannot be read does not stop the others.
+/// Runs the command. A file that cannot be read does not stop the others.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let options = args.recording.read_options(args.report.is_wanted());
     options.validate()?;
@@ -56,8 +65,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     if args.report.is_wanted() && files.len() != 1 {
         return Err(
-            Error::usage("report-of-one", "a report is of one recording")
-                .with_hint("inspect one file at a time, each with a report of its own")
+            Error::usage("report-of-one", "a report describes one recording")
+                .with_hint("inspect one file at a time, each with its own report")
                 .into(),
         );
     }
@@ -89,13 +98,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
                 if args.json {
                     found.push(inspection);
                 } else {
-                    text::print_report(&document.to_text(Detail::Summary))?;
+                    text::print_report(&document.to_text(args.report.detail()))?;
                     if files.len() > 1 {
                         text::print("\n")?;
                     }
                 }
             }
-            // Nobody said that this file of a folder is a recording.
+            // A file of a folder need not be a recording.
             Err(error) if *listed && is_something_else(&error) && !args.json => {
                 text::print(&format!("{error}\n\n"))?;
             }

@@ -1,4 +1,4 @@
-//! `gravical log`: from a board into a file.
+//! `gravical log`: record from a serial board to a file.
 
 mod files;
 mod keys;
@@ -19,27 +19,33 @@ use teller::Teller;
 use crate::device::board::Wanted;
 use crate::device::recorder::TEXT_BAUD;
 
+/// Record from a serial board; losses are marked; Space pauses
 #[derive(clap::Args)]
+#[command(after_help = "\
+Example: gravical log x     records x_axis.csv; Space pauses, q ends
+
+Exit codes: 0 recorded, 2 usage, 3 nothing recorded or the file cannot be used,
+5 board or port, 130 interrupted before the requested rows were recorded.")]
 pub struct Args {
-    /// The axis that is recorded: writes x_axis.csv, y_axis.csv or z_axis.csv
+    /// Axis under calibration: the file is x_axis.csv, y_axis.csv or z_axis.csv
     #[arg(value_enum)]
     axis: Option<Axis>,
-    /// The file to write [default: AXIS_axis.csv, recording.csv without an axis]
+    /// File to write [default: AXIS_axis.csv; without an axis recording.csv]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Go on with a file that is there already
+    /// Append to an existing file
     #[arg(long)]
     append: bool,
-    /// End so many seconds after the first row, pauses left out
+    /// Stop S seconds after the first row, not counting pauses
     #[arg(long, value_name = "S")]
     duration: Option<f64>,
-    /// End after so many rows
+    /// Stop after N rows
     #[arg(long, value_name = "N")]
     rows: Option<u64>,
-    /// One JSON object a line on standard output for everything that happens
+    /// Print events as JSON, one object per line
     #[arg(long)]
     pub json: bool,
-    /// Say nothing but warnings and errors
+    /// Print warnings and errors only
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]
@@ -47,30 +53,30 @@ pub struct Args {
 }
 
 #[derive(clap::Args)]
-#[command(next_help_heading = "About the board")]
+#[command(next_help_heading = "Board")]
 struct BoardArgs {
-    /// The port, see gravical ports [default: the only board that is plugged in]
+    /// Serial port, see `gravical ports` [default: the only board plugged in]
     #[arg(long, value_name = "PORT")]
     port: Option<String>,
-    /// Wait until a board is plugged in and speaks
+    /// Wait until a board is plugged in and sends data
     #[arg(long)]
     wait: bool,
-    /// Bits a second of text; binary has 250000
+    /// Baud rate of text; binary always uses 250000
     #[arg(long, value_name = "BAUD", default_value_t = TEXT_BAUD)]
     baud: u32,
-    /// Full scale of the accelerometer in g: 2, 4, 8, 16 [default: as the board is]
+    /// Full scale of the accelerometer in g: 2, 4, 8, 16 [default: as set on the board]
     #[arg(long, value_name = "G")]
     range: Option<u16>,
     /// Full scale of the gyroscope in °/s: 250, 500, 1000, 2000
     #[arg(long, value_name = "DEG_S")]
     gyro_range: Option<u16>,
-    /// Samples a second: 4 to 150, counts to 250, binary to 1000 (500 get through)
+    /// Sampling rate in Hz: 4 to 150, with counts to 250, with binary to 1000 (about 500 arrive)
     #[arg(long, value_name = "HZ")]
     rate: Option<u16>,
     /// Low-pass of the sensor in Hz: 184, 94, 44, 21, 10, 5
     #[arg(long, value_name = "HZ")]
     low_pass: Option<u16>,
-    /// What the board sends
+    /// Format of the data from the board
     #[arg(long, value_enum)]
     format: Option<Format>,
 }
@@ -88,7 +94,7 @@ enum Format {
     Si,
     /// raw counts
     Counts,
-    /// raw counts in frames with a checksum, for 500 Hz; the file has text all the same
+    /// raw counts in binary frames with a checksum, for 500 Hz; the file is text anyway
     Binary,
 }
 
@@ -121,26 +127,26 @@ impl Args {
         let out_of_range = |text: String| Err(gravical::Error::usage("option-range", text));
         match (self.duration, self.rows) {
             (Some(s), _) if !(s > 0.0 && s <= 1e9) => {
-                return out_of_range(format!("--duration has to be above 0 s, not {s}"));
+                return out_of_range(format!("--duration must be above 0 s, not {s}"));
             }
-            (_, Some(0)) => return out_of_range("--rows has to be at least 1".to_owned()),
+            (_, Some(0)) => return out_of_range("--rows must be at least 1".to_owned()),
             _ => {}
         }
         if !(300..=4_000_000).contains(&self.board.baud) {
             return out_of_range(format!(
-                "--baud has to be between 300 and 4000000, not {}",
+                "--baud must be between 300 and 4000000, not {}",
                 self.board.baud
             ));
         }
         if self.append {
-            // The file says the rest.
+            // The settings are read from the file.
             return Ok(());
         }
         self.wanted().validate()
     }
 }
 
-/// Runs the verb. It tells its errors itself: nobody may be there to read them.
+/// Runs the command. It reports its errors itself, as events.
 pub fn run(args: &Args) -> ExitCode {
     let mut teller = Teller::new(args.json, args.quiet);
     let done = args.validate().map_err(Into::into);

@@ -1,4 +1,4 @@
-//! `gravical man`: the manual, as pages in a folder or the main one on stdout.
+//! `gravical man`: manual pages.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -9,17 +9,19 @@ use gravical::output::{check_target, make_folder, write_atomic};
 
 use crate::text;
 
+/// Write the manual pages
 #[derive(clap::Args)]
+#[command(after_help = "Example: gravical man -o ~/.local/share/man/man1")]
 pub struct Args {
-    /// Write gravical.1 and a page a verb into this folder [default: the main page on stdout]
+    /// Folder for gravical.1 and one page per command [default: main page on stdout]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Replace existing pages
+    /// Overwrite existing pages
     #[arg(long)]
     force: bool,
 }
 
-/// Runs the verb.
+/// Runs the command.
 pub fn run(args: &Args, mut program: clap::Command) -> anyhow::Result<ExitCode> {
     program.build();
     let Some(folder) = &args.output else {
@@ -45,7 +47,7 @@ pub fn run(args: &Args, mut program: clap::Command) -> anyhow::Result<ExitCode> 
     Ok(ExitCode::SUCCESS)
 }
 
-/// A page for each verb and for each of its own verbs.
+/// A page for each command and its subcommands.
 fn collect(name: &str, command: &clap::Command, pages: &mut Vec<(String, clap::Command)>) {
     for verb in command.get_subcommands().filter(|v| v.get_name() != "help") {
         let name = format!("{name}-{}", verb.get_name());

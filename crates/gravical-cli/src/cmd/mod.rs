@@ -1,4 +1,4 @@
-//! One file a verb: `Args` and `run`; here is which is which.
+//! One file per command, with its `Args` and `run`.
 
 pub mod apply;
 pub mod calibrate;
@@ -22,11 +22,11 @@ use clap::CommandFactory;
 use crate::{Cli, Verb};
 
 impl Verb {
-    /// Does what was asked for.
+    /// Runs the command.
     ///
     /// # Errors
     ///
-    /// Those of the verb.
+    /// Those of the command.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         match self {
             Verb::Inspect(args) => inspect::run(args),
@@ -46,7 +46,7 @@ impl Verb {
         }
     }
 
-    /// Whether errors go to stdout as JSON, too.
+    /// Whether errors are written as JSON on stdout.
     pub fn wants_json(&self) -> bool {
         match self {
             Verb::Inspect(args) => args.json,

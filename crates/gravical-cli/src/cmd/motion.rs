@@ -1,4 +1,4 @@
-//! `gravical motion`: a recording's velocity and position, with error bands.
+//! `gravical motion`: velocity and position with error bands.
 
 mod args;
 mod causal;
@@ -9,7 +9,6 @@ use std::process::ExitCode;
 use anyhow::Context;
 
 use gravical::calibration_file::{CalibrationFile, InputFile};
-use gravical::document::Detail;
 use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{
@@ -27,12 +26,11 @@ use crate::text;
 
 pub use args::Args;
 
-/// Reads, integrates, writes, tells.
+/// Runs the command.
 ///
 /// # Errors
 ///
-/// A recording, calibration or reference that cannot be read or that do not
-/// belong together, a file that is there already, or what the disk says.
+/// Files that cannot be read or do not belong together, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let target = Target::of(args.output.as_deref());
     if args.causal
@@ -63,7 +61,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.causal {
         return causal::run(args, target, calibrated, &options);
     }
-    // A report says which file it is of.
+    // A report lists the checksum of its input.
     let read_options = args.recording.read_options(args.report.is_wanted());
     let mut recording = match &args.gyro {
         Some(path) => {
@@ -107,7 +105,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     tell(args, &motion.result, &recording)
 }
 
-/// The result, its table written as the samples come.
+/// The result, its table written sample by sample without keeping the track.
 fn samples_away(
     args: &Args,
     target: Target<'_>,
@@ -153,7 +151,7 @@ pub fn save(path: &Path, force: bool, motion: &Motion) -> Result<()> {
     })
 }
 
-/// The result for programs and for people.
+/// Prints the result.
 fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Result<ExitCode> {
     if args.json {
         text::print_json(result)?;
@@ -167,7 +165,7 @@ fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Re
         let input = one_line(&result.input);
         text::say(&format!("{input}: {} rows{to}", result.rows));
         let document = report::motion(result, recording, &[]);
-        text::say_report(document.to_text(Detail::Summary).trim_end());
+        text::say_report(document.to_text(args.report.detail()).trim_end());
         if target == Target::Nowhere && !args.json {
             text::say(target.hint().trim_end());
         }
@@ -180,7 +178,7 @@ fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Re
     })
 }
 
-/// Something moved, and not one displacement can be known.
+/// There are moves, and none has a usable displacement.
 fn nothing_usable(result: &MotionResult) -> bool {
     !result.moves.is_empty() && result.moves.iter().all(|m| !m.usable)
 }

@@ -1,4 +1,4 @@
-//! `gravical ports`: serial ports, and which of them is a board.
+//! `gravical ports`: serial ports and likely boards.
 
 use std::process::ExitCode;
 
@@ -6,14 +6,15 @@ use crate::device::ports::{Port, list};
 use crate::device::trouble::holders;
 use crate::text;
 
+/// List serial ports and mark likely boards
 #[derive(clap::Args)]
 pub struct Args {
-    /// Print one JSON object: {"ports": […]}
+    /// Print JSON: {"ports": […]}
     #[arg(long)]
     pub json: bool,
 }
 
-/// Runs the verb.
+/// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let ports = list()?;
     if args.json {
@@ -36,8 +37,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
 fn table(ports: &[Port]) -> String {
     if ports.is_empty() {
-        return "No serial ports. A cable that only charges shows nothing; try another one.\n"
-            .to_owned();
+        return "No serial ports. Some USB cables only charge; try another cable.\n".to_owned();
     }
     let width = ports.iter().map(|p| p.name.chars().count()).max();
     let width = width.unwrap_or(0);
@@ -62,7 +62,7 @@ fn table(ports: &[Port]) -> String {
         out.push('\n');
     }
     if !ports.iter().any(|p| p.board) {
-        out.push_str("None of them is known as a board by its vendor.\n");
+        out.push_str("None of them has the USB vendor of a known board.\n");
     }
     out
 }
@@ -93,7 +93,7 @@ mod tests {
             text,
             "/dev/none-such0  2341:0043  Arduino Uno  [95437]\n\
              /dev/none1       -          -\n\
-             None of them is known as a board by its vendor.\n"
+             None of them has the USB vendor of a known board.\n"
         );
         assert!(table(&[]).starts_with("No serial ports."));
     }

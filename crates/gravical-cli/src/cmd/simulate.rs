@@ -1,4 +1,4 @@
-//! `gravical simulate`: recordings of a virtual sensor with known truth.
+//! `gravical simulate`: recordings of a simulated sensor with known true errors.
 
 mod args;
 
@@ -12,12 +12,11 @@ use args::Shared;
 
 pub use args::Args;
 
-/// Simulates and writes.
+/// Runs the command.
 ///
 /// # Errors
 ///
-/// An option out of its range, a file that is there already, or what the disk
-/// says.
+/// An option out of range, an existing file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let (options, shared) = args.options();
     let simulation = simulate(&options)?;
@@ -26,7 +25,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         text::print_json(&simulation.truth)?;
     }
     if !shared.quiet {
-        // The truth is the last path and has no rows.
+        // The last path is the truth, which has no rows.
         for (path, truth) in written.iter().zip(&simulation.truth.files) {
             text::say(&format!(
                 "wrote {} ({} rows{})",
@@ -36,7 +35,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             ));
         }
         if let Some(path) = written.last() {
-            text::say(&format!("wrote {} (what was put in)", path_text(path)));
+            text::say(&format!(
+                "wrote {} (true errors and motion)",
+                path_text(path)
+            ));
         }
         let next = next(&simulation, &options.scenario, shared);
         text::say(&format!("next: {next}"));

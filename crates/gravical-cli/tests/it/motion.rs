@@ -65,7 +65,7 @@ fn the_table_goes_out_and_the_summary_aside() {
         "line/line.csv: 1200 rows → stdout",
         "displacement ± 1σ, m",
         "uncalibrated",
-        "Uncertainty of the position at the end",
+        "Uncertainty of the end position",
     ] {
         assert!(run.err.contains(part), "{part} in\n{}", run.err);
     }
@@ -258,7 +258,8 @@ fn a_reference_with_its_own_clock_rate_and_heading() {
     assert_eq!(run.code, 0, "{}", run.err);
     narrow(&run.err);
     assert!(
-        run.err.contains("Against the reference\n  truth.csv"),
+        run.err
+            .contains("Comparison with the reference\n  truth.csv"),
         "{}",
         run.err
     );

@@ -35,7 +35,7 @@ fn a_walked_room_closes_beside_the_camera() {
     finding(&result, "truth-gaps");
     let run = run_in(folder.path(), words(&format!("motion {args} -o m.csv")));
     assert!(
-        run.err.contains("Against the reference\n  14_"),
+        run.err.contains("Comparison with the reference\n  14_"),
         "{}",
         run.err
     );

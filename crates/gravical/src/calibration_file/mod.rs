@@ -110,7 +110,7 @@ impl CalibrationFile {
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let syntax = |e: serde_json::Error| {
-            Error::input("calibration-syntax", e.to_string())
+            Error::input("calibration-syntax", format!("this is not a calibration file: {e}"))
                 .at(Path::new(""), (e.line() > 0).then_some(e.line() as u64))
                 .with_hint("a calibration is what `gravical calibrate … -o cal.json` writes, or a file of imucal")
         };
@@ -129,7 +129,7 @@ impl CalibrationFile {
             None => {
                 return Err(Error::input(
                     "calibration-format",
-                    "this JSON is no calibration: it has neither \"format\" nor imucal's \"K_a\"",
+                    "this JSON is not a calibration: it has neither \"format\" nor \"K_a\" of imucal",
                 ));
             }
         }

@@ -52,7 +52,7 @@ impl FromStr for FilterSpec {
 
     fn from_str(text: &str) -> Result<Self> {
         let spec = parse(text.trim()).ok_or_else(|| {
-            Error::usage("filter-syntax", format!("\"{text}\" is no filter")).with_hint(EXAMPLES)
+            Error::usage("filter-syntax", format!("\"{text}\" is not a filter")).with_hint(EXAMPLES)
         })?;
         spec.validate()?;
         Ok(spec)

@@ -1,28 +1,29 @@
-//! Findings, told once where several files share them.
+//! Findings, listed once if several files share them.
 
 use std::collections::{BTreeSet, HashMap};
 
 use crate::finding::{Finding, Severity, format_spans};
 use crate::output::one_line;
 
-/// What was odd, and where.
+/// A finding with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Remark {
     /// Whether it is a warning; a note else.
     pub warning: bool,
-    /// Its kind.
+    /// Kind of the finding.
     pub kind: String,
-    /// What it is.
+    /// The message.
     pub text: String,
     /// Lines and files; empty for none.
     pub place: String,
 }
 
 impl Remark {
-    /// Findings, warnings first; what several files share is told of the first.
+    /// Findings by weight: quality gates, other warnings, notes. A finding that several files share
+    /// is listed once, with the first of them.
     #[must_use]
     pub fn all(findings: &[Finding], several_files: bool) -> Vec<Self> {
-        // Numbers differ from file to file; the words do not.
+        // The same message up to its numbers.
         let alike = |f: &Finding| (f.kind, skeleton(&f.message));
         let mut files: HashMap<_, (&Option<String>, BTreeSet<&String>)> = HashMap::new();
         for finding in findings {
@@ -31,9 +32,9 @@ impl Remark {
                 .or_insert((&finding.file, BTreeSet::new()));
             all.extend(&finding.file);
         }
-        let told = |severity: Severity| {
+        let of_weight = |weight: u8| {
             let files = &files;
-            let of = findings.iter().filter(move |f| f.severity == severity);
+            let of = findings.iter().filter(move |f| weight_of(f) == weight);
             of.filter_map(move |finding| {
                 let (first, all) = files.get(&alike(finding))?;
                 let mut place = Vec::new();
@@ -46,24 +47,32 @@ impl Remark {
                     place.push(short_name(file));
                     place.extend(match all.len() {
                         0 | 1 => None,
-                        2 => Some("1 other file alike".to_owned()),
-                        n => Some(format!("{} other files alike", n - 1)),
+                        2 => Some("also in 1 other file".to_owned()),
+                        n => Some(format!("also in {} other files", n - 1)),
                     });
                 }
                 (**first == finding.file).then(|| Remark {
-                    warning: severity == Severity::Warning,
+                    warning: finding.severity == Severity::Warning,
                     kind: finding.kind.to_string(),
                     text: finding.message.clone(),
                     place: place.join("; "),
                 })
             })
         };
-        told(Severity::Warning)
-            .chain(told(Severity::Note))
-            .collect()
+        (0..3).flat_map(of_weight).collect()
     }
 }
 
+/// Order of the list.
+fn weight_of(finding: &Finding) -> u8 {
+    match finding.severity {
+        Severity::Warning if finding.kind.is_gate() => 0,
+        Severity::Warning => 1,
+        Severity::Note => 2,
+    }
+}
+
+/// The message without its numbers.
 fn skeleton(message: &str) -> String {
     message
         .chars()

@@ -9,8 +9,7 @@ impl Document<'_> {
     #[must_use]
     pub fn to_markdown(&self, folder: Option<&str>) -> String {
         let mut out = format!("# {}\n", escaped(&self.title));
-        let head = self.subject.iter().chain([&self.stamp]);
-        for line in head.filter(|l| !l.is_empty()) {
+        for line in self.lead() {
             out.push_str(&format!("\n{}\n", escaped(line)));
         }
         if let Some(verdict) = &self.verdict {
@@ -96,7 +95,7 @@ fn list(points: &[String]) -> String {
         .collect()
 }
 
-/// Code between fences that are longer than any in it.
+/// A code block with a fence longer than any inside.
 fn fenced(language: &str, code: &str) -> String {
     let fence = "`".repeat(3.max(1 + longest(code, '`')));
     format!("{fence}{language}\n{code}{fence}\n")
@@ -122,7 +121,7 @@ fn table_markdown(table: &Table, title: &str) -> String {
     for row in &table.rows {
         out.push_str(&line(row.cells.iter().map(cell)));
         if !row.note.is_empty() {
-            // One cell for the whole row is not to be had.
+            // Markdown tables have no cells that span columns.
             let note = std::iter::repeat_n(String::new(), table.columns.len().saturating_sub(1));
             out.push_str(&line(std::iter::once(escaped(&row.note)).chain(note)));
         }
@@ -141,7 +140,7 @@ fn line(cells: impl Iterator<Item = String>) -> String {
 fn cell(cell: &Cell) -> String {
     match cell {
         Cell::Text(text) => escaped(text),
-        // Nothing that a program reads has a backtick in it.
+        // Backticks would end the code span.
         Cell::Code(text) => format!("`{}`", text.replace(['`', '|'], "?")),
         Cell::Number(..) => number_text(&cell.plain()),
     }
@@ -151,7 +150,7 @@ fn number_text(text: &str) -> String {
     escaped(&text.replace('-', "−"))
 }
 
-/// A link's target between angle brackets.
+/// The target of a link, percent-encoded.
 fn target(link: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "/._- ".contains(c);
     let mut out = String::new();
@@ -164,8 +163,8 @@ fn target(link: &str) -> String {
     out
 }
 
-/// Text that stands for itself, in one line: whatever Markdown or HTML reads as markup has
-/// a backslash before it.
+/// The text in one line, with a backslash before everything that Markdown or HTML would
+/// interpret.
 fn escaped(text: &str) -> String {
     let text = one_line(text);
     let text = text.trim();
@@ -174,7 +173,7 @@ fn escaped(text: &str) -> String {
         let (before, behind) = (&text[..i], &text[i + c.len_utf8()..]);
         let ends_word = behind.is_empty() || behind.starts_with([' ', '\t']);
         let marks = match c {
-            // A list or a rule begins with them, two of them are a dash.
+            // They start a list or rule; two of them are a dash.
             '+' | '-' | '=' | ':' => {
                 (i == 0 && !behind.starts_with(|c: char| c.is_ascii_digit()))
                     || before.ends_with('-')

@@ -1,11 +1,10 @@
-//! One document for each result, and three ways to write it.
+//! A document for each result, with three renderings.
 //!
-//! A [`Document`] holds what is said about a result: sentences, tables of numbers,
-//! figures, findings, a verdict. [`Document::to_text`] writes it for a terminal of 80
-//! columns, [`Document::to_html`] as a page that needs nothing else, and
-//! [`Document::to_markdown`] for a report of one's own. [`report`](crate::report) makes the
-//! documents. A rendering may hold less than another one ([`Detail`]), never another
-//! number or sentence.
+//! A [`Document`] consists of sentences, tables of numbers, figures, findings and a verdict.
+//! [`Document::to_text`] renders it for a terminal of 80 columns, [`Document::to_html`] as a
+//! self-contained page, [`Document::to_markdown`] for use in other reports.
+//! [`report`](crate::report) builds the documents. Renderings differ in their amount
+//! ([`Detail`]), not in numbers or sentences.
 //!
 //! # Example
 //!
@@ -37,8 +36,8 @@ pub use model::{
 };
 pub use text::paragraph;
 
-/// Rows of a table that a document holds at most.
+/// Largest number of rows of a table.
 pub const ROWS: usize = 200;
 
-/// Bytes of all drawings of a page.
+/// Largest size of all figures of a page, bytes.
 pub const DRAWINGS: usize = 4_000_000;

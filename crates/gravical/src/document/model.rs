@@ -1,28 +1,28 @@
-//! What a document is made of.
+//! The parts of a document.
 
 use super::ROWS;
 use super::findings::Remark;
 use crate::figure::Figure;
 use crate::finding::Finding;
 
-/// How much of a document is written.
+/// How much of a document is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Detail {
-    /// What a terminal shows: the blocks and columns that matter most, and the first rows
-    /// of long tables.
+    /// For a terminal: the main blocks and columns, the first rows of long tables, the weightiest
+    /// findings.
     Summary,
-    /// All of it.
+    /// Everything.
     Full,
 }
 
-/// What is said about one result.
+/// The report of one result.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Document<'a> {
     /// Title of a page.
     pub title: String,
-    /// What the result is of, in one or two lines; a text begins with them.
+    /// Subject in one or two lines; a text begins with them.
     pub subject: Vec<String>,
-    /// When and with what it was made; on pages only.
+    /// Time and command; on pages only.
     pub stamp: String,
     /// How good it is. A page begins with it, a text ends with it.
     pub verdict: Option<Verdict>,
@@ -30,7 +30,7 @@ pub struct Document<'a> {
     pub sections: Vec<Section<'a>>,
 }
 
-/// How good a result is, how far it can be trusted, and what to do next.
+/// How good a result is, why, and what to do next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// Its heading on a page.
@@ -39,11 +39,13 @@ pub struct Verdict {
     pub grade: Grade,
     /// The verdict in a word or two.
     pub word: String,
+    /// One sentence that sums it up, for the top of a text; by default the first reason.
+    pub conclusion: Option<String>,
     /// Why, in sentences.
     pub reasons: Vec<String>,
-    /// The numbers that matter most; on pages.
+    /// The main numbers; on pages.
     pub figures: Vec<KeyFigure>,
-    /// What to do next; on pages (a program says it with its file names).
+    /// Next steps; on pages (the program prints them with file names).
     pub next: Vec<String>,
 }
 
@@ -60,7 +62,7 @@ pub enum Grade {
     Unknown,
 }
 
-/// A number that matters, with what it is.
+/// A main number with its meaning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyFigure {
     /// The number.
@@ -71,16 +73,16 @@ pub struct KeyFigure {
     pub what: String,
 }
 
-/// A part with a heading.
+/// A section with a heading.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section<'a> {
     /// Its anchor in a page.
     pub id: &'static str,
     /// Its heading.
     pub title: &'static str,
-    /// Whether a text leaves the heading out, because the subject above says it all.
+    /// Whether a text omits the heading, because the subject is right above.
     pub opening: bool,
-    /// What stands in it, and from which detail on.
+    /// Its content, each block from this detail on.
     pub blocks: Vec<(Detail, Block<'a>)>,
 }
 
@@ -89,7 +91,7 @@ pub struct Section<'a> {
 pub enum Block<'a> {
     /// Sentences.
     Paragraph(String),
-    /// What explains the block above, in small print.
+    /// A note on the block above.
     Note(String),
     /// A heading inside the section.
     Heading(&'static str),
@@ -97,15 +99,15 @@ pub enum Block<'a> {
     Equation(Vec<&'static str>),
     /// Points.
     List(Vec<String>),
-    /// Names with what they are.
+    /// Names and values.
     Facts(Vec<(String, String)>),
     /// Numbers.
     Table(Table),
-    /// A picture.
+    /// A figure.
     Figure(&'a Figure),
-    /// The same in several languages, to copy.
+    /// Code in several languages, to copy.
     Snippets(Vec<Snippet>),
-    /// What was odd.
+    /// Findings.
     Findings(Vec<Remark>),
 }
 
@@ -120,7 +122,7 @@ pub struct Snippet {
     pub code: String,
 }
 
-/// Numbers and texts in rows. The first cell of a row says what the row is.
+/// Numbers and texts in rows. The first cell of a row names it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// What it shows.
@@ -129,20 +131,20 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// The rows, [`ROWS`] at most.
     pub rows: Vec<Row>,
-    /// Rows that there are.
+    /// Number of rows before [`ROWS`] cut them.
     pub all: usize,
 }
 
 /// A column of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// What stands above it and its neighbours of the same group; empty for nothing.
+    /// Heading above this and the adjacent columns of the same group; empty for none.
     pub group: String,
     /// Quantity and unit.
     pub name: String,
-    /// Whether it holds numbers, which stand right.
+    /// Whether it holds numbers, which are right-aligned.
     pub numbers: bool,
-    /// From which detail on it is there.
+    /// Lowest detail that shows it.
     pub detail: Detail,
 }
 
@@ -153,9 +155,9 @@ pub struct Row {
     pub cells: Vec<Cell>,
     /// A sentence below the row; empty for none.
     pub note: String,
-    /// Whether it sums up what stands above.
+    /// Whether it is the sum of the rows above.
     pub sum: bool,
-    /// Whether it stays where a long table is cut.
+    /// Whether it is kept when a long table is cut.
     pub stays: bool,
 }
 
@@ -164,7 +166,7 @@ pub struct Row {
 pub enum Cell {
     /// Words.
     Text(String),
-    /// What a program reads: a checksum.
+    /// Machine-readable text: a checksum.
     Code(String),
     /// A number and its standard uncertainty.
     Number(Quantity, Option<Quantity>),
@@ -173,11 +175,11 @@ pub enum Cell {
 /// A number of the result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quantity {
-    /// With as many digits as are known, as people read it, with a hyphen for minus.
+    /// Text with significant digits, with a hyphen as minus sign.
     pub text: String,
     /// All digits, in the unit of the JSON; `text` may be in another one.
     pub value: f64,
-    /// Where it stands in the JSON (a pointer of RFC 6901); empty where it does not.
+    /// Its JSON pointer (RFC 6901); empty if it is not in the JSON.
     pub key: String,
 }
 
@@ -191,7 +193,16 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// With one more section; one that is empty is left out.
+    /// Subject and stamp below the title of a page: without the title where the subject repeats
+    /// it.
+    pub(super) fn lead(&self) -> impl Iterator<Item = &str> {
+        let title = format!("{}: ", self.title);
+        let lines = self.subject.iter().chain([&self.stamp]);
+        let lines = lines.filter(|line| !line.is_empty());
+        lines.map(move |line| line.strip_prefix(title.as_str()).unwrap_or(line))
+    }
+
+    /// Adds a section, unless it is empty.
     #[must_use]
     pub fn with(mut self, section: Section<'a>) -> Self {
         if !section.blocks.is_empty() {
@@ -206,7 +217,7 @@ impl<'a> Document<'a> {
         let section = Section::new("findings", "Findings");
         let mut remarks = Remark::all(findings, several_files);
         if remarks.is_empty() {
-            return self.with(section.with(Block::paragraph("Nothing odd was found.")));
+            return self.with(section.with(Block::paragraph("None.")));
         }
         let more = remarks.len().saturating_sub(ROWS);
         remarks.truncate(ROWS);
@@ -226,6 +237,7 @@ impl Verdict {
             heading: "Verdict",
             grade,
             word: word.to_owned(),
+            conclusion: None,
             reasons: reasons.to_vec(),
             figures: Vec::new(),
             next: Vec::new(),

@@ -1,5 +1,5 @@
-//! Numbers as people read them, with as many digits as they are worth. A minus is a
-//! hyphen here; pages write a true one.
+//! Numbers as text, with significant digits. A minus is a hyphen here; pages use the
+//! typographic sign.
 
 /// Decimals that show `uncertainty` with two digits, 0 to 6.
 #[must_use]
@@ -26,7 +26,7 @@ pub fn decimals_by(sd: Option<f64>, scale: f64) -> usize {
     }
 }
 
-/// `value` with `decimals`, and no sign before what rounds to zero.
+/// `value` with `decimals`; no sign if it rounds to zero.
 #[must_use]
 pub fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
@@ -39,7 +39,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// The same, with a plus before what is above zero.
+/// The same, with a plus sign for positive values.
 #[must_use]
 pub fn signed(value: f64, decimals: usize) -> String {
     let text = fixed(value, decimals);
@@ -53,7 +53,7 @@ fn is_zero(text: &str) -> bool {
     !text.bytes().any(|b| matches!(b, b'1'..=b'9'))
 }
 
-/// `value` with so many significant digits.
+/// `value` with this number of significant digits.
 #[must_use]
 pub fn digits(value: f64, digits: i32) -> String {
     if value == 0.0 {
@@ -62,7 +62,7 @@ pub fn digits(value: f64, digits: i32) -> String {
     fixed(value, decimals_of(value, digits))
 }
 
-/// `digits`, or a power of ten where it would only show zeros.
+/// As [`digits`], with a power of ten for small values.
 #[must_use]
 pub fn small(value: f64, count: i32) -> String {
     if value != 0.0 && value.is_finite() && value.abs() < 1e-4 {
@@ -82,7 +82,7 @@ pub fn mg(mps2: f64) -> String {
     digits(mg, 2)
 }
 
-/// A unit as people write it; files and options say `m/s^2`.
+/// A unit as printed; files and options have `m/s^2`.
 #[must_use]
 pub fn unit(name: &str) -> String {
     match name {

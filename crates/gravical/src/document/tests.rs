@@ -71,6 +71,7 @@ fn text() {
         document(&figure).to_text(Detail::Summary),
         "\
 of <x>|*
+good: It fits.
 
 Bias
   a = b
@@ -253,7 +254,7 @@ fn no_line_is_wider_than_a_terminal() {
 }
 
 #[test]
-fn findings_that_files_share_are_told_once() {
+fn findings_that_files_share_are_listed_once() {
     use crate::recording::{Finding, FindingKind};
     let finding =
         |file: &str, n: u32| Finding::new(FindingKind::Gap, format!("{n} gaps")).in_file(file);
@@ -262,7 +263,7 @@ fn findings_that_files_share_are_told_once() {
         .iter()
         .map(Remark::to_text)
         .collect();
-    assert_eq!(text, "  ! gap: 1 gaps [x.csv; 1 other file alike]\n");
+    assert_eq!(text, "  ! gap: 1 gaps [x.csv; also in 1 other file]\n");
     // Long lists stay quick.
     let many = vec![Finding::new(FindingKind::Gap, "x".repeat(300)); 10_000];
     assert_eq!(Remark::all(&many, true).len(), 10_000);

@@ -8,22 +8,28 @@ use crate::output::one_line;
 /// Width of a line.
 const WIDTH: usize = 80;
 
-/// Rows of a table that a summary shows.
+/// Rows of a table in a summary.
 const LISTED: usize = 24;
 
-/// What a column of sentences is not narrower than.
+/// Findings in a summary, unless one more would be all.
+const FINDINGS: usize = 3;
+
+/// Smallest width of a column of sentences.
 const NARROWEST: usize = 20;
 
-/// What it has where the table goes on below itself; two of them fit side by side.
+/// Its width in a table that is split; two of them fit side by side.
 const PART: usize = 36;
 
 impl Document<'_> {
-    /// The document in lines of 80 columns: subject, sections, and the verdict at the end,
-    /// where a terminal stops. A table that is too wide puts uncertainties below their
-    /// values, then goes on below itself. Figures are left out.
+    /// The document in lines of 80 columns: subject, conclusion, sections, and the verdict with
+    /// its reasons at the end, where a terminal stops. In a table that is too wide, uncertainties
+    /// are placed below their values; then it is split. Figures are left out.
     #[must_use]
     pub fn to_text(&self, detail: Detail) -> String {
         let mut out: String = self.subject.iter().map(|l| paragraph("", l)).collect();
+        if let Some(verdict) = &self.verdict {
+            out.push_str(&conclusion(verdict));
+        }
         for section in &self.sections {
             out.push_str(&section_text(section, detail));
         }
@@ -32,6 +38,13 @@ impl Document<'_> {
         }
         out
     }
+}
+
+/// The verdict in one sentence.
+fn conclusion(verdict: &Verdict) -> String {
+    let reason = verdict.reasons.first().map_or("", |r| r);
+    let text = verdict.conclusion.as_deref().unwrap_or(reason);
+    paragraph("", &format!("{}: {text}", verdict.word))
 }
 
 fn section_text(section: &Section<'_>, detail: Detail) -> String {
@@ -80,8 +93,33 @@ fn block_text(block: &Block<'_>, detail: Detail) -> String {
                 |s: &Snippet| format!("  {}\n    {}\n", s.language, indented(s.code.trim_end()));
             snippets.iter().map(one).collect()
         }
-        Block::Findings(remarks) => remarks.iter().map(Remark::to_text).collect(),
+        Block::Findings(remarks) => findings_text(remarks, detail),
     }
+}
+
+/// All findings, or the weightiest and the number of the others.
+fn findings_text(remarks: &[Remark], detail: Detail) -> String {
+    let shown = match detail {
+        Detail::Summary if remarks.len() > FINDINGS + 1 => FINDINGS,
+        _ => remarks.len(),
+    };
+    let (shown, more) = remarks.split_at(shown);
+    let mut out: String = shown.iter().map(Remark::to_text).collect();
+    if !more.is_empty() {
+        let warnings = more.iter().filter(|r| r.warning).count();
+        let counted = |n: usize, word: &str| match n {
+            0 => None,
+            1 => Some(format!("1 {word}")),
+            n => Some(format!("{n} {word}s")),
+        };
+        let parts = [
+            counted(warnings, "warning"),
+            counted(more.len() - warnings, "note"),
+        ];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        out.push_str(&format!("  … and {} (--verbose)\n", parts.join(", ")));
+    }
+    out
 }
 
 impl Remark {
@@ -118,8 +156,7 @@ fn verdict_text(verdict: &Verdict, detail: Detail) -> String {
     out
 }
 
-/// A paragraph of 80 columns, its first line behind `first`, the others behind as
-/// much space. Words, options and paths stay whole.
+/// A paragraph of 80 columns, indented by `first`. Words, options and paths are not broken.
 #[must_use]
 pub fn paragraph(first: &str, text: &str) -> String {
     let rest = " ".repeat(length(first.trim_start_matches('\n')));
@@ -140,20 +177,20 @@ fn length(text: &str) -> usize {
     text.chars().count()
 }
 
-/// How the columns of a table are made narrower.
+/// How the columns of a table are narrowed.
 #[derive(Debug, Clone, Copy)]
 struct Layout {
-    /// Uncertainties stand below their values.
+    /// Uncertainties are below their values.
     below: bool,
     /// Spaces between columns.
     gap: usize,
-    /// Headings are not broken into lines shorter than this.
+    /// Smallest width to which headings are wrapped.
     head: usize,
-    /// What sentences have, at most.
+    /// Largest width of sentences.
     room: Option<usize>,
 }
 
-/// The ways to print a table, of which the first that fits is taken.
+/// Layouts of a table; the first that fits is used.
 const LAYOUTS: [Layout; 5] = [
     Layout {
         below: false,
@@ -189,7 +226,7 @@ const LAST: Layout = Layout {
     room: None,
 };
 
-/// A column as it is printed: its heading and one text for each line of each row.
+/// A column in print: its heading, and the lines of each cell.
 struct Printed {
     group: String,
     head: Vec<String>,
@@ -226,7 +263,7 @@ fn table_text(table: &Table, detail: Detail) -> String {
         .map(print)
         .find(|columns| total(columns) <= WIDTH)
         .unwrap_or_else(|| print(LAST));
-    // Sentences share what the numbers leave; where that is nothing the table goes on below.
+    // Sentences share what the numbers leave; if that is too little, the table is split.
     let over = total(&columns).saturating_sub(WIDTH);
     if over > 0 {
         let prose = columns.iter().filter(|c| !c.right).map(|c| c.width).max();
@@ -241,7 +278,7 @@ fn table_text(table: &Table, detail: Detail) -> String {
     if !table.caption.is_empty() {
         out.push_str(&paragraph("  ", &table.caption));
     }
-    // The first column says what the row is: it stands in each part.
+    // The first column names the row: it is repeated in each part.
     let mut columns = columns.into_iter();
     let Some(first) = columns.next() else {
         return out;
@@ -286,7 +323,7 @@ impl Printed {
             .max(longest(&mut column.name.split(' ')))
             .max(layout.head);
         let head = match column.name.rsplit_once(", ") {
-            // A unit has a line of its own where that is all it takes.
+            // A unit gets its own line if that is enough.
             Some((name, unit)) if length(&column.name) > room && length(name) < room => {
                 vec![format!("{name},"), unit.to_owned()]
             }
@@ -312,7 +349,7 @@ impl Printed {
     }
 }
 
-/// The text in lines that are not longer, whatever its words are.
+/// The text in lines of at most this width.
 fn lines(text: &str, width: usize) -> Vec<String> {
     let options = options(width).break_words(true);
     let lines = textwrap::wrap(text, options);
@@ -323,14 +360,14 @@ fn part_text(columns: &[Printed], rows: &[&Row]) -> String {
     let mut out = groups_text(columns);
     let line = |out: &mut String, texts: &mut dyn Iterator<Item = String>| {
         let text: String = texts.collect();
-        // The first column has the indent of the section in place of its gap.
+        // The indent replaces the gap of the first column.
         let first = columns.first().map_or(0, |c| c.gap);
         out.push_str(format!("  {}", text.get(first..).unwrap_or("")).trim_end());
         out.push('\n');
     };
     let high = columns.iter().map(|c| c.head.len()).max().unwrap_or(0);
     for i in 0..high {
-        // Headings stand on the first row.
+        // Headings are aligned at the bottom.
         let text = |c: &Printed| {
             let at = (i + c.head.len()).checked_sub(high);
             c.padded(at.and_then(|at| c.head.get(at)).map_or("", |t| t))
@@ -354,7 +391,7 @@ fn part_text(columns: &[Printed], rows: &[&Row]) -> String {
     out
 }
 
-/// The line above the headings: each group in the middle of its columns.
+/// The line above the headings: groups, centred on their columns.
 fn groups_text(columns: &[Printed]) -> String {
     let mut line = String::new();
     for group in columns.chunk_by(|a, b| a.group == b.group) {

@@ -63,19 +63,19 @@ kinds! {
     "Lines of the file" {
         MetadataLines "metadata-lines" Note
             "lines before the header"
-            "kept out of the data; a claimed rate is read from them"
+            "not part of the data; a sampling rate stated there is used"
             "nothing";
         CommentLines "comment-lines" Note
             "lines that begin with `#`, `%` or `//` among the data"
-            "kept out"
+            "skipped"
             "nothing";
         NamedGap "named-gap" Warning
-            "a line `# gap: …`: [the logger](logging.md) names rows that it could not get"
-            "taken as a break; the clock may start anew there"
-            "nothing for a mean; find out why";
+            "a line `# gap: …`: [the logger](logging.md) reports rows that were lost"
+            "a break; the clock may restart there"
+            "nothing for a mean; find the cause";
         RegularBlankRows "regular-blank-rows" Note
-            "blank lines between the rows all through the file, every so many rows: line ends that were written twice, say"
-            "they part nothing; more of them in a row than usual do (`blank-rows`)"
+            "blank lines at regular intervals throughout the file, e.g. from doubled line ends"
+            "ignored; only a longer run of blank lines is a break (`blank-rows`)"
             "nothing";
         BlankRows "blank-rows" Note
             "empty lines, or lines of delimiters only"
@@ -83,314 +83,314 @@ kinds! {
             "nothing, if a break was meant";
         RepeatedHeader "repeated-header" Warning
             "the header once more in the middle"
-            "kept out; taken as a break"
-            "look for two recordings in one file";
+            "skipped; a break"
+            "check whether two recordings are in one file";
         HeaderChanged "header-changed" Warning
-            "a header in the middle names other columns, another order or another unit than the first"
-            "its rows are read as the first header has them: columns in its order, values in its unit; where that cannot be, it is an error (`header-differs`)"
-            "look for two recordings in one file";
+            "a header in mid-file names other columns, another order or another unit than the first"
+            "its rows are converted to columns and units of the first header; if that is impossible, it is an error (`header-differs`)"
+            "check whether two recordings are in one file";
         OtherSensor "other-sensor" Note
-            "rows of another sensor than the one that is read (`several-sensors`)"
+            "rows of a sensor other than the selected one (`several-sensors`)"
             "not read"
             "nothing";
         TornLine "torn-line" Warning
             "fewer fields than the other rows"
-            "set aside"
-            "nothing for a single last line; many mean a bad connection";
+            "skipped"
+            "nothing for a single last line; many indicate a bad connection";
         TooManyFields "too-many-fields" Warning
             "more fields than the other rows"
-            "set aside"
-            "look whether lines run together; lower the baud rate or the sample rate";
+            "skipped"
+            "check whether lines run together; lower the baud rate or the sampling rate";
         NotANumber "not-a-number" Warning
-            "a channel that is no number"
-            "set aside"
-            "look at the line";
+            "a value that is not a number"
+            "skipped"
+            "check the line";
         ZeroRows "zero-rows" Warning
-            "the accelerometer reads zero on all axes: with the gyroscope too, or in five rows in a row"
-            "the sensor was not read: taken as empty cells"
+            "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows"
+            "treated as empty cells: the sensor was not read"
             "check the wiring";
         ZeroTail "zero-tail" Warning
             "rows of zeros up to the end of the file"
-            "set aside as never written; `apply` and `motion --causal` take more than 65,536 of them for rows that are empty"
+            "skipped: preallocated space; `apply` and `motion --causal` treat more than 65,536 of them as empty rows"
             "nothing";
         NulBytes "nul-bytes" Warning
             "NUL bytes in lines"
-            "taken out"
-            "expect a damaged file; close the file before unplugging";
+            "removed"
+            "the file may be damaged; close it before unplugging the board";
         NotUtf8 "not-utf8" Note
             "text in another encoding"
-            "read as Windows-1252, or as the UTF-16 that it is"
+            "read as Windows-1252 or UTF-16"
             "nothing";
         TruncatedFile "truncated-file" Warning
-            "a gzip file ends in the middle"
-            "what could be unpacked is used"
+            "a truncated gzip file"
+            "the part that can be unpacked is used"
             "copy the file again";
     }
     "Columns and files" {
         FirstRowsDiffer "first-rows-differ" Warning
-            "clock, cells or units of all rows are others than those of the first 256 KiB, by which `apply` and `motion --causal` read a recording"
-            "read by the first rows"
-            "say what is right (`--accel-unit`, `--time-unit`, `--rate`), or cut off the rows that differ";
+            "clock, cells or units of the whole recording differ from those of the first 256 KiB, which `apply` and `motion --causal` use"
+            "read according to the first rows"
+            "give `--accel-unit`, `--time-unit` or `--rate`, or remove the rows that differ";
         ColumnsGuessed "columns-guessed" Warning
-            "there is no header, or a line of names that does not fit the columns"
-            "the numbers decided; the message says how"
+            "no header, or a header that does not fit the columns"
+            "recognised from the values; the message says how"
             "give the printed `--columns` option";
         NotAnAccelerometer "not-an-accelerometer" Warning
-            "columns taken by their numbers behave like a gyroscope"
-            "used all the same"
+            "columns recognised from their values behave like a gyroscope"
+            "used anyway"
             "give `--columns`";
         SeveralSensors "several-sensors" Warning
-            "more than one accelerometer, in columns side by side or in rows that a column (`I`, `instance`, `sensor_id`) tells apart"
-            "the first is read"
-            "choose another with `--sensor`, as the message says";
+            "more than one accelerometer, in columns side by side or in rows distinguished by a column (`I`, `instance`, `sensor_id`)"
+            "the first is used"
+            "select another one with `--sensor`, as the message says";
         UnnamedClock "unnamed-clock" Warning
-            "no column is named as the time, and one rises steadily, or several do"
-            "the only one is taken; of several none"
-            "give the printed `--columns t=…`; `--columns t=-` takes none";
+            "no column is named as time, and one or several increase steadily"
+            "a single one is used as time, none of several"
+            "give the printed `--columns t=…`; `--columns t=-` for none";
         WithoutGravity "without-gravity" Warning
-            "at rest the acceleration is near zero, or named as linear and not as long as gravity: the device took gravity out"
+            "at rest the acceleration is near zero, or the column is named linear and its magnitude is not gravity: the device has subtracted gravity"
             "the unit stays unknown; `calibrate` stops (`unit-unknown`)"
-            "record the raw acceleration, or take its file: `Acceleration (with g)` in phyphox, `TotalAcceleration.csv` of Sensor Logger";
+            "record the raw acceleration, or use its file: `Acceleration (with g)` in phyphox, `TotalAcceleration.csv` of Sensor Logger";
         NoRecording "no-recording" Note
-            "a file of the folder holds no recording: text, such as a licence, or other columns"
-            "left out"
+            "a file of the folder is not a recording: a text such as a licence, or other columns"
+            "ignored"
             "nothing";
         FolderLeftOut "folder-left-out" Note
-            "a folder in the folder holds files that may be recordings"
+            "a subfolder contains files that may be recordings"
             "not read"
-            "give it by itself, if it is a session";
+            "give it separately if it is a session";
         GyroJoined "gyro-joined" Note
-            "one recording, and beside it one file with a gyroscope alone"
-            "joined on time, as `--gyro` does"
+            "one recording, and one file with only a gyroscope beside it"
+            "joined by time, as with `--gyro`"
             "nothing";
         GyroLeftOut "gyro-left-out" Either
-            "a file with a gyroscope alone beside several recordings, or one whose time does not fit"
-            "left out: it is no placement"
-            "with one recording, `--gyro` says which file belongs to it";
+            "a file with only a gyroscope beside several recordings, or one whose time does not match"
+            "ignored: it contains no pose"
+            "with one recording, name its file with `--gyro`";
         GyroRowByRow "gyro-row-by-row" Note
-            "`--gyro`: not both files have time stamps"
+            "`--gyro`: at least one of the files has no time stamps"
             "joined row by row"
-            "look whether both start with the same sample";
+            "check that both start with the same sample";
         GyroInterpolated "gyro-interpolated" Note
-            "`--gyro`: rows of the accelerometer lie between two stamps of the gyroscope"
-            "its rate is interpolated linearly"
+            "`--gyro`: rows of the accelerometer are between two time stamps of the gyroscope"
+            "the angular rate is interpolated linearly"
             "nothing";
         GyroUncovered "gyro-uncovered" Warning
-            "`--gyro`: rows of the accelerometer have no reading of the gyroscope near them"
-            "empty there; motions with such rows are left out"
+            "`--gyro`: rows of the accelerometer without a reading of the gyroscope nearby"
+            "empty there; motions with such rows are not used"
             "start both before the session, and stop them after it";
         RenamedColumn "renamed-column" Note
-            "`apply`: the input has a column with the name of a calibrated one"
-            "kept as `input_…`"
+            "`apply`: the input has a column with the name of a calibrated column"
+            "renamed to `input_…`"
             "nothing";
     }
     "Time" {
         TimeUnitAssumed "time-unit-assumed" Warning
-            "the unit of the stamps is not stated, and more than one fits"
-            "the likeliest was taken; the message says which"
+            "the unit of the time stamps is not stated, and more than one fits"
+            "the most likely is used; the message names it"
             "give `--time-unit`";
         TimeUnitUnknown "time-unit-unknown" Warning
-            "the steps fit no unit, or no rate that a sensor has"
-            "the stamps are not used"
+            "the steps fit no unit, or no usual sampling rate"
+            "the time stamps are not used"
             "give `--time-unit` or `--rate`";
         FrozenTime "frozen-time" Warning
-            "the stamps never advance"
+            "the time stamps never advance"
             "not used"
             "give `--rate`";
         AbsentTime "absent-time" Warning
-            "some rows have no stamp"
-            "the rows are kept"
-            "look at the lines";
+            "some rows have no time stamp"
+            "the rows are used"
+            "check the lines";
         WrappedTime "wrapped-time" Note
-            "a counter of 16, 24 or 32 bits overflowed, or a clock began anew at the end of a second, a minute, an hour, a day or a week"
+            "a counter of 16, 24 or 32 bits overflows, or a clock wraps at the end of a second, minute, hour, day or week"
             "unwrapped"
             "nothing";
         RestartedTime "restarted-time" Warning
-            "the stamps start anew: the board was reset"
-            "taken as a break; the clock goes on"
-            "find out why it was reset";
+            "the time stamps restart: the board was reset"
+            "a break; the clock is continued"
+            "find the cause of the reset";
         BackwardTime "backward-time" Warning
-            "stamps run backwards"
-            "kept as recorded"
-            "look at the lines";
+            "time stamps decrease"
+            "used as recorded"
+            "check the lines";
         DuplicateTime "duplicate-time" Warning
-            "stamps repeat"
-            "the rows are kept"
+            "time stamps repeat"
+            "the rows are used"
             "use a finer clock, or a lower rate";
         BurstTime "burst-time" Warning
-            "many rows share a stamp, then a long step: times of arrival, clocks of whole seconds, or stamps that a spreadsheet rounded"
+            "many rows share a time stamp, followed by a long step: arrival times, whole seconds, or rounding by a spreadsheet"
             "the mean rate between the first and the last change is used instead"
-            "stamp the samples on the board";
+            "record time stamps on the board";
         Gap "gap" Warning
-            "more than four samples are missing in one place"
-            "named with the longest"
+            "more than four consecutive samples are missing"
+            "counted; the message gives the longest"
             "nothing for a mean";
         Pause "pause" Note
-            "where the recording is parted, by blank lines or a header, the stamps jump: it was stopped and goes on"
-            "nothing is counted as missing there, and the pause does not lower the rate"
+            "the time stamps jump at blank lines or a header: the recording was stopped and continued"
+            "not counted as missing samples; the rate is not affected"
             "nothing";
         MissingSamples "missing-samples" Warning
             "more than 0.1 % of the samples are missing"
             "counted"
             "lower the rate, or raise the baud rate";
         RateMismatch "rate-mismatch" Warning
-            "the claimed rate is more than 2 % off"
-            "the stamps are used"
-            "correct the claim";
+            "the stated sampling rate differs by more than 2 % from the time stamps"
+            "the time stamps are used"
+            "correct the stated rate";
         RateUnknown "rate-unknown" Note
-            "neither stamps nor `--rate`"
-            "stills are looked for as at 100 Hz"
+            "neither time stamps nor `--rate`"
+            "static intervals are detected as at 100 Hz"
             "give `--rate`";
     }
     "Units" {
         UnitMismatch "unit-mismatch" Warning
-            "header, option or calibration say one unit, gravity or the turns show another"
-            "against a header the data win; an option is obeyed; `apply` refuses unless `--accel-unit` insists"
+            "the unit of header, option or calibration contradicts gravity or the turns"
+            "the data override a header; an option is used as given; `apply` stops unless `--accel-unit` is given"
             "correct the header";
         UnitChanged "unit-changed" Gate
-            "at rest the magnitude jumps from one unit, or range, to another, and no header says so"
-            "used all the same; `apply` and `motion --causal` stop, unless `--accel-unit` insists"
-            "cut the file in front of the line";
+            "at rest the magnitude changes from one unit or range to another without a header"
+            "used anyway; `apply` and `motion --causal` stop unless `--accel-unit` is given"
+            "split the file at this line";
         UnitUnknown "unit-unknown" Warning
-            "gravity fits no unit, or several"
-            "`inspect` goes on; `calibrate` stops"
+            "the magnitude at rest fits no unit, or several"
+            "`inspect` continues; `calibrate` stops"
             "give `--accel-unit`: `mg`, or `counts` for counts of any scale";
         WrongFullScale "wrong-full-scale" Warning
-            "the magnitude at rest is gravity times a power of two: the chip was set to another range than the program that wrote the file assumed"
-            "`inspect` goes on; `calibrate` stops (`unit-unknown`)"
+            "the magnitude at rest is gravity times a power of two: the program that wrote the file assumed another range than the sensor was set to"
+            "`inspect` continues; `calibrate` stops (`unit-unknown`)"
             "correct the factor where the file is written, or record again with one range";
         RangeMismatch "range-mismatch" Warning
-            "`--accel-range`, or the board's own line, says one range, gravity at rest shows another"
-            "the option is taken as given; against the board's line gravity decides"
-            "leave the option out, or correct it";
+            "the range of `--accel-range` or of the board's header contradicts gravity at rest"
+            "the option is used as given; gravity overrides the header"
+            "remove or correct the option";
         UnsignedCounts "unsigned-counts" Note
             "16-bit values around 32768"
-            "32768 is subtracted; no range is claimed; the bias contains it again"
+            "32768 is subtracted; the bias includes it again; no range is assumed"
             "nothing, or `--zero-offset`";
         GyroUnitUnverified "gyro-unit-unverified" Note
-            "no turn between stills shows the unit of the gyroscope"
-            "that of the calibration or of the header is taken, if there is one"
-            "give `--gyro-unit` where it matters";
+            "no rotation between static intervals shows the unit of the gyroscope"
+            "the unit of the calibration or of the header is used, if there is one"
+            "give `--gyro-unit` if it matters";
         GyroUnitByNoise "gyro-unit-by-noise" Warning
-            "no turn shows the unit of the gyroscope, and no header does, or it is wrong about the accelerometer; its noise at rest tells rad/s from °/s"
-            "that unit is taken"
-            "give `--gyro-unit` where it matters";
+            "no rotation shows the unit of the gyroscope, and the header has none or is wrong about the accelerometer; the noise at rest distinguishes rad/s and °/s"
+            "that unit is used"
+            "give `--gyro-unit` if it matters";
         UnitUnverified "unit-unverified" Note
-            "`apply`, `check`, `compare`: nothing shows whether the recording is in the calibration's unit"
-            "taken as the same"
+            "`apply`, `check`, `compare`: the unit of the recording cannot be verified"
+            "assumed to be that of the calibration"
             "compare the magnitude at rest with gravity";
         UnitsConverted "units-converted" Note
-            "`compare`: one calibration takes counts, the other g or m/s² (or one of them unsigned counts)"
-            "both are brought to m/s² by the nominal scale"
+            "`compare`: one calibration is for counts, the other for g or m/s² (or one for unsigned counts)"
+            "both are converted to m/s² with the nominal scale"
             "nothing";
     }
     "Samples" {
         Clipped "clipped" Warning
-            "values at the end of the range: counts from 32764 on; in physical units repeats of the largest value at a full scale that is sold, or at `--gyro-range`"
-            "used all the same"
-            "record at a wider range";
+            "values at the end of the range: counts from 32764; in physical units repeats of the largest value at a usual full scale, or at `--gyro-range`"
+            "used anyway"
+            "record with a wider range";
         FrozenAxis "frozen-axis" Warning
-            "an axis keeps one value for 100 rows, beside another of its sensor that scatters by more than its last digit hides, or while both others move far; one that lies still with coarse digits is not meant"
-            "used all the same"
-            "look at wiring and code; the axis may be dead";
+            "an axis keeps one value for 100 rows while another axis of the sensor varies by more than its last digit (coarse digits at rest are not reported)"
+            "used anyway"
+            "check wiring and code; the axis may be defective";
         RepeatedRows "repeated-rows" Warning
-            "all through the recording rows repeat the row before in every channel, and the next new one is more than two steps of the last digit away; rows that repeat at rest since the digits are coarse are not meant"
-            "used all the same"
+            "throughout the recording rows repeat the row before in every channel (repeats at rest due to coarse digits are not reported)"
+            "used anyway"
             "read no faster than the sensor measures";
         EmptyCells "empty-cells" Warning
             "cells without a value"
-            "left empty, and out of means; where each channel is written when it arrives, the last value is held"
+            "left empty and not part of means; if each channel is written when it arrives, the last value is held"
             "nothing, or record whole rows";
         TemperatureModel "temperature-model" Note
             "the drift of these channels with temperature can be predicted"
-            "it is taken off; the means of the placements are brought to one temperature"
+            "it is subtracted; the means of the poses refer to one temperature"
             "nothing";
         TemperatureRefused "temperature-refused" Warning
-            "the temperature moves while still, but no channel's drift can be predicted"
-            "none is taken off; the reasons stand in the table"
+            "the temperature changes at rest, but the drift of no channel can be predicted"
+            "nothing is subtracted; the table gives the reasons"
             "see [method.md](method.md#drift-with-temperature)";
         TemperatureReference "temperature-reference" Warning
-            "a soak was given, but the placements have no temperature"
-            "bias and matrix are taken to hold at the middle of the soak"
+            "a temperature recording is given, but the poses have no temperature"
+            "bias and matrix are assumed to hold at the middle of the temperature recording"
             "record the temperature with the session";
         TemperatureOutside "temperature-outside" Warning
-            "rows, or the placements, are outside of the temperatures of the soak"
-            "the drift at the edge is held"
-            "soak over all temperatures of use";
+            "rows or poses are outside the temperature range of the model"
+            "the drift at the limit of the range is used"
+            "record the sensor at rest over all temperatures of use";
         TemperatureHeld "temperature-held" Note
             "`apply`: rows without a temperature"
-            "the last one known is taken"
+            "the last known temperature is used"
             "nothing";
         TemperatureNotApplied "temperature-not-applied" Warning
             "`apply`: the calibration has a temperature model, the recording (or its first rows) no temperatures"
-            "the drift stays; the message says how large it may be"
+            "the drift is not corrected; the message says how large it may be"
             "record the temperature";
         GyroUnitUnknown "gyro-unit-unknown" Warning
-            "`--method thermal`: nothing tells the unit of the gyroscope"
-            "it is left as it is"
+            "`--method thermal`: the unit of the gyroscope is unknown"
+            "its values are used as they are"
             "give `--gyro-unit`";
         TemperatureUnit "temperature-unit" Note
-            "the temperature column is far from any °C, such as raw counts"
+            "the temperature column is not in °C, e.g. raw counts"
             "it is not used"
-            "log °C, if you want the temperature in the file";
+            "record °C if the temperature is needed";
     }
-    "Placements" {
+    "Poses" {
         MotionLeftOut "motion-left-out" Note
-            "a tenth or more of a file is motion, or shorter stills of the same placement"
-            "the longest still is used"
+            "a tenth or more of a file is motion, or shorter static intervals of the same pose"
+            "the longest static interval is used"
             "nothing";
         RowsAsPlacements "rows-as-placements" Note
-            "a few rows without a still, alike in magnitude and far apart in direction"
-            "each is taken as the mean of a placement"
-            "name the rows in a label column to be sure";
+            "a few rows without a static interval, similar in magnitude and different in direction"
+            "each row is treated as the mean of a pose"
+            "name the rows in a label column to make this explicit";
         LabelsLeftOut "labels-left-out" Note
-            "labels that name no placement and no turn"
-            "their rows are left out"
+            "labels that name neither a pose nor a turn"
+            "their rows are not used"
             "check the spelling";
         EmptyPlacement "empty-placement" Warning
-            "a placement that a section or label names has no value of one axis in any of its rows"
-            "it is left out"
-            "look at these rows, or leave the section out";
+            "a pose given by a section or label has no value of one axis in all its rows"
+            "it is not used"
+            "check these rows, or remove the section";
         ShortHold "short-hold" Warning
-            "a stretch too short to look for a still in"
-            "all its rows are taken"
+            "an interval too short to search for a static interval"
+            "all its rows are used"
             "record 3 s or more";
         FewRows "few-rows" Warning
-            "`--rows` asks for more rows than a placement has"
-            "all it has are taken"
+            "`--rows` is larger than the number of rows of a pose"
+            "all its rows are used"
             "record longer, or ask for fewer";
         NoStill "no-still" Warning
-            "a stretch that is never still"
-            "left out"
+            "an interval in which the sensor never rests"
+            "not used"
             "record it again";
         UnsteadyHold "unsteady-hold" Warning
-            "never quite still, as in the hand"
-            "the calmest part is taken; the message says how much it shakes"
-            "lay it down and record it again";
+            "the sensor moves slightly all the time, as if held by hand"
+            "the quietest part is used; the message gives the residual motion"
+            "put the sensor down and record the pose again";
         OrientationMismatch "orientation-mismatch" Warning
-            "a name claims another side than gravity shows"
-            "the data are believed"
+            "a file name claims another face than the data show"
+            "the data are used"
             "rename the file";
         NamesReversed "names-reversed" Note
-            "all six names say the opposite of the data"
-            "the data are believed"
-            "nothing where a sign means the axis that points *down*; `--axes -x,-y,-z` where the sensor reads −g on the axis that points up, as iPhones do";
+            "all six names have the opposite sign of the data"
+            "the data are used"
+            "nothing if the names give the axis that points *down*; `--axes -x,-y,-z` if the sensor reads −g on the axis that points up, as iPhones do";
         NamesTurned "names-turned" Warning
-            "the names describe a board that sits turned in its case"
-            "the data are believed: axes of the board"
-            "give `--axes` if the case is meant";
+            "the names describe a board that is rotated in its case"
+            "the data are used: axes of the board"
+            "give `--axes` for the axes of the case";
         NamesMirrored "names-mirrored" Gate
-            "no way of mounting explains the names"
-            "the data are believed"
+            "the names contradict every possible mounting"
+            "the data are used"
             "find the two recordings that were swapped";
         StillsShortened "stills-shortened" Note
-            "stills of a [long recording](#long-recordings) have no room in memory as a whole"
-            "the first and the last seconds of them are used; the message says how many"
-            "nothing; cut the recording where all rows matter";
+            "static intervals of a [long recording](#long-recordings) are too long for memory"
+            "their first and last seconds are used; the message says how many"
+            "nothing; split the recording if all rows matter";
         MotionsLeftOut "motions-left-out" Note
-            "motions between stills of a [long recording](#long-recordings) have no room in memory"
-            "those beside a still that is left out, those longer than 60 s, and the longer ones about each axis are not used for the gyroscope"
-            "nothing; cut the recording where they matter";
+            "a [long recording](#long-recordings) has more motions between static intervals than fit in memory"
+            "motions longer than 60 s, those beside an unused interval, and the longer ones about each axis are not used for the gyroscope"
+            "nothing; split the recording if they matter";
     }
     "Result" {
         GravityAssumed "gravity-assumed" Note
@@ -398,203 +398,203 @@ kinds! {
             "9.80665 m/s² is used: up to 0.27 % of scale at sea level"
             "give `--latitude` and `--altitude`, or `--gravity`";
         BadPose "bad-pose" Warning
-            "the magnitude of one placement contradicts all others by more than chance"
-            "left out of the fit; the table shows what it reads"
-            "was it moving? record it again";
+            "the magnitude at one pose contradicts all others significantly"
+            "not used in the fit; the table shows its readings"
+            "check whether the sensor moved; record the pose again";
         RepeatsContradict "repeats-contradict" Warning
-            "placements of one direction differ in magnitude by more than chance, as many one way as the other"
-            "all of them count; the model error, and with it every uncertainty, is larger"
-            "record that side again when the sensor is warm";
+            "repeated poses of one direction differ significantly in magnitude, and no majority decides"
+            "all are used; the model misfit and every uncertainty are larger"
+            "record that face again when the sensor is warm";
         NoFace "no-face" Warning
-            "a placement is named a face but lies so far off that a deliberate lean is likelier"
-            "used as a free pose: its magnitude counts, its direction does not"
-            "lay it down again, or `--face NAME`";
+            "a pose is named after a face but tilted so far that an intended free pose is more likely"
+            "used as a free pose: only its magnitude is used"
+            "record it again, or give `--face NAME`";
         MissingFace "missing-face" Gate
-            "faces only, and one of the six is not there"
-            "computed; the message says how badly the magnitude is known with that side up"
-            "record it, or any oblique placements";
+            "only face poses, and one of the six faces is missing"
+            "computed; the message gives the uncertainty of the magnitude with that face up"
+            "record that face, or any free poses";
         SameFaceTwice "same-face-twice" Gate
-            "one side is there twice, once under the name of a side that is missing (or as two of six placements)"
-            "computed without the side that is missing"
+            "one face is recorded twice, once under the name of the missing face (or as two of six poses)"
+            "computed without the missing face"
             "record the file that the message names again";
         SamePlacement "same-placement" Note
-            "some repeats of a side lay the same way"
-            "they share one tilt: they average noise only"
-            "turn the sensor by 180° on the table between repeats";
+            "repeats of a face with the same tilt"
+            "one common tilt is estimated: the repeats reduce only the noise"
+            "rotate the sensor by 180° on the table between repeats";
         OrientationOpen "orientation-open" Note
-            "no faces on two axes, or a method that knows no faces"
+            "face poses on fewer than two axes, or a method without faces"
             "the matrix is triangular by convention"
-            "record faces if directions matter; the magnitude does not need them";
+            "record face poses if directions matter; the magnitude does not need them";
         IllConditioned "ill-conditioned" Either
-            "the magnitudes alone tell nine parameters apart badly (condition above 30)"
-            "`joint` uses faces and data sheet too (a note); `magnitude9` and `magnitude6` have nothing else (a warning)"
-            "record the placements that the verdict proposes";
+            "the magnitudes alone determine the nine parameters badly (condition number above 30)"
+            "a note for `joint`, which also uses faces and data sheet; a warning for `magnitude9` and `magnitude6`"
+            "record the poses that the verdict proposes";
         CrossAxisHigh "cross-axis-high" Warning
-            "two axes are further from a right angle than 2.9°; a data sheet allows 1.6°"
+            "the angle between two axes differs from 90° by more than 2.9°; data sheets allow 1.6°"
             "computed"
-            "too few placements for the method, or a wrong one";
+            "record more poses; one of them may be wrong";
         ModelError "model-error" Warning
-            "the placements contradict each other by more than 20 mm/s² beyond their noise"
-            "it is part of the uncertainty"
-            "keep the sensor still, and warm it up first";
+            "the model misfit of the poses beyond their noise exceeds 20 mm/s²"
+            "included in the uncertainty"
+            "keep the sensor at rest, and warm it up first";
         NoiseAssumed "noise-assumed" Note
-            "the rows are means whose scatter nobody knows"
-            "4 mm/s² are assumed for the uncertainty"
+            "the rows are means of unknown standard error"
+            "4 mm/s² are assumed"
             "give the recordings instead of their means";
         FacesExact "faces-exact" Warning
-            "`--method linear12` takes every side as exactly level"
-            "its uncertainty does not contain the tilt"
+            "`--method linear12` assumes that every face is exactly level"
+            "the uncertainty does not include the tilt"
             "use it with a precise fixture only";
         FaceTilt "face-tilt" Warning
-            "a side lies more than 10° off (bias included)"
+            "a face pose is tilted by more than 10° (bias included)"
             "used"
-            "lay it down again";
+            "record it again";
         ObliqueOff "oblique-off" Gate
-            "oblique placements, which took no part in the fit, read the magnitude off by more than three times what was predicted"
-            "computed all the same"
-            "look whether the sensor moved there, and at the six sides";
+            "at free poses, which are not used by the fit, the error of the magnitude is more than three times the predicted one"
+            "computed anyway"
+            "check whether the sensor moved there, and check the six faces";
         PlacementTilt "placement-tilt" Warning
-            "the sides together lie further off than 1.6 times the usual 1°"
-            "the uncertainty is computed with the tilt that they show"
-            "use a box or a jig, or give `--placement-tilt` if you know better";
+            "the tilt of the face poses exceeds 1.6 times the usual 1°"
+            "the uncertainty is computed with the estimated tilt"
+            "use a box or a jig, or give `--placement-tilt`";
         ClippedHold "clipped-hold" Gate
-            "clipped samples in a placement"
-            "used; its mean is too small"
-            "record at a wider range";
+            "clipped samples in a pose"
+            "used; the mean is too small"
+            "record with a wider range";
         ScaleHigh "scale-high" Warning
-            "a scale is more than 5 % from nominal"
+            "a scale factor differs by more than 5 % from nominal"
             "used"
             "data sheets allow 3 %: check range and gravity";
         ScaleOff "scale-off" Gate
-            "a scale is more than 10 % from nominal"
+            "a scale factor differs by more than 10 % from nominal"
             "used"
             "the unit or the range is wrong";
         BiasHigh "bias-high" Warning
-            "a bias of more than twice what a data sheet allows (±0.6 m/s²)"
+            "a bias of more than twice the data sheet limit (±0.6 m/s²)"
             "used"
-            "check placements and unit; `--prior off` if the part is like that";
+            "check poses and unit; give `--prior off` if the sensor is like that";
         LargeBias "large-bias" Gate
             "a bias above 0.35 g"
             "used"
-            "check unit and zero offset; the part may be damaged";
+            "check unit and zero offset; the sensor may be damaged";
         TurnsIncomplete "turns-incomplete" Note
-            "not every axis has its full turn"
+            "not every axis has a full turn"
             "the turns do not calibrate the gyroscope"
             "record the missing turns";
         GyroMotionGap "gyro-motion-gap" Warning
-            "motions between stills with a break, or without a reading for more than 4.5 periods"
-            "left out of the gyroscope's fit"
-            "look at the lines";
+            "motions between poses with a break, or without a reading for more than 4.5 periods"
+            "not used for the gyroscope"
+            "check the lines";
         GyroMotionClipped "gyro-motion-clipped" Warning
             "motions in which the gyroscope reaches the end of its range"
-            "left out of the gyroscope's fit"
-            "turn more slowly, or record at a wider range";
+            "not used for the gyroscope"
+            "rotate more slowly, or record with a wider range";
         GyroMotionOutlier "gyro-motion-outlier" Warning
             "motions that contradict the others"
-            "left out of the gyroscope's fit"
-            "look at the lines: a bump, lost samples?";
+            "not used for the gyroscope"
+            "check the lines for bumps and lost samples";
         GyroUndetermined "gyro-undetermined" Note
-            "the motions determine not all of the gyroscope's matrix to 3 %"
-            "it gets its bias only, with the nominal scale"
-            "turn it about the axes that the message names, with that axis level";
+            "the motions do not determine the whole matrix of the gyroscope to 3 %"
+            "only the bias is estimated; the scale is nominal"
+            "rotate about the axes that the message names, with that axis level";
         GyroMisfit "gyro-misfit" Warning
-            "the usual motion misses gravity by more than 3°"
-            "computed all the same"
-            "look at the clock, the rate and the accelerometer's calibration";
+            "after a typical motion the direction of gravity is wrong by more than 3°"
+            "computed anyway"
+            "check the clock, the rate and the calibration of the accelerometer";
         GyroLeftHanded "gyro-left-handed" Warning
             "gyroscope and accelerometer differ in handedness"
-            "calibrated, both agree"
-            "correct the sign of one axis, if it is a mistake";
+            "after calibration they agree"
+            "correct the sign of one axis if it is a mistake";
         GyroScaleOff "gyro-scale-off" Warning
-            "the gyroscope's scale is more than 10 % from nominal"
+            "the scale factor of the gyroscope differs by more than 10 % from nominal"
             "used"
-            "look at range, unit and order of the columns";
+            "check range, unit and order of the columns";
         GyroScaleFound "gyro-scale-found" Note
-            "nothing says the scale of the gyroscope's counts"
-            "the motions give it"
+            "the range of the gyroscope counts is not stated"
+            "the scale is determined from the motions"
             "nothing";
         GyroScaleUnknown "gyro-scale-unknown" Note
-            "nothing says the scale, and no motion gives it"
+            "the range of the gyroscope is not stated, and no motion determines the scale"
             "the gyroscope is not calibrated"
             "give `--gyro-unit`, and `--gyro-range` for counts";
         GyroRateUnknown "gyro-rate-unknown" Note
-            "neither stamps nor `--rate`: turns cannot be integrated"
-            "the gyroscope gets its bias only"
+            "neither time stamps nor `--rate`: rotations cannot be integrated"
+            "only the bias of the gyroscope is estimated"
             "give `--rate`";
         TurnedOtherWay "turned-other-way" Gate
-            "a turn went the other way than `--turn-angle` says"
-            "computed as told: R_g has a negative diagonal"
+            "the direction of a turn contradicts `--turn-angle`"
+            "computed as given: R_g has a negative diagonal"
             "give the angle with the other sign";
         PoorCalibration "poor-calibration" Warning
-            "`apply`, `check`, `compare`: the calibration's own verdict is poor"
-            "used all the same"
-            "mend what the verdict names";
+            "`apply`, `check`, `compare`: the verdict of the calibration is poor"
+            "used anyway"
+            "fix what the verdict names";
         AlreadyCalibrated "already-calibrated" Warning
-            "the columns are named as this program names calibrated ones"
-            "`apply` and files that you name: used all the same; in a folder: left out"
+            "the columns have the names of calibrated columns"
+            "`apply` and files given by name: used anyway; files of a folder: ignored"
             "give the raw recording";
         SameFileTwice "same-file-twice" Warning
-            "two inputs are the same, byte for byte"
-            "both count"
+            "two inputs are identical"
+            "both are used"
             "give it once";
     }
     "Denoise" {
         FittedOverStamps "fitted-over-stamps" Note
-            "some windows hold uneven steps"
-            "there the polynomial is fitted over the stamps themselves"
+            "some windows have uneven time steps"
+            "there the polynomial is fitted over the actual times"
             "nothing";
         TooFewStamps "too-few-stamps" Warning
-            "windows in which so many stamps are the same that the polynomial is not determined"
-            "filtered as if even"
+            "windows with so many equal time stamps that the polynomial is not determined"
+            "filtered as if evenly spaced"
             "use a finer clock";
         LostSamplesFilled "lost-samples-filled" Note
-            "samples are missing between the stamps"
-            "put in by linear interpolation for the filter; not written"
+            "samples are missing"
+            "interpolated linearly for the filter; not written"
             "nothing";
         Resampled "resampled" Warning
-            "samples came at uneven times"
-            "interpolated to an even grid for the filter and back, which smooths by itself"
-            "sample at an even rate, or take `savgol`";
+            "uneven sampling"
+            "interpolated to an even grid for the filter and back, which also smooths"
+            "sample at an even rate, or use `savgol`";
         Parted "parted" Warning
-            "steps longer than ten usual ones, or stamps that run backwards"
-            "the filters begin anew there"
-            "look at the lines that `gap` and `backward-time` name";
+            "time steps longer than ten usual ones, or decreasing time stamps"
+            "the filters restart there"
+            "check the lines named by `gap` and `backward-time`";
         StampsFilled "stamps-filled" Warning
             "rows without a time stamp"
-            "taken to lie evenly between their neighbours"
-            "look at the lines that `absent-time` names";
+            "assumed evenly spaced between their neighbours"
+            "check the lines named by `absent-time`";
         EmptyKept "empty-kept" Warning
             "cells without a value"
-            "they stay empty; the samples around them are filtered as if one were lost"
+            "they stay empty and are treated as lost samples by the filter"
             "nothing";
         NotFiltered "not-filtered" Warning
-            "stretches between gaps or breaks that are shorter than the filter takes"
-            "they stay as they are"
-            "a shorter window, or a recording without gaps";
+            "segments between gaps or breaks are shorter than the filter needs"
+            "not filtered"
+            "use a shorter window, or a recording without gaps";
         ShortForCutoff "short-for-cutoff" Warning
-            "one period of the cutoff lasts longer than the recording"
-            "filtered all the same: the ends decide the result"
-            "a higher cutoff";
+            "one period of the cutoff frequency is longer than the recording"
+            "filtered anyway; the ends dominate the result"
+            "use a higher cutoff";
         EvenWindow "even-window" Warning
             "`savgol` with an even window"
-            "the values belong half a step later"
-            "take an odd one";
+            "the output is delayed by half a sample"
+            "use an odd window";
         Delayed "delayed" Note
             "`butter1`, `highpass1`"
-            "the result lags behind, as on a microcontroller"
-            "take `butter` or `highpass` for a recording";
+            "the output is delayed, as on a microcontroller"
+            "use `butter` or `highpass` for a recording";
         NeverStill "never-still" Note
-            "no span at rest was found"
+            "no static interval was found"
             "filtered; the effect on the noise is not measured"
             "nothing";
     }
     "Motion" {
         NoGyro "no-gyro" Warning
             "no gyroscope: the tilt between rests is not measured"
-            "it goes from that of one rest to that of the next; the band allows for `--wobble`"
-            "record the gyroscope, or keep the sensor level";
+            "it is interpolated between the rests; the band includes `--wobble`"
+            "record a gyroscope, or keep the sensor level";
         GyroNotUsed "gyro-not-used" Warning
-            "the unit of the gyroscope cannot be told"
+            "the unit of the gyroscope is unknown"
             "motion is computed without it"
             "give `--gyro-unit`, and `--gyro-range` for counts";
         DeadGyro "dead-gyro" Warning
@@ -602,145 +602,145 @@ kinds! {
             "motion is computed without it"
             "check wiring and code";
         CovarianceUnknown "covariance-unknown" Note
-            "the calibration does not state its covariance"
-            "usual uncertainties are assumed for the band"
+            "the calibration has no covariance"
+            "typical uncertainties are assumed for the band"
             "calibrate again from the recordings";
         GravityOff "gravity-off" Either
-            "at rest the magnitude is not gravity"
-            "nothing; the message says what a scale would change"
-            "calibrate, or `gravical check` the calibration";
+            "at rest the magnitude differs from gravity"
+            "nothing; the message gives the effect of a scale error"
+            "calibrate, or test the calibration with `gravical check`";
         ConstantSpeed "constant-speed" Note
-            "a quiet stretch in which the velocity is far from zero"
-            "not taken for a rest"
-            "nothing; `--still` says otherwise";
+            "a quiet interval in which the velocity is far from zero"
+            "not used as a rest"
+            "nothing; `--still` overrides it";
         RestAtSpeed "rest-at-speed" Warning
-            "a quiet stretch looks like constant speed, but nothing after it comes nearer to a rest"
-            "taken for a rest"
-            "name the rests with `--still`";
+            "a quiet interval looks like constant velocity, but no later interval is a better rest"
+            "used as a rest"
+            "give the rests with `--still`";
         ClosureContradicts "closure-contradicts" Warning
             "at the end of a move the velocity is further from zero than its uncertainty allows"
-            "the band of that move is widened by what the velocity may have done"
-            "lie still for 2 s before and after a move; calibrate; stay within the ranges of the sensors";
+            "the band of that move is widened accordingly"
+            "rest for 2 s before and after a move; calibrate; stay within the ranges of the sensors";
         RestTakenBack "rest-taken-back" Note
-            "with `--causal`, a short rest from which the velocity does not come to zero at the next one"
-            "taken back there: the moves on either side of it are one"
+            "with `--causal`: the velocity from a short rest is not zero at the next rest"
+            "the short rest is withdrawn: the moves before and after it become one"
             "nothing";
         SlowMoveDoubted "slow-move-doubted" Warning
-            "within a rest the force changes as in a slow move, but not enough to be certain"
-            "taken for a rest"
-            "name the rests with `--still`, or move faster";
+            "within a rest the specific force changes as in a slow move, but not significantly"
+            "used as a rest"
+            "give the rests with `--still`, or move faster";
         SlowMovesHidden "slow-moves-hidden" Note
-            "a rest of 14 s or more, or no move at all: a slow or small one would not show"
-            "the message says how far one may go; without any move the position's band covers it"
-            "move faster where you move";
+            "a rest of 14 s or more, or no move at all: a slow or small move would not be visible"
+            "the message gives its largest displacement; without any move the position band includes it"
+            "move faster";
         RestUnconfirmed "rest-unconfirmed" Warning
-            "the rests are too short to be told from a part of the move or from constant speed"
-            "no move is usable, and nothing has a band"
-            "hold it still for 2 s at both ends, or name the rests with `--still`";
+            "the rests are too short to be distinguished from a part of the move or from constant velocity"
+            "no move is usable, and there are no bands"
+            "rest for 2 s at both ends, or give the rests with `--still`";
         StartsMoving "starts-moving" Warning
             "the recording starts in motion"
             "computed backwards from the first rest"
-            "hold it still before you move it";
+            "rest before the first move";
         EndsMoving "ends-moving" Warning
             "the recording ends in motion"
-            "computed forwards from the last rest; nothing corrects the drift"
-            "hold it still at the end";
+            "computed forwards from the last rest without drift correction"
+            "rest after the last move";
         RowsLeftOut "rows-left-out" Note
-            "rows without a whole sample, or whose stamp does not advance"
-            "the steps go over them"
+            "incomplete rows, or rows whose time stamp does not advance"
+            "skipped; the time step spans them"
             "nothing";
         V0NotUsed "v0-not-used" Warning
-            "`--v0` is given, and velocity is zero at rests"
-            "it has no part in the result"
-            "leave it out, or `--zero-velocity off`";
+            "`--v0` is given together with zero-velocity updates at rests"
+            "not used"
+            "remove it, or give `--zero-velocity off`";
         StartLost "start-lost" Note
-            "something is missing before the first rest"
-            "position counts from that rest"
+            "samples are missing before the first rest"
+            "position is relative to that rest"
             "nothing";
         GapAtRest "gap-at-rest" Note
-            "rows are missing while the sensor rests in one pose"
-            "taken as not moved"
+            "rows are missing while the sensor is at rest, before and after in the same pose"
+            "assumed not to have moved"
             "nothing";
         MoveUnusable "move-unusable" Warning
             "rows are missing while the sensor moves"
-            "that displacement, and every position after it, is not known"
-            "record again; exit code 4 when no move is usable";
+            "that displacement and all later positions are unknown"
+            "record again; exit code 4 if no move is usable";
         TruthGaps "truth-gaps" Note
             "rows of the reference without a position"
-            "stepped over"
+            "skipped"
             "nothing";
         TruthLines "truth-lines" Warning
-            "lines of the reference that are no rows"
-            "left out"
-            "look at them";
+            "lines of the reference that are not rows"
+            "skipped"
+            "check them";
         TruthUnit "truth-unit" Note
-            "no unit in the names of the reference's columns"
+            "the column names of the reference have no unit"
             "m or mm, whichever fits the result better"
             "name them `px_m` or `px_mm`";
         TruthOffset "truth-offset" Warning
-            "the speeds are too little alike to find the offset of the clocks"
-            "none is assumed where the stamps overlap, else the best one"
+            "the speeds are too dissimilar to determine the time offset"
+            "zero if the time ranges overlap, else the best one"
             "give `--truth-offset`";
         TruthNotLevel "truth-not-level" Warning
-            "z of the reference is not up"
-            "it is turned by a full rotation, which hides errors of tilt"
-            "turn the reference, or give `--truth-align`";
+            "z of the reference is not vertical"
+            "aligned by a full rotation, which hides errors of the tilt"
+            "rotate the reference, or give `--truth-align`";
         TruthLine "truth-line" Note
-            "the motion is along one line: a turn about it is open"
-            "the smallest rotation is taken"
+            "the motion is along a line: the rotation about it is undetermined"
+            "the smallest rotation is used"
             "nothing";
         TruthMoves "truth-moves" Note
-            "moves that are not usable, or whose ends the reference does not see"
-            "not compared one by one"
+            "moves that are not usable, or whose ends the reference does not cover"
+            "not compared individually"
             "nothing";
     }
     "Check and compare" {
         CovarianceMissing "covariance-missing" Warning
-            "a calibration does not say how uncertain it is (imucal's never do)"
-            "differences are shown; `compare` does not judge them, `check` only errors above 20 mg"
+            "a calibration has no covariance (files of imucal never do)"
+            "differences are shown; `compare` does not test them, `check` tests only errors above 20 mg"
             "calibrate again from the recordings";
         SameCalibration "same-calibration" Warning
-            "`compare`: both files hold the same parameters"
-            "not judged"
+            "`compare`: both files contain the same parameters"
+            "not tested"
             "give a calibration of another session";
         SameRecordings "same-recordings" Warning
-            "recordings of one calibration went into the other, or `check` was given a recording that the calibration was made from"
-            "errors are shared: agreement proves nothing"
-            "record anew";
+            "both calibrations share recordings, or `check` was given a recording of the calibration"
+            "errors are common to both: agreement proves nothing"
+            "make a new recording";
         SensorDiffers "sensor-differs" Warning
-            "`compare`: two names or types of sensor"
-            "compared all the same"
+            "`compare`: the sensor names or types differ"
+            "compared anyway"
             "give two calibrations of one sensor";
         GravityDiffers "gravity-differs" Warning
             "two values of gravity"
-            "`compare` tests once more with both brought to one; `check` takes the one that is given"
-            "the same `--gravity` for both, if both were made in one place";
+            "`compare` repeats the test with one value for both; `check` uses the given one"
+            "use the same `--gravity` for both if they were made in one place";
         TemperatureDiffers "temperature-differs" Warning
-            "`compare`: the sessions are more than 3 °C apart; the message says what an MPU6050's bias may have moved"
-            "nothing: the uncertainties know nothing of it"
+            "`compare`: the temperatures of the sessions differ by more than 3 °C; the message gives the typical change of bias"
+            "nothing: the uncertainties do not include it"
             "compare sessions at one temperature";
         FramesMirrored "frames-mirrored" Warning
             "`compare`: one calibration is the mirror image of the other"
-            "judged as different"
-            "look for two placements that were swapped";
+            "they differ"
+            "look for two poses that were swapped";
         OrientationUnknown "orientation-unknown" Note
-            "`compare`: how the frame of one lies in its case is a convention (too few faces)"
-            "the rotation is not judged"
-            "nothing, or record faces";
+            "`compare`: the orientation of one frame in its case is a convention (too few faces)"
+            "the rotation is not tested"
+            "nothing, or record face poses";
         UndeterminedDirection "undetermined-direction" Note
-            "`compare`: the two differ where neither states an uncertainty"
-            "that part is not judged"
+            "`compare`: a difference in a direction without uncertainty in both files"
+            "that part is not tested"
             "record more poses";
         StillsLeftOut "stills-left-out" Note
-            "`check`: more than 400 stills; or a [long recording](#long-recordings) has more than there is room for in memory"
-            "the longest are used, of a long recording the longest of each direction"
-            "nothing; cut the recording where the others matter";
+            "`check`: more than 400 static intervals; or a [long recording](#long-recordings) with more than fit in memory"
+            "the longest are used, in a long recording the longest of each direction"
+            "nothing; split the recording if the others matter";
         OffByShare "off-by-share" Warning
-            "`check`: all stills are off by one share"
+            "`check`: all errors are the same fraction of gravity"
             "the message gives it"
-            "was it the right gravity? else the scale has changed: calibrate again";
+            "check gravity; otherwise the scale has changed: calibrate again";
         OffAlongAxis "off-along-axis" Warning
-            "`check`: a bias that has moved explains the errors"
+            "`check`: a changed bias of one axis explains the errors"
             "the message names axis and size"
             "calibrate again";
     }
@@ -751,13 +751,13 @@ impl FindingKind {
         ROWS.get(self as usize)
     }
 
-    /// Its name, stable, for scripts: `unit-mismatch`, `torn-line` ….
+    /// Its stable name for scripts: `unit-mismatch`, `torn-line` ….
     #[must_use]
     pub fn name(self) -> &'static str {
         self.row().map_or("other", |row| row.name)
     }
 
-    /// How much it matters, unless it is said otherwise where it is found.
+    /// The usual severity; where it is found it may differ.
     #[must_use]
     pub fn severity(self) -> Severity {
         match self.row().map(|row| row.weight) {

@@ -1,4 +1,4 @@
-//! What is said about a calibration.
+//! Report of a calibration.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
@@ -27,7 +27,7 @@ use super::{named, short_name};
 #[must_use]
 pub fn calibration<'a>(file: &CalibrationFile, figures: &'a [Figure]) -> Document<'a> {
     let a = &file.accelerometer;
-    // A soak shows no geometry: what is nominal is not worth a terminal.
+    // A recording at rest determines no geometry: the summary leaves nominal values out.
     let soak = a.method == "thermal";
     let measured = |section: Section<'a>| if soak { section.only_full() } else { section };
     let figure = |id, title, name| Section::new(id, title).figures(named(figures, &[name]));
@@ -53,7 +53,7 @@ pub fn calibration<'a>(file: &CalibrationFile, figures: &'a [Figure]) -> Documen
             .with(directions(file, named(figures, &["sphere", "tilt"])));
     }
     document
-        .with(figure("captures", "Captures", "captures"))
+        .with(figure("captures", "Recorded poses", "captures"))
         .with(figure("noise", "Noise", "noise"))
         .with(temperature(file, named(figures, &["temperature"])))
         .with(method(file, named(figures, &["budget"])))
@@ -66,7 +66,7 @@ pub fn calibration<'a>(file: &CalibrationFile, figures: &'a [Figure]) -> Documen
         })
 }
 
-/// " of board 3 (MPU6050)", else of the file that it is from.
+/// " of board 3 (MPU6050)", or the file name.
 fn named_sensor(file: &CalibrationFile) -> String {
     let recordings: Vec<&InputFile> = file.recordings().collect();
     match (&file.sensor.id, &file.sensor.model, &recordings[..]) {
@@ -77,7 +77,7 @@ fn named_sensor(file: &CalibrationFile) -> String {
     }
 }
 
-/// What was calibrated, and on what it rests: two lines.
+/// Input, poses, unit, gravity and tilt in two lines.
 fn subject(file: &CalibrationFile) -> Vec<String> {
     let a = &file.accelerometer;
     let recordings: Vec<&InputFile> = file.recordings().collect();
@@ -96,7 +96,7 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
             TiltSource::Estimated => "estimated",
             TiltSource::Assumed => "assumed",
         };
-        format!(", placement tilt {:.1}° ({how})", t.value)
+        format!(", tilt of the face poses {:.1}° ({how})", t.value)
     });
     let on_faces = a.positions.iter().filter(|p| p.kind == PositionKind::Face);
     let mut different: Vec<&str> = on_faces.map(|p| p.label.as_str()).collect();
@@ -114,7 +114,7 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
     };
     let placed = match faces {
         0 => format!("{} free poses", a.positions.len()),
-        n => format!("{n} placements on {on}{oblique}"),
+        n => format!("{n} poses on {on}{oblique}"),
     };
     let method = match a.method.as_str() {
         "ferraris" => "Ferraris calibration".to_owned(),
@@ -132,11 +132,11 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
     ]
 }
 
-/// The same of a soak alone.
+/// The same for a temperature calibration alone.
 fn soak_subject(file: &CalibrationFile) -> Vec<String> {
     let inputs: Vec<String> = file.recordings().map(|i| short_name(&i.path)).collect();
     let mut lines = vec![format!(
-        "Temperature calibration of {}, raw in {}: nominal scale, no bias of the accelerometer",
+        "Temperature calibration of {}, raw in {}: scale nominal, bias of the accelerometer not determined",
         inputs.join(", "),
         file.accelerometer.input_unit.name()
     )];
@@ -163,7 +163,7 @@ fn verdict(file: &CalibrationFile) -> Verdict {
             what: what.to_owned(),
         })
     };
-    // Errors of placements that were fitted prove nothing: only of those left out.
+    // Only errors of poses left out of the fit: the fit makes the others small.
     let left_out = a.positions.iter().enumerate();
     let worst = left_out
         .filter_map(|(i, p)| Some((i, p.left_out_error_mps2?)))
@@ -174,7 +174,7 @@ fn verdict(file: &CalibrationFile) -> Verdict {
         key(
             "/accelerometer/worst_direction/error_mps2".to_owned(),
             a.worst_direction.as_ref().map(|w| w.error_mps2),
-            "error of the magnitude at rest in the worst direction, at most (2σ)",
+            "error of the magnitude at rest in the worst direction (2σ)",
         ),
         key(
             "/accelerometer/predicted_norm_error_mps2".to_owned(),
@@ -184,37 +184,52 @@ fn verdict(file: &CalibrationFile) -> Verdict {
         key(
             "/accelerometer/leave_one_out_rms_mps2".to_owned(),
             a.leave_one_out_rms_mps2,
-            "error of the magnitude on placements that were left out of the fit (RMS)",
+            "error of the magnitude at poses left out of the fit (RMS)",
         ),
         key(
             format!("/accelerometer/positions/{at}/left_out_error_mps2"),
             worst,
-            "largest of these errors",
+            "largest error of a pose left out",
         ),
     ];
     Verdict {
+        conclusion: conclusion(file),
         figures: figures.into_iter().flatten().collect(),
         next: next(file),
         ..Verdict::new(grade, file.verdict.grade.name(), &file.verdict.reasons)
     }
 }
 
-/// What to do with the result.
+/// The verdict in one sentence; none where the first reason says it.
+fn conclusion(file: &CalibrationFile) -> Option<String> {
+    let error = mg(file.accelerometer.worst_direction.as_ref()?.error_mps2);
+    match file.verdict.grade {
+        Grade::Good | Grade::Fair => Some(format!(
+            "the magnitude at rest is within {error} mg (2σ) in every direction"
+        )),
+        Grade::NotVerifiable => Some(format!(
+            "predicted to be within {error} mg (2σ), but these poses cannot confirm it"
+        )),
+        Grade::Poor => None,
+    }
+}
+
+/// Next steps.
 fn next(file: &CalibrationFile) -> Vec<String> {
     let a = &file.accelerometer;
     let pose = a.next_poses.first().map(|p| {
         format!(
-            "Record one more placement ({}) and calibrate all of them again.",
+            "Record one more pose ({}) and calibrate with all recordings again.",
             p.hint
         )
     });
     let apply =
         "Correct recordings: gravical apply CALIBRATION.json RECORDING.csv -o calibrated.csv"
             .to_owned();
-    let check = "Later: gravical check CALIBRATION.json RECORDING.csv says whether it still fits."
+    let check = "Later: gravical check CALIBRATION.json RECORDING.csv tells whether it still fits."
         .to_owned();
     match file.verdict.grade {
-        Grade::Poor => vec!["Mend what is named above, then calibrate again.".to_owned()],
+        Grade::Poor => vec!["Fix what is named above, then calibrate again.".to_owned()],
         Grade::NotVerifiable => pose.into_iter().chain([apply]).collect(),
         Grade::Good | Grade::Fair => vec![apply, check],
     }
@@ -227,7 +242,7 @@ fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
     let sd = a.deviations;
     let row = |i: usize| {
         let at = |name: &str, i: usize| format!("/accelerometer/{name}/{i}");
-        // Without an uncertainty as many digits as the report's procedure gives.
+        // Without an uncertainty: the digits of the student report.
         let value = |name: &str, v: f64, sd: Option<f64>, digits: i32| {
             let n = sd.map_or_else(|| decimals_of(a.scale[i], digits), decimals_for);
             let key = at(&format!("deviations/{name}"), i);
@@ -257,7 +272,7 @@ fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
             "calibrated = matrix · (raw − b)",
         ]))
         .full(Block::paragraph(format!(
-            "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as they stand in the file. R has rows of length one; matrix = R⁻¹ K⁻¹."
+            "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹."
         )))
         .with(table)
         .with(matrices(
@@ -272,30 +287,30 @@ fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
             let [xy, yz, zx] = d.axis_angle_deg.map(|v| digits(v, 2));
             let k = digits(d.coverage_factor_95, 3);
             section.full(Block::paragraph(format!(
-                "Angles between the axes are known to xy ± {xy}°, yz ± {yz}°, zx ± {zx}°. {k} of these standard deviations on either side make an interval of 95 %."
+                "Standard uncertainty of the angles between the axes: xy {xy}°, yz {yz}°, zx {zx}°. The 95 % interval is ± {k} standard uncertainties."
             )))
         }
     };
     section
-        .full(Block::Heading("To paste"))
+        .full(Block::Heading("Code to copy"))
         .full(Block::Snippets(snippets(file)))
 }
 
 fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
     let seen = match &file.temperature_c {
         Some(t) => format!(
-            "During the placements: {} °C on average, from {} to {} °C.",
+            "Temperature of the poses: {} °C on average, from {} to {} °C.",
             fixed(t.mean, 1),
             fixed(t.min, 1),
             fixed(t.max, 1)
         ),
-        None => "The recordings have no temperature.".to_owned(),
+        None => "The recordings contain no temperature.".to_owned(),
     };
     let section = Section::new("temperature", "Temperature and time")
         .full(Block::Paragraph(seen))
         .figures(figures);
     let Some(model) = &file.temperature_model else {
-        let unknown = "How the readings drift with temperature was not measured.";
+        let unknown = "Drift with temperature was not measured.";
         return section.full(Block::paragraph(unknown));
     };
     let section = drift(section, model, "/temperature_model");
@@ -303,25 +318,25 @@ fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<
         return section;
     }
     let how = match model.reference_source {
-        ReferenceSource::Session => "the mean of the placements",
-        ReferenceSource::Soak => "the middle of the soak",
+        ReferenceSource::Session => "the mean of the poses",
+        ReferenceSource::Soak => "the middle of the temperature recording",
     };
     section.with(Block::paragraph(format!(
-        "The drift counts from {} °C, {how}; outside of the range its edge is held.",
+        "The drift is relative to {} °C, {how}. Outside the measured range the value at its limit is used.",
         fixed(model.reference_c, 1)
     )))
 }
 
-/// How it was computed, what was assumed, what took no part, and the budget.
+/// Method, assumptions, poses left out, uncertainty budget.
 fn method<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
     let section = Section::new("method", "Method and uncertainty")
         .full(Block::paragraph(how(&file.accelerometer.method)))
         .full(Block::List(assumptions(file)));
     let rejected = rejected(file);
     let section = match rejected.is_empty() {
-        true => section.full(Block::paragraph("Every placement took part in the fit.")),
+        true => section.full(Block::paragraph("All poses were used in the fit.")),
         false => section
-            .full(Block::Heading("Placements that took no part"))
+            .full(Block::Heading("Poses not used"))
             .full(Block::List(rejected)),
     }
     .figures(figures);
@@ -331,66 +346,66 @@ fn method<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
     }
 }
 
-/// A method in words.
+/// The method in words.
 fn how(method: &str) -> &'static str {
     match method {
         "joint" => {
-            "All placements in one fit: on faces the direction of gravity is known up to a tilt, which is fitted along; at free poses only its length counts. Bias, scale and the angles between the axes come with their covariance."
+            "One fit of all poses: at a face pose the direction of gravity is known up to a tilt, which is estimated, too; at a free pose only the magnitude is used. Bias, scale and the angles between the axes are estimated with their covariance."
         }
         "ferraris" => {
-            "Six faces in closed form (Ferraris, Grimaldi and Parvis 1995): the faces are taken as exact, so a crooked placement goes into the parameters."
+            "Six faces in closed form (Ferraris, Grimaldi and Parvis 1995): the faces are assumed exact, so a tilted pose changes the parameters."
         }
         "magnitude-9" | "magnitude9" => {
-            "Nine parameters from the length of gravity alone, any poses: the frame is the sensor's own, not that of its case."
+            "Nine parameters from the magnitude of gravity alone, any poses: the frame is that of the sensor, not of its case."
         }
         "magnitude-6" | "magnitude6" => {
-            "Scale and bias from the length of gravity alone; the axes are taken as perpendicular."
+            "Scale and bias from the magnitude of gravity alone; the axes are assumed perpendicular."
         }
         "linear-12" | "linear12" => {
-            "Least squares of twelve parameters with the faces taken as exact: for precise fixtures."
+            "Linear least squares for twelve parameters with exact faces: for precise fixtures."
         }
         "thermal" => {
-            "A recording at rest that cools and warms: what temperature does to each channel. Scale and axes are nominal."
+            "Drift of each channel with temperature, from a recording at rest that warms or cools. Scale and axes are nominal."
         }
-        _ => "The parameters come from elsewhere; how they were estimated is not known here.",
+        _ => "The parameters are from another program; the method is unknown.",
     }
 }
 
 fn assumptions(file: &CalibrationFile) -> Vec<String> {
     let a = &file.accelerometer;
     let mut lines = vec![format!(
-        "Local gravity is {} m/s²; an error of it goes into the scale in full.",
+        "Local gravity is {} m/s²; a relative error of it is a relative error of the scale.",
         file.gravity_mps2
     )];
     if let Some(tilt) = a.placement_tilt_deg {
         lines.push(format!(
-            "A face may be off level by {}° (standard deviation of each of two directions).",
+            "The tilt of a face pose has a standard deviation of {}° in each of two directions.",
             fixed(tilt.value, 1)
         ));
     }
     if let Some(fit) = a.fit {
         let prior = match fit.prior {
             true => {
-                "What a data sheet says of scale, cross-axis terms and bias took part, with little weight."
+                "Data sheet limits of scale, cross-axis terms and bias are used as weak prior knowledge."
             }
-            false => "No data sheet took part.",
+            false => "No data sheet limits are used.",
         };
         lines.push(prior.to_owned());
         if let Some(chi2) = fit.chi2_per_freedom {
             lines.push(format!(
-                "χ² over its {} degrees of freedom: {}.",
+                "χ² per degree of freedom ({} of them): {}.",
                 digits(fit.freedom, 3),
                 digits(chi2, 2)
             ));
         }
         if fit.model_error_mps2 > 0.0 {
             lines.push(format!(
-                "The sensor misses the linear model by {} mm/s², which is part of the uncertainty.",
+                "Model misfit beyond noise: {} mm/s², included in the uncertainty.",
                 digits(1e3 * fit.model_error_mps2, 2)
             ));
         }
         if !fit.oriented {
-            lines.push("Too few faces tell how the frame lies in the case: the matrix is triangular by convention.".to_owned());
+            lines.push("Too few faces determine the orientation in the case: the matrix is triangular by convention.".to_owned());
         }
     }
     lines.push(format!(
@@ -400,7 +415,7 @@ fn assumptions(file: &CalibrationFile) -> Vec<String> {
     lines
 }
 
-/// Placements that took no part, with what was found about them.
+/// Poses that were not used, with the reason.
 fn rejected(file: &CalibrationFile) -> Vec<String> {
     let left = file.accelerometer.positions.iter().filter(|p| !p.fitted);
     let mut lines: Vec<String> = left.map(|p| rejection(p, &file.findings)).collect();
@@ -414,7 +429,7 @@ fn rejected(file: &CalibrationFile) -> Vec<String> {
 
 fn rejection(position: &Position, findings: &[Finding]) -> String {
     let label = position.label.as_str();
-    // The label as a whole: "still 3" is not "still 30".
+    // The whole label: "pose 3" does not match "pose 30".
     let names_it = |f: &&Finding| {
         let mut found = f.message.match_indices(label);
         found.any(|(at, _)| {
@@ -424,13 +439,13 @@ fn rejection(position: &Position, findings: &[Finding]) -> String {
         })
     };
     let about = findings.iter().find(names_it).map(|f| f.message.as_str());
-    format!("{label}: {}", about.unwrap_or("its findings say why"))
+    format!("{label}: {}", about.unwrap_or("see its findings"))
 }
 
 fn budget(file: &CalibrationFile) -> Option<Table> {
     let budget = file.accelerometer.budget.as_ref()?;
     let base = "/accelerometer/budget";
-    // Each to the digits that all of it is worth.
+    // Digits according to the combined uncertainty.
     let milli_g = |v: f64| 1e3 * v / STANDARD_GRAVITY_MPS2;
     let n = decimals_of(milli_g(budget.combined_mps2), 2);
     let mg = |v: f64| fixed(milli_g(v), n);
@@ -447,7 +462,7 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
         let value = Cell::number(format!("{base}/{field}"), value, mg(value));
         Row::from([Cell::text(name), value, Cell::Text(how)]).sum()
     };
-    let squares = "root of the sum of the squares".to_owned();
+    let squares = "root sum of squares".to_owned();
     let k = format!("k = {}", budget.coverage_factor);
     let table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
         .columns([

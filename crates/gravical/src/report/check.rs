@@ -1,4 +1,4 @@
-//! What is said about a check of a calibration.
+//! Report of a check of a calibration.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
@@ -20,12 +20,12 @@ pub fn check(report: &CheckReport) -> Document<'static> {
         several => format!("{} recordings", several.len()),
     };
     let stills = match report.stills.len() {
-        1 => "1 still".to_owned(),
-        n => format!("{n} stills"),
+        1 => "1 static interval".to_owned(),
+        n => format!("{n} static intervals"),
     };
     let gravity = match (report.gravity_of_calibration, report.gravity_source) {
-        (true, GravitySource::Standard) => "that of the calibration, assumed there",
-        (true, _) => "that of the calibration",
+        (true, GravitySource::Standard) => "as assumed by the calibration",
+        (true, _) => "as in the calibration",
         (false, GravitySource::Given) => "given",
         (false, GravitySource::Latitude) => "from latitude",
         (false, GravitySource::Standard) => "assumed",
@@ -38,7 +38,7 @@ pub fn check(report: &CheckReport) -> Document<'static> {
     };
     let mut document = Document {
         subject: vec![
-            format!("{calibration} against {recordings}: {stills}"),
+            format!("{calibration} checked with {recordings}: {stills}"),
             format!("g = {} m/s² ({gravity})", fixed(report.gravity_mps2, 5)),
         ],
         verdict: Some(Verdict::new(
@@ -57,7 +57,7 @@ pub fn check(report: &CheckReport) -> Document<'static> {
 
 fn stills_of(report: &CheckReport) -> Section<'static> {
     let columns = [
-        Column::left("still"),
+        Column::left("interval"),
         Column::number("rows"),
         Column::left("up"),
         Column::number("off, °"),
@@ -74,7 +74,7 @@ fn stills_of(report: &CheckReport) -> Section<'static> {
         .predicted_rms_mps2
         .map_or(String::new(), |p| format!(", {} predicted", mm_and_mg(p)));
     let rms = format!("RMS {}{predicted}", mm_and_mg(report.rms_mps2));
-    Section::new("stills", "Stills")
+    Section::new("intervals", "Static intervals")
         .opening()
         .with(table)
         .with(Block::paragraph(rms))
@@ -97,7 +97,7 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
     };
     let worst = i == report.worst && report.stills.len() > 1;
     let mark = match (worst, still.counts) {
-        (true, _) => "← the worst",
+        (true, _) => "← largest",
         (false, false) => "clipped",
         (false, true) => "",
     };
@@ -149,14 +149,14 @@ fn gyroscope_at_rest(g: &GyroscopeCheck) -> Section<'static> {
         .row(rates);
     let limit = g.limit_deg_s;
     let judgement = match g.judgement {
-        Judgement::Fits => format!("within {limit} °/s: its bias fits"),
+        Judgement::Fits => format!("within {limit} °/s: the bias fits"),
         Judgement::DoesNotFit => format!(
-            "more than {limit} °/s: its bias has moved (as it does with every start and with temperature); take it anew at rest: {} {}",
+            "more than {limit} °/s: the bias has changed (it does with every power-up and with temperature); bias at rest now: {} {}",
             g.bias_now.map(|b| format!("{b:.5}")).join(", "),
             g.input_unit.name()
         ),
         Judgement::CannotSay => {
-            format!("too short or unsteady to tell whether that is within {limit} °/s")
+            format!("too short or unsteady to test against {limit} °/s")
         }
     };
     Section::new("gyroscope", "Gyroscope at rest, calibrated")

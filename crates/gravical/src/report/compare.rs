@@ -1,4 +1,4 @@
-//! What is said about the comparison of two calibrations.
+//! Report of a comparison of two calibrations.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
@@ -40,7 +40,7 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
         ..Document::new(format!("{b} against {a}"))
     }
     .with(
-        Section::new("calibrations", "The calibrations")
+        Section::new("calibrations", "Calibrations")
             .opening()
             .with(Block::Facts(facts.collect())),
     )
@@ -48,12 +48,11 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
     .with(magnitude(c));
     if let Some(o) = &c.orientation {
         let axis = o.axis.map(|v| signed(v, 2)).join(", ");
-        document = document.with(Section::new("frame", "Frame of B against that of A").with(
-            Block::paragraph(format!(
-                "turned by {}° about ({axis})",
-                fixed(o.angle_deg, 3)
-            )),
-        ));
+        document = document.with(
+            Section::new("frame", "Rotation of frame B relative to frame A").with(
+                Block::paragraph(format!("{}° about ({axis})", fixed(o.angle_deg, 3))),
+            ),
+        );
     }
     if let Some(gyroscope) = &c.gyroscope {
         document = document.with(gyroscopes(gyroscope));
@@ -122,7 +121,7 @@ fn magnitude(c: &Comparison) -> Section<'static> {
             ("norm_largest_mps2", m.norm_largest_mps2),
             ("predicted_at_largest_mps2", m.predicted_at_largest_mps2),
         ));
-    Section::new("magnitude", "Length of a at rest").with(table)
+    Section::new("magnitude", "Magnitude at rest").with(table)
 }
 
 fn gyroscopes(g: &GyroscopeDifference) -> Section<'static> {
@@ -156,6 +155,6 @@ fn gyroscopes(g: &GyroscopeDifference) -> Section<'static> {
     Section::new("gyroscope", "Gyroscope")
         .with(table)
         .with(Block::note(
-            "(shown, not judged: a gyroscope's bias moves with every start)",
+            "Shown, not tested: the bias of a gyroscope changes with every power-up.",
         ))
 }

@@ -1,4 +1,4 @@
-//! What is said about filters.
+//! Report of filters and their effect on noise.
 
 use crate::denoise::{DenoiseSummary, FilterOutcome, Sigmas};
 use crate::document::number::{decimals_of, fixed, small, unit};
@@ -6,24 +6,22 @@ use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
 
 use super::short_name;
 
-/// What is said of every result.
-const NO_DRIFT: &str = "Smoothing does not reduce drift. The noise it takes away averages out in an integral as well, and an offset passes a low-pass unchanged.";
+const NO_DRIFT: &str = "Smoothing does not reduce drift: the noise that it removes averages out in the integral anyway, and a bias passes a low-pass unchanged.";
 
-/// The document of filters: what each does to white noise, and did to this recording at
-/// rest.
+/// The document of filters: the effect of each on white noise, and on this recording at rest.
 #[must_use]
 pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
     let rate = match summary.rate_hz {
         Some(rate) => format!("{rate:.2} Hz"),
         None => "rate unknown".to_owned(),
     };
-    let stretches = count(summary.stretches, "stretch", "stretches");
+    let stretches = count(summary.stretches, "segment", "segments");
     let edge = summary.edge.name();
     let mut facts = vec![
         ("read as".to_owned(), summary.description.clone()),
         (
             "sampling".to_owned(),
-            format!("{rate}, {stretches}; edge: {edge}"),
+            format!("{rate}, {stretches}; padding at the ends: {edge}"),
         ),
     ];
     if summary.still_spans > 0 {
@@ -74,7 +72,7 @@ fn gyroscope(sigmas: &Sigmas) -> Option<[f64; 3]> {
     sigmas.gyroscope
 }
 
-/// What each filter does whatever the recording.
+/// Effect on white noise.
 fn white(summary: &DenoiseSummary) -> Table {
     let row = |(i, f): (usize, &FilterOutcome)| {
         let gain = f.response.noise_gain;
@@ -93,9 +91,9 @@ fn white(summary: &DenoiseSummary) -> Table {
         ])
     };
     let replaced = summary.filters.iter().any(|f| f.replaced.is_some());
-    let mut table = Table::new("Of every recording").columns([
+    let mut table = Table::new("Properties").columns([
         Column::left("filter"),
-        Column::number("white noise is multiplied by"),
+        Column::number("factor on white noise"),
         Column::number("−3 dB, Hz"),
     ]);
     if replaced {
@@ -108,7 +106,7 @@ fn white(summary: &DenoiseSummary) -> Table {
     }))
 }
 
-/// What they did to this one.
+/// Effect on this recording.
 fn at_rest(summary: &DenoiseSummary, name: &str, key: &str, of_unit: &str, of: Of) -> Table {
     let of_unit = match of_unit {
         "unknown" => "unit unknown".to_owned(),
@@ -139,7 +137,7 @@ fn frequencies(filter: &FilterOutcome) -> String {
             texts.collect::<Vec<_>>().join("–")
         }
         Some(_) => "–".to_owned(),
-        // A share of a rate that nobody knows.
+        // Relative to the unknown sampling rate.
         None => match filter.response.minus_3db_of_rate.first() {
             Some(share) => format!("{share:.3} f_s"),
             None => "–".to_owned(),
@@ -154,7 +152,7 @@ fn derived(filter: &FilterOutcome) -> Option<String> {
         n => format!("s^{n}"),
     };
     Some(format!(
-        "after {}: per {power}, and white noise in 1/{power}",
+        "after {}: unit per {power}; factor on white noise in 1/{power}",
         filter.filter
     ))
 }

@@ -1,4 +1,4 @@
-//! What is said about the gyroscope of a calibration.
+//! Report of the gyroscope of a calibration.
 
 use crate::calibration_file::GyroscopeSection;
 use crate::document::number::{decimals_by, digits, fixed, unit};
@@ -7,16 +7,16 @@ use gravical_core::matrix3;
 
 use super::matrices::{matrices, power_of_ten};
 
-/// Parameters, and how well they fit.
+/// Parameters and residuals.
 pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
     let raw = &unit(g.input_unit.name());
     let how = match g.method.as_str() {
         "turns" => "From three known turns and the rests (Ferraris).",
         "motion" => {
-            "From the motions between rests: gravity, turned by the integrated rate, has to arrive where the accelerometer sees it. Its axes are those of the calibrated accelerometer."
+            "From the motions between poses: gravity rotated by the integrated rate must agree with the accelerometer at the next pose. The axes are those of the calibrated accelerometer."
         }
-        "bias" => "Its bias alone, from the rests; no turn shows the scale, which is nominal.",
-        _ => "How it was estimated is not known here.",
+        "bias" => "Bias only, from the poses; the scale is nominal, because there is no rotation.",
+        _ => "The method is unknown.",
     };
     let sd = if g.method == "bias" {
         bias_alone(g)
@@ -26,7 +26,7 @@ pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
     let row = |i: usize| {
         let value = |name: &str, v: f64, sd: Option<f64>| {
             let n = decimals_by(sd, g.scale[i]);
-            // By the covariance: no field of its own.
+            // From the covariance; not a field of the JSON.
             let sd = sd.map(|s| Quantity::loose(s, fixed(s, n)));
             Cell::number(format!("/gyroscope/{name}/{i}"), v, fixed(v, n)).plus_minus(sd)
         };
@@ -64,7 +64,7 @@ pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         _ => section.with(matrix),
     };
     if g.g_sensitivity.iter().flatten().any(|v| *v != 0.0) {
-        // What the coupling is known to is a few per cent.
+        // Known to a few per cent.
         let text = power_of_ten(&g.g_sensitivity, 2);
         let rows = ["x", "y", "z"].iter().zip(&g.g_sensitivity).enumerate();
         let rows = rows.map(|(i, (axis, row))| {
@@ -79,11 +79,11 @@ pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
     }
     if let (Some(residual), Some(motions)) = (g.residual_deg, g.motions) {
         let left_out = g.leave_one_out_deg.map_or_else(
-            || "too few motions to leave one out".to_owned(),
-            |d| format!("{}° when the motion takes no part", digits(d, 2)),
+            || "too few motions for leave-one-out".to_owned(),
+            |d| format!("leave-one-out {}°", digits(d, 2)),
         );
         section = section.with(Block::paragraph(format!(
-            "From {} motions between stills, {} left out: turned by it, gravity is off by {}° rms after a motion ({left_out}).",
+            "{} motions between poses, {} not used. Residual direction of gravity after a motion: {}° rms ({left_out}).",
             motions.used,
             motions.left_out,
             digits(residual, 2)
@@ -92,16 +92,15 @@ pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
     section
 }
 
-/// Standard deviations where the covariance is of the bias alone: those of the
-/// scale are not known.
+/// Standard deviations if the covariance is of the bias alone: the scale has none.
 fn bias_alone(g: &GyroscopeSection) -> Option<([f64; 3], [f64; 3])> {
     let c = &g.covariance.as_ref()?.values;
     let at = |i: usize| Some(c.get(i)?.get(i)?.sqrt());
     Some(([at(0)?, at(1)?, at(2)?], [f64::NAN; 3]))
 }
 
-/// Of bias and scale, by the covariance of M and b: the scale is the length of
-/// a row of M.
+/// Standard deviations of bias and scale from the covariance of M and b: the scale is the norm
+/// of a row of M.
 fn deviations(g: &GyroscopeSection) -> Option<([f64; 3], [f64; 3])> {
     let c = &g.covariance.as_ref()?.values;
     let at = |i: usize, j: usize| c.get(i).and_then(|row| row.get(j)).copied();

@@ -1,4 +1,4 @@
-//! What is said about what is in a recording.
+//! Report of the content of a recording.
 
 use crate::document::number::{decimals_of, fixed};
 use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
@@ -9,7 +9,7 @@ use crate::recording::units::{AccelUnit, GyroUnit};
 use super::short_name;
 use super::temperature::drift;
 
-/// Cells of the bar that shows where the recording is still.
+/// Cells of the bar of static intervals.
 const BAR: usize = 64;
 
 /// The document of an inspection.
@@ -37,7 +37,7 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
             .collect();
         fact("labels", shown.join(", "));
     }
-    fact("still", stillness(inspection));
+    fact("static", stillness(inspection));
     fact("", bar(inspection));
     if !inspection.turns.is_empty() {
         let turns = inspection.turns.iter();
@@ -76,15 +76,15 @@ fn time(inspection: &Inspection) -> String {
             if let Some(mean) = t.mean_rate_hz
                 && (mean / rate - 1.0).abs() > 0.002
             {
-                parts.push(format!("{mean:.2} rows/s in all"));
+                parts.push(format!("{mean:.2} rows/s on average"));
             }
             if let Some(jitter) = t.jitter_s {
                 parts.push(format!("jitter {:.2} ms", 1000.0 * jitter));
             }
         }
         _ => match t.nominal_rate_hz {
-            Some(rate) => parts.push(format!("no time stamps; {rate} Hz is claimed")),
-            None => parts.push("no time stamps and no rate (--rate)".to_owned()),
+            Some(rate) => parts.push(format!("no time stamps; {rate} Hz according to the file")),
+            None => parts.push("no time stamps, rate unknown (--rate)".to_owned()),
         },
     }
     parts.join(", ")
@@ -92,10 +92,10 @@ fn time(inspection: &Inspection) -> String {
 
 fn origin(origin: Origin) -> &'static str {
     match origin {
-        Origin::Given => "as given",
-        Origin::Data => "shown by the data",
-        Origin::Header => "as the header says",
-        Origin::Assumed => "not known",
+        Origin::Given => "given",
+        Origin::Data => "from the data",
+        Origin::Header => "from the header",
+        Origin::Assumed => "unknown",
     }
 }
 
@@ -103,7 +103,7 @@ fn accel(inspection: &Inspection) -> String {
     let a = &inspection.accelerometer;
     let origin = origin(a.origin);
     match (a.unit, a.lsb_per_g) {
-        (AccelUnit::Unknown, _) => "unit unknown: say it with --accel-unit".to_owned(),
+        (AccelUnit::Unknown, _) => "unit unknown: give --accel-unit".to_owned(),
         (AccelUnit::Counts, Some(lsb)) => {
             format!("counts, {lsb:.0} per g (±{:.0} g), {origin}", 32768.0 / lsb)
         }
@@ -116,7 +116,7 @@ fn gyro(inspection: &Inspection) -> Option<String> {
     let g = inspection.gyroscope?;
     let origin = origin(g.origin);
     Some(match (g.unit, g.lsb_per_deg_s) {
-        (GyroUnit::Unknown, _) => "unit unknown: say it with --gyro-unit".to_owned(),
+        (GyroUnit::Unknown, _) => "unit unknown: give --gyro-unit".to_owned(),
         (GyroUnit::Counts, Some(lsb)) => {
             format!(
                 "counts, {lsb} per °/s (±{:.0} °/s), {origin}",
@@ -130,14 +130,14 @@ fn gyro(inspection: &Inspection) -> Option<String> {
 fn stillness(inspection: &Inspection) -> String {
     let share = 100.0 * inspection.still_share;
     match inspection.stills.len() {
-        0 if inspection.account.rows < 40 => "too few rows to tell".to_owned(),
+        0 if inspection.account.rows < 40 => "too few rows".to_owned(),
         0 => "never".to_owned(),
-        1 => format!("{share:.0} % of the rows, in one piece"),
-        n => format!("{share:.0} % of the rows, in {n} pieces"),
+        1 => format!("{share:.0} % of the rows, one interval"),
+        n => format!("{share:.0} % of the rows, {n} intervals"),
     }
 }
 
-/// `█` where most of a cell is still, `▒` where some is, `·` where it moves.
+/// `█` where most of a cell is static, `▒` where some of it is, `·` where the sensor moves.
 fn bar(inspection: &Inspection) -> String {
     let rows = inspection.account.rows.max(1) as usize;
     (0..BAR)
@@ -188,5 +188,5 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
         ])
         .columns(Column::axes("mean reading"))
         .rows(all.iter().enumerate().map(row));
-    Section::new("stills", "Where it is still").with(table)
+    Section::new("intervals", "Static intervals").with(table)
 }

@@ -3,7 +3,7 @@
 use crate::document::number::{decimals_of, fixed};
 use crate::document::{Cell, Column, Row, Table};
 
-/// R and the matrix beside it.
+/// R and the calibration matrix, side by side.
 pub(super) fn matrices(
     base: &str,
     orientation: &[[f64; 3]; 3],
@@ -26,8 +26,7 @@ pub(super) fn matrices(
         .rows((0..3).map(row))
 }
 
-/// Writes the numbers of a matrix: with a power of ten each, where plain digits would be
-/// zeros.
+/// Formats the elements of a matrix, with powers of ten if all are small.
 pub(super) fn power_of_ten(matrix: &[[f64; 3]; 3], precision: usize) -> impl Fn(f64) -> String {
     let largest = matrix.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
     move |v| match v {

@@ -1,5 +1,5 @@
-//! What is said about each result, as a [`Document`](crate::document::Document). Every
-//! number comes from the same value that is written as JSON.
+//! Reports: each result as a [`Document`](crate::document::Document). Every number is one
+//! of the JSON result.
 
 mod calibration;
 mod check;
@@ -31,13 +31,13 @@ pub use provenance::{Provenance, TOOL};
 
 use crate::document::short_name;
 
-/// The figures of these names, in this order, as far as they are there.
+/// The figures with these names, in this order, those that exist.
 fn named<'a>(figures: &'a [Figure], names: &[&str]) -> Vec<&'a Figure> {
     let find = |name: &&str| figures.iter().find(|f| f.name == *name);
     names.iter().filter_map(find).collect()
 }
 
-/// "+z", "12° off +z", or all three components where no axis is near.
+/// "+z", "12° off +z", or all three components if no axis is near.
 fn direction(n: [f64; 3]) -> String {
     let (face, off) = crate::segment::face::Face::nearest(n);
     match off {

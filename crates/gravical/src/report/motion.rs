@@ -1,5 +1,5 @@
-//! What is said about a motion: what was read, rests, moves, the end, what the
-//! uncertainty is made of, the comparison with a reference.
+//! Report of a motion: timing, rests, moves, end point, uncertainty budget, comparison with a
+//! reference.
 
 use gravical_core::matrix3::norm;
 
@@ -15,8 +15,7 @@ use super::moves::{budget, end, largest, moves, static_drift};
 use super::truth::truth;
 use super::{named, short_name};
 
-/// The document of a motion. `recording` is what it was computed from, `figures` are
-/// its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
+/// The document of a motion computed from `recording`, with its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
 #[must_use]
 pub fn motion<'a>(
     result: &MotionResult,
@@ -42,7 +41,7 @@ pub fn motion<'a>(
         &["trajectory", "position-3d"],
     ))
     .with(figure("position", "Position", &["position"]));
-    // Of a recording at rest the verdict says how far it may be off, and nothing adds up.
+    // For a recording at rest the verdict says everything.
     if !result.moves.is_empty() {
         document = document
             .with(moves(result).figures(named(figures, &["moves"])))
@@ -60,19 +59,19 @@ pub fn motion<'a>(
     document.with_findings(&result.findings, false)
 }
 
-/// Of a recording in which no move is seen.
+/// The reason for a recording without a visible move.
 fn at_rest(result: &MotionResult) -> String {
     let hidden = result.r#final.sigma_m.map_or(String::new(), |sigma| {
         let most = largest(sigma);
         format!(
-            " The position is 0 ± {most:.*} m (1σ): so far a move may go that the noise hides.",
+            " The position is 0 ± {most:.*} m (1σ): a smaller move is hidden by the noise.",
             decimals_for(most)
         )
     });
-    format!("No move is seen in it: it shows how far the result drifts by itself.{hidden}")
+    format!("No move is visible in the recording.{hidden}")
 }
 
-/// What the recording allows to know.
+/// What can be determined from the recording.
 fn verdict(result: &MotionResult) -> Verdict {
     let all = result.moves.len();
     let usable = result.moves.iter().filter(|m| m.usable).count();
@@ -84,21 +83,21 @@ fn verdict(result: &MotionResult) -> Verdict {
         (
             Grade::Poor,
             "not usable",
-            "How far it moved cannot be known from this recording; the table of moves says why."
+            "No displacement can be determined from this recording; the table of moves gives the reasons."
                 .to_owned(),
         )
     } else if closed == all {
         (
             Grade::Good,
             "bounded",
-            "Every move lies between two rests: velocity is known to be zero at both of its ends, which keeps the drift down.".to_owned(),
+            "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift.".to_owned(),
         )
     } else if usable == all {
         (
             Grade::Fair,
             "partly open",
             format!(
-                "{closed} of {all} moves lie between two rests. Where one end is open, the error grows with the time squared."
+                "{closed} of {all} moves are between two rests. With one end open, the error grows with the square of time."
             ),
         )
     } else {
@@ -106,7 +105,7 @@ fn verdict(result: &MotionResult) -> Verdict {
             Grade::Fair,
             "partly usable",
             format!(
-                "{usable} of {all} moves can be known; the others are named with their reason."
+                "{usable} of {all} moves are usable; the table of moves gives the reasons for the others."
             ),
         )
     };
@@ -117,12 +116,12 @@ fn verdict(result: &MotionResult) -> Verdict {
             fixed(result.duration_s, 2),
         ),
         unit: "s",
-        what: "from the first sample to the last".to_owned(),
+        what: "duration".to_owned(),
     };
     let known = KeyFigure {
         quantity: Quantity::loose(usable as f64, format!("{usable} of {all}")),
         unit: "",
-        what: "moves that can be known".to_owned(),
+        what: "usable moves".to_owned(),
     };
     let sigma = result.r#final.sigma_m.map(|s| {
         let axis = (0..3).max_by(|a, b| s[*a].total_cmp(&s[*b])).unwrap_or(0);
@@ -130,29 +129,38 @@ fn verdict(result: &MotionResult) -> Verdict {
         KeyFigure {
             quantity: Quantity::new(format!("/final/sigma_m/{axis}"), s[axis], text),
             unit: "m",
-            what: "standard uncertainty of the position at the end, along its worst axis (1σ)"
-                .to_owned(),
+            what: "standard uncertainty of the end position, worst axis (1σ)".to_owned(),
         }
     });
     let mut figures = vec![single(result).unwrap_or_else(duration), known];
     figures.extend(sigma);
+    // One number for one move, the end for several.
+    let conclusion = match single(result) {
+        Some(f) if usable > 0 => Some(format!("displacement {} m (± 1σ)", f.quantity.text)),
+        _ if usable > 0 => result.r#final.sigma_m.map(|sigma| {
+            let sigma = digits(largest(sigma), 2);
+            format!("{usable} of {all} moves are usable, end position ± {sigma} m (1σ)")
+        }),
+        _ => None,
+    };
     Verdict {
-        heading: "What the recording allows",
+        heading: "Result",
+        conclusion,
         figures,
         ..Verdict::new(grade, word, &[reason])
     }
 }
 
-/// How far the only move went, and what it would be without the calibration.
+/// Displacement of the only move, calibrated and uncalibrated.
 fn single(result: &MotionResult) -> Option<KeyFigure> {
     let [only] = &result.moves[..] else {
         return None;
     };
-    let (way, sigma) = (only.displacement_m?, only.sigma_m);
-    let long = norm(&way);
-    // Along the way itself; where it ends at its start there is none.
+    let (displacement, sigma) = (only.displacement_m?, only.sigma_m);
+    let long = norm(&displacement);
+    // Uncertainty along the displacement; undefined if that is zero.
     let sd = sigma.filter(|_| long > 0.0).map(|s| {
-        let parts: [f64; 3] = std::array::from_fn(|i| s[i] * way[i] / long);
+        let parts: [f64; 3] = std::array::from_fn(|i| s[i] * displacement[i] / long);
         norm(&parts)
     });
     let n = decimals_by(sd, long);
@@ -166,29 +174,29 @@ fn single(result: &MotionResult) -> Option<KeyFigure> {
     Some(KeyFigure {
         quantity: Quantity::loose(long, text),
         unit: "m",
-        what: format!("moved in one go (± 1σ){plain}"),
+        what: format!("displacement (± 1σ){plain}"),
     })
 }
 
-/// How the recording was read and what was made of it.
+/// How the recording was read and processed.
 fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
     let mut facts: Vec<(String, String)> = Vec::new();
     let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
     fact("read as", recording.description.clone());
-    // Its unit may yet be decided otherwise: then a finding says so.
+    // A finding reports a unit that is decided later.
     let gyro = match &recording.gyro {
         Some(_) => "; with a gyroscope",
         None => "; no gyroscope",
     };
     let origin = match recording.accel_scale.origin {
         Origin::Given => "given",
-        Origin::Data => "as gravity shows",
-        Origin::Header => "as the header says",
+        Origin::Data => "from the data",
+        Origin::Header => "from the header",
         Origin::Assumed => "assumed",
     };
     let unit = recording.accel_scale.unit.name();
     fact("unit", format!("accelerometer {unit} ({origin}){gyro}"));
-    let none = "none: nominal scale".to_owned();
+    let none = "none, nominal scale".to_owned();
     let calibration = result.calibration.as_deref().map_or(none, short_name);
     fact("calibration", calibration);
     fact("procedure", result.procedure.clone());
@@ -213,13 +221,13 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
     let count = |rows: u64| Some(rows as f64);
     let rows = [
         value(
-            "rate by the stamps, Hz",
+            "rate from time stamps, Hz",
             "/rate_hz/true",
             result.rate_hz.r#true,
             3,
         ),
         value(
-            "rate that is claimed, Hz",
+            "rate according to the file, Hz",
             "/rate_hz/nominal",
             result.rate_hz.nominal,
             3,
@@ -227,19 +235,19 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         value("duration, s", "/duration_s", Some(result.duration_s), 3),
         value("rows", "/rows", count(result.rows), 0),
         value(
-            "rows stepped over",
+            "rows skipped",
             "/rows_left_out",
             count(result.rows_left_out),
             0,
         ),
         value(
-            "jitter of the stamps, ms",
+            "jitter of the time stamps, ms",
             "",
             t.jitter_s.map(|v| 1e3 * v),
             2,
         ),
         value(
-            "samples that are missing, %",
+            "missing samples, %",
             "",
             t.missing_share.map(|v| 100.0 * v),
             2,
@@ -257,15 +265,15 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
 fn time(result: &MotionResult) -> String {
     let rate = match (result.rate_hz.r#true, result.rate_hz.nominal) {
         (Some(t), Some(n)) if (t / n - 1.0).abs() > 0.002 => {
-            format!("{t:.2} Hz by the stamps; {n} Hz is claimed")
+            format!("{t:.2} Hz from time stamps; {n} Hz according to the file")
         }
-        (Some(t), _) => format!("{t:.2} Hz by the stamps"),
-        (None, Some(n)) => format!("{n} Hz as claimed: there are no stamps"),
-        (None, None) => "no rate".to_owned(),
+        (Some(t), _) => format!("{t:.2} Hz from time stamps"),
+        (None, Some(n)) => format!("{n} Hz according to the file, no time stamps"),
+        (None, None) => "rate unknown".to_owned(),
     };
     let left_out = match result.rows_left_out {
         0 => String::new(),
-        n => format!("; {n} rows without a whole sample stepped over"),
+        n => format!("; {n} incomplete rows skipped"),
     };
     format!("{:.2} s, {rate}{left_out}", result.duration_s)
 }
@@ -278,7 +286,7 @@ fn rest_list(still: &[Span]) -> String {
         [] => "none".to_owned(),
         few @ ([_] | [_, _] | [_, _, _] | [_, _, _, _]) => format!("{} s", list(few)),
         [first, second, .., last] => format!(
-            "{} of {total:.1} s in all: {}, … {} s",
+            "{}, {total:.1} s in total: {}, … {} s",
             still.len(),
             list(&[*first, *second]),
             span(last)
@@ -301,12 +309,12 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
             ),
         ])
     });
-    let columns = ["from", "to", "long"].map(Column::number);
-    let table = Table::new("Where it rests, s")
+    let columns = ["from", "to", "duration"].map(Column::number);
+    let table = Table::new("Rests, s")
         .columns([Column::left("rest")])
         .columns(columns);
     let section = match result.still.is_empty() {
-        true => section.full(Block::paragraph("It rests nowhere.")),
+        true => section.full(Block::paragraph("No rest was found.")),
         false => section.full(table.rows(spans)),
     };
     let Some(n) = result.noise else {
@@ -333,7 +341,7 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
         ))
         .rows(gyro.map(|(s, vif)| row("gyroscope, mrad/s", "gyro_sigma_rad_s", s, vif)));
     section.full(table).full(Block::note(
-        "variance inflation: how much more the variance of a mean is than that of independent samples.",
+        "variance inflation: variance of a mean relative to that of independent samples.",
     ))
 }
 
@@ -342,7 +350,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_rests_are_summed_up() {
+    fn long_lists_of_rests_are_shortened() {
         let span = |start_s: f64| Span {
             start_s,
             end_s: start_s + 1.0,
@@ -350,7 +358,7 @@ mod tests {
         let all: Vec<Span> = (0..9).map(|i| span(2.0 * f64::from(i))).collect();
         assert_eq!(
             rest_list(&all),
-            "9 of 9.0 s in all: 0.00–1.00, 2.00–3.00, … 16.00–17.00 s"
+            "9, 9.0 s in total: 0.00–1.00, 2.00–3.00, … 16.00–17.00 s"
         );
         assert_eq!(rest_list(&all[..2]), "0.00–1.00, 2.00–3.00 s");
         assert_eq!(rest_list(&[]), "none");

@@ -1,4 +1,4 @@
-//! What is said about the moves of a motion, its end and its drift.
+//! Report of the moves of a motion, its end point, error budget and drift at rest.
 
 use crate::document::number::{decimals_for, decimals_of, fixed};
 use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
@@ -7,8 +7,7 @@ use crate::motion::{Ends, MotionResult, Move, PositionBudget, StaticDrift};
 /// Drift over its predicted uncertainty above which the band does not explain it.
 const FAR: f64 = 3.0;
 
-/// What drifts beyond this shows two digits and a power of ten: nothing that is known
-/// to more goes so far.
+/// Values beyond this are drift; they are shown with two digits and a power of ten.
 const ROUND: f64 = 1e6;
 
 /// Decimals of each axis for a length with this uncertainty, m: two digits of it;
@@ -23,7 +22,7 @@ pub(super) fn largest(value: [f64; 3]) -> f64 {
     value.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
-/// As [`fixed`]; what went beyond [`ROUND`] with two digits.
+/// As [`fixed`]; beyond [`ROUND`] with two digits.
 fn far(v: f64, decimals: usize) -> String {
     match v.abs() < ROUND || !v.is_finite() {
         true => fixed(v, decimals),
@@ -31,7 +30,7 @@ fn far(v: f64, decimals: usize) -> String {
     }
 }
 
-/// Lengths along the axes with their standard uncertainties, where these are known.
+/// Lengths along the axes with their standard uncertainties, if known.
 pub(super) fn lengths(
     (key, values): (&str, Option<[f64; 3]>),
     (sigma_key, sigma): (&str, Option<[f64; 3]>),
@@ -76,7 +75,7 @@ pub(super) fn moves<'a>(result: &MotionResult) -> Section<'a> {
                 .map(|(i, m)| one_move(i, m, plain)),
         );
     Section::new("moves", "Moves").with(table).with(Block::note(
-        "path: its length. speed: its highest. rest at: at which ends of the move the sensor rests.",
+        "path: length of the path. speed: peak speed. rest at: the ends of the move at which the sensor is at rest.",
     ))
 }
 
@@ -108,7 +107,7 @@ fn one_move(i: usize, m: &Move, plain: bool) -> Row {
         ));
     }
     cells.extend([
-        // No finer than the displacement.
+        // At most the digits of the displacement.
         Cell::maybe(key("path_m"), m.path_m, |v| {
             far(v, decimals_of(v, 3).min(finest))
         }),
@@ -127,11 +126,11 @@ fn one_move(i: usize, m: &Move, plain: bool) -> Row {
 }
 
 pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
-    let section = Section::new("end", "At the end");
+    let section = Section::new("end", "End point");
     let last = &result.r#final;
     let Some(position) = last.position_m else {
         return section.with(Block::paragraph(
-            "The position at the end is not known, since a move before it is not usable.",
+            "The end position is unknown because a move before it is not usable.",
         ));
     };
     let n = decimals(last.sigma_m, position);
@@ -169,12 +168,10 @@ pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
     } else {
         ""
     };
-    let table = Table::new(format!(
-        "From the start of the recording to its end{uncertain}"
-    ))
-    .columns([Column::left("")])
-    .columns(Column::axes(""))
-    .rows(rows);
+    let table = Table::new(format!("Position relative to the start{uncertain}"))
+        .columns([Column::left("")])
+        .columns(Column::axes(""))
+        .rows(rows);
     section.with(table)
 }
 
@@ -185,7 +182,7 @@ pub(super) fn budget<'a>(b: &PositionBudget) -> Section<'a> {
         (
             "bias",
             b.bias,
-            "bias of the accelerometer, and what goes along with it",
+            "bias of the accelerometer and correlated terms",
         ),
         (
             "scale",
@@ -212,12 +209,12 @@ pub(super) fn budget<'a>(b: &PositionBudget) -> Section<'a> {
         let mm = factor * 1e3 * total;
         Row::from([Cell::text(name), Cell::number("", mm, far(mm, n)), share]).sum()
     };
-    let table = Table::new("Uncertainty of the position at the end, all axes together, 1σ")
+    let table = Table::new("Uncertainty of the end position, all axes together, 1σ")
         .columns([Column::left("source")])
         .columns(["mm", "% of the variance"].map(Column::number))
         .rows(parts)
         .row(sum(
-            "together (squares add up)",
+            "combined (root sum of squares)",
             1.0,
             Cell::number("", 100.0, "100"),
         ))
@@ -252,21 +249,21 @@ pub(super) fn static_drift<'a>(d: &StaticDrift) -> Section<'a> {
             [1; 3],
         ))
         .row(row(
-            "as by a bias, mm/s²",
+            "equivalent bias, mm/s²",
             "bias_mps2",
             d.bias_mps2,
             1e3,
             [1; 3],
         ))
         .row(row(
-            "that rises, mm/s³",
+            "its rate of change, mm/s³",
             "slope_mps3",
             d.slope_mps3,
             1e3,
             [2; 3],
         ))
         .row(row(
-            "left over, m",
+            "not explained by these, m",
             "unexplained_m",
             d.unexplained_m,
             1.0,
@@ -276,22 +273,22 @@ pub(super) fn static_drift<'a>(d: &StaticDrift) -> Section<'a> {
         "No band was predicted.".to_owned()
     } else if farthest <= FAR {
         let farthest = fixed(farthest, 1);
-        format!("That is within the predicted band ({farthest}σ at most).")
+        format!("The drift is within the predicted band (at most {farthest}σ).")
     } else {
         let farthest = fixed(farthest, 1);
         format!(
-            "That is {farthest}σ off: the band does not explain it; the bias drifts, or the sensor was not quite at rest."
+            "The drift is {farthest}σ, more than the band explains: the bias drifts, or the sensor was not at rest."
         )
     };
     Section::new("drift", "Drift at rest")
         .with(Block::paragraph(format!(
-            "Over {} s, nothing corrected, levelled over the {} s before.",
+            "Over {} s without correction, after levelling over the {} s before.",
             fixed(d.duration_s, 1),
             fixed(d.levelled_over_s, 1)
         )))
         .with(table)
         .with(Block::Paragraph(format!(
-            "{judged} With the zero-velocity correction it would be zero by construction, which would prove nothing."
+            "{judged} With zero-velocity updates it would be zero by construction."
         )))
 }
 
@@ -300,7 +297,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_show_two_digits_of_their_uncertainty() {
+    fn lengths_have_two_digits_of_their_uncertainty() {
         let sigma = Some([0.0028, 0.31, 0.012]);
         let n = decimals(sigma, [1.0; 3]);
         let cells = lengths(("", Some([0.69934, -0.001, f64::NAN])), ("", sigma), n);
@@ -312,7 +309,7 @@ mod tests {
             })
             .collect();
         assert_eq!(texts, ["0.6993 0.0028", "0.00 0.31", "– 0.012"]);
-        // A day of drift stays in its columns.
+        // Drift of a day fits its column.
         assert_eq!(far(-2.484e9, 0), "-2.5e9");
         assert_eq!(far(999_999.4, 0), "999999");
         assert_eq!(decimals(None, [12.3, 0.1, 0.0]), [2; 3]);

@@ -4,7 +4,7 @@ use crate::calibration_file::{CalibrationFile, GyroscopeSection};
 use crate::document::Snippet;
 use crate::document::number::{digits, unit};
 
-/// What a formula is written in.
+/// Language of a formula.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Language {
     C,
@@ -23,8 +23,7 @@ struct Formula<'a> {
     coupling: Option<&'a [[f64; 3]; 3]>,
 }
 
-/// The formulas with their numbers. Nine digits give the same `f32` back; terms that are
-/// zero are left out.
+/// The formulas with their numbers. Nine digits reproduce an `f32`; zero terms are omitted.
 pub(super) fn snippets(file: &CalibrationFile) -> Vec<Snippet> {
     let a = &file.accelerometer;
     let accelerometer = Formula {
@@ -68,7 +67,7 @@ fn coupling(g: &GyroscopeSection) -> Option<&[[f64; 3]; 3]> {
 fn code(language: Language, formulas: &[Formula<'_>], drift: bool) -> String {
     let mut parts: Vec<String> = formulas.iter().map(|f| f.code(language)).collect();
     if drift {
-        let note = "drift with temperature is not in it: gravical apply takes it off";
+        let note = "without temperature drift, which gravical apply corrects";
         parts.push(comment(language, note));
     }
     parts.join("\n")
@@ -115,7 +114,7 @@ impl Formula<'_> {
         }
     }
 
-    /// One axis of the raw value less its offset.
+    /// One axis of the raw value minus its offset.
     fn raw_less_bias(&self, language: Language, j: usize) -> String {
         let mut terms = vec![(-self.bias[j], String::new())];
         let coupled = self.coupling.map_or([0.0; 3], |s| s[j]);
@@ -151,7 +150,7 @@ fn variable(language: Language, name: &str, i: usize) -> String {
     }
 }
 
-/// Terms that are not zero, each with its sign before it.
+/// The non-zero terms, each with its sign.
 fn sum(language: Language, terms: impl IntoIterator<Item = (f64, String)>) -> String {
     let terms = terms.into_iter().filter(|(factor, _)| *factor != 0.0);
     terms
@@ -218,7 +217,7 @@ mod tests {
         [accelerometer, gyroscope]
     }
 
-    /// What the program prints, unless it is missing where it may be.
+    /// Output of the program; none where it is not installed.
     fn run(
         program: &str,
         call: impl Fn(&mut Command) -> std::io::Result<Output>,

@@ -1,4 +1,4 @@
-//! What is said about the placements of a calibration, and where one more would help.
+//! Report of the poses of a calibration and of the best next ones.
 
 use crate::calibration_file::{CalibrationFile, Position};
 use crate::document::number::{decimals_of, fixed, mg, signed, unit};
@@ -7,10 +7,10 @@ use crate::figure::Figure;
 
 use super::direction;
 
-/// Every placement before and after, and the three error figures.
+/// Every pose before and after calibration, and the error statistics.
 pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
-    // In closed form the errors of the vectors are all that there is.
+    // The closed form has only errors of the vectors.
     let exact = a.method == "ferraris";
     let only = |there: bool, column: Column| if there { column } else { column.full() };
     let raw = a.positions.iter().flat_map(|p| p.raw);
@@ -18,7 +18,7 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
     let decimals = decimals_of(largest, 5).min(4);
     let rows = a.positions.iter().enumerate();
     let table = Table::new("")
-        .columns([Column::left("placement")])
+        .columns([Column::left("pose")])
         .columns(Column::axes(&format!(
             "raw mean, {}",
             unit(a.input_unit.name())
@@ -32,15 +32,15 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
             Column::number("rows").full(),
         ])
         .rows(rows.map(|(i, p)| row(i, p, decimals)));
-    let section = Section::new("placements", "Placements").with(table).full(Block::note(
-        "error: length of calibrated − expected. left out: ‖a‖ − g when this placement and those within 25° of it take no part in the fit. tilt: off the face.",
+    let section = Section::new("poses", "Poses").with(table).full(Block::note(
+        "error: magnitude of calibrated − expected. left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face.",
     ));
     let Some(e) = a.errors else {
         return section;
     };
     let value =
         |key: &str, v: f64| Cell::number(format!("/accelerometer/errors/{key}"), v, fixed(v, 5));
-    let errors = Table::new("Errors over fitted faces, m/s²")
+    let errors = Table::new("Errors at the fitted faces, m/s²")
         .columns([Column::left("")])
         .columns(["RMS", "maximum", "mean norm"].map(Column::number))
         .row([
@@ -49,7 +49,7 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
             value("max", e.max),
             value("mean_norm", e.mean_norm),
         ]);
-    let note = "The parameters were fitted to them: they are no measure of accuracy.";
+    let note = "The parameters were fitted to these poses: the errors are no measure of accuracy.";
     match exact {
         true => section.with(errors).with(Block::note(note)),
         false => section.full(errors).full(Block::note(note)),
@@ -85,22 +85,22 @@ fn row(i: usize, p: &Position, decimals: usize) -> Row {
     cells.into()
 }
 
-/// Where the placements lie, and the next ones.
+/// Directions of the poses, and the best next ones.
 pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
     let a = &file.accelerometer;
     let mut section = Section::new("directions", "Directions and tilts").figures(figures);
     if let Some(worst) = &a.worst_pose {
         section = section.full(Block::paragraph(format!(
-            "The result suffers most from {}: {}",
+            "Least consistent pose: {}, {}",
             worst.label, worst.reason
         )));
     }
     if a.next_poses.is_empty() {
-        return section.full(Block::paragraph("No further placement is proposed."));
+        return section.full(Block::paragraph("No further pose is proposed."));
     }
     if let Some(now) = a.predicted_norm_error_mps2 {
         section = section.full(Block::paragraph(format!(
-            "The standard uncertainty of the magnitude is {} mg. Each of these placements would lower it, after the ones before it.",
+            "The standard uncertainty of the magnitude is {} mg. Each of these poses would lower it, recorded in this order.",
             mg(now)
         )));
     }
@@ -116,13 +116,9 @@ pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -
     });
     let columns = [
         Column::left(""),
-        Column::left("how to hold it"),
+        Column::left("orientation"),
         Column::left("direction"),
         Column::number("then, mg"),
     ];
-    section.full(
-        Table::new("Placements that would help most")
-            .columns(columns)
-            .rows(poses),
-    )
+    section.full(Table::new("Best next poses").columns(columns).rows(poses))
 }

@@ -1,18 +1,18 @@
-//! Where a result comes from.
+//! Provenance of a result.
 
 use crate::calibration_file::InputFile;
 use crate::document::{Block, Cell, Column, Document, Section, Table};
 
-/// Where a result comes from, for the record.
+/// Program, command, time and inputs of a result.
 #[derive(Debug, Clone, Copy)]
 pub struct Provenance<'a> {
     /// The program.
     pub tool: &'a str,
-    /// The command that made it, where it was one.
+    /// The command, if there was one.
     pub command: Option<&'a str>,
-    /// When, in UTC.
+    /// Time, UTC.
     pub created: &'a str,
-    /// Everything that was read.
+    /// All files read.
     pub inputs: &'a [InputFile],
 }
 
@@ -20,7 +20,7 @@ pub struct Provenance<'a> {
 pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));
 
 impl Document<'_> {
-    /// With a date below the title and a section that says where the result comes from.
+    /// Adds the date below the title and a section with the provenance.
     #[must_use]
     pub fn with_provenance(mut self, origin: &Provenance<'_>) -> Self {
         self.stamp = format!("{} · {}", origin.created, origin.tool);

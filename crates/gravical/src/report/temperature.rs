@@ -1,4 +1,4 @@
-//! What is said about drift with temperature.
+//! Report of drift with temperature.
 
 use crate::calibration_file::{ChannelDrift, SweepDirection, TemperatureModel};
 use crate::document::number::unit;
@@ -8,13 +8,13 @@ use crate::temperature::{r2_text, short};
 /// Sweeps that are listed one by one.
 const LISTED: usize = 4;
 
-/// Adds to `section` what temperature does to each channel, and which of it is
-/// predictable. `base` is where the model stands in the JSON.
+/// Adds the drift of each channel with temperature to `section`. `base` is the JSON pointer of
+/// the model.
 pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel, base: &str) -> Section<'a> {
     let [low, high] = model.range_c;
-    let placements = match model.poses {
-        1 => "one placement".to_owned(),
-        n => format!("{n} placements"),
+    let poses = match model.poses {
+        1 => "one pose".to_owned(),
+        n => format!("{n} poses"),
     };
     let columns = [
         Column::left("channel"),
@@ -22,7 +22,7 @@ pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel, base: &s
         Column::left("unit"),
         Column::number("R² cooling → warming"),
         Column::number("R² warming → cooling"),
-        Column::number("apart at most"),
+        Column::number("hysteresis"),
         Column::number("rms before").full(),
         Column::number("rms after").full(),
         Column::left("verdict"),
@@ -32,7 +32,7 @@ pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel, base: &s
         .columns(columns)
         .rows(channels.map(|(i, c)| channel(c, &format!("{base}/channels/{i}"))));
     let reasons = model.channels.iter().filter_map(|c| {
-        // What the table says of a success needs no words.
+        // The table is enough for an accepted channel.
         let reason = match c.reason.split_once("; ") {
             _ if !c.is_accepted() => &c.reason,
             Some((_, remark)) => remark,
@@ -43,7 +43,7 @@ pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel, base: &s
     let reasons: Vec<_> = reasons.collect();
     let section = section
         .with(Block::paragraph(format!(
-            "{low:.1} to {high:.1} °C while still, in {placements}; {}",
+            "{low:.1} to {high:.1} °C at rest, {poses}; {}",
             sweeps(model)
         )))
         .with(table);
@@ -64,7 +64,7 @@ fn sweeps(model: &TemperatureModel) -> String {
     if model.sweeps.len() <= LISTED {
         return listed;
     }
-    let count = |way: SweepDirection| model.sweeps.iter().filter(|s| s.direction == way).count();
+    let count = |d: SweepDirection| model.sweeps.iter().filter(|s| s.direction == d).count();
     format!(
         "{} sweeps cooling, {} warming: {listed}, …",
         count(SweepDirection::Cooling),
@@ -75,8 +75,8 @@ fn sweeps(model: &TemperatureModel) -> String {
 fn channel(c: &ChannelDrift, base: &str) -> Row {
     let key = |name: &str| format!("{base}/{name}");
     let verdict = match c.is_accepted() {
-        true => format!("taken off, order {}", c.order),
-        false => "refused".to_owned(),
+        true => format!("corrected, order {}", c.order),
+        false => "not corrected".to_owned(),
     };
     let input_unit = match c.input_unit.as_str() {
         "unknown" => "?".to_owned(),
@@ -103,7 +103,7 @@ fn channel(c: &ChannelDrift, base: &str) -> Row {
     ])
 }
 
-/// Three digits, with a power of ten where zeros would fill the place.
+/// Three digits, with a power of ten for small values.
 fn small(value: f64) -> String {
     if value != 0.0 && value.abs() < 0.01 {
         format!("{value:.2e}")

@@ -1,4 +1,4 @@
-//! What is said about the comparison of a motion with a reference.
+//! Report of the comparison of a motion with a reference.
 
 use crate::document::number::{decimals_of, digits, fixed};
 use crate::document::{Block, Cell, Column, Row, Section, Table};
@@ -9,35 +9,41 @@ use super::moves::{decimals, largest, lengths};
 use super::short_name;
 
 pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
-    let turned = match c.align {
-        TruthAlign::None => "not turned".to_owned(),
-        TruthAlign::Yaw => format!("turned by {:+.1}° about the vertical", c.rotation_deg[2]),
+    let rotated = match c.align {
+        TruthAlign::None => "not rotated".to_owned(),
+        TruthAlign::Yaw => format!("rotated by {:+.1}° about the vertical", c.rotation_deg[2]),
         TruthAlign::Rotation => {
             let [x, y, z] = c.rotation_deg;
-            format!("turned by {:.1}°", (x * x + y * y + z * z).sqrt())
+            format!("rotated by {:.1}°", (x * x + y * y + z * z).sqrt())
         }
     };
     let shifted = match c.time_offset_s {
         0.0 => String::new(),
-        offset => format!(", its clock shifted by {offset:+.3} s"),
+        offset => format!(", time offset {offset:+.3} s"),
     };
-    let section = Section::new("truth", "Against the reference").with(Block::paragraph(format!(
-        "{}: {} points from {:.2} to {:.2} s, {turned}{shifted}",
-        short_name(&c.source),
-        c.points,
-        c.from_s,
-        c.to_s
-    )));
+    let section =
+        Section::new("truth", "Comparison with the reference").with(Block::paragraph(format!(
+            "{}: {} points from {:.2} to {:.2} s, {rotated}{shifted}",
+            short_name(&c.source),
+            c.points,
+            c.from_s,
+            c.to_s
+        )));
     let row = |name: &str, key: &str, value: Option<f64>, n: i32| {
         let key = format!("/truth/{key}");
         Row::from([Cell::text(name), Cell::maybe(key, value, |v| digits(v, n))])
     };
     let errors = Table::new("Errors")
         .columns([Column::left(""), Column::number("value")])
-        .row(row("end error, m", "end_error_m", Some(c.end_error_m), 2))
+        .row(row(
+            "end-point error, m",
+            "end_error_m",
+            Some(c.end_error_m),
+            2,
+        ))
         .row(row("RMSE, m", "rmse_m", Some(c.rmse_m), 2))
         .row(row(
-            "end error, % of the path",
+            "end-point error, % of the path",
             "percent_of_path",
             c.percent_of_path,
             2,
@@ -53,7 +59,7 @@ pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
             Column::number("from, s"),
             Column::number("to, s"),
         ])
-        .columns(Column::axes("error of its displacement ± 1σ, m"))
+        .columns(Column::axes("error of the displacement ± 1σ, m"))
         .columns([Column::number("RMSE, m")])
         .rows(c.moves.iter().enumerate().map(|(i, m)| one_move(i, m)));
     section.with(moves)
@@ -61,7 +67,7 @@ pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
 
 fn one_move(i: usize, m: &MoveComparison) -> Row {
     let key = |field: &str| format!("/truth/moves/{i}/{field}");
-    // The error itself is known better than its uncertainty tells.
+    // The error has its own digits.
     let n = decimals_of(largest(m.end_error_m), 2);
     let n = m
         .sigma_m

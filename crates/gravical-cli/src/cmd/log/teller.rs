@@ -10,7 +10,7 @@ use crate::device::board::Settings;
 use crate::device::event::Event;
 use crate::device::item::Reason;
 use crate::device::live::Status;
-use crate::failure::Told;
+use crate::failure::RenderedError;
 
 /// Version of the events.
 const VERSION: u32 = 1;
@@ -119,21 +119,21 @@ impl Teller {
 
     /// Tells why it failed; the exit code.
     pub fn fail(&mut self, error: &anyhow::Error) -> ExitCode {
-        let Some(told) = Told::of(error) else {
+        let Some(rendered) = RenderedError::of(error) else {
             return ExitCode::SUCCESS;
         };
         self.close();
         let (outlet, text) = if self.json {
             (
                 &mut self.out,
-                format!("{}\n", shown_json(&told.object.to_string())),
+                format!("{}\n", shown_json(&rendered.object.to_string())),
             )
         } else {
-            (&mut self.err, told.text)
+            (&mut self.err, rendered.text)
         };
         outlet.drain();
         outlet.say(text.into_bytes());
-        ExitCode::from(told.exit)
+        ExitCode::from(rendered.exit)
     }
 
     /// The status line becomes an ordinary one.

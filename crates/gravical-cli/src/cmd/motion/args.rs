@@ -1,4 +1,4 @@
-//! Arguments of `gravical motion`, and what they mean.
+//! Arguments of `gravical motion`.
 
 use std::path::{Path, PathBuf};
 
@@ -14,42 +14,52 @@ use crate::figures::FigureArgs;
 use crate::options::{GravityArgs, RecordingArgs};
 use crate::report::ReportArgs;
 
-/// Recording → velocity and position, with error bands
+/// Compute velocity and position with error bands
 ///
-/// Rests are found, gravity is taken off along the attitude, velocity is zero at rests. The table
-/// goes to a file with -o, to a pipe without; the summary to stderr.
+/// Finds the rests, subtracts gravity using the attitude, integrates, and sets the velocity to zero at
+/// the rests. The table goes to -o or a pipe, the summary to stderr.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
-Hold the sensor still for some seconds before and after each move: drift is
-corrected between rests, and grows without limit after the last one.
+#[command(
+    after_help = "\
+Keep the sensor at rest for some seconds before and after each move: drift is
+corrected between rests and grows without limit after the last one.
 
-Exit codes: 0 computed, 3 bad input, 4 computed, but no move can be known (the
-table is written all the same).")]
+Example: gravical motion walk.csv -c cal.json -o track.csv --report motion.html
+More options (method, reference, reading): `gravical motion --help`.",
+    after_long_help = "\
+Keep the sensor at rest for some seconds before and after each move: drift is
+corrected between rests and grows without limit after the last one.
+
+Example: gravical motion walk.csv -c cal.json -o track.csv --report motion.html
+
+Exit codes: 0 computed, 3 bad input, 4 computed, but no move is usable (the table
+is still written)."
+)]
 pub struct Args {
-    /// Recording, plain or gzip; - is standard input
+    /// Recording, plain or .gz; - reads standard input
     #[arg(value_name = "RECORDING")]
     pub input: PathBuf,
-    /// Calibration: a file of `gravical calibrate` or of imucal
+    /// Calibration file, of `gravical calibrate` or imucal
     #[arg(short, long, value_name = "CAL")]
     pub calibration: Option<PathBuf>,
-    /// A second file with the gyroscope, joined on time
+    /// Gyroscope of the recording in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     pub gyro: Option<PathBuf>,
-    /// Table to write; - is stdout [default: stdout, unless that is a terminal]
+    /// Table to write (CSV); - writes to stdout [default: stdout if it is not a terminal]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub report: ReportArgs,
-    /// Sample by sample without look-ahead: any size, no bands, nothing corrected backwards
+    /// Causal: sample by sample without look-ahead or error bands, recordings of any size
     #[arg(long)]
     pub causal: bool,
-    /// Replace files that are there
+    /// Overwrite existing files
     #[arg(long)]
     pub force: bool,
-    /// Print the result as one JSON object on stdout; the table only with -o
+    /// Print the result as JSON; the table is then written only with -o
     #[arg(long)]
     pub json: bool,
-    /// Print nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
     #[command(flatten)]
@@ -67,65 +77,77 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Method")]
 struct MethodArgs {
-    /// A preset; the options below change single steps of it
+    /// Preset; the options below change single steps of it
     #[arg(long, value_enum, value_name = "NAME", default_value = "default")]
     procedure: Procedure,
-    /// How gravity is taken off [default: strapdown]
-    #[arg(long, value_enum, value_name = "HOW")]
+    /// How gravity is subtracted [default: strapdown]
+    #[arg(long, hide_short_help = true, value_enum, value_name = "HOW")]
     gravity_removal: Option<Removal>,
-    /// Rows at the start that still-mean takes the mean of [default: 500]
-    #[arg(long, value_name = "N")]
+    /// Number of initial rows that still-mean averages [default: 500]
+    #[arg(long, hide_short_help = true, value_name = "N")]
     still_rows: Option<usize>,
-    /// Filter for the accelerometer, as savgol:5,2 or butter:4,5Hz; may be repeated [default: none]
-    #[arg(long, value_name = "FILTER|none")]
+    /// Filter of the accelerometer, e.g. savgol:5,2 or butter:4,5Hz; repeatable [default: none]
+    #[arg(long, hide_short_help = true, value_name = "FILTER|none")]
     smooth: Vec<Smooth>,
-    /// What stands beyond the ends of a smoothed stretch [default: interp]
-    #[arg(long, value_name = "EDGE", requires = "smooth")]
+    /// How the ends are padded for --smooth [default: interp]
+    #[arg(long, hide_short_help = true, value_name = "EDGE", requires = "smooth")]
     edge: Option<Edge>,
-    /// Whether velocity is zero at rests [default: on]
-    #[arg(long, value_enum, value_name = "ON|OFF")]
+    /// Zero-velocity update at rests [default: on]
+    #[arg(long, hide_short_help = true, value_enum, value_name = "ON|OFF")]
     zero_velocity: Option<Switch>,
-    /// Where it rests, in s: 0-5,7.2- (an open end is the end) [default: found]
+    /// Rests in s, e.g. 0-5,7.2- (open: to the end) [default: found]
     #[arg(long, value_name = "SPANS", allow_hyphen_values = true)]
     still: Option<Intervals>,
-    /// Whether stances of a walking foot count as standing [default: on]
-    #[arg(long, value_enum, value_name = "ON|OFF")]
+    /// Zero-velocity update at stances of a walking foot [default: on]
+    #[arg(long, hide_short_help = true, value_enum, value_name = "ON|OFF")]
     stances: Option<Switch>,
-    /// Angular rate that a foot in stance stays under, rad/s [default: 0.6]
-    #[arg(long, value_name = "RAD_S")]
+    /// Highest angular rate of a foot in stance, rad/s [default: 0.6]
+    #[arg(long, hide_short_help = true, value_name = "RAD_S")]
     stance_rate: Option<f64>,
-    /// Velocity at the start in m/s, where it does not start at rest
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    /// Initial velocity in m/s, for a recording that starts in motion
+    #[arg(long, hide_short_help = true, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     v0: Option<Vector>,
-    /// Position at the start in m [default: 0,0,0]
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    /// Initial position in m [default: 0,0,0]
+    #[arg(long, hide_short_help = true, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     p0: Option<Vector>,
-    /// Standard uncertainty of the recorder's clock, relative [default: 0.001]
-    #[arg(long, value_name = "SHARE")]
+    /// Relative standard uncertainty of the recorder's clock [default: 0.001]
+    #[arg(long, hide_short_help = true, value_name = "SHARE")]
     clock_error: Option<f64>,
-    /// Without a gyroscope: how far it tilts during a move, degrees [default: 0.5]
-    #[arg(long, value_name = "DEG")]
+    /// Without a gyroscope: tilt during a move, degrees (1σ) [default: 0.5]
+    #[arg(long, hide_short_help = true, value_name = "DEG")]
     wobble: Option<f64>,
     /// Compute no error bands: faster, and a smaller table
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     no_bands: bool,
 }
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Comparison with a reference")]
 struct TruthArgs {
-    /// Positions measured otherwise: columns t_s,px_m,py_m,pz_m; may be RECORDING itself
+    /// Reference positions, columns t_s,px_m,py_m,pz_m; may be RECORDING itself
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
-    /// Its columns by name: t=…,px=…,py=…,pz=… [default: what is called a position]
-    #[arg(long, value_name = "COLUMNS", requires = "truth")]
-    truth_columns: Option<TruthColumns>,
-    /// How it is turned to fit [default: yaw; rotation where its z is not up]
-    #[arg(long, value_enum, value_name = "HOW", requires = "truth")]
-    truth_align: Option<Align>,
-    /// Seconds to add to its stamps [default: found by the speeds; 0 within RECORDING]
+    /// Columns of the reference by name, t=…,px=…,py=…,pz=… [default: recognised]
     #[arg(
         long,
+        hide_short_help = true,
+        value_name = "COLUMNS",
+        requires = "truth"
+    )]
+    truth_columns: Option<TruthColumns>,
+    /// How the reference is aligned [default: yaw; rotation if its z is not up]
+    #[arg(
+        long,
+        hide_short_help = true,
+        value_enum,
+        value_name = "HOW",
+        requires = "truth"
+    )]
+    truth_align: Option<Align>,
+    /// Seconds to add to the time of the reference [default: by matching speeds; 0 within RECORDING]
+    #[arg(
+        long,
+        hide_short_help = true,
         value_name = "S",
         requires = "truth",
         allow_negative_numbers = true
@@ -135,20 +157,20 @@ struct TruthArgs {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Procedure {
-    /// strapdown, velocity zero at rests
+    /// strapdown with zero-velocity updates
     Default,
-    /// the classical student's report: --gravity-removal still-mean --still-rows 500
+    /// as in the classical student report: --gravity-removal still-mean --still-rows 500
     /// --smooth savgol:5,2 --zero-velocity off
     Report,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Removal {
-    /// along the attitude, followed with the gyroscope
+    /// using the attitude from the gyroscope
     Strapdown,
-    /// along the tilt of the rest before
+    /// using the tilt at the rest before
     ConstantTilt,
-    /// by the mean of the first rows, in the sensor's own axes
+    /// the mean of the first rows, in sensor axes
     StillMean,
 }
 
@@ -162,15 +184,15 @@ enum Switch {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Align {
-    /// about the vertical: its z is up
+    /// rotation about the vertical
     Yaw,
-    /// by any rotation
+    /// any rotation
     Rotation,
-    /// not at all
+    /// no rotation
     None,
 }
 
-/// A filter, or `none`, which takes away that of a preset.
+/// A filter; `none` removes the one of a preset.
 #[derive(Debug, Clone)]
 struct Smooth(Option<FilterSpec>);
 
@@ -201,14 +223,14 @@ fn vector(text: &str) -> std::result::Result<Vector, String> {
     match numbers[..] {
         [x, y, z] => Ok(Vector([x, y, z])),
         _ => Err(format!(
-            "three numbers are wanted, as 0,0,0; these are {}",
+            "expected three numbers such as 0,0,0, found {}",
             numbers.len()
         )),
     }
 }
 
 impl Args {
-    /// As the library wants them: the preset, changed by what is given.
+    /// The options of the library: the preset, changed by the options given.
     ///
     /// # Errors
     ///
@@ -255,7 +277,7 @@ impl Args {
         })
     }
 
-    /// Every file that is read.
+    /// All input files.
     pub fn files(&self) -> Vec<&Path> {
         let others = [&self.calibration, &self.gyro, &self.truth.truth];
         let others = others.into_iter().flatten();
@@ -266,7 +288,7 @@ impl Args {
             .collect()
     }
 
-    /// The reference and how it is compared; none without --truth.
+    /// The reference and its options; none without --truth.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! `gravical motion --causal`: one pass, no look-ahead.
+//! `gravical motion --causal`: one pass without look-ahead.
 
 use std::io;
 use std::process::ExitCode;
@@ -23,7 +23,7 @@ pub(super) fn run(
     options: &MotionOptions,
 ) -> anyhow::Result<ExitCode> {
     if args.gyro.is_some() {
-        return Err(not_causal("--gyro joins two files on time").into());
+        return Err(not_causal("--gyro joins two files by time").into());
     }
     if args.truth()?.is_some() {
         return Err(not_causal("--truth compares a whole track").into());
@@ -47,5 +47,5 @@ pub(super) fn run(
 
 fn not_causal(what: &str) -> Error {
     Error::usage("not-causal", format!("--causal: {what}"))
-        .with_hint("leave --causal out: the whole recording is read then")
+        .with_hint("remove --causal: then the whole recording is read")
 }

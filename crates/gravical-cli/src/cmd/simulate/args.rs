@@ -1,4 +1,4 @@
-//! Arguments of `gravical simulate`, and what they mean.
+//! Arguments of `gravical simulate`.
 
 use std::path::PathBuf;
 
@@ -7,15 +7,16 @@ use gravical::simulate::{
     SixPositionOptions, SoakOptions, StaticOptions,
 };
 
-/// Make recordings of a virtual MPU6050, and the truth about them
+/// Simulate recordings of an MPU6050 with known true errors
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example: gravical simulate poses -o sim --seed 3 --free 8")]
 pub struct Args {
     #[command(subcommand)]
     scenario: Command,
 }
 
 impl Args {
-    /// True when the truth is wanted as JSON, and errors too.
+    /// Whether the truth and errors are printed as JSON.
     pub fn json(&self) -> bool {
         match &self.scenario {
             Command::SixPosition { shared, .. }
@@ -28,13 +29,13 @@ impl Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// Six still placements, one file each (or one Ferraris session)
+    /// Six face poses, one file each, or one continuous session with turns
     SixPosition {
-        /// Length of each placement, s
+        /// Duration of each pose, s
         #[arg(long, value_name = "S", default_value_t = 10.0)]
         hold: f64,
-        /// One recording `session.csv`: the six placements with hand movement between, then a turn
-        /// about each axis
+        /// One recording, session.csv: the six poses with movements by hand between them, then a
+        /// full turn about each axis
         #[arg(long)]
         continuous: bool,
         /// Rest before and after each turn, s
@@ -55,9 +56,9 @@ enum Command {
         #[command(flatten)]
         shared: Box<Shared>,
     },
-    /// Six faces and free poses in one recording, poses.csv
+    /// Six face poses and free poses in one recording: poses.csv
     Poses {
-        /// Length of each hold, s
+        /// Duration of each pose, s
         #[arg(long, value_name = "S", default_value_t = 4.0)]
         hold: f64,
         /// Number of free poses after the six faces
@@ -66,12 +67,12 @@ enum Command {
         #[command(flatten)]
         shared: Box<Shared>,
     },
-    /// Lying flat and still, static.csv
+    /// At rest with z up: static.csv
     Static {
         /// Length of the recording, s
         #[arg(long, value_name = "S", default_value_t = 10.0)]
         duration: f64,
-        /// In a chamber that goes from HIGH to LOW and back, °C, in place of warming up on a table
+        /// In a thermal chamber that goes from HIGH to LOW °C and back
         #[arg(
             long,
             value_name = "HIGH,LOW",
@@ -79,7 +80,7 @@ enum Command {
             allow_hyphen_values = true
         )]
         soak: Option<(f64, f64)>,
-        /// Hysteresis of the drift in the chamber: its width, °C
+        /// Width of the hysteresis of the drift in the chamber, °C
         #[arg(long, value_name = "C", default_value_t = 0.0, requires = "soak")]
         soak_hysteresis: f64,
         /// Drift of the gyroscope's bias in the chamber, °/s per °C
@@ -88,9 +89,9 @@ enum Command {
         #[command(flatten)]
         shared: Box<Shared>,
     },
-    /// Rest, a straight smooth move along y, rest: line.csv
+    /// Rest, one smooth straight move, rest: line.csv
     Line {
-        /// Way along y, m
+        /// Displacement along y, m
         #[arg(
             long,
             value_name = "M",
@@ -98,7 +99,7 @@ enum Command {
             allow_negative_numbers = true
         )]
         distance: f64,
-        /// Way along x, m
+        /// Displacement along x, m
         #[arg(
             long,
             value_name = "M",
@@ -112,7 +113,7 @@ enum Command {
         /// Rest before and after the move, s
         #[arg(long, value_name = "S", default_value_t = 5.0)]
         rest: f64,
-        /// Amplitude of one full sine of tilt during the move, °
+        /// Tilt during the move: amplitude of one sine period, °
         #[arg(
             long,
             value_name = "DEG",
@@ -127,25 +128,25 @@ enum Command {
 
 #[derive(Debug, clap::Args)]
 pub struct Shared {
-    /// Folder to write into; it is made when it is not there
+    /// Folder to write to, created if missing
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Seed: the same seed and options give the same files
+    /// Random seed; the same seed and options give the same files
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Local gravity, m/s²
     #[arg(long, value_name = "MPS2", default_value_t = 9.80665)]
     gravity: f64,
-    /// How far a placement is off, ° (sd of each of two components)
+    /// Tilt of the face poses, ° (standard deviation of each of two components)
     #[arg(long, value_name = "DEG", default_value_t = 1.0)]
     tilt: f64,
-    /// Replace files that are there
+    /// Overwrite existing files
     #[arg(long)]
     pub force: bool,
-    /// Print nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
-    /// Print the truth as one JSON object on stdout
+    /// Print the truth as JSON
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -160,7 +161,7 @@ struct Board {
     /// True sampling rate, Hz
     #[arg(long, value_name = "HZ", default_value_t = 100.0)]
     rate: f64,
-    /// How fast the board's clock runs, ppm
+    /// Rate error of the board's clock, ppm
     #[arg(
         long,
         value_name = "PPM",
@@ -168,19 +169,20 @@ struct Board {
         allow_negative_numbers = true
     )]
     clock_error: f64,
-    /// Time stamps are off by up to this, either way, ms
+    /// Jitter of the time stamps, ± ms
     #[arg(long, value_name = "MS", default_value_t = 0.0)]
     jitter: f64,
-    /// Share of the rows that are lost, 0 to 0.9
+    /// Share of lost rows, 0 to 0.9
     #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
     drop: f64,
-    /// A header with the true units (the report's says g and °/s over m/s² and rad/s)
+    /// Header with the true units (default: as in the student report, which says g and °/s
+    /// although the values are in m/s² and rad/s)
     #[arg(long)]
     true_header: bool,
-    /// Counts in place of m/s² and rad/s
+    /// Raw counts instead of m/s² and rad/s
     #[arg(long, conflicts_with_all = ["true_header", "decimals"])]
     raw: bool,
-    /// Digits after the point
+    /// Decimal places
     #[arg(long, value_name = "N", default_value_t = 4)]
     decimals: u8,
 }
@@ -197,7 +199,7 @@ struct Sensor {
     /// Low-pass of the sensor, Hz; 0 switches it off
     #[arg(long, value_name = "HZ", default_value_t = 44.0)]
     low_pass: f64,
-    /// Multiplies all noise; 0 switches it off
+    /// Factor on all noise; 0 switches it off
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     noise: f64,
     /// Noise of the accelerometer, Allan N, m/s/√s
@@ -206,25 +208,25 @@ struct Sensor {
     /// Noise of the gyroscope, Allan N, °/√s
     #[arg(long, value_name = "N", default_value_t = 0.005)]
     gyro_noise: f64,
-    /// Spread of the accelerometer's scale, % (sd)
+    /// Scale error of the accelerometer, % (standard deviation)
     #[arg(long, value_name = "PERCENT", default_value_t = 2.0)]
     scale_sd: f64,
-    /// Spread of the misalignment of both sensors, ° (sd of each element)
+    /// Misalignment of both sensors, ° (standard deviation of each element)
     #[arg(long, value_name = "DEG", default_value_t = 1.0)]
     misalignment: f64,
-    /// Limit of the accelerometer's bias, m/s² (uniform, either way)
+    /// Bias of the accelerometer, uniform within ± this, m/s²
     #[arg(long, value_name = "MPS2", default_value_t = 0.5)]
     bias: f64,
-    /// Limit of the gyroscope's scale error, % (uniform, either way)
+    /// Scale error of the gyroscope, uniform within ± this, %
     #[arg(long, value_name = "PERCENT", default_value_t = 3.0)]
     gyro_scale: f64,
-    /// Limit of the gyroscope's bias, °/s (uniform, either way)
+    /// Bias of the gyroscope, uniform within ± this, °/s
     #[arg(long, value_name = "DEG_S", default_value_t = 2.0)]
     gyro_bias: f64,
-    /// Sensitivity of the gyroscope to acceleration, °/s per g (sd of each element)
+    /// g-sensitivity of the gyroscope, °/s per g (standard deviation of each element)
     #[arg(long, value_name = "DEG_S_G", default_value_t = 0.1)]
     g_sensitivity: f64,
-    /// How far the part warms up from 25 °C, °C
+    /// Warming of the sensor above 25 °C, °C
     #[arg(
         long,
         value_name = "C",
@@ -232,7 +234,7 @@ struct Sensor {
         allow_negative_numbers = true
     )]
     temperature_rise: f64,
-    /// Time constant of warming up, s
+    /// Time constant of the warming, s
     #[arg(long, value_name = "S", default_value_t = 120.0)]
     temperature_time: f64,
     /// Drift of the accelerometer's bias, mg per °C; 0 switches it off
@@ -241,7 +243,7 @@ struct Sensor {
 }
 
 impl Args {
-    /// As the library wants them, and what the verb itself needs.
+    /// Options of the library, and those of the command itself.
     pub fn options(&self) -> (SimulateOptions, &Shared) {
         let (scenario, shared) = match &self.scenario {
             Command::SixPosition {
@@ -364,7 +366,7 @@ impl Sensor {
 fn two_numbers(text: &str) -> Result<(f64, f64), String> {
     let (high, low) = text
         .split_once(',')
-        .ok_or("two temperatures are wanted, as 50,-10")?;
+        .ok_or("expected two temperatures such as 50,-10")?;
     let number = |t: &str| t.trim().parse().map_err(|e| format!("{t}: {e}"));
     Ok((number(high)?, number(low)?))
 }

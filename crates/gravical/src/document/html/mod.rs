@@ -1,9 +1,8 @@
-//! A document as one HTML file that needs nothing else: no network, no fonts, no server;
-//! without its script it is complete all the same.
+//! A document as one self-contained HTML file: no network, fonts or server; complete without
+//! its script, too.
 //!
-//! A number of a table carries where it stands in the JSON (`data-k`, a JSON pointer of
-//! RFC 6901) and its value to the last digit (`data-v`), so that a program can hold the
-//! one against the other.
+//! A number in a table has its JSON pointer (`data-k`, RFC 6901) and its full value
+//! (`data-v`), so that a program can compare page and JSON.
 
 mod page;
 
@@ -16,9 +15,8 @@ use super::{
 use crate::figure::{Arrangement, Figure, svg};
 
 impl Document<'_> {
-    /// The whole document as a page. Tables end after [`ROWS`](super::ROWS) rows; the
-    /// drawings together stay under [`DRAWINGS`] bytes, and one that does not fit is named
-    /// instead.
+    /// The whole document as a page. Tables have at most [`ROWS`](super::ROWS) rows, all figures
+    /// together at most [`DRAWINGS`] bytes; a figure beyond that is replaced by its name.
     #[must_use]
     pub fn to_html(&self) -> String {
         let mut room = DRAWINGS;
@@ -36,7 +34,7 @@ impl Document<'_> {
         let sections: Vec<page::Part<'_>> = verdict.chain(sections).collect();
         let lead = html! {
             h1 { (self.title) }
-            @for line in self.subject.iter().chain([&self.stamp]).filter(|l| !l.is_empty()) {
+            @for line in self.lead() {
                 p.sub { (line) }
             }
         };
@@ -44,7 +42,7 @@ impl Document<'_> {
     }
 }
 
-/// Word, sign and colour; why; the numbers; what next.
+/// Badge, main numbers, reasons, next steps.
 fn verdict(v: &Verdict) -> Markup {
     let (class, sign) = match v.grade {
         Grade::Good => ("good", "✓"),
@@ -107,7 +105,7 @@ fn remark(r: &Remark) -> Markup {
     }
 }
 
-/// One language at a time, without a script.
+/// Tabs, one per language, without a script.
 fn snippets(id: &str, all: &[Snippet]) -> Markup {
     html! {
         div.tabs {
@@ -123,7 +121,7 @@ fn snippets(id: &str, all: &[Snippet]) -> Markup {
     }
 }
 
-/// A table that scrolls by itself where it is wider than the page.
+/// A table that scrolls if it is wider than the page.
 fn table(t: &Table, title: &str) -> Markup {
     let caption = if t.caption.is_empty() {
         title
@@ -197,7 +195,7 @@ fn number(q: &Quantity, mark: &str) -> Markup {
     html! { span class=[(!mark.is_empty()).then_some("sd")] data-k=[key(q)] data-v=[known(q)] { (mark) (shown(&q.text)) } }
 }
 
-/// With a true minus.
+/// With a typographic minus sign.
 fn shown(text: &str) -> String {
     text.replace('-', "−")
 }

@@ -1,18 +1,18 @@
-//! The page around the sections.
+//! The frame of a page.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::figure::svg;
 use crate::output::shown;
 
-/// Nothing comes from elsewhere, whatever a file name or a label says.
+/// Nothing is loaded, whatever a file name or label contains.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
 
-/// The script without comments and indentation. No text in it goes over a line.
+/// The script without comments and indentation. It has no multi-line strings.
 fn script() -> String {
     let lines = SCRIPT.lines().map(str::trim_start);
     let code = lines.filter(|l| !l.is_empty() && !l.starts_with("//"));
@@ -36,7 +36,7 @@ pub(super) fn page(title: &str, lead: &Markup, sections: &[Part<'_>]) -> String 
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                // Without it a browser asks the server for one.
+                // Prevents a request for /favicon.ico.
                 link rel="icon" href="data:,";
                 title { (title) }
                 style { (PreEscaped(STYLE)) (PreEscaped(dark)) }

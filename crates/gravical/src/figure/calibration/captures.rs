@@ -123,17 +123,18 @@ pub(super) fn captures(session: Session<'_>, scale: &Scale) -> Option<Figure> {
     let windows = windows(session, &placed);
     let mut figure = Figure::new(
         "captures",
-        "Raw captures",
+        "Recorded poses",
         format!(
-            "What was recorded, by the nominal scale. Shaded are the {} stretches whose means went into the calibration.",
+            "Raw recording, nominal scale. The {} shaded intervals are the poses whose means were used.",
             windows.len()
         ),
     );
     if session.recordings.iter().any(Recording::is_excerpt) {
-        figure.caption += " Of a long recording it is the stills and the motions between them.";
+        figure.caption +=
+            " A long recording is shown by its static intervals and the motions between them.";
     }
     if scale.nominal.is_none() {
-        figure.caption = figure.caption.replace(", by the nominal scale", "");
+        figure.caption = figure.caption.replace(", nominal scale", "");
     }
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let value = |p: &Placed<'_>, i: usize| {
@@ -171,7 +172,7 @@ fn named(panel: Panel, line: &Series, windows: &[(String, f64, f64)]) -> Panel {
     let above = high + 0.14 * (high - low).max(1e-6 * high.abs());
     let labels = windows.iter().map(|w| w.0.clone()).collect();
     let middle = windows.iter().map(|w| 0.5 * (w.1 + w.2)).collect();
-    let texts = Series::points("placement", Role::Guide, middle, vec![above; windows.len()]);
+    let texts = Series::points("pose", Role::Guide, middle, vec![above; windows.len()]);
     panel.with(texts.labelled(labels))
 }
 
@@ -213,7 +214,7 @@ pub(super) fn noise(file: &CalibrationFile, session: Session<'_>, scale: &Scale)
     }
     let x = places(names.len());
     let mut panel = Panel::new(
-        Axis::names("placement", names),
+        Axis::names("pose", names),
         Axis::new("noise, 1σ of a sample", unit),
     );
     let axes = [("x", Role::X), ("y", Role::Y), ("z", Role::Z)];
@@ -223,7 +224,7 @@ pub(super) fn noise(file: &CalibrationFile, session: Session<'_>, scale: &Scale)
     let figure = Figure::new(
         "noise",
         "Noise at rest",
-        "Standard deviation of the samples in each placement. One that stands out was bumped; zero is a frozen axis.",
+        "Standard deviation of the samples of each pose. A high value indicates a disturbed pose, zero a frozen axis.",
     );
     Some(figure.with(panel))
 }

@@ -46,7 +46,7 @@ pub(super) fn parameters(file: &CalibrationFile, scale: &Scale) -> Option<Figure
     .titled("scale");
     let caption = match sd {
         Some(_) => {
-            "Bias and scale of each axis. Boxes are ± 1σ (dark) and intervals of 95 % (pale); where they are thin as a line, the value is known better than the axes differ."
+            "Bias and scale of each axis. Boxes: ± 1σ (dark) and 95 % interval (pale); thin boxes are uncertainties much smaller than the differences between the axes."
         }
         None => "Bias and scale of each axis.",
     };

@@ -8,10 +8,7 @@ use crate::uncertainty::covariance_of;
 use super::{Scale, norm_of, places};
 
 fn names(positions: &[Position]) -> Axis {
-    Axis::names(
-        "placement",
-        positions.iter().map(|p| p.label.clone()).collect(),
-    )
+    Axis::names("pose", positions.iter().map(|p| p.label.clone()).collect())
 }
 
 /// ‖a‖ of each placement before and after, and after alone with its uncertainty.
@@ -63,11 +60,9 @@ pub(super) fn norm(file: &CalibrationFile, scale: &Scale) -> Option<Figure> {
     };
     let what = match both {
         Some(_) => "Above by the nominal scale and calibrated, below what is left.",
-        None => {
-            "This is what is left of the difference once it is calibrated; the nominal scale is not known."
-        }
+        None => "The remaining error after calibration; the nominal scale is unknown.",
     };
-    let caption = format!("At rest ‖a‖ is local gravity in every placement. {what}{bars}");
+    let caption = format!("At rest ‖a‖ is local gravity in every pose. {what}{bars}");
     let figure = Figure::new("norm", "Magnitude at rest", caption);
     Some(both.into_iter().fold(figure, Figure::with).with(near))
 }
@@ -88,8 +83,8 @@ pub(super) fn residuals(file: &CalibrationFile) -> Option<Figure> {
     }
     let figure = Figure::new(
         "residuals",
-        "Errors of the placements",
-        "Above, calibrated less expected along each axis (for oblique placements along their own direction); a face that lay crookedly shows its tilt here. Below, the error of ‖a‖ with the placement in the fit and left out of it: only the latter says how accurate the calibration is.",
+        "Errors of the poses",
+        "Above: calibrated minus expected value along each axis (free poses: along their own direction); for a face pose this includes its tilt. Below: error of ‖a‖ with the pose in the fit and left out of it; only the latter measures how accurate the calibration is.",
     )
     .with(components);
     let of = |value: fn(&Position) -> Option<f64>| -> Vec<f64> {
@@ -147,22 +142,22 @@ pub(super) fn tilt(file: &CalibrationFile) -> Option<Figure> {
         points = points.plus_minus(&deviations);
     }
     let mut panel = Panel::new(
-        Axis::names("placement", labels),
+        Axis::names("pose", labels),
         Axis::new("tilt off the face", "°").including(&[0.0]),
     );
     if let Some(tilt) = a.placement_tilt_deg {
         let how = match tilt.source {
-            TiltSource::Given => "given: sd each way",
-            TiltSource::Estimated => "estimated: sd each way",
-            TiltSource::Assumed => "assumed: sd each way",
+            TiltSource::Given => "given: standard deviation",
+            TiltSource::Estimated => "estimated: standard deviation",
+            TiltSource::Assumed => "assumed: standard deviation",
         };
         panel = panel.with(Series::rule(how, Role::Reference, tilt.value));
     }
     let caption = if fitted {
-        "How far each face was off level, as the fit has it. Bars are ± 1σ."
+        "Estimated tilt of each face pose. Bars are ± 1σ."
     } else {
-        "Angle between the raw mean and the face: placement, bias and misalignment together."
+        "Angle between the raw mean and the face: tilt, bias and misalignment together."
     };
     let panel = panel.with(points.drawn_as(Symbol::Circle));
-    Some(Figure::new("tilt", "Tilt of the placements", caption).with(panel))
+    Some(Figure::new("tilt", "Tilt of the face poses", caption).with(panel))
 }

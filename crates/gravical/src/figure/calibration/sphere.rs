@@ -36,14 +36,14 @@ pub(super) fn sphere(file: &CalibrationFile) -> Option<Figure> {
     }
     let next = !file.accelerometer.next_poses.is_empty();
     let caption = format!(
-        "Direction of specific force in each placement (up, as the sensor sees it), half of the sphere each, areas as large as they are; circles at 30° and 60° off the axis.{}",
+        "Direction of specific force (up, in sensor axes) at each pose: two hemispheres in equal-area projection, circles at 30° and 60°.{}",
         if next {
-            " The placement that would help most is called next."
+            " The best next pose is labelled next."
         } else {
             ""
         }
     );
-    let figure = Figure::new("sphere", "Placements on the sphere", caption)
+    let figure = Figure::new("sphere", "Poses on the sphere", caption)
         .beside()
         .with(disc(file, Half(1.0), "seen from +z"))
         .with(disc(file, Half(-1.0), "seen from −z"));
@@ -98,7 +98,7 @@ fn disc(file: &CalibrationFile, half: Half, title: &str) -> Panel {
     });
     let next = points("would help", Role::Warning, half, next.collect());
     let series = [
-        of("placement", Role::Calibrated, &|p| p.fitted),
+        of("pose", Role::Calibrated, &|p| p.fitted),
         of("not in the fit", Role::Bad, &|p| !p.fitted),
         next.drawn_as(Symbol::Diamond),
     ];

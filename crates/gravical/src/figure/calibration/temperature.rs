@@ -25,7 +25,7 @@ pub(super) fn temperature(file: &CalibrationFile, session: Option<Session<'_>>) 
             figure.panels.extend(drift(model, title, channels));
         }
         if figure.panels.len() > before {
-            figure.caption.push_str("Drift of the channels that temperature predicts, which is taken off; zero at the reference temperature.");
+            figure.caption.push_str("Drift of the channels that temperature predicts, which is corrected; zero at the reference temperature.");
         }
     }
     if let [only] = &mut figure.panels[..] {

@@ -95,10 +95,7 @@ fn six_files_have_all_figures_with_the_numbers_of_the_file() {
     assert_eq!(series(budget, 0, "combined").y, [1e3 * combined]);
     let sphere = named(&figures, "sphere");
     let placed = sphere.panels.iter().flat_map(|p| &p.series);
-    let placed: usize = placed
-        .filter(|s| s.name == "placement")
-        .map(|s| s.x.len())
-        .sum();
+    let placed: usize = placed.filter(|s| s.name == "pose").map(|s| s.x.len()).sum();
     assert_eq!((sphere.panels.len(), placed), (2, 6));
     let captures = named(&figures, "captures");
     assert_eq!(captures.panels.len(), 3);

@@ -34,7 +34,7 @@ pub(super) fn budget(file: &CalibrationFile) -> Option<Figure> {
         1e3 * budget.combined_mps2,
     ));
     let caption = format!(
-        "Parts of the standard uncertainty of ‖a‖ at rest, root mean square over all directions; combined is the root of the sum of their squares, expanded (k = {}) it is {:.*} mm/s².",
+        "Contributions to the standard uncertainty of ‖a‖ at rest, RMS over all directions; combined: root sum of squares, expanded (k = {}): {:.*} mm/s².",
         budget.coverage_factor,
         decimals_for(1e3 * budget.expanded_mps2),
         1e3 * budget.expanded_mps2

@@ -88,7 +88,7 @@ pub(super) fn static_drift(motion: &Motion) -> Option<Figure> {
         "static-drift",
         "Drift at rest",
         format!(
-            "Nothing moved: what position drifts by in {:.1} s when it is integrated without zero-velocity correction, and what was predicted for it.",
+            "Sensor at rest: drift of the position over {:.1} s, integrated without zero-velocity updates, and its predicted uncertainty.",
             told.duration_s
         ),
     );

@@ -29,7 +29,7 @@ pub(super) fn moves(motion: &Motion) -> Option<Figure> {
     let mut figure = Figure::new(
         "moves",
         "Moves",
-        format!("Displacement of each move from its own start; bars are ± 1σ.{more}"),
+        format!("Displacement of each move; bars are ± 1σ.{more}"),
     );
     for (axis, name) in AXES.into_iter().enumerate() {
         let of = |value: &dyn Fn(&Move) -> Option<f64>| -> Vec<f64> {
@@ -109,8 +109,8 @@ pub(super) fn budget(motion: &Motion) -> Option<Figure> {
     .with(Series::rule("combined", Role::Reference, factor * combined));
     let figure = Figure::new(
         "budget",
-        "Uncertainty of the end",
-        "Parts of the standard uncertainty of the final position, over all three axes; combined is the root of the sum of their squares.",
+        "Uncertainty of the end position",
+        "Contributions to the standard uncertainty of the end position, all three axes; combined: root sum of squares.",
     );
     Some(figure.with(panel))
 }

@@ -34,7 +34,7 @@ pub(super) fn trajectory(motion: &Motion) -> Option<Figure> {
         "trajectory",
         "Trajectory",
         format!(
-            "The way {seen}; a metre is as long on both axes. A circle marks the start, a diamond the end{}.",
+            "The path {seen}, equal scale on both axes. Circle: start, diamond: end{}.",
             sigma_told(motion, &extent, plane)
         ),
     );

@@ -79,7 +79,7 @@ pub(super) fn position_3d(motion: &Motion) -> Option<Figure> {
     let figure = Figure::new(
         "position-3d",
         "Position in space",
-        "The way seen obliquely from above, with its shadow on the ground, and dots with their time along it.",
+        "The path in perspective from above, with its projection on the ground and time marks.",
     );
     Some(figure.with(panel))
 }

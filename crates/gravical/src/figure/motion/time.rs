@@ -42,11 +42,11 @@ pub(super) fn acceleration(motion: &Motion) -> Option<Figure> {
     let mut figure = Figure::new(
         "acceleration",
         "Acceleration",
-        "Specific force along the axes of the sensor, gravity in it, by the nominal scale and calibrated. The sensor rested where it is shaded.",
+        "Specific force in sensor axes, including gravity: nominal scale and calibrated. Rests are shaded.",
     );
     let calibrated = motion.result.calibration.is_some();
     if !calibrated {
-        "Specific force along the axes of the sensor, gravity in it. The sensor rested where it is shaded."
+        "Specific force in sensor axes, including gravity. Rests are shaded."
             .clone_into(&mut figure.caption);
     }
     for (axis, name) in AXES.into_iter().enumerate() {
@@ -74,7 +74,7 @@ pub(super) fn motion_acceleration(motion: &Motion) -> Option<Figure> {
         "motion-acceleration",
         "Acceleration of the motion",
         format!(
-            "Gravity taken off, in the frame of the result ({}).",
+            "Acceleration without gravity, in the frame of the result ({}).",
             motion.result.frame
         ),
     );
