@@ -39,7 +39,7 @@ pub fn write(
     let here = Path::new(&recording.name);
     let facts = Some(recording.facts);
     let mut file = open_rows(input, &recording.name, Role::Recording, read, facts)?
-        .holding_any_number()
+        .without_hold_limit()
         .with_spans();
     let (dialect, layout) = (&file.format.dialect, &file.format.layout);
     let plan = Plan::with_names(dialect, layout, &names(denoised, dialect, layout), false);

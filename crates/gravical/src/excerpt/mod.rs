@@ -1,20 +1,20 @@
-//! Long recordings in flat memory: the rows of their stills, and of the motions between
-//! them.
+//! Reading of long recordings in memory that does not grow: only the rows of the static intervals
+//! and of the motions between them are stored.
 //!
-//! What `calibrate`, `inspect` and `check` need of a recording are its stills, the motions
-//! between them, and figures over all rows. [`read`] keeps a recording of up to
-//! 262 144 rows whole. A longer one is read again: the first reading keeps statistics of
-//! short blocks alone, by which the stills are found; the last one keeps the rows of the
-//! stills and of the motions between them, up to a number that does not grow with the
-//! recording. What of them had no room is a [`Finding`].
+//! `calibrate`, `inspect` and `check` need only these rows and statistics of all rows. [`read`]
+//! stores a recording of up to 262 144 rows completely. A longer one is read several times: the
+//! first pass stores only statistics of short blocks, from which the static intervals are
+//! determined; the last pass stores the rows of the static intervals and of the motions between
+//! them, up to a number that does not depend on the length of the recording. What exceeds it is
+//! reported as a [`Finding`].
 //!
-//! The stills are those that [`find_stills`](crate::segment::still::find_stills) finds in
-//! the whole recording, with the same rows. Beyond 131 072 blocks (7 h at 100 Hz) the level
-//! of the noise is that of every second, fourth … stretch of 64 blocks, and a still ends
-//! where 16 384 blocks (an hour) end.
+//! The static intervals are those that [`find_stills`](crate::segment::still::find_stills) finds
+//! in the whole recording, with the same rows. Beyond 131 072 blocks (7 h at 100 Hz) the noise
+//! level is computed from every second, fourth … group of 64 blocks, and a static interval is
+//! split after 16 384 blocks (an hour).
 //!
-//! A recording with a label column is kept whole, and so is a pipe that cannot be read
-//! again: where its copy in a temporary file had no room.
+//! A recording with a label column is stored completely, and so is a pipe whose copy in a
+//! temporary file could not be written.
 
 mod plan;
 mod survey;
@@ -41,20 +41,20 @@ use crate::{Error, Result};
 use plan::{Plan, find_quiet};
 use survey::{Long, QuietRows, Survey};
 
-/// How much is kept.
+/// Limits of what is stored.
 #[derive(Debug, Clone, Copy)]
 struct Bounds {
-    /// A recording of so many rows is kept whole.
+    /// Largest number of rows of a recording that is stored completely.
     whole: usize,
-    /// Blocks by which the levels are found.
+    /// Number of blocks from which the levels are computed.
     blocks: usize,
-    /// Blocks in which runs are looked for at once.
+    /// Number of blocks that are searched for quiet runs at once.
     at_once: usize,
-    /// Rows of stills.
+    /// Number of rows of static intervals.
     still_rows: usize,
-    /// Rows that a still keeps at the least.
+    /// Smallest number of rows of a static interval.
     least: usize,
-    /// Motions between stills, their rows, and the length of each, s.
+    /// Number of motions between static intervals, of their rows, and the longest motion, s.
     motions: usize,
     motion_rows: usize,
     motion_s: f64,
@@ -71,13 +71,13 @@ const BOUNDS: Bounds = Bounds {
     motion_s: 60.0,
 };
 
-/// Reads the recording at `path` (`-` is standard input): whole, or of a long one what its
-/// stills, found by `still`, and the motions between them need.
+/// Reads the recording at `path` (`-` is standard input): completely, or, if it is long, only its
+/// static intervals, found with `still`, and the motions between them.
 ///
 /// # Errors
 ///
-/// As [`recording::read`](crate::recording::read); `changed` for a file that has fewer rows
-/// when it is read again, and for a pipe of which no copy could be kept.
+/// As [`recording::read`](crate::recording::read); `changed` for a file that has fewer rows when
+/// it is read again, and for a pipe that could not be copied.
 ///
 /// # Example
 ///
@@ -121,9 +121,9 @@ fn read_from(
     let rate_hz = |timing: &Timing| timing.rate_hz().unwrap_or(Recording::ASSUMED_RATE_HZ);
     let mut rate = rate_hz(&read.finished.timing);
     let width = read.rows.long.as_ref().map(|long| long.width);
-    // The first rows may tell another rate than all of them.
+    // The first rows may give another rate than all of them.
     if width.is_some_and(|width| width != block_rows(rate, still))
-        && let Some(input) = source.again(options)?
+        && let Some(input) = source.reopen(options)?
     {
         read = collect_from(input, &mut source, name, options, survey(Some(rate)))?;
         rate = rate_hz(&read.finished.timing);
@@ -143,7 +143,7 @@ fn read_from(
         marks,
         ..
     } = long;
-    let mut again = Again {
+    let mut rereader = Rereader {
         source: &mut source,
         name,
         options,
@@ -153,7 +153,7 @@ fn read_from(
         },
     };
 
-    // Where it is still …
+    // Find the quiet runs …
     let wanted = [still.clone(), StillOptions::unsteady()];
     let levels = wanted.each_ref().map(|options| {
         let options = StillOptions {
@@ -169,7 +169,7 @@ fn read_from(
         let sink = |_: &Layout, facts: &Facts| {
             QuietRows::new(levels.clone(), width, gyro, facts, bounds.at_once)
         };
-        quiet = again.collect(sink)?.found;
+        quiet = rereader.collect(sink)?.found;
     } else {
         for group in &blocks.groups {
             find_quiet(&levels, group, &mut quiet);
@@ -180,10 +180,10 @@ fn read_from(
     let mut plan = Plan::new(&quiet, &segments, rate, width, gyro, &bounds);
     drop(quiet);
 
-    // … and these rows.
+    // … and read their rows.
     let wide = temperature_c.is_some_and(|[low, high]| high - low > LEAST_SPAN_C);
-    let wanted_rows = std::mem::take(&mut plan.kept);
-    let kept = again.collect(|layout: &Layout, facts: &Facts| Kept {
+    let wanted_rows = std::mem::take(&mut plan.rows);
+    let stored = rereader.collect(|layout: &Layout, facts: &Facts| StoredRows {
         columns: Columns::new(layout, facts),
         rows: RowMap::default(),
         thermal: wide.then(|| TemperatureCutter::new(rate, gyro)),
@@ -192,18 +192,18 @@ fn read_from(
         marks,
         complete: 0,
         row: 0,
-        parts: false,
+        after_break: false,
     })?;
-    if kept.complete < kept.wanted.len() {
-        return Err(again.gone());
+    if stored.complete < stored.wanted.len() {
+        return Err(rereader.changed());
     }
     let even_hz = read.finished.facts.stamp_reading.and_then(|s| s.even_hz);
-    let mut recording = read.with(kept.columns).1.into_recording();
+    let mut recording = read.with(stored.columns).1.into_recording();
     recording.restarted |= restarted;
     recording.excerpt = Some(Excerpt {
-        rows: kept.rows,
+        rows: stored.rows,
         temperature_c,
-        thermal: kept.thermal.map_or_else(Vec::new, |c| c.blocks()),
+        thermal: stored.thermal.map_or_else(Vec::new, |c| c.blocks()),
         still_rows_left_out: plan.left_out.1,
         stills: Vec::new(),
     });
@@ -213,82 +213,83 @@ fn read_from(
     }
     let mut stills = Vec::new();
     for ((options, levels), rows) in wanted.into_iter().zip(levels).zip(&plan.quiet) {
-        let found = levels.map_or_else(Stills::default, |levels| grown(&recording, &levels, rows));
+        let found = levels.map_or_else(Stills::default, |levels| {
+            stills_in_memory(&recording, &levels, rows)
+        });
         stills.push((options, found));
     }
     if let Some(excerpt) = &mut recording.excerpt {
         excerpt.stills = stills;
     }
-    let told = tell(&recording, &plan, &bounds, rate);
-    recording.findings.extend(told);
+    let left_out = findings_about_rows_left_out(&recording, &plan, &bounds, rate);
+    recording.findings.extend(left_out);
     Ok(recording)
 }
 
-/// A recording that is read again.
-struct Again<'a> {
+/// Reads a recording again.
+struct Rereader<'a> {
     source: &'a mut Reopenable,
     name: &'a str,
     options: &'a ReadOptions,
     known: Known,
 }
 
-impl Again<'_> {
+impl Rereader<'_> {
     fn collect<T: Sink>(&mut self, sink: impl FnOnce(&Layout, &Facts) -> T) -> Result<T> {
         let read = collect_again(self.source, self.name, self.options, self.known, sink)?;
-        read.ok_or_else(|| self.gone())
+        read.ok_or_else(|| self.changed())
     }
 
-    fn gone(&self) -> Error {
+    fn changed(&self) -> Error {
         Error::input(
             "changed",
-            "too long to be kept in memory, and when it was read again it had fewer rows",
+            "too long for memory, and it had fewer rows when it was read again",
         )
         .at(Path::new(self.name), None)
-        .with_hint(
-            "wait until nothing writes to it; put what comes through a pipe into a file first",
-        )
+        .with_hint("wait until no program writes to it; write the data of a pipe to a file first")
     }
 }
 
-/// The last reading: the rows that are kept.
-struct Kept {
+/// The last pass: stores the planned rows.
+struct StoredRows {
     columns: Columns,
     rows: RowMap,
     thermal: Option<TemperatureCutter>,
     zero_offset: f64,
-    /// Which rows are kept, and how many of these ranges are.
+    /// Ranges of rows to store, and the number of complete ones.
     wanted: Vec<Range<usize>>,
     complete: usize,
-    /// What reading may go on by, and the row that comes next.
+    /// Positions where reading can be continued, with the number of the next row.
     marks: Vec<(usize, Mark)>,
     /// Number of the next row.
     row: usize,
-    /// It does not follow the last one that was kept.
-    parts: bool,
+    /// The next stored row does not continue the last one.
+    after_break: bool,
 }
 
-impl Sink for Kept {
+impl Sink for StoredRows {
     fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
-        rows.hold_few();
-        let mut looked = 0;
+        rows.hold_default();
+        let mut skipped_to = 0;
         while self.complete < self.wanted.len() || self.thermal.is_some() {
-            if self.thermal.is_none() && looked <= self.complete {
-                looked = self.complete + 1;
+            if self.thermal.is_none() && skipped_to <= self.complete {
+                skipped_to = self.complete + 1;
                 self.skip(rows)?;
             }
             let Some(row) = rows.next_row()? else {
                 break;
             };
-            let parts = row.parts();
+            let is_break = row.is_break();
             if let Some(thermal) = &mut self.thermal {
                 let (accel, rate) = survey::sample(row.values, self.zero_offset);
-                thermal.push(row.values[TEMPERATURE], accel, rate, parts);
+                thermal.push(row.values[TEMPERATURE], accel, rate, is_break);
             }
-            self.parts |= parts;
+            self.after_break |= is_break;
             if let Some(range) = self.wanted.get(self.complete)
                 && self.row >= range.start
             {
-                self.columns.push(&row, std::mem::take(&mut self.parts))?;
+                self.columns
+                    .push(&row, std::mem::take(&mut self.after_break))?;
                 self.rows.push(self.row as u64);
                 self.complete += usize::from(self.row + 1 == range.end);
             }
@@ -298,8 +299,8 @@ impl Sink for Kept {
     }
 }
 
-impl Kept {
-    /// Passes over rows before those that are kept next.
+impl StoredRows {
+    /// Skips rows before the next stored range.
     fn skip<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
         let Some(next) = self.wanted.get(self.complete) else {
             return Ok(());
@@ -315,8 +316,8 @@ impl Kept {
     }
 }
 
-/// Quiet runs of the file as stills in memory.
-fn grown(recording: &Recording, levels: &Levels, quiet: &[Range<usize>]) -> Stills {
+/// Quiet runs of the file as static intervals in memory.
+fn stills_in_memory(recording: &Recording, levels: &Levels, quiet: &[Range<usize>]) -> Stills {
     let segments = recording.segments();
     let mut spans: Vec<Range<usize>> = Vec::new();
     for run in quiet {
@@ -340,8 +341,13 @@ fn grown(recording: &Recording, levels: &Levels, quiet: &[Range<usize>]) -> Stil
     }
 }
 
-/// What had no room.
-fn tell(recording: &Recording, plan: &Plan, bounds: &Bounds, rate: f64) -> Vec<Finding> {
+/// Findings about what was left out.
+fn findings_about_rows_left_out(
+    recording: &Recording,
+    plan: &Plan,
+    bounds: &Bounds,
+    rate: f64,
+) -> Vec<Finding> {
     let mut findings = Vec::new();
     let rows = recording.rows_in_file();
     if let Some((count, most)) = plan.shortened {
@@ -350,7 +356,7 @@ fn tell(recording: &Recording, plan: &Plan, bounds: &Bounds, rate: f64) -> Vec<F
             Finding::new(
                 FindingKind::StillsShortened,
                 format!(
-                    "{rows} rows, too many to be kept in memory: of {count} stills longer than {seconds:.1} s the first and the last {:.1} s are used",
+                    "{rows} rows, too many for memory: of {count} static intervals longer than {seconds:.1} s the first and the last {:.1} s are used",
                     0.5 * seconds
                 ),
             )
@@ -359,13 +365,13 @@ fn tell(recording: &Recording, plan: &Plan, bounds: &Bounds, rate: f64) -> Vec<F
     }
     let (left_out, _) = plan.left_out;
     if left_out > 0 {
-        let kept: usize = plan.quiet.iter().map(Vec::len).sum();
+        let stored: usize = plan.quiet.iter().map(Vec::len).sum();
         findings.push(
             Finding::new(
                 FindingKind::StillsLeftOut,
                 format!(
-                    "{} stills, too many to be kept in memory: the longest {kept} of all directions are used",
-                    kept + left_out
+                    "{} static intervals, too many for memory: the longest {stored} in all directions are used",
+                    stored + left_out
                 ),
             )
             .counting(left_out as u64),
@@ -386,7 +392,7 @@ fn tell(recording: &Recording, plan: &Plan, bounds: &Bounds, rate: f64) -> Vec<F
             Finding::new(
                 FindingKind::MotionsLeftOut,
                 format!(
-                    "{rows} rows, too many to be kept in memory: {left_out} of {} motions between stills are not used: those beside a still that is left out or longer than {:.0} s, and beyond {} motions or {} rows the longer ones about each axis",
+                    "{rows} rows, too many for memory: {left_out} of {} motions between static intervals are not used: those next to an interval that is left out, those longer than {:.0} s, and, beyond {} motions or {} rows, the longer ones about each axis",
                     plan.motions, bounds.motion_s, bounds.motions, bounds.motion_rows
                 ),
             )

@@ -1,4 +1,4 @@
-//! Which rows of a long recording are kept.
+//! Selection of the rows of a long recording that are stored.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -10,18 +10,18 @@ use crate::segment::is_too_short;
 use crate::segment::still::MOST_SHAKE;
 use crate::still::{Block, Levels};
 
-/// A run of quiet blocks that may be a still.
+/// A run of quiet blocks that may be a static interval.
 #[derive(Debug, Clone)]
 pub(super) struct Quiet {
-    /// Its rows, of the file.
+    /// Its rows in the file.
     pub rows: Range<usize>,
-    /// Mean of its blocks, accelerometer.
+    /// Mean of the accelerometer.
     mean: [f64; 3],
-    /// It is a still that does not shake.
+    /// It is long enough and without vibration.
     calm: bool,
 }
 
-/// Adds the quiet runs of a segment's blocks, by each of the `levels`.
+/// Adds the quiet runs of a segment's blocks, for each of the `levels`.
 pub(super) fn find_quiet(
     levels: &[Option<Levels>; 2],
     segment: &[Block],
@@ -40,7 +40,7 @@ pub(super) fn find_quiet(
                 std::array::from_fn(|i| blocks.iter().map(|b| b.mean[i]).sum::<f64>() / n);
             let off = |b: &Block| (0..3).map(|i| (b.mean[i] - mean[i]).powi(2)).sum::<f64>();
             let variance = blocks.iter().map(|b| b.variance + off(b)).sum::<f64>() / n;
-            // A little less than what still counts as calm, since this is an estimate.
+            // Slightly below the limit for vibration, since this is an estimate.
             let shakes = variance.sqrt() >= 0.9 * MOST_SHAKE * norm(&mean);
             let calm = rows.len() >= levels.shortest && !shakes;
             Quiet { rows, mean, calm }
@@ -48,34 +48,34 @@ pub(super) fn find_quiet(
     }
 }
 
-/// Which rows are kept, and why others are not.
+/// The rows that are stored, and what is left out.
 #[derive(Debug, Default)]
 pub(super) struct Plan {
-    /// Rows of the file, in order, apart from each other.
-    pub kept: Vec<Range<usize>>,
-    /// Quiet runs that are kept, by what they were looked for with.
+    /// Rows of the file, in order, not overlapping.
+    pub rows: Vec<Range<usize>>,
+    /// Quiet runs that are stored, for each set of options.
     pub quiet: [Vec<Range<usize>>; 2],
-    /// Those of them that had no room, and their rows.
+    /// Number of quiet runs that are left out, and of their rows.
     pub left_out: (usize, usize),
-    /// Runs that are longer than so many rows keep their ends: how many, how many rows.
+    /// If only the ends of long runs are stored: number of such runs, and rows stored of each.
     pub shortened: Option<(usize, usize)>,
-    /// Motions between neighbouring stills, and those of them that are not kept.
+    /// Number of motions between neighbouring static intervals; those left out.
     pub motions: usize,
     pub motions_left_out: Vec<Range<usize>>,
 }
 
-/// A quiet run that is to be kept.
+/// A quiet run that may be stored.
 struct Chosen {
     rows: Range<usize>,
     mean: [f64; 3],
-    /// By which options it was found.
+    /// Index of the options with which it was found.
     which: usize,
     segment: usize,
 }
 
 impl Plan {
-    /// By the `quiet` runs of all `segments`, at a rate, Hz, and `width` rows a block. The
-    /// second runs count only where a segment has none of the first that is calm.
+    /// Plans from the `quiet` runs of all `segments`, at a rate in Hz, with `width` rows per
+    /// block. The second set of runs is used only in segments where the first has no calm run.
     pub fn new(
         quiet: &[Vec<Quiet>; 2],
         segments: &[Range<usize>],
@@ -87,24 +87,24 @@ impl Plan {
         let mut plan = Plan::default();
         let mut all: Vec<Chosen> = Vec::new();
         for (at, segment) in segments.iter().enumerate() {
-            let own = |which: usize| {
+            let of_segment = |which: usize| {
                 let of = &quiet[which];
                 let from = of.partition_point(|q| q.rows.start < segment.start);
                 let to = of.partition_point(|q| q.rows.start < segment.end);
                 of[from..to].iter().map(move |q| (which, q))
             };
-            let calm = own(0).any(|(_, q)| q.calm);
-            let second = own(1).filter(|_| !calm);
-            if own(0).next().is_none() && second.clone().next().is_none() {
-                // Its lines are named, and a short one is taken as it is.
-                plan.kept.push(match is_too_short(segment.len(), rate) {
+            let calm = of_segment(0).any(|(_, q)| q.calm);
+            let second = of_segment(1).filter(|_| !calm);
+            if of_segment(0).next().is_none() && second.clone().next().is_none() {
+                // Its lines are reported, and a short segment is used as it is.
+                plan.rows.push(match is_too_short(segment.len(), rate) {
                     true => segment.clone(),
                     false => segment.start..segment.start + 1,
                 });
             }
-            plan.kept.push(segment.start..segment.start + 1);
-            plan.kept.push(segment.end - 1..segment.end);
-            all.extend(own(0).chain(second).map(|(which, q)| Chosen {
+            plan.rows.push(segment.start..segment.start + 1);
+            plan.rows.push(segment.end - 1..segment.end);
+            all.extend(of_segment(0).chain(second).map(|(which, q)| Chosen {
                 rows: q.rows.clone(),
                 mean: q.mean,
                 which,
@@ -113,9 +113,12 @@ impl Plan {
         }
         let room = bounds.still_rows / bounds.least;
         let longest_first = |c: &Chosen| (grid(c.mean), usize::MAX - c.rows.len(), 1);
-        let keeps = spread(&all, longest_first, room, usize::MAX);
-        plan.keep_motions(&all, &keeps, rate, gyro, bounds);
-        let left_out = all.iter().zip(&keeps).filter(|(_, keeps)| !**keeps);
+        let selected = select(&all, longest_first, room, usize::MAX);
+        plan.add_motions(&all, &selected, rate, gyro, bounds);
+        let left_out = all
+            .iter()
+            .zip(&selected)
+            .filter(|(_, selected)| !**selected);
         for (chosen, _) in left_out {
             plan.left_out.0 += 1;
             plan.left_out.1 += if chosen.which == 0 {
@@ -124,15 +127,15 @@ impl Plan {
                 0
             };
         }
-        let mut keeps = keeps.iter();
-        all.retain(|_| keeps.next().is_some_and(|keeps| *keeps));
-        plan.keep_stills(&all, segments, 2 * width, bounds);
-        plan.kept = joined(std::mem::take(&mut plan.kept));
+        let mut selected = selected.iter();
+        all.retain(|_| selected.next().is_some_and(|selected| *selected));
+        plan.add_stills(&all, segments, 2 * width, bounds);
+        plan.rows = merged(std::mem::take(&mut plan.rows));
         plan
     }
 
-    /// Stills with `margin` rows before and after; of long ones the ends.
-    fn keep_stills(
+    /// Stores static intervals with `margin` rows before and after; of long ones only the ends.
+    fn add_stills(
         &mut self,
         all: &[Chosen],
         segments: &[Range<usize>],
@@ -156,21 +159,21 @@ impl Plan {
             let to = (rows.end + margin).min(within.end);
             if rows.len() > most {
                 shortened += 1;
-                self.kept.push(from..rows.start + most / 2);
-                self.kept.push(rows.end - most / 2..to);
+                self.rows.push(from..rows.start + most / 2);
+                self.rows.push(rows.end - most / 2..to);
             } else {
-                self.kept.push(from..to);
+                self.rows.push(from..to);
             }
             self.quiet[*which].push(rows.clone());
         }
         self.shortened = (shortened > 0).then_some((shortened, most));
     }
 
-    /// The motions between neighbouring stills.
-    fn keep_motions(
+    /// Stores the motions between neighbouring static intervals.
+    fn add_motions(
         &mut self,
         all: &[Chosen],
-        keeps: &[bool],
+        selected: &[bool],
         rate: f64,
         gyro: bool,
         bounds: &Bounds,
@@ -180,20 +183,20 @@ impl Plan {
         }
         let mut motions: Vec<(Range<usize>, [i8; 3])> = Vec::new();
         for which in 0..2 {
-            let own: Vec<(&Chosen, bool)> = all
+            let runs: Vec<(&Chosen, bool)> = all
                 .iter()
-                .zip(keeps.iter().copied())
+                .zip(selected.iter().copied())
                 .filter(|(c, _)| c.which == which)
                 .collect();
-            for pair in own.windows(2) {
-                let [(a, keeps_a), (b, keeps_b)] = [pair[0], pair[1]];
+            for pair in runs.windows(2) {
+                let [(a, selected_a), (b, selected_b)] = [pair[0], pair[1]];
                 if a.segment != b.segment || a.rows.end >= b.rows.start {
                     continue;
                 }
                 let rows = a.rows.end..b.rows.start;
                 self.motions += 1;
                 let longest = bounds.motion_s * rate;
-                if keeps_a && keeps_b && rows.len() as f64 <= longest {
+                if selected_a && selected_b && rows.len() as f64 <= longest {
                     motions.push((rows, turn(a.mean, b.mean)));
                 } else {
                     self.motions_left_out.push(rows);
@@ -202,10 +205,10 @@ impl Plan {
         }
         let shortest_first =
             |(rows, turn): &(Range<usize>, [i8; 3])| (*turn, rows.len(), rows.len());
-        let keeps = spread(&motions, shortest_first, bounds.motions, bounds.motion_rows);
-        for ((rows, _), keeps) in motions.into_iter().zip(keeps) {
-            match keeps {
-                true => self.kept.push(rows),
+        let selected = select(&motions, shortest_first, bounds.motions, bounds.motion_rows);
+        for ((rows, _), selected) in motions.into_iter().zip(selected) {
+            match selected {
+                true => self.rows.push(rows),
                 false => self.motions_left_out.push(rows),
             }
         }
@@ -213,16 +216,16 @@ impl Plan {
     }
 }
 
-/// One of 26 directions that a vector is nearest to.
+/// The nearest of 26 directions.
 fn grid(v: [f64; 3]) -> [i8; 3] {
     let length = norm(&v);
     v.map(|c| (1.5 * c / length).round() as i8)
 }
 
-/// Gravity that turns by less, as the sine of the angle, shows no axis.
+/// Smallest turn of gravity that determines an axis, as the sine of the angle.
 const LEAST_TURN: f64 = 0.17;
 
-/// About which axis gravity turned, roughly; zero for none.
+/// Approximate axis about which gravity turned; zero for a small turn.
 fn turn(before: [f64; 3], after: [f64; 3]) -> [i8; 3] {
     let axis = cross(&before, &after);
     match norm(&axis) > LEAST_TURN * norm(&before) * norm(&after) {
@@ -231,10 +234,10 @@ fn turn(before: [f64; 3], after: [f64; 3]) -> [i8; 3] {
     }
 }
 
-/// Which of some items are kept, `most` at the most, of `room` in all. `of` an item: its
-/// kind, its rank among those of its kind, its size. The first of every kind come first,
-/// then the second, so that every kind is there.
-fn spread<T>(
+/// Selects at most `most` items with a total size of at most `room`. `of` gives the kind, the
+/// rank within the kind and the size of an item. The first item of every kind is selected first,
+/// then the second of every kind, so that all kinds are represented.
+fn select<T>(
     items: &[T],
     of: impl Fn(&T) -> ([i8; 3], usize, usize),
     most: usize,
@@ -246,25 +249,26 @@ fn spread<T>(
         kinds.entry(kind).or_default().push((rank, at));
     }
     let mut order: Vec<(usize, usize)> = Vec::with_capacity(items.len());
-    for own in kinds.values_mut() {
-        own.sort_unstable();
-        order.extend(own.iter().enumerate().map(|(turn, (_, at))| (turn, *at)));
+    for items in kinds.values_mut() {
+        items.sort_unstable();
+        order.extend(items.iter().enumerate().map(|(turn, (_, at))| (turn, *at)));
     }
     order.sort_unstable();
-    let mut keeps = vec![false; items.len()];
+    let mut selected = vec![false; items.len()];
     let (mut count, mut sum) = (0, 0_usize);
     for (_, at) in order {
         let (.., size) = of(&items[at]);
         if count < most && sum.saturating_add(size) <= room {
-            keeps[at] = true;
+            selected[at] = true;
             count += 1;
             sum += size;
         }
     }
-    keeps
+    selected
 }
 
-/// How many rows a run may keep, that all together keep no more than `room`; even.
+/// Number of rows, even, to which runs must be shortened so that all together have at most
+/// `room`.
 fn longest(mut lengths: Vec<usize>, room: usize) -> usize {
     lengths.sort_unstable();
     let mut left = room;
@@ -278,8 +282,8 @@ fn longest(mut lengths: Vec<usize>, room: usize) -> usize {
     usize::MAX
 }
 
-/// Ranges in order, those joined that overlap or touch.
-fn joined(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+/// Sorted ranges; overlapping and adjacent ones are merged.
+fn merged(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     ranges.retain(|r| !r.is_empty());
     ranges.sort_unstable_by_key(|r| r.start);
     let mut out: Vec<Range<usize>> = Vec::with_capacity(ranges.len());
@@ -297,7 +301,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_there_is_room_for() {
+    fn runs_are_shortened_to_fit() {
         assert_eq!(longest(vec![10, 20, 30], 60), usize::MAX);
         assert_eq!(longest(vec![30, 10, 20], 50), 20);
         assert_eq!(longest(vec![100, 100, 1], 51), 24);
@@ -305,18 +309,18 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_comes_first() {
-        // Kind and size; the smaller the better.
+    fn every_kind_is_represented() {
+        // Kind and size; smaller items are preferred.
         let items = [(0, 3), (0, 1), (0, 2), (1, 9), (2, 5)];
         let of = |(kind, size): &(i8, usize)| ([*kind; 3], *size, *size);
-        assert_eq!(spread(&items, of, 3, 100), [false, true, false, true, true]);
-        assert_eq!(spread(&items, of, 4, 100), [false, true, true, true, true]);
-        // What is too large gives room to what is not.
-        assert_eq!(spread(&items, of, 5, 9), [false, true, true, false, true]);
+        assert_eq!(select(&items, of, 3, 100), [false, true, false, true, true]);
+        assert_eq!(select(&items, of, 4, 100), [false, true, true, true, true]);
+        // A large item that does not fit leaves room for smaller ones.
+        assert_eq!(select(&items, of, 5, 9), [false, true, true, false, true]);
     }
 
     #[test]
-    fn ranges_join() {
-        assert_eq!(joined(vec![5..9, 0..2, 2..3, 6..7]), [0..3, 5..9]);
+    fn overlapping_and_adjacent_ranges_are_merged() {
+        assert_eq!(merged(vec![5..9, 0..2, 2..3, 6..7]), [0..3, 5..9]);
     }
 }

@@ -1,4 +1,4 @@
-//! Readings of a long recording that keep blocks of it.
+//! Passes over a long recording that store blocks of it.
 
 use super::plan::{Quiet, find_quiet};
 use crate::Result;
@@ -11,7 +11,7 @@ use crate::recording::timing::Treatment;
 use crate::stats::Thinned;
 use crate::still::{Block, Levels, StillOptions, block_rows};
 
-/// The first reading: all rows of a short recording, blocks of a long one.
+/// The first pass: stores all rows of a short recording, and blocks of a long one.
 pub(super) struct Survey {
     pub columns: Columns,
     pub long: Option<Long>,
@@ -22,33 +22,33 @@ pub(super) struct Survey {
     marks: Thinned<(usize, Option<Mark>), MOST_MARKS>,
 }
 
-/// Where the last reading may go on: after every so many rows.
+/// Interval of the marks at which the last pass can continue, in rows.
 const MARKED: usize = 512;
 const MOST_MARKS: usize = 1 << 12;
 
-/// What is known of a long recording.
+/// Results of the first pass over a long recording.
 pub(super) struct Long {
     /// Rows of a block.
     pub width: usize,
     pub blocks: Blocks,
     /// Number of rows.
     pub rows: usize,
-    /// Rows that do not follow the one before.
+    /// Rows that do not continue the row before.
     pub breaks: Vec<usize>,
-    /// It has a gyroscope.
+    /// True with a gyroscope.
     pub gyro: bool,
-    /// The clock started anew somewhere.
+    /// The clock restarted at least once.
     pub restarted: bool,
     /// Lowest and highest temperature, °C.
     temperature_c: [f64; 2],
     cutter: Cutter,
-    /// What reading may go on by, and the row that comes next.
+    /// Positions where reading can be continued, with the number of the next row.
     pub marks: Vec<(usize, Mark)>,
 }
 
 impl Survey {
-    /// Up to `whole` rows are kept, then up to `blocks` blocks, as `still` has them at the
-    /// `rate`, Hz, where that is known.
+    /// Stores up to `whole` rows, then up to `blocks` blocks with the block length of `still` at
+    /// the `rate`, Hz, if it is known.
     pub fn new(
         columns: Columns,
         whole: usize,
@@ -57,7 +57,7 @@ impl Survey {
         rate: Option<f64>,
     ) -> Self {
         Survey {
-            // Labels are claims about rows.
+            // Labels refer to all rows.
             whole: if columns.has_labels() {
                 usize::MAX
             } else {
@@ -72,11 +72,11 @@ impl Survey {
         }
     }
 
-    /// `rows` have given so many.
+    /// Stores a mark after `returned` rows.
     #[inline]
-    fn mark<S: Source>(&mut self, rows: &Rows<S>, given: usize) {
-        if given.is_multiple_of(MARKED) {
-            self.marks.push_with(|| (given, rows.mark()));
+    fn mark<S: Source>(&mut self, rows: &Rows<S>, returned: usize) {
+        if returned.is_multiple_of(MARKED) {
+            self.marks.push_with(|| (returned, rows.mark()));
         }
     }
 }
@@ -85,13 +85,13 @@ impl Sink for Survey {
     fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
         match self.whole {
             usize::MAX => rows.hold_at_most(usize::MAX),
-            _ => rows.hold_few(),
+            _ => rows.hold_default(),
         }
         while self.columns.rows() <= self.whole {
             let Some(row) = rows.next_row()? else {
                 return Ok(());
             };
-            self.columns.push(&row, row.parts())?;
+            self.columns.push(&row, row.is_break())?;
             self.mark(rows, self.columns.rows());
         }
         let so_far = || rows.monitor().finish(Treatment::Repaired).timing.rate_hz();
@@ -102,7 +102,7 @@ impl Sink for Survey {
         while let Some(row) = rows.next_row()? {
             long.restarted |= row.restarted;
             let (accel, rate) = sample(row.values, zero_offset);
-            long.push(accel, rate, row.values[TEMPERATURE], row.parts());
+            long.push(accel, rate, row.values[TEMPERATURE], row.is_break());
             self.mark(rows, long.rows);
         }
         let marks = self.marks.items().iter();
@@ -115,7 +115,7 @@ impl Sink for Survey {
     }
 }
 
-/// What a row reads: the accelerometer and the gyroscope.
+/// Values of accelerometer and gyroscope of a row.
 pub(super) fn sample(values: &Values, zero_offset: f64) -> ([f64; 3], [f64; 3]) {
     (
         std::array::from_fn(|i| values[ACCEL + i] - zero_offset),
@@ -124,7 +124,7 @@ pub(super) fn sample(values: &Values, zero_offset: f64) -> ([f64; 3], [f64; 3]) 
 }
 
 impl Long {
-    /// What a recording begins with.
+    /// Converts the rows stored so far.
     fn of(columns: Columns, width: usize, blocks: usize) -> Self {
         let gyro = columns.gyro.is_some();
         let mut long = Long {
@@ -144,15 +144,15 @@ impl Long {
             let rate = columns.gyro.as_ref();
             let rate = rate.map_or([f64::NAN; 3], |g| g.each_ref().map(|c| c[row]));
             let t_c = columns.temperature.as_ref().map_or(f64::NAN, |t| t[row]);
-            let parts = breaks.next_if_eq(&&row).is_some();
-            long.push(accel, rate, t_c, parts);
+            let is_break = breaks.next_if_eq(&&row).is_some();
+            long.push(accel, rate, t_c, is_break);
         }
         long
     }
 
     #[inline]
-    fn push(&mut self, accel: [f64; 3], rate: [f64; 3], t_c: f64, parts: bool) {
-        if parts {
+    fn push(&mut self, accel: [f64; 3], rate: [f64; 3], t_c: f64, is_break: bool) {
+        if is_break {
             self.breaks.push(self.rows);
             self.blocks.extend(self.cutter.end());
         }
@@ -164,27 +164,27 @@ impl Long {
         self.rows += 1;
     }
 
-    /// Lowest and highest temperature, °C; none without any.
+    /// Lowest and highest temperature, °C; `None` without any.
     pub fn temperature_c(&self) -> Option<[f64; 2]> {
         let [low, high] = self.temperature_c;
         (low <= high).then_some([low, high])
     }
 }
 
-/// Blocks of a recording, those of each segment together; of very many every second,
-/// fourth … stretch of them.
+/// Blocks of a recording, grouped by segment. Of very many blocks only every second, fourth …
+/// group of [`GROUP`] blocks is stored.
 pub(super) struct Blocks {
     pub groups: Vec<Vec<Block>>,
     most: usize,
     count: usize,
     stride: usize,
-    /// Stretches so far, and blocks of the last one.
-    stretches: usize,
+    /// Number of groups so far, and of blocks in the last one.
+    group_number: usize,
     in_last: usize,
 }
 
-/// Neighbouring blocks that are kept or dropped together.
-const STRETCH: usize = 64;
+/// Number of neighbouring blocks that are stored or dropped together.
+const GROUP: usize = 64;
 
 impl Blocks {
     fn new(most: usize) -> Self {
@@ -193,27 +193,29 @@ impl Blocks {
             most,
             count: 0,
             stride: 1,
-            stretches: 0,
+            group_number: 0,
             in_last: 0,
         }
     }
 
-    /// Not all of them are here.
+    /// True if blocks were dropped.
     pub fn is_thinned(&self) -> bool {
         self.stride > 1
     }
 
-    /// The next block, and whether a segment begins with it.
+    /// Adds a block; the flag is true for the first block of a segment.
     fn extend(&mut self, block: Option<(Block, bool)>) {
-        let Some((block, begins)) = block else { return };
-        let full = self.is_thinned() && self.in_last == STRETCH;
-        let new = begins || full || self.groups.is_empty();
+        let Some((block, is_first)) = block else {
+            return;
+        };
+        let full = self.is_thinned() && self.in_last == GROUP;
+        let new = is_first || full || self.groups.is_empty();
         if new {
-            self.stretches += 1;
+            self.group_number += 1;
             self.in_last = 0;
         }
         self.in_last += 1;
-        if !(self.stretches - 1).is_multiple_of(self.stride) {
+        if !(self.group_number - 1).is_multiple_of(self.stride) {
             return;
         }
         match self.groups.last_mut() {
@@ -229,23 +231,23 @@ impl Blocks {
     #[cold]
     fn thin(&mut self) {
         let groups = std::mem::take(&mut self.groups);
-        let stretches = groups.iter().flat_map(|group| group.chunks(STRETCH));
-        self.groups = stretches.step_by(2).map(<[Block]>::to_vec).collect();
+        let group_number = groups.iter().flat_map(|group| group.chunks(GROUP));
+        self.groups = group_number.step_by(2).map(<[Block]>::to_vec).collect();
         self.count = self.groups.iter().map(Vec::len).sum();
         self.stride *= 2;
-        // The next block begins a stretch that is kept.
-        (self.stretches, self.in_last) = (0, STRETCH);
+        // The next block begins a group that is stored.
+        (self.group_number, self.in_last) = (0, GROUP);
     }
 }
 
-/// Cuts rows into blocks as they come.
+/// Divides rows into blocks.
 struct Cutter {
     width: usize,
     accel: [Vec<f64>; 3],
     gyro: Option<[Vec<f64>; 3]>,
-    /// Row of the first of them.
+    /// Number of the first buffered row.
     from: usize,
-    begins: bool,
+    is_first: bool,
 }
 
 impl Cutter {
@@ -256,12 +258,12 @@ impl Cutter {
             accel: empty(),
             gyro: gyro.then(empty),
             from: 0,
-            begins: true,
+            is_first: true,
         }
     }
 
-    /// The next row; the block that it shows to be complete, and whether a segment begins
-    /// with that.
+    /// Adds a row; returns the block that is then complete, and whether it is the first of its
+    /// segment.
     #[inline]
     fn push(&mut self, accel: [f64; 3], rate: [f64; 3]) -> Option<(Block, bool)> {
         for (channel, v) in self.accel.iter_mut().zip(accel) {
@@ -270,27 +272,28 @@ impl Cutter {
         for (channel, v) in self.gyro.iter_mut().flatten().zip(rate) {
             channel.push(v);
         }
-        // What is left at the end of a segment joins the last block.
-        (self.accel[0].len() == 2 * self.width).then(|| self.give(self.width))
+        // The remainder at the end of a segment joins the last block, so a block is only complete
+        // when the next one is.
+        (self.accel[0].len() == 2 * self.width).then(|| self.take_block(self.width))
     }
 
-    /// The last block of a segment.
+    /// Returns the last block of a segment.
     fn end(&mut self) -> Option<(Block, bool)> {
         let rows = self.accel[0].len();
-        let last = (rows >= self.width).then(|| self.give(rows));
+        let last = (rows >= self.width).then(|| self.take_block(rows));
         if last.is_none() {
             self.clear(rows);
         }
-        self.begins = true;
+        self.is_first = true;
         last
     }
 
-    fn give(&mut self, rows: usize) -> (Block, bool) {
+    fn take_block(&mut self, rows: usize) -> (Block, bool) {
         let all = self.from..self.from + rows;
         let block = Block::of(&self.accel, self.gyro.as_ref(), 0..rows, all);
-        let begins = std::mem::replace(&mut self.begins, false);
+        let is_first = std::mem::replace(&mut self.is_first, false);
         self.clear(rows);
-        (block, begins)
+        (block, is_first)
     }
 
     fn clear(&mut self, rows: usize) {
@@ -302,14 +305,14 @@ impl Cutter {
     }
 }
 
-/// The reading of a very long recording that finds its quiet runs.
+/// The pass over a very long recording that finds its quiet runs.
 pub(super) struct QuietRows {
-    /// By each of the levels.
+    /// For each of the levels.
     pub found: [Vec<Quiet>; 2],
     levels: [Option<Levels>; 2],
     cutter: Cutter,
     zero_offset: f64,
-    /// Blocks of the segment that were not looked at yet, and how many there may be.
+    /// Blocks of the segment that were not searched yet, and their largest number.
     pending: Vec<Block>,
     at_once: usize,
 }
@@ -333,24 +336,26 @@ impl QuietRows {
     }
 
     fn extend(&mut self, block: Option<(Block, bool)>) {
-        let Some((block, begins)) = block else { return };
-        if begins {
-            self.look_at(self.pending.len(), 0);
+        let Some((block, is_first)) = block else {
+            return;
+        };
+        if is_first {
+            self.search(self.pending.len(), 0);
         } else if self.pending.len() >= self.at_once {
-            // Best where it moves: that block borders on what is before and after it.
+            // Prefer a split in a motion; that block borders on the runs before and after it.
             let quiet = |b: &Block| self.levels.iter().flatten().any(|l| l.is_quiet(b));
             let last = self.pending.iter().rposition(|b| !quiet(b));
             match last.filter(|at| *at > self.at_once / 2) {
-                Some(at) => self.look_at(at + 1, 1),
-                None => self.look_at(self.pending.len(), 0),
+                Some(at) => self.search(at + 1, 1),
+                None => self.search(self.pending.len(), 0),
             }
         }
         self.pending.push(block);
     }
 
-    /// Looks at the first `blocks` of those pending, and forgets them but for the last
+    /// Searches the first `blocks` of the pending blocks, and removes them except for the last
     /// `keep`.
-    fn look_at(&mut self, blocks: usize, keep: usize) {
+    fn search(&mut self, blocks: usize, keep: usize) {
         find_quiet(&self.levels, &self.pending[..blocks], &mut self.found);
         self.pending.drain(..blocks.saturating_sub(keep));
     }
@@ -358,9 +363,9 @@ impl QuietRows {
 
 impl Sink for QuietRows {
     fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
-        rows.hold_few();
+        rows.hold_default();
         while let Some(row) = rows.next_row()? {
-            if row.parts() {
+            if row.is_break() {
                 let last = self.cutter.end();
                 self.extend(last);
             }
@@ -370,7 +375,7 @@ impl Sink for QuietRows {
         }
         let last = self.cutter.end();
         self.extend(last);
-        self.look_at(self.pending.len(), 0);
+        self.search(self.pending.len(), 0);
         Ok(())
     }
 }

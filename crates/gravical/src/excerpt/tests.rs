@@ -14,13 +14,13 @@ use crate::simulate::{
 };
 use crate::temperature::study;
 
-/// Nearly nothing is kept whole, and there is room for all the rest.
+/// Forces an excerpt, with room for everything it needs.
 const SMALL: Bounds = Bounds {
     whole: 1000,
     ..BOUNDS
 };
 
-/// The files of a scenario as they are written.
+/// The files written for a scenario.
 fn texts(scenario: Scenario) -> Vec<(String, String)> {
     let mut options = SimulateOptions::new(scenario);
     options.seed = 5;
@@ -53,16 +53,15 @@ fn inspected(recording: &Recording) -> Value {
     serde_json::to_value(inspect(recording, &AxisMap::default())).unwrap()
 }
 
-/// The calibration, or the error in its place.
+/// The calibration or the error.
 fn calibrated(recordings: &[Recording]) -> Result<CalibrationFile> {
     let mut file = calibrate(recordings, &CalibrateOptions::default())?.file;
     file.created = String::new();
     Ok(file)
 }
 
-/// Inspection, calibration and check of excerpts are those of the whole recordings, to the
-/// last digit.
-fn comes_out_alike(files: &[(String, String)]) -> Vec<Recording> {
+/// Inspection, calibration and check of excerpts equal those of the complete recordings.
+fn check_equal_results(files: &[(String, String)]) -> Vec<Recording> {
     let all: Vec<Recording> = files.iter().map(whole).collect();
     let default = StillOptions::default();
     let some: Vec<Recording> = files
@@ -92,7 +91,7 @@ fn comes_out_alike(files: &[(String, String)]) -> Vec<Recording> {
     some
 }
 
-/// With the rows of `edit`ed lines of data.
+/// Applies `edit` to the data lines.
 fn edited(
     (name, text): &(String, String),
     edit: impl Fn(usize, &str) -> String,
@@ -111,30 +110,30 @@ fn edited(
 }
 
 #[test]
-fn a_continuous_session_comes_out_alike() {
+fn a_continuous_session_gives_equal_results() {
     for hold_s in [1.3, 4.0] {
-        comes_out_alike(&[poses(hold_s)]);
+        check_equal_results(&[poses(hold_s)]);
     }
 }
 
 #[test]
-fn six_files_come_out_alike() {
+fn six_files_give_equal_results() {
     let files = texts(Scenario::SixPosition(SixPositionOptions {
         hold_s: 20.0,
         ..SixPositionOptions::default()
     }));
-    let some = comes_out_alike(&files);
+    let some = check_equal_results(&files);
     assert_eq!(some.len(), 6);
     let turns = texts(Scenario::SixPosition(SixPositionOptions {
         hold_s: 5.0,
         continuous: true,
         ..SixPositionOptions::default()
     }));
-    comes_out_alike(&turns);
+    check_equal_results(&turns);
 }
 
 #[test]
-fn gaps_and_breaks_come_out_alike() {
+fn gaps_and_breaks_give_equal_results() {
     let session = poses(4.0);
     let lost = edited(&session, |row, line| match row % 1500 {
         700..737 => String::new(),
@@ -142,22 +141,22 @@ fn gaps_and_breaks_come_out_alike() {
         k if k % 311 == 0 => format!("{}\n", line.split(',').next().unwrap_or_default()),
         _ => format!("{line}\n"),
     });
-    comes_out_alike(&[lost]);
-    // Parts of which some are never still, or of a few rows.
+    check_equal_results(&[lost]);
+    // Segments, some of them never static or very short.
     let parts = edited(&session, |row, line| match row {
         450 | 460 | 620 | 625 | 1100 => format!("{line}\n\n\n"),
         _ => format!("{line}\n"),
     });
-    comes_out_alike(std::slice::from_ref(&parts));
+    check_equal_results(std::slice::from_ref(&parts));
     let named = (
         ("x.csv".to_owned(), parts.1.clone()),
         ("+y.csv".to_owned(), parts.1),
     );
-    comes_out_alike(&[named.0, named.1]);
+    check_equal_results(&[named.0, named.1]);
 }
 
 #[test]
-fn a_header_that_changes_the_order_comes_out_alike() {
+fn a_header_with_another_order_gives_equal_results() {
     let session = poses(20.0);
     let is_row = |line: &&str| line.starts_with(|c: char| c.is_ascii_digit());
     let header = session.1.lines().take_while(|l| !is_row(l)).last().unwrap();
@@ -166,39 +165,39 @@ fn a_header_that_changes_the_order_comes_out_alike() {
         fields.swap(1, 2);
         fields.join(",")
     };
-    // In the middle of a long still, and back again.
+    // In the middle of a long static interval, and back again.
     let changed = edited(&session, |row, line| match row {
         5000 => format!("{}\n{}\n", swapped(header), swapped(line)),
         5001..9000 => format!("{}\n", swapped(line)),
         9000 => format!("{header}\n{line}\n"),
         _ => format!("{line}\n"),
     });
-    let some = comes_out_alike(&[changed]);
+    let some = check_equal_results(&[changed]);
     assert!(kinds(&some[0]).contains(&FindingKind::HeaderChanged));
 }
 
 #[test]
-fn what_is_never_quite_still_comes_out_alike() {
+fn vibration_gives_equal_results() {
     let wave = |row: usize, size: f64| size * (0.7 * row as f64).sin() * (0.013 * row as f64).cos();
     for size in [0.4, 3.0, 30.0] {
         let rows = (0..6000).map(|i| {
-            let way = 9.8 * f64::from(u8::from(i % 2000 < 1000));
+            let up = 9.8 * f64::from(u8::from(i % 2000 < 1000));
             let v = wave(i, size);
             format!(
                 "{},{:.3},{:.3},{:.3}\n",
                 10 * i,
-                v + way,
+                v + up,
                 0.5 * v,
-                v + 9.8 - way
+                v + 9.8 - up
             )
         });
         let text = format!("t_ms,ax,ay,az\n{}", rows.collect::<String>());
-        comes_out_alike(&[("hand.csv".to_owned(), text)]);
+        check_equal_results(&[("hand.csv".to_owned(), text)]);
     }
 }
 
 #[test]
-fn a_soak_gives_the_same_drift() {
+fn a_soak_gives_equal_drift() {
     let soak = texts(Scenario::Static(StaticOptions {
         duration_s: 300.0,
         soak: Some(SoakOptions::default()),
@@ -207,7 +206,7 @@ fn a_soak_gives_the_same_drift() {
     let (a, b) = (whole(&soak[0]), excerpt(&soak[0], &still, SMALL));
     let json = |recording| serde_json::to_value(study(&[recording]).unwrap()).unwrap();
     assert_eq!(json(a), json(b));
-    // Less than 5 °C: said as such.
+    // A range of less than 5 °C is an error.
     let flat = poses(4.0);
     let why = |r| study(&[r]).unwrap_err().code().to_owned();
     let short = excerpt(&flat, &still, SMALL);
@@ -216,7 +215,7 @@ fn a_soak_gives_the_same_drift() {
 }
 
 #[test]
-fn a_dead_end_is_none() {
+fn zero_rows_at_the_end_are_removed() {
     let mut session = poses(4.0);
     let stamp = session.1.lines().last().unwrap().split(',').next().unwrap();
     let stamp: u64 = stamp.parse().unwrap();
@@ -234,7 +233,7 @@ fn kinds(recording: &Recording) -> Vec<FindingKind> {
 }
 
 #[test]
-fn long_stills_keep_their_ends() {
+fn ends_of_long_static_intervals_are_stored() {
     let session = poses(20.0);
     let tight = Bounds {
         still_rows: 12 * 600,
@@ -244,7 +243,7 @@ fn long_stills_keep_their_ends() {
     let b = excerpt(&session, &still, tight);
     assert!(b.rows() < a.rows() / 2, "{} of {}", b.rows(), a.rows());
     assert!(kinds(&b).contains(&FindingKind::StillsShortened));
-    // Where they are has not changed, nor how many motions there are between them.
+    // Positions of the static intervals and number of motions are unchanged.
     let ends = |r: &Recording| -> Vec<[usize; 2]> {
         let spans = find_stills(r, &still).spans;
         let ends = |s: &Range<usize>| [s.start, s.end - 1].map(|row| r.row_in_file(row));
@@ -262,7 +261,7 @@ fn long_stills_keep_their_ends() {
 }
 
 #[test]
-fn what_has_no_room_is_said() {
+fn rows_left_out_are_reported() {
     let session = poses(4.0);
     let still = StillOptions::default();
     let few = Bounds {
@@ -281,20 +280,20 @@ fn what_has_no_room_is_said() {
         ..SMALL
     };
     let b = excerpt(&session, &still, few);
-    let told = b
+    let reported = b
         .findings
         .iter()
         .find(|f| f.kind == FindingKind::MotionsLeftOut);
-    assert_eq!(told.unwrap().count, 7);
+    assert_eq!(reported.unwrap().count, 7);
     let moves = crate::segment::turns::motions(&b, &find_stills(&b, &still).spans);
     assert_eq!(moves.len(), 4);
-    // Of the accelerometer nothing changes.
+    // The accelerometer's result is unchanged.
     let (x, y) = (calibrated(&[whole(&session)]), calibrated(&[b]));
     assert_eq!(x.unwrap().accelerometer.bias, y.unwrap().accelerometer.bias);
 }
 
 #[test]
-fn a_very_long_recording_has_the_stills_that_it_has() {
+fn static_intervals_of_a_very_long_recording_are_found() {
     let session = poses(4.0);
     let still = StillOptions::default();
     let a = find_stills(&whole(&session), &still).spans;
@@ -310,7 +309,7 @@ fn a_very_long_recording_has_the_stills_that_it_has() {
             .iter()
             .map(|s| b.row_in_file(s.start)..b.row_in_file(s.end - 1) + 1);
         let rows: Vec<Range<usize>> = rows.collect();
-        // The noise is that of a part of the blocks: a block may be quiet or not.
+        // The noise level is that of some of the blocks, so the ends can differ by a block.
         let near = |a: usize, b: usize| a.abs_diff(b) <= 20;
         let alike = a
             .iter()

@@ -1,5 +1,5 @@
-//! The line in which the project's firmware (`firmware/mpu6050_logger`) says how it is
-//! set. In a recording of counts it tells what they are counts of.
+//! Settings line of the project's firmware (`firmware/mpu6050_logger`). In a recording of counts
+//! it gives their sensitivities.
 //!
 //! # Example
 //!
@@ -16,7 +16,7 @@
 
 use serde::Serialize;
 
-/// How the firmware is set, from its first line.
+/// Settings of the firmware.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BoardSettings {
     /// Full scale of the accelerometer, g.
@@ -25,14 +25,14 @@ pub struct BoardSettings {
     pub gyro_range_deg_s: u16,
     /// Low-pass, Hz.
     pub low_pass_hz: u16,
-    /// Samples a second, Hz: what the sensor's divider makes of what was asked for.
+    /// Sampling rate, Hz, as realised by the sensor's divider.
     pub rate_hz: f64,
-    /// 0 text in SI units, 1 text in counts, 2 binary.
+    /// 0: text in SI units, 1: text in counts, 2: binary.
     pub format: u8,
 }
 
 impl BoardSettings {
-    /// Reads the line that starts with `# gravical mpu6050_logger`; none for any other.
+    /// Parses the line that starts with `# gravical mpu6050_logger`; `None` for other lines.
     #[must_use]
     pub fn parse(line: &str) -> Option<Self> {
         let text = line.trim().strip_prefix('#')?.trim();
@@ -52,20 +52,20 @@ impl BoardSettings {
         })
     }
 
-    /// Its values are counts.
+    /// True if values are counts.
     #[must_use]
     pub fn is_counts(&self) -> bool {
         self.format == 1 || self.format == 2
     }
 
-    /// Counts per g: a 16-bit converter over both signs of the range.
+    /// Counts per g of a 16-bit converter with this range.
     #[must_use]
     pub fn lsb_per_g(&self) -> f64 {
         32768.0 / f64::from(self.accel_range_g)
     }
 
-    /// Counts per °/s (MPU-6000 and MPU-6050 Product Specification 3.4, section 6.1);
-    /// none for a range that the sensor does not have.
+    /// Counts per °/s (MPU-6000 and MPU-6050 Product Specification 3.4, section 6.1); `None` for
+    /// a range that the sensor does not have.
     #[must_use]
     pub fn lsb_per_deg_s(&self) -> Option<f64> {
         [(250, 131.0), (500, 65.5), (1000, 32.8), (2000, 16.4)]
@@ -75,7 +75,7 @@ impl BoardSettings {
     }
 }
 
-/// The last such line before the header; none where values are no counts.
+/// The last settings line before the header; `None` if values are not counts.
 pub(super) fn of_counts(metadata: &[String]) -> Option<BoardSettings> {
     metadata
         .iter()
@@ -94,7 +94,7 @@ mod tests {
     const LINE: &str = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 66.66 Hz, format 0";
 
     #[test]
-    fn the_first_line_of_the_firmware() {
+    fn settings_line_is_parsed() {
         let settings = BoardSettings::parse(LINE).unwrap();
         assert_eq!(
             (settings.accel_range_g, settings.gyro_range_deg_s),
@@ -115,7 +115,8 @@ mod tests {
         }
     }
 
-    /// Thirty seconds of what `gravical log --format binary` writes, at rest or shaken.
+    /// Simulates thirty seconds of the output of `gravical log --format binary`, at rest or
+    /// shaken.
     fn file(board: &str, shaken: bool, header: &str) -> Recording {
         let mut text = format!(
             "# gravical 0.1.0 log, 2026-01-01T00:00:00Z, port\n{board}\n# rate: 500.00 Hz\n{header}\n"
@@ -127,7 +128,7 @@ mod tests {
             } else {
                 0
             };
-            // Beyond the wrap of 32 bits.
+            // The stamps wrap at 32 bits.
             let stamp = 4_294_000_000_i64 + 2000 * i;
             text += &format!(
                 "{stamp},{},{},{},{},{},{},{}\n",
@@ -155,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn the_board_says_what_its_counts_are() {
+    fn settings_line_gives_the_units_of_counts() {
         let recording = file(&board(2), false, HEADER);
         assert_eq!(kinds(&recording), ["metadata-lines"]);
         assert_eq!(recording.accel_scale.unit, AccelUnit::Counts);
@@ -172,7 +173,7 @@ mod tests {
         assert_eq!(recording.timing.unit, Some(TimeUnit::Microsecond));
         assert!((recording.timing.rate_hz().unwrap() - 500.0).abs() < 1e-6);
         assert_eq!(recording.timing.nominal_rate_hz, Some(500.0));
-        // Shaken all the time, gravity shows nothing.
+        // While the sensor is shaken, the magnitude does not show gravity.
         let shaken = file(&board(1), true, HEADER);
         assert_eq!(
             shaken.accel_scale.lsb_per_g,
@@ -184,12 +185,12 @@ mod tests {
     }
 
     #[test]
-    fn gravity_and_headers_beat_the_board() {
+    fn gravity_and_headers_override_the_board() {
         let two = board(2).replace("+-4 g", "+-2 g");
         let recording = file(&two, false, HEADER);
         assert_eq!(recording.accel_scale.lsb_per_g, Some(8192.0));
         assert!(kinds(&recording).contains(&"range-mismatch"));
-        // The line of a board that speaks SI, or names that say more.
+        // A board that writes SI units, or a header with units.
         for (board, header) in [
             (board(0), HEADER),
             (

@@ -1,24 +1,25 @@
-//! Cells that are empty, and rows of zeros: what becomes of them.
+//! Treatment of empty cells and of rows of zeros.
 //!
-//! A recorder that writes each channel when it arrives leaves most cells empty; there the
-//! last value of a channel holds until the next comes. Elsewhere an empty cell stays
-//! empty. An accelerometer that reads zero on all axes, to the last digit, was not read:
-//! such a row is empty too, and at the end of a file rows of zeros are none at all.
+//! A recorder that writes each channel when it arrives leaves most cells empty; in such a file
+//! the last value of a channel is held until the next one. In other files an empty cell stays
+//! empty. If an accelerometer reads exactly zero on all axes, it was not read: the row is treated
+//! as empty, and at the end of a file it is removed.
 
 use super::row::{ACCEL, GYRO, TEMPERATURE, Values};
 use crate::finding::{Finding, FindingKind, LineSpans};
 
-/// Rows below which nothing is held: a few empty cells are no habit.
+/// Smallest number of rows for holding values.
 const SPARSE_ROWS: u64 = 20;
 
-/// Of the gyroscope no more is held, in usual distances of its values, than rows may be
-/// lost: an integral over what is held longer would be made up.
+/// Longest holding of the gyroscope's values, in usual distances between them. As for gaps, an
+/// integral over longer holding would be meaningless.
 const GYRO_HELD: f64 = 4.5;
 
-/// With a gyroscope that reads something, so many rows of zeros in a row are no free fall.
+/// Number of consecutive rows of zeros that cannot be free fall if the gyroscope reads other
+/// values.
 pub(super) const ZEROS_IN_A_ROW: u64 = 5;
 
-/// Which channels a recording has.
+/// Channels of a recording.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Channels {
     pub gyro: bool,
@@ -26,7 +27,7 @@ pub(crate) struct Channels {
 }
 
 impl Channels {
-    /// Number of those of accelerometer and gyroscope.
+    /// Number of channels of accelerometer and gyroscope.
     fn count(self) -> usize {
         if self.gyro { 6 } else { 3 }
     }
@@ -37,25 +38,25 @@ impl Channels {
         values[ACCEL..ACCEL + 3].iter().all(|v| *v == 0.0)
     }
 
-    /// The gyroscope does; true without one.
+    /// The gyroscope reads zero on every axis; true without a gyroscope.
     #[inline]
     pub fn gyro_is_zero(self, values: &Values) -> bool {
         !self.gyro || values[GYRO..GYRO + 3].iter().all(|v| *v == 0.0)
     }
 }
 
-/// Counts cells without a value, and rows of zeros.
+/// Counts empty cells and rows of zeros.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct CellCounts {
     channels: Channels,
     rows: u64,
-    /// Without a value, of ax … gz and the temperature.
+    /// Number of empty cells of ax … gz and the temperature.
     empty: [u64; 7],
-    /// Rows that lack a value of the accelerometer, of the gyroscope.
+    /// Number of rows with an empty cell of the accelerometer, of the gyroscope.
     incomplete: [u64; 2],
-    /// Rows in which the accelerometer, the gyroscope reads zero on all axes.
+    /// Number of rows in which the accelerometer, the gyroscope reads zero on all axes.
     zeros: [u64; 2],
-    /// Lines of the rows that lack a value of either.
+    /// Lines of the incomplete rows of either sensor.
     lines: LineSpans,
 }
 
@@ -67,14 +68,14 @@ impl CellCounts {
         }
     }
 
-    /// A row as it stands in the file.
+    /// Processes a row as in the file.
     #[inline]
-    pub fn see(&mut self, values: &Values, line: u64) {
+    pub fn observe(&mut self, values: &Values, line: u64) {
         self.rows += 1;
         let count = self.channels.count();
         let sum: f64 = values[ACCEL..ACCEL + count].iter().sum();
         if sum.is_nan() || (self.channels.temperature && values[TEMPERATURE].is_nan()) {
-            self.see_empty(values, line);
+            self.count_empty(values, line);
         }
         if values[ACCEL] == 0.0 && self.channels.accel_is_zero(values) {
             self.zeros[0] += 1;
@@ -85,15 +86,18 @@ impl CellCounts {
     }
 
     #[cold]
-    fn see_empty(&mut self, values: &Values, line: u64) {
+    fn count_empty(&mut self, values: &Values, line: u64) {
         let count = self.channels.count();
         for (empty, value) in self.empty.iter_mut().zip(&values[ACCEL..ACCEL + count]) {
             *empty += u64::from(value.is_nan());
         }
-        let lacks = |first: usize| values[first..first + 3].iter().any(|v| v.is_nan());
-        let incomplete = [lacks(ACCEL), self.channels.gyro && lacks(GYRO)];
-        for (count, lacks) in self.incomplete.iter_mut().zip(incomplete) {
-            *count += u64::from(lacks);
+        let is_incomplete = |first: usize| values[first..first + 3].iter().any(|v| v.is_nan());
+        let incomplete = [
+            is_incomplete(ACCEL),
+            self.channels.gyro && is_incomplete(GYRO),
+        ];
+        for (count, is_incomplete) in self.incomplete.iter_mut().zip(incomplete) {
+            *count += u64::from(is_incomplete);
         }
         if incomplete != [false; 2] {
             self.lines.push(line);
@@ -107,18 +111,18 @@ impl CellCounts {
         self.rows
     }
 
-    /// An axis of the sensor whose first slot is `first` that has no value at all.
+    /// An axis without any value, of the sensor whose first slot is `first`.
     pub fn axis_without_values(&self, first: usize) -> Option<usize> {
         let empty = self.empty.get(first - ACCEL..first - ACCEL + 3)?;
         empty.iter().position(|n| *n == self.rows)
     }
 
-    /// That sensor reads zero in all rows.
+    /// True if that sensor reads zero in all rows.
     pub fn is_all_zero(&self, first: usize) -> bool {
         self.zeros[usize::from(first == GYRO)] == self.rows
     }
 
-    /// How cells are to be filled, by all rows so far.
+    /// Rules for filling cells, from all rows so far.
     pub fn rules(&self, without_gravity: bool) -> CellRules {
         let sparse = |incomplete: u64| self.rows >= SPARSE_ROWS && 5 * incomplete > self.rows;
         let distance = |empty: u64| self.rows as f64 / (self.rows - empty).max(1) as f64;
@@ -133,12 +137,12 @@ impl CellCounts {
         }
         CellRules {
             longest,
-            // Without gravity it reads zero at rest.
+            // Without gravity the sensor reads zero at rest.
             zeros_are_empty: !without_gravity && 2 * self.zeros[0] <= self.rows,
         }
     }
 
-    /// What is said of empty ones, which were filled by `rules`; none without any.
+    /// The finding about empty cells, which were filled by `rules`; `None` without any.
     pub fn finding(&self, rules: &CellRules) -> Option<Finding> {
         let names = ["ax", "ay", "az", "gx", "gy", "gz", "temperature"];
         let some = names.iter().zip(self.empty).filter(|(_, empty)| *empty > 0);
@@ -146,7 +150,7 @@ impl CellCounts {
             .map(|(name, empty)| format!("{name} {empty}"))
             .collect();
         let total: u64 = self.empty.iter().sum();
-        // Where it is a habit, lines tell nothing.
+        // If cells are empty throughout the file, their lines are of no use.
         let lines = match rules.holds_any() {
             true => &LineSpans::default(),
             false => &self.lines,
@@ -174,12 +178,12 @@ impl CellCounts {
     }
 }
 
-/// How cells without a value are filled, and which values are none.
+/// Rules for filling empty cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct CellRules {
-    /// Rows over which the last value of each channel holds.
+    /// Number of rows for which the last value of each channel is held.
     longest: [f64; 6],
-    /// Rows of zeros are empty.
+    /// Rows of zeros are treated as empty.
     zeros_are_empty: bool,
 }
 
@@ -193,7 +197,7 @@ impl Default for CellRules {
 }
 
 impl CellRules {
-    /// Last values of the accelerometer are held.
+    /// Values of the accelerometer are held.
     pub fn holds(&self) -> bool {
         self.longest[0] > 0.0
     }
@@ -202,7 +206,7 @@ impl CellRules {
         self.longest.iter().any(|l| *l > 0.0)
     }
 
-    /// The same cells are filled by either.
+    /// Both fill the same cells.
     pub fn agrees(&self, other: &CellRules) -> bool {
         let held = |rules: &CellRules| rules.longest.map(|l| l > 0.0);
         held(self) == held(other) && self.zeros_are_empty == other.zeros_are_empty
@@ -232,7 +236,7 @@ impl CellFiller {
         }
     }
 
-    /// The same, which has found nothing yet.
+    /// The same state without any rows found.
     pub fn without_findings(&self) -> Self {
         CellFiller {
             zeros: LineSpans::default(),
@@ -240,11 +244,10 @@ impl CellFiller {
         }
     }
 
-    /// The row in `line`, whose cells are filled or emptied. `unread`: its
-    /// accelerometer's zeros are none.
+    /// Fills or empties the cells of a row; `unread`: the accelerometer was not read.
     #[inline]
     pub fn fill(&mut self, values: &mut Values, unread: bool, line: u64) {
-        // Such a row stays empty: a sensor that does not answer has no last value.
+        // Such a row stays empty: the sensor did not answer.
         if unread && self.rules.zeros_are_empty {
             self.empty(values, line);
         } else if self.holds {
@@ -252,7 +255,7 @@ impl CellFiller {
         }
     }
 
-    /// The last value of a channel holds until the next comes.
+    /// Fills empty cells with the last values.
     fn hold(&mut self, values: &mut Values) {
         let channels = values[ACCEL..ACCEL + self.channels.count()].iter_mut();
         for (i, value) in channels.enumerate() {
@@ -274,13 +277,13 @@ impl CellFiller {
         values[ACCEL..ACCEL + 3].fill(f64::NAN);
     }
 
-    /// What is said of rows of zeros.
+    /// The finding about rows of zeros.
     pub fn finding(&self) -> Option<Finding> {
         (!self.zeros.is_empty()).then(|| {
             Finding::new(
                 FindingKind::ZeroRows,
                 format!(
-                    "the accelerometer reads zero on all axes in {} rows: it was not read; taken as empty",
+                    "the accelerometer reads zero on all axes in {} rows: it was not read; treated as empty",
                     self.zeros.count()
                 ),
             )
@@ -294,12 +297,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_gyroscope_is_held_from_reading_to_reading_and_not_on() {
+    fn the_gyroscope_is_held_for_a_few_rows_only() {
         let channels = Channels {
             gyro: true,
             temperature: false,
         };
-        // Every other row, until it falls silent.
+        // A value in every other row, up to row 20.
         let row = |i: i32| -> Values {
             let rate = if i % 2 == 0 && i < 20 {
                 f64::from(i)
@@ -309,7 +312,7 @@ mod tests {
             [0.0, 0.1, 0.2, 9.8, rate, rate, rate, f64::NAN]
         };
         let mut counts = CellCounts::new(channels);
-        (0..40).for_each(|i| counts.see(&row(i), i as u64 + 1));
+        (0..40).for_each(|i| counts.observe(&row(i), i as u64 + 1));
         let mut filler = CellFiller::new(counts.rules(false), channels);
         let filled: Vec<f64> = (0..40)
             .map(|i| {

@@ -1,4 +1,4 @@
-//! A recording in memory: its rows, collected into columns.
+//! Reading of a recording into columns in memory.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -21,9 +21,9 @@ use super::{AccelUnit, Finding, Labels, ReadOptions, Recording, RowMap, metadata
 ///
 /// # Errors
 ///
-/// What keeps it from being read: `not-found`, `empty-file`, `no-rows`,
-/// `no-accelerometer`, `columns-unknown`, `all-zero` …, each with the file and
-/// what to do. Everything less is a [`Finding`](super::Finding) of the recording.
+/// Errors that prevent reading: `not-found`, `empty-file`, `no-rows`, `no-accelerometer`,
+/// `columns-unknown`, `all-zero` …, each with the file and a hint. Lesser faults are
+/// [`Finding`](super::Finding)s of the recording.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
     let mut source = Reopenable::of(path);
@@ -32,7 +32,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
     Ok(read.into_recording())
 }
 
-/// Reads a recording that is in memory; `name` stands in messages.
+/// Reads a recording from bytes in memory; `name` is used in messages.
 ///
 /// # Errors
 ///
@@ -43,17 +43,17 @@ pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Rec
     Ok(collect(&mut source, name, options, Columns::new)?.into_recording())
 }
 
-/// What takes the rows of a recording.
+/// Consumer of the rows of a recording.
 pub(crate) trait Sink {
-    /// As many as it needs.
+    /// Takes the rows it needs.
     ///
     /// # Errors
     ///
-    /// What reading reports.
+    /// Errors of reading.
     fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()>;
 }
 
-/// Rows as they come.
+/// Rows as columns.
 #[derive(Default)]
 pub(crate) struct Columns {
     zero_offset: f64,
@@ -69,7 +69,7 @@ pub(crate) struct Columns {
     pub breaks: Vec<usize>,
 }
 
-/// What is known of a recording besides its rows.
+/// Properties of a recording other than its rows.
 #[derive(Default)]
 pub(crate) struct About {
     pub name: String,
@@ -77,12 +77,12 @@ pub(crate) struct About {
     pub description: String,
     pub serial: Option<String>,
     pub column_names: Vec<String>,
-    /// About the file.
+    /// Findings about the file.
     pub findings: Vec<Finding>,
 }
 
 impl Columns {
-    /// Without rows, for the channels of `layout`.
+    /// Empty columns for the channels of `layout`.
     pub fn new(layout: &Layout, facts: &Facts) -> Self {
         let has = |quantity| layout.field(quantity).is_some();
         Columns {
@@ -105,11 +105,11 @@ impl Columns {
         self.labels.is_some()
     }
 
-    /// Room for as many rows again.
+    /// Doubles the capacity.
     ///
     /// # Errors
     ///
-    /// `no-memory` where there is none for them.
+    /// `no-memory` if there is not enough.
     #[cold]
     fn reserve(&mut self) -> Result<()> {
         let more = self.time_s.len().max(1 << 10);
@@ -125,13 +125,13 @@ impl Columns {
             .map_err(|_| Error::no_memory(self.time_s.len() as u64))
     }
 
-    /// The next row, which `parts` from the one before.
+    /// Adds a row; `is_break`: it does not continue the row before.
     ///
     /// # Errors
     ///
-    /// `no-memory` where there is no room for it.
+    /// `no-memory` if there is not enough.
     #[inline]
-    pub fn push(&mut self, row: &Row<'_>, parts: bool) -> Result<()> {
+    pub fn push(&mut self, row: &Row<'_>, is_break: bool) -> Result<()> {
         if self.time_s.len() == self.time_s.capacity() {
             self.reserve()?;
         }
@@ -149,7 +149,7 @@ impl Columns {
             self.push_label(row.text.label.trim_ascii());
         }
         self.restarted |= row.restarted;
-        if number > 0 && parts {
+        if number > 0 && is_break {
             self.breaks.push(number);
         }
         self.time_s.push(row.t_s);
@@ -178,7 +178,7 @@ impl Sink for Columns {
     fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
         rows.hold_at_most(usize::MAX);
         while let Some(row) = rows.next_row()? {
-            self.push(&row, row.parts())?;
+            self.push(&row, row.is_break())?;
         }
         Ok(())
     }
@@ -189,9 +189,9 @@ pub(crate) struct Collected<T> {
     pub rows: T,
     pub about: About,
     pub finished: Finished,
-    /// What they were read by.
+    /// What the rows were read with.
     pub facts: Facts,
-    /// … the line from which on there are but zeros.
+    /// The line from which all rows are zero.
     pub zeros_from: Option<u64>,
 }
 
@@ -210,8 +210,8 @@ impl<T> Collected<T> {
 }
 
 impl Collected<Columns> {
-    /// The recording. Where the rows were read by what all of them contradict, that is
-    /// said.
+    /// The recording. If its rows were read with facts that all rows contradict, a finding
+    /// reports it.
     pub fn into_recording(mut self) -> Recording {
         let Columns {
             accel,
@@ -240,7 +240,7 @@ impl Collected<Columns> {
             self.facts
                 .stamp_reading
                 .map(|_| match even_hz(&self.facts).and(even_hz(&found)) {
-                    // The mean rate of all rows is better than that of the first.
+                    // The mean rate of all rows is more accurate than that of the first ones.
                     Some(rate_hz) => (0..rows).map(|row| row as f64 / rate_hz).collect(),
                     None => self.rows.time_s,
                 });
@@ -275,7 +275,7 @@ impl Collected<Columns> {
     }
 }
 
-/// All rows; once more where the first of them were misleading.
+/// Reads all rows; a second time if the first rows gave wrong facts.
 ///
 /// # Errors
 ///
@@ -290,7 +290,7 @@ pub(crate) fn collect<T: Sink>(
     collect_from(input, source, name, options, sink)
 }
 
-/// The same, with `source` opened already.
+/// The same, with `source` already open.
 ///
 /// # Errors
 ///
@@ -303,32 +303,32 @@ pub(crate) fn collect_from<T: Sink>(
     sink: impl Fn(&Layout, &Facts) -> T,
 ) -> Result<Collected<T>> {
     let (mut known, mut zeros_from) = (None, None);
-    let mut readings = 1;
+    let mut passes = 1;
     loop {
         let mut file = open_rows(input, name, Role::Recording, options, known)?;
         file.rows = file.rows.with_zeros_from(zeros_from);
         let mut read = read_all(file, name, &sink)?;
         read.zeros_from = zeros_from;
-        let misled = !read.finished.facts.agrees(&read.facts);
-        if readings > 1 || !misled && read.finished.zeros_from.is_none() {
+        let wrong_facts = !read.finished.facts.agrees(&read.facts);
+        if passes > 1 || !wrong_facts && read.finished.zeros_from.is_none() {
             return Ok(read);
         }
-        let Some(again) = source.again(options)? else {
+        let Some(reopened) = source.reopen(options)? else {
             return Ok(read);
         };
-        known = Some(if misled {
+        known = Some(if wrong_facts {
             read.finished.facts
         } else {
             read.facts
         });
         zeros_from = read.finished.zeros_from;
-        readings += 1;
-        input = again;
+        passes += 1;
+        input = reopened;
     }
 }
 
-/// Gives `sink` the rows of a recording that was read already, by `known`, up to where
-/// it has enough; none where it cannot be had again.
+/// Reads a recording again, with known facts, until `sink` has the rows it needs; `None` if it
+/// cannot be opened again.
 ///
 /// # Errors
 ///
@@ -344,22 +344,22 @@ pub(crate) fn collect_again<T: Sink>(
         hash: false,
         ..options.clone()
     };
-    let Some(input) = source.again(&unhashed)? else {
+    let Some(input) = source.reopen(&unhashed)? else {
         return Ok(None);
     };
     let facts = Some(known.facts);
     let mut file = open_rows(input, name, Role::Recording, options, facts)?;
-    file.rows = file.rows.with_zeros_from(known.zeros_from).known_already();
+    file.rows = file.rows.with_zeros_from(known.zeros_from).times_only();
     let mut sink = sink(&file.format.layout, &known.facts);
     sink.collect(&mut file.rows)?;
     Ok(Some(sink))
 }
 
-/// What a recording is read by once more.
+/// What a recording is read with a second time.
 #[derive(Clone, Copy)]
 pub(crate) struct Known {
     pub facts: Facts,
-    /// The line from which on there are but zeros.
+    /// The line from which all rows are zero.
     pub zeros_from: Option<u64>,
 }
 

@@ -1,5 +1,5 @@
-//! How a text recording is written: delimiter, header, where the data begin.
-//! Found from the head of the file.
+//! Text format of a recording: delimiter, header, first data line. Determined from the beginning
+//! of the file.
 
 use crate::scan::{parse_field, parse_field_decimal_comma};
 
@@ -8,37 +8,36 @@ use super::row::{Delimiter, quoted_end};
 use super::timing::parse_date;
 use super::units::is_unit;
 
-/// How many lines of the head are looked at.
+/// Number of lines that are examined.
 const LINES: usize = 400;
 
-/// The way a file is written.
+/// Text format of a file.
 #[derive(Debug, Clone)]
 pub struct Dialect {
-    /// What stands between the fields.
+    /// Separator of the fields.
     pub delimiter: Delimiter,
-    /// `1,5` is one and a half.
+    /// `1,5` means 1.5.
     pub decimal_comma: bool,
-    /// Fields of a data row.
+    /// Number of fields in a data row.
     pub fields: usize,
-    /// The header: its line number (the last one, of two) and one name a
-    /// field; none when the data begin without.
+    /// The header; `None` if the file begins with data.
     pub header: Option<Header>,
     /// Line number, from 1, of the first data row.
     pub first_data_line: u64,
-    /// Lines before the data that are no header, without blank ones.
+    /// Lines before the data that are not the header, without blank lines.
     pub metadata: Vec<String>,
-    /// So many blank lines in a row stand between rows all through the head,
-    /// regularly: they part nothing. 0 where blank lines part.
+    /// Number of consecutive blank lines that occur regularly between rows and are no breaks; 0
+    /// if blank lines are breaks.
     pub regular_blanks: u64,
-    /// A line of text right before the data that cannot be their header: its
-    /// number, and how many names it has.
+    /// A line of text directly before the data that does not fit them as a header: its line
+    /// number and its number of names.
     pub misfit: Option<(u64, usize)>,
-    /// Values of the first data rows, NaN where empty or text.
+    /// Values of the first data rows, NaN if empty or text.
     pub sample: Vec<Vec<f64>>,
 }
 
 impl Dialect {
-    /// For people: `comma separated, header in line 1`.
+    /// For messages: `comma separated, header in line 1`.
     #[must_use]
     pub fn description(&self) -> String {
         let header = match &self.header {
@@ -58,27 +57,26 @@ impl Dialect {
     }
 }
 
-/// The line that names the columns.
+/// The lines that name the columns.
 #[derive(Debug, Clone)]
 pub struct Header {
-    /// First and last line number (more than one when there are two rows of
-    /// names, or rows of units below them).
+    /// First and last line number; they differ if there are two rows of names, or rows of units.
     pub lines: [u64; 2],
-    /// Column names; of two rows `upper.lower`.
+    /// Column names; `upper.lower` if there are two rows.
     pub names: Vec<String>,
-    /// Units from a row below the names, one a column; empty without one.
+    /// Units from a row below the names, one per column; empty without such a row.
     pub units: Vec<String>,
-    /// Its lines as they stand, trimmed, to know them again.
+    /// Text of its lines, trimmed, to recognise a repeated header.
     pub texts: Vec<Vec<u8>>,
 }
 
 impl Header {
-    /// Rows of so many fields may stand below it: one without a name among them.
+    /// True if rows with this number of fields fit: one column may be unnamed.
     pub(super) fn fits(&self, fields: usize) -> bool {
         (self.names.len()..=self.names.len() + 1).contains(&fields)
     }
 
-    /// The unit that stands below the name of a column.
+    /// The unit below the name of a column.
     #[must_use]
     pub fn unit(&self, field: usize) -> Option<&str> {
         let unit = self.units.get(field)?;
@@ -86,7 +84,7 @@ impl Header {
     }
 }
 
-/// What one cell of the head looks like.
+/// Content of one cell.
 #[derive(Clone, Copy, PartialEq)]
 enum Cell {
     Number(f64),
@@ -100,13 +98,13 @@ struct HeadLine<'a> {
 }
 
 impl HeadLine<'_> {
-    /// Nothing in it, or only delimiters.
+    /// Empty, or only delimiters.
     fn is_blank(&self) -> bool {
         !self.text.iter().any(|b| b.is_ascii_alphanumeric())
     }
 }
 
-/// A line without spaces and carriage returns at its end; a tab there is a delimiter.
+/// Removes spaces and carriage returns at the end; a tab there is a delimiter.
 fn trim_end(mut text: &[u8]) -> &[u8] {
     while let [rest @ .., b' ' | b'\r'] = text {
         text = rest;
@@ -114,8 +112,8 @@ fn trim_end(mut text: &[u8]) -> &[u8] {
     text
 }
 
-/// Looks at the head of a file. `whole` says that the head is all there is.
-/// None when nothing in it looks like rows of numbers.
+/// Determines the text format from the beginning of a file. `whole`: `head` is the whole file.
+/// `None` if it contains no rows of numbers.
 #[must_use]
 pub fn sniff(head: &[u8], whole: bool, min_columns: usize) -> Option<Dialect> {
     let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
@@ -131,10 +129,9 @@ pub fn sniff(head: &[u8], whole: bool, min_columns: usize) -> Option<Dialect> {
     if !whole || lines.last().is_some_and(|l| l.text.is_empty()) {
         lines.pop();
     }
-    // Metadata can be long; the data are what repeats, so look from the end
-    // too when there is more than is looked at.
-    let shown = &lines[..lines.len().min(LINES)];
-    let best = candidates(shown, min_columns).or_else(|| candidates(&lines, min_columns))?;
+    // Metadata can be long: if the first lines contain no data, examine all of them.
+    let beginning = &lines[..lines.len().min(LINES)];
+    let best = candidates(beginning, min_columns).or_else(|| candidates(&lines, min_columns))?;
     let found = finish(best, &lines);
     let earlier = found.header.as_ref().and_then(|header| {
         let before = header.lines[0].saturating_sub(1) as usize;
@@ -143,8 +140,8 @@ pub fn sniff(head: &[u8], whole: bool, min_columns: usize) -> Option<Dialect> {
     Some(earlier.unwrap_or(found))
 }
 
-/// The rows that are most stand under a header; where rows of another width are above that,
-/// under a header that names an accelerometer or a gyroscope, the file begins with those.
+/// Some files contain rows of another width above the header of the most frequent rows. If those
+/// rows have a header that names an accelerometer or a gyroscope, the recording begins with them.
 fn earlier(lines: &[HeadLine<'_>], before: usize, min_columns: usize) -> Option<Dialect> {
     let best = candidates(lines.get(..before)?, min_columns)?;
     let found = finish(best, lines);
@@ -157,7 +154,7 @@ fn earlier(lines: &[HeadLine<'_>], before: usize, min_columns: usize) -> Option<
     (all(Quantity::Accel) || all(Quantity::Gyro)).then_some(found)
 }
 
-/// `\r` for the few files that end their lines so, else `\n`.
+/// Line terminator: `\r` for the few files without `\n`.
 #[must_use]
 pub fn terminator(head: &[u8]) -> u8 {
     if memchr::memchr(b'\n', head).is_none() && memchr::memchr(b'\r', head).is_some() {
@@ -167,8 +164,8 @@ pub fn terminator(head: &[u8]) -> u8 {
     }
 }
 
-/// Ways of cutting a line, and whether numbers have a decimal comma.
-const WAYS: [(Delimiter, bool); 8] = [
+/// Delimiters that are tried, and whether numbers have a decimal comma.
+const DELIMITERS: [(Delimiter, bool); 8] = [
     (Delimiter::Byte(b','), false),
     (Delimiter::Byte(b';'), false),
     (Delimiter::Byte(b'\t'), false),
@@ -184,16 +181,16 @@ struct Candidate {
     decimal_comma: bool,
     fields: usize,
     rows: usize,
-    /// Cells of these rows that are numbers.
+    /// Number of cells of these rows that are numbers.
     numbers: usize,
 }
 
-/// The way of cutting that gives the most rows of numbers with the same number of
-/// fields, and of equals the most numbers (a comma in one column of whole numbers is a
-/// decimal one); the order decides ties.
+/// The delimiter that gives the most rows of numbers with the same number of fields, and among
+/// equals the most numbers (a comma in one column of whole numbers is a decimal comma); the order
+/// of [`DELIMITERS`] decides ties.
 fn candidates(lines: &[HeadLine<'_>], min_columns: usize) -> Option<Candidate> {
     let mut best: Option<Candidate> = None;
-    for (delimiter, decimal_comma) in WAYS {
+    for (delimiter, decimal_comma) in DELIMITERS {
         let mut counts: Vec<(usize, usize, usize)> = Vec::new();
         for line in lines {
             let cells = cells(line.text, delimiter, decimal_comma);
@@ -209,12 +206,12 @@ fn candidates(lines: &[HeadLine<'_>], min_columns: usize) -> Option<Candidate> {
                 }
             }
         }
-        // The most frequent; of equals the one with more fields.
-        let most = counts.iter().max_by_key(|(fields, n, _)| (*n, *fields));
-        let Some(&(fields, rows, numbers)) = most else {
+        // The most frequent; among equals the one with more fields.
+        let largest = counts.iter().max_by_key(|(fields, n, _)| (*n, *fields));
+        let Some(&(fields, rows, numbers)) = largest else {
             continue;
         };
-        // A date and a time of day are two numbers only where white space cuts.
+        // Splitting a date from a time of day gives two numbers, but only with white space.
         let is_better = |b: &Candidate| {
             rows > b.rows
                 || rows == b.rows && numbers > b.numbers && delimiter != Delimiter::Whitespace
@@ -232,9 +229,8 @@ fn candidates(lines: &[HeadLine<'_>], min_columns: usize) -> Option<Candidate> {
     best
 }
 
-/// A row of a recording: at least two numbers (a recorder that writes each channel
-/// when it arrives leaves most cells empty) and less text, or three numbers beside
-/// any text.
+/// True for a data row: at least two numbers (a recorder that writes each channel when it arrives
+/// leaves most cells empty) and fewer texts, or three numbers with any number of texts.
 fn is_data(cells: &[Cell], min_columns: usize) -> bool {
     let numbers = cells
         .iter()
@@ -266,7 +262,7 @@ fn cells(line: &[u8], delimiter: Delimiter, decimal_comma: bool) -> Vec<Cell> {
         .collect()
 }
 
-/// Cuts a line; quoted fields as the scanner of the rows cuts them.
+/// Splits a line into fields; quoted fields as in [`super::row::RowScanner`].
 fn split(line: &[u8], delimiter: Delimiter) -> Vec<Vec<u8>> {
     match delimiter {
         Delimiter::Whitespace => line
@@ -283,7 +279,7 @@ fn split_quoted(line: &[u8], delimiter: u8) -> Vec<Vec<u8>> {
     let mut fields = Vec::new();
     let mut at = 0;
     loop {
-        // White space in front of a quote, but not a delimiter that is a tab.
+        // White space before a quote, except a tab that is the delimiter.
         let space = |b: &&u8| matches!(**b, b' ' | b'\t') && **b != delimiter;
         at += line[at..].iter().take_while(space).count();
         let end = match line.get(at) {
@@ -348,9 +344,9 @@ fn finish(best: Candidate, lines: &[HeadLine<'_>]) -> Dialect {
     if let Some(header) = &mut header
         && header.names.len() < best.fields
     {
-        // One name less than fields: rows that end with a delimiter have an empty last
-        // one; else an index without a name, which counts or is text, stands first; what
-        // else has no name stands last.
+        // One name fewer than fields: if rows end with a delimiter, the last field is empty;
+        // otherwise an index column (counting, or text) without a name is the first; otherwise
+        // the last column has no name.
         let mut rows = lines[first..]
             .iter()
             .filter(|l| row(l).is_some())
@@ -409,21 +405,20 @@ fn finish(best: Candidate, lines: &[HeadLine<'_>]) -> Dialect {
     }
 }
 
-/// Blank lines part rows regularly from so many on …
+/// Smallest number of blank lines that can be regular …
 const FEWEST_BLANKS: usize = 5;
-/// … where they stand behind so few rows that none of these is a placement …
+/// … if they follow at most this many rows, too few for a pose.
 const FEW_ROWS: usize = 20;
-/// … or from so many on, where a column goes on across them as it does within the rows.
+/// Smallest number of regular blank lines if a column continues across them as within the rows.
 const FEWEST_BLANKS_OF_A_CLOCK: usize = 3;
 
-/// How many blank lines in a row stand between rows regularly, every k rows (a line
-/// end that is written twice, a blank line after each block that was sent); 0 where
-/// they do not.
+/// Number of consecutive blank lines that occur regularly, after every k rows (a line end written
+/// twice, a blank line after each transmitted block); 0 if blank lines are irregular.
 fn regular_blanks(lines: &[HeadLine<'_>], row: impl Fn(&HeadLine<'_>) -> Option<Vec<f64>>) -> u64 {
     if !lines.iter().any(|l| l.is_blank()) {
         return 0;
     }
-    // Rows up to a run of blank lines, and how many lines that has.
+    // Rows before a run of blank lines, and the number of blank lines in it.
     let mut runs: Vec<(usize, u64)> = Vec::new();
     let mut rows = Vec::new();
     let mut blanks = 0;
@@ -453,14 +448,14 @@ fn regular_blanks(lines: &[HeadLine<'_>], row: impl Fn(&HeadLine<'_>) -> Option<
     let regular = if every <= FEW_ROWS {
         runs.len() >= FEWEST_BLANKS
     } else {
-        runs.len() >= FEWEST_BLANKS_OF_A_CLOCK && goes_on(&rows, every)
+        runs.len() >= FEWEST_BLANKS_OF_A_CLOCK && continues_across(&rows, every)
     };
     if regular { blanks as u64 } else { 0 }
 }
 
-/// Some column rises all through `rows`, by no longer steps at every `every`th row than
-/// elsewhere: nobody paused there.
-fn goes_on(rows: &[Vec<f64>], every: usize) -> bool {
+/// True if some column rises through all `rows` with steps at every `every`th row no longer than
+/// elsewhere: the recorder did not pause there.
+fn continues_across(rows: &[Vec<f64>], every: usize) -> bool {
     let fields = rows.first().map_or(0, Vec::len);
     (0..fields).any(|field| {
         let steps = rows.windows(2).map(|w| w[1][field] - w[0][field]);
@@ -479,8 +474,8 @@ fn goes_on(rows: &[Vec<f64>], every: usize) -> bool {
     })
 }
 
-/// Two rows before the samples that hold the start, seconds since 1970, and the rate,
-/// each once a column (Empatica's `ACC.csv`): the rate, Hz.
+/// Sampling rate in Hz from two rows before the samples: the start in seconds since 1970 and the
+/// rate, both repeated in each column (Empatica's `ACC.csv`).
 fn start_and_rate(start: &[f64], rate: &[f64]) -> Option<f64> {
     let all_are = |row: &[f64]| row.first().copied().filter(|v| row.iter().all(|o| o == v));
     let dates_s = 946_684_800.0..4_102_444_800.0;
@@ -488,18 +483,18 @@ fn start_and_rate(start: &[f64], rate: &[f64]) -> Option<f64> {
     all_are(rate).filter(|r| (1.0..=10_000.0).contains(r))
 }
 
-/// The names: the last line before the data that is no row of units, has as many
-/// fields as they, or one less, and is text; with the line above it when that is a
-/// row of names too. `before` has no blank lines.
+/// The header: the last line before the data that is text, is no row of units and has as many
+/// fields as the data or one fewer; with the line above it if that is a row of names too.
+/// `before` contains no blank lines.
 fn find_header(best: &Candidate, before: &[&HeadLine<'_>]) -> Option<Header> {
     let fields_of = |line: &HeadLine<'_>| -> Option<Vec<String>> {
         let text = strip_comment(line.text);
-        // A header can be parted otherwise than columns that are aligned with spaces.
-        let ways = [best.delimiter]
+        // The header can have another delimiter than columns that are aligned with spaces.
+        let delimiters = [best.delimiter]
             .into_iter()
             .chain([b'\t', b',', b';', b'|'].map(Delimiter::Byte));
-        ways.into_iter().find_map(|way| {
-            let mut names: Vec<String> = split(text, way)
+        delimiters.into_iter().find_map(|delimiter| {
+            let mut names: Vec<String> = split(text, delimiter)
                 .iter()
                 .map(|f| decode(f.trim_ascii()))
                 .collect();
@@ -524,16 +519,16 @@ fn find_header(best: &Candidate, before: &[&HeadLine<'_>]) -> Option<Header> {
         && let Some(above) = names_of(before[last - 1])
         && above.len() == row.len()
     {
-        // Of several rows the one that says most.
-        let said = |row: &[String]| row.iter().filter(|u| is_unit(u)).count();
-        if said(&row) > said(&units) {
+        // Of several rows of units use the one with the most units.
+        let unit_count = |row: &[String]| row.iter().filter(|u| is_unit(u)).count();
+        if unit_count(&row) > unit_count(&units) {
             units = row;
         }
         last -= 1;
     }
     let mut names = names_of(before[last])?;
     let mut from = last;
-    // Two header rows: the upper names the sensor, the lower the channel.
+    // Two header rows: the upper one names the sensor, the lower one the channel.
     if let Some(upper_at) = last.checked_sub(1)
         && let Some(upper) = fields_of(before[upper_at]).and_then(fill_forward)
         && upper.len() == names.len()
@@ -556,24 +551,29 @@ fn find_header(best: &Candidate, before: &[&HeadLine<'_>]) -> Option<Header> {
     })
 }
 
-/// How many fields a line has that is a row of numbers.
+/// Number of fields of a line if it is a row of numbers.
 pub(super) fn fields_of_row(line: &[u8], dialect: &Dialect) -> Option<usize> {
     let cells = cells(line, dialect.delimiter, dialect.decimal_comma);
     is_data(&cells, dialect.fields.min(3)).then_some(cells.len())
 }
 
-/// Whether `row` is one under the header `names`, both parted otherwise than the rows
-/// before: by what.
-pub(super) fn parted_otherwise(names: &[u8], row: &[u8], dialect: &Dialect) -> Option<Delimiter> {
-    let ways = WAYS.iter().filter(|(way, _)| *way != dialect.delimiter);
-    let fits = |(way, comma): &&(Delimiter, bool)| {
-        let cells = cells(row, *way, *comma);
-        is_data(&cells, 3) && split(strip_comment(names), *way).len() == cells.len()
+/// The other delimiter that splits both the header `names` and `row`, if they form a header and
+/// its row.
+pub(super) fn other_delimiter(names: &[u8], row: &[u8], dialect: &Dialect) -> Option<Delimiter> {
+    let delimiters = DELIMITERS
+        .iter()
+        .filter(|(delimiter, _)| *delimiter != dialect.delimiter);
+    let fits = |(delimiter, comma): &&(Delimiter, bool)| {
+        let cells = cells(row, *delimiter, *comma);
+        is_data(&cells, 3) && split(strip_comment(names), *delimiter).len() == cells.len()
     };
-    ways.clone().find(fits).map(|(way, _)| *way)
+    delimiters
+        .clone()
+        .find(fits)
+        .map(|(delimiter, _)| *delimiter)
 }
 
-/// The header that `lines`, each with its number, end with; of as many columns as it names.
+/// The header at the end of `lines` (line numbers and texts), with any number of columns.
 pub(super) fn header_below(lines: &[(u64, Vec<u8>)], delimiter: Delimiter) -> Option<Header> {
     let (_, last) = lines.last()?;
     let lines: Vec<HeadLine<'_>> = lines
@@ -595,8 +595,8 @@ pub(super) fn header_below(lines: &[(u64, Vec<u8>)], delimiter: Delimiter) -> Op
     (fields >= 3).then(|| find_header(&candidate, &lines))?
 }
 
-/// Cells that a spreadsheet has merged: the name stands in the first of them. None for
-/// a title alone, and for what is no name.
+/// Fills merged cells of a spreadsheet, whose name is in the first cell. `None` for a single
+/// title and for cells that are not names.
 fn fill_forward(mut cells: Vec<String>) -> Option<Vec<String>> {
     let named = |cell: &&String| cell.chars().any(char::is_alphabetic);
     let filled: Vec<&String> = cells.iter().filter(|c| !c.is_empty()).collect();
@@ -611,7 +611,7 @@ fn fill_forward(mut cells: Vec<String>) -> Option<Vec<String>> {
     Some(cells)
 }
 
-/// Below the names: units, or what the numbers were made of (`CAL`).
+/// True for a row of units, or of words such as `CAL` and `raw`.
 fn is_row_of_units(cells: &[String]) -> bool {
     let filled = cells.iter().filter(|c| !c.is_empty());
     let (all, of_units) = filled.fold((0, 0), |(all, of_units), cell| {
@@ -628,7 +628,7 @@ fn repeats(names: &[String]) -> bool {
         .any(|(i, n)| names[..i].contains(n))
 }
 
-/// A header behind a comment sign (`# t ax ay az`) is a header.
+/// A header may follow a comment sign (`# t ax ay az`).
 pub(super) fn strip_comment(text: &[u8]) -> &[u8] {
     let text = text.trim_ascii();
     ["#", "%", "//"]
@@ -638,7 +638,7 @@ pub(super) fn strip_comment(text: &[u8]) -> &[u8] {
         .trim_ascii()
 }
 
-/// Text of a header: UTF-8, else Windows-1252 (Latin-1's degree sign).
+/// Decodes text of a header: UTF-8, otherwise Windows-1252 (for the degree sign of Latin-1).
 #[must_use]
 pub fn decode(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {

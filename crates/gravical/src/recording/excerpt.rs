@@ -1,25 +1,26 @@
-//! A long recording of which what matters is in memory ([`crate::excerpt`] reads it).
+//! Properties of a long recording of which only some rows are in memory; read by
+//! [`crate::excerpt`].
 
 use super::RowMap;
 use crate::still::{StillOptions, Stills, TemperatureBlock};
 
-/// What is known of a recording of which not all rows are in memory.
+/// Properties of all rows of a recording of which only some are in memory.
 #[derive(Debug, Clone)]
 pub(crate) struct Excerpt {
-    /// Which row of the file each row in memory is.
+    /// Row number in the file of each row in memory.
     pub rows: RowMap,
     /// Lowest and highest temperature of all rows, °C.
     pub temperature_c: Option<[f64; 2]>,
-    /// Blocks for the drift with temperature, of all rows.
+    /// Blocks of all rows for the temperature drift.
     pub thermal: Vec<TemperatureBlock>,
-    /// Rows of stills that had no room.
+    /// Number of rows at rest for which there was no memory.
     pub still_rows_left_out: usize,
-    /// The stills by what they were looked for with.
+    /// The static intervals for each set of detection options.
     pub stills: Vec<(StillOptions, Stills)>,
 }
 
 impl Excerpt {
-    /// The stills of the recording; none where they were not looked for so.
+    /// The static intervals for these options; `None` if they were not searched with them.
     pub fn stills_by(&self, options: &StillOptions) -> Option<&Stills> {
         let mut all = self.stills.iter();
         all.find(|(own, _)| own == options)

@@ -1,17 +1,17 @@
-//! How a file is written, and what it is read for.
+//! Format of a file and purpose of reading it.
 
 use super::ReadOptions;
 use super::dialect::Dialect;
 use super::layout::Layout;
 use super::names::Role;
 
-/// How a file is written, as far as its rows need it.
+/// Everything needed to parse the rows of a file.
 #[derive(Debug, Clone)]
 pub(crate) struct Format {
     pub dialect: Dialect,
     pub layout: Layout,
     /// What it is read for.
     pub role: Role,
-    /// What the user says of it.
+    /// Options of the user.
     pub options: ReadOptions,
 }

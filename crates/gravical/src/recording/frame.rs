@@ -1,4 +1,4 @@
-//! Frames of the board's binary format: one sample or one line of text each.
+//! Frames of the board's binary format, each with one sample or one line of text.
 //!
 //! # The frame
 //!
@@ -10,14 +10,12 @@
 //! | 6–19 | seven counts, 16 bits: acceleration x, y, z; temperature; angular rate x, y, z | … |
 //! | last 2 | CRC-16 of all before it | the same |
 //!
-//! Numbers are little-endian. The CRC is CRC-16/IBM-3740 (polynomial 0x1021,
-//! start 0xFFFF; also known as CCITT-FALSE). Zeros are taken out by consistent
-//! overhead byte stuffing (S. Cheshire and M. Baker, IEEE/ACM Trans. Networking
-//! 7(2), 1999), and one zero ends the frame: whoever joins in the middle waits
-//! for a zero. A sample is 24 bytes on the wire.
+//! Numbers are little-endian. The CRC is CRC-16/IBM-3740 (polynomial 0x1021, start 0xFFFF; also
+//! known as CCITT-FALSE). Zeros are removed by consistent overhead byte stuffing (S. Cheshire and
+//! M. Baker, IEEE/ACM Trans. Networking 7(2), 1999), and one zero ends the frame: a receiver
+//! synchronises at the next zero. An encoded sample has 24 bytes.
 //!
-//! The lines that start with `#` in the text formats (settings, counters) are the
-//! text frames of this one.
+//! Lines that begin with `#` in the text formats (settings, counters) are sent as text frames.
 //!
 //! # Example
 //!
@@ -41,11 +39,10 @@ const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 const SAMPLE: u8 = 1;
 const TEXT: u8 = 2;
 
-/// More bytes than this between two zeros are no frame: the longest line of the
-/// board has 160.
+/// Largest number of bytes between two zeros; the longest line of the board has 160.
 pub const MOST_BYTES: usize = 1024;
 
-/// What one frame holds.
+/// Content of a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Frame {
     /// One sample.
@@ -57,28 +54,25 @@ pub enum Frame {
 /// One sample as the sensor measured it, in counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleFrame {
-    /// Counts the frames, modulo 256: a step other than 1 is a loss.
+    /// Counter of the frames, modulo 256: a step other than 1 shows lost frames.
     pub sequence: u8,
-    /// Moment of data-ready on the board's clock, µs, modulo 2³² (71.6 min);
-    /// [`Unwrap`] makes it go on.
+    /// Time of data-ready on the board's clock, µs, modulo 2³² (71.6 min); [`Unwrap`] makes it
+    /// continuous.
     pub time_us: u32,
-    /// Specific force along x, y, z, counts of the range that the board's first
-    /// line names.
+    /// Specific force along x, y, z, counts of the range in the board's settings line.
     pub accel: [i16; 3],
     /// Temperature, counts: °C = counts / 340 + 36.53.
     pub temperature: i16,
-    /// Angular rate about x, y, z, counts of the range that the board's first
-    /// line names.
+    /// Angular rate about x, y, z, counts of the range in the board's settings line.
     pub gyro: [i16; 3],
 }
 
-/// Decodes what stands between two zeros, without them or with the second one.
+/// Decodes the bytes between two zeros, optionally with the second zero.
 ///
 /// # Errors
 ///
-/// `bad-frame` (input) for bytes that are not stuffed, a checksum that does not
-/// fit, a kind that is not known and a length that does not belong to the kind.
-/// After one, go on at the next zero.
+/// `bad-frame` (input) for invalid byte stuffing, a wrong checksum, an unknown kind and a length
+/// that does not match the kind. Decoding can continue at the next zero.
 pub fn decode_frame(bytes: &[u8]) -> Result<Frame> {
     if bytes.len() > MOST_BYTES {
         return Err(bad(format!(
@@ -95,12 +89,12 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame> {
     };
     plain.truncate(length);
     let Some((body, &crc)) = plain.split_last_chunk::<2>() else {
-        return Err(bad(format!("{length} bytes are no frame")));
+        return Err(bad(format!("{length} bytes are not a frame")));
     };
-    let (said, is) = (u16::from_le_bytes(crc), CRC.checksum(body));
-    if said != is {
+    let (sent, computed) = (u16::from_le_bytes(crc), CRC.checksum(body));
+    if sent != computed {
         return Err(bad(format!(
-            "checksum 0x{said:04x}, but 0x{is:04x} fits its {} bytes",
+            "checksum 0x{sent:04x}, but 0x{computed:04x} fits its {} bytes",
             body.len()
         )));
     }
@@ -114,7 +108,7 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame> {
     }
 }
 
-/// Encodes a frame as the board does, with the zero at its end.
+/// Encodes a frame as the board does, including the zero at its end.
 #[must_use]
 pub fn encode_frame(frame: &Frame) -> Vec<u8> {
     let mut plain = Vec::with_capacity(24);
@@ -155,26 +149,25 @@ fn sample(bytes: &[u8]) -> Option<SampleFrame> {
 
 fn bad(what: String) -> Error {
     Error::input("bad-frame", format!("not a frame of the board: {what}")).with_hint(
-        "the next zero starts a new one; many of them: check the baud rate and the cable",
+        "decoding continues at the next zero; if this repeats, check the baud rate and the cable",
     )
 }
 
-/// Makes 32-bit stamps go on after their wrap.
+/// Makes 32-bit stamps continuous across their wrap.
 ///
-/// Stamps have to come in order and less than 71 minutes apart; a step back is
-/// taken for the wrap that it would be on a clock that never runs backwards.
+/// Stamps must be in order and less than 71 minutes apart; a step back is interpreted as a wrap.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unwrap {
     last: Option<u64>,
 }
 
 impl Unwrap {
-    /// The stamp, µs, counted on from the first one.
+    /// The stamp, µs, continuous from the first one.
     pub fn time_us(&mut self, stamp_us: u32) -> u64 {
         let now = match self.last {
             None => u64::from(stamp_us),
             Some(last) => {
-                // What the low half went on by, modulo 2³².
+                // Increment modulo 2³².
                 #[allow(clippy::cast_possible_truncation)]
                 let step = stamp_us.wrapping_sub(last as u32);
                 last + u64::from(step)
@@ -197,10 +190,10 @@ mod tests {
         gyro: [i16::MIN, i16::MAX, 131],
     };
 
-    /// Stuffed by a few lines of Python from the definition; the CRC of `123456789` is the check
-    /// value that its catalogue gives.
+    /// The stuffed bytes were computed with a few lines of Python from the definition; the CRC of
+    /// `123456789` is the check value of its catalogue.
     #[test]
-    fn bytes_as_defined() {
+    fn encoding_matches_the_definition() {
         assert_eq!(CRC.checksum(b"123456789"), 0x29b1);
         let wire = encode_frame(&Frame::Sample(EXAMPLE));
         assert_eq!(wire.len(), 24);
@@ -216,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn text_goes_there_and_back() {
+    fn text_round_trips() {
         for text in [
             "",
             "#",
@@ -230,25 +223,25 @@ mod tests {
     }
 
     #[test]
-    fn every_flipped_bit_is_seen() {
+    fn every_flipped_bit_is_detected() {
         let wire = encode_frame(&Frame::Sample(EXAMPLE));
         for at in 0..wire.len() - 1 {
             for bit in 0..8 {
-                let mut hurt = wire[..wire.len() - 1].to_vec();
-                hurt[at] ^= 1 << bit;
-                assert!(decode_frame(&hurt).is_err(), "byte {at} bit {bit}");
+                let mut corrupted = wire[..wire.len() - 1].to_vec();
+                corrupted[at] ^= 1 << bit;
+                assert!(decode_frame(&corrupted).is_err(), "byte {at} bit {bit}");
             }
         }
     }
 
     #[test]
-    fn what_is_no_frame() {
+    fn invalid_frames_are_refused() {
         let good = |plain: &[u8]| {
             let mut plain = plain.to_vec();
             plain.extend(CRC.checksum(&plain).to_le_bytes());
             cobs::encode_vec(&plain)
         };
-        for (bytes, says) in [
+        for (bytes, expected) in [
             (vec![], "0 bytes"),
             (vec![1], "0 bytes"),
             (vec![9, 1, 1], "not stuffed"),
@@ -262,12 +255,12 @@ mod tests {
         ] {
             let error = decode_frame(&bytes).unwrap_err();
             assert_eq!(error.code(), "bad-frame");
-            assert!(error.to_string().contains(says), "{error}");
+            assert!(error.to_string().contains(expected), "{error}");
         }
     }
 
     #[test]
-    fn stamps_go_on_after_the_wrap() {
+    fn stamps_are_continuous_across_the_wrap() {
         let mut unwrap = Unwrap::default();
         assert_eq!(unwrap.time_us(u32::MAX - 4), 4_294_967_291);
         assert_eq!(unwrap.time_us(5), 4_294_967_301);
@@ -277,7 +270,7 @@ mod tests {
 
     proptest::proptest! {
         #[test]
-        fn whatever_comes_is_a_frame_or_an_error(
+        fn any_bytes_give_a_frame_or_an_error(
             bytes in proptest::collection::vec(0_u8.., 0..300)
         ) {
             if let Ok(frame) = decode_frame(&bytes) {
@@ -287,7 +280,7 @@ mod tests {
         }
 
         #[test]
-        fn samples_go_there_and_back(
+        fn samples_round_trip(
             sequence: u8,
             time_us: u32,
             accel: [i16; 3],

@@ -1,4 +1,4 @@
-//! Where the range of a sensor ends, and values that reach its end.
+//! Ends of a sensor's range, and values that reach them.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
@@ -8,22 +8,23 @@ use crate::finding::{Finding, FindingKind, LineSpans};
 /// Full scales in use, g.
 const FULL_SCALES_G: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 
-/// Full scales that gyroscopes are sold with, °/s; the ends of the 16-bit range at their
-/// sensitivities come with [`LSB_PER_DEG_S`].
+/// Full scales of gyroscopes on the market, °/s; those of the sensitivities in [`LSB_PER_DEG_S`]
+/// are added.
 const FULL_SCALES_DEG_S: [f64; 6] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0];
 
-/// Counts from here on are at the end of a 16-bit converter: some stop a few before it.
+/// Smallest count at the end of a 16-bit converter: some end a few counts early.
 const LARGEST_COUNT: f64 = 32764.0;
-/// … and none is beyond: larger values are of no such converter, which has no end then.
+/// Largest count of a 16-bit converter; larger values come from another converter, whose end is
+/// unknown.
 const END_OF_COUNTS: f64 = 32768.0;
 
-/// Where the range of a sensor ends, in the unit of the file.
+/// Ends of a sensor's range, in the unit of the file.
 #[derive(Debug, Clone)]
 pub(crate) struct FullScale {
-    /// Magnitudes from and to which a value is at the end.
+    /// Intervals of magnitudes that are at the end.
     ends: Vec<[f64; 2]>,
-    /// Counts, whose end is certain. In physical units a single value at a full scale
-    /// is chance; the end of the range shows as repeats of one value.
+    /// The values are counts, whose end is certain. In physical units a single value at a full
+    /// scale can be a coincidence; clipping shows as repeats of one value.
     counts: bool,
 }
 
@@ -43,7 +44,7 @@ impl FullScale {
         let given = scale.lsb_per_g.map(|lsb| 32768.0 / lsb);
         let ranges = FULL_SCALES_G.into_iter().chain(given);
         FullScale {
-            // Within two counts of it.
+            // Within two counts of the full scale.
             ends: per_g
                 .map(|per_g| ranges.map(move |g| g * per_g))
                 .into_iter()
@@ -54,7 +55,7 @@ impl FullScale {
         }
     }
 
-    /// Where nothing tells the unit, it is °/s or rad/s.
+    /// If the unit is unknown, °/s or rad/s is assumed.
     pub fn of_gyro(scale: &GyroScale) -> Self {
         if scale.unit == GyroUnit::Counts {
             return Self::of_counts();
@@ -78,7 +79,7 @@ impl FullScale {
             .iter()
             .flat_map(|deg_s| units.iter().map(move |unit| deg_s * unit));
         FullScale {
-            // Rounded sensitivities, and two decimals.
+            // Tolerance for rounded sensitivities and two decimals.
             ends: ends
                 .map(|full| [full * 0.9985 - 0.005, full * 1.0015 + 0.005])
                 .collect(),
@@ -86,7 +87,7 @@ impl FullScale {
         }
     }
 
-    /// No smaller magnitude is at the end.
+    /// Smallest magnitude at the end.
     pub fn least(&self) -> f64 {
         self.ends
             .iter()
@@ -100,7 +101,7 @@ impl FullScale {
     }
 }
 
-/// Follows a channel up to the end of its range.
+/// Detects clipping of a channel.
 #[derive(Debug, Clone)]
 pub(crate) struct Clipping {
     full: FullScale,
@@ -121,12 +122,12 @@ impl Clipping {
         }
     }
 
-    /// A value of at least [`FullScale::least`], the offset taken off; smaller ones may
-    /// be left out.
-    pub fn see(&mut self, value: f64, line: u64) {
+    /// Processes a value, with the offset subtracted; values below [`FullScale::least`] may be
+    /// left out.
+    pub fn observe(&mut self, value: f64, line: u64) {
         let magnitude = value.abs();
         if magnitude > self.largest {
-            // What is passed is not the end.
+            // A value that is exceeded is not the end of the range.
             if magnitude > 1.004 * self.largest && !self.full.counts {
                 self.lines = LineSpans::default();
                 self.repeats = 0;
@@ -141,7 +142,7 @@ impl Clipping {
         }
     }
 
-    /// What is said of it; none where nothing is clipped.
+    /// The finding; `None` without clipping.
     pub fn finding(&self, channel: &str) -> Option<Finding> {
         let shown = match self.full.counts {
             true => self.largest <= END_OF_COUNTS,
@@ -160,8 +161,8 @@ impl Clipping {
     }
 }
 
-/// Rows at which a channel is clipped. In physical units a single value at a
-/// full scale is chance; the end of the range shows as repeats of one value.
+/// Rows at which a channel is clipped. In physical units a single value at a full scale can be a
+/// coincidence; clipping shows as repeats of one value.
 pub(crate) fn clipped_rows(values: &[f64], scale: &AccelScale) -> Vec<usize> {
     let full = FullScale::of_accel(scale);
     let at_end: Vec<usize> = values

@@ -1,4 +1,4 @@
-//! The first rows of a recording, by which it is judged before the others are read.
+//! The first rows of a recording, from which its facts are determined.
 
 use crate::Result;
 
@@ -7,27 +7,27 @@ use super::row::{ACCEL, GYRO, SLOTS, TEMPERATURE, Values};
 use super::rows::{Item, Rows, Source};
 use super::timing::Treatment;
 
-/// How often a head is judged at most.
+/// Largest number of passes over the head.
 const MOST_PASSES: u32 = 3;
 
-/// Lines that a head has as a rule.
+/// Usual number of lines of a head.
 const USUAL_LINES: usize = 1 << 13;
 
-/// Lines at the start of a recording, kept.
+/// The first lines of a recording.
 #[derive(Debug, Clone)]
 pub(crate) struct Head {
     claims: RecordingClaims,
-    keeps_zeros: bool,
+    keeps_zero_tail: bool,
     lines: Vec<(u64, Item, Values)>,
 }
 
-/// The rows of a head as channels in the unit of the file, cells filled.
+/// Channels of the first rows in the unit of the file, with cells filled.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct HeadChannels {
     pub accel: [Vec<f64>; 3],
-    /// None without all three axes.
+    /// `None` without all three axes.
     pub gyro: Option<[Vec<f64>; 3]>,
-    /// °C, by what the recording says; empty cells are NaN.
+    /// °C according to the recording; empty cells are NaN.
     pub temperature: Vec<f64>,
 }
 
@@ -36,7 +36,7 @@ impl HeadChannels {
         self.accel[0].len()
     }
 
-    /// The accelerometer as `calibrate` makes it of its values and the temperature.
+    /// The accelerometer converted by `calibrate` from its values and the temperature.
     pub fn calibrated(&self, calibrate: impl Fn([f64; 3], f64) -> [f64; 3]) -> [Vec<f64>; 3] {
         let [x, y, z] = &self.accel;
         let mut out: [Vec<f64>; 3] = Default::default();
@@ -51,8 +51,8 @@ impl HeadChannels {
 }
 
 impl Head {
-    /// All lines that `source` has; what reading reports ends it.
-    pub fn read(mut source: impl Source, claims: &RecordingClaims, keeps_zeros: bool) -> Self {
+    /// Reads all lines of `source`, up to an error.
+    pub fn read(mut source: impl Source, claims: &RecordingClaims, keeps_zero_tail: bool) -> Self {
         let mut lines = Vec::with_capacity(USUAL_LINES);
         let mut values = [f64::NAN; SLOTS];
         while let Ok(Some(item)) = source.next(&mut values) {
@@ -60,17 +60,17 @@ impl Head {
         }
         Head {
             claims: claims.clone(),
-            keeps_zeros,
+            keeps_zero_tail,
             lines,
         }
     }
 
-    /// What is to be known of a recording that begins so.
+    /// Facts of the recording.
     pub fn facts(&self) -> Facts {
-        judge(|facts| self.rows(facts))
+        determine_facts(|facts| self.rows(facts))
     }
 
-    /// Its rows as channels.
+    /// Channels of its rows.
     pub fn channels(&self, facts: &Facts) -> HeadChannels {
         let channels = self.claims.channels();
         let mut out = HeadChannels {
@@ -96,19 +96,19 @@ impl Head {
             next: 0,
         };
         let rows = Rows::new(source, "", self.claims.clone(), facts);
-        match self.keeps_zeros {
-            true => rows.keeping_zeros(),
+        match self.keeps_zero_tail {
+            true => rows.keep_zero_tail(),
             false => rows,
         }
     }
 }
 
-/// What is to be known of `rows`: judged until what is found is what was assumed. What
-/// reading reports ends them.
-pub(super) fn judge<S: Source>(rows: impl Fn(Facts) -> Rows<S>) -> Facts {
+/// Facts of `rows`, determined repeatedly until they agree with those assumed. Errors of reading
+/// end the rows.
+pub(super) fn determine_facts<S: Source>(rows: impl Fn(Facts) -> Rows<S>) -> Facts {
     let mut facts = Facts::none();
     let mut passes = 0;
-    // The steps tell how stamps are read, which tells whether they are even.
+    // How to read stamps depends on the steps, and even spacing on how they are read.
     loop {
         let mut rows = rows(facts);
         while let Ok(Some(_)) = rows.next_row() {}
@@ -124,7 +124,7 @@ pub(super) fn judge<S: Source>(rows: impl Fn(Facts) -> Rows<S>) -> Facts {
     }
 }
 
-/// Lines that were kept, once more.
+/// Source that repeats the stored lines.
 struct HeadRows<'a> {
     lines: &'a [(u64, Item, Values)],
     next: usize,

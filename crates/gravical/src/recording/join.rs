@@ -1,70 +1,64 @@
-//! A gyroscope that was written to a file of its own, joined to the
-//! accelerometer's recording on time.
+//! Joins a gyroscope from a separate file to the accelerometer's recording.
 //!
-//! Both files are read by the same reader. Where both have time stamps, these
-//! are taken as stamps of one clock: what counts is the stamp itself, not the
-//! time since the first row, so that files that start apart stay apart. Rows
-//! with the same stamp belong together; between two stamps of the gyroscope
-//! its rate is interpolated linearly. Where one of the two has no stamps the
-//! rows belong together one by one, and there have to be as many.
+//! Both files are read by the same reader. If both have time stamps, these are assumed to come
+//! from one clock: the stamps themselves are compared, not the times since the first row, so that
+//! an offset between the files is preserved. Rows with the same stamp are joined; between two
+//! stamps of the gyroscope its rate is interpolated linearly. If one of the files has no time
+//! stamps, rows are joined one by one, and their numbers must be equal.
 //!
-//! Fails where the two files were stamped by different clocks: then the
-//! directions of gravity do not fit the turns, and the fit of the gyroscope
-//! shows it.
+//! Files stamped by different clocks cannot be joined correctly: the directions of gravity then
+//! do not match the turns, which the fit of the gyroscope reports.
 
 use std::path::Path;
 
 use crate::{Error, Result};
 
 use super::ledger::Aside;
-use super::monitor::{Defects, LooksCounted, gyro_by_claim};
+use super::monitor::{Defects, GyroCounts, gyro_by_claim};
 use super::names::Quantity;
 use super::names::Role;
 use super::open::{self, Input};
 use super::row::{GYRO, SLOTS, TIME};
 use super::text::open_rows;
-use super::timing::{self, Claims, Parting, TimeUnit, Treatment};
+use super::timing::{self, BreakKind, Claims, TimeUnit, Treatment};
 use super::{ReadOptions, Recording, RowMap, metadata, resolution};
 use crate::finding::{Finding, FindingKind, LineSpans};
 
-/// A file that was joined to a recording.
+/// File that was joined to a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct JoinedFile {
-    /// The file as it was given.
+    /// Path of the file as given.
     pub name: String,
-    /// SHA-256 of the file, where asked for.
+    /// SHA-256 of the file, if requested.
     pub sha256: Option<String>,
 }
 
-/// Stamps that differ by less than this share of the gyroscope's period are
-/// the same: what a rate changes within it is far below its noise.
+/// Stamps that differ by less than this share of the gyroscope's period are equal: within it the
+/// change of the rate is far below its noise.
 const SAME_STAMP: f64 = 0.02;
 
-/// Between stamps further apart than this many periods nothing is
-/// interpolated: the reader calls that a gap.
+/// Largest number of periods between stamps for interpolation; more is a gap for the reader too.
 const GAP_PERIODS: f64 = 4.5;
 
-/// Reads the gyroscope of `path` and joins it to `recording` on time. Rows
-/// that it does not cover get NaN and a finding.
+/// Reads the gyroscope from `path` and joins it to `recording`. Rows that it does not cover get
+/// NaN and a finding.
 ///
-/// `options` are those that the recording was read with; of its columns, those of
-/// the gyroscope and the time hold for this file. Else a header names them, without
-/// one they are t, gx, gy, gz or gx, gy, gz.
+/// `options` are those of the recording; of its columns, those of the gyroscope and the time
+/// apply to this file. Otherwise the columns are named by the header; without a header they are
+/// t, gx, gy, gz or gx, gy, gz.
 ///
 /// # Errors
 ///
-/// `gyro-twice` when the recording has a gyroscope, `no-gyroscope` when the
-/// file has none, `gyro-overlap` when the stamps have no time in common,
-/// `gyro-length` when rows have to be joined one by one and their numbers
-/// differ, `gyro-restart` when a clock started anew; and what keeps a file from
-/// being read.
+/// `gyro-twice` if the recording has a gyroscope, `no-gyroscope` if the file has none,
+/// `gyro-overlap` if the time ranges do not overlap, `gyro-length` if rows must be joined one by
+/// one and their numbers differ, `gyro-restart` if a clock restarted; and the errors of reading.
 pub fn join_gyroscope(recording: &mut Recording, path: &Path, options: &ReadOptions) -> Result<()> {
     refuse_second(recording)?;
     let input = open::open(path, options)?;
     join_input(recording, input, &path.display().to_string(), options)
 }
 
-/// As [`join_gyroscope`] from bytes; `name` stands in messages.
+/// As [`join_gyroscope`], from bytes; `name` is used in messages.
 ///
 /// # Errors
 ///
@@ -82,9 +76,8 @@ pub fn join_gyroscope_bytes(
     join_input(recording, input, name, options)
 }
 
-/// True for a file that holds a gyroscope and no accelerometer: by the names of
-/// its columns, or by its own where these are bare `x`, `y` and `z` or missing
-/// (`Gyroscope.csv`).
+/// True for a file that contains a gyroscope and no accelerometer, by its column names, or, if
+/// these are bare `x`, `y`, `z` or missing, by its file name (`Gyroscope.csv`).
 #[must_use]
 pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
     let name = path.display().to_string();
@@ -104,7 +97,7 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
     readable && (named || is_named_gyroscope(path))
 }
 
-/// True for a file called after a gyroscope, and not after an accelerometer too.
+/// True for a file named after a gyroscope and not also after an accelerometer.
 #[must_use]
 pub fn is_named_gyroscope(path: &Path) -> bool {
     let stem = crate::segment::stem(&path.display().to_string()).to_lowercase();
@@ -121,17 +114,17 @@ fn refuse_second(recording: &Recording) -> Result<()> {
     )
     .at(recording.name.as_ref(), None)
     .with_hint(
-        "leave --gyro out; or leave the recording's own gyroscope out, with --columns gx=-,gy=-,gz=-",
+        "omit --gyro, or ignore the recording's own gyroscope with --columns gx=-,gy=-,gz=-",
     ))
 }
 
-/// Rows of a gyroscope with their time.
+/// Rows of a gyroscope with their times.
 struct Gyro {
     channels: [Vec<f64>; 3],
     /// Seconds on the recorder's clock.
     stamps_s: Option<Vec<f64>>,
     period_s: f64,
-    /// Rows before which something is missing.
+    /// Rows before which samples are missing.
     breaks: Vec<usize>,
 }
 
@@ -146,17 +139,17 @@ fn join_input(
     let stamped = layout.field(Quantity::Time).is_some();
     let mut channels: [Vec<f64>; 3] = Default::default();
     let mut stamps = Vec::new();
-    let mut partings: Vec<(usize, Parting)> = Vec::new();
+    let mut discontinuities: Vec<(usize, BreakKind)> = Vec::new();
     let mut lines = RowMap::default();
-    let mut counted = LooksCounted::default();
+    let mut counted = GyroCounts::default();
     while let Some(row) = file.rows.next_row()? {
         let rate = [row.values[GYRO], row.values[GYRO + 1], row.values[GYRO + 2]];
-        counted.see(rate);
+        counted.observe(rate);
         let how = row
             .before
             .iter()
-            .filter_map(|reason: &Aside| Parting::by(*reason));
-        partings.extend(how.max().map(|how| (channels[0].len(), how)));
+            .filter_map(|reason: &Aside| BreakKind::of(*reason));
+        discontinuities.extend(how.max().map(|how| (channels[0].len(), how)));
         for (channel, value) in channels.iter_mut().zip(rate) {
             channel.push(value);
         }
@@ -177,15 +170,15 @@ fn join_input(
         temperature_span_c: 0.0,
     };
     let (rate_hz, stamps_s) = if stamped {
-        let parting = |row: usize| {
-            let at = partings.binary_search_by_key(&row, |(at, _)| *at);
-            at.ok().map(|i| partings[i].1)
+        let break_kind = |row: usize| {
+            let at = discontinuities.binary_search_by_key(&row, |(at, _)| *at);
+            at.ok().map(|i| discontinuities[i].1)
         };
         let timed = timing::judge(
             &stamps,
             &claims,
             |row| lines.number(row).unwrap_or_default(),
-            parting,
+            break_kind,
         );
         if let Some(row) = timed.restarts.first() {
             return Err(restarted(name, lines.number(*row)));
@@ -202,10 +195,10 @@ fn join_input(
         channels,
         stamps_s,
         period_s: rate_hz.map_or(f64::NAN, |r| 1.0 / r),
-        breaks: partings.iter().map(|(row, _)| *row).collect(),
+        breaks: discontinuities.iter().map(|(row, _)| *row).collect(),
     };
     let own = absolute(recording.time_s.clone(), recording.time_origin_s);
-    // Before values are interpolated.
+    // From the measured values, before interpolation.
     let [.., x, y, z] = &mut recording.resolution;
     [*x, *y, *z] = resolution::resolution(&gyro.channels);
     let joined = match (own, gyro.stamps_s.take()) {
@@ -232,7 +225,7 @@ fn join_input(
     Ok(())
 }
 
-/// What is odd about the joined samples.
+/// Faults of the joined samples.
 fn defects(recording: &Recording) -> Vec<Finding> {
     let [.., x, y, z] = recording.resolution;
     let resolution = [0.0, 0.0, 0.0, x, y, z];
@@ -242,13 +235,12 @@ fn defects(recording: &Recording) -> Vec<Finding> {
         for (i, channel) in recording.gyro.iter().flatten().enumerate() {
             values[GYRO + i] = channel[row];
         }
-        defects.see(&values, recording.line(row));
+        defects.observe(&values, recording.line(row));
     }
     defects.finish(false)
 }
 
-/// The unit of the accelerometer's stamps, when it makes a rate of the
-/// gyroscope's that is of the same order.
+/// The unit of the accelerometer's stamps, if it gives the gyroscope a rate of similar size.
 fn unit_of(recording: &Recording, time: &[f64]) -> Option<TimeUnit> {
     let unit = recording.timing.unit?;
     let rate = recording.timing.rate_hz()?;
@@ -269,10 +261,10 @@ fn absolute(time_s: Option<Vec<f64>>, origin_s: Option<f64>) -> Option<Vec<f64>>
 fn restarted(file: &str, line: Option<u64>) -> Error {
     Error::input(
         "gyro-restart",
-        "the time stamps start anew in the middle: two files cannot be joined on them",
+        "the time stamps restart in the middle: the files cannot be joined by them",
     )
     .at(file.as_ref(), line)
-    .with_hint("cut both files where the board was reset, and give the parts")
+    .with_hint("split both files where the board was reset, and read the parts separately")
 }
 
 fn row_by_row(
@@ -285,19 +277,19 @@ fn row_by_row(
     if own != other {
         return Err(Error::input(
             "gyro-length",
-            format!("{other} rows of the gyroscope, {own} of the accelerometer, and no time stamps in both to join them on"),
+            format!("{other} rows of the gyroscope, {own} of the accelerometer, without time stamps in both files to join them by"),
         )
         .at(name.as_ref(), None)
-        .with_hint("give files with time stamps, or with one row of each for every sample"));
+        .with_hint("give files with time stamps, or with equal numbers of rows"));
     }
     findings.push(Finding::new(
         FindingKind::GyroRowByRow,
-        "not both files have time stamps: joined row by row, the first with the first",
+        "one of the files has no time stamps: joined row by row",
     ));
     Ok(gyro.channels)
 }
 
-/// What covers one row of the accelerometer.
+/// Source of the rate for one row of the accelerometer.
 enum Cover {
     Same(usize),
     Between(usize, usize, f64),
@@ -312,8 +304,8 @@ fn by_stamps(
     name: &str,
     findings: &mut Vec<Finding>,
 ) -> Result<[Vec<f64>; 3]> {
-    // Interpolation needs times that rise: rows that repeat a stamp or run
-    // backwards were named by the reader and are passed over.
+    // Interpolation needs increasing times: repeated stamps and steps back, reported by the
+    // reader, are skipped.
     let mut rising: Vec<usize> = Vec::with_capacity(stamps.len());
     let mut latest = f64::NEG_INFINITY;
     for (row, &t) in stamps.iter().enumerate() {
@@ -332,7 +324,7 @@ fn by_stamps(
     let mut between = 0_u64;
     let mut at = 0;
     for (row, &t) in own.iter().enumerate() {
-        // A stamp that runs backwards starts the search again.
+        // A step back of the stamps restarts the search.
         if at > 0 && rising.get(at - 1).is_some_and(|&r| stamps[r] > t) {
             at = rising.partition_point(|&r| stamps[r] < t);
         }
@@ -412,5 +404,5 @@ fn no_overlap(recording: &Recording, own: &[f64], other: [f64; 2], name: &str) -
         ),
     )
     .at(name.as_ref(), None)
-    .with_hint("give the two files of one recording, stamped by one clock; --time-unit says the unit of both")
+    .with_hint("give the two files of one recording, stamped by one clock; --time-unit sets the unit of both")
 }

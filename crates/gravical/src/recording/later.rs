@@ -1,6 +1,5 @@
-//! Headers among the rows. One that means the same as the first is a repeated header; the
-//! rows under another one are rewritten as the first header has them, so that one recording
-//! has one meaning.
+//! Headers between rows. A header that means the same as the first is a repeated header; rows
+//! under a different header are rewritten in the columns and units of the first one.
 
 use std::path::Path;
 
@@ -13,56 +12,56 @@ use super::row::{Delimiter, RowDefect, RowScanner, SLOTS, Span};
 use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::scan::{Line, parse_field, parse_field_decimal_comma};
 
-/// Lines in front of a header that are kept at most.
+/// Largest number of stored lines before a header.
 const MOST_LINES: usize = 64;
-/// Longer lines are no header.
+/// Longest line that can be a header.
 const LONGEST: usize = 1 << 16;
 
-/// What came of the headers among the rows.
+/// Headers between rows.
 #[derive(Debug, Default)]
 pub(super) struct LaterHeaders {
     /// Lines of text since the last row.
-    since: Vec<(u64, Vec<u8>)>,
-    /// How rows are rewritten.
+    pending: Vec<(u64, Vec<u8>)>,
+    /// How rows are rewritten, if necessary.
     rewrite: Option<Rewrite>,
-    /// A row as the first header has it.
+    /// The rewritten row.
     row: Vec<u8>,
-    /// Headers that mean something else than the first …
+    /// Headers that differ from the first …
     changed: LineSpans,
-    /// … and what the first of them changes.
+    /// … and the differences of the first of them.
     changes: String,
 }
 
 #[derive(Debug)]
 struct Rewrite {
-    by: Correspondence,
+    correspondence: Correspondence,
     scanner: RowScanner,
     spans: Vec<Span>,
 }
 
 impl LaterHeaders {
-    /// Rows are read as they stand, and no line in front of the next one may be a header.
+    /// Rows need not be rewritten, and no line before the next row can be a header.
     #[inline]
     pub fn is_idle(&self) -> bool {
-        self.since.is_empty() && self.rewrite.is_none()
+        self.pending.is_empty() && self.rewrite.is_none()
     }
 
-    /// No header so far meant anything else than the first.
+    /// All headers so far mean the same as the first.
     pub fn never_changed(&self) -> bool {
         self.rewrite.is_none() && self.changed.is_empty()
     }
 
-    /// The row that was rewritten last.
+    /// The last rewritten row.
     pub fn rewritten(&self) -> &[u8] {
         &self.row
     }
 
-    /// A line of the data part: true where it had to be [rewritten](Self::rewritten).
-    /// `all_columns`: even those that are not read are wanted.
+    /// Processes a line of the data part: true if it was [rewritten](Self::rewritten).
+    /// `all_columns`: all columns are needed, not only those that are read.
     ///
     /// # Errors
     ///
-    /// `header-differs` (input) where the header above it means what the first one cannot.
+    /// `header-differs` (input) if the header above cannot be converted to the first one.
     #[cold]
     pub fn line(
         &mut self,
@@ -72,11 +71,11 @@ impl LaterHeaders {
         all_columns: bool,
     ) -> Result<Result<bool, RowDefect>> {
         let dialect = &format.dialect;
-        if !self.since.is_empty()
+        if !self.pending.is_empty()
             && let Some(fields) = dialect::fields_of_row(line, dialect)
         {
-            self.settle(fields, format, name, all_columns)?;
-        } else if let Some(refused) = self.parted_otherwise(line, format, name) {
+            self.apply_header(fields, format, name, all_columns)?;
+        } else if let Some(refused) = self.delimiter_error(line, format, name) {
             return Err(refused);
         }
         let Some(rewrite) = &mut self.rewrite else {
@@ -91,7 +90,7 @@ impl LaterHeaders {
         Ok(done.map(|()| true))
     }
 
-    /// Keeps a line that is no row; true where it is (part of) a header.
+    /// Stores a line that is not a row; true if it is (the last line of) a header.
     #[cold]
     pub fn set_aside(&mut self, line: &Line<'_>, format: &Format, name: &str) -> bool {
         let text = line.bytes.trim_ascii();
@@ -102,20 +101,20 @@ impl LaterHeaders {
         {
             return false;
         }
-        if self.since.len() == MOST_LINES {
-            self.since.remove(0);
+        if self.pending.len() == MOST_LINES {
+            self.pending.remove(0);
         }
-        self.since.push((line.number, text.to_vec()));
-        self.header(&first(format, name), self.since.len())
+        self.pending.push((line.number, text.to_vec()));
+        self.header(&first(format, name), self.pending.len())
             .is_some_and(|h| h.lines[1] == line.number)
     }
 
-    /// The header that the first `n` lines since the last row end with.
+    /// The header at the end of the first `n` lines since the last row.
     fn header(&self, first: &First<'_>, n: usize) -> Option<Header> {
-        let lines = self.since.get(..n)?;
+        let lines = self.pending.get(..n)?;
         let (_, last) = lines.last()?;
         let known = first.dialect.header.as_ref();
-        // Where the first header is none, a comment may name the columns.
+        // Names in a comment are a header only if the first header is a comment or missing.
         let in_comment = |t: &[u8]| dialect::strip_comment(t).len() < t.len();
         let comments = known.is_none_or(|h| h.texts.iter().any(|t| in_comment(t)));
         if in_comment(last) && !comments {
@@ -140,19 +139,18 @@ impl LaterHeaders {
         names_sensor(&header, first).then_some(header)
     }
 
-    /// Why `line` cannot be read, where it stands under a header of its own and both are
-    /// parted by something else than the rows before.
-    fn parted_otherwise(&self, line: &[u8], format: &Format, name: &str) -> Option<Error> {
-        let (number, names) = self.since.last()?;
-        let way = dialect::parted_otherwise(names, line, &format.dialect)?;
-        let header = dialect::header_below(&self.since, way)?;
-        let why = format!("has its names separated by {}", way.name());
+    /// The error for a row under a header if both have another delimiter than the rows before.
+    fn delimiter_error(&self, line: &[u8], format: &Format, name: &str) -> Option<Error> {
+        let (number, names) = self.pending.last()?;
+        let delimiter = dialect::other_delimiter(names, line, &format.dialect)?;
+        let header = dialect::header_below(&self.pending, delimiter)?;
+        let why = format!("has its names separated by {}", delimiter.name());
         names_sensor(&header, &first(format, name)).then(|| refused(*number, &why, name))
     }
 
-    /// What the lines since the last row make of the rows to come, the next of which has
-    /// so many fields.
-    fn settle(
+    /// Determines how the following rows are read, from the lines since the last row; `fields`:
+    /// number of fields of the next row.
+    fn apply_header(
         &mut self,
         fields: usize,
         format: &Format,
@@ -160,13 +158,13 @@ impl LaterHeaders {
         all_columns: bool,
     ) -> Result<()> {
         let first = first(format, name);
-        let ends = (1..=self.since.len()).rev();
+        let ends = (1..=self.pending.len()).rev();
         let header = ends.map(|n| self.header(&first, n)).find_map(|h| h);
-        let lines = std::mem::take(&mut self.since);
+        let lines = std::mem::take(&mut self.pending);
         let Some(header) = header else {
             return Ok(());
         };
-        // Pieces of headers, as a reset of the board leaves them, are none.
+        // Pieces of the first header, as a reset of the board leaves them, are not headers.
         let known = first.dialect.header.iter().flat_map(|h| &h.texts);
         let is_piece = |text: &[u8]| {
             let mut known = known.clone();
@@ -180,31 +178,35 @@ impl LaterHeaders {
         let line = header.lines[0];
         let refuse = |why: String| refused(line, &why, name);
         let metadata = lines.iter().map(|(_, text)| dialect::decode(text));
-        let by = corresponding(&first, &header, metadata.collect()).map_err(refuse)?;
-        if all_columns && !by.surplus.is_empty() {
-            let names = by.surplus.join(", ");
+        let correspondence = corresponding(&first, &header, metadata.collect()).map_err(refuse)?;
+        if all_columns && !correspondence.surplus.is_empty() {
+            let names = correspondence.surplus.join(", ");
             return Err(refuse(format!(
-                "names columns that the first one has not: {names}"
+                "names columns that the first one does not have: {names}"
             )));
         }
-        if by.is_identity() {
+        if correspondence.is_identity() {
             self.rewrite = None;
             return Ok(());
         }
         if self.changed.is_empty() {
-            self.changes = by.changes.clone();
+            self.changes = correspondence.changes.clone();
         }
         self.changed.push(line);
         let dialect = &format.dialect;
         self.rewrite = Some(Rewrite {
-            scanner: RowScanner::new(dialect.delimiter, dialect.decimal_comma, by.fields),
-            by,
+            scanner: RowScanner::new(
+                dialect.delimiter,
+                dialect.decimal_comma,
+                correspondence.fields,
+            ),
+            correspondence,
             spans: Vec::new(),
         });
         Ok(())
     }
 
-    /// What is said of headers that mean something else than the first.
+    /// The finding about headers that differ from the first.
     pub fn finding(&self) -> Option<Finding> {
         let line = self.changed.first()?;
         let what = match &self.changes[..] {
@@ -215,7 +217,7 @@ impl LaterHeaders {
             Finding::new(
                 FindingKind::HeaderChanged,
                 format!(
-                    "the header in line {line} means something else than the first ({what}); its rows are read as the first header has them"
+                    "the header in line {line} differs from the first ({what}); its rows are converted to the columns and units of the first"
                 ),
             )
             .at_lines(&self.changed),
@@ -227,7 +229,7 @@ fn refused(line: u64, why: &str, name: &str) -> Error {
     Error::input("header-differs", format!("the header in line {line} {why}"))
         .at(Path::new(name), Some(line))
         .with_hint(format!(
-            "cut the file in front of line {line}, and give each part on its own"
+            "split the file before line {line} and read the parts separately"
         ))
 }
 
@@ -242,7 +244,7 @@ fn first<'a>(format: &'a Format, name: &'a str) -> First<'a> {
 }
 
 impl Rewrite {
-    /// `line` as the first header has it.
+    /// Rewrites `line` in the columns and units of the first header.
     fn row(
         &mut self,
         line: &[u8],
@@ -253,9 +255,9 @@ impl Rewrite {
         out.clear();
         let mut none = [f64::NAN; SLOTS];
         let scanned = self.scanner.scan_spans(line, &mut none, &mut self.spans);
-        // Nothing is assigned, so that every line is blank at the best.
+        // No field is assigned, so that a correct line is blank.
         if let Err(defect) = scanned
-            && (self.spans.len() != self.by.fields || defect != RowDefect::Blank)
+            && (self.spans.len() != self.correspondence.fields || defect != RowDefect::Blank)
         {
             return Err(defect);
         }
@@ -263,7 +265,7 @@ impl Rewrite {
             Delimiter::Byte(byte) => (byte, b""),
             Delimiter::Whitespace => (b'\t', b"-"),
         };
-        for (i, (from, factor)) in self.by.columns.iter().enumerate() {
+        for (i, (from, factor)) in self.correspondence.columns.iter().enumerate() {
             if i > 0 {
                 out.push(between);
             }

@@ -1,11 +1,11 @@
-//! Every line of a file is accounted for: read, or set aside for a reason.
+//! Account of all lines of a file: rows, and lines that were set aside, with the reason.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::finding::{Finding, FindingKind, LineSpans};
 
-/// Why a line gave no row.
+/// Why a line is not a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Aside {
@@ -15,28 +15,28 @@ pub enum Aside {
     Metadata,
     /// A line that starts with `#`, `%` or `//` among the data.
     Comment,
-    /// A comment that says `# gap: …`: the logger names rows that it could not get.
+    /// A comment `# gap: …` in which the logger reports missing rows.
     NamedGap,
-    /// Nothing in it, or only delimiters.
+    /// Empty, or only delimiters.
     Blank,
-    /// Blank lines between rows all through the file, every so many rows.
+    /// Blank lines at regular intervals between rows.
     RegularBlank,
-    /// The header once more, in the middle.
+    /// The header repeated among the rows.
     RepeatedHeader,
-    /// A row of another sensor than the one that is read.
+    /// A row of another sensor.
     OtherSensor,
-    /// Fewer fields than the others: half-written.
+    /// Fewer fields than the other rows: half-written.
     TornLine,
-    /// More fields than the others: two lines run together.
+    /// More fields than the other rows: two lines run together.
     TooManyFields,
-    /// A channel that is not a number.
+    /// The field of a channel is not a number.
     NotANumber,
-    /// A row of zeros in every channel at the end of the file: never written.
+    /// A row of zeros in every channel at the end of the file: not written by the sensor.
     ZeroTail,
 }
 
 impl Aside {
-    /// All reasons, in the order in which they are shown.
+    /// All reasons, in the order of the output.
     pub const ALL: [Aside; 12] = [
         Aside::Header,
         Aside::Metadata,
@@ -52,13 +52,13 @@ impl Aside {
         Aside::ZeroTail,
     ];
 
-    /// No sample follows its predecessor across such a line.
+    /// True if a row after such a line does not continue the row before.
     #[must_use]
-    pub fn parts(self) -> bool {
+    pub fn is_break(self) -> bool {
         matches!(self, Aside::NamedGap | Aside::Blank | Aside::RepeatedHeader)
     }
 
-    /// The finding that such lines are; the header itself is none.
+    /// Kind of the finding about such lines; the header has none.
     #[must_use]
     pub fn finding_kind(self) -> Option<FindingKind> {
         Some(match self {
@@ -77,7 +77,7 @@ impl Aside {
         })
     }
 
-    /// Name for people.
+    /// Name for messages.
     #[must_use]
     pub fn name(self) -> &'static str {
         self.finding_kind().map_or("header", FindingKind::name)
@@ -89,17 +89,17 @@ impl Aside {
             Aside::Metadata => "before the header; kept out of the data",
             Aside::Comment => "comment; kept out of the data",
             Aside::NamedGap => {
-                "the logger names rows that it could not get; taken as a break between segments"
+                "the logger reports missing rows; treated as a break between segments"
             }
             Aside::Blank => {
-                "blank; a break between segments, unless it is a single line and the clock goes on"
+                "blank; a break between segments, unless it is a single line and the clock continues"
             }
             Aside::RegularBlank => {
-                "blank, regularly between the rows (a line end written twice?); they part nothing"
+                "blank, regularly between the rows (a line end written twice?); not treated as breaks"
             }
             Aside::OtherSensor => "rows of another sensor; not read",
             Aside::RepeatedHeader => {
-                "the header once more; kept out of the data, and a break unless the clock goes on"
+                "the header repeated; kept out of the data, and a break unless the clock continues"
             }
             Aside::TornLine => "fewer fields than the other rows (half-written); set aside",
             Aside::TooManyFields => {
@@ -113,27 +113,27 @@ impl Aside {
     }
 }
 
-/// The sum that [`crate::recording`] owes its user: `lines = rows + Σ aside`.
+/// Counts of all lines: `lines = rows + Σ aside`.
 #[derive(Debug, Clone, Default)]
 pub struct Ledger {
     /// Lines of the file, the last one without a newline included.
     pub lines: u64,
-    /// Lines that became rows of the recording.
+    /// Lines that are rows of the recording.
     pub rows: u64,
     aside: [LineSpans; Aside::ALL.len()],
-    /// The first offending text of each reason, shortened.
+    /// For each reason the first text, shortened.
     examples: [Option<String>; Aside::ALL.len()],
 }
 
 impl Ledger {
-    /// Books a line that became a row.
+    /// Counts a row.
     #[inline]
     pub fn row(&mut self) {
         self.lines += 1;
         self.rows += 1;
     }
 
-    /// Books a line that did not.
+    /// Counts a line that is not a row.
     pub fn aside(&mut self, reason: Aside, line: u64, text: &[u8]) {
         self.lines += 1;
         let i = reason as usize;
@@ -144,8 +144,7 @@ impl Ledger {
         }
     }
 
-    /// Moves rows that were booked as read to a reason (a tail of zeros is
-    /// only known at the end).
+    /// Moves rows that were counted to a reason (a tail of zeros is only known at the end).
     pub fn move_rows_aside(&mut self, reason: Aside, lines: impl Iterator<Item = u64>) {
         for line in lines {
             self.rows -= 1;
@@ -159,7 +158,7 @@ impl Ledger {
         &self.aside[reason as usize]
     }
 
-    /// Reasons that occurred with their number of lines.
+    /// Reasons that occurred, and their numbers of lines.
     pub fn reasons(&self) -> impl Iterator<Item = (Aside, u64)> + '_ {
         Aside::ALL
             .into_iter()
@@ -167,13 +166,13 @@ impl Ledger {
             .filter(|(_, n)| *n > 0)
     }
 
-    /// True when every line is either a row or set aside.
+    /// True if every line is a row or was set aside.
     #[must_use]
     pub fn balances(&self) -> bool {
         self.lines == self.rows + self.reasons().map(|(_, n)| n).sum::<u64>()
     }
 
-    /// The sum for people: `1020 lines = 1000 rows + 1 header + …`.
+    /// The sum as text: `1020 lines = 1000 rows + 1 header + …`.
     #[must_use]
     pub fn sum(&self) -> String {
         let mut text = format!("{} lines = {} rows", self.lines, self.rows);
@@ -183,7 +182,7 @@ impl Ledger {
         text
     }
 
-    /// Findings for what was set aside (the header itself is none).
+    /// Findings about lines set aside (none for the header).
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         self.reasons()
@@ -214,7 +213,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_sum_balances_and_names_its_parts() {
+    fn counts_balance_and_are_listed() {
         let mut ledger = Ledger::default();
         ledger.aside(Aside::Header, 1, b"a,b");
         ledger.row();

@@ -1,9 +1,9 @@
-//! Recordings out of samples in memory, without text.
+//! Recordings from samples in memory.
 
 use crate::{Error, Result};
 
 use super::collect::{About, Collected, Columns, Sink};
-use super::head::judge;
+use super::head::determine_facts;
 use super::layout::Layout;
 use super::monitor::RecordingClaims;
 use super::names::Quantity;
@@ -12,9 +12,9 @@ use super::rows::{Item, Rows, Source};
 use super::timing::Treatment;
 use super::{ReadOptions, Recording};
 
-/// Samples of one sensor as columns of equal length; a value that is not there is NaN.
+/// Samples of one sensor as columns of equal length; missing values are NaN.
 ///
-/// Their units are those that [`ReadOptions`] give, and else found out as for a file.
+/// Units are given in [`ReadOptions`], or determined as for a file.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SampleColumns<'a> {
     /// Time stamps.
@@ -56,9 +56,8 @@ impl SampleColumns<'_> {
 }
 
 impl Recording {
-    /// A recording of samples that are in memory; `name` stands in messages. It is judged
-    /// as one from a file: clock, units, cells, and what is odd, a "line" being a sample,
-    /// from 1.
+    /// Creates a recording from samples in memory; `name` is used in messages. Clock, units,
+    /// empty cells and faults are evaluated as for a file; a "line" is a sample, from 1.
     ///
     /// # Errors
     ///
@@ -100,9 +99,9 @@ impl Recording {
             options: options.clone(),
             metadata_rate_hz: None,
         };
-        // All of them are there to be judged by.
+        // Facts are determined from all samples.
         let rows = |facts| Rows::new(ColumnRows { samples, next: 0 }, name, claims.clone(), facts);
-        let facts = judge(rows);
+        let facts = determine_facts(rows);
         let mut rows = rows(facts);
         let mut columns = Columns::new(&samples.layout(), &facts);
         columns.collect(&mut rows)?;
@@ -123,7 +122,7 @@ impl Recording {
     }
 }
 
-/// Columns as rows.
+/// Source of rows.
 struct ColumnRows<'a> {
     samples: &'a SampleColumns<'a>,
     next: usize,
@@ -158,7 +157,7 @@ mod tests {
     use crate::recording::{FindingKind, read_bytes};
 
     #[test]
-    fn samples_give_the_recording_that_their_text_gives() {
+    fn samples_and_their_text_give_equal_recordings() {
         let wave = |i: u32, k: f64| (f64::from(i) * k).sin();
         let rows: Vec<[f64; 8]> = (0..4000)
             .map(|i| {
@@ -208,7 +207,7 @@ mod tests {
         let kinds = |r: &Recording| r.findings.iter().map(|f| f.kind).collect::<Vec<_>>();
         assert_eq!(kinds(&own), kinds(&read));
         assert!(kinds(&own).contains(&FindingKind::ZeroRows));
-        // A line is a sample: there is no header.
+        // A sample counts as a line: there is no header.
         assert_eq!(own.line(10) + 1, read.line(10));
 
         let short = SampleColumns {

@@ -1,4 +1,4 @@
-//! What the lines above the header say: sampling rate, range, serial number.
+//! Metadata above the header: sampling rate, range, serial number.
 
 use super::POSSIBLE;
 
@@ -9,8 +9,8 @@ fn words(line: &str) -> Vec<&str> {
         .collect()
 }
 
-/// The rate that the metadata claim, Hz: `Fs,100`, `# rate: 62.5 Hz`,
-/// `Sample Rate:,128,Hz`, `// Update Rate: 40.0Hz`, `… at 100 Hz Filter Normal`.
+/// The sampling rate in the metadata, Hz: `Fs,100`, `# rate: 62.5 Hz`, `Sample Rate:,128,Hz`, `//
+/// Update Rate: 40.0Hz`, `… at 100 Hz Filter Normal`.
 pub(crate) fn rate_hz(metadata: &[String]) -> Option<f64> {
     metadata.iter().find_map(|line| {
         let line = line.to_lowercase();
@@ -24,7 +24,7 @@ pub(crate) fn rate_hz(metadata: &[String]) -> Option<f64> {
             let names_it = ["fs", "rate", "odr", "sampling", "frequency"].contains(&words[i])
                 && !(i > 0 && foreign(words[i - 1]));
             if names_it {
-                // Behind it, maybe after its unit or a word.
+                // The number follows, possibly after its unit or another word.
                 return words[i + 1..].iter().take(3).find_map(|w| number(w));
             }
             // `at 100 Hz`: only with the unit.
@@ -35,11 +35,11 @@ pub(crate) fn rate_hz(metadata: &[String]) -> Option<f64> {
     })
 }
 
-/// Ranges that accelerometers have, g.
+/// Plausible ranges of accelerometers, g.
 const RANGES_G: std::ops::RangeInclusive<f64> = 0.5..=400.0;
 
-/// The range of the accelerometer, g: `Range: 4 g`, `Dynamic range,±8g`,
-/// `Accelerometer Full Scale: +/-16 g`. Only with the unit, and not of another sensor.
+/// The range of the accelerometer, g: `Range: 4 g`, `Dynamic range,±8g`, `Accelerometer Full
+/// Scale: +/-16 g`. The unit is required, and other sensors are ignored.
 pub(crate) fn range_g(metadata: &[String]) -> Option<f64> {
     metadata.iter().find_map(|line| {
         let line = line.to_lowercase();
@@ -62,7 +62,7 @@ pub(crate) fn range_g(metadata: &[String]) -> Option<f64> {
     })
 }
 
-/// Names that a serial number goes by, in small letters.
+/// Names of a serial number, in lower case.
 const SERIAL: [&str; 6] = [
     "serial number",
     "serial no",
@@ -71,14 +71,14 @@ const SERIAL: [&str; 6] = [
     "device id",
     "deviceid",
 ];
-/// More characters are no serial number.
+/// Largest number of characters of a serial number.
 const LONGEST: usize = 64;
 
 /// The sensor's serial number: `Serial Number: MOS2D12345678`, `// DeviceId: 00B41234`,
 /// `Serial no.,1234`.
 pub(crate) fn serial(metadata: &[String]) -> Option<String> {
     metadata.iter().find_map(|line| {
-        // Small letters of ASCII: bytes stay where they are.
+        // ASCII lower case leaves byte positions unchanged.
         let small = line.to_ascii_lowercase();
         let behind = SERIAL
             .iter()
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_as_they_are_written() {
+    fn spellings_of_rates_are_parsed() {
         for (line, rate) in [
             ("Fs,100", Some(100.0)),
             ("# rate: 62.5 Hz", Some(62.5)),
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_with_their_unit_only() {
+    fn ranges_are_parsed_only_with_their_unit() {
         for (line, range) in [
             ("Range: 4 g", Some(4.0)),
             ("Dynamic range,±8g", Some(8.0)),
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn serial_numbers_of_loggers() {
+    fn serial_numbers_are_parsed() {
         for (line, serial_number) in [
             ("Serial Number: MOS2D12345678", Some("MOS2D12345678")),
             ("// DeviceId: 00B41234", Some("00B41234")),

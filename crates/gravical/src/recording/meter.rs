@@ -1,11 +1,11 @@
-//! How far reading has come, for whoever shows it.
+//! Progress of reading.
 
 use std::io::{self, Read};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
-/// Counts the bytes of recordings as they are read. Give a clone of it to
-/// [`ReadOptions`](super::ReadOptions), and ask from another thread.
+/// Counts the bytes of recordings as they are read. Give a clone to
+/// [`ReadOptions`](super::ReadOptions), and query it from another thread.
 ///
 /// ```
 /// use gravical::recording::{Meter, ReadOptions, read_bytes};
@@ -24,24 +24,24 @@ pub struct Meter(Arc<State>);
 #[derive(Debug, Default)]
 struct State {
     name: Mutex<String>,
-    /// Bytes of the file; 0 where that is not known.
+    /// Size of the file in bytes; 0 if unknown.
     total: AtomicU64,
     read: AtomicU64,
 }
 
-/// How much of the file that was opened last has been read.
+/// Progress of the file that was opened last.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Progress {
-    /// The file.
+    /// Name of the file.
     pub name: String,
-    /// Bytes read, packed as they are on the disk.
+    /// Bytes read (packed bytes of a packed file).
     pub read: u64,
-    /// All of them; none for a pipe.
+    /// Size of the file; `None` for a pipe.
     pub total: Option<u64>,
 }
 
 impl Meter {
-    /// How far it is.
+    /// The current progress.
     #[must_use]
     pub fn progress(&self) -> Progress {
         let total = self.0.total.load(Ordering::Relaxed);
@@ -52,7 +52,7 @@ impl Meter {
         }
     }
 
-    /// `reader`, counted from its beginning.
+    /// Wraps `reader` and counts its bytes from the beginning.
     pub(crate) fn over(
         &self,
         name: &str,

@@ -1,18 +1,15 @@
-//! Recordings: reading them whatever their shape, and saying what is wrong
-//! with them.
+//! Reading of recordings in many formats, and the faults found in them.
 //!
 //! # Overview
 //!
-//! [`read`] opens a file (plain, gzip, standard input), finds out how it is
-//! written ([`dialect`]) and which column is which channel ([`layout`], by the
-//! spellings of [`names`]), and collects its rows into columns. They come one by
-//! one (`rows`), and a monitor sees each: stamps ([`timing`]), units ([`units`]),
-//! cells and samples. Every line is booked in a [`Ledger`]: it became a row, or it
-//! was set aside for a reason. Whatever is odd becomes a [`Finding`] with its lines.
+//! [`read`] opens a file (plain, gzip, standard input), determines its text format ([`dialect`])
+//! and which column is which channel ([`layout`], from the names listed in [`names`]), and
+//! collects its rows into columns. A monitor processes every row: time stamps ([`timing`]), units
+//! ([`units`]), empty cells and samples. The [`Ledger`] accounts for every line: it is a row, or
+//! it was set aside for a given reason. Every fault is reported as a [`Finding`] with its lines.
 //!
-//! Values stay in the unit of the file; [`AccelScale::nominal`] says what one
-//! m/s² is in it. A calibration's bias and matrix therefore mean the numbers
-//! that stand in the file.
+//! Values stay in the unit of the file; [`AccelScale::nominal`] is the size of one m/s² in that
+//! unit. The bias and matrix of a calibration therefore apply to the numbers in the file.
 //!
 //! # Example
 //!
@@ -68,15 +65,14 @@ pub use timing::{TimeUnit, Timing};
 pub use unit_choice::{AccelClaim, UnitDoubt, decide_accel};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 
-/// No sensor of this kind is colder or hotter, °C.
+/// Temperatures that a sensor of this kind can have, °C.
 pub(crate) const POSSIBLE_C: std::ops::RangeInclusive<f64> = -60.0..=150.0;
 
-/// Sampling rates (Hz) and full-scale ranges (g, °/s) that can be meant: wide
-/// of everything that exists, so that windows, scales and durations computed
-/// from them are finite.
+/// Accepted sampling rates (Hz) and full-scale ranges (g, °/s): much wider than any real sensor,
+/// so that windows, scales and durations computed from them are finite.
 pub(crate) const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
 
-/// What the user says about a recording that it does not say itself.
+/// What the user specifies about a recording.
 #[derive(Debug, Clone, Default)]
 pub struct ReadOptions {
     /// Unit of the accelerometer; default: from the data.
@@ -84,15 +80,15 @@ pub struct ReadOptions {
     /// Full-scale range of the accelerometer in g, for counts of a 16-bit
     /// converter; default: from the data.
     pub accel_range_g: Option<f64>,
-    /// Unit of the gyroscope; default: from turns, else from the header.
+    /// Unit of the gyroscope; default: from turns, otherwise from the header.
     pub gyro_unit: Option<GyroUnit>,
     /// Full-scale range of the gyroscope in °/s, for counts; default: from
     /// turns.
     pub gyro_range_deg_s: Option<f64>,
     /// Which column is which; default: from names or numbers.
     pub columns: Option<ColumnsSpec>,
-    /// Which of several sensors in the file: words of its name, or its number; default:
-    /// the first.
+    /// Which of several sensors in the file: words of its name, or its number; default: the
+    /// first.
     pub sensor: Option<String>,
     /// Sampling rate in Hz, used only where there are no time stamps.
     pub rate_hz: Option<f64>,
@@ -103,13 +99,13 @@ pub struct ReadOptions {
     pub zero_offset: Option<f64>,
     /// Compute the SHA-256 of the file.
     pub hash: bool,
-    /// Counts what is read, for a progress bar; default: nothing does.
+    /// Counts the bytes read, for a progress bar; default: none.
     pub meter: Option<Meter>,
 }
 
 impl ReadOptions {
-    /// The same for a recording whose gyroscope stands in a file of its own
-    /// ([`join_gyroscope`]): columns that are named as the gyroscope's are that file's.
+    /// The same options for a recording whose gyroscope is in a separate file
+    /// ([`join_gyroscope`]): gyroscope columns named by the user belong to that file.
     #[must_use]
     pub fn beside_gyroscope_file(&self) -> Self {
         ReadOptions {
@@ -167,67 +163,65 @@ pub struct Labels {
 /// cell is NaN.
 #[derive(Debug, Clone)]
 pub struct Recording {
-    /// The file as it was given, `-` for standard input.
+    /// Path of the file as given, `-` for standard input.
     pub name: String,
-    /// SHA-256 of the file, where asked for.
+    /// SHA-256 of the file, if requested.
     pub sha256: Option<String>,
-    /// How the file is written, for people: `comma, header in line 1`.
+    /// Text format of the file in words: `comma, header in line 1`.
     pub description: String,
     /// Serial number of the sensor, where the lines above the header name it.
     pub serial: Option<String>,
-    /// Names of the columns, as far as there is a header.
+    /// Names of the columns; empty without a header.
     pub column_names: Vec<String>,
     /// Specific force along x, y, z in the unit of the file, less
     /// [`zero_offset`](Self::zero_offset).
     pub accel: [Vec<f64>; 3],
     /// Angular rate about x, y, z in the unit of the file.
     pub gyro: Option<[Vec<f64>; 3]>,
-    /// The file that the gyroscope came from, where it was another one
-    /// ([`join`]).
+    /// The file of the gyroscope, if it is a separate one ([`join`]).
     pub gyro_file: Option<JoinedFile>,
     /// Temperature of the sensor, °C.
     pub temperature_c: Option<Vec<f64>>,
-    /// Seconds from the first row; none without usable stamps.
+    /// Seconds since the first row; `None` without usable time stamps.
     pub time_s: Option<Vec<f64>>,
-    /// The first stamp itself, s, on the recorder's clock: where
-    /// [`time_s`](Self::time_s) is 0. Two files of one recorder are put side by
-    /// side by it.
+    /// The first time stamp, s, on the recorder's clock: where [`time_s`](Self::time_s) is 0. It
+    /// aligns two files from the same recorder.
     pub time_origin_s: Option<f64>,
-    /// The clock started anew somewhere.
+    /// The clock restarted at least once.
     pub restarted: bool,
     /// The label column.
     pub labels: Option<Labels>,
-    /// Rows before which there were blank lines, a named gap, a reset of the board
-    /// or a repeated header: no sample follows its predecessor across one. A single
-    /// blank line and a header are no breaks where the clock goes on across them.
+    /// Rows that do not continue the row before: after blank lines, a named gap, a reset of the
+    /// board or a repeated header. A single blank line or a header is not a break if the clock
+    /// continues across it.
     pub breaks: Vec<usize>,
-    /// What was subtracted from the accelerometer's values.
+    /// Value subtracted from the accelerometer's counts.
     pub zero_offset: f64,
     /// Unit of the accelerometer.
     pub accel_scale: AccelScale,
-    /// Why that is not known.
+    /// Why the unit of the accelerometer is unknown; `None` if it is known.
     pub unit_doubt: Option<UnitDoubt>,
-    /// The unit that the header claims for it.
+    /// Unit of the accelerometer according to the header.
     pub header_unit: Option<AccelUnit>,
-    /// Unit of the gyroscope; none without one.
+    /// Unit of the gyroscope; `None` without a gyroscope.
     pub gyro_scale: Option<GyroScale>,
-    /// Steps that the values of ax, ay, az, gx, gy, gz come in, each in its own unit
-    /// ([`resolution`]); 0 where nothing tells.
+    /// Resolution of ax, ay, az, gx, gy, gz, each in its own unit ([`resolution`]); 0 where it is
+    /// unknown.
     pub resolution: [f64; 6],
     /// Rates, gaps, jitter.
     pub timing: Timing,
-    /// Every line accounted for.
+    /// Counts of rows and of lines that were set aside.
     pub ledger: Ledger,
-    /// What is odd.
+    /// Faults found.
     pub findings: Vec<Finding>,
     pub(crate) line_map: RowMap,
-    /// What its rows were read by.
+    /// What the rows were read with.
     pub(crate) facts: monitor::Facts,
-    /// Of a long recording not all rows are here.
+    /// Set if only some rows of a long recording are in memory.
     pub(crate) excerpt: Option<excerpt::Excerpt>,
 }
 
-/// What lies between `breaks` in `0..len`, without empty ranges.
+/// Ranges between `breaks` in `0..len`, without empty ones.
 pub(crate) fn between(breaks: &[usize], len: usize) -> Vec<std::ops::Range<usize>> {
     let mut edges = vec![0];
     edges.extend(breaks.iter().copied());
@@ -246,13 +240,13 @@ impl Recording {
         self.accel[0].len()
     }
 
-    /// Line of the file, from 1, that row `row` (from 0) stands in.
+    /// Line number in the file, from 1, of row `row` (from 0).
     #[must_use]
     pub fn line(&self, row: usize) -> u64 {
         self.line_map.number(row).unwrap_or(row as u64 + 1)
     }
 
-    /// True where rows of the file are left out ([`crate::excerpt`]).
+    /// True if rows of the file are left out ([`crate::excerpt`]).
     #[must_use]
     pub fn is_excerpt(&self) -> bool {
         self.excerpt.is_some()
@@ -267,7 +261,7 @@ impl Recording {
         }
     }
 
-    /// Which row of the file, from 0, row `row` is.
+    /// Number of row `row` in the file, from 0.
     #[must_use]
     pub fn row_in_file(&self, row: usize) -> usize {
         let excerpt = self.excerpt.as_ref();
@@ -275,7 +269,7 @@ impl Recording {
         row_in_file.map_or(row, |row| row as usize)
     }
 
-    /// Rows of the file from the first to the last of `rows`.
+    /// Number of rows of the file that `rows` spans, those left out included.
     #[must_use]
     pub fn length(&self, rows: &std::ops::Range<usize>) -> usize {
         match rows.is_empty() {
@@ -284,20 +278,20 @@ impl Recording {
         }
     }
 
-    /// True where no sample follows its predecessor somewhere in `rows`.
+    /// True if there is a break within `rows`.
     pub(crate) fn is_broken(&self, rows: &std::ops::Range<usize>) -> bool {
         let at = self.breaks.partition_point(|b| *b <= rows.start);
         self.breaks.get(at).is_some_and(|b| *b < rows.end)
     }
 
-    /// True where rows of the file are left out somewhere in `rows`.
+    /// True if rows of the file are left out within `rows`.
     pub(crate) fn is_cut(&self, rows: &std::ops::Range<usize>) -> bool {
         self.length(rows) > rows.len()
     }
 
-    /// Rows that do not follow the one before: the breaks, and where rows of the file are
-    /// left out.
-    pub(crate) fn partings(&self) -> Vec<usize> {
+    /// Rows that do not continue the row before: the breaks, and the places where rows of the
+    /// file are left out.
+    pub(crate) fn discontinuities(&self) -> Vec<usize> {
         let mut all = self.breaks.clone();
         if let Some(excerpt) = &self.excerpt {
             all.extend(excerpt.rows.starts().skip(1));
@@ -307,7 +301,7 @@ impl Recording {
         all
     }
 
-    /// Lowest and highest temperature, °C; none without any.
+    /// Lowest and highest temperature, °C; `None` without any.
     pub(crate) fn temperature_range_c(&self) -> Option<[f64; 2]> {
         if let Some(excerpt) = &self.excerpt {
             return excerpt.temperature_c;
@@ -321,7 +315,7 @@ impl Recording {
         (low <= high).then_some([low, high])
     }
 
-    /// True when its columns are named as `gravical apply` names them.
+    /// True if the columns have the names that `gravical apply` writes.
     #[must_use]
     pub fn is_calibrated(&self) -> bool {
         ["ax_mps2", "ay_mps2", "az_mps2"]
@@ -329,7 +323,8 @@ impl Recording {
             .all(|own| self.column_names.iter().any(|n| n == own))
     }
 
-    /// The header claims another unit of the accelerometer than gravity shows.
+    /// True if the header claims another unit of the accelerometer than the magnitude at rest
+    /// shows.
     #[must_use]
     pub fn contradicts_header(&self) -> bool {
         let claimed = self
@@ -338,7 +333,7 @@ impl Recording {
         claimed.is_some() && self.accel_scale.origin == Origin::Data
     }
 
-    /// The three values of a row.
+    /// Accelerometer values of a row.
     #[must_use]
     pub fn accel_at(&self, row: usize) -> [f64; 3] {
         [self.accel[0][row], self.accel[1][row], self.accel[2][row]]
@@ -364,7 +359,7 @@ impl Recording {
         [x, y, z]
     }
 
-    /// The rate to work with, in Hz, and whether it had to be assumed.
+    /// The sampling rate to work with, in Hz, and whether it had to be assumed.
     #[must_use]
     pub fn working_rate_hz(&self) -> (f64, bool) {
         match self.timing.rate_hz() {
@@ -373,12 +368,12 @@ impl Recording {
         }
     }
 
-    /// The rate that window lengths are computed with when nothing tells it.
+    /// Sampling rate assumed for window lengths if it is unknown, Hz.
     pub const ASSUMED_RATE_HZ: f64 = 100.0;
 }
 
-/// Row → its line, or its number in the file, as runs: a recording has few places where
-/// lines are left out.
+/// Map from rows to line numbers, or to row numbers in the file. Stored as runs, since lines are
+/// left out in few places.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct RowMap {
     runs: Vec<(usize, u64)>,
@@ -394,14 +389,14 @@ impl RowMap {
         self.next = (row + 1, number + 1);
     }
 
-    /// None without any row.
+    /// `None` without any row.
     pub(crate) fn number(&self, row: usize) -> Option<u64> {
         let at = self.runs.partition_point(|(from, _)| *from <= row);
         let (from, number) = *self.runs.get(at.checked_sub(1)?)?;
         Some(number + (row - from) as u64)
     }
 
-    /// The row that has this number.
+    /// The row with this number.
     pub(crate) fn row(&self, number: u64) -> Option<usize> {
         let at = self.runs.partition_point(|(_, first)| *first <= number);
         let (from, first) = *self.runs.get(at.checked_sub(1)?)?;
@@ -410,7 +405,7 @@ impl RowMap {
         (row < end).then_some(row)
     }
 
-    /// Rows that runs begin with.
+    /// Rows at which runs begin.
     pub(crate) fn starts(&self) -> impl Iterator<Item = usize> {
         self.runs.iter().map(|(row, _)| *row)
     }
@@ -421,7 +416,7 @@ mod tests {
     use super::{ReadOptions, RowMap};
 
     #[test]
-    fn options_that_cannot_be_meant() {
+    fn options_out_of_range_are_refused() {
         for wrong in [0.0, -1.0, 1e-300, 1e300, f64::INFINITY, f64::NAN] {
             let rate = ReadOptions {
                 rate_hz: Some(wrong),
@@ -444,7 +439,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_of_rows_across_gaps() {
+    fn rows_and_lines_map_across_gaps() {
         let mut map = RowMap::default();
         for line in [2, 3, 4, 9, 10, 12] {
             map.push(line);

@@ -1,10 +1,10 @@
-//! What a column is called in the wild, and what it therefore holds.
+//! Meaning of column names.
 //!
-//! `aX (g)`, `acc_x`, `ax`, `AccX`, `scaledAccelX`, `Accelerometer X (g)`,
-//! `imu.acc.x`, `linear_acceleration.x`, `accSmooth[0]`, `gyr_x`, `w_RS_S_x`,
-//! `angularVelocityZ`, `Temp (C)`, `t_s`, `ustime`, `Timestamp` … A name is cut into
-//! words; one word says the quantity, one the axis, what is left may be a unit or the
-//! name of the sensor. The words stand in one table, `WORDS`.
+//! `aX (g)`, `acc_x`, `ax`, `AccX`, `scaledAccelX`, `Accelerometer X (g)`, `imu.acc.x`,
+//! `linear_acceleration.x`, `accSmooth[0]`, `gyr_x`, `w_RS_S_x`, `angularVelocityZ`, `Temp (C)`,
+//! `t_s`, `ustime`, `Timestamp` … A name is split into words; one word gives the quantity, one
+//! the axis; the rest may be a unit or the name of the sensor. The words are listed in one table,
+//! `WORDS`.
 
 use super::timing::TimeUnit;
 use super::units::{AccelUnit, GyroUnit};
@@ -12,9 +12,9 @@ use super::units::{AccelUnit, GyroUnit};
 /// What a file is read for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
-    /// It has an accelerometer, and maybe more.
+    /// An accelerometer, with any other channels.
     Recording,
-    /// Only its gyroscope and its time are wanted.
+    /// Only its gyroscope and its time.
     Gyroscope,
 }
 
@@ -25,9 +25,9 @@ pub enum Quantity {
     Time,
     /// Time since the row before.
     TimeStep,
-    /// A row counter; no time.
+    /// A row counter; not a time.
     Index,
-    /// Which of several sensors the row is of.
+    /// Number of the sensor that measured the row.
     Instance,
     /// Specific force along axis 0, 1 or 2.
     Accel(usize),
@@ -35,42 +35,42 @@ pub enum Quantity {
     Gyro(usize),
     /// Temperature of the sensor.
     Temperature,
-    /// Which section the row belongs to.
+    /// Label of the section of the row.
     Label,
 }
 
-/// A column name, understood.
+/// Meaning of a column name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ColumnName {
-    /// What it holds.
+    /// What the column holds.
     pub quantity: Quantity,
-    /// The unit it claims, in its own words, lower case.
+    /// The unit as written in the name, in lower case.
     pub unit: Option<String>,
-    /// What is left: the name of the sensor (`left sensor`), or nothing.
+    /// Remaining words: the name of the sensor (`left sensor`), or empty.
     pub sensor: String,
-    /// True for acceleration that says of itself that gravity was taken out
-    /// (`userAcceleration`, `Linear Acceleration`): a last resort.
+    /// True if the name says that gravity was removed (`userAcceleration`, `Linear
+    /// Acceleration`); such a column is used only as a last resort.
     pub without_gravity: bool,
 }
 
-/// What one word of a name says.
+/// Meaning of one word of a name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Word {
     Accel,
     Gyro,
     /// A quantity without an axis.
     Scalar(Quantity),
-    /// A time that is a step only beside a word for a difference.
+    /// Makes a time a time step (`delta`).
     Difference,
-    /// Gravity was taken out.
+    /// Gravity was removed.
     WithoutGravity,
-    /// It looks alike and is something else.
+    /// A quantity that is not read here.
     Foreign,
-    /// It says nothing.
+    /// Without meaning.
     Filler,
 }
 
-/// Whole words. A unit of time (`ms`) can stand before or behind the words for time.
+/// Whole words. A unit of time (`ms`) can be written before or after the words for time.
 const WORDS: &[(Word, &[&str])] = &[
     (
         Word::Accel,
@@ -185,7 +185,7 @@ const WORDS: &[(Word, &[&str])] = &[
     (Word::Filler, &["data", "value", "field", "axis"]),
 ];
 
-/// Beginnings of words, for words that are not in [`WORDS`].
+/// Beginnings of words that are not in [`WORDS`].
 const BEGINNINGS: &[(Word, &[&str])] = &[
     (Word::Accel, &["accel"]),
     (
@@ -198,7 +198,7 @@ const BEGINNINGS: &[(Word, &[&str])] = &[
     ),
 ];
 
-/// Words that are one quantity only together.
+/// Pairs of words that mean one quantity.
 const PAIRS: &[(Word, [&str; 2])] = &[
     (Word::Gyro, ["angular", "velocity"]),
     (Word::Gyro, ["angular", "rate"]),
@@ -206,7 +206,7 @@ const PAIRS: &[(Word, [&str; 2])] = &[
     (Word::Gyro, ["turn", "rate"]),
 ];
 
-/// Whole names that are one quantity only when nothing else stands in them.
+/// Names that mean a quantity only as a whole.
 const NAMES: &[(Quantity, &[&str])] = &[
     (
         Quantity::Instance,
@@ -230,7 +230,7 @@ fn look_up(table: &[(Word, &[&str])], fits: impl Fn(&str) -> bool) -> Option<Wor
 
 fn meaning(word: &str) -> Option<Word> {
     look_up(WORDS, |w| w == word).or_else(|| {
-        // `accelx` is an axis of something that begins with `accel`.
+        // `accelx` is an axis of a word that begins with `accel`.
         let begins = |w: &str| word.starts_with(w) && !word.ends_with(['x', 'y', 'z']);
         look_up(BEGINNINGS, begins)
             .or_else(|| time_with_unit(word).map(|_| Word::Scalar(Quantity::Time)))
@@ -245,7 +245,7 @@ fn time_with_unit(word: &str) -> Option<Option<TimeUnit>> {
     Some(TimeUnit::parse(before).or_else(|| TimeUnit::parse(after)))
 }
 
-/// Understands a column name; none when it holds nothing that is read here.
+/// Parses a column name; `None` if it names no quantity that is read.
 #[must_use]
 pub fn understand(name: &str) -> Option<ColumnName> {
     let Parts {
@@ -279,8 +279,7 @@ pub fn understand(name: &str) -> Option<ColumnName> {
     })
 }
 
-/// A name that is an axis and nothing else (`x`, `X (m/s^2)`, `x-axis (g)`): the axis,
-/// and the unit that it claims.
+/// A name that consists of an axis only (`x`, `X (m/s^2)`, `x-axis (g)`): the axis and its unit.
 #[must_use]
 pub fn bare_axis(name: &str) -> Option<(usize, Option<String>)> {
     let Parts { words, bracketed } = Parts::of(name);
@@ -289,23 +288,23 @@ pub fn bare_axis(name: &str) -> Option<(usize, Option<String>)> {
     left.next().is_none().then_some((axis, bracketed))
 }
 
-/// Which sensor a name is of when its columns do not say: `Gyroscope.csv`.
+/// Sensor named by a file such as `Gyroscope.csv`, for columns that do not name it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensorKind {
-    /// The accelerometer; `true` when gravity was taken out of it.
+    /// The accelerometer; `true` if gravity was removed.
     Accelerometer(bool),
     /// The gyroscope.
     Gyroscope,
-    /// Something else, such as a magnetometer.
+    /// Another sensor, such as a magnetometer.
     Other,
 }
 
-/// The sensor that a file is named after; none when its name says nothing.
+/// The sensor named by a file name; `None` without one.
 #[must_use]
 pub fn sensor_of_file(name: &str) -> Option<SensorKind> {
     let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
     let words = split_words(file.split('.').next().unwrap_or(file));
-    // A letter alone is a name.
+    // Short words are ambiguous in file names.
     let says = |word: Word| {
         let mut long = words.iter().filter(|w| w.len() > 2);
         long.any(|w| meaning(w) == Some(word))
@@ -324,21 +323,21 @@ pub fn sensor_of_file(name: &str) -> Option<SensorKind> {
     }
 }
 
-/// True for a name of something that is not read here and can rise steadily.
+/// True for the name of a quantity that is not read here and may rise steadily.
 pub(super) fn is_foreign(name: &str) -> bool {
     let foreign = |w: &String| meaning(w) == Some(Word::Foreign);
     Parts::of(name).words.iter().any(foreign)
 }
 
-/// A name in words, and the unit in its bracket.
+/// Words of a name, and the unit in its brackets.
 struct Parts {
     words: Vec<String>,
     bracketed: Option<String>,
 }
 
 impl Parts {
-    /// `Accelerometer X (g)` → `accelerometer`, `x`; `g`. An index in brackets is an
-    /// axis where no letter is: `gyroADC[0]`.
+    /// `Accelerometer X (g)` → `accelerometer`, `x`; `g`. An index in brackets is the axis if no
+    /// letter is: `gyroADC[0]`.
     fn of(name: &str) -> Self {
         let mut outside = name.trim().trim_matches('"').to_owned();
         let mut inside = Vec::new();
@@ -365,7 +364,7 @@ impl Parts {
     }
 }
 
-/// Where the first bracket opens and closes; one within another is part of it.
+/// Positions of the first opening bracket and of its closing one; brackets may be nested.
 fn bracket(name: &str) -> Option<(usize, usize)> {
     let from = name.find(['(', '[', '{'])?;
     let (open, close) = match name.as_bytes()[from] {
@@ -392,9 +391,9 @@ fn index_axis(text: &str) -> Option<&'static str> {
     }
 }
 
-/// Words of a name: cut at anything that is no letter or digit, where a lower-case
-/// letter is followed by an upper-case one, and where digits follow letters that are
-/// no unit with them (`mps2`); lower case.
+/// Splits a name into lower-case words: at every character that is not a letter or digit, between
+/// a lower-case and an upper-case letter, and between letters and digits that form no unit
+/// together (`mps2`).
 pub(super) fn split_words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut before = ' ';
@@ -433,7 +432,7 @@ fn axis_of(word: &str) -> Option<usize> {
     }
 }
 
-/// A kind of sensor and an axis in one word: `ax`, `gyroz`, `xacc`; `gfx`, g-force.
+/// Sensor and axis in one word: `ax`, `gyroz`, `xacc`; `gfx`, g-force.
 fn kind_with_axis(word: &str) -> Option<(Word, usize, Option<String>)> {
     let kind = |stem: &str| meaning(stem).filter(|k| matches!(k, Word::Accel | Word::Gyro));
     let mut letters = word.chars();
@@ -452,13 +451,13 @@ fn kind_with_axis(word: &str) -> Option<(Word, usize, Option<String>)> {
     (stem.len() > 2).then(|| Some((kind(stem)?, axis, None)))?
 }
 
-/// A quantity with an axis, in one word (`ax`, `gyroz`) or in several.
+/// Quantity with an axis, in one word (`ax`, `gyroz`) or in several.
 fn find_axis_quantity(words: &mut Vec<String>) -> Option<(Quantity, Option<String>)> {
     let as_quantity = |kind, axis| match kind {
         Word::Accel => Quantity::Accel(axis),
         _ => Quantity::Gyro(axis),
     };
-    // `gFx` was cut in two.
+    // `gFx` was split into two words.
     if let [first, second] = &words[..]
         && first == "g"
         && second.starts_with('f')
@@ -487,7 +486,7 @@ fn find_axis_quantity(words: &mut Vec<String>) -> Option<(Quantity, Option<Strin
             .position(|w| w[0] == pair[0] && w[1] == pair[1])?;
         Some((*word, at, 2))
     });
-    // Long words before short ones: in `imu_a acc x` the `a` is a name.
+    // Prefer long words: in `imu_a acc x` the `a` belongs to the name of the sensor.
     let single = || {
         (0..words.len())
             .filter(|&i| i != axis_at)
@@ -505,7 +504,7 @@ fn find_axis_quantity(words: &mut Vec<String>) -> Option<(Quantity, Option<Strin
     Some((as_quantity(kind, axis), None))
 }
 
-/// `Rotation X (rad/s)`, `AsX(°/s)`: an axis in a unit that nothing else has.
+/// `Rotation X (rad/s)`, `AsX(°/s)`: an axis with a unit of angular rate.
 fn find_rate_by_unit(
     words: &mut Vec<String>,
     unit: Option<&str>,
@@ -523,7 +522,7 @@ fn find_rate_by_unit(
     Some((Quantity::Gyro(axis), None))
 }
 
-/// Where several words say something, the first of this order counts.
+/// Order of precedence if several words name a quantity.
 const SCALARS: [Quantity; 6] = [
     Quantity::TimeStep,
     Quantity::Time,
@@ -555,7 +554,7 @@ fn find_scalar_quantity(words: &mut Vec<String>) -> Option<(Quantity, Option<Str
     } else {
         quantity
     };
-    // Ticks of 100 µs, or of 1 µs: the steps tell.
+    // Ticks of 100 µs or of 1 µs: the steps decide which.
     let fine = quantity == Quantity::Time && words.iter().any(|w| w == "fine");
     let unit = match fine {
         true => Some("fine".to_owned()),
@@ -597,12 +596,12 @@ mod tests {
     use super::*;
 
     fn q(name: &str) -> (Quantity, Option<String>) {
-        let c = understand(name).unwrap_or_else(|| panic!("{name} was not understood"));
+        let c = understand(name).unwrap_or_else(|| panic!("{name} is not recognised"));
         (c.quantity, c.unit)
     }
 
     #[test]
-    fn spellings_of_the_wild() {
+    fn column_names_have_quantity_and_unit() {
         use Quantity::*;
         for (name, quantity, unit) in [
             ("aX (g)", Accel(0), Some("g")),
@@ -682,7 +681,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_looks_alike_is_left_alone() {
+    fn similar_names_of_other_quantities_are_ignored() {
         for name in [
             "LinearAccelerometerSensor",
             "mag_x",
@@ -709,7 +708,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rest_of_the_name_is_the_sensor() {
+    fn remaining_words_name_the_sensor() {
         assert_eq!(
             understand("left_sensor.acc_x").unwrap().sensor,
             "left sensor"
@@ -728,7 +727,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_alone_and_the_sensor_in_the_name_of_the_file() {
+    fn bare_axes_and_sensors_of_file_names() {
         for (name, axis, unit) in [
             ("x", 0, None),
             ("X (m/s^2)", 0, Some("m/s^2")),

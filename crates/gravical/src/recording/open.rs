@@ -1,4 +1,4 @@
-//! From a path to bytes: plain, gzip or standard input, in whatever encoding.
+//! Opening of files: plain, gzip or standard input, in any encoding.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -13,27 +13,26 @@ use super::ReadOptions;
 use crate::hash::hex;
 use crate::{Error, Result};
 
-/// Bytes of a recording; unpacked, as UTF-8 where the file said otherwise by a
-/// byte order mark.
+/// Bytes of a recording, unpacked, and converted to UTF-8 if it has another encoding.
 pub struct Input {
     /// The bytes to read.
     pub reader: Box<dyn Read>,
-    /// What was done to get at them: `gzip`, `UTF-16LE` ….
+    /// Conversions applied: `gzip`, `UTF-16LE` ….
     pub unpacked: Vec<String>,
     digest: Option<Arc<Mutex<Sha256>>>,
     cut_off: Arc<AtomicBool>,
 }
 
 impl Input {
-    /// True when the reader came to the end of a packed file that was cut off
-    /// in the middle: what could be unpacked was given.
+    /// True if the file is packed and ends in the middle; the part that could be unpacked was
+    /// read.
     #[must_use]
     pub fn is_cut_off(&self) -> bool {
         self.cut_off.load(Ordering::Relaxed)
     }
 
-    /// SHA-256 of the file as it lies on the disk, in hexadecimal; to be asked
-    /// after everything was read, none when it was not wanted.
+    /// SHA-256 of the file on disk, in hexadecimal; to be called after everything was read.
+    /// `None` if not requested.
     #[must_use]
     pub fn sha256(&self) -> Option<String> {
         let digest = self.digest.as_ref()?.lock().ok()?.clone().finalize();
@@ -41,29 +40,28 @@ impl Input {
     }
 }
 
-/// Where a recording comes from. It may be opened once more: what its first rows say of
-/// it need not hold for the others.
+/// Source of a recording that can be opened a second time, since its first rows may not be
+/// representative of the others.
 pub(crate) enum Reopenable {
     /// A file.
     File(PathBuf),
     /// Bytes in memory.
     Memory(Arc<[u8]>),
-    /// Standard input, a pipe or a device: what it gave is kept in a temporary file, where
-    /// there is room.
+    /// Standard input, a pipe or a device: its bytes are copied to a temporary file if possible.
     Spooled(PathBuf, Option<Spool>),
 }
 
 /// A temporary copy.
 pub(crate) struct Spool {
     file: File,
-    /// It could not be written to its end.
+    /// It could not be written completely.
     broken: Arc<AtomicBool>,
 }
 
 impl Reopenable {
     /// `-` is standard input.
     pub fn of(path: &Path) -> Self {
-        // A folder, and what is not there, is refused on opening.
+        // Directories and missing files are refused on opening.
         let again = path.is_file() || path.is_dir() || !path.exists();
         if again && path != Path::new("-") {
             Reopenable::File(path.to_owned())
@@ -88,7 +86,7 @@ impl Reopenable {
             Reopenable::Spooled(path, spool) => {
                 let here: &Path = path;
                 let (mut reader, total) = raw(here)?;
-                // Without the copy it is read once, by its first rows.
+                // Without the copy it can be read only once.
                 if let Ok(file) = tempfile::tempfile()
                     && let Ok(copy) = file.try_clone()
                 {
@@ -105,7 +103,7 @@ impl Reopenable {
         }
     }
 
-    /// Whether it can be opened again, as far as is known while it is read.
+    /// True if it can be opened again, as far as is known while it is read.
     pub fn is_reopenable(&self) -> bool {
         match self {
             Reopenable::Spooled(_, spool) => spool
@@ -115,12 +113,12 @@ impl Reopenable {
         }
     }
 
-    /// Opens it again, after it was read to its end; none where it cannot be had again.
+    /// Opens it again after it was read to its end; `None` if that is not possible.
     ///
     /// # Errors
     ///
     /// As [`open`].
-    pub fn again(&mut self, options: &ReadOptions) -> Result<Option<Input>> {
+    pub fn reopen(&mut self, options: &ReadOptions) -> Result<Option<Input>> {
         let Reopenable::Spooled(path, spool) = self else {
             return self.open(options).map(Some);
         };
@@ -138,10 +136,10 @@ impl Reopenable {
     }
 }
 
-/// Bytes that go to the temporary file at once.
+/// Buffer size of the temporary file, bytes.
 const SPOOLED_AT_ONCE: usize = 1 << 16;
 
-/// Passes bytes on and keeps them.
+/// Copies the bytes to a file as they are read.
 struct Spooling {
     inner: Box<dyn Read>,
     copy: io::BufWriter<File>,
@@ -155,7 +153,7 @@ impl Read for Spooling {
             0 => self.copy.flush(),
             n => self.copy.write_all(&buffer[..n]),
         };
-        // A full disk is no reason not to read.
+        // Reading continues if the copy cannot be written.
         if kept.is_err() {
             self.broken.store(true, Ordering::Relaxed);
         }
@@ -163,17 +161,17 @@ impl Read for Spooling {
     }
 }
 
-/// Opens `path` (`-` is standard input); of the options the hash and the meter count.
+/// Opens `path` (`-` is standard input); of the options only `hash` and `meter` are used.
 ///
 /// # Errors
 ///
-/// What the file system says; `is-a-directory` for a folder.
+/// Errors of the file system; `is-a-directory` for a directory.
 pub fn open(path: &Path, options: &ReadOptions) -> Result<Input> {
     let (reader, total) = raw(path)?;
     from_file(path, reader, total, options)
 }
 
-/// The bytes at `path` as they are, and how many, where that is known.
+/// The bytes at `path`, and their number if it is known.
 fn raw(path: &Path) -> Result<(Box<dyn Read>, Option<u64>)> {
     if path == Path::new("-") {
         return Ok((Box::new(io::stdin().lock()), None));
@@ -203,11 +201,11 @@ fn from_file(
     from_reader(reader, options.hash).map_err(|e| Error::io(path, e))
 }
 
-/// The same for bytes that come from anywhere.
+/// Opens any reader.
 ///
 /// # Errors
 ///
-/// What the reader says while the first bytes are looked at.
+/// Errors of the reader while the first bytes are examined.
 pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
     let digest = hash.then(|| Arc::new(Mutex::new(Sha256::new())));
     let raw: Box<dyn Read> = match &digest {
@@ -222,8 +220,7 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
     let cut_off = Arc::new(AtomicBool::new(false));
     let plain: Box<dyn Read> = if magic == [0x1f, 0x8b] {
         unpacked.push("gzip".to_owned());
-        // Several gzip members in one file are one recording (logs that were
-        // packed piece by piece).
+        // Several gzip members in one file are one recording (a log packed piece by piece).
         Box::new(UntilCut {
             inner: Unpacking::new(raw),
             cut_off: cut_off.clone(),
@@ -248,7 +245,7 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
     })
 }
 
-/// UTF-16 that does not say so: of text in Latin letters every second byte is zero.
+/// Detects UTF-16 without a byte order mark: in Latin text every second byte is zero.
 fn wide_without_mark(start: &[u8]) -> Option<&'static Encoding> {
     if start.len() < 16 {
         return None;
@@ -269,7 +266,7 @@ fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, Box<dyn Rea
     Ok((head, Box::new(again)))
 }
 
-/// Passes bytes on; where a packed file ends in the middle, they end.
+/// Passes bytes on and stops, without an error, where a packed file ends in the middle.
 struct UntilCut<R> {
     inner: R,
     cut_off: Arc<AtomicBool>,
@@ -290,13 +287,13 @@ impl<R: Read> Read for UntilCut<R> {
     }
 }
 
-/// Text of a recording shrinks to a tenth, that of a dead sensor to a
-/// hundredth at the least; what unpacks to more, beyond the first
-/// [`UNPACKED_FREELY`] bytes, was made to fill the memory.
+/// Largest accepted compression ratio: text of a recording shrinks to a tenth, that of a dead
+/// sensor to a hundredth. Beyond the first [`UNPACKED_FREELY`] bytes a larger ratio is refused as
+/// an attempt to fill the memory.
 const MOST_UNPACKED: u64 = 200;
 const UNPACKED_FREELY: u64 = 16 << 20;
 
-/// Unpacks gzip, within reason.
+/// Unpacks gzip, with a limit on the ratio.
 struct Unpacking {
     decoder: flate2::read::MultiGzDecoder<Counting>,
     unpacked: u64,
@@ -331,7 +328,6 @@ impl Read for Unpacking {
     }
 }
 
-/// Passes bytes on and counts them.
 struct Counting {
     inner: Box<dyn Read>,
     bytes: u64,
@@ -345,7 +341,6 @@ impl Read for Counting {
     }
 }
 
-/// Passes bytes on and hashes them.
 struct Hashing {
     inner: Box<dyn Read>,
     digest: Arc<Mutex<Sha256>>,
@@ -361,7 +356,7 @@ impl Read for Hashing {
     }
 }
 
-/// UTF-16 (what PowerShell's `>` writes) to UTF-8, block by block.
+/// Converts UTF-16 (as PowerShell's `>` writes) to UTF-8, block by block.
 struct Transcoding {
     inner: Box<dyn Read>,
     decoder: Decoder,
@@ -389,8 +384,8 @@ impl Read for Transcoding {
         while self.given == self.decoded.len() && !self.ended {
             let n = self.inner.read(&mut self.source)?;
             self.ended = n == 0;
-            // Three bytes of UTF-8 for each unit of UTF-16 are always enough,
-            // plus what an incomplete character left in the decoder.
+            // Three bytes of UTF-8 for each unit of UTF-16 are always enough, plus an incomplete
+            // character left in the decoder.
             self.decoded.resize(3 * n + 16, 0);
             let (_, _, written, _) =
                 self.decoder
@@ -418,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn gzip_in_two_members_and_utf16_come_out_as_utf8() {
+    fn gzip_members_and_utf16_are_read_as_utf8() {
         let mut packed = Vec::new();
         for part in ["a,b\n", "1,2\n"] {
             let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
@@ -437,7 +432,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_packed_file_that_was_cut_off_gives_what_is_there() {
+    fn a_truncated_gzip_file_is_read_up_to_its_end() {
         let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         for i in 0..2000 {
             writeln!(gz, "{i},0.1,0.2,9.8").unwrap();
@@ -451,7 +446,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_made_to_fill_the_memory_is_refused() {
+    fn a_decompression_bomb_is_refused() {
         let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         let block = b"1,1,1\n".repeat(10_000);
         for _ in 0..=UNPACKED_FREELY / block.len() as u64 {

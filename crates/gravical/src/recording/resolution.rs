@@ -1,36 +1,35 @@
-//! The steps that the values of a channel come in: counts of the converter, or the
-//! last decimal place that a sketch printed.
+//! Resolution of a channel: the step of the converter, or the last decimal place that was
+//! printed.
 
 use crate::stats::Thinned;
 
-/// Values that are looked at, spread evenly over a channel: of a long one half as many at
-/// least. Enough to meet neighbouring steps, few enough to be sorted in no time.
+/// Largest number of values examined, evenly distributed over a channel (of a long one at least
+/// half as many). Enough to contain neighbouring steps, and fast to sort.
 const MOST_VALUES: usize = 1 << 12;
-/// A table of fewer rows holds means, whose differences are no steps.
+/// Tables with fewer rows contain means, whose differences are not steps.
 const LEAST_ROWS: u64 = 40;
-/// Values nearer than this share of the largest are one value: 9.81 − 9.80 is not
-/// exactly 0.01 in binary, and 32-bit floats that were computed twice differ in
-/// their last bit.
+/// Relative difference up to which values are equal: 9.81 − 9.80 is not exactly 0.01 in binary,
+/// and 32-bit floats computed differently differ in their last bit.
 const SAME: f64 = 3e-7;
-/// Most decimal places of a table of means.
+/// Largest number of decimal places of a table of means.
 const MOST_PLACES: i32 = 9;
 
-/// What is kept of the values of some axes to find the steps that they come in.
+/// Values of `N` axes from which their resolution is computed.
 #[derive(Debug, Clone)]
 pub(crate) struct AxisValues<const N: usize> {
     rows: u64,
     some: Thinned<[f64; N], MOST_VALUES>,
-    /// The first value of each, the least distance of another one to it, and how many
-    /// there were.
+    /// The first value of each axis, the smallest distance of another value from it, and the
+    /// number of other values.
     first: [f64; N],
     least: [f64; N],
     others: [u32; N],
-    /// Axes that change so seldom that all rows have to be looked at.
-    seldom: bool,
+    /// Some axes change so rarely that all rows must be examined.
+    rarely_changes: bool,
 }
 
-/// So many values that differ from the first are met among those that are kept.
-const OFTEN: u32 = 1 << 12;
+/// Number of values other than the first after which the stored ones are sufficient.
+const ENOUGH: u32 = 1 << 12;
 
 impl<const N: usize> Default for AxisValues<N> {
     fn default() -> Self {
@@ -40,24 +39,24 @@ impl<const N: usize> Default for AxisValues<N> {
             first: [f64::NAN; N],
             least: [f64::INFINITY; N],
             others: [0; N],
-            seldom: true,
+            rarely_changes: true,
         }
     }
 }
 
 impl<const N: usize> AxisValues<N> {
-    /// The next values; NaN where there is none.
+    /// Adds the next values; NaN if there is none.
     #[inline]
-    pub fn see(&mut self, values: [f64; N]) {
+    pub fn observe(&mut self, values: [f64; N]) {
         self.rows += 1;
         self.some.push_with(|| values);
-        if self.seldom {
-            self.see_all(values);
+        if self.rarely_changes {
+            self.observe_all(values);
         }
     }
 
     #[inline(never)]
-    fn see_all(&mut self, values: [f64; N]) {
+    fn observe_all(&mut self, values: [f64; N]) {
         for (i, v) in values.into_iter().enumerate() {
             if self.first[i].is_nan() {
                 self.first[i] = v;
@@ -69,8 +68,8 @@ impl<const N: usize> AxisValues<N> {
             }
         }
         // An axis without values never changes.
-        let open = |i: usize| self.others[i] < OFTEN && !self.first[i].is_nan();
-        self.seldom = (0..N).any(open) || self.rows < LEAST_ROWS;
+        let open = |i: usize| self.others[i] < ENOUGH && !self.first[i].is_nan();
+        self.rarely_changes = (0..N).any(open) || self.rows < LEAST_ROWS;
     }
 
     fn axis(&self, i: usize) -> Axis {
@@ -82,21 +81,20 @@ impl<const N: usize> AxisValues<N> {
         }
     }
 
-    /// The resolution of three axes, from `from` on.
+    /// The resolution of three axes, from `from` on: the smallest difference between occurring
+    /// values; 0 if unknown.
     ///
-    /// It is the smallest difference between the values that occur; 0 where nothing
-    /// tells. Not a greatest common divisor: counts of 1/131 °/s that were printed with
-    /// six decimals come in steps of 0.0076, whatever the sixth decimal says. An axis that
-    /// never changes has the steps of the finest other one, which was read and written
-    /// alike; where none changes, and in a table of means, it is the last decimal place
-    /// in use. A channel of values that were computed (filtered, turned, interpolated)
-    /// comes out with a resolution far below its noise.
+    /// A greatest common divisor would be wrong: counts of 1/131 °/s printed with six decimals
+    /// have steps of 0.0076. An axis that never changes gets the resolution of the finest other
+    /// axis, which was measured and printed in the same way; if none changes, and in a table of
+    /// means, the resolution is the last decimal place in use. For computed values (filtered,
+    /// rotated, interpolated) the result is far below their noise.
     pub fn resolution(&self, from: usize) -> [f64; 3] {
         of_axes([0, 1, 2].map(|i| self.axis(from + i)))
     }
 }
 
-/// The values of an axis that were kept, without empty ones.
+/// The stored values of an axis, without empty ones.
 struct Axis {
     rows: u64,
     some: Vec<f64>,
@@ -127,48 +125,48 @@ fn of_axes(mut axes: [Axis; 3]) -> [f64; 3] {
     })
 }
 
-/// The steps that the values of each axis of a sensor come in, in its unit: the smallest
-/// difference between values that occur, and 0 where nothing tells.
+/// Resolution of each axis of a sensor, in its unit: the smallest difference between occurring
+/// values, 0 if unknown.
 #[must_use]
 pub fn resolution(channels: &[Vec<f64>; 3]) -> [f64; 3] {
     let mut values = AxisValues::<3>::default();
     let [x, y, z] = channels;
     for ((x, y), z) in x.iter().zip(y).zip(z) {
-        values.see([*x, *y, *z]);
+        values.observe([*x, *y, *z]);
     }
     values.resolution(0)
 }
 
-/// What the values of an axis say of its steps.
+/// Resolution of an axis from its values.
 #[derive(Clone, Copy)]
 enum Step {
-    /// Two values that differ by it occur more than once.
+    /// Two values with this difference occur repeatedly.
     Certain(f64),
-    /// The values that differ are too few, or all differ.
+    /// An upper limit: too few different values, or all different.
     AtMost(f64),
-    /// One value is all there is.
+    /// There is only one value.
     Unknown,
 }
 
-/// The smallest difference between values that occur.
+/// The smallest difference between occurring values.
 fn smallest_difference(axis: &mut Axis) -> Step {
     let some = &mut axis.some;
     some.sort_unstable_by(f64::total_cmp);
-    // Where most values occur again, one stray row tells nothing of the rest; where
-    // they do not, two rows that repeat tell nothing either.
+    // If most values occur repeatedly, a single different row is ignored; if they do not, two
+    // repeated rows are.
     let again: usize = groups(some).filter(|g| g.len() > 1).map(<[f64]>::len).sum();
     if 2 * again > some.len()
         && let Some(step) = smallest_gap(some, 2)
     {
         return Step::Certain(step);
     }
-    // It may change so seldom that all rows had to be looked at.
+    // An axis that changes rarely: the smallest distance from the first value, over all rows.
     let rare = || axis.least.is_finite().then_some(axis.least);
     let step = smallest_gap(some, 1).or_else(rare);
     step.map_or(Step::Unknown, Step::AtMost)
 }
 
-/// The smallest gap between sorted values that occur `least` times or more.
+/// The smallest gap between sorted values that occur at least `least` times.
 fn smallest_gap(sorted: &[f64], least: usize) -> Option<f64> {
     let often = groups(sorted).filter(|g| g.len() >= least);
     let mut values = often.map(|g| g[0]);
@@ -178,7 +176,7 @@ fn smallest_gap(sorted: &[f64], least: usize) -> Option<f64> {
         .reduce(f64::min)
 }
 
-/// Sorted values, those together that are one.
+/// Groups of equal values in a sorted list.
 fn groups(sorted: &[f64]) -> impl Iterator<Item = &[f64]> {
     let ends = [sorted.first(), sorted.last()];
     let largest = ends
@@ -188,8 +186,7 @@ fn groups(sorted: &[f64]) -> impl Iterator<Item = &[f64]> {
     sorted.chunk_by(move |a, b| b - a <= SAME * largest)
 }
 
-/// The last decimal place that values were written with; 0 where there are more
-/// than nine, and where all of them are zero.
+/// The last decimal place in use; 0 if there are more than nine, and if all values are zero.
 fn decimal_step(axes: &[Axis; 3]) -> f64 {
     let some = || axes.iter().flat_map(|axis| &axis.some);
     if some().all(|v| *v == 0.0) {
@@ -209,7 +206,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::StandardNormal;
 
-    /// Noise of `sigma` about `mean`, as `write` makes it.
+    /// Noise of `sigma` about `mean`, rounded by `write`.
     fn channel(n: usize, mean: f64, sigma: f64, write: impl Fn(f64) -> f64) -> Vec<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         (0..n)
@@ -231,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn printed_decimals() {
+    fn resolution_of_printed_decimals() {
         for places in 1..=3 {
             let found = of(channel(5000, 9.81, 0.03, decimals(places)));
             near(found, 10_f64.powi(-places));
@@ -239,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_that_were_converted_and_printed() {
+    fn resolution_of_converted_counts() {
         near(
             of(channel(5000, -1.7, 0.01, |v| {
                 decimals(6)((v * 131.0).round() / 131.0)
@@ -247,16 +244,16 @@ mod tests {
             1.0 / 131.0,
         );
         near(of(channel(5000, 120.0, 20.0, f64::round)), 1.0);
-        // In 32 bits, with a bias taken off.
+        // In 32 bits, with a bias subtracted.
         let single = |v: f64| f64::from((v * 1670.7).round() as f32 / 1670.7 - 0.123_f32);
         near(of(channel(5000, 9.81, 0.03, single)), 1.0 / 1670.7);
     }
 
     #[test]
-    fn what_was_computed_has_none_to_speak_of() {
+    fn resolution_of_computed_values_is_negligible() {
         let mut values = channel(5000, 9.81, 0.03, |v| v);
         assert!(of(values.clone()) < 1e-5);
-        // Two rows that repeat the row before are no steps.
+        // Two repeated rows are not evidence.
         for i in [1000, 3000] {
             values[i] = values[i - 1];
         }
@@ -264,11 +261,11 @@ mod tests {
     }
 
     #[test]
-    fn a_stray_row_and_a_rare_change_do_not_mislead() {
+    fn stray_values_and_rare_changes_are_handled() {
         let mut values = channel(5000, 9.81, 0.03, decimals(2));
         values[77] = 9.80665;
         near(of(values), 0.01);
-        // Nor that it is the only other value.
+        // Also if the stray value is the only other one.
         let mut quiet = vec![0.5; 5000];
         quiet[77] = 3.0;
         let flips = channel(5000, 0.0, 0.004, decimals(2));
@@ -279,13 +276,13 @@ mod tests {
     }
 
     #[test]
-    fn channels_that_never_change() {
+    fn resolution_of_constant_channels() {
         let quiet = |v: f64| vec![v; 500];
         let flips = channel(500, 0.0, 0.004, decimals(2));
         near(resolution(&[quiet(0.5), flips, quiet(0.0)])[2], 0.01);
         near(resolution(&[quiet(0.12), quiet(-0.3), quiet(9.8)])[0], 0.01);
         assert_eq!(resolution(&[quiet(0.0), quiet(0.0), quiet(0.0)]), [0.0; 3]);
-        // Means: what lies between them is no step.
+        // Differences of means are not steps.
         assert_eq!(
             resolution(&[vec![9.43, -0.27], vec![0.1, 10.2], vec![0.0; 2]]),
             [0.01; 3]

@@ -1,10 +1,10 @@
-//! One line of text to numbers: the hot loop of reading.
+//! Parsing of one line of text to numbers: the innermost loop of reading.
 
 use crate::scan::{parse_field, parse_field_decimal_comma, scan_number};
 
 use super::timing::parse_date;
 
-/// Where a number of a row goes.
+/// Number of slots of a row.
 pub const SLOTS: usize = 8;
 /// Slot of the time stamp.
 pub const TIME: usize = 0;
@@ -14,24 +14,23 @@ pub const ACCEL: usize = 1;
 pub const GYRO: usize = 4;
 /// Slot of the temperature.
 pub const TEMPERATURE: usize = 7;
-/// A number of at least this magnitude, infinite ones included, is no reading
-/// and no time: it counts as an empty field. Below it, squares, differences and
-/// sums of what was read stay finite.
+/// A number of at least this magnitude, including infinity, is not a reading or a time and counts
+/// as an empty field. Below it, squares, differences and sums of values stay finite.
 const TOO_LARGE: f64 = 1e100;
-/// A field that is not read.
+/// Field that is not read.
 const SKIP: u8 = u8::MAX;
-/// A field that is text: the label.
+/// Field that holds the label.
 const LABEL: u8 = u8::MAX - 1;
-/// A field that says which of several sensors the row is of.
+/// Field that holds the number of the sensor.
 const INSTANCE: u8 = u8::MAX - 2;
 
-/// A field that holds what the stamp lacks below a second.
+/// Field that holds the fraction of a second of the time stamp.
 const FRACTION: u8 = u8::MAX - 3;
 
-/// Numbers of one row, in slots; what is absent is NaN.
+/// Numbers of one row, by slot; NaN if absent.
 pub type Values = [f64; SLOTS];
 
-/// What stands between the fields of a line.
+/// Separator of the fields of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Delimiter {
     /// One byte, with spaces around it tolerated.
@@ -41,7 +40,7 @@ pub enum Delimiter {
 }
 
 impl Delimiter {
-    /// Name for people.
+    /// Name for messages.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -55,22 +54,22 @@ impl Delimiter {
     }
 }
 
-/// Why a line is no row.
+/// Why a line is not a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RowDefect {
     /// Fewer fields than the others.
     TooFewFields,
     /// More fields than the others.
     TooManyFields,
-    /// This field (from 0) of a channel is no number.
+    /// This field (from 0) of a channel is not a number.
     NotANumber(usize),
-    /// No channel has a value.
+    /// All channels are empty.
     Blank,
-    /// A row of another sensor than the one that is read.
+    /// A row of another sensor.
     OtherSensor,
 }
 
-/// Takes lines apart.
+/// Parses lines.
 #[derive(Debug, Clone)]
 pub struct RowScanner {
     delimiter: Delimiter,
@@ -78,12 +77,12 @@ pub struct RowScanner {
     slot_of_field: Vec<u8>,
     temperature_counts: bool,
     instance: f64,
-    /// Seconds in one unit of the field below a second.
+    /// Size in s of one unit of the fraction field.
     fraction_s: f64,
 }
 
-/// Makes a stamp of what stands in the time column: differences from row to row are
-/// summed up, stamps stay as they are.
+/// Computes time stamps from the time column: differences from row to row are summed, time stamps
+/// are left unchanged.
 #[derive(Debug, Clone)]
 pub struct RowStamps {
     sum: Option<f64>,
@@ -98,13 +97,13 @@ impl RowStamps {
         }
     }
 
-    /// The time of a row depends on all before it.
+    /// True if the time of a row depends on all rows before it.
     #[must_use]
     pub fn sums(&self) -> bool {
         self.sum.is_some()
     }
 
-    /// The next row.
+    /// Processes the next row.
     #[inline]
     pub fn stamp(&mut self, values: &mut Values) {
         if let Some(sum) = &mut self.sum {
@@ -115,11 +114,11 @@ impl RowStamps {
     }
 }
 
-/// Byte range of one field within its line.
+/// Byte range of a field within its line.
 pub type Span = (u32, u32);
 
 impl RowScanner {
-    /// A scanner for lines of `fields` fields; channels are assigned after.
+    /// A scanner for lines of `fields` fields; channels are assigned afterwards.
     #[must_use]
     pub fn new(delimiter: Delimiter, decimal_comma: bool, fields: usize) -> Self {
         RowScanner {
@@ -146,7 +145,7 @@ impl RowScanner {
         }
     }
 
-    /// Only rows whose field `field` is `instance` are read.
+    /// Only rows with the value `instance` in field `field` are read.
     pub fn assign_instance(&mut self, field: usize, instance: f64) {
         if let Some(entry) = self.slot_of_field.get_mut(field) {
             *entry = INSTANCE;
@@ -154,7 +153,7 @@ impl RowScanner {
         self.instance = instance;
     }
 
-    /// Field `field` holds what a stamp of whole seconds lacks, in units of `unit_s`.
+    /// Field `field` holds the fraction of a second of the time stamp, in units of `unit_s`.
     pub fn assign_fraction(&mut self, field: usize, unit_s: f64) {
         if let Some(entry) = self.slot_of_field.get_mut(field) {
             *entry = FRACTION;
@@ -162,24 +161,23 @@ impl RowScanner {
         self.fraction_s = unit_s;
     }
 
-    /// Temperatures are counts of an MPU6050: 1/340 °C each, 36.53 °C at 0 (MPU-6000 and
-    /// MPU-6050 Register Map 4.2, register 65). They are read as °C.
+    /// Temperatures are counts of an MPU6050: 1/340 °C each, 36.53 °C at 0 (MPU-6000 and MPU-6050
+    /// Register Map 4.2, register 65). They are converted to °C.
     pub fn convert_temperature(&mut self) {
         self.temperature_counts = true;
     }
 
-    /// How many fields a row has.
+    /// Number of fields of a row.
     #[must_use]
     pub fn fields(&self) -> usize {
         self.slot_of_field.len()
     }
 
-    /// Reads a row; `label` gets the range of the label field.
+    /// Parses a row; `label` gets the range of the label field.
     ///
     /// # Errors
     ///
-    /// The defect that keeps the line from being a row. Values read before it
-    /// was met are left in `values`.
+    /// The first defect of the line. Values before it are left in `values`.
     #[inline]
     pub fn scan(
         &self,
@@ -193,7 +191,7 @@ impl RowScanner {
         }
     }
 
-    /// As [`scan`](Self::scan), and the range of every field goes to `spans`.
+    /// As [`scan`](Self::scan); the ranges of all fields go to `spans`.
     ///
     /// # Errors
     ///
@@ -216,8 +214,8 @@ impl RowScanner {
         }
     }
 
-    /// Compiled once for each kind of `delimiter`, which is that of `self`: the
-    /// loop over the fields then asks no more.
+    /// `delimiter` is that of `self`. Compiled separately for each kind, to keep the check out of
+    /// the loop over the fields.
     #[inline(always)]
     fn scan_with(
         &self,
@@ -234,7 +232,7 @@ impl RowScanner {
         let mut fraction = 0.0;
         loop {
             at = skip_spaces(line, at, delimiter);
-            // White space at the end of a line starts no further field.
+            // White space at the end of a line does not begin another field.
             if at == line.len() && delimiter == Delimiter::Whitespace {
                 break;
             }
@@ -244,8 +242,7 @@ impl RowScanner {
             let from = at;
             let end;
             if usize::from(slot) < SLOTS {
-                // The common case in one pass: the number ends where the
-                // field ends.
+                // The common case in one pass: the number ends where the field ends.
                 match scan_number(&line[at..]) {
                     Some((value, n))
                         if value.abs() < TOO_LARGE && ends_field(line, at + n, delimiter) =>
@@ -311,7 +308,7 @@ impl RowScanner {
         }
     }
 
-    /// A row of delimiters is of no sensor: that is found out at its end.
+    /// Empty fields are accepted here: a blank row is detected at its end.
     fn check_instance(&self, field: &[u8]) -> Result<(), RowDefect> {
         match parse_field(field) {
             Some(value) if value != self.instance => Err(RowDefect::OtherSensor),
@@ -319,15 +316,14 @@ impl RowScanner {
         }
     }
 
-    /// Out of the loop, which it would slow down for all.
+    /// Kept out of the loop, which it would slow down.
     #[cold]
     #[inline(never)]
     fn below_a_second(field: &[u8]) -> f64 {
         parse_field(field).unwrap_or(f64::NAN)
     }
 
-    /// More fields than wanted: a trailing delimiter is none, a row of
-    /// delimiters is blank.
+    /// Defect of a line with too many fields; a row of delimiters is blank.
     #[cold]
     fn judge_surplus(&self, rest: &[u8], any: bool) -> RowDefect {
         if !any && !rest.iter().any(|b| b.is_ascii_alphanumeric()) {
@@ -337,8 +333,8 @@ impl RowScanner {
         }
     }
 
-    /// Everything that is no plain number: quotes, white space, decimal
-    /// commas, words for "nothing", dates.
+    /// Parses everything except plain numbers: quotes, white space, decimal commas, words for a
+    /// missing value, dates.
     #[cold]
     fn parse_slowly(&self, field: &[u8], index: usize) -> Result<Option<f64>, RowDefect> {
         let text = field.trim_ascii();
@@ -346,7 +342,7 @@ impl RowScanner {
             [b'"', inner @ .., b'"'] => inner.trim_ascii(),
             other => other,
         };
-        if text.is_empty() || is_nothing(text) {
+        if text.is_empty() || is_missing_value(text) {
             return Ok(None);
         }
         let number = if self.decimal_comma {
@@ -357,7 +353,7 @@ impl RowScanner {
         if let Some(value) = number {
             return Ok((value.abs() < TOO_LARGE).then_some(value));
         }
-        // Without its stamp, or its temperature, a row is still a row.
+        // A row is valid without its time stamp or temperature.
         match self.slot_of_field.get(index).map(|slot| usize::from(*slot)) {
             Some(TIME) => Ok(parse_date(text)),
             Some(TEMPERATURE) => Ok(None),
@@ -387,7 +383,7 @@ fn skip_spaces(line: &[u8], mut at: usize, delimiter: Delimiter) -> usize {
     at
 }
 
-/// End of a quoted field, `""` inside it being one quote.
+/// End of a quoted field; `""` inside is one quote.
 #[cold]
 pub(super) fn quoted_end(line: &[u8], from: usize, delimiter: u8) -> usize {
     let mut at = from + 1;
@@ -398,12 +394,12 @@ pub(super) fn quoted_end(line: &[u8], from: usize, delimiter: u8) -> usize {
             _ => return memchr::memchr(delimiter, &line[at..]).map_or(line.len(), |n| at + n),
         }
     }
-    // The quote is never closed: then it is a character like any other.
+    // A quote that is never closed is an ordinary character.
     memchr::memchr(delimiter, &line[from..]).map_or(line.len(), |n| from + n)
 }
 
-/// Words that programs write for "no value".
-fn is_nothing(text: &[u8]) -> bool {
+/// Words that programs write for a missing value.
+fn is_missing_value(text: &[u8]) -> bool {
     [
         "nan",
         "na",

@@ -1,8 +1,8 @@
-//! Rows of a recording, one after the other, whatever they come from.
+//! Rows of a recording, read one after the other.
 //!
-//! [`Rows`] is the one way in: it knows how a file is written and which column is which,
-//! accounts for every line, fills cells, makes time of stamps, and has its [`Monitor`] see
-//! every row. Memory is flat. What commands do with a recording is a fold over it.
+//! [`Rows`] reads from any [`Source`], with known format and columns. It accounts for every line,
+//! fills cells, converts time stamps to time, and passes every row to its [`Monitor`]. Memory
+//! does not grow with the recording. All commands read recordings through it.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -13,42 +13,42 @@ use super::cells::{CellFiller, Channels, ZEROS_IN_A_ROW};
 use super::ledger::{Aside, Ledger};
 use super::monitor::{Facts, Monitor, MonitorFindings, RecordingClaims};
 use super::row::{ACCEL, GYRO, SLOTS, Span, TIME, Values};
-use super::timing::{Follower, Parting, RowTime, Timing, Treatment, is_usual_step};
+use super::timing::{BreakKind, Follower, RowTime, Timing, Treatment, is_usual_step};
 use super::unit_choice::UnitDoubt;
 use crate::finding::{Finding, FindingKind, LineSpans};
 
-/// Rows that are held back at most, where memory is to be flat.
+/// Largest number of rows held back if memory must not grow with the recording.
 const MOST_HELD: usize = 1 << 16;
 
-/// What rows come from: lines of text, or samples in memory.
+/// Source of rows: lines of text, or samples in memory.
 pub(crate) trait Source {
-    /// The next line or sample, whose numbers go to `values`.
+    /// The next line or sample; its numbers are written to `values`.
     ///
     /// # Errors
     ///
-    /// What reading reports.
+    /// Errors of reading.
     fn next(&mut self, values: &mut Values) -> Result<Option<Item>>;
     /// Its number, from 1.
     fn number(&self) -> u64;
-    /// Its text, where the fields of it are, and its label.
+    /// Text of the line, its fields and its label.
     fn text(&self) -> Text<'_> {
         Text::default()
     }
-    /// Whether a line may be read without those before it.
+    /// Whether a line can be read without the lines before it.
     fn can_skip(&self) -> bool {
         false
     }
-    /// Passes over lines up to this one, where it [can](Self::can_skip).
+    /// Skips lines up to this one, if it [can](Self::can_skip).
     ///
     /// # Errors
     ///
-    /// What reading reports.
+    /// Errors of reading.
     fn skip_to(&mut self, _line: u64) -> Result<()> {
         Ok(())
     }
 }
 
-/// What reading goes on by after a row.
+/// State needed to continue reading after a row.
 #[derive(Debug, Clone)]
 pub(crate) struct Mark {
     /// The line of that row.
@@ -58,20 +58,20 @@ pub(crate) struct Mark {
     last_stamp: f64,
 }
 
-/// What a line is.
+/// Result of one line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Item {
     /// A row of numbers.
     Row,
-    /// None, and why.
+    /// Not a row, and the reason.
     Aside(Aside),
 }
 
-/// The text of a line; empty where there is none.
+/// Text of a line; empty for samples in memory.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Text<'a> {
     pub bytes: &'a [u8],
-    /// Of every field, where they are asked for.
+    /// Byte ranges of all fields, if requested.
     pub spans: &'a [Span],
     pub label: &'a [u8],
 }
@@ -79,29 +79,29 @@ pub(crate) struct Text<'a> {
 /// A row of a recording.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row<'a> {
-    /// The line it stands in, from 1.
+    /// Line number, from 1.
     pub line: u64,
     pub text: Text<'a>,
-    /// As they stand in the file, cells filled.
+    /// Numbers of the file, with cells filled.
     pub values: &'a Values,
-    /// Lines that part it from the row before: no sample follows its predecessor across
-    /// them. A single blank line and a header are none where the clock goes on.
+    /// Lines before the row that are breaks: the row does not continue the row before. A single
+    /// blank line or header is none if the clock continues across it.
     pub before: &'a [Aside],
-    /// Seconds from the first row; NaN where it is not known.
+    /// Seconds since the first row; NaN if unknown.
     pub t_s: f64,
-    /// The clock started anew.
+    /// The clock restarted at this row.
     pub restarted: bool,
 }
 
 impl Row<'_> {
-    /// It does not follow the row before.
+    /// The row does not continue the row before.
     #[inline]
-    pub fn parts(&self) -> bool {
+    pub fn is_break(&self) -> bool {
         self.restarted || !self.before.is_empty()
     }
 }
 
-/// A row that is held back: only what comes after it tells whether it was measured.
+/// A row held back: only later rows show whether it was measured.
 #[derive(Debug, Clone)]
 struct Held {
     line: u64,
@@ -112,18 +112,18 @@ struct Held {
     label: Vec<u8>,
 }
 
-/// What zeros on all axes of the accelerometer are.
+/// Meaning of a row in which all axes of the accelerometer are zero.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Zeros {
-    /// There are none, or they were measured.
+    /// Not all zero, or a measurement.
     None,
     /// The sensor was not read.
     Unread,
-    /// They were too many to hold back: nobody knows whether they were ever written.
+    /// Too many to hold back: a tail of zeros that may never have been measured.
     MaybeTail,
 }
 
-/// Where the row that is handed out stands.
+/// Where the current row is stored.
 #[derive(Clone, Copy)]
 enum Place {
     InSource,
@@ -139,52 +139,52 @@ pub(crate) struct Rows<S> {
     monitor: Monitor,
     filler: CellFiller,
     ledger: Ledger,
-    /// Lines since the last row that part rows.
-    parts: Vec<Aside>,
-    /// … those of them that do.
+    /// Breaks since the last row, not yet confirmed.
+    pending_breaks: Vec<Aside>,
+    /// Confirmed breaks before the next row.
     before: Vec<Aside>,
     last_stamp: f64,
     held: VecDeque<Held>,
-    /// Rows at the front of them that are handed out.
+    /// Number of rows at the front of `held` that can be returned.
     released: usize,
     most_held: usize,
-    /// Rows up to here in which the accelerometer reads zero.
+    /// Number of zero rows up to here.
     zeros: u64,
     any_reading: bool,
-    /// Rows of zeros at what may be the end that were too many to hold back.
-    given_up: LineSpans,
-    /// Zeros to the end may well have been measured.
-    keeps_zeros: bool,
-    /// The line from which on there are but zeros, where that is known.
+    /// Lines of zero rows that were too many to hold back and may be the end of the data.
+    unresolved: LineSpans,
+    /// Zero rows at the end are kept as measurements.
+    keeps_zero_tail: bool,
+    /// The line from which all rows are zero, if known.
     zeros_from: Option<u64>,
-    /// What the rows say is known.
-    known: bool,
+    /// Results of all rows are known from an earlier reading.
+    times_known: bool,
     current: Option<Held>,
     values: Values,
 }
 
-/// What was found out, after the last row.
+/// Results, available after the last row.
 pub(crate) struct Finished {
     pub ledger: Ledger,
-    /// What all rows say, whatever they were read by.
+    /// Facts determined from all rows, whatever facts they were read with.
     pub facts: Facts,
     pub timing: Timing,
-    /// The first stamp itself, s.
+    /// The first time stamp, s.
     pub origin_s: Option<f64>,
-    /// Why the accelerometer's unit is not known.
+    /// Why the unit of the accelerometer is unknown.
     pub unit_doubt: Option<UnitDoubt>,
     pub found: MonitorFindings,
     /// About rows of zeros.
     pub zeros: Vec<Finding>,
-    /// Lines after the last row that part rows.
+    /// Breaks after the last row.
     pub trailing: Vec<Aside>,
-    /// The line from which on there are but zeros: too many to hold back, so that they
-    /// count as rows.
+    /// The line from which all rows are zero, if they were too many to hold back and count as
+    /// rows.
     pub zeros_from: Option<u64>,
 }
 
 impl Finished {
-    /// What is said about cells and stamps, then about units and samples.
+    /// Findings about cells and time stamps, then about units and samples.
     pub fn findings(&mut self) -> Vec<Finding> {
         let found = std::mem::take(&mut self.found);
         let mut all = found.channels;
@@ -198,7 +198,7 @@ impl Finished {
 }
 
 impl<S: Source> Rows<S> {
-    /// Rows of `source`, which `name` stands for in messages, read by `facts`.
+    /// Rows of `source`, read with `facts`; `name` is used in messages.
     pub fn new(source: S, name: &str, claims: RecordingClaims, facts: Facts) -> Self {
         let channels = claims.channels();
         Rows {
@@ -209,7 +209,7 @@ impl<S: Source> Rows<S> {
             monitor: Monitor::new(claims, facts),
             filler: CellFiller::new(facts.cells, channels),
             ledger: Ledger::default(),
-            parts: Vec::new(),
+            pending_breaks: Vec::new(),
             before: Vec::new(),
             last_stamp: f64::NAN,
             held: VecDeque::new(),
@@ -217,50 +217,50 @@ impl<S: Source> Rows<S> {
             most_held: MOST_HELD,
             zeros: 0,
             any_reading: false,
-            given_up: LineSpans::default(),
-            keeps_zeros: false,
+            unresolved: LineSpans::default(),
+            keeps_zero_tail: false,
             zeros_from: None,
-            known: false,
+            times_known: false,
             current: None,
             values: [f64::NAN; SLOTS],
         }
     }
 
-    /// Rows of zeros at the end are rows: at rest a gyroscope may well read so.
-    pub fn keeping_zeros(mut self) -> Self {
-        self.keeps_zeros = true;
+    /// Keeps rows of zeros at the end: a gyroscope may read zero at rest.
+    pub fn keep_zero_tail(mut self) -> Self {
+        self.keeps_zero_tail = true;
         self
     }
 
-    /// Rows of zeros at the end are none, however many: for those who keep all rows.
-    pub fn holding_any_number(mut self) -> Self {
+    /// Removes rows of zeros at the end, however many: for callers that keep all rows in memory.
+    pub fn without_hold_limit(mut self) -> Self {
         self.most_held = usize::MAX;
         self
     }
 
-    /// So many rows are held back at most.
+    /// Sets the largest number of rows held back.
     pub fn hold_at_most(&mut self, rows: usize) {
         self.most_held = rows;
     }
 
-    /// So many at most, where memory is to be flat.
-    pub fn hold_few(&mut self) {
+    /// Restores the default limit of rows held back.
+    pub fn hold_default(&mut self) {
         self.hold_at_most(MOST_HELD);
     }
 
-    /// Zeros from this line on are known to go on to the end.
+    /// Zero rows from this line on continue to the end.
     pub fn with_zeros_from(mut self, line: Option<u64>) -> Self {
         self.zeros_from = line;
         self
     }
 
-    /// What rows say is known already: of each its time is needed and nothing else.
-    pub fn known_already(mut self) -> Self {
-        self.known = true;
+    /// Results of all rows are known already; only the time of each row is computed.
+    pub fn times_only(mut self) -> Self {
+        self.times_known = true;
         self
     }
 
-    /// What they are read by.
+    /// What the rows are read with.
     pub fn facts(&self) -> &Facts {
         &self.facts
     }
@@ -273,11 +273,11 @@ impl<S: Source> Rows<S> {
         &mut self.source
     }
 
-    /// The next row; none after the last.
+    /// The next row; `None` after the last.
     ///
     /// # Errors
     ///
-    /// What reading reports.
+    /// Errors of reading.
     #[inline]
     pub fn next_row(&mut self) -> Result<Option<Row<'_>>> {
         let mut values: Values = [f64::NAN; SLOTS];
@@ -296,8 +296,8 @@ impl<S: Source> Rows<S> {
                 }
                 Some(Item::Aside(reason)) => self.set_aside(reason),
                 Some(Item::Row) => {
-                    if !self.parts.is_empty() {
-                        self.settle_parts(values[TIME]);
+                    if !self.pending_breaks.is_empty() {
+                        self.confirm_breaks(values[TIME]);
                     } else if !self.before.is_empty() {
                         self.before.clear();
                     }
@@ -305,13 +305,13 @@ impl<S: Source> Rows<S> {
                         self.last_stamp = values[TIME];
                     }
                     let zero = values[ACCEL] == 0.0
-                        && !self.keeps_zeros
+                        && !self.keeps_zero_tail
                         && self.channels.accel_is_zero(&values);
                     if !zero && self.held.is_empty() {
                         self.zeros = 0;
                         self.any_reading = true;
-                        if !self.given_up.is_empty() {
-                            self.given_up = LineSpans::default();
+                        if !self.unresolved.is_empty() {
+                            self.unresolved = LineSpans::default();
                         }
                         break (Place::InSource, Zeros::None);
                     }
@@ -338,15 +338,15 @@ impl<S: Source> Rows<S> {
             (Place::Held, Some(held)) => &held.before,
             _ => &self.before,
         };
-        let parting = before
+        let break_kind = before
             .iter()
-            .filter_map(|reason| Parting::by(*reason))
+            .filter_map(|reason| BreakKind::of(*reason))
             .max();
-        // What may never have been measured says nothing of clock and units.
+        // A row that may not be a measurement must not affect the clock and the units.
         let time = match zeros {
             Zeros::MaybeTail => RowTime::UNKNOWN,
-            _ if self.known => self.monitor.see_time(&raw, line, parting),
-            _ => self.monitor.see(&raw, &self.values, line, parting),
+            _ if self.times_known => self.monitor.observe_time(&raw, line, break_kind),
+            _ => self.monitor.observe(&raw, &self.values, line, break_kind),
         };
         let (text, before) = match (place, &self.current) {
             (Place::Held, Some(held)) => (
@@ -371,19 +371,19 @@ impl<S: Source> Rows<S> {
 
     #[cold]
     fn set_aside(&mut self, reason: Aside) {
-        // Before the first row there is nothing to part.
-        if reason.parts() && (self.ledger.rows > 0 || !self.held.is_empty()) {
-            self.parts.push(reason);
+        // A break needs a row before it.
+        if reason.is_break() && (self.ledger.rows > 0 || !self.held.is_empty()) {
+            self.pending_breaks.push(reason);
         }
         self.ledger
             .aside(reason, self.source.number(), self.source.text().bytes);
     }
 
-    /// A blank line or a header between rows parts nothing where the clock goes on across
-    /// it; `stamp` is that of the next row. Several blank lines in a row are deliberate.
+    /// A single blank line or header between rows is no break if the clock continues across it;
+    /// `stamp` is the time stamp of the next row. Several consecutive blank lines are deliberate.
     #[cold]
-    fn settle_parts(&mut self, stamp: f64) {
-        self.before = std::mem::take(&mut self.parts);
+    fn confirm_breaks(&mut self, stamp: f64) {
+        self.before = std::mem::take(&mut self.pending_breaks);
         let two = |w: &[Aside]| w == [Aside::Blank; 2];
         let deliberate = self.before.windows(2).any(two) || self.before.contains(&Aside::NamedGap);
         let usual = self.facts.stamp_reading.map_or(f64::NAN, |b| b.usual);
@@ -392,14 +392,14 @@ impl<S: Source> Rows<S> {
         }
     }
 
-    /// A row in which the accelerometer reads zero, or that follows such rows. It is held
-    /// back, or else: what its zeros are.
+    /// Handles a row in which the accelerometer reads zero, or that follows such rows. `None` if
+    /// it is held back, otherwise the meaning of its zeros.
     #[cold]
     fn judge_zeros(&mut self, values: &Values, zero: bool) -> Option<Zeros> {
         let may_be_tail = zero && self.channels.gyro_is_zero(values);
         if !may_be_tail {
-            // Those before it are no tail.
-            self.given_up = LineSpans::default();
+            // The zeros before it were not at the end.
+            self.unresolved = LineSpans::default();
         }
         if !zero {
             self.hold(*values);
@@ -413,12 +413,12 @@ impl<S: Source> Rows<S> {
             return None;
         }
         self.zeros += 1;
-        if !self.given_up.is_empty() {
-            self.given_up.push(self.source.number());
+        if !self.unresolved.is_empty() {
+            self.unresolved.push(self.source.number());
             return Some(Zeros::MaybeTail);
         }
         if may_be_tail && !self.any_reading {
-            // From the very start.
+            // Zeros from the first row on.
             return Some(Zeros::Unread);
         }
         let enough = self.zeros >= ZEROS_IN_A_ROW;
@@ -431,7 +431,7 @@ impl<S: Source> Rows<S> {
             self.released = self.held.len();
         } else if self.held.len() > self.most_held {
             let lines = self.held.iter().map(|held| held.line);
-            lines.for_each(|line| self.given_up.push(line));
+            lines.for_each(|line| self.unresolved.push(line));
             self.released = self.held.len();
         }
         None
@@ -439,7 +439,7 @@ impl<S: Source> Rows<S> {
 
     fn hold(&mut self, values: Values) {
         let text = self.source.text();
-        // Who asks for no fields asks for no text: a long tail is held by its numbers.
+        // Text is needed only with fields; a long tail of zeros is held as numbers.
         let bytes = match text.spans {
             [] => &[],
             _ => text.bytes,
@@ -455,7 +455,7 @@ impl<S: Source> Rows<S> {
         self.held.push_back(held);
     }
 
-    /// Hands out a row that was held back, and says what its zeros are.
+    /// Releases a row that was held back, with the meaning of its zeros.
     #[cold]
     fn release_one(&mut self, values: &mut Values) -> Option<Zeros> {
         self.released = self.released.saturating_sub(1);
@@ -469,14 +469,14 @@ impl<S: Source> Rows<S> {
         }
         self.current = Some(held);
         Some(match zero {
-            true if !self.given_up.is_empty() => Zeros::MaybeTail,
+            true if !self.unresolved.is_empty() => Zeros::MaybeTail,
             true if unread => Zeros::Unread,
             _ => Zeros::None,
         })
     }
 
-    /// Rows of zeros up to the end were never written by the sensor, where there are
-    /// several; true where some that were held back are rows after all.
+    /// Two or more rows of zeros at the end are not rows. True if other rows that were held back
+    /// can be returned.
     #[cold]
     fn release_at_end(&mut self) -> bool {
         let is_tail = |held: &Held| {
@@ -484,23 +484,23 @@ impl<S: Source> Rows<S> {
         };
         let tail = self.held.iter().rev().take_while(|h| is_tail(h)).count();
         if tail >= 2 {
-            let mut parts = Vec::new();
+            let mut breaks = Vec::new();
             for held in self.held.split_off(self.held.len() - tail) {
                 self.ledger.aside(Aside::ZeroTail, held.line, &held.bytes);
-                parts.extend(held.before);
+                breaks.extend(held.before);
             }
-            parts.append(&mut self.parts);
-            self.parts = parts;
+            breaks.append(&mut self.pending_breaks);
+            self.pending_breaks = breaks;
         }
         self.released = self.held.len();
         self.released > 0
     }
 
-    /// To go on from the row that was given last; none where what comes next depends on
-    /// more.
+    /// State to continue from the last returned row; `None` if the following rows depend on more
+    /// than it.
     pub fn mark(&self) -> Option<Mark> {
-        let plain = self.held.is_empty() && self.parts.is_empty() && self.zeros == 0;
-        // Even samples are counted.
+        let plain = self.held.is_empty() && self.pending_breaks.is_empty() && self.zeros == 0;
+        // Evenly timed samples depend on the row count.
         let counted = self
             .facts
             .stamp_reading
@@ -513,51 +513,51 @@ impl<S: Source> Rows<S> {
         })
     }
 
-    /// Goes on after the row of a mark, which lies ahead; of rows that are
-    /// [known already](Self::known_already).
+    /// Continues after the row of `mark`, which must lie ahead; only for rows that are [known
+    /// already](Self::times_only).
     ///
     /// # Errors
     ///
-    /// What reading reports.
+    /// Errors of reading.
     pub fn skip_to(&mut self, mark: &Mark) -> Result<()> {
         self.source.skip_to(mark.line)?;
         self.filler = mark.filler.clone();
         self.monitor.follow(mark.follower.clone());
         self.last_stamp = mark.last_stamp;
         (self.zeros, self.any_reading) = (0, true);
-        self.parts.clear();
+        self.pending_breaks.clear();
         self.before.clear();
         Ok(())
     }
 
-    /// What has seen all rows so far.
+    /// The monitor of all rows so far.
     pub fn monitor(&self) -> &Monitor {
         &self.monitor
     }
 
-    /// What was found out; to be asked after the last row.
+    /// Results; to be called after the last row.
     ///
     /// # Errors
     ///
-    /// `no-rows`, `no-values`, `all-zero` where the sensor that is read said nothing.
+    /// `no-rows`, `no-values`, `all-zero` if the sensor delivered no data.
     pub fn finish(&mut self, treatment: Treatment) -> Result<Finished> {
-        self.refuse_silence()?;
-        let seen = self.monitor.finish(treatment);
-        let mut found = seen.found;
+        self.check_for_values()?;
+        let summary = self.monitor.finish(treatment);
+        let mut found = summary.found;
         if treatment == Treatment::Kept {
             self.monitor.keep_stamps(&mut found.clock);
         }
         let mut zeros = Vec::new();
-        if !self.given_up.is_empty() {
+        if !self.unresolved.is_empty() {
             zeros.push(
                 Finding::new(
                     FindingKind::ZeroTail,
                     format!(
-                        "all channels are zero in the last {} rows: too many to hold back, so they count as rows",
-                        self.given_up.count()
+                        "all channels are zero in the last {} rows: too many to hold in memory, so they count as rows",
+                        self.unresolved.count()
                     ),
                 )
-                .at_lines(&self.given_up),
+                .at_lines(&self.unresolved),
             );
         }
         zeros.extend(self.filler.finding());
@@ -565,19 +565,19 @@ impl<S: Source> Rows<S> {
             ledger: std::mem::take(&mut self.ledger),
             facts: Facts {
                 resolution: self.monitor.resolution(),
-                ..seen.facts
+                ..summary.facts
             },
-            timing: seen.timing,
-            origin_s: seen.origin_s,
-            unit_doubt: seen.unit_doubt,
+            timing: summary.timing,
+            origin_s: summary.origin_s,
+            unit_doubt: summary.unit_doubt,
             found,
             zeros,
-            trailing: std::mem::take(&mut self.parts),
-            zeros_from: self.given_up.first(),
+            trailing: std::mem::take(&mut self.pending_breaks),
+            zeros_from: self.unresolved.first(),
         })
     }
 
-    fn refuse_silence(&self) -> Result<()> {
+    fn check_for_values(&self) -> Result<()> {
         let here = Path::new(&self.name);
         let cells = self.monitor.cells();
         let rows = cells.rows();
@@ -585,10 +585,10 @@ impl<S: Source> Rows<S> {
             return Err(
                 Error::input("no-rows", format!("no row could be read: {}", self.ledger.sum()))
                     .at(here, None)
-                    .with_hint("a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces; --columns says which column is which"),
+                    .with_hint("a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces; --columns assigns the columns"),
             );
         }
-        let (first, letter, sensor) = match self.keeps_zeros {
+        let (first, letter, sensor) = match self.keeps_zero_tail {
             false => (ACCEL, "a", "accelerometer"),
             true => (GYRO, "g", "gyroscope"),
         };
@@ -606,7 +606,7 @@ impl<S: Source> Rows<S> {
             ));
         }
         if cells.is_all_zero(first) {
-            let hint = match self.keeps_zeros {
+            let hint = match self.keeps_zero_tail {
                 false => "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor",
                 true => "check that the sketch wakes the gyroscope, or leave --gyro out",
             };
@@ -665,9 +665,8 @@ mod tests {
     const DEAD: [f64; 6] = [0.0; 6];
     const UNREAD: [f64; 6] = [0.0, 0.0, 0.0, 0.01, 0.0, 0.02];
 
-    /// For each row that is given: its line, and whether accelerometer and gyroscope are
-    /// empty.
-    fn given(rows: &mut Rows<Listed>) -> Vec<(u64, bool, bool)> {
+    /// Line of each returned row, and whether accelerometer and gyroscope are empty.
+    fn returned(rows: &mut Rows<Listed>) -> Vec<(u64, bool, bool)> {
         let mut out = Vec::new();
         while let Some(row) = rows.next_row().unwrap() {
             out.push((
@@ -680,7 +679,7 @@ mod tests {
     }
 
     #[test]
-    fn zeros_among_the_rows_are_empty_and_at_the_end_no_rows() {
+    fn zero_rows_are_empty_in_the_middle_and_removed_at_the_end() {
         let list = [STILL, DEAD, STILL, STILL, DEAD, DEAD, DEAD];
         let mut some = rows(&list);
         let expected = [
@@ -689,58 +688,61 @@ mod tests {
             (3, false, false),
             (4, false, false),
         ];
-        assert_eq!(given(&mut some), expected);
+        assert_eq!(returned(&mut some), expected);
         let done = some.finish(Treatment::Repaired).unwrap();
         assert_eq!((done.ledger.lines, done.ledger.rows), (7, 4));
         assert_eq!(done.ledger.lines_aside(Aside::ZeroTail).count(), 3);
-        // One row alone can be a measurement, of a sensor that was not read.
-        assert_eq!(given(&mut rows(&[STILL, STILL, DEAD]))[2], (3, true, true));
+        // A single row can be a measurement of a sensor that was not read.
+        assert_eq!(
+            returned(&mut rows(&[STILL, STILL, DEAD]))[2],
+            (3, true, true)
+        );
     }
 
     #[test]
-    fn beside_a_gyroscope_that_reads_few_zeros_are_chance() {
+    fn few_zeros_are_values_if_the_gyroscope_reads() {
         let list = [STILL, UNREAD, UNREAD, STILL];
-        assert!(given(&mut rows(&list)).iter().all(|r| !r.1 && !r.2));
+        assert!(returned(&mut rows(&list)).iter().all(|r| !r.1 && !r.2));
         let mut list = vec![STILL; 20];
         list[5..12].fill(UNREAD);
-        let all = given(&mut rows(&list));
+        let all = returned(&mut rows(&list));
         let empty: Vec<u64> = all.iter().filter(|r| r.1).map(|r| r.0).collect();
         assert_eq!(empty, [6, 7, 8, 9, 10, 11, 12]);
         assert!(all.iter().all(|r| !r.2) && all.is_sorted());
-        // At the end those that were read stay, the others go.
+        // At the end the rows with a gyroscope reading stay.
         let list = [STILL, STILL, UNREAD, DEAD, DEAD];
-        assert_eq!(given(&mut rows(&list)).len(), 3);
+        assert_eq!(returned(&mut rows(&list)).len(), 3);
     }
 
     #[test]
-    fn a_tail_too_long_to_hold_back_counts_as_rows_that_are_empty() {
+    fn a_zero_tail_too_long_to_hold_back_counts_as_empty_rows() {
         let mut list = vec![STILL; 50];
         list.extend([DEAD; 40]);
         let mut some = rows(&list);
         some.hold_at_most(10);
-        let all = given(&mut some);
+        let all = returned(&mut some);
         assert_eq!(all.len(), 90);
         assert!(all[50..].iter().all(|r| r.1 && r.2));
         let done = some.finish(Treatment::Kept).unwrap();
-        // They are no half of the rows, which would make zeros a reading.
+        // They do not count as half of the rows, which would make zero a valid reading.
         assert!(done.facts.cells == CellRules::default());
         let tail = done.zeros.iter().find(|f| f.kind == "zero-tail").unwrap();
         assert_eq!((tail.count, &tail.lines[..]), (40, &[[51, 90]][..]));
-        // Those who keep all rows hold any number.
-        assert_eq!(given(&mut rows(&list).holding_any_number()).len(), 50);
-        // Where the gyroscope reads they are no tail.
+        // With all rows in memory there is no limit.
+        assert_eq!(returned(&mut rows(&list).without_hold_limit()).len(), 50);
+        // They are no tail if the gyroscope reads.
         list[70] = UNREAD;
         let mut some = rows(&list);
         some.hold_at_most(10);
-        assert_eq!(given(&mut some).len(), 90);
+        assert_eq!(returned(&mut some).len(), 90);
         let done = some.finish(Treatment::Kept).unwrap();
         let tail = done.zeros.iter().find(|f| f.kind == "zero-tail").unwrap();
         assert_eq!(tail.lines, [[72, 90]]);
-        // Rows that come after all end it.
+        // A later row ends the tail.
         list.push(STILL);
         let mut some = rows(&list);
         some.hold_at_most(10);
-        assert_eq!(given(&mut some).len(), 91);
+        assert_eq!(returned(&mut some).len(), 91);
         let done = some.finish(Treatment::Kept).unwrap();
         assert!(!done.zeros.iter().any(|f| f.kind == "zero-tail"));
     }

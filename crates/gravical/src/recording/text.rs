@@ -1,5 +1,4 @@
-//! Rows out of text: how a file is written, which column is which, and its lines one by
-//! one.
+//! Rows of a text file.
 
 use std::io::Read;
 use std::path::Path;
@@ -25,11 +24,11 @@ use super::rows::{Finished, Item, Rows, Source, Text};
 use super::timing::Treatment;
 use crate::finding::{Finding, FindingKind, LineSpans};
 
-/// How much of a file is looked at to find its dialect.
+/// Number of bytes that are examined to determine the format.
 pub(crate) const HEAD: usize = 1 << 18;
 
-/// How a line starts with which a logger names rows that it could not get. After it
-/// the clock of the board may have started anew.
+/// Beginning of the line in which a logger reports missing rows. After it the clock of the board
+/// may have restarted.
 pub const GAP_LINE: &str = "# gap:";
 
 /// Lines of a file as rows.
@@ -40,18 +39,18 @@ pub(crate) struct TextRows<R> {
     scanner: RowScanner,
     stamps: RowStamps,
     later: LaterHeaders,
-    /// The row is not the line as it stands.
+    /// The current row was rewritten.
     rewritten: bool,
-    /// Where the fields of a line are is asked for.
+    /// Byte ranges of the fields are requested.
     with_spans: bool,
     spans: Vec<Span>,
     label: Span,
     number: u64,
-    /// The last blank line, and how many stand in a row up to it.
+    /// Number of the last blank line, and length of the run of blank lines that it ends.
     blank: (u64, u64),
     nul_lines: LineSpans,
     foreign_lines: LineSpans,
-    /// A last line without an end is none: it was cut off.
+    /// The input is cut off: a last line without an end is ignored.
     cut: bool,
 }
 
@@ -59,34 +58,34 @@ pub(crate) struct TextRows<R> {
 pub(crate) struct OpenFile {
     pub rows: Rows<TextRows<Box<dyn Read>>>,
     pub format: Format,
-    /// About the columns.
+    /// Findings about the columns.
     pub findings: Vec<Finding>,
     /// Its first lines.
     head: Head,
-    /// They are all there is.
+    /// The first lines are the whole file.
     pub whole: bool,
-    /// Their text, without NUL bytes.
+    /// Text of the first lines, without NUL bytes.
     pub head_bytes: Vec<u8>,
     input: Input,
 }
 
-/// A file that was read to its end.
+/// Results of a file that was read to its end.
 pub(crate) struct ReadFile {
     pub finished: Finished,
-    /// How the file is written, for people.
+    /// Text format of the file in words.
     pub description: String,
     pub sha256: Option<String>,
-    /// About columns, lines and bytes.
+    /// Findings about columns, lines and bytes.
     pub findings: Vec<Finding>,
 }
 
-/// Opens `input`, which `name` stands for in messages: finds dialect and columns, and
-/// judges the first rows, unless `facts` are known.
+/// Opens `input`, determines its format and columns, and evaluates the first rows unless `facts`
+/// are given. `name` is used in messages.
 ///
 /// # Errors
 ///
-/// `empty-file`, `no-rows`, `no-accelerometer`, `no-gyroscope`, `columns-unknown` …; what
-/// reading reports.
+/// `empty-file`, `no-rows`, `no-accelerometer`, `no-gyroscope`, `columns-unknown` …; errors of
+/// reading.
 pub(crate) fn open_rows(
     mut input: Input,
     name: &str,
@@ -108,13 +107,13 @@ pub(crate) fn open_rows(
         layout: format.layout.clone(),
         options: options.clone(),
     };
-    let keeps_zeros = role == Role::Gyroscope;
+    let keeps_zero_tail = role == Role::Gyroscope;
     let of_head = Lines::new(&clean[..]).with_terminator(terminator(&clean));
     let of_head = TextRows::new(of_head, name, &format, !whole);
-    let head = Head::read(of_head, &claims, keeps_zeros);
+    let head = Head::read(of_head, &claims, keeps_zero_tail);
     let mut facts = facts.unwrap_or_else(|| head.facts());
-    if keeps_zeros {
-        // Its values are interpolated: none is made up before.
+    if keeps_zero_tail {
+        // Its values are interpolated later; cells must not be filled before.
         facts.cells = CellRules::default();
     }
     let mut rows = Rows::new(
@@ -123,8 +122,8 @@ pub(crate) fn open_rows(
         claims,
         facts,
     );
-    if keeps_zeros {
-        rows = rows.keeping_zeros();
+    if keeps_zero_tail {
+        rows = rows.keep_zero_tail();
     }
     Ok(OpenFile {
         rows,
@@ -137,7 +136,7 @@ pub(crate) fn open_rows(
     })
 }
 
-/// Dialect and columns, by the first bytes of a file.
+/// Format and columns, from the first bytes of a file.
 fn find_format(
     head: &[u8],
     whole: bool,
@@ -165,7 +164,7 @@ fn find_format(
     };
     let mut layout = layout::find(role, &dialect, request, findings)
         .map_err(|e| e.at(here, dialect.header.as_ref().map(|h| h.lines[1])))?;
-    layout.claim_of_board(&dialect.metadata);
+    layout.apply_board_settings(&dialect.metadata);
     Ok(Format {
         dialect,
         layout,
@@ -175,24 +174,24 @@ fn find_format(
 }
 
 impl OpenFile {
-    /// The first rows as channels.
+    /// Channels of the first rows.
     pub fn head(&self) -> HeadChannels {
         self.head.channels(self.rows.facts())
     }
 
-    /// Rows of zeros at the end are none, however many.
-    pub fn holding_any_number(mut self) -> Self {
-        self.rows = self.rows.holding_any_number();
+    /// Removes rows of zeros at the end, however many.
+    pub fn without_hold_limit(mut self) -> Self {
+        self.rows = self.rows.without_hold_limit();
         self
     }
 
-    /// Every row is given with the places of its fields.
+    /// Provides the byte ranges of all fields with every row.
     pub fn with_spans(mut self) -> Self {
         self.rows.source_mut().with_spans = true;
         self
     }
 
-    /// What was found out; to be asked after the last row.
+    /// Results; to be called after the last row.
     ///
     /// # Errors
     ///
@@ -242,14 +241,14 @@ impl<R: Read> TextRows<R> {
         }
     }
 
-    /// What is odd about the headers and the bytes of a file that was `unpacked` so.
+    /// Findings about headers and bytes; `unpacked`: the conversions applied.
     fn odd_bytes(&self, unpacked: &[String]) -> Vec<Finding> {
         let mut findings: Vec<Finding> = self.later.finding().into_iter().collect();
         if !self.nul_lines.is_empty() {
             findings.push(
                 Finding::new(
                     FindingKind::NulBytes,
-                    format!("NUL bytes in {} lines; taken out", self.nul_lines.count()),
+                    format!("NUL bytes in {} lines; removed", self.nul_lines.count()),
                 )
                 .at_lines(&self.nul_lines),
             );
@@ -312,7 +311,8 @@ impl<R: Read> Source for TextRows<R> {
                     if std::str::from_utf8(line.bytes).is_err() {
                         self.foreign_lines.push(line.number);
                     }
-                    let reason = among(&self.format.dialect, &line, defect, &mut self.blank);
+                    let reason =
+                        reason_in_data(&self.format.dialect, &line, defect, &mut self.blank);
                     let is_header = self.later.set_aside(&line, &self.format, &self.name);
                     return Ok(Some(Item::Aside(match is_header {
                         true => Aside::RepeatedHeader,
@@ -324,7 +324,10 @@ impl<R: Read> Source for TextRows<R> {
         if std::str::from_utf8(line.bytes).is_err() {
             self.foreign_lines.push(line.number);
         }
-        Ok(Some(Item::Aside(before(&self.format.dialect, &line))))
+        Ok(Some(Item::Aside(reason_before_data(
+            &self.format.dialect,
+            &line,
+        ))))
     }
 
     #[inline]
@@ -333,7 +336,7 @@ impl<R: Read> Source for TextRows<R> {
     }
 
     fn can_skip(&self) -> bool {
-        // Lines that are passed over may hold no header that changes what comes after.
+        // A skipped line may be a header that changes the rows after it.
         !self.stamps.sums() && self.later.never_changed()
     }
 
@@ -363,8 +366,8 @@ impl<R: Read> Source for TextRows<R> {
     }
 }
 
-/// A line before the first row.
-fn before(dialect: &Dialect, line: &Line<'_>) -> Aside {
+/// Reason for a line before the first row.
+fn reason_before_data(dialect: &Dialect, line: &Line<'_>) -> Aside {
     match &dialect.header {
         Some(header) if header.texts.iter().any(|t| t == line.bytes.trim_ascii()) => Aside::Header,
         _ if !line.bytes.trim_ascii().is_empty() => Aside::Metadata,
@@ -373,10 +376,14 @@ fn before(dialect: &Dialect, line: &Line<'_>) -> Aside {
     }
 }
 
-/// A line of the data part that is no row. Blank lines that stand between the rows
-/// regularly part nothing, and more of them in a row do: `blank` is the last one, and how
-/// many stand in a row up to it.
-fn among(dialect: &Dialect, line: &Line<'_>, defect: RowDefect, blank: &mut (u64, u64)) -> Aside {
+/// Reason for a line after the first row. Regular blank lines are no breaks, longer runs are;
+/// `blank`: the number of the last blank line, and the length of its run.
+fn reason_in_data(
+    dialect: &Dialect,
+    line: &Line<'_>,
+    defect: RowDefect,
+    blank: &mut (u64, u64),
+) -> Aside {
     let text = line.bytes.trim_ascii();
     let header = dialect.header.as_ref();
     if !text.is_empty() && header.is_some_and(|h| h.texts.iter().any(|t| t == text)) {

@@ -1,18 +1,18 @@
-//! The unit of a recording: what was given, what gravity shows, what the
-//! header claims, in this order.
+//! Choice of the accelerometer's unit: by option, by the magnitude at rest, by the header, in
+//! this order.
 
 use super::ReadOptions;
 use super::units::{AccelScale, AccelUnit, Evidence, MOST_OFF, Origin, accel_evidence};
 use crate::finding::{Finding, FindingKind};
 
-/// What a file says of its accelerometer.
+/// What a file claims about its accelerometer.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AccelClaim {
-    /// The unit, by the header or by the board's own line.
+    /// Unit, from the header or the board's settings line.
     pub unit: Option<AccelUnit>,
-    /// Counts per g, by the board's own line.
+    /// Counts per g, from the header or the board's settings line.
     pub lsb_per_g: Option<f64>,
-    /// The names say that gravity was taken out.
+    /// The column names say that gravity was removed.
     pub without_gravity: bool,
 }
 
@@ -25,20 +25,19 @@ impl From<AccelUnit> for AccelClaim {
     }
 }
 
-/// Why a unit is not known.
+/// Why a unit is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum UnitDoubt {
-    /// Gravity was taken out of the acceleration.
+    /// Gravity was removed from the acceleration.
     WithoutGravity,
-    /// Gravity is a power of two too large or too small.
+    /// The magnitude at rest differs from gravity by a power of two.
     WrongFullScale,
-    /// Gravity has that size in no unit, or in several.
+    /// The magnitude at rest is gravity in no unit, or in several.
     NoUnit,
 }
 
-/// Decides the unit from the magnitude of quiet readings, the header's claim
-/// and the user's word; contradictions become findings. Where the unit stays unknown
-/// against gravity, it says why.
+/// Determines the unit from the magnitude of quiet readings, the header's claim and the options;
+/// contradictions become findings. If the unit stays unknown, the second value is the reason.
 #[must_use]
 pub fn decide_accel(
     quiet: Option<(f64, bool)>,
@@ -61,7 +60,7 @@ fn decide(
     doubt: &mut Option<UnitDoubt>,
 ) -> AccelScale {
     let given_lsb = options.accel_range_g.map(|range| 32768.0 / range);
-    // A range that was given beats the data, one that the board claims does not.
+    // A range given by the user overrides the data, one claimed by the board does not.
     let range_lsb = given_lsb.or(claim.lsb_per_g);
     let claimed = claim.unit;
     if let Some(unit) = options.accel_unit {
@@ -92,7 +91,7 @@ fn decide(
     let Some((norm, integers)) = quiet else {
         return by_claim(claimed, range_lsb);
     };
-    // A sensitivity that is claimed, where gravity does not contradict it.
+    // A claimed sensitivity is used if gravity does not contradict it.
     let claimed_lsb = claim
         .lsb_per_g
         .filter(|lsb| (norm / lsb - 1.0).abs() <= MOST_OFF);
@@ -118,7 +117,7 @@ fn decide(
             findings.push(Finding::new(
                 FindingKind::UnitMismatch,
                 format!(
-                    "the header says {}, but at rest the magnitude is {}: the values are in {}; taken so",
+                    "the header gives {}, but the magnitude at rest is {}: the values are read as {}",
                     claim.name(),
                     short(norm),
                     unit.name()
@@ -143,13 +142,13 @@ fn decide(
         Evidence::Ambiguous if given_lsb.is_some() => {
             by_data(AccelUnit::Counts, given_lsb, findings)
         }
-        // Whichever of the three it is, a claim that fits settles it.
+        // A claim for one of the matching units decides.
         Evidence::Ambiguous => match claimed {
             Some(AccelUnit::MilliGravity) => by_data(AccelUnit::MilliGravity, None, findings),
             Some(AccelUnit::Counts) => by_data(AccelUnit::Counts, Some(1024.0), findings),
             _ => unknown(
                 norm,
-                "mg, cm/s² or counts at 1024 per g; --accel-unit mg or --accel-unit counts says it",
+                "mg, cm/s² or counts at 1024 per g; give --accel-unit mg or --accel-unit counts",
                 findings,
                 doubt,
             ),
@@ -165,22 +164,22 @@ fn decide(
         },
         Evidence::None => unknown(
             norm,
-            "no unit in which gravity has that size; --accel-unit counts takes it as it is",
+            "gravity in no known unit; --accel-unit counts uses the values as they are",
             findings,
             doubt,
         ),
     }
 }
 
-/// Magnitudes at rest below this are gravity in no unit, at no wrong full scale.
+/// Smaller magnitudes at rest cannot be gravity, in any unit or with any wrong full scale.
 const LEAST_GRAVITY: f64 = 0.1;
 
-/// Acceleration that a phone has taken gravity out of.
+/// Finding for acceleration without gravity, as some apps record it.
 fn without_gravity(norm: f64) -> Finding {
     Finding::new(
         FindingKind::WithoutGravity,
         format!(
-            "the magnitude at rest is {}: gravity was taken out of this acceleration, and a calibration needs it; use the raw one (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)",
+            "the magnitude at rest is {}: gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)",
             short(norm)
         ),
     )
@@ -198,37 +197,36 @@ fn by_claim(claim: Option<AccelUnit>, range_lsb: Option<f64>) -> AccelScale {
     }
 }
 
-/// A range that was given, or that the board claims, and a magnitude at rest that belongs
-/// to another.
+/// Reports a given or claimed range that does not match the magnitude at rest.
 fn warn_if_range_disagrees(
     given: Option<f64>,
     claimed: Option<f64>,
-    shown: Option<f64>,
+    measured: Option<f64>,
     findings: &mut Vec<Finding>,
 ) {
     let differ = |a: f64, b: f64| (a / b - 1.0).abs() > 0.2;
-    let (Some(said), Some(shown)) = (given.or(claimed), shown) else {
+    let (Some(stated), Some(measured)) = (given.or(claimed), measured) else {
         return;
     };
-    if !differ(said, shown) {
+    if !differ(stated, measured) {
         return;
     }
-    let (who, taken) = match given {
-        Some(_) => ("was given", "taken as given"),
-        None => ("is what the board says", "taken as gravity shows"),
+    let (who, used) = match given {
+        Some(_) => ("was given", "the given range is used"),
+        None => ("is the range of the board", "that of gravity is used"),
     };
     findings.push(Finding::new(
         FindingKind::RangeMismatch,
         format!(
-            "±{} g {who}, but gravity at rest is that of ±{} g; {taken}",
-            short(32768.0 / said),
-            short(32768.0 / shown)
+            "±{} g {who}, but the magnitude at rest corresponds to ±{} g; {used}",
+            short(32768.0 / stated),
+            short(32768.0 / measured)
         ),
     ));
 }
 
-/// Gravity that is a power of two too large or too small: the converter ran at
-/// another range than the one its counts were converted with.
+/// Explanation of a magnitude that differs from gravity by a power of two: the converter ran at
+/// another range than its counts were converted with.
 fn wrong_full_scale(norm: f64) -> Option<String> {
     for (unit, gravity) in [("m/s^2", 9.80665), ("g", 1.0)] {
         for factor in [0.125, 0.25, 0.5, 2.0, 4.0, 8.0] {
@@ -280,7 +278,7 @@ fn warn_if_gravity_disagrees(
         findings.push(Finding::new(
             FindingKind::UnitMismatch,
             format!(
-                "taken as {} as told, but then the quietest parts measure {g:.2} g",
+                "read as {} as given, but then the quietest parts measure {g:.2} g",
                 scale.unit.name()
             ),
         ));
@@ -292,9 +290,9 @@ fn short(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// True for a whole number that a converter can give. (`fract` is a call into the
-/// mathematical library on most processors, and this is asked of every value.)
-pub(crate) fn whole(v: f64) -> bool {
+/// True for a whole number in the range of a converter. (`fract` is a library call on most
+/// processors and too slow for every value.)
+pub(crate) fn is_whole_number(v: f64) -> bool {
     v == f64::from(v as i32)
 }
 
@@ -315,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_that_gravity_refutes_loses() {
+    fn gravity_overrides_the_header() {
         let (scale, findings) = decide(9.79, Some(AccelUnit::StandardGravity));
         assert_eq!(scale.unit, AccelUnit::MetrePerSecondSquared);
         assert_eq!(findings[0].kind, "unit-mismatch");
@@ -324,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_told_is_asked() {
+    fn an_ambiguous_unit_is_unknown_without_a_claim() {
         let (scale, findings) = decide(985.0, None);
         assert_eq!(
             (scale.unit, findings[0].kind.name()),
@@ -337,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_full_scale_is_named() {
+    fn a_wrong_full_scale_is_reported() {
         for norm in [4.9, 19.6, 0.5] {
             let (scale, findings) = decide(norm, Some(AccelUnit::MetrePerSecondSquared));
             assert_eq!(scale.unit, AccelUnit::Unknown, "{norm}");

@@ -1,5 +1,4 @@
-//! Units of the channels: what names claim, what the data say, and which of
-//! the two wins.
+//! Units of the channels.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use schemars::JsonSchema;
@@ -14,19 +13,19 @@ pub enum AccelUnit {
     /// Standard gravity, 9.80665 m/s².
     #[serde(rename = "g")]
     StandardGravity,
-    /// A thousandth of it.
+    /// A thousandth of standard gravity.
     #[serde(rename = "mg")]
     MilliGravity,
     /// Raw counts of the converter.
     #[serde(rename = "counts")]
     Counts,
-    /// Neither header nor data tell.
+    /// Given neither by the header nor by the data.
     #[serde(rename = "unknown")]
     Unknown,
 }
 
 impl AccelUnit {
-    /// As it is written in files and options.
+    /// Name in files and options.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -38,8 +37,7 @@ impl AccelUnit {
         }
     }
 
-    /// Understands a unit as people write it; none when it is not one of
-    /// acceleration.
+    /// Parses a unit; `None` if it is not a unit of acceleration.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         Some(match squeeze(text).as_str() {
@@ -63,27 +61,25 @@ impl AccelUnit {
         })
     }
 
-    /// How many of a unit that is read as counts make one g.
+    /// Counts per g of a unit that is read as counts.
     #[must_use]
     pub(super) fn per_g(text: &str) -> Option<f64> {
         listed(&PER_G, &squeeze(text))
     }
 }
 
-/// Names of one unit, and its size.
-type Sized = (&'static [&'static str], f64);
+/// Names of a unit, and its size.
+type UnitNames = (&'static [&'static str], f64);
 
-/// Units of acceleration that are read as counts of a known sensitivity, and how many of
-/// them are one g.
-const PER_G: [Sized; 3] = [
+/// Units of acceleration that are read as counts of known sensitivity, in units per g.
+const PER_G: [UnitNames; 3] = [
     (&["cm/s2", "cms-2", "gal"], 980.665),
     (&["mm/s2", "mms-2"], 9806.65),
     (&["ug", "µg", "μg"], 1e6),
 ];
 
-/// Units of angular rate that are read as counts of a known sensitivity, and how many of
-/// them are one °/s.
-const PER_DEG_S: [Sized; 4] = [
+/// Units of angular rate that are read as counts of known sensitivity, in units per °/s.
+const PER_DEG_S: [UnitNames; 4] = [
     (
         &["mdps", "mdeg/s", "millideg/s", "m°/s", "mdegs-1"],
         MDPS_PER_DEG_S,
@@ -99,8 +95,8 @@ const PER_DEG_S: [Sized; 4] = [
 /// m°/s in one °/s.
 pub const MDPS_PER_DEG_S: f64 = 1000.0;
 
-fn listed(units: &[Sized], text: &str) -> Option<f64> {
-    let of = |(names, size): &Sized| names.contains(&text).then_some(*size);
+fn listed(units: &[UnitNames], text: &str) -> Option<f64> {
+    let of = |(names, size): &UnitNames| names.contains(&text).then_some(*size);
     units.iter().find_map(of)
 }
 
@@ -116,13 +112,13 @@ pub enum GyroUnit {
     /// Raw counts of the converter.
     #[serde(rename = "counts")]
     Counts,
-    /// Neither header nor data tell.
+    /// Given neither by the header nor by the data.
     #[serde(rename = "unknown")]
     Unknown,
 }
 
 impl GyroUnit {
-    /// As it is written in files and options.
+    /// Name in files and options.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -133,12 +129,11 @@ impl GyroUnit {
         }
     }
 
-    /// Understands a unit as people write it; none when it is not one of
-    /// angular rate.
+    /// Parses a unit; `None` if it is not a unit of angular rate.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let text = squeeze(text);
-        // A degree sign that was lost on the way leaves any character.
+        // A degree sign lost in a conversion can be any character.
         let degrees = matches!(
             text.as_str(),
             "deg/s"
@@ -165,7 +160,7 @@ impl GyroUnit {
         })
     }
 
-    /// How many of a unit that is read as counts make one °/s.
+    /// Counts per °/s of a unit that is read as counts.
     #[must_use]
     pub(super) fn per_deg_s(text: &str) -> Option<f64> {
         listed(&PER_DEG_S, &squeeze(text))
@@ -187,7 +182,7 @@ fn squeeze(text: &str) -> String {
         .collect()
 }
 
-/// True for a unit of anything that recorders measure, as a row of units holds them.
+/// True for the unit of any quantity that recorders measure, as in a row of units.
 #[must_use]
 pub(super) fn is_unit(text: &str) -> bool {
     let others = [
@@ -229,34 +224,33 @@ pub(super) fn is_unit(text: &str) -> bool {
         || others.contains(&squeeze(text).as_str())
 }
 
-/// How a unit came to be known.
+/// Source of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Origin {
-    /// The user said so.
+    /// Given by the user.
     Given,
-    /// Gravity, or the turns, show it.
+    /// Determined from gravity, or from turns.
     Data,
-    /// The header says so and nothing could verify it.
+    /// Given by the header, without verification.
     Header,
-    /// Nobody says so; the usual one was taken.
+    /// Assumed.
     Assumed,
 }
 
-/// The unit of the accelerometer and what one m/s² is in it.
+/// Unit and sensitivity of the accelerometer.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct AccelScale {
     /// The unit.
     pub unit: AccelUnit,
-    /// Counts per g by the data sheet, where counts and a range are known.
+    /// Counts per g from the data sheet, for counts with a known range.
     pub lsb_per_g: Option<f64>,
-    /// How it came to be known.
+    /// Source of the unit.
     pub origin: Origin,
 }
 
 impl AccelScale {
-    /// Input units per m/s² by definition or data sheet; none for counts of
-    /// unknown range.
+    /// Input units per m/s² by definition or data sheet; `None` for counts of unknown range.
     #[must_use]
     pub fn nominal(&self) -> Option<f64> {
         match self.unit {
@@ -269,19 +263,19 @@ impl AccelScale {
     }
 }
 
-/// The unit of the gyroscope and what one rad/s is in it.
+/// Unit and sensitivity of the gyroscope.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GyroScale {
     /// The unit.
     pub unit: GyroUnit,
-    /// Counts per °/s by the data sheet, where counts and a range are known.
+    /// Counts per °/s from the data sheet, for counts with a known range.
     pub lsb_per_deg_s: Option<f64>,
-    /// How it came to be known.
+    /// Source of the unit.
     pub origin: Origin,
 }
 
 impl GyroScale {
-    /// Input units per rad/s by definition or data sheet; none when unknown.
+    /// Input units per rad/s by definition or data sheet; `None` if unknown.
     #[must_use]
     pub fn nominal(&self) -> Option<f64> {
         let degrees_per_radian = 180.0 / std::f64::consts::PI;
@@ -294,20 +288,19 @@ impl GyroScale {
     }
 }
 
-/// What the magnitude of still readings says about the unit (METHODS: median
-/// ‖a‖ over still samples).
+/// Unit that matches the magnitude of readings at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Evidence {
-    /// This unit, with counts per g where it is counts.
+    /// This unit; for counts with counts per g.
     Unit(AccelUnit, Option<f64>),
     /// Between 800 and 1250: mg, cm/s² or counts at 1024 per g.
     Ambiguous,
-    /// Nothing that gravity could be.
+    /// No unit in which gravity has that magnitude.
     None,
 }
 
-/// Reads the unit off `norm`, the median magnitude of still readings;
-/// `integers` says that all values are whole numbers.
+/// Determines the unit from `norm`, the median magnitude of readings at rest; `integers`: all
+/// values are whole numbers.
 #[must_use]
 pub fn accel_evidence(norm: f64, integers: bool) -> Evidence {
     if (0.8..=1.25).contains(&norm) {
@@ -317,8 +310,8 @@ pub fn accel_evidence(norm: f64, integers: bool) -> Evidence {
         return Evidence::Unit(AccelUnit::MetrePerSecondSquared, None);
     }
     if (800.0..=1250.0).contains(&norm) {
-        // Whole numbers nearer to 1024 than to 1000 are counts; mg and cm/s²
-        // (980.665) cannot be told apart within a sensor's scale error.
+        // Whole numbers nearer to 1024 than to 1000 are counts; mg and cm/s² (980.665) cannot be
+        // distinguished within the scale error of a sensor.
         return if integers && (1012.0..=1060.0).contains(&norm) {
             Evidence::Unit(AccelUnit::Counts, Some(1024.0))
         } else {
@@ -338,12 +331,12 @@ pub fn accel_evidence(norm: f64, integers: bool) -> Evidence {
     })
 }
 
-/// Gravity comes out within this share of what a scale says of it.
+/// Largest relative deviation of gravity from the value of a scale.
 pub(super) const MOST_OFF: f64 = 0.2;
 
-/// Counts per g of converters in use, and whether only whole numbers can be meant:
-/// Empatica E4, ADXL345 and BMA, then 16 bits at ±16 to ±2 g; mm/s² are like counts. 1000
-/// and 1024 per g fall together with mg, see [`accel_evidence`].
+/// Counts per g of converters in use, and whether values must be whole numbers: Empatica E4,
+/// ADXL345 and BMA, then 16 bits at ±16 to ±2 g; mm/s² are treated as counts. 1000 and 1024 per g
+/// coincide with mg, see [`accel_evidence`].
 const LSB_PER_G: [(f64, bool); 7] = [
     (64.0, true),
     (256.0, true),
@@ -373,7 +366,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_as_people_write_them() {
+    fn spellings_of_units_are_parsed() {
         for text in [
             "m/s²", "m/s^2", "M/S2", "mps2", "m s-2", "m s^-2", "m/(s^2)", "m/s/s",
         ] {
@@ -399,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn gravity_tells_the_unit() {
+    fn gravity_determines_the_unit() {
         use AccelUnit::*;
         for (norm, integers, unit, lsb) in [
             (1.01, false, StandardGravity, None),

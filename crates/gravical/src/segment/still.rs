@@ -22,7 +22,7 @@ pub fn find_stills(recording: &Recording, options: &StillOptions) -> Stills {
         accel: &recording.accel,
         gyro: recording.gyro.as_ref(),
         rate_hz: recording.working_rate_hz().0,
-        segments: between(&recording.partings(), recording.rows()),
+        segments: between(&recording.discontinuities(), recording.rows()),
         resolution: recording.resolution,
     };
     still::find_stills(&channels, options)

@@ -1,5 +1,4 @@
-//! The ways in which the same recording is written: all read alike, without
-//! an option.
+//! Text formats of one recording: all are read with equal results and without options.
 
 use std::io::Write;
 
@@ -13,7 +12,7 @@ fn text() -> String {
     report_lines(HEADER, ROWS).join("\n") + "\n"
 }
 
-/// The bytes have to read as the plain file does, and be described as `how`.
+/// Checks that the bytes are read as the plain file, with `how` in the description.
 fn reads_alike(bytes: &[u8], how: &str) -> Recording {
     let plain = read(text().as_bytes());
     let recording = read(bytes);
@@ -112,7 +111,7 @@ fn gzip() {
 }
 
 #[test]
-fn gzip_that_was_cut_off_keeps_what_can_be_unpacked() {
+fn a_truncated_gzip_file_is_read_up_to_its_end() {
     let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     gz.write_all(report_lines(HEADER, 5000).join("\n").as_bytes())
         .unwrap();
@@ -146,7 +145,7 @@ fn dates_as_stamps() {
 }
 
 #[test]
-fn a_trailing_delimiter_on_every_row_is_no_column() {
+fn a_trailing_delimiter_is_not_a_column() {
     let trailing: String = text().lines().map(|l| format!("{l},\n")).collect();
     reads_alike(trailing.as_bytes(), "comma");
     let (header, rows) = trailing.split_once('\n').unwrap();
@@ -156,7 +155,7 @@ fn a_trailing_delimiter_on_every_row_is_no_column() {
 
 #[test]
 fn an_unnamed_index_column_does_not_shift_the_channels() {
-    // R's write.table and pandas without a name for the index.
+    // R's write.table and pandas write no name for the index.
     let mut lines = text()
         .lines()
         .map(str::to_owned)
@@ -179,26 +178,26 @@ fn columns_by_name_and_in_order() {
         columns: Some(spec.parse::<ColumnsSpec>().unwrap()),
         ..ReadOptions::default()
     };
-    // The board lay turned: its y is taken for x; what is not named stays as it is.
-    let told = read_with(
+    // x and y are swapped by name; other columns are assigned automatically.
+    let given = read_with(
         text().as_bytes(),
         &by_name("ax=aY (m/s^2),ay=aX (m/s^2),temp=-"),
     );
-    assert_eq!(told.accel[0], plain.accel[1]);
-    assert_eq!(told.accel[1], plain.accel[0]);
-    assert_eq!(told.accel[2], plain.accel[2]);
-    assert_eq!((&told.gyro, &told.time_s), (&plain.gyro, &plain.time_s));
-    assert!(told.temperature_c.is_none());
-    let told = read_with(text().as_bytes(), &by_name("gx=-,gy=-,gz=-"));
-    assert!(told.gyro.is_none() && told.temperature_c.is_some());
-    let told = read_with(text().as_bytes(), &by_name("_,ay,ax,az,-"));
-    assert_eq!(told.accel[0], plain.accel[1]);
-    assert_eq!((&told.gyro, &told.time_s), (&plain.gyro, &plain.time_s));
-    assert!(told.temperature_c.is_none());
+    assert_eq!(given.accel[0], plain.accel[1]);
+    assert_eq!(given.accel[1], plain.accel[0]);
+    assert_eq!(given.accel[2], plain.accel[2]);
+    assert_eq!((&given.gyro, &given.time_s), (&plain.gyro, &plain.time_s));
+    assert!(given.temperature_c.is_none());
+    let given = read_with(text().as_bytes(), &by_name("gx=-,gy=-,gz=-"));
+    assert!(given.gyro.is_none() && given.temperature_c.is_some());
+    let given = read_with(text().as_bytes(), &by_name("_,ay,ax,az,-"));
+    assert_eq!(given.accel[0], plain.accel[1]);
+    assert_eq!((&given.gyro, &given.time_s), (&plain.gyro, &plain.time_s));
+    assert!(given.temperature_c.is_none());
 }
 
 #[test]
-fn two_sensors_in_two_header_rows_and_how_to_choose() {
+fn one_of_two_sensors_in_two_header_rows_can_be_chosen() {
     let mut text =
         "sensor,left,left,left,right,right,right\naxis,acc_x,acc_y,acc_z,acc_x,acc_y,acc_z\n"
             .to_owned();
@@ -220,9 +219,9 @@ fn two_sensors_in_two_header_rows_and_how_to_choose() {
             ..ReadOptions::default()
         },
     ] {
-        let told = read_with(text.as_bytes(), &options);
-        close(accel_means(&told)[0], 9.7, 1e-9);
-        assert!(!kinds(&told).contains(&"several-sensors"));
+        let given = read_with(text.as_bytes(), &options);
+        close(accel_means(&given)[0], 9.7, 1e-9);
+        assert!(!kinds(&given).contains(&"several-sensors"));
     }
 }
 
@@ -243,7 +242,7 @@ fn every_unit_is_recognised() {
         assert_eq!(recording.accel_scale.unit, unit);
         assert!(recording.findings.is_empty(), "{:?}", recording.findings);
     }
-    // mg falls together with counts at 1024 per g and with cm/s²: asked for.
+    // mg cannot be distinguished from counts at 1024 per g and cm/s²: the unit must be given.
     let text = sensor(1000.0 / 9.80665, 1).file([0.0, 1.0, 0.0], 300, 1);
     finding(&read(text.as_bytes()), "unit-unknown");
     let named = text.replace("ax,ay,az", "ax_mg,ay_mg,az_mg");

@@ -1,5 +1,5 @@
-//! What loggers and apps write: each of these first lines has to read without an
-//! option, or to name the option that helps, which then has to.
+//! Formats of loggers and apps: each of these headers must be read without options, or the error
+//! must name an option that works.
 
 use gravical::apply::{ApplyOptions, apply};
 use gravical::calibration_file::CalibrationFile;
@@ -13,10 +13,10 @@ use crate::support::*;
 const ROWS: usize = 400;
 const G: f64 = 9.80665;
 
-/// What one row holds, from which a format makes its line.
+/// Values of one row, from which a line is formatted.
 struct Sample {
     i: usize,
-    /// Seconds from the first row, 100 Hz.
+    /// Seconds since the first row, 100 Hz.
     t_s: f64,
     /// g.
     a: [f64; 3],
@@ -43,7 +43,7 @@ fn sample(i: usize) -> Sample {
     }
 }
 
-/// `head`, and a line for every sample.
+/// `head`, followed by a line for every sample.
 fn written(head: &str, row: impl Fn(&Sample) -> String) -> String {
     let rows = (0..ROWS).map(|i| row(&sample(i)) + "\n");
     head.to_owned() + &rows.collect::<String>()
@@ -73,14 +73,14 @@ fn read_as(text: &str, file: &str) -> Recording {
     recording
 }
 
-/// The samples, in the unit that was recognised; the rate, Hz; the findings besides
-/// lines before the header.
+/// Checks the samples, in the recognised unit; the rate, Hz; the findings other than lines before
+/// the header.
 fn is_the_session(r: &Recording, what: &str, rate_hz: Option<f64>, findings: &[&str]) {
     assert_eq!(r.rows(), ROWS, "{what}: {}", r.ledger.sum());
     let nominal = r.accel_scale.nominal().unwrap_or_else(|| {
         panic!("{what}: {:?} {:?}", r.accel_scale, r.findings);
     });
-    // What rounding the samples allows, in g.
+    // Tolerance for the rounding of the samples, in g.
     let coarse = 0.51 / (nominal * G).min(50.0);
     for axis in 0..3 {
         let mean = mean(&r.accel[axis]) / nominal / G;
@@ -96,12 +96,12 @@ fn is_the_session(r: &Recording, what: &str, rate_hz: Option<f64>, findings: &[&
         }
         None => assert_eq!(r.timing.rate_hz(), None, "{what}"),
     }
-    let told: Vec<&str> = kinds(r)
+    let reported: Vec<&str> = kinds(r)
         .into_iter()
         .filter(|k| !["metadata-lines", "repeated-rows", "frozen-axis"].contains(k))
         .filter(|k| rate_hz.is_some() || *k != "rate-unknown")
         .collect();
-    assert_eq!(told, findings, "{what}");
+    assert_eq!(reported, findings, "{what}");
 }
 
 fn has_gyro(r: &Recording, what: &str, unit: GyroUnit) {
@@ -197,7 +197,7 @@ fn robots_and_drones() {
     let recording = read_as(&text, "data.csv");
     is_the_session(&recording, name, Some(100.0), &[]);
     has_gyro(&recording, name, GyroUnit::RadianPerSecond);
-    // As a spreadsheet saves it: ten thousands of ns are left …
+    // As saved by a spreadsheet: rounded to ten thousands of ns …
     let rounded = |digits: usize| {
         written(head, |s| {
             let text = format!("{:.digits$e}", ns(s) as f64);
@@ -205,7 +205,7 @@ fn robots_and_drones() {
         })
     };
     is_the_session(&read_as(&rounded(14), "data.csv"), name, Some(100.0), &[]);
-    // … or tenths of a second.
+    // … or to tenths of a second.
     let coarse = read_as(&rounded(10), "data.csv");
     assert_eq!(kinds(&coarse), ["duplicate-time", "burst-time"]);
     close(coarse.timing.rate_hz().unwrap(), 100.0, 3.0);
@@ -431,7 +431,7 @@ fn wearables() {
         is_the_session(&recording, name, Some(100.0), &[]);
         assert_eq!(recording.timing.unit, Some(unit));
     }
-    // Its ticks are often empty: then the rate is what the metadata say.
+    // Its ticks are often empty: then the metadata give the rate.
     let text = written(head, |s| {
         format!("{},,{},0.5", 500 + s.i, csv(&mps2(s), 6)).replace(',', "\t")
     });
@@ -464,14 +464,17 @@ fn clocks_of_any_name() {
         let recording = read_as(&text, "x.csv");
         is_the_session(&recording, name, Some(100.0), findings);
     }
-    // Differences from row to row, and a time that cannot be read.
+    // Differences from row to row, and a time that cannot be parsed.
     for (name, per_s) in [("dt", 1.0), ("dt_us", 1e6), ("delta_t (ms)", 1e3)] {
         let text = written(&format!("{name},ax,ay,az\n"), |s| {
             format!("{},{}", 0.01 * per_s, csv(&mps2(s), 5))
         });
         let recording = read_as(&text, "x.csv");
-        let told = kinds(&recording);
-        assert!(told.is_empty() || told == ["time-unit-assumed"], "{told:?}");
+        let reported = kinds(&recording);
+        assert!(
+            reported.is_empty() || reported == ["time-unit-assumed"],
+            "{reported:?}"
+        );
         close(recording.timing.rate_hz().unwrap(), 100.0, 0.01);
         close(recording.time_s.as_ref().unwrap()[100], 1.0, 1e-9);
     }
@@ -502,7 +505,7 @@ fn clocks_of_whole_seconds_and_in_two_columns() {
     let text = written("", |s| format!("{},{}", second(s), csv(&mps2(s), 5)));
     let recording = read_as(&text, "x.csv");
     close(recording.timing.rate_hz().unwrap(), 100.0, 1e-9);
-    // What is below the second stands beside it.
+    // The fraction of a second is in another column.
     for (names, per_s) in [
         ("header.stamp.sec,header.stamp.nanosec", 1e9),
         ("seconds,millis", 1e3),
@@ -525,7 +528,7 @@ fn clocks_of_whole_seconds_and_in_two_columns() {
 }
 
 #[test]
-fn what_a_loop_took_is_no_part_of_the_stamp() {
+fn the_duration_of_a_loop_is_not_part_of_the_stamp() {
     let text = written("time,ax,ay,az,loop_time_us\n", |s| {
         format!("{},{},{}", 10 * s.i, csv(&mps2(s), 5), 850 + s.i * 37 % 200)
     });
@@ -535,7 +538,7 @@ fn what_a_loop_took_is_no_part_of_the_stamp() {
 }
 
 #[test]
-fn clocks_that_begin_anew_go_on() {
+fn restarting_clocks_are_made_continuous() {
     let wraps: [(&str, f64, f64); 5] = [
         ("Time (s)", 86_400.0, 1.0),
         ("ms", 65_536.0, 1e3),
@@ -557,7 +560,7 @@ fn clocks_that_begin_anew_go_on() {
 }
 
 #[test]
-fn a_sensor_that_was_not_read() {
+fn rows_of_a_sensor_that_was_not_read_are_reported() {
     for gone in [0..100, 150..160, 390..400] {
         let text = written("ms,ax,ay,az,gx,gy,gz\n", |s| match gone.contains(&s.i) {
             true => format!("{},0.00,0.00,0.00,0,0,0", 10 * s.i),
@@ -565,15 +568,15 @@ fn a_sensor_that_was_not_read() {
         });
         let recording = read_as(&text, "x.csv");
         assert_eq!(recording.accel_scale.unit, AccelUnit::MetrePerSecondSquared);
-        let told = match gone.end {
+        let expected = match gone.end {
             400 => "zero-tail",
             _ => "zero-rows",
         };
-        assert_eq!(finding(&recording, told).count, gone.len() as u64);
+        assert_eq!(finding(&recording, expected).count, gone.len() as u64);
         let zero = |row: usize| recording.accel_at(row) == [0.0; 3];
         assert!((0..recording.rows()).all(|row| !zero(row)), "{gone:?}");
     }
-    // Without gravity zero is what rest reads.
+    // Without gravity zero is the reading at rest.
     let linear = written(
         "ms,Linear Acceleration x (g),Linear Acceleration y (g),Linear Acceleration z (g)\n",
         |s| {
@@ -586,7 +589,7 @@ fn a_sensor_that_was_not_read() {
         },
     );
     finding(&read_as(&linear, "x.csv"), "without-gravity");
-    // In free fall a cheap sensor may read zero for a moment, and its gyroscope does not.
+    // In free fall a cheap sensor may read zero for a moment, while its gyroscope does not.
     let text = written("ms,ax,ay,az,gx,gy,gz\n", |s| match s.i {
         200 => format!("{},0.00,0.00,0.00,{}", 10 * s.i, csv(&s.w, 5)),
         _ => format!("{},{},{}", 10 * s.i, csv(&mps2(s), 5), csv(&s.w, 5)),
@@ -616,7 +619,7 @@ fn units_that_are_multiples_of_others() {
             wanted(&read_as(&text, "x.csv"), &format!("{unit}, {rate}"));
         }
     }
-    // Without a name; 9807 is no 8192.
+    // Without a unit; 9807 is not 8192.
     let text = written("ms,ax,ay,az\n", |s| {
         format!("{},{}", 10 * s.i, csv(&s.a.map(|v| v * 9806.65), 1))
     });
@@ -650,15 +653,15 @@ fn blank_lines_between_rows() {
         let recording = read_as(&text, "x.csv");
         assert_eq!(recording.accel, plain.accel, "{ends:?}");
         assert!(recording.breaks.is_empty(), "{ends:?}");
-        let mut told = kinds(&recording);
+        let mut reported = kinds(&recording);
         // Delimiters alone below the header are a line before the data.
-        told.retain(|kind| *kind != "metadata-lines");
+        reported.retain(|kind| *kind != "metadata-lines");
         assert!(
-            told.is_empty() || told == ["regular-blank-rows"],
-            "{ends:?} {told:?}"
+            reported.is_empty() || reported == ["regular-blank-rows"],
+            "{ends:?} {reported:?}"
         );
     }
-    // After every so many rows, with stamps that go on, and none that do.
+    // After every nth row, with continuous stamps and with restarting ones.
     for (every, parts) in [(2, false), (20, false), (50, false), (100, false)] {
         let text = written(head, |s| {
             let blank = if s.i > 0 && s.i % every == 0 {
@@ -676,7 +679,7 @@ fn blank_lines_between_rows() {
         format!("{blank}{}", csv(&mps2(s), 5))
     });
     assert_eq!(read_as(&placements, "x.csv").breaks.len(), ROWS / 50 - 1);
-    // A pause among lines that are all followed by a blank one.
+    // A pause, where every line is followed by a blank one.
     let text = written(head, |s| {
         let pause = if s.i == 200 { "\n\n" } else { "" };
         format!("{pause}{}\n", row(s))
@@ -699,13 +702,13 @@ fn counts_of_other_parts_and_ranges() {
         let recording = read_as(&text, "x.csv");
         assert_eq!(recording.accel_scale.unit, AccelUnit::Counts, "{lsb}");
         assert_eq!(recording.accel_scale.lsb_per_g, Some(found));
-        // With decimals these are no counts.
+        // With decimals these are not counts.
         if lsb < 1000.0 {
             let text = written("ax,ay,az\n", |s| csv(&s.a.map(|v| v * lsb), 3));
             finding(&read_as(&text, "x.csv"), "unit-unknown");
         }
     }
-    // What is asked for is answered by the options that are named.
+    // The options named in the hint solve the problem.
     let mg = written("ax,ay,az\n", |s| csv(&counts(s.a, 980.0), 0));
     let asked = read_as(&mg, "x.csv");
     let hint = &finding(&asked, "unit-unknown").message;
@@ -718,8 +721,8 @@ fn counts_of_other_parts_and_ranges() {
             accel_unit: Some(unit),
             ..ReadOptions::default()
         };
-        let told = read_with(mg.as_bytes(), &options);
-        assert_eq!(kinds(&told), ["rate-unknown"]);
+        let given = read_with(mg.as_bytes(), &options);
+        assert_eq!(kinds(&given), ["rate-unknown"]);
     }
 }
 
@@ -774,17 +777,20 @@ fn the_end_of_a_range() {
 }
 
 #[test]
-fn what_cannot_be_named_says_so() {
-    // A line of names that does not fit is no missing header.
+fn columns_that_cannot_be_assigned_are_errors() {
+    // A line of names that does not fit is reported.
     let text = written("t,ax,ay,az,more\n", |s| {
         format!("{},{},1,2,3", s.t_s, csv(&mps2(s), 4))
     });
     let error = read_bytes(text.as_bytes(), "x.csv", &ReadOptions::default());
-    let told = match error {
+    let message = match error {
         Err(error) => error.to_string(),
         Ok(recording) => finding(&recording, "columns-guessed").message.clone(),
     };
-    assert!(told.contains("line 1 has 5 names for 7 columns"), "{told}");
+    assert!(
+        message.contains("line 1 has 5 names for 7 columns"),
+        "{message}"
+    );
     let text = written("p,q,r\n", |s| csv(&mps2(s), 4));
     let error = read_bytes(text.as_bytes(), "x.csv", &ReadOptions::default()).unwrap_err();
     assert!(error.to_string().contains("header in line 1"), "{error}");
@@ -793,7 +799,7 @@ fn what_cannot_be_named_says_so() {
         ..ReadOptions::default()
     };
     is_the_session(&read_with(text.as_bytes(), &options), "named", None, &[]);
-    // The option that is printed gives the same.
+    // The printed option gives the same result.
     let text = written("", |s| {
         format!("{},{},25.1,{}", s.t_s, csv(&mps2(s), 4), csv(&s.w, 4))
     });
@@ -805,10 +811,10 @@ fn what_cannot_be_named_says_so() {
         columns: Some(option.parse().unwrap()),
         ..ReadOptions::default()
     };
-    let told = read_with(text.as_bytes(), &options);
-    assert!(told.findings.is_empty(), "{:?}", told.findings);
-    assert_eq!((&told.accel, &told.gyro), (&guessed.accel, &guessed.gyro));
-    assert_eq!(told.time_s, guessed.time_s);
+    let given = read_with(text.as_bytes(), &options);
+    assert!(given.findings.is_empty(), "{:?}", given.findings);
+    assert_eq!((&given.accel, &given.gyro), (&guessed.accel, &guessed.gyro));
+    assert_eq!(given.time_s, guessed.time_s);
 }
 
 #[test]
@@ -847,7 +853,7 @@ fn columns_of_the_gyroscopes_file() {
     let mut recording = read_with(accel.as_bytes(), &options.beside_gyroscope_file());
     join_gyroscope_bytes(&mut recording, gyro.as_bytes(), "g.csv", &options).unwrap();
     close(mean(&recording.gyro.as_ref().unwrap()[2]), 0.03, 0.001);
-    // A recording with a gyroscope of its own, as the hint of `gyro-twice` says.
+    // A recording with its own gyroscope, as in the hint of `gyro-twice`.
     let both = written("t_ms,ax,ay,az,gx,gy,gz\n", |s| {
         format!("{},{},{}", 10 * s.i, csv(&mps2(s), 4), csv(&s.w, 4))
     });
@@ -861,7 +867,7 @@ fn columns_of_the_gyroscopes_file() {
     assert!(recording.gyro_file.is_some());
 }
 
-/// What `apply` writes of `text`, with a calibration that changes nothing.
+/// Output of `apply` for `text`, with a calibration that changes nothing.
 fn applied(text: &str) -> (String, Vec<String>) {
     let calibration = CalibrationFile::parse(
         br#"{"acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "m/s^2", "cal_type": "Ferraris",
@@ -885,7 +891,7 @@ fn applied(text: &str) -> (String, Vec<String>) {
 }
 
 #[test]
-fn applying_reads_as_reading_does() {
+fn apply_and_read_interpret_files_equally() {
     let head = "dt_ms,I,ax,ay,az,gx (deg/s),gy (deg/s),gz (deg/s)\n";
     let row = |s: &Sample, i: usize| {
         let wave = 1.4 * 250.0 * (0.05 * s.i as f64).sin();
@@ -900,7 +906,7 @@ fn applying_reads_as_reading_does() {
         }),
     ] {
         let batch = read_as(&text, "x.csv");
-        let (out, mut told) = applied(&text);
+        let (out, mut reported) = applied(&text);
         let again = read_as(&out, "x.csv");
         assert_eq!(again.accel, batch.accel);
         assert_eq!(again.breaks, batch.breaks);
@@ -909,9 +915,9 @@ fn applying_reads_as_reading_does() {
             batch.breaks.len()
         );
         let mut expected: Vec<String> = kinds(&batch).iter().map(|k| (*k).to_owned()).collect();
-        told.sort();
+        reported.sort();
         expected.sort();
-        assert_eq!(told, expected);
-        assert!(told.iter().any(|k| k == "clipped"), "{told:?}");
+        assert_eq!(reported, expected);
+        assert!(reported.iter().any(|k| k == "clipped"), "{reported:?}");
     }
 }

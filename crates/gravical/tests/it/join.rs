@@ -1,4 +1,4 @@
-//! A gyroscope in a file of its own.
+//! A gyroscope in a separate file.
 
 use std::fmt::Write;
 
@@ -22,7 +22,7 @@ fn gravity(_: f64) -> [f64; 3] {
     [0.1, -0.2, 9.8]
 }
 
-/// A rate that a straight line between two samples meets exactly.
+/// A rate for which linear interpolation is exact.
 fn ramp(t: f64) -> [f64; 3] {
     [t, -2.0 * t, 10.0 + t]
 }
@@ -45,7 +45,7 @@ fn rates(recording: &Recording) -> &[Vec<f64>; 3] {
 }
 
 #[test]
-fn equal_stamps_belong_together() {
+fn equal_stamps_are_joined() {
     let mut recording = accel(5.0, 300);
     let before = recording.findings.len();
     join(&mut recording, &four_columns(5.0, 300, ramp)).unwrap();
@@ -59,7 +59,7 @@ fn equal_stamps_belong_together() {
 }
 
 #[test]
-fn files_that_start_apart_stay_apart() {
+fn an_offset_between_the_files_is_preserved() {
     // The gyroscope starts 0.5 s later, between the stamps, and ends earlier.
     let mut recording = accel(5.0, 300);
     join(&mut recording, &four_columns(5.504, 200, ramp)).unwrap();
@@ -69,7 +69,7 @@ fn files_that_start_apart_stay_apart() {
         let covered = (5.504..=7.494).contains(&t);
         assert_eq!(gyro[0][row].is_finite(), covered, "{t}");
         if covered {
-            // The file has four digits.
+            // The file has four decimals.
             close(gyro[0][row], t, 1e-4);
             close(gyro[2][row], 10.0 + t, 1e-4);
         }
@@ -91,10 +91,10 @@ fn files_that_start_apart_stay_apart() {
 }
 
 #[test]
-fn nothing_is_made_up_in_a_gap() {
+fn gaps_are_not_interpolated() {
     let mut recording = accel(0.01, 300);
     let text = four_columns(0.01, 300, ramp);
-    // 100 samples are missing; three single ones too.
+    // 100 samples are missing, and also three single ones.
     let kept: String = text
         .lines()
         .enumerate()
@@ -128,7 +128,7 @@ fn a_header_names_the_gyroscope_and_its_units() {
 }
 
 #[test]
-fn without_stamps_rows_are_counted() {
+fn files_without_stamps_are_joined_row_by_row() {
     let mut recording = read(b"ax,ay,az\n0,0,9.8\n0,0,9.7\n0,0.1,9.8\n");
     join(&mut recording, "1 2 3\n2 3 4\n3 4 6\n").unwrap();
     assert_eq!(rates(&recording)[0], [1.0, 2.0, 3.0]);
@@ -141,7 +141,7 @@ fn without_stamps_rows_are_counted() {
 }
 
 #[test]
-fn what_cannot_be_joined_is_said() {
+fn files_that_cannot_be_joined_are_errors() {
     let code = |text: &str| {
         let mut recording = accel(5.0, 100);
         let error = join(&mut recording, text).unwrap_err();
@@ -166,7 +166,7 @@ fn what_cannot_be_joined_is_said() {
 }
 
 #[test]
-fn both_files_stand_in_the_inputs() {
+fn both_files_are_in_the_inputs() {
     let options = ReadOptions {
         hash: true,
         ..ReadOptions::default()

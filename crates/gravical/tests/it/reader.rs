@@ -1,5 +1,5 @@
-//! Every defect that real recordings have, one at a time: it is named, with its
-//! lines, every line is accounted for, and the mean does not suffer.
+//! Faults of real recordings, one at a time: each is reported with its lines, every line is
+//! accounted for, and the mean is unaffected.
 
 mod headers;
 mod stamps;
@@ -23,7 +23,7 @@ fn joined(lines: &[String]) -> Vec<u8> {
     (lines.join("\n") + "\n").into_bytes()
 }
 
-/// The undamaged recording, and that it is clean.
+/// The undamaged recording, without findings.
 fn clean() -> Recording {
     let recording = read(&joined(&lines()));
     assert_eq!(recording.rows(), ROWS);
@@ -31,14 +31,14 @@ fn clean() -> Recording {
     recording
 }
 
-/// All rows survived as they were.
+/// All rows were read unchanged.
 fn unharmed(recording: &Recording) {
     let clean = clean();
     assert_eq!(recording.accel, clean.accel);
     assert_eq!(recording.gyro, clean.gyro);
 }
 
-/// Rows were lost, the mean moved by less than a fifth of the noise of a row.
+/// Rows were lost, but the mean changed by less than a fifth of the noise of a row.
 fn nearly_unharmed(recording: &Recording) {
     let clean = accel_means(&clean());
     for (got, want) in accel_means(recording).into_iter().zip(clean) {
@@ -47,7 +47,7 @@ fn nearly_unharmed(recording: &Recording) {
 }
 
 #[test]
-fn latin_1_header_is_read_and_named() {
+fn a_latin_1_header_is_read_and_reported() {
     let mut bytes = Vec::new();
     let header = HEADER.replace("rad/s", "°/s");
     for c in header.chars() {
@@ -65,7 +65,7 @@ fn latin_1_header_is_read_and_named() {
 }
 
 #[test]
-fn nul_bytes_before_the_header_are_taken_out() {
+fn nul_bytes_before_the_header_are_removed() {
     let mut bytes = vec![0; 37];
     bytes.extend(joined(&lines()));
     let recording = read(&bytes);
@@ -74,7 +74,7 @@ fn nul_bytes_before_the_header_are_taken_out() {
 }
 
 #[test]
-fn nul_bytes_among_the_rows_are_taken_out() {
+fn nul_bytes_in_rows_are_removed() {
     let mut lines = lines();
     lines[40] = format!("\0\0{}", lines[40]);
     let recording = read(&joined(&lines));
@@ -83,7 +83,7 @@ fn nul_bytes_among_the_rows_are_taken_out() {
 }
 
 #[test]
-fn repeated_headers_are_no_rows_and_breaks_where_the_clock_jumps() {
+fn repeated_headers_are_breaks_only_if_the_clock_jumps() {
     let mut lines = lines();
     lines.insert(201, HEADER.to_owned());
     lines.insert(402, HEADER.to_owned());
@@ -93,7 +93,7 @@ fn repeated_headers_are_no_rows_and_breaks_where_the_clock_jumps() {
     assert_eq!(found.severity, Severity::Warning);
     assert!(recording.breaks.is_empty());
     unharmed(&recording);
-    // Rows are missing between the rows around the first header.
+    // Rows are missing at the first header.
     lines.drain(202..252);
     let recording = read(&joined(&lines));
     assert_eq!(recording.breaks, [200]);
@@ -101,7 +101,7 @@ fn repeated_headers_are_no_rows_and_breaks_where_the_clock_jumps() {
 }
 
 #[test]
-fn a_single_blank_line_is_a_break_where_the_clock_jumps() {
+fn a_single_blank_line_is_a_break_only_if_the_clock_jumps() {
     let mut lines = lines();
     lines.insert(301, String::new());
     assert!(read(&joined(&lines)).breaks.is_empty());
@@ -124,7 +124,7 @@ fn blank_rows_are_breaks() {
 }
 
 #[test]
-fn metadata_before_the_header_are_kept_apart() {
+fn metadata_before_the_header_is_set_aside() {
     let mut all = vec![
         "Device: MPU6050 on a board".to_owned(),
         "Firmware,1.3".to_owned(),
@@ -138,7 +138,7 @@ fn metadata_before_the_header_are_kept_apart() {
 }
 
 #[test]
-fn comments_among_the_rows_are_kept_apart() {
+fn comments_between_rows_are_set_aside() {
     let mut lines = lines();
     lines.insert(100, "# the cat walked by".to_owned());
     let recording = read(&joined(&lines));
@@ -147,7 +147,7 @@ fn comments_among_the_rows_are_kept_apart() {
 }
 
 #[test]
-fn a_named_gap_is_a_break_that_says_why() {
+fn a_named_gap_is_a_break_with_its_reason() {
     let mut lines = lines();
     lines.insert(
         301,
@@ -167,7 +167,7 @@ fn a_named_gap_is_a_break_that_says_why() {
 }
 
 #[test]
-fn without_a_header_the_numbers_tell_the_columns() {
+fn columns_without_a_header_are_assigned_by_values() {
     let recording = read(&joined(&lines()[1..]));
     let found = finding(&recording, "columns-guessed");
     assert!(
@@ -180,7 +180,7 @@ fn without_a_header_the_numbers_tell_the_columns() {
 }
 
 #[test]
-fn gyro_columns_first_are_not_taken_for_acceleration() {
+fn gyroscope_columns_before_accelerometer_columns_are_recognised() {
     let clean = clean();
     let gyro = clean.gyro.as_ref().unwrap();
     for header in ["gyr_x,gyr_y,gyr_z,acc_x,acc_y,acc_z\n", ""] {
@@ -198,7 +198,7 @@ fn gyro_columns_first_are_not_taken_for_acceleration() {
 }
 
 #[test]
-fn empty_cells_are_counted_and_left_out_of_means() {
+fn empty_cells_are_counted_and_not_in_means() {
     let mut lines = lines();
     for at in [50, 51, 52] {
         let mut cells: Vec<&str> = lines[at].split(',').collect();
@@ -221,7 +221,7 @@ fn empty_cells_are_counted_and_left_out_of_means() {
 }
 
 #[test]
-fn a_tail_of_zeros_is_set_aside() {
+fn zero_rows_at_the_end_are_set_aside() {
     let mut lines = lines();
     for i in 0..40 {
         lines.push(format!("{},0,0,0,0,0,0,0", 6120 + 10 * i));
@@ -247,7 +247,7 @@ fn a_half_written_last_line_is_set_aside() {
 }
 
 #[test]
-fn two_lines_run_together_and_garbage_are_set_aside() {
+fn joined_lines_and_garbage_are_set_aside() {
     let mut lines = lines();
     let next = lines.remove(101);
     lines[100].push_str(&next);
@@ -260,7 +260,7 @@ fn two_lines_run_together_and_garbage_are_set_aside() {
 }
 
 #[test]
-fn a_frozen_axis_is_named() {
+fn a_frozen_axis_is_reported() {
     let mut lines = lines();
     for line in &mut lines[201..351] {
         let mut cells: Vec<&str> = line.split(',').collect();
@@ -274,7 +274,7 @@ fn a_frozen_axis_is_named() {
 }
 
 #[test]
-fn all_defects_together_still_balance() {
+fn line_counts_balance_with_all_faults_together() {
     let mut lines = lines();
     lines.insert(500, "500,1,2".to_owned());
     lines.insert(400, HEADER.to_owned());

@@ -66,7 +66,7 @@ pub(super) fn placed(recordings: &[Recording]) -> Vec<Placed<'_>> {
         let recording: &Recording = recording;
         let placed = Placed {
             recording,
-            partings: recording.partings(),
+            partings: recording.discontinuities(),
             shift_s: from,
             step_s: step(recording),
             share: recording.rows() as f64 / rows.max(1) as f64,

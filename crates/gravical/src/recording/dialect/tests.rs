@@ -53,7 +53,7 @@ fn sparse_rows_are_rows() {
 }
 
 #[test]
-fn text_is_no_recording() {
+fn text_is_not_a_recording() {
     assert!(sniff(b"Permission is hereby granted,\nfree of charge\n", true, 3).is_none());
     assert!(sniff(b"", true, 3).is_none());
 }

@@ -1,4 +1,4 @@
-//! Which column is the clock: by its name, by how it runs, by both.
+//! Choice of the time column, by name and by values.
 
 use super::Named;
 use crate::finding::{Finding, FindingKind};
@@ -6,48 +6,48 @@ use crate::recording::names::{ColumnName, Quantity, is_foreign};
 use crate::recording::timing::TimeUnit;
 use crate::stats::median;
 
-/// Rows from which a column without a name for it can be seen to be a clock.
+/// Smallest number of rows to recognise an unnamed clock.
 const FEWEST_ROWS: usize = 10;
 
-/// How unevenly a clock may run that nothing but its running shows: mean deviation of
-/// its steps from the usual one, over that.
+/// Largest unevenness of an unnamed clock: mean deviation of its steps from the usual one,
+/// relative to it.
 const MOST_UNEVEN: f64 = 0.3;
 
-/// The column of the stamps.
+/// The time column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
     pub field: usize,
     /// It holds the time since the row before.
     pub is_steps: bool,
-    /// It holds whole seconds; this field the rest, in this unit, s.
+    /// It holds whole seconds; this field holds the fraction, in this unit, s.
     pub fraction: Option<(usize, f64)>,
 }
 
-/// How a column runs through the first rows.
-struct Course {
-    /// Steps.
+/// Statistics of a column in the first rows.
+struct Trend {
+    /// Number of steps.
     steps: usize,
-    /// Shares of steps that go up, and down.
+    /// Shares of positive and of negative steps.
     advancing: f64,
     backward: f64,
-    /// Mean deviation of the steps up from their median, over that; NaN without any.
+    /// Mean deviation of the positive steps from their median, relative to it; NaN without any.
     uneven: f64,
-    /// All steps are one.
+    /// All steps are 1.
     counts: bool,
-    /// The usual step is one, and all are whole: a counter, rows of which were lost.
+    /// The usual step is 1 and all are whole: a counter with lost rows.
     counts_mostly: bool,
-    /// Nothing of it is negative, and not all is zero.
+    /// No value is negative, and not all are zero.
     positive: bool,
 }
 
-impl Course {
+impl Trend {
     fn of(sample: &[&Vec<f64>], field: usize) -> Option<Self> {
         let values: Vec<f64> = sample
             .iter()
             .filter_map(|row| row.get(field).copied())
             .filter(|v| v.is_finite())
             .collect();
-        // One that is empty in most rows stamps nothing.
+        // A column that is empty in most rows is not the time.
         if values.len() * 2 < sample.len() {
             return None;
         }
@@ -58,9 +58,9 @@ impl Course {
         let down = all.iter().filter(|d| **d < 0.0).count();
         let (advancing, backward) = (share(up.len()), share(down));
         let usual = median(&mut up).unwrap_or(f64::NAN);
-        // A gap counts as one step off, not as its length.
+        // A gap counts as one deviating step, whatever its length.
         let off: f64 = up.iter().map(|d| (d - usual).abs().min(usual)).sum();
-        Some(Course {
+        Some(Trend {
             steps,
             advancing,
             backward,
@@ -71,13 +71,13 @@ impl Course {
         })
     }
 
-    /// It could be a clock that a name says it is: stamps repeat, and now and then run
+    /// Plausible for a column that is named as a clock: stamps may repeat and sometimes run
     /// backwards.
     fn advances(&self) -> bool {
         self.advancing > 0.0 && self.backward <= 0.25
     }
 
-    /// It can be nothing but a clock.
+    /// Only a clock behaves so.
     fn is_clock(&self) -> bool {
         self.steps + 1 >= FEWEST_ROWS
             && self.advancing >= 0.98
@@ -86,20 +86,20 @@ impl Course {
             && !self.counts_mostly
     }
 
-    /// It advances in more rows, or as often and twice as evenly.
-    fn is_better_than(&self, other: &Course) -> bool {
+    /// True if it advances in more rows, or in as many and twice as evenly.
+    fn is_better_than(&self, other: &Trend) -> bool {
         let more = self.advancing - other.advancing;
         more > 0.05 || (more > -0.05 && other.uneven > 0.02 && self.uneven < 0.5 * other.uneven)
     }
 }
 
-/// The first column of a file without a header rises as time does (or as a counter:
-/// then the second is true).
+/// Whether the first column of a file without a header rises as time does, and whether it is a
+/// counter.
 pub(super) fn first_column_rises(sample: &[Vec<f64>]) -> (bool, bool) {
     let rows: Vec<&Vec<f64>> = sample.iter().collect();
-    match Course::of(&rows, 0) {
+    match Trend::of(&rows, 0) {
         Some(c) if c.steps >= 3 => {
-            // Whole seconds go up by one, and never down.
+            // Whole seconds: steps of 1, and none negative.
             let seconds =
                 c.advancing * c.steps as f64 >= 2.0 && c.backward == 0.0 && c.counts_mostly;
             let rises = seconds
@@ -110,9 +110,9 @@ pub(super) fn first_column_rises(sample: &[Vec<f64>]) -> (bool, bool) {
     }
 }
 
-/// A stamp in two fields: whole seconds, and what is below them in ms, µs or ns
-/// (`header.stamp.sec` and `nanosec`): it falls wherever the seconds rise, and rises
-/// elsewhere, as neither a clock of its own nor the time that a loop took does.
+/// A time stamp in two fields: whole seconds, and the fraction in ms, µs or ns
+/// (`header.stamp.sec` and `nanosec`). The fraction falls where the seconds rise, and rises
+/// elsewhere; an independent clock and the duration of a loop do not.
 fn in_two_fields(sample: &[&Vec<f64>], stamps: &[&Named]) -> Option<Clock> {
     let unit = |c: &ColumnName| c.unit.as_deref().and_then(TimeUnit::parse);
     let fits = |seconds: usize, below: usize, unit_s: f64| {
@@ -146,10 +146,10 @@ fn in_two_fields(sample: &[&Vec<f64>], stamps: &[&Named]) -> Option<Clock> {
         })
 }
 
-/// The clock among `columns`: a named one that runs, the finest and most even of
-/// several, those of `sensor` first; differences from row to row where there are no
-/// stamps; a column that rises steadily, where it is the only one. A named one that
-/// stands still is taken when there is nothing better, and judged with the stamps.
+/// Chooses the time column among `columns`: the finest and most even of the named clocks that
+/// advance, preferably of `sensor`; otherwise differences from row to row; otherwise an unnamed
+/// column that rises steadily, if it is the only one; otherwise a named one that does not
+/// advance, which is reported later.
 pub(super) fn choose(
     sample: &[&Vec<f64>],
     columns: &[Named],
@@ -169,18 +169,18 @@ pub(super) fn choose(
     if let Some(clock) = in_two_fields(sample, &stamps) {
         return Some(clock);
     }
-    let mut best: Option<(usize, Course)> = None;
+    let mut best: Option<(usize, Trend)> = None;
     let own = stamps.iter().any(|(field, c)| {
         !sensor.is_empty()
             && c.sensor == sensor
-            && Course::of(sample, *field).is_some_and(|c| c.advances())
+            && Trend::of(sample, *field).is_some_and(|c| c.advances())
     });
     for (field, _) in stamps.iter().filter(|(_, c)| !own || c.sensor == sensor) {
-        let Some(course) = Course::of(sample, *field).filter(Course::advances) else {
+        let Some(trend) = Trend::of(sample, *field).filter(Trend::advances) else {
             continue;
         };
-        if best.as_ref().is_none_or(|(_, b)| course.is_better_than(b)) {
-            best = Some((*field, course));
+        if best.as_ref().is_none_or(|(_, b)| trend.is_better_than(b)) {
+            best = Some((*field, trend));
         }
     }
     let clock = |field, is_steps| {
@@ -194,29 +194,29 @@ pub(super) fn choose(
         return clock(field, false);
     }
     for (field, _) in of(Quantity::TimeStep) {
-        if let Some(course) = Course::of(sample, *field).filter(|c| c.positive) {
-            // A name for a step, and a stamp in it.
-            return clock(*field, course.advancing < 0.95);
+        if let Some(trend) = Trend::of(sample, *field).filter(|c| c.positive) {
+            // A column named as a step may hold time stamps.
+            return clock(*field, trend.advancing < 0.95);
         }
     }
     let taken = |field: usize| columns.iter().any(|(f, _)| *f == field);
     let others: Vec<usize> = (0..names.len())
         .filter(|&field| !taken(field) && !is_foreign(&names[field]))
-        .filter(|&field| Course::of(sample, field).is_some_and(|c| c.is_clock()))
+        .filter(|&field| Trend::of(sample, field).is_some_and(|c| c.is_clock()))
         .collect();
     if let [first, ..] = others[..] {
         let list: Vec<&str> = others.iter().map(|f| names[*f].as_str()).collect();
         let (taken, what) = match others.len() {
-            1 => (Some(first), "rises steadily and is taken as the time"),
+            1 => (Some(first), "rises steadily and is used as the time"),
             _ => (
                 None,
-                "rise steadily: each could be the time, and none is taken",
+                "rise steadily: each could be the time, and none is used",
             ),
         };
         findings.push(Finding::new(
             FindingKind::UnnamedClock,
             format!(
-                "no column is named as the time; {} {what}; --columns t={} says so",
+                "no column is named as the time; {} {what}; --columns t={} selects it",
                 list.join(", "),
                 names[first]
             ),
@@ -225,7 +225,7 @@ pub(super) fn choose(
             return clock(field, false);
         }
     }
-    // One that is empty throughout says nothing at all.
+    // Columns that are empty throughout are skipped.
     let filled = |field: usize| {
         sample
             .iter()

@@ -1,4 +1,4 @@
-//! Columns of a file without a header, by what the numbers look like.
+//! Channels of a file without a header, from its numbers.
 
 use super::clock::first_column_rises;
 use super::{Layout, Named};
@@ -10,12 +10,12 @@ use crate::recording::units::{Evidence, accel_evidence};
 use crate::stats::median;
 use crate::{Error, Result};
 
-/// The meaning of the columns of a file without a header.
+/// Assigns the columns of a file without a header.
 ///
-/// A first column that rises steadily is time (or a counter); of the triples that
-/// follow the accelerometer is the one whose magnitude hardly changes, since gravity
-/// never leaves it. A file that is read for its gyroscope alone holds t, gx, gy, gz or
-/// gx, gy, gz, or all that a recording holds.
+/// A first column that rises steadily is time (or a counter); of the triples after it the
+/// accelerometer is the one whose magnitude varies least, since it always includes gravity. A
+/// file that is read only for its gyroscope contains t, gx, gy, gz or gx, gy, gz, or the columns
+/// of a complete recording.
 ///
 /// # Errors
 ///
@@ -26,7 +26,7 @@ pub(super) fn by_content(dialect: &Dialect, role: Role) -> Result<Vec<Named>> {
         |i: usize| -> Vec<f64> { sample.iter().filter_map(|r| r.get(i).copied()).collect() };
     let (rises, counter) = first_column_rises(sample);
     let from = usize::from(rises);
-    // A delimiter at the end of each row makes no column.
+    // A delimiter at the end of each row makes an empty last field.
     let last = dialect.fields.saturating_sub(1);
     let open_ended = sample
         .iter()
@@ -36,7 +36,7 @@ pub(super) fn by_content(dialect: &Dialect, role: Role) -> Result<Vec<Named>> {
     let unknown = || {
         let why = match dialect.misfit {
             Some((line, names)) => format!(
-                "line {line} has {names} names for {} columns, so that it names none, and the numbers do not show their meaning",
+                "line {line} has {names} names for {} columns, so it cannot be their header, and the numbers do not show their meaning",
                 dialect.fields
             ),
             None => format!(
@@ -62,7 +62,7 @@ pub(super) fn by_content(dialect: &Dialect, role: Role) -> Result<Vec<Named>> {
         4 if role == Role::Gyroscope => {
             return Err(Error::input(
                 "columns-unknown",
-                "the file has no header and four columns, of which the first is no rising time",
+                "the file has no header and four columns, and the first does not rise as time does",
             )
             .with_hint(
                 "a file for --gyro holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
@@ -84,8 +84,8 @@ pub(super) fn by_content(dialect: &Dialect, role: Role) -> Result<Vec<Named>> {
             }
         }
         7 => {
-            // The order of the sensor's registers, and of the report: the
-            // temperature stands in the middle; else it stands last.
+            // In the order of the sensor's registers the temperature is in the middle; otherwise
+            // it is last.
             let spread = |i: usize| {
                 let c = column(from + i);
                 let mean = c.iter().sum::<f64>() / c.len().max(1) as f64;
@@ -138,9 +138,9 @@ pub(super) fn by_content(dialect: &Dialect, role: Role) -> Result<Vec<Named>> {
     Ok(columns)
 }
 
-/// What was taken for what without a header, as the option that says so.
+/// The finding that shows the assumed columns as the option `--columns`.
 pub(super) fn guessed(dialect: &Dialect, layout: &Layout) -> Finding {
-    let shown: Vec<String> = (0..dialect.fields)
+    let channels: Vec<String> = (0..dialect.fields)
         .map(|i| match layout.fields.iter().find(|(_, f)| *f == i) {
             Some((Quantity::Time, _)) => "t".to_owned(),
             Some((Quantity::Accel(a), _)) => format!("a{}", ["x", "y", "z"][*a]),
@@ -151,7 +151,7 @@ pub(super) fn guessed(dialect: &Dialect, layout: &Layout) -> Finding {
         .collect();
     let why = match dialect.misfit {
         Some((line, names)) => format!(
-            "line {line} has {names} names for {} columns, so that it names none",
+            "line {line} has {names} names for {} columns, so it cannot be their header",
             dialect.fields
         ),
         None => "no header".to_owned(),
@@ -159,8 +159,8 @@ pub(super) fn guessed(dialect: &Dialect, layout: &Layout) -> Finding {
     Finding::new(
         FindingKind::ColumnsGuessed,
         format!(
-            "{why}; taken by the numbers as --columns {} (give that option to be sure)",
-            shown.join(",")
+            "{why}; assigned by the numbers as --columns {} (give that option to be sure)",
+            channels.join(",")
         ),
     )
 }

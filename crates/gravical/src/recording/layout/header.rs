@@ -1,4 +1,4 @@
-//! What the names of a header say.
+//! Channels from the names in a header.
 
 use super::Named;
 use crate::recording::dialect::Header;
@@ -8,9 +8,8 @@ use crate::recording::names::{
 };
 use crate::recording::units::{AccelUnit, GyroUnit};
 
-/// Columns whose names say something, with their fields. Where no name says what the
-/// file is read for, axes alone (`x`, `Y (m/s^2)`) are that sensor's, unless their unit
-/// or the file's name says otherwise.
+/// Columns with known names, with their fields. If no name gives the sensor that is needed, bare
+/// axes (`x`, `Y (m/s^2)`) are assigned to it, unless their unit or the file name contradicts.
 pub(super) fn understand_all(header: &Header, file: &str, role: Role) -> Vec<Named> {
     let mut columns: Vec<Named> = header
         .names
@@ -32,7 +31,7 @@ pub(super) fn understand_all(header: &Header, file: &str, role: Role) -> Vec<Nam
             let column = bare(axis, unit, file, role, &header.names);
             columns.extend(column.map(|c| (field, c)));
         }
-        // Twice x, y and z without a word between them is a riddle.
+        // Two sets of bare axes in one unit cannot be distinguished: use the first.
         let bare = &columns[named..];
         if bare.len() > 3 && bare.iter().all(|(_, c)| c.unit == bare[0].1.unit) {
             columns.truncate(named + 3);
@@ -64,8 +63,8 @@ fn bare(
         (None, Some(SensorKind::Other), _) => return None,
         (None, None, role) => role == Role::Recording,
     };
-    // The Sensor Logger app keeps what has no gravity in it in Accelerometer.csv, the
-    // raw acceleration in TotalAcceleration.csv.
+    // The Sensor Logger app writes acceleration without gravity to Accelerometer.csv and raw
+    // acceleration to TotalAcceleration.csv.
     let sensor_logger = names.iter().any(|n| n == "seconds_elapsed")
         && file.rsplit(['/', '\\']).next() == Some("Accelerometer.csv");
     let without_gravity = sensor_logger || kind == Some(SensorKind::Accelerometer(true));

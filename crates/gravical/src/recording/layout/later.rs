@@ -1,5 +1,5 @@
-//! A header further down, as of two recordings that were put one behind the other: which of
-//! its columns is which of the first header, and what its units are of that one's.
+//! Correspondence of a header further down, as in two concatenated recordings, to the first
+//! header: columns and units.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
@@ -13,46 +13,46 @@ use crate::recording::names::{Quantity, Role};
 use crate::recording::timing::TimeUnit;
 use crate::recording::units::{AccelUnit, GyroUnit};
 
-/// What the rows under the first header are read by.
+/// What the rows under the first header are read with.
 pub(in crate::recording) struct First<'a> {
     pub dialect: &'a Dialect,
     pub layout: &'a Layout,
     pub role: Role,
     pub options: &'a ReadOptions,
-    /// The name of the file.
+    /// Name of the file.
     pub file: &'a str,
 }
 
-/// How rows under a later header become rows under the first one.
+/// Conversion of rows under a later header to rows under the first one.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::recording) struct Correspondence {
     /// Fields of a row under the later header.
     pub fields: usize,
-    /// For each field of a row under the first: the field that it is taken from, and what
-    /// its number is multiplied by.
+    /// For each field of a row under the first header: the source field, and the factor for its
+    /// number.
     pub columns: Vec<(Option<usize>, f64)>,
-    /// Names of columns that the first header has not.
+    /// Names of columns that the first header does not have.
     pub surplus: Vec<String>,
-    /// For people: what is other than before.
+    /// Description of the differences.
     pub changes: String,
 }
 
 impl Correspondence {
-    /// Rows under both headers are read alike.
+    /// Rows under both headers are read equally.
     pub fn is_identity(&self) -> bool {
         let same = |(i, c): (usize, &(Option<usize>, f64))| *c == (Some(i), 1.0);
         self.fields == self.columns.len() && self.columns.iter().enumerate().all(same)
     }
 }
 
-/// What is said of the size of a unit.
+/// Size of a unit, as far as the header gives it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Size {
-    /// Nothing.
+    /// Not given.
     Unnamed,
-    /// Counts of a converter whose range is not said.
+    /// Counts of a converter with unknown range.
     Counts,
-    /// So many of a unit that is the same for all.
+    /// Size relative to a common unit.
     Of(f64),
 }
 
@@ -84,8 +84,7 @@ impl Size {
         unit.map_or(Size::Unnamed, |u| Size::Of(u.seconds()))
     }
 
-    /// What values of this unit are multiplied by in the unit of `first`; none where
-    /// nobody knows.
+    /// Factor from this unit to that of `first`; `None` if unknown.
     fn over(self, first: Size) -> Option<f64> {
         match (self, first) {
             (a, b) if a == b => Some(1.0),
@@ -95,7 +94,7 @@ impl Size {
     }
 }
 
-/// True for a header of the sensor that is read, whatever else it names.
+/// True for a header of the sensor that is read, with any other columns.
 pub(in crate::recording) fn names_sensor(header: &Header, first: &First<'_>) -> bool {
     let columns = understand_all(header, first.file, first.role);
     let axis: fn(usize) -> Quantity = match first.role {
@@ -110,12 +109,12 @@ pub(in crate::recording) fn names_sensor(header: &Header, first: &First<'_>) -> 
     named || known
 }
 
-/// How rows under `later` become rows under the first header; `metadata` are the lines
+/// How rows under `later` are converted to rows under the first header; `metadata`: the lines
 /// between the last row and `later`.
 ///
 /// # Errors
 ///
-/// Why they cannot, as a sentence without its subject, which is the later header.
+/// The reason why they cannot be converted, as a sentence whose subject is the later header.
 pub(in crate::recording) fn corresponding(
     first: &First<'_>,
     later: &Header,
@@ -175,7 +174,7 @@ pub(in crate::recording) fn corresponding(
     };
     let time_is_same = same_text(Quantity::Time);
     let mut claims = with_claims(fields.clone(), &dialect, &after);
-    claims.claim_of_board(&dialect.metadata);
+    claims.apply_board_settings(&dialect.metadata);
     let given = first.options;
     let mut changes = Vec::new();
     let of_accel = |l: &Layout| Size::accel(l, given.accel_unit);
@@ -206,7 +205,7 @@ pub(in crate::recording) fn corresponding(
         }
         let Some(factor) = own.over(was) else {
             return Err(format!(
-                "and the first one do not both say the unit of the {what}, or the range of its counts"
+                "and the first one do not both give the unit of the {what}, or the range of its counts"
             ));
         };
         if factor != 1.0 {
@@ -246,7 +245,7 @@ fn name_of(header: Option<&Header>, field: usize) -> String {
     )
 }
 
-/// The column of the same name; of several of one name that in the same place among them.
+/// The column of the same name; of several, the one at the same position among them.
 fn same_name(known: &[String], field: usize, later: &[String]) -> Option<usize> {
     let name = known.get(field).filter(|n| !n.is_empty())?;
     let place = known.iter().take(field).filter(|n| *n == name).count();
@@ -254,7 +253,7 @@ fn same_name(known: &[String], field: usize, later: &[String]) -> Option<usize> 
     alike.nth(place).map(|(at, _)| at)
 }
 
-/// The column of the same quantity of the same sensor; of any, where there is one alone.
+/// The column of the same quantity and sensor; of any sensor if there is only one.
 fn same_meaning(layout: &Layout, before: &[Named], field: usize, after: &[Named]) -> Option<usize> {
     let named = before.iter().find(|(f, _)| *f == field).map(|(_, c)| c);
     let read = layout.fields.iter().find(|(_, f)| *f == field);

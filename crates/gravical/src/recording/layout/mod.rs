@@ -1,5 +1,5 @@
-//! Which column is which channel: by `--columns`, by the names of the header,
-//! or, without a header, by what the numbers look like.
+//! Assignment of columns to channels: by `--columns`, by the names in the header, or, without a
+//! header, by the numbers.
 
 mod clock;
 mod content;
@@ -28,47 +28,46 @@ use clock::Clock;
 use content::{by_content, guessed};
 use header::understand_all;
 pub use spec::{Column, ColumnsSpec};
-use spec::{Given, columns_there};
+use spec::{Given, list_columns};
 
-/// A field, and what its name says.
+/// Field and meaning of a column.
 type Named = (usize, ColumnName);
 
-/// Columns that were chosen, with what their names claim.
+/// The columns that are read, and what their names claim.
 #[derive(Debug, Clone, Default)]
 pub struct Layout {
     /// Quantity and field (from 0) of each channel that is read.
     pub fields: Vec<(Quantity, usize)>,
-    /// What header and board claim of the accelerometer.
+    /// Unit and sensitivity of the accelerometer according to header and board.
     pub accel_claim: AccelClaim,
-    /// Unit that the gyroscope's header claims, or the board.
+    /// Unit of the gyroscope according to header or board.
     pub gyro_claim: Option<GyroUnit>,
-    /// Counts per °/s that header or board claim.
+    /// Counts per °/s according to header or board.
     pub gyro_lsb_per_deg_s: Option<f64>,
-    /// Temperatures are counts of an MPU6050, as the board says.
+    /// Temperatures are counts of an MPU6050, according to the board.
     pub temperature_counts: bool,
-    /// The temperature's header claims a unit.
+    /// The header gives a unit for the temperature.
     pub temperature_claimed: bool,
-    /// Some columns were told apart by their numbers alone.
+    /// Some columns were assigned by their numbers alone.
     pub guessed: bool,
-    /// Unit that the time's header claims.
+    /// Unit of the time according to the header.
     pub time_claim: Option<TimeUnit>,
-    /// The time column holds differences from row to row: they are summed up.
+    /// The time column holds differences from row to row, which are summed.
     pub sums_time: bool,
-    /// The field that holds what a stamp of whole seconds lacks, and its unit in s.
+    /// Field with the fraction of a second of the time stamp, and its unit in s.
     pub fraction: Option<(usize, f64)>,
-    /// Only rows with this value in this field are read: those of one of several
-    /// sensors.
+    /// Only rows with this value in this field are read, if several sensors share the file.
     pub instance: Option<(usize, f64)>,
 }
 
-/// What is known of a file besides its head.
+/// What is known about a file besides its contents.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Request<'a> {
-    /// What the user says about the columns.
+    /// The columns given by the user.
     pub columns: Option<&'a ColumnsSpec>,
-    /// The sensor of several that the user wants.
+    /// The sensor chosen by the user.
     pub sensor: Option<&'a str>,
-    /// The name of the file.
+    /// Name of the file.
     pub file: &'a str,
 }
 
@@ -82,13 +81,13 @@ impl Layout {
             .map(|(_, f)| *f)
     }
 
-    /// True when all three axes of the gyroscope are there.
+    /// True if the file has all three axes of the gyroscope.
     #[must_use]
     pub fn has_gyro(&self) -> bool {
         (0..3).all(|i| self.field(Quantity::Gyro(i)).is_some())
     }
 
-    /// A scanner that reads these columns.
+    /// A scanner for these columns.
     #[must_use]
     pub fn scanner(&self, dialect: &Dialect) -> RowScanner {
         let mut scanner = RowScanner::new(dialect.delimiter, dialect.decimal_comma, dialect.fields);
@@ -114,18 +113,17 @@ impl Layout {
         scanner
     }
 
-    /// Makes stamps of what the time column of this layout holds, row by row.
+    /// Converts the time column to time stamps, row by row.
     #[must_use]
     pub fn stamps(&self) -> RowStamps {
         RowStamps::new(self.sums_time)
     }
 
-    /// Takes from the lines above the header what it does not say: the range of counts,
-    /// and by the board's own line that values are counts.
-    pub(super) fn claim_of_board(&mut self, metadata: &[String]) {
+    /// Completes the claims with the lines above the header: the range of counts, and the board's
+    /// settings line, which says that values are counts.
+    pub(super) fn apply_board_settings(&mut self, metadata: &[String]) {
         let Some(board) = board::of_counts(metadata) else {
-            // Of other counts the converter is taken to have 16 bits, until gravity
-            // says otherwise.
+            // For other counts a 16-bit converter is assumed unless gravity contradicts.
             if self.accel_claim.unit == Some(AccelUnit::Counts)
                 && self.accel_claim.lsb_per_g.is_none()
             {
@@ -145,14 +143,14 @@ impl Layout {
     }
 }
 
-/// Finds the columns that a file is read for: those that `--columns` gives, else those
-/// that the names of the header show, else, without a header, the numbers.
+/// Assigns the columns of a file: as given by `--columns`, otherwise by the names in the header,
+/// otherwise, without a header, by the numbers.
 ///
 /// # Errors
 ///
-/// `no-accelerometer`, `no-gyroscope` or `columns-unknown` (input) when they cannot be
-/// found, with the names that are there; `columns-missing`, `sensor-unknown` (usage)
-/// when an option names what is not there.
+/// `no-accelerometer`, `no-gyroscope` or `columns-unknown` (input) if they cannot be found, with
+/// the names in the file; `columns-missing`, `sensor-unknown` (usage) if an option names
+/// something that is not in the file.
 pub(super) fn find(
     role: Role,
     dialect: &Dialect,
@@ -170,15 +168,16 @@ pub(super) fn find(
         None if complete => by_content(dialect, role).unwrap_or_default(),
         None => by_content(dialect, role)?,
     };
-    columns.retain(|(field, c)| !given.takes(*field) && !given.names(c.quantity));
-    // Rows of one sensor, where they take turns.
+    columns.retain(|(field, c)| !given.uses(*field) && !given.includes(c.quantity));
+    // If several sensors share the rows, the rows of one.
     let instance = several::instance(&dialect.sample, &columns, names, request.sensor, findings)?;
     let of_sensor = |row: &&Vec<f64>| {
         instance.is_none_or(|(field, value)| row.get(field).is_none_or(|v| *v == value))
     };
     let sample: Vec<&Vec<f64>> = dialect.sample.iter().filter(of_sensor).collect();
 
-    // The three fields of a sensor: given, of one name, or whatever is left of it.
+    // The three fields of a sensor: given, with a common name, or the remaining ones of that
+    // sensor.
     let axes = |of: fn(usize) -> Quantity, chosen: Option<[usize; 3]>| -> Option<[usize; 3]> {
         let any_given = (0..3).any(|i| given.field(of(i)).is_some());
         let left = |i: usize| {
@@ -212,7 +211,7 @@ pub(super) fn find(
         let shared = sensor.split(' ').filter(|w| words.iter().any(|o| o == w));
         (same, shared.count())
     };
-    // Of equals the first: the last of the reversed.
+    // Among equals the first: `max_by_key` returns the last.
     let chosen = gyros.iter().rev().max_by_key(|t| shared(t)).copied();
     match axes(Quantity::Gyro, chosen) {
         Some(gyro) => fields.extend((0..3).map(|i| (Quantity::Gyro(i), gyro[i]))),
@@ -237,7 +236,7 @@ pub(super) fn find(
         fraction: None,
     });
     let clock = stamps.or(steps).or_else(|| {
-        let none = given.names(Quantity::Time) || given.names(Quantity::TimeStep);
+        let none = given.includes(Quantity::Time) || given.includes(Quantity::TimeStep);
         (!none).then(|| clock::choose(&sample, &columns, names, &sensor, findings))?
     });
     fields.extend(clock.map(|clock| (Quantity::Time, clock.field)));
@@ -249,7 +248,7 @@ pub(super) fn find(
         layout.time_claim = Some(TimeUnit::Second);
     }
     layout.instance = instance;
-    // A gyroscope's file of three or four columns leaves nothing to guess.
+    // In a gyroscope's file of three or four columns nothing was guessed.
     let plain = role == Role::Gyroscope && dialect.fields <= 4;
     let by_numbers = |(q, f): &(Quantity, usize)| given.field(*q) != Some(*f);
     if !plain && dialect.header.is_none() && layout.fields.iter().any(by_numbers) {
@@ -273,7 +272,7 @@ fn no_accelerometer(columns: &[Named], names: &[String], dialect: &Dialect) -> E
         "no-accelerometer",
         format!("no three columns of the header in line {line} are named as an accelerometer's x, y and z"),
     )
-    .with_hint(columns_there(names))
+    .with_hint(list_columns(names))
 }
 
 fn no_gyroscope(columns: &[Named], names: &[String]) -> Error {
@@ -288,14 +287,14 @@ fn no_gyroscope(columns: &[Named], names: &[String]) -> Error {
             "a file for --gyro holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
         );
     }
-    let list = columns_there(names);
+    let list = list_columns(names);
     let list = list.split(';').next().unwrap_or_default();
     error.with_hint(format!(
-        "{list}; --gyro wants the file with the gyroscope; --columns gx=…,gy=…,gz=… names its columns"
+        "{list}; --gyro needs the file with the gyroscope; --columns gx=…,gy=…,gz=… names its columns"
     ))
 }
 
-/// What names and the row of units below them claim of the chosen columns.
+/// Adds what the names, and the row of units below them, claim about the chosen columns.
 fn with_claims(fields: Vec<(Quantity, usize)>, dialect: &Dialect, columns: &[Named]) -> Layout {
     let texts = |of: Quantity| -> Vec<String> {
         let Some((_, field)) = fields.iter().find(|(q, _)| *q == of) else {
@@ -334,8 +333,8 @@ fn with_claims(fields: Vec<(Quantity, usize)>, dialect: &Dialect, columns: &[Nam
     }
 }
 
-/// Xsens' `SampleTimeFine` counts 100 µs in files of MT Manager and 1 µs in those of
-/// the DOT, which samples every 8333 µs at the shortest.
+/// Xsens' `SampleTimeFine` counts 100 µs in files of MT Manager and 1 µs in those of the DOT,
+/// whose shortest step is 8333 µs.
 fn fine_ticks(unit: &str, fields: &[(Quantity, usize)], dialect: &Dialect) -> Option<TimeUnit> {
     let (_, field) = fields.iter().find(|(q, _)| *q == Quantity::Time)?;
     let stamps = dialect.sample.iter().filter_map(|row| row.get(*field));

@@ -1,15 +1,15 @@
-//! Several sensors in one file: which one is read.
+//! Choice among several sensors in one file.
 
 use super::Named;
 use crate::finding::{Finding, FindingKind};
 use crate::recording::names::{Quantity, split_words};
 use crate::{Error, Result};
 
-/// Rows of so many sensors at most are told apart by a column.
+/// Largest number of sensors that a column may distinguish.
 const MOST_INSTANCES: usize = 16;
 
-/// Fields of x, y and z of every sensor of a kind: one sensor is one choice of
-/// (name, unit) with all three axes. Those without gravity stand last.
+/// Fields of x, y and z of every sensor of a kind: columns with equal name and unit and all three
+/// axes. Those without gravity are last.
 pub(super) fn triples(columns: &[Named], of: fn(usize) -> Quantity) -> Vec<[usize; 3]> {
     let mut found: Vec<([usize; 3], bool)> = Vec::new();
     for (_, first) in columns.iter().filter(|(_, c)| c.quantity == of(0)) {
@@ -38,20 +38,19 @@ fn column(columns: &[Named], field: usize) -> Option<&Named> {
     columns.iter().find(|(f, _)| *f == field)
 }
 
-/// The words of a sensor's name.
+/// Words of a sensor's name.
 pub(super) fn words_of(columns: &[Named], triple: [usize; 3]) -> Vec<String> {
     column(columns, triple[0])
         .map(|(_, c)| c.sensor.split(' ').map(str::to_owned).collect())
         .unwrap_or_default()
 }
 
-/// Of several accelerometers the one that `wanted` names, by words of its name or its
-/// number from 1; the first where nothing is wanted, with a finding that says how to
-/// have another.
+/// Chooses the accelerometer that `wanted` names, by words of its name or by its number from 1;
+/// without `wanted` the first, with a finding that explains how to choose another.
 ///
 /// # Errors
 ///
-/// `sensor-unknown` (usage), with those that are there.
+/// `sensor-unknown` (usage), with the sensors in the file.
 pub(super) fn choose(
     columns: &[Named],
     found: &[[usize; 3]],
@@ -59,7 +58,7 @@ pub(super) fn choose(
     findings: &mut Vec<Finding>,
 ) -> Result<Option<[usize; 3]>> {
     let free = |t: &[usize; 3]| column(columns, t[0]).is_some_and(|(_, c)| c.without_gravity);
-    // One without gravity beside one with it is no second sensor.
+    // Acceleration without gravity in addition to raw acceleration is not another sensor.
     let with_gravity: Vec<[usize; 3]> = found.iter().copied().filter(|t| !free(t)).collect();
     let found = if with_gravity.is_empty() {
         found
@@ -135,12 +134,12 @@ fn unknown(wanted: &str, there: &[String]) -> Error {
     .with_hint(hint)
 }
 
-/// Of rows of several sensors that a column tells apart, those that are read: the
-/// column and its value. The number in `wanted`, else the lowest, with a finding.
+/// If a column distinguishes the rows of several sensors: that column and the value to read. The
+/// value is `wanted`, otherwise the lowest, with a finding.
 ///
 /// # Errors
 ///
-/// `sensor-unknown` (usage), with those that are there.
+/// `sensor-unknown` (usage), with the sensors in the file.
 pub(super) fn instance(
     sample: &[Vec<f64>],
     columns: &[Named],
@@ -160,7 +159,7 @@ pub(super) fn instance(
         }
         values.sort_unstable_by(f64::total_cmp);
         values.dedup();
-        // The sensors take turns.
+        // The sensors alternate.
         let few = (2..=MOST_INSTANCES).contains(&values.len());
         (few && changes * 4 > rows).then_some(values)
     };
@@ -182,7 +181,7 @@ pub(super) fn instance(
     findings.push(Finding::new(
         FindingKind::SeveralSensors,
         format!(
-            "rows of {} sensors that column {} tells apart: {}; those of {} are read, --sensor {} chooses another",
+            "rows of {} sensors, distinguished by column {}: {}; those of {} are read, --sensor {} chooses another",
             values.len(),
             names.get(field).map_or("", String::as_str),
             list.join(", "),

@@ -1,29 +1,29 @@
-//! Columns that the user names with `--columns`.
+//! Columns given by the user with `--columns`.
 
 use crate::recording::dialect::Dialect;
 use crate::recording::names::Quantity;
 use crate::recording::names::Role;
 use crate::{Error, Result};
 
-/// `--columns`: which column holds what. It adds to what is recognised, and overrides
-/// it.
+/// `--columns`: assigns columns to channels. Overrides the automatic assignment; other columns
+/// are assigned automatically.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ColumnsSpec {
-    /// `t=Timestamp,ax=…,gx=-`: channel and name of the column; none where the channel
-    /// is not to be read.
+    /// `t=Timestamp,ax=…,gx=-`: channel and name of the column; `None` if the channel must not be
+    /// read.
     Named(Vec<(Quantity, Option<String>)>),
-    /// `ax,ay,az,_,-,gx`: the columns in order; those behind the last are as recognised.
+    /// `ax,ay,az,_,-,gx`: the columns in order; further ones are assigned automatically.
     Ordered(Vec<Column>),
 }
 
 /// One column of an ordered list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Column {
-    /// It holds this.
+    /// This channel.
     Channel(Quantity),
-    /// `_`: as recognised.
+    /// `_`: assigned automatically.
     AsRecognised,
-    /// `-`: it is not read.
+    /// `-`: not read.
     Skipped,
 }
 
@@ -49,7 +49,7 @@ impl std::str::FromStr for ColumnsSpec {
                         format!("--columns: there is no channel \"{other}\""),
                     )
                     .with_hint(
-                        "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column as it is recognised, - skips it",
+                        "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column to recognition, - skips it",
                     ));
                 }
             })
@@ -75,7 +75,7 @@ impl std::str::FromStr for ColumnsSpec {
 }
 
 impl ColumnsSpec {
-    /// What of it is not meant for a gyroscope's own file; none where nothing is.
+    /// The part that does not concern a gyroscope's separate file; `None` without such a part.
     pub(in crate::recording) fn of_accelerometer(&self) -> Option<Self> {
         match self {
             ColumnsSpec::Named(pairs) => {
@@ -96,8 +96,8 @@ impl ColumnsSpec {
     }
 }
 
-/// What `--columns` says about a file: channels with their column, none for one that is
-/// not to be read; and columns that are skipped.
+/// The given channels with their columns, `None` for a channel that must not be read; and the
+/// skipped columns.
 #[derive(Debug, Default)]
 pub(super) struct Given {
     channels: Vec<(Quantity, Option<usize>)>,
@@ -107,8 +107,8 @@ pub(super) struct Given {
 impl Given {
     /// # Errors
     ///
-    /// `columns-missing` (usage) for a column that is not there. Of two files, what is
-    /// said of the other sensor is for the other one.
+    /// `columns-missing` (usage) for a column that is not in the file. With two files, channels
+    /// of the other sensor are ignored.
     pub fn of(dialect: &Dialect, spec: Option<&ColumnsSpec>, role: Role) -> Result<Self> {
         let names: &[String] = dialect.header.as_ref().map_or(&[], |h| &h.names);
         let mut given = Given::default();
@@ -162,7 +162,7 @@ impl Given {
                                 "columns-missing",
                                 format!("there is no column \"{name}\""),
                             )
-                            .with_hint(columns_there(names)));
+                            .with_hint(list_columns(names)));
                         }
                     }
                 }
@@ -171,30 +171,30 @@ impl Given {
         Ok(given)
     }
 
-    /// The column is spoken for.
-    pub fn takes(&self, field: usize) -> bool {
+    /// The column is assigned or skipped.
+    pub fn uses(&self, field: usize) -> bool {
         self.skipped.contains(&field) || self.channels.iter().any(|(_, f)| *f == Some(field))
     }
 
-    /// The channel is spoken for.
-    pub fn names(&self, quantity: Quantity) -> bool {
+    /// The channel is given.
+    pub fn includes(&self, quantity: Quantity) -> bool {
         self.channels.iter().any(|(q, _)| *q == quantity)
     }
 
-    /// The column of a channel, where one was given.
+    /// The given column of a channel.
     pub fn field(&self, quantity: Quantity) -> Option<usize> {
         let of = |(q, f): &(Quantity, Option<usize>)| f.filter(|_| *q == quantity);
         self.channels.iter().find_map(of)
     }
 
-    /// All three axes of a sensor were given.
+    /// All three axes of a sensor are given.
     pub fn has_all(&self, of: fn(usize) -> Quantity) -> bool {
         (0..3).all(|i| self.field(of(i)).is_some())
     }
 }
 
 /// Hint that lists the columns of a file.
-pub(super) fn columns_there(names: &[String]) -> String {
+pub(super) fn list_columns(names: &[String]) -> String {
     if names.is_empty() {
         return "the file has no header: give the channels in order, as --columns t,ax,ay,az"
             .to_owned();
@@ -211,7 +211,7 @@ pub(super) fn columns_there(names: &[String]) -> String {
         ""
     };
     format!(
-        "its columns are: {}{more}; say which is which with --columns ax=…,ay=…,az=…",
+        "its columns are: {}{more}; assign them with --columns ax=…,ay=…,az=…",
         shown.join(", ")
     )
 }

@@ -12,7 +12,7 @@ fn layout(text: &str, spec: Option<&str>) -> Result<Layout> {
 }
 
 #[test]
-fn the_reports_header() {
+fn header_with_units_is_assigned() {
     let l = layout(
         "Timestamp,aX (g),aY (g),aZ (g),Temp (C),gX (°/s),gY (°/s),gZ (°/s)\n1,2,3,4,5,6,7,8\n",
         None,
@@ -24,18 +24,18 @@ fn the_reports_header() {
 }
 
 #[test]
-fn the_first_of_two_sensors_unless_told() {
+fn the_first_of_two_sensors_is_read_unless_columns_are_given() {
     let text = "l_acc_x,r_acc_x,l_acc_y,r_acc_y,l_acc_z,r_acc_z\n1,2,3,4,5,6\n";
     assert_eq!(
         layout(text, None).unwrap().field(Quantity::Accel(1)),
         Some(2)
     );
-    let told = layout(text, Some("ax=r_acc_x,ay=r_acc_y,az=r_acc_z")).unwrap();
-    assert_eq!(told.field(Quantity::Accel(1)), Some(3));
+    let given = layout(text, Some("ax=r_acc_x,ay=r_acc_y,az=r_acc_z")).unwrap();
+    assert_eq!(given.field(Quantity::Accel(1)), Some(3));
 }
 
 #[test]
-fn without_names_the_numbers_decide() {
+fn without_a_header_columns_are_assigned_by_values() {
     let gyro_first: String = (0..50)
         .map(|i| {
             format!(
@@ -62,7 +62,7 @@ fn without_names_the_numbers_decide() {
 }
 
 #[test]
-fn what_is_not_there_is_said() {
+fn missing_columns_are_errors() {
     assert_eq!(
         layout("a,b,c\n1,2,3\n", None).unwrap_err().code(),
         "no-accelerometer"

@@ -1,36 +1,35 @@
-//! What is wrong with the samples themselves: frozen axes, clipping, rows that repeat.
+//! Faults of the samples: frozen axes, clipping, repeated rows.
 
 use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::recording::full_scale::{Clipping, FullScale};
 use crate::recording::row::{ACCEL, Values};
 use crate::recording::units::{AccelScale, GyroScale};
 
-/// Names of the channels.
 const CHANNELS: [&str; 6] = ["ax", "ay", "az", "gx", "gy", "gz"];
 
-/// Rows an axis has to stay exactly the same, while the others move, to be
-/// called frozen.
+/// Number of rows in which an axis must keep exactly one value, while the others change, to count
+/// as frozen.
 const FROZEN_ROWS: u64 = 100;
 
-/// Rows from which a channel that never changes is told.
+/// The same for a channel that never changes in the whole recording.
 const WHOLE_ROWS: u64 = 20;
 
-/// Follows the samples, row by row.
+/// Checks the samples, row by row.
 #[derive(Debug, Clone)]
 pub(crate) struct Defects {
     zero_offset: f64,
     resolution: [f64; 6],
-    /// Nothing of a smaller magnitude is clipped: of the accelerometer, the gyroscope.
-    certain: [f64; 2],
+    /// Smallest magnitude that may be clipped: of the accelerometer, of the gyroscope.
+    least_clipped: [f64; 2],
     /// Three, or six with a gyroscope.
     channels: usize,
     rows: u64,
     last_line: u64,
     previous: [f64; 6],
-    /// A bit for each channel that is there.
+    /// One bit for each channel of the recording.
     present: u8,
-    /// A bit for each channel that kept its value in the last row.
-    still: u8,
+    /// One bit for each channel whose value did not change in the last row.
+    unchanged: u8,
     runs: [Run; 6],
     frozen: [LineSpans; 6],
     longest: [u64; 6],
@@ -39,18 +38,18 @@ pub(crate) struct Defects {
     ended: bool,
 }
 
-/// Rows through which a channel keeps one value.
+/// Rows in which a channel keeps one value.
 #[derive(Debug, Clone, Copy, Default)]
 struct Run {
     from_row: u64,
     from_line: u64,
-    /// What the other two channels of the sensor did since.
-    others: [Beside; 2],
+    /// Changes of the other two channels of the sensor meanwhile.
+    others: [OtherAxis; 2],
 }
 
 impl Defects {
-    /// `resolution` of the channels as the first rows have it; `gyro`: the scale of the
-    /// gyroscope, where there is one.
+    /// `resolution`: of the channels, from the first rows; `gyro`: scale of the gyroscope, if
+    /// there is one.
     pub fn new(
         accel: AccelScale,
         zero_offset: f64,
@@ -65,11 +64,11 @@ impl Defects {
         Defects {
             zero_offset,
             resolution,
-            certain: ends.each_ref().map(FullScale::least),
+            least_clipped: ends.each_ref().map(FullScale::least),
             clipped: std::array::from_fn(|i| Clipping::new(ends[i / 3].clone())),
             channels: if with_gyro { 6 } else { 3 },
             present: if with_gyro { 0b11_1111 } else { 0b111 },
-            still: 0,
+            unchanged: 0,
             rows: 0,
             last_line: 0,
             previous: [f64::NAN; 6],
@@ -81,46 +80,47 @@ impl Defects {
         }
     }
 
-    /// A row and the line it stands in.
+    /// Processes a row; `line` is its line number.
     #[inline]
-    pub fn see(&mut self, values: &Values, line: u64) {
+    pub fn observe(&mut self, values: &Values, line: u64) {
         let mut now = [0.0; 6];
         now[..self.channels].copy_from_slice(&values[ACCEL..ACCEL + self.channels]);
-        let mut still = 0;
+        let mut unchanged = 0;
         for (i, (now, before)) in now.iter().zip(&self.previous).enumerate() {
-            still |= u8::from(now == before) << i;
+            unchanged |= u8::from(now == before) << i;
         }
-        still &= self.present;
-        // Noise moves every channel in nearly every row.
-        if still | self.still != 0 {
-            self.see_still(still, &now, line);
+        unchanged &= self.present;
+        // Skips the common case: noise changes every channel in nearly every row.
+        if unchanged | self.unchanged != 0 {
+            self.update_runs(unchanged, &now, line);
         }
         let largest = |values: &[f64], offset: f64| {
             let most = |most: f64, v: &f64| most.max((v - offset).abs());
             values.iter().fold(0.0_f64, most)
         };
-        if largest(&now[..3], self.zero_offset) >= self.certain[0]
-            || largest(&now[3..], 0.0) >= self.certain[1]
+        if largest(&now[..3], self.zero_offset) >= self.least_clipped[0]
+            || largest(&now[3..], 0.0) >= self.least_clipped[1]
         {
-            self.see_large(&now, line);
+            self.check_range(&now, line);
         }
         self.previous = now;
         self.rows += 1;
         self.last_line = line;
     }
 
-    /// Channels that keep their value in this row, or did up to it.
+    /// Updates the runs of channels whose value did not change in this row or in the last one.
     #[inline(never)]
-    fn see_still(&mut self, still: u8, now: &[f64; 6], line: u64) {
+    fn update_runs(&mut self, unchanged: u8, now: &[f64; 6], line: u64) {
         for i in 0..CHANNELS.len() {
-            let (is_still, was_still) = (still >> i & 1 == 1, self.still >> i & 1 == 1);
-            if was_still && !is_still {
+            let (is_unchanged, was_unchanged) =
+                (unchanged >> i & 1 == 1, self.unchanged >> i & 1 == 1);
+            if was_unchanged && !is_unchanged {
                 self.end_run(i);
             }
-            if !is_still {
+            if !is_unchanged {
                 continue;
             }
-            if !was_still {
+            if !was_unchanged {
                 self.runs[i] = Run {
                     from_row: self.rows - 1,
                     from_line: self.last_line,
@@ -130,11 +130,11 @@ impl Defects {
             let sensor = i / 3 * 3;
             for (k, other) in self.runs[i].others.iter_mut().enumerate() {
                 let o = sensor + (i - sensor + 1 + k) % 3;
-                other.see(self.previous[o], now[o]);
+                other.observe(self.previous[o], now[o]);
             }
         }
-        self.still = still;
-        if still == self.present {
+        self.unchanged = unchanged;
+        if unchanged == self.present {
             self.repeated.repeat(line);
         } else if self.repeated.is_open() {
             let jumps = |i: usize| is_jump(self.previous[i], now[i], self.resolution[i]);
@@ -143,19 +143,18 @@ impl Defects {
     }
 
     #[cold]
-    fn see_large(&mut self, now: &[f64; 6], line: u64) {
+    fn check_range(&mut self, now: &[f64; 6], line: u64) {
         for (i, clipped) in self.clipped.iter_mut().enumerate() {
             let offset = if i < 3 { self.zero_offset } else { 0.0 };
             let value = now[i] - offset;
-            if value.abs() >= self.certain[i / 3] && i < self.channels {
-                clipped.see(value, line);
+            if value.abs() >= self.least_clipped[i / 3] && i < self.channels {
+                clipped.observe(value, line);
             }
         }
     }
 
-    /// Books the run of a channel up to the last row, when it is a frozen one:
-    /// long, while the others move. A channel that never changes at all need not
-    /// be as long.
+    /// Ends the run of a channel at the last row, and records it if the channel is frozen: the
+    /// run is long and the others change. A channel that never changes may have a shorter run.
     fn end_run(&mut self, i: usize) {
         let run = self.runs[i];
         let length = self.rows - run.from_row;
@@ -167,13 +166,13 @@ impl Defects {
         }
     }
 
-    /// The findings, after the last row. Where values are held until the next one comes,
-    /// repeats are ours: `held`.
+    /// The findings, after the last row. `held`: repeated rows come from values that the reader
+    /// held, and are not reported.
     pub fn finish(mut self, held: bool) -> Vec<Finding> {
         let mut findings = Vec::new();
         self.ended = true;
         for i in 0..CHANNELS.len() {
-            if self.still >> i & 1 == 1 {
+            if self.unchanged >> i & 1 == 1 {
                 self.end_run(i);
             }
         }
@@ -183,7 +182,7 @@ impl Defects {
                     Finding::new(
                         FindingKind::FrozenAxis,
                         format!(
-                            "{} stands still to the last digit for {} rows while the others move",
+                            "{} keeps exactly one value for {} rows while the other axes change",
                             CHANNELS[i], self.longest[i]
                         ),
                     )
@@ -201,9 +200,9 @@ impl Defects {
     }
 }
 
-/// What another axis of the sensor does while one keeps its value.
+/// Changes of another axis of the sensor while one axis keeps its value.
 #[derive(Debug, Clone, Copy, Default)]
-struct Beside {
+struct OtherAxis {
     squares: f64,
     /// Lowest and highest value so far, less the first one.
     first: Option<f64>,
@@ -211,12 +210,12 @@ struct Beside {
     high: f64,
 }
 
-impl Beside {
-    /// A value and the one of the row before.
+impl OtherAxis {
+    /// Adds a value; `before` is the value of the row before.
     #[inline]
-    pub fn see(&mut self, before: f64, now: f64) {
+    pub fn observe(&mut self, before: f64, now: f64) {
         let step = now - before;
-        // Empty cells say nothing.
+        // Skip empty cells.
         if step.is_nan() {
             return;
         }
@@ -227,52 +226,52 @@ impl Beside {
     }
 }
 
-/// Steps from row to row, in resolutions and rms, that no live axis hides beside
-/// another that makes them: two of noise.
-const LIVELY: f64 = 2.0 * std::f64::consts::SQRT_2;
-/// Resolutions over which both other axes have to go: a turn or a push about one axis
-/// leaves another alone, nothing leaves it alone that moves both so far.
-const FAR: f64 = 20.0;
+/// Rms step from row to row, in resolutions, at which a working axis next to it would change too:
+/// twice that of noise.
+const LIVE_STEP: f64 = 2.0 * std::f64::consts::SQRT_2;
+/// Range, in resolutions, that both other axes must cover: a turn or a push about one axis may
+/// leave another one unchanged, but not a motion that changes both so much.
+const FAR_RANGE: f64 = 20.0;
 
-/// Whether an axis that keeps one value for `rows` rows is dead: one of the other two
-/// scatters by more than its resolution `step` hides, or both move far. An axis that
-/// lies still is not: with coarse digits it never changes.
-fn is_frozen(others: &[Beside; 2], step: f64, rows: f64) -> bool {
+/// True if an axis that keeps one value for `rows` rows is faulty: one of the other two scatters
+/// by more than the resolution `step` can hide, or both change by much. At rest with a coarse
+/// resolution an axis may keep its value without a fault.
+fn is_frozen(others: &[OtherAxis; 2], step: f64, rows: f64) -> bool {
     let lively = others
         .iter()
-        .any(|o| o.squares > 0.0 && o.squares >= (LIVELY * step).powi(2) * rows);
-    lively || others.iter().all(|o| o.high - o.low > FAR * step)
+        .any(|o| o.squares > 0.0 && o.squares >= (LIVE_STEP * step).powi(2) * rows);
+    lively || others.iter().all(|o| o.high - o.low > FAR_RANGE * step)
 }
 
-/// Steps of the resolution that a channel has to change by to show that a row before
-/// was no new reading.
+/// Number of resolution steps by which a channel must change to show that the row before was not
+/// a new reading.
 const JUMP: f64 = 2.5;
 
-/// True where a channel changes by more than its last digit flips.
+/// True if a channel changes by more than a flip of its last digit.
 #[inline]
 fn is_jump(before: f64, now: f64, step: f64) -> bool {
     (now - before).abs() > JUMP * step
 }
 
-/// Rows that repeat the row before in every channel. They are the same reading twice
-/// where the next one is far off, all through the recording. Where the digits are
-/// coarse rows repeat by nature: at rest, until the last digit flips or a motion begins.
+/// Rows that repeat the row before in every channel. If the value after such rows regularly
+/// differs by much, the sensor was read twice per measurement. With a coarse resolution rows also
+/// repeat at rest, until the last digit flips or a motion begins.
 #[derive(Debug, Clone, Default)]
 struct Repeats {
     spans: LineSpans,
-    /// First and last line of the rows that repeat now, and their number.
+    /// First and last line of the current run of repeated rows, and their number.
     open: Option<(u64, u64, u64)>,
-    /// Runs of them that ended with a jump, and those that did not.
+    /// Number of runs that ended with a jump, and without one.
     jumped: u64,
     flipped: u64,
 }
 
-/// Rows for every run that ends with a jump, at most: a rest every four seconds at 25 Hz
-/// is as rare.
+/// Largest number of rows per run that ends with a jump; a rest every four seconds at 25 Hz is as
+/// rare.
 const ROWS_OF_RUN: u64 = 100;
 
 impl Repeats {
-    /// A row, in that line, repeats the one before.
+    /// A row, in this line, repeats the row before.
     #[inline]
     pub fn repeat(&mut self, line: u64) {
         match &mut self.open {
@@ -281,13 +280,13 @@ impl Repeats {
         }
     }
 
-    /// The last row repeated the one before it.
+    /// True if the last row repeated the row before it.
     #[inline]
     pub fn is_open(&self) -> bool {
         self.open.is_some()
     }
 
-    /// A row does not repeat the one before, and may be far off.
+    /// A row differs from the row before; `jumps`: by more than the last digit.
     pub fn end(&mut self, jumps: bool) {
         let Some((first, last, count)) = self.open.take() else {
             return;
@@ -300,9 +299,9 @@ impl Repeats {
         }
     }
 
-    /// What is said of them, after the last of `rows`.
+    /// The finding, after the last of `rows`.
     pub fn finding(mut self, rows: u64) -> Option<Finding> {
-        // Nothing comes after the last ones: they are as most of the others.
+        // The last run has no end: it is assumed to be like most of the others.
         self.end(self.jumped > self.flipped);
         let count = self.spans.count();
         let often = self.jumped > self.flipped && self.jumped * ROWS_OF_RUN > rows;

@@ -1,10 +1,10 @@
-//! What the rows of a recording say of it, row by row and in flat memory: its clock, its
-//! units, its steps, and what is odd.
+//! Properties of a recording that are determined from all its rows, in memory that does not grow:
+//! clock, units, resolution, faults.
 //!
-//! Some of it has to be known while rows are read (how stamps are to be read, where a
-//! range ends). That is judged by the first rows, [`Facts`], and held against what all of
-//! them say at the end: where the two do not [agree](Facts::agrees), the recording has to
-//! be read again by the better ones.
+//! Some of them are needed while rows are read (how to read time stamps, where a range ends).
+//! These [`Facts`] are determined from the first rows and compared with those of all rows at the
+//! end: if they do not [agree](Facts::agrees), the recording must be read again with the better
+//! ones.
 
 mod defects;
 mod unit;
@@ -17,7 +17,7 @@ use super::names::Quantity;
 use super::resolution::AxisValues;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
 use super::timing::{
-    Claims, ClockMonitor, Follower, Parting, RowTime, StampReading, Timing, Treatment, untimed,
+    BreakKind, Claims, ClockMonitor, Follower, RowTime, StampReading, Timing, Treatment, untimed,
 };
 use super::unit_choice::{UnitDoubt, decide_accel};
 use super::units::{AccelScale, GyroScale, GyroUnit, Origin};
@@ -28,21 +28,21 @@ use crate::{Error, Result};
 
 pub(crate) use defects::Defects;
 pub use unit::quiet_norm;
-pub(crate) use unit::{LooksCounted, Quiet, quiet};
+pub(crate) use unit::{GyroCounts, Quiet, quiet};
 use unit::{QuietBlocks, UnitWatch, Unsigned};
 
-/// Fewer rows than these are a table of means, or one placement: no rate is needed.
+/// Recordings with fewer rows are tables of means or a single pose and need no sampling rate.
 const LEAST_ROWS: u64 = 40;
 
-/// Values of which the median is taken, at most.
+/// Largest number of values for a median.
 const SAMPLE: usize = 1 << 13;
 
-/// What the file and the user say of the channels.
+/// What the file and the user specify about the channels.
 #[derive(Debug, Clone)]
 pub(crate) struct RecordingClaims {
     pub layout: Layout,
     pub options: ReadOptions,
-    /// The rate that the lines above the header claim, Hz.
+    /// The sampling rate given above the header, Hz.
     pub metadata_rate_hz: Option<f64>,
 }
 
@@ -54,7 +54,7 @@ impl RecordingClaims {
         }
     }
 
-    /// Counts of unsigned 16-bit values begin here, unless the user says where.
+    /// Zero of the counts: by the user's option, or the middle of unsigned 16-bit values.
     fn zero_offset(&self, unsigned: bool) -> f64 {
         let usual = if unsigned { 32768.0 } else { 0.0 };
         self.options.zero_offset.unwrap_or(usual)
@@ -68,30 +68,30 @@ impl RecordingClaims {
         }
     }
 
-    /// The gyroscope's unit before any turn has been looked at.
-    pub fn gyro_scale(&self, counted: LooksCounted) -> GyroScale {
+    /// The gyroscope's unit before any turn was evaluated.
+    pub fn gyro_scale(&self, counted: GyroCounts) -> GyroScale {
         gyro_by_claim(counted, &self.layout, &self.options)
     }
 }
 
-/// What has to be known of a recording while its rows are read.
+/// Properties of a recording that must be known while its rows are read.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Facts {
-    /// How its stamps are to be read; none where they are of no use.
+    /// How to read its time stamps; `None` if they cannot be used.
     pub stamp_reading: Option<StampReading>,
     pub cells: CellRules,
-    /// What is subtracted from the accelerometer's values before their unit is judged.
+    /// Value subtracted from the accelerometer's counts before their unit is determined.
     pub zero_offset: f64,
     pub accel: AccelScale,
     pub gyro: Option<GyroScale>,
-    /// Steps of ax … gz.
+    /// Resolution of ax … gz.
     pub resolution: [f64; 6],
-    /// The temperatures are °C.
+    /// The temperatures are in °C.
     pub celsius: bool,
 }
 
 impl Facts {
-    /// Before anything is known.
+    /// Without any information.
     pub fn none() -> Self {
         Facts {
             stamp_reading: None,
@@ -108,14 +108,14 @@ impl Facts {
         }
     }
 
-    /// Rows that are read by either come out alike, and so does what is odd about them.
+    /// True if rows read with either give the same values and the same findings.
     pub fn agrees(&self, other: &Facts) -> bool {
         let steps = self.resolution.iter().zip(other.resolution);
         let mut steps_agree = steps.map(|(a, b)| *a <= 2.0 * b && b <= 2.0 * *a);
         self.differences(other).is_empty() && steps_agree.all(|same| same)
     }
 
-    /// What rows that are read by either differ in.
+    /// Names of the properties that differ.
     fn differences(&self, other: &Facts) -> Vec<&'static str> {
         let clock = match (&self.stamp_reading, &other.stamp_reading) {
             (Some(a), Some(b)) => a.agrees(b),
@@ -135,14 +135,14 @@ impl Facts {
         differ.map(|(what, _)| what).collect()
     }
 
-    /// What is said where rows were read by these, and all of them together say otherwise.
+    /// The finding if rows were read with these facts and all rows together give others.
     pub fn contradicted_by(&self, whole: &Facts) -> Option<Finding> {
         let differ = self.differences(whole);
         (!differ.is_empty()).then(|| {
             Finding::new(
                 FindingKind::FirstRowsDiffer,
                 format!(
-                    "the first rows, by which the recording was read, say otherwise than all of them: {}",
+                    "the first rows, which determined how the recording is read, differ from the whole recording in: {}",
                     differ.join(", ")
                 ),
             )
@@ -150,7 +150,7 @@ impl Facts {
     }
 }
 
-/// Follows the rows of a recording.
+/// Processes the rows of a recording.
 #[derive(Debug, Clone)]
 pub(crate) struct Monitor {
     claims: RecordingClaims,
@@ -159,18 +159,18 @@ pub(crate) struct Monitor {
     cells: CellCounts,
     clock: Option<ClockMonitor>,
     unsigned: Unsigned,
-    counted: LooksCounted,
+    counted: GyroCounts,
     quiet: QuietBlocks,
     watch: UnitWatch,
     /// Of ax … gz.
     axes: AxisValues<6>,
     temperature: Temperatures,
-    /// Magnitudes, where nobody said that it is an accelerometer.
+    /// Magnitudes; only if the columns were guessed.
     norms: Option<Thinned<f64, SAMPLE>>,
     defects: Defects,
 }
 
-/// What is found, in the order in which it is said.
+/// Findings, in the order in which they are reported.
 #[derive(Debug, Default)]
 pub(crate) struct MonitorFindings {
     /// About counts and temperatures.
@@ -185,19 +185,18 @@ pub(crate) struct MonitorFindings {
     pub values: Vec<Finding>,
 }
 
-/// What all rows came to.
+/// Results of all rows.
 pub(crate) struct MonitorSummary {
     pub facts: Facts,
     pub timing: Timing,
-    /// The first stamp itself, s.
+    /// The first time stamp, s.
     pub origin_s: Option<f64>,
-    /// Why the accelerometer's unit is not known.
+    /// Why the accelerometer's unit is unknown.
     pub unit_doubt: Option<UnitDoubt>,
     pub found: MonitorFindings,
 }
 
 impl Monitor {
-    /// By what is claimed, and known already.
     pub fn new(claims: RecordingClaims, facts: Facts) -> Self {
         let channels = claims.channels();
         let stamped = claims.layout.field(Quantity::Time).is_some();
@@ -207,7 +206,7 @@ impl Monitor {
             cells: CellCounts::new(channels),
             clock: stamped.then(|| ClockMonitor::new(facts.stamp_reading)),
             unsigned: Unsigned::default(),
-            counted: LooksCounted::default(),
+            counted: GyroCounts::default(),
             quiet: QuietBlocks::default(),
             watch: UnitWatch::default(),
             axes: AxisValues::default(),
@@ -223,54 +222,59 @@ impl Monitor {
         }
     }
 
-    /// A row as it stands in the file, and with its cells filled; the line it stands in,
-    /// and what parts it from the row before.
+    /// Processes a row, as in the file and with its cells filled; `line` is its line number and
+    /// `break_kind` the kind of break before it.
     #[inline]
-    pub fn see(
+    pub fn observe(
         &mut self,
         raw: &Values,
         values: &Values,
         line: u64,
-        parting: Option<Parting>,
+        break_kind: Option<BreakKind>,
     ) -> RowTime {
-        self.cells.see(raw, line);
+        self.cells.observe(raw, line);
         self.unsigned
-            .see([raw[ACCEL], raw[ACCEL + 1], raw[ACCEL + 2]]);
+            .observe([raw[ACCEL], raw[ACCEL + 1], raw[ACCEL + 2]]);
         let offset = self.facts.zero_offset;
         let accel = [values[ACCEL], values[ACCEL + 1], values[ACCEL + 2]].map(|v| v - offset);
         self.quiet.push(accel);
-        self.watch.see(accel, line);
+        self.watch.observe(accel, line);
         if let Some(norms) = &mut self.norms {
             norms.push_with(|| accel.iter().map(|v| v * v).sum::<f64>().sqrt());
         }
         let rate = [values[GYRO], values[GYRO + 1], values[GYRO + 2]];
         if self.channels.gyro {
-            self.counted.see(rate);
+            self.counted.observe(rate);
         }
         let ([ax, ay, az], [gx, gy, gz]) = (accel, rate);
-        self.axes.see([ax, ay, az, gx, gy, gz]);
+        self.axes.observe([ax, ay, az, gx, gy, gz]);
         if self.channels.temperature {
-            self.temperature.see(values[TEMPERATURE]);
+            self.temperature.observe(values[TEMPERATURE]);
         }
-        self.defects.see(values, line);
-        self.see_time(raw, line, parting)
+        self.defects.observe(values, line);
+        self.observe_time(raw, line, break_kind)
     }
 
-    /// The time of a row, of which all else is known.
+    /// The time of a row whose other properties are known.
     #[inline]
-    pub fn see_time(&mut self, raw: &Values, line: u64, parting: Option<Parting>) -> RowTime {
+    pub fn observe_time(
+        &mut self,
+        raw: &Values,
+        line: u64,
+        break_kind: Option<BreakKind>,
+    ) -> RowTime {
         match &mut self.clock {
-            Some(clock) => clock.see(raw[TIME], line, parting),
+            Some(clock) => clock.observe(raw[TIME], line, break_kind),
             None => RowTime::UNKNOWN,
         }
     }
 
-    /// What makes time of the next stamp.
+    /// State to convert the next time stamp.
     pub fn follower(&self) -> Option<Follower> {
         self.clock.as_ref()?.follower()
     }
 
-    /// Goes on by another one.
+    /// Continues from another state.
     pub fn follow(&mut self, follower: Option<Follower>) {
         if let (Some(clock), Some(follower)) = (&mut self.clock, follower) {
             clock.follow(follower);
@@ -282,7 +286,7 @@ impl Monitor {
         &self.cells
     }
 
-    /// Steps of ax … gz.
+    /// Resolution of ax … gz.
     pub fn resolution(&self) -> [f64; 6] {
         let [a, b, c] = self.axes.resolution(0);
         let [d, e, f] = match self.channels.gyro {
@@ -292,17 +296,16 @@ impl Monitor {
         [a, b, c, d, e, f]
     }
 
-    /// What was found, after the last row, but for the [resolution](Self::resolution).
-    /// Stamps that wrap or start anew were made to go
-    /// on, or kept.
+    /// Results, after the last row, except the [resolution](Self::resolution). `treatment`:
+    /// whether time stamps that wrap or restart were made continuous.
     pub fn finish(&self, treatment: Treatment) -> MonitorSummary {
         let mut found = MonitorFindings::default();
         let options = &self.claims.options;
-        let unsigned = options.zero_offset.is_none() && self.unsigned.is_so();
+        let unsigned = options.zero_offset.is_none() && self.unsigned.is_unsigned();
         if unsigned {
             found.channels.push(Finding::new(
                 FindingKind::UnsignedCounts,
-                "unsigned 16-bit values around 32768: that is subtracted; the range is not known",
+                "unsigned 16-bit values around 32768, which is subtracted; the range is unknown",
             ));
         }
         let celsius =
@@ -315,8 +318,8 @@ impl Monitor {
         let clock_claims = self.claims.clock(span_c);
         let (timing, stamp_reading, origin_s) = match &self.clock {
             Some(clock) => {
-                let kept = clock.finish(&clock_claims, treatment, &mut found.clock);
-                (kept.timing, kept.stamp_reading, kept.origin_s)
+                let summary = clock.finish(&clock_claims, treatment, &mut found.clock);
+                (summary.timing, summary.stamp_reading, summary.origin_s)
             }
             None => (untimed(self.cells.rows(), &clock_claims), None, None),
         };
@@ -324,7 +327,7 @@ impl Monitor {
             found.clock.push(Finding::new(
                 FindingKind::RateUnknown,
                 format!(
-                    "no time stamps and no --rate: stills are looked for as at {} Hz",
+                    "no time stamps and no --rate: static intervals are searched as at {} Hz",
                     Recording::ASSUMED_RATE_HZ
                 ),
             ));
@@ -363,8 +366,8 @@ impl Monitor {
         }
     }
 
-    /// Of what was found about the `clock` keeps what concerns stamps that stay as they
-    /// stand in the file.
+    /// Keeps only the findings about the clock that apply to time stamps left as they are in the
+    /// file.
     pub fn keep_stamps(&self, clock: &mut Vec<Finding>) {
         if self.facts.stamp_reading.is_some() {
             clock.clear();
@@ -375,14 +378,14 @@ impl Monitor {
                 FindingKind::FrozenTime | FindingKind::TimeUnitUnknown
             )
         });
-        if let Some(keeper) = &self.clock {
-            keeper.report(Treatment::Kept, clock);
+        if let Some(monitor) = &self.clock {
+            monitor.report(Treatment::Kept, clock);
         }
     }
 
-    /// Columns that were taken for an accelerometer by their numbers alone and do
-    /// not behave like one: gravity never leaves an accelerometer, so that its
-    /// magnitude at rest and in motion are alike.
+    /// Reports columns that were taken for an accelerometer by their numbers alone and do not
+    /// behave like one: an accelerometer always measures gravity, so that its magnitudes at rest
+    /// and in motion are similar.
     fn not_an_accelerometer(&self, quiet: Option<Quiet>) -> Option<Finding> {
         let quiet = quiet?.norm;
         let norms = self.norms.as_ref()?.items().iter();
@@ -418,7 +421,7 @@ impl Default for Temperatures {
 
 impl Temperatures {
     #[inline]
-    fn see(&mut self, value: f64) {
+    fn observe(&mut self, value: f64) {
         self.low = self.low.min(value);
         self.high = self.high.max(value);
         self.some.push_with(|| value);
@@ -428,13 +431,13 @@ impl Temperatures {
         (self.high - self.low).max(0.0)
     }
 
-    /// Raw counts of a temperature are no °C.
+    /// True if the values can be °C; raw counts are reported.
     fn is_celsius(&self, findings: &mut Vec<Finding>) -> bool {
         is_celsius(self.some.items(), findings)
     }
 }
 
-/// Refuses rows whose unit changed among them, unless the user says that it did not.
+/// Refuses rows whose unit changes, unless the user gives the unit.
 ///
 /// # Errors
 ///
@@ -454,12 +457,12 @@ pub(crate) fn refuse_unit_change(
         None => Err(Error::input("unit-changed", finding.message.clone())
             .at(Path::new(name), Some(line))
             .with_hint(format!(
-                "cut the file in front of line {line}, and give each part on its own; --accel-unit UNIT takes all rows in one unit all the same"
+                "split the file before line {line} and read the parts separately; --accel-unit UNIT reads all rows in one unit regardless"
             ))),
     }
 }
 
-/// Raw counts of a temperature are no °C.
+/// True if the values can be °C; raw counts are reported.
 pub(crate) fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bool {
     let some = temperature.iter().copied().filter(|t| t.is_finite());
     let Some(middle) = median(&mut some.collect::<Vec<f64>>()) else {
@@ -470,26 +473,26 @@ pub(crate) fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bo
         findings.push(Finding::new(
             FindingKind::TemperatureUnit,
             format!(
-                "the temperature column is around {middle:.0}: no °C (raw counts?); it is not used"
+                "the temperature column is around {middle:.0}, not °C (raw counts?); it is not used"
             ),
         ));
     }
     fits
 }
 
-/// The gyroscope's unit before any turn has been looked at.
+/// The gyroscope's unit before any turn was evaluated.
 pub(crate) fn gyro_by_claim(
-    counted: LooksCounted,
+    counted: GyroCounts,
     layout: &Layout,
     options: &ReadOptions,
 ) -> GyroScale {
     let given = options.gyro_unit.map(|unit| (unit, Origin::Given));
     let claimed = layout.gyro_claim.map(|unit| (unit, Origin::Header));
-    let seen = match counted.is_so() {
+    let by_values = match counted.look_like_counts() {
         true => (GyroUnit::Counts, Origin::Data),
         false => (GyroUnit::Unknown, Origin::Assumed),
     };
-    let (unit, origin) = given.or(claimed).unwrap_or(seen);
+    let (unit, origin) = given.or(claimed).unwrap_or(by_values);
     GyroScale {
         unit,
         lsb_per_deg_s: options

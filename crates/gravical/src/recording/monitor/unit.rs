@@ -1,19 +1,19 @@
-//! What the values say of their unit: the magnitude of the quietest ones is gravity, in
-//! whatever unit, and counts are whole numbers.
+//! Unit of the values: the magnitude of the quietest values is gravity, and counts are whole
+//! numbers.
 
 use crate::finding::{Finding, FindingKind, LineSpans};
-use crate::recording::unit_choice::whole;
+use crate::recording::unit_choice::is_whole_number;
 use crate::stats::{Thinned, median};
 
-/// Rows of one block over which stillness is judged here.
+/// Rows of a block.
 const BLOCK: usize = 20;
 
-/// BlockWriter that are kept at most: for a median half of them are enough.
+/// Largest number of blocks stored; half of them are enough for a median.
 const MOST: usize = 1 << 12;
 
-/// Median magnitude of the quietest third of the blocks of 20 rows, and
-/// whether all values there are whole numbers. Still or not: gravity dominates
-/// the mean of a quiet block. None without a complete row.
+/// Median magnitude of the quietest third of the blocks of 20 rows, and whether all values are
+/// whole numbers. The sensor need not be at rest: gravity dominates the mean of a quiet block.
+/// `None` without a complete row.
 #[must_use]
 pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
     quiet(accel).map(|q| (q.norm, q.integers))
@@ -22,15 +22,15 @@ pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
 /// The quietest third of the blocks of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Quiet {
-    /// Median magnitude of their means, in the unit of the values.
+    /// Median of the mean magnitudes of the blocks, in the unit of the values.
     pub norm: f64,
-    /// Median standard deviation within them, all axes together.
+    /// Median standard deviation within the blocks, all axes together.
     pub spread: f64,
     /// All values of the recording are whole numbers.
     pub integers: bool,
 }
 
-/// As [`quiet_norm`], with how quiet they are.
+/// As [`quiet_norm`], with the standard deviation.
 pub(crate) fn quiet(accel: &[Vec<f64>; 3]) -> Option<Quiet> {
     let mut blocks = QuietBlocks::default();
     let [x, y, z] = accel;
@@ -40,7 +40,7 @@ pub(crate) fn quiet(accel: &[Vec<f64>; 3]) -> Option<Quiet> {
     blocks.finish()
 }
 
-/// The same row by row. Of a long recording every so many blocks count.
+/// The same, row by row. Of a long recording only every nth block is stored.
 #[derive(Debug, Clone)]
 pub(super) struct QuietBlocks {
     rows: [[f64; 3]; BLOCK],
@@ -66,7 +66,7 @@ impl Default for QuietBlocks {
 }
 
 impl QuietBlocks {
-    /// A row; one that is not complete counts nothing.
+    /// Adds a row; incomplete rows are skipped.
     #[inline]
     pub fn push(&mut self, accel: [f64; 3]) {
         if !(accel[0] + accel[1] + accel[2]).is_finite() {
@@ -84,7 +84,7 @@ impl QuietBlocks {
         }
     }
 
-    /// What they say; none without a complete row.
+    /// The result; `None` without a complete row.
     pub fn finish(&self) -> Option<Quiet> {
         let mut blocks = self.blocks.items().to_vec();
         if blocks.is_empty() && self.filled > 0 {
@@ -111,43 +111,44 @@ fn block(rows: &[[f64; 3]]) -> Block {
         let mean = rows.iter().map(|r| r[axis]).sum::<f64>() / n;
         variance += rows.iter().map(|r| (r[axis] - mean).powi(2)).sum::<f64>() / n;
     }
-    // The mean of the lengths, not the length of the mean: in a short list
-    // of means every row is another placement.
+    // The mean of the magnitudes, not the magnitude of the mean: in a table of means every row is
+    // another pose.
     let length = |r: &[f64; 3]| r.iter().map(|v| v * v).sum::<f64>().sqrt();
     Block {
         variance,
         norm: rows.iter().map(length).sum::<f64>() / n,
-        integers: rows.iter().flatten().all(|v| whole(*v)),
+        integers: rows.iter().flatten().all(|v| is_whole_number(*v)),
     }
 }
 
-/// Blocks at rest of one magnitude before it is believed.
+/// Number of consecutive blocks at rest that establish a magnitude.
 const SETTLED: usize = 5;
-/// Standard deviation of a block at rest over its magnitude, at most.
+/// Largest standard deviation of a block at rest, as a share of its magnitude.
 const MOST_RESTLESS: f64 = 0.05;
-/// Magnitudes at rest of one unit differ by no more than this …
+/// Magnitudes at rest in one unit differ by no more than this share …
 const ONE_UNIT: f64 = 0.25;
-/// … and the ratio of two units, or ranges, is known as well as this.
+/// … and the ratio of two units, or ranges, is matched within this share.
 const RATIO: f64 = 0.08;
-/// What one g is in the units that are no counts: g, m/s², mg.
+/// One g in the units other than counts: g, m/s², mg.
 const GRAVITIES: [f64; 3] = [1.0, 9.80665, 1000.0];
 /// Counts per g of 16-bit converters at ±16 g to ±2 g.
 const COUNTS: [f64; 4] = [2048.0, 4096.0, 8192.0, 16384.0];
-/// A value of a 16-bit converter at the end of its range, or nearly so.
+/// Counts at or near the end of the range of a 16-bit converter.
 const FULL: f64 = 32_700.0;
 
-/// Looks for a magnitude at rest that jumps from gravity in one unit, or range, to gravity
-/// in another, and stays there. No motion does that: at rest a sensor feels 1 g.
+/// Detects a change of unit or range: the magnitude at rest jumps from gravity in one unit to
+/// gravity in another and stays there. No motion can cause this, since a sensor at rest measures
+/// 1 g.
 #[derive(Debug, Clone)]
 pub(super) struct UnitWatch {
     rows: [([f64; 3], u64); BLOCK],
     filled: usize,
-    /// The block before this one.
+    /// The block before the current one.
     last: [([f64; 3], u64); BLOCK],
-    /// Magnitude at rest, once it is settled.
+    /// Magnitude at rest, once established.
     norm: Option<f64>,
-    /// Blocks at rest in a row that agree with each other and not with it: how many, their
-    /// magnitude, and the line of the first of these rows.
+    /// Consecutive blocks at rest that agree with each other and not with `norm`: their number,
+    /// their magnitude, and the line of the first of these rows.
     run: (usize, f64, u64),
     /// The first change: its line, and the magnitudes before and after.
     pub changed: Option<(u64, f64, f64)>,
@@ -169,9 +170,9 @@ impl Default for UnitWatch {
 }
 
 impl UnitWatch {
-    /// A row and its line; one that is not complete counts nothing.
+    /// Adds a row and its line; incomplete rows are skipped.
     #[inline]
-    pub fn see(&mut self, accel: [f64; 3], line: u64) {
+    pub fn observe(&mut self, accel: [f64; 3], line: u64) {
         if !(accel[0] + accel[1] + accel[2]).is_finite() {
             return;
         }
@@ -181,12 +182,12 @@ impl UnitWatch {
         self.filled += 1;
         if self.filled == BLOCK {
             self.filled = 0;
-            self.see_block();
+            self.end_block();
         }
     }
 
     #[inline(never)]
-    fn see_block(&mut self) {
+    fn end_block(&mut self) {
         let Block {
             variance,
             norm,
@@ -208,7 +209,7 @@ impl UnitWatch {
         if self.run.0 == SETTLED {
             let (_, norm, line) = self.run;
             match self.norm {
-                // Before anything is known every magnitude is as good as another.
+                // The first magnitude that is established.
                 None => self.norm = Some(norm),
                 Some(before) if is_other_unit(before, norm, integers) => {
                     self.changed.get_or_insert((line, before, norm));
@@ -221,7 +222,7 @@ impl UnitWatch {
         self.last = self.rows;
     }
 
-    /// The line of the first row that is rather of magnitude `norm` than as before.
+    /// Line of the first row whose magnitude is nearer to `norm` than to the magnitude before.
     fn begin(&self, norm: f64) -> u64 {
         let between = self.norm.map_or(0.0, |before| (before * norm).sqrt());
         let is_new = |(a, _): &([f64; 3], u64)| {
@@ -233,18 +234,18 @@ impl UnitWatch {
         new.map_or(self.rows[0].1, |r| r.1)
     }
 
-    /// What is said of it.
+    /// The finding; `None` without a change.
     pub fn finding(&self) -> Option<Finding> {
         let (line, before, after) = self.changed?;
         let message = format!(
-            "from line {line} on the magnitude at rest is {after:.4}, before it is {before:.4}: another unit or range, and no header says so"
+            "the magnitude at rest is {before:.4} before line {line} and {after:.4} from there on: the unit or range changed without a new header"
         );
         Some(Finding::new(FindingKind::UnitChanged, message).at_lines(&self.lines))
     }
 }
 
-/// Whether both magnitudes are 1 g, in two units or at two ranges. Only whole numbers are
-/// counts: of other values a factor of two may be a force.
+/// True if both magnitudes can be 1 g, in two units or at two ranges. A change of range is only
+/// possible between counts (whole numbers): for other values a factor of two may be a force.
 fn is_other_unit(before: f64, after: f64, integers: bool) -> bool {
     let ratio = after / before;
     let is = |expected: f64| (ratio / expected - 1.0).abs() <= RATIO;
@@ -256,65 +257,65 @@ fn is_other_unit(before: f64, after: f64, integers: bool) -> bool {
     units.any(|r| is(r) || is(1.0 / r)) || integers && ranges.iter().any(|r| is(*r) || is(1.0 / r))
 }
 
-/// Unsigned counts of a sensor at rest: at ±2 g, 1 g is 16384 off the middle.
+/// Unsigned counts of a sensor at rest: at ±2 g, 1 g is 16384 from the middle.
 const AROUND: std::ops::RangeInclusive<f64> = 12_288.0..=53_248.0;
 
-/// Unsigned 16-bit values: whole numbers, most of them around 32768 on every axis.
+/// Detects unsigned 16-bit values: whole numbers, most of them around 32768 on every axis.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Unsigned {
-    /// A value is no unsigned one of 16 bits.
+    /// A value cannot be an unsigned 16-bit number.
     refuted: bool,
-    /// Values of each axis, and those of them [`AROUND`] 32768.
+    /// Number of values of each axis, and of those [`AROUND`] 32768.
     values: [u64; 3],
     around: [u64; 3],
 }
 
 impl Unsigned {
     #[inline]
-    pub fn see(&mut self, accel: [f64; 3]) {
+    pub fn observe(&mut self, accel: [f64; 3]) {
         if self.refuted {
             return;
         }
         for (axis, v) in accel.into_iter().enumerate().filter(|(_, v)| v.is_finite()) {
-            self.refuted |= !(whole(v) && (0.0..65536.0).contains(&v));
+            self.refuted |= !(is_whole_number(v) && (0.0..65536.0).contains(&v));
             self.values[axis] += 1;
             self.around[axis] += u64::from(AROUND.contains(&v));
         }
     }
 
-    /// Whether they are.
-    pub fn is_so(&self) -> bool {
+    /// True if the values are unsigned counts.
+    pub fn is_unsigned(&self) -> bool {
         let most = |i: usize| 2 * self.around[i] > self.values[i];
         !self.refuted && (0..3).all(most)
     }
 }
 
-/// Whether the values of a gyroscope look like counts: whole numbers that are not all zero.
+/// Detects counts of a gyroscope: whole numbers that are not all zero.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LooksCounted {
+pub(crate) struct GyroCounts {
     whole: bool,
     moves: bool,
 }
 
-impl Default for LooksCounted {
+impl Default for GyroCounts {
     fn default() -> Self {
-        LooksCounted {
+        GyroCounts {
             whole: true,
             moves: false,
         }
     }
 }
 
-impl LooksCounted {
+impl GyroCounts {
     #[inline]
-    pub fn see(&mut self, rate: [f64; 3]) {
+    pub fn observe(&mut self, rate: [f64; 3]) {
         if self.whole {
             self.whole = rate.iter().all(|v| v.is_nan() || v.fract() == 0.0);
             self.moves |= rate.iter().any(|v| v.abs() >= 1.0);
         }
     }
 
-    pub fn is_so(self) -> bool {
+    pub fn look_like_counts(self) -> bool {
         self.whole && self.moves
     }
 }
@@ -324,7 +325,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_quiet_part_decides_not_the_shaking() {
+    fn only_the_quiet_part_determines_the_norm() {
         let mut accel = [Vec::new(), Vec::new(), Vec::new()];
         for i in 0..400 {
             let shake = if i < 200 {

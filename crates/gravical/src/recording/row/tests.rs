@@ -17,7 +17,7 @@ fn values(scanner: &RowScanner, line: &str) -> Result<Values, RowDefect> {
 }
 
 #[test]
-fn fields_of_every_dialect() {
+fn fields_are_parsed_with_every_delimiter() {
     let comma = scanner(Delimiter::Byte(b','), &[Some(TIME), None, Some(1), Some(2)]);
     let v = values(&comma, "12,\"a,b\", -1.5 ,2e1").unwrap();
     assert_eq!((v[0], v[1], v[2]), (12.0, -1.5, 20.0));
@@ -30,7 +30,7 @@ fn fields_of_every_dialect() {
 }
 
 #[test]
-fn defects_are_told_apart() {
+fn defects_are_distinguished() {
     let s = scanner(Delimiter::Byte(b','), &[Some(1), Some(2), Some(3)]);
     assert_eq!(values(&s, "1,2"), Err(RowDefect::TooFewFields));
     assert_eq!(values(&s, "1,2,3,4"), Err(RowDefect::TooManyFields));

@@ -1,19 +1,18 @@
-//! Stamps followed one by one: where they wrap, restart, repeat, run backwards
-//! or leave a gap.
+//! Checks time stamps one by one: wraps, restarts, repeats, steps back and gaps.
 
 use super::odd::{Faults, Treatment};
 use super::{PAUSE, is_usual_step};
 use crate::finding::Finding;
 use crate::recording::ledger::Aside;
 
-/// Clocks begin anew after so many seconds: parts of a second, seconds of a minute, of an
-/// hour, of a day, of a week.
+/// Periods after which clocks begin again, s: parts of a second, seconds of a minute, of an hour,
+/// of a day, of a week.
 const WRAPS_S: [f64; 5] = [1.0, 60.0, 3600.0, 86_400.0, 604_800.0];
 
-/// Clocks begin anew after so many usual steps at the least.
+/// Smallest number of usual steps in such a period.
 const LEAST_STEPS: f64 = 20.0;
 
-/// Makes raw stamps seconds from the first one that go on.
+/// Converts raw time stamps to continuous seconds since the first one.
 #[derive(Debug, Clone)]
 pub(crate) struct Follower {
     stamps: Stamps,
@@ -29,7 +28,7 @@ impl Follower {
         }
     }
 
-    /// The same, which has found nothing yet.
+    /// The same state without any faults found.
     pub(crate) fn without_findings(&self) -> Self {
         Follower {
             stamps: Stamps {
@@ -40,13 +39,13 @@ impl Follower {
         }
     }
 
-    /// What the stamp says, and its time, s; NaN where it is absent.
+    /// Meaning of the time stamp, and its time, s; NaN if it is absent.
     #[inline]
-    pub(crate) fn see(&mut self, stamp: f64, line: u64) -> (Clock, f64) {
+    pub(crate) fn observe(&mut self, stamp: f64, line: u64) -> (Clock, f64) {
         let before = self.stamps.before;
-        let clock = self.stamps.see(stamp, line);
+        let clock = self.stamps.observe(stamp, line);
         match clock {
-            Clock::GoesOn | Clock::Paused => {
+            Clock::Continues | Clock::Paused => {
                 if self.offset.is_nan() {
                     self.offset = -stamp;
                 }
@@ -58,65 +57,65 @@ impl Follower {
         (clock, (stamp + self.offset) * self.stamps.per_s)
     }
 
-    /// The recording is parted before the next row.
-    pub(crate) fn part(&mut self, how: Parting) {
-        self.stamps.part(how);
+    /// Marks a break before the next row.
+    pub(crate) fn mark_break(&mut self, how: BreakKind) {
+        self.stamps.mark_break(how);
     }
 
-    /// Pauses of the recorder: how many, and how long in all, s.
+    /// Pauses of the recorder: their number and total length, s.
     pub(crate) fn paused(&self) -> (u64, f64) {
         let faults = &self.stamps.faults;
         (faults.pauses.count(), faults.paused_s)
     }
 
-    /// What was odd.
+    /// Adds the findings.
     pub(crate) fn report(&self, treatment: Treatment, findings: &mut Vec<Finding>) {
         let stamps = &self.stamps;
         stamps.faults.report(findings, stamps.rows, treatment);
     }
 }
 
-/// What a stamp says about the clock.
+/// Meaning of a time stamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Clock {
-    /// The stamp stands as it is, odd or not.
-    GoesOn,
-    /// The row has none.
+    /// The clock continues, with or without a fault.
+    Continues,
+    /// The row has no time stamp.
     Absent,
-    /// The recorder had stopped, and says so: what was not recorded is not missing.
+    /// The recorder was stopped deliberately: samples in between are not missing.
     Paused,
-    /// The counter began at zero again.
+    /// The counter wrapped to zero.
     Wrapped {
-        /// After this many.
+        /// Its period.
         period: f64,
-        /// While the recorder had stopped, as [`Clock::Paused`].
+        /// The recorder was stopped at the same time, as in [`Clock::Paused`].
         paused: bool,
     },
     /// The board was reset.
     Restarted,
 }
 
-/// How a recording is parted.
+/// Kind of a break in a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Parting {
-    /// By blank lines, or a header: it was stopped and goes on.
-    Break,
-    /// By a gap that is named: rows are missing, and the clock may start anew.
+pub(crate) enum BreakKind {
+    /// Blank lines or a header: the recorder was stopped and started again.
+    Pause,
+    /// A named gap: rows are missing, and the clock may restart.
     NamedGap,
 }
 
-impl Parting {
-    /// What a line that parts rows does to them; none for one that does not.
-    pub(crate) fn by(reason: Aside) -> Option<Self> {
+impl BreakKind {
+    /// The kind of break that a line makes; `None` if it makes none.
+    pub(crate) fn of(reason: Aside) -> Option<Self> {
         match reason {
-            Aside::NamedGap => Some(Parting::NamedGap),
-            reason if reason.parts() => Some(Parting::Break),
+            Aside::NamedGap => Some(BreakKind::NamedGap),
+            reason if reason.is_break() => Some(BreakKind::Pause),
             _ => None,
         }
     }
 }
 
-/// Follows raw stamps one after the other and books what is odd about them.
+/// Checks raw time stamps one after the other and counts their faults.
 #[derive(Debug, Clone)]
 struct Stamps {
     /// Usual step, in the unit of the stamps.
@@ -126,8 +125,8 @@ struct Stamps {
     before: f64,
     /// Rows with a stamp.
     rows: u64,
-    /// How many of them there were at the last parting.
-    parted_at: Option<(u64, Parting)>,
+    /// Value of `rows` at the last break, and its kind.
+    last_break: Option<(u64, BreakKind)>,
     faults: Faults,
 }
 
@@ -138,68 +137,67 @@ impl Stamps {
             per_s,
             before: f64::NAN,
             rows: 0,
-            parted_at: None,
+            last_break: None,
             faults: Faults::default(),
         }
     }
 
-    /// The recording is parted before the next row. At a gap that is named a clock
-    /// that runs backwards was started anew, however long ago; blank lines in one do
-    /// not make it a pause.
-    fn part(&mut self, how: Parting) {
-        if self.parted_at != Some((self.rows, Parting::NamedGap)) {
-            self.parted_at = Some((self.rows, how));
+    /// Marks a break before the next row. After a named gap, a clock that runs backwards has
+    /// restarted, however long ago; blank lines within the gap do not make it a pause.
+    fn mark_break(&mut self, how: BreakKind) {
+        if self.last_break != Some((self.rows, BreakKind::NamedGap)) {
+            self.last_break = Some((self.rows, how));
         }
     }
 
     #[inline]
-    fn see(&mut self, stamp: f64, line: u64) -> Clock {
+    fn observe(&mut self, stamp: f64, line: u64) -> Clock {
         let step = stamp - self.before;
         if is_usual_step(step, self.median) {
             self.before = stamp;
             self.rows += 1;
-            return Clock::GoesOn;
+            return Clock::Continues;
         }
-        self.see_odd(stamp, line)
+        self.observe_unusual(stamp, line)
     }
 
     #[cold]
-    fn see_odd(&mut self, stamp: f64, line: u64) -> Clock {
+    fn observe_unusual(&mut self, stamp: f64, line: u64) -> Clock {
         if !stamp.is_finite() {
             self.faults.absent.push(line);
             return Clock::Absent;
         }
         let before = std::mem::replace(&mut self.before, stamp);
-        let parted = self.parted_at.filter(|(at, _)| *at == self.rows);
+        let parted = self.last_break.filter(|(at, _)| *at == self.rows);
         let how = parted.map(|(_, how)| how);
-        let after_gap = how == Some(Parting::NamedGap) && self.median.is_finite();
+        let after_gap = how == Some(BreakKind::NamedGap) && self.median.is_finite();
         self.rows += 1;
         let step = stamp - before;
         if step < 0.0 {
             if let Some(period) = self.wrap_period(before, stamp) {
                 self.faults.wrapped.push(line);
-                let paused = self.waited(step + period, how, line);
+                let paused = self.record_long_step(step + period, how, line);
                 return Clock::Wrapped { period, paused };
             }
             let near_zero = stamp < 0.5 * before
                 && -step > 20.0 * self.median
                 && stamp < 100.0 * self.median.max(1.0 / self.per_s);
             if near_zero || after_gap {
-                // The board began to count anew: it was reset.
+                // The board was reset and counts from zero.
                 self.faults.restarted.push(line);
                 return Clock::Restarted;
             }
             self.faults.backward.push(line);
         } else if step == 0.0 {
             self.faults.duplicate.push(line);
-        } else if self.waited(step, how, line) {
+        } else if self.record_long_step(step, how, line) {
             return Clock::Paused;
         }
-        Clock::GoesOn
+        Clock::Continues
     }
 
-    /// What a clock that fell counts to, in its unit: a 32-bit counter that fell from
-    /// near its end to near its start, or any other that comes out at a usual step.
+    /// Period of a clock that stepped back, in its unit: a 32-bit counter that fell from near its
+    /// end to near its start, or any other period that makes the step a usual one.
     fn wrap_period(&self, before: f64, now: f64) -> Option<f64> {
         let whole = 4_294_967_296.0; // 2³²
         if before > 0.95 * whole && before < whole && (0.0..0.05 * whole).contains(&now) {
@@ -210,8 +208,8 @@ impl Stamps {
             .into_iter()
             .chain(of_time)
             .find(|&period| {
-                // A step back in a clock that has passed the period is no wrap, nor is one
-                // of a clock that has few steps in it.
+                // A clock that has passed the period did not wrap but step back; so did a clock
+                // with few steps in the period.
                 let within =
                     before < period && now >= 0.0 || before < 0.5 * period && now >= -0.5 * period;
                 within
@@ -220,17 +218,16 @@ impl Stamps {
             })
     }
 
-    /// Books a long step: a pause (then true), or a gap.
-    fn waited(&mut self, step: f64, how: Option<Parting>, line: u64) -> bool {
-        // Below that, single lost samples: they are in the missing share. The first
-        // stamp has no step.
+    /// Records a long step: a pause (returns true) or a gap.
+    fn record_long_step(&mut self, step: f64, how: Option<BreakKind>, line: u64) -> bool {
+        // Shorter steps are single lost samples, counted as missing. The first stamp has no step.
         let is_long = step > PAUSE * self.median;
         if !is_long {
             return false;
         }
         let faults = &mut self.faults;
         let step_s = step * self.per_s;
-        let paused = how == Some(Parting::Break);
+        let paused = how == Some(BreakKind::Pause);
         if paused {
             faults.pauses.push(line);
             faults.paused_s += step_s;

@@ -1,16 +1,16 @@
 //! Dates and times of day as stamps.
 
-/// A date and time of day as seconds since 1970 (as if in UTC; only differences are
-/// used), a time of day alone as seconds since midnight.
+/// Parses a date and time of day as seconds since 1970 (in UTC; only differences are used), or a
+/// time of day alone as seconds since midnight.
 ///
 /// `2025-04-07T10:15:00.25Z`, `2017-05-19 14:31:14,220`, `5/19/2017 14:31:14.220`,
-/// `2019-05-08T11.41.59.305`, `11:41:59:3050`, `2:31:14.220 PM`. What stands behind the
-/// seconds is their fraction, whatever parts it from them. Of two numbers that can
-/// both be a month the first is taken for it: only midnight would show which is right.
+/// `2019-05-08T11.41.59.305`, `11:41:59:3050`, `2:31:14.220 PM`. Digits after the seconds are
+/// their fraction, whatever the separator. If two numbers can both be the month, the first one is
+/// used: only a change of date at midnight would show which is right.
 #[must_use]
 pub fn parse_date(text: &[u8]) -> Option<f64> {
     let text = text.trim_ascii();
-    // Words are not worth the attempt: a header can have many.
+    // Fast rejection of words: a header can have many.
     if !text.first()?.is_ascii_digit() || text.len() < 4 {
         return None;
     }
@@ -48,7 +48,7 @@ fn day_s(text: &str) -> Option<f64> {
     Some(midnight.as_second() as f64)
 }
 
-/// Seconds since midnight, with what a zone takes off.
+/// Seconds since midnight in UTC, if the time has a zone.
 fn time_of_day_s(text: &str, dated: bool) -> Option<f64> {
     let text = text.trim();
     let (text, half_day_s) = match text.as_bytes() {
@@ -65,7 +65,7 @@ fn time_of_day_s(text: &str, dated: bool) -> Option<f64> {
         let value: f64 = digits.then(|| part.parse().ok()).flatten()?;
         (value < below).then_some(value)
     };
-    // Without a date in front, points alone are those of a version.
+    // Without a date, a number with points only may be a version.
     if !clock.contains(':') && !dated {
         return None;
     }
@@ -92,7 +92,7 @@ fn time_of_day_s(text: &str, dated: bool) -> Option<f64> {
     Some(since_midnight + half_day_s.unwrap_or(0.0) - zone_s(zone)?)
 }
 
-/// What a zone is ahead of UTC: `Z`, `+02:00`, `-0530`, or nothing.
+/// Offset of a zone from UTC: `Z`, `+02:00`, `-0530`, or empty.
 fn zone_s(text: &str) -> Option<f64> {
     let sign = match text.as_bytes() {
         [] | [b'Z'] => return Some(0.0),
@@ -115,7 +115,7 @@ mod tests {
     use super::parse_date;
 
     #[test]
-    fn stamps_as_loggers_write_them() {
+    fn dates_and_times_of_loggers_are_parsed() {
         let base = parse_date(b"2017-05-19").unwrap();
         for (text, seconds) in [
             ("2017-05-19 14:31:14.220", 52_274.22),
@@ -129,8 +129,8 @@ mod tests {
             ("2017-05-19T14.31.14.220", 52_274.22),
             ("2017/05/19/14:31:14.220000", 52_274.22),
         ] {
-            let seen = parse_date(text.as_bytes()).unwrap_or(f64::NAN) - base;
-            assert!((seen - seconds).abs() < 1e-5, "{text}: {seen}");
+            let parsed = parse_date(text.as_bytes()).unwrap_or(f64::NAN) - base;
+            assert!((parsed - seconds).abs() < 1e-5, "{text}: {parsed}");
         }
         assert_eq!(base, 1_495_152_000.0);
         for (text, seconds) in [

@@ -1,4 +1,4 @@
-//! Time stamps as they were recorded: unit, wraps, repeats, gaps, true rate.
+//! Time stamps: unit, wraps, repeats, gaps, sampling rate.
 
 mod clock;
 mod date;
@@ -13,77 +13,78 @@ use serde::Serialize;
 use super::POSSIBLE;
 use crate::finding::{Finding, FindingKind};
 
-pub(crate) use clock::{Clock, Follower, Parting};
+pub(crate) use clock::{BreakKind, Clock, Follower};
 pub use date::parse_date;
 pub(crate) use odd::Treatment;
 use steps::Steps;
 pub use unit::TimeUnit;
 use unit::guess_unit;
 
-/// What the time stamps say about the sampling.
+/// Timing of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Timing {
-    /// Unit of the stamps; none without stamps.
+    /// Unit of the time stamps; `None` without time stamps.
     pub unit: Option<TimeUnit>,
-    /// The rate that somebody claims (metadata, `--rate`), in Hz.
+    /// The claimed sampling rate (metadata, `--rate`), in Hz.
     pub nominal_rate_hz: Option<f64>,
     /// One over the median step, in Hz.
     pub median_rate_hz: Option<f64>,
-    /// Rows per second over the whole recording but its pauses, in Hz: what is
-    /// really there.
+    /// Number of rows over the recorded time without pauses, in Hz.
     pub mean_rate_hz: Option<f64>,
-    /// From the first stamp to the last, in s; without stamps rows over rate.
+    /// From the first time stamp to the last, in s; without time stamps from rows and claimed
+    /// rate.
     pub duration_s: Option<f64>,
-    /// Standard deviation of the steps that are no gaps, in s.
+    /// Standard deviation of the steps that are not gaps, in s.
     pub jitter_s: Option<f64>,
     /// Share of samples that are missing, 0 to 1.
     pub missing_share: Option<f64>,
 }
 
 impl Timing {
-    /// The rate to work with, in Hz: that of the stamps, else the claimed one.
+    /// The sampling rate to work with, in Hz: that of the time stamps, otherwise the claimed one.
     #[must_use]
     pub fn rate_hz(&self) -> Option<f64> {
         self.median_rate_hz.or(self.nominal_rate_hz)
     }
 }
 
-/// True for a step between stamps that is not odd: it advances, and by no gap.
+/// True for a usual step: it advances and is not a gap.
 #[inline]
 pub(crate) fn is_usual_step(step: f64, usual: f64) -> bool {
     step > 0.0 && step < PAUSE * usual
 }
 
-/// What is known about the stamps from outside.
+/// What file and user specify about the time stamps.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Claims {
     pub unit: Option<TimeUnit>,
     pub nominal_rate_hz: Option<f64>,
-    /// Span of the temperature in the recording, °C: a sensor cannot warm by
-    /// tens of degrees within seconds.
+    /// Range of the temperature in the recording, °C: a sensor cannot warm by tens of degrees
+    /// within seconds.
     pub temperature_span_c: f64,
 }
 
-/// A step of more than so many usual ones waits for something.
+/// A step longer than this number of usual steps is a pause, a gap or a wait for a buffer.
 const PAUSE: f64 = 4.5;
-/// A buffer that is passed on at once holds fewer samples than this.
+/// A buffer that is sent at once holds fewer samples than this.
 const RAREST_BURST: u64 = 20;
-/// Waits of one length are bursts, from so many on.
+/// Smallest number of waits of equal length that are bursts.
 const FEWEST_BURSTS: u64 = 5;
 
-/// How stamps are read.
+/// How time stamps are read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StampReading {
     /// Unit of the stamps.
     pub unit: TimeUnit,
-    /// Their usual step, in it: the median of those that rise.
+    /// Their usual step, in this unit: the median of the positive steps.
     pub usual: f64,
-    /// Stamps are those of arrival: samples are even, at this rate, Hz.
+    /// The stamps are times of arrival: samples are assumed to be equally spaced, at this rate,
+    /// Hz.
     pub even_hz: Option<f64>,
 }
 
 impl StampReading {
-    /// Time, breaks and gaps come out alike by either.
+    /// True if times, breaks and gaps are the same with either.
     pub fn agrees(&self, other: &StampReading) -> bool {
         let near = |a: f64, b: f64, share: f64| (a / b - 1.0).abs() <= share;
         let even = match (self.even_hz, other.even_hz) {
@@ -95,61 +96,60 @@ impl StampReading {
     }
 }
 
-/// Makes time of stamps, row by row, and finds out how they are to be read.
+/// Converts time stamps to time, row by row, and determines how to read them.
 #[derive(Debug, Clone)]
 pub(crate) struct ClockMonitor {
     stamp_reading: Option<StampReading>,
     follower: Option<Follower>,
-    /// Steps as they stand.
+    /// All steps.
     steps: Steps,
-    /// Those of them that are wraps and pauses, and what they are without.
+    /// The steps that are wraps and pauses, and their corrected values.
     odd: Steps,
-    mended: Steps,
+    corrected: Steps,
     rows: u64,
-    /// Rows with a stamp.
+    /// Rows with a time stamp.
     stamped: u64,
     first: f64,
-    /// The first stamp that is one.
+    /// The first finite time stamp.
     origin: f64,
     before: f64,
     latest_s: f64,
 }
 
-/// A row, as its stamp says.
+/// Time of a row.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RowTime {
-    /// Seconds from the first row; NaN where it is not known.
+    /// Seconds since the first row; NaN if unknown.
     pub t_s: f64,
-    /// The clock started anew.
+    /// The clock restarted at this row.
     pub restarted: bool,
 }
 
 impl RowTime {
-    /// Nothing is known.
     pub const UNKNOWN: RowTime = RowTime {
         t_s: f64::NAN,
         restarted: false,
     };
 }
 
-/// What the stamps of a recording came to.
+/// Results of the time stamps of a recording.
 pub(crate) struct ClockSummary {
     pub timing: Timing,
-    /// How the stamps are to be read; none when they are of no use.
+    /// How to read the time stamps; `None` if they cannot be used.
     pub stamp_reading: Option<StampReading>,
-    /// The first stamp itself, s: where the time is 0.
+    /// The first time stamp, s: where the time is 0.
     pub origin_s: Option<f64>,
 }
 
 impl ClockMonitor {
-    /// `stamp_reading` as far as it is known; without it there is no time.
+    /// `stamp_reading`: as far as it is known; without it no time is computed.
     pub fn new(stamp_reading: Option<StampReading>) -> Self {
         ClockMonitor {
             stamp_reading,
             follower: stamp_reading.map(|b| Follower::new(b.usual, b.unit.seconds())),
             steps: Steps::default(),
             odd: Steps::default(),
-            mended: Steps::default(),
+            corrected: Steps::default(),
             rows: 0,
             stamped: 0,
             first: f64::NAN,
@@ -159,9 +159,9 @@ impl ClockMonitor {
         }
     }
 
-    /// The next row; `parting`: what parts it from the one before.
+    /// Processes the next row; `break_kind`: the kind of break before it.
     #[inline]
-    pub fn see(&mut self, stamp: f64, line: u64, parting: Option<Parting>) -> RowTime {
+    pub fn observe(&mut self, stamp: f64, line: u64, break_kind: Option<BreakKind>) -> RowTime {
         let step = stamp - self.before;
         let first = self.rows == 0;
         self.before = stamp;
@@ -180,21 +180,21 @@ impl ClockMonitor {
         let Some(follower) = &mut self.follower else {
             return RowTime::UNKNOWN;
         };
-        if let Some(how) = parting {
-            follower.part(how);
+        if let Some(how) = break_kind {
+            follower.mark_break(how);
         }
-        let (clock, stamp_s) = follower.see(stamp, line);
-        let mended = match clock {
-            // Neither lost samples nor bunches.
+        let (clock, stamp_s) = follower.observe(stamp, line);
+        let corrected = match clock {
+            // Not counted as missing samples or as bursts.
             Clock::Paused | Clock::Wrapped { paused: true, .. } => Some(f64::NAN),
             Clock::Wrapped { period, .. } => Some(step + period),
             _ => None,
         };
-        if let Some(mended) = mended {
+        if let Some(corrected) = corrected {
             self.odd.push(step);
-            self.mended.push(mended);
+            self.corrected.push(corrected);
         }
-        // What is absent is NaN, which is no maximum.
+        // `max` ignores NaN of absent stamps.
         self.latest_s = self.latest_s.max(stamp_s);
         RowTime {
             t_s: match self.stamp_reading.and_then(|b| b.even_hz) {
@@ -205,7 +205,7 @@ impl ClockMonitor {
         }
     }
 
-    /// The unit of the stamps and their usual step, by all rows so far.
+    /// The unit of the time stamps and their usual step, from all rows so far.
     fn judge_unit(&self, claims: &Claims, findings: &mut Vec<Finding>) -> Option<(TimeUnit, f64)> {
         let Some(usual) = self.steps.median() else {
             findings.push(Finding::new(
@@ -214,7 +214,7 @@ impl ClockMonitor {
             ));
             return None;
         };
-        // Stamps that most rows share with their neighbours are coarser than the sampling.
+        // If most rows repeat the stamp before, the stamps are coarser than the sampling.
         let coarse = self.steps.coarse_rate(PAUSE * usual);
         let period = coarse.map_or(usual, |rate| 1.0 / rate);
         let unit = match claims.unit {
@@ -222,7 +222,7 @@ impl ClockMonitor {
             Some(unit) => {
                 findings.push(Finding::new(
                     FindingKind::TimeUnitUnknown,
-                    format!("steps of {period:e} {} are no rate that a sensor has; the stamps are not used (give --time-unit)", unit.name()),
+                    format!("steps of {period:e} {} give no plausible sampling rate; the time stamps are not used (give --time-unit)", unit.name()),
                 ));
                 return None;
             }
@@ -231,7 +231,7 @@ impl ClockMonitor {
                 let Some(unit) = guess_unit(self.first, steps, period, claims, findings) else {
                     findings.push(Finding::new(
                         FindingKind::TimeUnitUnknown,
-                        format!("steps of {period} fit no unit of time at a usual rate; the stamps are not used (give --time-unit)"),
+                        format!("steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used (give --time-unit)"),
                     ));
                     return None;
                 };
@@ -241,18 +241,18 @@ impl ClockMonitor {
         Some((unit, usual))
     }
 
-    /// What makes time of the next stamp.
+    /// State to convert the next time stamp.
     pub fn follower(&self) -> Option<Follower> {
         self.follower.as_ref().map(Follower::without_findings)
     }
 
-    /// Goes on by another one.
+    /// Continues from another state.
     pub fn follow(&mut self, follower: Follower) {
         self.follower = Some(follower);
     }
 
-    /// What the stamps say, after the last row. Rates and gaps are right where the usual
-    /// step that was assumed [agrees](StampReading::agrees) with the one that is found.
+    /// Results, after the last row. Rates and gaps are right if the usual step that was assumed
+    /// [agrees](StampReading::agrees) with the one that was determined.
     pub fn finish(
         &self,
         claims: &Claims,
@@ -286,7 +286,7 @@ impl ClockMonitor {
             .map(|rate| rate / per_s)
             .filter(|rate| POSSIBLE.contains(rate))
             .or_else(|| self.mean_rate(follower));
-        let steps = &self.steps.with(&self.odd, &self.mended);
+        let steps = &self.steps.with(&self.odd, &self.corrected);
         let mut timing = Timing {
             unit: Some(unit),
             nominal_rate_hz: claims.nominal_rate_hz,
@@ -296,8 +296,8 @@ impl ClockMonitor {
             jitter_s: None,
             missing_share: None,
         };
-        // Several samples that arrive with one stamp, then a long step: stamps of
-        // arrival at the computer, not of sampling.
+        // Several samples with one stamp, then a long step: the stamps are times of arrival at
+        // the computer.
         let bunched = steps.shorter(0.2 / (per_s * mean_rate.unwrap_or(0.0)));
         let bunches = bunched * 2 > steps.count() && self.stamped > RAREST_BURST;
         if bunches && !steps.pauses_only(usual, PAUSE * usual) {
@@ -319,14 +319,14 @@ impl ClockMonitor {
         }
     }
 
-    /// What is odd about the stamps themselves.
+    /// Adds the findings about the time stamps.
     pub fn report(&self, treatment: Treatment, findings: &mut Vec<Finding>) {
         if let Some(follower) = &self.follower {
             follower.report(treatment, findings);
         }
     }
 
-    /// Rows a second while it was recorded, Hz.
+    /// Rows per second while recording, Hz.
     fn mean_rate(&self, follower: &Follower) -> Option<f64> {
         let (pauses, paused_s) = follower.paused();
         let steps = (self.stamped as f64) - 1.0 - (pauses as f64);
@@ -354,14 +354,14 @@ fn bursts(steps: &Steps, bunched: u64, mean_rate: Option<f64>) -> Finding {
     .counting(bunched)
 }
 
-/// The median of millisecond stamps at 62.5 Hz is 16 ms exactly never: use the
-/// mean of the steps near the median. In rows per unit of the stamps.
+/// Mean of the steps near the median, as a rate in rows per unit of the stamps. The median itself
+/// is not used: that of millisecond stamps at 62.5 Hz (16 ms) is never exact.
 fn steady_rate(steps: &Steps, usual: f64) -> f64 {
     let near = steps.between(0.5 * usual, 1.5 * usual);
     1.0 / if near.count > 0 { near.mean } else { usual }
 }
 
-/// Without stamps: the claimed rate is all there is.
+/// Timing without time stamps: only the claimed rate is known.
 pub(crate) fn untimed(rows: u64, claims: &Claims) -> Timing {
     Timing {
         unit: None,
@@ -374,50 +374,51 @@ pub(crate) fn untimed(rows: u64, claims: &Claims) -> Timing {
     }
 }
 
-/// Stamps of a whole recording.
+/// Results for time stamps in memory.
 pub(crate) struct Timed {
     pub timing: Timing,
-    /// Seconds from the first row; none when the stamps are of no use.
+    /// Seconds since the first row; `None` if the stamps cannot be used.
     pub time_s: Option<Vec<f64>>,
-    /// The first stamp itself, s: where `time_s` is 0.
+    /// The first time stamp, s: where `time_s` is 0.
     pub origin_s: Option<f64>,
-    /// Rows at which the clock started anew.
+    /// Rows at which the clock restarted.
     pub restarts: Vec<usize>,
     pub findings: Vec<Finding>,
 }
 
-/// Judges raw stamps that are all in memory; `line` gives the line of a row, `parting`
-/// what parts it from the row before.
+/// Evaluates raw time stamps in memory; `line` gives the line of a row, `break_kind` the kind of
+/// break before it.
 pub(crate) fn judge(
     raw: &[f64],
     claims: &Claims,
     line: impl Fn(usize) -> u64,
-    parting: impl Fn(usize) -> Option<Parting>,
+    break_kind: impl Fn(usize) -> Option<BreakKind>,
 ) -> Timed {
-    // The steps tell the unit; the pauses, which take it, whether samples are even.
+    // Repeated until consistent: the unit depends on the steps, and even spacing on the pauses,
+    // which depend on the unit.
     let mut stamp_reading: Option<StampReading> = None;
     loop {
-        let mut keeper = ClockMonitor::new(stamp_reading);
+        let mut clock = ClockMonitor::new(stamp_reading);
         let mut time_s = Vec::with_capacity(raw.len());
         let mut restarts = Vec::new();
         for (row, &stamp) in raw.iter().enumerate() {
-            let time = keeper.see(stamp, line(row), parting(row));
+            let time = clock.observe(stamp, line(row), break_kind(row));
             time_s.push(time.t_s);
             restarts.extend(time.restarted.then_some(row));
         }
         let mut findings = Vec::new();
-        let kept = keeper.finish(claims, Treatment::Repaired, &mut findings);
+        let summary = clock.finish(claims, Treatment::Repaired, &mut findings);
         let known = stamp_reading.is_some_and(|b| b.even_hz.is_some());
-        if stamp_reading == kept.stamp_reading || known {
+        if stamp_reading == summary.stamp_reading || known {
             return Timed {
-                timing: kept.timing,
-                time_s: kept.stamp_reading.map(|_| time_s),
-                origin_s: kept.origin_s,
+                timing: summary.timing,
+                time_s: summary.stamp_reading.map(|_| time_s),
+                origin_s: summary.origin_s,
                 restarts,
                 findings,
             };
         }
-        stamp_reading = kept.stamp_reading;
+        stamp_reading = summary.stamp_reading;
     }
 }
 
@@ -428,7 +429,7 @@ fn rate_findings(timing: &Timing, missing: f64, findings: &mut Vec<Finding>) {
         findings.push(Finding::new(
             FindingKind::RateMismatch,
             format!(
-                "{nominal} Hz is claimed, the time stamps say {rate:.2} Hz; the stamps are used"
+                "the claimed rate is {nominal} Hz, the time stamps give {rate:.2} Hz; the time stamps are used"
             ),
         ));
     }

@@ -1,17 +1,17 @@
-//! What was odd about the stamps of a recording, as findings.
+//! Findings about the time stamps of a recording.
 
 use crate::finding::{Finding, FindingKind, LineSpans};
 
-/// What becomes of stamps that wrap or start anew.
+/// Treatment of time stamps that wrap or restart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Treatment {
-    /// They are made to go on.
+    /// They are made continuous.
     Repaired,
-    /// They stay as they stand in the file.
+    /// They are left as in the file.
     Kept,
 }
 
-/// Lines of each kind, and how long it took.
+/// Lines of each kind of fault, and durations.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Faults {
     pub wrapped: LineSpans,
@@ -54,10 +54,10 @@ impl Faults {
                 FindingKind::RestartedTime,
                 match treatment {
                     Treatment::Repaired => {
-                        "the time stamps start anew (the board was reset); taken as a break, the clock goes on from the row before"
+                        "the time stamps restart (the board was reset); treated as a break, and the clock continues from the row before"
                     }
                     Treatment::Kept => {
-                        "the time stamps start anew (the board was reset); kept as recorded"
+                        "the time stamps restart (the board was reset); kept as recorded"
                     }
                 },
             ),
@@ -110,7 +110,7 @@ impl Faults {
             Finding::new(
                 FindingKind::Pause,
                 format!(
-                    "{} of the recorder, the longest {:.3} s: nothing is counted as missing there",
+                    "{} of the recorder, the longest {:.3} s: no samples are counted as missing there",
                     plural(&self.pauses, "pause"),
                     self.longest_pause_s
                 ),

@@ -1,23 +1,22 @@
-//! Steps between stamps, counted: their median, their spread and what is missing among
-//! them, in memory that does not grow with the recording.
+//! Statistics of the steps between time stamps (median, spread, missing samples), in memory that
+//! does not grow with the recording.
 
 use std::collections::BTreeMap;
 
-/// Bits of the mantissa that tell two bins apart: a bin is 0.4 % wide at most. What is
-/// asked of a bin is asked of the mean of its steps, which of stamps from a counter are
-/// all alike.
+/// Bits of the mantissa that select a bin: a bin is at most 0.4 % wide. Bins are represented by
+/// the mean of their steps; for stamps of a counter all steps of a bin are equal.
 const BITS: u32 = 8;
 
-/// Steps of about one length.
+/// Steps of nearly equal length.
 #[derive(Debug, Clone, Copy)]
 struct Bin {
     count: u64,
-    /// The first of them; sums are of the differences to it.
+    /// The first of them; sums are of the differences from it.
     first: f64,
     sum: f64,
     squares: f64,
-    /// Of those before which the stamp had changed before: the rows since then, and the
-    /// steps, summed up.
+    /// Of the steps with an earlier change of the stamp: rows since that change, and the steps,
+    /// both summed.
     rows: u64,
     span: f64,
 }
@@ -28,22 +27,22 @@ impl Bin {
     }
 }
 
-/// Steps between stamps, in their unit.
+/// Steps between time stamps, in their unit.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Steps {
     bins: Vec<Bin>,
     of_key: BTreeMap<u32, usize>,
-    /// The bin that was met last, and its key.
+    /// The bin that was used last, and its key.
     last: (u32, usize),
-    /// Steps of no length.
+    /// Number of zero steps.
     zero: u64,
-    /// All of them, those back and those that are no number included.
+    /// Number of all steps, including negative ones and NaN.
     number: u64,
-    /// The step at which the stamp changed last.
+    /// Number of the last step at which the stamp changed.
     changed: Option<u64>,
 }
 
-/// Steps of a range of lengths.
+/// Steps in a range of lengths.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Group {
     pub count: u64,
@@ -63,7 +62,7 @@ impl Group {
         self.squares += squares + off * off * a * b / (a + b);
     }
 
-    /// Standard deviation of a sample; none for fewer than three.
+    /// Sample standard deviation; `None` for fewer than three steps.
     pub fn deviation(&self) -> Option<f64> {
         (self.count > 2).then(|| (self.squares / (self.count - 1) as f64).sqrt())
     }
@@ -113,18 +112,18 @@ impl Steps {
         at
     }
 
-    /// The same with `mended` in place of the steps of `odd`, which are among them.
-    pub fn with(&self, odd: &Steps, mended: &Steps) -> Steps {
+    /// A copy in which the steps of `odd` are replaced by `corrected`.
+    pub fn with(&self, odd: &Steps, corrected: &Steps) -> Steps {
         let mut out = self.clone();
         out.add(odd, -1.0);
-        out.add(mended, 1.0);
+        out.add(corrected, 1.0);
         out.bins.retain(|bin| bin.count > 0);
-        // Places in it are no longer known.
+        // The indices are no longer valid.
         out.of_key.clear();
         out
     }
 
-    /// Adds the steps of another, or takes them away; what was said of changes stays.
+    /// Adds the steps of `other` (`sign` 1) or removes them (−1); `changed` is left.
     fn add(&mut self, other: &Steps, sign: f64) {
         let signed = |count: u64| {
             if sign > 0.0 {
@@ -142,7 +141,7 @@ impl Steps {
             };
             let at = self.bin(*key, from.first);
             if let Some(bin) = self.bins.get_mut(at) {
-                // Sums are of differences to the first step of each.
+                // Sums are relative to the first step of each bin.
                 let n = from.count as f64;
                 let off = from.first - bin.first;
                 change(&mut bin.count, from.count);
@@ -152,24 +151,24 @@ impl Steps {
         }
     }
 
-    /// How many there are.
+    /// Number of all steps.
     pub fn count(&self) -> u64 {
         self.number
     }
 
-    /// Stamps that repeat the one before.
+    /// Number of stamps that repeat the one before.
     pub fn repeats(&self) -> u64 {
         self.zero
     }
 
-    /// Lengths of the rising ones with their numbers, from short to long.
+    /// Lengths of the positive steps and their numbers, in ascending order.
     fn rising(&self) -> Vec<(f64, u64)> {
         let mut lengths: Vec<(f64, u64)> = self.bins.iter().map(|b| (b.mean(), b.count)).collect();
         lengths.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         lengths
     }
 
-    /// The step in the middle of those that rise; none without any.
+    /// Median of the positive steps; `None` without any.
     pub fn median(&self) -> Option<f64> {
         let rising = self.rising();
         let all: u64 = rising.iter().map(|r| r.1).sum();
@@ -180,14 +179,14 @@ impl Steps {
         })
     }
 
-    /// How many are no step back and shorter than `limit`.
+    /// Number of steps from 0 to below `limit`.
     pub fn shorter(&self, limit: f64) -> u64 {
         let zero = if limit > 0.0 { self.zero } else { 0 };
         let bins = self.bins.iter().filter(|b| b.mean() < limit);
         zero + bins.map(|b| b.count).sum::<u64>()
     }
 
-    /// Those between `low` and `high`, ends excluded.
+    /// The steps between `low` and `high`, both excluded.
     pub fn between(&self, low: f64, high: f64) -> Group {
         let mut group = Group::default();
         if low < 0.0 {
@@ -204,8 +203,8 @@ impl Steps {
         group
     }
 
-    /// Samples that are lost within steps of more than one and a half and less than a
-    /// million times `usual`.
+    /// Number of samples missing in steps longer than 1.5 and shorter than a million times
+    /// `usual`.
     pub fn missing(&self, usual: f64) -> f64 {
         self.rising()
             .iter()
@@ -214,10 +213,10 @@ impl Steps {
             .sum()
     }
 
-    /// Rows per unit of stamps that most rows share with the row before: those from one
-    /// change of the stamp to the next, since the recording begins and ends somewhere
-    /// within a stamp; without waits of `longest` and more, and steps back. None for
-    /// other stamps, and for fewer than three.
+    /// Rows per unit of time for stamps that most rows share with the row before. Counted from
+    /// one change of the stamp to the next, since the recording begins and ends within a stamp;
+    /// without waits of `longest` or more and steps back. `None` for other stamps and for fewer
+    /// than three.
     pub fn coarse_rate(&self, longest: f64) -> Option<f64> {
         if self.zero * 2 <= self.number {
             return None;
@@ -227,14 +226,14 @@ impl Steps {
         (rows > 0).then(|| rows as f64 / span)
     }
 
-    /// Whether the steps longer than `long` are pauses of the recorder, and no waiting
-    /// for a full buffer: between them the stamps run evenly, they are rare, and they
-    /// differ in length.
+    /// True if the steps longer than `long` are pauses of the recorder and not waits for a full
+    /// buffer: they are rare and of different lengths, and the stamps between them are evenly
+    /// spaced.
     pub fn pauses_only(&self, usual: f64, long: f64) -> bool {
         let waits: Vec<(f64, u64)> = self.rising().into_iter().filter(|r| r.0 > long).collect();
         let count: u64 = waits.iter().map(|w| w.1).sum();
         let even = self.between(0.5 * usual, 1.5 * usual).count;
-        // Not counting what is lost here and there.
+        // Allows for some lost samples.
         if count * super::RAREST_BURST > self.number || even * 10 < (self.number - count) * 9 {
             return false;
         }
@@ -250,7 +249,7 @@ impl Steps {
     }
 }
 
-/// The length at place `n` of sorted ones.
+/// The length at index `n` of the sorted list with repetitions.
 fn nth(lengths: &[(f64, u64)], n: u64) -> Option<f64> {
     let mut before = 0;
     let found = lengths.iter().find(|(_, count)| {
@@ -287,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_counter_everything_is_exact() {
+    fn statistics_of_counter_stamps_are_exact() {
         let list = counter(5000);
         let steps = of(&list);
         let mut rising: Vec<f64> = list.iter().copied().filter(|s| *s > 0.0).collect();
@@ -317,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_clock_that_jitters_the_median_is_within_a_bin() {
+    fn median_of_jittering_stamps_is_within_a_bin() {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let mut list: Vec<f64> = (0..20_001).map(|_| rng.random_range(0.002..0.03)).collect();
         let steps = of(&list);
@@ -327,9 +326,9 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_are_mended_are_those_of_the_mended_list() {
+    fn replaced_steps_equal_those_of_the_corrected_list() {
         let list = counter(3000);
-        let (mut odd, mut mended) = (Steps::default(), Steps::default());
+        let (mut odd, mut corrected) = (Steps::default(), Steps::default());
         let mut new = list.clone();
         for step in &mut new {
             let by = match *step {
@@ -338,10 +337,10 @@ mod tests {
                 _ => continue,
             };
             odd.push(*step);
-            mended.push(by);
+            corrected.push(by);
             *step = by;
         }
-        let (a, b) = (of(&list).with(&odd, &mended), of(&new));
+        let (a, b) = (of(&list).with(&odd, &corrected), of(&new));
         assert_eq!(
             (a.count(), a.repeats(), a.median()),
             (b.count(), b.repeats(), b.median())

@@ -1,6 +1,6 @@
 use super::*;
 
-fn judged(raw: Vec<f64>) -> Timed {
+fn evaluated(raw: Vec<f64>) -> Timed {
     let claims = Claims {
         unit: None,
         nominal_rate_hz: None,
@@ -9,12 +9,12 @@ fn judged(raw: Vec<f64>) -> Timed {
     judge(&raw, &claims, |row| row as u64 + 1, |_| None)
 }
 
-fn gap_at(at: usize) -> impl Fn(usize) -> Option<Parting> {
-    move |row| (row == at).then_some(Parting::NamedGap)
+fn gap_at(at: usize) -> impl Fn(usize) -> Option<BreakKind> {
+    move |row| (row == at).then_some(BreakKind::NamedGap)
 }
 
-fn break_at(at: usize) -> impl Fn(usize) -> Option<Parting> {
-    move |row| (row == at).then_some(Parting::Break)
+fn break_at(at: usize) -> impl Fn(usize) -> Option<BreakKind> {
+    move |row| (row == at).then_some(BreakKind::Pause)
 }
 
 fn kinds(timed: &Timed) -> Vec<&str> {
@@ -23,7 +23,7 @@ fn kinds(timed: &Timed) -> Vec<&str> {
 
 #[test]
 fn millisecond_stamps_at_62_5_hz_give_the_true_rate() {
-    let timed = judged((0..1000).map(|i| (f64::from(i) * 16.0).floor()).collect());
+    let timed = evaluated((0..1000).map(|i| (f64::from(i) * 16.0).floor()).collect());
     let rate = timed.timing.rate_hz().unwrap();
     assert_eq!(timed.timing.unit, Some(TimeUnit::Millisecond));
     assert!((rate - 62.5).abs() < 0.01, "{rate}");
@@ -31,26 +31,26 @@ fn millisecond_stamps_at_62_5_hz_give_the_true_rate() {
 }
 
 #[test]
-fn a_wrapped_counter_goes_on() {
+fn a_wrapped_counter_is_made_continuous() {
     let start = 4_294_967_296.0 - 50.0;
     let raw = (0..20)
         .map(|i| (start + 10.0 * f64::from(i)) % 4_294_967_296.0)
         .collect();
-    let timed = judged(raw);
+    let timed = evaluated(raw);
     assert_eq!(kinds(&timed), ["wrapped-time"]);
     let t = timed.time_s.unwrap();
     assert!(t.windows(2).all(|w| (w[1] - w[0] - 0.01).abs() < 1e-9));
 }
 
 #[test]
-fn repeats_steps_back_and_gaps_are_named_with_their_lines() {
+fn repeats_steps_back_and_gaps_are_reported_with_lines() {
     let mut raw: Vec<f64> = (0..200).map(|i| 10.0 * f64::from(i)).collect();
     raw[50] = raw[49];
     raw[70] = raw[68] - 5.0;
     for t in &mut raw[100..] {
         *t += 300.0;
     }
-    let timed = judged(raw);
+    let timed = evaluated(raw);
     assert_eq!(
         kinds(&timed),
         ["backward-time", "duplicate-time", "gap", "missing-samples"]
@@ -63,7 +63,7 @@ fn repeats_steps_back_and_gaps_are_named_with_their_lines() {
 fn a_reset_of_the_board_is_a_break() {
     let mut raw: Vec<f64> = (0..100).map(|i| 5000.0 + 10.0 * f64::from(i)).collect();
     raw.extend((0..100).map(|i| 120.0 + 10.0 * f64::from(i)));
-    let timed = judged(raw);
+    let timed = evaluated(raw);
     assert_eq!(kinds(&timed), ["restarted-time"]);
     assert_eq!(timed.restarts, [100]);
 }
@@ -71,40 +71,40 @@ fn a_reset_of_the_board_is_a_break() {
 #[test]
 fn bursts_are_arrival_times() {
     let raw = (0..300).map(|i| f64::from(i / 10) * 100.0).collect();
-    let timed = judged(raw);
+    let timed = evaluated(raw);
     assert!(kinds(&timed).contains(&"burst-time"));
-    // Ten rows every 100 ms, those of the first and of the last stamp too.
+    // Ten rows every 100 ms, including those of the first and last stamp.
     assert!((timed.timing.rate_hz().unwrap() - 100.0).abs() < 1e-9);
 }
 
 #[test]
-fn coarse_stamps_have_their_rate_across_resets_and_gaps() {
-    // Whole seconds at 100 Hz, a reset, a wait of 1000 s.
+fn rate_of_coarse_stamps_is_right_despite_resets_and_gaps() {
+    // Whole seconds at 100 Hz, a reset, a gap of 1000 s.
     let second = |i: i32| f64::from(i / 100);
     let raw = (0..5030)
         .map(second)
         .chain((0..6000).map(second))
         .chain((0..3000).map(|i| 1060.0 + second(i)))
         .collect();
-    let timed = judged(raw);
+    let timed = evaluated(raw);
     let rate = timed.timing.rate_hz().unwrap();
     assert!((rate - 100.0).abs() < 1.0, "{rate}");
 }
 
 #[test]
-fn a_step_back_is_no_wrap() {
+fn a_step_back_is_not_a_wrap() {
     // 10 Hz in ms: rows that come 0.8 s late, and a clock set back by a second.
     for back in [800.0, 1000.0] {
         let raw = (0..300)
             .map(|i| 100.0 * f64::from(i) - if i >= 150 { back } else { 0.0 })
             .collect();
-        let kinds_of = kinds(&judged(raw)).join(" ");
+        let kinds_of = kinds(&evaluated(raw)).join(" ");
         assert!(kinds_of.contains("backward-time"), "{back}: {kinds_of}");
         assert!(!kinds_of.contains("wrapped-time"), "{back}: {kinds_of}");
     }
 }
 
-/// `rows` at 100 Hz, then a pause, and so on; ms.
+/// `rows` rows at 100 Hz between the pauses; ms.
 fn paused(rows: usize, pauses_s: &[f64]) -> Vec<f64> {
     let mut out = Vec::new();
     let mut start = 0.0;
@@ -116,27 +116,27 @@ fn paused(rows: usize, pauses_s: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn pauses_of_the_recorder_are_no_bursts() {
+fn pauses_of_the_recorder_are_not_bursts() {
     for (rows, pauses_s) in [
         (100, &[5.0, 52.0][..]),
         (40, &[600.0][..]),
         (300, &[12.0, 31.0, 17.0, 55.0, 20.0, 90.0, 14.0]),
     ] {
-        let timed = judged(paused(rows, pauses_s));
+        let timed = evaluated(paused(rows, pauses_s));
         assert_eq!(kinds(&timed), ["gap", "missing-samples"], "{pauses_s:?}");
         let rate = timed.timing.rate_hz().unwrap();
         assert!((rate - 100.0).abs() < 0.1, "{rate}");
     }
-    // Buffers of 30 that come every 2 s are bursts all the same.
-    let timed = judged(paused(30, &[2.0; 12]));
+    // Buffers of 30 rows every 2 s are bursts.
+    let timed = evaluated(paused(30, &[2.0; 12]));
     assert!(kinds(&timed).contains(&"burst-time"));
-    // And buffers within which the stamps hardly differ.
+    // So are buffers with nearly equal stamps.
     let raw = (0..300).map(|i| f64::from(i / 100) * 1e3 + f64::from(i % 7));
-    assert!(kinds(&judged(raw.collect())).contains(&"burst-time"));
+    assert!(kinds(&evaluated(raw.collect())).contains(&"burst-time"));
 }
 
 #[test]
-fn an_undocumented_unit_is_settled_by_the_temperature() {
+fn temperature_range_resolves_an_ambiguous_unit() {
     let raw: Vec<f64> = (0..5000).map(|i| 505_700.0 * f64::from(i)).collect();
     let claims = |span| Claims {
         unit: None,
@@ -151,18 +151,18 @@ fn an_undocumented_unit_is_settled_by_the_temperature() {
 }
 
 #[test]
-fn a_stamp_since_1970_tells_its_unit() {
+fn stamps_since_1970_determine_their_unit() {
     let raw = (0..50)
         .map(|i| 1_730_147_727_805_583_790.0 + 1e6 * f64::from(i))
         .collect();
-    let timed = judged(raw);
+    let timed = evaluated(raw);
     assert_eq!(timed.timing.unit, Some(TimeUnit::Nanosecond));
     assert!(timed.findings.is_empty());
 }
 
 #[test]
-fn after_a_named_gap_a_clock_that_runs_backwards_started_anew() {
-    // A minute after its reset the board is heard again.
+fn a_step_back_after_a_named_gap_is_a_restart() {
+    // The first stamp after the gap is a minute after the reset.
     let mut raw: Vec<f64> = (0..100).map(|i| 100_000.0 + 10.0 * f64::from(i)).collect();
     raw.extend((0..100).map(|i| 60_000.0 + 10.0 * f64::from(i)));
     let claims = Claims {
@@ -174,8 +174,8 @@ fn after_a_named_gap_a_clock_that_runs_backwards_started_anew() {
     assert_eq!(kinds(&timed), ["restarted-time"]);
     assert_eq!(timed.restarts, [100]);
     assert!(timed.time_s.unwrap().is_sorted());
-    // Elsewhere it is what it looks like.
-    assert_eq!(kinds(&judged(raw.clone())), ["backward-time"]);
+    // Elsewhere it is a step back.
+    assert_eq!(kinds(&evaluated(raw.clone())), ["backward-time"]);
     assert_eq!(
         kinds(&judge(&raw, &claims, |row| row as u64, gap_at(99))),
         ["backward-time"]
@@ -183,13 +183,13 @@ fn after_a_named_gap_a_clock_that_runs_backwards_started_anew() {
 }
 
 #[test]
-fn a_pause_of_the_recorder_is_nothing_missing() {
+fn samples_in_a_pause_are_not_missing() {
     let claims = Claims {
         unit: None,
         nominal_rate_hz: None,
         temperature_span_c: 0.0,
     };
-    // 2 s, 4 s of nothing, 2 s with three samples lost.
+    // 2 s, a pause of 4 s, 2 s with three samples lost.
     let mut raw: Vec<f64> = (0..200).map(|i| 10.0 * f64::from(i)).collect();
     raw.extend((0..200).map(|i| 6000.0 + 10.0 * f64::from(i)));
     raw.drain(300..303);
@@ -200,25 +200,25 @@ fn a_pause_of_the_recorder_is_nothing_missing() {
     assert_eq!(timed.findings[1].count, 3);
     assert!((timed.timing.mean_rate_hz.unwrap() - 99.25).abs() < 0.1);
     assert!((timed.timing.duration_s.unwrap() - 7.99).abs() < 1e-9);
-    // Where rows are said to be missing they are.
+    // After a named gap they are missing.
     let timed = judge(&raw, &claims, |row| row as u64, gap_at(200));
     assert_eq!(kinds(&timed), ["gap", "missing-samples"]);
     assert_eq!(timed.findings[1].count, 403);
     assert!(timed.timing.mean_rate_hz.unwrap() < 50.0);
-    // Blank lines where the clock goes on as ever say nothing about it.
+    // Blank lines without a pause of the clock have no effect.
     let timed = judge(&raw, &claims, |row| row as u64, break_at(100));
     assert_eq!(kinds(&timed), ["gap", "missing-samples"]);
 }
 
 #[test]
-fn a_pause_or_a_gap_at_the_wrap_of_the_counter_is_one() {
+fn pauses_and_gaps_across_a_wrap_are_found() {
     let period = 4_294_967_296.0;
     let claims = Claims {
         unit: None,
         nominal_rate_hz: None,
         temperature_span_c: 0.0,
     };
-    // 100 Hz in microseconds; 57 s of nothing across the wrap.
+    // 100 Hz in microseconds; a pause of 57 s across the wrap.
     let start = period - 20e6;
     let raw: Vec<f64> = (0..300)
         .map(|i| start + 1e4 * f64::from(i))

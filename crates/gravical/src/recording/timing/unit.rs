@@ -1,4 +1,4 @@
-//! The unit of time stamps: as named, or guessed from their steps.
+//! The unit of time stamps: as specified, or guessed from their steps.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -27,7 +27,7 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
-    /// Those that are guessed.
+    /// Units that are guessed.
     const ALL: [TimeUnit; 4] = [
         TimeUnit::Second,
         TimeUnit::Millisecond,
@@ -47,7 +47,7 @@ impl TimeUnit {
         }
     }
 
-    /// As it is written in options.
+    /// Name in options.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -59,7 +59,7 @@ impl TimeUnit {
         }
     }
 
-    /// Understands a unit as people write it.
+    /// Parses a unit.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         Some(match text.trim().to_lowercase().as_str() {
@@ -75,14 +75,14 @@ impl TimeUnit {
     }
 }
 
-/// Rates that recordings have, Hz.
+/// Plausible sampling rates, Hz.
 const PLAUSIBLE_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 
 /// Seconds since 1970 from 2000 to 2100.
 const DATES_S: std::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
 
-/// The unit at which the median step gives a usual rate, nearest to 100 Hz
-/// where two do. `first` is the first stamp, `steps` the number of them.
+/// The unit for which the median step gives a plausible rate; of several, the one nearest to 100
+/// Hz. `first` is the first stamp, `steps` the number of steps.
 pub(super) fn guess_unit(
     first: f64,
     steps: usize,
@@ -102,12 +102,12 @@ pub(super) fn guess_unit(
     {
         return Some(fitting[at].0);
     }
-    // A stamp that counts from 1970 is a date in one unit only.
+    // A stamp counted from 1970 is a plausible date in one unit only.
     let date = |u: TimeUnit| first.is_finite() && DATES_S.contains(&(first * u.seconds()));
     if let Some((unit, _)) = fitting.iter().find(|(u, _)| date(*u)) {
         return Some(*unit);
     }
-    // Faster than 2 °C a second is no temperature of a sensor.
+    // The temperature of a sensor changes by at most 2 °C per second.
     let slowest_s = claims.temperature_span_c / 2.0;
     let calm: Vec<_> = fitting
         .iter()
@@ -127,7 +127,7 @@ pub(super) fn guess_unit(
         findings.push(Finding::new(
             FindingKind::TimeUnitAssumed,
             format!(
-                "the time stamps are taken as {} ({rate:.2} Hz){}; --time-unit says otherwise",
+                "the time stamps are assumed to be in {} ({rate:.2} Hz){}; --time-unit overrides it",
                 unit.name(),
                 if by_temperature {
                     ", since in a finer unit the temperature would change impossibly fast"

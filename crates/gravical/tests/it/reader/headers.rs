@@ -1,9 +1,9 @@
-//! Headers among the rows, as of two recordings that were put one behind the other.
+//! Headers between rows, as in two concatenated recordings.
 
 use super::*;
 
-/// The clean recording, the second half of it under `header`, each row as `row` makes it of
-/// its fields.
+/// The clean recording with its second half under `header`; `row` converts the fields of each
+/// row.
 fn halves(header: &[&str], row: impl Fn(Vec<&str>) -> String) -> Vec<u8> {
     let mut lines = lines();
     for line in &mut lines[301..] {
@@ -20,7 +20,7 @@ fn times(text: &str, factor: f64) -> String {
 }
 
 #[test]
-fn another_order_or_unit_is_read_as_the_first_header_has_it() {
+fn rows_under_a_different_header_are_converted() {
     let in_order = |f: Vec<&str>| f.join(",");
     for (header, row) in [
         (
@@ -28,7 +28,7 @@ fn another_order_or_unit_is_read_as_the_first_header_has_it() {
             (|f: Vec<&str>| [f[0], f[2], f[1], f[3], f[4], f[5], f[6], f[7]].join(","))
                 as fn(Vec<&str>) -> String,
         ),
-        // Other names of the same, and a column more.
+        // Other names for the same columns, and an additional column.
         (
             "t (s),battery,temp,wx (rad/s),wy (rad/s),wz (rad/s),acc_x (mg),acc_y (mg),acc_z (mg)",
             |f| {
@@ -60,7 +60,7 @@ fn another_order_or_unit_is_read_as_the_first_header_has_it() {
         }
         assert_eq!(recording.gyro, clean.gyro);
     }
-    // The first header once more, in front of which the board was reset.
+    // The first header repeated, after a reset of the board.
     let whole = HEADER.len();
     for torn in [&HEADER[..whole - 9], &HEADER[..whole - 12], &HEADER[18..]] {
         for header in [&[torn, HEADER][..], &[torn][..]] {
@@ -72,7 +72,7 @@ fn another_order_or_unit_is_read_as_the_first_header_has_it() {
 }
 
 #[test]
-fn what_cannot_be_brought_to_the_first_header_is_an_error_with_its_line() {
+fn headers_that_cannot_be_converted_are_errors_with_their_line() {
     for (header, what) in [
         (
             HEADER.replace("m/s^2", "counts"),
@@ -126,7 +126,7 @@ fn counts_at_another_range_of_the_board_are_converted() {
 }
 
 #[test]
-fn a_short_recording_in_front_of_a_wider_one_is_read_too() {
+fn a_short_recording_before_a_wider_one_is_read() {
     let mut lines = lines();
     lines.truncate(101);
     let narrow = "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2)";

@@ -1,4 +1,4 @@
-//! Stamps: repeated, backwards, wrapped, late, at the wrong rate.
+//! Time stamps: repeated, backwards, wrapped, late, at the wrong rate.
 
 use super::*;
 
@@ -13,7 +13,7 @@ fn stamped(stamp: impl Fn(usize) -> String) -> Vec<u8> {
 }
 
 #[test]
-fn repeated_stamps_are_named_and_their_rows_kept() {
+fn repeated_stamps_are_reported_and_their_rows_kept() {
     let recording = read(&stamped(|row| match row {
         100 => "990".to_owned(),
         300 | 301 => "2990".to_owned(),
@@ -27,7 +27,7 @@ fn repeated_stamps_are_named_and_their_rows_kept() {
 }
 
 #[test]
-fn backward_stamps_are_named() {
+fn backward_stamps_are_reported() {
     let recording = read(&stamped(|row| {
         let t = if row == 250 { 10 * row - 35 } else { 10 * row };
         t.to_string()
@@ -81,7 +81,7 @@ fn a_reset_of_the_board_is_a_break() {
 }
 
 #[test]
-fn a_gap_is_named_with_its_length() {
+fn a_gap_is_reported_with_its_length() {
     let recording = read(&stamped(|row| {
         (10 * row + if row >= 400 { 700 } else { 0 }).to_string()
     }));
@@ -93,7 +93,7 @@ fn a_gap_is_named_with_its_length() {
 }
 
 #[test]
-fn a_rate_that_is_not_the_claimed_one_is_named() {
+fn a_rate_other_than_the_claimed_one_is_reported() {
     let mut bytes = b"Fs,100\n".to_vec();
     bytes.extend(stamped(|row| (16 * row).to_string()));
     let recording = read(&bytes);
@@ -105,7 +105,7 @@ fn a_rate_that_is_not_the_claimed_one_is_named() {
 }
 
 #[test]
-fn rows_read_faster_than_the_sensor_measures_are_named() {
+fn rows_read_faster_than_the_sensor_measures_are_reported() {
     let mut lines = lines();
     for i in (1..ROWS).step_by(2) {
         let values = lines[i].split_once(',').unwrap().1.to_owned();
@@ -117,14 +117,14 @@ fn rows_read_faster_than_the_sensor_measures_are_named() {
 }
 
 #[test]
-fn stamps_of_unknown_unit_say_what_was_assumed() {
+fn the_assumed_unit_of_stamps_is_reported() {
     let header = HEADER.replace(" (ms)", "");
     let recording = read(&joined(&report_lines(&header, ROWS)));
     assert_eq!(recording.timing.unit, Some(TimeUnit::Millisecond));
-    let told = ReadOptions {
+    let given = ReadOptions {
         time_unit: Some(TimeUnit::Millisecond),
         ..ReadOptions::default()
     };
-    let recording = read_with(&joined(&report_lines(&header, ROWS)), &told);
+    let recording = read_with(&joined(&report_lines(&header, ROWS)), &given);
     assert!(recording.findings.is_empty(), "{:?}", recording.findings);
 }

@@ -1,13 +1,13 @@
-//! Units and ranges that the header claims wrongly.
+//! Wrong units and ranges in headers.
 
 use super::*;
 
 #[test]
-fn a_header_of_g_over_mps2_loses() {
+fn gravity_overrides_a_wrong_accelerometer_unit() {
     let recording = read(&joined(&report_lines(&HEADER.replace("m/s^2", "g"), ROWS)));
     let found = finding(&recording, "unit-mismatch");
     assert!(
-        found.message.contains("the header says g"),
+        found.message.contains("the header gives g"),
         "{}",
         found.message
     );
@@ -16,8 +16,8 @@ fn a_header_of_g_over_mps2_loses() {
 }
 
 #[test]
-fn a_header_of_degrees_over_radians_loses_to_the_turns_of_gravity() {
-    // The report's format does that: g and °/s over m/s² and rad/s.
+fn turns_of_gravity_override_a_wrong_gyroscope_unit() {
+    // The report's logger writes g and °/s above values in m/s² and rad/s.
     let options = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
         continuous: true,
         hold_s: 4.0,
@@ -38,8 +38,8 @@ fn a_header_of_degrees_over_radians_loses_to_the_turns_of_gravity() {
     assert_eq!(turns, "xyz");
 }
 
-/// Counts of an MPU6050 at ±`range` g, at rest with z up, with a bump that
-/// would go beyond the range where `clip`.
+/// Counts of an MPU6050 at ±`range` g, at rest with z up; with `clip`, a shock that exceeds the
+/// range.
 fn counts(range: f64, clip: bool) -> Vec<u8> {
     let sensor = Sensor {
         unit: 32768.0 / range / 9.80665,
@@ -63,13 +63,13 @@ fn counts(range: f64, clip: bool) -> Vec<u8> {
 }
 
 #[test]
-fn clipped_samples_are_named_with_their_lines() {
+fn clipped_samples_are_reported_with_their_lines() {
     let recording = read(&counts(2.0, true));
     let found = finding(&recording, "clipped");
     assert_eq!(found.lines, [[302, 311]]);
     assert!(found.message.starts_with("az"), "{}", found.message);
 
-    // In physical units the end of the range shows as repeats of one value.
+    // In physical units clipping shows as repeats of one value.
     let mut lines = lines();
     for line in &mut lines[101..121] {
         let mut cells: Vec<&str> = line.split(',').collect();
@@ -91,15 +91,15 @@ fn the_full_scale_is_recognised_in_counts() {
 }
 
 #[test]
-fn a_wrong_full_scale_setting_is_named() {
-    // ±4 g was set, ±2 g is claimed: taken as told, with a warning.
+fn a_wrong_full_scale_setting_is_reported() {
+    // ±4 g was set and ±2 g is claimed: the claim is used, with a warning.
     let claim = |accel_unit| ReadOptions {
         accel_unit,
         accel_range_g: Some(2.0),
         ..ReadOptions::default()
     };
     for (unit, kind, words) in [
-        (None, "range-mismatch", "that of ±4.000 g"),
+        (None, "range-mismatch", "corresponds to ±4.000 g"),
         (Some(AccelUnit::Counts), "unit-mismatch", "0.53 g"),
     ] {
         let recording = read_with(&counts(4.0, false), &claim(unit));
@@ -110,7 +110,7 @@ fn a_wrong_full_scale_setting_is_named() {
 }
 
 #[test]
-fn unsigned_counts_are_taken_about_their_middle() {
+fn unsigned_counts_are_relative_to_their_middle() {
     let text: String = (0..400)
         .map(|i| format!("{},33000,33100,{}\n", 0.01 * f64::from(i), 49000 + i % 3))
         .collect();
