@@ -1,5 +1,4 @@
-//! Writing files so that nothing is lost: never over an existing file without
-//! being told, never half a file.
+//! Safe writing of files: never over an existing file without permission, and never partially.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -8,15 +7,15 @@ use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 
 use crate::{Error, Result};
 
-/// Text that is made row by row and handed on in blocks.
+/// Buffers output and writes it in blocks.
 pub(crate) struct BlockWriter<'a> {
     out: &'a mut dyn Write,
-    /// What is not handed on yet.
+    /// Bytes not yet written.
     pub bytes: Vec<u8>,
 }
 
 impl<'a> BlockWriter<'a> {
-    /// Output is handed on in blocks of this many bytes.
+    /// Size of a block.
     const SIZE: usize = 256 << 10;
 
     pub fn new(out: &'a mut dyn Write) -> Self {
@@ -28,43 +27,43 @@ impl<'a> BlockWriter<'a> {
 
     /// # Errors
     ///
-    /// What writing reports.
+    /// Errors of writing.
     #[inline]
-    pub fn hand_on_if_full(&mut self) -> Result<()> {
+    pub fn write_if_full(&mut self) -> Result<()> {
         if self.bytes.len() < Self::SIZE {
             return Ok(());
         }
-        self.hand_on()
+        self.write_block()
     }
 
-    fn hand_on(&mut self) -> Result<()> {
+    fn write_block(&mut self) -> Result<()> {
         let written = self.out.write_all(&self.bytes);
         self.bytes.clear();
         written.map_err(|e| Error::io(Path::new("output"), e))
     }
 
-    /// Hands on what is left.
+    /// Writes the rest.
     ///
     /// # Errors
     ///
-    /// What writing reports.
+    /// Errors of writing.
     pub fn finish(mut self) -> Result<()> {
-        self.hand_on()?;
+        self.write_block()?;
         let flushed = self.out.flush();
         flushed.map_err(|e| Error::io(Path::new("output"), e))
     }
 }
 
-/// Refuses a `path` that exists unless `force`, and a folder in any case.
+/// Refuses a `path` that exists unless `force` is given, and a folder in any case.
 ///
 /// # Errors
 ///
-/// `exists` (usage) when the file is there and `force` is false; `is-folder`.
+/// `exists` (usage) if the file exists and `force` is false; `is-folder`.
 pub fn check_target(path: &Path, force: bool) -> Result<()> {
     if path == Path::new("-") {
         return Err(Error::usage(
             "stdout-target",
-            "-o names a file; standard output is where it goes without -o",
+            "-o needs a file name; without -o the output goes to standard output",
         ));
     }
     let ends_open = path
@@ -74,7 +73,7 @@ pub fn check_target(path: &Path, force: bool) -> Result<()> {
     if path.is_dir() || ends_open {
         return Err(is_folder(path));
     }
-    // A link that leads nowhere is there, too.
+    // A dangling link exists, too.
     if !force && !is_special(path) && path.symlink_metadata().is_ok() {
         return Err(exists(path));
     }
@@ -82,7 +81,7 @@ pub fn check_target(path: &Path, force: bool) -> Result<()> {
 }
 
 fn is_folder(path: &Path) -> Error {
-    Error::usage("is-folder", "a file goes there; this is a folder")
+    Error::usage("is-folder", "a file name is needed; this is a folder")
         .at(path, None)
         .with_hint("name a file in it")
 }
@@ -93,15 +92,15 @@ fn exists(path: &Path) -> Error {
         .with_hint("name another file, or add --force to replace it")
 }
 
-/// Everything that one command writes, looked at together and before its work: a
-/// result must replace neither another one nor what it was made from.
+/// Checks all output files of a command before it starts: a result must replace neither another
+/// result nor an input file.
 ///
 /// # Errors
 ///
-/// Those of [`check_target`]; `no-folder`, `same-target`, and `target-is-input`, the
-/// last two whatever `force` says (all usage).
+/// Those of [`check_target`]; `no-folder`, `same-target`, and `target-is-input`, the last two
+/// independent of `force` (all usage).
 pub fn check_targets(targets: &[PathBuf], inputs: &[PathBuf], force: bool) -> Result<()> {
-    let mut taken: Vec<PathBuf> = Vec::new();
+    let mut results: Vec<PathBuf> = Vec::new();
     let read: Vec<PathBuf> = inputs.iter().map(|p| place(p)).collect();
     for path in targets {
         check_target(path, force)?;
@@ -116,25 +115,24 @@ pub fn check_targets(targets: &[PathBuf], inputs: &[PathBuf], force: bool) -> Re
         if read.contains(&own) {
             return Err(Error::usage(
                 "target-is-input",
-                "this is read, and would be replaced by what is made of it",
+                "this is an input file and would be replaced by its result",
             )
             .at(path, None)
             .with_hint("name another file for the result"));
         }
-        if taken.contains(&own) {
+        if results.contains(&own) {
             return Err(
-                Error::usage("same-target", "two results would go into this one file")
+                Error::usage("same-target", "two results would be written to this file")
                     .at(path, None)
-                    .with_hint("give each a file of its own"),
+                    .with_hint("name a separate file for each"),
             );
         }
-        taken.push(own);
+        results.push(own);
     }
     Ok(())
 }
 
-/// A path that is the same however it was written. One that is not there yet is named
-/// by its folder.
+/// Canonical path, for comparison. A file that does not exist is identified by its folder.
 fn place(path: &Path) -> PathBuf {
     if let Ok(whole) = path.canonicalize() {
         return whole;
@@ -145,7 +143,7 @@ fn place(path: &Path) -> PathBuf {
     }
 }
 
-/// The folder that a file stands in.
+/// The folder of a file.
 fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p,
@@ -157,11 +155,11 @@ fn no_folder(folder: &Path, path: &Path) -> Error {
     let text = format!("there is no folder \"{}\"", folder.display());
     Error::usage("no-folder", text)
         .at(path, None)
-        .with_hint("make it first, or name a file elsewhere")
+        .with_hint("create it first, or name a file elsewhere")
 }
 
-/// A device or a pipe, as /dev/null: it is written to, and never replaced by a file; nor is
-/// what a name of the system stands for, as /dev/stdout for a file.
+/// True for a device or a pipe such as /dev/null, which is written to and never replaced by a
+/// file, and for a name of the system such as /dev/stdout, even if it refers to a file.
 #[must_use]
 pub fn is_special(path: &Path) -> bool {
     let of_system = ["/dev", "/proc"]
@@ -171,21 +169,23 @@ pub fn is_special(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|m| !m.is_dir() && (of_system || !m.is_file()))
 }
 
-/// A character that steers a terminal or turns the direction of text instead of being
-/// seen: C0 but tab, DEL, C1, the bidirectional marks, and the ends of lines of Unicode.
-fn steers(c: char) -> bool {
+/// A character that controls a terminal or the direction of text: C0 except tab, DEL, C1,
+/// bidirectional marks, and Unicode line separators.
+fn is_control(c: char) -> bool {
     (c.is_control() && c != '\t')
         || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 fn escaped(text: &str, stays: impl Fn(char) -> bool, write: fn(char) -> String) -> Cow<'_, str> {
-    let odd = |c: char| steers(c) && !stays(c);
-    if text.is_ascii() && !text.bytes().any(|b| odd(char::from(b))) || !text.contains(odd) {
+    let is_escaped = |c: char| is_control(c) && !stays(c);
+    if text.is_ascii() && !text.bytes().any(|b| is_escaped(char::from(b)))
+        || !text.contains(is_escaped)
+    {
         return Cow::Borrowed(text);
     }
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
-        match odd(c) {
+        match is_escaped(c) {
             true => out.push_str(&write(c)),
             false => out.push(c),
         }
@@ -193,47 +193,47 @@ fn escaped(text: &str, stays: impl Fn(char) -> bool, write: fn(char) -> String) 
     Cow::Owned(out)
 }
 
-/// Text as a terminal may get it, whatever recordings, file names and calibrations put
-/// into it: characters that would steer the terminal are written as `\u{1b}`. Line ends
-/// stay. All text for people goes through this on its way out.
+/// Text that is safe for a terminal, whatever recordings, file names and calibrations it
+/// contains: characters that control the terminal are written as `\u{1b}`. Line ends are kept.
+/// All text output passes through this function.
 #[must_use]
 pub fn shown(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c == '\n', |c| c.escape_unicode().to_string())
 }
 
-/// The same for a part of a line: a file name, a label, a sentence. Line ends do not stay.
+/// The same for a part of a line, such as a file name or a label: line ends are escaped too.
 #[must_use]
 pub fn one_line(text: &str) -> Cow<'_, str> {
     escaped(text, |_| false, |c| c.escape_unicode().to_string())
 }
 
-/// The path as [`one_line`].
+/// The path as text of one line.
 #[must_use]
 pub fn path_text(path: &Path) -> String {
     one_line(&path.to_string_lossy()).into_owned()
 }
 
-/// JSON that says the same with such characters escaped: they stand in strings only.
+/// Equivalent JSON with such characters escaped; they can only occur in strings.
 #[must_use]
 pub fn shown_json(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c == '\n', |c| format!("\\u{:04x}", u32::from(c)))
 }
 
-/// A word of a command line as a shell takes it: in quotes where it needs them.
+/// A word of a command line for a shell, with quotes if necessary.
 #[must_use]
 pub fn shell_word(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "_./+-:=,@%".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
         return text.to_owned();
     }
-    // Double quotes do for every shell as long as nothing in them is special.
+    // Double quotes work in every shell if nothing inside is special.
     if text.contains(['"', '$', '`', '\\', '!']) {
         return format!("'{}'", text.replace('\'', "'\\''"));
     }
     format!("\"{text}\"")
 }
 
-/// A path likewise; one that begins with a dash is no option behind `./`.
+/// The same for a path; `./` is added if it begins with a dash, so that it is not an option.
 #[must_use]
 pub fn path_word(path: &Path) -> String {
     let text = path_text(path);
@@ -243,30 +243,30 @@ pub fn path_word(path: &Path) -> String {
     }
 }
 
-/// Makes a folder and those above it, where they are not there.
+/// Creates a folder and its parents if necessary.
 ///
 /// # Errors
 ///
-/// `no-folder` (usage), with what the file system says.
+/// `no-folder` (usage), with the error of the file system.
 pub fn make_folder(path: &Path) -> Result<()> {
     std::fs::create_dir_all(path).map_err(|e| {
-        Error::usage("no-folder", format!("the folder cannot be made: {e}"))
+        Error::usage("no-folder", format!("the folder cannot be created: {e}"))
             .at(path, None)
-            .with_hint("name a folder that you may write to")
+            .with_hint("name a folder with write permission")
     })
 }
 
-/// Writes `path` in one step, so that a reader sees the old file or the whole new one. A
-/// device or a pipe is written to as it is.
+/// Writes `path` atomically, so that a reader sees the old file or the complete new one. A device
+/// or a pipe is written to directly.
 ///
-/// Until it is whole the new file has no name, where the file system knows such files:
-/// whatever ends the program leaves nothing behind. Elsewhere it is a temporary file in the
-/// same folder. A file that is replaced keeps its rights.
+/// Until it is complete the new file has no name, if the file system supports this: nothing is
+/// left behind however the program ends. Otherwise it is a temporary file in the same folder. A
+/// replaced file keeps its permissions.
 ///
 /// # Errors
 ///
-/// `exists` and `is-folder` as [`check_target`], even where another program was faster;
-/// otherwise what the file system says, with the path.
+/// `exists` and `is-folder` as [`check_target`], also if another program created the file
+/// meanwhile; otherwise errors of the file system, with the path.
 pub fn write_atomic(
     path: &Path,
     force: bool,
@@ -289,15 +289,15 @@ pub fn write_atomic(
     writer.flush().map_err(io)?;
     drop(writer);
     new.put(path, force).map_err(|e| match e.kind() {
-        // Somebody was faster than the check above.
+        // Another program created it after the check above.
         io::ErrorKind::AlreadyExists if !force => exists(path),
         _ if path.is_dir() => is_folder(path),
         _ => io(e),
     })
 }
 
-/// Opens what is no file. Standard output is written to where it stands, even where it is
-/// a file: opened again it would be written over from its start.
+/// Opens a device or pipe. Standard output is written at its current position even if it is a
+/// file; opened again it would be overwritten from its start.
 fn open_special(path: &Path) -> io::Result<Box<dyn Write>> {
     let names = |n: u8| ["/dev/fd", "/proc/self/fd"].map(|folder| format!("{folder}/{n}"));
     let is = |name: &str, n: u8| {
@@ -313,12 +313,12 @@ fn open_special(path: &Path) -> io::Result<Box<dyn Write>> {
     Ok(Box::new(file))
 }
 
-/// A file that is not there yet.
+/// A file that is not yet visible.
 enum NewFile {
     /// Without a name.
     #[cfg(target_os = "linux")]
     Unnamed(File, PathBuf),
-    /// Under another name; it goes with this value.
+    /// With a temporary name; deleted with this value.
     Named(tempfile::NamedTempFile),
 }
 
@@ -328,7 +328,7 @@ impl NewFile {
         {
             use rustix::fs::{Mode, OFlags};
             let flags = OFlags::TMPFILE | OFlags::WRONLY | OFlags::CLOEXEC;
-            // What a plain create would give; the umask still applies.
+            // Permissions as for an ordinary new file; the umask still applies.
             let mode = Mode::from_raw_mode(0o666);
             if let Ok(file) = rustix::fs::open(folder, flags, mode)
                 && Path::new("/proc/self/fd").is_dir()
@@ -341,7 +341,7 @@ impl NewFile {
         #[cfg(unix)]
         let temporary = {
             use std::os::unix::fs::PermissionsExt;
-            // The default of a temporary file is readable by its owner only.
+            // By default a temporary file is readable by its owner only.
             temporary.permissions(std::fs::Permissions::from_mode(0o666))
         };
         temporary.tempfile_in(folder).map(NewFile::Named)
@@ -355,7 +355,7 @@ impl NewFile {
         }
     }
 
-    /// Gives it its name; with `force` in the place of a file that is there.
+    /// Gives the file its name; with `force` it replaces an existing file.
     fn put(self, path: &Path, force: bool) -> io::Result<()> {
         self.file().sync_all()?;
         let there = std::fs::symlink_metadata(path).ok();
@@ -366,12 +366,12 @@ impl NewFile {
             #[cfg(target_os = "linux")]
             NewFile::Unnamed(file, folder) => {
                 let linked = link(&file, path);
-                let taken = |e: &io::Error| e.kind() == io::ErrorKind::AlreadyExists;
-                if !(force && linked.as_ref().is_err_and(taken)) {
+                let exists_already = |e: &io::Error| e.kind() == io::ErrorKind::AlreadyExists;
+                if !(force && linked.as_ref().is_err_and(exists_already)) {
                     return linked;
                 }
-                // A name can be given to a file, but not taken from another one in the same
-                // step: it gets one of its own for a moment.
+                // Linking cannot replace an existing file atomically: give the file a temporary
+                // name and rename it.
                 let mut temporary = tempfile::Builder::new();
                 let named = temporary
                     .prefix(PREFIX)
@@ -384,7 +384,7 @@ impl NewFile {
     }
 }
 
-/// Gives an open file without a name this one.
+/// Gives this name to an open file without a name.
 #[cfg(target_os = "linux")]
 fn link(file: &File, path: &Path) -> io::Result<()> {
     use rustix::fs::{AtFlags, CWD, linkat};
@@ -393,7 +393,7 @@ fn link(file: &File, path: &Path) -> io::Result<()> {
     Ok(linkat(CWD, own, CWD, path, AtFlags::SYMLINK_FOLLOW)?)
 }
 
-/// How temporary files are called.
+/// Prefix of temporary files.
 const PREFIX: &str = ".gravical-";
 
 #[cfg(test)]
@@ -418,7 +418,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_that_steers_a_terminal_is_shown() {
+    fn control_characters_are_escaped() {
         let text = "a\tb\n\u{1b}[31m\r\u{9b}1m\u{202e}x\u{7f}é";
         let expected = "a\tb\n\\u{1b}[31m\\u{d}\\u{9b}1m\\u{202e}x\\u{7f}é";
         assert_eq!(shown(text), expected);
@@ -427,11 +427,11 @@ mod tests {
         let json = serde_json::to_string(text).unwrap();
         let safe = shown_json(&json);
         assert_eq!(serde_json::from_str::<String>(&safe).unwrap(), text);
-        assert!(!safe.contains(steers));
+        assert!(!safe.contains(is_control));
     }
 
     #[test]
-    fn words_of_a_command_line() {
+    fn words_are_quoted_for_a_shell() {
         for (text, word) in [
             ("cal.json", "cal.json"),
             ("my file.csv", "\"my file.csv\""),
@@ -447,8 +447,8 @@ mod tests {
 
     #[test]
     #[cfg(unix)]
-    fn a_device_is_written_to_and_stays_one() {
-        // A link to one, so that nothing is lost when it is replaced after all.
+    fn a_device_is_written_to_and_not_replaced() {
+        // A link, so that no harm is done if it is replaced.
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("null");
         std::os::unix::fs::symlink("/dev/null", &path).unwrap();
@@ -461,7 +461,7 @@ mod tests {
 
     #[test]
     #[cfg(unix)]
-    fn what_is_replaced_keeps_its_rights_and_nothing_has_a_name_before() {
+    fn a_replaced_file_keeps_its_permissions() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
@@ -469,7 +469,7 @@ mod tests {
         std::fs::write(&path, "old").unwrap();
         std::fs::set_permissions(&path, PermissionsExt::from_mode(0o640)).unwrap();
         write_atomic(&path, true, |w| {
-            // Where the file system knows no files without a name there are two.
+            // Without support for unnamed files there is a temporary file.
             assert!(names() == 1 || !cfg!(target_os = "linux"));
             w.write_all(b"new").map_err(|e| Error::io(&path, e))
         })
@@ -481,7 +481,7 @@ mod tests {
 
     #[test]
     #[cfg(unix)]
-    fn who_was_faster_is_not_written_over() {
+    fn a_file_created_meanwhile_is_not_overwritten() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let put = |path: &Path, force, before: &dyn Fn()| {

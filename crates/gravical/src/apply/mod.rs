@@ -226,7 +226,7 @@ pub fn apply(
         without_acceleration += u64::from(calibrated[0].is_nan());
         write_breaks(row.before, &mut out.bytes);
         plan.write_row(row.text.bytes, row.text.spans, &calibrated, &mut out.bytes);
-        out.hand_on_if_full()?;
+        out.write_if_full()?;
     }
     let mut read = file.finish(Treatment::Kept)?;
     refuse_unit_change(&read.finished.found, &options.read, name)?;

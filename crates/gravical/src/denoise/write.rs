@@ -53,7 +53,7 @@ pub fn write(
             row.before.iter().for_each(|_| out.bytes.push(b'\n'));
             let values = from_fn(|i| columns[i].map_or(f64::NAN, |c| c.0[rows] + c.1));
             plan.write_row(row.text.bytes, row.text.spans, &values, &mut out.bytes);
-            out.hand_on_if_full()?;
+            out.write_if_full()?;
         }
         rows += 1;
     }

@@ -86,7 +86,7 @@ pub fn motion_stream(
     while let Some(row) = file.rows.next_row()? {
         let calibrated = sensor.calibrate(row.values, row.line);
         pipeline.row(&row, calibrated, &mut out.bytes);
-        out.hand_on_if_full()?;
+        out.write_if_full()?;
     }
     let mut done = file.finish(Treatment::Repaired)?;
     refuse_unit_change(&done.finished.found, read, name)?;
