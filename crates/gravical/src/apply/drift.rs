@@ -1,4 +1,4 @@
-//! Drift with temperature, taken off row by row.
+//! Subtraction of the temperature drift, row by row.
 
 #[cfg(test)]
 mod tests;
@@ -14,40 +14,40 @@ use crate::recording::text::HeadChannels;
 use crate::recording::{Finding, FindingKind, LineSpans, POSSIBLE_C};
 use crate::temperature::{cost_text, evaluate};
 
-/// So far beyond the range nothing is told, °C: thermometers are noisy.
+/// Temperatures outside the range by no more than this are not reported, °C: thermometers are
+/// noisy.
 const NEAR_C: f64 = 0.5;
 
-/// What was done about drift with temperature.
+/// Result of the temperature correction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TemperatureOutcome {
-    /// Channels whose drift was taken off; empty when the recording has no
-    /// temperatures.
+    /// Channels whose drift was subtracted; empty if the recording has no temperatures.
     pub channels: Vec<String>,
     /// Range of the model, °C.
     pub range_c: [f64; 2],
-    /// Rows more than 0.5 °C beyond it: there the drift at its edge is held.
+    /// Rows more than 0.5 °C outside the range: the drift at its edge was used.
     pub rows_outside: u64,
-    /// Rows without a temperature, for which the last one before was taken.
+    /// Rows without a temperature, for which the last one was used.
     pub rows_held: u64,
-    /// Rows whose drift was not taken off, since no temperature was known.
+    /// Rows whose drift was not subtracted because no temperature was known.
     pub rows_without: u64,
 }
 
-/// Follows the temperature.
+/// Temperature correction of a recording.
 pub(crate) struct Drift {
     model: TemperatureModel,
     applied: Vec<usize>,
-    /// Known last; NaN before the first.
+    /// Last known temperature; NaN before the first.
     now_c: f64,
-    /// What the drift and gain are at it.
+    /// Correction at this temperature.
     at: Correction,
-    seen_c: [f64; 2],
+    outside_range_c: [f64; 2],
     outside: LineSpans,
     held: LineSpans,
     without: LineSpans,
 }
 
-/// Of each channel: what is taken off, and what the rest is divided by.
+/// For each channel: the drift that is subtracted, and the divisor of the rest.
 #[derive(Clone, Copy)]
 struct Correction {
     drift: [f64; 6],
@@ -62,8 +62,8 @@ impl Correction {
 }
 
 impl Drift {
-    /// None when the calibration has nothing to take off, or the recording no
-    /// temperature to do it by: then a finding says what that may cost.
+    /// `None` if the calibration has no drift, or if the recording has no temperatures; a finding
+    /// then reports the possible error.
     pub fn new(
         calibration: &CalibrationFile,
         head: &HeadChannels,
@@ -71,7 +71,7 @@ impl Drift {
         findings: &mut Vec<Finding>,
     ) -> Option<Self> {
         let model = calibration.temperature_model.as_ref()?;
-        // Without a gyroscope's calibration its columns stay as they are.
+        // Without a calibration of the gyroscope its columns stay unchanged.
         let channels = if calibration.gyroscope.is_some() && layout.has_gyro() {
             6
         } else {
@@ -86,7 +86,7 @@ impl Drift {
         let why = match layout.field(Quantity::Temperature) {
             None => Some("the recording has no temperatures"),
             Some(_) if !is_celsius(&head.temperature, findings) => {
-                Some("the recording's temperatures are no °C")
+                Some("the recording's temperatures are not in °C")
             }
             Some(_) => None,
         };
@@ -94,7 +94,7 @@ impl Drift {
             findings.push(Finding::new(
                 FindingKind::TemperatureNotApplied,
                 format!(
-                    "{why}, so the calibration's drift with temperature is not taken off: {}",
+                    "{why}, so the calibration's temperature drift is not subtracted: {}",
                     cost_text(model)
                 ),
             ));
@@ -105,19 +105,19 @@ impl Drift {
             applied,
             now_c: f64::NAN,
             at: Correction::NONE,
-            seen_c: [f64::INFINITY, f64::NEG_INFINITY],
+            outside_range_c: [f64::INFINITY, f64::NEG_INFINITY],
             outside: LineSpans::default(),
             held: LineSpans::default(),
             without: LineSpans::default(),
         };
-        // Rows before the first temperature are nearer to it than to none.
+        // Rows before the first temperature use that temperature.
         if let Some(first) = head.temperature.iter().find(|t| POSSIBLE_C.contains(*t)) {
-            drift.go_to(*first);
+            drift.set_temperature(*first);
         }
         Some(drift)
     }
 
-    fn go_to(&mut self, t_c: f64) {
+    fn set_temperature(&mut self, t_c: f64) {
         self.now_c = t_c;
         self.at = self.correction(t_c);
     }
@@ -135,13 +135,13 @@ impl Drift {
         out
     }
 
-    /// The readings of a row as they would be at the reference temperature.
+    /// The readings of a row converted to the reference temperature.
     #[inline]
-    pub fn taken_off(&mut self, values: &Values, line: u64) -> Values {
+    pub fn subtract(&mut self, values: &Values, line: u64) -> Values {
         let t_c = values[TEMPERATURE];
         if POSSIBLE_C.contains(&t_c) {
             if t_c != self.now_c {
-                self.go_to(t_c);
+                self.set_temperature(t_c);
             }
         } else if self.now_c.is_nan() {
             self.without.push(line);
@@ -152,9 +152,9 @@ impl Drift {
             let [low, high] = self.model.range_c;
             if !(low - NEAR_C..=high + NEAR_C).contains(&self.now_c) {
                 self.outside.push(line);
-                self.seen_c = [
-                    self.seen_c[0].min(self.now_c),
-                    self.seen_c[1].max(self.now_c),
+                self.outside_range_c = [
+                    self.outside_range_c[0].min(self.now_c),
+                    self.outside_range_c[1].max(self.now_c),
                 ];
             }
         }
@@ -169,8 +169,7 @@ impl Drift {
         out
     }
 
-    /// The accelerometer of a row at `t_c` without its drift; one without a
-    /// temperature as it is.
+    /// The accelerometer at temperature `t_c` without its drift; unchanged without a temperature.
     pub fn accel_at(&self, mut accel: [f64; 3], t_c: f64) -> [f64; 3] {
         if POSSIBLE_C.contains(&t_c) {
             let at = self.correction(t_c);
@@ -181,11 +180,11 @@ impl Drift {
         accel
     }
 
-    /// The findings and what was done, after the last row.
+    /// Adds the findings and returns the result; to be called after the last row.
     pub fn finish(&self, findings: &mut Vec<Finding>) -> TemperatureOutcome {
         let [low, high] = self.model.range_c;
         if !self.outside.is_empty() {
-            let [coldest, warmest] = self.seen_c;
+            let [coldest, warmest] = self.outside_range_c;
             let mut beyond = Vec::new();
             if coldest < low {
                 beyond.push(format!("down to {coldest:.1} °C"));
@@ -197,7 +196,7 @@ impl Drift {
                 Finding::new(
                     FindingKind::TemperatureOutside,
                     format!(
-                        "{} rows are outside of the {low:.1} to {high:.1} °C that the drift was measured in ({}): the drift at the edge is taken off there, and may be wrong",
+                        "{} rows are outside the range of {low:.1} to {high:.1} °C in which the drift was measured ({}): the drift at its edge is subtracted, which may be wrong",
                         self.outside.count(),
                         beyond.join(", ")
                     ),
@@ -210,7 +209,7 @@ impl Drift {
                 Finding::new(
                     FindingKind::TemperatureHeld,
                     format!(
-                        "{} rows have no temperature: the last one known was taken",
+                        "{} rows have no temperature: the last known one was used",
                         self.held.count()
                     ),
                 )
@@ -222,7 +221,7 @@ impl Drift {
                 Finding::new(
                     FindingKind::TemperatureNotApplied,
                     format!(
-                        "{} rows come before the first temperature, so the calibration's drift is not taken off there: {}",
+                        "{} rows are before the first temperature, so the calibration's drift is not subtracted from them: {}",
                         self.without.count(),
                         cost_text(&self.model)
                     ),

@@ -1,6 +1,5 @@
-//! Does the calibration fit the recording? Its unit and range by the rules of
-//! [`decide_accel`], and at last gravity: what the quietest parts of the head
-//! measure once they are calibrated.
+//! Checks that a calibration fits a recording: unit and range by the rules of [`decide_accel`],
+//! and finally the magnitude of the quietest parts of the head after calibration.
 
 use std::path::Path;
 
@@ -18,22 +17,22 @@ use crate::{Error, Result};
 
 use super::drift::Drift;
 
-/// How far calibrated gravity, or counts per g, may be off: far beyond any
-/// sensor, far below the next range.
+/// Largest relative deviation of calibrated gravity, or of counts per g: far beyond any sensor
+/// error, far below the ratio of two ranges.
 const TOLERANCE: f64 = 0.2;
 
-/// Standard deviation within the quietest blocks, over their magnitude, from
-/// which the mean of a block says little about gravity.
+/// Standard deviation within the quietest blocks, relative to their magnitude, above which the
+/// mean of a block is not gravity.
 const MOVING: f64 = 0.15;
 
-/// Of a moving sensor: no unit is as near as this to another.
+/// Tolerance for a moving sensor; the ratio of two units is always larger.
 const MOVING_FACTOR: f64 = 5.0;
 
 /// What is known of the recording before its first row is calibrated.
 pub(super) struct Case<'a> {
     pub calibration: &'a CalibrationFile,
     pub head: &'a HeadChannels,
-    /// The head is all there is.
+    /// The head is the whole recording.
     pub whole: bool,
     pub facts: &'a Facts,
     pub claim: AccelClaim,
@@ -42,17 +41,17 @@ pub(super) struct Case<'a> {
     pub name: &'a str,
 }
 
-/// What was found out before the first row.
+/// Results of the check.
 pub(super) struct Judged {
     pub accel: AccelScale,
-    /// Unit of the gyroscope when it will be calibrated.
+    /// Unit of the gyroscope, if it is calibrated.
     pub gyro: Option<GyroUnit>,
     pub quiet_norm_mps2: Option<f64>,
 }
 
 /// # Errors
 ///
-/// `all-zero`, and `unit-mismatch` as [`super::apply`] says.
+/// `all-zero`, and `unit-mismatch` as in [`super::apply`].
 pub(super) fn judge(case: &Case<'_>, findings: &mut Vec<Finding>) -> Result<Judged> {
     let (head, options) = (case.head, case.options);
     let given = options.accel_unit.is_some();
@@ -80,10 +79,10 @@ pub(super) fn judge(case: &Case<'_>, findings: &mut Vec<Finding>) -> Result<Judg
         name: case.name,
     };
     let accel = fit.accelerometer(raw, unsigned, case.claim, options, findings)?;
-    let header_lies = (case.claim.unit).is_some_and(|claim| claim != accel.unit);
+    let header_is_wrong = (case.claim.unit).is_some_and(|claim| claim != accel.unit);
     Ok(Judged {
         accel,
-        gyro: gyroscope(case, header_lies, findings)?,
+        gyro: gyroscope(case, header_is_wrong, findings)?,
         quiet_norm_mps2: fit.norm_mps2,
     })
 }
@@ -131,20 +130,20 @@ impl Fit<'_> {
             Some(norm) => format!("calibrated, its quietest parts measure {norm:.2} m/s²"),
             None => "no row of its head is complete".to_owned(),
         };
-        let mut told = Vec::new();
+        let mut unit_findings = Vec::new();
         let (by_data, _) = decide_accel(
             raw.map(|q| (q.norm, q.integers)),
             unsigned,
             claim,
             options,
-            &mut told,
+            &mut unit_findings,
         );
         let by_header = !self.given && !fits && self.moving && claim.unit.is_some();
         let accel = if by_header {
             findings.push(Finding::new(
                 FindingKind::UnitUnverified,
                 format!(
-                    "the sensor moves all through the first {} rows, so that gravity does not show the unit; taken from the header",
+                    "the sensor moves throughout the first {} rows, so gravity does not determine the unit; that of the header is used",
                     self.rows
                 ),
             ));
@@ -153,7 +152,7 @@ impl Fit<'_> {
             findings.push(Finding::new(
                 FindingKind::UnitUnverified,
                 format!(
-                    "the recording's unit cannot be told; taken as the calibration's, {}: {measured}",
+                    "the recording's unit is unknown; that of the calibration, {}, is assumed: {measured}",
                     wanted.name()
                 ),
             ));
@@ -163,14 +162,14 @@ impl Fit<'_> {
                 origin: Origin::Assumed,
             }
         } else {
-            findings.append(&mut told);
+            findings.append(&mut unit_findings);
             by_data
         };
         if wanted == AccelUnit::Unknown {
             findings.push(Finding::new(
                 FindingKind::UnitUnverified,
                 format!(
-                    "the calibration does not say which unit it takes; applied to values in {}: {measured}",
+                    "the calibration does not give its input unit; applied to values in {}: {measured}",
                     accel.unit.name()
                 ),
             ));
@@ -188,11 +187,11 @@ impl Fit<'_> {
             if !self.given {
                 return Err(mismatch(
                     message,
-                    &self.insist("the calibration of this sensor"),
+                    &self.hint("the calibration of this sensor"),
                     self.name,
                 ));
             }
-            // Said already where the unit itself has the wrong size.
+            // Already reported if the unit itself has the wrong size.
             if !findings.iter().any(|f| f.kind == FindingKind::UnitMismatch) {
                 findings.push(Finding::new(FindingKind::UnitMismatch, message));
             }
@@ -200,37 +199,37 @@ impl Fit<'_> {
         Ok(accel)
     }
 
-    /// What to do about a refusal.
-    fn insist(&self, other: &str) -> String {
+    /// Hint for a refusal.
+    fn hint(&self, other: &str) -> String {
         let wanted = match self.calibration.accelerometer.input_unit {
             AccelUnit::Unknown => "UNIT",
             known => known.name(),
         };
-        format!("use {other}, or --accel-unit {wanted} to apply this one all the same")
+        format!("use {other}, or --accel-unit {wanted} to apply this one regardless")
     }
 
     fn wrong_unit(&self, accel: AccelScale) -> Error {
         let wanted = self.calibration.accelerometer.input_unit.name();
-        let how = match accel.origin {
-            Origin::Given => "as --accel-unit says",
-            Origin::Data => "as gravity shows",
-            Origin::Header => "as its header says",
-            Origin::Assumed => "as it seems",
+        let source = match accel.origin {
+            Origin::Given => "according to --accel-unit",
+            Origin::Data => "according to gravity",
+            Origin::Header => "according to its header",
+            Origin::Assumed => "assumed",
         };
         mismatch(
             format!(
-                "the recording is in {} ({how}), the calibration is for {wanted}",
+                "the recording is in {} ({source}), the calibration is for {wanted}",
                 accel.unit.name()
             ),
-            &self.insist(&format!(
-                "a calibration made from recordings in {}",
+            &self.hint(&format!(
+                "a calibration from recordings in {}",
                 accel.unit.name()
             )),
             self.name,
         )
     }
 
-    /// Counts at another range look like the same unit.
+    /// Counts at another range have the same unit.
     fn check_range(&self, accel: AccelScale, findings: &mut Vec<Finding>) -> Result<()> {
         let section = &self.calibration.accelerometer;
         let Some(lsb) = accel.lsb_per_g else {
@@ -250,14 +249,14 @@ impl Fit<'_> {
         }
         Err(mismatch(
             message,
-            &self.insist("a calibration made at this range"),
+            &self.hint("a calibration for this range"),
             self.name,
         ))
     }
 }
 
-/// The unit of the gyroscope when it is to be calibrated: by the rule of
-/// [`gyro_unit`], without turns, since the head alone is there.
+/// The unit of the gyroscope, if it is to be calibrated: by the rule of [`gyro_unit`], without
+/// turns, since only the head is known.
 fn gyroscope(
     case: &Case<'_>,
     header_is_wrong: bool,
@@ -284,7 +283,7 @@ fn gyroscope(
         Some(why) => Err(mismatch(
             why,
             &format!(
-                "--gyro-unit {} when that is what it is in",
+                "give --gyro-unit {} if that is its unit",
                 section.input_unit.name()
             ),
             case.name,

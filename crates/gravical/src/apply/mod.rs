@@ -1,20 +1,17 @@
-//! A calibration applied to a recording: one pass, flat memory, any size.
+//! Application of a calibration to a recording of any size, in one pass.
 //!
 //! # Overview
 //!
-//! [`apply`] looks at the head of the recording to find out how it is written
-//! and in which unit (`judge`), lays out the columns to write (`plan`) and
-//! goes through the rows once. The calibrated channels take the
-//! place of the raw ones under SI names; every other column is kept byte for
-//! byte. A calibration that does not fit the recording's unit is refused
-//! before anything is written. Nothing is dropped without a word: the
-//! [`ApplySummary`] accounts for every line and carries what is odd about the
-//! samples.
+//! [`apply`] examines the head of the recording to determine its format and unit (`judge`), plans
+//! the columns to write (`plan`) and processes the rows once. The calibrated channels replace the
+//! raw ones under SI names; every other column is copied byte for byte. A calibration that does
+//! not fit the recording's unit is refused before anything is written. The [`ApplySummary`]
+//! accounts for every line and contains the findings about the samples.
 //!
-//! `calibrated = matrix · (raw − bias)` for the accelerometer and
-//! `matrix · (raw − bias − g_sensitivity · a)` for the gyroscope, with raw as it
-//! stands in the file, less its drift with temperature where the calibration
-//! has a model of it and the recording temperatures (`drift`).
+//! `calibrated = matrix · (raw − bias)` for the accelerometer and `matrix · (raw − bias −
+//! g_sensitivity · a)` for the gyroscope, where raw is the value in the file. The temperature
+//! drift is subtracted first if the calibration has a temperature model and the recording has
+//! temperatures (`drift`).
 //!
 //! # Example
 //!
@@ -75,96 +72,94 @@ use judge::{Case, judge};
 use plan::Plan;
 use sensor::Sensor;
 
-/// How a calibration is applied.
+/// Options of [`apply`].
 #[derive(Debug, Clone, Default)]
 pub struct ApplyOptions {
-    /// What the user says about the recording. `zero_offset` serves only to
-    /// judge the unit: a calibration's bias contains it. With `accel_unit` the
-    /// calibration is applied even where gravity speaks against it.
+    /// Options of the recording. `zero_offset` is used only to determine the unit: a
+    /// calibration's bias contains it. With `accel_unit` the calibration is applied even if
+    /// gravity contradicts it.
     pub read: ReadOptions,
-    /// Keep the raw columns too; the calibrated ones come last. Default: they
-    /// replace the raw ones.
+    /// Keep the raw columns; the calibrated ones are added at the end. Default: they replace the
+    /// raw ones.
     pub keep_raw: bool,
-    /// How the board sits in its case: the calibrated vectors are written in
-    /// the case's axes. Default: the board's.
+    /// Orientation of the board in its case: the calibrated vectors are written in the axes of
+    /// the case. Default: those of the board.
     pub axes: AxisMap,
 }
 
-/// What was done to a recording.
+/// Result of [`apply`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ApplySummary {
-    /// The recording as it was given, `-` for standard input.
+    /// Path of the recording as given, `-` for standard input.
     pub input: String,
-    /// How it is written, for people: `comma separated, header in line 1`.
+    /// Its text format in words: `comma separated, header in line 1`.
     pub description: String,
     /// Its lines: `lines = rows + Σ set_aside`.
     pub lines: u64,
     /// Rows that were written.
     pub rows: u64,
-    /// Rows of them without calibrated acceleration, since a value was missing.
+    /// Rows written without calibrated acceleration because a value was missing.
     pub rows_without_acceleration: u64,
-    /// Lines that are no rows, by reason. Those that part the recording are written as
-    /// blank lines.
+    /// Lines that are not rows, by reason. Breaks are written as blank lines.
     pub set_aside: Vec<SetAside>,
-    /// Unit of the accelerometer in the recording, and how it is known.
+    /// Unit of the accelerometer in the recording, and its source.
     pub accelerometer: AccelScale,
-    /// Unit that the accelerometer's calibration takes.
+    /// Input unit of the accelerometer's calibration.
     pub calibration_unit: AccelUnit,
-    /// What became of the gyroscope.
+    /// Treatment of the gyroscope.
     pub gyroscope: GyroscopeOutcome,
-    /// What was done about drift with temperature; null when the calibration
-    /// has none to take off, or the recording no temperatures.
+    /// Result of the temperature correction; null if the calibration has no drift or the
+    /// recording no temperatures.
     pub temperature: Option<TemperatureOutcome>,
-    /// Calibrated magnitude in the quietest parts of the head, m/s²; null when
-    /// no row of it is complete.
+    /// Calibrated magnitude in the quietest parts of the head, m/s²; null if no row of it is
+    /// complete.
     pub quiet_norm_mps2: Option<f64>,
-    /// Gravity that the calibration rests on, m/s².
+    /// Gravity that the calibration is based on, m/s².
     pub gravity_mps2: f64,
-    /// Names of the columns that were written.
+    /// Names of the columns written.
     pub columns: Vec<String>,
-    /// What is odd.
+    /// Faults found.
     pub findings: Vec<Finding>,
 }
 
-/// Lines that are no rows.
+/// Lines that are not rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct SetAside {
-    /// Why.
+    /// Reason.
     pub reason: Aside,
-    /// How many.
+    /// Number of lines.
     pub lines: u64,
 }
 
-/// What became of the gyroscope's columns.
+/// Treatment of the gyroscope's columns.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "outcome", content = "unit")]
 pub enum GyroscopeOutcome {
     /// Calibrated from this unit to rad/s.
     Calibrated(GyroUnit),
-    /// Kept byte for byte: the calibration has no gyroscope.
+    /// Copied byte for byte: the calibration has no gyroscope.
     Kept,
     /// The recording has none.
     Absent,
 }
 
-/// Applies `calibration` to the recording `input` and writes a table with a
-/// header to `out`; `name` stands in messages.
+/// Applies `calibration` to the recording `input` and writes a table with a header to `out`;
+/// `name` is used in messages.
 ///
-/// Memory is flat: a few MiB, whatever the size of the recording. The unit is
-/// judged by the first 256 KiB, so nothing is written before they are there.
+/// Memory use is a few MiB, whatever the size of the recording. The unit is determined from the
+/// first 256 KiB, so nothing is written before they have been read.
 ///
-/// Values have six decimals. The delimiter is that of the input; white space
-/// becomes a tab. A recording with decimal commas stays one.
+/// Values have six decimals. The delimiter is that of the input; white space becomes a tab.
+/// Decimal commas are kept.
 ///
 /// # Errors
 ///
-/// `unit-mismatch` (input) when the calibration is for another unit or range,
-/// or when gravity, calibrated, is off by more than a fifth; `all-zero`,
-/// `no-rows`, `no-values`, `empty-file`, `no-accelerometer`, `columns-unknown`
-/// as [`crate::recording::read`]; `unit-changed` where the unit changes among the rows
-/// and `accel_unit` is not given, `header-differs` where a header among them means what
-/// the first cannot; what reading and writing report. With `all-zero`, `no-values`,
-/// `unit-changed` and `header-differs` parts may have been written already.
+/// `unit-mismatch` (input) if the calibration is for another unit or range, or if calibrated
+/// gravity is off by more than a fifth; `all-zero`, `no-rows`, `no-values`, `empty-file`,
+/// `no-accelerometer`, `columns-unknown` as [`crate::recording::read`]; `unit-changed` if the
+/// unit changes among the rows and `accel_unit` is not given, `header-differs` if a header among
+/// them cannot be converted to the first one; errors of reading and writing. With `all-zero`,
+/// `no-values`, `unit-changed` and `header-differs` some rows may have been written already.
 pub fn apply(
     calibration: &CalibrationFile,
     input: Input,
@@ -205,7 +200,7 @@ pub fn apply(
     {
         findings.push(Finding::new(
             FindingKind::AlreadyCalibrated,
-            "its columns are named as this program names calibrated ones: calibrating twice corrects twice",
+            "its columns have the names of calibrated columns: calibrating again would apply the correction twice",
         ));
     }
     let mut plan = Plan::new(
@@ -217,7 +212,7 @@ pub fn apply(
     findings.append(&mut plan.findings);
 
     let mut sensor =
-        Sensor::new(calibration, judged.gyro.is_some(), options.axes).without_drift(drift);
+        Sensor::new(calibration, judged.gyro.is_some(), options.axes).with_drift(drift);
     let mut out = BlockWriter::new(out);
     out.bytes.extend_from_slice(&plan.header());
     let mut without_acceleration = 0;
@@ -238,7 +233,7 @@ pub fn apply(
     findings.extend(read.finished.zeros);
     findings.extend(found.clock);
     findings.extend(found.cells);
-    // The unit itself was judged above.
+    // The unit itself was checked above.
     let changed = |f: &Finding| f.kind == FindingKind::UnitChanged;
     findings.extend(found.unit.into_iter().filter(changed));
     findings.extend(found.values);
@@ -272,8 +267,7 @@ pub fn apply(
     })
 }
 
-/// Lines that part segments stay, as blank ones: a comment would be in the way of programs
-/// that know none.
+/// Writes breaks as blank lines; many programs cannot read comments.
 fn write_breaks(before: &[Aside], out: &mut Vec<u8>) {
     let stays = |reason: &&Aside| matches!(reason, Aside::Blank | Aside::NamedGap);
     before.iter().filter(stays).for_each(|_| out.push(b'\n'));

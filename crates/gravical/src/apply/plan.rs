@@ -1,4 +1,4 @@
-//! Which columns are written, under which names, from which bytes of a line.
+//! Columns of the output: their names and sources.
 
 use std::array::from_fn;
 
@@ -14,13 +14,13 @@ const CALIBRATED: [&str; 6] = [
     "ax_mps2", "ay_mps2", "az_mps2", "gx_rad_s", "gy_rad_s", "gz_rad_s",
 ];
 
-/// Decimals of a calibrated value: a millionth of its unit.
+/// Decimals of a calibrated value.
 const DECIMALS: u32 = 6;
 
-/// A part of an output row.
+/// Part of an output row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Piece {
-    /// Fields of the line as they stand, from the first to the last.
+    /// Fields of the line, from the first to the last, unchanged.
     Kept(usize, usize),
     /// A calibrated value.
     Value(usize),
@@ -35,8 +35,8 @@ pub(crate) struct Plan {
     pieces: Vec<Piece>,
     delimiter: u8,
     decimal_comma: bool,
-    /// Fields are parted by one byte, so that neighbours can be copied at once.
-    adjoining: bool,
+    /// Fields are separated by one byte, so that neighbours can be copied together.
+    copies_neighbours: bool,
 }
 
 impl Plan {
@@ -46,8 +46,8 @@ impl Plan {
         Self::with_names(dialect, layout, &names, keep_raw)
     }
 
-    /// Channels that have a name here are written as values under it, the others
-    /// kept.
+    /// Channels with a name here are written as values under that name; all other columns are
+    /// copied.
     pub fn with_names(
         dialect: &Dialect,
         layout: &Layout,
@@ -59,14 +59,13 @@ impl Plan {
             names: Vec::new(),
             findings: Vec::new(),
             pieces: Vec::new(),
-            // White space of any width becomes one tab: no field contains it,
-            // not even with decimal commas.
+            // White space becomes one tab, which no field contains.
             delimiter: match dialect.delimiter {
                 Delimiter::Byte(b) => b,
                 Delimiter::Whitespace => b'\t',
             },
             decimal_comma: dialect.decimal_comma,
-            adjoining: matches!(dialect.delimiter, Delimiter::Byte(_)),
+            copies_neighbours: matches!(dialect.delimiter, Delimiter::Byte(_)),
         };
         for field in 0..dialect.fields {
             let value = names
@@ -77,7 +76,7 @@ impl Plan {
                 Some((i, Some(name))) if !keep_raw => plan.value(i, name),
                 _ => {
                     let name = input_name(dialect, layout, field);
-                    let name = plan.free_name(name, &taken);
+                    let name = plan.unused_name(name, &taken);
                     plan.keep(field, name);
                 }
             }
@@ -97,15 +96,15 @@ impl Plan {
         self.pieces.push(Piece::Value(i));
     }
 
-    /// A kept column that has the name of a calibrated one gets another.
-    fn free_name(&mut self, name: String, taken: &[&str]) -> String {
+    /// Renames a copied column that has the name of a calibrated one.
+    fn unused_name(&mut self, name: String, taken: &[&str]) -> String {
         if !taken.contains(&name.as_str()) {
             return name;
         }
         let free = format!("input_{name}");
         self.findings.push(Finding::new(
             FindingKind::RenamedColumn,
-            format!("the input has a column {name}; it is kept as {free}"),
+            format!("the input has a column {name}; it is written as {free}"),
         ));
         free
     }
@@ -113,12 +112,12 @@ impl Plan {
     fn keep(&mut self, field: usize, name: String) {
         self.names.push(name);
         match self.pieces.last_mut() {
-            Some(Piece::Kept(_, last)) if self.adjoining => *last = field,
+            Some(Piece::Kept(_, last)) if self.copies_neighbours => *last = field,
             _ => self.pieces.push(Piece::Kept(field, field)),
         }
     }
 
-    /// The line that names the columns; names are quoted where they have to be.
+    /// The header line; names are quoted if necessary.
     pub fn header(&self) -> Vec<u8> {
         let mut writer = csv::WriterBuilder::new()
             .delimiter(self.delimiter)
@@ -134,11 +133,11 @@ impl Plan {
         for piece in &self.pieces {
             match *piece {
                 Piece::Kept(first, last) => {
-                    // Spaces after a delimiter stand before the span.
+                    // The span excludes spaces after the delimiter.
                     let from = match first.checked_sub(1) {
-                        Some(before) if self.adjoining => spans[before].1 + 1,
+                        Some(before) if self.copies_neighbours => spans[before].1 + 1,
                         Some(_) => spans[first].0,
-                        None if self.adjoining => 0,
+                        None if self.copies_neighbours => 0,
                         None => spans[0].0,
                     };
                     out.extend_from_slice(&line[from as usize..spans[last].1 as usize]);
@@ -146,7 +145,7 @@ impl Plan {
                 Piece::Value(i) => {
                     write_fixed(out, values[i], DECIMALS);
                     if self.decimal_comma {
-                        put_comma(out);
+                        set_decimal_comma(out);
                     }
                 }
             }
@@ -159,8 +158,8 @@ impl Plan {
     }
 }
 
-/// Turns the point of the number that was just written into a comma.
-fn put_comma(out: &mut [u8]) {
+/// Replaces the point of the last number by a comma.
+fn set_decimal_comma(out: &mut [u8]) {
     let at = out.len().wrapping_sub(DECIMALS as usize + 1);
     if let Some(point) = out.get_mut(at)
         && *point == b'.'
@@ -169,7 +168,7 @@ fn put_comma(out: &mut [u8]) {
     }
 }
 
-/// The field of channel `i`: 0 to 2 the accelerometer's axes, 3 to 5 the gyroscope's.
+/// Field of channel `i`: 0 to 2 the accelerometer's axes, 3 to 5 the gyroscope's.
 pub(crate) fn channel_field(layout: &Layout, i: usize) -> Option<usize> {
     match i {
         0..3 => layout.field(Quantity::Accel(i)),
@@ -177,7 +176,7 @@ pub(crate) fn channel_field(layout: &Layout, i: usize) -> Option<usize> {
     }
 }
 
-/// The name a kept column has in the header, or gets without one.
+/// Name of a copied column, from the header or by its channel.
 pub(crate) fn input_name(dialect: &Dialect, layout: &Layout, field: usize) -> String {
     if let Some(header) = &dialect.header {
         return header.names.get(field).cloned().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What a calibration does to the values of one row.
+//! Calibration of one row.
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 
@@ -8,15 +8,15 @@ use crate::segment::face::AxisMap;
 
 use super::drift::Drift;
 
-/// Both calibrations and the way the board sits.
+/// Calibrations of both sensors and orientation of the board.
 pub(crate) struct Sensor {
     accel: Calibration<f64>,
     pub gyro: Option<GyroscopeCalibration<f64>>,
-    /// The gyroscope reacts to acceleration: without it there is no rate.
+    /// The gyroscope has g-sensitivity: its calibration needs the acceleration.
     g_sensitive: bool,
     axes: AxisMap,
     rate_axes: AxisMap,
-    /// Drift with temperature, taken off before calibrating.
+    /// Temperature drift, subtracted before calibrating.
     pub drift: Option<Drift>,
 }
 
@@ -26,7 +26,7 @@ impl Sensor {
         Self::of(calibration.accelerometer_calibration(), gyro, axes)
     }
 
-    /// From the file's numbers to SI.
+    /// From values of the file to SI units.
     pub fn of(
         accel: Calibration<f64>,
         gyro: Option<GyroscopeCalibration<f64>>,
@@ -44,20 +44,20 @@ impl Sensor {
         }
     }
 
-    /// Takes off `drift` as well.
-    pub fn without_drift(mut self, drift: Option<Drift>) -> Self {
+    /// Adds the temperature correction.
+    pub fn with_drift(mut self, drift: Option<Drift>) -> Self {
         self.drift = drift;
         self
     }
 
-    /// Specific force in m/s² and angular rate in rad/s of the row in `line`; NaN on all
-    /// axes of a sensor where one is missing.
+    /// Specific force in m/s² and angular rate in rad/s of the row in `line`; all axes of a
+    /// sensor are NaN if one is missing.
     #[inline]
     pub fn calibrate(&mut self, values: &Values, line: u64) -> [f64; 6] {
         let mut calibrated = if self.drift.is_none() {
-            self.steady(values)
+            self.calibrate_values(values)
         } else {
-            self.without_drift_of(values, line)
+            self.calibrate_with_drift(values, line)
         };
         let [ax, ay, az, gx, gy, gz] = calibrated;
         if !(ax + ay + az).is_finite() {
@@ -69,20 +69,20 @@ impl Sensor {
         calibrated
     }
 
-    // Most calibrations have no model of it: their loop stays as it was.
+    // Separate function: the loop without a temperature model stays small.
     #[inline(never)]
-    fn without_drift_of(&mut self, values: &Values, line: u64) -> [f64; 6] {
+    fn calibrate_with_drift(&mut self, values: &Values, line: u64) -> [f64; 6] {
         match &mut self.drift {
             Some(drift) => {
-                let steady = drift.taken_off(values, line);
-                self.steady(&steady)
+                let corrected = drift.subtract(values, line);
+                self.calibrate_values(&corrected)
             }
-            None => self.steady(values),
+            None => self.calibrate_values(values),
         }
     }
 
     #[inline]
-    fn steady(&self, values: &Values) -> [f64; 6] {
+    fn calibrate_values(&self, values: &Values) -> [f64; 6] {
         let accel = self
             .accel
             .apply([values[ACCEL], values[ACCEL + 1], values[ACCEL + 2]]);
@@ -90,8 +90,11 @@ impl Sensor {
         let Some(gyro) = &self.gyro else {
             return [ax, ay, az, f64::NAN, f64::NAN, f64::NAN];
         };
-        let felt = if self.g_sensitive { accel } else { [0.0; 3] };
-        let rate = gyro.apply([values[GYRO], values[GYRO + 1], values[GYRO + 2]], felt);
+        let accel_for_gyro = if self.g_sensitive { accel } else { [0.0; 3] };
+        let rate = gyro.apply(
+            [values[GYRO], values[GYRO + 1], values[GYRO + 2]],
+            accel_for_gyro,
+        );
         let [gx, gy, gz] = self.rate_axes.to_case(rate);
         [ax, ay, az, gx, gy, gz]
     }

@@ -7,7 +7,7 @@ use crate::recording::open::from_reader;
 use crate::recording::{Origin, read_bytes};
 use std::io::{self, Read, Write};
 
-/// imucal's form, the shortest there is; no gyroscope.
+/// A calibration in imucal's format, which is the shortest; no gyroscope.
 fn calibration(unit: Option<&str>, scale: f64, bias: [f64; 3]) -> CalibrationFile {
     let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let k = identity.map(|row: [f64; 3]| row.map(|v| v * scale));
@@ -71,7 +71,7 @@ fn finding<'a>(summary: &'a ApplySummary, kind: &str) -> &'a Finding {
     found.unwrap_or_else(|| panic!("no {kind} in {:?}", summary.findings))
 }
 
-/// `n` rows of a sensor that lies still, behind `header`.
+/// `n` rows of a sensor at rest, after `header`.
 fn still(header: &str, n: usize, row: impl Fn(usize) -> String) -> String {
     let rows: String = (0..n).map(|i| row(i) + "\n").collect();
     format!("{header}\n{rows}")
@@ -82,7 +82,7 @@ fn cells(line: &str) -> Vec<f64> {
 }
 
 #[test]
-fn values_are_those_of_direct_computation() {
+fn values_equal_direct_computation() {
     let row = |i: usize| {
         let x = i as f64;
         format!(
@@ -113,7 +113,7 @@ fn values_are_those_of_direct_computation() {
         let a = accel.apply([from[1], from[2], from[3]]);
         let w = gyro.apply([from[4], from[5], from[6]], a);
         for (got, expected) in got[1..].iter().zip(a.iter().chain(&w)) {
-            // Half of the last of six decimals.
+            // Rounding to six decimals.
             assert!((got - expected).abs() <= 0.500_001e-6, "{got} {expected}");
         }
     }
@@ -124,7 +124,7 @@ fn values_are_those_of_direct_computation() {
 }
 
 #[test]
-fn the_case_is_turned_after_calibrating() {
+fn axes_are_rotated_after_calibrating() {
     let text = still("ax,ay,az,gx (deg/s),gy (deg/s),gz (deg/s)", 3, |i| {
         format!("0.1,{}.2,9.8,1.5,-2.5,{i}.25", i % 2)
     });
@@ -141,7 +141,7 @@ fn the_case_is_turned_after_calibrating() {
 }
 
 #[test]
-fn other_columns_stay_byte_for_byte() {
+fn other_columns_are_copied_byte_for_byte() {
     let text = "\"note, of mine\",aX (g),t, aZ (g),aY (g),flag\n\
                 \"a,b\",0.1, 007,9.80,0.1,+1e0\n\
                 \"c\"\"d\",0.1,8 ,9.81,0.2, x\n";
@@ -168,7 +168,7 @@ fn other_columns_stay_byte_for_byte() {
 }
 
 #[test]
-fn raw_columns_are_kept_when_wanted() {
+fn raw_columns_are_kept_on_request() {
     let keep = ApplyOptions {
         keep_raw: true,
         ..options()
@@ -194,7 +194,7 @@ fn raw_columns_are_kept_when_wanted() {
         last
     );
 
-    // A second pass over what was written once has both under one name.
+    // A second pass over the output has two columns of one name.
     let again = "t,ax_mps2,ay_mps2,az_mps2\n0,0.1,0.2,9.80\n1,0.1,0.2,9.81\n";
     let (out, summary) = run_with(&si(), again.as_bytes(), &keep).unwrap();
     assert!(
@@ -204,7 +204,7 @@ fn raw_columns_are_kept_when_wanted() {
 }
 
 #[test]
-fn without_a_header_columns_are_named_by_role() {
+fn columns_without_a_header_are_named_by_channel() {
     let text: String = (0..40)
         .map(|i| {
             format!(
@@ -232,7 +232,7 @@ fn without_a_header_columns_are_named_by_role() {
 }
 
 #[test]
-fn two_header_rows_become_one() {
+fn two_header_rows_are_merged() {
     let text = "sensor,left,left,left,right,right,right\naxis,acc_x,acc_y,acc_z,acc_x,acc_y,acc_z\n\
                 0,0.1,0.2,9.8,1,2,3\n1,0.1,0.2,9.8,1,2,4\n";
     let (out, _) = run(&si(), text);
@@ -245,7 +245,7 @@ fn two_header_rows_become_one() {
 }
 
 #[test]
-fn semicolons_decimal_commas_tabs_and_spaces() {
+fn delimiters_and_decimal_commas_are_kept() {
     let cal = si();
     let (plain, _) = run(
         &cal,

@@ -79,7 +79,7 @@ pub fn motion_stream(
     let mut findings = begin.findings.clone();
     let mut pipeline = begin.pipeline(&file, options, out.is_some(), &mut findings)?;
     let assumed = *file.rows.facts();
-    let mut sensor = Sensor::of(begin.accel, begin.gyro, options.axes).without_drift(drift);
+    let mut sensor = Sensor::of(begin.accel, begin.gyro, options.axes).with_drift(drift);
     let mut nowhere = std::io::sink();
     let mut out = BlockWriter::new(out.unwrap_or(&mut nowhere));
     out.bytes.extend_from_slice(pipeline.header());

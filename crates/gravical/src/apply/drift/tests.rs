@@ -2,8 +2,8 @@ use crate::apply::{ApplyOptions, ApplySummary, apply};
 use crate::calibration_file::CalibrationFile;
 use crate::recording::open::from_reader;
 
-/// Twice the reading, bias 0.1; ax drifts by 0.01 per °C and az has a gain of
-/// 0.1 % per °C about 25 °C, measured from 0 to 50 °C; ay was refused.
+/// Identity, bias 0.1 of x; ax drifts by 0.01 per °C and az has a gain of 0.1 % per °C about 25
+/// °C, measured from 0 to 50 °C; ay was refused.
 fn calibration(with_model: bool) -> CalibrationFile {
     let mut value = serde_json::json!({
         "format": "gravical-calibration/1", "created": "", "tool": "",
@@ -80,7 +80,7 @@ fn kinds(summary: &ApplySummary) -> Vec<&str> {
 }
 
 #[test]
-fn every_row_by_its_own_temperature() {
+fn every_row_is_corrected_for_its_temperature() {
     let (summary, rows) = run(true, &ride(&["25", "35", "15.0"]));
     // (raw − drift)/(1 + gain) − bias
     assert_eq!(rows[0][1..4], ["0.400000", "0.200000", "9.800000"]);
@@ -99,25 +99,25 @@ fn every_row_by_its_own_temperature() {
 }
 
 #[test]
-fn beyond_the_range_the_edge_is_held_and_told() {
+fn outside_the_range_the_edge_is_used_and_reported() {
     let (summary, rows) = run(true, &ride(&["50", "50.4", "90", "-30"]));
     // 0.5 − 0.25 − 0.1 at 50 °C and beyond, 0.5 + 0.25 − 0.1 at 0 °C.
     let ax: Vec<&str> = rows.iter().map(|r| r[1].as_str()).collect();
     assert_eq!(ax, ["0.150000", "0.150000", "0.150000", "0.650000"]);
     assert_eq!(kinds(&summary), ["temperature-outside"]);
-    let told = summary
+    let reported = summary
         .findings
         .iter()
         .find(|f| f.kind == "temperature-outside")
         .unwrap();
-    assert_eq!((told.count, &told.lines[..]), (2, &[[4, 5]][..]));
+    assert_eq!((reported.count, &reported.lines[..]), (2, &[[4, 5]][..]));
     for number in ["0.0 to 50.0", "down to -30.0", "up to 90.0"] {
-        assert!(told.message.contains(number), "{}", told.message);
+        assert!(reported.message.contains(number), "{}", reported.message);
     }
 }
 
 #[test]
-fn an_empty_temperature_is_the_last_one() {
+fn an_empty_temperature_repeats_the_last_one() {
     let (summary, rows) = run(true, &ride(&["", "35", "", "nan", "-3276.8", "15"]));
     let ax: Vec<&str> = rows.iter().map(|r| r[1].as_str()).collect();
     assert_eq!(
@@ -131,24 +131,24 @@ fn an_empty_temperature_is_the_last_one() {
 }
 
 #[test]
-fn without_temperatures_nothing_is_taken_off_and_the_cost_is_told() {
+fn without_temperatures_drift_is_reported_but_not_subtracted() {
     let bare = "t_s,ax,ay,az\n0,0.5,0.2,9.8\n1,0.5,0.21,9.8\n";
     let (summary, rows) = run(true, bare);
     assert_eq!(rows[0][1], "0.400000");
     assert_eq!(kinds(&summary), ["temperature-not-applied"]);
-    let told = &summary
+    let reported = &summary
         .findings
         .iter()
         .find(|f| f.kind == "temperature-not-applied")
         .unwrap();
     assert!(
-        told.message.contains("ax by up to 0.250 m/s^2"),
+        reported.message.contains("ax by up to 0.250 m/s^2"),
         "{}",
-        told.message
+        reported.message
     );
     assert!(summary.temperature.is_none());
 
-    // Raw counts of a thermometer are no °C.
+    // Raw counts of a thermometer are not °C.
     let (summary, rows) = run(true, &ride(&["-3400", "-3410", "-3420"]));
     assert_eq!(rows[2][1], "0.400000");
     assert_eq!(
@@ -158,7 +158,7 @@ fn without_temperatures_nothing_is_taken_off_and_the_cost_is_told() {
 }
 
 #[test]
-fn without_a_model_nothing_changes() {
+fn without_a_model_there_is_no_correction() {
     let text = ride(&["25", "35", "90"]);
     let (summary, rows) = run(false, &text);
     assert!(

@@ -1,4 +1,4 @@
-//! Every line, in pieces as they come: breaks, tails, pipes.
+//! Lines, breaks, zero tails, and input in small pieces.
 
 use super::*;
 
@@ -35,7 +35,7 @@ fn every_line_is_accounted_for() {
 }
 
 #[test]
-fn a_named_gap_stays_a_break_and_its_clock_may_start_anew() {
+fn a_named_gap_is_written_as_a_break() {
     let row = |i: usize| match i {
         50 => "# gap: the board was reset, the clock of the board starts anew".to_owned(),
         ..50 => format!("{},0.1,0.{},9.8,7", 9000 + 10 * i, i % 3),
@@ -50,7 +50,7 @@ fn a_named_gap_stays_a_break_and_its_clock_may_start_anew() {
 }
 
 #[test]
-fn a_tail_of_zeros_is_set_aside_and_zeros_within_are_not() {
+fn only_zero_rows_at_the_end_are_set_aside() {
     let row = |i: usize| match i {
         20..30 | 50.. => format!("{i},0,0,0,7"),
         _ => format!("{i},0.1,0.{},9.8,7", i % 3),
@@ -60,7 +60,7 @@ fn a_tail_of_zeros_is_set_aside_and_zeros_within_are_not() {
     assert_eq!((out.lines().count(), summary.rows), (51, 50));
     assert!(out.lines().nth(25).unwrap().starts_with("24,"));
     assert_eq!(finding(&summary, "zero-tail").lines, [[52, 61]]);
-    // One row alone can be a measurement.
+    // A single row can be a measurement.
     let (_, summary) = run(&si(), &still("t,ax,ay,az,n", 51, row));
     assert_eq!(summary.rows, 51);
     assert_eq!(
@@ -70,7 +70,7 @@ fn a_tail_of_zeros_is_set_aside_and_zeros_within_are_not() {
 }
 
 #[test]
-fn channels_that_are_written_when_they_arrive_hold() {
+fn sparse_channels_are_held() {
     let row = |i: usize| match i % 3 {
         0 => format!("{i},0.{},,", i % 7),
         1 => format!("{i},,0.2,"),
@@ -82,10 +82,10 @@ fn channels_that_are_written_when_they_arrive_hold() {
     assert!(!out.lines().nth(4).unwrap().contains(",,"));
 }
 
-/// Gives few bytes at a time, as a pipe does.
-struct Drips<'a>(&'a [u8], usize);
+/// Delivers a few bytes at a time, as a pipe does.
+struct SmallReads<'a>(&'a [u8], usize);
 
-impl Read for Drips<'_> {
+impl Read for SmallReads<'_> {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
         self.1 = self.1 * 5 % 97 + 1;
         let n = self.1.min(out.len()).min(self.0.len());
@@ -96,8 +96,8 @@ impl Read for Drips<'_> {
     }
 }
 
-/// A recording with defects, longer than the head.
-fn defective() -> String {
+/// A recording with faults, longer than the head.
+fn faulty() -> String {
     let row = |i: usize| {
         let x = i as f64;
         let stamp = match i {
@@ -137,19 +137,19 @@ fn defective() -> String {
 }
 
 #[test]
-fn drops_give_the_same_as_the_whole() {
-    let text: &'static str = Box::leak(defective().into_boxed_str());
+fn input_in_small_pieces_gives_equal_output() {
+    let text: &'static str = Box::leak(faulty().into_boxed_str());
     let (whole, by_whole) = run(&si(), text);
-    let input = from_reader(Box::new(Drips(text.as_bytes(), 7)), false).unwrap();
+    let input = from_reader(Box::new(SmallReads(text.as_bytes(), 7)), false).unwrap();
     let mut out = Vec::new();
-    let by_drops = apply(&si(), input, "rec.csv", &mut out, &options()).unwrap();
+    let by_pieces = apply(&si(), input, "rec.csv", &mut out, &options()).unwrap();
     assert!(whole.as_bytes() == out);
-    assert_eq!(by_whole, by_drops);
+    assert_eq!(by_whole, by_pieces);
 }
 
 #[test]
-fn the_findings_of_the_stream_are_those_of_the_batch() {
-    let text = defective();
+fn findings_equal_those_of_reading_into_memory() {
+    let text = faulty();
     let (_, streamed) = run(&si(), &text);
     let batch = read_bytes(text.as_bytes(), "rec.csv", &ReadOptions::default()).unwrap();
     assert_eq!(streamed.lines, batch.ledger.lines);
@@ -165,8 +165,8 @@ fn the_findings_of_the_stream_are_those_of_the_batch() {
         "repeated-header",
         "blank-rows",
     ] {
-        // Of a frozen axis only the ends are compared: a long run is kept as
-        // one range, lines that are no rows within.
+        // For a frozen axis only the ends are compared: a long run is stored as one range that
+        // includes lines that are not rows.
         let of = |findings: &[Finding]| -> Vec<_> {
             let of_kind = findings.iter().filter(|f| f.kind == kind);
             of_kind
@@ -184,9 +184,9 @@ fn the_findings_of_the_stream_are_those_of_the_batch() {
 }
 
 #[test]
-fn a_packed_file_that_was_cut_off_gives_what_is_there() {
+fn a_truncated_gzip_file_is_applied_up_to_its_end() {
     let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
-    gz.write_all(defective().as_bytes()).unwrap();
+    gz.write_all(faulty().as_bytes()).unwrap();
     let packed = gz.finish().unwrap();
     let (_, summary) = run_with(&si(), &packed[..packed.len() / 2], &options()).unwrap();
     assert!(summary.rows > 1000);
@@ -194,7 +194,7 @@ fn a_packed_file_that_was_cut_off_gives_what_is_there() {
 }
 
 #[test]
-fn what_holds_no_rows_is_refused_before_anything_is_written() {
+fn files_without_rows_are_refused_before_writing() {
     let input = from_reader(Box::new(&b"ax,ay,az\n,0.1,9.8\n,0.2,9.8\n"[..]), false).unwrap();
     let mut out = Vec::new();
     let error = apply(&si(), input, "rec.csv", &mut out, &options()).unwrap_err();

@@ -1,9 +1,9 @@
-//! Units that are not those of the calibration.
+//! Units that differ from those of the calibration.
 
 use super::*;
 
 #[test]
-fn another_unit_is_refused_unless_insisted_on() {
+fn another_unit_is_refused_unless_given() {
     let rows = |g: f64| still("t,ax,ay,az", 40, |i| format!("{i},0.0,0.0{},{g}", i % 3));
     let in_g = rows(1.001);
     let error = refused(&si(), &in_g, &options());
@@ -16,18 +16,18 @@ fn another_unit_is_refused_unless_insisted_on() {
     );
     assert!(hint.contains("--accel-unit m/s^2"), "{hint}");
 
-    let told = |unit: AccelUnit| ApplyOptions {
+    let given = |unit: AccelUnit| ApplyOptions {
         read: ReadOptions {
             accel_unit: Some(unit),
             ..ReadOptions::default()
         },
         ..options()
     };
-    let insisted = told(AccelUnit::MetrePerSecondSquared);
-    let (_, summary) = run_with(&si(), in_g.as_bytes(), &insisted).unwrap();
+    let with_unit = given(AccelUnit::MetrePerSecondSquared);
+    let (_, summary) = run_with(&si(), in_g.as_bytes(), &with_unit).unwrap();
     finding(&summary, "unit-mismatch");
     assert_eq!(summary.accelerometer.origin, Origin::Given);
-    let error = refused(&si(), &rows(9.8), &told(AccelUnit::StandardGravity));
+    let error = refused(&si(), &rows(9.8), &given(AccelUnit::StandardGravity));
     assert_eq!(error.code(), "unit-mismatch");
 }
 
@@ -44,7 +44,7 @@ fn counts_at_another_range_are_refused() {
 }
 
 #[test]
-fn calibrations_and_recordings_without_a_unit_are_judged_by_gravity() {
+fn unknown_units_are_checked_by_gravity() {
     let unknown = calibration(None, 3300.0 / 9.80665, [33000.0, 33100.0, 32900.0]);
     let unsigned = still("ax,ay,az", 60, |i| format!("33000,{},36200", 33100 + i % 4));
     let (_, summary) = run(&unknown, &unsigned);
@@ -59,7 +59,7 @@ fn calibrations_and_recordings_without_a_unit_are_judged_by_gravity() {
         .code(),
         "unit-mismatch"
     );
-    // Neither mg nor cm/s² can be told from 985; the calibration knows.
+    // 985 can be mg or cm/s²; the calibration decides.
     let mg = calibration(Some("mg"), 1000.0 / 9.80665, [0.0; 3]);
     let (_, summary) = run(
         &mg,
@@ -69,7 +69,7 @@ fn calibrations_and_recordings_without_a_unit_are_judged_by_gravity() {
 }
 
 #[test]
-fn of_a_moving_sensor_the_header_says_the_unit() {
+fn the_header_gives_the_unit_of_a_moving_sensor() {
     let moving = |unit: &str, size: f64| {
         still(&format!("ax ({unit}),ay ({unit}),az ({unit})"), 400, |i| {
             let x = i as f64;
@@ -89,7 +89,7 @@ fn of_a_moving_sensor_the_header_says_the_unit() {
         refused(&si(), &moving("g", 1.0), &options()).code(),
         "unit-mismatch"
     );
-    // The header is wrong, and the size is that of no movement.
+    // The header is wrong, and the magnitude cannot be motion.
     assert_eq!(
         refused(&si(), &moving("m/s^2", 500.0), &options()).code(),
         "unit-mismatch"
@@ -97,7 +97,7 @@ fn of_a_moving_sensor_the_header_says_the_unit() {
 }
 
 #[test]
-fn the_unit_of_the_gyroscope_is_checked_too() {
+fn the_unit_of_the_gyroscope_is_checked() {
     let rows = |unit: &str, accel: &str| {
         let header =
             format!("ax ({accel}),ay ({accel}),az ({accel}),gx ({unit}),gy ({unit}),gz ({unit})");
@@ -109,7 +109,7 @@ fn the_unit_of_the_gyroscope_is_checked_too() {
     let error = refused(&cal, &rows("deg/s", "m/s^2"), &options());
     assert_eq!(error.code(), "unit-mismatch");
     assert!(error.message().contains("gyroscope"), "{error}");
-    // A header that is wrong about the accelerometer proves nothing.
+    // A header that is wrong about the accelerometer is not evidence.
     let (_, summary) = run(&cal, &rows("deg/s", "g"));
     assert!(
         summary
@@ -117,14 +117,14 @@ fn the_unit_of_the_gyroscope_is_checked_too() {
             .iter()
             .any(|f| f.message.contains("gyroscope is in deg/s"))
     );
-    let insisted = ApplyOptions {
+    let with_unit = ApplyOptions {
         read: ReadOptions {
             gyro_unit: Some(GyroUnit::RadianPerSecond),
             ..ReadOptions::default()
         },
         ..options()
     };
-    assert!(run_with(&cal, rows("deg/s", "m/s^2").as_bytes(), &insisted).is_ok());
+    assert!(run_with(&cal, rows("deg/s", "m/s^2").as_bytes(), &with_unit).is_ok());
     let counts = with_gyro("counts");
     assert_eq!(
         refused(&counts, &rows("", "m/s^2"), &options()).code(),
@@ -178,7 +178,7 @@ fn a_labelled_recording_in_counts_with_imucals_calibration() {
     );
 }
 
-/// More than the head in m/s^2, and twice as much in g: somebody put files together.
+/// Longer than the head in m/s², then twice as long in g: two concatenated files.
 fn two_units(i: usize) -> String {
     let unit = if i < 12_000 { 1.0 } else { 1.0 / 9.80665 };
     let noise = |k: usize| 0.02 * ((i * k) as f64 * 0.37).sin();
@@ -192,45 +192,48 @@ fn two_units(i: usize) -> String {
 }
 
 #[test]
-fn a_unit_that_changes_is_refused_with_its_line() {
+fn a_change_of_unit_is_refused_with_its_line() {
     let text = still("t_ms,ax,ay,az", 36_000, two_units);
     let error = refused(&si(), &text, &options());
     assert_eq!(error.code(), "unit-changed");
     assert_eq!(error.location().and_then(|l| l.line), Some(12_002));
-    let insisted = ApplyOptions {
+    let with_unit = ApplyOptions {
         read: ReadOptions {
             accel_unit: Some(AccelUnit::MetrePerSecondSquared),
             ..ReadOptions::default()
         },
         ..options()
     };
-    let (_, summary) = run_with(&si(), text.as_bytes(), &insisted).unwrap();
+    let (_, summary) = run_with(&si(), text.as_bytes(), &with_unit).unwrap();
     finding(&summary, "unit-changed");
-    // All rows tell the unit, wherever it changes.
+    // All rows determine the unit, wherever it changes.
     let recording = read_bytes(text.as_bytes(), "rec.csv", &options().read).unwrap();
     assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
     assert_eq!(recording.rows(), 36_000);
     let kinds: Vec<&str> = recording.findings.iter().map(|f| f.kind.name()).collect();
     assert_eq!(kinds, ["unit-changed"]);
-    // Before the change nothing is said.
+    // Before the change there are no findings.
     let (_, summary) = run(&si(), &still("t_ms,ax,ay,az", 12_000, two_units));
     assert!(summary.findings.is_empty(), "{:?}", summary.findings);
 }
 
 #[test]
-fn first_rows_that_mislead_are_named() {
-    // Of the gyroscope whole numbers at first, then others.
+fn unrepresentative_first_rows_are_reported() {
+    // The gyroscope has whole numbers at first, then others.
     let row = |i: usize| {
         let rate = (i % 7) as f64 + if i < 12_000 { 0.0 } else { 0.25 };
         format!("{},{rate},1,2", two_units(i % 12_000))
     };
     let (_, summary) = run(&si(), &still("t_ms,ax,ay,az,gx,gy,gz", 36_000, row));
-    let told = finding(&summary, "first-rows-differ");
-    assert!(told.message.contains("unit of the gyroscope"), "{told:?}");
+    let reported = finding(&summary, "first-rows-differ");
+    assert!(
+        reported.message.contains("unit of the gyroscope"),
+        "{reported:?}"
+    );
 }
 
 #[test]
-fn rows_under_a_header_in_another_unit_and_order_are_written_as_the_first_has_them() {
+fn rows_under_a_different_header_are_converted_to_the_first() {
     let row = |i: usize| format!("{i},{}.5,0.25,9.8", i % 3);
     let plain = still("t,ax (m/s^2),ay (m/s^2),az (m/s^2)", 80, row);
     let mut lines: Vec<String> = plain.lines().map(str::to_owned).collect();
@@ -245,7 +248,7 @@ fn rows_under_a_header_in_another_unit_and_order_are_written_as_the_first_has_th
     let (out, summary) = run(&si(), &(lines.join("\n") + "\n"));
     assert_eq!(out, expected);
     assert_eq!(finding(&summary, "header-changed").lines, [[42, 42]]);
-    // What the first header has no column for would be lost.
+    // A column that the first header does not have would be lost.
     for line in &mut lines[41..] {
         line.push_str(",battery");
     }
