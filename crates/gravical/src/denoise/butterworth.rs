@@ -1,15 +1,15 @@
-//! Butterworth filters over samples that are all there: in one pass, or forwards
-//! and backwards so that nothing is delayed.
+//! Butterworth filters over samples in memory: in one pass, or forwards and backwards without
+//! delay.
 //!
-//! Two passes square the response, so the filter is designed at another frequency:
-//! |H|⁴ = 1/2 at the cutoff where x²ⁿ = √2 − 1. With Ω = tan(πf/f_s) a low-pass is
-//! designed at Ω_c/(√2 − 1)^(1/2n), a high-pass at Ω_c·(√2 − 1)^(1/2n), a band-pass
-//! with its width Ω₂ − Ω₁ divided by that and its middle √(Ω₁Ω₂) kept.
+//! Two passes square the response, so the filter is designed for another cutoff, at which |H|⁴ =
+//! 1/2: x²ⁿ = √2 − 1. With Ω = tan(πf/f_s) a low-pass is designed for Ω_c/(√2 − 1)^(1/2n), a
+//! high-pass for Ω_c·(√2 − 1)^(1/2n), a band-pass with its width Ω₂ − Ω₁ divided by that and its
+//! middle √(Ω₁Ω₂) unchanged.
 //!
-//! The ends are treated as by scipy's `sosfiltfilt`: three samples per coefficient
-//! are put on at each, turned about the end point, and each pass begins as if its
-//! first sample had been there for ever (F. Gustafsson, IEEE Transactions on Signal
-//! Processing 44, 1996, gives a better way, which costs a fit).
+//! The ends are treated as in scipy's `sosfiltfilt`: three samples per coefficient are added at
+//! each end by odd reflection about the end point, and each pass starts in the steady state of
+//! its first sample (the method of F. Gustafsson, IEEE Transactions on Signal Processing 44,
+//! 1996, is better but needs a fit).
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -19,13 +19,13 @@ use gravical_core::filter::butterworth::{DesignError, band_pass, high_pass, low_
 use super::spec::{Band, Passes};
 use crate::{Error, Result};
 
-/// The filter, ready for a rate.
+/// The filter for a sampling rate.
 pub(crate) struct Butterworth {
     sections: Vec<Biquad<f64>>,
     passes: Passes,
 }
 
-/// Below this share of the rate a cutoff costs too many digits: the gain at zero
+/// Lowest cutoff as a share of the rate; below it too many digits are lost: the gain at zero
 /// frequency is off by 1e-7 there.
 const LOWEST: f64 = 1e-5;
 
@@ -43,7 +43,7 @@ impl Butterworth {
             return Err(Error::usage(
                 "filter-range",
                 format!(
-                    "a cutoff of {wrong} Hz cannot be had at {rate_hz:.6} samples per second: it has to lie between {:.3e} and {:.6} Hz",
+                    "a cutoff of {wrong} Hz is not possible at {rate_hz:.6} samples per second: it must be between {:.3e} and {:.6} Hz",
                     allowed.start, allowed.end
                 ),
             )
@@ -56,13 +56,12 @@ impl Butterworth {
         Ok(Butterworth { sections, passes })
     }
 
-    /// The sections, those with the sharpest peak last.
+    /// The sections, ordered by the sharpness of their peak.
     pub fn sections(&self) -> &[Biquad<f64>] {
         &self.sections
     }
 
-    /// Samples that are put on at each end for two passes: three for each
-    /// coefficient, as in scipy.
+    /// Number of samples added at each end for two passes: three per coefficient, as in scipy.
     pub fn padding(&self) -> usize {
         let all = self.sections.len();
         let [last_b, last_a] = [
@@ -75,7 +74,7 @@ impl Butterworth {
         3 * (2 * all + 1 - last_b.min(last_a))
     }
 
-    /// Fewer samples than this cannot be filtered.
+    /// Smallest number of samples that can be filtered.
     pub fn shortest(&self) -> usize {
         match self.passes {
             Passes::Causal => 1,
@@ -83,12 +82,12 @@ impl Butterworth {
         }
     }
 
-    /// Even samples in place; too short ones stay as they are.
+    /// Filters equally spaced samples in place; shorter input is left unchanged.
     pub fn apply(&self, x: &mut [f64]) {
         if x.len() < self.shortest() {
             return;
         }
-        // With a known number of sections they all stay in registers.
+        // With a constant number of sections all of them stay in registers.
         match self.sections.len() {
             1 => self.run::<1>(x),
             2 => self.run::<2>(x),
@@ -98,7 +97,7 @@ impl Butterworth {
             6 => self.run::<6>(x),
             7 => self.run::<7>(x),
             8 => self.run::<8>(x),
-            // There are no orders above 8.
+            // The highest order is 8.
             _ => {}
         }
     }
@@ -113,12 +112,12 @@ impl Butterworth {
                 cascade.settle(x[0]);
                 pass(cascade, x.iter_mut());
             }
-            Passes::Two => there_and_back(cascade, x, self.padding()),
+            Passes::Two => forward_backward(cascade, x, self.padding()),
         }
     }
 }
 
-/// One pass, and where it ends. By value: the state stays in registers.
+/// One pass; returns the final state. By value, so that the state stays in registers.
 #[inline(always)]
 fn pass<'a, const N: usize>(
     mut cascade: Cascade<f64, N>,
@@ -130,11 +129,11 @@ fn pass<'a, const N: usize>(
     cascade
 }
 
-/// Both passes; `x` is longer than `padding`.
-fn there_and_back<const N: usize>(mut cascade: Cascade<f64, N>, x: &mut [f64], padding: usize) {
+/// Both passes; `x` must be longer than `padding`.
+fn forward_backward<const N: usize>(mut cascade: Cascade<f64, N>, x: &mut [f64], padding: usize) {
     let n = x.len();
     let (first, last) = (x[0], x[n - 1]);
-    // Turned about the end points by half a turn: value and slope go on.
+    // Odd reflection about the end points: value and slope are continuous.
     let mut before: Vec<f64> = (1..=padding).rev().map(|i| 2.0 * first - x[i]).collect();
     let mut after: Vec<f64> = (1..=padding).map(|i| 2.0 * last - x[n - 1 - i]).collect();
     cascade.settle(before.first().copied().unwrap_or(first));
@@ -146,7 +145,7 @@ fn there_and_back<const N: usize>(mut cascade: Cascade<f64, N>, x: &mut [f64], p
     pass(cascade, x.iter_mut().rev());
 }
 
-/// (√2 − 1)^(1/2n): where two passes of order n are down by 3 dB, in cutoffs of one.
+/// (√2 − 1)^(1/2n): the −3 dB frequency of two passes of order n, relative to that of one.
 fn two_pass_factor(order: usize, passes: Passes) -> f64 {
     match passes {
         Passes::Causal => 1.0,
@@ -154,7 +153,7 @@ fn two_pass_factor(order: usize, passes: Passes) -> f64 {
     }
 }
 
-/// The band of one pass for the `band` that all passes together shall have.
+/// The band of one pass for the `band` of all passes together.
 fn designed_at(order: usize, band: Band, passes: Passes, rate_hz: f64) -> Band {
     let factor = two_pass_factor(order, passes);
     if passes == Passes::Causal {
@@ -172,7 +171,7 @@ fn designed_at(order: usize, band: Band, passes: Passes, rate_hz: f64) -> Band {
         Band::Between { low_hz, high_hz } => {
             let (low, high) = (warp(low_hz), warp(high_hz));
             let half = 0.5 * (high - low) / factor;
-            // (root − half)(root + half) = Ω₁Ω₂; the small one without cancellation.
+            // (root − half)(root + half) = Ω₁Ω₂; this form avoids cancellation.
             let upper = half + (half * half + low * high).sqrt();
             Band::Between {
                 low_hz: unwarp(low * high / upper),

@@ -1,29 +1,29 @@
-//! Where samples follow each other evenly, where not, and where not at all.
+//! Regularity of the time stamps: even steps, uneven steps and gaps.
 
 use std::ops::Range;
 
 use crate::recording::Recording;
 
-/// Steps that differ from the usual one by more than this share of it are uneven:
-/// half of that is what a slope is misplaced by in a window, little beside noise.
+/// Steps that differ from the usual one by more than this share are uneven: it displaces a slope
+/// within a window by half of that share, which is small compared with noise.
 const EVEN_SHARE: f64 = 0.05;
 
-/// However coarse the digits of the stamps, a step that is off by this share of the
-/// usual one is uneven: 1.5 steps are a lost sample.
+/// For time stamps with a coarse resolution, steps that differ by more than this share are
+/// uneven: 1.5 steps are a lost sample.
 const UNEVEN_SHARE: f64 = 0.45;
 
 /// The clock of a recording.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clock {
-    /// The usual step, s (or rows, without stamps and rate).
+    /// The usual step, s (or rows, without time stamps and rate).
     pub step_s: f64,
-    /// Steps within so much of it are even, s.
+    /// Largest deviation of an even step from it, s.
     pub tolerance_s: f64,
-    /// A longer step parts the recording, s.
+    /// Longer steps are gaps, s.
     pub gap_s: f64,
 }
 
-/// Samples that follow each other.
+/// Consecutive samples without a gap.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Stretch {
     pub rows: Range<usize>,
@@ -31,15 +31,15 @@ pub(super) struct Stretch {
     pub uneven: Vec<usize>,
 }
 
-/// Why a recording was parted, and how often.
+/// Numbers of gaps and of steps back.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Parted {
+pub(super) struct Splits {
     pub gaps: usize,
     pub backward: usize,
 }
 
 impl Clock {
-    /// `gap_steps` usual steps part the recording.
+    /// Steps longer than `gap_steps` usual steps are gaps.
     pub fn of(recording: &Recording, gap_steps: f64) -> Self {
         Self::new(
             recording.timing.rate_hz(),
@@ -48,7 +48,7 @@ impl Clock {
         )
     }
 
-    /// Of stamps, of which the first 2000 count, at their rate, Hz.
+    /// From time stamps, of which the first 2000 are examined, and their rate, Hz.
     pub fn new(rate_hz: Option<f64>, time_s: Option<&[f64]>, gap_steps: f64) -> Self {
         let step_s = rate_hz.map_or(1.0, |rate| 1.0 / rate);
         let digit_s = time_s.map_or(0.0, |t| digit_s(t, step_s));
@@ -59,14 +59,14 @@ impl Clock {
         }
     }
 
-    /// Steps that are off by no more are even, s.
+    /// Largest deviation of an even step, s.
     pub fn even_s(&self) -> f64 {
-        // Rounding of the stamps themselves, some ten digits down.
+        // Allows for rounding of the time stamps.
         self.tolerance_s * (1.0 + 1e-6)
     }
 
-    /// Cuts stamps at gaps and where they run backwards.
-    pub fn stretches(&self, time_s: &[f64], parted: &mut Parted) -> Vec<Stretch> {
+    /// Splits time stamps at gaps and steps back.
+    pub fn stretches(&self, time_s: &[f64], splits: &mut Splits) -> Vec<Stretch> {
         let mut out = Vec::new();
         let (mut from, mut uneven) = (0, Vec::new());
         let tolerance = self.even_s();
@@ -77,8 +77,8 @@ impl Clock {
             }
             let row = i + 1;
             if step < 0.0 || step > self.gap_s {
-                parted.gaps += usize::from(step > 0.0);
-                parted.backward += usize::from(step < 0.0);
+                splits.gaps += usize::from(step > 0.0);
+                splits.backward += usize::from(step < 0.0);
                 let uneven = std::mem::take(&mut uneven);
                 out.push(Stretch {
                     rows: from..row,
@@ -99,9 +99,8 @@ impl Clock {
     }
 }
 
-/// The last digit of the stamps, s: 1e-3 where all are whole milliseconds. Stamps
-/// agree with even sampling when they are off by no more than that. 0 when they are
-/// finer than 1 ns.
+/// Resolution of the time stamps, s: 1e-3 if all are whole milliseconds. A deviation from even
+/// spacing by no more than this is rounding. 0 if they are finer than 1 ns.
 fn digit_s(time_s: &[f64], step_s: f64) -> f64 {
     let some: Vec<f64> = time_s
         .iter()
@@ -120,7 +119,7 @@ fn digit_s(time_s: &[f64], step_s: f64) -> f64 {
         .unwrap_or(0.0)
 }
 
-/// Gives rows without a stamp one, evenly between their neighbours; and how many.
+/// Interpolates missing time stamps evenly between their neighbours; returns their number.
 pub(super) fn fill_stamps(time_s: &mut [f64], step_s: f64) -> usize {
     let known: Vec<usize> = (0..time_s.len())
         .filter(|i| time_s[*i].is_finite())
@@ -158,21 +157,21 @@ mod tests {
     };
 
     #[test]
-    fn steps_are_told_apart() {
+    fn gaps_uneven_steps_and_steps_back_are_distinguished() {
         let time = [0.0, 0.01, 0.021, 0.05, 0.06, 0.3, 0.31, 0.2, 0.21, 0.21];
-        let mut parted = Parted::default();
-        let found = CLOCK.stretches(&time, &mut parted);
-        assert_eq!((parted.gaps, parted.backward), (1, 1));
+        let mut splits = Splits::default();
+        let found = CLOCK.stretches(&time, &mut splits);
+        assert_eq!((splits.gaps, splits.backward), (1, 1));
         let rows: Vec<_> = found.iter().map(|s| s.rows.clone()).collect();
         assert_eq!(rows, [0..5, 5..7, 7..10]);
         assert_eq!(found[0].uneven, [3]);
         assert_eq!(found[1].uneven, [0; 0]);
         assert_eq!(found[2].uneven, [2]);
-        assert!(CLOCK.stretches(&[], &mut parted).is_empty());
+        assert!(CLOCK.stretches(&[], &mut splits).is_empty());
     }
 
     #[test]
-    fn the_last_digit_of_stamps() {
+    fn resolution_of_time_stamps_is_found() {
         let ms: Vec<f64> = (0..500)
             .map(|i| (3.5 * f64::from(i)).floor() * 1e-3)
             .collect();
@@ -184,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_without_stamps_get_them() {
+    fn missing_time_stamps_are_interpolated() {
         let none = f64::NAN;
         let mut time = [none, 1.0, none, none, 1.3, none];
         assert_eq!(fill_stamps(&mut time, 0.1), 4);

@@ -1,36 +1,36 @@
-//! A window of weights over samples, in place.
+//! Convolution of samples with a window of weights, in place.
 
-/// Samples worked on at once: they stay in the first cache.
+/// Number of samples processed at once, so that they stay in the first-level cache.
 const BLOCK: usize = 1024;
 
-/// y_i = Σ_k w_k x_(i−left+k) for every i whose window lies inside; the rest is left
-/// as it is. `weights` are not longer than `x`.
+/// y_i = Σ_k w_k x_(i−left+k) for every i whose window is inside; the others are unchanged.
+/// `weights` must not be longer than `x`.
 pub(super) fn convolve(x: &mut [f64], weights: &[f64], left: usize) {
     let window = weights.len();
     let right = window.saturating_sub(left + 1);
     if window == 0 || x.len() < window {
         return;
     }
-    // A block as it was, with its neighbours on both sides.
+    // The original samples of a block, with neighbours on both sides.
     let mut before = Vec::with_capacity(BLOCK + window);
     before.extend_from_slice(&x[..left]);
     let (mut at, end) = (left, x.len() - right);
     while at < end {
         let stop = (at + BLOCK).min(end);
         before.extend_from_slice(&x[at..stop + right]);
-        weigh(&before, weights, &mut x[at..stop]);
+        weighted_sums(&before, weights, &mut x[at..stop]);
         before.drain(..stop - at);
         before.truncate(left);
         at = stop;
     }
 }
 
-/// `out` gets a sum each: out_i = Σ_k w_k x_(i+k).
-fn weigh(x: &[f64], weights: &[f64], out: &mut [f64]) {
+/// out_i = Σ_k w_k x_(i+k).
+fn weighted_sums(x: &[f64], weights: &[f64], out: &mut [f64]) {
     let (mut first, mut at) = (true, 0);
     for part in weights.chunks(8) {
         let x = &x[at..];
-        // A fixed number of weights stays in registers.
+        // A constant number of weights stays in registers.
         match part.len() {
             1 => taps::<1>(x, part, out, first),
             2 => taps::<2>(x, part, out, first),
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_length_and_window() {
+    fn convolution_is_right_for_all_lengths() {
         for window in (1..30).chain([101]) {
             for left in [0, window / 2, window - 1] {
                 for n in [window, window + 1, BLOCK - 1, BLOCK + window, 3 * BLOCK + 7] {
@@ -92,7 +92,7 @@ mod tests {
                         } else {
                             x[i]
                         };
-                        // Whole numbers: no rounding in any order.
+                        // Whole numbers: the sum does not depend on the order.
                         assert_eq!(y[i], want, "{window} {left} {n} {i}");
                     }
                 }

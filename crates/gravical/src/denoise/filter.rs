@@ -1,4 +1,4 @@
-//! A filter that is ready to run at one rate.
+//! A filter designed for a sampling rate.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use super::savgol::{Edge, Savgol};
 use super::spec::FilterSpec;
 use crate::{Error, Result};
 
-/// A [`FilterSpec`] made ready for a sampling rate.
+/// A [`FilterSpec`] designed for a sampling rate.
 ///
 /// ```
 /// use gravical::denoise::{Edge, Filter};
@@ -22,7 +22,7 @@ use crate::{Error, Result};
 /// let filter = Filter::design(&"savgol:5,2".parse()?, Some(100.0), Edge::Interp)?;
 /// let mut x = [0.0, 1.0, 4.0, 9.0, 16.0, 25.0];
 /// filter.apply(&mut x);
-/// assert!((x[3] - 9.0).abs() < 1e-12, "a parabola stays what it is");
+/// assert!((x[3] - 9.0).abs() < 1e-12, "a parabola is unchanged");
 /// assert!((filter.response().noise_gain - 0.697).abs() < 5e-4);
 /// # Ok::<(), gravical::Error>(())
 /// ```
@@ -34,7 +34,7 @@ pub struct Filter {
 }
 
 enum Kind {
-    /// The moving average too: a polynomial of order 0.
+    /// Also the moving average: a polynomial of order 0.
     Savgol(Savgol),
     Butterworth(Butterworth),
     Hampel {
@@ -43,12 +43,12 @@ enum Kind {
     },
 }
 
-/// What became of samples at uneven stamps.
+/// Treatment of samples with uneven time stamps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Treated {
-    /// Rows whose polynomial was fitted over the stamps.
+pub(super) struct Treatment {
+    /// Rows whose polynomial was fitted over the time stamps.
     pub fitted: usize,
-    /// Rows whose window has too few different stamps for that.
+    /// Rows whose window has too few different time stamps for the order.
     pub too_few: usize,
     /// Lost samples that were interpolated.
     pub filled: usize,
@@ -56,23 +56,23 @@ pub(super) struct Treated {
     pub resampled: usize,
     /// Outliers that were replaced, over all channels.
     pub replaced: usize,
-    /// Rows that stayed as they are, since there are too few.
+    /// Rows that were left unchanged because there are too few.
     pub too_short: usize,
 }
 
-/// Normal numbers that Hampel's gain is measured on.
+/// Number of normal random numbers for measuring the gain of a Hampel filter.
 const TRIAL: usize = 20_000;
 
 impl Filter {
-    /// Makes a filter ready for samples at `rate_hz`.
+    /// Designs a filter for samples at `rate_hz`.
     ///
-    /// `edge` counts for Savitzky–Golay and the moving average; Butterworth filters
-    /// turn the ends about their last sample, Hampel cuts its window there.
+    /// `edge` applies to Savitzky–Golay and the moving average; Butterworth filters reflect the
+    /// ends about their last sample, Hampel filters truncate their window.
     ///
     /// # Errors
     ///
-    /// `rate-unknown` (usage) for a filter in Hz or a derivative without a rate;
-    /// `filter-range` (usage) for what cannot be had, as a cutoff above half the rate.
+    /// `rate-unknown` (usage) for a filter in Hz or a derivative without a rate; `filter-range`
+    /// (usage) for impossible parameters, for example a cutoff above half the rate.
     pub fn design(spec: &FilterSpec, rate_hz: Option<f64>, edge: Edge) -> Result<Filter> {
         spec.validate()?;
         if rate_hz.is_none() && spec.needs_rate() {
@@ -80,7 +80,7 @@ impl Filter {
                 "rate-unknown",
                 format!("{spec} needs the sampling rate, and the recording has no time stamps"),
             )
-            .with_hint("say it with --rate HZ"));
+            .with_hint("give it with --rate HZ"));
         }
         let step_s = rate_hz.map_or(1.0, |rate| 1.0 / rate);
         let (kind, noise_gain, of_rate) = match *spec {
@@ -124,7 +124,7 @@ impl Filter {
             response: Response {
                 noise_gain,
                 minus_3db_hz: rate_hz.map(|rate| match spec {
-                    // As it was asked for, to the last digit.
+                    // Exactly as requested.
                     FilterSpec::Butterworth { band, .. } => band.edges_hz(),
                     _ => of_rate.iter().map(|share| share * rate).collect(),
                 }),
@@ -133,19 +133,19 @@ impl Filter {
         })
     }
 
-    /// What was asked for.
+    /// The specification.
     #[must_use]
     pub fn spec(&self) -> &FilterSpec {
         &self.spec
     }
 
-    /// What it does to white noise and to frequencies.
+    /// Its effect on white noise and its −3 dB frequencies.
     #[must_use]
     pub fn response(&self) -> &Response {
         &self.response
     }
 
-    /// Fewer samples than this stay as they are.
+    /// Fewer samples than this are left unchanged.
     #[must_use]
     pub fn shortest(&self) -> usize {
         match &self.kind {
@@ -155,8 +155,8 @@ impl Filter {
         }
     }
 
-    /// Samples to each side that tell on a value: half a window, or a period of the
-    /// slowest cutoff.
+    /// Number of samples on each side that affect a value: half a window, or a period of the
+    /// lowest cutoff.
     pub(super) fn reach(&self) -> usize {
         match self.spec {
             FilterSpec::SavitzkyGolay { window, .. }
@@ -169,8 +169,8 @@ impl Filter {
         }
     }
 
-    /// b₀, b₁, b₂, a₁, a₂ of the sections of a Butterworth filter, as one pass runs
-    /// them; none for others.
+    /// b₀, b₁, b₂, a₁, a₂ of the sections of a Butterworth filter, for one pass; empty for other
+    /// filters.
     #[must_use]
     pub fn sections(&self) -> Vec<[f64; 5]> {
         let Kind::Butterworth(butterworth) = &self.kind else {
@@ -184,12 +184,13 @@ impl Filter {
         .collect()
     }
 
-    /// Filters one channel of even samples without gaps, in place; fewer than
-    /// [`shortest`](Self::shortest) stay as they are. Gives the number of outliers
-    /// that were replaced (Hampel; else 0).
+    /// Filters one channel of equally spaced samples without gaps, in place; fewer than
+    /// [`shortest`](Self::shortest) are left unchanged. Returns the number of outliers that were
+    /// replaced (Hampel; otherwise 0).
     ///
-    /// Nothing is checked: a sample that is not finite spoils its window, behind a
-    /// Butterworth filter all. [`denoise`](super::denoise) takes care of that.
+    /// The samples are not checked: a sample that is not finite spoils all results whose window
+    /// contains it, and all results of a Butterworth filter. [`denoise`](super::denoise) handles
+    /// such samples.
     pub fn apply(&self, samples: &mut [f64]) -> usize {
         match &self.kind {
             Kind::Savgol(savgol) => savgol.apply(samples),
@@ -199,30 +200,30 @@ impl Filter {
         0
     }
 
-    /// Filters channels whose rows are at `time_s`, rising; the steps to the rows in
-    /// `uneven` (rising) are not the usual one. Polynomials are fitted over the stamps
-    /// of the `wanted` rows only.
+    /// Filters channels with the non-decreasing times `time_s`; `uneven` lists, in ascending
+    /// order, the rows whose step from the row before is uneven. Polynomials are fitted over the
+    /// time stamps only for the `wanted` rows.
     pub(super) fn apply_at(
         &self,
         time_s: Option<&[f64]>,
         uneven: &[usize],
         channels: &mut [&mut [f64]],
         wanted: Range<usize>,
-    ) -> Treated {
-        let mut treated = Treated::default();
+    ) -> Treatment {
+        let mut treatment = Treatment::default();
         let rows = channels.first().map_or(0, |x| x.len());
         if rows < self.shortest() {
-            treated.too_short = rows;
-            return treated;
+            treatment.too_short = rows;
+            return treatment;
         }
         let (Some(time_s), false) = (time_s, uneven.is_empty()) else {
             for x in channels {
-                treated.replaced += self.apply(x);
+                treatment.replaced += self.apply(x);
             }
-            return treated;
+            return treatment;
         };
         match &self.kind {
-            // Its weights are equal whatever the stamps.
+            // Its weights do not depend on the time stamps.
             Kind::Savgol(savgol) if matches!(self.spec, FilterSpec::Mean { .. }) => {
                 channels.iter_mut().for_each(|x| savgol.apply(x));
             }
@@ -231,28 +232,28 @@ impl Filter {
                     let at = uneven.partition_point(|row| *row <= from);
                     uneven.get(at).is_some_and(|row| *row <= to)
                 };
-                (treated.fitted, treated.too_few) =
+                (treatment.fitted, treatment.too_few) =
                     savgol.apply_at(time_s, any_within, channels, wanted);
             }
             Kind::Butterworth(butterworth) => {
                 let run = |even: &mut [f64]| butterworth.apply(even);
                 match on_grid(time_s, self.step_s, self.shortest(), channels, run) {
-                    Gridded::Filled(samples) => treated.filled = samples,
-                    Gridded::Resampled => treated.resampled = rows,
-                    Gridded::TooShort => treated.too_short = rows,
+                    Gridded::Filled(samples) => treatment.filled = samples,
+                    Gridded::Resampled => treatment.resampled = rows,
+                    Gridded::TooShort => treatment.too_short = rows,
                 }
             }
             Kind::Hampel { window, sigmas } => {
                 for x in channels {
-                    treated.replaced += hampel(x, *window, *sigmas);
+                    treatment.replaced += hampel(x, *window, *sigmas);
                 }
             }
         }
-        treated
+        treatment
     }
 }
 
-/// Hampel has no impulse response: what it leaves of normal noise is measured.
+/// A Hampel filter has no impulse response: its gain is measured on normal noise.
 fn gain_of_hampel(window: usize, sigmas: f64) -> f64 {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut noise: Vec<f64> = (0..TRIAL)

@@ -1,10 +1,10 @@
 //! Polynomials that are orthonormal on given points, for fits at any spacing.
 //!
-//! Powers of the points make a fit of order 8 over 101 points lose all digits but
-//! three; polynomials that are made orthogonal point by point lose none. The
-//! recurrence is that of P. D. Brubeck, Y. Nakatsukasa and L. N. Trefethen,
-//! "Vandermonde with Arnoldi", SIAM Review 63, 2021; on even points these are the
-//! Gram polynomials of P. A. Gorry, Analytical Chemistry 62, 1990.
+//! With powers of the points a fit of order 8 over 101 points loses all but three digits; with
+//! polynomials that are orthogonal on the points it loses none. The recurrence is that of P. D.
+//! Brubeck, Y. Nakatsukasa and L. N. Trefethen, "Vandermonde with Arnoldi", SIAM Review 63, 2021;
+//! on equally spaced points these are the Gram polynomials of P. A. Gorry, Analytical Chemistry
+//! 62, 1990.
 
 /// p_0 … p_order with Σ_i p_m(x_i) p_k(x_i) = δ_mk.
 pub(super) struct Gram {
@@ -16,12 +16,12 @@ pub(super) struct Gram {
     steps: Vec<f64>,
 }
 
-/// What is left of x p_m beside the polynomials before it, of its own size, when
-/// the points are too few for another one.
+/// Relative norm of x p_m after orthogonalisation below which the points do not determine another
+/// polynomial.
 const VANISHED: f64 = 1e-9;
 
 impl Gram {
-    /// Room for polynomials up to `order` on `count` points.
+    /// Allocates polynomials up to `order` on `count` points.
     pub fn new(order: usize, count: usize) -> Self {
         Gram {
             order,
@@ -31,8 +31,8 @@ impl Gram {
         }
     }
 
-    /// Takes other points, within about −1 to 1; false when there are too few
-    /// different ones.
+    /// Computes the polynomials for other points, within about −1 to 1; false if too few of them
+    /// are different.
     pub fn fit_to(&mut self, points: &[f64]) -> bool {
         let (count, size) = (self.count, self.order + 1);
         if points.len() != count || count == 0 {
@@ -48,7 +48,7 @@ impl Gram {
                 *next = p * x;
             }
             let whole = norm(next);
-            // Twice is enough: what the first round leaves, the second takes.
+            // A second orthogonalisation removes the rounding errors of the first.
             for _ in 0..2 {
                 for (j, p) in known.chunks_exact(count).enumerate() {
                     let share: f64 = p.iter().zip(&*next).map(|(a, b)| a * b).sum();
@@ -59,7 +59,7 @@ impl Gram {
                 }
             }
             let left = norm(next);
-            // A point that is no number leaves none.
+            // Also refuses points that are NaN.
             if left.is_nan() || left <= VANISHED * whole {
                 return false;
             }
@@ -69,12 +69,12 @@ impl Gram {
         true
     }
 
-    /// The derivative of every polynomial at `x`, to `out`.
+    /// Writes the derivative of every polynomial at `x` to `out`.
     pub fn at(&self, x: f64, derivative: usize, out: &mut Vec<f64>) {
         let size = self.order + 1;
         out.clear();
         out.resize(size, 0.0);
-        // Derivatives from 0 up: that of x p is x p⁽ᵈ⁾ + d p⁽ᵈ⁻¹⁾.
+        // Derivatives in ascending order: that of x p is x p⁽ᵈ⁾ + d p⁽ᵈ⁻¹⁾.
         let mut below: Vec<f64> = Vec::new();
         for d in 0..=derivative {
             let mut now = vec![0.0; size];
@@ -97,8 +97,8 @@ impl Gram {
         }
     }
 
-    /// Σ_m p_m(x_i) a_m for every point: with a_m = p_m⁽ᵈ⁾(x), the weights of the fit's
-    /// derivative there.
+    /// Σ_m p_m(x_i) a_m for every point: with a_m = p_m⁽ᵈ⁾(x), the weights for the derivative of
+    /// the fit at x.
     pub fn combine(&self, a: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         for (p, a) in self.values.chunks_exact(self.count).zip(a) {
@@ -121,7 +121,7 @@ fn norm(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
-/// `count` points from −1 to 1, evenly.
+/// `count` equally spaced points from −1 to 1.
 pub(super) fn even_points(count: usize) -> Vec<f64> {
     let half = half_width(count);
     (0..count)
@@ -129,7 +129,7 @@ pub(super) fn even_points(count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Samples from the middle of a window to its ends; 1 for a window of one.
+/// Number of samples from the middle of a window to its ends; 1 for a window of one.
 pub(super) fn half_width(count: usize) -> f64 {
     if count > 1 {
         0.5 * (count as f64 - 1.0)

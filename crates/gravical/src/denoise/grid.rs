@@ -1,31 +1,31 @@
-//! Uneven samples on an even grid and back, for filters that know no other.
+//! Interpolation of uneven samples to an even grid and back, for filters that need one.
 
-/// Steps that are whole multiples of the usual one within this share of it lost
-/// samples; others came at uneven times.
+/// Steps that are whole multiples of the usual one within this share are due to lost samples;
+/// others are uneven sampling.
 const WHOLE_SHARE: f64 = 0.25;
 
-/// Stamps nearer than this share of the usual step are the same.
+/// Time stamps that differ by less than this share of the usual step are equal.
 const SAME_SHARE: f64 = 0.01;
 
-/// How uneven samples got onto an even grid.
+/// How uneven samples were put on an even grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Gridded {
-    /// The samples stayed; so many lost ones between them were interpolated.
+    /// Lost samples between the others were interpolated: their number.
     Filled(usize),
-    /// All of them were interpolated.
+    /// All samples were interpolated.
     Resampled,
-    /// Not at all: the grid has fewer samples than the filter takes.
+    /// Not at all: the grid has fewer samples than the filter needs.
     TooShort,
 }
 
-/// Runs `filter` over samples at `time_s` (rising, some may be equal) as if they were
-/// `step_s` apart.
+/// Runs `filter` over samples at the non-decreasing times `time_s` as if they were `step_s`
+/// apart.
 ///
-/// Where every step is a whole multiple of `step_s`, the lost samples are put in by
-/// linear interpolation. Elsewhere the samples are interpolated linearly to an even
-/// grid and the result back to the stamps; that alone smooths: white noise to 0.61 of
-/// its standard deviation where the grid falls midway between samples. A grid of fewer than
-/// `shortest` samples changes nothing.
+/// If every step is a whole multiple of `step_s`, the lost samples are added by linear
+/// interpolation. Otherwise the samples are interpolated linearly to an even grid and the result
+/// back to the time stamps. This alone smooths: white noise to 0.61 of its standard deviation if
+/// the grid is midway between the samples. With a grid of fewer than `shortest` samples nothing
+/// is changed.
 pub(super) fn on_grid(
     time_s: &[f64],
     step_s: f64,
@@ -70,7 +70,7 @@ pub(super) fn on_grid(
     Gridded::Resampled
 }
 
-/// The place of each sample on a grid of `step_s`, where all have one.
+/// The index of each sample on a grid of `step_s`, if all samples are on it.
 fn places(time_s: &[f64], step_s: f64) -> Option<Vec<usize>> {
     let mut places = Vec::with_capacity(time_s.len());
     let mut place = 0;
@@ -78,7 +78,7 @@ fn places(time_s: &[f64], step_s: f64) -> Option<Vec<usize>> {
     for pair in time_s.windows(2) {
         let steps = (pair[1] - pair[0]) / step_s;
         let off = (steps - steps.round()).abs();
-        // Two samples in one place are one that was read twice, or they are two.
+        // Two samples with one index must have equal time stamps.
         if off > WHOLE_SHARE || (steps > SAME_SHARE && steps.round() < 1.0) {
             return None;
         }
@@ -88,14 +88,14 @@ fn places(time_s: &[f64], step_s: f64) -> Option<Vec<usize>> {
     Some(places)
 }
 
-/// The samples at their places, what is missing between them on a line.
+/// The samples at their indices, with linear interpolation between them.
 fn filled(places: &[usize], x: &[f64], count: usize) -> Vec<f64> {
     let places: Vec<f64> = places.iter().map(|p| *p as f64).collect();
     let (stamps, values) = distinct(&places, x);
     interpolated(&stamps, &values, (0..count).map(|k| k as f64))
 }
 
-/// Each stamp once, with the mean of its samples.
+/// Each time stamp once, with the mean of its samples.
 fn distinct(time_s: &[f64], x: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let (mut stamps, mut means) = (Vec::with_capacity(x.len()), Vec::with_capacity(x.len()));
     let mut from = 0;
@@ -104,7 +104,7 @@ fn distinct(time_s: &[f64], x: &[f64]) -> (Vec<f64>, Vec<f64>) {
             .iter()
             .take_while(|t| **t == time_s[from])
             .count();
-        // A stamp equals itself.
+        // At least one sample.
         let to = from + same.max(1);
         stamps.push(time_s[from]);
         means.push(x[from..to].iter().sum::<f64>() / (to - from) as f64);
@@ -113,8 +113,7 @@ fn distinct(time_s: &[f64], x: &[f64]) -> (Vec<f64>, Vec<f64>) {
     (stamps, means)
 }
 
-/// Values at rising times on the line between their neighbours; beyond the ends the
-/// value there.
+/// Linear interpolation at ascending times; constant beyond the ends.
 fn interpolated(stamps: &[f64], values: &[f64], at: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut after = 0;
     at.map(|t| {
@@ -138,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lost_samples_are_put_in_and_the_others_stay() {
+    fn lost_samples_are_interpolated() {
         let time = [0.0, 0.01, 0.02, 0.0501, 0.06, 0.06];
         let mut x = [1.0, 2.0, 3.0, 6.0, 7.0, 9.0];
         let mut seen = Vec::new();
@@ -149,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grid_that_is_too_short_changes_nothing() {
+    fn too_short_a_grid_changes_nothing() {
         for time in [[0.0; 5], [0.0, 0.0, 0.004, 0.004, 0.01]] {
             let mut x = [1.0, 2.0, 3.0, 4.0, 5.0];
             let how = on_grid(&time, 0.01, 4, &mut [&mut x], |_| {
@@ -160,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_stays_a_line_on_any_grid() {
+    fn a_line_is_unchanged_by_resampling() {
         let time: Vec<f64> = (0..50)
             .map(|i| 0.01 * f64::from(i) + 0.004 * f64::from(i % 3))
             .collect();
@@ -168,7 +167,7 @@ mod tests {
         let mut x = line.clone();
         let how = on_grid(&time, 0.01, 1, &mut [&mut x], |_| {});
         assert_eq!(how, Gridded::Resampled);
-        // The last grid point may lie beyond the last stamp.
+        // The last grid point may be after the last time stamp.
         for (a, b) in x.iter().zip(&line).take(49) {
             assert!((a - b).abs() < 1e-12);
         }

@@ -1,25 +1,24 @@
-//! Hampel's outlier filter: a sample further from the median of its window than so
-//! many robust standard deviations is replaced by that median.
+//! Hampel's outlier filter: a sample that deviates from the median of its window by more than a
+//! number of robust standard deviations is replaced by that median.
 //!
-//! F. R. Hampel, "The influence curve and its role in robust estimation", JASA 69,
-//! 1974; as a filter R. K. Pearson, IEEE Transactions on Control Systems
-//! Technology 10, 2002. The standard deviation is 1.4826 times the median distance
-//! from the median. Where that is zero (more than half of the window reads the
-//! same, as coarse digits do), it is 1.2533 times the mean distance (Iglewicz and
-//! Hoaglin 1993): otherwise every other reading were an outlier.
+//! F. R. Hampel, "The influence curve and its role in robust estimation", JASA 69, 1974; as a
+//! filter R. K. Pearson, IEEE Transactions on Control Systems Technology 10, 2002. The standard
+//! deviation is 1.4826 times the median deviation from the median. If that is zero (more than
+//! half of the window has one value, as with a coarse resolution), it is 1.2533 times the mean
+//! deviation (Iglewicz and Hoaglin 1993): otherwise every other value would be an outlier.
 //!
-//! At the ends the window is what of it lies inside. Stamps play no part.
+//! At the ends the window is truncated. Time stamps are not used.
 
 /// 1/Φ⁻¹(3/4).
 const FROM_MEDIAN: f64 = 1.482_602_218_505_602;
 /// √(π/2).
 const FROM_MEAN: f64 = 1.253_314_137_315_500_1;
 
-/// Replaces outliers of `x` and gives their number.
+/// Replaces outliers of `x` and returns their number.
 pub(super) fn hampel(x: &mut [f64], window: usize, sigmas: f64) -> usize {
     let n = x.len();
     let half = window / 2;
-    // Samples of the window by size, and as they were in time.
+    // Samples of the window, sorted and in time order.
     let mut sorted: Vec<f64> = Vec::with_capacity(window + 1);
     let mut raw = std::collections::VecDeque::with_capacity(window + 1);
     let mut replaced = 0;
@@ -39,7 +38,7 @@ pub(super) fn hampel(x: &mut [f64], window: usize, sigmas: f64) -> usize {
         }
         let median = middle_of(&sorted);
         let off = (x[i] - median).abs();
-        // Most samples are near: the spread of the window is not needed then.
+        // For most samples the first condition fails, so the spread is not computed.
         if off > 0.0 && off > sigmas * spread(&sorted, median) {
             x[i] = median;
             replaced += 1;
@@ -69,10 +68,10 @@ fn middle_of(sorted: &[f64]) -> f64 {
     }
 }
 
-/// The robust standard deviation of a sorted window.
+/// Robust standard deviation of a sorted window.
 fn spread(sorted: &[f64], median: f64) -> f64 {
     let n = sorted.len();
-    // Distances in rising order: away from the median on both sides.
+    // Deviations in ascending order: away from the median on both sides.
     let mut below = sorted.partition_point(|v| *v <= median);
     let mut above = below;
     let (mut last, mut before) = (0.0, 0.0);
@@ -107,8 +106,8 @@ mod tests {
     use super::*;
     use crate::stats::median;
 
-    /// By the definition.
-    fn slowly(x: &[f64], window: usize, sigmas: f64) -> Vec<f64> {
+    /// Computes the filter directly from its definition.
+    fn by_definition(x: &[f64], window: usize, sigmas: f64) -> Vec<f64> {
         (0..x.len())
             .map(|i| {
                 let part = &x[i.saturating_sub(window / 2)..(i + window / 2 + 1).min(x.len())];
@@ -131,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_what_the_definition_says() {
+    fn filter_equals_its_definition() {
         let mut state = 1_u32;
         let mut noise = move || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -150,7 +149,7 @@ mod tests {
             for (window, sigmas) in [(3, 3.0), (7, 3.0), (11, 2.0), (21, 0.0), (601, 3.0)] {
                 let mut fast = x.clone();
                 let replaced = hampel(&mut fast, window, sigmas);
-                assert_eq!(fast, slowly(&x, window, sigmas), "{window} {sigmas}");
+                assert_eq!(fast, by_definition(&x, window, sigmas), "{window} {sigmas}");
                 let changed = fast.iter().zip(&x).filter(|(a, b)| a != b).count();
                 assert_eq!(replaced, changed);
             }
@@ -158,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn constants_and_next_to_nothing() {
+    fn constants_and_short_input() {
         for n in 0..6 {
             let mut x = vec![9.81; n];
             assert_eq!(hampel(&mut x, 5, 3.0), 0);

@@ -1,22 +1,21 @@
-//! Filters over recordings, and what they do to noise.
+//! Filters for recordings, and their effect on noise.
 //!
 //! # Overview
 //!
-//! A [`FilterSpec`] says which filter (`savgol:5,2`, `butter:4,5Hz` …), a [`Filter`]
-//! is one that is ready for a sampling rate, [`denoise`] runs several over a
-//! recording: between breaks and gaps only, over the stamps where sampling is
-//! uneven, around empty cells. It says what each does to white noise ([`Response`])
-//! and what it did to the noise of this recording at rest ([`DenoiseSummary`]).
+//! A [`FilterSpec`] specifies a filter (`savgol:5,2`, `butter:4,5Hz` …), a [`Filter`] is designed
+//! for a sampling rate, and [`denoise`] runs several filters over a recording: not across breaks
+//! and gaps, over the time stamps if sampling is uneven, and around empty cells. It reports the
+//! effect of each filter on white noise ([`Response`]) and on the noise of this recording at rest
+//! ([`DenoiseSummary`]).
 //!
-//! - `savgol`, `gram`, `convolve`: polynomials over a window (Savitzky–Golay), and the
-//!   moving average, which is the one of order 0.
+//! - `savgol`, `gram`, `convolve`: polynomials over a window (Savitzky–Golay), and the moving
+//!   average, which is the one of order 0.
 //! - `butterworth`: second-order sections of `gravical-core`, one pass or two.
 //! - `hampel`: outliers.
-//! - `clock`, `grid`: what is even, what is not, and what is done about it.
+//! - `clock`, `grid`: uneven sampling.
 //!
-//! Smoothing makes plots readable. It does not make integration better: noise that
-//! is smoothed away would have averaged out in the integral, and an offset passes
-//! every low-pass unchanged.
+//! Smoothing makes plots readable. It does not improve integration: the noise it removes would
+//! have averaged out in the integral, and an offset passes every low-pass filter unchanged.
 //!
 //! # Example
 //!
@@ -69,42 +68,41 @@ use crate::segment::still::{StillOptions, find_stills};
 use crate::{Error, Result};
 
 use run::Runner;
-use summary::{told_of_filter, told_of_rows};
+use summary::{filter_findings, row_findings};
 
-/// Which channels are filtered.
+/// The channels that are filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Channels {
-    /// The accelerometer's three.
+    /// The accelerometer.
     Accel,
-    /// The gyroscope's three.
+    /// The gyroscope.
     Gyro,
-    /// All that there are. The default.
+    /// All channels of the recording. The default.
     #[default]
     All,
 }
 
-/// How a recording is filtered.
+/// Options of [`denoise`].
 #[derive(Debug, Clone, Default)]
 pub struct DenoiseOptions {
     /// The filters in the order in which they run; at least one.
     pub filters: Vec<FilterSpec>,
-    /// What stands beyond the ends, for filters with a window. Default: `Interp`.
+    /// Values beyond the ends, for filters with a window. Default: `Interp`.
     pub edge: Edge,
-    /// Which channels are filtered. Default: all.
+    /// The channels that are filtered. Default: all.
     pub channels: Channels,
-    /// A step between stamps that is longer than this many usual steps parts the
-    /// recording: filters start anew behind it. 1.5 to 1000. Default: 10, twice the
-    /// window of the least smoothing.
+    /// A step between time stamps longer than this many usual steps is a gap: filters restart
+    /// after it. 1.5 to 1000. Default: 10, twice the window of the weakest smoothing.
     pub gap_steps: Option<f64>,
-    /// How the spans at rest are found that noise is measured in.
+    /// Options for detecting the static intervals in which noise is measured.
     pub still: StillOptions,
 }
 
 impl DenoiseOptions {
-    /// Usual steps that a gap is longer than, unless said otherwise.
+    /// Default of [`gap_steps`](Self::gap_steps).
     pub const GAP_STEPS: f64 = 10.0;
 
-    /// These filters, all else by default.
+    /// Options with these filters and defaults otherwise.
     #[must_use]
     pub fn new(filters: impl IntoIterator<Item = FilterSpec>) -> Self {
         DenoiseOptions {
@@ -138,35 +136,34 @@ impl DenoiseOptions {
 /// A recording with filtered channels.
 #[derive(Debug, Clone)]
 pub struct Denoised {
-    /// As it was, its channels filtered; its findings are those of reading.
+    /// The recording with filtered channels; its findings are those of reading.
     pub recording: Recording,
-    /// What was done, with all findings.
+    /// Results, with all findings.
     pub summary: DenoiseSummary,
-    /// Which channels were filtered.
+    /// The channels that were filtered.
     pub channels: Channels,
 }
 
-/// Filters the channels of a recording in place of themselves.
+/// Replaces the channels of a recording by filtered ones.
 ///
-/// No filter runs across a break, a gap ([`DenoiseOptions::gap_steps`]) or a stamp
-/// that runs backwards. Empty cells stay empty, and what follows is filtered as
-/// samples with one missing. Where stamps are uneven (a step that differs from the
-/// usual one by more than 5 % of it and by more than the last digit of the stamps),
-/// polynomials are fitted over the stamps, and for Butterworth filters samples are
-/// put onto an even grid. Stretches that are too short for a filter stay as they are.
-/// Each of these is a finding.
+/// No filter runs across a break, a gap ([`DenoiseOptions::gap_steps`]) or a step back of the
+/// time stamps. Empty cells stay empty, and the samples around them are filtered as if one were
+/// lost. If time stamps are uneven (a step differs from the usual one by more than 5 % of it and
+/// by more than the resolution of the time stamps), polynomials are fitted over the time stamps,
+/// and for Butterworth filters samples are interpolated to an even grid. Parts that are too short
+/// for a filter are left unchanged. Each of these is reported as a finding.
 ///
 /// # Errors
 ///
-/// `no-filter`, `filter-range`, `option-range`, `rate-unknown` (usage);
-/// `no-gyroscope` (input) when only a gyroscope shall be filtered that is not there.
+/// `no-filter`, `filter-range`, `option-range`, `rate-unknown` (usage); `no-gyroscope` (input) if
+/// only the gyroscope is to be filtered and there is none.
 pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Denoised> {
     options.validate()?;
     if options.channels == Channels::Gyro && recording.gyro.is_none() {
         return Err(
             Error::input("no-gyroscope", "the recording has no gyroscope")
                 .at(std::path::Path::new(&recording.name), None)
-                .with_hint("leave --channels out, or name its columns with --columns"),
+                .with_hint("omit --channels, or name its columns with --columns"),
         );
     }
     let rate_hz = recording.timing.rate_hz();
@@ -180,13 +177,13 @@ pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Den
     let mut summary = DenoiseSummary::start(&recording, options, &stills.spans);
     let (mut derivative, mut reach) = (0, 0);
     for filter in &filters {
-        let treated = runner.run(filter, &mut recording, options.channels);
+        let treatment = runner.run(filter, &mut recording, options.channels);
         derivative += filter.spec().derivative();
-        // Motion around a rest is spread into its ends.
+        // A filter spreads motion into the ends of a static interval.
         reach += filter.reach();
         let inner = inner_rows(&stills.spans, reach);
         let sigma = Sigmas::of(&recording, options.channels, &inner);
-        summary.add(filter, &treated, sigma, derivative, &recording);
+        summary.add(filter, &treatment, sigma, derivative, &recording);
     }
     summary.finish(&runner, &recording);
     Ok(Denoised {
@@ -196,8 +193,8 @@ pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Den
     })
 }
 
-/// The same for the accelerometer of a recording that is integrated: the recording
-/// filtered, and what is odd about that. Noise is not measured.
+/// Filters the accelerometer of a recording that is to be integrated: the filtered recording, and
+/// the findings. Noise is not measured.
 ///
 /// # Errors
 ///
@@ -220,10 +217,10 @@ pub(crate) fn smooth(
         let filter = Filter::design(spec, rate_hz, edge)?;
         let outcome = runner.run(&filter, &mut recording, Channels::Accel);
         let duration_s = recording.timing.duration_s;
-        findings.extend(told_of_filter(&filter, &outcome, rate_hz, duration_s));
+        findings.extend(filter_findings(&filter, &outcome, rate_hz, duration_s));
     }
-    findings.extend(told_of_rows(
-        runner.parted,
+    findings.extend(row_findings(
+        runner.splits,
         runner.clock.gap_s,
         runner.stamps_filled,
         runner.empty,
@@ -231,7 +228,7 @@ pub(crate) fn smooth(
     Ok((recording, findings))
 }
 
-/// The spans without `reach` rows at both ends, those that keep ten rows and more.
+/// The intervals without `reach` rows at both ends, if at least ten rows remain.
 fn inner_rows(spans: &[Range<usize>], reach: usize) -> Vec<Range<usize>> {
     spans
         .iter()

@@ -102,7 +102,7 @@ fn parse(text: &str) -> Option<FilterSpec> {
 fn hertz(text: &str) -> Option<(f64, Option<f64>)> {
     let text = text.to_ascii_lowercase();
     let text = text.trim_end_matches("hz").trim();
-    // Not the sign, and not that of an exponent.
+    // A minus that is neither a sign nor part of an exponent.
     let cut = text
         .bytes()
         .enumerate()
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn text_there_and_back() {
+    fn text_round_trips() {
         for text in [
             "savgol:5,2",
             "savgol:11,3,1",
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_filter() {
+    fn invalid_filters_are_refused() {
         for text in [
             "",
             "savgol",

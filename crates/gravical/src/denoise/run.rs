@@ -1,37 +1,37 @@
-//! A filter over the channels of a recording: between breaks and gaps, around what
-//! is empty.
+//! Runs a filter over the channels of a recording: not across breaks and gaps, and around empty
+//! cells.
 
 use std::borrow::Cow;
 
 use crate::recording::Recording;
 
-use super::clock::{Clock, Parted, Stretch, fill_stamps};
-use super::filter::{Filter, Treated};
+use super::clock::{Clock, Splits, Stretch, fill_stamps};
+use super::filter::{Filter, Treatment};
 use super::{Channels, DenoiseOptions};
 
-/// What is the same for every filter.
+/// Data common to all filters.
 pub(super) struct Runner {
     pub clock: Clock,
-    /// Stamps of all rows; none without usable ones.
+    /// Time stamps of all rows; `None` without usable ones.
     time_s: Option<Vec<f64>>,
-    /// Between breaks, each with its stretches.
+    /// Segments between breaks, each with its parts without gaps.
     segments: Vec<(std::ops::Range<usize>, Vec<Stretch>)>,
-    /// Gaps and backward stamps between breaks.
-    pub parted: Parted,
-    /// Rows that had no stamp.
+    /// Gaps and steps back between breaks.
+    pub splits: Splits,
+    /// Number of rows without a time stamp.
     pub stamps_filled: usize,
-    /// Empty cells of the channels, all filters see the same.
+    /// Number of empty cells, which is the same for all filters.
     pub empty: usize,
 }
 
-/// What became of all channels.
+/// Results of all channels.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Outcome {
     /// Rows and samples, summed over channels.
-    pub treated: Treated,
-    /// Samples, over channels, that there are in all.
+    pub treatment: Treatment,
+    /// Number of all samples, summed over channels.
     pub samples: usize,
-    /// Stretches, over channels, that were too short.
+    /// Number of parts, summed over channels, that were too short.
     pub short_stretches: usize,
 }
 
@@ -46,13 +46,13 @@ impl Runner {
         {
             stamps_filled = fill_stamps(time, clock.step_s);
         }
-        let mut parted = Parted::default();
+        let mut splits = Splits::default();
         let segments = recording
             .segments()
             .into_iter()
             .map(|rows| {
                 let stretches = match &time_s {
-                    Some(time) => clock.stretches(&time[rows.clone()], &mut parted),
+                    Some(time) => clock.stretches(&time[rows.clone()], &mut splits),
                     None => vec![Stretch {
                         rows: 0..rows.len(),
                         uneven: Vec::new(),
@@ -67,7 +67,7 @@ impl Runner {
             clock,
             time_s,
             segments,
-            parted,
+            splits,
             stamps_filled,
             empty,
         }
@@ -77,7 +77,7 @@ impl Runner {
         self.segments.iter().map(|(_, s)| s.len()).sum()
     }
 
-    /// Runs `filter` over the chosen channels.
+    /// Runs `filter` over the selected channels.
     pub fn run(&self, filter: &Filter, recording: &mut Recording, channels: Channels) -> Outcome {
         let mut outcome = Outcome::default();
         if channels != Channels::Gyro {
@@ -93,22 +93,22 @@ impl Runner {
 
     fn run_sensor(&self, filter: &Filter, sensor: &mut [Vec<f64>; 3], outcome: &mut Outcome) {
         for (rows, stretches) in &self.segments {
-            // Whole channels share their stamps, and with them the work.
-            let (whole, holed): (Vec<_>, Vec<_>) = sensor
+            // Channels without empty cells share their time stamps and are processed together.
+            let (whole, incomplete): (Vec<_>, Vec<_>) = sensor
                 .iter_mut()
                 .map(|channel| &mut channel[rows.clone()])
                 .partition(|part| part.iter().all(|v| v.is_finite()));
             let time_s = self.time_s.as_deref().map(|t| &t[rows.clone()]);
             run_stretches(filter, time_s, stretches, whole, outcome);
-            for part in holed {
-                self.run_holed(filter, time_s, part, outcome);
+            for part in incomplete {
+                self.run_incomplete(filter, time_s, part, outcome);
             }
         }
     }
 
-    /// One channel with empty cells: what is there is filtered as samples among which
-    /// some are missing.
-    fn run_holed(
+    /// Filters a channel with empty cells: its values are treated as samples among which some are
+    /// missing.
+    fn run_incomplete(
         &self,
         filter: &Filter,
         time_s: Option<&[f64]>,
@@ -122,8 +122,8 @@ impl Runner {
             None => *i as f64 * self.clock.step_s,
         };
         let time: Cow<'_, [f64]> = there.iter().map(stamp).collect();
-        // What parts the recording was counted before, but for long empty runs.
-        let stretches = self.clock.stretches(&time, &mut Parted::default());
+        // Gaps were counted before; only long runs of empty cells are additional.
+        let stretches = self.clock.stretches(&time, &mut Splits::default());
         run_stretches(filter, Some(&time), &stretches, vec![&mut values], outcome);
         for (i, value) in there.iter().zip(values) {
             part[*i] = value;
@@ -148,21 +148,21 @@ fn run_stretches(
             .map(|channel| &mut channel[stretch.rows.clone()])
             .collect();
         let time_s = time_s.map(|t| &t[stretch.rows.clone()]);
-        let treated = filter.apply_at(time_s, &stretch.uneven, &mut parts, 0..stretch.rows.len());
+        let treatment = filter.apply_at(time_s, &stretch.uneven, &mut parts, 0..stretch.rows.len());
         outcome.samples += count * stretch.rows.len();
-        outcome.short_stretches += count * usize::from(treated.too_short > 0);
-        let sum = &mut outcome.treated;
-        sum.fitted += count * treated.fitted;
-        sum.too_few += count * treated.too_few;
-        sum.filled += count * treated.filled;
-        sum.resampled += count * treated.resampled;
-        sum.too_short += count * treated.too_short;
-        // Outliers are told over all channels already.
-        sum.replaced += treated.replaced;
+        outcome.short_stretches += count * usize::from(treatment.too_short > 0);
+        let sum = &mut outcome.treatment;
+        sum.fitted += count * treatment.fitted;
+        sum.too_few += count * treatment.too_few;
+        sum.filled += count * treatment.filled;
+        sum.resampled += count * treatment.resampled;
+        sum.too_short += count * treatment.too_short;
+        // Outliers are already counted over all channels.
+        sum.replaced += treatment.replaced;
     }
 }
 
-/// The chosen sensors that are there.
+/// The selected sensors of the recording.
 pub(super) fn sensors(
     recording: &Recording,
     channels: Channels,

@@ -1,9 +1,9 @@
-//! Savitzky–Golay: a polynomial fitted to the samples around each one, and its
-//! value or derivative there.
+//! Savitzky–Golay filter: a polynomial fitted to the samples around each one, and its value or
+//! derivative there.
 //!
-//! A. Savitzky and M. J. E. Golay, Analytical Chemistry 36, 1964. Over even samples
-//! the fit is one set of weights for all; over uneven ones it is done anew for
-//! each, over the stamps themselves.
+//! A. Savitzky and M. J. E. Golay, Analytical Chemistry 36, 1964. For equally spaced samples one
+//! set of weights is used for all; otherwise the fit is computed for each sample from the time
+//! stamps.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,24 +11,24 @@ use super::convolve::convolve;
 use super::gram::{Gram, even_points, half_width};
 use crate::{Error, Result};
 
-/// What stands beyond the ends of a recording, for filters with a window.
+/// Values beyond the ends of a recording, for filters with a window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Edge {
-    /// Nothing: the polynomial of the first and last full window is evaluated up to
-    /// the ends (scipy's `interp`). The default.
+    /// None: the polynomial of the first and last full window is evaluated up to the ends
+    /// (scipy's `interp`). The default.
     #[default]
     Interp,
     /// The first and last sample, repeated: a a a | a b c.
     Nearest,
     /// The samples mirrored about the first and last one: c b | a b c.
     Mirror,
-    /// Zeros. Of use after a high-pass only: gravity is not zero.
+    /// Zeros. Useful only after a high-pass, since gravity is not zero.
     Constant,
 }
 
 impl Edge {
-    /// As it is written in options.
+    /// Name in options.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -54,27 +54,27 @@ impl std::str::FromStr for Edge {
     }
 }
 
-/// The filter, ready for samples `step_s` apart.
+/// The filter for samples `step_s` apart.
 pub(super) struct Savgol {
     window: usize,
     order: usize,
     derivative: usize,
     edge: Edge,
-    /// Over x_(i−left) … x_(i+right).
+    /// For x_(i−left) … x_(i+right).
     weights: Vec<f64>,
     left: usize,
-    /// One over the length of half a window, to the power of the derivative.
+    /// One over half the length of the window, to the power of the derivative.
     scale: f64,
     gram: Gram,
 }
 
-/// Weights for samples from the oldest to the newest so that the polynomial's
-/// derivative at `position` (0 the oldest, `window` − 1 the newest) comes out.
+/// Weights for samples from the oldest to the newest that give the polynomial's derivative at
+/// `position` (0 the oldest, `window` − 1 the newest).
 ///
 /// # Errors
 ///
-/// `filter-range` as [`FilterSpec::validate`](super::FilterSpec::validate), and for a
-/// `step_s` that is not above zero.
+/// `filter-range` as [`FilterSpec::validate`](super::FilterSpec::validate), and for a `step_s`
+/// that is not positive.
 pub fn coefficients(
     window: usize,
     order: usize,
@@ -91,12 +91,12 @@ pub fn coefficients(
     if !(step_s > 0.0 && step_s.is_finite() && position.is_finite()) {
         return Err(Error::usage(
             "filter-range",
-            format!("samples have to be a time above zero apart, not {step_s} s"),
+            format!("the time between samples has to be above zero, not {step_s} s"),
         )
-        .with_hint("step_s is one over the sampling rate"));
+        .with_hint("step_s is the inverse of the sampling rate"));
     }
     let mut gram = Gram::new(order, window);
-    // Any window above the order has enough points.
+    // A window above the order always has enough points.
     gram.fit_to(&even_points(window));
     let half = half_width(window);
     let mut a = Vec::new();
@@ -112,9 +112,8 @@ pub fn coefficients(
     Ok(weights)
 }
 
-/// The weights of the newest sample, for
-/// [`SavitzkyGolay`](gravical_core::filter::savgol::SavitzkyGolay) on a
-/// microcontroller: from the oldest to the newest.
+/// Weights for the newest sample, from the oldest to the newest, for
+/// [`SavitzkyGolay`](gravical_core::filter::savgol::SavitzkyGolay) on a microcontroller.
 ///
 /// # Errors
 ///
@@ -138,7 +137,7 @@ pub fn causal_coefficients(
 }
 
 impl Savgol {
-    /// `step_s` counts only for derivatives.
+    /// `step_s` is used only for derivatives.
     pub fn new(
         window: usize,
         order: usize,
@@ -172,21 +171,21 @@ impl Savgol {
         &self.weights
     }
 
-    /// Rows before and after each that count.
+    /// Number of samples before and after each that are in its window.
     pub fn reach(&self) -> (usize, usize) {
         (self.left, self.window - 1 - self.left)
     }
 
-    /// Rows at each end that `edge` decides.
+    /// Number of rows at each end that depend on `edge`.
     fn edge_rows(&self) -> [usize; 2] {
         match self.edge {
-            // As scipy, also for even windows.
+            // As in scipy, also for even windows.
             Edge::Interp => [self.window / 2; 2],
             _ => self.reach().into(),
         }
     }
 
-    /// Even samples in place; shorter ones than the window stay as they are.
+    /// Filters equally spaced samples in place; fewer than the window are left unchanged.
     pub fn apply(&self, x: &mut [f64]) {
         let n = x.len();
         if n < self.window {
@@ -205,7 +204,7 @@ impl Savgol {
         x[n - last..].copy_from_slice(&tail);
     }
 
-    /// The fit to one window at these of its samples.
+    /// The fit to one window, evaluated at some of its samples.
     fn polynomial(&self, samples: &[f64], at: std::ops::Range<usize>) -> Vec<f64> {
         let fit = self.gram.project(samples);
         let half = half_width(self.window);
@@ -219,7 +218,7 @@ impl Savgol {
         .collect()
     }
 
-    /// The weighted sums at these rows, with what `edge` puts beyond the ends.
+    /// The weighted sums at these rows, with the values of `edge` beyond the ends.
     fn padded(&self, x: &[f64], at: std::ops::Range<usize>) -> Vec<f64> {
         let n = x.len() as isize;
         let sample = |i: isize| {
@@ -241,16 +240,16 @@ impl Savgol {
         .collect()
     }
 
-    /// Samples at uneven stamps, several channels of them at once: where
-    /// `is_uneven(from, to)` says that the steps between these rows are not all
-    /// alike, the polynomial is fitted over the stamps; elsewhere as
-    /// [`apply`](Self::apply). At the ends it is the fit to the last full window
-    /// then, whatever `edge` says. Gives the number of such rows.
+    /// Filters samples with uneven time stamps, in several channels: if `is_uneven(from, to)`
+    /// says that the steps between these rows are not all equal, the polynomial is fitted over
+    /// the time stamps; otherwise as [`apply`](Self::apply). At the ends such rows use the fit to
+    /// the last full window, whatever `edge` is. Returns the number of such rows.
     ///
-    /// Rows whose window has too few different stamps for the order (several with
-    /// one stamp) keep the result for even samples; so many are the second number.
+    /// Rows whose window has too few different time stamps for the order keep the result for
+    /// equally spaced samples; the second number counts them.
     ///
-    /// Only `rows` are wanted: the others come out as if all were even, and do not
+    /// Only `rows` are processed in this way: the others are filtered as equally spaced and not
+    /// counted.
     /// count.
     pub fn apply_at(
         &self,

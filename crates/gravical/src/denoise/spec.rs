@@ -1,4 +1,4 @@
-//! Which filter, as a value.
+//! Specification of a filter.
 
 use gravical_core::filter::butterworth::MAX_ORDER;
 use schemars::JsonSchema;
@@ -8,14 +8,14 @@ use crate::{Error, Result};
 
 /// The longest window, samples.
 pub const MAX_WINDOW: usize = 10_001;
-/// The highest order of a polynomial: what is tested to 1e-12.
+/// The highest order of a polynomial, tested to 1e-12.
 pub const MAX_POLYNOMIAL: usize = 12;
 
-/// What the hint of every syntax error says.
+/// Hint of every syntax error.
 pub(super) const EXAMPLES: &str = "savgol:5,2 (window, order), savgol:11,3,1 (derivative), butter:4,5Hz (low-pass), butter:4,5-20Hz (band), highpass:4,0.5Hz, butter1: and highpass1: (causal), hampel:7,3 (window, sigmas), mean:5";
 
-/// A filter as it is asked for; [`Filter::design`](super::Filter::design) makes it
-/// ready for a sampling rate.
+/// Specification of a filter; [`Filter::design`](super::Filter::design) designs it for a sampling
+/// rate.
 ///
 /// ```
 /// use gravical::denoise::FilterSpec;
@@ -27,15 +27,14 @@ pub(super) const EXAMPLES: &str = "savgol:5,2 (window, order), savgol:11,3,1 (de
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FilterSpec {
-    /// `savgol:WINDOW,ORDER[,DERIVATIVE]`: a polynomial fitted to the samples
-    /// around each one.
+    /// `savgol:WINDOW,ORDER[,DERIVATIVE]`: a polynomial fitted to the samples around each one.
     SavitzkyGolay {
-        /// Samples, 1 to [`MAX_WINDOW`]. An even window gives values that belong
-        /// half a step later.
+        /// Samples, 1 to [`MAX_WINDOW`]. With an even window the values are those half a step
+        /// later.
         window: usize,
         /// Degree of the polynomial, 0 to [`MAX_POLYNOMIAL`] and below the window.
         order: usize,
-        /// Which derivative with respect to time, at most the order; 0 smooths.
+        /// Order of the derivative with respect to time, at most the order; 0 smooths.
         derivative: usize,
     },
     /// `butter:ORDER,CUTOFFHz`, `butter:ORDER,LOW-HIGHHz`, `highpass:ORDER,CUTOFFHz`,
@@ -43,18 +42,18 @@ pub enum FilterSpec {
     Butterworth {
         /// 1 to 8.
         order: usize,
-        /// What passes.
+        /// The band that passes.
         band: Band,
-        /// Once, or there and back.
+        /// One pass or two.
         passes: Passes,
     },
-    /// `hampel:WINDOW,SIGMAS`: what is too far from the median of its neighbours is
-    /// replaced by it.
+    /// `hampel:WINDOW,SIGMAS`: a value too far from the median of its neighbours is replaced by
+    /// that median.
     Hampel {
         /// Samples, odd, 3 to [`MAX_WINDOW`].
         window: usize,
-        /// How far is too far, robust standard deviations, 0 to 1e6; 0 makes it a
-        /// running median.
+        /// Largest accepted deviation in robust standard deviations, 0 to 1e6; 0 gives a running
+        /// median.
         sigmas: f64,
     },
     /// `mean:WINDOW`: the moving average.
@@ -64,21 +63,21 @@ pub enum FilterSpec {
     },
 }
 
-/// What passes a Butterworth filter, Hz. All of it together is down by 3 dB there,
-/// whether in one pass or in two.
+/// Band of a Butterworth filter, Hz. The gain of the whole filter is −3 dB at these frequencies,
+/// for one pass and for two.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Band {
-    /// All below.
+    /// All frequencies below.
     Low {
         /// Above 0, below half the rate.
         cutoff_hz: f64,
     },
-    /// All above.
+    /// All frequencies above.
     High {
         /// Above 0, below half the rate.
         cutoff_hz: f64,
     },
-    /// All between.
+    /// All frequencies between.
     Between {
         /// Above 0.
         low_hz: f64,
@@ -87,18 +86,18 @@ pub enum Band {
     },
 }
 
-/// How often a filter goes over the samples.
+/// Number of passes over the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Passes {
-    /// Forwards only, as on a microcontroller: it delays.
+    /// Forwards only, as on a microcontroller: the output is delayed.
     Causal,
     /// Forwards and backwards: no delay.
     Two,
 }
 
 impl FilterSpec {
-    /// Checks ranges that hold at any rate.
+    /// Checks the ranges that do not depend on the rate.
     ///
     /// # Errors
     ///
@@ -158,14 +157,16 @@ impl FilterSpec {
                 };
                 let finite = band.edges_hz().iter().all(|f| f.is_finite());
                 if !(rising && finite) {
-                    return wrong("cutoffs have to be above 0 Hz and to rise".to_owned());
+                    return wrong(
+                        "cutoffs have to be above 0 Hz and in ascending order".to_owned(),
+                    );
                 }
             }
         }
         Ok(())
     }
 
-    /// True when a constant comes out as it went in.
+    /// True if a constant is unchanged.
     #[must_use]
     pub fn keeps_constants(&self) -> bool {
         match self {
@@ -175,7 +176,7 @@ impl FilterSpec {
         }
     }
 
-    /// How often the result is differentiated by time.
+    /// Order of the derivative with respect to time.
     #[must_use]
     pub fn derivative(&self) -> usize {
         match self {
@@ -184,7 +185,7 @@ impl FilterSpec {
         }
     }
 
-    /// True when the filter cannot be had without a sampling rate.
+    /// True if the filter needs a sampling rate.
     #[must_use]
     pub fn needs_rate(&self) -> bool {
         matches!(self, FilterSpec::Butterworth { .. }) || self.derivative() > 0
@@ -192,7 +193,7 @@ impl FilterSpec {
 }
 
 impl Band {
-    /// The one cutoff, or both.
+    /// The cutoffs.
     #[must_use]
     pub fn edges_hz(&self) -> Vec<f64> {
         match *self {

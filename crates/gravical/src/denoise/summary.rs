@@ -1,4 +1,4 @@
-//! What filtering did, with numbers and findings.
+//! Results of filtering: numbers and findings.
 
 use std::ops::Range;
 
@@ -6,70 +6,69 @@ use serde::Serialize;
 
 use crate::recording::{Finding, FindingKind, Recording};
 
-use super::clock::Parted;
+use super::clock::Splits;
 use super::filter::Filter;
 use super::response::Response;
 use super::run::{Outcome, Runner};
 use super::spec::{FilterSpec, Passes};
 use super::{Channels, DenoiseOptions, Edge};
 
-/// What was done to a recording.
+/// Result of [`denoise`](super::denoise).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DenoiseSummary {
-    /// The recording as it was given, `-` for standard input.
+    /// Path of the recording as given, `-` for standard input.
     pub input: String,
-    /// How it is written, for people.
+    /// Text format in words.
     pub description: String,
-    /// Its rows.
+    /// Number of rows.
     pub rows: usize,
-    /// The rate that the filters were made for, Hz; null when nothing tells it.
+    /// The rate that the filters were designed for, Hz; null if unknown.
     pub rate_hz: Option<f64>,
-    /// Stretches between breaks, gaps and backward stamps: filters begin anew in each.
+    /// Number of parts between breaks, gaps and steps back; filters restart in each.
     pub stretches: usize,
-    /// What stood beyond the ends, for filters with a window.
+    /// Values used beyond the ends, for filters with a window.
     pub edge: Edge,
-    /// Spans at rest that the noise was measured in, and their rows together.
+    /// Number of static intervals in which the noise was measured.
     pub still_spans: usize,
-    /// Rows of these spans.
+    /// Number of rows of these intervals.
     pub still_rows: usize,
-    /// Unit of the accelerometer's standard deviations: `m/s^2` where the unit of the
-    /// file is known, else that of the file.
+    /// Unit of the accelerometer's standard deviations: `m/s^2` if the unit of the file is known,
+    /// otherwise that of the file.
     pub accel_unit: &'static str,
-    /// Unit of the gyroscope's: `rad/s` where that of the file is known.
+    /// Unit of the gyroscope's standard deviations: `rad/s` if that of the file is known.
     pub gyro_unit: &'static str,
-    /// Noise as it was recorded.
+    /// Noise before filtering.
     pub recorded: Sigmas,
     /// The filters in the order in which they ran.
     pub filters: Vec<FilterOutcome>,
-    /// Names of the columns that were written; empty before.
+    /// Names of the columns that were written; empty before writing.
     pub columns: Vec<String>,
-    /// What is odd, with the findings of reading.
+    /// All findings, including those of reading.
     pub findings: Vec<Finding>,
 }
 
-/// One filter.
+/// Result of one filter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FilterOutcome {
-    /// As it is written: `savgol:5,2`.
+    /// As text: `savgol:5,2`.
     pub filter: String,
-    /// What it does to any noise and frequency.
+    /// Its effect on white noise, and its −3 dB frequencies.
     #[serde(flatten)]
     pub response: Response,
-    /// How often the channels are differentiated by time up to here: units are to be
-    /// divided by s so many times.
+    /// Order of the derivative of the channels after this filter: their units must be divided by
+    /// s to this power.
     pub derivative: usize,
-    /// False when it takes constants away, as a high-pass or a derivative does.
+    /// False if it removes constants, as a high-pass or a derivative does.
     pub keeps_constants: bool,
-    /// Samples that were replaced as outliers; null for filters that replace none.
+    /// Number of samples replaced as outliers; null for filters that do not replace any.
     pub replaced: Option<usize>,
-    /// Noise at rest behind it.
+    /// Noise at rest after it.
     pub sigma: Sigmas,
 }
 
-/// Standard deviation at rest of each axis: the deviations from the mean of each
-/// still, pooled. Behind a filter without the ends of each still, into which it spreads
-/// the motion around. Null for what was not filtered, is not there or never still for
-/// long enough.
+/// Standard deviation of each axis at rest: the deviations from the mean of each static interval,
+/// pooled. After a filter, without the ends of each interval, into which it spreads motion. Null
+/// if the sensor was not filtered, does not exist or was not static for long enough.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
 pub struct Sigmas {
     /// In the summary's `accel_unit`.
@@ -99,7 +98,7 @@ impl Sigmas {
     }
 }
 
-/// √(Σ(x − mean of its still)²/Σ(n − 1)).
+/// √(Σ(x − mean of its interval)²/Σ(n − 1)).
 fn pooled(channel: &[f64], stills: &[Range<usize>]) -> Option<f64> {
     let (mut squares, mut freedom) = (0.0, 0.0);
     for rows in stills {
@@ -159,17 +158,18 @@ impl DenoiseSummary {
             response: filter.response().clone(),
             derivative,
             keeps_constants: spec.keeps_constants(),
-            replaced: matches!(spec, FilterSpec::Hampel { .. }).then_some(outcome.treated.replaced),
+            replaced: matches!(spec, FilterSpec::Hampel { .. })
+                .then_some(outcome.treatment.replaced),
             sigma,
         });
-        let told = told_of_filter(filter, outcome, self.rate_hz, recording.timing.duration_s);
-        self.findings.extend(told);
+        let findings = filter_findings(filter, outcome, self.rate_hz, recording.timing.duration_s);
+        self.findings.extend(findings);
     }
 
     pub(super) fn finish(&mut self, runner: &Runner, recording: &Recording) {
         self.stretches = runner.stretches();
-        self.findings.extend(told_of_rows(
-            runner.parted,
+        self.findings.extend(row_findings(
+            runner.splits,
             runner.clock.gap_s,
             runner.stamps_filled,
             runner.empty,
@@ -177,7 +177,7 @@ impl DenoiseSummary {
         if self.still_spans == 0 {
             self.findings.push(Finding::new(
                 FindingKind::NeverStill,
-                "no span at rest was found: what the filters did to the noise of this recording is not known",
+                "no static interval was found: the effect of the filters on the noise of this recording is unknown",
             ));
         }
         for finding in &mut self.findings {
@@ -186,78 +186,78 @@ impl DenoiseSummary {
     }
 }
 
-/// What was done about samples that a filter could not take as they are.
-pub(super) fn told_of_filter(
+/// Findings about samples that needed special treatment.
+pub(super) fn filter_findings(
     filter: &Filter,
     outcome: &Outcome,
     rate_hz: Option<f64>,
     duration_s: Option<f64>,
 ) -> Vec<Finding> {
     let mut out = Vec::new();
-    let (spec, treated) = (filter.spec(), &outcome.treated);
+    let (spec, treatment) = (filter.spec(), &outcome.treatment);
     let share = |n: usize| 100.0 * n as f64 / outcome.samples.max(1) as f64;
-    if treated.fitted > 0 {
+    if treatment.fitted > 0 {
         out.push(
             Finding::new(
                 FindingKind::FittedOverStamps,
                 format!(
-                    "{spec}: {:.2} % of the windows hold uneven steps; there the polynomial is fitted over the stamps, at the ends too",
-                    share(treated.fitted)
+                    "{spec}: {:.2} % of the windows contain uneven steps; there the polynomial is fitted over the time stamps, also at the ends",
+                    share(treatment.fitted)
                 ),
             )
-            .counting(treated.fitted as u64),
+            .counting(treatment.fitted as u64),
         );
     }
-    if treated.too_few > 0 {
+    if treatment.too_few > 0 {
         out.push(
             Finding::new(
                 FindingKind::TooFewStamps,
                 format!(
-                    "{spec}: in {:.2} % of the windows too many stamps are the same for this order; they are filtered as if even",
-                    share(treated.too_few)
+                    "{spec}: in {:.2} % of the windows too many time stamps are equal for this order; they are filtered as if evenly spaced",
+                    share(treatment.too_few)
                 ),
             )
-            .counting(treated.too_few as u64),
+            .counting(treatment.too_few as u64),
         );
     }
-    if treated.filled > 0 {
+    if treatment.filled > 0 {
         out.push(
             Finding::new(
                 FindingKind::LostSamplesFilled,
                 format!(
                     "{spec}: {} lost samples ({:.2} %) were interpolated for the filter; they are not written",
-                    treated.filled,
-                    share(treated.filled)
+                    treatment.filled,
+                    share(treatment.filled)
                 ),
             )
-            .counting(treated.filled as u64),
+            .counting(treatment.filled as u64),
         );
     }
-    if treated.resampled > 0 {
+    if treatment.resampled > 0 {
         out.push(
             Finding::new(
                 FindingKind::Resampled,
                 format!(
-                    "{spec}: {:.2} % of the samples came at uneven times; they were interpolated to {:.6} Hz and back, which smooths by itself (white noise to 0.6 at worst)",
-                    share(treated.resampled),
+                    "{spec}: {:.2} % of the samples are unevenly spaced; they were interpolated to {:.6} Hz and back, which also smooths (white noise to 0.6 at worst)",
+                    share(treatment.resampled),
                     rate_hz.unwrap_or(f64::NAN)
                 ),
             )
-            .counting(treated.resampled as u64),
+            .counting(treatment.resampled as u64),
         );
     }
-    if treated.too_short > 0 {
+    if treatment.too_short > 0 {
         out.push(
             Finding::new(
                 FindingKind::NotFiltered,
                 format!(
-                    "{spec}: {} stretches of channels are shorter than the {} samples it takes; their {} samples stay as they are",
+                    "{spec}: {} parts of channels are shorter than the {} samples it needs; their {} samples are left unchanged",
                     outcome.short_stretches,
                     filter.shortest(),
-                    treated.too_short
+                    treatment.too_short
                 ),
             )
-            .counting(treated.too_short as u64),
+            .counting(treatment.too_short as u64),
         );
     }
     if let FilterSpec::Butterworth {
@@ -267,7 +267,7 @@ pub(super) fn told_of_filter(
     {
         out.push(Finding::new(
             FindingKind::Delayed,
-            format!("{spec} runs forwards only: what it writes lags behind"),
+            format!("{spec} runs forwards only: its output is delayed"),
         ));
     }
     if let FilterSpec::SavitzkyGolay { window, .. } = spec
@@ -275,7 +275,7 @@ pub(super) fn told_of_filter(
     {
         out.push(Finding::new(
             FindingKind::EvenWindow,
-            format!("{spec}: an even window has its middle between two samples: the values belong half a step later; take {} or {}", window - 1, window + 1),
+            format!("{spec}: the middle of an even window is between two samples: the values are those half a step later; use {} or {}", window - 1, window + 1),
         ));
     }
     if let FilterSpec::Butterworth { band, .. } = spec
@@ -285,32 +285,31 @@ pub(super) fn told_of_filter(
     {
         out.push(Finding::new(
             FindingKind::ShortForCutoff,
-            format!("{spec}: {slowest_hz} Hz takes {:.3} s a period and the recording lasts {duration_s:.3} s: the ends decide the result", 1.0 / slowest_hz),
+            format!("{spec}: {slowest_hz} Hz has a period of {:.3} s and the recording lasts {duration_s:.3} s: the result depends mainly on the treatment of the ends", 1.0 / slowest_hz),
         ));
     }
     out
 }
 
-/// What was done about rows: where filters begin anew, stamps that were filled in,
-/// cells that are empty.
-pub(super) fn told_of_rows(
-    parted: Parted,
+/// Findings about rows: where filters restart, interpolated time stamps, empty cells.
+pub(super) fn row_findings(
+    splits: Splits,
     gap_s: f64,
     stamps_filled: usize,
     empty: usize,
 ) -> Vec<Finding> {
     let mut out = Vec::new();
-    if parted.gaps + parted.backward > 0 {
+    if splits.gaps + splits.backward > 0 {
         let mut why = Vec::new();
-        if parted.gaps > 0 {
-            let steps = if parted.gaps == 1 { "step" } else { "steps" };
+        if splits.gaps > 0 {
+            let steps = if splits.gaps == 1 { "step" } else { "steps" };
             why.push(format!(
                 "{} {steps} of more than {:.3} s",
-                parted.gaps, gap_s
+                splits.gaps, gap_s
             ));
         }
-        if parted.backward > 0 {
-            why.push(match parted.backward {
+        if splits.backward > 0 {
+            why.push(match splits.backward {
                 1 => "1 stamp that runs backwards".to_owned(),
                 n => format!("{n} stamps that run backwards"),
             });
@@ -318,9 +317,9 @@ pub(super) fn told_of_rows(
         out.push(
             Finding::new(
                 FindingKind::Parted,
-                format!("the filters begin anew at {}", why.join(" and ")),
+                format!("the filters restart at {}", why.join(" and ")),
             )
-            .counting((parted.gaps + parted.backward) as u64),
+            .counting((splits.gaps + splits.backward) as u64),
         );
     }
     if stamps_filled > 0 {
@@ -328,7 +327,7 @@ pub(super) fn told_of_rows(
             Finding::new(
                 FindingKind::StampsFilled,
                 format!(
-                    "{} rows have no time stamp; they are taken to lie evenly between their neighbours",
+                    "{} rows have no time stamp; they are assumed to be evenly spaced between their neighbours",
                     stamps_filled
                 ),
             )

@@ -1,4 +1,4 @@
-//! Filters against scipy, and what holds for any filter.
+//! Filters compared with scipy, and general properties.
 
 mod recordings;
 mod scipy;
@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use serde_json::Value;
 use std::f64::consts::PI;
 
-/// The largest difference over the largest value.
+/// The largest difference, relative to the largest value.
 fn off(got: &[f64], want: &[f64]) -> f64 {
     assert_eq!(got.len(), want.len());
     let largest = want.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -16,7 +16,7 @@ fn off(got: &[f64], want: &[f64]) -> f64 {
         .iter()
         .zip(want)
         .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
-    // A NaN is as far off as can be.
+    // NaN counts as an infinite difference.
     if worst.is_nan() || got.iter().any(|v| v.is_nan()) {
         return f64::INFINITY;
     }
@@ -60,8 +60,8 @@ fn deviation(x: &[f64]) -> f64 {
 }
 
 #[test]
-fn gains_and_frequencies_of_savitzky_golay() {
-    // The middle weight is the sum of the squares of all (Savitzky and Golay).
+fn savitzky_golay_has_known_gains_and_frequencies() {
+    // The middle weight equals the sum of squares of all weights (Savitzky and Golay).
     for (window, middle, share) in [
         (5, 17.0 / 35.0, 0.238),
         (7, 1.0 / 3.0, 0.160),
@@ -81,7 +81,7 @@ fn gains_and_frequencies_of_savitzky_golay() {
 }
 
 #[test]
-fn the_gain_is_what_noise_shows() {
+fn gain_equals_that_measured_on_noise() {
     let white = noise(400_000, 3);
     for spec in LINEAR.iter().chain(&[
         "hampel:7,3",
@@ -92,12 +92,12 @@ fn the_gain_is_what_noise_shows() {
         let y = filtered(spec, 100.0, &white);
         let gain = designed(spec, 100.0, Edge::Interp).response().noise_gain;
         let seen = deviation(&y) / deviation(&white);
-        // Behind a narrow filter few values are independent.
+        // The output of a narrow filter has few independent values.
         assert!((seen / gain - 1.0).abs() < 0.03, "{spec}: {seen} {gain}");
     }
 }
 
-/// Amplitude behind a filter of a sine of amplitude 1, in the middle.
+/// Amplitude of a sine of amplitude 1 after the filter, in the middle.
 fn passed(spec: &str, share: f64) -> f64 {
     let n = 8000;
     let part = |phase: f64| {
@@ -111,7 +111,7 @@ fn passed(spec: &str, share: f64) -> f64 {
 }
 
 #[test]
-fn three_db_down_where_it_says() {
+fn gain_is_minus_3_db_at_the_stated_frequencies() {
     for spec in LINEAR.iter().filter(|s| **s != "savgol:11,3,1") {
         let filter = designed(spec, 100.0, Edge::Interp);
         let shares = &filter.response().minus_3db_of_rate;
@@ -124,13 +124,13 @@ fn three_db_down_where_it_says() {
             );
         }
     }
-    // A derivative against the true one.
+    // For a derivative, relative to the true one.
     let share = designed("savgol:11,3,1", 100.0, Edge::Interp)
         .response()
         .minus_3db_of_rate[0];
     let got = passed("savgol:11,3,1", share) / (2.0 * PI * share * 100.0);
     assert!((got - 0.5_f64.sqrt()).abs() < 1e-6, "{got}");
-    // Nothing is filtered away, so nothing is 3 dB down.
+    // These do not filter and have no −3 dB frequency.
     for spec in ["mean:1", "savgol:5,4"] {
         assert!(
             designed(spec, 100.0, Edge::Interp)
@@ -142,7 +142,7 @@ fn three_db_down_where_it_says() {
 }
 
 #[test]
-fn a_microcontroller_gives_the_same_bits() {
+fn streaming_filter_gives_identical_results() {
     use gravical_core::filter::biquad::{Biquad, Cascade};
     let x: Vec<f64> = noise(500, 8).iter().map(|v| 9.81 + v).collect();
     let filter = designed("butter1:4,5Hz", 100.0, Edge::Interp);
@@ -164,7 +164,7 @@ fn a_microcontroller_gives_the_same_bits() {
 }
 
 #[test]
-fn the_causal_window_is_the_end_of_the_polynomial() {
+fn causal_weights_equal_the_fit_at_the_end() {
     use gravical_core::filter::savgol::SavitzkyGolay;
     let x: Vec<f64> = noise(60, 9);
     for derivative in 0..3 {
@@ -200,7 +200,7 @@ proptest! {
     }
 
     #[test]
-    fn constants_stay_or_vanish(value in -20.0..20.0, which in 0..LINEAR.len(), n in 1_usize..200) {
+    fn constants_are_kept_or_removed(value in -20.0..20.0, which in 0..LINEAR.len(), n in 1_usize..200) {
         let spec = LINEAR[which];
         let filter = designed(spec, 100.0, Edge::Interp);
         let mut y = vec![value; n];
@@ -212,7 +212,7 @@ proptest! {
     }
 
     #[test]
-    fn polynomials_of_the_order_stay_on_any_stamps(
+    fn polynomials_are_kept_on_uneven_stamps(
         coefficients in prop::array::uniform4(-2.0..2.0),
         jitter in prop::collection::vec(-0.4..0.4, 60),
         derivative in 0_usize..3,
@@ -227,9 +227,9 @@ proptest! {
         let mut x: Vec<f64> = time.iter().map(|t: &f64| a + b * t + c * t * t + d * t * t * t).collect();
         let filter = designed(&format!("savgol:9,3,{derivative}"), 100.0, Edge::Interp);
         let uneven: Vec<usize> = (1..60).collect();
-        let treated = filter.apply_at(Some(&time), &uneven, &mut [&mut x], 0..time.len());
-        prop_assert_eq!((treated.fitted, treated.too_few), (60, 0));
-        // A derivative divides rounding by the step, once for each order.
+        let treatment = filter.apply_at(Some(&time), &uneven, &mut [&mut x], 0..time.len());
+        prop_assert_eq!((treatment.fitted, treatment.too_few), (60, 0));
+        // A derivative divides rounding errors by the step, once for each order.
         let allowed = 1e-11 * 300.0_f64.powi(derivative as i32);
         for (x, t) in x.iter().zip(&time) {
             let want: f64 = value(*t);
@@ -238,7 +238,7 @@ proptest! {
     }
 
     #[test]
-    fn even_stamps_give_what_even_samples_give(seed: u64, derivative in 0_usize..2) {
+    fn even_stamps_equal_even_samples(seed: u64, derivative in 0_usize..2) {
         let filter = designed(&format!("savgol:7,2,{derivative}"), 100.0, Edge::Interp);
         let (mut even, mut stamped) = (noise(80, seed), noise(80, seed));
         filter.apply(&mut even);

@@ -1,4 +1,4 @@
-//! A filtered recording as a table: its own columns, names and units.
+//! Writing of a filtered recording with its own columns, names and units.
 
 use std::array::from_fn;
 use std::io::Write;
@@ -17,18 +17,17 @@ use crate::{Error, Result};
 
 use super::{Channels, Denoised};
 
-/// Writes the filtered channels in place of the recorded ones: `input` is the
-/// recording once more, `read` what it was read with. Gives the names of the columns.
+/// Writes the filtered channels in place of the recorded ones. `input` is the recording, opened
+/// again; `read`: the options it was read with. Returns the names of the columns.
 ///
-/// Filtered channels keep the name and the unit of their column, so that a
-/// calibration for the recording fits what is written as well; behind a derivative
-/// `_per_s` is put on. Every other column is kept byte for byte, lines that part the
-/// recording become blank ones. Values have six decimals.
+/// Filtered channels keep the name and the unit of their column, so that a calibration for the
+/// recording also applies to the output; for a derivative `_per_s` is appended. Every other
+/// column is copied byte for byte, breaks become blank lines. Values have six decimals.
 ///
 /// # Errors
 ///
-/// `changed` (input) when `input` has not the rows that were filtered; what reading
-/// and writing report.
+/// `changed` (input) if `input` does not have the rows that were filtered; errors of reading and
+/// writing.
 pub fn write(
     denoised: &Denoised,
     input: Input,
@@ -49,7 +48,7 @@ pub fn write(
     let mut rows = 0;
     while let Some(row) = file.rows.next_row()? {
         if rows < recording.rows() {
-            // A line that is no row but parts the recording stays a blank one.
+            // Breaks are written as blank lines.
             row.before.iter().for_each(|_| out.bytes.push(b'\n'));
             let values = from_fn(|i| columns[i].map_or(f64::NAN, |c| c.0[rows] + c.1));
             plan.write_row(row.text.bytes, row.text.spans, &values, &mut out.bytes);
@@ -61,12 +60,12 @@ pub fn write(
         return Err(Error::input(
             "changed",
             format!(
-                "{} rows were read at first, {rows} later: the file changed",
+                "{} rows were read the first time and {rows} the second time: the file changed",
                 recording.rows()
             ),
         )
         .at(here, None)
-        .with_hint("wait until nothing writes to it any more"));
+        .with_hint("wait until no program writes to it"));
     }
     let trailing = file.finish(Treatment::Kept)?.finished.trailing;
     trailing.iter().for_each(|_| out.bytes.push(b'\n'));
@@ -74,7 +73,7 @@ pub fn write(
     Ok(plan.names)
 }
 
-/// The filtered channels, and what was subtracted from them on reading.
+/// The filtered channels, and the offset that was subtracted on reading.
 fn columns(denoised: &Denoised) -> [Option<(&Vec<f64>, f64)>; 6] {
     let Recording {
         accel,
@@ -82,7 +81,7 @@ fn columns(denoised: &Denoised) -> [Option<(&Vec<f64>, f64)>; 6] {
         zero_offset,
         ..
     } = &denoised.recording;
-    // A filter that takes constants away takes the offset with them.
+    // A filter that removes constants also removes the offset.
     let kept = denoised.summary.filters.iter().all(|f| f.keeps_constants);
     let offset = if kept { *zero_offset } else { 0.0 };
     from_fn(|i| match (i, denoised.channels) {
@@ -92,7 +91,7 @@ fn columns(denoised: &Denoised) -> [Option<(&Vec<f64>, f64)>; 6] {
     })
 }
 
-/// The names of the filtered channels, their own.
+/// Names of the filtered channels.
 fn names(denoised: &Denoised, dialect: &Dialect, layout: &Layout) -> [Option<String>; 6] {
     let order = denoised.summary.filters.last().map_or(0, |f| f.derivative);
     let suffix = match order {

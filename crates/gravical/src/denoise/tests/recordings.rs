@@ -1,4 +1,4 @@
-//! Recordings: next to nothing, breaks, options.
+//! Filtering of recordings: short input, breaks, options.
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn denoised(csv: &str, filters: &[&str]) -> Denoised {
 }
 
 #[test]
-fn next_to_nothing_constants_and_huge_numbers() {
+fn short_constant_and_huge_input_stays_finite() {
     let all = [
         "hampel:7,3",
         "savgol:5,2",
@@ -24,7 +24,7 @@ fn next_to_nothing_constants_and_huge_numbers() {
             for i in 0..rows {
                 csv += &format!("{},{value},1,9.81,,,\n", 10 * i);
             }
-            // One row has no rate, and a filter in Hz cannot be had.
+            // One row has no rate, which a filter in Hz needs.
             let filters = if rows == 1 { &all[..3] } else { &all[..] };
             let done = denoised(&csv, filters);
             assert_eq!(done.recording.rows(), rows);
@@ -42,7 +42,7 @@ fn next_to_nothing_constants_and_huge_numbers() {
 }
 
 #[test]
-fn options_that_cannot_be_meant() {
+fn invalid_options_are_refused() {
     let csv = "t_ms,ax,ay,az\n0,0,0,9.8\n10,0,0,9.8\n20,0,0.1,9.8\n";
     let read = crate::recording::ReadOptions::default();
     let recording = || crate::recording::read_bytes(csv.as_bytes(), "made.csv", &read).unwrap();
@@ -64,7 +64,7 @@ fn options_that_cannot_be_meant() {
 }
 
 #[test]
-fn nothing_crosses_a_break_or_a_gap() {
+fn filters_do_not_cross_breaks_and_gaps() {
     let mut csv = "t_ms,ax,ay,az\n".to_owned();
     for i in 0..300 {
         // A step at blank rows, and one at a gap of 0.2 s.

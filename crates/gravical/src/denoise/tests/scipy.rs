@@ -1,4 +1,4 @@
-//! The filters against scipy's numbers.
+//! Comparison with results of scipy.
 
 use super::*;
 
@@ -20,7 +20,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 #[test]
-fn savitzky_golay_is_scipys() {
+fn savitzky_golay_equals_scipy() {
     let file = reference();
     let x = numbers(&file["x"]);
     let mut seen = 0;
@@ -43,7 +43,7 @@ fn savitzky_golay_is_scipys() {
 }
 
 #[test]
-fn the_moving_average_is_scipys() {
+fn moving_average_equals_scipy() {
     let file = reference();
     let x = numbers(&file["x"]);
     for case in file["mean"].as_array().unwrap() {
@@ -57,15 +57,15 @@ fn the_moving_average_is_scipys() {
 }
 
 #[test]
-fn butterworth_is_scipys() {
+fn butterworth_equals_scipy() {
     let file = reference();
     let x = numbers(&file["x"]);
     let mut worst = 0.0_f64;
     for case in file["butter"].as_array().unwrap() {
         let spec = case["spec"].as_str().unwrap();
         let filter = designed(spec, 100.0, Edge::Interp);
-        // scipy gives the gain of all to its first section, and zeros of a
-        // band-pass to sections as it likes: the poles are compared, and the whole.
+        // scipy distributes gain and zeros differently among the sections: only the poles and the
+        // overall result are compared.
         let theirs: Vec<Vec<f64>> = case["sos"]
             .as_array()
             .unwrap()
