@@ -1,20 +1,20 @@
-//! `f64` to decimal text with a given number of decimals.
+//! Conversion of `f64` to decimal text with a fixed number of decimals.
 
 use std::io::Write;
 
-/// Powers of ten for the decimals that go the quick way.
+/// Powers of ten for the fast path.
 const POWERS: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 
-/// From here an `f64` has no fraction left to round.
+/// From here on an `f64` has no fraction.
 const TWO_POW_53: f64 = 9_007_199_254_740_992.0;
 
 /// Appends `value` with exactly `decimals` decimals.
 ///
-/// The text is that of `format!("{value:.decimals$}")`, with two differences:
-/// what rounds to zero has no sign (`0.000`, never `-0.000`), and NaN and
-/// infinities append nothing, which leaves an empty field. Quick up to nine
-/// decimals and `|value| · 10^decimals < 2⁵⁰`; from there on the standard library
-/// writes more and more of the values, from 2⁵¹ on all of them.
+/// The text is that of `format!("{value:.decimals$}")`, with two differences: values that round
+/// to zero have no sign (`0.000`, never `-0.000`), and NaN and infinities append nothing, which
+/// leaves an empty field. Fast for up to nine decimals and `|value| · 10^decimals < 2⁵⁰`; from
+/// there on an increasing share of the values is written by the standard library, from 2⁵¹ on all
+/// of them.
 ///
 /// ```
 /// let mut row = Vec::new();
@@ -32,12 +32,12 @@ pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
     }
     let floor = scaled as i64;
     let above_half = scaled - floor as f64 - 0.5;
-    // The product is off by at most scaled · 2⁻⁵³; twice that is kept clear.
+    // The error of the product is at most scaled · 2⁻⁵³; this margin is twice that.
     let round_up = if above_half.abs() > scaled * f64::EPSILON {
         above_half > 0.0
     } else if scaled < TWO_POW_50 {
-        // A fused multiply-add gives what the product lost, without error; a
-        // true tie goes to the even neighbour, as in the standard library.
+        // A fused multiply-add gives the exact error of the product; a true tie rounds to even,
+        // as in the standard library.
         let above_half = above_half + value.abs().mul_add(*power, -scaled);
         above_half > 0.0 || (above_half == 0.0 && floor % 2 == 1)
     } else {
@@ -45,7 +45,7 @@ pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
     };
     let units = floor as u64 + u64::from(round_up);
 
-    // From the last character to the first; sixteen digits, point and sign fit.
+    // Written from the last character to the first; sixteen digits, point and sign fit.
     let mut text = [0; END + COPIED];
     let mut at = END;
     let mut rest = units;
@@ -75,23 +75,23 @@ pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
         at -= 1;
         text[at] = b'0' + rest as u8;
     }
-    // Without a branch: the sign of noise cannot be predicted.
+    // Without a branch, since the sign of noise cannot be predicted.
     text[at - 1] = b'-';
     at -= usize::from(value < 0.0 && units != 0);
 
-    // A copy of known length is two instructions, one of any length is a call:
-    // always the same number of bytes, and the surplus is cut off.
+    // A copy of fixed length compiles to two instructions, one of variable length to a call: copy
+    // a fixed number of bytes and truncate.
     let length = out.len() + END - at;
     out.extend_from_slice(&text[at..at + COPIED]);
     out.truncate(length);
 }
 
-/// Where the text ends in its buffer, and how much of that is copied.
+/// End of the text in its buffer, and number of bytes copied.
 const END: usize = 20;
 const COPIED: usize = 24;
 
-/// Below it what a product may lose is at most a sixteenth, and a value beside a
-/// tie is not beside a whole number as well.
+/// Below it the error of a product is at most a sixteenth, and a value near a tie is not near a
+/// whole number.
 const TWO_POW_50: f64 = 1_125_899_906_842_624.0;
 
 /// `00` to `99`.
@@ -138,7 +138,7 @@ mod tests {
         text.strip_prefix("kept,").unwrap().to_string()
     }
 
-    /// What `format!` writes, without the sign of a zero.
+    /// Output of `format!`, without the sign of a zero.
     fn expected(value: f64, decimals: u32) -> String {
         let text = format!("{value:.*}", decimals as usize);
         match text.strip_prefix('-') {
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_for_what_is_not_finite() {
+    fn non_finite_values_give_an_empty_field() {
         for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             assert_eq!(fixed(value, 6), "");
             assert_eq!(fixed(value, 20), "");
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn same_as_std_around_every_limit() {
+    fn same_as_std_near_every_limit() {
         for decimals in 0..=12 {
             for power in -10..=17 {
                 for edge in [1.0, 0.5, 9.5, 9.999_999_999] {
@@ -201,16 +201,16 @@ mod tests {
             prop_assert_eq!(fixed(value, decimals), expected(value, decimals));
         }
 
-        /// Half of these lie exactly between two texts.
+        /// Half of these are exactly between two texts.
         #[test]
         fn same_as_std_for_counts(counts in -40_000_i32..40_000, bits in 0..15, decimals in 0_u32..=9) {
             let value = f64::from(counts) / f64::from(1 << bits);
             prop_assert_eq!(fixed(value, decimals), expected(value, decimals));
         }
 
-        /// Decimal ties that are none in binary.
+        /// Decimal ties that are not ties in binary.
         #[test]
-        fn same_as_std_beside_a_tie(units in 0_i64..1_000_000_000_000, decimals in 0_u32..=9) {
+        fn same_as_std_near_a_tie(units in 0_i64..1_000_000_000_000, decimals in 0_u32..=9) {
             let value = (units as f64 + 0.5) / 10_f64.powi(decimals as i32);
             for value in [value, value.next_up(), value.next_down()] {
                 prop_assert_eq!(fixed(value, decimals), expected(value, decimals));

@@ -1,33 +1,32 @@
-//! Lines of a byte stream, read in blocks, with flat memory.
+//! Lines of a byte stream, read in blocks, in memory that does not grow.
 
 use std::io::{self, ErrorKind, Read};
 
 use memchr::memchr;
 
-/// Bytes of a line beyond this many are dropped: such a line is no row of
-/// numbers, and memory has to stay flat.
+/// Further bytes of a line are dropped: such a line is not a row of numbers, and memory must not
+/// grow.
 pub const MAX_LINE: usize = 1 << 20;
 
-/// What the buffer starts with: small enough to stay in the cache between
-/// filling and scanning.
+/// Initial size of the buffer: small enough to stay in the cache between filling and scanning.
 const BLOCK: usize = 256 << 10;
 
-/// A line end that was translated twice has two `\r`.
+/// Number of `\r` that are removed: a line end that was translated twice has two.
 const MOST_RETURNS: usize = 2;
 
 const BYTE_ORDER_MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
 
-/// One line, as [`Lines::next_line`] lends it.
+/// One line, borrowed from [`Lines`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Line<'a> {
     /// The line without terminator, without one or two `\r` at its end, without NUL
     /// bytes; at most [`MAX_LINE`] bytes.
     pub bytes: &'a [u8],
-    /// Counted from 1.
+    /// Line number, from 1.
     pub number: u64,
-    /// `false` for a last line that the input ends without a terminator.
+    /// `false` for a last line without a terminator.
     pub terminated: bool,
-    /// How many NUL bytes were removed, as a crash of the logger leaves them.
+    /// Number of NUL bytes that were removed; a crash of the logger can leave them.
     pub nul_bytes: usize,
     /// The line was longer than [`MAX_LINE`]; the rest of it was skipped.
     pub truncated: bool,
@@ -35,9 +34,9 @@ pub struct Line<'a> {
 
 /// Reads a byte stream line by line.
 ///
-/// Lines are lent from the reader's own buffer, so nothing is allocated per
-/// line. An UTF-8 byte order mark at the very start is skipped. Empty input has
-/// no lines; a terminator at the end starts no further one.
+/// Lines are borrowed from the reader's buffer, so nothing is allocated per line. An UTF-8 byte
+/// order mark at the very start is skipped. Empty input has no lines; a terminator at the end
+/// does not start another line.
 ///
 /// ```
 /// use gravical::scan::Lines;
@@ -55,11 +54,11 @@ pub struct Line<'a> {
 pub struct Lines<R> {
     reader: R,
     terminator: u8,
-    /// [`BLOCK`] and [`MAX_LINE`]; the tests have smaller ones.
+    /// [`BLOCK`] and [`MAX_LINE`]; smaller in tests.
     block: usize,
     max_line: usize,
     buffer: Vec<u8>,
-    /// What was read and not yet handed out: `buffer[start..end]`.
+    /// Bytes read and not yet returned: `buffer[start..end]`.
     start: usize,
     end: usize,
     /// There is no NUL in the window from here on.
@@ -67,14 +66,14 @@ pub struct Lines<R> {
     /// NULs already removed from the line that starts the window.
     nul_bytes: usize,
     number: u64,
-    /// The line that was lent last.
+    /// Range of the line that was returned last.
     lent: std::ops::Range<usize>,
     bytes_read: u64,
     at_start: bool,
     at_end: bool,
 }
 
-/// Where the next line was found, before it is cleaned and lent.
+/// Position of the next line, before NULs are removed.
 struct Found {
     /// End of its bytes in the buffer.
     end: usize,
@@ -89,7 +88,7 @@ impl<R: Read> Lines<R> {
         Lines::with_sizes(reader, BLOCK, MAX_LINE)
     }
 
-    /// `block` is at least 4.
+    /// `block` must be at least 4.
     fn with_sizes(reader: R, block: usize, max_line: usize) -> Self {
         Lines {
             reader,
@@ -109,27 +108,27 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// Lines that end with another byte: `b'\r'` for files that have no `\n` at
-    /// all. May be set after [`peek`](Self::peek) and between lines.
+    /// Sets another terminator: `b'\r'` for files without `\n`. Allowed after
+    /// [`peek`](Self::peek) and between lines.
     #[must_use]
     pub fn with_terminator(mut self, terminator: u8) -> Self {
         self.terminator = terminator;
         self
     }
 
-    /// Bytes taken from the reader so far, a byte order mark and what still
-    /// waits in the buffer included.
+    /// Number of bytes read so far, including a byte order mark and bytes that are still in the
+    /// buffer.
     #[must_use]
     pub fn bytes_read(&self) -> u64 {
         self.bytes_read
     }
 
-    /// The next `n` bytes, which stay unread; fewer at the end of the input and
-    /// beyond [`MAX_LINE`]. NULs are still among them, a byte order mark is not.
+    /// The next `n` bytes, without consuming them; fewer at the end of the input and beyond
+    /// [`MAX_LINE`]. NULs are included, a byte order mark is not.
     ///
     /// # Errors
     ///
-    /// What the reader reports; nothing is lost, and the call may be repeated.
+    /// Errors of the reader; nothing is lost, and the call can be repeated.
     pub fn peek(&mut self, n: usize) -> io::Result<&[u8]> {
         let n = n.min(self.max_line);
         self.skip_byte_order_mark()?;
@@ -142,11 +141,11 @@ impl<R: Read> Lines<R> {
     ///
     /// # Errors
     ///
-    /// What the reader reports; nothing is lost, and the call may be repeated.
+    /// Errors of the reader; nothing is lost, and the call can be repeated.
     #[inline]
     pub fn next_line(&mut self) -> io::Result<Option<Line<'_>>> {
         let found = match memchr(self.terminator, &self.buffer[self.start..self.end]) {
-            // Nothing to be skipped is left in front of the second line.
+            // After the first line there is no byte order mark to skip.
             Some(length) if !self.at_start => Found {
                 end: self.start + length,
                 next: self.start + length + 1,
@@ -180,14 +179,14 @@ impl<R: Read> Lines<R> {
         }))
     }
 
-    /// The bytes of the line that [`next_line`](Self::next_line) gave last; of nothing
-    /// else between its calls.
+    /// The bytes of the line that [`next_line`](Self::next_line) returned last; undefined after
+    /// other calls.
     #[must_use]
     pub fn current(&self) -> &[u8] {
         self.buffer.get(self.lent.clone()).unwrap_or_default()
     }
 
-    /// Reads until the window starts with a whole line.
+    /// Reads until the window starts with a complete line.
     #[inline(never)]
     fn find(&mut self) -> io::Result<Option<Found>> {
         self.skip_byte_order_mark()?;
@@ -204,12 +203,12 @@ impl<R: Read> Lines<R> {
             }
             searched = self.end - self.start;
             if searched >= self.max_line + self.block / 2 {
-                // All of this is one line: what is not part of it makes room.
+                // All of this is one line: drop the part that exceeds it.
                 if self.start < self.nul_end {
                     self.end = self.remove_nuls(self.start, self.end);
                     self.nul_end = self.start;
                 }
-                // One byte more than a line and its `\r`s tell that it is longer.
+                // One byte more than a line and its `\r`s shows that the line is too long.
                 self.end = self.end.min(self.start + self.max_line + 1 + MOST_RETURNS);
                 searched = self.end - self.start;
             }
@@ -224,12 +223,12 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// Reads once, gives the number of bytes; 0 is the end of the input.
+    /// Reads once and returns the number of bytes; 0 is the end of the input.
     fn fill(&mut self) -> io::Result<usize> {
         if self.at_end {
             return Ok(0);
         }
-        // What is left moves down only when the read would be a small one.
+        // Move the rest to the front only if the free space is small.
         if self.start > 0
             && (self.start == self.end || self.buffer.len() - self.end < self.block / 2)
         {
@@ -239,7 +238,7 @@ impl<R: Read> Lines<R> {
             self.start = 0;
         }
         if self.end == self.buffer.len() {
-            // At most the longest line and room to read on; `find` keeps it free.
+            // Room for the longest line and further reading; `find` keeps it free.
             let larger = 2 * self.buffer.len();
             self.buffer
                 .resize(larger.min(self.max_line + self.block), 0);
@@ -260,7 +259,7 @@ impl<R: Read> Lines<R> {
         Ok(count)
     }
 
-    /// Moves the other bytes of `start..end` together, gives their new end.
+    /// Removes NULs from `start..end` and returns the new end.
     #[cold]
     fn remove_nuls(&mut self, start: usize, end: usize) -> usize {
         let mut kept = start;

@@ -1,21 +1,20 @@
-//! Decimal text to `f64`: exact and quick where that is easy to prove, the
-//! standard parser everywhere else.
+//! Conversion of decimal text to `f64`: exact and fast where exactness is easy to prove, with the
+//! standard parser otherwise.
 //!
-//! A decimal number with at most 19 digits is an integer `m` in a `u64` times a
-//! power of ten. Where `m ≤ 2⁵³` and the power is within `10^±22`, both are
-//! `f64` without error, so that one multiplication or division rounds once and
-//! gives the nearest `f64` (Clinger, "How to read floating point numbers
-//! accurately", 1990). More digits with a negative power are one integer division
-//! whose quotient has bits to spare. Long runs of digits are taken eight at a time
-//! from one 64-bit word.
+//! A decimal number with at most 19 digits is an integer `m` in a `u64` times a power of ten. If
+//! `m ≤ 2⁵³` and the power is within `10^±22`, both are exact as `f64`, so that one
+//! multiplication or division rounds once and gives the nearest `f64` (Clinger, "How to read
+//! floating point numbers accurately", 1990). More digits with a negative power are converted by
+//! one integer division whose quotient has enough bits. Long runs of digits are processed eight
+//! at a time in one 64-bit word.
 
-/// Powers of ten that an `f64` holds without error.
+/// Powers of ten that are exact as `f64`.
 const EXACT_POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
-/// Powers of five that a `u64` holds.
+/// Powers of five that fit in a `u64`.
 const FIVES: [u64; 28] = {
     let mut fives = [1; 28];
     let mut k = 1;
@@ -26,21 +25,21 @@ const FIVES: [u64; 28] = {
     fives
 };
 
-/// More digits than this may overflow a `u64`.
+/// Largest number of digits that cannot overflow a `u64`.
 const MAX_DIGITS: usize = 19;
 
-/// Up to here every integer is an `f64`.
+/// Up to here every integer is exact as `f64`.
 const MAX_EXACT_INTEGER: u64 = 1 << 53;
 
-/// Reads the longest decimal number at the start of `text`; gives its value and
-/// the number of bytes it takes.
+/// Parses the longest decimal number at the start of `text`; returns its value and its number of
+/// bytes.
 ///
-/// A number is an optional sign, digits with an optional `.` (at least one
-/// digit before or after it) and an optional exponent. An `e` that no valid
-/// exponent follows is not part of the number. `None` where no number starts;
-/// white space, `inf`, `nan` and hexadecimal are no numbers here.
+/// A number is an optional sign, digits with an optional `.` (at least one digit before or after
+/// it) and an optional exponent. An `e` without a valid exponent is not part of the number.
+/// `None` if no number starts here; white space, `inf`, `nan` and hexadecimal numbers are not
+/// accepted.
 ///
-/// The value is bit for bit what [`str::parse`] gives for the same bytes.
+/// The value is bit for bit that of [`str::parse`] for the same bytes.
 ///
 /// ```
 /// use gravical::scan::scan_number;
@@ -56,11 +55,10 @@ pub fn scan_number(text: &[u8]) -> Option<(f64, usize)> {
     scan::<b'.'>(text)
 }
 
-/// Reads a field that is one decimal number and nothing else.
+/// Parses a field that consists of one decimal number.
 ///
-/// ASCII white space around the number and one pair of double quotes around the
-/// field are allowed. `None` for an empty field and for anything that
-/// [`scan_number`] does not consume to the end.
+/// ASCII white space around the number and one pair of double quotes around the field are
+/// allowed. `None` for an empty field and for any other text after the number.
 ///
 /// ```
 /// use gravical::scan::parse_field;
@@ -76,8 +74,7 @@ pub fn parse_field(field: &[u8]) -> Option<f64> {
 
 /// As [`parse_field`], with a decimal comma: `1,25`.
 ///
-/// A point is then no part of a number, so `1.25` and `1.250,5` are `None`
-/// rather than read as something else.
+/// A point is not accepted: `1.25` and `1.250,5` are `None`, not misread.
 ///
 /// ```
 /// use gravical::scan::parse_field_decimal_comma;
@@ -130,7 +127,7 @@ fn scan<const POINT: u8>(text: &[u8]) -> Option<(f64, usize)> {
     if digits == 0 {
         return None;
     }
-    // Where this cast would cut anything off, there are too many digits anyway.
+    // If the cast overflows, there are too many digits anyway.
     let mut power = -(decimals as i32);
     if let Some(b'e' | b'E') = text.get(end) {
         let (exponent, used) = take_exponent(text.get(end..).unwrap_or_default());
@@ -141,7 +138,7 @@ fn scan<const POINT: u8>(text: &[u8]) -> Option<(f64, usize)> {
     let magnitude = if digits > MAX_DIGITS {
         return by_std::<POINT>(text, end);
     } else if mantissa <= MAX_EXACT_INTEGER {
-        // The detour over i64 is one instruction, from u64 it is several.
+        // Converting via i64 is one instruction, directly from u64 several.
         let whole = mantissa as i64 as f64;
         match EXACT_POWERS.get(power.unsigned_abs() as usize) {
             Some(scale) if power < 0 => whole / scale,
@@ -157,18 +154,18 @@ fn scan<const POINT: u8>(text: &[u8]) -> Option<(f64, usize)> {
             _ => return by_std::<POINT>(text, end),
         }
     };
-    // A branch on the sign would be mispredicted on every other noisy sample.
+    // Without a branch, since the sign of noise cannot be predicted.
     let sign = u64::from(negative) << 63;
     Some((f64::from_bits(magnitude.to_bits() | sign), end))
 }
 
-/// `mantissa / five · 2^power` to the nearest `f64`, for 16 to 19 digits as
-/// programs write that print every bit of an `f64`.
+/// `mantissa / five · 2^power` to the nearest `f64`, for numbers of 16 to 19 digits, as in files
+/// with full precision.
 ///
-/// `five` is 5^−power, so this is `mantissa · 10^power`. With both sides shifted
-/// up to their top bit the quotient has 63 or 64 bits, ten more than an `f64`;
-/// its lowest one also says whether a remainder was left, and the conversion
-/// rounds once. Every result is a normal number: at least 2⁵³ · 10⁻²⁷.
+/// `five` is 5^−power, so this is `mantissa · 10^power`. With both operands shifted to their top
+/// bit the quotient has 63 or 64 bits, ten more than an `f64`; its lowest bit is also set if
+/// there is a remainder, and the conversion rounds once. Every result is a normal number: at
+/// least 2⁵³ · 10⁻²⁷.
 #[inline]
 fn divide(mantissa: u64, five: u64, power: i32) -> f64 {
     let (mantissa_shift, five_shift) = (mantissa.leading_zeros(), five.leading_zeros());
@@ -179,8 +176,8 @@ fn divide(mantissa: u64, five: u64, power: i32) -> f64 {
     quotient as f64 * f64::from_bits(((1023 + binary) as u64) << 52)
 }
 
-/// As [`take_digits`]; the up to three digits that a reading has before its
-/// point are taken one by one, at the least cost.
+/// As [`take_digits`]; the first three digits, usually all before the point, are processed one by
+/// one, which is fastest.
 #[inline(always)]
 fn take_whole_part(text: &[u8], position: usize, mantissa: &mut u64) -> usize {
     for end in position..position + 3 {
@@ -192,19 +189,19 @@ fn take_whole_part(text: &[u8], position: usize, mantissa: &mut u64) -> usize {
     take_digits(text, position + 3, mantissa)
 }
 
-/// Appends the digits at `position` to `mantissa` (modulo 2⁶⁴), gives the
-/// position after them.
+/// Appends the digits at `position` to `mantissa` (modulo 2⁶⁴) and returns the position after
+/// them.
 ///
-/// The rest after the blocks of eight goes digit by digit: the branches of
-/// columns with a fixed number of decimals are predicted, and the next field
-/// need not wait until the length of this one is computed.
+/// The rest after blocks of eight is processed digit by digit: the branches are predicted for
+/// columns with a fixed number of decimals, and parsing of the next field need not wait for the
+/// length of this one.
 #[inline(always)]
 fn take_digits(text: &[u8], mut position: usize, mantissa: &mut u64) -> usize {
     while let Some(bytes) = text.get(position..).and_then(<[u8]>::first_chunk) {
         // A digit becomes its value, every other byte becomes more than 9 …
         let word = u64::from_le_bytes(*bytes) ^ 0x3030_3030_3030_3030;
-        // … and those get their top bit set. A sum carries out of a byte only
-        // where that bit is set in it anyway.
+        // … which sets its top bit. A sum carries out of a byte only if that bit is set in it
+        // anyway.
         let other = (word.wrapping_add(0x7676_7676_7676_7676) | word) & 0x8080_8080_8080_8080;
         if other != 0 {
             break;
@@ -228,23 +225,23 @@ fn digit(text: &[u8], position: usize) -> Option<u64> {
     (value <= 9).then_some(u64::from(value))
 }
 
-/// The number whose eight digits are the bytes of `word`, the first one lowest.
+/// The number whose eight digits are the bytes of `word`, the first digit in the lowest byte.
 #[inline(always)]
 fn eight_digits(word: u64) -> u64 {
     const PAIRS: u64 = 0x0000_00FF_0000_00FF;
-    // Neighbours join to two-digit numbers in every second byte …
+    // Neighbours are combined to two-digit numbers in every second byte …
     let pairs = word.wrapping_mul(10).wrapping_add(word >> 8);
-    // … and all four of them meet, weighted, in the upper half.
+    // … and the four of them, weighted, are summed in the upper half.
     let first_and_third = (pairs & PAIRS).wrapping_mul(100 + (1_000_000 << 32));
     let second_and_fourth = ((pairs >> 16) & PAIRS).wrapping_mul(1 + (10_000 << 32));
     first_and_third.wrapping_add(second_and_fourth) >> 32
 }
 
-/// The exponent at the start of `text` (at the `e`) and its length, `(0, 0)`
-/// where the `e` starts none. Far beyond any `f64` the value no longer counts.
+/// The exponent at the start of `text` (at the `e`) and its length, `(0, 0)` without a valid
+/// exponent. Saturates far beyond the range of `f64`.
 #[inline(never)]
 fn take_exponent(text: &[u8]) -> (i32, usize) {
-    // As every program writes it: a sign and two digits.
+    // The usual form: a sign and two digits.
     if let [
         _,
         sign @ (b'+' | b'-'),
@@ -278,7 +275,7 @@ fn take_exponent(text: &[u8]) -> (i32, usize) {
     }
 }
 
-/// The number in the first `end` bytes, read by the standard library.
+/// The number in the first `end` bytes, parsed by the standard library.
 #[cold]
 #[inline(never)]
 fn by_std<const POINT: u8>(text: &[u8], end: usize) -> Option<(f64, usize)> {

@@ -1,23 +1,23 @@
-//! Short blocks of the channels.
+//! Short blocks of rows with their statistics.
 
 use std::ops::Range;
 
 use super::{Channels, moments};
 
-/// Some rows that follow each other.
+/// Statistics of consecutive rows.
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
     pub rows: Range<usize>,
     pub mean: [f64; 3],
     /// Sum over the axes.
     pub variance: f64,
-    /// The gyroscope likewise; NaN without one.
+    /// The same for the gyroscope; NaN without one.
     pub gyro_mean: [f64; 3],
     pub gyro_variance: f64,
 }
 
 impl Block {
-    /// Of the values of `rows`, which stand in the channels at `at`.
+    /// Statistics of `rows`, whose values are at `at` in the channels.
     pub fn of(
         accel: &[Vec<f64>; 3],
         gyro: Option<&[Vec<f64>; 3]>,
@@ -36,12 +36,12 @@ impl Block {
     }
 }
 
-/// The blocks of some rows, `width` rows each.
+/// Divides rows into blocks of `width` rows.
 pub(super) fn blocks(recording: &Channels<'_>, rows: Range<usize>, width: usize) -> Vec<Block> {
     let mut out = Vec::with_capacity(rows.len() / width);
     let mut from = rows.start;
     while from + width <= rows.end {
-        // What is left at the end joins the last block.
+        // The remainder joins the last block.
         let to = if from + 2 * width > rows.end {
             rows.end
         } else {

@@ -1,39 +1,39 @@
-//! What tells a still, by short blocks of the channels.
+//! Limits of static intervals, computed from short blocks.
 
 use std::ops::Range;
 
 use gravical_core::rounding;
 
 use super::block::Block;
-use super::runs::{Stretches, join, settle, trim};
+use super::runs::{RangeTree, join, split_run, trim};
 use super::{StillOptions, block_rows, distance, floors, moments, turning};
 
-/// Which share of the blocks is taken to be still at least.
+/// Smallest share of the blocks that is assumed to be static.
 const QUIET_SHARE: f64 = 0.05;
 
-/// A block is quiet under this many times the standard deviation of rounding: values
-/// that go from one step to the next and the one after scatter by less than two.
+/// A block is quiet below this multiple of the standard deviation of rounding: values that
+/// alternate between neighbouring steps have less than twice that.
 const ROUNDING_FACTOR: f64 = 6.0;
-/// Shorter blocks, s, hold few independent samples behind the low-pass of a usual
+/// Shorter blocks, s, contain few independent samples after the low-pass filter of a typical
 /// sensor, 20 Hz and more.
 const SHORT_BLOCK_S: f64 = 0.1;
-/// Means of blocks agree within this many times their own scatter, which holds
-/// the correlation of the samples.
+/// Largest deviation of block means, in multiples of their own scatter, which includes the
+/// correlation of the samples.
 const CORRELATED_FACTOR: f64 = 5.0;
-/// Scatter of means over noise/√width beyond which it is motion: the root of the
-/// variance inflation factor behind a low-pass of a hundredth of the rate.
+/// Scatter of means over noise/√width above which it is motion: the root of the variance
+/// inflation factor for a low-pass filter at a hundredth of the rate.
 const MOST_CORRELATED: f64 = 6.0;
-/// Median length of a vector whose three components are normal.
+/// Median length of a vector with three standard normal components.
 const MAXWELL_MEDIAN: f64 = 1.538;
 
-/// The mean angular rates of stills that follow each other are within so many times the
-/// scatter that a quiet block may have …
+/// The mean angular rates of consecutive static intervals differ by at most this multiple of the
+/// scatter allowed in a quiet block …
 const MOST_RATE_STEP: f64 = 3.0;
-/// … or within this share of the fastest turn: the bias drifts by less from one to the
-/// next, and in another pose reacts to gravity by less.
+/// … or by this share of the fastest turn: drift of the bias between the intervals, and
+/// g-sensitivity in another pose, are smaller.
 const TURNING_SHARE: f64 = 0.1;
 
-/// The angular rate of the block that turns fastest, less the usual one.
+/// The highest angular rate of a block, relative to the median.
 fn fastest(groups: &[Vec<Block>]) -> f64 {
     let blocks = || groups.iter().flatten().map(|b| b.gyro_mean);
     let usual: [f64; 3] = std::array::from_fn(|axis| {
@@ -44,8 +44,8 @@ fn fastest(groups: &[Vec<Block>]) -> f64 {
     off.filter(|rate| rate.is_finite()).fold(0.0, f64::max)
 }
 
-/// How far means of blocks scatter, the three axes together, by the steps between
-/// quiet neighbours; 0 without any.
+/// Standard deviation of block means, the three axes together, from the steps between quiet
+/// neighbours; 0 without any.
 fn scatter_of_means(segments: &[Vec<Block>], quiet: impl Fn(&Block) -> bool) -> f64 {
     let mut steps: Vec<f64> = segments
         .iter()
@@ -54,33 +54,33 @@ fn scatter_of_means(segments: &[Vec<Block>], quiet: impl Fn(&Block) -> bool) -> 
         .map(|pair| distance(pair[0].mean, pair[1].mean))
         .filter(|step| step.is_finite())
         .collect();
-    // Each component of a step is √2 of that of a mean; together they are √3.
+    // Each component of a step is √2 times that of a mean; the sum over the axes gives √3.
     let components = 3.0_f64.sqrt() / 2.0_f64.sqrt() / MAXWELL_MEDIAN;
     crate::stats::median(&mut steps).unwrap_or(0.0) * components
 }
 
-/// What tells a still, by the blocks of a recording.
+/// Limits of static intervals for the blocks of a recording.
 #[derive(Debug, Clone)]
 pub(crate) struct Levels {
-    /// Variance that the quietest blocks stay under.
+    /// Variance of the quietest blocks.
     floor: f64,
-    /// A block is quiet up to these variances.
+    /// Largest variances of a quiet block.
     most_accel: f64,
     most_gyro: f64,
-    /// Means of blocks agree within this.
+    /// Largest deviation of block means within an interval.
     agree: f64,
-    /// Angular rates of stills that follow each other agree within this.
+    /// Largest difference of the angular rates of consecutive intervals.
     agree_rate: f64,
     /// Rows of a block.
     width: usize,
-    /// Rows of the shortest still.
+    /// Smallest number of rows of a static interval.
     pub shortest: usize,
     grows: bool,
 }
 
 impl Levels {
-    /// By blocks that follow each other in each of the `groups`, of a recording whose
-    /// values come in steps of `resolution`; none where nothing but zeros is there.
+    /// Computes the limits from blocks that are consecutive within each of the `groups`, for
+    /// values of the given `resolution`; `None` if all values are zero.
     pub fn of(
         groups: &[Vec<Block>],
         rate: f64,
@@ -93,7 +93,7 @@ impl Levels {
         let floor = quiet_level(all().map(|b| b.variance), accel_step)?;
         let gyro_floor =
             quiet_level(all().map(|b| b.gyro_variance), gyro_step).unwrap_or(f64::INFINITY);
-        // What rounding makes of a level is known: only the rest of it is multiplied.
+        // The contribution of rounding is known: only the rest is multiplied.
         let most = |level: f64, factor: f64, step: &[f64]| {
             let rounding = floors(step).min(level);
             (level - rounding) * factor * factor + rounding * ROUNDING_FACTOR.min(factor).powi(2)
@@ -111,8 +111,7 @@ impl Levels {
             grows: options.grow_edges,
         };
         let gravity = typical_magnitude(all());
-        // Means of blocks scatter by noise/√width, correlated noise by some times
-        // that: many samples behind a low-pass, by a multiple.
+        // Means of blocks scatter by noise/√width, for correlated noise by a multiple of it.
         let white = (floor / width as f64).sqrt();
         let mut scatter = options.mean_factor * white;
         if (width as f64) < SHORT_BLOCK_S * rate {
@@ -138,11 +137,11 @@ impl Levels {
             && (block.gyro_variance.is_nan() || block.gyro_variance <= self.most_gyro)
     }
 
-    /// Rows of the runs of quiet blocks of a segment whose means agree, before they
-    /// [grow](Self::grow).
+    /// Rows of the runs of quiet blocks of a segment whose means agree, before they are
+    /// [extended](Self::grow).
     pub fn quiet_rows(&self, segment: &[Block]) -> Vec<Range<usize>> {
         let mut runs: Vec<Range<usize>> = Vec::new();
-        let stretches = Stretches::new(segment);
+        let ranges = RangeTree::new(segment);
         let mut at = 0;
         while at < segment.len() {
             let end = segment[at..]
@@ -150,7 +149,7 @@ impl Levels {
                 .position(|b| !self.is_quiet(b))
                 .map_or(segment.len(), |n| at + n);
             if end > at {
-                settle(segment, &stretches, at..end, self.agree, &mut runs);
+                split_run(segment, &ranges, at..end, self.agree, &mut runs);
             }
             at = end + 1;
         }
@@ -162,7 +161,7 @@ impl Levels {
             .collect()
     }
 
-    /// Those of the stills that do not turn evenly.
+    /// Removes the intervals in which the sensor turns evenly.
     pub fn without_turning(
         &self,
         gyro: Option<&[Vec<f64>; 3]>,
@@ -176,14 +175,14 @@ impl Levels {
         }
     }
 
-    /// Whether quiet rows may be a still, once they have grown.
+    /// True if quiet rows may be a static interval after they are extended.
     pub fn may_be_still(&self, rows: &Range<usize>) -> bool {
         let grown = if self.grows { 2 * self.width } else { 0 };
         rows.len() + grown >= self.shortest
     }
 
-    /// Takes rows on at both ends, where that is asked for: at most a block each and not
-    /// beyond `within`, up to the first that is off by more than [`EDGE_SIGMAS`].
+    /// Extends rows at both ends, if the options ask for it: by at most one block each, within
+    /// `within`, up to the first row that deviates by more than [`EDGE_SIGMAS`].
     pub fn grow(
         &self,
         accel: &[Vec<f64>; 3],
@@ -206,13 +205,12 @@ impl Levels {
     }
 }
 
-/// A row further than this many standard deviations of an axis from the mean of
-/// a still does not belong to it: one in 65,000 of those that do.
+/// A row that deviates more than this many standard deviations of an axis from the mean is
+/// outside the interval; this excludes one in 65,000 rows inside it.
 const EDGE_SIGMAS: f64 = 5.0;
 
-/// The level that the quietest twentieth of the blocks stays under, and no less than
-/// rounding to `step` makes. None where nothing but zeros is there and the steps are
-/// not known either.
+/// The level below which the variances of the quietest twentieth of the blocks are, at least that
+/// of rounding to `step`. `None` if all values are zero and the resolution is unknown.
 pub(crate) fn quiet_level(variances: impl Iterator<Item = f64>, step: &[f64]) -> Option<f64> {
     let least = floors(step);
     let mut some: Vec<f64> = variances
@@ -226,10 +224,10 @@ pub(crate) fn quiet_level(variances: impl Iterator<Item = f64>, step: &[f64]) ->
     Some(level.max(least))
 }
 
-/// How far two means of one reading may be apart by rounding alone: where noise is
-/// less than a step, they go from one step to the next at once.
+/// Largest difference of two means of one reading caused by rounding: if noise is less than a
+/// step, means change by a whole step.
 pub(crate) fn step_of_means(floor: f64, step: &[f64]) -> f64 {
-    // Of a level as low as rounding itself nothing has to be noise.
+    // A level as low as that of rounding may contain no noise.
     let left: f64 = step
         .iter()
         .map(|q| rounding::mean_variance(floor / 3.0 - rounding::floor(*q), *q))

@@ -1,26 +1,27 @@
-//! Stills: where a sensor lies or is held still, in channels of any unit.
+//! Detection of static intervals, in channels of any unit.
 //!
 //! # Overview
 //!
-//! 1. `block`, `levels`: the channels are cut into short blocks. Their own noise is the
-//!    variance of the quietest blocks; a block is quiet while its variance stays under
-//!    [`StillOptions::noise_factor`]² times that, of the gyroscope likewise.
-//! 2. `runs`: a still is a run of quiet blocks whose means agree: a slow turn is quiet
-//!    and drifts.
-//! 3. `turning`: an even turn about the vertical is quiet and does not drift; its
-//!    angular rate is another one than that of the stills around it.
+//! 1. `block`, `levels`: the channels are divided into short blocks. The noise is the variance of
+//!    the quietest blocks; a block is quiet if its variance is below
+//!    [`StillOptions::noise_factor`]² times that, and likewise for the gyroscope.
+//! 2. `runs`: a static interval is a run of quiet blocks whose means agree: a slow turn is quiet,
+//!    but its means drift.
+//! 3. `turning`: an even turn about the vertical is quiet and does not drift; its angular rate
+//!    differs from that of the neighbouring static intervals.
 //!
-//! Nothing here is a constant in m/s², so that it fits any sensor in any unit. Noise is
-//! never taken for less than what rounding makes of it
-//! ([`crate::recording::resolution`]): at rest two decimals may never change.
+//! There are no constants in m/s², so that the method works for any sensor in any unit. Noise is
+//! never assumed to be less than that of rounding ([`crate::recording::resolution`]): values of
+//! two decimals may be constant at rest.
 //!
-//! These are stills to a block. Where a rest of a motion begins and ends to the sample,
-//! [`gravical_core::still`] says, and [`crate::motion::still`] with it.
+//! The ends of these intervals are accurate to a block. The beginning and end of a rest in a
+//! motion, to the sample, are determined by [`gravical_core::still`] and
+//! [`crate::motion::still`].
 //!
-//! It fails where a recording is never still: then its quietest motion is taken for
-//! noise. The drift of the block means unmasks that in most cases; what is left are a
-//! few short stills, which the caller judges. Without a gyroscope an even turn about
-//! the vertical is a still.
+//! The method fails if a recording has no static interval: its quietest motion is then assumed to
+//! be noise. In most cases the drift of the block means reveals that; otherwise a few short
+//! intervals are found, which the caller must judge. Without a gyroscope an even turn about the
+//! vertical is reported as static.
 
 mod block;
 mod levels;
@@ -38,39 +39,36 @@ pub(crate) use temperature::{TemperatureBlock, TemperatureCutter};
 
 use block::blocks;
 
-/// How stills are found.
+/// Options of the detection of static intervals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StillOptions {
     /// Length of a block, s (5 to 25 rows, and at least 0.05 s). Default 0.2.
     pub block_s: f64,
-    /// A block is quiet under this many times the standard deviation of the
-    /// quietest ones. Default 3.
+    /// A block is quiet below this multiple of the standard deviation of the quietest blocks.
+    /// Default 3.
     pub noise_factor: f64,
-    /// The same for the gyroscope, which a hand that holds still moves more than
-    /// the accelerometer. Default 18.
+    /// The same for the gyroscope, which measures more of the unsteadiness of a hand than the
+    /// accelerometer. Default 18.
     pub gyro_noise_factor: f64,
-    /// Means of blocks agree within this many times noise/√width. Default 10.
+    /// Means of blocks agree within this multiple of noise/√width. Default 10.
     pub mean_factor: f64,
-    /// … or within this share of gravity, what a resting table may tremble.
-    /// Default 0.004.
+    /// … or within this share of gravity, the vibration of a table. Default 0.004.
     pub tremor: f64,
-    /// Shortest still, s, where there are fewer rows than `enough_rows` in it.
-    /// Default 1.
+    /// Shortest static interval, s, if it has fewer rows than `enough_rows`. Default 1.
     pub shortest_s: f64,
-    /// So many rows are always enough, however little time they take.
-    /// Default 200.
+    /// Number of rows that is sufficient for any duration. Default 200.
     pub enough_rows: usize,
-    /// But nothing shorter than this is a still, s. Default 0.2.
+    /// Shortest static interval in any case, s. Default 0.2.
     pub least_s: f64,
-    /// Let a still grow row by row into the blocks at its ends, while the rows
-    /// are within noise of its mean: a short rest loses up to two blocks to
-    /// where the blocks happen to begin. Default false.
+    /// Extend an interval row by row into the blocks at its ends while the rows are within noise
+    /// of its mean: otherwise a short rest loses up to two blocks, depending on the position of
+    /// the blocks. Default false.
     pub grow_edges: bool,
 }
 
 impl StillOptions {
-    /// For a rest in the hand or on something that shakes: what is taken for a
-    /// hold has to be said with a warning.
+    /// For a sensor held in the hand or on a vibrating base: intervals found with these options
+    /// must be reported with a warning.
     #[must_use]
     pub fn unsteady() -> Self {
         StillOptions {
@@ -82,10 +80,10 @@ impl StillOptions {
         }
     }
 
-    /// For short rests, as after setting the sensor down, where the mean of any
-    /// pose is of use: 0.15 s and 150 rows, counted after the edges have grown.
-    /// A rest of that length holds two whole blocks wherever they begin; what its
-    /// mean is worth, its standard error has to say.
+    /// For short rests, as after setting the sensor down, if the mean of any pose is useful: 0.15
+    /// s and 150 rows, counted after the ends are extended. A rest of that length contains two
+    /// complete blocks in any case; the accuracy of its mean must be judged by its standard
+    /// error.
     #[must_use]
     pub fn short_rests() -> Self {
         StillOptions {
@@ -113,17 +111,17 @@ impl Default for StillOptions {
     }
 }
 
-/// Stills of a recording and the noise they were found with.
+/// Static intervals of a recording, and the noise level.
 #[derive(Debug, Clone, Default)]
 pub struct Stills {
-    /// Rows of each still, in order.
+    /// Rows of each interval, in order.
     pub spans: Vec<Range<usize>>,
     /// Standard deviation of the quietest blocks, the three axes together
     /// (root of the sum of variances), in the unit of the file.
     pub noise: f64,
 }
 
-/// What stills are looked for in: channels of equal length, in any unit.
+/// Channels in which static intervals are searched: of equal length, in any unit.
 pub(crate) struct Channels<'a> {
     /// Specific force along x, y, z.
     pub accel: &'a [Vec<f64>; 3],
@@ -131,13 +129,13 @@ pub(crate) struct Channels<'a> {
     pub gyro: Option<&'a [Vec<f64>; 3]>,
     /// Sampling rate, Hz.
     pub rate_hz: f64,
-    /// Rows that follow each other; no still spans two of these.
+    /// Ranges of consecutive rows; intervals do not extend across them.
     pub segments: Vec<Range<usize>>,
-    /// Steps that the values come in, accelerometer and gyroscope.
+    /// Resolution of accelerometer and gyroscope.
     pub resolution: [f64; 6],
 }
 
-/// Finds the stills.
+/// Finds the static intervals.
 pub(crate) fn find_stills(recording: &Channels<'_>, options: &StillOptions) -> Stills {
     let rate = recording.rate_hz;
     let width = block_rows(rate, options);
@@ -170,7 +168,7 @@ pub(crate) fn find_stills(recording: &Channels<'_>, options: &StillOptions) -> S
     }
 }
 
-/// Rows of a block at a rate.
+/// Number of rows of a block.
 #[must_use]
 pub fn block_rows(rate_hz: f64, options: &StillOptions) -> usize {
     let wanted = (options.block_s * rate_hz).round();
@@ -183,8 +181,7 @@ pub(crate) fn moments(channels: &[Vec<f64>; 3], rows: Range<usize>) -> ([f64; 3]
     let mut means = [f64::NAN; 3];
     let mut total = 0.0;
     for (axis, channel) in channels.iter().enumerate() {
-        // Empty cells count as nothing; without branches, since this is half of
-        // the work of finding stills.
+        // Without branches, since this takes half of the time of the detection.
         let part = &channel[rows.clone()];
         let (mut n, mut sum) = (0.0, 0.0);
         for &v in part {
@@ -208,7 +205,7 @@ pub(crate) fn moments(channels: &[Vec<f64>; 3], rows: Range<usize>) -> ([f64; 3]
     (means, total)
 }
 
-/// Variance that rounding to these steps makes at the least, all axes together.
+/// Variance of rounding to these steps, all axes together.
 pub(crate) fn floors(step: &[f64]) -> f64 {
     step.iter().map(|q| rounding::floor(*q)).sum()
 }

@@ -5,35 +5,35 @@ use std::ops::Range;
 use super::block::Block;
 use super::distance;
 
-fn middle(blocks: &[Block]) -> [f64; 3] {
+fn median_mean(blocks: &[Block]) -> [f64; 3] {
     std::array::from_fn(|axis| {
         let mut values: Vec<f64> = blocks.iter().map(|b| b.mean[axis]).collect();
         crate::stats::median(&mut values).unwrap_or(f64::NAN)
     })
 }
 
-/// What a stretch of blocks holds, for stretches of any length in a few steps: cutting a
-/// day with a thousand motions must not look at all of it for each.
+/// Summary of consecutive blocks, available for any range in a few steps: splitting a day with a
+/// thousand motions must not process all blocks for each motion.
 #[derive(Clone, Copy)]
-struct Stretch {
-    /// Least and greatest mean of each axis.
+struct RangeSummary {
+    /// Smallest and largest mean of each axis.
     low: [f64; 3],
     high: [f64; 3],
-    /// The largest step of the mean from one block to the next, the last of equal ones,
-    /// and the block after it.
+    /// The largest step of the mean from one block to the next (the last of equal ones), and the
+    /// block after it.
     jump: (f64, usize),
 }
 
-impl Stretch {
-    const NOTHING: Stretch = Stretch {
+impl RangeSummary {
+    const NOTHING: RangeSummary = RangeSummary {
         low: [f64::INFINITY; 3],
         high: [f64::NEG_INFINITY; 3],
         jump: (f64::NEG_INFINITY, 0),
     };
 
-    /// This one and the one after it.
-    fn with(&self, after: &Stretch) -> Stretch {
-        Stretch {
+    /// Combines this range with the one after it.
+    fn with(&self, after: &RangeSummary) -> RangeSummary {
+        RangeSummary {
             low: std::array::from_fn(|i| self.low[i].min(after.low[i])),
             high: std::array::from_fn(|i| self.high[i].max(after.high[i])),
             jump: match self.jump.0.total_cmp(&after.jump.0) {
@@ -45,21 +45,21 @@ impl Stretch {
 }
 
 /// A segment tree over blocks: node k covers nodes 2k and 2k + 1.
-pub(super) struct Stretches {
-    nodes: Vec<Stretch>,
+pub(super) struct RangeTree {
+    nodes: Vec<RangeSummary>,
     leaves: usize,
 }
 
-impl Stretches {
+impl RangeTree {
     pub fn new(blocks: &[Block]) -> Self {
         let leaves = blocks.len().next_power_of_two();
-        let mut nodes = vec![Stretch::NOTHING; 2 * leaves];
+        let mut nodes = vec![RangeSummary::NOTHING; 2 * leaves];
         for (k, block) in blocks.iter().enumerate() {
             let jump = match k {
                 0 => f64::NEG_INFINITY,
                 _ => distance(block.mean, blocks[k - 1].mean),
             };
-            nodes[leaves + k] = Stretch {
+            nodes[leaves + k] = RangeSummary {
                 low: block.mean,
                 high: block.mean,
                 jump: (jump, k),
@@ -68,12 +68,12 @@ impl Stretches {
         for k in (1..leaves).rev() {
             nodes[k] = nodes[2 * k].with(&nodes[2 * k + 1]);
         }
-        Stretches { nodes, leaves }
+        RangeTree { nodes, leaves }
     }
 
-    fn of(&self, range: Range<usize>) -> Stretch {
+    fn of(&self, range: Range<usize>) -> RangeSummary {
         let (mut from, mut to) = (range.start + self.leaves, range.end + self.leaves);
-        let (mut first, mut last) = (Stretch::NOTHING, Stretch::NOTHING);
+        let (mut first, mut last) = (RangeSummary::NOTHING, RangeSummary::NOTHING);
         while from < to {
             if from % 2 == 1 {
                 first = first.with(&self.nodes[from]);
@@ -88,8 +88,8 @@ impl Stretches {
         first.with(&last)
     }
 
-    /// Where to cut a run of which no centre is within `agree` of all blocks: the means
-    /// of an axis are further apart than twice that.
+    /// Where to split a run whose blocks cannot all be within `agree` of one centre: the means of
+    /// an axis differ by more than twice that.
     fn cut(&self, run: &Range<usize>, agree: f64) -> Option<usize> {
         let all = self.of(run.clone());
         let apart = (0..3).any(|i| all.high[i] - all.low[i] > 2.0 * agree);
@@ -97,11 +97,11 @@ impl Stretches {
     }
 }
 
-/// Keeps a run whose block means agree; cuts one that drifts or steps where it
-/// changes most, and looks at the parts.
-pub(super) fn settle(
+/// Adds a run whose block means agree; splits one that drifts or steps at its largest step,
+/// recursively.
+pub(super) fn split_run(
     segment: &[Block],
-    stretches: &Stretches,
+    ranges: &RangeTree,
     run: Range<usize>,
     agree: f64,
     out: &mut Vec<Range<usize>>,
@@ -113,12 +113,12 @@ pub(super) fn settle(
         if part.is_empty() {
             continue;
         }
-        if let Some(cut) = stretches.cut(&run, agree) {
+        if let Some(cut) = ranges.cut(&run, agree) {
             pending.push(run.start..cut);
             pending.push(cut..run.end);
             continue;
         }
-        let centre = middle(part);
+        let centre = median_mean(part);
         let worst = part
             .iter()
             .map(|b| distance(b.mean, centre))
@@ -140,16 +140,16 @@ pub(super) fn settle(
     out.extend(kept);
 }
 
-/// Joins runs that a bump of at most two blocks parts while the means on both
-/// sides agree: the robust mean of the hold leaves the bump out.
+/// Joins runs separated by a disturbance of at most two blocks if the means on both sides agree:
+/// the robust mean of the interval ignores the disturbance.
 pub(super) fn join(segment: &[Block], runs: Vec<Range<usize>>, agree: f64) -> Vec<Range<usize>> {
     let mut out: Vec<Range<usize>> = Vec::new();
     for run in runs {
         if let Some(last) = out.last_mut() {
             let near = run.start - last.end <= 2 && run.start > last.end;
             let same = distance(
-                middle(&segment[last.clone()]),
-                middle(&segment[run.clone()]),
+                median_mean(&segment[last.clone()]),
+                median_mean(&segment[run.clone()]),
             ) <= agree;
             if near && same {
                 last.end = run.end;
@@ -161,7 +161,7 @@ pub(super) fn join(segment: &[Block], runs: Vec<Range<usize>>, agree: f64) -> Ve
     out
 }
 
-/// Rows of a run, its edges taken off where it borders on motion.
+/// Rows of a run, without its edge blocks if it borders on motion.
 pub(super) fn trim(segment: &[Block], run: &Range<usize>, whole: &Range<usize>) -> Range<usize> {
     let (mut from, mut to) = (run.start, run.end);
     if run.len() >= 6 {
@@ -176,8 +176,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_is_cut_where_its_means_step_most() {
-        // Three levels over and over, so that many steps are alike.
+    fn a_run_is_split_at_its_largest_step() {
+        // Three repeated levels, so that many steps are equal.
         let blocks: Vec<Block> = (0..101)
             .map(|k| Block {
                 rows: k..k + 1,
@@ -187,12 +187,12 @@ mod tests {
                 gyro_variance: f64::NAN,
             })
             .collect();
-        let stretches = Stretches::new(&blocks);
+        let ranges = RangeTree::new(&blocks);
         for (from, to) in [(0, 101), (3, 64), (7, 9), (40, 41), (99, 101)] {
             let jump = |k: &usize| distance(blocks[*k].mean, blocks[k - 1].mean);
             let plain = (from + 1..to).max_by(|i, j| jump(i).total_cmp(&jump(j)));
-            assert_eq!(stretches.cut(&(from..to), 0.01), plain, "{from} {to}");
-            assert_eq!(stretches.cut(&(from..to), 6.0), None);
+            assert_eq!(ranges.cut(&(from..to), 0.01), plain, "{from} {to}");
+            assert_eq!(ranges.cut(&(from..to), 6.0), None);
         }
     }
 }

@@ -1,24 +1,23 @@
-//! Blocks with their temperature, cut from rows as they come.
+//! Blocks with their temperature, computed from rows as they are read.
 //!
-//! Stills are no help where drift with temperature is looked for: their means have to
-//! agree.
+//! Static intervals cannot be used to find temperature drift, since their means must agree.
 
 use super::block::Block;
 use crate::stats::Thinned;
 
 /// Length of a block, s.
 const BLOCK_S: f64 = 3.0;
-/// Fewer rows have no variance worth the name.
+/// Smallest number of rows of a block.
 const LEAST_ROWS: usize = 6;
-/// Blocks of a recording that are kept at most: a day of them.
+/// Largest number of blocks stored: a day.
 const MOST_BLOCKS: usize = 1 << 15;
 
-/// A block of a recording, still or not.
+/// A block of a recording, static or not.
 #[derive(Debug, Clone)]
 pub(crate) struct TemperatureBlock {
-    /// Its number, counted over all blocks: neighbours follow each other.
+    /// Its number among all blocks: consecutive blocks have consecutive numbers.
     pub number: usize,
-    /// The stretch of rows without a break that it lies in.
+    /// Number of the segment (rows without a break) that contains it.
     pub segment: usize,
     /// Mean temperature, °C.
     pub t_c: f64,
@@ -26,8 +25,8 @@ pub(crate) struct TemperatureBlock {
     pub block: Block,
 }
 
-/// Cuts rows into blocks. A block that lacks the temperature or an axis of the
-/// accelerometer is none.
+/// Divides rows into blocks. Blocks without temperature or without an axis of the accelerometer
+/// are dropped.
 #[derive(Debug, Clone)]
 pub(crate) struct TemperatureCutter {
     width: usize,
@@ -40,7 +39,7 @@ pub(crate) struct TemperatureCutter {
 }
 
 impl TemperatureCutter {
-    /// For rows at a rate, Hz, with a gyroscope or without.
+    /// For rows at a rate in Hz, with or without a gyroscope.
     pub fn new(rate: f64, gyro: bool) -> Self {
         TemperatureCutter {
             width: ((BLOCK_S * rate).round() as usize).max(LEAST_ROWS),
@@ -53,7 +52,7 @@ impl TemperatureCutter {
         }
     }
 
-    /// The next row, which `parts` from the one before.
+    /// Adds a row; `is_break`: it does not continue the row before.
     pub fn push(&mut self, t_c: f64, accel: [f64; 3], rate: [f64; 3], parts: bool) {
         if parts {
             self.segment += 1;
@@ -91,7 +90,7 @@ impl TemperatureCutter {
         all.for_each(Vec::clear);
     }
 
-    /// The blocks; of very many every so many, as neighbours.
+    /// The blocks; of very many only every nth, renumbered consecutively.
     pub fn blocks(&self) -> Vec<TemperatureBlock> {
         let stride = self.blocks.stride() as usize;
         let some = self.blocks.items().iter().flatten().cloned();

@@ -1,4 +1,4 @@
-//! Stretches that turn evenly are no stills.
+//! Removal of intervals in which the sensor turns evenly.
 
 use std::ops::Range;
 
@@ -6,11 +6,11 @@ use crate::stats::weighted_median;
 
 use super::{distance, moments};
 
-/// Leaves out stills that turn. Of most of the time at rest the rate is the bias: from
-/// the still that reads the median rate onwards, and backwards, each has about the rate
-/// of the one before it, within `most`.
+/// Removes intervals in which the sensor turns. If the sensor rests most of the time, the median
+/// rate is the bias: starting at the interval with the rate nearest to the median, forwards and
+/// backwards, each interval must have the rate of the previous one within `most`.
 ///
-/// It fails where the sensor turns evenly, at one rate, for longer than it rests.
+/// Fails if the sensor turns evenly, at one rate, for longer than it rests.
 pub(super) fn without_turning(
     gyro: &[Vec<f64>; 3],
     most: f64,
@@ -25,14 +25,14 @@ pub(super) fn without_turning(
     let nearest = (0..spans.len())
         .filter(|k| distance(rates[*k], middle).is_finite())
         .min_by(|a, b| distance(rates[*a], middle).total_cmp(&distance(rates[*b], middle)));
-    // Without a rate nothing is known of turning.
+    // Without a gyroscope turns cannot be detected.
     let Some(nearest) = nearest else {
         return spans;
     };
     let mut rests = vec![true; spans.len()];
     let mut follow = |order: &mut dyn Iterator<Item = usize>| {
         let mut last = rates[nearest];
-        // Where the gyroscope was not read it tells nothing.
+        // Intervals without gyroscope values are kept.
         for k in order {
             let step = distance(rates[k], last);
             if step > most {
@@ -53,7 +53,7 @@ pub(super) fn without_turning(
 mod tests {
     use super::*;
 
-    /// Stills of 100 rows at these rates about z; which of them are left.
+    /// Indices of the remaining intervals, of 100 rows each with these rates about z.
     fn left(rates: &[f64]) -> Vec<usize> {
         let z = rates.iter().flat_map(|r| vec![*r; 100]).collect();
         let gyro = [
@@ -67,9 +67,9 @@ mod tests {
     }
 
     #[test]
-    fn what_turns_is_left_out_and_a_bias_may_drift() {
+    fn turns_are_removed_and_bias_drift_is_not() {
         assert_eq!(left(&[0.2, 0.1, 9.0, 0.2, -9.0, -9.0, 0.1]), [0, 1, 3, 6]);
-        // From one still to the next it drifts by less than a turn.
+        // Between consecutive intervals the drift is less than a turn.
         assert_eq!(left(&[0.0, 0.5, 1.0, 1.5, 2.0, 2.5]).len(), 6);
         assert_eq!(left(&[0.1, f64::NAN, 0.1, 5.0]), [0, 1, 2]);
         assert_eq!(left(&[f64::NAN]), [0]);

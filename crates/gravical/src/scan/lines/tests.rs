@@ -22,7 +22,7 @@ impl From<Line<'_>> for Owned {
     }
 }
 
-/// Gives the bytes in reads of the given sizes, in turn; 0 fails once.
+/// Delivers the bytes in reads of the given sizes; a size of 0 fails once.
 struct Pieces<'a> {
     input: &'a [u8],
     sizes: &'a [usize],
@@ -70,7 +70,7 @@ fn collect<R: Read>(mut lines: Lines<R>) -> Vec<Owned> {
     }
 }
 
-/// The same from the whole input at once.
+/// The expected lines, from the whole input at once.
 fn expected(input: &[u8], terminator: u8, max_line: usize) -> Vec<Owned> {
     let input = input.strip_prefix(&BYTE_ORDER_MARK).unwrap_or(input);
     let mut parts: Vec<&[u8]> = input.split(|&byte| byte == terminator).collect();
@@ -126,7 +126,7 @@ fn nul_bytes_are_removed_and_counted_per_line() {
 }
 
 #[test]
-fn long_lines_at_the_real_sizes() {
+fn long_lines_are_truncated() {
     for (length, end, truncated) in [
         (MAX_LINE, "\n", false),
         (MAX_LINE, "\r\n", false),
@@ -152,7 +152,7 @@ fn long_lines_at_the_real_sizes() {
 }
 
 #[test]
-fn a_hole_of_nuls_is_no_long_line() {
+fn a_run_of_nuls_is_not_a_long_line() {
     let hole = 3 * MAX_LINE;
     let input = [b"1,2".to_vec(), vec![0; hole], b",3\n4".to_vec()].concat();
     let all = collect(Lines::new(&input[..]));
@@ -191,10 +191,9 @@ fn inputs() -> impl Strategy<Value = Vec<u8>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// However the input is cut into reads, wherever blocks end, and when
-    /// reads fail in between, the lines are the same.
+    /// The lines do not depend on the sizes of reads and blocks, or on failing reads.
     #[test]
-    fn the_cuts_do_not_show(
+    fn lines_do_not_depend_on_read_sizes(
         input in inputs(),
         sizes in proptest::collection::vec(0_usize..20, 1..8),
         block in 4_usize..40,
@@ -208,7 +207,7 @@ proptest! {
     }
 
     #[test]
-    fn peeking_does_not_show(
+    fn peeking_does_not_change_the_lines(
         input in inputs(),
         size in 1_usize..20,
         block in 4_usize..40,

@@ -1,12 +1,11 @@
 use super::*;
 use proptest::prelude::*;
 
-/// The longest prefix that is a number, found by asking the standard parser
-/// about every one of them.
+/// The longest prefix that is a number according to the standard parser.
 fn by_trial(text: &str) -> Option<(u64, usize)> {
     (1..=text.len()).rev().find_map(|end| {
         let prefix = text.get(..end)?;
-        // Of what std reads, only words (inf, nan) are no numbers here.
+        // std also reads words (inf, nan), which are not numbers here.
         if prefix.contains(|letter: char| letter.is_ascii_alphabetic() && !"eE".contains(letter)) {
             return None;
         }
@@ -18,7 +17,7 @@ fn scanned(text: &str) -> Option<(u64, usize)> {
     scan_number(text.as_bytes()).map(|(value, used)| (value.to_bits(), used))
 }
 
-/// Alone and with text behind it, where the eight-byte steps look further.
+/// Checks the number alone and followed by other text.
 fn check(text: &str) {
     for behind in [
         "",
@@ -37,7 +36,7 @@ fn check(text: &str) {
 }
 
 #[test]
-fn the_number_ends_where_it_stops_being_one() {
+fn parsing_stops_after_the_number() {
     let cases: [(&str, Option<(f64, usize)>); 30] = [
         ("", None),
         (".", None),
@@ -78,7 +77,7 @@ fn the_number_ends_where_it_stops_being_one() {
 }
 
 #[test]
-fn limits_of_every_way_to_a_value() {
+fn limits_of_every_conversion_path() {
     for text in [
         "9007199254740991",
         "9007199254740992",
@@ -120,7 +119,7 @@ fn limits_of_every_way_to_a_value() {
         check(text);
         check(&format!("-{text}"));
     }
-    // Too long for any accumulator, and a power that only its length undoes.
+    // Too many digits, and a power that is compensated by the number of digits.
     check(&"7".repeat(400));
     check(&format!("0.{}1", "0".repeat(340)));
     check(&format!("0.{}1e400", "0".repeat(400)));
@@ -170,10 +169,10 @@ fn fields() {
     }
 }
 
-/// Decimal numbers of all shapes, and what nearly is one.
+/// Decimal numbers of all shapes, and near misses.
 fn numbers() -> impl Strategy<Value = String> {
     prop_oneof![
-        // What loggers write.
+        // Typical output of loggers.
         "[+-]?[0-9]{1,3}\\.[0-9]{1,8}",
         "[+-]?[0-9]{1,20}",
         // Long mantissas, leading zeros, exponents.
@@ -181,13 +180,13 @@ fn numbers() -> impl Strategy<Value = String> {
         "[+-]?0{0,25}[0-9]{0,5}\\.?0{0,25}[0-9]{0,19}",
         "[+-]?[0-9]{0,19}\\.?[0-9]{0,19}[eE][+-]?[0-9]{0,3}",
         "[+-]?[1-9]\\.[0-9]{15,18}e[+-]?[0-2][0-9]",
-        // Anything of the same letters.
+        // Any sequence of the same characters.
         "[-+0-9.eE]{0,12}",
     ]
 }
 
-/// The exact middle between two neighbours: 54 bits, then all its digits,
-/// whole or cut where the digits of the quick ways end, or one digit more.
+/// The exact middle between two neighbours: 54 bits, then all digits, complete or truncated near
+/// the limits of the fast paths, or with one digit more.
 fn halfway() -> impl Strategy<Value = String> {
     (1_u64 << 53..1 << 54, -30_i32..30, 0_usize..60, 0..3).prop_map(|(bits, power, keep, edit)| {
         let middle = (bits | 1) as u128;
@@ -210,7 +209,7 @@ fn halfway() -> impl Strategy<Value = String> {
     })
 }
 
-/// `number · factor^times` in decimal digits, however many.
+/// `number · factor^times` in decimal digits.
 fn decimal_product(number: u128, factor: u8, times: usize) -> String {
     let mut digits: Vec<u8> = number.to_string().bytes().rev().map(|b| b - b'0').collect();
     for _ in 0..times {
@@ -239,7 +238,7 @@ proptest! {
     }
 
     #[test]
-    fn every_value_survives_its_text(bits: u64, precision in 0_usize..20) {
+    fn every_value_round_trips(bits: u64, precision in 0_usize..20) {
         let value = f64::from_bits(bits);
         prop_assume!(value.is_finite());
         check(&format!("{value:e}"));
@@ -248,7 +247,7 @@ proptest! {
     }
 
     #[test]
-    fn readings_survive_their_text(value in -40_000.0..40_000.0, precision in 0_usize..20) {
+    fn readings_round_trip(value in -40_000.0..40_000.0, precision in 0_usize..20) {
         check(&format!("{value}"));
         check(&format!("{value:.precision$}"));
     }
@@ -263,7 +262,7 @@ proptest! {
     }
 
     #[test]
-    fn any_bytes_are_survived(bytes: Vec<u8>) {
+    fn any_bytes_are_accepted_without_panic(bytes: Vec<u8>) {
         if let Some((_, used)) = scan_number(&bytes) {
             prop_assert!(used > 0 && used <= bytes.len());
         }
