@@ -1,4 +1,4 @@
-//! A temperature model beside the parameters of a session.
+//! Temperature model for the calibration of a session.
 
 use crate::calibration_file::{CHANNELS, InputFile, ReferenceSource, TemperatureModel};
 use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
@@ -7,15 +7,15 @@ use crate::{Error, Result};
 
 use super::{in_unit, study, study_if_any};
 
-/// The model for a session: from the soak recordings `thermal`, or, without
-/// any, from the session itself where it spans enough while still. Its drift is
-/// zero at the mean temperature of the placements, where bias and matrix are
-/// to hold; the means of the placements are brought to that temperature.
+/// The model for a session: from the soak recordings `thermal`, or, without any, from the session
+/// itself if its static intervals span enough temperature. Its drift is zero at the mean
+/// temperature of the poses, where bias and matrix are valid; the means of the poses are
+/// converted to that temperature.
 ///
 /// # Errors
 ///
-/// Of a soak that was given: those of [`study`], and `unit-unknown` and
-/// `units-differ` when it is not in the unit of the session.
+/// With soak recordings: those of [`study`], and `unit-unknown` and `units-differ` if they are
+/// not in the unit of the session.
 pub fn for_calibration(
     recordings: &[Recording],
     thermal: &[Recording],
@@ -32,9 +32,9 @@ pub fn for_calibration(
         })
     };
     let Some(model) = model else { return Ok(None) };
-    findings.push(summary(&model, !segmentation.turns.is_empty()));
+    findings.push(summary_finding(&model, !segmentation.turns.is_empty()));
     if !model.any_accepted() {
-        // No drift is taken off: where it is zero does not matter.
+        // No drift is subtracted: the reference does not matter.
         return Ok(Some(model));
     }
     let [low, high] = model.range_c;
@@ -43,7 +43,7 @@ pub fn for_calibration(
         findings.push(Finding::new(
             FindingKind::TemperatureReference,
             format!(
-                "the placements have no temperature: bias and matrix are taken to hold at {reference_c:.1} °C, the middle of the soak; {}",
+                "the poses have no temperature: bias and matrix are assumed to be valid at {reference_c:.1} °C, the middle of the soak; {}",
                 cost_text(&model)
             ),
         ));
@@ -54,7 +54,7 @@ pub fn for_calibration(
         findings.push(Finding::new(
             FindingKind::TemperatureOutside,
             format!(
-                "the placements were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are taken to hold at {inside_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used"
+                "the poses were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are assumed to be valid at {inside_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used"
             ),
         ));
     }
@@ -72,7 +72,7 @@ fn mean_c(placements: &[Placement]) -> Option<f64> {
     (!some.is_empty()).then(|| some.iter().sum::<f64>() / some.len() as f64)
 }
 
-/// Takes off what its own temperature adds to the means of a placement.
+/// Converts the means of a pose to the reference temperature.
 fn bring_to_reference(placement: &mut Placement, model: &TemperatureModel, zero_offset: f64) {
     let Some(t_c) = placement.temperature_c else {
         return;
@@ -89,8 +89,8 @@ fn bring_to_reference(placement: &mut Placement, model: &TemperatureModel, zero_
     }
 }
 
-/// What was accepted and what was not, in one sentence.
-pub(super) fn summary(model: &TemperatureModel, with_gyro: bool) -> Finding {
+/// The finding that lists accepted and refused channels.
+pub(super) fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
     let list = |accepted: bool| -> Vec<&str> {
         let some = model.channels.iter();
         some.filter(|c| c.is_accepted() == accepted)
@@ -103,30 +103,30 @@ pub(super) fn summary(model: &TemperatureModel, with_gyro: bool) -> Finding {
         return Finding::new(
             FindingKind::TemperatureRefused,
             format!(
-                "temperature moves while still ({low:.1} to {high:.1} °C), but of no channel can the drift be predicted ({refused}): none is taken off"
+                "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable ({refused}): none is subtracted"
             ),
         );
     }
     let idle = !with_gyro && accepted.contains('g');
     let idle = if idle {
-        " (of the gyroscope only once it is calibrated)"
+        " (for the gyroscope only after it is calibrated)"
     } else {
         ""
     };
     let rest = if refused.is_empty() {
         String::new()
     } else {
-        format!("; that of {refused} is not predictable, or not there")
+        format!("; that of {refused} is not predictable or not significant")
     };
     Finding::new(
         FindingKind::TemperatureModel,
         format!(
-            "the drift of {accepted} with temperature is taken off{idle} between {low:.1} and {high:.1} °C{rest}"
+            "the temperature drift of {accepted} is subtracted{idle} between {low:.1} and {high:.1} °C{rest}"
         ),
     )
 }
 
-/// What one reading may be off by without the model, over its range.
+/// Text: largest error of a reading without the model, over its range.
 pub(crate) fn cost_text(model: &TemperatureModel) -> String {
     let parts: Vec<String> = model
         .channels
@@ -144,11 +144,11 @@ pub(crate) fn cost_text(model: &TemperatureModel) -> String {
         })
         .collect();
     format!(
-        "between {:.1} and {:.1} °C that may put {}",
+        "between {:.1} and {:.1} °C the drift changes {}",
         model.range_c[0],
         model.range_c[1],
         parts.join(", ")
-    ) + " off"
+    )
 }
 
 fn same_units(
@@ -167,7 +167,7 @@ fn same_units(
         )
         .at(soak.name.as_ref(), None)
         .with_hint(
-            "record the soak with the same sensor, range and program as the session, or say its unit",
+            "record the soak with the same sensor, range and program as the session, or give its unit",
         )
     };
     let (a, b) = (session.accel_scale, soak.accel_scale);
@@ -183,7 +183,7 @@ fn same_units(
             findings.push(Finding::new(
                 FindingKind::UnitUnverified,
                 format!(
-                    "the gyroscope's unit is {} in the session and {} in the soak: taken as the same",
+                    "the gyroscope's unit is {} in the session and {} in the soak: assumed to be equal",
                     a.unit.name(),
                     b.unit.name()
                 ),

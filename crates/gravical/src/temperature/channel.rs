@@ -1,47 +1,46 @@
-//! One channel judged: fitted on the cooling sweeps it has to predict the
-//! warming ones, and the other way round.
+//! Fit and test of one channel: the fit to the cooling sweeps must predict the warming ones, and
+//! vice versa.
 
 use std::collections::BTreeMap;
 
 use crate::calibration_file::{ChannelDrift, DriftVerdict, SweepDirection};
 
-use super::fit::{Fit, Frame, Sample, Shape, about_means, rms};
+use super::fit::{Fit, Frame, Sample, Shape, minus_means, rms};
 use super::reason;
 use super::sweeps::Bin;
 
 use SweepDirection::{Cooling, Warming};
 
-/// A drift is taken off when each direction explains this much of the other.
+/// A drift is accepted if each direction explains this share of the variance of the other.
 pub const LEAST_R2: f64 = 0.7;
-/// A higher order has to leave so much less unexplained.
+/// A higher order must reduce the unexplained share by this factor …
 const BETTER: f64 = 0.9;
-/// Highest order: more bends than two in a range of some tens of °C are
-/// something else.
+/// Highest order: more than two bends in a range of some tens of °C have another cause.
 const MOST_ORDER: usize = 3;
-/// Unless what is left is within so many standard errors of the means: noise.
+/// … unless the rest is within this multiple of the standard errors of the means: noise.
 const AT_NOISE: f64 = 1.5;
-/// Bins in each direction, for a test to mean something.
+/// Smallest number of bins in each direction for a test.
 const LEAST_BINS: usize = 6;
-/// Below so many standard errors of the means a drift is none.
+/// A drift below this multiple of the standard errors of the means is not significant.
 const NOISE_FACTOR: f64 = 2.0;
-/// Bias and scale are told apart when gravity on the axis differs by this much
-/// between placements, g.
+/// Bias and scale can be distinguished if gravity on the axis differs by this much between poses,
+/// g.
 const LEAST_SPREAD_G: f64 = 0.5;
-/// An axis that bears less of gravity than this shows its bias alone, g.
-const BEARS_G: f64 = 0.2;
+/// An axis with less gravity than this shows only the drift of its bias, g.
+const GRAVITY_ON_AXIS_G: f64 = 0.2;
 
-/// What all channels share.
+/// Data common to all channels.
 pub(super) struct Common<'a> {
     pub bins: &'a [Bin],
     pub frame: Frame,
-    /// Where both directions were, °C.
+    /// Temperature range of both directions, °C.
     pub overlap_c: [f64; 2],
-    /// More than this is needed of it, °C.
+    /// Smallest width required of it, °C.
     pub least_span_c: f64,
     pub unit: &'a str,
 }
 
-/// What a test of one shape gave.
+/// Result of the test of one shape.
 #[derive(Clone, Copy)]
 pub(super) struct Tested {
     pub shape: Shape,
@@ -59,16 +58,16 @@ impl Tested {
     }
 }
 
-/// Everything about channel `index` (0 to 5), about `frame.centre_c`.
+/// Evaluates channel `index` (0 to 5), relative to `frame.centre_c`.
 pub(super) fn judge(common: &Common<'_>, index: usize, name: &str) -> ChannelDrift {
     let samples = samples(common.bins, index);
-    let part = |way: SweepDirection| -> Vec<Sample> {
-        let of_way = samples.iter().filter(|(d, _)| *d == way);
-        of_way.map(|(_, s)| *s).collect()
+    let part = |direction: SweepDirection| -> Vec<Sample> {
+        let of_direction = samples.iter().filter(|(d, _)| *d == direction);
+        of_direction.map(|(_, s)| *s).collect()
     };
     let (cooling, warming) = (part(Cooling), part(Warming));
     let all: Vec<Sample> = samples.iter().map(|(_, s)| *s).collect();
-    let scale_observed = index < 3 && scale_shows(common, &all);
+    let scale_observed = index < 3 && scale_is_observable(common, &all);
     let slope = |of: &[Sample]| straight(of, common.frame);
     let joint = slope(&all);
     let mut out = ChannelDrift {
@@ -83,7 +82,7 @@ pub(super) fn judge(common: &Common<'_>, index: usize, name: &str) -> ChannelDri
         slope_cooling: slope(&cooling),
         slope_warming: slope(&warming),
         hysteresis: hysteresis(common.bins, index, joint.unwrap_or(0.0)),
-        drift_rms: rms(&about_means(&all)),
+        drift_rms: rms(&minus_means(&all)),
         residual_rms: None,
         coefficients: Vec::new(),
         scale_coefficients: Vec::new(),
@@ -91,8 +90,8 @@ pub(super) fn judge(common: &Common<'_>, index: usize, name: &str) -> ChannelDri
     };
     let shared_c = common.overlap_c[1] - common.overlap_c[0];
     if cooling.is_empty() || warming.is_empty() {
-        let way = if cooling.is_empty() { Warming } else { Cooling };
-        out.reason = reason::one_way(way);
+        let direction = if cooling.is_empty() { Warming } else { Cooling };
+        out.reason = reason::one_direction(direction);
         return out;
     }
     if shared_c <= common.least_span_c || cooling.len().min(warming.len()) < LEAST_BINS {
@@ -100,7 +99,7 @@ pub(super) fn judge(common: &Common<'_>, index: usize, name: &str) -> ChannelDri
         return out;
     }
     let noise = mean_noise(common.bins, index);
-    // Share of the variance that is noise: no shape explains it.
+    // Share of the variance that is noise, which no shape can explain.
     let noise_share = (AT_NOISE * noise / out.drift_rms).powi(2);
     let Some(tested) = choose(common, &cooling, &warming, scale_observed, noise_share) else {
         out.reason = reason::no_fit();
@@ -118,7 +117,7 @@ pub(super) fn judge(common: &Common<'_>, index: usize, name: &str) -> ChannelDri
                 && index < 3
                 && all
                     .iter()
-                    .any(|s| s.level.abs() > BEARS_G * common.frame.gravity);
+                    .any(|s| s.level.abs() > GRAVITY_ON_AXIS_G * common.frame.gravity);
             out.reason = reason::accepted(&tested, unknown);
             out.coefficients = fit.drift;
             out.scale_coefficients = fit.gain;
@@ -135,15 +134,15 @@ fn samples(bins: &[Bin], index: usize) -> Vec<(SweepDirection, Sample)> {
     let mut levels: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
     let bins = || bins.iter().filter(|b| b.values[index].is_finite());
     for bin in bins() {
-        let (sum, n) = levels.entry(bin.stretch).or_default();
+        let (sum, n) = levels.entry(bin.pose).or_default();
         *sum += bin.values[index];
         *n += 1.0;
     }
     bins()
         .map(|bin| {
-            let (sum, n) = levels.get(&bin.stretch).copied().unwrap_or((0.0, 1.0));
+            let (sum, n) = levels.get(&bin.pose).copied().unwrap_or((0.0, 1.0));
             let sample = Sample {
-                stretch: bin.stretch,
+                pose: bin.pose,
                 t_c: bin.t_c,
                 y: bin.values[index],
                 level: sum / n,
@@ -153,15 +152,15 @@ fn samples(bins: &[Bin], index: usize) -> Vec<(SweepDirection, Sample)> {
         .collect()
 }
 
-/// True when placements that gravity acts on differently share temperatures.
-fn scale_shows(common: &Common<'_>, all: &[Sample]) -> bool {
-    let range = |stretch: usize| {
-        let own = all.iter().filter(|s| s.stretch == stretch);
+/// True if poses with different gravity on the axis share temperatures.
+fn scale_is_observable(common: &Common<'_>, all: &[Sample]) -> bool {
+    let range = |pose: usize| {
+        let own = all.iter().filter(|s| s.pose == pose);
         own.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], s| {
             [l.min(s.t_c), h.max(s.t_c)]
         })
     };
-    let mut levels: Vec<(usize, f64)> = all.iter().map(|s| (s.stretch, s.level)).collect();
+    let mut levels: Vec<(usize, f64)> = all.iter().map(|s| (s.pose, s.level)).collect();
     levels.dedup();
     levels.iter().enumerate().any(|(i, (a, level_a))| {
         levels[..i].iter().any(|(b, level_b)| {
@@ -172,7 +171,7 @@ fn scale_shows(common: &Common<'_>, all: &[Sample]) -> bool {
     })
 }
 
-/// The simplest shape that predicts as well as any.
+/// The simplest shape that predicts as well as any other.
 fn choose(
     common: &Common<'_>,
     cooling: &[Sample],
@@ -219,12 +218,12 @@ fn straight(samples: &[Sample], frame: Frame) -> Option<f64> {
     Fit::new(samples, line, frame).and_then(|f| f.drift.first().copied())
 }
 
-/// Largest difference between cooling and warming at one temperature in one
-/// placement; `slope` levels what the bins differ in temperature.
+/// Largest difference between cooling and warming at one temperature in one pose; `slope`
+/// corrects for different temperatures within a bin.
 fn hysteresis(bins: &[Bin], index: usize, slope: f64) -> Option<f64> {
     let mut pairs: BTreeMap<(usize, i64), [(f64, f64); 2]> = BTreeMap::new();
     for bin in bins.iter().filter(|b| b.values[index].is_finite()) {
-        let sums = pairs.entry((bin.stretch, bin.degree)).or_default();
+        let sums = pairs.entry((bin.pose, bin.degree)).or_default();
         let (sum, n) = &mut sums[usize::from(bin.direction == Warming)];
         *sum += bin.values[index] - slope * bin.t_c;
         *n += 1.0;
@@ -234,15 +233,15 @@ fn hysteresis(bins: &[Bin], index: usize, slope: f64) -> Option<f64> {
         .filter(|[c, w]| c.1 > 0.0 && w.1 > 0.0)
         .map(|[c, w]| c.0 / c.1 - w.0 / w.1)
         .collect();
-    // Over three neighbours, so that it is not the noise of one.
+    // Mean over three neighbours, to reduce noise.
     apart
         .windows(apart.len().clamp(1, 3))
         .map(|w| (w.iter().sum::<f64>() / w.len() as f64).abs())
         .reduce(f64::max)
 }
 
-/// Standard error of the bins (rms), by the scatter of their blocks. What the
-/// drift does within a bin is in it, so it is not too small.
+/// Standard error of the bins (rms), from the scatter of their blocks. Drift within a bin is
+/// included, so it is not too small.
 fn mean_noise(bins: &[Bin], index: usize) -> f64 {
     let bins = || bins.iter().filter(|b| b.values[index].is_finite());
     let squares: f64 = bins().map(|b| b.squares[index]).sum();

@@ -1,34 +1,34 @@
-//! Least squares: one offset for each placement, a polynomial of the
-//! temperature for the bias, and one for the scale where it can be told apart.
+//! Least squares: an offset for each pose, a polynomial of the temperature for the bias, and one
+//! for the scale if it can be distinguished.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::polynomial::evaluate;
 
-/// One mean, of one channel.
+/// One mean of one channel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sample {
-    pub stretch: usize,
+    pub pose: usize,
     pub t_c: f64,
     pub y: f64,
-    /// What the channel reads in that placement on the whole, in the unit of
-    /// the file: what a change of the scale multiplies.
+    /// Mean of the channel in that pose, in the unit of the file, which a change of the scale
+    /// multiplies.
     pub level: f64,
 }
 
-/// What is fitted.
+/// Shape of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Shape {
     pub order: usize,
     pub with_scale: bool,
 }
 
-/// Temperature is centred and scaled before it is raised to powers.
+/// Centre and scale of the temperature before it is raised to powers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
     pub centre_c: f64,
     pub half_c: f64,
-    /// Unit of `level`, so that the columns are of one size.
+    /// Scale of `level`, so that the columns have similar sizes.
     pub gravity: f64,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Frame {
 #[derive(Debug, Clone)]
 pub(super) struct Fit {
     frame: Frame,
-    /// Of each stretch; none where it has no sample.
+    /// For each pose; `None` without samples.
     offsets: Vec<Option<f64>>,
     /// Input unit per °C, °C², ….
     pub drift: Vec<f64>,
@@ -44,18 +44,18 @@ pub(super) struct Fit {
     pub gain: Vec<f64>,
 }
 
-/// Singular values below this share of the largest are none.
+/// Smallest singular value, relative to the largest.
 const RANK: f64 = 1e-9;
 
 impl Fit {
-    /// Fits `samples`; none when they do not determine the parameters.
+    /// Fits `samples`; `None` if they do not determine the parameters.
     pub fn new(samples: &[Sample], shape: Shape, frame: Frame) -> Option<Self> {
-        let stretches = samples.iter().map(|s| s.stretch + 1).max()?;
-        let mut column = vec![None; stretches];
+        let intervals = samples.iter().map(|s| s.pose + 1).max()?;
+        let mut column = vec![None; intervals];
         let mut offsets = 0;
         for sample in samples {
-            if column[sample.stretch].is_none() {
-                column[sample.stretch] = Some(offsets);
+            if column[sample.pose].is_none() {
+                column[sample.pose] = Some(offsets);
                 offsets += 1;
             }
         }
@@ -66,7 +66,7 @@ impl Fit {
         }
         let mut matrix = DMatrix::zeros(samples.len(), width);
         for (row, sample) in samples.iter().enumerate() {
-            if let Some(c) = column[sample.stretch] {
+            if let Some(c) = column[sample.pose] {
                 matrix[(row, c)] = 1.0;
             }
             let tau = (sample.t_c - frame.centre_c) / frame.half_c;
@@ -79,7 +79,7 @@ impl Fit {
             }
         }
         let y = DVector::from_iterator(samples.len(), samples.iter().map(|s| s.y));
-        // The decomposition may never end on what is not finite.
+        // The decomposition may not terminate for values that are not finite.
         if matrix.iter().chain(&y).any(|v| !v.is_finite()) {
             return None;
         }
@@ -106,49 +106,48 @@ impl Fit {
         })
     }
 
-    /// What the temperature adds to a sample.
+    /// Drift of a sample.
     fn drift_of(&self, sample: &Sample) -> f64 {
         let x = sample.t_c - self.frame.centre_c;
         evaluate(&self.drift, x) + evaluate(&self.gain, x) * sample.level
     }
 
-    /// What is left of `samples`. The offset of a placement is that of the
-    /// fit; of one that took no part in it, the mean of what is left there.
+    /// Residuals of `samples`. The offset of a pose is that of the fit; for a pose that was not
+    /// in the fit it is the mean residual of that pose.
     pub fn residuals(&self, samples: &[Sample]) -> Vec<f64> {
         let left: Vec<f64> = samples.iter().map(|s| s.y - self.drift_of(s)).collect();
-        let means = means_by_stretch(samples, &left);
+        let means = means_by_pose(samples, &left);
         samples
             .iter()
             .zip(left)
             .map(|(s, v)| {
-                let known = self.offsets.get(s.stretch).copied().flatten();
-                v - known.unwrap_or(means[s.stretch])
+                let known = self.offsets.get(s.pose).copied().flatten();
+                v - known.unwrap_or(means[s.pose])
             })
             .collect()
     }
 
-    /// 1 − Σ residuals² / Σ (y − mean of its placement)²; none when nothing
-    /// varies.
+    /// 1 − Σ residuals² / Σ (y − mean of its pose)²; `None` if nothing varies.
     pub fn r2(&self, samples: &[Sample]) -> Option<f64> {
-        let total = squares(&about_means(samples));
+        let total = squares(&minus_means(samples));
         let r2 = 1.0 - squares(&self.residuals(samples)) / total;
         r2.is_finite().then_some(r2)
     }
 }
 
-/// The samples less the mean of their placement.
-pub(super) fn about_means(samples: &[Sample]) -> Vec<f64> {
+/// The samples minus the mean of their pose.
+pub(super) fn minus_means(samples: &[Sample]) -> Vec<f64> {
     let y: Vec<f64> = samples.iter().map(|s| s.y).collect();
-    let means = means_by_stretch(samples, &y);
-    samples.iter().map(|s| s.y - means[s.stretch]).collect()
+    let means = means_by_pose(samples, &y);
+    samples.iter().map(|s| s.y - means[s.pose]).collect()
 }
 
-fn means_by_stretch(samples: &[Sample], values: &[f64]) -> Vec<f64> {
-    let stretches = samples.iter().map(|s| s.stretch + 1).max().unwrap_or(0);
-    let mut sums = vec![(0.0, 0.0); stretches];
+fn means_by_pose(samples: &[Sample], values: &[f64]) -> Vec<f64> {
+    let intervals = samples.iter().map(|s| s.pose + 1).max().unwrap_or(0);
+    let mut sums = vec![(0.0, 0.0); intervals];
     for (sample, value) in samples.iter().zip(values) {
-        sums[sample.stretch].0 += value;
-        sums[sample.stretch].1 += 1.0;
+        sums[sample.pose].0 += value;
+        sums[sample.pose].1 += 1.0;
     }
     sums.iter().map(|(sum, n)| sum / n).collect()
 }
@@ -172,16 +171,16 @@ mod tests {
         gravity: 9.81,
     };
 
-    /// Two placements at ±1 g over −10 to 50 °C.
+    /// Two poses at ±1 g over −10 to 50 °C.
     fn samples(drift: &[f64], gain: &[f64]) -> Vec<Sample> {
         (0..2)
-            .flat_map(|stretch| (0..60).map(move |i| (stretch, -10.0 + f64::from(i))))
-            .map(|(stretch, t_c)| {
-                let level = [9.81, -9.81][stretch];
+            .flat_map(|pose| (0..60).map(move |i| (pose, -10.0 + f64::from(i))))
+            .map(|(pose, t_c)| {
+                let level = [9.81, -9.81][pose];
                 let x = t_c - FRAME.centre_c;
                 let y = 0.3 + level + evaluate(drift, x) + evaluate(gain, x) * level;
                 Sample {
-                    stretch,
+                    pose,
                     t_c,
                     y,
                     level,
@@ -191,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn bias_and_scale_are_told_apart_in_two_placements() {
+    fn bias_and_scale_are_distinguished_by_two_poses() {
         let (drift, gain) = ([2e-3, -1e-5], [4e-4, 2e-6]);
         let all = samples(&drift, &gain);
         let shape = Shape {
@@ -206,21 +205,21 @@ mod tests {
             assert!((found - put).abs() < 1e-13, "{found}");
         }
         assert!(rms(&fit.residuals(&all)) < 1e-12);
-        // In one placement the two have the same effect.
-        let one: Vec<Sample> = all.iter().copied().filter(|s| s.stretch == 0).collect();
+        // In one pose the two have the same effect.
+        let one: Vec<Sample> = all.iter().copied().filter(|s| s.pose == 0).collect();
         assert!(Fit::new(&one, shape, FRAME).is_none());
     }
 
     #[test]
-    fn r2_is_that_of_what_was_not_fitted() {
+    fn r2_of_samples_that_were_not_fitted() {
         let all = samples(&[1e-3], &[0.0]);
-        let (cold, warm): (Vec<Sample>, Vec<Sample>) = all.iter().partition(|s| s.stretch == 0);
+        let (cold, warm): (Vec<Sample>, Vec<Sample>) = all.iter().partition(|s| s.pose == 0);
         let shape = Shape {
             order: 1,
             with_scale: false,
         };
         let fit = Fit::new(&cold, shape, FRAME).unwrap();
-        // The other placement has an offset of its own: gravity is no drift.
+        // The other pose has its own offset: gravity is not drift.
         assert!(fit.r2(&warm).unwrap() > 1.0 - 1e-9);
         let turned: Vec<Sample> = warm
             .iter()
@@ -229,7 +228,7 @@ mod tests {
                 ..*s
             })
             .collect();
-        // The opposite slope: residuals of twice the size, 1 − 4.
+        // The opposite slope: residuals of twice the size, R² = 1 − 4.
         assert!((fit.r2(&turned).unwrap() + 3.0).abs() < 1e-9);
         let flat: Vec<Sample> = warm.iter().map(|s| Sample { y: 1.0, ..*s }).collect();
         assert_eq!(fit.r2(&flat), None);

@@ -1,17 +1,16 @@
-//! Drift with temperature: what of it can be predicted, and what cannot.
+//! Temperature drift: which part of it is predictable.
 //!
 //! # Overview
 //!
-//! A sensor that lies still while its temperature goes down and up again shows
-//! its drift. [`study`] takes means of short still blocks (`blocks`), parts
-//! cooling from warming (`sweeps`), and asks of every channel (`channel`): does
-//! a polynomial of the temperature, fitted to the one, predict the other, both
-//! ways? Only then is it worth taking off. Folds that are drawn at random, or
-//! from one sweep, do not ask that: neighbours in time agree whatever moved
-//! them.
+//! A sensor at rest whose temperature falls and rises shows its drift. [`study`] computes means
+//! of short static blocks (`intervals`), separates cooling from warming (`sweeps`), and tests
+//! every channel (`channel`): does a polynomial of the temperature that is fitted to one
+//! direction predict the other, in both cases? Only such a drift is subtracted. Cross-validation
+//! with random folds, or within one sweep, would not test this: neighbours in time agree whatever
+//! the cause of their drift.
 //!
-//! The result is a [`TemperatureModel`]; [`for_calibration`] puts it beside the
-//! parameters of a session, [`soak_alone`] makes a calibration of nothing else.
+//! The result is a [`TemperatureModel`]; [`for_calibration`] adds it to the parameters of a
+//! session, [`soak_alone`] computes a calibration from it alone.
 //!
 //! # Example
 //!
@@ -38,10 +37,10 @@
 mod attach;
 mod channel;
 mod fit;
+pub(crate) mod intervals;
 mod polynomial;
 mod reason;
 mod soak;
-pub(crate) mod stretches;
 mod sweeps;
 #[cfg(test)]
 mod tests;
@@ -65,30 +64,28 @@ pub use soak::soak_alone;
 
 use channel::Common;
 use fit::Frame;
-use stretches::Stretch;
+use intervals::PoseInterval;
 
-/// The temperature has to span more than this while still, °C: less says
-/// little, and means little.
+/// The temperature must span more than this at rest, °C, for a meaningful result.
 pub const LEAST_SPAN_C: f64 = 5.0;
 
-/// A placement that spans less than this teaches nothing, °C.
-const LEAST_STRETCH_C: f64 = 2.0;
+/// Poses that span less than this are not used, °C.
+const LEAST_POSE_SPAN_C: f64 = 2.0;
 
-/// Studies the drift of a sensor in recordings of one unit.
+/// Determines the drift of a sensor from recordings in one unit.
 ///
 /// # Errors
 ///
-/// All of them input errors: `missing-temperature` without a thermometer,
-/// `never-still`, and `temperature-span` when the temperature spans
-/// [`LEAST_SPAN_C`] or less while still; of several recordings `unit-unknown`
-/// and `units-differ`. A drift that is not predictable is no
-/// error: the channel is refused.
+/// All of them input errors: `missing-temperature` without temperatures, `never-still`, and
+/// `temperature-span` if the temperature at rest spans [`LEAST_SPAN_C`] or less; for several
+/// recordings `unit-unknown` and `units-differ`. An unpredictable drift is not an error: the
+/// channel is refused.
 pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
     study_with_levels(recordings).map(|(model, _)| model)
 }
 
-/// The same, and what each channel reads at the reference temperature (over all
-/// placements, so that it means something for a gyroscope only).
+/// The same, with the reading of each channel at the reference temperature (over all poses, so it
+/// is meaningful only for a gyroscope).
 fn study_with_levels(recordings: &[Recording]) -> Result<(TemperatureModel, [f64; 6])> {
     if recordings.len() > 1 {
         check_units(recordings)?;
@@ -97,38 +94,38 @@ fn study_with_levels(recordings: &[Recording]) -> Result<(TemperatureModel, [f64
     let input = |code, message: String| Error::input(code, message).at(Path::new(name), None);
     if recordings.iter().all(|r| r.temperature_range_c().is_none()) {
         return Err(
-            input("missing-temperature", "there is no temperature".to_owned()).with_hint(
+            input("missing-temperature", "the recording has no temperature".to_owned()).with_hint(
                 "record the sensor's own temperature in a column called temperature, or name it with --columns",
             ),
         );
     }
-    let found: Vec<Stretch> = recordings
+    let found: Vec<PoseInterval> = recordings
         .iter()
         .enumerate()
-        .flat_map(|(i, r)| stretches::stretches(r, i))
+        .flat_map(|(i, r)| intervals::intervals(r, i))
         .collect();
-    // Of an excerpt there are blocks only where all temperatures together span enough.
+    // An excerpt has blocks only if its whole temperature range is wide enough.
     let ranges = || recordings.iter().filter_map(Recording::temperature_range_c);
     let too_narrow = recordings.iter().any(Recording::is_excerpt)
         && ranges().all(|[low, high]| high - low <= LEAST_SPAN_C);
     if found.is_empty() && !too_narrow {
         return Err(input(
             "never-still",
-            "it is never still for some seconds".to_owned(),
+            "it is never static for some seconds".to_owned(),
         )
-        .with_hint("let the sensor lie untouched while its temperature changes"));
+        .with_hint("leave the sensor untouched while its temperature changes"));
     }
     let widest = found
         .iter()
         .map(|s| s.range_c()[1] - s.range_c()[0])
         .fold(0.0, f64::max);
-    let kept: Vec<Stretch> = found
+    let kept: Vec<PoseInterval> = found
         .into_iter()
-        .filter(|s| s.range_c()[1] - s.range_c()[0] > LEAST_STRETCH_C)
+        .filter(|s| s.range_c()[1] - s.range_c()[0] > LEAST_POSE_SPAN_C)
         .collect();
     let [low, high] = kept
         .iter()
-        .map(Stretch::range_c)
+        .map(PoseInterval::range_c)
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], [a, b]| {
             [l.min(a), h.max(b)]
         });
@@ -137,19 +134,18 @@ fn study_with_levels(recordings: &[Recording]) -> Result<(TemperatureModel, [f64
         return Err(input(
             "temperature-span",
             format!(
-                "the temperature spans {span_c:.1} °C while still; more than {LEAST_SPAN_C:.0} °C are needed"
+                "the temperature spans {span_c:.1} °C at rest; more than {LEAST_SPAN_C:.0} °C are needed"
             ),
         )
-        .with_hint("cool the sensor and let it come back, lying untouched, over all temperatures it will work at"));
+        .with_hint("cool the sensor and let it warm up again, untouched, over all temperatures at which it will be used"));
     }
     Ok(model(recordings, &kept, [low, high]))
 }
 
-/// What [`study`] finds, where there is anything to find: none for a recording
-/// without the temperatures for it.
+/// Result of [`study`]; `None` if it is an error.
 #[must_use]
 pub fn study_if_any(recordings: &[Recording]) -> Option<TemperatureModel> {
-    // The whole span is quickly had, and mostly too small.
+    // Fast rejection of recordings with a small temperature range.
     let spans = recordings.iter().filter_map(Recording::temperature_range_c);
     let [low, high] = spans.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], [a, b]| {
         [l.min(a), h.max(b)]
@@ -163,13 +159,13 @@ pub fn study_if_any(recordings: &[Recording]) -> Option<TemperatureModel> {
 
 fn model(
     recordings: &[Recording],
-    stretches: &[Stretch],
+    intervals: &[PoseInterval],
     span_c: [f64; 2],
 ) -> (TemperatureModel, [f64; 6]) {
-    let (sweeps, mut bins) = sweeps::bins(stretches, span_c[1] - span_c[0]);
-    // What only one direction reached was never tested: it is no part of it.
-    let range = |way: SweepDirection| {
-        let own = bins.iter().filter(|b| b.direction == way);
+    let (sweeps, mut bins) = sweeps::bins(intervals, span_c[1] - span_c[0]);
+    // Temperatures that only one direction reached were not tested and are left out.
+    let range = |direction: SweepDirection| {
+        let own = bins.iter().filter(|b| b.direction == direction);
         own.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], b| {
             [l.min(b.range_c[0]), h.max(b.range_c[1])]
         })
@@ -183,7 +179,7 @@ fn model(
     let range_c = if shared { overlap_c } else { span_c };
     bins.retain(|b| (range_c[0]..=range_c[1]).contains(&b.t_c));
 
-    let mut norms: Vec<f64> = stretches
+    let mut norms: Vec<f64> = intervals
         .iter()
         .flat_map(|s| &s.blocks)
         .map(|b| b.values[..3].iter().map(|v| v * v).sum::<f64>().sqrt())
@@ -207,7 +203,7 @@ fn model(
         reference_c: frame.centre_c,
         reference_source: ReferenceSource::Soak,
         range_c,
-        poses: stretches.len() as u32,
+        poses: intervals.len() as u32,
         sweeps,
         channels: CHANNELS[..channels]
             .iter()
@@ -221,8 +217,8 @@ fn model(
                     unit: if index < 3 { accel_unit } else { gyro_unit },
                 };
                 let mut channel = channel::judge(&common, index, name);
-                // What is applied to the file's own numbers: a zero offset is
-                // no part of what the scale multiplies.
+                // The coefficients apply to the numbers of the file: a zero offset is not
+                // multiplied by the scale.
                 if index < 3 {
                     let scale = channel.scale_coefficients.iter();
                     for (c, s) in channel.coefficients.iter_mut().zip(scale) {
@@ -263,8 +259,8 @@ impl TemperatureModel {
         self
     }
 
-    /// Drift (input unit) and gain (relative) of channel `name` at `t_c`; a
-    /// temperature outside of the range counts as its nearer edge.
+    /// Drift (input unit) and gain (relative) of channel `name` at `t_c`; outside the range those
+    /// at the nearer edge.
     #[must_use]
     pub fn drift_at(&self, name: &str, t_c: f64) -> (f64, f64) {
         let x = t_c.clamp(self.range_c[0], self.range_c[1]) - self.reference_c;

@@ -1,5 +1,4 @@
-//! Polynomials without a constant, Σ c\[k\] x^(k+1): a drift is zero at its
-//! reference.
+//! Polynomials without a constant, Σ c\[k\] x^(k+1), since a drift is zero at its reference.
 
 /// Value at `x`.
 ///
@@ -13,8 +12,7 @@ pub fn evaluate(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * x)
 }
 
-/// The same polynomial in x' = x − `by`: its value at x = `by`, and the
-/// coefficients of what is left.
+/// The same polynomial in x' = x − `by`: its value at x = `by`, and the coefficients of the rest.
 pub(super) fn shifted(coefficients: &[f64], by: f64) -> (f64, Vec<f64>) {
     // Taylor's shift by repeated synthetic division.
     let mut c = vec![0.0];
@@ -29,12 +27,11 @@ pub(super) fn shifted(coefficients: &[f64], by: f64) -> (f64, Vec<f64>) {
     (c[0], rest)
 }
 
-/// Drift and gain about a reference that is `by` °C warmer.
+/// Drift and gain relative to a reference that is `by` °C warmer.
 ///
-/// raw = drift + (1 + gain) · u, u the reading at the reference. With u' the
-/// reading at the new one, u = (u' − drift₁)/(1 + gain₁), so that
-/// gain' = (gain − gain₁)/(1 + gain₁) and drift' = drift − drift₁ (1 + gain'):
-/// polynomials of the same order.
+/// raw = drift + (1 + gain) · u, with u the reading at the reference. With u' the reading at the
+/// new one, u = (u' − drift₁)/(1 + gain₁), so that gain' = (gain − gain₁)/(1 + gain₁) and drift'
+/// = drift − drift₁ (1 + gain'): polynomials of the same order.
 pub(super) fn about(drift: &[f64], gain: &[f64], by: f64) -> (Vec<f64>, Vec<f64>) {
     let (drift_1, mut drift) = shifted(drift, by);
     let (gain_1, mut gain) = shifted(gain, by);
@@ -52,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_shift_changes_no_value() {
+    fn a_shift_leaves_values_unchanged() {
         let c = [0.3, -0.02, 0.001];
         let (at, rest) = shifted(&c, 7.0);
         assert!((at - evaluate(&c, 7.0)).abs() < 1e-12);
@@ -64,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn another_reference_describes_the_same_sensor() {
+    fn a_change_of_reference_leaves_readings_unchanged() {
         let (drift, gain) = ([0.02, -1e-4, 2e-6], [3e-4, 1e-6, 0.0]);
         let raw = |u: f64, x: f64| evaluate(&drift, x) + (1.0 + evaluate(&gain, x)) * u;
         let (drift_2, gain_2) = about(&drift, &gain, 12.0);

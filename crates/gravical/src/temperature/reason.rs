@@ -1,4 +1,4 @@
-//! Why a drift was accepted or refused, with numbers.
+//! Texts of the reasons for accepting or refusing a drift.
 
 use crate::calibration_file::SweepDirection;
 
@@ -18,7 +18,7 @@ pub(crate) fn short(value: f64) -> String {
     }
 }
 
-/// A value with its unit, where that is known.
+/// A value with its unit, if known.
 pub(crate) fn in_unit(value: f64, unit: &str) -> String {
     match unit {
         "unknown" => format!("{} of an unknown unit", short(value)),
@@ -26,7 +26,7 @@ pub(crate) fn in_unit(value: f64, unit: &str) -> String {
     }
 }
 
-/// R² with two digits, never rounded up to the limit.
+/// R² with two decimals, never rounded up to the limit.
 pub(crate) fn r2_text(r2: f64) -> String {
     let rounded = if r2 < LEAST_R2 && r2 > LEAST_R2 - 0.01 {
         LEAST_R2 - 0.01
@@ -39,38 +39,38 @@ pub(crate) fn r2_text(r2: f64) -> String {
     format!("{rounded:.2}")
 }
 
-pub(super) fn one_way(way: SweepDirection) -> String {
-    let went = match way {
+pub(super) fn one_direction(direction: SweepDirection) -> String {
+    let verb = match direction {
         SweepDirection::Cooling => "fell",
         SweepDirection::Warming => "rose",
     };
     format!(
-        "the temperature only {went}: one sweep, and nothing to test it with; let it come back as well"
+        "the temperature only {verb}: with one sweep the drift cannot be tested; also record the opposite direction"
     )
 }
 
 pub(super) fn little_shared(shared_c: f64, needed_c: f64) -> String {
     format!(
-        "cooling and warming share {shared_c:.1} °C only; more than {needed_c:.0} °C are needed to test one by the other"
+        "cooling and warming share only {shared_c:.1} °C; more than {needed_c:.0} °C are needed to test one with the other"
     )
 }
 
 pub(super) fn no_fit() -> String {
-    "its means determine no polynomial, or do not vary at all".to_owned()
+    "its means do not determine a polynomial, or do not vary".to_owned()
 }
 
 pub(super) fn accepted(tested: &Tested, scale_unknown: bool) -> String {
     let mut text = format!(
-        "fitted while cooling it predicts warming with R² {}, the other way round {}",
+        "fitted to cooling it predicts warming with R² {}, fitted to warming it predicts cooling with {}",
         r2_text(tested.to_warming),
         r2_text(tested.to_cooling)
     );
     if tested.shape.with_scale {
-        text.push_str("; bias and scale told apart by the placements");
+        text.push_str("; bias and scale distinguished by the poses");
     }
     if scale_unknown {
         text.push_str(
-            "; the axis bears gravity in one way only, so that drift of bias and of scale look alike: all is ascribed to the bias, which is right near this placement",
+            "; gravity on the axis has one direction only, so drifts of bias and scale cannot be distinguished: all drift is assigned to the bias, which is right near this pose",
         );
     }
     text
@@ -78,7 +78,7 @@ pub(super) fn accepted(tested: &Tested, scale_unknown: bool) -> String {
 
 pub(super) fn no_drift(rms: f64, noise: f64, unit: &str) -> String {
     format!(
-        "no drift beyond the noise: it varies by {} rms, the means by {}; nothing to take off",
+        "no drift beyond the noise: it varies by {} rms, the means by {}; nothing to subtract",
         in_unit(rms, unit),
         short(noise)
     )
@@ -89,20 +89,20 @@ pub(super) fn unpredictable(tested: &Tested, hysteresis: Option<f64>, unit: &str
     let cooling = r2_text(tested.to_cooling);
     let apart = hysteresis.map_or_else(String::new, |h| {
         format!(
-            " (up to {} apart at the same temperature)",
+            " (a difference of up to {} at the same temperature)",
             in_unit(h, unit)
         )
     });
     let cause = format!("hysteresis or drift with time{apart}");
     match (tested.to_warming >= LEAST_R2, tested.to_cooling >= LEAST_R2) {
         (true, false) => format!(
-            "it predicts one way only: fitted while cooling it predicts warming with R² {warming}, but fitted while warming it predicts cooling with {cooling}: {cause}"
+            "it predicts in one direction only: fitted to cooling it predicts warming with R² {warming}, but fitted to warming it predicts cooling with {cooling}: {cause}"
         ),
         (false, true) => format!(
-            "it predicts one way only: fitted while warming it predicts cooling with R² {cooling}, but fitted while cooling it predicts warming with {warming}: {cause}"
+            "it predicts in one direction only: fitted to warming it predicts cooling with R² {cooling}, but fitted to cooling it predicts warming with {warming}: {cause}"
         ),
         _ => format!(
-            "fitted while cooling it predicts warming with R² {warming}, the other way round {cooling}; {LEAST_R2} is needed: {cause}"
+            "fitted to cooling it predicts warming with R² {warming}, fitted to warming it predicts cooling with {cooling}; {LEAST_R2} is needed: {cause}"
         ),
     }
 }
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn figures_are_short_and_never_flatter() {
+    fn figures_are_short_and_not_rounded_up_to_the_limit() {
         assert_eq!(short(0.012345), "0.0123");
         assert_eq!(short(123.45), "123");
         assert_eq!(short(1.2345e-7), "1.23e-7");

@@ -1,4 +1,4 @@
-//! A calibration from a soak alone: the drift, and nothing about geometry.
+//! Calibration from a soak alone: only the temperature drift.
 
 use gravical_core::matrix3::identity;
 
@@ -11,15 +11,15 @@ use crate::recording::{Finding, FindingKind, Recording, Severity};
 use crate::segment::check_units;
 use crate::{Error, Result};
 
-use super::attach::summary;
+use super::attach::summary_finding;
 use super::study_with_levels;
 
-/// A calibration that takes off the drift with temperature, from recordings in
-/// which the sensor lies still while its temperature goes down and up.
+/// A calibration that subtracts the temperature drift, from recordings of a sensor at rest while
+/// its temperature falls and rises.
 ///
-/// One placement shows neither scale nor bias of the accelerometer: matrix and
-/// scale are those of the unit, its bias is zero. The gyroscope's bias is what
-/// it reads at rest at the reference temperature, the middle of the soak.
+/// One pose does not determine scale and bias of the accelerometer: matrix and scale are nominal,
+/// the bias is zero. The gyroscope's bias is its reading at rest at the reference temperature,
+/// the middle of the soak.
 ///
 /// # Errors
 ///
@@ -32,10 +32,10 @@ pub fn soak_alone(recordings: &[Recording], options: &CalibrateOptions) -> Resul
     let Some(nominal) = first.accel_scale.nominal() else {
         return Err(Error::input(
             "unit-unknown",
-            "counts of unknown range: what one g is has to be known, since a soak does not show it",
+            "counts of unknown range: the counts per g must be known, since a soak does not determine them",
         )
         .at(first.name.as_ref(), None)
-        .with_hint("say it, for example --accel-unit counts --accel-range 2"));
+        .with_hint("give it, for example --accel-unit counts --accel-range 2"));
     };
     let (model, levels) = study_with_levels(recordings)?;
     let mut findings: Vec<Finding> = recordings
@@ -43,7 +43,7 @@ pub fn soak_alone(recordings: &[Recording], options: &CalibrateOptions) -> Resul
         .flat_map(|r| r.findings.iter().cloned())
         .collect();
     let gyroscope = gyroscope(first, levels, &mut findings);
-    findings.push(summary(&model, gyroscope.is_some()));
+    findings.push(summary_finding(&model, gyroscope.is_some()));
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
     let diagonal = |v: f64| {
         let mut m = identity();
@@ -89,7 +89,7 @@ fn gyroscope(
     let Some(nominal) = scale.nominal() else {
         findings.push(Finding::new(
             FindingKind::GyroUnitUnknown,
-            "the unit of the gyroscope is not known, so that nothing can be calibrated to rad/s: `apply` leaves it as it is; say the unit with --gyro-unit",
+            "the unit of the gyroscope is unknown, so it cannot be calibrated to rad/s: `apply` leaves it unchanged; give the unit with --gyro-unit",
         ));
         return None;
     };
@@ -110,11 +110,11 @@ fn gyroscope(
 }
 
 fn verdict(any_accepted: bool) -> Verdict {
-    let geometry = "a soak shows no geometry: matrix and scale are nominal, the bias of the accelerometer is taken as zero; only drift with temperature is taken off";
+    let geometry = "a soak does not determine the geometry: matrix and scale are nominal, the bias of the accelerometer is assumed to be zero; only the temperature drift is subtracted";
     let mut reasons = Vec::new();
     if !any_accepted {
         reasons.push(
-            "of no channel can the drift be predicted: there is nothing to take off".to_owned(),
+            "the drift of no channel is predictable: there is nothing to subtract".to_owned(),
         );
     }
     reasons.push(geometry.to_owned());

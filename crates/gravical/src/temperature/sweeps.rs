@@ -1,64 +1,62 @@
-//! Cooling and warming: the temperature's history cut at its turning points,
-//! and the means of every sweep degree by degree.
+//! Cooling and warming sweeps: splits the temperature at its turning points and computes the
+//! means of every sweep per degree.
 
 use std::collections::BTreeMap;
 
 use crate::calibration_file::{Sweep, SweepDirection};
 
-use super::stretches::Stretch;
+use super::intervals::PoseInterval;
 
-/// The temperature has turned when it has come back by this share of all that
-/// it spans …
+/// A turning point requires a change back by this share of the total temperature range …
 const TURN_SHARE: f64 = 0.1;
-/// … and by so many °C: a thermometer is noisy, a chamber swings.
+/// … and by this many °C, since thermometers are noisy and chambers oscillate.
 const LEAST_TURN_C: f64 = 1.0;
 
-/// Bins over all that is spanned, and their widths in °C.
+/// Number of bins over the total range, and their widths in °C.
 const BINS: f64 = 60.0;
 const BIN_C: std::ops::RangeInclusive<f64> = 0.2..=1.0;
 
-/// The mean of one sweep of one placement over about a degree. Bins count
-/// alike: a chamber lingers at its ends, and a model has to predict in between
-/// too.
+/// Mean of one sweep in one pose over about a degree. Bins have equal weight: a chamber stays
+/// long at its ends, and a model must also predict the temperatures in between.
 #[derive(Debug, Clone)]
 pub(super) struct Bin {
-    pub stretch: usize,
+    pub pose: usize,
     pub direction: SweepDirection,
-    /// The same number is the same temperature.
+    /// Equal numbers are equal temperatures.
     pub degree: i64,
     /// Mean, lowest and highest temperature in it.
     pub t_c: f64,
     pub range_c: [f64; 2],
     pub values: [f64; 6],
-    /// Blocks that it is the mean of.
+    /// Number of blocks in the mean.
     pub blocks: f64,
-    /// Sum of the squares of what they differ from it.
+    /// Sum of the squared deviations of the blocks.
     pub squares: [f64; 6],
 }
 
-/// Sweeps of all stretches in order, and their bins.
-pub(super) fn bins(stretches: &[Stretch], span_c: f64) -> (Vec<Sweep>, Vec<Bin>) {
+/// Sweeps of all intervals in order, and their bins.
+pub(super) fn bins(intervals: &[PoseInterval], span_c: f64) -> (Vec<Sweep>, Vec<Bin>) {
     let turn_c = (TURN_SHARE * span_c).max(LEAST_TURN_C);
     let width_c = (span_c / BINS).clamp(*BIN_C.start(), *BIN_C.end());
     let mut sweeps = Vec::new();
     let mut bins = Vec::new();
     let mut from = 0;
-    while from < stretches.len() {
-        // The temperature goes its way while the sensor is moved.
-        let recording = stretches[from].recording;
-        let to = stretches[from..]
+    while from < intervals.len() {
+        // A sweep continues while the sensor is moved to another pose.
+        let recording = intervals[from].recording;
+        let to = intervals[from..]
             .iter()
             .position(|s| s.recording != recording)
-            .map_or(stretches.len(), |n| from + n);
-        let history: Vec<f64> = stretches[from..to]
+            .map_or(intervals.len(), |n| from + n);
+        let history: Vec<f64> = intervals[from..to]
             .iter()
             .flat_map(|s| s.blocks.iter().map(|b| b.t_c))
             .collect();
         let own = cut(&history, turn_c);
         let mut at = 0;
         let mut sorted: BTreeMap<(usize, usize, i64), Vec<[f64; 7]>> = BTreeMap::new();
-        for (index, stretch) in stretches.iter().enumerate().take(to).skip(from) {
-            for block in &stretch.blocks {
+        for (index, pose) in intervals.iter().enumerate().take(to).skip(from) {
+            for block in &pose.blocks {
                 if let Some(sweep) = own.iter().position(|(rows, _)| rows.contains(&at)) {
                     let degree = (block.t_c / width_c).floor() as i64;
                     let mut row = [block.t_c; 7];
@@ -68,12 +66,12 @@ pub(super) fn bins(stretches: &[Stretch], span_c: f64) -> (Vec<Sweep>, Vec<Bin>)
                 at += 1;
             }
         }
-        bins.extend(sorted.into_iter().map(|((stretch, sweep, degree), rows)| {
+        bins.extend(sorted.into_iter().map(|((pose, sweep, degree), rows)| {
             let (means, squares) = moments(&rows);
             let mut values = [0.0; 6];
             values.copy_from_slice(&means[..6]);
             Bin {
-                stretch,
+                pose,
                 direction: own[sweep].1.direction,
                 degree,
                 t_c: means[6],
@@ -100,9 +98,8 @@ fn moments(rows: &[[f64; 7]]) -> ([f64; 7], [f64; 6]) {
     (means, squares)
 }
 
-/// Ranges of `history` between its turning points. A turn counts when the
-/// temperature has come back by `turn_c`; a plateau belongs to the sweeps
-/// beside it, parted at its extreme.
+/// Ranges of `history` between its turning points. A turning point requires a change back by
+/// `turn_c`; a plateau is split at its extreme and belongs to both sweeps.
 fn cut(history: &[f64], turn_c: f64) -> Vec<(std::ops::Range<usize>, Sweep)> {
     let (Some(&first), Some(&end)) = (history.first(), history.last()) else {
         return Vec::new();
@@ -116,10 +113,10 @@ fn cut(history: &[f64], turn_c: f64) -> Vec<(std::ops::Range<usize>, Sweep)> {
         if t > high.1 {
             high = (i, t);
         }
-        let way = starts.last().map(|s| s.1);
-        let (pivot, turned) = if t - low.1 >= turn_c && way != Some(SweepDirection::Warming) {
+        let direction = starts.last().map(|s| s.1);
+        let (pivot, turned) = if t - low.1 >= turn_c && direction != Some(SweepDirection::Warming) {
             (low.0, SweepDirection::Warming)
-        } else if high.1 - t >= turn_c && way != Some(SweepDirection::Cooling) {
+        } else if high.1 - t >= turn_c && direction != Some(SweepDirection::Cooling) {
             (high.0, SweepDirection::Cooling)
         } else {
             continue;
@@ -163,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn down_and_up_are_two_sweeps_whatever_the_noise() {
+    fn cooling_and_warming_are_two_sweeps_despite_noise() {
         let mut history = ramp(50.0, -10.0, 300);
         history.extend(vec![-10.0; 100]);
         history.extend(ramp(-10.0, 48.0, 300));
@@ -174,7 +171,7 @@ mod tests {
         assert_eq!(found.len(), 2, "{found:?}");
         assert_eq!((found[0].0, found[1].0), (Cooling, Warming));
         assert!((found[0].2 + 10.7).abs() < 0.1 && (found[1].2 - 48.0).abs() < 0.8);
-        // Every block belongs to one of them.
+        // Every block belongs to one sweep.
         let parts = cut(&history, 2.0);
         assert_eq!(parts[0].0.end, parts[1].0.start);
         assert_eq!((parts[0].0.start, parts[1].0.end), (0, history.len()));
@@ -182,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn one_way_and_no_way() {
+    fn one_direction_and_constant_temperature() {
         assert_eq!(directions(&ramp(20.0, 40.0, 50)), [(Warming, 20.0, 40.0)]);
         assert_eq!(directions(&ramp(40.0, 20.0, 50)), [(Cooling, 40.0, 20.0)]);
         assert_eq!(directions(&[25.0; 30]), []);
@@ -190,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_of_a_chamber_are_one_sweep_and_cycles_are_several() {
+    fn steps_are_one_sweep_and_cycles_several() {
         let mut history = Vec::new();
         for level in [20.0, 30.0, 40.0, 50.0] {
             history.extend(ramp(level - 10.0, level, 20));
@@ -201,7 +198,7 @@ mod tests {
         let mut cycles = ramp(10.0, 50.0, 40);
         cycles.extend(ramp(50.0, 10.0, 40));
         cycles.extend(ramp(10.0, 50.0, 40));
-        let ways: Vec<_> = directions(&cycles).iter().map(|d| d.0).collect();
-        assert_eq!(ways, [Warming, Cooling, Warming]);
+        let directions_found: Vec<_> = directions(&cycles).iter().map(|d| d.0).collect();
+        assert_eq!(directions_found, [Warming, Cooling, Warming]);
     }
 }

@@ -12,7 +12,7 @@ fn seeded_normal(seed: u64) -> impl FnMut() -> f64 {
     move || rng.sample(rand_distr::StandardNormal)
 }
 
-/// A virtual soak of ten minutes, written and read, and what was put in.
+/// A simulated soak of ten minutes, written and read, and its true values.
 fn virtual_soak(seed: u64, soak: SoakOptions, drift_mg_per_c: f64) -> (Vec<Recording>, Simulation) {
     let mut options = SimulateOptions::new(Scenario::Static(StaticOptions {
         duration_s: 600.0,
@@ -29,7 +29,7 @@ fn virtual_soak(seed: u64, soak: SoakOptions, drift_mg_per_c: f64) -> (Vec<Recor
     (vec![recording], simulation)
 }
 
-/// Rows of `s` seconds at 10 Hz: temperature and the six channels by `at`.
+/// Rows of `seconds` at 10 Hz: temperature and the six channels from `at`.
 fn recorded(seconds: u32, mut at: impl FnMut(f64) -> (f64, [f64; 6])) -> Recording {
     let mut noise = seeded_normal(7);
     let mut csv = String::from(
@@ -66,7 +66,7 @@ fn verdicts(model: &TemperatureModel) -> String {
 }
 
 #[test]
-fn the_drift_that_was_put_in_is_found() {
+fn simulated_drift_is_found() {
     for seed in 1..=4 {
         let soak = SoakOptions {
             gyro_drift_deg_s_per_c: 0.01,
@@ -84,8 +84,8 @@ fn the_drift_that_was_put_in_is_found() {
             let off = found.coefficients[0] / put - 1.0;
             assert!(off.abs() < 0.01, "{name}: {off}");
             assert!(found.r2_cooling_to_warming.unwrap() > 0.99);
-            // Down to the noise of a block of 3 s; the scatter of what is left
-            // is known to 6 %, and there are 24 of it.
+            // Down to the noise of a block of 3 s; the scatter of the residuals is known to 6 %,
+            // and there are 24 of them.
             let noise = match name.starts_with('a') {
                 true => truth.accelerometer.noise_mps_rts,
                 false => truth.gyroscope.noise_rad_rts,
@@ -99,7 +99,7 @@ fn the_drift_that_was_put_in_is_found() {
 }
 
 #[test]
-fn a_drift_that_is_not_there_is_not_found() {
+fn no_drift_is_found_without_drift() {
     for seed in 1..=8 {
         let (recordings, _) = virtual_soak(seed, SoakOptions::default(), 0.0);
         let model = study(&recordings).unwrap();
@@ -116,7 +116,7 @@ fn a_drift_that_is_not_there_is_not_found() {
 }
 
 #[test]
-fn a_wide_hysteresis_is_refused_and_a_narrow_one_is_told() {
+fn a_wide_hysteresis_is_refused_and_a_narrow_one_reported() {
     let with = |hysteresis_c: f64| {
         let soak = SoakOptions {
             hysteresis_c,
@@ -132,7 +132,7 @@ fn a_wide_hysteresis_is_refused_and_a_narrow_one_is_told() {
         "{}",
         ax.reason
     );
-    // A play of 40 °C at 4.9 mm/s² per °C.
+    // A hysteresis of 40 °C at 4.9 mm/s² per °C.
     assert!((ax.hysteresis.unwrap() - 0.196).abs() < 0.01);
     let narrow = with(6.0);
     assert_eq!(verdicts(&narrow), "ax ay az");
@@ -140,7 +140,7 @@ fn a_wide_hysteresis_is_refused_and_a_narrow_one_is_told() {
 }
 
 #[test]
-fn drift_with_time_is_no_drift_with_temperature() {
+fn drift_with_time_is_refused() {
     let recording = recorded(600, |t| {
         (down_and_up(t), [1e-3 * t, 0.0, 9.81, 0.0, 0.0, 0.0])
     });
@@ -152,10 +152,10 @@ fn drift_with_time_is_no_drift_with_temperature() {
 }
 
 #[test]
-fn one_sweep_proves_nothing() {
-    for (way, word) in [(1.0, "rose"), (-1.0, "fell")] {
+fn a_single_sweep_is_refused() {
+    for (direction, word) in [(1.0, "rose"), (-1.0, "fell")] {
         let recording = recorded(300, |t| {
-            let t_c = 20.0 + way * 0.1 * (t - 150.0);
+            let t_c = 20.0 + direction * 0.1 * (t - 150.0);
             (t_c, [2e-3 * t_c, 0.0, 9.81, 0.0, 0.0, 0.0])
         });
         let model = study(&[recording]).unwrap();
@@ -168,7 +168,7 @@ fn one_sweep_proves_nothing() {
 }
 
 #[test]
-fn cooling_and_warming_have_to_meet() {
+fn sweeps_that_share_few_temperatures_are_refused() {
     // 50 → 20 °C, then back by 4 °C only.
     let recording = recorded(340, |t| {
         let t_c = 20.0 + 0.1 * (t - 300.0).abs();
@@ -177,11 +177,11 @@ fn cooling_and_warming_have_to_meet() {
     let model = study(&[recording]).unwrap();
     let ax = channel(&model, "ax");
     assert!(!ax.is_accepted());
-    assert!(ax.reason.contains("share 3."), "{}", ax.reason);
+    assert!(ax.reason.contains("share only 3."), "{}", ax.reason);
 }
 
 #[test]
-fn too_small_a_span_and_no_thermometer_are_errors() {
+fn small_temperature_range_and_missing_temperature_are_errors() {
     let recording = recorded(300, |t| {
         let t_c = 20.0 + 0.02 * (t - 150.0).abs();
         (t_c, [0.0, 0.0, 9.81, 0.0, 0.0, 0.0])
@@ -199,7 +199,7 @@ fn too_small_a_span_and_no_thermometer_are_errors() {
 }
 
 #[test]
-fn a_bent_drift_gets_the_order_it_needs() {
+fn a_curved_drift_gets_a_higher_order() {
     let put = [1e-3, 4e-5];
     let recording = recorded(600, |t| {
         let t_c = down_and_up(t);
@@ -216,7 +216,7 @@ fn a_bent_drift_gets_the_order_it_needs() {
 }
 
 #[test]
-fn bias_and_scale_are_told_apart_when_it_is_turned_over() {
+fn bias_and_scale_are_distinguished_by_opposite_poses() {
     let (drift, gain) = (2e-3, 3e-4);
     let in_pose = |up: f64| {
         recorded(600, move |t| {
@@ -228,7 +228,7 @@ fn bias_and_scale_are_told_apart_when_it_is_turned_over() {
     let both = study(&[in_pose(1.0), in_pose(-1.0)]).unwrap().about(20.0);
     let az = channel(&both, "az");
     assert!(az.is_accepted() && az.scale_observed, "{}", az.reason);
-    // The level of a placement contains the bias: drift' = drift − gain · bias.
+    // The level of a pose contains the bias: drift' = drift − gain · bias.
     assert!((az.coefficients[0] - (drift - gain * 0.2)).abs() < 2e-5);
     assert!((az.scale_coefficients[0] / gain - 1.0).abs() < 0.01);
     for up in [9.8, -9.8] {
@@ -241,12 +241,12 @@ fn bias_and_scale_are_told_apart_when_it_is_turned_over() {
     let one = study(&[in_pose(1.0)]).unwrap();
     let az = channel(&one, "az");
     assert!(az.is_accepted() && !az.scale_observed && az.scale_coefficients.is_empty());
-    assert!(az.reason.contains("ascribed to the bias"), "{}", az.reason);
+    assert!(az.reason.contains("assigned to the bias"), "{}", az.reason);
     assert!((az.slope.unwrap() - (drift + gain * 9.8)).abs() < 5e-5);
 }
 
 #[test]
-fn a_push_in_the_middle_is_another_placement() {
+fn a_tilt_in_the_middle_starts_another_pose() {
     let recording = recorded(600, |t| {
         let t_c = down_and_up(t);
         // Tilted by 1° at 200 s, within half a second.
@@ -261,7 +261,7 @@ fn a_push_in_the_middle_is_another_placement() {
 }
 
 #[test]
-fn a_coarse_thermometer_and_long_plateaus_do() {
+fn coarse_temperatures_and_plateaus_are_sufficient() {
     let recording = recorded(1200, |t| {
         // 300 s at 40, down, 300 s at 10, up.
         let t_c = match t {
@@ -278,7 +278,7 @@ fn a_coarse_thermometer_and_long_plateaus_do() {
 }
 
 #[test]
-fn the_sensors_own_unit_and_offset_do_not_matter() {
+fn unit_and_zero_offset_do_not_matter() {
     // The same soak in unsigned counts, bias drift 2 counts per °C, and a gain.
     let poses = [1.0, -1.0].map(|up: f64| {
         let mut noise = seeded_normal(3);

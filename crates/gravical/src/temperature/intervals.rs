@@ -1,10 +1,8 @@
-//! Means of short blocks in which nothing moves, and the stretches of one
-//! placement that they make up.
+//! Means of short static blocks, grouped into intervals in one pose.
 //!
-//! The stills of [`crate::segment`] are no help here: their means have to
-//! agree, and a drift is what is looked for. A block is still by its variance;
-//! a stretch ends where the recording breaks, or where the mean of the
-//! accelerometer jumps.
+//! The static intervals of [`crate::segment`] cannot be used here: their means must agree, which
+//! excludes drift. A block is static if its variance is small; an interval ends at a break of the
+//! recording and where the mean of the accelerometer jumps.
 
 use gravical_core::matrix3::{norm, sub};
 
@@ -12,19 +10,19 @@ use crate::recording::Recording;
 use crate::stats::median;
 use crate::still::{TemperatureBlock, TemperatureCutter, quiet_level, step_of_means};
 
-/// Variances of still blocks stay under this many times the noise floor …
+/// Variances of static blocks are below this multiple of the noise floor …
 const QUIET_FACTOR: f64 = 9.0;
-/// … and of the gyroscope, which feels every tremor.
+/// … and this multiple for the gyroscope, which measures every vibration.
 const QUIET_FACTOR_GYRO: f64 = 81.0;
-/// Means of neighbouring blocks differ by less than so many times what is
-/// usual (1.4826 × the median step) …
+/// Means of neighbouring blocks differ by less than this multiple of the usual step (1.4826 × the
+/// median) …
 const JUMP_FACTOR: f64 = 8.0;
 /// … or by less than this share of gravity, 0.11°.
 const JUMP_SHARE: f64 = 0.002;
-/// Blocks that motion takes out allow for so much more drift at most.
+/// Largest number of removed blocks for which the limit is increased in proportion.
 const MOST_MISSING: usize = 4;
 
-/// The mean of a block.
+/// Mean of a block.
 #[derive(Debug, Clone)]
 pub(super) struct Block {
     pub t_c: f64,
@@ -43,14 +41,14 @@ impl Block {
     }
 }
 
-/// One placement, held from the first block to the last.
+/// An interval in one pose.
 #[derive(Debug, Clone)]
-pub(super) struct Stretch {
+pub(super) struct PoseInterval {
     pub recording: usize,
     pub blocks: Vec<Block>,
 }
 
-impl Stretch {
+impl PoseInterval {
     /// Lowest and highest temperature.
     pub fn range_c(&self) -> [f64; 2] {
         self.blocks
@@ -61,8 +59,8 @@ impl Stretch {
     }
 }
 
-/// Stretches of `recording`, which has temperatures; `index` is its number.
-pub(super) fn stretches(recording: &Recording, index: usize) -> Vec<Stretch> {
+/// Intervals of `recording`, which has temperatures; `index` is its number.
+pub(super) fn intervals(recording: &Recording, index: usize) -> Vec<PoseInterval> {
     let candidates = cut(recording);
     let steps: [&[f64]; 2] = recording.resolution.split_at(3).into();
     let blocks = || candidates.iter().map(|c| &c.block);
@@ -86,7 +84,7 @@ pub(super) fn stretches(recording: &Recording, index: usize) -> Vec<Stretch> {
     let most =
         (JUMP_FACTOR * usual).max(JUMP_SHARE * gravity) + step_of_means(accel_floor, steps[0]);
 
-    let mut out: Vec<Stretch> = Vec::new();
+    let mut out: Vec<PoseInterval> = Vec::new();
     let mut last: Option<&TemperatureBlock> = None;
     for candidate in still {
         let follows = last.is_some_and(|before| {
@@ -95,8 +93,8 @@ pub(super) fn stretches(recording: &Recording, index: usize) -> Vec<Stretch> {
                 && step(before, candidate) <= most * (1 + missing) as f64
         });
         match out.last_mut() {
-            Some(stretch) if follows => stretch.blocks.push(Block::of(candidate)),
-            _ => out.push(Stretch {
+            Some(pose) if follows => pose.blocks.push(Block::of(candidate)),
+            _ => out.push(PoseInterval {
                 recording: index,
                 blocks: vec![Block::of(candidate)],
             }),
