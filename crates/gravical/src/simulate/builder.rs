@@ -1,4 +1,4 @@
-//! A path, piece by piece, and what happens on it.
+//! Builds a path piece by piece, with the true events on it.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -6,11 +6,11 @@ use rand_chacha::ChaCha8Rng;
 use super::options::SimulateOptions;
 use super::path::{Law, MotionPath, Piece};
 use super::poses::{attitude_of, shortest_turn, tilt_between};
-use super::random::{Purpose, either_way, stream, three};
+use super::random::{Purpose, stream, three, uniform};
 use super::scenario::Plan;
 use super::truth::{MoveTruth, PoseKind, PoseTruth, TurnTruth};
 
-/// Appends piece after piece and notes what it was.
+/// Appends pieces to a path and records the events.
 pub(super) struct Builder {
     pub path: MotionPath,
     first: UnitQuaternion<f64>,
@@ -48,7 +48,7 @@ impl Builder {
         &mut self,
         rotation: Vector3<f64>,
         law: Law,
-        way: Vector3<f64>,
+        displacement: Vector3<f64>,
         duration_s: f64,
     ) {
         let piece = Piece {
@@ -58,7 +58,7 @@ impl Builder {
             rotation,
             law,
             position: self.position,
-            displacement: way,
+            displacement,
         };
         self.attitude = piece.end_attitude();
         self.position = piece.end_position();
@@ -100,39 +100,38 @@ impl Builder {
         &mut self,
         rotation: Vector3<f64>,
         law: Law,
-        way: Vector3<f64>,
+        displacement: Vector3<f64>,
         duration_s: f64,
     ) {
         let (start_s, before) = (self.now_s, self.attitude);
-        self.push(rotation, law, way, duration_s);
+        self.push(rotation, law, displacement, duration_s);
         let change = (before.inverse() * self.attitude).scaled_axis();
         self.moves.push(MoveTruth {
             start_s,
             end_s: self.now_s,
-            displacement_m: way.into(),
-            displacement_sensor_m: self.first.inverse_transform_vector(&way).into(),
+            displacement_m: displacement.into(),
+            displacement_sensor_m: self.first.inverse_transform_vector(&displacement).into(),
             rotation_deg: change.map(f64::to_degrees).into(),
         });
     }
 
-    /// A hand takes the sensor to the attitude in which `up` points up: the
-    /// shortest turn, some twist about the vertical as hands do, and a few
-    /// centimetres of way that the accelerometer sees.
-    pub(super) fn carry_to(&mut self, up: Vector3<f64>) {
+    /// A hand moves the sensor to the attitude in which `up` points up: the shortest rotation, a
+    /// random rotation about the vertical, and a displacement of a few centimetres.
+    pub(super) fn move_to(&mut self, up: Vector3<f64>) {
         let from = self.attitude.inverse_transform_vector(&Vector3::z());
-        let twist = 30f64.to_radians() * either_way(&mut self.hands);
+        let twist = 30f64.to_radians() * uniform(&mut self.hands);
         let target = UnitQuaternion::from_scaled_axis(Vector3::z() * twist)
             * self.attitude
             * shortest_turn(from, up).inverse();
         let rotation = (self.attitude.inverse() * target).scaled_axis();
-        let there = 0.05 * three(|| either_way(&mut self.hands));
-        let way = there - self.position;
+        let target_position = 0.05 * three(|| uniform(&mut self.hands));
+        let displacement = target_position - self.position;
         let duration_s = 1.0 + rotation.norm() / std::f64::consts::PI;
-        self.go(rotation, Law::MinimumJerk, way, duration_s);
+        self.go(rotation, Law::MinimumJerk, displacement, duration_s);
     }
 
-    /// A turn flat on the table: about the vertical, so that the axis in the
-    /// sensor is `up` with its tilt.
+    /// A turn flat on the table: about the vertical, so that the axis in the sensor is `up`
+    /// including its tilt.
     pub(super) fn turn(&mut self, label: &str, up: Vector3<f64>, angle_deg: f64, duration_s: f64) {
         self.turns.push(TurnTruth {
             label: label.to_owned(),

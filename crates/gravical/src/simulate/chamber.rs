@@ -1,27 +1,27 @@
-//! The temperature of the part: on a table it warms up, in a chamber it is
-//! cooled and warmed again.
+//! Temperature of the part: it warms up on a table, or is cooled and warmed in a chamber.
 
 use super::options::SensorOptions;
 use super::scenario_options::SoakOptions;
 use super::sensor::START_TEMPERATURE_C;
 
-/// °C above the start: what the thermometer says, and what the drift follows.
+/// °C above the start: the reading of the thermometer, and the temperature that determines the
+/// drift.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Warmth {
     pub thermometer_c: f64,
-    pub felt_c: f64,
+    pub drift_c: f64,
 }
 
-/// The temperature as a function of time, which only goes forwards.
+/// Temperature as a function of time, which must not decrease.
 pub(super) struct Chamber<'a> {
     sensor: &'a SensorOptions,
     soak: Option<(SoakOptions, f64)>,
     warm_s: f64,
-    felt_c: Option<f64>,
+    drift_c: Option<f64>,
 }
 
 impl<'a> Chamber<'a> {
-    /// `warm_s` is how long the part has been on; a soak lasts `duration_s`.
+    /// `warm_s`: how long the part has been switched on; a soak lasts `duration_s`.
     pub fn new(
         sensor: &'a SensorOptions,
         soak: Option<SoakOptions>,
@@ -32,7 +32,7 @@ impl<'a> Chamber<'a> {
             sensor,
             soak: soak.map(|s| (s, duration_s)),
             warm_s,
-            felt_c: None,
+            drift_c: None,
         }
     }
 
@@ -41,22 +41,22 @@ impl<'a> Chamber<'a> {
             let warmer = warming(self.sensor, self.warm_s + t_s);
             return Warmth {
                 thermometer_c: warmer,
-                felt_c: warmer,
+                drift_c: warmer,
             };
         };
         let turn = std::f64::consts::TAU * t_s / duration_s;
         let thermometer_c = soak.low_c + 0.5 * (soak.high_c - soak.low_c) * (1.0 + turn.cos())
             - START_TEMPERATURE_C;
-        // A play as in a gear: what is felt follows when it is pulled.
+        // Mechanical play as a model of hysteresis.
         let play = 0.5 * soak.hysteresis_c;
-        let felt_c = self
-            .felt_c
+        let drift_c = self
+            .drift_c
             .unwrap_or(thermometer_c)
             .clamp(thermometer_c - play, thermometer_c + play);
-        self.felt_c = Some(felt_c);
+        self.drift_c = Some(drift_c);
         Warmth {
             thermometer_c,
-            felt_c,
+            drift_c,
         }
     }
 }
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_soak_goes_down_and_comes_back_with_play() {
+    fn a_soak_cools_and_warms_with_hysteresis() {
         let sensor = SensorOptions::default();
         let soak = SoakOptions {
             high_c: 50.0,
@@ -84,7 +84,7 @@ mod tests {
         let there = |i: usize| all[i].thermometer_c + START_TEMPERATURE_C;
         assert!((there(0) - 50.0).abs() < 1e-9 && (there(500) + 10.0).abs() < 1e-9);
         assert!((there(1000) - 50.0).abs() < 1e-9);
-        assert!((all[250].felt_c - all[250].thermometer_c - 2.0).abs() < 1e-9);
-        assert!((all[750].felt_c - all[750].thermometer_c + 2.0).abs() < 1e-9);
+        assert!((all[250].drift_c - all[250].thermometer_c - 2.0).abs() < 1e-9);
+        assert!((all[750].drift_c - all[750].thermometer_c + 2.0).abs() < 1e-9);
     }
 }

@@ -1,4 +1,4 @@
-//! A virtual sensor in somebody's hands: what happens to it is told while it runs.
+//! A virtual sensor that is moved interactively.
 
 use nalgebra::Vector3;
 
@@ -17,16 +17,15 @@ use super::truth_of;
 use crate::Result;
 use crate::segment::face::Face;
 
-/// A pause of the hand between two things that were told at once, s.
+/// Pause of the hand between two commands given at once, s.
 const PAUSE_S: f64 = 2.0;
 
-/// One virtual sensor that lies where it was put, until it is told otherwise.
+/// A virtual sensor that rests until a command moves it.
 ///
-/// [`simulate`](super::simulate) makes whole recordings of a plan. Here nothing is
-/// planned: a program that stands in for a board, or that leads somebody through a
-/// calibration, asks for readings as time goes on, and the sensor is laid down or
-/// pushed when a person says so. The part, its noise and the hand are those of the
-/// same seed there.
+/// [`simulate`](super::simulate) computes complete recordings from a scenario. This type has no
+/// scenario: a program that emulates a board, or that guides a user through a calibration,
+/// queries readings as time passes, and lays down or pushes the sensor on command. The part, its
+/// noise and the hand are those of [`simulate`](super::simulate) with the same seed.
 ///
 /// ```
 /// use gravical::segment::face::Face;
@@ -45,12 +44,12 @@ pub struct InHand {
     part: Part,
     builder: Builder,
     draws: Draws,
-    /// Steps of the inside that are over.
+    /// Number of completed internal time steps.
     steps: u64,
     last: InHandReading,
 }
 
-/// What the sensor reads.
+/// A reading of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InHandReading {
     /// Acceleration x, y, z, m/s².
@@ -59,34 +58,33 @@ pub struct InHandReading {
     pub gyro_rad_s: [f64; 3],
     /// Temperature, °C.
     pub temperature_c: f64,
-    /// Nothing moves.
+    /// True at rest.
     pub still: bool,
 }
 
 impl InHand {
-    /// Lies with z up, tilted as a placement is.
+    /// Starts with z up and a random tilt.
     ///
-    /// Of `options` the seed, gravity, tilt and sensor count. The sensor is read
-    /// when [`at`](Self::at) is called, so the rate and what else concerns rows and
-    /// stamps does not.
+    /// Of `options` only seed, gravity, tilt and sensor are used. The sensor is read when
+    /// [`at`](Self::at) is called, so that options about rate, rows and stamps have no effect.
     ///
     /// # Errors
     ///
-    /// `simulate-option` (usage) for an option out of its range, and for a scenario
-    /// with a soak: there is no plan that could heat it.
+    /// `simulate-option` (usage) for an option out of its range, and for a scenario with a soak,
+    /// which is not simulated here.
     pub fn new(options: &SimulateOptions) -> Result<Self> {
         options.validate()?;
         if options.scenario.soak().is_some() {
-            return Err(bad("a sensor in hand is in no chamber: leave `soak` out"));
+            return Err(bad("a soak is not simulated here: leave `soak` out"));
         }
         let mut draws = Draws::new(options.seed, options.tilt_sd_deg);
-        let (nominal, up) = draws.placement(2, true);
+        let (nominal, up) = draws.face_pose(2, true);
         let mut builder = Builder::new(options, up);
         builder.rest(nominal, 1.0 / INSIDE_HZ);
         let sensor = Sensor::draw(options);
         let mut part = Part::new(&sensor, options, 1.0 / INSIDE_HZ, 0, &builder.path);
         let settle = options.sensor.low_pass_hz.map_or(0, |f| {
-            // What the low-pass remembers at the start has to be noise already.
+            // The initial state of the low-pass must already be noise.
             (5.0 * INSIDE_HZ / f).ceil() as usize
         });
         for _ in 0..settle {
@@ -110,11 +108,10 @@ impl InHand {
         Ok(in_hand)
     }
 
-    /// The reading `t_s` seconds after the start. It is renewed every millisecond;
-    /// time that has gone by does not come back: for an earlier moment it is the
-    /// latest one.
+    /// The reading `t_s` seconds after the start, updated every millisecond. For a time before
+    /// the latest reading, the latest one is returned.
     pub fn at(&mut self, t_s: f64) -> InHandReading {
-        // A hair more, so that 10 ms are ten steps in floating point, too.
+        // Tolerance for rounding, so that 10 ms are ten steps.
         let due = (t_s * INSIDE_HZ + 1e-6).floor();
         while (self.steps as f64) + 1.0 < due {
             self.steps += 1;
@@ -128,38 +125,37 @@ impl InHand {
         self.last
     }
 
-    /// The time of the latest reading, s.
+    /// Time of the latest reading, s.
     #[must_use]
     pub fn now_s(&self) -> f64 {
         self.steps as f64 / INSIDE_HZ
     }
 
-    /// Somebody takes it, turns it and lays it down with `face` up; with a tilt of its
-    /// own every time. Gives the seconds until it lies there.
+    /// Moves the sensor by hand and lays it down with `face` up and a new random tilt. Returns
+    /// the seconds until it rests.
     pub fn lay(&mut self, face_up: Face) -> f64 {
-        let (_, up) = self.draws.placement(face_up.axis, face_up.up);
+        let (_, up) = self.draws.face_pose(face_up.axis, face_up.up);
         self.carry(up)
     }
 
-    /// The same with any direction up, which need not have the length 1; hands
-    /// that hold it so do it exactly.
+    /// Moves the sensor to any direction up, of any length, without a tilt.
     ///
     /// # Errors
     ///
-    /// `simulate-option` (usage) for no direction.
+    /// `simulate-option` (usage) for a vector without direction.
     pub fn hold(&mut self, up: [f64; 3]) -> Result<f64> {
         let up = Vector3::from(up);
-        // The square of a length may be too much where its parts are not.
+        // The norm can overflow although the components are finite.
         let up = up
             .try_normalize(1e-9)
             .filter(|_| up.norm().is_finite())
-            .ok_or_else(|| bad("three numbers that are not all 0 are a direction"))?;
+            .ok_or_else(|| bad("a direction needs three numbers that are not all 0"))?;
         Ok(self.carry(up))
     }
 
-    /// It is pushed across the table, as in the scenario of that name, along its own
-    /// y as it lies (along its z, where y is up or down). `rest_s` does not matter:
-    /// it begins at once. Gives the seconds until it rests again.
+    /// Pushes the sensor across the table, as in the scenario `line`, along its own y (along its
+    /// z if y is up or down). `rest_s` is not used: the move starts at once. Returns the seconds
+    /// until it rests.
     ///
     /// # Errors
     ///
@@ -167,13 +163,14 @@ impl InHand {
     pub fn push(&mut self, line: &LineOptions) -> Result<f64> {
         Scenario::Line(*line).validate()?;
         self.begin();
-        let way = self.heading() * line.offset_m + self.across() * line.distance_m;
+        let displacement = self.heading() * line.offset_m + self.across() * line.distance_m;
         let wobble = Vector3::x() * line.wobble_deg.to_radians();
-        self.builder.go(wobble, Law::Sine, way, line.move_time_s);
+        self.builder
+            .go(wobble, Law::Sine, displacement, line.move_time_s);
         Ok(self.builder.now_s - self.now_s())
     }
 
-    /// The truth about the part; without recordings, which somebody else makes.
+    /// The true parameters; without recordings.
     #[must_use]
     pub fn truth(&self) -> Truth {
         truth_of(&self.sensor, &self.options, Vec::new())
@@ -181,11 +178,11 @@ impl InHand {
 
     fn carry(&mut self, up: Vector3<f64>) -> f64 {
         self.begin();
-        self.builder.carry_to(up);
+        self.builder.move_to(up);
         self.builder.now_s - self.now_s()
     }
 
-    /// What comes next begins now, or a pause after what was told before.
+    /// The next move starts now, or after a pause if another one is in progress.
     fn begin(&mut self) {
         let now_s = self.now_s();
         let free_s = self.builder.now_s;
@@ -199,7 +196,7 @@ impl InHand {
         }
     }
 
-    /// The sensor's x made horizontal; y where x is up.
+    /// The horizontal component of the sensor's x; of y if x is up.
     fn heading(&self) -> Vector3<f64> {
         let up = self
             .builder
@@ -227,7 +224,7 @@ impl InHand {
         let (t_s, warm_c) = (self.now_s(), self.warm_c());
         let warmth = Warmth {
             thermometer_c: warm_c,
-            felt_c: warm_c,
+            drift_c: warm_c,
         };
         let reading = self.part.read(&self.builder.path, t_s, warmth);
         self.last = InHandReading {
@@ -253,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn it_lies_where_it_was_laid_and_rests_between() {
+    fn the_sensor_rests_on_the_face_it_was_laid_on() {
         let mut sensor = InHand::new(&SimulateOptions {
             tilt_sd_deg: 0.0,
             ..options(SensorOptions::ideal())
@@ -263,7 +260,7 @@ mod tests {
         for face in Face::all() {
             assert!(sensor.at(t_s).still);
             let carried_s = sensor.lay(face);
-            // From +z, where it lies, to +z there is little to do.
+            // The sensor starts near +z, so the first movement is short.
             assert!((1.0..=2.2).contains(&carried_s), "{carried_s}");
             assert!(!sensor.at(t_s + 0.5 * carried_s).still);
             t_s += carried_s + 2.0;
@@ -278,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_push_goes_as_far_as_was_said_along_its_own_y() {
+    fn a_push_moves_the_given_distance_along_y() {
         let mut sensor = InHand::new(&SimulateOptions {
             tilt_sd_deg: 0.0,
             ..options(SensorOptions::ideal())
@@ -290,25 +287,28 @@ mod tests {
         sensor.at(10.0);
         let line = LineOptions::default();
         assert_eq!(sensor.push(&line).unwrap(), line.move_time_s);
-        // It lies level: what is felt besides gravity is acceleration.
+        // The sensor is level: the horizontal specific force is acceleration.
         let mut velocity = [0.0; 3];
-        let mut way = [0.0; 3];
+        let mut displacement = [0.0; 3];
         for step in 1..=3000 {
             let reading = sensor.at(10.0 + 1e-3 * f64::from(step));
             for axis in 0..3 {
                 let gravity = if axis == 2 { 9.80665 } else { 0.0 };
                 velocity[axis] += (reading.accel_mps2[axis] - gravity) * 1e-3;
-                way[axis] += velocity[axis] * 1e-3;
+                displacement[axis] += velocity[axis] * 1e-3;
             }
         }
-        for (way, want) in way.iter().zip([line.offset_m, line.distance_m, 0.0]) {
-            assert!((way - want).abs() < 1e-6, "{way}");
+        for (moved, want) in displacement
+            .iter()
+            .zip([line.offset_m, line.distance_m, 0.0])
+        {
+            assert!((moved - want).abs() < 1e-6, "{moved}");
         }
         assert!(velocity.iter().all(|v| v.abs() < 1e-9));
     }
 
     #[test]
-    fn what_is_told_at_once_is_done_one_after_the_other() {
+    fn commands_given_at_once_are_executed_in_order() {
         let mut sensor = InHand::new(&options(SensorOptions::default())).unwrap();
         let first_s = sensor.lay(Face::all()[0]);
         let second_s = sensor.lay(Face::all()[3]);
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn part_and_noise_are_those_of_a_recording() {
+    fn parameters_and_noise_equal_those_of_a_recording() {
         let options = options(SensorOptions::default());
         let recorded = simulate(&options).unwrap();
         let mut sensor = InHand::new(&options).unwrap();

@@ -1,12 +1,12 @@
-//! The low-pass inside the sensor.
+//! The low-pass filter inside the sensor.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// Second-order Butterworth low-pass (bilinear transform, cutoff prewarped;
-/// direct form II transposed) for one channel.
+/// Second-order Butterworth low-pass (bilinear transform, cutoff prewarped; direct form II
+/// transposed) for one channel.
 ///
-/// The part's real filter is not published; its 44 Hz setting states a delay
-/// of 4.9 ms, this one has 5.1 ms.
+/// The real filter of the part is not published; its data sheet gives a delay of 4.9 ms for the
+/// 44 Hz setting, this filter has 5.1 ms.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LowPass {
     forward: [f64; 3],
@@ -15,8 +15,7 @@ pub(super) struct LowPass {
 }
 
 impl LowPass {
-    /// `cutoff_hz` is the −3 dB frequency and has to be under half of
-    /// `rate_hz`.
+    /// `cutoff_hz` is the −3 dB frequency and must be below half of `rate_hz`.
     pub(super) fn new(cutoff_hz: f64, rate_hz: f64) -> Self {
         let k = (PI * cutoff_hz / rate_hz).tan();
         let scale = 1.0 / (1.0 + k / FRAC_1_SQRT_2 + k * k);
@@ -31,7 +30,7 @@ impl LowPass {
         }
     }
 
-    /// As if `input` had been applied for ever.
+    /// Sets the steady state for a constant `input`.
     pub(super) fn settle(&mut self, input: f64) {
         self.state[1] = (self.forward[2] - self.back[1]) * input;
         self.state[0] = (self.forward[1] - self.back[0]) * input + self.state[1];
@@ -59,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_3_db_down_at_the_cutoff_and_delays_as_stated() {
+    fn cutoff_and_delay_are_as_specified() {
         let gain_at = |f: f64| {
             let mut filter = LowPass::new(44.0, 1000.0);
             let mut peak: f64 = 0.0;

@@ -1,9 +1,8 @@
-//! Means of placements drawn directly: what a session would measure, without
-//! its rows.
+//! Means of poses drawn directly, as a session would measure them, without its rows.
 //!
-//! For planning a session (which placements, how many, how carefully?) and for
-//! judging an estimator against the truth over hundreds of parts, which takes
-//! seconds where whole recordings would take hours.
+//! For planning a session (which poses, how many, how accurate?) and for comparing an estimator
+//! with the truth over hundreds of parts, in seconds instead of the hours that complete
+//! recordings would take.
 //!
 //! ```
 //! use gravical::simulate::means::{MeansOptions, Part, Planned};
@@ -24,12 +23,12 @@ use crate::estimate::predicted;
 use crate::segment::face::{Face, angle_deg};
 
 use super::poses::{spread_directions, tangents};
-use super::random::{Purpose, either_way, normal, stream, three};
+use super::random::{Purpose, normal, stream, three, uniform};
 
-/// Directions over which errors of ‖a‖ are averaged.
+/// Number of directions over which errors of ‖a‖ are averaged.
 const DIRECTIONS: usize = 300;
 
-/// What parts and placements are like.
+/// Distribution of the parts and poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeansOptions {
     /// Gravity, m/s².
@@ -38,23 +37,21 @@ pub struct MeansOptions {
     pub scale_sd: f64,
     /// Standard deviation of every off-diagonal element of R, rad.
     pub misalignment_sd_rad: f64,
-    /// Biases are uniform over ± this, m/s².
+    /// Biases are uniformly distributed over ± this, m/s².
     pub bias_limit_mps2: f64,
     /// Standard deviation of each component of a mean, m/s².
     pub noise_mps2: f64,
-    /// Standard deviation of each of the two components of a placement's own
-    /// tilt, rad.
+    /// Standard deviation of each of the two components of the tilt of a pose, rad.
     pub tilt_sd_rad: f64,
-    /// … and of the tilt of the table that all placements share, rad.
+    /// … and of the tilt of the table, which all poses share, rad.
     pub table_sd_rad: f64,
-    /// Angle by which the board is turned in its case, about an axis that is
-    /// drawn, rad.
+    /// Angle by which the board is rotated in its case, about a random axis, rad.
     pub board_turn_rad: f64,
 }
 
 impl Default for MeansOptions {
-    /// A cheap part on a level table: scale 2 %, misalignment 1°, bias ±0.5 m/s²,
-    /// means good to 1.24 mm/s² (10 s at 44 Hz of bandwidth), tilts of 1°.
+    /// A cheap part on a level table: scale 2 %, misalignment 1°, bias ±0.5 m/s², standard
+    /// deviation of means 1.24 mm/s² (10 s at 44 Hz of bandwidth), tilts of 1°.
     fn default() -> Self {
         MeansOptions {
             gravity_mps2: 9.80665,
@@ -69,16 +66,15 @@ impl Default for MeansOptions {
     }
 }
 
-/// A placement that is meant to be made.
+/// A planned pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Planned {
-    /// On a face, the way that the case happens to be put down on it, and
-    /// `turned_rad` about the vertical: which matters on a table that is not
-    /// level.
+    /// On a face, in the arbitrary orientation in which the case is put down, and rotated by
+    /// `turned_rad` about the vertical, which matters on a table that is not level.
     Face {
-        /// Which.
+        /// The face.
         face: Face,
-        /// Turn about the vertical.
+        /// Rotation about the vertical.
         turned_rad: f64,
     },
     /// Exactly this direction of specific force, axes of the case.
@@ -92,7 +88,7 @@ impl Planned {
         Self::faces_turned(0.0)
     }
 
-    /// The six faces once, all turned about the vertical by the same angle.
+    /// The six faces once, all rotated about the vertical by the same angle.
     #[must_use]
     pub fn faces_turned(turned_rad: f64) -> Vec<Planned> {
         Face::all()
@@ -100,15 +96,15 @@ impl Planned {
             .to_vec()
     }
 
-    /// `count` directions of a Fibonacci lattice, spread evenly over the sphere
-    /// without regard to the faces.
+    /// `count` directions of a Fibonacci lattice, evenly spread over the sphere, independent of
+    /// the faces.
     #[must_use]
     pub fn lattice(count: usize) -> Vec<Planned> {
         predicted::sphere(count).map(Planned::Free).collect()
     }
 
-    /// `count` directions far from the faces and from each other (each the
-    /// farthest of 400 from all before, missed by the 5° of a hand).
+    /// `count` directions far from the faces and from each other (each the farthest of 400 from
+    /// all before, with a random error of 5° of the hand).
     #[must_use]
     pub fn spread(count: usize, seed: u64) -> Vec<Planned> {
         spread_directions(count, seed)
@@ -118,23 +114,23 @@ impl Planned {
     }
 }
 
-/// What a placement gave.
+/// Measurement of a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanReading {
     /// Mean, m/s².
     pub mean: [f64; 3],
-    /// The face it was meant to be.
+    /// The planned face.
     pub face: Option<Face>,
     /// True direction of specific force, axes of the case.
     pub direction: [f64; 3],
 }
 
-/// One virtual part with known truth, in its case.
+/// A virtual part with known parameters, in its case.
 #[derive(Debug, Clone)]
 pub struct Part {
     model: [[f64; 3]; 3],
     bias: [f64; 3],
-    /// Tilt of the table as it looks from the case on each face.
+    /// Tilt of the table in the frame of the case, for each face.
     table: [[f64; 2]; 6],
     options: MeansOptions,
     tilts: ChaCha8Rng,
@@ -143,9 +139,9 @@ pub struct Part {
 }
 
 impl Part {
-    /// Part number `index` of `seed`: its own random streams, so that it is the
-    /// same whichever others are drawn, and one stream each for parameters,
-    /// tilts, noise and free directions.
+    /// Part number `index` of `seed`. Each part has its own random streams, so that it does not
+    /// depend on the other parts, and separate streams for parameters, tilts, noise and free
+    /// directions.
     #[must_use]
     pub fn draw(options: &MeansOptions, seed: u64, index: usize) -> Self {
         let mut rng = stream(seed, Purpose::Parameters, index);
@@ -157,14 +153,14 @@ impl Part {
                 *element = scale * if i == j { 1.0 } else { off };
             }
         }
-        let bias = three(|| options.bias_limit_mps2 * either_way(&mut rng)).into();
+        let bias = three(|| options.bias_limit_mps2 * uniform(&mut rng)).into();
         let mut board = stream(seed, Purpose::Board, index);
         let axis = Unit::new_normalize(three(|| normal(&mut board)));
         let turn = Rotation3::from_axis_angle(&axis, options.board_turn_rad);
         let turn = std::array::from_fn(|i| std::array::from_fn(|j| turn[(i, j)]));
         let mut tilts = stream(seed, Purpose::Tilts, index);
         let [p, q] = [0, 1].map(|_| options.table_sd_rad * normal(&mut tilts));
-        let table = [0; 6].map(|_| turned([p, q], PI * either_way(&mut tilts)));
+        let table = [0; 6].map(|_| turned([p, q], PI * uniform(&mut tilts)));
         Part {
             model: matrix3::mul(&model, &turn),
             bias,
@@ -194,19 +190,19 @@ impl Part {
         self.options.gravity_mps2
     }
 
-    /// A direction, all alike.
+    /// A uniformly distributed direction.
     pub fn random_direction(&mut self) -> [f64; 3] {
         three(|| normal(&mut self.frees)).normalize().into()
     }
 
-    /// `count` of them, as placements.
+    /// `count` uniformly distributed directions as poses.
     pub fn random_poses(&mut self, count: usize) -> Vec<Planned> {
         (0..count)
             .map(|_| Planned::Free(self.random_direction()))
             .collect()
     }
 
-    /// Makes placements, each with a tilt and noise of its own.
+    /// Measures poses, each with its own tilt and noise.
     pub fn place(&mut self, planned: &[Planned]) -> Vec<MeanReading> {
         planned.iter().map(|p| self.place_one(p)).collect()
     }
@@ -224,7 +220,7 @@ impl Part {
         }
     }
 
-    /// Its own tilt, and the table's as it looks from the case.
+    /// The direction with the tilt of the pose and of the table.
     fn tilted(&mut self, face: Face, turned_rad: f64) -> [f64; 3] {
         let nominal = Vector3::from(face.direction());
         let (first, second) = tangents(nominal);
@@ -252,7 +248,7 @@ impl Part {
         matrix3::norm(&a) - self.options.gravity_mps2
     }
 
-    /// How far an estimate of M and b is off. None when M has no inverse.
+    /// Errors of an estimate of M and b. `None` if M is singular.
     #[must_use]
     pub fn errors(&self, model: &[[f64; 3]; 3], bias: &[f64; 3]) -> Option<Errors> {
         let matrix = matrix3::inverse(model)?;
@@ -270,8 +266,7 @@ impl Part {
         })
     }
 
-    /// Errors of a fit over the standard deviations that it claims. None when M
-    /// has no inverse.
+    /// Errors of a fit over their standard deviations by the fit. `None` if M is singular.
     #[must_use]
     pub fn scores(&mut self, fit: &JointFit) -> Option<Scores> {
         let matrix = matrix3::inverse(&fit.model)?;
@@ -309,27 +304,26 @@ fn turned([p, q]: [f64; 2], angle_rad: f64) -> [f64; 2] {
     [cosine * p - sine * q, sine * p + cosine * q]
 }
 
-/// How far an estimate is off.
+/// Errors of an estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
     /// Root mean square over the sphere of ‖a‖ − g, m/s².
     pub norm_mps2: f64,
-    /// … over the axes of the bias, m/s².
+    /// … of the bias over the axes, m/s².
     pub bias_mps2: f64,
-    /// … over the axes of the angle between true and estimated sensitive axis,
-    /// rad.
+    /// … of the angle between true and estimated sensitive axis over the axes, rad.
     pub direction_rad: f64,
 }
 
-/// Errors over their standard deviations, each with the coverage factor of its
-/// 95 % interval: in 95 of 100 cases the first should be within ± the second.
+/// Errors over their standard deviations, each with the coverage factor of its 95 % interval: in
+/// 95 of 100 cases the magnitude of the first should be at most the second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scores {
     /// Of each bias.
     pub bias: [(f64, f64); 3],
     /// Of each scale (row norm of M).
     pub scale: [(f64, f64); 3],
-    /// Of ‖a‖ in three directions, drawn.
+    /// Of ‖a‖ in three random directions.
     pub norm: [(f64, f64); 3],
 }
 

@@ -1,16 +1,16 @@
-//! A virtual MPU6050 with known truth.
+//! A virtual MPU6050 with known parameters.
 //!
 //! # Overview
 //!
-//! A scenario becomes a path: attitude and position as functions of time, with
-//! gravity ([`MotionPath`]). Angular rate and specific force are computed from that
-//! one path, so the two sensors agree. A sensor with faults drawn from the seed
-//! reads them, a low-pass, a converter and a board's clock follow; what was put
-//! in is kept as [`Truth`].
+//! A scenario is converted to a path: attitude and position as functions of time, with gravity
+//! ([`MotionPath`]). Angular rate and specific force are computed from this path, so the two
+//! sensors are consistent. They are measured by a sensor with random errors drawn from the seed,
+//! followed by a low-pass, a converter and a board's clock; the true values are returned as
+//! [`Truth`].
 //!
-//! The same options give the same rows; every kind of draw (parameters,
-//! placement tilts, noise, stamps, lost rows …) has its own random stream, so
-//! one option can be changed while all else stays as it was.
+//! The same options give the same rows; every kind of random quantity (parameters, tilts, noise,
+//! stamps, lost rows …) has its own random stream, so that changing one option leaves the others
+//! unaffected.
 //!
 //! # Example
 //!
@@ -60,31 +60,31 @@ pub use write::write;
 
 use crate::Result;
 
-/// More rows than this (28 h at 100 Hz, 0.8 GB) are taken for a mistake.
+/// Largest number of rows (28 h at 100 Hz, 0.8 GB); more are assumed to be a mistake.
 const MOST_ROWS: usize = 10_000_000;
 
-/// Seconds between two recordings of one simulation; the part stays on and
-/// goes on warming up.
+/// Seconds between two recordings of one simulation; the part stays switched on and continues to
+/// warm up.
 const BETWEEN_FILES_S: f64 = 10.0;
 
-/// Recordings and what was put into them.
+/// Simulated recordings and their true values.
 #[derive(Debug, Clone)]
 pub struct Simulation {
-    /// The recordings, in the order they were made.
+    /// The recordings, in chronological order.
     pub files: Vec<SimulatedFile>,
-    /// What was put in; `truth.files` runs parallel to `files`.
+    /// The true values; `truth.files` corresponds to `files`.
     pub truth: Truth,
 }
 
-/// One recording, as columns of equal length, and the path behind it.
+/// One recording, as columns of equal length, and its path.
 #[derive(Debug, Clone)]
 pub struct SimulatedFile {
     /// File name, `x_axis_pos.csv` ….
     pub name: String,
-    /// True time of each row, s from the first row. The signal in it is older
-    /// by the low-pass's delay (5.1 ms at 44 Hz).
+    /// True time of each row, s since the first row. The signal is older by the delay of the
+    /// low-pass (5.1 ms at 44 Hz).
     pub t_s: Vec<f64>,
-    /// Time stamp as the board gives it, ms.
+    /// Time stamp of the board, ms.
     pub stamp_ms: Vec<u64>,
     /// Reading x, y, z of the accelerometer, m/s².
     pub accel_mps2: [Vec<f64>; 3],
@@ -92,7 +92,7 @@ pub struct SimulatedFile {
     pub gyro_rad_s: [Vec<f64>; 3],
     /// Reading of the thermometer, °C.
     pub temperature_c: Vec<f64>,
-    /// True where nothing moves (by the path, not by the delayed signal).
+    /// True at rest (by the path, not by the delayed signal).
     pub still: Vec<bool>,
     /// The exact motion as a function of `t_s`.
     pub path: MotionPath,
@@ -102,8 +102,8 @@ pub struct SimulatedFile {
 ///
 /// # Errors
 ///
-/// `simulate-option` (usage) for an option out of its range, or for more than
-/// ten million rows in all.
+/// `simulate-option` (usage) for an option out of its range, or for more than ten million rows in
+/// total.
 pub fn simulate(options: &SimulateOptions) -> Result<Simulation> {
     options.validate()?;
     let plans = scenario::plan(options);
@@ -162,7 +162,7 @@ fn truth_of(sensor: &sensor::Sensor, options: &SimulateOptions, files: Vec<FileT
     }
 }
 
-/// Name and version, as files carry it.
+/// Name and version, as written to files.
 fn tool() -> String {
     concat!("gravical ", env!("CARGO_PKG_VERSION")).to_owned()
 }

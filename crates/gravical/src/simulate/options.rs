@@ -1,4 +1,4 @@
-//! What can be asked of the virtual sensor, with unit, default and range.
+//! Options of the virtual sensor, with unit, default and range.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,11 +6,10 @@ use super::range::{bad, within};
 use super::scenario_options::Scenario;
 use crate::Result;
 
-/// Everything that a simulation depends on: the same value gives the same
-/// bytes.
+/// All options of a simulation: equal options give identical files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SimulateOptions {
-    /// What is done with the sensor. No default.
+    /// What is simulated. No default.
     pub scenario: Scenario,
     /// Seed of every random draw. Default 1; any value.
     pub seed: u64,
@@ -18,23 +17,21 @@ pub struct SimulateOptions {
     pub gravity_mps2: f64,
     /// True sampling rate, Hz. Default 100; range 1 to 1000.
     pub rate_hz: f64,
-    /// How fast the board's clock runs, parts per million: a stamp is the true
-    /// time times (1 + this·10⁻⁶). Default 0; range ±50 000.
+    /// Rate error of the board's clock, parts per million: a stamp is the true time times (1 +
+    /// this·10⁻⁶). Default 0; range ±50 000.
     pub clock_error_ppm: f64,
-    /// Stamps are off by up to this much either way (uniform), ms; the samples
-    /// themselves stay regular. Default 0; at most 0.4 sampling periods, so
-    /// that time never runs backwards.
+    /// Largest error of the stamps in either direction (uniform), ms; the samples themselves are
+    /// regular. Default 0; at most 0.4 sampling periods, so that stamps never decrease.
     pub stamp_jitter_ms: f64,
-    /// Share of the rows that are lost on the way, stamps of the others stay
-    /// true. The first row of a file is never lost. Default 0; range 0 to 0.9.
+    /// Share of the rows that are lost; the stamps of the others are unaffected. The first row of
+    /// a file is never lost. Default 0; range 0 to 0.9.
     pub dropped_fraction: f64,
-    /// How far a placement on a face is off, degrees: standard deviation of
-    /// each of the two components tangent to the nominal direction.
-    /// Default 1; range 0 to 20.
+    /// Tilt of a pose on a face, degrees: standard deviation of each of the two components
+    /// tangent to the nominal direction. Default 1; range 0 to 20.
     pub tilt_sd_deg: f64,
-    /// The sensor itself.
+    /// The sensor.
     pub sensor: SensorOptions,
-    /// How the files are written.
+    /// Format of the files.
     pub file: FileOptions,
 }
 
@@ -81,7 +78,7 @@ impl SimulateOptions {
     }
 }
 
-/// The virtual MPU6050. What is not given is drawn from the seed.
+/// The virtual MPU6050. Parameters that are not given are drawn from the seed.
 ///
 /// Model, per sample: `u = M f + b(T)`, `v = M_g ω + b_g + K f`, both with
 /// white noise, then a second-order low-pass, then rounding to counts.
@@ -92,12 +89,11 @@ pub struct SensorOptions {
     /// Measuring range of the gyroscope, °/s: 250, 500, 1000 or 2000.
     /// Default 250.
     pub gyro_range_deg_s: u32,
-    /// Round to whole counts. Default true; off only for tests of physics.
+    /// Round to whole counts. Default true; false is for tests of the physics.
     pub quantise: bool,
-    /// −3 dB frequency of the sensor's second-order low-pass, Hz; it delays
-    /// the signal by 0.225/f (5.1 ms at 44 Hz). Default 44; range 1 to 260;
-    /// `None` = no filter, and then no band limit on the noise but the 1 kHz
-    /// of the simulation.
+    /// −3 dB frequency of the sensor's second-order low-pass, Hz; it delays the signal by 0.225/f
+    /// (5.1 ms at 44 Hz). Default 44; range 1 to 260; `None` = no filter: the noise is then
+    /// limited only by the 1 kHz of the simulation.
     pub low_pass_hz: Option<f64>,
     /// M of the accelerometer, row-major, dimensionless. Default drawn.
     pub accel_matrix: Option<[[f64; 3]; 3]>,
@@ -134,12 +130,12 @@ pub struct SensorOptions {
     /// Standard deviation of a temperature reading, °C. Default 0.02; range 0
     /// to 1.
     pub temperature_noise_c: f64,
-    /// How far the part warms up from 25 °C, °C. Default 1.5; range ±40.
+    /// Temperature rise of the part from 25 °C, °C. Default 1.5; range ±40.
     pub temperature_rise_c: f64,
-    /// Time constant of warming up, s. Default 120; range 1 to 10⁵.
+    /// Time constant of the warming, s. Default 120; range 1 to 10⁵.
     pub temperature_time_s: f64,
-    /// Drift of the accelerometer's bias, mg per °C, the sign of each axis
-    /// drawn. Default 0.5; range 0 to 10; 0 switches it off.
+    /// Drift of the accelerometer's bias, mg per °C, with a random sign for each axis. Default
+    /// 0.5; range 0 to 10.
     pub bias_drift_mg_per_c: f64,
 }
 
@@ -171,8 +167,8 @@ impl Default for SensorOptions {
 }
 
 impl SensorOptions {
-    /// A sensor without any fault: M = 1, no bias, no noise, no low-pass, no
-    /// rounding, constant temperature. It still clips at its range.
+    /// A sensor without any errors: M = 1, no bias, no noise, no low-pass, no rounding, constant
+    /// temperature. It still clips at its range.
     #[must_use]
     pub fn ideal() -> Self {
         Self {
@@ -267,12 +263,12 @@ impl SensorOptions {
     }
 }
 
-/// How a recording is written.
+/// Format of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FileOptions {
     /// Header and units. Default [`FileFormat::Report`].
     pub format: FileFormat,
-    /// Digits after the point, not for raw counts. Default 4; range 1 to 9.
+    /// Decimals, except for raw counts. Default 4; range 1 to 9.
     pub decimals: u8,
 }
 
@@ -295,11 +291,11 @@ impl FileOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FileFormat {
-    /// The logger's header, which says g and °/s over values in m/s² and
-    /// rad/s: that defect is part of the format.
+    /// The header of the report's logger, which gives g and °/s for values in m/s² and rad/s;
+    /// this error is part of the format.
     Report,
-    /// The same values under a header that names their units.
+    /// The same values under a header with their true units.
     TrueHeader,
-    /// Counts as the part delivers them, int16.
+    /// Counts of the part, int16.
     Raw,
 }

@@ -1,4 +1,4 @@
-//! The part itself: what it gives out for what it feels.
+//! Conversion of motion to readings by the part.
 
 use nalgebra::Vector3;
 
@@ -9,7 +9,7 @@ use super::path::MotionPath;
 use super::random::{Purpose, normal, stream, three};
 use super::sensor::{START_TEMPERATURE_C, Sensor, TEMPERATURE_AT_ZERO_C, TEMPERATURE_LSB_PER_C};
 
-/// What one read-out of the registers gives.
+/// Result of reading the registers once.
 pub(super) struct Reading {
     /// m/s².
     pub accel: [f64; 3],
@@ -19,7 +19,7 @@ pub(super) struct Reading {
     pub clipped: bool,
 }
 
-/// The part between what it feels and what it gives out.
+/// State of the part.
 pub(super) struct Part {
     sensor: Sensor,
     options: SensorOptions,
@@ -31,8 +31,8 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// At rest on the start of `path` for ever, but for the noise; `file` numbers its
-    /// stream.
+    /// At rest at the start of `path` for a long time, except for the noise; `file`: index of the
+    /// noise stream.
     pub(super) fn new(
         sensor: &Sensor,
         options: &SimulateOptions,
@@ -41,10 +41,10 @@ impl Part {
         path: &MotionPath,
     ) -> Self {
         let o = &options.sensor;
-        let felt = path.felt_at(0.0, step_s);
+        let inputs = path.inputs_at(0.0, step_s);
         let first = [
-            sensor.read_accel(felt.force, 0.0),
-            sensor.read_gyro(felt.rate, felt.force, 0.0),
+            sensor.read_accel(inputs.force, 0.0),
+            sensor.read_gyro(inputs.rate, inputs.force, 0.0),
         ];
         let filters = o.low_pass_hz.map(|cutoff_hz| {
             let mut filters = [LowPass::new(cutoff_hz, 1.0 / step_s); 6];
@@ -66,11 +66,12 @@ impl Part {
         }
     }
 
-    /// One step of the inside: acceleration, then angular rate.
+    /// One internal time step: acceleration, then angular rate.
     pub(super) fn update(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> [f64; 6] {
-        let felt = path.felt_at(t_s, self.step_s);
-        let accel = self.sensor.read_accel(felt.force, warmer_c) + self.draw(self.accel_sd);
-        let gyro = self.sensor.read_gyro(felt.rate, felt.force, warmer_c) + self.draw(self.gyro_sd);
+        let inputs = path.inputs_at(t_s, self.step_s);
+        let accel = self.sensor.read_accel(inputs.force, warmer_c) + self.draw(self.accel_sd);
+        let gyro =
+            self.sensor.read_gyro(inputs.rate, inputs.force, warmer_c) + self.draw(self.gyro_sd);
         let mut values = [accel.x, accel.y, accel.z, gyro.x, gyro.y, gyro.z];
         if let Some(filters) = &mut self.filters {
             for (filter, value) in filters.iter_mut().zip(&mut values) {
@@ -81,14 +82,14 @@ impl Part {
     }
 
     fn draw(&mut self, sd: f64) -> Vector3<f64> {
-        // Drawn with a noise of 0 too: accelerometer and gyroscope share the
-        // stream, and switching one off must not reshuffle the other.
+        // Also drawn for a noise of 0: accelerometer and gyroscope share the stream, and one must
+        // not depend on the noise of the other.
         sd * three(|| normal(&mut self.noise))
     }
 
-    /// The same, as it comes out of the registers.
+    /// The same, as read from the registers.
     pub(super) fn read(&mut self, path: &MotionPath, t_s: f64, warmth: Warmth) -> Reading {
-        let [ax, ay, az, gx, gy, gz] = self.update(path, t_s, warmth.felt_c);
+        let [ax, ay, az, gx, gy, gz] = self.update(path, t_s, warmth.drift_c);
         let mut clipped = false;
         let quantise = self.options.quantise;
         let mut give = |value: f64, lsb: f64| {

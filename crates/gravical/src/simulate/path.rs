@@ -1,16 +1,15 @@
-//! Where the sensor is and how it lies, as functions of time.
+//! Attitude and position of the sensor as functions of time.
 //!
-//! Both sensors are computed from this one path: angular rate is the
-//! derivative of the attitude, specific force is f = Rᵀ(a + g ẑ) with the same
-//! attitude R (sensor → world, world z up). The accelerometer sits in the
-//! centre of every rotation.
+//! Both sensors are computed from this path: angular rate is the derivative of the attitude,
+//! specific force is f = Rᵀ(a + g ẑ) with the same attitude R (sensor → world, world z up). The
+//! accelerometer is in the centre of every rotation.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Attitude and position as functions of time; before the first and after the
-/// last piece the sensor rests.
+/// Attitude and position as functions of time; the sensor rests before the first and after the
+/// last piece.
 #[derive(Debug, Clone)]
 pub struct MotionPath {
     pub(super) pieces: Vec<Piece>,
@@ -30,22 +29,21 @@ pub struct PathState {
     pub position_m: [f64; 3],
     /// Velocity in the world, m/s.
     pub velocity_mps: [f64; 3],
-    /// True while nothing moves.
+    /// True at rest.
     pub still: bool,
 }
 
-/// How an angle goes from 0 over the unit interval.
+/// How an angle varies over the unit interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Law {
-    /// To 1, starting and ending at rest: 10τ³ − 15τ⁴ + 6τ⁵ (Flash and Hogan
-    /// 1985).
+    /// To 1, starting and ending at rest: 10τ³ − 15τ⁴ + 6τ⁵ (Flash and Hogan 1985).
     MinimumJerk,
-    /// Through one full sine, back to 0.
+    /// One full sine, back to 0.
     Sine,
 }
 
-/// One piece of the path: a rotation about a fixed axis and a straight
-/// minimum-jerk displacement, or nothing at all.
+/// One piece of the path: a rotation about a fixed axis and a straight minimum-jerk displacement,
+/// or rest.
 #[derive(Debug, Clone)]
 pub(super) struct Piece {
     pub start_s: f64,
@@ -59,7 +57,7 @@ pub(super) struct Piece {
 }
 
 impl Law {
-    /// Value and first derivative by τ.
+    /// Value and first derivative with respect to τ.
     fn at(self, tau: f64) -> (f64, f64) {
         match self {
             Law::MinimumJerk => {
@@ -71,7 +69,7 @@ impl Law {
     }
 }
 
-/// Value, first and second derivative by τ.
+/// Value, first and second derivative with respect to τ.
 fn minimum_jerk(tau: f64) -> (f64, f64, f64) {
     let rest = 1.0 - tau;
     (
@@ -90,7 +88,7 @@ impl Piece {
         self.rotation == Vector3::zeros() && self.displacement == Vector3::zeros()
     }
 
-    /// Angular rate, rad/s; exact, because the axis is fixed in the sensor too.
+    /// Angular rate, rad/s; exact, because the axis is also fixed in the sensor.
     fn rate(&self, tau: f64) -> Vector3<f64> {
         self.rotation * (self.law.at(tau).1 / self.duration_s)
     }
@@ -107,8 +105,8 @@ impl Piece {
     }
 }
 
-/// Rate, specific force (sensor frame): what the two sensors feel.
-pub(super) struct Felt {
+/// Angular rate and specific force in the sensor frame.
+pub(super) struct Inputs {
     pub rate: Vector3<f64>,
     pub force: Vector3<f64>,
 }
@@ -120,8 +118,8 @@ impl MotionPath {
         self.pieces.last().map_or(0.0, Piece::end_s)
     }
 
-    /// The exact state at `t_s` seconds after the start; the times of the
-    /// first and the last piece are extended as rest.
+    /// The exact state at `t_s` seconds after the start; before and after the path the sensor
+    /// rests.
     #[must_use]
     pub fn state_at(&self, t_s: f64) -> PathState {
         let Some(piece) = self.piece_at(t_s) else {
@@ -146,15 +144,14 @@ impl MotionPath {
         }
     }
 
-    /// What the sensors feel at `t_s`, for a sensor that takes a value every
-    /// `step_s`.
+    /// The inputs of the sensors at `t_s`, for a sensor that samples every `step_s`.
     ///
-    /// A wobble sets in at once; where such a jump of the rate falls inside
-    /// the step around `t_s`, its two sides count by their share. Without that
-    /// the sum of the rates would be off by up to half a step of it.
-    pub(super) fn felt_at(&self, t_s: f64, step_s: f64) -> Felt {
+    /// A wobble starts with a jump of the angular rate. If such a jump is within the step around
+    /// `t_s`, the rates on both sides are weighted by their durations; otherwise the sum of the
+    /// rates would have an error of up to half a step.
+    pub(super) fn inputs_at(&self, t_s: f64, step_s: f64) -> Inputs {
         let Some(index) = self.index_at(t_s) else {
-            return Felt {
+            return Inputs {
                 rate: Vector3::zeros(),
                 force: Vector3::z() * self.gravity_mps2,
             };
@@ -175,13 +172,13 @@ impl MotionPath {
             let share = (to_s - after.start_s) / step_s;
             rate = before.rate(1.0) * (1.0 - share) + after.rate(0.0) * share;
         }
-        Felt {
+        Inputs {
             rate,
             force: self.force(&now),
         }
     }
 
-    /// True while nothing moves at `t_s`.
+    /// True if the sensor rests at `t_s`.
     #[must_use]
     pub fn is_still_at(&self, t_s: f64) -> bool {
         self.piece_at(t_s).is_none_or(Piece::is_still)
@@ -191,8 +188,7 @@ impl MotionPath {
         self.pieces.get(self.index_at(t_s)?)
     }
 
-    /// The piece of that instant, the first one before the start; none for a
-    /// path without pieces.
+    /// The piece at that time, the first one before the start; `None` for a path without pieces.
     fn index_at(&self, t_s: f64) -> Option<usize> {
         let after = self.pieces.partition_point(|p| p.start_s <= t_s);
         (!self.pieces.is_empty()).then(|| after.saturating_sub(1))
@@ -220,12 +216,12 @@ impl MotionPath {
             };
         }
         let (angle, _) = piece.law.at(tau);
-        let (way, speed, acceleration) = minimum_jerk(tau);
+        let (distance, speed, acceleration) = minimum_jerk(tau);
         let per_s = 1.0 / piece.duration_s;
         Kinematics {
             attitude: piece.attitude * UnitQuaternion::from_scaled_axis(piece.rotation * angle),
             rate: piece.rate(tau),
-            position: piece.position + piece.displacement * way,
+            position: piece.position + piece.displacement * distance,
             velocity: piece.displacement * (speed * per_s),
             acceleration: piece.displacement * (acceleration * per_s * per_s),
         }
@@ -290,24 +286,24 @@ mod tests {
             let second = (after.velocity - before.velocity) / (2.0 * h);
             let force = now.attitude.inverse() * (second + Vector3::z() * 9.81);
             assert!(
-                (force - path.felt_at(t, h).force).norm() < 1e-5,
+                (force - path.inputs_at(t, h).force).norm() < 1e-5,
                 "force at {t}"
             );
         }
     }
 
     #[test]
-    fn the_sum_of_the_rates_is_the_angle_wherever_a_jump_falls() {
+    fn sum_of_rates_equals_the_angle_despite_jumps() {
         let path = path();
         let wobble = &path.pieces[1];
         let start_s = wobble.start_s;
         for h in [1e-3, 1.0 / 1013.0, 1.0 / 1700.0] {
-            // Over a quarter of the wobble, from where the rate before is 0.
+            // Over a quarter of the wobble, starting where the rate is 0.
             let first = ((start_s - 0.002) / h).round() as i32;
             let last = ((start_s + 0.5) / h).round() as i32;
             let end_s = (f64::from(last) + 0.5) * h;
             let sum: Vector3<f64> = (first..=last)
-                .map(|step| path.felt_at(f64::from(step) * h, h).rate * h)
+                .map(|step| path.inputs_at(f64::from(step) * h, h).rate * h)
                 .sum();
             let angle = (TAU * (end_s - start_s) / wobble.duration_s).sin();
             let off = (sum - wobble.rotation * angle).norm();
@@ -316,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn before_and_after_it_rests() {
+    fn the_sensor_rests_before_and_after_the_path() {
         let path = path();
         for t in [-1.0, 4.0] {
             let state = path.state_at(t);

@@ -1,11 +1,11 @@
-//! Directions and attitudes of placements.
+//! Directions and attitudes of poses.
 
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 use super::random::{Purpose, normal, stream};
 
-/// Axis, positive, label, in the order in which faces are placed.
+/// Axis, positive, label, in the order of the faces.
 pub(super) const FACES: [(usize, bool, &str); 6] = [
     (0, true, "+x"),
     (0, false, "-x"),
@@ -15,10 +15,10 @@ pub(super) const FACES: [(usize, bool, &str); 6] = [
     (2, false, "-z"),
 ];
 
-/// A hand misses the free pose that was meant by this much per component, rad.
+/// Standard deviation of a free pose from the planned one, per component, rad.
 const FREE_POSE_SD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-/// Draws placements with their tilt.
+/// Draws poses with their tilt.
 pub(super) struct Draws {
     tilts: ChaCha8Rng,
     tilt_sd: f64,
@@ -32,8 +32,8 @@ impl Draws {
         }
     }
 
-    /// Nominal and true direction of up for a placement on a face.
-    pub(super) fn placement(
+    /// Nominal and true direction of up for a pose on a face.
+    pub(super) fn face_pose(
         &mut self,
         axis: usize,
         positive: bool,
@@ -51,7 +51,7 @@ pub(super) fn face(axis: usize, positive: bool) -> Vector3<f64> {
     up
 }
 
-/// Moves `direction` by two normal components tangent to it, sd in rad each.
+/// Rotates `direction` by two random normal components tangent to it, sd in rad each.
 fn tilted(direction: Vector3<f64>, rng: &mut ChaCha8Rng, sd: f64) -> Vector3<f64> {
     let (first, second) = tangents(direction);
     let delta = sd * (first * normal(rng) + second * normal(rng));
@@ -62,20 +62,20 @@ fn tilted(direction: Vector3<f64>, rng: &mut ChaCha8Rng, sd: f64) -> Vector3<f64
     direction * angle.cos() + delta * (angle.sin() / angle)
 }
 
-/// Two unit vectors that make a right-handed frame with `direction`.
+/// Two unit vectors that form a right-handed frame with `direction`.
 pub(super) fn tangents(direction: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     let first = direction.cross(&Vector3::ith(direction.iamin(), 1.0));
     let first = first.normalize();
     (first, direction.cross(&first))
 }
 
-/// Angle between two unit vectors, rad; exact for small ones too.
+/// Angle between two unit vectors, rad; also accurate for small angles.
 pub(super) fn tilt_between(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
     a.cross(&b).norm().atan2(a.dot(&b))
 }
 
-/// Attitude (sensor → world) in which `up` points up and the sensor's x, made
-/// horizontal, points along the world's x; y in place of x where x is up.
+/// Attitude (sensor → world) in which `up` points up and the horizontal component of the sensor's
+/// x points along the world's x; that of y if x is up.
 pub(super) fn attitude_of(up: Vector3<f64>) -> UnitQuaternion<f64> {
     let reference = if up.x.abs() > 0.9 {
         Vector3::y()
@@ -87,11 +87,11 @@ pub(super) fn attitude_of(up: Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rows))
 }
 
-/// The rotation of least angle that takes `from` to `to` (unit vectors).
+/// The rotation with the smallest angle from `from` to `to` (unit vectors).
 pub(super) fn shortest_turn(from: Vector3<f64>, to: Vector3<f64>) -> UnitQuaternion<f64> {
     let angle = tilt_between(from, to);
     let axis = from.cross(&to);
-    // Between opposite directions every axis is as short; take a fixed one.
+    // Between opposite directions the axis is arbitrary.
     let axis = if axis.norm() > 1e-9 {
         axis
     } else {
@@ -100,9 +100,9 @@ pub(super) fn shortest_turn(from: Vector3<f64>, to: Vector3<f64>) -> UnitQuatern
     UnitQuaternion::from_axis_angle(&Unit::new_normalize(axis), angle)
 }
 
-/// `count` directions far from the six faces and from each other: each is the
-/// one of 400 on a Fibonacci sphere that is farthest from all before, missed
-/// by a hand's few degrees.
+/// `count` directions far from the six faces and from each other: each is the one of 400 on a
+/// Fibonacci sphere that is farthest from all before, with a random error of some degrees as by
+/// hand.
 pub(super) fn spread_directions(count: usize, seed: u64) -> Vec<Vector3<f64>> {
     let candidates = fibonacci_sphere(400);
     let mut taken: Vec<_> = FACES.iter().map(|f| face(f.0, f.1)).collect();
@@ -126,7 +126,7 @@ pub(super) fn spread_directions(count: usize, seed: u64) -> Vec<Vector3<f64>> {
     found
 }
 
-/// Nearly even directions on the unit sphere.
+/// Nearly evenly distributed directions on the unit sphere.
 fn fibonacci_sphere(count: u32) -> Vec<Vector3<f64>> {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     (0..count)
@@ -144,13 +144,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_tilt_has_the_sd_that_was_asked_for_in_each_component() {
+    fn tilt_components_have_the_given_sd() {
         let mut sums = [0.0; 3];
         let mut count = 0.0;
         for seed in 0..400 {
             let mut draws = Draws::new(seed, 1.0);
             for (axis, positive, _) in FACES {
-                let (nominal, up) = draws.placement(axis, positive);
+                let (nominal, up) = draws.face_pose(axis, positive);
                 assert!((up.norm() - 1.0).abs() < 1e-12);
                 let (a, b) = tangents(nominal);
                 sums[0] += a.dot(&up).asin().to_degrees().powi(2);
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn free_poses_keep_away_from_faces_and_from_each_other() {
+    fn free_poses_are_far_from_faces_and_each_other() {
         for seed in 1..20 {
             let found = spread_directions(8, seed);
             for (i, a) in found.iter().enumerate() {
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shortest_turn_arrives_also_from_the_opposite_side() {
+    fn shortest_turn_handles_opposite_directions() {
         for to in [-Vector3::x(), Vector3::y(), Vector3::x()] {
             let turned = shortest_turn(Vector3::x(), to) * Vector3::x();
             assert!((turned - to).norm() < 1e-12);

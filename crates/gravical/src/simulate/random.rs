@@ -1,12 +1,12 @@
-//! Seeded randomness, one stream per purpose, so that changing one option does
-//! not reshuffle what the others draw.
+//! Seeded random streams, one per purpose, so that changing one option does not change the other
+//! random values.
 
 use nalgebra::Vector3;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-/// What is drawn; the number is part of what a seed means and never changes.
+/// Purpose of a stream; the number determines the values of a seed and must not change.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Purpose {
     Parameters = 1,
@@ -19,7 +19,7 @@ pub(super) enum Purpose {
     Board = 8,
 }
 
-/// The stream of `purpose` for the file of that index (0 for what all share).
+/// The stream of `purpose` for the file with this index (0 for values common to all files).
 pub(super) fn stream(seed: u64, purpose: Purpose, file: usize) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(((file as u64) << 8) | purpose as u64);
@@ -31,12 +31,12 @@ pub(super) fn normal(rng: &mut impl Rng) -> f64 {
     rng.sample(StandardNormal)
 }
 
-/// Uniform over −1 to 1.
-pub(super) fn either_way(rng: &mut impl Rng) -> f64 {
+/// Uniform from −1 to 1.
+pub(super) fn uniform(rng: &mut impl Rng) -> f64 {
     2.0 * rng.random::<f64>() - 1.0
 }
 
-/// Three of `draw`, x first.
+/// Three values of `draw`, in the order x, y, z.
 pub(super) fn three(mut draw: impl FnMut() -> f64) -> Vector3<f64> {
     let x = draw();
     let y = draw();

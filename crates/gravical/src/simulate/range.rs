@@ -1,14 +1,13 @@
-//! Options that are out of their range.
+//! Errors for options out of their range.
 
 use crate::{Error, Result};
 
-/// An option that cannot be simulated.
 pub(super) fn bad(message: impl Into<String>) -> Error {
     Error::usage("simulate-option", message)
         .with_hint("`gravical simulate --help` lists every option with its range")
 }
 
-/// Refuses what is outside `low..=high`, NaN included.
+/// Refuses values outside `low..=high`, including NaN.
 pub(super) fn within(name: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<()> {
     if (low..=high).contains(&value) {
         return Ok(());

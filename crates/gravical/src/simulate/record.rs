@@ -1,9 +1,8 @@
-//! The virtual board: from a path to the rows of one recording.
+//! The virtual board: computes the rows of a recording from a path.
 //!
-//! The sensor runs at about 1 kHz, its low-pass works on signal and noise
-//! there, and every k-th value is read out. So neighbouring samples are
-//! correlated as they are in the real part, and the low-frequency noise is the
-//! density that was asked for whatever the rate is.
+//! The sensor is simulated at about 1 kHz, including its low-pass for signal and noise, and every
+//! k-th value is read out. Neighbouring samples are therefore correlated as in the real part, and
+//! the noise density at low frequencies is the given one at every rate.
 
 use rand::RngExt;
 
@@ -11,10 +10,10 @@ use super::chamber::Chamber;
 use super::options::SimulateOptions;
 use super::part::{Part, Reading};
 use super::path::MotionPath;
-use super::random::{Purpose, either_way, stream};
+use super::random::{Purpose, stream, uniform};
 use super::sensor::{START_TEMPERATURE_C, Sensor};
 
-/// The slowest rate at which the inside of the sensor is simulated, Hz.
+/// The lowest rate of the internal simulation of the sensor, Hz.
 pub(super) const INSIDE_HZ: f64 = 1000.0;
 
 /// The columns of one recording; row 0 is at true time 0.
@@ -32,14 +31,14 @@ pub(super) struct Columns {
     pub temperature_mean_c: f64,
 }
 
-/// Number of rows before any is lost.
+/// Number of rows before any are lost.
 pub(super) fn row_count(path: &MotionPath, options: &SimulateOptions) -> usize {
-    // A hair more, so that 10 s at 100 Hz are 1000 rows in floating point too.
+    // Tolerance for rounding, so that 10 s at 100 Hz are 1000 rows.
     (path.duration_s() * options.rate_hz + 1e-6).floor() as usize
 }
 
-/// Records `path`. `file` numbers the recordings of a simulation (their noise
-/// differs), `warm_s` is how long the part has been on at the start.
+/// Records `path`. `file` is the index of the recording (their noise differs), `warm_s` the time
+/// that the part has been switched on at the start.
 pub(super) fn record(
     path: &MotionPath,
     sensor: &Sensor,
@@ -59,7 +58,7 @@ pub(super) fn record(
     };
     columns.reserve(rows);
 
-    // What the low-pass still remembers at row 0 has to be noise already.
+    // The state of the low-pass at row 0 must already be noise.
     let settle_steps = options
         .sensor
         .low_pass_hz
@@ -67,7 +66,7 @@ pub(super) fn record(
     let soak = options.scenario.soak();
     let mut chamber = Chamber::new(&options.sensor, soak, path.duration_s(), warm_s);
     for _ in 0..settle_steps {
-        part.update(path, 0.0, chamber.at(0.0).felt_c);
+        part.update(path, 0.0, chamber.at(0.0).drift_c);
     }
     let mut temperature_sum = 0.0;
     for row in 0..rows {
@@ -77,7 +76,7 @@ pub(super) fn record(
         let before = if row == 0 { per_row } else { 1 };
         for step in before..per_row {
             let t_s = ((row - 1) * per_row + step) as f64 * step_s;
-            part.update(path, t_s, warmth.felt_c);
+            part.update(path, t_s, warmth.drift_c);
         }
         let reading = part.read(path, t_s, warmth);
         let stamp_ms = stamps.at(row);
@@ -102,8 +101,7 @@ struct Stamps<'a> {
 impl<'a> Stamps<'a> {
     fn new(options: &'a SimulateOptions, file: usize) -> Self {
         let mut rng = stream(options.seed, Purpose::Stamps, file);
-        // Opening the port resets the board; the first line comes after its
-        // setup.
+        // Opening the port resets the board; the first line follows after its setup.
         let first_ms = rng.random_range(100..300);
         Self {
             options,
@@ -114,10 +112,10 @@ impl<'a> Stamps<'a> {
 
     fn at(&mut self, row: usize) -> u64 {
         let o = self.options;
-        let jitter_ms = o.stamp_jitter_ms * either_way(&mut self.rng);
+        let jitter_ms = o.stamp_jitter_ms * uniform(&mut self.rng);
         let true_ms = row as f64 * 1000.0 / o.rate_hz;
         let board_ms = self.first_ms as f64 + true_ms * (1.0 + o.clock_error_ppm * 1e-6);
-        // millis() cuts off; the hair keeps 30 ms from becoming 29.
+        // millis() truncates; the tolerance keeps 30 ms from becoming 29.
         (board_ms + jitter_ms + 1e-6).floor().max(0.0) as u64
     }
 }

@@ -1,4 +1,4 @@
-//! From a scenario to paths and the events on them.
+//! Conversion of a scenario to paths and their events.
 
 use nalgebra::Vector3;
 
@@ -11,7 +11,7 @@ use super::scenario_options::{
 };
 use super::truth::{MoveTruth, PoseKind, PoseTruth, TurnTruth};
 
-/// One recording to be made.
+/// One planned recording.
 pub(super) struct Plan {
     pub name: String,
     pub path: MotionPath,
@@ -35,12 +35,12 @@ pub(super) fn plan(options: &SimulateOptions) -> Vec<Plan> {
 fn six_files(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws) -> Vec<Plan> {
     let mut plans = Vec::with_capacity(6);
     for (axis, positive, label) in FACES {
-        let (nominal, up) = draws.placement(axis, positive);
+        let (nominal, up) = draws.face_pose(axis, positive);
         let mut build = Builder::new(options, up);
         build.hold(label, PoseKind::Face, Some(nominal), o.hold_s);
         let letter = ["x", "y", "z"][axis];
-        let way = if positive { "pos" } else { "neg" };
-        plans.push(build.finish(format!("{letter}_axis_{way}.csv")));
+        let sign = if positive { "pos" } else { "neg" };
+        plans.push(build.finish(format!("{letter}_axis_{sign}.csv")));
     }
     plans
 }
@@ -48,8 +48,8 @@ fn six_files(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draw
 fn session(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws) -> Plan {
     let mut build = faces(options, o.hold_s, draws);
     for (axis, label) in ["x", "y", "z"].into_iter().enumerate() {
-        let (nominal, up) = draws.placement(axis, true);
-        build.carry_to(up);
+        let (nominal, up) = draws.face_pose(axis, true);
+        build.move_to(up);
         build.rest(nominal, o.rest_s);
         build.turn(label, up, o.turn_angle_deg, o.turn_time_s);
         build.rest(nominal, o.rest_s);
@@ -63,22 +63,22 @@ fn poses(options: &SimulateOptions, o: &PosesOptions, draws: &mut Draws) -> Plan
         .into_iter()
         .enumerate()
     {
-        build.carry_to(up);
+        build.move_to(up);
         build.hold(&format!("free{}", i + 1), PoseKind::Free, None, o.hold_s);
     }
     build.finish("poses.csv".to_owned())
 }
 
-/// The six faces one after the other, carried by hand.
+/// The six faces one after the other, moved by hand.
 fn faces(options: &SimulateOptions, hold_s: f64, draws: &mut Draws) -> Builder {
     let placed = FACES.map(|(axis, positive, label)| {
-        let (nominal, up) = draws.placement(axis, positive);
+        let (nominal, up) = draws.face_pose(axis, positive);
         (nominal, up, label)
     });
     let mut build = Builder::new(options, placed[0].1);
     for (nominal, up, label) in placed {
         if !build.path.pieces.is_empty() {
-            build.carry_to(up);
+            build.move_to(up);
         }
         build.hold(label, PoseKind::Face, Some(nominal), hold_s);
     }
@@ -86,20 +86,20 @@ fn faces(options: &SimulateOptions, hold_s: f64, draws: &mut Draws) -> Builder {
 }
 
 fn still(options: &SimulateOptions, o: &StaticOptions, draws: &mut Draws) -> Plan {
-    let (nominal, up) = draws.placement(2, true);
+    let (nominal, up) = draws.face_pose(2, true);
     let mut build = Builder::new(options, up);
     build.hold("+z", PoseKind::Face, Some(nominal), o.duration_s);
     build.finish("static.csv".to_owned())
 }
 
 fn line(options: &SimulateOptions, o: &LineOptions, draws: &mut Draws) -> Plan {
-    let (nominal, up) = draws.placement(2, true);
+    let (nominal, up) = draws.face_pose(2, true);
     let mut build = Builder::new(options, up);
     build.rest(nominal, o.rest_s);
-    let way = Vector3::new(o.offset_m, o.distance_m, 0.0);
-    // About x, because that is what tips gravity into the direction of travel.
+    let displacement = Vector3::new(o.offset_m, o.distance_m, 0.0);
+    // About x, so that gravity has a component in the direction of travel.
     let wobble = Vector3::x() * o.wobble_deg.to_radians();
-    build.go(wobble, Law::Sine, way, o.move_time_s);
+    build.go(wobble, Law::Sine, displacement, o.move_time_s);
     build.rest(nominal, o.rest_s);
     build.finish("line.csv".to_owned())
 }
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_pose_points_where_it_was_meant_to() {
+    fn poses_have_their_planned_direction() {
         let options = SimulateOptions {
             tilt_sd_deg: 0.0,
             ..SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn the_world_of_a_line_has_x_along_the_sensors_x() {
+    fn world_x_of_a_line_is_along_the_sensors_x() {
         let plan = plan(&SimulateOptions::new(
             Scenario::Line(LineOptions::default()),
         ))

@@ -1,19 +1,19 @@
-//! What is done with the sensor, and how long it takes.
+//! Scenarios and their options.
 
 use serde::{Deserialize, Serialize};
 
 use super::range::{bad, within};
 use crate::Result;
 
-/// What is done with the sensor.
+/// What is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "name", rename_all = "kebab-case")]
 pub enum Scenario {
-    /// Six still placements, one file each; or a whole Ferraris session.
+    /// Six static poses, one file each; or a complete Ferraris session.
     SixPosition(SixPositionOptions),
     /// Six faces and free poses in one continuous recording.
     Poses(PosesOptions),
-    /// Lying flat and still.
+    /// Static, z up.
     Static(StaticOptions),
     /// Rest, one straight move, rest.
     Line(LineOptions),
@@ -31,7 +31,7 @@ impl Scenario {
         }
     }
 
-    /// The chamber, where there is one.
+    /// Options of the chamber, if there is one.
     pub(super) fn soak(&self) -> Option<SoakOptions> {
         match self {
             Self::Static(o) => o.soak,
@@ -69,14 +69,14 @@ impl Scenario {
     }
 }
 
-/// Six placements: +x, −x, +y, −y, +z, −z (the axis that points up).
+/// Six poses: +x, −x, +y, −y, +z, −z (the axis that points up).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SixPositionOptions {
-    /// Length of each placement, s. Default 10; range 0.1 to 3600.
+    /// Duration of each pose, s. Default 10; range 0.1 to 3600.
     pub hold_s: f64,
-    /// One recording `session.csv` with hand movement between the placements
-    /// and three turns after them, in place of six files. Default false.
+    /// One recording `session.csv` with movements by hand between the poses and three turns after
+    /// them, instead of six files. Default false.
     pub continuous: bool,
     /// Rest before and after each turn, s. Default 3; range 0.1 to 3600.
     pub rest_s: f64,
@@ -100,11 +100,11 @@ impl Default for SixPositionOptions {
     }
 }
 
-/// Six faces, then free poses spread over the sphere.
+/// Six faces, then free poses distributed over the sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PosesOptions {
-    /// Length of each hold, s. Default 4; range 0.1 to 3600.
+    /// Duration of each pose, s. Default 4; range 0.1 to 3600.
     pub hold_s: f64,
     /// Number of free poses. Default 6; range 0 to 50.
     pub free: u32,
@@ -119,13 +119,13 @@ impl Default for PosesOptions {
     }
 }
 
-/// Lying flat, z up.
+/// Static, z up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct StaticOptions {
     /// Length of the recording, s. Default 10; range 0.1 to 86 400.
     pub duration_s: f64,
-    /// Cooled and warmed again meanwhile. Default: on a table, warming up.
+    /// Cooling and warming in a chamber. Default: warming up on a table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub soak: Option<SoakOptions>,
 }
@@ -139,8 +139,8 @@ impl Default for StaticOptions {
     }
 }
 
-/// A chamber that goes from its highest temperature to its lowest and back, on
-/// a cosine, once in the recording.
+/// A temperature chamber: once from the highest temperature to the lowest and back, following a
+/// cosine.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SoakOptions {
@@ -148,8 +148,8 @@ pub struct SoakOptions {
     pub high_c: f64,
     /// Temperature in the middle, °C. Default −10; range −40 to 105.
     pub low_c: f64,
-    /// Width of the hysteresis: drift lags behind the thermometer by half of
-    /// it, either way, °C. Default 0; range 0 to 100.
+    /// Width of the hysteresis: the drift lags behind the thermometer by half of it in both
+    /// directions, °C. Default 0; range 0 to 100.
     pub hysteresis_c: f64,
     /// Drift of the gyroscope's bias, °/s per °C. Default 0; range 0 to 1.
     pub gyro_drift_deg_s_per_c: f64,
@@ -181,14 +181,14 @@ impl SoakOptions {
     }
 }
 
-/// Rest, a minimum-jerk move along y of the frame (z up, x along the sensor's
-/// x at rest, made horizontal), rest.
+/// Rest, a minimum-jerk move mainly along y of the frame (z up, x along the horizontal component
+/// of the sensor's x at rest), rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LineOptions {
-    /// Way along y, m. Default 0.7; range ±100.
+    /// Displacement along y, m. Default 0.7; range ±100.
     pub distance_m: f64,
-    /// Way along x, m. Default 0.02; range ±100.
+    /// Displacement along x, m. Default 0.02; range ±100.
     pub offset_m: f64,
     /// Duration of the move, s. Default 2; range 0.1 to 3600.
     pub move_time_s: f64,

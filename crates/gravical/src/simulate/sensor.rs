@@ -1,22 +1,22 @@
-//! The parameters of one virtual sensor, drawn from the seed or given.
+//! Parameters of one virtual sensor, drawn from the seed or given.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::options::{FileFormat, SimulateOptions};
-use super::random::{Purpose, either_way, normal, stream, three};
+use super::random::{Purpose, normal, stream, three, uniform};
 use super::truth::{AccelerometerTruth, GyroscopeTruth};
 
-/// Standard gravity, m/s²: what the part's "g" means, wherever it is used.
+/// Standard gravity, m/s²: one "g" of the part, at any location.
 pub(super) const STANDARD_GRAVITY_MPS2: f64 = 9.80665;
 
-/// Temperature at the start, °C; biases are stated for it.
+/// Temperature at the start, °C, for which biases are given.
 pub(super) const START_TEMPERATURE_C: f64 = 25.0;
 
 /// Counts per °C and °C at count 0 (MPU6050 register map, 4.18).
 pub(super) const TEMPERATURE_LSB_PER_C: f64 = 340.0;
 pub(super) const TEMPERATURE_AT_ZERO_C: f64 = 36.53;
 
-/// What one particular part does to what it feels.
+/// Errors and scales of one part.
 #[derive(Debug, Clone)]
 pub(super) struct Sensor {
     pub accel_matrix: Matrix3<f64>,
@@ -31,8 +31,8 @@ pub(super) struct Sensor {
 }
 
 impl Sensor {
-    /// Everything is drawn every time and in this order, so that giving one
-    /// parameter or changing one width leaves the others as they were.
+    /// Everything is always drawn, in this order, so that giving one parameter or changing one
+    /// width leaves the others unaffected.
     pub(super) fn draw(options: &SimulateOptions) -> Self {
         let o = &options.sensor;
         let mut rng = stream(options.seed, Purpose::Parameters, 0);
@@ -42,16 +42,16 @@ impl Sensor {
         let scale = three(|| 1.0 + scale_sd * normal(&mut rng));
         let cross = matrix(|| misalignment_sd * normal(&mut rng));
         let accel_matrix = scaled_and_misaligned(scale, cross);
-        let accel_bias = three(|| o.accel_bias_limit_mps2 * either_way(&mut rng));
+        let accel_bias = three(|| o.accel_bias_limit_mps2 * uniform(&mut rng));
         let drift = o.bias_drift_mg_per_c * 1e-3 * STANDARD_GRAVITY_MPS2;
-        let accel_drift_per_c = three(|| drift.copysign(either_way(&mut rng)));
+        let accel_drift_per_c = three(|| drift.copysign(uniform(&mut rng)));
 
         let scale_limit = o.gyro_scale_limit_percent / 100.0;
-        let scale = three(|| 1.0 + scale_limit * either_way(&mut rng));
+        let scale = three(|| 1.0 + scale_limit * uniform(&mut rng));
         let cross = matrix(|| misalignment_sd * normal(&mut rng));
         let gyro_matrix = scaled_and_misaligned(scale, cross);
         let limit = o.gyro_bias_limit_deg_s.to_radians();
-        let gyro_bias = three(|| limit * either_way(&mut rng));
+        let gyro_bias = three(|| limit * uniform(&mut rng));
         let per_g = o.g_sensitivity_sd_deg_s_per_g.to_radians();
         let g_sensitivity = matrix(|| per_g / STANDARD_GRAVITY_MPS2 * normal(&mut rng));
 
@@ -59,7 +59,7 @@ impl Sensor {
             .scenario
             .soak()
             .map_or(0.0, |s| s.gyro_drift_deg_s_per_c.to_radians());
-        let gyro_drift_per_c = three(|| drift.copysign(either_way(&mut rng)));
+        let gyro_drift_per_c = three(|| drift.copysign(uniform(&mut rng)));
 
         Self {
             accel_matrix: o.accel_matrix.map_or(accel_matrix, from_rows),
@@ -128,7 +128,7 @@ impl Sensor {
     }
 }
 
-/// Sensitivity as the data sheet prints it.
+/// Sensitivity according to the data sheet.
 fn gyro_lsb_per_deg_s(range_deg_s: u32) -> f64 {
     match range_deg_s {
         250 => 131.0,
@@ -144,7 +144,7 @@ fn scaled_and_misaligned(scale: Vector3<f64>, mut cross: Matrix3<f64>) -> Matrix
     Matrix3::from_diagonal(&scale) * cross
 }
 
-/// Nine of `draw`, row by row.
+/// Nine values of `draw`, row by row.
 fn matrix(mut draw: impl FnMut() -> f64) -> Matrix3<f64> {
     let mut m = Matrix3::zeros();
     for row in 0..3 {
@@ -156,7 +156,7 @@ fn matrix(mut draw: impl FnMut() -> f64) -> Matrix3<f64> {
 }
 
 fn from_rows(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
-    // nalgebra's arrays are columns.
+    // nalgebra's arrays are column-major.
     Matrix3::from(rows).transpose()
 }
 

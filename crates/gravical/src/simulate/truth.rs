@@ -1,20 +1,19 @@
-//! What was put in: the parameters and the events that a calibration or a
-//! motion result is compared with.
+//! True values of a simulation, for comparison with the results of a calibration or of a motion.
 
 use serde::{Deserialize, Serialize};
 
 use super::options::SimulateOptions;
 
-/// The tag of `truth.json`; within `/1` fields are only added.
+/// Format of `truth.json`; within `/1` fields are only added.
 pub const TRUTH_FORMAT: &str = "gravical-truth/1";
 
-/// Everything known about a simulation. Times are true seconds since the first
-/// row of the file; a clock error is not in them.
+/// True values of a simulation. Times are true seconds since the first row of the file, without
+/// the clock error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// [`TRUTH_FORMAT`].
     pub format: String,
-    /// Program and version that simulated.
+    /// Name and version of the program.
     pub tool: String,
     /// The seed.
     pub seed: u64,
@@ -24,9 +23,9 @@ pub struct Truth {
     pub accelerometer: AccelerometerTruth,
     /// The gyroscope.
     pub gyroscope: GyroscopeTruth,
-    /// The recordings, in the order they were made.
+    /// The recordings, in chronological order.
     pub files: Vec<FileTruth>,
-    /// Every option, as it was used.
+    /// All options used.
     pub options: SimulateOptions,
 }
 
@@ -78,7 +77,7 @@ pub struct FileTruth {
     pub name: String,
     /// Rows written.
     pub rows: usize,
-    /// Rows lost on the way.
+    /// Rows lost.
     pub dropped_rows: usize,
     /// Rows with a value at the end of its range.
     pub clipped_rows: usize,
@@ -86,34 +85,34 @@ pub struct FileTruth {
     pub first_stamp_ms: u64,
     /// Mean temperature of the part, °C.
     pub temperature_mean_c: f64,
-    /// What was held, in order.
+    /// Poses, in order.
     pub poses: Vec<PoseTruth>,
     /// Full turns about one axis.
     pub turns: Vec<TurnTruth>,
-    /// Everything between the poses that is not a turn.
+    /// Movements between the poses that are not turns.
     pub moves: Vec<MoveTruth>,
 }
 
-/// Why a pose was held.
+/// Kind of a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PoseKind {
-    /// A placement on a face, up to the placement tilt.
+    /// On a face, with a tilt.
     Face,
     /// Any attitude.
     Free,
-    /// A pause before or after a move or turn; lies on a face, tilt included.
+    /// Rest before or after a move or turn; on a face, with a tilt.
     Rest,
 }
 
-/// A still hold.
+/// A static interval.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PoseTruth {
     /// `+x` … `-z` (the axis that points up), `free1` …, `rest1` ….
     pub label: String,
-    /// Why it was held.
+    /// Kind of the pose.
     pub kind: PoseKind,
-    /// Unit vector up in the sensor frame, tilt included.
+    /// Unit vector up in the sensor frame, including the tilt.
     pub up: [f64; 3],
     /// Angle between `up` and the face, °; null for a free pose.
     pub tilt_deg: Option<f64>,
@@ -128,7 +127,7 @@ pub struct PoseTruth {
 pub struct TurnTruth {
     /// `x`, `y` or `z`.
     pub label: String,
-    /// The true axis in the sensor frame: the vertical of that placement.
+    /// The true axis in the sensor frame: the vertical of that pose.
     pub axis: [f64; 3],
     /// Right-handed angle about it, °.
     pub angle_deg: f64,
@@ -145,12 +144,11 @@ pub struct MoveTruth {
     pub start_s: f64,
     /// End, s.
     pub end_s: f64,
-    /// Displacement in the world, m. The world is z up, x along the sensor's x
-    /// at the first rest, made horizontal (where x points up: y for x).
+    /// Displacement in the world, m. The world has z up and x along the horizontal component of
+    /// the sensor's x at the first rest (of y if x points up).
     pub displacement_m: [f64; 3],
     /// The same in the sensor's frame at the first rest, m.
     pub displacement_sensor_m: [f64; 3],
-    /// Change of attitude from start to end, rotation vector in the sensor
-    /// frame at the start, °.
+    /// Change of attitude from start to end, rotation vector in the sensor frame at the start, °.
     pub rotation_deg: [f64; 3],
 }

@@ -1,4 +1,4 @@
-//! Recordings and truth as files.
+//! Writing of recordings and true values to files.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -10,22 +10,22 @@ use super::{SimulatedFile, Simulation};
 use crate::output::{check_target, make_folder, write_atomic};
 use crate::{Error, Result};
 
-/// The header that the report's logger writes, word for word. It is wrong: the
-/// values under it are in m/s² and rad/s.
+/// The header of the report's logger, verbatim. It is wrong: the values under it are in m/s² and
+/// rad/s.
 const REPORT_HEADER: &str = "Timestamp,aX (g),aY (g),aZ (g),Temp (C),gX (°/s),gY (°/s),gZ (°/s)";
 const TRUE_HEADER: &str =
     "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)";
 const RAW_HEADER: &str = "Timestamp (ms),ax,ay,az,temp,gx,gy,gz";
 
-/// Writes every recording and `truth.json` into `dir`, which is made when it
-/// is not there; returns the paths, `truth.json` last.
+/// Writes every recording and `truth.json` into `dir`, which is created if necessary; returns the
+/// paths, `truth.json` last.
 ///
 /// All targets are checked before the first is written.
 ///
 /// # Errors
 ///
-/// `exists` (usage) when a target is there and `force` is false; otherwise
-/// what the file system says, with the path.
+/// `exists` (usage) if a target exists and `force` is false; otherwise errors of the file system,
+/// with the path.
 pub fn write(simulation: &Simulation, dir: &Path, force: bool) -> Result<Vec<PathBuf>> {
     let truth_path = dir.join("truth.json");
     let mut paths: Vec<_> = simulation.files.iter().map(|f| dir.join(&f.name)).collect();
@@ -104,7 +104,7 @@ fn line(text: &mut String, file: &SimulatedFile, row: usize, truth: &Truth) -> s
             .chain([temperature_counts(temperature)])
             .chain(gyro.map(|v| v / gyro_lsb));
         for value in counts {
-            // The values are whole counts times one count.
+            // The values are exact multiples of one count.
             write!(text, ",{}", value.round() as i16)?;
         }
     } else {

@@ -14,7 +14,7 @@ fn parts_do_not_depend_on_each_other() {
 }
 
 #[test]
-fn the_truth_has_no_error() {
+fn true_parameters_have_no_error() {
     let part = Part::draw(&MeansOptions::default(), 1, 0);
     let errors = part.errors(&part.model(), &part.bias_mps2()).unwrap();
     assert!(errors.norm_mps2 < 1e-12 && errors.direction_rad < 1e-12);
@@ -22,7 +22,7 @@ fn the_truth_has_no_error() {
 }
 
 #[test]
-fn a_table_that_is_not_level_tilts_opposite_ways_when_turned() {
+fn rotation_by_180_degrees_reverses_the_tilt_of_the_table() {
     let options = MeansOptions {
         tilt_sd_rad: 0.0,
         table_sd_rad: 0.03,
@@ -41,7 +41,7 @@ fn a_table_that_is_not_level_tilts_opposite_ways_when_turned() {
 }
 
 #[test]
-fn a_turned_board_has_turned_axes_and_the_same_scales() {
+fn a_rotated_board_has_rotated_axes_and_equal_scales() {
     let options = MeansOptions {
         misalignment_sd_rad: 0.0,
         ..MeansOptions::default()

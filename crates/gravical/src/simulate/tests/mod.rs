@@ -1,5 +1,5 @@
-//! Is it physics ([`physics`]), is it the sensor that was asked for
-//! ([`sensor`]), is it repeatable and written as it should be (here)?
+//! Tests of the physics ([`physics`]), of the sensor ([`sensor`]), and of repeatability and file
+//! output (here).
 
 mod physics;
 mod sensor;
@@ -79,7 +79,7 @@ fn the_same_options_give_the_same_files() {
 }
 
 #[test]
-fn changing_one_option_leaves_the_other_draws_alone() {
+fn changing_one_option_leaves_other_random_values_unchanged() {
     let base = simulate(&quick_six()).unwrap();
     let mut other = quick_six();
     other.sensor = other.sensor.with_noise_factor(3.0);
@@ -100,9 +100,8 @@ fn changing_one_option_leaves_the_other_draws_alone() {
 }
 
 #[test]
-fn a_seed_means_the_same_for_ever() {
-    // Someone's published seed has to give the same sensor in later versions
-    // and on other machines.
+fn a_seed_gives_fixed_values() {
+    // Published seeds must give the same sensor in later versions and on other machines.
     let truth = simulate(&quick_six()).unwrap().truth;
     let expected = [
         0.020644224984499693,
@@ -154,7 +153,7 @@ fn each_format_has_its_header_and_units() {
 }
 
 #[test]
-fn nothing_is_written_when_one_target_is_there() {
+fn nothing_is_written_if_one_target_exists() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("truth.json"), "mine").unwrap();
     let simulation = simulate(&quick_six()).unwrap();
@@ -163,7 +162,7 @@ fn nothing_is_written_when_one_target_is_there() {
 }
 
 #[test]
-fn options_out_of_range_are_named() {
+fn options_out_of_range_are_reported() {
     let mut options = SimulateOptions::new(still_for(10.0));
     options.rate_hz = f64::NAN;
     let error = simulate(&options).unwrap_err();

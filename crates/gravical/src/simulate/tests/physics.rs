@@ -1,10 +1,10 @@
-//! Gyroscope and accelerometer tell the same story as the path.
+//! Gyroscope and accelerometer are consistent with the path.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::*;
 
-/// Change of attitude by the gyroscope over `rows`, midpoint rule.
+/// Change of attitude measured by the gyroscope over `rows`, midpoint rule.
 fn turned(file: &SimulatedFile, rows: std::ops::Range<usize>) -> UnitQuaternion<f64> {
     let mut q = UnitQuaternion::identity();
     for row in rows {
@@ -16,7 +16,7 @@ fn turned(file: &SimulatedFile, rows: std::ops::Range<usize>) -> UnitQuaternion<
 }
 
 #[test]
-fn the_gyroscope_turns_gravity_to_where_the_accelerometer_finds_it() {
+fn gyroscope_and_accelerometer_agree_on_gravity() {
     let mut options = ideal(Scenario::Poses(PosesOptions::default()));
     options.rate_hz = 500.0;
     options.tilt_sd_deg = 2.0;
@@ -35,7 +35,7 @@ fn the_gyroscope_turns_gravity_to_where_the_accelerometer_finds_it() {
 }
 
 #[test]
-fn a_turn_of_minus_360_degrees_integrates_to_minus_two_pi() {
+fn a_turn_integrates_to_its_angle() {
     let simulation = simulate(&ideal(session())).unwrap();
     let (file, truth) = (&simulation.files[0], &simulation.truth.files[0]);
     assert_eq!(truth.turns.len(), 3);
@@ -72,7 +72,7 @@ fn double_integration_of_the_accelerometer_gives_the_line() {
 }
 
 #[test]
-fn strapdown_with_both_sensors_finds_a_wobbling_line() {
+fn strapdown_integration_gives_a_line_despite_wobble() {
     let mut options = ideal(Scenario::Line(LineOptions {
         wobble_deg: 3.0,
         ..Default::default()
@@ -102,6 +102,6 @@ fn strapdown_with_both_sensors_finds_a_wobbling_line() {
     }
     let error = (position - Vector3::new(0.02, 0.7, 0.0)).norm();
     assert!(error < 2e-4, "{error}");
-    // What the same wobble costs without the gyroscope: g·A·T²/2π = 327 mm.
+    // The error caused by this wobble without a gyroscope: g·A·T²/2π = 327 mm.
     assert!(((mean_subtracted[1] - 0.7).abs() - 0.327).abs() < 0.01);
 }

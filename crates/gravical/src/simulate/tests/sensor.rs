@@ -1,11 +1,11 @@
-//! The sensor, its converter and the board's clock do what was asked for.
+//! Sensor, converter and clock of the board.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::*;
 
 #[test]
-fn values_lie_on_the_grid_of_the_converter() {
+fn values_are_multiples_of_one_count() {
     let mut options = SimulateOptions::new(still_for(2.0));
     options.sensor.accel_range_g = 8;
     let simulation = simulate(&options).unwrap();
@@ -45,7 +45,7 @@ fn a_bias_beyond_the_range_saturates() {
 }
 
 #[test]
-fn lost_rows_leave_the_stamps_of_the_others_alone() {
+fn lost_rows_do_not_affect_other_rows() {
     let whole = simulate(&SimulateOptions::new(still_for(40.0))).unwrap();
     let mut options = SimulateOptions::new(still_for(40.0));
     options.dropped_fraction = 0.05;
@@ -91,7 +91,7 @@ fn stamps_follow_rate_clock_and_jitter() {
     assert!(file.stamp_ms.is_sorted());
 }
 
-/// Standard deviation of means over `seconds`, pooled over three axes, about
+/// Standard deviation of the means of blocks of `per_block` rows, pooled over three axes, about
 /// the mean of each.
 fn sd_of_means(channels: &[Vec<f64>; 3], per_block: usize) -> f64 {
     let (mut sum, mut freedom) = (0.0, 0.0);
@@ -108,14 +108,14 @@ fn sd_of_means(channels: &[Vec<f64>; 3], per_block: usize) -> f64 {
 }
 
 #[test]
-fn the_noise_has_the_density_that_was_asked_for_at_every_rate() {
+fn noise_density_is_as_given_at_every_rate() {
     for rate_hz in [62.5, 200.0] {
         let mut options = SimulateOptions::new(still_for(200.0));
         options.rate_hz = rate_hz;
         options.sensor.temperature_rise_c = 0.0;
         let file = simulate(&options).unwrap().files.remove(0);
-        // Means over 2 s of white noise N: N/√2. 300 blocks: ±4 %. At 62.5 Hz
-        // what the low-pass leaves above 31 Hz folds back: up to 12 % more.
+        // Means over 2 s of white noise N: N/√2. 300 blocks: ±4 %. At 62.5 Hz the noise above 31
+        // Hz after the low-pass is aliased: up to 12 % more.
         let per_block = (2.0 * rate_hz) as usize;
         let n = sd_of_means(&file.accel_mps2, per_block) * 2f64.sqrt();
         let ratio = n / 3.3e-3;
@@ -131,8 +131,8 @@ fn the_noise_has_the_density_that_was_asked_for_at_every_rate() {
     }
 }
 
-/// Gain at frequency 0 after sampling behind a 44 Hz Butterworth: the power
-/// at multiples of the rate folds onto it.
+/// Gain at frequency 0 after sampling the output of a 44 Hz Butterworth filter: the power at
+/// multiples of the rate is aliased to it.
 fn folded(rate_hz: f64) -> f64 {
     let power = |f: f64| 1.0 / (1.0 + (f / 44.0).powi(4));
     let above: f64 = (1..5).map(|i| 2.0 * power(f64::from(i) * rate_hz)).sum();
@@ -158,7 +158,7 @@ fn a_narrow_low_pass_correlates_neighbours() {
 }
 
 #[test]
-fn averages_of_a_clean_set_give_back_what_was_put_in() {
+fn averages_without_noise_give_the_true_parameters() {
     let mut options = quick_six();
     options.tilt_sd_deg = 0.0;
     options.sensor = options.sensor.with_noise_factor(0.0);
@@ -187,7 +187,7 @@ fn averages_of_a_clean_set_give_back_what_was_put_in() {
 }
 
 #[test]
-fn the_part_warms_up_and_its_bias_drifts_across_the_files() {
+fn warming_and_drift_continue_across_files() {
     let mut options = quick_six();
     options.sensor = SensorOptions {
         temperature_rise_c: 10.0,
@@ -206,7 +206,7 @@ fn the_part_warms_up_and_its_bias_drifts_across_the_files() {
     assert!(temperatures.is_sorted() && temperatures[5] > 32.0);
     let drift = simulation.truth.accelerometer.bias_drift_mps2_per_c[1];
     assert!((drift.abs() - 9.80665e-3).abs() < 1e-12);
-    // +x and −x files: y reads nothing but its bias.
+    // +x and −x files: y reads only its bias.
     let moved = simulation.files[1].accel_mps2[1][0] - simulation.files[0].accel_mps2[1][0];
     assert!((moved - drift * (temperatures[1] - 25.0)).abs() < 1e-9);
 }
