@@ -1,5 +1,4 @@
-//! What a calibration has to be to be applied: read or written, each number has to make
-//! sense where it stands.
+//! Validation of a calibration, when it is read and before it is written.
 
 use gravical_core::matrix3;
 use nalgebra::DMatrix;
@@ -7,26 +6,25 @@ use nalgebra::DMatrix;
 use super::{CalibrationFile, Covariance};
 use crate::{Error, Result};
 
-/// No parameter of a sensor, in whatever unit, is as large as this.
+/// Upper limit of all parameters, in any unit.
 const MOST: f64 = 1e9;
-/// Nor is a factor that is no zero as small.
+/// Lower limit of nonzero factors.
 const LEAST: f64 = 1e-12;
-/// The volume that the rows of a matrix span, each brought to length one, from which it
-/// tells directions apart: that of axes 0.006° from one plane.
+/// Smallest volume spanned by the rows of a matrix, scaled to length one, at which it is not
+/// singular: that of axes 0.006° from one plane.
 const LEAST_VOLUME: f64 = 1e-4;
-/// Correlations as they are written may have eigenvalues this far below zero.
+/// Rounded correlations may have eigenvalues this far below zero.
 const ROUNDING: f64 = 1e-6;
-/// Gravity of any place that a sensor is calibrated at, m/s²: that of the Moon to more
-/// than that of the Earth.
+/// Plausible gravity, m/s²: from that of the Moon to above that of the Earth.
 const GRAVITY_MPS2: std::ops::RangeInclusive<f64> = 1.0..=12.0;
 
 impl CalibrationFile {
-    /// Refuses parameters that cannot be applied, with the name of the field.
+    /// Refuses parameters that cannot be applied; the message gives the field.
     pub(super) fn check(&self) -> Result<()> {
         if !GRAVITY_MPS2.contains(&self.gravity_mps2) {
             return Err(wrong(
                 "gravity_mps2",
-                format!("{} m/s² is no gravity", self.gravity_mps2),
+                format!("{} m/s² is not a possible gravity", self.gravity_mps2),
             ));
         }
         let a = &self.accelerometer;
@@ -49,7 +47,7 @@ impl CalibrationFile {
         ] {
             if value.is_some_and(|v| !(0.0..MOST).contains(&v)) {
                 let field = format!("accelerometer.{field}");
-                return Err(wrong(&field, "no size of an error".to_owned()));
+                return Err(wrong(&field, "not a valid error size".to_owned()));
             }
         }
         if let Some(g) = &self.gyroscope {
@@ -63,7 +61,7 @@ impl CalibrationFile {
         if self.temperature_model.as_ref().is_some_and(unusable) {
             return Err(wrong(
                 "temperature_model",
-                "it cannot be applied: a number is not finite, its range runs backwards, its gain reaches a half, or a channel is unknown or there twice".to_owned(),
+                "it cannot be applied: a number is not finite, its range is reversed, its gain reaches a half, or a channel is unknown or duplicated".to_owned(),
             ));
         }
         Ok(())
@@ -71,9 +69,8 @@ impl CalibrationFile {
 }
 
 fn wrong(field: &str, why: String) -> Error {
-    Error::input("calibration-values", format!("{field}: {why}")).with_hint(
-        "take the file as `gravical calibrate … -o cal.json` wrote it, or calibrate again",
-    )
+    Error::input("calibration-values", format!("{field}: {why}"))
+        .with_hint("use the file written by `gravical calibrate … -o cal.json`, or calibrate again")
 }
 
 fn sensor(
@@ -99,12 +96,9 @@ fn sensor(
             ));
         }
         let unit = [0, 1, 2].map(|i| m[i].map(|v| v / lengths[i]));
-        // NaN where a number is none, which was refused above.
+        // NaN was refused above.
         if matrix3::det(&unit).abs() < LEAST_VOLUME {
-            return Err(wrong(
-                &field(part),
-                "the matrix is singular: it maps different readings to one".to_owned(),
-            ));
+            return Err(wrong(&field(part), "the matrix is singular".to_owned()));
         }
     }
     Ok(())
@@ -122,7 +116,7 @@ fn sizes(field: &str, values: &[f64]) -> Result<()> {
 }
 
 impl Covariance {
-    /// Its parameters are `named` so, and it is one.
+    /// Checks names, size and properties of a covariance.
     fn check(&self, field: &str, named: &[&[String]]) -> Result<()> {
         let n = self.parameters.len();
         if !named.contains(&&self.parameters[..]) {
@@ -142,10 +136,10 @@ impl Covariance {
         if c.iter().any(|v| !v.is_finite()) || sd.iter().any(|s| !(0.0..MOST).contains(s)) {
             return Err(wrong(
                 &field,
-                "a variance is negative, beyond any sensor, or no number".to_owned(),
+                "a variance is negative, beyond any sensor, or not a number".to_owned(),
             ));
         }
-        // As correlations: the parameters have units of their own.
+        // Normalised to correlations, since the parameters have different units.
         let correlations = DMatrix::from_fn(n, n, |i, j| match (sd[i] * sd[j], c[(i, j)]) {
             (0.0, 0.0) => 0.0,
             (size, v) => v / size,
@@ -158,7 +152,7 @@ impl Covariance {
         if !symmetric || lowest() < -(n as f64) * ROUNDING {
             return Err(wrong(
                 &field,
-                "it is no covariance: not symmetric, or not positive semidefinite".to_owned(),
+                "not a covariance: it is not symmetric, or not positive semidefinite".to_owned(),
             ));
         }
         Ok(())
@@ -196,7 +190,7 @@ mod tests {
         file
     }
 
-    /// The field that is refused, once `change` was made.
+    /// Name of the field that is refused after `change`.
     fn refused(change: impl Fn(&mut AccelerometerSection, &mut GyroscopeSection)) -> String {
         let mut file = plain();
         let mut gyro = file.gyroscope.take().unwrap();
@@ -212,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_refused_with_its_field() {
+    fn invalid_values_are_refused_with_their_field() {
         plain().check().unwrap();
         type Change = fn(&mut AccelerometerSection, &mut GyroscopeSection);
         let cases: [(&str, Change); 14] = [
@@ -259,7 +253,7 @@ mod tests {
         file.gravity_mps2 = 981.0;
         let error = file.check().unwrap_err();
         assert!(error.message().starts_with("gravity_mps2: "), "{error}");
-        // Nothing is known of a certain parameter, and nothing is wrong with it.
+        // A variance of zero is accepted.
         let mut file = plain();
         for row in values(&mut file.accelerometer) {
             row[5] = 0.0;

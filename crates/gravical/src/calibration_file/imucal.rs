@@ -1,8 +1,8 @@
-//! imucal's JSON: read (2.0 and before) and written.
+//! Reading (2.0 and before) and writing of imucal's JSON.
 //!
-//! imucal calibrates by R⁻¹K⁻¹(r − b) in m/s² and °/s; ours is the same model
-//! with rad/s for the gyroscope, so that its K_g is our scale · π/180. Without
-//! a gyroscope identity and zero are written, because imucal requires the keys.
+//! imucal calibrates by R⁻¹K⁻¹(r − b) in m/s² and °/s; this program uses the same model with
+//! rad/s for the gyroscope, so that imucal's K_g is the scale · π/180. Without a gyroscope
+//! identity and zero are written, because imucal requires the keys.
 
 use gravical_core::matrix3::{inverse, mul, row_norms, scale_rows};
 use gravical_core::unit::{DEGREES_PER_RADIAN, RADIANS_PER_DEGREE, STANDARD_GRAVITY_MPS2};
@@ -42,8 +42,7 @@ struct Imucal {
     format_version: Option<String>,
 }
 
-/// Reads imucal's calibration; the format before 2.0 has no version and no
-/// input units.
+/// Reads a calibration of imucal; the format before 2.0 has no version and no input units.
 ///
 /// # Errors
 ///
@@ -66,7 +65,7 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
         Some(t) if t == wanted => Ok(()),
         Some(other) => Err(Error::input(
             "calibration-format",
-            format!("it calibrates to {other}; only {wanted} is read"),
+            format!("its output unit is {other}; only {wanted} can be read"),
         )),
     };
     unit(&file.acc_unit, "m/s^2")?;
@@ -122,7 +121,7 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
         findings: Vec::new(),
         verdict: Verdict {
             grade: Grade::NotVerifiable,
-            reasons: vec!["read from a file of imucal, which carries no measure of its quality and not the gravity it was made with".to_owned()],
+            reasons: vec!["read from a file of imucal, which contains neither its quality nor the gravity it was computed with".to_owned()],
         },
         command: None,
         temperature_model: None,
@@ -131,13 +130,12 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
     Ok(file)
 }
 
-/// Scale, orientation and matrix of K·R, `per_unit` output units of theirs in
-/// one of ours.
+/// Scale, orientation and matrix of K·R; `per_unit`: imucal's output units per output unit of
+/// this program.
 fn parts(k: &Matrix, r: &Matrix, per_unit: f64) -> Result<([f64; 3], Matrix, Matrix)> {
     let model = mul(k, r);
     let diagonal = (0..3).all(|i| (0..3).all(|j| i == j || k[i][j] == 0.0));
-    // With K diagonal, as imucal writes it, K and R are taken as they are: no
-    // digit is lost.
+    // K as imucal writes it is diagonal: K and R are used directly, without rounding.
     let (scale, orientation) = if diagonal {
         (std::array::from_fn(|i| k[i][i]), *r)
     } else {
@@ -156,11 +154,11 @@ fn parts(k: &Matrix, r: &Matrix, per_unit: f64) -> Result<([f64; 3], Matrix, Mat
     Ok((scale.map(|s| s * per_unit), orientation, matrix))
 }
 
-/// Writes a calibration as imucal reads it.
+/// Writes a calibration in imucal's format.
 ///
 /// # Errors
 ///
-/// `calibration-syntax` only if the values cannot be written as JSON.
+/// `calibration-syntax` if the values cannot be written as JSON.
 pub fn to_imucal(file: &CalibrationFile) -> Result<String> {
     let diagonal = gravical_core::matrix3::diagonal;
     let identity: Matrix = gravical_core::matrix3::identity();
@@ -220,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn there_and_back_keeps_the_values() {
+    fn values_round_trip() {
         let file = from_imucal(&sample()).unwrap();
         let again: serde_json::Value = serde_json::from_str(&to_imucal(&file).unwrap()).unwrap();
         for key in [
@@ -240,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn the_model_is_the_same() {
+    fn matrix_is_the_inverse_of_the_model() {
         let file = from_imucal(&sample()).unwrap();
         let cal = file.accelerometer_calibration();
         let m = mul(
@@ -256,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn the_old_format_and_foreign_units() {
+    fn old_format_is_read_and_other_units_are_refused() {
         let mut old = sample();
         let map = old.as_object_mut().unwrap();
         for key in [

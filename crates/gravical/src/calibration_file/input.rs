@@ -1,4 +1,4 @@
-//! The files that a result was computed from.
+//! Input files of a result.
 
 use std::io::Read as _;
 use std::path::Path;
@@ -10,22 +10,22 @@ use crate::hash::sha256;
 use crate::recording::Recording;
 use crate::{Error, Result};
 
-/// A calibration or a list is read at once; none is larger.
+/// Largest size of a calibration or a list, which are read at once.
 const MOST_BYTES: u64 = 16 << 20;
 
-/// A file that a result was computed from.
+/// An input file of a result.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct InputFile {
-    /// Path as it was given.
+    /// Path as given.
     pub path: String,
     /// SHA-256 of the file, hexadecimal; null for standard input and imports.
     pub sha256: Option<String>,
-    /// What was taken from it.
+    /// Role of the file.
     #[serde(default)]
     pub role: InputRole,
 }
 
-/// What was taken from a file.
+/// Role of an input file.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InputRole {
@@ -34,21 +34,21 @@ pub enum InputRole {
     Recording,
     /// The gyroscope of the recording before it.
     Gyroscope,
-    /// Where the placements are in the recording.
+    /// The poses in the recording.
     Sections,
-    /// Drift with temperature.
+    /// Temperature drift.
     Soak,
     /// Parameters of the sensor.
     Calibration,
     /// Positions that the result was compared with.
     Reference,
-    /// Something that this version does not know.
+    /// A role of a later version.
     #[serde(other)]
     Other,
 }
 
 impl InputRole {
-    /// What it is called, for people.
+    /// Name for messages.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -64,8 +64,7 @@ impl InputRole {
 }
 
 impl InputFile {
-    /// The files behind recordings: each with the one that its gyroscope was
-    /// joined from.
+    /// The files of recordings, each followed by the file of its gyroscope.
     #[must_use]
     pub fn of(recordings: &[Recording]) -> Vec<Self> {
         recordings
@@ -96,12 +95,12 @@ impl InputFile {
         files
     }
 
-    /// Reads a file at once and takes it apart with `parse`: what was taken from it
-    /// and the sum are of the same bytes, whatever becomes of the file.
+    /// Reads a file at once and parses it with `parse`. The result and the SHA-256 are of the
+    /// same bytes, even if the file changes.
     ///
     /// # Errors
     ///
-    /// `too-large` (input) for more than 16 MiB; what the file system and `parse` say, with
+    /// `too-large` (input) for more than 16 MiB; errors of the file system and of `parse`, with
     /// the file.
     pub fn read<T>(
         path: &Path,
@@ -113,10 +112,10 @@ impl InputFile {
             .and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes))
             .map_err(|e| Error::io(path, e))?;
         if bytes.len() as u64 > MOST_BYTES {
-            let what = format!("more than {} MiB: no {}", MOST_BYTES >> 20, role.name());
+            let what = format!("more than {} MiB: not a {}", MOST_BYTES >> 20, role.name());
             return Err(Error::input("too-large", what)
                 .at(path, None)
-                .with_hint("look whether the arguments stand in the right order"));
+                .with_hint("check the order of the arguments"));
         }
         let parsed = parse(&bytes).map_err(|e| {
             let line = e.location().and_then(|l| l.line);
@@ -125,7 +124,7 @@ impl InputFile {
         Ok((parsed, InputFile::of_bytes(path, role, &bytes)))
     }
 
-    /// The file at `path` with this text.
+    /// The file at `path` with these bytes.
     #[must_use]
     pub fn of_bytes(path: &Path, role: InputRole, bytes: &[u8]) -> Self {
         InputFile {
@@ -135,7 +134,7 @@ impl InputFile {
         }
     }
 
-    /// Whether its samples went into the parameters.
+    /// True if its samples determined the parameters.
     #[must_use]
     pub fn is_recording(&self) -> bool {
         matches!(self.role, InputRole::Recording | InputRole::Gyroscope)
@@ -147,9 +146,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn roles_of_before_and_after() {
+    fn roles_of_other_versions_are_read() {
         let read = |text: &str| serde_json::from_str::<InputFile>(text).unwrap().role;
-        // Files of earlier versions have none.
+        // Files of earlier versions have no role.
         assert_eq!(read(r#"{"path":"a","sha256":null}"#), InputRole::Recording);
         assert_eq!(
             read(r#"{"path":"a","sha256":null,"role":"sections"}"#),
@@ -162,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_with_the_file() {
+    fn errors_contain_the_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
         std::fs::write(&path, "abc").unwrap();

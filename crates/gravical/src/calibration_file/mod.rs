@@ -1,11 +1,9 @@
-//! The calibration file `gravical-calibration/1`: JSON that says what the
-//! sensor's parameters are, where they come from and how good they are.
+//! The calibration file `gravical-calibration/1`: JSON with the parameters of a sensor, their
+//! origin and their quality.
 //!
-//! Everything that concerns raw values is in the unit of the recording
-//! (`input_unit`): `calibrated = matrix · (raw − bias)` in m/s², and for the
-//! gyroscope `matrix · (raw − bias − g_sensitivity · a)` in rad/s with a in
-//! m/s². Readers ignore fields that they do not know; within `/1` fields are
-//! only added.
+//! All quantities of raw values are in the unit of the recording (`input_unit`): `calibrated =
+//! matrix · (raw − bias)` in m/s², and for the gyroscope `matrix · (raw − bias − g_sensitivity ·
+//! a)` in rad/s with a in m/s². Readers ignore unknown fields; within `/1` fields are only added.
 
 mod check;
 mod imucal;
@@ -25,11 +23,11 @@ pub use temperature::*;
 pub use trust::*;
 pub use types::*;
 
-/// The value of `format`.
+/// Value of `format`.
 pub const FORMAT: &str = "gravical-calibration/1";
 
 impl CalibrationFile {
-    /// The accelerometer's part as the core applies it.
+    /// Parameters of the accelerometer for the core crate.
     #[must_use]
     pub fn accelerometer_calibration(&self) -> gravical_core::calibration::Calibration<f64> {
         gravical_core::calibration::Calibration {
@@ -38,7 +36,7 @@ impl CalibrationFile {
         }
     }
 
-    /// The gyroscope's part as the core applies it.
+    /// Parameters of the gyroscope for the core crate.
     #[must_use]
     pub fn gyroscope_calibration(
         &self,
@@ -52,12 +50,12 @@ impl CalibrationFile {
             })
     }
 
-    /// The file's text: JSON with a newline at the end.
+    /// Text of the file: JSON with a newline at the end.
     ///
     /// # Errors
     ///
-    /// `calibration-values` (input) when a parameter cannot be applied, as a number that is
-    /// none, which JSON cannot carry.
+    /// `calibration-values` (input) if a parameter cannot be applied, for example a NaN, which
+    /// JSON cannot represent.
     pub fn to_json(&self) -> Result<String> {
         self.check()?;
         let mut text = serde_json::to_string_pretty(self)
@@ -66,7 +64,7 @@ impl CalibrationFile {
         Ok(shown_json(&text).into_owned())
     }
 
-    /// Writes it to `path` in one step.
+    /// Writes the file to `path` atomically.
     ///
     /// # Errors
     ///
@@ -78,7 +76,7 @@ impl CalibrationFile {
         })
     }
 
-    /// Reads a calibration of ours or of imucal (2.0 and before).
+    /// Reads a calibration of this program or of imucal (2.0 and before).
     ///
     /// # Errors
     ///
@@ -88,7 +86,7 @@ impl CalibrationFile {
         Self::read_with_input(path).map(|(file, _)| file)
     }
 
-    /// The same, with the file that it was read from.
+    /// The same, with the input file for a result.
     ///
     /// # Errors
     ///
@@ -97,7 +95,7 @@ impl CalibrationFile {
         InputFile::read(path, InputRole::Calibration, Self::parse)
     }
 
-    /// The recordings among the files that it was computed from.
+    /// The recordings among the input files.
     pub fn recordings(&self) -> impl Iterator<Item = &InputFile> {
         self.inputs.iter().filter(|i| i.is_recording())
     }
@@ -145,7 +143,7 @@ impl CalibrationFile {
     }
 }
 
-/// The time for `created`: now, or what SOURCE_DATE_EPOCH says.
+/// Time for `created`: the current time, or SOURCE_DATE_EPOCH.
 #[must_use]
 pub fn creation_time() -> String {
     let epoch = std::env::var("SOURCE_DATE_EPOCH")
@@ -153,7 +151,7 @@ pub fn creation_time() -> String {
         .and_then(|s| s.trim().parse::<i64>().ok())
         .and_then(|s| jiff::Timestamp::from_second(s).ok());
     let now = epoch.unwrap_or_else(jiff::Timestamp::now);
-    // Whole seconds: more says nothing.
+    // Whole seconds are enough.
     let whole = jiff::Timestamp::from_second(now.as_second()).unwrap_or(now);
     whole.to_string()
 }

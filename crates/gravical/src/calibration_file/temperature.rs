@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::InputFile;
 
-/// How the readings of a sensor drift with its temperature T.
+/// Drift of a sensor's readings with its temperature T.
 ///
 /// With x = T − `reference_c`, drift(T) = Σ coefficients\[k\] · x^(k+1) and
 /// gain(T) = Σ scale_coefficients\[k\] · x^(k+1) of a channel,
@@ -14,39 +14,37 @@ use super::InputFile;
 /// calibrated = matrix · ((raw − drift(T)) / (1 + gain(T)) − bias)
 /// ```
 ///
-/// which is `matrix · (raw − bias − drift(T))` where no gain was found. Both
-/// are zero at `reference_c`. Outside `range_c` nothing is known: there the
-/// value at its nearer edge is held.
+/// which is `matrix · (raw − bias − drift(T))` without a gain. Both are zero at `reference_c`.
+/// Outside `range_c` the value at its nearer edge is used.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TemperatureModel {
-    /// Temperature at which bias and matrix hold, °C.
+    /// Temperature at which bias and matrix are valid, °C.
     pub reference_c: f64,
-    /// How that temperature is known.
+    /// Source of the reference temperature.
     pub reference_source: ReferenceSource,
-    /// Lowest and highest temperature that the model was fitted and tested in,
-    /// °C.
+    /// Lowest and highest temperature at which the model was fitted and tested, °C.
     pub range_c: [f64; 2],
-    /// Placements that were held while the temperature changed.
+    /// Poses in which the temperature changed.
     pub poses: u32,
-    /// The way of the temperature while still, in order.
+    /// Sweeps of the temperature at rest, in order.
     pub sweeps: Vec<Sweep>,
-    /// Every channel, those that were refused too: they have no coefficients.
+    /// Every channel; refused ones have no coefficients.
     pub channels: Vec<ChannelDrift>,
-    /// The recordings it was computed from.
+    /// The recordings the model was computed from.
     pub inputs: Vec<InputFile>,
 }
 
-/// How the reference temperature of a model is known.
+/// Source of the reference temperature of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReferenceSource {
-    /// The mean temperature of the placements that bias and matrix come from.
+    /// The mean temperature of the poses that bias and matrix were computed from.
     Session,
-    /// The middle of the soak: the placements had no temperature.
+    /// The middle of the soak: the poses had no temperature.
     Soak,
 }
 
-/// A stretch in which the temperature went one way.
+/// An interval in which the temperature changed in one direction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Sweep {
     /// Falling or rising.
@@ -57,18 +55,18 @@ pub struct Sweep {
     pub to_c: f64,
 }
 
-/// Which way the temperature goes.
+/// Direction of a temperature change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SweepDirection {
-    /// It falls.
+    /// Falling.
     Cooling,
-    /// It rises.
+    /// Rising.
     Warming,
 }
 
 impl SweepDirection {
-    /// As it is written.
+    /// Name in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -77,7 +75,7 @@ impl SweepDirection {
         }
     }
 
-    /// The other one.
+    /// The other direction.
     #[must_use]
     pub fn opposite(self) -> Self {
         match self {
@@ -87,18 +85,17 @@ impl SweepDirection {
     }
 }
 
-/// Whether a channel's drift is taken off.
+/// Whether the drift of a channel is subtracted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DriftVerdict {
     /// Each direction predicts the other.
     Accepted,
-    /// It does not predict, or it was not tested.
+    /// One direction does not predict the other, or it was not tested.
     Refused,
 }
 
-/// What temperature does to one channel. Everything is in the unit of the
-/// recording and in °C.
+/// Temperature drift of one channel, in the unit of the recording and °C.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ChannelDrift {
     /// `ax` … `gz`, axes of the board.
@@ -107,42 +104,40 @@ pub struct ChannelDrift {
     pub input_unit: String,
     /// Accepted or refused.
     pub verdict: DriftVerdict,
-    /// Why, with numbers.
+    /// Reason, with numbers.
     pub reason: String,
     /// Order of the polynomial that was tested.
     pub order: u32,
-    /// R² on the warming sweeps of what was fitted to the cooling ones; null
-    /// when it could not be tested.
+    /// R² on the warming sweeps of the polynomial fitted to the cooling ones; null if it could
+    /// not be tested.
     pub r2_cooling_to_warming: Option<f64>,
-    /// R² on the cooling sweeps of what was fitted to the warming ones.
+    /// R² on the cooling sweeps of the polynomial fitted to the warming ones.
     pub r2_warming_to_cooling: Option<f64>,
-    /// Slope of the straight line through all of it, input unit per °C.
+    /// Slope of the straight line through all sweeps, input unit per °C.
     pub slope: Option<f64>,
-    /// The same of the cooling sweeps.
+    /// The same for the cooling sweeps.
     pub slope_cooling: Option<f64>,
-    /// The same of the warming sweeps.
+    /// The same for the warming sweeps.
     pub slope_warming: Option<f64>,
-    /// Most that cooling and warming differ at one temperature, input unit;
-    /// null where they were not held in one placement.
+    /// Largest difference between cooling and warming at one temperature, input unit; null if
+    /// they were not in one pose.
     pub hysteresis: Option<f64>,
-    /// Standard deviation about the mean of its placement before …
+    /// Standard deviation about the mean of each pose, before the model is subtracted.
     pub drift_rms: f64,
-    /// … and after the model is taken off, every degree alike; null for a
-    /// channel that was refused.
+    /// The same after the model is subtracted, all degrees with equal weight; null for a refused
+    /// channel.
     pub residual_rms: Option<f64>,
-    /// Input unit per °C, °C², …; empty when refused.
+    /// Input unit per °C, °C², …; empty if refused.
     pub coefficients: Vec<f64>,
-    /// Relative change of the reading per °C, °C², …; empty when refused or
-    /// not found.
+    /// Relative change of the reading per °C, °C², …; empty if refused or not found.
     pub scale_coefficients: Vec<f64>,
-    /// Which part of the drift is the bias and which the scale was told apart
-    /// by placements in which gravity acts differently on the axis. Where it
-    /// was not, all of it is ascribed to the bias.
+    /// True if the drifts of bias and scale were distinguished, by poses in which gravity acts
+    /// differently on the axis. If false, all drift is assigned to the bias.
     pub scale_observed: bool,
 }
 
 impl ChannelDrift {
-    /// True when its drift is to be taken off.
+    /// True if its drift is subtracted.
     #[must_use]
     pub fn is_accepted(&self) -> bool {
         self.verdict == DriftVerdict::Accepted
@@ -153,20 +148,20 @@ impl ChannelDrift {
 pub const CHANNELS: [&str; 6] = ["ax", "ay", "az", "gx", "gy", "gz"];
 
 impl TemperatureModel {
-    /// The channel called `name`.
+    /// The channel with this name.
     #[must_use]
     pub fn channel(&self, name: &str) -> Option<&ChannelDrift> {
         self.channels.iter().find(|c| c.channel == name)
     }
 
-    /// True when any channel was accepted.
+    /// True if at least one channel was accepted.
     #[must_use]
     pub fn any_accepted(&self) -> bool {
         self.channels.iter().any(ChannelDrift::is_accepted)
     }
 
-    /// True when every number can be applied: finite, the range in order, the
-    /// gain far from −1 everywhere in it, channels known and named once.
+    /// True if every number can be applied: finite, the range in order, the gain far from −1 in
+    /// the range, channels known and unique.
     pub(super) fn is_usable(&self) -> bool {
         let [low, high] = self.range_c;
         let numbers = self

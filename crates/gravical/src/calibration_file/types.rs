@@ -1,4 +1,4 @@
-//! What stands in a calibration file, field by field.
+//! Fields of a calibration file.
 
 use gravical_core::matrix3;
 use schemars::JsonSchema;
@@ -18,38 +18,37 @@ use crate::recording::units::{AccelUnit, GyroUnit};
 pub struct CalibrationFile {
     /// `gravical-calibration/1`.
     pub format: String,
-    /// When it was computed, RFC 3339, UTC.
+    /// Time of the computation, RFC 3339, UTC.
     pub created: String,
     /// Name and version of the program.
     pub tool: String,
-    /// Which sensor it belongs to.
+    /// The sensor it belongs to.
     pub sensor: SensorInfo,
-    /// Local gravity that the scale rests on, m/s².
+    /// Local gravity that the scale is based on, m/s².
     pub gravity_mps2: f64,
-    /// How it is known.
+    /// Source of the gravity.
     pub gravity_source: GravitySource,
-    /// Temperature during the placements, °C.
+    /// Temperature during the poses, °C.
     pub temperature_c: Option<TemperatureRange>,
     /// Parameters of the accelerometer.
     pub accelerometer: AccelerometerSection,
-    /// Parameters of the gyroscope; null when there were no turns.
+    /// Parameters of the gyroscope; null if there were no turns.
     pub gyroscope: Option<GyroscopeSection>,
-    /// The files it was computed from.
+    /// The input files.
     pub inputs: Vec<InputFile>,
-    /// What was odd in them.
+    /// Faults found in them.
     pub findings: Vec<Finding>,
-    /// How far to trust it.
+    /// Verdict on the accuracy.
     pub verdict: Verdict,
-    /// The command that made it, where it was a command.
+    /// The command that computed it, if it was a command.
     #[serde(default)]
     pub command: Option<String>,
-    /// How the readings drift with temperature; null where that was not
-    /// measured.
+    /// Temperature drift of the readings; null if it was not measured.
     #[serde(default)]
     pub temperature_model: Option<TemperatureModel>,
 }
 
-/// Which sensor a calibration belongs to.
+/// The sensor that a calibration belongs to.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SensorInfo {
     /// Serial number or name.
@@ -58,30 +57,30 @@ pub struct SensorInfo {
     pub model: Option<String>,
 }
 
-/// How local gravity is known.
+/// Source of the local gravity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GravitySource {
-    /// The user gave it.
+    /// Given by the user.
     Given,
-    /// From latitude and height (WGS 84).
+    /// Computed from latitude and height (WGS 84).
     Latitude,
-    /// 9.80665 m/s², for want of better.
+    /// 9.80665 m/s², assumed.
     Standard,
 }
 
 /// Temperatures of a session, °C.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TemperatureRange {
-    /// Mean over the placements.
+    /// Mean over the poses.
     pub mean: f64,
-    /// Coldest placement.
+    /// Coldest pose.
     pub min: f64,
-    /// Warmest placement.
+    /// Warmest pose.
     pub max: f64,
 }
 
-/// Parameters of the accelerometer and what they rest on.
+/// Parameters of the accelerometer and their basis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AccelerometerSection {
     /// `ferraris`, ….
@@ -90,68 +89,64 @@ pub struct AccelerometerSection {
     pub input_unit: AccelUnit,
     /// `m/s^2`.
     pub output_unit: AccelUnit,
-    /// Bias, input unit (a zero offset is part of it).
+    /// Bias, input unit (includes a zero offset).
     pub bias: [f64; 3],
     /// calibrated = matrix · (raw − bias), m/s² per input unit, row-major.
     pub matrix: [[f64; 3]; 3],
     /// K of raw = K R a + b: input unit per m/s².
     pub scale: [f64; 3],
-    /// R: rows of length one, not orthogonal in general.
+    /// R: rows of length one, in general not orthogonal.
     pub orientation: [[f64; 3]; 3],
-    /// Covariance of the twelve parameters of raw = M a + b, M = K R; null
-    /// where no standard errors are known.
+    /// Covariance of the twelve parameters of raw = M a + b, M = K R; null if no standard errors
+    /// are known.
     pub covariance: Option<Covariance>,
-    /// Standard uncertainty of local gravity that the covariance holds, m/s²: σ makes
-    /// (σ/g)² times the outer product of M's elements. 0 where gravity was given.
+    /// Standard uncertainty of local gravity that is included in the covariance, m/s²: σ
+    /// contributes (σ/g)² times the outer product of M's elements. 0 if gravity was given.
     #[serde(default)]
     pub gravity_sd_mps2: f64,
-    /// The placements.
+    /// The poses.
     pub positions: Vec<Position>,
-    /// Errors over the placements that the parameters were fitted to: no
-    /// measure of accuracy.
+    /// Errors over the poses that the parameters were fitted to; not a measure of accuracy.
     pub errors: Option<FitErrors>,
-    /// Scale against nominal, %; null where the nominal scale is not known.
+    /// Deviation of the scale from nominal, %; null if the nominal scale is unknown.
     pub scale_deviation_percent: Option<[f64; 3]>,
-    /// Measured magnitudes less fitted parameters of the magnitude.
+    /// Number of measured magnitudes minus number of fitted parameters of the magnitude.
     pub degrees_of_freedom: u32,
-    /// Error of ‖a‖ on placements left out of the fit, m/s²; null where what
-    /// remains does not determine the parameters.
+    /// Error of ‖a‖ at poses left out of the fit, m/s²; null if the remaining poses do not
+    /// determine the parameters.
     pub leave_one_out_rms_mps2: Option<f64>,
-    /// Standard uncertainty of ‖a‖ over all directions, m/s², by the
-    /// covariance.
+    /// Standard uncertainty of ‖a‖ over all directions, m/s², from the covariance.
     pub predicted_norm_error_mps2: Option<f64>,
-    /// The direction in which ‖a‖ is known least.
+    /// The direction in which ‖a‖ is least certain.
     #[serde(default)]
     pub worst_direction: Option<WorstDirection>,
-    /// What an error of one placement could do unseen; null where there is nothing to
-    /// hold placements against.
+    /// Effect of an undetected error of one pose; null without redundancy.
     #[serde(default)]
     pub undetected: Option<UndetectedError>,
-    /// The placement that the others contradict, if one does.
+    /// The pose that is inconsistent with the others, if there is one.
     #[serde(default)]
     pub contradicted: Option<ContradictedPose>,
-    /// Tilt of the placements that the uncertainty assumes, degrees (sd of each
-    /// of two components).
+    /// Tilt of the poses assumed in the uncertainty, degrees (standard deviation of each of two
+    /// components).
     pub placement_tilt_deg: Option<PlacementTilt>,
     /// Standard deviations of bias, scale and the angles between the axes.
     #[serde(default)]
     pub deviations: Option<Deviations>,
-    /// What the fit shows of itself (joint and magnitude fits).
+    /// Quality of the fit (joint and magnitude fits).
     #[serde(default)]
     pub fit: Option<FitQuality>,
-    /// The placement that the result suffers from most.
+    /// The pose that is least consistent with the others.
     #[serde(default)]
     pub worst_pose: Option<WorstPose>,
-    /// Placements that would help most, each after the ones before it.
+    /// The best next poses, each in addition to those before it.
     #[serde(default)]
     pub next_poses: Vec<NextPose>,
-    /// What the uncertainty of ‖a‖ at rest consists of.
+    /// Contributions to the uncertainty of ‖a‖ at rest.
     #[serde(default)]
     pub budget: Option<Budget>,
 }
 
-/// The accelerometer that changes nothing, of which nothing is known beyond its
-/// parameters; its unit is not known.
+/// The identity, without further information; its unit is unknown.
 impl Default for AccelerometerSection {
     fn default() -> Self {
         AccelerometerSection {
@@ -207,7 +202,7 @@ impl Covariance {
     }
 }
 
-/// Whether a placement had a known face.
+/// Whether a pose had a known face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PositionKind {
@@ -217,24 +212,24 @@ pub enum PositionKind {
     Free,
 }
 
-/// One placement of the sensor.
+/// One pose of the sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Position {
-    /// `+x` … for faces, else its own name.
+    /// `+x` … for faces, otherwise its name.
     pub label: String,
     /// Face or free.
     pub kind: PositionKind,
-    /// The file or files it is from.
+    /// The file or files it was measured in.
     pub source: String,
-    /// Rows that the mean is over.
+    /// Number of rows in the mean.
     pub rows: u64,
-    /// First and last line of the file that they stand in.
+    /// First and last line of these rows in the file.
     #[serde(default)]
     pub lines: Option<[u64; 2]>,
     /// Mean reading, input unit.
     pub raw: [f64; 3],
-    /// What an ideal sensor reads there, m/s²; for a free position the
-    /// calibrated direction at the length of gravity.
+    /// Reading of an ideal sensor, m/s²; for a free pose the calibrated direction with the length
+    /// of gravity.
     pub expected: [f64; 3],
     /// Calibrated mean, m/s².
     pub calibrated: [f64; 3],
@@ -242,9 +237,8 @@ pub struct Position {
     pub error: [f64; 3],
     /// Its length.
     pub error_norm: f64,
-    /// Tilt off the face, degrees; null for free positions. Fitted by `joint`;
-    /// by `ferraris` the angle of the raw mean: placement, bias and misalignment
-    /// together.
+    /// Tilt from the face, degrees; null for free poses. Fitted by `joint`; for `ferraris` the
+    /// angle of the raw mean, which combines pose, bias and misalignment.
     pub tilt_deg: Option<f64>,
     /// Standard deviation of a fitted tilt, degrees (each of two components).
     #[serde(default)]
@@ -252,22 +246,21 @@ pub struct Position {
     /// ‖calibrated‖ − gravity, m/s².
     #[serde(default)]
     pub magnitude_error_mps2: Option<f64>,
-    /// The same with this position and those within 25° of it left out of the
-    /// fit; null where the rest determines too little.
+    /// The same with this pose and those within 25° of it left out of the fit; null if the
+    /// remaining poses do not determine the parameters.
     #[serde(default)]
     pub left_out_error_mps2: Option<f64>,
-    /// Standard deviation that this error should have, by the covariance of the
-    /// fit without them and the noise of the mean, m/s²; null where the method
-    /// does not say.
+    /// Expected standard deviation of this error, from the covariance of the fit without these
+    /// poses and the noise of the mean, m/s²; null if the method does not compute it.
     #[serde(default)]
     pub left_out_sd_mps2: Option<f64>,
-    /// False when it took no part in the fit.
-    #[serde(default = "yes")]
+    /// False if it was not used in the fit.
+    #[serde(default = "default_true")]
     pub fitted: bool,
 }
 
 impl Position {
-    /// By its label and lines: a face may occur several times.
+    /// Label with lines, since a face can occur several times.
     pub(crate) fn called(&self) -> String {
         match self.lines {
             Some([first, last]) => format!("{} in lines {first}-{last}", self.label),
@@ -276,7 +269,7 @@ impl Position {
     }
 }
 
-fn yes() -> bool {
+fn default_true() -> bool {
     true
 }
 
@@ -291,32 +284,32 @@ pub struct FitErrors {
     pub mean_norm: f64,
 }
 
-/// A placement tilt and how it is known.
+/// Tilt of the poses and its source.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlacementTilt {
     /// Standard deviation of each of the two components, degrees.
     pub value: f64,
-    /// How it is known.
+    /// Source of the value.
     pub source: TiltSource,
 }
 
-/// How the placement tilt is known.
+/// Source of the tilt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TiltSource {
-    /// The user said so.
+    /// Given by the user.
     Given,
-    /// From the data.
+    /// Estimated from the data.
     Estimated,
-    /// The usual value of a box on a table.
+    /// The usual value for a box on a table.
     Assumed,
 }
 
 /// Parameters of the gyroscope.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GyroscopeSection {
-    /// `turns`: from three known turns (Ferraris); `motion`: from the motions
-    /// between stills; `bias`: the bias alone, with the nominal matrix.
+    /// `turns`: from three known turns (Ferraris); `motion`: from the motions between static
+    /// intervals; `bias`: only the bias, with the nominal matrix.
     #[serde(default = "turns")]
     pub method: String,
     /// Unit of the raw values.
@@ -334,28 +327,26 @@ pub struct GyroscopeSection {
     pub orientation: [[f64; 3]; 3],
     /// Input unit per m/s².
     pub g_sensitivity: [[f64; 3]; 3],
-    /// Covariance of raw = M ω + b, M = K R, or of b alone; null where it is
-    /// not known.
+    /// Covariance of raw = M ω + b, M = K R, or of b alone; null if unknown.
     #[serde(default)]
     pub covariance: Option<Covariance>,
-    /// How far gravity, turned by the integrated rate, is off after the motions
-    /// that were fitted: root mean square length of the difference of unit
-    /// vectors.
+    /// Deviation of gravity rotated by the integrated rate after the fitted motions: root mean
+    /// square length of the difference of unit vectors.
     #[serde(default)]
     pub residual: Option<f64>,
     /// The same as an angle, degrees.
     #[serde(default)]
     pub residual_deg: Option<f64>,
-    /// The motions between stills.
+    /// The motions between static intervals.
     #[serde(default)]
     pub motions: Option<MotionCounts>,
-    /// The angle for motions that are left out of the fit one by one, rms,
-    /// degrees; null where what remains does not determine the parameters.
+    /// The angle for motions left out of the fit one by one, rms, degrees; null if the remaining
+    /// ones do not determine the parameters.
     #[serde(default)]
     pub leave_one_out_deg: Option<f64>,
 }
 
-/// The gyroscope that changes nothing, for want of better; its unit is not known.
+/// The identity; its unit is unknown.
 impl Default for GyroscopeSection {
     fn default() -> Self {
         GyroscopeSection {
@@ -376,26 +367,26 @@ impl Default for GyroscopeSection {
     }
 }
 
-/// The method of files that do not name one.
+/// The method of files that do not give one.
 fn turns() -> String {
     "turns".to_owned()
 }
 
-/// Motions between stills that a gyroscope was fitted to.
+/// Motions between static intervals that a gyroscope was fitted to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct MotionCounts {
     /// Motions in the fit.
     pub used: u32,
-    /// Motions with a gap, with clipped samples, or that contradict the others.
+    /// Motions with a gap, with clipped samples, or inconsistent with the others.
     pub left_out: u32,
 }
 
-/// How far a calibration can be trusted.
+/// Verdict on the accuracy of a calibration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Verdict {
     /// The grade.
     pub grade: Grade,
-    /// Why.
+    /// Reasons.
     pub reasons: Vec<String>,
 }
 
@@ -403,18 +394,18 @@ pub struct Verdict {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Grade {
-    /// Verified on data that were left out, and accurate.
+    /// Verified with data left out of the fit, and accurate.
     Good,
     /// Verified, less accurate.
     Fair,
-    /// Something is wrong; the reasons say what.
+    /// There is a fault, given in the reasons.
     Poor,
-    /// Nothing that was left out of the fit verifies it.
+    /// Not verified by data left out of the fit.
     NotVerifiable,
 }
 
 impl Grade {
-    /// As it is written.
+    /// Name in messages.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
