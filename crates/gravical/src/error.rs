@@ -1,7 +1,7 @@
-//! The one error of this library.
+//! The error type of this library.
 //!
-//! An error says what, where, why and what to do next. `code` is stable and
-//! meant for scripts; the text is meant for people and carries the numbers.
+//! An error gives what happened, where, why and what to do next. `code` is stable and intended
+//! for scripts; the text is intended for people and contains the numbers.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -12,12 +12,12 @@ use crate::output::one_line;
 /// Shorthand for results of this library.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Whose mistake it is; decides the exit code of the program.
+/// Cause of an error; determines the exit code of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Category {
-    /// The call was wrong: an option that does not fit (exit 2).
+    /// Wrong usage: an option that does not fit (exit 2).
     Usage,
-    /// The recording or file cannot give what was asked (exit 3).
+    /// The recording or file does not contain what is needed (exit 3).
     Input,
     /// The machine: disk, permissions (exit 1).
     System,
@@ -25,16 +25,16 @@ pub enum Category {
     Device,
 }
 
-/// A place in a file, as far as it is known.
+/// A place in a file, as far as known.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Location {
-    /// File as it was given, `-` for standard input.
+    /// Path of the file as given, `-` for standard input.
     pub path: PathBuf,
-    /// Line from 1.
+    /// Line, from 1.
     pub line: Option<u64>,
 }
 
-/// What went wrong, where, why, and what to do next.
+/// An error with cause, place and hint.
 #[derive(Debug)]
 pub struct Error(Box<Inner>);
 
@@ -60,19 +60,19 @@ impl Error {
         }))
     }
 
-    /// The recording or file cannot give what was asked.
+    /// The recording or file does not contain what is needed.
     #[must_use]
     pub fn input(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Input, code, message)
     }
 
-    /// An option or a combination of options that cannot be meant.
+    /// An invalid option or combination of options.
     #[must_use]
     pub fn usage(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Usage, code, message)
     }
 
-    /// The board, its port or the cable to it cannot give what was asked.
+    /// The board, its port or the cable to it fails.
     #[must_use]
     pub fn device(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Device, code, message)
@@ -81,8 +81,7 @@ impl Error {
     /// A failed read or write of `path`.
     #[must_use]
     pub fn io(path: &Path, source: std::io::Error) -> Self {
-        // A file that is not there or holds garbage is the caller's input; a
-        // full disk is not.
+        // A missing or invalid file is an input error; a full disk is not.
         let (category, code) = match source.kind() {
             std::io::ErrorKind::NotFound => (Category::Input, "not-found"),
             std::io::ErrorKind::PermissionDenied => (Category::Input, "permission-denied"),
@@ -104,22 +103,22 @@ impl Error {
         error
     }
 
-    /// No memory is left after so many rows.
+    /// Memory was exhausted after this number of rows.
     pub(crate) fn no_memory(rows: u64) -> Self {
         let what = format!("there is no memory for more than {rows} rows");
         Self::new(Category::System, "no-memory", what).with_hint(
-            "close other programs, or cut the recording; `apply` and `motion --causal` need no memory for it",
+            "close other programs, or split the recording; `apply` and `motion --causal` do not load it into memory",
         )
     }
 
-    /// Adds what to do next.
+    /// Adds a hint.
     #[must_use]
     pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
         self.0.hint = Some(hint.into());
         self
     }
 
-    /// Adds where it happened.
+    /// Adds the place.
     #[must_use]
     pub fn at(mut self, path: &Path, line: Option<u64>) -> Self {
         self.0.location = Some(Location {
@@ -129,8 +128,8 @@ impl Error {
         self
     }
 
-    /// With the findings of `kind` that came before it: a file that was left out
-    /// is what misses later.
+    /// Appends the findings of `kind` that occurred before: a file that was left out can be the
+    /// cause.
     #[must_use]
     pub(crate) fn after(mut self, findings: &[Finding], kind: FindingKind) -> Self {
         for finding in findings.iter().filter(|f| f.kind == kind) {
@@ -142,49 +141,49 @@ impl Error {
         self
     }
 
-    /// Stable name of the case, for scripts: `missing-face`, `unit-unknown` ….
+    /// Stable code for scripts: `missing-face`, `unit-unknown` ….
     #[must_use]
     pub fn code(&self) -> &'static str {
         self.0.code
     }
 
-    /// The sentence without location and hint.
+    /// The message without place and hint.
     #[must_use]
     pub fn message(&self) -> &str {
         &self.0.message
     }
 
-    /// What to do next, where that is known.
+    /// The hint, if any.
     #[must_use]
     pub fn hint(&self) -> Option<&str> {
         self.0.hint.as_deref()
     }
 
-    /// Where it happened, where that is known.
+    /// The place, if known.
     #[must_use]
     pub fn location(&self) -> Option<&Location> {
         self.0.location.as_ref()
     }
 
-    /// Whose mistake it is.
+    /// Cause of the error.
     #[must_use]
     pub fn category(&self) -> Category {
         self.0.category
     }
 
-    /// True when the recording or file is at fault.
+    /// True if the recording or file is the cause.
     #[must_use]
     pub fn is_input(&self) -> bool {
         self.0.category == Category::Input
     }
 
-    /// True when the call is at fault.
+    /// True if the call is the cause.
     #[must_use]
     pub fn is_usage(&self) -> bool {
         self.0.category == Category::Usage
     }
 
-    /// True when writing failed because the reader of our output went away.
+    /// True if writing failed because the reader of the output was closed.
     #[must_use]
     pub fn is_broken_pipe(&self) -> bool {
         self.0

@@ -1,4 +1,4 @@
-//! Local gravity: given, from where the sensor stands, or assumed.
+//! Local gravity: given, computed from the location, or assumed.
 
 use gravical_core::unit::{STANDARD_GRAVITY_MPS2, local_gravity_mps2};
 
@@ -6,12 +6,12 @@ use crate::calibration_file::GravitySource;
 use crate::recording::{Finding, FindingKind};
 use crate::{Error, Result};
 
-/// Local gravity and how it is known.
+/// Local gravity and its source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gravity {
     /// m/s².
     pub value_mps2: f64,
-    /// How it is known.
+    /// Source of the value.
     pub source: GravitySource,
 }
 
@@ -24,14 +24,14 @@ impl Default for Gravity {
     }
 }
 
-/// Standard uncertainty of gravity when nothing is known of the place: 9.780 to
-/// 9.832 m/s² at sea level, all alike.
+/// Standard uncertainty of gravity at an unknown location: 9.780 to 9.832 m/s² at sea level,
+/// uniformly distributed.
 const UNKNOWN_PLACE_MPS2: f64 = 0.015;
-/// … and by latitude and height: anomalies of the field.
+/// … and from latitude and height: anomalies of the field.
 const ANOMALY_MPS2: f64 = 0.0005;
 
 impl Gravity {
-    /// Standard uncertainty, m/s²; a value that was given is taken as exact.
+    /// Standard uncertainty, m/s²; a given value is assumed to be exact.
     #[must_use]
     pub fn uncertainty_mps2(&self) -> f64 {
         match self.source {
@@ -41,18 +41,18 @@ impl Gravity {
         }
     }
 
-    /// A value that is known, m/s².
+    /// A given value, m/s².
     ///
     /// # Errors
     ///
-    /// `option-range` (usage) outside 9.7 to 9.9: nowhere on Earth.
+    /// `option-range` (usage) outside 9.7 to 9.9, which occurs nowhere on Earth.
     pub fn given(value_mps2: f64) -> Result<Self> {
         if !(9.7..=9.9).contains(&value_mps2) {
             return Err(Error::usage(
                 "option-range",
                 format!("gravity of {value_mps2} m/s²: on Earth it is 9.76 to 9.84"),
             )
-            .with_hint("the sensor's own reading at rest is not gravity; use --latitude when it is not known"));
+            .with_hint("the sensor's own reading at rest is not gravity; use --latitude if gravity is unknown"));
         }
         Ok(Gravity {
             value_mps2,
@@ -81,13 +81,13 @@ impl Gravity {
         })
     }
 
-    /// What the assumption costs, where one was made.
+    /// Finding about the uncertainty of an assumed value.
     #[must_use]
     pub fn finding(&self) -> Option<Finding> {
         (self.source == GravitySource::Standard).then(|| {
             Finding::new(
                 FindingKind::GravityAssumed,
-                "local gravity is taken as 9.80665 m/s²: the scale may be off by up to 0.27 % at sea level (0.34 % in La Paz); --latitude and --altitude, or --gravity, settle it",
+                "local gravity is assumed to be 9.80665 m/s²: the scale may be off by up to 0.27 % at sea level (0.34 % in La Paz); give --latitude and --altitude, or --gravity",
             )
         })
     }

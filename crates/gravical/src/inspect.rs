@@ -1,5 +1,4 @@
-//! What is in a recording: the first thing to know before anything is done
-//! with it.
+//! Contents of a recording.
 
 use serde::Serialize;
 
@@ -15,20 +14,20 @@ use crate::segment::turns::{Turn, full_turns, motions};
 use crate::still::moments;
 use crate::temperature::study_if_any;
 
-/// A recording, looked at.
+/// Result of [`inspect`].
 #[derive(Debug, Clone, Serialize)]
 pub struct Inspection {
-    /// The file as it was given.
+    /// Path of the file as given.
     pub file: String,
-    /// How it is written.
+    /// Text format of the file in words.
     pub description: String,
     /// Serial number of the sensor, where the file names it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub serial: Option<String>,
-    /// Names of its columns.
+    /// Names of the columns.
     pub columns: Vec<String>,
-    /// The sum `lines = rows + …`.
-    pub account: Account,
+    /// Counts of lines.
+    pub account: LineCounts,
     /// Rates, duration, jitter.
     pub timing: Timing,
     /// Unit of the accelerometer.
@@ -37,35 +36,34 @@ pub struct Inspection {
     pub gyroscope: Option<GyroScale>,
     /// Lowest and highest temperature, °C.
     pub temperature_c: Option<[f64; 2]>,
-    /// Drift with temperature while still; null unless that spans more than
-    /// 5 °C.
+    /// Temperature drift at rest; null unless the temperature spans more than 5 °C.
     pub temperature_drift: Option<TemperatureModel>,
-    /// Labels of the label column with their numbers of rows.
+    /// Labels of the label column and their numbers of rows.
     pub labels: Vec<(String, u64)>,
-    /// The stills, in order.
+    /// The static intervals, in order.
     pub stills: Vec<StillSpan>,
     /// Full turns about an axis.
     pub turns: Vec<TurnSpan>,
-    /// Share of the rows that are still, 0 to 1.
+    /// Share of the rows in static intervals, 0 to 1.
     pub still_share: f64,
-    /// What is odd.
+    /// Faults found.
     pub findings: Vec<Finding>,
 }
 
-/// Every line accounted for.
+/// Counts of all lines of a file.
 #[derive(Debug, Clone, Serialize)]
-pub struct Account {
+pub struct LineCounts {
     /// Lines of the file.
     pub lines: u64,
-    /// Lines that became rows.
+    /// Lines that are rows.
     pub rows: u64,
     /// Lines set aside, by reason.
     pub aside: Vec<(String, u64)>,
-    /// The same for people.
+    /// The sum as text.
     pub sum: String,
 }
 
-/// A still of a recording.
+/// A static interval of a recording.
 #[derive(Debug, Clone, Serialize)]
 pub struct StillSpan {
     /// First row, from 0.
@@ -74,13 +72,13 @@ pub struct StillSpan {
     pub end_row: usize,
     /// First and last line of the file.
     pub lines: [u64; 2],
-    /// Seconds from the start of the recording; none without a rate.
+    /// Seconds since the start of the recording; null without a rate.
     pub start_s: Option<f64>,
     /// The same for the end.
     pub end_s: Option<f64>,
     /// Mean of the accelerometer, unit of the file.
     pub mean: [f64; 3],
-    /// `+x` …, none when it lies oblique.
+    /// `+x` …; null for a free pose.
     pub face: Option<String>,
     /// Angle to the nearest face, degrees.
     pub tilt_deg: f64,
@@ -97,12 +95,12 @@ pub struct TurnSpan {
     pub end_row: usize,
 }
 
-/// Looks at a recording.
+/// Inspects a recording.
 #[must_use]
 pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     let mut findings = recording.findings.clone();
     let mut spans = find_stills(recording, &StillOptions::default()).spans;
-    // Few rows, or rows with a label, are placements as they are.
+    // Very few rows, or rows with a label, are used as poses directly.
     if spans.is_empty() && recording.labels.is_none() && recording.rows_in_file() >= 40 {
         spans = find_calmest(recording, &mut findings);
     }
@@ -147,7 +145,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         description: recording.description.clone(),
         serial: recording.serial.clone(),
         columns: recording.column_names.clone(),
-        account: Account {
+        account: LineCounts {
             lines: recording.ledger.lines,
             rows: recording.ledger.rows,
             aside: recording

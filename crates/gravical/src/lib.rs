@@ -2,23 +2,21 @@
 //!
 //! # Overview
 //!
-//! The way of the data, one module a stage:
+//! The stages of processing, one module each:
 //!
-//! 1. [`recording`] reads what was recorded, whatever its shape, and names what
-//!    is wrong with it; [`inspect`] says what is in it.
-//! 2. [`segment`] finds where the sensor lay still and which face was up.
-//! 3. [`calibrate`] estimates the parameters ([`estimate`]), holds them against
-//!    what can show them wrong ([`validate`]) and says how far to trust them.
-//!    Read it first: it is the whole method in order.
-//! 4. [`calibration_file`] keeps them; [`apply`] calibrates recordings of any
-//!    size with them, [`check`] says whether one still fits new recordings,
-//!    [`compare`] whether two of them differ by more than their uncertainty.
-//! 5. [`denoise`] filters a recording and says what that does to its noise.
+//! 1. [`recording`] reads recordings in many formats and reports their faults; [`inspect`]
+//!    summarises their contents.
+//! 2. [`segment`] finds the static intervals and the face that was up in each.
+//! 3. [`calibrate`] estimates the parameters ([`estimate`]), validates them ([`validate`]) and
+//!    gives a verdict on their accuracy. Read it first: it contains the whole method in order.
+//! 4. [`calibration_file`] stores them; [`apply`] calibrates recordings of any size with them,
+//!    [`check`] determines whether one still fits new recordings, [`compare`] whether two of them
+//!    differ by more than their uncertainty.
+//! 5. [`denoise`] filters a recording and reports the effect on its noise.
 //!
-//! [`simulate`] makes recordings of a sensor whose truth is known; [`report`] says
-//! what there is to say of a result, as one [`document`] that is written as text, as
-//! HTML or as Markdown. What a microcontroller runs lives in the crate
-//! `gravical-core`.
+//! [`simulate`] computes recordings of a sensor with known parameters; [`report`] presents a
+//! result as a [`document`] that is written as text, HTML or Markdown. Code for microcontrollers
+//! is in the crate `gravical-core`.
 //!
 //! # Example
 //!
@@ -27,7 +25,7 @@
 //! use gravical::recording::{ReadOptions, read};
 //! use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate, write};
 //!
-//! // Six still placements of a virtual sensor, one file each …
+//! // Six static poses of a virtual sensor, one file each …
 //! let folder = tempfile::tempdir()?;
 //! let options = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions::default()));
 //! let files = write(&simulate(&options)?, folder.path(), false)?;

@@ -1,6 +1,6 @@
-//! Statistics that several modules need.
+//! Statistics used by several modules.
 
-/// Median; the slice is reordered. None when empty.
+/// Median; the slice is reordered. `None` if empty.
 pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     if values.is_empty() {
         return None;
@@ -16,8 +16,8 @@ pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     })
 }
 
-/// The value up to which half of the weight lies, of pairs of value and weight, which are
-/// reordered; those that are no number count nothing. None without any.
+/// Weighted median of pairs of value and weight, which are reordered; values that are not finite
+/// are skipped. `None` without any.
 pub(crate) fn weighted_median(pairs: &mut [(f64, f64)]) -> Option<f64> {
     pairs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let known = || pairs.iter().filter(|(value, _)| value.is_finite());
@@ -30,15 +30,15 @@ pub(crate) fn weighted_median(pairs: &mut [(f64, f64)]) -> Option<f64> {
     middle.map(|(value, _)| *value)
 }
 
-/// Standard deviation of a sample; NaN for fewer than two values.
+/// Sample standard deviation; NaN for fewer than two values.
 pub(crate) fn standard_deviation(values: &[f64]) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
 }
 
-/// Items that are spread evenly over a stream of unknown length: every so many, a power
-/// of two, so that between half of `MOST` and `MOST` of a long one are kept.
+/// Items evenly distributed over a stream of unknown length: every nth item is stored, n a power
+/// of two, so that between half of `MOST` and `MOST` items of a long stream are stored.
 #[derive(Debug, Clone)]
 pub(crate) struct Thinned<T, const MOST: usize> {
     items: Vec<T>,
@@ -57,7 +57,7 @@ impl<T, const MOST: usize> Default for Thinned<T, MOST> {
 }
 
 impl<T, const MOST: usize> Thinned<T, MOST> {
-    /// The next item, which is made only where it is kept.
+    /// Adds the next item, which is only computed if it is stored.
     #[inline]
     pub fn push_with(&mut self, item: impl FnOnce() -> T) {
         if self.keeps_next() {
@@ -69,7 +69,7 @@ impl<T, const MOST: usize> Thinned<T, MOST> {
         self.number += 1;
     }
 
-    /// Whether the next item is one of those that are kept.
+    /// True if the next item will be stored.
     #[inline]
     pub fn keeps_next(&self) -> bool {
         // The stride is a power of two.
@@ -86,12 +86,12 @@ impl<T, const MOST: usize> Thinned<T, MOST> {
         });
     }
 
-    /// Every so many items are kept.
+    /// Distance between stored items in the stream.
     pub fn stride(&self) -> u64 {
         self.stride
     }
 
-    /// What was kept, in order.
+    /// The stored items, in order.
     pub fn items(&self) -> &[T] {
         &self.items
     }
@@ -102,14 +102,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_median_of_few() {
+    fn median_of_few_values() {
         assert_eq!(median(&mut []), None);
         assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), Some(2.5));
     }
 
     #[test]
-    fn a_long_stream_is_thinned_evenly() {
+    fn long_streams_are_thinned_evenly() {
         for length in [3_u64, 15, 16, 1000, 4097] {
             let mut kept = Thinned::<u64, 16>::default();
             (0..length).for_each(|i| kept.push_with(|| i));
