@@ -1,5 +1,5 @@
-//! Replays what the fuzzers start from (`fuzz/seeds`) and what they once found
-//! (`fuzz/regressions`) through the same checks, with the stable compiler.
+//! Replays the seeds of the fuzzers (`fuzz/seeds`) and their former failures (`fuzz/regressions`)
+//! through the same checks, with the stable compiler.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 #[path = "../../../fuzz/src/lib.rs"]
 mod checks;
 
-/// Every file of a target: at least `least` seeds, and all regressions.
+/// Checks every file of a target: at least `least` seeds, and all regressions.
 fn replay(target: &str, least: usize, check: fn(&[u8])) {
     let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz");
     let seeds = files(&fuzz.join("seeds").join(target));
@@ -16,7 +16,7 @@ fn replay(target: &str, least: usize, check: fn(&[u8])) {
         .into_iter()
         .chain(files(&fuzz.join("regressions").join(target)))
     {
-        // Shown when the check fails.
+        // Printed if the check fails.
         println!("{}", file.display());
         match fs::read(&file) {
             Ok(bytes) => check(&bytes),
@@ -25,7 +25,7 @@ fn replay(target: &str, least: usize, check: fn(&[u8])) {
     }
 }
 
-/// What lies in a folder, in order; nothing when there is no such folder.
+/// The files of a folder, sorted; none if the folder does not exist.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = fs::read_dir(folder)
         .into_iter()

@@ -1,4 +1,4 @@
-//! The calibration file: what the schema promises, what readers may rely on.
+//! The calibration file: its schema and its compatibility.
 
 use std::path::{Path, PathBuf};
 
@@ -12,9 +12,9 @@ fn schema_path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/gravical-calibration-1.schema.json")
 }
 
-/// `GRAVICAL_BLESS=1 cargo test -p gravical schema` writes it anew.
+/// `GRAVICAL_BLESS=1 cargo test -p gravical schema` updates it.
 #[test]
-fn the_checked_in_schema_is_the_one_of_the_code() {
+fn the_schema_file_is_up_to_date() {
     let text = serde_json::to_string_pretty(&CalibrationFile::schema()).unwrap() + "\n";
     let path = schema_path();
     if std::env::var_os("GRAVICAL_BLESS").is_some() {
@@ -33,7 +33,7 @@ fn sample() -> CalibrationFile {
 }
 
 #[test]
-fn every_key_of_the_design_is_there() {
+fn all_specified_keys_are_written() {
     let written = serde_json::to_value(sample()).unwrap();
     for pointer in [
         "/format",
@@ -94,7 +94,7 @@ fn every_key_of_the_design_is_there() {
 }
 
 #[test]
-fn written_and_read_back_is_the_same_to_the_last_digit() {
+fn writing_and_reading_is_exact() {
     let file = sample();
     let text = file.to_json().unwrap();
     let back = CalibrationFile::parse(text.as_bytes()).unwrap();
@@ -118,7 +118,7 @@ fn fields_of_a_later_version_are_ignored() {
 }
 
 #[test]
-fn files_from_before_the_temperature_model_are_read() {
+fn files_without_a_temperature_model_are_read() {
     let file = sample();
     let mut value = serde_json::to_value(&file).unwrap();
     assert!(
@@ -135,7 +135,7 @@ fn files_from_before_the_temperature_model_are_read() {
     );
 }
 
-/// A soak of two placements, for a model with drift and gain.
+/// A soak in two poses, for a model with drift and gain.
 fn with_temperature_model() -> CalibrationFile {
     let rows = |up: f64| {
         let mut csv = String::from("t_s,ax (m/s^2),ay (m/s^2),az (m/s^2),temp (C)\n");
@@ -162,7 +162,7 @@ fn with_temperature_model() -> CalibrationFile {
 }
 
 #[test]
-fn a_temperature_model_is_kept_to_the_last_digit() {
+fn a_temperature_model_round_trips_exactly() {
     let file = with_temperature_model();
     validate(&file);
     let back = CalibrationFile::parse(file.to_json().unwrap().as_bytes()).unwrap();
@@ -210,7 +210,7 @@ fn a_file_of_a_later_format_is_refused() {
 }
 
 #[test]
-fn what_cannot_be_applied_is_refused() {
+fn invalid_values_are_refused() {
     let with = |change: fn(&mut Value)| {
         let mut value = serde_json::to_value(sample()).unwrap();
         change(&mut value);
@@ -244,7 +244,7 @@ fn what_cannot_be_applied_is_refused() {
 }
 
 #[test]
-fn imucals_form_there_and_back() {
+fn imucal_files_round_trip() {
     let file = sample();
     let text = to_imucal(&file).unwrap();
     let back = CalibrationFile::parse(text.as_bytes()).unwrap();
@@ -260,8 +260,8 @@ fn imucals_form_there_and_back() {
 }
 
 #[test]
-fn the_time_of_creation_can_be_pinned() {
-    // Set for the whole process: nothing else here looks at it.
+fn the_creation_time_can_be_set() {
+    // Set for the whole process: no other test here depends on it.
     let file = sample();
     assert!(file.created.ends_with('Z'), "{}", file.created);
     assert!(file.created.len() == "2025-01-01T00:00:00Z".len());

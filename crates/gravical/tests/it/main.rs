@@ -1,5 +1,5 @@
-//! Acceptance tests of the library: reading what is broken, truth from the
-//! simulator, properties, and the format of the calibration file.
+//! Acceptance tests of the library: reading of faulty recordings, comparison with simulated
+//! truth, invariances, and the format of the calibration file.
 // The exemption of tests in clippy.toml does not reach helpers outside #[test].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 

@@ -1,4 +1,4 @@
-//! What must not matter: the unit, the order, how the board sits in its case.
+//! Invariance: unit, order, and orientation of the board in its case must not matter.
 
 use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::CalibrationFile;
@@ -10,7 +10,7 @@ use crate::support::*;
 
 const STANDARD: f64 = 9.80665;
 
-/// A clearly tilted session, so that a mixed-up pair of placements shows.
+/// A clearly tilted session, so that interchanged poses are detected.
 fn tilted() -> Vec<Recording> {
     let sensor = Sensor {
         decimals: 12,
@@ -50,7 +50,7 @@ fn fit(session: &[Recording], options: &CalibrateOptions) -> CalibrationFile {
 }
 
 #[test]
-fn the_way_the_board_sits_in_its_case_only_turns_the_result() {
+fn the_orientation_of_the_board_only_rotates_the_result() {
     let session = tilted();
     let board = fit(&session, &given_gravity()).accelerometer;
     for axes in ["y,z,x", "z,x,y", "x,-z,y", "-y,x,z", "-x,-y,z"] {
@@ -70,7 +70,7 @@ fn the_way_the_board_sits_in_its_case_only_turns_the_result() {
             close(case.bias[i], board.bias[i], 1e-9);
             close(case.scale[i], board.scale[i], 1e-9);
         }
-        // What is known of it turns along: the bias as well as before.
+        // The uncertainties are rotated too: the bias is known as well as before.
         let variance = |a: &gravical::calibration_file::AccelerometerSection, i: usize| {
             a.covariance.as_ref().unwrap().values[i][i]
         };
@@ -121,7 +121,7 @@ fn the_unit_of_the_recording_does_not_matter() {
             close(g.orientation[i][j], mps2.orientation[i][j], 1e-9);
         }
     }
-    // Errors and their prediction are in m/s² whatever the input.
+    // Errors and their prediction are in m/s² for any input unit.
     close(g.errors.unwrap().rms, mps2.errors.unwrap().rms, 1e-9);
     close(
         g.predicted_norm_error_mps2.unwrap(),
@@ -131,7 +131,7 @@ fn the_unit_of_the_recording_does_not_matter() {
 }
 
 #[test]
-fn gravity_scales_and_nothing_else() {
+fn gravity_only_scales_the_result() {
     let session = tilted();
     let options = |g: f64| CalibrateOptions {
         gravity: gravical::gravity::Gravity::given(g).unwrap(),
@@ -147,7 +147,7 @@ fn gravity_scales_and_nothing_else() {
 }
 
 #[test]
-fn a_session_measured_twice_is_twice_as_sure() {
+fn a_session_measured_twice_halves_the_variance() {
     let sensor = Sensor::default();
     let once = six_files(&sensor, 800);
     let mut twice = once.clone();
@@ -170,10 +170,9 @@ fn a_session_measured_twice_is_twice_as_sure() {
     assert_eq!(file.accelerometer.positions.len(), 12);
 }
 
-/// Accelerometer and gyroscope of a board that sits turned in its case come out
-/// in the same axes.
+/// Accelerometer and gyroscope of a board rotated in its case have results in the same axes.
 #[test]
-fn the_gyroscope_turns_with_the_board_in_its_case() {
+fn the_gyroscope_is_rotated_with_the_board() {
     use gravical::calibrate::{CalibrateOptions, calibrate};
     use gravical::recording::{ReadOptions, read};
     use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate, write};

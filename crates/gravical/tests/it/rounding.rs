@@ -1,5 +1,5 @@
-//! The same session, however many digits it was written with: where the sensor lay
-//! still, its placements, and the rests between its moves.
+//! One session written with different numbers of digits: static intervals, poses, and rests
+//! between moves must be the same.
 
 use gravical::motion::{MotionOptions, motion};
 use gravical::recording::{ReadOptions, Recording, read_bytes};
@@ -17,7 +17,7 @@ struct Writing {
     accel: (&'static str, f64),
     gyro: (&'static str, f64),
     decimals: usize,
-    /// Ranges in g and °/s, of counts.
+    /// Ranges in g and °/s, for counts.
     ranges: Option<(f64, f64)>,
 }
 
@@ -55,7 +55,7 @@ fn counts(range_g: f64, range_deg_s: f64) -> Writing {
     }
 }
 
-/// What is compared with the first of them.
+/// The first one is the reference for the others.
 fn writings() -> Vec<Writing> {
     let mut all = vec![writing("m/s^2", "rad/s", 9)];
     for decimals in [4, 3, 2] {
@@ -126,8 +126,8 @@ fn line(rate_hz: f64, noise: f64, wobble_deg: f64) -> SimulatedFile {
         .remove(0)
 }
 
-/// How far an edge may be off that of `reference`, s: two samples, or the time that the
-/// signal without noise takes to leave one step of the rounding at any edge of a rest.
+/// Tolerance of an edge compared with that of `reference`, s: two samples, or the time in which
+/// the signal without noise changes by one step of the rounding at any edge of a rest.
 fn slack_s(clean: &SimulatedFile, how: &Writing, rate_hz: f64) -> f64 {
     let mut slowest = 0.0_f64;
     let channels = clean.accel_mps2.iter().chain(&clean.gyro_rad_s);
@@ -155,11 +155,11 @@ fn slack_s(clean: &SimulatedFile, how: &Writing, rate_hz: f64) -> f64 {
     2.0 / rate_hz + slowest + 1e-9
 }
 
-/// Sensors that are noisier and quieter than the steps of two decimals.
+/// Sensors with more and with less noise than the steps of two decimals.
 const NOISE: [f64; 2] = [1.0, 0.3];
 
 #[test]
-fn placements_are_the_same_however_they_are_written() {
+fn poses_do_not_depend_on_rounding() {
     for rate_hz in [25.0, 100.0] {
         for noise in NOISE {
             let file = session(rate_hz, noise);
@@ -176,7 +176,7 @@ fn placements_are_the_same_however_they_are_written() {
                 assert!(!kinds.contains(&"repeated-rows"), "{what}: {kinds:?}");
                 let first = reference.get_or_insert_with(|| stills.clone());
                 assert_eq!(first.len(), stills.len(), "{what}: {first:?} {stills:?}");
-                // Stills are made of blocks, the first and last of which may go.
+                // Static intervals consist of blocks; the first and last may be lost.
                 let most = 2 * block_rows(rate_hz, &StillOptions::default());
                 for (a, b) in first.iter().zip(&stills) {
                     let off = a.start.abs_diff(b.start).max(a.end.abs_diff(b.end));
@@ -188,7 +188,7 @@ fn placements_are_the_same_however_they_are_written() {
 }
 
 #[test]
-fn rests_are_the_same_however_they_are_written() {
+fn rests_do_not_depend_on_rounding() {
     for rate_hz in [25.0, 100.0, 400.0] {
         for (noise, wobble_deg) in [(1.0, 0.0), (0.3, 2.0)] {
             let file = line(rate_hz, noise, wobble_deg);

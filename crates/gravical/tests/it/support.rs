@@ -1,4 +1,4 @@
-//! What the tests of the library share.
+//! Helpers for the tests of the library.
 
 #[path = "../../../../tests/support/synthetic.rs"]
 mod synthetic;
@@ -11,7 +11,7 @@ use gravical::estimate::accelerometer::{EstimateOptions, Method};
 use gravical::gravity::Gravity;
 use gravical::recording::{Finding, ReadOptions, Recording, read_bytes};
 
-/// The report's header with the units that its values really have.
+/// The report's header with the true units of its values.
 pub const HEADER: &str =
     "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)";
 
@@ -19,7 +19,7 @@ pub fn read(bytes: &[u8]) -> Recording {
     read_with(bytes, &ReadOptions::default())
 }
 
-/// Reads; whatever the file is like, every line has to be accounted for.
+/// Reads a file and checks that every line is accounted for.
 pub fn read_with(bytes: &[u8], options: &ReadOptions) -> Recording {
     let recording = read_bytes(bytes, "test.csv", options).unwrap();
     assert!(recording.ledger.balances(), "{}", recording.ledger.sum());
@@ -59,7 +59,7 @@ pub fn calibrated(session: &[Recording], options: &CalibrateOptions) -> Calibrat
     result
 }
 
-/// Ferraris' closed form: what the exact comparisons are with.
+/// Ferraris' closed form, for exact comparisons.
 pub fn given_gravity() -> CalibrateOptions {
     CalibrateOptions {
         gravity: Gravity::given(GRAVITY).unwrap(),
@@ -77,7 +77,7 @@ pub fn by_ferraris(placement_tilt_deg: Option<f64>) -> EstimateOptions {
     }
 }
 
-/// Every file that is written has to be what the schema promises.
+/// Validates a file against the schema.
 pub fn validate(file: &CalibrationFile) {
     let written: serde_json::Value = serde_json::from_str(&file.to_json().unwrap()).unwrap();
     let schema = CalibrationFile::schema();
@@ -86,7 +86,7 @@ pub fn validate(file: &CalibrationFile) {
     }
 }
 
-/// Six files of a synthetic sensor, read.
+/// Six files of a synthetic sensor.
 pub fn six_files(sensor: &Sensor, rows: usize) -> Vec<Recording> {
     FACES
         .iter()
@@ -99,7 +99,7 @@ pub fn six_files(sensor: &Sensor, rows: usize) -> Vec<Recording> {
         .collect()
 }
 
-/// The folder with real recordings; says that a test is skipped without it.
+/// The folder with real recordings; prints that a test is skipped without it.
 pub fn data() -> Option<std::path::PathBuf> {
     let Some(folder) = std::env::var_os("GRAVICAL_DATA") else {
         println!("skipped: GRAVICAL_DATA is not set");
