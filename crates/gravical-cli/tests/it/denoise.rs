@@ -183,7 +183,7 @@ fn wrong_calls() {
         let run = run_in(folder.path(), ["denoise", "rest.csv", "--filter", spec]);
         assert_eq!(run.code, 2);
         assert!(
-            run.err.contains(code) || run.err.contains("no filter"),
+            run.err.contains(code) || run.err.contains("not a filter"),
             "{}",
             run.err
         );

@@ -128,7 +128,7 @@ fn the_reports_loggers_files_are_a_session() {
         finding(&file, "unit-mismatch")["message"]
             .as_str()
             .unwrap()
-            .contains("the header says g")
+            .contains("the header gives g")
     );
     close(file["temperature_c"]["mean"].as_f64().unwrap(), 25.7, 1.0);
 }

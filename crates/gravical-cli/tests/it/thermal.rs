@@ -58,14 +58,14 @@ fn the_drone_in_its_chamber_shows_which_drift_is_predictable() {
     assert!(low > 0.80 && high < 0.92, "ax {low} {high}");
     let [low, high] = r2(model, "gy");
     assert!(low > 0.77 && high < 0.99, "gy {low} {high}");
-    // acc z one way only.
+    // acc z in one direction only.
     let [low, high] = r2(model, "az");
     assert!(
         (0.39..0.7).contains(&low) && (0.7..0.87).contains(&high),
         "az {low} {high}"
     );
     let reason = channel(model, "az")["reason"].as_str().unwrap();
-    assert!(reason.contains("one way only"), "{reason}");
+    assert!(reason.contains("one direction only"), "{reason}");
     // The others not at all.
     for name in ["ay", "gx", "gz"] {
         assert!(r2(model, name)[1] < 0.0, "{name} {:?}", r2(model, name));
