@@ -195,7 +195,7 @@ impl<'a> Document<'a> {
 
     /// Subject and stamp below the title of a page: without the title where the subject repeats
     /// it.
-    pub(super) fn lead(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn lead(&self) -> impl Iterator<Item = &str> {
         let title = format!("{}: ", self.title);
         let lines = self.subject.iter().chain([&self.stamp]);
         let lines = lines.filter(|line| !line.is_empty());
