@@ -46,23 +46,52 @@ pub(super) struct Variances {
     pub tilt: [f64; 3],
 }
 
+/// What a closure shows beside the model: noise that was larger than at rest.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Unmodelled {
+    /// What N² gains along each axis, m²/s³.
+    pub accel: [f64; 3],
+    /// Square of the tilt that came on along each axis, rad²: the density of its walk times T.
+    pub tilt: [f64; 3],
+}
+
 impl LegNoise {
+    /// Variance of the position at the end of a leg between two rests where N² = 1, s³.
+    pub fn accel_at_end(&self, leg: &Leg<'_>) -> [f64; 3] {
+        let up = self.total.powi(3) / 12.0;
+        let along = leg
+            .closing
+            .as_ref()
+            .map_or(up, |c| c.smoother.variances(self.total).1[1]);
+        [along, along, up]
+    }
+
     /// Variance of velocity and position between two rests.
-    pub fn between(&self, smoother: &Smoother, tau: f64) -> (Variances, Variances) {
+    pub fn between(
+        &self,
+        smoother: &Smoother,
+        tau: f64,
+        more: &Unmodelled,
+    ) -> (Variances, Variances) {
         let t = self.total;
         if t <= 0.0 {
             return Default::default();
         }
         let (tilt, accel) = smoother.variances(tau);
+        let walk = smoother.by_tilt_walk(tau);
         let ramp_v = 0.5 * (tau * tau - tau * t);
         let ramp_p = tau.powi(3) / 6.0 - tau * tau * t / 4.0;
         let vertical = |ramp: f64| self.magnitude * (ramp / t).powi(2);
         let up_v = (tau * (t - tau) / t).max(0.0);
         let up_p = (tau.powi(3) / 3.0 - tau.powi(4) / (4.0 * t)).max(0.0);
-        let [x, y, z] = self.accel;
+        let [x, y, z]: [f64; 3] = std::array::from_fn(|i| self.accel[i] + more.accel[i]);
         let both = |k: usize, up: f64, ramp: f64| Variances {
             noise: [x * accel[k], y * accel[k], z * up],
-            tilt: [tilt[k], tilt[k], vertical(ramp)],
+            tilt: [
+                tilt[k] + more.tilt[0] * walk[k],
+                tilt[k] + more.tilt[1] * walk[k],
+                vertical(ramp),
+            ],
         };
         (both(0, up_v, ramp_v), both(1, up_p, ramp_p))
     }

@@ -1,22 +1,26 @@
 //! What is left at the end of a move between two rests, and what it says of the band.
 //!
 //! Velocity and tilt at the second rest, before they are set right, are each held against
-//! their own standard uncertainty. Where they are improbable, something moved the sensor
-//! that the model does not know. A velocity e_v of one sign, that came anywhere in the
-//! move of length T, moves the position by at most e_v T/2: the variance of that axis
-//! gains (e_v T/3)². Or it came so slowly in one of the rests that nobody saw it: t
-//! seconds before the move, or after it, the position lacks e_v (t + T)/2. How likely that
-//! is, the force in the rest says. A tilt that no turn explains is an acceleration in one
-//! of the rests, a = g φ: what it may have done from the one into the other is
-//! a (T + t)²/8, with t what of the rests may be none: all of one that is short or in which
-//! nobody would notice a. Without a gyroscope such a tilt is no proof, and neither is a
-//! velocity that a tilt on the way explains; but they are tested as if nothing had tilted,
-//! and widen the band likewise.
+//! their own standard uncertainty. Where one is improbable, the noise was larger than the
+//! model has it: along that axis N² gains e_v²/T, and the density q of the tilt φ²/T, so
+//! much as the closure shows. In its second moment this is one step, of the velocity or of
+//! the tilt, at an unknown moment of the move; what of it the smoother has taken off is
+//! taken off in the band, too ([`Smoother::by_tilt_walk`]). A velocity that a step of the
+//! tilt explains, between 0 and gφT, is not counted again.
+//!
+//! Or the velocity came so slowly in one of the rests that nobody saw it: t seconds before
+//! the move, or after it, the position lacks e_v (t + T)/2. How likely that is, the force
+//! in the rest says. And a tilt that no turn explains may be an acceleration a = g φ all
+//! along a rest that is none: a velocity a t comes of it, which the closure's has to allow.
+//! Without a gyroscope such a tilt is no proof, and neither is a velocity that a tilt on
+//! the way explains; but they are tested as if nothing had tilted, and widen the band
+//! likewise.
 
 use std::ops::Range;
 
 use gravical_core::strapdown::rotate;
 
+use super::bands::Unmodelled;
 use super::gate::{FAR, STEADY_MPS};
 use super::leg::{Closure, Leg, Removal};
 use super::path::Course;
@@ -43,8 +47,8 @@ pub(super) struct Tested {
     /// Velocity and tilt over their standard uncertainties, of the axis where that is most.
     velocity: f64,
     tilt: f64,
-    /// What the variances of noise and tilt are to be multiplied by.
-    pub widened: [f64; 3],
+    /// What the band has to allow for beside the model.
+    pub unmodelled: Unmodelled,
 }
 
 impl Tested {
@@ -54,11 +58,14 @@ impl Tested {
 
     /// What widens the band; none where nothing does.
     pub fn reason(&self) -> Option<String> {
-        let (what, sigmas) = match (self.velocity > IMPROBABLE, self.tilt > FAR) {
-            (true, _) => ("velocity", self.velocity),
-            (_, true) => ("tilt", self.tilt),
-            _ => return None,
+        let (what, sigmas) = if self.tilt > self.velocity {
+            ("tilt", self.tilt)
+        } else {
+            ("velocity", self.velocity)
         };
+        if sigmas <= IMPROBABLE {
+            return None;
+        }
         Some(format!(
             "the {what} at its end is {sigmas:.1} times its uncertainty from what the rest shows: the band is widened by that"
         ))
@@ -74,12 +81,11 @@ impl Setup<'_> {
         around: &[Range<usize>; 2],
     ) -> Option<Tested> {
         let (closure, leg) = (course.closure?, course.leg);
-        let end = course.columns.tau.len().checked_sub(1)?;
         let seconds = leg.seconds();
         let (open, _) = course.noise.open(seconds);
         let follows = leg.removal.follows();
         // Held against zero as it is, and as if nothing had tilted on the way.
-        let ratio = |with_tilt: bool| -> [f64; 3] {
+        let deviations = |with_tilt: bool| -> [f64; 3] {
             std::array::from_fn(|i| {
                 let tilt = if with_tilt || follows {
                     open.tilt[i]
@@ -90,16 +96,20 @@ impl Setup<'_> {
                     + tilt
                     + course.closure_by_parameters[0][i]
                     + STEADY_MPS * STEADY_MPS;
-                closure.velocity[i].abs() / variance.sqrt()
+                variance.sqrt()
             })
         };
-        let (told, ratio) = (ratio(true), ratio(false));
+        let left = closure.velocity;
+        let ratio =
+            |sigma: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|i| left[i].abs() / sigma[i]) };
+        let untilted = deviations(false);
+        let (told, ratio) = (ratio(&deviations(true)), ratio(&untilted));
         let tilt = self.tilt_ratio(course, &closure);
         let most = |of: &[f64]| of.iter().fold(0.0, |most: f64, one| most.max(*one));
         let mut out = Tested {
             velocity: most(&told),
             tilt: if follows { most(&tilt) } else { 0.0 },
-            widened: [1.0; 3],
+            unmodelled: Unmodelled::default(),
         };
         if course.steps.is_some() {
             return Some(out);
@@ -111,32 +121,35 @@ impl Setup<'_> {
         }
         let least = if hidden.weight > 0.0 { 1.0 } else { IMPROBABLE };
         let gravity = course.noise.open.gravity;
-        let (_, at_end) = self.variances(course, end);
+        // An error φ of the attitude turns gravity into g (φ_y, −φ_x); missing is −φ.
+        let tilted = [
+            (tilt[1], -closure.missing[1]),
+            (tilt[0], closure.missing[0]),
+            (0.0, 0.0),
+        ]
+        .map(|(sigmas, phi)| if sigmas > IMPROBABLE { phi } else { 0.0 });
+        // Variance of the position at the end where N² = 1.
+        let by_noise = course.noise.accel_at_end(leg);
         for i in 0..3 {
-            let mut more = 0.0;
+            let acceleration = gravity * tilted[i];
+            let mut beside = 0.0;
             if ratio[i] > least {
-                let inside = if told[i] > IMPROBABLE {
-                    seconds / 3.0
-                } else {
-                    0.0
-                }
-                .powi(2);
-                let lever = inside + hidden.likely() * (hidden.lever() - inside);
-                more += closure.velocity[i].powi(2) * lever;
+                beside += hidden.likely() * left[i].powi(2) * hidden.lever();
             }
-            // An error φ of the attitude turns gravity into g (φ_y, −φ_x).
-            let off = [1, 0].get(i).filter(|k| tilt[**k] > FAR);
-            let acceleration = off.map_or(0.0, |k| gravity * closure.missing[*k].abs());
-            let unnoticed: f64 = around
-                .iter()
-                .map(|r| self.unnoticed_s(r, acceleration))
-                .sum();
-            if acceleration > 0.0 && (follows || unnoticed > 0.0) {
-                more += (acceleration * (seconds + unnoticed).powi(2) / 8.0).powi(2);
+            if acceleration != 0.0 {
+                let speed = left[i].abs() + FAR * untilted[i];
+                beside += self.in_no_rest(around, acceleration.abs(), speed, seconds);
             }
-            let own = at_end.noise[i] + at_end.tilt[i];
-            if own > 0.0 {
-                out.widened[i] = 1.0 + more / own;
+            if by_noise[i] > 0.0 {
+                out.unmodelled.accel[i] += beside / by_noise[i];
+            }
+            if follows {
+                out.unmodelled.tilt[i] = tilted[i].powi(2);
+            }
+            if told[i] > IMPROBABLE && seconds > 0.0 {
+                let by_tilt = acceleration * seconds;
+                let beyond = left[i] - left[i].clamp(by_tilt.min(0.0), by_tilt.max(0.0));
+                out.unmodelled.accel[i] += (1.0 - hidden.likely()) * beyond * beyond / seconds;
             }
         }
         Some(out)
@@ -161,16 +174,29 @@ impl Setup<'_> {
         })
     }
 
-    /// So much of a rest may be none, s, if the sensor accelerated in it.
-    fn unnoticed_s(&self, rest: &Range<usize>, acceleration: f64) -> f64 {
-        let length_s = self.length_s(rest);
-        if length_s < SHORT_S {
-            return length_s;
+    /// Square of the way that is missing if `acceleration` went on in the rests, m². A short
+    /// one may be any part of the move. A long one, where a second of it hides that much, as
+    /// far as the `speed` that the closure allows.
+    fn in_no_rest(
+        &self,
+        around: &[Range<usize>; 2],
+        acceleration: f64,
+        speed: f64,
+        seconds: f64,
+    ) -> f64 {
+        let (mut short_s, mut long_s) = (0.0, 0.0);
+        for rest in around {
+            let length_s = self.length_s(rest);
+            if length_s < SHORT_S {
+                short_s += length_s;
+            } else if acceleration < self.hidden.acceleration_mps2() {
+                long_s += length_s.min(SLOW_S).min(speed / acceleration);
+            }
         }
-        match acceleration < self.hidden.acceleration_mps2() {
-            true => length_s.min(SLOW_S),
-            false => 0.0,
-        }
+        let lever = |s: f64, by: f64| if s > 0.0 { by } else { 0.0 };
+        let short = lever(short_s, (seconds + short_s).powi(2) / 8.0);
+        let long = long_s * (seconds + long_s);
+        acceleration.powi(2) * (short * short + long * long / 12.0)
     }
 
     fn length_s(&self, rest: &Range<usize>) -> f64 {

@@ -6,7 +6,7 @@ use gravical_core::matrix3::{mul_vec, norm, sub};
 use gravical_core::strapdown::{level, times};
 
 use super::anchors::{Anchors, Side};
-use super::bands::{LegNoise, Steps, Variances};
+use super::bands::{LegNoise, Steps, Unmodelled, Variances};
 use super::closure::Tested;
 use super::leg::{Closure, Columns, Forward, Leg, Removal};
 use super::parameters::{Direction, Kind, STEP};
@@ -287,7 +287,7 @@ impl Setup<'_> {
             course.advance(state, out.sink.is_some());
             if let Some(around) = around.as_ref().filter(|_| self.bands) {
                 tested = self.hold_against_closure(&course, around);
-                course.widened = tested.map_or([1.0; 3], |t| t.widened);
+                course.unmodelled = tested.map_or_else(Unmodelled::default, |t| t.unmodelled);
             }
             moved.add(&course.columns);
             if out.sink.is_some() {
@@ -401,9 +401,9 @@ impl Setup<'_> {
     pub(super) fn variances(&self, course: &Course<'_>, k: usize) -> (Variances, Variances) {
         let (leg, noise) = (course.leg, course.noise);
         let tau = course.columns.tau[k].abs();
-        let (mut v, mut p) = match (&course.steps, &leg.closing) {
+        let (v, mut p) = match (&course.steps, &leg.closing) {
             (Some(steps), _) => steps.at(k, noise),
-            (None, Some(closing)) => noise.between(&closing.smoother, tau),
+            (None, Some(closing)) => noise.between(&closing.smoother, tau, &course.unmodelled),
             (None, None) if leg.is_backwards() => (noise.open(tau).0, noise.way_open(tau)),
             (None, None) if matches!(leg.removal, Removal::Mean(_)) && leg.near == 0 => {
                 noise.after_mean(tau)
@@ -418,12 +418,6 @@ impl Setup<'_> {
         p.tilt[0] += level * way[2] * way[2] + yaw * way[1] * way[1];
         p.tilt[1] += level * way[2] * way[2] + yaw * way[0] * way[0];
         p.tilt[2] += level * (way[0] * way[0] + way[1] * way[1]);
-        for of in [&mut v, &mut p] {
-            for i in 0..3 {
-                of.noise[i] *= course.widened[i];
-                of.tilt[i] *= course.widened[i];
-            }
-        }
         (v, p)
     }
 
@@ -465,8 +459,8 @@ pub(super) struct Course<'a> {
     /// Variance of the closure's velocity, (m/s)², and of the tilt missing there, rad², by
     /// the parameters.
     pub closure_by_parameters: [[f64; 3]; 2],
-    /// What the closure multiplies the variances of noise and tilt by.
-    widened: [f64; 3],
+    /// What the closure shows beside the model.
+    unmodelled: Unmodelled,
     /// Variances of velocity and position by the parameters, those of the legs before
     /// included.
     by_velocity: Vec<[f64; 3]>,
@@ -499,7 +493,7 @@ impl<'a> Course<'a> {
             other: Columns::default(),
             closure: None,
             closure_by_parameters: [[0.0; 3]; 2],
-            widened: [1.0; 3],
+            unmodelled: Unmodelled::default(),
             by_velocity: Vec::new(),
             by_position: Vec::new(),
             off: vec![([0.0; 3], 0.0); directions.len()],

@@ -57,6 +57,8 @@ pub(super) struct Smoother {
     tilt: Vec<[f64; 2]>,
     /// … and by the accelerometer's noise with N² = 1.
     accel: Vec<[f64; 2]>,
+    /// … and by a tilt that nobody reckoned with, of the variance 1 rad² at the end.
+    walk: Vec<[f64; 2]>,
 }
 
 impl Smoother {
@@ -86,16 +88,21 @@ impl Smoother {
         let by_design = covariances(&tau, gravity, &design, |a, b| density(a, b).0);
         let by_tilt = covariances(&tau, gravity, &tilt_only, |a, b| density(a, b).1);
         let by_accel = covariances(&tau, gravity, &unit, |_, _| 0.0);
+        let none = Noise { accel: 0.0, ..unit };
+        let by_walk = covariances(&tau, gravity, &none, |_, _| 1.0 / total.max(1e-9));
+        let of_v_p = |all: &[Matrix4<f64>]| all.iter().map(|p| [p[(2, 2)], p[(3, 3)]]).collect();
         let mut out = Smoother {
             gravity,
             gain: Vec::new(),
-            tilt: by_tilt.iter().map(|p| [p[(2, 2)], p[(3, 3)]]).collect(),
-            accel: by_accel.iter().map(|p| [p[(2, 2)], p[(3, 3)]]).collect(),
+            tilt: of_v_p(&by_tilt),
+            accel: of_v_p(&by_accel),
+            walk: of_v_p(&by_walk),
             tau,
         };
         if let Some(gain) = out.gains(&by_design, &design) {
             out.tilt = out.left(&by_tilt, &gain, tilt_only.seen);
             out.accel = out.left(&by_accel, &gain, 0.0);
+            out.walk = out.left(&by_walk, &gain, 0.0);
             out.gain = gain;
         }
         out
@@ -171,10 +178,21 @@ impl Smoother {
     /// Variance of velocity and position by tilt, and by the accelerometer's noise
     /// of N² = 1.
     pub fn variances(&self, tau: f64) -> ([f64; 2], [f64; 2]) {
+        (
+            self.between(&self.tilt, tau),
+            self.between(&self.accel, tau),
+        )
+    }
+
+    /// … and what a tilt leaves that walked to a variance of 1 rad² at the end without being
+    /// reckoned with: in the second moment one step at an unknown moment.
+    pub fn by_tilt_walk(&self, tau: f64) -> [f64; 2] {
+        self.between(&self.walk, tau)
+    }
+
+    fn between(&self, all: &[[f64; 2]], tau: f64) -> [f64; 2] {
         let (j, share) = self.place(tau);
-        let between =
-            |all: &[[f64; 2]]| [0, 1].map(|k| all[j][k] + share * (all[j + 1][k] - all[j][k]));
-        (between(&self.tilt), between(&self.accel))
+        [0, 1].map(|k| all[j][k] + share * (all[j + 1][k] - all[j][k]))
     }
 
     /// The node before `tau`, and how far on to the next, 0 to 1.
