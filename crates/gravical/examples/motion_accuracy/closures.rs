@@ -200,12 +200,15 @@ pub fn print(seeds: u64) -> Result<(), AnyError> {
         bands.sort_by(f64::total_cmp);
         let share = |n: u32, of: u32| 100.0 * f64::from(n) / f64::from(of.max(1));
         let runs = seeds as u32;
+        let Some(median) = bands.get(bands.len() / 2) else {
+            println!("| {name} | – | – | {:.1} | – | – |", share(unusable, runs));
+            continue;
+        };
         println!(
-            "| {name} | {:.1} | {:.1} | {:.1} | {:.1} | {:.0} |",
+            "| {name} | {:.1} | {:.1} | {:.1} | {median:.1} | {:.0} |",
             share(held, all),
             share(wrong, all),
             share(unusable, runs),
-            bands.get(bands.len() / 2).copied().unwrap_or(f64::NAN),
             share(contradicted, runs),
         );
     }

@@ -2,10 +2,12 @@
 //!
 //!     cargo run --release -p gravical --example motion_accuracy -- [SEEDS]
 //!
-//! It prints the tables of docs/accuracy.md; with `--closures` only that of disturbances.
+//! It prints the tables of docs/accuracy.md; with `--closures` only that of disturbances, with
+//! `--walks` only that of walks.
 
 mod closures;
 mod runs;
+mod walks;
 
 use gravical::motion::MotionOptions;
 use runs::{Cell, Gyro, line, run};
@@ -17,6 +19,9 @@ fn main() -> Result<(), AnyError> {
     let seeds: u64 = args.iter().find_map(|a| a.parse().ok()).unwrap_or(1000);
     if args.iter().any(|a| a == "--closures") {
         return closures::print(seeds);
+    }
+    if args.iter().any(|a| a == "--walks") {
+        return walks::print(seeds);
     }
     println!("| move | found once | along, mm | across, mm | up, mm |");
     println!("|---|---|---|---|---|");
@@ -52,7 +57,9 @@ fn main() -> Result<(), AnyError> {
         );
     }
     println!();
-    closures::print(seeds)
+    closures::print(seeds)?;
+    println!();
+    walks::print(seeds)
 }
 
 /// Cells whose errors are told.

@@ -618,7 +618,7 @@ kinds! {
             "used as a rest"
             "give the rests with `--still`";
         ClosureContradicts "closure-contradicts" Warning
-            "at the end of a move the velocity is further from zero than its uncertainty allows"
+            "at the end of a move the closure of velocity or tilt exceeds its uncertainty"
             "the band of that move is widened accordingly"
             "rest for 2 s before and after a move; calibrate; stay within the ranges of the sensors";
         RestTakenBack "rest-taken-back" Note
@@ -654,7 +654,7 @@ kinds! {
             "not used"
             "remove it, or give `--zero-velocity off`";
         StartLost "start-lost" Note
-            "samples are missing before the first rest"
+            "the motion before the first rest is unknown: rows are missing, or the gyroscope reached the end of its range"
             "position is relative to that rest"
             "nothing";
         GapAtRest "gap-at-rest" Note
@@ -662,7 +662,7 @@ kinds! {
             "assumed not to have moved"
             "nothing";
         MoveUnusable "move-unusable" Warning
-            "rows are missing while the sensor moves"
+            "rows are missing while the sensor moves, or the gyroscope is at the end of its range and misses more than 2° in a move"
             "that displacement and all later positions are unknown"
             "record again; exit code 4 if no move is usable";
         TruthGaps "truth-gaps" Note

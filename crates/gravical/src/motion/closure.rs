@@ -5,7 +5,7 @@
 //! model has it: along that axis N² gains e_v²/T, and the density q of the tilt φ²/T, so
 //! much as the closure shows. In its second moment this is one step, of the velocity or of
 //! the tilt, at an unknown moment of the move; what of it the smoother has taken off is
-//! taken off in the band, too ([`Smoother::by_tilt_walk`]). A velocity that a step of the
+//! taken off in the band, too (`smoother.rs`). A velocity that a step of the
 //! tilt explains, between 0 and gφT, is not counted again.
 //!
 //! Or the velocity came so slowly in one of the rests that nobody saw it: t seconds before

@@ -224,8 +224,9 @@ struct Gate<'a> {
 /// The best chain that ends with a candidate.
 #[derive(Clone, Copy)]
 struct Best {
-    /// What its rests count together.
+    /// What its rests count together, and what those of them that need no tilt do.
     weight: f64,
+    sure: f64,
     before: Option<usize>,
     overruled: bool,
 }
@@ -245,6 +246,7 @@ impl Gate<'_> {
         let count = self.candidates.len();
         let alone = |k| Best {
             weight: self.weight(k),
+            sure: self.weight(k),
             before: None,
             overruled: false,
         };
@@ -259,16 +261,20 @@ impl Gate<'_> {
                 let less = BEYOND_FAR[0] + BEYOND_FAR[1] * (one.sigmas - FAR);
                 let drifts = !agrees && step == 0 && one.overruled;
                 let own = match far {
-                    false if one.by_wobble => BY_WOBBLE * self.weight(next),
                     false => self.weight(next),
                     true if self.weight(next) > less => self.weight(next) - less,
                     true if drifts => OVERRULED,
                     true => continue,
                 };
-                let weight = best[k].weight + own;
+                // A rest that needs no tilt gains nothing by others that need one.
+                let (weight, sure) = match one.by_wobble && !far {
+                    true => (best[k].weight + BY_WOBBLE * own, best[k].sure),
+                    false => (best[k].sure + own, best[k].sure + own),
+                };
                 if weight > best[next].weight {
                     best[next] = Best {
                         weight,
+                        sure,
                         before: Some(k),
                         overruled: far,
                     };

@@ -54,6 +54,7 @@ pub mod still;
 mod stream;
 mod table;
 pub mod truth;
+mod unfollowed;
 mod walk;
 mod words;
 
@@ -164,11 +165,13 @@ fn compute(
     let found = opening::rests(&samples, options);
     let file = calibration.map(|c| c.file);
     if let Some(recording) = unfiltered {
+        let clipped = std::mem::take(&mut samples.clipped);
         drop(samples);
         let (mut smooth, told) = smooth(recording, &options.smooth, options.edge)?;
         findings.extend(told);
         let told = (&mut Default::default(), &mut Vec::new());
         (samples, nominal) = with_scales(&mut smooth, file, options, &scales, told)?;
+        samples.clipped = clipped;
     }
     let view = View::calibrated(&samples);
     let walk = Walk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
@@ -233,7 +236,7 @@ fn compute(
 
     // Leg after leg.
     let mut legs_from = rests.clone();
-    let plan = if by_mean && !options.zero_velocity {
+    let mut plan = if by_mean && !options.zero_velocity {
         let rows = options.still_rows.min(samples.len());
         legs_from = std::iter::once(0..rows).collect();
         plan::whole(&samples)
@@ -247,6 +250,9 @@ fn compute(
     } else {
         plan::plan(&samples, &rests, options.zero_velocity)
     };
+    if setup.removal().follows() {
+        unfollowed::without_unfollowed(&samples, &mut plan);
+    }
     let mut path = match sink {
         Some(sink) => {
             let raw = nominal

@@ -207,9 +207,9 @@ impl Setup<'_> {
                     let around = around.map(|(a, b)| [rests[a].clone(), rests[b].clone()]);
                     moves.push(self.along(&leg, *ends, around, &mut state, &mut out));
                 }
-                Stretch::Lost { from, to, gap_s } => {
+                Stretch::Lost { from, to, why } => {
                     let t = self.view.t_s();
-                    moves.push(Move::lost(t[*from], t[*to], *gap_s));
+                    moves.push(Move::lost(t[*from], t[*to], *why));
                     // Before the first rest nothing is counted yet.
                     state.known &= index == 0 && plan.len() > 1 && !rests.is_empty();
                     state.velocity = None;
@@ -401,7 +401,7 @@ impl Setup<'_> {
     pub(super) fn variances(&self, course: &Course<'_>, k: usize) -> (Variances, Variances) {
         let (leg, noise) = (course.leg, course.noise);
         let tau = course.columns.tau[k].abs();
-        let (v, mut p) = match (&course.steps, &leg.closing) {
+        let (mut v, mut p) = match (&course.steps, &leg.closing) {
             (Some(steps), _) => steps.at(k, noise),
             (None, Some(closing)) => noise.between(&closing.smoother, tau, &course.unmodelled),
             (None, None) if leg.is_backwards() => (noise.open(tau).0, noise.way_open(tau)),
@@ -410,9 +410,17 @@ impl Setup<'_> {
             }
             (None, None) => noise.open(tau),
         };
+        let way = course.position(k);
+        if leg.closing.is_none() && matches!(leg.removal, Removal::Tilt) {
+            // Nothing tells motion from tilt: neither a gyroscope nor a velocity at its end.
+            let velocity = course.columns.velocity[k];
+            for i in 0..3 {
+                v.tilt[i] += velocity[i] * velocity[i];
+                p.tilt[i] += way[i] * way[i];
+            }
+        }
         // What a tilt that the levelling missed turns up and down, and what the yaw of
         // the leg itself turns sideways.
-        let way = course.position(k);
         let level = noise.level_near;
         let yaw = (noise.open.gyro * tau + noise.open.bias * tau * tau) / 3.0;
         p.tilt[0] += level * way[2] * way[2] + yaw * way[1] * way[1];

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::result::Ends;
+use super::result::{Ends, Loss};
 use super::samples::Samples;
 
 /// A stretch of the recording, in order.
@@ -18,9 +18,8 @@ pub(super) enum Stretch {
         before: Option<usize>,
         after: Option<usize>,
     },
-    /// Samples between two rests of which something is missing; the rests at its
-    /// ends, and the longest gap, s.
-    Lost { from: usize, to: usize, gap_s: f64 },
+    /// Samples between two rests of which something is missing.
+    Lost { from: usize, to: usize, why: Loss },
     /// A gap while at rest: nothing moved.
     QuietGap { gap_s: f64 },
 }
@@ -46,7 +45,7 @@ pub(super) fn plan(samples: &Samples, rests: &[Range<usize>], zero_velocity: boo
             Some(gap_s) => out.push(Stretch::Lost {
                 from: 0,
                 to: first.start,
-                gap_s,
+                why: Loss::Gap { seconds: gap_s },
             }),
             None => out.push(Stretch::Leg {
                 from: 0,
@@ -99,7 +98,7 @@ pub(super) fn plan(samples: &Samples, rests: &[Range<usize>], zero_velocity: boo
                 out.push(Stretch::Lost {
                     from: whole,
                     to,
-                    gap_s,
+                    why: Loss::Gap { seconds: gap_s },
                 });
             }
         }
@@ -127,7 +126,9 @@ fn without_rest(samples: &Samples) -> Vec<Stretch> {
         out.push(Stretch::Lost {
             from: end,
             to: last,
-            gap_s: broken(samples, end, last).unwrap_or(f64::NAN),
+            why: Loss::Gap {
+                seconds: broken(samples, end, last).unwrap_or(f64::NAN),
+            },
         });
     }
     out
@@ -185,6 +186,7 @@ mod tests {
             rate_rad_s: None,
             breaks: breaks.to_vec(),
             resolution: [0.0; 6],
+            clipped: Vec::new(),
         }
     }
 
@@ -241,7 +243,7 @@ mod tests {
             Stretch::Lost {
                 from: 19,
                 to: 40,
-                gap_s: 7.0
+                why: Loss::Gap { seconds: 7.0 }
             }
         );
         assert_eq!(all[3], leg(59, 80, Ends::RestToRest, Some(1), Some(2)));
@@ -260,7 +262,7 @@ mod tests {
             Stretch::Lost {
                 from: 19,
                 to: 20,
-                gap_s: 5.0
+                why: Loss::Gap { seconds: 5.0 }
             }
         );
     }

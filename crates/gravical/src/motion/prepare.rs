@@ -10,6 +10,7 @@ use super::options::MotionOptions;
 use super::samples::Samples;
 use super::scales::{Scales, scales};
 use crate::calibration_file::CalibrationFile;
+use crate::recording::range_end::range_end;
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 use crate::segment::face::AxisMap;
 use crate::{Error, Result};
@@ -158,6 +159,11 @@ fn samples(
     left_out: &mut LineSpans,
 ) -> Samples {
     let resolution = resolution(recording, scales, &nominal.axes);
+    let ends = recording.gyro.as_ref().map_or([None; 3], |gyro| {
+        gyro.each_ref()
+            .map(|channel| range_end(channel, recording.gyro_scale))
+    });
+    let mut clipped = Vec::new();
     let mut force = std::mem::take(&mut recording.accel);
     let rate = recording.gyro.as_mut().map(std::mem::take);
     let mut gyro = scales.gyro.zip(rate);
@@ -179,6 +185,11 @@ fn samples(
         };
         let raw = std::array::from_fn(|c| at_reference(c, force[c][row] + recording.zero_offset));
         let f = scales.accel.apply(raw);
+        let at_end = gyro.as_ref().is_some_and(|(_, rate)| {
+            (0..3).any(|c| {
+                ends[c].is_some_and(|[low, high]| !(low < rate[c][row] && rate[c][row] < high))
+            })
+        });
         let w = gyro.as_ref().map(|(g, rate)| {
             let raw = std::array::from_fn(|c| at_reference(3 + c, rate[c][row]));
             g.apply(raw, f)
@@ -194,6 +205,9 @@ fn samples(
             breaks.push(count);
         }
         (pending, last) = (false, t);
+        if at_end {
+            clipped.push(count);
+        }
         t_s[count] = t;
         if let Some(drift) = &mut nominal.drift {
             drift.held_c[count] = drift.held_c[row];
@@ -216,6 +230,7 @@ fn samples(
         rate_rad_s: rate,
         breaks,
         resolution,
+        clipped,
     }
 }
 

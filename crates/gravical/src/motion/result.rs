@@ -159,7 +159,7 @@ pub struct Move {
 
 impl Move {
     /// One of which `gap_s` seconds are missing, or in which the recording is parted.
-    pub(super) fn lost(start_s: f64, end_s: f64, gap_s: f64) -> Self {
+    pub(super) fn lost(start_s: f64, end_s: f64, why: Loss) -> Self {
         Move {
             start_s,
             end_s,
@@ -173,13 +173,32 @@ impl Move {
             missing_tilt_deg: None,
             closure_sigmas: None,
             usable: false,
-            reason: Some(if gap_s > 0.0 {
-                format!("{gap_s:.2} s are missing in it: how far it went then is not known")
-            } else {
-                "the recording is parted in it: how far it went then is not known".to_owned()
+            reason: Some(match why {
+                Loss::Gap { seconds } if seconds > 0.0 => {
+                    format!("{seconds:.2} s are missing in it: how far it went then is not known")
+                }
+                Loss::Gap { .. } => {
+                    "the recording is parted in it: how far it went then is not known".to_owned()
+                }
+                Loss::Turn { radians } if radians.is_finite() => format!(
+                    "it turns faster than the range of the gyroscope, which misses up to {:.0}° of it: the attitude is not known; record at a wider range",
+                    radians.to_degrees()
+                ),
+                Loss::Turn { .. } => {
+                    "it turns faster than the range of the gyroscope: the attitude is not known; record at a wider range".to_owned()
+                }
             }),
         }
     }
+}
+
+/// What is missing in a move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Loss {
+    /// Samples: the longest gap, s; zero where the recording is parted without one.
+    Gap { seconds: f64 },
+    /// A turn faster than the range of the gyroscope: so much of it, rad.
+    Turn { radians: f64 },
 }
 
 /// State at the end.

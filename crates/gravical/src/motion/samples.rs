@@ -23,6 +23,8 @@ pub struct Samples {
     /// Steps that the values come in, m/s² along x, y, z and rad/s about them; 0
     /// where nothing tells.
     pub resolution: [f64; 6],
+    /// Samples at which the gyroscope stands at the end of its range, in order.
+    pub clipped: Vec<usize>,
 }
 
 impl Samples {
@@ -49,6 +51,12 @@ impl Samples {
             rate_rad_s: self.rate_rad_s.as_ref().map(three),
             breaks: self.breaks.iter().copied().filter(|b| *b < count).collect(),
             resolution: self.resolution,
+            clipped: self
+                .clipped
+                .iter()
+                .copied()
+                .filter(|i| *i < count)
+                .collect(),
         }
     }
 

@@ -14,6 +14,7 @@ use super::options::GravityRemoval;
 use super::parameters::Direction;
 use super::samples::View;
 use super::smoother::{Noise, Smoother};
+use super::unfollowed::missed_rad;
 
 /// Errors of scale and alignment turn the attitude one way while the sensor turns
 /// one way: so long, s.
@@ -149,12 +150,10 @@ impl<'a> Setup<'a> {
             .sum::<f64>()
             / 3.0;
         design.bias += scale * turning.mean_square(0.0, total) * RECTIFIED.powi(2);
+        let walk = self.gyro_density(near, far);
         Smoother::new(total, g, design, noise, |from, to| {
             let turned = turning.mean_square(from, to);
-            (
-                self.walk.gyro + scale * turned * TURN_CORRELATION_S,
-                self.walk.gyro,
-            )
+            (walk + scale * turned * TURN_CORRELATION_S, walk)
         })
     }
 
@@ -190,6 +189,19 @@ impl<'a> Setup<'a> {
             .fold(0.0, |most, (_, speed)| speed.max(most))
     }
 
+    /// Density of the tilt's walk along a leg, rad²/s: by the gyroscope's noise, and what it may
+    /// have missed at the end of its range, at an unknown moment.
+    fn gyro_density(&self, near: usize, far: usize) -> f64 {
+        let t_s = self.view.t_s();
+        let seconds = (t_s[far] - t_s[near]).abs();
+        let missed = missed_rad(self.view.samples, near.min(far)..near.max(far) + 1);
+        if missed.is_finite() && seconds > 0.0 {
+            self.walk.gyro + missed * missed / seconds
+        } else {
+            self.walk.gyro
+        }
+    }
+
     /// Noise of a leg for its bands.
     pub(super) fn noise(&self, leg: &Leg<'_>) -> LegNoise {
         let r = matrix(&leg.removal.levelled(&leg.attitude, &leg.start.force));
@@ -201,7 +213,7 @@ impl<'a> Setup<'a> {
         LegNoise {
             accel: [spread[0][0], spread[1][1], spread[2][2]],
             open: OpenNoise {
-                gyro: only(follows, self.walk.gyro),
+                gyro: only(follows, self.gyro_density(leg.near, leg.far)),
                 bias: only(follows, leg.start.bias_variance),
                 wobble: only(!follows, self.wobble.powi(2)),
                 gravity: g,

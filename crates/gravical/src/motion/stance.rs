@@ -197,6 +197,7 @@ mod tests {
             rate_rad_s: Some([vec![0.02; n], (0..n).map(rate).collect(), vec![0.0; n]]),
             breaks: Vec::new(),
             resolution: [0.0; 6],
+            clipped: Vec::new(),
         }
     }
 

@@ -312,7 +312,7 @@ pub(super) fn circumstances(
         out.push(Finding::new(
             FindingKind::StartLost,
             format!(
-                "something is missing before the first rest: position counts from there, {:.2} s",
+                "what came before the first rest is not known: position counts from there, {:.2} s",
                 samples.t_s[*to]
             ),
         ));
@@ -333,7 +333,7 @@ pub(super) fn circumstances(
             Finding::new(
                 FindingKind::ClosureContradicts,
                 format!(
-                    "at the end of {contradicted} of {} moves the velocity is up to {worst:.0} times its uncertainty from zero: a bias that drifts, a hand that did not stop, a reading out of range or a rest that is none; the bands of these moves are widened by it",
+                    "at the end of {contradicted} of {} moves the velocity, or the tilt, is up to {worst:.0} times its uncertainty off: a bias that drifts, a hand that did not stop, a reading out of range or a rest that is none; the bands of these moves are widened by it",
                     moves.len()
                 ),
             )
@@ -346,7 +346,7 @@ pub(super) fn circumstances(
             Finding::new(
                 FindingKind::MoveUnusable,
                 format!(
-                    "{lost} of {} moves have a gap in them: how far they went is not known, nor any position after; the other moves are computed each from its own start",
+                    "{lost} of {} moves have a gap in them, or turn faster than the gyroscope can tell: how far they went is not known, nor any position after; the other moves are computed each from its own start",
                     moves.len()
                 ),
             )

@@ -42,6 +42,7 @@ mod meter;
 pub(crate) mod monitor;
 pub mod names;
 pub mod open;
+pub(crate) mod range_end;
 pub mod resolution;
 pub mod row;
 pub(crate) mod rows;

@@ -3,7 +3,7 @@
 use gravical_core::matrix3::{norm, sub};
 use gravical_core::motion::Phase;
 
-use crate::motion::result::{Ends, FinalState, Move, Span};
+use crate::motion::result::{Ends, FinalState, Loss, Move, Span};
 
 /// Follows the state from sample to sample.
 #[derive(Debug, Clone)]
@@ -201,7 +201,8 @@ impl MoveTracker {
         }
         let start_s = if moving { self.since_s } else { self.last_s };
         let end_s = self.last_s + gap_s.max(0.0);
-        self.moves.push(Move::lost(start_s, end_s, gap_s));
+        let why = Loss::Gap { seconds: gap_s };
+        self.moves.push(Move::lost(start_s, end_s, why));
         self.before = Phase::Waiting;
         self.before_rest = None;
         self.position = [f64::NAN; 3];
