@@ -182,12 +182,9 @@ fn chance(lost: f64, freed: f64, rest: f64, freedom: f64) -> f64 {
 /// [`MOST_TRIALS`] at the most. The cost that it speaks of holds the priors too,
 /// which errs on the side of trying.
 fn suspects(work: &[Pose], whole: &Fit, there: f64) -> Vec<usize> {
-    let Some(values) = &whole.covariance.values else {
-        return Vec::new();
-    };
     let reduced = Reduced::new(whole);
     let mut out: Vec<(usize, f64)> = (0..work.len())
-        .filter_map(|k| Some((k, suspicion(&reduced, whole, values, whole.place_of[k]?))))
+        .filter_map(|k| Some((k, suspicion(&reduced, whole, whole.place_of[k]?))))
         .map(|(k, chance)| (k, there * chance))
         .filter(|(_, chance)| *chance < SUSPECT)
         .collect();
@@ -197,8 +194,8 @@ fn suspects(work: &[Pose], whole: &Fit, there: f64) -> Vec<usize> {
 }
 
 /// Chance of a place, linearised; 0 where its deletion cannot be.
-fn suspicion(reduced: &Reduced, whole: &Fit, values: &[Vec<f64>], place: usize) -> f64 {
-    let Some((lost, mut freed)) = reduced.deletion(place, values) else {
+fn suspicion(reduced: &Reduced, whole: &Fit, place: usize) -> f64 {
+    let Some((lost, mut freed)) = reduced.deletion(place) else {
         return 0.0;
     };
     // One of several readings loses no more than all of them.

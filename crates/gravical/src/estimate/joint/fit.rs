@@ -1,6 +1,8 @@
 //! One fit with everything else held: which poses are faces, the tilt, the
 //! model error.
 
+use std::collections::HashMap;
+
 use gravical_core::matrix3;
 
 use crate::estimate::solve::{Covariance, Factor, Options, Problem, solve};
@@ -18,13 +20,6 @@ pub(super) struct Pose {
     pub group: usize,
     /// Not fitted.
     pub left_out: bool,
-}
-
-impl Pose {
-    /// A placement on `face` in this group.
-    fn is_of(&self, group: usize, face: Face) -> bool {
-        self.group == group && self.face == Some(face) && !self.left_out
-    }
 }
 
 /// What is held in a fit.
@@ -74,13 +69,11 @@ pub(super) struct Fit {
     pub converged: bool,
 }
 
-/// Number of different axes among the faces.
-pub(super) fn axes_of(poses: &[Pose]) -> usize {
+/// Number of different axes among some faces.
+pub(super) fn axes_of(faces: impl Iterator<Item = Face>) -> usize {
     let mut seen = [false; 3];
-    for pose in poses.iter().filter(|p| !p.left_out) {
-        if let Some(face) = pose.face {
-            seen[face.axis] = true;
-        }
+    for face in faces {
+        seen[face.axis] = true;
     }
     seen.iter().filter(|s| **s).count()
 }
@@ -139,7 +132,8 @@ type Placed = (Model, State, Vec<Option<usize>>);
 
 fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
     // Without faces on two axes nothing holds the frame to the case.
-    let elements = held.lengths.unwrap_or(if axes_of(poses) < 2 {
+    let faces = poses.iter().filter(|p| !p.left_out).filter_map(|p| p.face);
+    let elements = held.lengths.unwrap_or(if axes_of(faces) < 2 {
         Elements::Triangular
     } else {
         Elements::All
@@ -153,8 +147,15 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
         start.at.get(k).copied().flatten().filter(|_| same_frame)
     };
     let inverse = matrix3::inverse(&m)?;
+    let face_of = |pose: &Pose| pose.face.filter(|_| elements == Elements::All);
+    // Face poses of one group and face: how many there are, and their place.
+    let mut groups: HashMap<(usize, usize), (usize, Option<usize>)> = HashMap::new();
+    for pose in poses.iter().filter(|p| !p.left_out) {
+        if let Some(face) = face_of(pose) {
+            groups.entry((pose.group, face.index())).or_default().0 += 1;
+        }
+    }
     let mut places: Vec<Place> = Vec::new();
-    let mut groups: Vec<(usize, usize)> = Vec::new();
     let mut at = Vec::new();
     let place_of = poses
         .iter()
@@ -163,10 +164,12 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
             if pose.left_out {
                 return None;
             }
-            let face = pose.face.filter(|_| elements == Elements::All);
-            let repeated = |f: Face| poses.iter().filter(|p| p.is_of(pose.group, f)).count() > 1;
-            let across = match face {
-                Some(f) if repeated(f) => held.scatter * held.gravity * matrix3::norm(&m[f.axis]),
+            let face = face_of(pose);
+            let mut group = face.and_then(|f| groups.get_mut(&(pose.group, f.index())));
+            let across = match (face, &group) {
+                (Some(f), Some((2.., _))) => {
+                    held.scatter * held.gravity * matrix3::norm(&m[f.axis])
+                }
                 _ => 0.0,
             };
             let reading = Reading {
@@ -179,16 +182,13 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
                     }
                 }),
             };
-            let same = |(group, place): &&(usize, usize)| {
-                *group == pose.group && places[*place].face == face
-            };
-            if face.is_some()
-                && let Some((_, place)) = groups.iter().find(same)
-            {
+            if let Some((_, Some(place))) = group {
                 places[*place].readings.push(reading);
                 return Some(*place);
             }
-            groups.push((pose.group, places.len()));
+            if let Some((_, place)) = &mut group {
+                *place = Some(places.len());
+            }
             at.push(match (face, known(k)) {
                 (Some(_), Some(Direction::Tilted(d))) => Direction::Tilted(d),
                 (Some(_), _) => Direction::Tilted([0.0; 2]),
@@ -292,6 +292,17 @@ impl Fit {
             }
         }
         self.freedom = 3.0 * readings as f64 - p as f64 - locals as f64 + taken_by_priors;
+    }
+
+    /// The poses of every place.
+    pub fn members(&self) -> Vec<Vec<usize>> {
+        let mut members = vec![Vec::new(); self.model.places.len()];
+        for (pose, place) in self.place_of.iter().enumerate() {
+            if let Some(place) = place {
+                members[*place].push(pose);
+            }
+        }
+        members
     }
 
     /// A search from here.

@@ -48,33 +48,8 @@ pub(super) fn errors(
                 .iter()
                 .map(|d| angle_deg(*d, own) <= NEIGHBOUR_DEG)
                 .collect();
-            let mut rest = work.to_vec();
-            for (pose, place) in rest.iter_mut().zip(&found.place_of) {
-                pose.left_out = place.is_none_or(|place| gone[place]);
-            }
-            if rest.iter().filter(|p| !p.left_out).count() < LEAST_POSES {
-                return None;
-            }
-            let ((m, b), variance): (Parameters, Variance<'_>) =
-                if axes_of(&rest) < 2 && found.model.elements == Elements::All {
-                    let other = in_another_frame(&rest, found, held)?;
-                    let covariance = other.full_covariance()?;
-                    let variance = move |h: &[f64; 12]| Some(predicted::variance(&covariance, h));
-                    ((other.state.m, other.state.b), Box::new(variance))
-                } else {
-                    let bare = reduced.without(&gone);
-                    if bare.condition() > MOST_CONDITION {
-                        return None;
-                    }
-                    let whole = reduced.with_prior(&bare);
-                    let at = refit(&rest, found, held, &whole.step()?)?;
-                    let elements = found.model.elements.list();
-                    let variance = move |h: &[f64; 12]| {
-                        let h: Vec<f64> = elements.iter().map(|&e| h[e]).collect();
-                        whole.variance(&h)
-                    };
-                    (at, Box::new(variance))
-                };
+            let without = without(&gone, work, found, reduced, held)?;
+            let (m, b) = without.parameters;
             let inverse = matrix3::inverse(&m)?;
             let force = matrix3::mul_vec(&inverse, &matrix3::sub(&work[k].mean, &b));
             let h = predicted::sensitivity(&inverse, model::unit(force), held.gravity);
@@ -83,16 +58,65 @@ pub(super) fn errors(
             let noise: f64 = (0..3).map(|i| (h[9 + i] * reading[i]).powi(2)).sum();
             Some(LeftOut {
                 error: matrix3::norm(&force) - held.gravity,
-                sd: (variance(&h)? + noise).sqrt(),
+                sd: ((without.variance)(&h)? + noise).sqrt(),
             })
         })
         .collect()
 }
 
-type Parameters = ([[f64; 3]; 3], [f64; 3]);
+/// A fit without some poses.
+struct Without<'a> {
+    parameters: Parameters,
+    /// Variance of hᵀ(M, b).
+    variance: Box<dyn Fn(&[f64; 12]) -> Option<f64> + 'a>,
+}
 
-/// Variance of hᵀ(M, b).
-type Variance<'a> = Box<dyn Fn(&[f64; 12]) -> Option<f64> + 'a>;
+/// The fit without the places that are `gone`; none where what remains determines too
+/// little.
+fn without<'a>(
+    gone: &[bool],
+    work: &[Pose],
+    found: &'a Fit,
+    reduced: &Reduced,
+    held: &Held,
+) -> Option<Without<'a>> {
+    let is_left = |k: usize| found.place_of[k].is_some_and(|place| !gone[place]);
+    if (0..work.len()).filter(|&k| is_left(k)).count() < LEAST_POSES {
+        return None;
+    }
+    let rest = || {
+        let mut rest = work.to_vec();
+        for (k, pose) in rest.iter_mut().enumerate() {
+            pose.left_out = !is_left(k);
+        }
+        rest
+    };
+    let faces = (0..work.len())
+        .filter(|&k| is_left(k))
+        .filter_map(|k| work[k].face);
+    if axes_of(faces) < 2 && found.model.elements == Elements::All {
+        let other = in_another_frame(&rest(), found, held)?;
+        let covariance = other.full_covariance()?;
+        return Some(Without {
+            parameters: (other.state.m, other.state.b),
+            variance: Box::new(move |h| Some(predicted::variance(&covariance, h))),
+        });
+    }
+    let [bare, whole] = reduced.without(gone)?;
+    if bare.condition() > MOST_CONDITION {
+        return None;
+    }
+    let elements = found.model.elements.list();
+    Some(Without {
+        parameters: refit(rest, found, held, &whole.step()?)?,
+        variance: Box::new(move |h| {
+            let h: Vec<f64> = elements.iter().map(|&e| h[e]).collect();
+            whole.variance(&h)
+        }),
+    })
+}
+
+type Parameters = ([[f64; 3]; 3], [f64; 3]);
 
 /// M and b after a step of the shared parameters, or by a search where the step
 /// is too large to be believed.
@@ -100,7 +124,12 @@ type Variance<'a> = Box<dyn Fn(&[f64; 12]) -> Option<f64> + 'a>;
 /// M + dM = M(I + E). The antisymmetric part of E is a rotation of the whole
 /// frame, which no length sees; without a face it may be large, and taken as
 /// linear it would lengthen all. So it is left away.
-fn refit(rest: &[Pose], found: &Fit, held: &Held, step: &[f64]) -> Option<Parameters> {
+fn refit(
+    rest: impl Fn() -> Vec<Pose>,
+    found: &Fit,
+    held: &Held,
+    step: &[f64],
+) -> Option<Parameters> {
     let still = vec![0.0; 2 * found.model.places.len()];
     let moved = found.model.moved(&found.state, step, &still);
     let m = &found.state.m;
@@ -116,7 +145,7 @@ fn refit(rest: &[Pose], found: &Fit, held: &Held, step: &[f64]) -> Option<Parame
     if small {
         return Some((matrix3::mul(m, &stretch), moved.b));
     }
-    roughly(rest, held, &found.start())
+    roughly(&rest(), held, &found.start())
 }
 
 /// Too few faces remain to hold the frame to the case: M is triangular then.

@@ -292,8 +292,7 @@ impl<'a> Search<'a> {
         let (direction, sd) = predicted::weakest(&inverse, &covariance, self.held.gravity);
         let reduced = Reduced::new(&found);
         // What only the prior knows is open, too.
-        let bare = reduced.without(&vec![false; found.model.places.len()]);
-        if !(sd <= UNKNOWN * self.held.gravity && bare.condition() < MOST_CONDITION) {
+        if !(sd <= UNKNOWN * self.held.gravity && reduced.condition() < MOST_CONDITION) {
             return Err(JointError::Undetermined { direction, sd });
         }
         let left_out = leave_out::errors(work, &found, &reduced, &self.held);

@@ -16,13 +16,16 @@ pub(super) struct Reduced {
     places: usize,
     /// p
     shared: usize,
+    /// R of all rows, and of every block BᵀB and Bᵀr with B = A R⁻¹: where Σ BᵀB = I, a
+    /// sum of squares loses no digits.
+    whole: Option<(DMatrix<f64>, Vec<DMatrix<f64>>)>,
 }
 
 impl Reduced {
     pub fn new(found: &Fit) -> Reduced {
         let model = &found.model;
         let p = model.shared();
-        let blocks = (0..model.blocks())
+        let blocks: Vec<DMatrix<f64>> = (0..model.blocks())
             .map(|block| {
                 let Rows {
                     residuals,
@@ -38,38 +41,63 @@ impl Reduced {
                 rows.remove_rows(0, q)
             })
             .collect();
+        let upper = Triangle::of(&blocks, p).rows.columns(0, p).into_owned();
+        let gram = |block: &DMatrix<f64>| {
+            let mut whitened = block.transpose();
+            let solved = upper.tr_solve_upper_triangular(&whitened.rows(0, p))?;
+            whitened.rows_mut(0, p).copy_from(&solved);
+            Some(solved * whitened.transpose())
+        };
+        let grams: Option<Vec<DMatrix<f64>>> = blocks.iter().map(gram).collect();
         Reduced {
-            blocks,
             places: model.places.len(),
             shared: p,
+            whole: grams.map(|grams| (upper, grams)),
+            blocks,
         }
     }
 
     /// Cost that would be lost without a place, eᵀ(I − H)⁻¹e, and the degrees of
-    /// freedom that go with it, tr(I − H); H = A C Aᵀ with the covariance C of
-    /// the shared parameters. None when the place alone determines something.
-    pub fn deletion(&self, place: usize, covariance: &[Vec<f64>]) -> Option<(f64, f64)> {
+    /// freedom that go with it, tr(I − H); H = A C Aᵀ = B Bᵀ with the covariance C of
+    /// the shared parameters, and (I − B Bᵀ)⁻¹ = I + B(I − BᵀB)⁻¹Bᵀ. None when the place
+    /// alone determines something.
+    pub fn deletion(&self, place: usize) -> Option<(f64, f64)> {
         let p = self.shared;
+        let gram = &self.whole.as_ref()?.1[place];
         let rows = &self.blocks[place];
-        let c = DMatrix::from_fn(p, p, |i, j| covariance[i][j]);
-        let a = rows.columns(0, p);
-        let e: DVector<f64> = rows.column(p).into_owned();
-        let rest = DMatrix::identity(rows.nrows(), rows.nrows()) - a * c * a.transpose();
-        let freed = rest.trace();
-        let lost = e.dot(&rest.cholesky()?.solve(&e));
-        Some((lost, freed))
+        let squares = gram.columns(0, p);
+        let along = gram.column(p);
+        let rest = DMatrix::identity(p, p) - squares;
+        let lost = rows.column(p).norm_squared() + along.dot(&rest.cholesky()?.solve(&along));
+        Some((lost, rows.nrows() as f64 - squares.trace()))
     }
 
-    /// The triangle of all places but those that are `gone`, without the prior.
-    pub fn without(&self, gone: &[bool]) -> Triangle {
-        let kept = (0..self.places).filter(|&k| !gone[k]);
-        Triangle::of(kept.map(|k| &self.blocks[k]), self.shared)
+    /// Condition of all places together, without the prior.
+    pub fn condition(&self) -> f64 {
+        Triangle::of(&self.blocks[..self.places], self.shared).condition()
     }
 
-    /// The same with the prior, if there is one.
-    pub fn with_prior(&self, triangle: &Triangle) -> Triangle {
-        let prior = self.blocks.get(self.places);
-        Triangle::of(std::iter::once(&triangle.rows).chain(prior), self.shared)
+    /// The triangles of all places but those that are `gone`, without the prior and with
+    /// it; none where they leave a parameter open.
+    pub fn without(&self, gone: &[bool]) -> Option<[Triangle; 2]> {
+        let (upper, grams) = self.whole.as_ref()?;
+        let p = self.shared;
+        let mut sum = DMatrix::zeros(p, p + 1);
+        for (gram, _) in grams.iter().zip(gone).filter(|(_, gone)| !**gone) {
+            sum += gram;
+        }
+        let triangle = |sum: &DMatrix<f64>| {
+            let l = sum.columns(0, p).into_owned().cholesky()?.l();
+            let right = l.solve_lower_triangular(&sum.column(p))?;
+            let mut rows = (l.transpose() * upper).insert_column(p, 0.0);
+            rows.set_column(p, &right);
+            Some(Triangle { rows, shared: p })
+        };
+        let bare = triangle(&sum)?;
+        for prior in &grams[self.places..] {
+            sum += prior;
+        }
+        Some([bare, triangle(&sum)?])
     }
 }
 
@@ -80,8 +108,7 @@ pub(super) struct Triangle {
 }
 
 impl Triangle {
-    fn of<'a>(blocks: impl Iterator<Item = &'a DMatrix<f64>>, shared: usize) -> Triangle {
-        let blocks: Vec<&DMatrix<f64>> = blocks.collect();
+    fn of(blocks: &[DMatrix<f64>], shared: usize) -> Triangle {
         let height: usize = blocks.iter().map(|b| b.nrows()).sum();
         let mut all = DMatrix::zeros(height.max(shared + 1), shared + 1);
         let mut at = 0;

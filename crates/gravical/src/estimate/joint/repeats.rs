@@ -121,26 +121,31 @@ fn pairs(work: &[Pose], found: &Fit) -> Option<Vec<Pair>> {
     };
     let mut out = Vec::new();
     for face in Face::all() {
-        let mut open: Vec<(usize, [f64; 3], f64)> = (0..work.len())
+        let all: Vec<(usize, [f64; 3], f64)> = (0..work.len())
             .filter(|&k| work[k].face == Some(face))
             .filter_map(|k| Some((k, direction(k), noise(k)?)))
             .collect();
-        let count = open.len() as f64;
-        let mut joined: Vec<_> = open.pop().into_iter().collect();
-        while !open.is_empty() {
-            let distance = |a: &[f64; 3], b: &[f64; 3]| matrix3::norm(&matrix3::sub(a, b)).powi(2);
-            let (i, j, square) = (0..open.len())
-                .flat_map(|i| (0..joined.len()).map(move |j| (i, j)))
-                .map(|(i, j)| (i, j, distance(&open[i].1, &joined[j].1)))
-                .min_by(|a, b| a.2.total_cmp(&b.2))?;
-            let next = open.swap_remove(i);
+        let square =
+            |i: usize, j: usize| matrix3::norm(&matrix3::sub(&all[i].1, &all[j].1)).powi(2);
+        // The shortest tree (Prim): of every pose outside, the nearest one inside.
+        let mut outside: Vec<(usize, usize, f64)> =
+            (1..all.len()).map(|i| (i, 0, square(i, 0))).collect();
+        while let Some(nearest) =
+            (0..outside.len()).min_by(|&a, &b| outside[a].2.total_cmp(&outside[b].2))
+        {
+            let (i, j, distance) = outside.swap_remove(nearest);
             out.push(Pair {
-                poses: [next.0, joined[j].0],
-                square,
-                noise: next.2 + joined[j].2,
-                rivals: count / 2.0,
+                poses: [all[i].0, all[j].0],
+                square: distance,
+                noise: all[i].2 + all[j].2,
+                rivals: all.len() as f64 / 2.0,
             });
-            joined.push(next);
+            for other in &mut outside {
+                let by = square(other.0, i);
+                if by < other.2 {
+                    *other = (other.0, i, by);
+                }
+            }
         }
     }
     (!out.is_empty()).then_some(out)

@@ -17,6 +17,7 @@ pub(super) fn tests(found: &Fit, chi2_per_freedom: f64) -> Option<Reliability> {
     let elements = model.elements.list();
     let p = model.shared();
     let mut tests = Vec::new();
+    let members = found.members();
     for (block, place) in model.places.iter().enumerate() {
         let Rows {
             residuals,
@@ -25,9 +26,7 @@ pub(super) fn tests(found: &Fit, chi2_per_freedom: f64) -> Option<Reliability> {
         } = model.rows(&found.state, block);
         // A mean that is 1 m/s² too long.
         let force = matrix3::mul_vec(&found.state.m, &model.direction(&found.state, block));
-        let members: Vec<usize> = (0..found.place_of.len())
-            .filter(|&k| found.place_of[k] == Some(block))
-            .collect();
+        let members = &members[block];
         let longer = DMatrix::from_fn(residuals.len(), members.len(), |row, of| {
             match place.readings.get(row / 3) {
                 Some(reading) if row / 3 == of => -force[row % 3] / reading.sd[row % 3],

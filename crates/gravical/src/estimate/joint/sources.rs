@@ -46,6 +46,7 @@ pub(super) fn by_source(
         Source::DataSheet,
     ];
     let mut sums: Vec<DMatrix<f64>> = vec![DMatrix::zeros(p, p); all.len()];
+    let members = found.members();
     for block in 0..model.blocks() {
         let Rows {
             shared: mut rows,
@@ -58,9 +59,7 @@ pub(super) fn by_source(
             rows -= &basis * basis.tr_mul(&rows);
         }
         let columns: DMatrix<f64> = &c * rows.transpose();
-        let members: Vec<usize> = (0..work.len())
-            .filter(|&k| found.place_of[k] == Some(block))
-            .collect();
+        let members = members.get(block).map_or(&[][..], Vec::as_slice);
         for row in 0..m {
             let column: DVector<f64> = columns.column(row).into_owned();
             let mut add = |source: usize, share: f64| {
