@@ -367,6 +367,10 @@ kinds! {
             "the sensor moves slightly all the time, as if held by hand"
             "the quietest part is used; the message gives the residual motion"
             "put the sensor down and record the pose again";
+        SpikesLeftOut "spikes-left-out" Warning
+            "2 % or more of the samples of a pose differ from their neighbours by more than six standard deviations"
+            "not used for its mean, unless they are more than a third"
+            "check wiring and supply; the bus may be too fast for its length";
         OrientationMismatch "orientation-mismatch" Warning
             "a file name claims another face than the data show"
             "the data are used"

@@ -11,6 +11,7 @@ use crate::{Error, Result};
 
 use super::face::{Claim, angle_deg, claim};
 use super::named::first_rows;
+use super::spikes;
 use super::still::{StillOptions, Stills, find_stills};
 use super::{Draft, SegmentOptions, Selection};
 use crate::still::moments;
@@ -31,9 +32,19 @@ pub(super) fn in_recording(
     options: &SegmentOptions,
     findings: &mut Vec<Finding>,
 ) -> Result<Vec<Draft>> {
-    let recording = &recordings[index];
+    let mut recording = &recordings[index];
     let alone = recordings.len() == 1;
-    let stills = find_stills(recording, &options.still);
+    let mut stills = find_stills(recording, &options.still);
+    // Spikes all over a recording hide its stills. Of an excerpt these are known.
+    let mut despiked = None;
+    if stills.spans.is_empty() && !recording.is_excerpt() {
+        let mut other = recording.clone();
+        let step = other.accel_resolution();
+        if spikes::take_out(&mut other.accel, step) > 0 {
+            stills = find_stills(&other, &options.still);
+            recording = despiked.insert(other);
+        }
+    }
     let holds = longest_per_hold(recording, stills.spans);
     if holds.is_empty() && recording.rows_in_file() < FEW_ROWS {
         if let Some(means) = means_of_rows(index, recording, findings)

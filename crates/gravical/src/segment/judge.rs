@@ -9,15 +9,15 @@ use super::{Placement, SegmentOptions};
 /// Holds that shake many times as much as the usual one of the session.
 pub(super) fn check_steadiness(
     placements: &[Placement],
+    held: &[Vec<[Vec<f64>; 3]>],
     recordings: &[Recording],
     findings: &mut Vec<Finding>,
 ) {
-    let shake = |p: &Placement| -> f64 {
+    let shake = |(p, held): (&Placement, &Vec<[Vec<f64>; 3]>)| -> f64 {
         let rows = p.rows.iter().map(|r| r.len()).sum::<usize>().max(1) as f64;
-        let sum: f64 = p
-            .rows
+        let sum: f64 = held
             .iter()
-            .map(|r| r.len() as f64 * moments(&recordings[p.recording].accel, r.clone()).1)
+            .map(|own| own[0].len() as f64 * moments(own, 0..own[0].len()).1)
             .filter(|v| v.is_finite())
             .sum();
         // Rounding shakes that much, whether it shows or not.
@@ -25,7 +25,7 @@ pub(super) fn check_steadiness(
             .max(floors(&recordings[p.recording].accel_resolution()))
             .sqrt()
     };
-    let all: Vec<f64> = placements.iter().map(shake).collect();
+    let all: Vec<f64> = placements.iter().zip(held).map(shake).collect();
     let Some(usual) = crate::stats::median(&mut all.clone()) else {
         return;
     };

@@ -13,6 +13,7 @@ pub mod hold;
 mod judge;
 mod named;
 pub mod sections;
+mod spikes;
 pub mod still;
 pub mod turns;
 
@@ -197,15 +198,18 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     if !named {
         turns = found;
     }
-    let noise = pooled_noise(&hold_slices(recordings, &drafts), coarsest(recordings));
+    let held = without_spikes(recordings, &drafts, &mut findings);
+    let slices: Vec<[&[f64]; 3]> = held.iter().flatten().map(slices).collect();
+    let noise = pooled_noise(&slices, coarsest(recordings));
     let mut placements: Vec<Placement> = drafts
         .into_iter()
-        .map(|draft| measure(draft, recordings, &noise, options))
+        .zip(&held)
+        .map(|(draft, held)| measure(draft, held, recordings, &noise, options))
         .collect();
+    check_steadiness(&placements, &held, recordings, &mut findings);
     leave_out_empty(&mut placements, &mut findings);
     check_names(&mut placements, options, &mut findings);
     check_rows(&placements, options, &mut findings);
-    check_steadiness(&placements, recordings, &mut findings);
     Ok(Segmentation {
         placements,
         turns,
@@ -327,33 +331,69 @@ fn coarsest(recordings: &[Recording]) -> [f64; 3] {
         })
 }
 
-fn slices<'a>(recording: &'a Recording, rows: &Range<usize>) -> [&'a [f64]; 3] {
-    std::array::from_fn(|i| &recording.accel[i][rows.clone()])
+fn slices(channels: &[Vec<f64>; 3]) -> [&[f64]; 3] {
+    channels.each_ref().map(|c| &c[..])
 }
 
-fn hold_slices<'a>(recordings: &'a [Recording], drafts: &[Draft]) -> Vec<[&'a [f64]; 3]> {
-    drafts
+/// The accelerometer in every stretch of every pose, rows with a spike empty.
+fn without_spikes(
+    recordings: &[Recording],
+    drafts: &[Draft],
+    findings: &mut Vec<Finding>,
+) -> Vec<Vec<[Vec<f64>; 3]>> {
+    // Of every recording: spikes, poses that have any, and their rows.
+    let mut counts = vec![[0_usize; 3]; recordings.len()];
+    let held = drafts
         .iter()
-        .flat_map(|d| d.rows.iter().map(|r| slices(&recordings[d.recording], r)))
-        .collect()
+        .map(|draft| {
+            let recording = &recordings[draft.recording];
+            let mut taken_out = 0;
+            let stretches: Vec<[Vec<f64>; 3]> = draft
+                .rows
+                .iter()
+                .map(|rows| {
+                    let mut own = recording.accel.each_ref().map(|c| c[rows.clone()].to_vec());
+                    taken_out += spikes::take_out(&mut own, recording.accel_resolution());
+                    own
+                })
+                .collect();
+            if taken_out > 0 {
+                let rows: usize = draft.rows.iter().map(ExactSizeIterator::len).sum();
+                let count = &mut counts[draft.recording];
+                *count = [count[0] + taken_out, count[1] + 1, count[2] + rows];
+            }
+            stretches
+        })
+        .collect();
+    for (recording, [spikes, poses, rows]) in recordings.iter().zip(counts) {
+        if spikes > 0 {
+            findings.push(
+                Finding::new(
+                    FindingKind::SpikesLeftOut,
+                    format!(
+                        "{spikes} of the {rows} samples of {poses} {} stand out from their neighbours by more than 6 standard deviations: left out",
+                        if poses == 1 { "pose" } else { "poses" },
+                    ),
+                )
+                .in_file(&recording.name),
+            );
+        }
+    }
+    held
 }
 
 fn measure(
     draft: Draft,
+    held: &[[Vec<f64>; 3]],
     recordings: &[Recording],
     noise: &HoldNoise,
     options: &SegmentOptions,
 ) -> Placement {
     let recording = &recordings[draft.recording];
     let (rate, _) = recording.working_rate_hz();
-    let gathered: [Vec<f64>; 3] = std::array::from_fn(|axis| {
-        draft
-            .rows
-            .iter()
-            .flat_map(|r| recording.accel[axis][r.clone()].iter().copied())
-            .collect()
-    });
-    let channels: [&[f64]; 3] = std::array::from_fn(|i| &gathered[i][..]);
+    let gathered: [Vec<f64>; 3] =
+        std::array::from_fn(|i| held.iter().flat_map(|s| s[i].iter().copied()).collect());
+    let channels = slices(&gathered);
     let mean = match draft.selection {
         Selection::Given => plain_mean(&channels, noise, rate),
         Selection::Found => robust_mean(&channels, noise, rate),

@@ -1,0 +1,110 @@
+//! Samples that stand out from their neighbours: transmission errors, not motion.
+
+use crate::stats::median;
+
+/// Neighbours on either side that a sample is compared with: what lasts longer than these
+/// is motion, and the blocks of a mean leave it out ([`super::hold`]).
+const REACH: usize = 5;
+/// A sample further from the median of its neighbourhood than this many robust standard
+/// deviations is a spike: normal noise has one in 5·10⁸.
+const SPIKE: f64 = 6.0;
+/// Shares of the rows between which they are taken out. More are no spikes but the signal.
+/// Fewer go with their blocks, where they matter ([`super::hold`]), or are jerks of a hand:
+/// what begins and ends at rest has a mean acceleration of zero, but not without its peaks.
+const SHARE: [f64; 2] = [0.02, 1.0 / 3.0];
+
+/// Makes the rows of three channels empty in which any of them has a spike, and counts
+/// them. `step` is what the values of each are rounded to: less than six of those is never
+/// a spike. None are taken out where they are less than 2 % or more than a third.
+///
+/// The rule rejects single samples, so that means keep the full efficiency of the
+/// arithmetic one under normal noise (Hampel, J. Am. Stat. Assoc. 69 (1974) 383).
+pub(super) fn take_out(channels: &mut [Vec<f64>; 3], step: [f64; 3]) -> usize {
+    let rows = channels[0].len();
+    let mut spike = vec![false; rows];
+    for (channel, step) in channels.iter().zip(step) {
+        let off: Vec<f64> = (0..rows).map(|row| off_neighbours(channel, row)).collect();
+        let mut sizes: Vec<f64> = off.iter().map(|v| v.abs()).collect();
+        sizes.retain(|v| v.is_finite());
+        // 1.4826 makes the median deviation that of a normal distribution.
+        let scale = 1.4826 * median(&mut sizes).unwrap_or(0.0);
+        let limit = SPIKE * scale.max(step);
+        for (flag, off) in spike.iter_mut().zip(off) {
+            *flag |= limit > 0.0 && off.abs() > limit;
+        }
+    }
+    let count = spike.iter().filter(|s| **s).count();
+    let [least, most] = SHARE.map(|share| share * rows as f64);
+    if !(least..=most).contains(&(count as f64)) {
+        return 0;
+    }
+    for channel in channels {
+        for (value, _) in channel.iter_mut().zip(&spike).filter(|(_, s)| **s) {
+            *value = f64::NAN;
+        }
+    }
+    count
+}
+
+/// A value less the median of its neighbourhood.
+fn off_neighbours(channel: &[f64], row: usize) -> f64 {
+    let around = row.saturating_sub(REACH)..(row + REACH + 1).min(channel.len());
+    let mut near = [0.0; 2 * REACH + 1];
+    let mut count = 0;
+    for v in channel[around].iter().filter(|v| v.is_finite()) {
+        near[count] = *v;
+        count += 1;
+    }
+    median(&mut near[..count]).map_or(f64::NAN, |m| channel[row] - m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
+
+    fn noise(rng: &mut ChaCha8Rng, rows: usize) -> [Vec<f64>; 3] {
+        std::array::from_fn(|_| (0..rows).map(|_| rng.sample(StandardNormal)).collect())
+    }
+
+    fn mean(values: &[f64]) -> f64 {
+        let some = || values.iter().filter(|v| v.is_finite());
+        some().sum::<f64>() / some().count() as f64
+    }
+
+    #[test]
+    fn a_tenth_of_the_samples_does_not_move_the_mean() {
+        let mut rng = ChaCha8Rng::seed_from_u64(7);
+        let mut channels = noise(&mut rng, 500);
+        let clean = channels.each_ref().map(|c| mean(c));
+        for row in 0..500 {
+            if rng.random::<f64>() < 0.1 {
+                (0..3).for_each(|i| channels[i][row] += [300.0, 40.0, 3.0][i]);
+            }
+        }
+        let count = take_out(&mut channels, [0.0; 3]);
+        assert!((30..70).contains(&count), "{count}");
+        for (channel, clean) in channels.iter().zip(clean) {
+            assert!((mean(channel) - clean).abs() < 0.05, "{}", mean(channel));
+        }
+    }
+
+    #[test]
+    fn noise_steps_and_bumps_are_no_spikes() {
+        let mut rng = ChaCha8Rng::seed_from_u64(8);
+        let mut channels = noise(&mut rng, 500);
+        for v in &mut channels[0][300..320] {
+            *v += 50.0;
+        }
+        assert_eq!(take_out(&mut channels, [0.0; 3]), 0);
+        // Mostly constant, with flips of the last digit.
+        let mut rounded = noise(&mut rng, 1000).map(|c| {
+            c.into_iter()
+                .map(|v: f64| (0.3 * v).round())
+                .collect::<Vec<f64>>()
+        });
+        assert_eq!(take_out(&mut rounded, [1.0; 3]), 0);
+    }
+}
