@@ -9,7 +9,8 @@
 //!
 //! The number is that of sessions a line. `alarms` has two sessions of each part in
 //! place of that: how often `compare` and `check` claim a difference where there is
-//! none.
+//! none. `--seed=5000` begins with the session of that number in place of 0; a word is
+//! part of the name of a session or a disturbance, whose lines are made alone.
 
 #[path = "../accuracy/each.rs"]
 mod each;
@@ -23,7 +24,7 @@ use gravical::compare::{Agreement, compare};
 use each::each;
 use session::{Disturbance, Judged, Plan, Session};
 
-fn verdicts(count: usize, only: &str) {
+fn verdicts(count: usize, seed: u64, only: &str) {
     println!(
         "| session | disturbed by | good | fair | not verifiable | poor | refused | good, but off by more than 5 mg | fair, but by more than 20 mg | worst direction, mg | said, mg | could hide, mg |"
     );
@@ -34,7 +35,7 @@ fn verdicts(count: usize, only: &str) {
                 continue;
             }
             let judged = each(count, |index| {
-                let mut session = Session::of(plan, index as u64);
+                let mut session = Session::of(plan, seed + index as u64);
                 session.judge(disturbance)
             });
             let of = |grade: Grade, more_mg: f64| {
@@ -68,14 +69,14 @@ fn verdicts(count: usize, only: &str) {
     }
 }
 
-fn alarms(count: usize) {
+fn alarms(count: usize, seed: u64) {
     println!(
         "| session | `compare` differs | … in what changes ‖a‖ | … in the rotation | `check` does not fit |"
     );
     println!("| --- | --- | --- | --- | --- |");
     for plan in Plan::ALL {
         let pairs = each(count, |index| {
-            let mut session = Session::of(plan, index as u64);
+            let mut session = Session::of(plan, seed + index as u64);
             let (first, _) = session.record(Disturbance::None);
             let (second, _) = session.record(Disturbance::None);
             let a = session::calibrated(&first)?;
@@ -106,10 +107,14 @@ fn alarms(count: usize) {
 }
 
 fn main() {
-    let mut words = std::env::args().skip(1);
-    let count = words.next().and_then(|w| w.parse().ok()).unwrap_or(200);
-    match words.next().as_deref() {
-        Some("alarms") => alarms(count),
-        only => verdicts(count, only.unwrap_or("")),
+    let seed_of = |word: &String| word.strip_prefix("--seed=")?.parse().ok();
+    let (seeds, words): (Vec<String>, Vec<String>) = std::env::args()
+        .skip(1)
+        .partition(|word| seed_of(word).is_some());
+    let seed: u64 = seeds.iter().find_map(seed_of).unwrap_or(0);
+    let count = words.first().and_then(|w| w.parse().ok()).unwrap_or(200);
+    match words.get(1).map(String::as_str) {
+        Some("alarms") => alarms(count, seed),
+        only => verdicts(count, seed, only.unwrap_or("")),
     }
 }
