@@ -225,6 +225,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         fit: trust.fit,
         worst_pose: trust.worst,
         next_poses: trust.next,
+        known_gravity: trust.known_gravity,
         budget: trust.budget,
     };
 

@@ -42,7 +42,7 @@ pub struct FitQuality {
     pub prior: bool,
 }
 
-/// The pose that is least consistent with the others.
+/// The least consistent pose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WorstPose {
     /// Its label.
@@ -51,7 +51,7 @@ pub struct WorstPose {
     pub reason: String,
 }
 
-/// A recommended additional pose.
+/// A pose that would lower the predicted error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NextPose {
     /// Unit vector of specific force: the calibrated reading in this pose, over gravity.
@@ -66,7 +66,16 @@ pub struct NextPose {
     pub undetected_effect_mps2: Option<f64>,
 }
 
-/// The direction in which ‖a‖ is least certain.
+/// What it would bring to know local gravity, which was assumed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct KnownGravity {
+    /// Options that give it.
+    pub hint: String,
+    /// Predicted error of ‖a‖ over all directions without that of gravity, m/s².
+    pub predicted_norm_error_mps2: f64,
+}
+
+/// The direction in which ‖a‖ is known least.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WorstDirection {
     /// Unit vector of specific force.

@@ -5,8 +5,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::trust::{
-    Budget, ContradictedPose, Deviations, FitQuality, NextPose, UndetectedError, WorstDirection,
-    WorstPose,
+    Budget, ContradictedPose, Deviations, FitQuality, KnownGravity, NextPose, UndetectedError,
+    WorstDirection, WorstPose,
 };
 use super::{InputFile, TemperatureModel};
 use crate::recording::Finding;
@@ -135,13 +135,17 @@ pub struct AccelerometerSection {
     /// Quality of the fit (joint and magnitude fits).
     #[serde(default)]
     pub fit: Option<FitQuality>,
-    /// The pose that is least consistent with the others.
+    /// The least consistent pose.
     #[serde(default)]
     pub worst_pose: Option<WorstPose>,
-    /// The best next poses, each in addition to those before it.
+    /// Poses that lower the predicted error most, each after the ones before it.
     #[serde(default)]
     pub next_poses: Vec<NextPose>,
-    /// Contributions to the uncertainty of ‖a‖ at rest.
+    /// What it would bring to know gravity; null unless it was assumed and is most of the
+    /// predicted error.
+    #[serde(default)]
+    pub known_gravity: Option<KnownGravity>,
+    /// What the uncertainty of ‖a‖ at rest consists of.
     #[serde(default)]
     pub budget: Option<Budget>,
 }
@@ -173,6 +177,7 @@ impl Default for AccelerometerSection {
             fit: None,
             worst_pose: None,
             next_poses: Vec::new(),
+            known_gravity: None,
             budget: None,
         }
     }

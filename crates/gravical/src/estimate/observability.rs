@@ -1,4 +1,4 @@
-//! What poses leave open, and which pose would settle it, in words.
+//! Which parameters poses leave open, and which pose would determine them, in words.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,6 +9,8 @@ use super::solve::singular_values;
 /// Directions count as spanned when the poses lie this far out of the plane (or
 /// line) of the others, rms: sin 10°.
 const SPANNED: f64 = 0.17;
+/// A direction within this of an axis is called by the axis, degrees.
+const MOST_OFF_AXIS_DEG: f64 = 25.0;
 
 /// How many directions of space a set of unit vectors spans, and the direction
 /// that they have least of.
@@ -80,7 +82,7 @@ pub(super) fn condition(mut rows: DMatrix<f64>) -> f64 {
 /// Names at the most so many poses.
 const MOST_NAMED: usize = 3;
 
-/// A pose that is harder to hold has to help so much more.
+/// A pose on an edge or corner has to determine so much more than one on a face.
 const HARDER: f64 = 1.3;
 
 fn axes(n: &[i8; 3]) -> usize {
@@ -139,41 +141,63 @@ pub(super) fn settling(
     out
 }
 
-/// A direction of specific force as a person holds a board: `x up`, or
-/// `x up, leaning 30° towards -z`.
+/// A direction of specific force as an attitude of the case: `x up`, or `x up, tilted 30°,
+/// z lowered`.
 #[must_use]
 pub fn in_words(n: [f64; 3]) -> String {
-    let (face, angle) = Face::nearest(n);
-    let say = |face: Face| {
-        let axis = AXES[face.axis];
-        format!("{axis} {}", if face.up { "up" } else { "down" })
-    };
-    if angle < 12.0 {
-        return say(face);
+    let (face, angle_deg) = Face::nearest(n);
+    let name = |face: Face| AXES[face.axis];
+    let up = format!("{} {}", name(face), if face.up { "up" } else { "down" });
+    if angle_deg < 12.0 {
+        return up;
     }
+    let moved = |face: Face| {
+        let how = if face.up { "raised" } else { "lowered" };
+        format!("{} {how}", name(face))
+    };
     let mut rest = n;
     rest[face.axis] = 0.0;
-    let (second, aside) = Face::nearest(rest);
-    if aside < 15.0 {
-        return format!(
-            "{}, leaned {angle:.0}° so that {}",
-            say(face),
-            toward(second)
-        );
-    }
+    let (second, aside_deg) = Face::nearest(rest);
     rest[second.axis] = 0.0;
-    let (third, _) = Face::nearest(rest);
-    format!(
-        "{}, leaned {angle:.0}° so that {} and {}",
-        say(face),
-        toward(second),
-        toward(third)
-    )
+    let third = match aside_deg < 15.0 {
+        true => String::new(),
+        false => format!(", {}", moved(Face::nearest(rest).0)),
+    };
+    format!("{up}, tilted {angle_deg:.0}°, {}{third}", moved(second))
 }
 
-fn toward(face: Face) -> String {
-    let axis = AXES[face.axis];
-    format!("{axis} points {}", if face.up { "up" } else { "down" })
+/// Which axes the poses cover: `only x and y are covered; z is missing`.
+#[must_use]
+pub(super) fn coverage(directions: &[[f64; 3]]) -> String {
+    let (spanned, missing) = span(directions);
+    let near = |n: [f64; 3]| {
+        let (face, angle_deg) = Face::nearest(n);
+        (angle_deg < MOST_OFF_AXIS_DEG).then_some(face.axis)
+    };
+    let others = |axis: usize| [(axis + 1) % 3, (axis + 2) % 3];
+    let list = |axes: [usize; 2]| {
+        let [first, last] = [axes[0].min(axes[1]), axes[0].max(axes[1])];
+        format!("{} and {}", AXES[first], AXES[last])
+    };
+    match spanned {
+        3 => "all three axes are covered, but parameters remain open".to_owned(),
+        2 => match near(missing) {
+            Some(axis) => format!(
+                "only {} are covered; {} is missing",
+                list(others(axis)),
+                AXES[axis]
+            ),
+            None => "all poses lie in one plane".to_owned(),
+        },
+        _ => match directions.first().and_then(|n| near(*n)) {
+            Some(axis) => format!(
+                "only the {} axis is covered; {} are missing",
+                AXES[axis],
+                list(others(axis))
+            ),
+            None => "all poses lie along one line".to_owned(),
+        },
+    }
 }
 
 #[cfg(test)]
@@ -183,13 +207,10 @@ mod tests {
     #[test]
     fn directions_in_words() {
         assert_eq!(in_words([0.0, 0.05, -1.0]), "z down");
-        assert_eq!(
-            in_words([0.8, 0.0, -0.6]),
-            "x up, leaned 37° so that z points down"
-        );
+        assert_eq!(in_words([0.8, 0.0, -0.6]), "x up, tilted 37°, z lowered");
         assert_eq!(
             in_words([0.6, 0.58, 0.57]),
-            "x up, leaned 54° so that y points up and z points up"
+            "x up, tilted 54°, y raised, z raised"
         );
     }
 
@@ -199,6 +220,11 @@ mod tests {
         let (spanned, missing) = span(&plane);
         assert_eq!(spanned, 2);
         assert!(missing[2].abs() > 0.99);
+        assert_eq!(coverage(&plane), "only x and y are covered; z is missing");
+        assert_eq!(
+            coverage(&plane[..2]),
+            "only the x axis is covered; y and z are missing"
+        );
     }
 
     #[test]

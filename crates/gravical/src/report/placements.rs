@@ -95,6 +95,13 @@ pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -
             worst.label, worst.reason
         )));
     }
+    if let Some(known) = &a.known_gravity {
+        section = section.full(Block::paragraph(format!(
+            "Gravity was assumed, which is most of the uncertainty: with {} the standard uncertainty of the magnitude is {} mg. No pose determines gravity.",
+            known.hint,
+            mg(known.predicted_norm_error_mps2)
+        )));
+    }
     if a.next_poses.is_empty() {
         return section.full(Block::paragraph("No further pose is proposed."));
     }

@@ -1,12 +1,12 @@
-//! How far a result can be trusted, in numbers: predicted error, errors left one
-//! out, what hurts, what would help, and the budget of the uncertainty.
+//! How far a result can be trusted, in numbers: predicted error, leave-one-out errors, the
+//! least consistent pose, what would improve it, and the budget of the uncertainty.
 
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{
-    Budget, ContradictedPose, Contribution, Deviations, FitQuality, GravitySource, NextPose,
-    Position, TemperatureRange, UndetectedError, WorstDirection, WorstPose,
+    Budget, ContradictedPose, Contribution, Deviations, FitQuality, GravitySource, KnownGravity,
+    NextPose, Position, TemperatureRange, UndetectedError, WorstDirection, WorstPose,
 };
 use crate::estimate::accelerometer::Estimate;
 use crate::estimate::in_words;
@@ -25,7 +25,7 @@ pub(crate) const DRIFT_MPS2_PER_C: f64 = 0.4e-3 * STANDARD_GRAVITY_MPS2;
 /// k of the expanded uncertainty.
 const COVERAGE: f64 = 2.0;
 
-/// What the covariance and the left-out placements say.
+/// What follows from the covariance and from poses left out.
 #[derive(Debug, Clone, Default)]
 pub struct Trust {
     /// Of M and b: by the readings, and by gravity that nobody gave.
@@ -34,20 +34,22 @@ pub struct Trust {
     pub predicted: Option<f64>,
     /// The direction in which ‖a‖ is known least.
     pub worst_direction: Option<WorstDirection>,
-    /// What an error of one placement could do unseen.
+    /// What an undetected error of one pose could do.
     pub undetected: Option<UndetectedError>,
-    /// The placement that the others contradict.
+    /// The pose that the others contradict.
     pub contradicted: Option<ContradictedPose>,
     /// Standard deviations of bias and scale.
     pub deviations: Option<Deviations>,
-    /// RMS of ‖a‖ − g on placements left out, m/s².
+    /// RMS of the leave-one-out errors of ‖a‖, m/s².
     pub leave_one_out: Option<f64>,
-    /// What the fit shows of itself.
+    /// Quality of the fit.
     pub fit: Option<FitQuality>,
-    /// The pose that hurts most.
+    /// The least consistent pose.
     pub worst: Option<WorstPose>,
-    /// Poses that would help most.
+    /// Poses that lower the predicted error most.
     pub next: Vec<NextPose>,
+    /// What knowing gravity would bring.
+    pub known_gravity: Option<KnownGravity>,
     /// The budget.
     pub budget: Option<Budget>,
 }
@@ -105,6 +107,9 @@ pub fn trust(
         fit: estimate.quality,
         worst: worst(estimate, positions, rms(&left_out)),
         next: next_poses(estimate, g, gravity_sd),
+        known_gravity: by_readings
+            .zip(predicted)
+            .and_then(|(by_readings, now)| known_gravity(gravity, by_readings, now)),
         budget: budget(estimate, by_readings, gravity, temperature, temperatures),
     }
 }
@@ -159,8 +164,8 @@ fn deviations(estimate: &Estimate, c: &Covariance12) -> Deviations {
     out
 }
 
-/// The pose with the largest error when it is left out; where none can be, the
-/// one that lies furthest off its face.
+/// The pose with the largest leave-one-out error; where none can be left out, the
+/// one with the largest tilt.
 fn worst(estimate: &Estimate, positions: &[Position], usual: Option<f64>) -> Option<WorstPose> {
     let mg = 1000.0 / STANDARD_GRAVITY_MPS2;
     let of = |key: &dyn Fn(usize) -> Option<f64>| {
@@ -170,13 +175,11 @@ fn worst(estimate: &Estimate, positions: &[Position], usual: Option<f64>) -> Opt
             .max_by(|a, b| a.1.total_cmp(&b.1))
     };
     if let Some((k, error)) = of(&|k| estimate.uses[k].left_out_error.map(f64::abs)) {
-        let others = usual.map_or(String::new(), |u| {
-            format!("; all of them {:.2} mg rms", u * mg)
-        });
+        let others = usual.map_or(String::new(), |u| format!(", rms of all {:.2} mg", u * mg));
         return Some(WorstPose {
             label: positions[k].called(),
             reason: format!(
-                "left out, its magnitude is off by {:+.2} mg{others}",
+                "leave-one-out error {:+.2} mg{others}",
                 estimate.uses[k].left_out_error.unwrap_or(error) * mg
             ),
         });
@@ -184,11 +187,21 @@ fn worst(estimate: &Estimate, positions: &[Position], usual: Option<f64>) -> Opt
     let (k, tilt) = of(&|k| estimate.uses[k].tilt_deg.map(|(t, _)| t))?;
     Some(WorstPose {
         label: positions[k].called(),
-        reason: format!("it lies {tilt:.1}° off its face, more than the others"),
+        reason: format!("tilt {tilt:.1}°, the largest"),
     })
 }
 
-/// Poses that would help most; none of them tells gravity.
+/// What it would bring to know gravity, where most of the predicted variance is that of an
+/// assumed one.
+fn known_gravity(gravity: &Gravity, by_readings: f64, predicted: f64) -> Option<KnownGravity> {
+    let assumed = gravity.source == GravitySource::Standard;
+    (assumed && 2.0 * by_readings * by_readings < predicted * predicted).then(|| KnownGravity {
+        hint: "--latitude or --gravity".to_owned(),
+        predicted_norm_error_mps2: by_readings,
+    })
+}
+
+/// Poses that lower the predicted error most; none of them determines gravity.
 fn next_poses(estimate: &Estimate, gravity: f64, gravity_sd: f64) -> Vec<NextPose> {
     let (Some(fit), Some(covariance)) = (&estimate.joint, &estimate.covariance) else {
         return Vec::new();
@@ -266,7 +279,7 @@ fn budget(
                     Source::DataSheet => add(
                         "data-sheet",
                         norm,
-                        "scale ±3 %, cross-axis ±2 %, zero-g ±0.6 m/s², where the placements do not say more".to_owned(),
+                        "scale ±3 %, cross-axis ±2 %, zero-g ±0.6 m/s², where the poses determine less".to_owned(),
                     ),
                 }
             }

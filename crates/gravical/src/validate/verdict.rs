@@ -8,23 +8,24 @@ use crate::calibration_file::{
     AccelerometerSection, Grade, Position, PositionKind, TiltSource, Verdict,
 };
 use crate::estimate::accelerometer::Method;
-use crate::recording::Finding;
+use crate::recording::{Finding, FindingKind};
 
 use super::errors::free_norm_error;
 
 /// Error of ‖a‖ in the worst direction, mg, up to which a result is good, and fair: by
-/// the covariance (2σ), and by an error of one placement that nothing would show.
+/// the covariance (2σ), and by an error of one pose that is not detected.
 const GOOD_MG: f64 = 5.0;
 const FAIR_MG: f64 = 20.0;
-/// Predicted 2σ error over all directions beyond which a result that nothing verifies is poor: six
-/// faces placed by hand stay below.
+/// Predicted 2σ error over all directions, mg, beyond which a result that nothing verifies
+/// is poor: six faces placed by hand stay below.
 const UNVERIFIED_MG: f64 = 50.0;
-/// With fewer degrees of freedom the readings leave nothing that could
-/// contradict the result.
+/// With fewer degrees of freedom no reading could contradict the result.
 const LEAST_FREEDOM: f64 = 0.5;
-/// Placements left out contradict the result when the largest of their errors,
-/// each over its own standard deviation, is rarer than this among so many.
+/// Leave-one-out errors contradict the result when the largest of them, each over its own
+/// standard deviation, is rarer than this among so many.
 const CHANCE: f64 = 1e-3;
+/// Poses are proposed when all of them together bring the predicted error below this share.
+const MATTERS: f64 = 0.8;
 
 fn mg(mps2: f64) -> f64 {
     1000.0 * mps2 / STANDARD_GRAVITY_MPS2
@@ -42,36 +43,48 @@ fn figure(mps2: f64) -> String {
     }
 }
 
-/// Grade and reasons.
+/// What is wrong with the session comes before what is wrong with the fit.
+const SESSION: [FindingKind; 7] = [
+    FindingKind::SameFileTwice,
+    FindingKind::SameFaceTwice,
+    FindingKind::MissingFace,
+    FindingKind::NamesMirrored,
+    FindingKind::UnitChanged,
+    FindingKind::ClippedHold,
+    FindingKind::RepeatsContradict,
+];
+
+/// Grade and reasons: the session, the error of the result and what it could hide, what
+/// poses contradict, and what would improve it.
 #[must_use]
 pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f64) -> Verdict {
-    let mut reasons: Vec<String> = findings
-        .iter()
-        .filter(|f| f.kind.is_gate())
-        .map(|f| f.message.clone())
-        .collect();
     let measured = measured(section);
-    let grade = if reasons.is_empty() {
-        measured
-    } else {
-        Grade::Poor
+    let grade = match findings.iter().any(|f| f.kind.is_gate()) {
+        true => Grade::Poor,
+        false => measured,
     };
+    let in_session = |f: &&Finding| SESSION.contains(&f.kind);
+    let session = findings.iter().filter(in_session);
+    let gates = findings
+        .iter()
+        .filter(|f| f.kind.is_gate() && !in_session(f));
+    let mut reasons: Vec<String> = session.chain(gates).map(|f| f.message.clone()).collect();
     reasons.extend(worst_direction(section));
-    reasons.extend(shown(section));
+    reasons.extend(detectable(section));
     if let Some(error) = section.predicted_norm_error_mps2 {
         let tilt = section.placement_tilt_deg.map_or(String::new(), |t| {
             format!(
-                ", with a placement tilt of {:.2}° ({})",
+                "; tilt of the face poses {:.2}°, {}",
                 t.value,
                 match t.source {
                     TiltSource::Given => "given",
-                    TiltSource::Estimated => "what the faces show",
+                    TiltSource::Estimated => "estimated",
                     TiltSource::Assumed => "assumed",
                 }
             )
         });
         reasons.push(format!(
-            "predicted error of the magnitude at rest: {} (1σ, over all directions{tilt})",
+            "predicted error of ‖a‖: {} (1σ, over all directions{tilt})",
             figure(error)
         ));
     }
@@ -80,27 +93,27 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
         .filter(|_| verifiable(section))
     {
         Some(error) => reasons.push(format!(
-            "{} placements left out of the fit one by one: the magnitude is off by {} rms",
+            "leave-one-out error of ‖a‖: {} rms over {} poses",
+            figure(error),
             section
                 .positions
                 .iter()
                 .filter(|p| p.left_out_error_mps2.is_some())
                 .count(),
-            figure(error)
         )),
         None => reasons.push(unverified(section)),
     }
     if let Some(c) = contradiction(section).filter(|_| verifiable(section)) {
         reasons.push(format!(
-            "{} contradicts the others: left out, its magnitude is off by {}, {:.1} times what chance allows",
-            c.position.label,
+            "{} contradicts the other poses: its leave-one-out error is {}, {:.1} times the limit of chance",
+            c.position.called(),
             figure(c.error_mps2),
             c.excess
         ));
     }
     if let Some(c) = &section.contradicted {
         reasons.push(format!(
-            "{} does not fit the others: {:.1} times what chance allows, by the scatter that these have",
+            "{} contradicts the other poses: its residual is {:.1} times the limit of chance by their scatter",
             c.label, c.excess
         ));
     }
@@ -108,12 +121,8 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
         && let Some((error, count)) = free_norm_error(&section.positions, gravity)
     {
         reasons.push(format!(
-            "{count} oblique {} no part in the fit; there the magnitude is off by {} rms",
-            if count == 1 {
-                "placement took"
-            } else {
-                "placements took"
-            },
+            "error of ‖a‖ at {count} free {} that the fit did not use: {} rms",
+            if count == 1 { "pose" } else { "poses" },
             figure(error)
         ));
     }
@@ -121,30 +130,12 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
     if let Some(worst) = &section.worst_pose
         && verifiable(section)
     {
-        reasons.push(format!("hurts most: {} ({})", worst.label, worst.reason));
-    }
-    if let Some(next) = section.next_poses.first()
-        && let Some(now) = section.predicted_norm_error_mps2
-    {
-        let last = section.next_poses.last().unwrap_or(next);
         reasons.push(format!(
-            "would help most: a placement with {}: {} → {}{}",
-            next.hint,
-            figure(now),
-            figure(next.predicted_norm_error_mps2),
-            if section.next_poses.len() > 1 {
-                format!(
-                    "; {} such placements: {}",
-                    section.next_poses.len(),
-                    figure(last.predicted_norm_error_mps2)
-                )
-            } else {
-                String::new()
-            }
+            "least consistent pose: {} ({})",
+            worst.label, worst.reason
         ));
-    } else if grade == Grade::NotVerifiable {
-        reasons.push("what would verify it: a still reading in any oblique position, calibrated, has to be as long as gravity".to_owned());
     }
+    reasons.extend(improvement(section, grade));
     Verdict { grade, reasons }
 }
 
@@ -158,10 +149,10 @@ fn worst_direction(section: &AccelerometerSection) -> Option<String> {
     ))
 }
 
-/// Which error of one placement would have shown, what a smaller one can do, and the
-/// placement that would test it.
-fn shown(section: &AccelerometerSection) -> Option<String> {
-    if !verifiable(section) || !tests_placements(section) {
+/// Which error of one pose would have been detected, what a smaller one does, and the pose
+/// that would test it.
+fn detectable(section: &AccelerometerSection) -> Option<String> {
+    if !verifiable(section) || !tests_poses(section) {
         return None;
     }
     let now = section
@@ -171,7 +162,7 @@ fn shown(section: &AccelerometerSection) -> Option<String> {
     let next = tested_by(section, now).unwrap_or_default();
     let Some(hidden) = &section.undetected else {
         return Some(format!(
-            "the placements leave too little over to show an error of one of them, whatever its size{next}"
+            "there are too few poses to detect an error of one of them, however large{next}"
         ));
     };
     let effect = figure(hidden.effect_mps2);
@@ -179,17 +170,59 @@ fn shown(section: &AccelerometerSection) -> Option<String> {
     let label = &hidden.label;
     Some(if mg(hidden.effect_mps2) <= GOOD_MG {
         format!(
-            "an error in one placement that changes ‖a‖ by more than {effect} would have shown (in 9 of 10 sessions; {label} off by {reading})"
+            "an error of one pose that changes ‖a‖ by more than {effect} would have been detected (with 90 %; {label} off by {reading})"
         )
     } else {
         format!(
-            "an error in one placement could change ‖a‖ by {effect} unseen ({}), {label} being off by {reading}{next}",
+            "an error of one pose could change ‖a‖ by {effect} without being detected ({label} off by {reading}; ‖a‖ with {}){next}",
             hidden.hint
         )
     })
 }
 
-/// How many of the proposed placements leave least to hide, where that is less than now.
+/// What improves the result most: to know gravity, or to record poses. Poses are named
+/// where they matter.
+fn improvement(section: &AccelerometerSection, grade: Grade) -> Vec<String> {
+    let mut out = Vec::new();
+    let Some(now) = section.predicted_norm_error_mps2 else {
+        return out;
+    };
+    if let Some(known) = &section.known_gravity {
+        out.push(format!(
+            "most of the predicted error is that of gravity, which was assumed: give {}: {} → {}",
+            known.hint,
+            figure(now),
+            figure(known.predicted_norm_error_mps2)
+        ));
+    }
+    let Some((next, last)) = section.next_poses.first().zip(section.next_poses.last()) else {
+        if grade == Grade::NotVerifiable {
+            out.push(
+                "to verify it, calibrate a recording at rest in any free pose: ‖a‖ must equal gravity"
+                    .to_owned(),
+            );
+        }
+        return out;
+    };
+    if last.predicted_norm_error_mps2 < MATTERS * now {
+        let more = match section.next_poses.len() {
+            1 => String::new(),
+            n => format!(
+                "; {n} proposed poses → {}",
+                figure(last.predicted_norm_error_mps2)
+            ),
+        };
+        out.push(format!(
+            "best next pose: {} → {}{more}",
+            next.hint,
+            figure(next.predicted_norm_error_mps2)
+        ));
+    }
+    out
+}
+
+/// How many of the proposed poses leave the smallest undetected error, where that is less
+/// than now.
 fn tested_by(section: &AccelerometerSection, now_mps2: f64) -> Option<String> {
     let (count, least) = (1..)
         .zip(&section.next_poses)
@@ -198,23 +231,23 @@ fn tested_by(section: &AccelerometerSection, now_mps2: f64) -> Option<String> {
         .filter(|(_, least)| *least < now_mps2)?;
     let first = &section.next_poses.first()?.hint;
     Some(if count == 1 {
-        format!("; a placement with {first} leaves {}", figure(least))
+        format!("; one more pose, {first}, leaves {}", figure(least))
     } else {
         format!(
-            "; {count} more placements, the first with {first}, leave {}",
+            "; {count} more poses, the first {first}, leave {}",
             figure(least)
         )
     })
 }
 
-/// The method tests each placement against the others.
-fn tests_placements(section: &AccelerometerSection) -> bool {
+/// The method tests each pose against the others.
+fn tests_poses(section: &AccelerometerSection) -> bool {
     section.method == Method::Joint.name()
 }
 
-/// The grade by the error that is predicted in the worst direction, by what placements
-/// left out say of it, and by what an error of one of them could do unseen. Their number
-/// alone says nothing.
+/// The grade by the error that is predicted in the worst direction, by the leave-one-out
+/// errors, and by what an undetected error of one pose does. The number of poses alone
+/// does not matter.
 fn measured(section: &AccelerometerSection) -> Grade {
     let Some(predicted) = section.predicted_norm_error_mps2 else {
         return Grade::NotVerifiable;
@@ -230,8 +263,8 @@ fn measured(section: &AccelerometerSection) -> Grade {
     let seen = error.max(worst * excess);
     let unseen = match &section.undetected {
         Some(hidden) => mg(hidden.effect_mps2),
-        None if tests_placements(section) => f64::INFINITY,
-        // Methods without a test of single placements are held to what is left out alone.
+        None if tests_poses(section) => f64::INFINITY,
+        // The closed form tests no single pose.
         None => 0.0,
     };
     if verifiable(section) && unseen <= FAIR_MG {
@@ -251,18 +284,17 @@ fn measured(section: &AccelerometerSection) -> Grade {
     }
 }
 
-/// True when a placement can be left out, and the readings leave something over
-/// to judge by.
+/// True when a pose can be left out, and degrees of freedom remain to judge by.
 fn verifiable(section: &AccelerometerSection) -> bool {
     section.leave_one_out_rms_mps2.is_some() && !nothing_left(section)
 }
 
-/// True when there are as many parameters as readings to tell them.
+/// True when there are as many parameters as readings.
 fn nothing_left(section: &AccelerometerSection) -> bool {
     section.fit.is_some_and(|f| f.freedom < LEAST_FREEDOM)
 }
 
-/// A placement that the fit without it did not foresee.
+/// A pose that the fit without it does not predict.
 struct Contradiction<'a> {
     position: &'a Position,
     error_mps2: f64,
@@ -270,11 +302,10 @@ struct Contradiction<'a> {
     excess: f64,
 }
 
-/// The placement left out that contradicts the result most, if one does: its
-/// error over its own standard deviation is beyond Student's t with the degrees
-/// of freedom that the model error was estimated from (Bonferroni's correction
-/// for looking at all). Without standard deviations the predicted error over all
-/// directions has to do.
+/// The pose whose leave-one-out error contradicts the result most, if one does: over its
+/// own standard deviation it is beyond Student's t with the degrees of freedom of the model
+/// error (Bonferroni's correction for testing all). Without standard deviations the
+/// predicted error over all directions takes their place.
 fn contradiction(section: &AccelerometerSection) -> Option<Contradiction<'_>> {
     let usual = section.predicted_norm_error_mps2?;
     let left_out: Vec<(&Position, f64, f64)> = section
@@ -310,28 +341,29 @@ fn unverified(section: &AccelerometerSection) -> String {
         .filter(|p| p.kind == PositionKind::Face)
         .count();
     if section.method == "ferraris" && section.degrees_of_freedom > 0 {
-        return "the six-face method compares no placement that it was not fitted to: its residuals prove nothing".to_owned();
+        return "the six-face method has no pose that it was not fitted to: its residuals verify nothing".to_owned();
     }
     if fitted.clone().count() == faces && faces == 6 {
-        return "six faces determine six parameters of the magnitude exactly: the residuals of the fitted placements prove nothing".to_owned();
+        return "six faces determine six parameters of ‖a‖ exactly: their residuals verify nothing"
+            .to_owned();
     }
     if nothing_left(section) {
         return format!(
-            "{} placements determine the parameters and leave nothing over that could contradict them: nothing verifies the result",
+            "{} poses determine the parameters exactly: their residuals verify nothing",
             fitted.count()
         );
     }
-    "too few placements to leave one out: nothing verifies the result".to_owned()
+    "too few poses to leave one out: nothing verifies the result".to_owned()
 }
 
-/// Angles between the axes that the placements do not tell from their own tilt.
+/// Angles between the axes that face poses do not separate from their own tilt.
 fn open_angles(section: &AccelerometerSection) -> Option<String> {
     let d = section.deviations.as_ref()?;
     let tilt = section.placement_tilt_deg?;
     let worst = d.axis_angle_deg.iter().fold(0.0_f64, |m, a| m.max(*a));
     (worst > 0.3).then(|| {
         format!(
-            "faces alone cannot tell how crookedly a placement lay (σ {:.1}°) from how crookedly the axes sit: the angles between the axes are known to ±{worst:.1}° (1σ); oblique placements tell them apart",
+            "face poses do not separate their tilt (σ {:.1}°) from misalignment: the angles between the axes are known to ±{worst:.1}° (1σ); free poses determine them",
             tilt.value
         )
     })

@@ -1,14 +1,14 @@
-//! Why the joint fit could not be had, in words, and what to do next.
+//! Why the joint fit failed, and what to do next.
 
 use crate::Error;
 use crate::estimate::joint::JointError;
-use crate::estimate::observability::{in_words, span};
+use crate::estimate::observability::{coverage, in_words, span};
 use crate::segment::Placement;
 use crate::segment::face::{AXES, Face};
 
 use super::{Session, distinct};
 
-/// The error for a fit that could not be had.
+/// The error for a fit that failed.
 pub(super) fn explain(error: JointError, placements: &[Placement], session: &Session<'_>) -> Error {
     let directions: Vec<[f64; 3]> = placements
         .iter()
@@ -21,7 +21,7 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
         .collect();
     let count = directions.len();
     let error = match error {
-        // Poses all alike may not even settle.
+        // Poses all alike may not even converge.
         JointError::NotConverged if count > 0 && span(&directions).0 < 3 => {
             JointError::Undetermined {
                 direction: session.axes.to_board(span(&directions).1),
@@ -31,44 +31,35 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
         other => other,
     };
     let error = match error {
-        JointError::NoPoses => Error::input("no-poses", "no placement has a mean reading")
+        JointError::NoPoses => Error::input("no-poses", "no pose has a mean reading")
             .with_hint("`gravical inspect` shows what is in the recording"),
         JointError::NotConverged => Error::input(
             "not-converged",
-            format!("the fit of {count} placements did not settle"),
+            format!("the fit of {count} poses did not converge"),
         )
-        .with_hint("`gravical inspect` shows the placements; leave out one that moved, or name faces with --face"),
+        .with_hint("`gravical inspect` lists the poses; leave out one that moved, or name faces with --face"),
         JointError::Undetermined { direction, sd } => {
             let (spanned, missing) = span(&directions);
-            let different = distinct(&directions);
-            let direction = session.axes.to_case(direction);
-            let mut message = match count {
-                1 => "1 placement spans ".to_owned(),
-                _ => format!(
-                    "{count} placements, {different} of them more than 25° apart, span "
-                ),
+            let poses = match count {
+                1 => "1 pose".to_owned(),
+                _ => format!("{count} poses in {} directions", distinct(&directions)),
             };
-            message.push_str(&match spanned {
-                3 => "all three directions of space, but leave parameters open".to_owned(),
-                n => format!("{n} of 3 directions of space"),
-            });
+            let mut message = format!("{poses}: {}", coverage(&directions));
             if sd.is_finite() {
                 message.push_str(&format!(
-                    ": with {} up the magnitude would be known to ±{:.0} mg only",
+                    ": ‖a‖ with {} up would be known to ±{:.0} mg only",
                     nearest_axis(direction),
                     1000.0 * sd / session.gravity
                 ));
             }
             let next = if spanned < 3 {
-                let face = Face::nearest(missing).0;
+                let axis = AXES[Face::nearest(missing).0.axis];
                 format!(
-                    "lay the sensor with {} up and with {} down too, 3 s or more each, and calibrate again with all placements",
-                    AXES[face.axis],
-                    AXES[face.axis]
+                    "record {axis} up and {axis} down too, at rest for 3 s or more each, and calibrate again with all poses"
                 )
             } else {
                 format!(
-                    "add a placement with {}, 3 s or more at rest, and calibrate again with all of them",
+                    "add a pose ({}), at rest for 3 s or more, and calibrate again with all of them",
                     in_words(direction)
                 )
             };

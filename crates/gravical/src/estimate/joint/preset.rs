@@ -34,7 +34,7 @@
 use gravical_core::matrix3;
 use nalgebra::{DMatrix, DVector};
 
-use crate::estimate::observability::{settling, span, undetermined};
+use crate::estimate::observability::{coverage, settling, undetermined};
 use crate::estimate::{Reading, predicted, reading, solve};
 use crate::segment::face::{Face, angle_deg};
 use crate::stats::median;
@@ -371,19 +371,12 @@ fn observed(
         Some(elements) => (elements.list().len(), seen.open.len()),
         None => (12, 3 * seen.open.len()),
     };
-    let (what, needs) = match options.preset {
-        Preset::Magnitude9 => (
-            "poses",
-            "nine parameters need 9 poses or more, between the axes too",
-        ),
-        Preset::Magnitude6 => (
-            "poses",
-            "six parameters need 6 poses or more, about one for each side",
-        ),
-        Preset::Linear12(_) => (
-            "placements",
-            "twelve parameters need 4 sides that do not lie in one plane, better all six",
-        ),
+    let needs = match options.preset {
+        Preset::Magnitude9 => "nine parameters need 9 poses or more, between the axes too",
+        Preset::Magnitude6 => "six parameters need 6 poses or more, about one on each face",
+        Preset::Linear12(_) => {
+            "twelve parameters need 4 faces that do not lie in one plane, better all six"
+        }
     };
     let settling = settling(&seen.open, faces_only, |n| match options.lengths() {
         Some(elements) => {
@@ -394,14 +387,14 @@ fn observed(
     });
     let mut hint = needs.to_owned();
     if !settling.is_empty() {
-        hint.push_str(&format!("; record it with {}", settling.join("; with ")));
+        hint.push_str(&format!("; record {}", settling.join("; ")));
     }
     Err(Error::input(
         "underdetermined",
         format!(
-            "{n} {what} span {} of 3 directions and determine {} of the {all} parameters",
-            span(&directions).0,
-            all - left
+            "{n} poses determine {} of the {all} parameters: {}",
+            all - left,
+            coverage(&directions)
         ),
     )
     .with_hint(hint))
@@ -602,29 +595,29 @@ mod tests {
         let (what, hint) = said(&flat, Preset::Magnitude9);
         assert_eq!(
             what,
-            "7 poses span 2 of 3 directions and determine 5 of the 9 parameters"
+            "7 poses determine 5 of the 9 parameters: only x and y are covered; z is missing"
         );
-        assert!(hint.contains("record it with"), "{hint}");
+        assert!(hint.contains("; record "), "{hint}");
         // Six sides say nothing of the angles between axes: edges do.
         let faces = Face::all().map(Face::direction);
         let (what, hint) = said(&[faces, faces].concat(), Preset::Magnitude9);
         assert!(
-            what.starts_with("12 poses span 3 of 3 directions"),
+            what.ends_with("all three axes are covered, but parameters remain open"),
             "{what}"
         );
-        assert_eq!(hint.matches("leaned 45°").count(), 3, "{hint}");
+        assert_eq!(hint.matches("tilted 45°").count(), 3, "{hint}");
         // Five of six sides.
         let (what, hint) = said(&faces[..5], Preset::Magnitude6);
-        assert!(what.ends_with("determine 5 of the 6 parameters"), "{what}");
-        assert!(hint.ends_with("record it with z down"), "{hint}");
+        assert!(what.contains("determine 5 of the 6 parameters"), "{what}");
+        assert!(hint.ends_with("record z down"), "{hint}");
         // +x, −x, +y, −y: nothing along z.
         let flat = Face::all();
         let (what, hint) = said(&faces[..4], Preset::Linear12(&flat[..4]));
         assert_eq!(
             what,
-            "4 placements span 2 of 3 directions and determine 9 of the 12 parameters"
+            "4 poses determine 9 of the 12 parameters: only x and y are covered; z is missing"
         );
-        assert!(hint.ends_with("record it with z up"), "{hint}");
+        assert!(hint.ends_with("record z up"), "{hint}");
         // +x, +y, +z lie in a plane.
         let corner = [faces[0], faces[2], faces[4]];
         let of = [flat[0], flat[2], flat[4]];
