@@ -59,7 +59,7 @@ fn the_tables_that_people_read_carry_the_same_numbers() {
         "RMS maximum mean norm faces 0.01338 0.02931 0.01785",
         "1.001552 +0.16",
         "Verdict: not verifiable",
-        "residuals of the fitted placements",
+        "their residuals verify nothing",
         "Nothing was saved",
     ] {
         let flat = run.out.split_whitespace().collect::<Vec<_>>().join(" ");
