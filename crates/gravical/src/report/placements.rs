@@ -91,7 +91,7 @@ pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -
     let mut section = Section::new("directions", "Directions and tilts").figures(figures);
     if let Some(worst) = &a.worst_pose {
         section = section.full(Block::paragraph(format!(
-            "Least consistent pose: {}, {}",
+            "Least consistent pose: {} ({}).",
             worst.label, worst.reason
         )));
     }
