@@ -56,7 +56,7 @@ pub use collect::{read, read_bytes};
 pub use join::{
     JoinedFile, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes,
 };
-pub use layout::ColumnsSpec;
+pub use layout::{ColumnsSpec, stream_layout};
 pub use ledger::{Aside, Ledger};
 pub use memory::SampleColumns;
 pub use meter::{Meter, Progress};

@@ -184,7 +184,7 @@ fn squeeze(text: &str) -> String {
 
 /// True for the unit of any quantity that recorders measure, as in a row of units.
 #[must_use]
-pub(super) fn is_unit(text: &str) -> bool {
+pub fn is_unit(text: &str) -> bool {
     let others = [
         "ut",
         "µt",

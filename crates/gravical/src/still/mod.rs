@@ -25,6 +25,7 @@
 
 mod block;
 mod levels;
+mod live;
 mod runs;
 mod temperature;
 mod turning;
@@ -35,6 +36,7 @@ use gravical_core::rounding;
 
 pub(crate) use block::Block;
 pub(crate) use levels::{Levels, quiet_level, step_of_means};
+pub use live::{LiveStill, LiveStills};
 pub(crate) use temperature::{TemperatureBlock, TemperatureCutter};
 
 use block::blocks;

@@ -193,8 +193,10 @@ pub(super) fn choose(
     if let Some((field, _)) = best {
         return clock(field, false);
     }
-    for (field, _) in of(Quantity::TimeStep) {
-        if let Some(trend) = Trend::of(sample, *field).filter(|c| c.positive) {
+    let stamps_decide = sample.is_empty() && !stamps.is_empty();
+    for (field, _) in of(Quantity::TimeStep).iter().filter(|_| !stamps_decide) {
+        let is_step = |c: &Trend| c.positive || sample.is_empty();
+        if let Some(trend) = Trend::of(sample, *field).filter(is_step) {
             // A column named as a step may hold time stamps.
             return clock(*field, trend.advancing < 0.95);
         }
@@ -225,11 +227,10 @@ pub(super) fn choose(
             return clock(field, false);
         }
     }
-    // Columns that are empty throughout are skipped.
+    // Columns that are empty throughout are skipped; without rows the name decides.
     let filled = |field: usize| {
-        sample
-            .iter()
-            .any(|row| row.get(field).is_some_and(|v| v.is_finite()))
+        let is_number = |row: &&Vec<f64>| row.get(field).is_some_and(|v| v.is_finite());
+        sample.is_empty() || sample.iter().any(is_number)
     };
     let (field, _) = stamps.iter().find(|(field, _)| filled(*field))?;
     clock(*field, false)

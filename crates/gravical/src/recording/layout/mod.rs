@@ -7,6 +7,7 @@ mod header;
 pub(super) mod later;
 mod several;
 mod spec;
+mod stream;
 #[cfg(test)]
 mod tests;
 
@@ -29,6 +30,7 @@ use content::{by_content, guessed};
 use header::understand_all;
 pub use spec::{Column, ColumnsSpec};
 use spec::{Given, list_columns};
+pub use stream::stream_layout;
 
 /// Field and meaning of a column.
 type Named = (usize, ColumnName);

@@ -1,0 +1,212 @@
+//! Stills of rows that arrive one by one.
+
+use std::ops::Range;
+
+use super::block::Block;
+use super::{Levels, StillOptions, block_rows};
+use crate::recording::resolution::AxisValues;
+
+/// Blocks that are kept at most: an hour and more at 100 Hz.
+const MOST_BLOCKS: usize = 20_000;
+
+/// A still of [`LiveStills`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct LiveStill {
+    /// Rows since the first one.
+    pub rows: Range<usize>,
+    /// Mean reading, in the unit of the rows.
+    pub mean: [f64; 3],
+    /// Standard deviation of the quietest blocks, root of the sum over the axes, in the
+    /// unit of the rows.
+    pub noise: f64,
+}
+
+/// Finds stills while rows arrive, by the rules of this module: blocks are kept, not rows,
+/// and each call of [`stills`](Self::stills) judges all of them anew, since a quieter
+/// block later lowers the level of noise.
+///
+/// ```
+/// use gravical::still::{LiveStills, StillOptions};
+///
+/// let mut live = LiveStills::new(100.0, StillOptions::default());
+/// for i in 0..600 {
+///     let noise = f64::from(i * 7919 % 61) * 1e-3;
+///     let shaken = if i < 300 { 0.0 } else { f64::from(i % 7) };
+///     live.push([noise, shaken - noise, 9.81 + noise]);
+/// }
+/// let stills = live.stills();
+/// assert_eq!(stills.len(), 1);
+/// assert!(stills[0].rows.start == 0 && (260..=300).contains(&stills[0].rows.end));
+/// ```
+#[derive(Debug, Clone)]
+pub struct LiveStills {
+    rate_hz: f64,
+    options: StillOptions,
+    /// Rows since the last block.
+    accel: [Vec<f64>; 3],
+    segments: Vec<Vec<Block>>,
+    /// Steps that the values come in.
+    values: AxisValues<3>,
+    rows: usize,
+}
+
+impl LiveStills {
+    /// For a sampling rate in Hz.
+    #[must_use]
+    pub fn new(rate_hz: f64, options: StillOptions) -> Self {
+        LiveStills {
+            rate_hz,
+            options,
+            accel: Default::default(),
+            segments: vec![Vec::new()],
+            values: AxisValues::default(),
+            rows: 0,
+        }
+    }
+
+    /// Takes a row: specific force in any unit.
+    pub fn push(&mut self, accel: [f64; 3]) {
+        self.values.see(accel);
+        for (channel, value) in self.accel.iter_mut().zip(accel) {
+            channel.push(value);
+        }
+        self.rows += 1;
+        let held = self.accel[0].len();
+        if held < block_rows(self.rate_hz, &self.options) {
+            return;
+        }
+        let block = Block::of(&self.accel, None, 0..held, self.rows - held..self.rows);
+        if let Some(segment) = self.segments.last_mut() {
+            segment.push(block);
+        }
+        self.accel.iter_mut().for_each(Vec::clear);
+    }
+
+    /// The next row does not follow the last one: no still spans both.
+    pub fn split(&mut self) {
+        self.accel.iter_mut().for_each(Vec::clear);
+        if self.segments.last().is_some_and(|blocks| !blocks.is_empty()) {
+            self.segments.push(Vec::new());
+        }
+    }
+
+    /// Rows so far.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// So many blocks are kept that the stills should be noted elsewhere, and
+    /// [forgotten](Self::forget) here.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.segments.iter().map(Vec::len).sum::<usize>() >= MOST_BLOCKS
+    }
+
+    /// Forgets all blocks; rows are counted on.
+    pub fn forget(&mut self) {
+        self.segments = vec![Vec::new()];
+    }
+
+    /// The stills so far. One that ends with the last whole block still lasts.
+    #[must_use]
+    pub fn stills(&self) -> Vec<LiveStill> {
+        let [x, y, z] = self.values.resolution(0);
+        let steps = [x, y, z, 0.0, 0.0, 0.0];
+        let Some(levels) = Levels::of(&self.segments, self.rate_hz, &steps, &self.options) else {
+            return Vec::new();
+        };
+        let of_segment = |blocks: &Vec<Block>| -> Vec<LiveStill> {
+            let long = levels.quiet_rows(blocks).into_iter();
+            long.filter(|rows| levels.may_be_still(rows))
+                .map(|rows| LiveStill {
+                    mean: mean(blocks, &rows),
+                    rows,
+                    noise: levels.noise(),
+                })
+                .collect()
+        };
+        self.segments.iter().flat_map(of_segment).collect()
+    }
+
+    /// Rows up to the end of the last whole block.
+    #[must_use]
+    pub fn judged_rows(&self) -> usize {
+        self.rows - self.accel[0].len()
+    }
+}
+
+/// Mean of the blocks of `rows`.
+fn mean(blocks: &[Block], rows: &Range<usize>) -> [f64; 3] {
+    let within = |b: &&Block| rows.start <= b.rows.start && b.rows.end <= rows.end;
+    let mut sum = [0.0; 3];
+    let mut n = 0.0;
+    for block in blocks.iter().filter(within) {
+        n += 1.0;
+        for (sum, mean) in sum.iter_mut().zip(block.mean) {
+            *sum += mean;
+        }
+    }
+    sum.map(|s| s / n)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(i: usize, at: [f64; 3]) -> [f64; 3] {
+        let noise = |k: usize| ((i * 7919 + k * 131) % 61) as f64 * 1e-3;
+        [at[0] + noise(1), at[1] + noise(2), at[2] + noise(3)]
+    }
+
+    #[test]
+    fn stills_are_those_of_the_whole_recording() {
+        let mut live = LiveStills::new(100.0, StillOptions::default());
+        let mut channels: [Vec<f64>; 3] = Default::default();
+        for i in 0..1500 {
+            let at = match i {
+                0..500 => [0.0, 0.0, 9.81],
+                500..700 => [(i % 9) as f64, (i % 7) as f64, 5.0],
+                _ => [9.81, 0.0, 0.0],
+            };
+            live.push(row(i, at));
+            for (channel, value) in channels.iter_mut().zip(row(i, at)) {
+                channel.push(value);
+            }
+        }
+        let whole = super::super::Channels {
+            accel: &channels,
+            gyro: None,
+            rate_hz: 100.0,
+            segments: vec![0..1500],
+            resolution: [0.0; 6],
+        };
+        let found = live.stills();
+        let spans: Vec<Range<usize>> = found.iter().map(|s| s.rows.clone()).collect();
+        let wanted = super::super::find_stills(&whole, &StillOptions::default()).spans;
+        assert_eq!((&spans, spans.len()), (&wanted, 2));
+        assert_eq!(spans[1].end, live.judged_rows());
+        assert!((found[1].mean[0] - 9.84).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_split_ends_a_still_and_forgetting_counts_on() {
+        let mut live = LiveStills::new(100.0, StillOptions::default());
+        for i in 0..600 {
+            if i == 300 {
+                live.split();
+            }
+            live.push(row(i, [0.0, 0.0, 9.81]));
+        }
+        let rows = |live: &LiveStills| -> Vec<Range<usize>> {
+            live.stills().into_iter().map(|s| s.rows).collect()
+        };
+        assert_eq!(rows(&live), [0..300, 300..600]);
+        live.forget();
+        assert!(rows(&live).is_empty() && live.rows() == 600);
+        for i in 0..200 {
+            live.push(row(i, [0.0, 0.0, 9.81]));
+        }
+        assert_eq!(rows(&live), [600..800]);
+    }
+}
