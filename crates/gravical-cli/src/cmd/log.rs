@@ -3,18 +3,20 @@
 mod files;
 mod keys;
 mod outlet;
+mod reporter;
 mod session;
 mod summary;
 mod target;
-mod teller;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
 use gravical::Result;
+use gravical::recording::ColumnsSpec;
 
-use teller::Teller;
+use files::Existing;
+use reporter::Reporter;
 
 use crate::device::board::Wanted;
 use crate::device::recorder::TEXT_BAUD;
@@ -36,6 +38,9 @@ pub struct Args {
     /// Append to an existing file
     #[arg(long)]
     append: bool,
+    /// Overwrite an existing file
+    #[arg(long, conflicts_with = "append")]
+    force: bool,
     /// Stop S seconds after the first row, not counting pauses
     #[arg(long, value_name = "S")]
     duration: Option<f64>,
@@ -64,6 +69,10 @@ struct BoardArgs {
     /// Baud rate of text; binary always uses 250000
     #[arg(long, value_name = "BAUD", default_value_t = TEXT_BAUD)]
     baud: u32,
+    /// Columns of a board that does not name them: t,ax,ay,az,-,gx,gy,gz in order, or t=ms,ax=…
+    /// by name
+    #[arg(long, value_name = "COLUMNS", allow_hyphen_values = true)]
+    columns: Option<ColumnsSpec>,
     /// Full scale of the accelerometer in g: 2, 4, 8, 16 [default: as set on the board]
     #[arg(long, value_name = "G")]
     range: Option<u16>,
@@ -109,6 +118,14 @@ impl Args {
         self.output.clone().unwrap_or_else(|| default.into())
     }
 
+    fn existing(&self) -> Existing {
+        match (self.append, self.force) {
+            (true, _) => Existing::Append,
+            (_, true) => Existing::Replace,
+            _ => Existing::Refuse,
+        }
+    }
+
     fn wanted(&self) -> Wanted {
         Wanted {
             accel_range_g: self.board.range,
@@ -146,12 +163,12 @@ impl Args {
     }
 }
 
-/// Runs the command. It reports its errors itself, as events.
+/// Runs the command. It reports its errors itself, without waiting for a reader.
 pub fn run(args: &Args) -> ExitCode {
-    let mut teller = Teller::new(args.json, args.quiet);
+    let mut reporter = Reporter::new(args.json, args.quiet);
     let done = args.validate().map_err(Into::into);
-    let done = done.and_then(|()| session::record(args, &mut teller));
-    let code = done.unwrap_or_else(|error| teller.fail(&error));
-    teller.drain();
+    let done = done.and_then(|()| session::record(args, &mut reporter));
+    let code = done.unwrap_or_else(|error| reporter.fail(&error));
+    reporter.drain();
     code
 }

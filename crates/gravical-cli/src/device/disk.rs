@@ -1,24 +1,24 @@
-//! The file of a recording: only whole batches, whatever the disk does.
+//! The file of a recording: complete batches only, even if the disk fails.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 
-/// The most that is looked at for the beginning of a last line without an end; what a
-/// board sends in a line is far shorter.
+/// A last line without an end is looked for in this many bytes; lines of a board are far
+/// shorter.
 const TAIL: u64 = 1 << 16;
 
 /// Bytes that are copied at once.
 const COPIED_AT_ONCE: usize = 1 << 20;
 
-/// What became of a file while it was written.
+/// What happened to a file while it was written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loss {
-    /// There is none of its name.
+    /// It was deleted or moved.
     Gone,
-    /// There is another one of its name.
+    /// Another file has its name.
     Replaced,
-    /// Something is missing at its end.
+    /// Its end is missing.
     Cut,
 }
 
@@ -28,38 +28,38 @@ fn is_same(a: &std::fs::Metadata, b: &std::fs::Metadata) -> bool {
     (a.dev(), a.ino()) == (b.dev(), b.ino())
 }
 
-/// There, a file that is open for writing is not replaced.
+/// On such systems a file that is open for writing cannot be replaced.
 #[cfg(not(unix))]
 fn is_same(_: &std::fs::Metadata, _: &std::fs::Metadata) -> bool {
     true
 }
 
-/// A file that grows, and that no other program of ours writes to meanwhile.
+/// A file to which lines are appended, locked against other instances of this program.
 #[derive(Debug)]
 pub struct Growing {
     file: File,
-    /// Whole batches end here.
+    /// End of the last complete batch.
     length: u64,
 }
 
-/// Where every write goes to the end, a cut behind what another one wrote included.
+/// Every write goes to the end of the file.
 fn options() -> OpenOptions {
     let mut options = File::options();
     options.write(true).read(true);
-    // There, a file that is only appended to cannot be cut.
+    // On Windows a file opened for appending cannot be cut.
     #[cfg(not(windows))]
     options.append(true);
-    // There, a lock would keep readers out; this shares reading and deleting only.
+    // On Windows a lock would exclude readers; this shares reading and deleting only.
     #[cfg(windows)]
     std::os::windows::fs::OpenOptionsExt::share_mode(&mut options, 1 | 4);
     options
 }
 
-/// Nobody else may write to `file`.
+/// Locks `file` against other writers.
 ///
 /// # Errors
 ///
-/// `ResourceBusy`: somebody does.
+/// `ResourceBusy` if there is one.
 fn lock(file: File) -> io::Result<File> {
     #[cfg(not(windows))]
     if file.metadata()?.is_file()
@@ -67,11 +67,11 @@ fn lock(file: File) -> io::Result<File> {
     {
         return Err(io::ErrorKind::ResourceBusy.into());
     }
-    // Where a file system knows no locks, there is none.
+    // A file system without locks is accepted.
     Ok(file)
 }
 
-/// What another program holds is busy under whatever name.
+/// The error of a file that another program has open, as `ResourceBusy`.
 fn busy(error: io::Error) -> io::Error {
     const SHARING_VIOLATION: i32 = 32;
     if cfg!(windows) && error.raw_os_error() == Some(SHARING_VIOLATION) {
@@ -81,11 +81,11 @@ fn busy(error: io::Error) -> io::Error {
 }
 
 impl Growing {
-    /// A new file; one that is there stays as it is. A device is written to.
+    /// Creates a file; a device is written to.
     ///
     /// # Errors
     ///
-    /// `AlreadyExists`, and what the system says.
+    /// `AlreadyExists`, and the system's errors.
     pub fn create(path: &Path) -> io::Result<Self> {
         let device = std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir());
         let file = if device {
@@ -96,11 +96,25 @@ impl Growing {
         Ok(Growing { file, length: 0 })
     }
 
-    /// The end of a file, which is made when it is not there.
+    /// Creates a file, or empties the one that exists.
     ///
     /// # Errors
     ///
-    /// `ResourceBusy` where another one writes to it, and what the system says.
+    /// As [`continued`](Self::continued).
+    pub fn replaced(path: &Path) -> io::Result<Self> {
+        let mut growing = Self::continued(path)?;
+        if growing.file.metadata()?.is_file() {
+            growing.file.set_len(0)?;
+            growing.length = 0;
+        }
+        Ok(growing)
+    }
+
+    /// Opens the end of a file, which is created if it does not exist.
+    ///
+    /// # Errors
+    ///
+    /// `ResourceBusy` if another instance writes to it, and the system's errors.
     pub fn continued(path: &Path) -> io::Result<Self> {
         let file = lock(options().create(true).open(path).map_err(busy)?)?;
         let length = file.metadata()?.len();
@@ -113,18 +127,18 @@ impl Growing {
         Ok(growing)
     }
 
-    /// Whether another one writes to `path` now.
+    /// Whether another instance writes to `path`.
     pub fn is_busy(path: &Path) -> bool {
         let opened = options().open(path).map_err(busy).and_then(lock);
         opened.is_err_and(|e| e.kind() == io::ErrorKind::ResourceBusy)
     }
 
-    /// What became of the file under `path` since it was opened; none where it is as it was
-    /// written. What is no file has nothing to lose.
+    /// What happened to the file `path` since it was opened; none if it is as it was
+    /// written, or a device.
     ///
     /// # Errors
     ///
-    /// What the system says.
+    /// The system's error.
     pub fn loss(&self, path: &Path) -> io::Result<Option<Loss>> {
         let own = self.file.metadata()?;
         if !own.is_file() {
@@ -141,11 +155,11 @@ impl Growing {
         }
     }
 
-    /// Appends all whole lines that are left in the file to `to`.
+    /// Appends all complete lines that are left in the file to `to`.
     ///
     /// # Errors
     ///
-    /// What the system says.
+    /// The system's error.
     pub fn copy_to(&mut self, to: &mut Growing) -> io::Result<()> {
         use std::io::Read as _;
         let mut left = self.file.metadata()?.len().min(self.length);
@@ -168,11 +182,11 @@ impl Growing {
         self.length
     }
 
-    /// The last line, where it has no end.
+    /// The last line, if it has no line end.
     ///
     /// # Errors
     ///
-    /// What the system says.
+    /// The system's error.
     pub fn torn(&mut self) -> io::Result<Vec<u8>> {
         use std::io::Read as _;
         let mut tail = Vec::new();
@@ -194,7 +208,7 @@ impl Growing {
     ///
     /// # Errors
     ///
-    /// What the system says.
+    /// The system's error.
     pub fn cut(&mut self, bytes: usize) -> io::Result<()> {
         self.length = self.length.saturating_sub(bytes as u64);
         self.file.set_len(self.length)?;
@@ -202,11 +216,11 @@ impl Growing {
         self.sync()
     }
 
-    /// Appends all of `bytes`, or nothing: a part that was taken is taken back.
+    /// Appends all of `bytes`, or nothing: a part that was written is removed again.
     ///
     /// # Errors
     ///
-    /// What the system says, a full disk for instance.
+    /// The system's error, a full disk for instance.
     pub fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
         match self.file.write_all(bytes) {
             Ok(()) => {
@@ -222,11 +236,11 @@ impl Growing {
         }
     }
 
-    /// What was appended is safe when the power fails.
+    /// Makes what was appended safe against a power failure.
     ///
     /// # Errors
     ///
-    /// What the system says.
+    /// The system's error.
     pub fn sync(&mut self) -> io::Result<()> {
         match self.file.sync_data() {
             // A pipe or a device that cannot.
@@ -241,7 +255,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_overwritten_and_one_writes_at_a_time() {
+    fn nothing_is_overwritten_and_only_one_instance_writes() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
         let mut disk = Growing::create(&path).unwrap();

@@ -1,13 +1,13 @@
-//! What happens while it records, for people and for scripts.
+//! Events of a recording, for people and for scripts.
 
 use serde::Serialize;
 
-use super::account::Account;
 use super::gap::Gap;
 use super::item::Reason;
-use super::live::Status;
+use super::live::{RecordedPose, Status};
+use super::row_counts::RowCounts;
 
-/// One thing that happened. As JSON an object a line, `type` says which.
+/// One event. As JSON an object a line with its `type`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Event {
@@ -15,10 +15,10 @@ pub enum Event {
     Opened {
         /// Its name.
         port: String,
-        /// What is behind it, as far as it says.
+        /// The device behind it, if it has a name.
         device: Option<String>,
     },
-    /// Other programs have the port open, too: what they read does not come here.
+    /// Other programs have the port open too: rows that they read are lost here.
     Shared {
         /// Their names.
         programs: String,
@@ -30,20 +30,20 @@ pub enum Event {
     },
     /// Commands were sent to the board.
     Commands {
-        /// The commands, separated by blanks.
+        /// The commands, separated by spaces.
         text: String,
     },
-    /// The port is set to another rate.
+    /// The port is set to another baud rate.
     Speed {
         /// Bits a second.
         baud: u32,
     },
-    /// Something that is asked for does not work as one may think, or needs a look.
+    /// An option that does not have its full effect, or something to check.
     Warning {
         /// What, and what to do.
         text: String,
     },
-    /// A line of the board behind `#`.
+    /// A message of the board: a line that begins with `#`.
     Board {
         /// The line.
         text: String,
@@ -53,41 +53,41 @@ pub enum Event {
         /// The header.
         columns: String,
     },
-    /// How it goes; about once a second.
+    /// The state of the recording; about once a second.
     Status {
         /// Rows stored.
         rows: u64,
-        /// Since the start, pauses left out, s.
+        /// Since the first row, without pauses, s.
         elapsed_s: f64,
-        /// Nothing is stored.
+        /// Rows are not stored.
         paused: bool,
         /// Lines rejected so far.
         rejected: u64,
-        /// What the stream looks like.
+        /// The state of the stream.
         #[serde(flatten)]
         live: Status,
     },
     /// Paused.
     Paused,
-    /// It goes on.
+    /// The recording continues.
     Resumed,
-    /// A line is no row. Told for the first ten.
+    /// A line is not a row. Reported for the first ten.
     Rejected {
         /// Why.
         reason: Reason,
-        /// The line, what is no UTF-8 replaced.
+        /// The line; bytes that are not UTF-8 are replaced.
         text: String,
     },
-    /// Rows are missing, and the recording says so.
+    /// Rows are missing; the gap is named in the recording.
     Gap(Gap),
-    /// The port is gone.
+    /// The port is lost.
     Lost {
         /// What the system says.
         text: String,
     },
-    /// Nothing comes any more.
+    /// The board sends nothing.
     Silent {
-        /// For so long, s.
+        /// Duration so far, s.
         duration_s: f64,
     },
     /// The disk does not take the rows.
@@ -95,21 +95,25 @@ pub enum Event {
         /// What the system says.
         text: String,
     },
-    /// It does again.
+    /// The disk takes rows again.
     DiskRecovered,
     /// The end.
     Ended {
         /// The file.
         file: String,
-        /// Rejected lines are here.
+        /// The file of rejected lines.
         rejected_file: Option<String>,
         /// Why it ended.
         reason: End,
-        /// Since the start, pauses left out, s.
+        /// Since the first row, without pauses, s.
         elapsed_s: f64,
-        /// Where every line went.
+        /// Faces that were recorded as a pose; none where the accelerometer is not known.
+        poses: Option<Vec<RecordedPose>>,
+        /// Number of free poses.
+        free_poses: Option<u64>,
+        /// Counts of rows and lines.
         #[serde(flatten)]
-        account: Account,
+        counts: RowCounts,
     },
 }
 
@@ -117,9 +121,9 @@ pub enum Event {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum End {
-    /// All the rows that were asked for.
+    /// All rows that were asked for are stored.
     Rows,
-    /// The time that was asked for.
+    /// The time that was asked for has passed.
     Duration,
     /// The user ended it.
     User,

@@ -1,22 +1,21 @@
-//! Bytes to samples, in the board's binary format ([`gravical::recording::frame`]).
+//! Bytes of the board's binary format ([`gravical::recording::frame`]) to messages.
 
 use gravical::recording::frame::{Frame, MOST_BYTES, SampleFrame, Unwrap, decode_frame};
 
 use super::item::{Item, Kind, Reason, Row};
 
-/// The header of a recording that came as frames: counts, and a stamp that goes on
-/// after its wrap.
+/// The header of a recording of frames: counts, and a stamp without wraps.
 pub const COLUMNS: &str = "Timestamp (us),ax,ay,az,temp,gx,gy,gz";
 
 /// Bits a second of the binary format.
 pub const BAUD: u32 = 250_000;
 
 /// A 32-bit counter that falls from the last to the first twentieth of its range has
-/// wrapped; any other fall is a board that started anew. [`Stamps`](super::stamps) and
+/// wrapped; after any other fall the board has restarted. [`Stamps`](super::stamps) and
 /// the reader of recordings have the same rule.
 const EDGE: u32 = u32::MAX / 20;
 
-/// Puts frames together. The first one may have begun before anybody listened.
+/// Splits bytes into frames. The beginning of the first one may not have been received.
 #[derive(Debug, Clone, Default)]
 pub struct Frames {
     partial: Vec<u8>,
@@ -24,14 +23,14 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Takes bytes as they come; gives what they complete.
+    /// Takes bytes as they arrive; returns the messages that they complete.
     pub fn push(&mut self, bytes: &[u8]) -> Vec<Item> {
         let mut items = Vec::new();
         for &byte in bytes {
             if byte != 0 {
                 self.partial.push(byte);
             }
-            // Two zeros after each other are no empty frame, but a line at rest.
+            // Two successive zeros are an idle line.
             if (byte == 0 && !self.partial.is_empty()) || self.partial.len() >= MOST_BYTES {
                 let stuffed = std::mem::take(&mut self.partial);
                 items.extend(self.item(&stuffed));
@@ -40,15 +39,15 @@ impl Frames {
         items
     }
 
-    /// What was begun will not be ended.
+    /// The frame that has begun is incomplete.
     pub fn cut(&mut self) -> Option<Item> {
         let bytes = std::mem::take(&mut self.partial);
         let half = Reason::Half;
         (!bytes.is_empty()).then(|| Item::rejected(hex(&bytes, half.text()), half))
     }
 
-    /// The board started anew: the next stamp is one of another clock.
-    pub fn clock_anew(&mut self) {
+    /// The board restarted: the next stamp is of another clock.
+    pub fn restart_clock(&mut self) {
         self.clock = Clock::default();
     }
 
@@ -79,15 +78,16 @@ impl Frames {
         Item {
             bytes: bytes.into_bytes(),
             kind: Kind::Row(Row {
-                stamp: time_us as f64,
-                values: counts.map(f64::from),
+                stamp: Some(time_us as f64),
+                accel: Some(sample.accel.map(f64::from)),
+                temperature: Some(f64::from(sample.temperature)),
                 sequence: Some(sample.sequence),
             }),
         }
     }
 }
 
-/// What the board says: one line behind `#`, whatever it was.
+/// A message of the board as one line that begins with `#`.
 fn comment(text: &str) -> Option<Item> {
     let text: String = text
         .trim()
@@ -101,7 +101,7 @@ fn comment(text: &str) -> Option<Item> {
     })
 }
 
-/// Bytes that are no frame as a line of text: pairs of hexadecimal digits, and why.
+/// Bytes of an invalid frame as a line of text: hexadecimal digits, and the reason.
 fn hex(bytes: &[u8], why: &str) -> Vec<u8> {
     let mut line: String = bytes.iter().map(|b| format!("{b:02x}")).collect();
     line.push_str("  # ");
@@ -109,7 +109,7 @@ fn hex(bytes: &[u8], why: &str) -> Vec<u8> {
     line.into_bytes()
 }
 
-/// The board's 32-bit clock, which goes on after its wrap and starts anew with the board.
+/// The board's 32-bit clock, without its wraps; it restarts with the board.
 #[derive(Debug, Clone, Default)]
 struct Clock {
     last: Option<u32>,
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_however_they_are_torn() {
+    fn frames_arrive_in_pieces() {
         let mut wire = encode_frame(&sample(1, 2000));
         wire.extend(encode_frame(&Frame::Text("# overruns 1".to_owned())));
         wire.extend([0, 0]);
@@ -172,7 +172,10 @@ mod tests {
             assert_eq!(frames.cut(), None);
             frames.push(&[7]);
             let half = frames.cut().into_iter().collect::<Vec<_>>();
-            assert_eq!(texts(&half), ["07  # its beginning or end was not seen"]);
+            assert_eq!(
+                texts(&half),
+                ["07  # its beginning or end was not received"]
+            );
         }
     }
 
@@ -190,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn the_clock_goes_on_after_a_wrap_and_starts_anew_after_a_reset() {
+    fn the_clock_continues_over_a_wrap_and_restarts_after_a_reset() {
         let mut clock = Clock::default();
         assert_eq!(clock.time_us(u32::MAX - 999), 4_294_966_296);
         assert_eq!(clock.time_us(1000), 4_294_968_296);

@@ -1,4 +1,4 @@
-//! Gaps that have a name, as they stand in the recording.
+//! Named gaps of a recording.
 
 use gravical::recording::GAP_LINE;
 use serde::Serialize;
@@ -7,28 +7,28 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cause {
-    /// The port went away: a cable that was pulled, a hub that fell asleep.
+    /// The port was lost: a cable was pulled, a hub was suspended.
     Unplugged,
-    /// The board started anew.
+    /// The board restarted.
     Reset,
     /// The board lost its sensor and set it up again.
     Sensor,
-    /// The board went on with other settings until they were set back.
+    /// The board had other settings until they were restored.
     Settings,
     /// The board sent no rows.
     Silent,
-    /// The board's clock jumped, and nothing else explains it.
+    /// The board's clock jumped for no other known cause.
     Lost,
-    /// The board sent all that it had, but it had not sampled.
+    /// The board sent all its samples, but had missed some.
     NotSampled,
-    /// The disk took nothing.
+    /// The disk took no rows.
     DiskFull,
     /// The recording had ended and was continued.
     Continued,
 }
 
 impl Cause {
-    /// For people and for the file.
+    /// For messages and for the file.
     pub fn text(self) -> &'static str {
         match self {
             Cause::Unplugged => "unplugged",
@@ -47,21 +47,21 @@ impl Cause {
 /// Rows that are missing, why, and how many.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gap {
-    /// The first thing that went wrong.
+    /// The first cause.
     pub cause: Cause,
-    /// Rows that are known to be missing, by the board's clock or because they came
-    /// and could not be stored.
+    /// Rows that are known to be missing, by the board's clock or because they arrived and
+    /// could not be stored.
     pub rows: u64,
-    /// The board's clock started anew meanwhile: more may be missing.
+    /// The board's clock restarted meanwhile: more may be missing.
     pub clock_anew: bool,
-    /// No row came after it: how many are missing is not known.
+    /// No row arrived after it: the number of missing rows is not known.
     pub until_end: bool,
     /// The computer's time from the last row before it to the first one after it, s.
     pub duration_s: f64,
 }
 
 impl Gap {
-    /// Nothing is known of it but why.
+    /// A gap of which only the cause is known.
     pub fn new(cause: Cause) -> Self {
         Gap {
             cause,
@@ -72,8 +72,8 @@ impl Gap {
         }
     }
 
-    /// Rows are missing in it, or may be. What lies before a continuation is no matter
-    /// of this recording.
+    /// Rows are missing in it, or may be. Rows before a continuation are not part of this
+    /// recording.
     pub fn is_incomplete(&self) -> bool {
         let unknown = self.clock_anew || self.until_end;
         self.rows > 0 || (unknown && self.cause != Cause::Continued)
@@ -82,18 +82,18 @@ impl Gap {
     /// The line of the recording, with its line break.
     pub fn line(&self) -> String {
         let rows = match (self.rows, self.clock_anew) {
-            _ if self.until_end => "no row came until the end".to_owned(),
-            _ if self.cause == Cause::Continued => "what lies between is not here".to_owned(),
+            _ if self.until_end => "no row arrived until the end".to_owned(),
+            _ if self.cause == Cause::Continued => "the time between is not recorded".to_owned(),
             (0, true) => "an unknown number of rows is missing".to_owned(),
             (n, true) => format!("{n} rows are missing, or more"),
             (n, false) => format!("{n} rows are missing"),
         };
         let clock = if self.clock_anew {
-            ", the clock of the board starts anew"
+            ", the clock of the board restarts"
         } else {
             ""
         };
-        // What lies before a continuation is not known here.
+        // The end of the earlier part is not known here.
         let time = if self.cause == Cause::Continued {
             String::new()
         } else {
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_lines_say_it_all() {
+    fn lines_name_cause_rows_and_time() {
         let mut gap = Gap {
             rows: 320,
             duration_s: 3.21,
@@ -123,7 +123,7 @@ mod tests {
         gap.cause = Cause::Continued;
         assert_eq!(
             gap.line(),
-            "# gap: the recording was ended and continued: what lies between is not here, the clock of the board starts anew\n"
+            "# gap: the recording was ended and continued: the time between is not recorded, the clock of the board restarts\n"
         );
     }
 }

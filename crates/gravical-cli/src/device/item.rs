@@ -1,15 +1,17 @@
-//! One thing that a board sent.
+//! One message of a board.
 
 use serde::Serialize;
 
-/// One row in the board's own units.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A row in the board's own units, as far as its columns are known.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Row {
-    /// The board's clock.
-    pub stamp: f64,
-    /// Specific force along x, y, z; temperature; angular rate about x, y, z.
-    pub values: [f64; 7],
-    /// Counts the rows modulo 256, where the board does so: in its binary format.
+    /// Time by the board's clock.
+    pub stamp: Option<f64>,
+    /// Specific force along x, y, z.
+    pub accel: Option<[f64; 3]>,
+    /// Temperature of the sensor.
+    pub temperature: Option<f64>,
+    /// Number of the row modulo 256; the binary format has one.
     pub sequence: Option<u8>,
 }
 
@@ -17,56 +19,56 @@ pub struct Row {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reason {
-    /// Its beginning or its end was not seen: a number in it may lack digits.
+    /// Its beginning or end was not received: a number in it may lack digits.
     Half,
-    /// Not eight fields.
+    /// Another number of values than a row has, or other names.
     FieldCount,
-    /// A field that is no finite number.
+    /// A value that is not a finite number.
     NotANumber,
-    /// Bytes of the binary format that are no frame.
+    /// Bytes of the binary format that are not a valid frame.
     BadFrame,
 }
 
 impl Reason {
-    /// For people.
+    /// For messages.
     pub fn text(self) -> &'static str {
         match self {
-            Reason::Half => "its beginning or end was not seen",
-            Reason::FieldCount => "not exactly 8 values",
-            Reason::NotANumber => "a value that is no number",
-            Reason::BadFrame => "no frame",
+            Reason::Half => "its beginning or end was not received",
+            Reason::FieldCount => "not the values of a row",
+            Reason::NotANumber => "a value is not a number",
+            Reason::BadFrame => "not a valid frame",
         }
     }
 }
 
-/// One thing that the board sent.
+/// One message of a board.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Item {
-    /// As it stands in a file, without an end of line. What is rejected is as it came, or
-    /// the bytes of a frame in hexadecimal.
+    /// The line for the file, without a line end. A rejected line is as it arrived, a
+    /// rejected frame is in hexadecimal digits.
     pub bytes: Vec<u8>,
     /// What it is.
     pub kind: Kind,
 }
 
-/// What an [`Item`] is.
+/// The kind of an [`Item`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// A sample.
     Row(Row),
-    /// Eight names of columns.
+    /// Names of columns.
     Header {
-        /// Both of its ends were seen.
+        /// Both of its ends were received.
         whole: bool,
     },
-    /// What the board says of itself, behind `#`.
+    /// A message that begins with `#`.
     Comment,
     /// None of these.
     Rejected(Reason),
 }
 
 impl Item {
-    /// What is none of the others.
+    /// A line or frame that is rejected.
     pub fn rejected(bytes: Vec<u8>, reason: Reason) -> Self {
         let kind = Kind::Rejected(reason);
         Item { bytes, kind }

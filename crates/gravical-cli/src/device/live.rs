@@ -1,85 +1,239 @@
-//! What a person wants to see while it records.
+//! The state of the stream for the person who records: rate, magnitude, rest, poses.
 
 use std::collections::VecDeque;
 
+use gravical::segment::face::Face;
+use gravical::still::{LiveStills, StillOptions};
 use serde::Serialize;
 
 use super::item::Row;
 
-/// Seconds that the rate is counted over.
+/// The rate is that of the last seconds, s.
 const RATE_S: f64 = 3.0;
-/// Seconds over which it has to lie still.
-const STILL_S: f64 = 0.5;
-/// Rows that are kept at most.
-const KEPT: usize = 4096;
-/// Spread of an axis over the magnitude, below which it lies still: 0.02 g, thrice the
-/// noise of a bad MPU6050 without a low-pass, a tenth of what a hand does.
-const STILL_SPREAD: f64 = 0.02;
+/// The magnitude is a mean over this time, s.
+const NORM_S: f64 = 0.5;
+/// Rows of these seconds that are kept at most.
+const MOST_ROWS: usize = 4096;
+/// Rests are looked for once the rate is known from this time, s.
+const LEARN_RATE_S: f64 = 1.0;
+/// No rest continues over a pause of this length between rows, s.
+const SPLIT_S: f64 = 0.5;
+/// A rest of this length, stored, is a pose, s.
+const POSE_S: f64 = 2.0;
+/// An axis within this angle of the vertical is up, degrees.
+const UP_DEG: f64 = 25.0;
+/// Noise at rest over the magnitude at most, three axes together: twice that of a bad
+/// MPU6050 without low-pass. Above it the sensor has not rested yet.
+const MOST_NOISE: f64 = 0.035;
 
-/// One look at the stream. Values are in the board's own units.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+/// The stream at one moment. Values are in the board's own units.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Status {
-    /// Rows a second over the last three, by the computer's clock.
+    /// Rows a second over the last three seconds, by the computer's clock.
     pub rate_hz: Option<f64>,
-    /// Magnitude of the accelerometer, mean of the last half second.
+    /// Magnitude of the acceleration, mean of the last half second.
     pub norm: Option<f64>,
-    /// Temperature column of the last row.
+    /// Temperature of the last row.
     pub temperature: Option<f64>,
-    /// Whether it lay still for the last half second.
+    /// Whether the sensor is at rest.
     pub still: Option<bool>,
+    /// The face that is up at rest: `+x`.
+    pub up: Option<String>,
+    /// Faces that were recorded as a pose.
+    pub done: Option<Vec<String>>,
 }
 
-/// The last few seconds.
+/// Poses of a recording: rests of at least 2 s that were stored.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Poses {
+    /// Seconds for each of [`Face::all`].
+    faces_s: [f64; 6],
+    /// Rests in which no axis is within 25° of the vertical.
+    free: u64,
+}
+
+/// A pose in the event `ended`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RecordedPose {
+    /// The face that is up: `+x`.
+    pub face: String,
+    /// Time at rest, s.
+    pub duration_s: f64,
+}
+
+impl Poses {
+    /// The faces that were recorded.
+    pub fn faces(&self) -> Vec<RecordedPose> {
+        let all = Face::all().into_iter().zip(self.faces_s);
+        let recorded = all.filter(|(_, duration_s)| *duration_s > 0.0);
+        recorded
+            .map(|(face, duration_s)| RecordedPose {
+                face: face.name(),
+                duration_s,
+            })
+            .collect()
+    }
+
+    /// Free poses.
+    pub fn free(&self) -> u64 {
+        self.free
+    }
+}
+
+/// Follows the stream.
 #[derive(Debug, Clone, Default)]
 pub struct Live {
-    rows: VecDeque<(f64, Row)>,
+    /// Arrival, s; row; whether it is stored.
+    rows: VecDeque<(f64, Row, bool)>,
+    rests: Option<Rests>,
 }
 
 impl Live {
-    /// A row that came at `now_s`.
-    pub fn see(&mut self, now_s: f64, row: Row) {
-        self.rows.push_back((now_s, row));
-        while self.rows.len() > KEPT || self.rows.front().is_some_and(|(t, _)| now_s - t > RATE_S) {
+    /// A row that arrived at `now_s`; `stored`: it goes into the file.
+    pub fn push(&mut self, now_s: f64, row: &Row, stored: bool) {
+        self.rows.push_back((now_s, *row, stored));
+        let is_old = |(t, ..): &(f64, Row, bool)| now_s - t > RATE_S;
+        while self.rows.len() > MOST_ROWS || self.rows.front().is_some_and(is_old) {
             self.rows.pop_front();
         }
+        if let Some(rests) = &mut self.rests {
+            rests.push(now_s, row, stored);
+            return;
+        }
+        let first = self.rows.iter().find(|(_, row, _)| row.accel.is_some());
+        let learned = first.is_some_and(|(t, ..)| now_s - t >= LEARN_RATE_S);
+        let Some(rate_hz) = self.rate_hz().filter(|_| learned) else {
+            return;
+        };
+        let mut rests = Rests::new(rate_hz);
+        for (t, row, stored) in &self.rows {
+            rests.push(*t, row, *stored);
+        }
+        self.rests = Some(rests);
     }
 
-    /// Seconds between two of them, by the computer's clock.
+    /// Seconds between two rows, by the computer's clock.
     pub fn step_s(&self) -> Option<f64> {
         let (first_s, last_s) = (self.rows.front()?.0, self.rows.back()?.0);
         (self.rows.len() > 1).then(|| (last_s - first_s) / (self.rows.len() - 1) as f64)
     }
 
-    /// What they say at `now_s`.
+    fn rate_hz(&self) -> Option<f64> {
+        self.step_s()
+            .filter(|s| *s > 0.0)
+            .map(|step_s| 1.0 / step_s)
+    }
+
+    /// The state at `now_s`; empty when no row has arrived for a while.
     pub fn status(&self, now_s: f64) -> Status {
-        let recent: Vec<&Row> = self
-            .rows
-            .iter()
-            .filter(|(t, _)| now_s - t <= STILL_S)
-            .map(|(_, row)| row)
-            .collect();
-        let (Some((first_s, _)), Some((last_s, last))) = (self.rows.front(), self.rows.back())
-        else {
+        let recent = || {
+            let rows = self.rows.iter();
+            rows.filter(|(t, ..)| now_s - t <= NORM_S)
+                .map(|(_, row, _)| row)
+        };
+        let Some(last) = recent().last() else {
             return Status::default();
         };
-        if recent.is_empty() {
-            return Status::default();
-        }
-        let n = recent.len() as f64;
-        let mean = |value: &dyn Fn(&Row) -> f64| recent.iter().map(|r| value(r)).sum::<f64>() / n;
-        let norm = mean(&|r| (0..3).map(|k| r.values[k].powi(2)).sum::<f64>().sqrt());
-        let spread = (0..3)
-            .map(|k| {
-                let middle = mean(&|r| r.values[k]);
-                mean(&|r| (r.values[k] - middle).powi(2)).sqrt()
-            })
-            .fold(0.0, f64::max);
+        let length = |a: [f64; 3]| a.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let norms: Vec<f64> = recent().filter_map(|row| row.accel).map(length).collect();
+        let norm = norms.iter().sum::<f64>() / norms.len() as f64;
+        let rest = self.rests.as_ref().map(Rests::state);
+        let (still, up, poses) = match rest {
+            Some((still, up, poses)) => (Some(still), up, Some(poses)),
+            None => (None, None, None),
+        };
+        let name = |pose: RecordedPose| pose.face;
         Status {
-            rate_hz: (last_s > first_s).then(|| (self.rows.len() - 1) as f64 / (last_s - first_s)),
-            norm: Some(norm),
-            temperature: Some(last.values[3]),
-            still: (recent.len() >= 5).then_some(spread < STILL_SPREAD * norm),
+            rate_hz: self.rate_hz(),
+            norm: Some(norm).filter(|_| !norms.is_empty()),
+            temperature: last.temperature,
+            still,
+            up: up.map(Face::name),
+            done: poses.map(|poses| poses.faces().into_iter().map(name).collect()),
         }
+    }
+
+    /// The poses that were stored; none where the accelerometer is not known.
+    pub fn poses(&self) -> Option<Poses> {
+        self.rests.as_ref().map(|rests| rests.state().2)
+    }
+}
+
+/// Rests of the whole recording.
+#[derive(Debug, Clone)]
+struct Rests {
+    rate_hz: f64,
+    stills: LiveStills,
+    /// Rows from which on rows are stored (true) or not.
+    switches: Vec<(usize, bool)>,
+    last_row_s: f64,
+    /// Poses that the stills no longer hold.
+    earlier: Poses,
+}
+
+impl Rests {
+    fn new(rate_hz: f64) -> Self {
+        Rests {
+            rate_hz,
+            stills: LiveStills::new(rate_hz, StillOptions::default()),
+            switches: Vec::new(),
+            last_row_s: f64::NAN,
+            earlier: Poses::default(),
+        }
+    }
+
+    fn push(&mut self, now_s: f64, row: &Row, stored: bool) {
+        let Some(accel) = row.accel else {
+            return;
+        };
+        if now_s - self.last_row_s > SPLIT_S.max(5.0 / self.rate_hz) {
+            self.stills.split();
+        }
+        self.last_row_s = now_s;
+        if self.switches.last().is_none_or(|(_, was)| *was != stored) {
+            self.switches.push((self.stills.rows(), stored));
+        }
+        self.stills.push(accel);
+        if self.stills.is_full() {
+            self.earlier = self.state().2;
+            self.stills.forget();
+            self.switches = vec![(self.stills.rows(), stored)];
+        }
+    }
+
+    /// Whether the sensor rests, the face that is up then, and the poses so far.
+    fn state(&self) -> (bool, Option<Face>, Poses) {
+        let mut poses = self.earlier.clone();
+        let mut resting = None;
+        for still in self.stills.stills() {
+            let norm = still.mean.iter().map(|v| v * v).sum::<f64>().sqrt();
+            if still.noise > MOST_NOISE * norm {
+                continue;
+            }
+            let (face, angle_deg) = Face::nearest(still.mean);
+            let face = Some(face).filter(|_| angle_deg <= UP_DEG);
+            let duration_s = self.stored_rows(&still.rows) as f64 / self.rate_hz;
+            if duration_s >= POSE_S {
+                match face.and_then(|face| poses.faces_s.get_mut(face.index())) {
+                    Some(face_s) => *face_s += duration_s,
+                    None => poses.free += 1,
+                }
+            }
+            if still.rows.end == self.stills.judged_rows() {
+                resting = Some(face);
+            }
+        }
+        (resting.is_some(), resting.flatten(), poses)
+    }
+
+    fn stored_rows(&self, rows: &std::ops::Range<usize>) -> usize {
+        let ends = self.switches.iter().skip(1).map(|(row, _)| *row);
+        let ends = ends.chain([usize::MAX]);
+        let spans = self.switches.iter().zip(ends);
+        let stored = spans.filter(|((_, stored), _)| *stored);
+        let within =
+            stored.map(|((from, _), to)| to.min(rows.end).saturating_sub(rows.start.max(*from)));
+        within.sum()
     }
 }
 
@@ -87,27 +241,97 @@ impl Live {
 mod tests {
     use super::*;
 
+    const UP_Z: [f64; 3] = [0.0, 0.0, 9.81];
+
+    /// A stream at 100 Hz, with noise.
+    #[derive(Default)]
+    struct Stream {
+        live: Live,
+        rows: u32,
+    }
+
+    impl Stream {
+        fn push(&mut self, seconds: f64, at: [f64; 3], stored: bool) {
+            for _ in 0..(seconds * 100.0) as u32 {
+                let noise = |k: u32| f64::from((self.rows * 7919 + k * 131) % 61) * 1e-3;
+                let row = Row {
+                    accel: Some([at[0] + noise(1), at[1] + noise(2), at[2] + noise(3)]),
+                    temperature: Some(25.5),
+                    ..Row::default()
+                };
+                self.live.push(self.now_s(), &row, stored);
+                self.rows += 1;
+            }
+        }
+
+        fn shake(&mut self, seconds: f64) {
+            for _ in 0..(seconds * 100.0) as u32 {
+                let k = self.rows % 7;
+                self.push(0.01, [f64::from(k), 3.0, 5.0 - f64::from(k)], true);
+            }
+        }
+
+        fn now_s(&self) -> f64 {
+            f64::from(self.rows) * 0.01
+        }
+
+        fn status(&self) -> Status {
+            self.live.status(self.now_s())
+        }
+    }
+
     #[test]
-    fn still_moving_and_silent() {
-        let mut live = Live::default();
-        assert_eq!(live.status(0.0), Status::default());
-        let row = |x| Row {
-            stamp: 0.0,
-            values: [x, 0.0, 9.8, 25.5, 0.0, 0.0, 0.0],
-            sequence: None,
-        };
-        for i in 0..500 {
-            live.see(f64::from(i) * 0.01, row(0.02 * f64::from(i % 2)));
-        }
-        let status = live.status(5.0);
+    fn rest_motion_and_silence() {
+        let mut stream = Stream::default();
+        assert_eq!(stream.status(), Status::default());
+        stream.push(4.0, UP_Z, true);
+        let status = stream.status();
         assert!((status.rate_hz.unwrap() - 100.0).abs() < 0.5);
-        assert!((status.norm.unwrap() - 9.8).abs() < 0.01);
+        assert!((status.norm.unwrap() - 9.84).abs() < 0.01);
         assert_eq!((status.still, status.temperature), (Some(true), Some(25.5)));
-        for i in 500..560 {
-            live.see(f64::from(i) * 0.01, row(3.0 * f64::from(i % 2)));
+        assert_eq!(status.up.as_deref(), Some("+z"));
+        stream.shake(1.0);
+        let status = stream.status();
+        assert_eq!((status.still, status.up), (Some(false), None));
+        // Without rows the state is not known.
+        assert_eq!(stream.live.status(stream.now_s() + 4.0), Status::default());
+    }
+
+    #[test]
+    fn poses_are_stored_rests_of_two_seconds() {
+        let mut stream = Stream::default();
+        stream.push(5.0, UP_Z, true);
+        stream.shake(1.0);
+        stream.push(1.5, [9.81, 0.0, 0.0], true);
+        stream.shake(1.0);
+        // In a pause a rest is shown, and is no pose.
+        stream.push(4.0, [0.0, -9.81, 0.0], false);
+        assert_eq!(stream.status().up.as_deref(), Some("-y"));
+        stream.push(3.0, [0.0, -9.81, 0.0], true);
+        stream.shake(1.0);
+        stream.push(3.0, [5.7, 5.7, 5.7], true);
+        assert_eq!(stream.status().up, None);
+        let poses = stream.live.poses().unwrap();
+        let faces = poses.faces();
+        let names: Vec<&str> = faces.iter().map(|pose| pose.face.as_str()).collect();
+        assert_eq!((names, poses.free()), (vec!["-y", "+z"], 1));
+        assert!((faces[0].duration_s - 3.0).abs() < 0.5, "{faces:?}");
+        assert!((faces[1].duration_s - 5.0).abs() < 0.5, "{faces:?}");
+        assert_eq!(stream.status().done.unwrap(), ["-y", "+z"]);
+    }
+
+    #[test]
+    fn unknown_columns_have_a_rate_only() {
+        let mut live = Live::default();
+        for i in 0..200 {
+            live.push(f64::from(i) * 0.1, &Row::default(), true);
         }
-        assert_eq!(live.status(5.6).still, Some(false));
-        // Silence: what was is no status.
-        assert_eq!(live.status(9.0), Status::default());
+        let status = live.status(19.9);
+        assert!((status.rate_hz.unwrap() - 10.0).abs() < 0.1);
+        let rest = Status {
+            rate_hz: None,
+            ..status
+        };
+        assert_eq!((rest, live.poses()), (Status::default(), None));
     }
 }

@@ -1,45 +1,48 @@
-//! What comes from a board: bytes to [`Item`]s, as lines of text or as the frames of the
-//! firmware's binary format, which have a rate of their own. Where nothing that makes
-//! sense comes as one of them, the other is to be tried: a board may have been left in
-//! its binary format, and one that starts anew is back in its first format.
+//! Bytes from a board to [`Item`]s: lines of text, or frames of the firmware's binary
+//! format, which have a baud rate of their own. If nothing valid arrives in one coding,
+//! the other is tried: a board may have been left in its binary format, and a board that
+//! restarts is back in its first format.
 
 use super::frames::Frames;
 use super::item::{Item, Kind};
 use super::lines::Lines;
+use super::shape::RowShape;
 
-/// Without anything that makes sense for so long, frames are given up, s. A board whose
-/// sensor does not answer says so once a second.
+/// Without a valid message for this time, frames are given up, s. A board whose sensor
+/// does not answer reports that once a second.
 const NO_FRAME_S: f64 = 2.0;
 /// The same for lines of a board that is known to send frames, s: the boot loader takes
 /// up to two seconds.
 const NO_LINE_S: f64 = 3.0;
-/// Bytes that come all the time and are no line for so long, s …
+/// Garbage is sent at another baud rate: bytes that arrive for this time without a valid
+/// line, s …
 const GARBAGE_S: f64 = 1.0;
-/// … so many of them …
+/// … at least this many …
 const GARBAGE_BYTES: usize = 200;
-/// … and one in so many no character of a text: another rate. A sketch of somebody else
-/// may well say in plain text what it does before it sends rows.
+/// … and one in this many is not a character of text. The sketch of another author may
+/// print plain text before its first row.
 const ODD_ONE_IN: usize = 5;
-/// They come at least so often, s: the slowest board sends four frames a second.
+/// Longest pause within garbage, s: the slowest board sends four frames a second.
 const OFTEN_S: f64 = 0.3;
-/// Silence of a board that changes its rate, s: what came before it was no frame, and
-/// has no zero at its end.
+/// Silence of a board that changes its baud rate, s: bytes before it are not a frame, and
+/// have no zero at their end.
 const CHANGES_S: f64 = 0.05;
-/// Silence before the first byte: a board that starts up, and no rest of a line, s.
+/// Silence before the first byte: a board that starts, so that its first line is
+/// complete, s.
 const START_UP_S: f64 = 0.3;
 
-/// How the board speaks.
+/// The coding of what a board sends.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Coding {
-    /// Lines.
+    /// Lines of text.
     #[default]
     Text,
-    /// Frames, at a rate of their own.
+    /// Frames, at a baud rate of their own.
     Frames,
 }
 
 impl Coding {
-    /// That of a format of the firmware.
+    /// The coding of a format of the firmware.
     pub fn of_format(format: u8) -> Self {
         if format == 2 {
             Coding::Frames
@@ -49,44 +52,46 @@ impl Coding {
     }
 }
 
-/// Decodes what comes, in one coding at a time.
+/// Decodes bytes, in one coding at a time.
 #[derive(Debug, Clone, Default)]
 pub struct Wire {
     /// A port is open.
     pub open: bool,
-    /// How it is decoded.
+    /// The coding at the moment.
     pub coding: Coding,
     lines: Lines,
     frames: Frames,
-    /// The port is being set to the rate of it.
+    /// What the rows of text are; none before the recording begins.
+    shape: Option<RowShape>,
+    /// The port is being set to the baud rate of this coding.
     target: Option<Coding>,
-    /// How the recording is coded that has begun, and whether its board may change that: a
-    /// sketch of somebody else has no frames.
+    /// The coding in which the recording began, and whether its board can change it: the
+    /// sketch of another author has no frames.
     recorded: Option<(Coding, bool)>,
-    /// Something made sense since the port has its rate.
+    /// A valid message has arrived since the baud rate was set.
     pub understood: bool,
-    /// From the opening to the first byte, s.
+    /// Time from the opening to the first byte, s.
     silence_s: Option<f64>,
-    /// When something last made sense, or else the rate was set, s.
-    sense_s: f64,
-    /// Bytes since then, and how many of them are in no text.
+    /// Time of the last valid message, or of setting the baud rate, s.
+    last_valid_s: f64,
+    /// Bytes since then, and how many of them are not text.
     bytes: usize,
     odd: usize,
-    /// When the last bytes came, or else the port was opened, s.
+    /// Time of the last bytes, or of opening the port, s.
     pub last_bytes_s: f64,
-    /// Lines before anything made sense, and the first of them.
-    nonsense: Option<(u64, String)>,
+    /// Number of invalid lines before the first valid message, and the first of them.
+    invalid: Option<(u64, String)>,
 }
 
 impl Wire {
-    /// A port was opened, at the rate of text.
+    /// A port was opened, at the baud rate of text.
     pub fn opened(&mut self, now_s: f64) {
         self.open = true;
         self.last_bytes_s = now_s;
         self.listen(now_s, Coding::Text);
     }
 
-    /// What was begun is forgotten.
+    /// Starts to decode; an incomplete message is dropped.
     fn listen(&mut self, now_s: f64, coding: Coding) {
         self.coding = coding;
         self.target = None;
@@ -94,10 +99,10 @@ impl Wire {
         self.frames.cut();
         self.understood = false;
         self.silence_s = None;
-        (self.sense_s, self.bytes, self.odd) = (now_s, 0, 0);
+        (self.last_valid_s, self.bytes, self.odd) = (now_s, 0, 0);
     }
 
-    /// The port is gone: what was begun will not be ended.
+    /// The port was closed: the message that has begun is incomplete.
     pub fn lost(&mut self) -> Option<Item> {
         self.open = false;
         let item = match self.coding {
@@ -107,22 +112,25 @@ impl Wire {
         self.admit(self.last_bytes_s, item)
     }
 
-    /// Whether the first line began when it was listened already.
+    /// Whether the port was open before the first line began.
     pub fn heard_its_start(&self) -> bool {
         self.silence_s.is_some_and(|s| s >= START_UP_S)
     }
 
-    /// A recording begins in this coding.
-    pub fn record(&mut self, changes: bool) {
+    /// A recording begins in this coding, with these rows of text. `changes`: its board can
+    /// change the coding.
+    pub fn record(&mut self, shape: Option<RowShape>, changes: bool) {
+        self.shape = shape;
         self.recorded = Some((self.coding, changes || self.coding == Coding::Frames));
     }
 
-    /// The board started anew: the next stamp is one of another clock.
-    pub fn clock_anew(&mut self) {
-        self.frames.clock_anew();
+    /// The board restarted: the next stamp is of another clock.
+    pub fn restart_clock(&mut self) {
+        self.frames.restart_clock();
     }
 
-    /// Whether the port has to be set to the rate of `coding`, and is not being set yet.
+    /// Whether the port has to be set to the baud rate of `coding`, and is not being set
+    /// yet.
     pub fn turns_to(&mut self, coding: Coding) -> bool {
         let turns = coding != self.coding && self.target.is_none();
         if turns {
@@ -131,7 +139,7 @@ impl Wire {
         turns
     }
 
-    /// The port has that rate; whether it was waited for.
+    /// The port has that baud rate; returns whether a change was under way.
     pub fn turned(&mut self, now_s: f64) -> bool {
         let target = self.target.take();
         if let Some(coding) = target {
@@ -140,16 +148,16 @@ impl Wire {
         target.is_some()
     }
 
-    /// Takes bytes as they come; gives what they complete, but for what was heard at a
-    /// wrong rate.
+    /// Takes bytes as they arrive; returns the messages that they complete, without those
+    /// that were received at a wrong baud rate.
     pub fn push(&mut self, now_s: f64, bytes: &[u8]) -> Vec<Item> {
-        self.silence_s.get_or_insert(now_s - self.sense_s);
+        self.silence_s.get_or_insert(now_s - self.last_valid_s);
         let odd = |b: &&u8| !(b.is_ascii_graphic() || b.is_ascii_whitespace());
         self.odd += bytes.iter().filter(odd).count();
         self.bytes += bytes.len();
         let pause_s = now_s - std::mem::replace(&mut self.last_bytes_s, now_s);
         let items = match self.coding {
-            Coding::Text => self.lines.push(bytes),
+            Coding::Text => self.lines.push(bytes, self.shape.as_ref()),
             Coding::Frames => {
                 if !self.understood && pause_s >= CHANGES_S {
                     self.frames.cut();
@@ -163,24 +171,25 @@ impl Wire {
             .collect()
     }
 
-    /// All that makes sense, and of the rest what was said at the right rate.
+    /// Passes on every valid message, and invalid ones that were received at the right baud
+    /// rate.
     fn admit(&mut self, now_s: f64, item: Item) -> Option<Item> {
         if !matches!(item.kind, Kind::Rejected(_)) {
             self.understood = true;
-            (self.sense_s, self.bytes, self.odd) = (now_s, 0, 0);
+            (self.last_valid_s, self.bytes, self.odd) = (now_s, 0, 0);
             return Some(item);
         }
         if let Some((coding, _)) = self.recorded
             && coding != self.coding
         {
-            // It will be heard at the other rate.
+            // The board will be set back to the other coding.
             return None;
         }
         if self.understood {
             return Some(item);
         }
         if self.coding == Coding::Frames {
-            // Whoever begins to listen in the middle waits for a zero.
+            // The first frame may lack its beginning.
             return None;
         }
         let first = || {
@@ -189,25 +198,23 @@ impl Wire {
                 .take(60)
                 .collect()
         };
-        self.nonsense.get_or_insert_with(|| (0, first())).0 += 1;
+        self.invalid.get_or_insert_with(|| (0, first())).0 += 1;
         (self.recorded.is_some() || self.is_plain()).then_some(item)
     }
 
-    /// What came since something made sense, or since the opening, is text.
+    /// The bytes since the last valid message, or since the opening, are text.
     fn is_plain(&self) -> bool {
         self.odd * ODD_ONE_IN < self.bytes
     }
 
-    /// How many lines came before anything made sense, and the first of them.
-    pub fn nonsense(&self) -> Option<(u64, &str)> {
-        self.nonsense
-            .as_ref()
-            .map(|(n, first)| (*n, first.as_str()))
+    /// Number of invalid lines before the first valid message, and the first of them.
+    pub fn invalid(&self) -> Option<(u64, &str)> {
+        self.invalid.as_ref().map(|(n, first)| (*n, first.as_str()))
     }
 
-    /// Where nothing makes sense, the other coding.
-    pub fn elsewhere(&self, now_s: f64) -> Option<Coding> {
-        let nothing_s = now_s - self.sense_s;
+    /// The other coding, if nothing valid arrives in this one.
+    pub fn other_coding(&self, now_s: f64) -> Option<Coding> {
+        let nothing_s = now_s - self.last_valid_s;
         let garbage = nothing_s >= GARBAGE_S
             && self.bytes >= GARBAGE_BYTES
             && !self.is_plain()

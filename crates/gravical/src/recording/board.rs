@@ -29,6 +29,8 @@ pub struct BoardSettings {
     pub rate_hz: f64,
     /// 0: text in SI units, 1: text in counts, 2: binary.
     pub format: u8,
+    /// The sensor is an MPU-6500 or one of its relatives.
+    pub is_mpu6500: bool,
 }
 
 impl BoardSettings {
@@ -49,6 +51,7 @@ impl BoardSettings {
             low_pass_hz: after("low-pass ")?.parse().ok()?,
             rate_hz: after("rate ")?.parse().ok()?,
             format: after("format ")?.parse().ok()?,
+            is_mpu6500: text.contains("MPU6500"),
         })
     }
 
@@ -62,6 +65,17 @@ impl BoardSettings {
     #[must_use]
     pub fn lsb_per_g(&self) -> f64 {
         32768.0 / f64::from(self.accel_range_g)
+    }
+
+    /// °C of a count: 1/340 °C each and 36.53 °C at 0 for the MPU6050 (MPU-6000 and MPU-6050
+    /// Register Map 4.2, register 65), 1/333.87 °C and 21 °C for the MPU-6500 (MPU-6500
+    /// Product Specification 1.3, section 3.4.2, and Register Map 2.1, register 65).
+    #[must_use]
+    pub fn celsius(&self, count: f64) -> f64 {
+        match self.is_mpu6500 {
+            true => count / 333.87 + 21.0,
+            false => count / 340.0 + 36.53,
+        }
     }
 
     /// Counts per °/s (MPU-6000 and MPU-6050 Product Specification 3.4, section 6.1); `None` for

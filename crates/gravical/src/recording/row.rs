@@ -2,6 +2,7 @@
 
 use crate::scan::{parse_field, parse_field_decimal_comma, scan_number};
 
+use super::board::BoardSettings;
 use super::timing::parse_date;
 
 /// Number of slots of a row.
@@ -75,7 +76,8 @@ pub struct RowScanner {
     delimiter: Delimiter,
     decimal_comma: bool,
     slot_of_field: Vec<u8>,
-    temperature_counts: bool,
+    /// Settings of the board whose counts the temperatures are.
+    temperature_counts: Option<BoardSettings>,
     instance: f64,
     /// Size in s of one unit of the fraction field.
     fraction_s: f64,
@@ -125,7 +127,7 @@ impl RowScanner {
             delimiter,
             decimal_comma,
             slot_of_field: vec![SKIP; fields],
-            temperature_counts: false,
+            temperature_counts: None,
             instance: f64::NAN,
             fraction_s: 0.0,
         }
@@ -161,10 +163,9 @@ impl RowScanner {
         self.fraction_s = unit_s;
     }
 
-    /// Temperatures are counts of an MPU6050: 1/340 °C each, 36.53 °C at 0 (MPU-6000 and MPU-6050
-    /// Register Map 4.2, register 65). They are converted to °C.
-    pub fn convert_temperature(&mut self) {
-        self.temperature_counts = true;
+    /// Temperatures are counts of the sensor of this board. They are converted to °C.
+    pub fn convert_temperature(&mut self, board: BoardSettings) {
+        self.temperature_counts = Some(board);
     }
 
     /// Number of fields of a row.
@@ -287,8 +288,8 @@ impl RowScanner {
         if self.fraction_s > 0.0 {
             values[TIME] += fraction * self.fraction_s;
         }
-        if self.temperature_counts {
-            values[TEMPERATURE] = values[TEMPERATURE] / 340.0 + 36.53;
+        if let Some(board) = self.temperature_counts {
+            values[TEMPERATURE] = board.celsius(values[TEMPERATURE]);
         }
         if any { Ok(()) } else { Err(RowDefect::Blank) }
     }

@@ -85,7 +85,11 @@ impl LiveStills {
     /// The next row does not follow the last one: no still spans both.
     pub fn split(&mut self) {
         self.accel.iter_mut().for_each(Vec::clear);
-        if self.segments.last().is_some_and(|blocks| !blocks.is_empty()) {
+        if self
+            .segments
+            .last()
+            .is_some_and(|blocks| !blocks.is_empty())
+        {
             self.segments.push(Vec::new());
         }
     }

@@ -11,37 +11,48 @@ use crate::device::disk::{Growing, Loss};
 use crate::device::item::Kind;
 use crate::device::lines::Lines;
 
-/// How much of a file that is continued is looked at for its header.
+/// The header of a file that is continued is within this many bytes.
 const HEAD: u64 = 1 << 16;
-/// A last line without an end is no row of a board when it is longer, bytes.
+/// A longer last line without an end is not a row of a board, bytes.
 const MOST_TORN: usize = 1 << 12;
 
-/// Where rows and rejected lines go.
+/// What to do with a file that exists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// Refuse it.
+    Refuse,
+    /// Continue it.
+    Append,
+    /// Replace it.
+    Replace,
+}
+
+/// The files of rows and of rejected lines.
 pub struct Files {
     path: PathBuf,
     main: Growing,
-    /// The lines that it begins with, its header the last of them.
+    /// Its first lines up to the header.
     head: Vec<u8>,
     rejected: Option<(Growing, PathBuf)>,
 }
 
 impl Files {
-    /// Whether the file can be made, before a board is looked for.
+    /// Checks whether the file can be created, before a board is searched for.
     ///
     /// # Errors
     ///
     /// `exists`, `is-folder`, `is-pipe`, `in-use`, `no-folder`, `stdout-target` (usage).
-    pub fn check(path: &Path, append: bool) -> Result<()> {
+    pub fn check(path: &Path, existing: Existing) -> Result<()> {
         if is_pipe(path) {
             return Err(Error::usage(
                 "is-pipe",
-                "rows go into a file that grows; this is a pipe, which could stop them",
+                "rows are appended to a file; this is a pipe, whose reader could block them",
             )
             .at(path, None)
-            .with_hint("write a file, and follow it with tail -f"));
+            .with_hint("record into a file, and follow it with tail -f"));
         }
-        // Whatever is there is continued; only a folder cannot be.
-        gravical::output::check_target(path, append).map_err(name_append)?;
+        let any = existing != Existing::Refuse;
+        gravical::output::check_target(path, any).map_err(with_append_hint)?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
         if let Some(folder) = folder
             && !folder.is_dir()
@@ -51,28 +62,29 @@ impl Files {
                 format!("there is no folder \"{}\"", folder.display()),
             )
             .at(path, None)
-            .with_hint("make it first, or write elsewhere with -o"));
+            .with_hint("create it first, or name another file with -o"));
         }
-        if append && Growing::is_busy(path) {
+        if any && Growing::is_busy(path) {
             return Err(in_use(path));
         }
         Ok(())
     }
 
-    /// A new file, or the end of one.
+    /// Creates a file, or opens the end of one.
     ///
-    /// A last line that has no end may be a piece of a row, which would read as another
-    /// value. It goes to the rejected lines, and is given; so does nothing else.
+    /// A last line without an end may be a part of a row, and its last number wrong: it is
+    /// moved to the rejected lines, and a warning is returned.
     ///
     /// # Errors
     ///
-    /// As [`check`](Self::check); what the system says.
-    pub fn open(path: &Path, append: bool) -> Result<(Self, Option<String>)> {
-        Self::check(path, append)?;
-        let main = if append {
-            Growing::continued(path)
-        } else {
-            Growing::create(path)
+    /// As [`check`](Self::check); the system's errors.
+    pub fn open(path: &Path, existing: Existing) -> Result<(Self, Option<String>)> {
+        Self::check(path, existing)?;
+        let append = existing == Existing::Append;
+        let main = match existing {
+            Existing::Append => Growing::continued(path),
+            Existing::Replace => Growing::replaced(path),
+            Existing::Refuse => Growing::create(path),
         };
         let main = main.map_err(|e| match e.kind() {
             io::ErrorKind::ResourceBusy => in_use(path),
@@ -91,13 +103,13 @@ impl Files {
                 io::Read::read_to_end(&mut io::Read::take(file, HEAD), &mut head)
                     .map_err(|e| Error::io(path, e))?;
             }
-            files.see_head(&head);
+            files.note_head(&head);
         }
         let torn = if append { files.mend()? } else { None };
         Ok((files, torn))
     }
 
-    /// Gives the last line an end, or moves it away.
+    /// Ends the last line, or moves it to the rejected lines.
     fn mend(&mut self) -> Result<Option<String>> {
         let path = self.path.clone();
         let io = |e| Error::io(&path, e);
@@ -105,7 +117,7 @@ impl Files {
         if torn.is_empty() {
             return Ok(None);
         }
-        // A comment, a header, or more than a board sends in a line.
+        // A comment, a header, or a longer line than a board sends.
         let text = torn
             .first()
             .is_some_and(|b| *b == b'#' || b.is_ascii_alphabetic());
@@ -115,7 +127,7 @@ impl Files {
         }
         let mut line = torn.clone();
         line.push(b'\n');
-        // First there, and safe, then not here any more.
+        // It is removed here only once it is safe there.
         let rejected = rejected_path(&path);
         let kept = self.rejects(&line).and_then(|()| self.sync());
         kept.map_err(|e| Error::io(&rejected, e))?;
@@ -123,20 +135,21 @@ impl Files {
         let text = String::from_utf8_lossy(&torn);
         let shown: String = text.chars().filter(|c| !c.is_control()).take(80).collect();
         Ok(Some(format!(
-            "the last line of {} had no end, and may be a piece of a row: it is in {} now: \"{shown}\"",
+            "the last line of {} has no line end and may be incomplete: it was moved to {}: \"{shown}\"",
             path.display(),
             rejected.display()
         )))
     }
 
-    /// Hands rows to the system.
+    /// Passes rows to the system.
     pub fn rows(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.main.append(bytes)?;
-        self.see_head(bytes);
+        self.note_head(bytes);
         Ok(())
     }
 
-    fn see_head(&mut self, bytes: &[u8]) {
+    /// Keeps the first lines up to the header.
+    fn note_head(&mut self, bytes: &[u8]) {
         let comment = |line: &[u8]| line.starts_with(b"#") || line.trim_ascii().is_empty();
         let ends = |head: &[u8]| {
             let last = head.trim_ascii_end().rsplit(|b| *b == b'\n').next();
@@ -150,30 +163,30 @@ impl Files {
         }
     }
 
-    /// Looks whether the files are still what was written. One that somebody has deleted,
-    /// replaced or cut meanwhile goes on in a new file beside it, with all rows that are
-    /// left, and that is said.
+    /// Checks that the files are as they were written. If one was deleted, replaced or cut
+    /// meanwhile, the recording continues in a new file beside it, with all rows that are
+    /// left, and a warning is returned.
     ///
     /// # Errors
     ///
-    /// What the system says; then all stays as it is.
+    /// The system's error; then nothing is changed.
     pub fn mend_loss(&mut self) -> io::Result<Option<String>> {
         if let Some((rejected, path)) = &mut self.rejected
             && let Some(loss) = rejected.loss(path)?
         {
             let was = path.clone();
-            go_on_beside(rejected, path, loss, b"")?;
-            return Ok(Some(told(&was, loss, path)));
+            continue_beside(rejected, path, loss, b"")?;
+            return Ok(Some(loss_text(&was, loss, path)));
         }
         let Some(loss) = self.main.loss(&self.path)? else {
             return Ok(None);
         };
         let was = self.path.clone();
-        go_on_beside(&mut self.main, &mut self.path, loss, &self.head)?;
-        Ok(Some(told(&was, loss, &self.path)))
+        continue_beside(&mut self.main, &mut self.path, loss, &self.head)?;
+        Ok(Some(loss_text(&was, loss, &self.path)))
     }
 
-    /// Hands rejected lines to the system; their file is made with the first.
+    /// Passes rejected lines to the system; their file is created with the first.
     pub fn rejects(&mut self, bytes: &[u8]) -> io::Result<()> {
         let (disk, _) = match &mut self.rejected {
             Some(disk) => disk,
@@ -190,18 +203,18 @@ impl Files {
         &self.path
     }
 
-    /// The file of the rejected lines, once there is one.
+    /// The file of the rejected lines, once it exists.
     pub fn rejected_file(&self) -> Option<PathBuf> {
         self.rejected.as_ref().map(|(_, path)| path.clone())
     }
 
-    /// Where rejected lines go.
+    /// The path for rejected lines.
     pub fn rejected_target(&self) -> PathBuf {
         self.rejected_file()
             .unwrap_or_else(|| rejected_path(&self.path))
     }
 
-    /// Nothing was recorded: a file that was made for it goes again.
+    /// Removes the file if nothing was recorded.
     pub fn discard(&self) {
         let empty = std::fs::metadata(&self.path).is_ok_and(|m| m.is_file() && m.len() == 0);
         if empty {
@@ -209,7 +222,7 @@ impl Files {
         }
     }
 
-    /// What was handed over is safe.
+    /// Makes what was written safe on the disk.
     pub fn sync(&mut self) -> io::Result<()> {
         if let Some((disk, _)) = &mut self.rejected {
             disk.sync()?;
@@ -218,8 +231,13 @@ impl Files {
     }
 }
 
-/// Has `disk` go on in a new file, which begins with `head` where that is lost.
-fn go_on_beside(disk: &mut Growing, path: &mut PathBuf, loss: Loss, head: &[u8]) -> io::Result<()> {
+/// Continues `disk` in a new file, which begins with `head` where that was lost.
+fn continue_beside(
+    disk: &mut Growing,
+    path: &mut PathBuf,
+    loss: Loss,
+    head: &[u8],
+) -> io::Result<()> {
     let (mut new, at) = beside(path)?;
     let moved = disk.copy_to(&mut new).and_then(|()| {
         if new.length() < head.len() as u64 {
@@ -240,7 +258,7 @@ fn go_on_beside(disk: &mut Growing, path: &mut PathBuf, loss: Loss, head: &[u8])
     Ok(())
 }
 
-/// What stands where rows were cut off.
+/// The line in place of rows that were cut off.
 const CUT: &[u8] = b"# gap: another program cut the file: rows are missing\n";
 
 /// A new file beside `path`: NAME.kept.csv, NAME.kept-2.csv ….
@@ -269,26 +287,28 @@ fn beside(path: &Path) -> io::Result<(Growing, PathBuf)> {
     }
 }
 
-/// New files beside one that is taken away again and again.
+/// New files beside one that is removed again and again.
 const MOST_KEPT: u32 = 100;
 
-fn told(was: &Path, loss: Loss, now: &Path) -> String {
+fn loss_text(was: &Path, loss: Loss, now: &Path) -> String {
     let (what, rows) = match loss {
         Loss::Gone => ("deleted or moved", "all of it"),
         Loss::Replaced => ("replaced", "all of it"),
-        Loss::Cut => ("cut by another program", "what was left of it"),
+        Loss::Cut => ("cut by another program", "the rest of it"),
     };
     format!(
-        "{} was {what} while it is written: {rows} is in {}, where it goes on",
+        "{} was {what} during the recording: {rows} is in {}, where the recording continues",
         path_text(was),
         path_text(now)
     )
 }
 
-/// `exists` has another way out here.
-fn name_append(error: Error) -> Error {
+/// The error `exists` with the options of this command.
+fn with_append_hint(error: Error) -> Error {
     if error.code() == "exists" {
-        return error.with_hint("go on with it by --append, or write elsewhere with -o");
+        return error.with_hint(
+            "continue it with --append, replace it with --force, or name another file with -o",
+        );
     }
     error
 }
@@ -296,7 +316,7 @@ fn name_append(error: Error) -> Error {
 fn in_use(path: &Path) -> Error {
     Error::usage("in-use", "another gravical log is writing to this file")
         .at(path, None)
-        .with_hint("end that one first, or write elsewhere with -o")
+        .with_hint("end that one first, or name another file with -o")
 }
 
 #[cfg(unix)]
@@ -310,27 +330,27 @@ fn is_pipe(_: &Path) -> bool {
     false
 }
 
-/// Where the rejected lines of `path` go.
+/// The file for the rejected lines of `path`.
 pub fn rejected_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".rejected.txt");
     name.into()
 }
 
-/// What a file that is continued says of its rows.
+/// The head of a file that is continued.
 #[derive(Debug, Default, PartialEq)]
 pub struct Continued {
     /// Its header.
     pub header: Option<Vec<u8>>,
-    /// How the board was set.
+    /// The settings of the board.
     pub settings: Option<Settings>,
 }
 
-/// Looks at the head of `path`; nothing where there is no such file, or an empty one.
+/// Reads the head of `path`; empty where the file does not exist or is empty.
 ///
 /// # Errors
 ///
-/// What the system says; `no-header` (input) for a file that no board's header is in.
+/// The system's error; `no-header` (input) for a file without a header.
 pub fn continued(path: &Path) -> Result<Continued> {
     use std::io::Read as _;
     let mut head = Vec::new();
@@ -343,7 +363,7 @@ pub fn continued(path: &Path) -> Result<Continued> {
         Err(e) => return Err(Error::io(path, e)),
     };
     let mut found = Continued::default();
-    for line in Lines::of_file().push(&head) {
+    for line in Lines::of_file().push(&head, None) {
         match line.kind {
             Kind::Comment => {
                 let settings = Settings::parse(&String::from_utf8_lossy(&line.bytes));
@@ -361,19 +381,19 @@ pub fn continued(path: &Path) -> Result<Continued> {
     }
     Err(Error::input(
         "no-header",
-        "the file to be continued has no header of eight columns: it is no recording of a board",
+        "the file to be continued has no header of three or more columns: it is not a recording of gravical log",
     )
     .at(path, None)
-    .with_hint("write elsewhere with -o"))
+    .with_hint("name another file with -o"))
 }
 
 impl Continued {
-    /// What is wanted, and for the rest as it was.
+    /// The wanted settings, completed by those of the file.
     ///
     /// # Errors
     ///
     /// `option-range` (usage), and `settings-differ` (usage) for another range where the
-    /// file holds counts: nothing in it would say where which one begins.
+    /// file has counts: the file could not show which range belongs to which row.
     pub fn wanted(&self, wanted: Wanted) -> Result<Wanted> {
         let Some(settings) = &self.settings else {
             wanted.validate()?;
@@ -387,7 +407,7 @@ impl Continued {
             rate_hz: wanted.rate_hz.or(was.rate_hz),
             format: wanted.format.or(was.format),
         };
-        // What was not asked for is as the board's constants have it.
+        // Settings that were not asked for are not checked.
         let asked = Wanted {
             format: all.format,
             ..wanted
@@ -398,11 +418,11 @@ impl Continued {
             return Err(Error::usage(
                 "settings-differ",
                 format!(
-                    "the file that is continued has counts of ±{} g and ±{} °/s, not of what is asked for",
+                    "the file that is continued has counts of ±{} g and ±{} °/s, not of the ranges asked for",
                     settings.accel_range_g, settings.gyro_range_deg_s
                 ),
             )
-            .with_hint("leave --range and --gyro-range out, or write elsewhere with -o"));
+            .with_hint("leave --range and --gyro-range out, or name another file with -o"));
         }
         Ok(all)
     }
@@ -413,7 +433,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_continued() {
+    fn the_head_of_a_file_that_is_continued() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x.csv");
         assert_eq!(continued(&path).unwrap(), Continued::default());
@@ -424,9 +444,11 @@ mod tests {
         assert_eq!(found.header.unwrap(), b"t,ax,ay,az,T,gx,gy,gz");
         std::fs::write(&path, "my diary\n").unwrap();
         assert_eq!(continued(&path).unwrap_err().code(), "no-header");
-        let (mut files, torn) = Files::open(&path, true).unwrap();
+        let (mut files, torn) = Files::open(&path, Existing::Append).unwrap();
         assert_eq!(torn, None);
-        let taken = Files::open(&path, true).map(|_| ()).unwrap_err();
+        let taken = Files::open(&path, Existing::Append)
+            .map(|_| ())
+            .unwrap_err();
         assert_eq!((taken.code(), taken.is_usage()), ("in-use", true));
         files.rows(b"1\n").unwrap();
         assert!(files.rejected_file().is_none());
@@ -435,20 +457,28 @@ mod tests {
         let rejected = folder.path().join("x.csv.rejected.txt");
         assert_eq!(files.rejected_file().as_deref(), Some(&*rejected));
         assert_eq!(std::fs::read_to_string(rejected).unwrap(), "x\n");
-        let exists = Files::open(&path, false).map(|_| ()).unwrap_err();
+        let exists = Files::open(&path, Existing::Refuse)
+            .map(|_| ())
+            .unwrap_err();
         assert_eq!(exists.code(), "exists");
-        let nowhere = Files::open(&folder.path().join("no/x.csv"), false);
+        let in_use = Files::open(&path, Existing::Replace).map(|_| ());
+        assert_eq!(in_use.unwrap_err().code(), "in-use");
+        drop(files);
+        let (mut files, _) = Files::open(&path, Existing::Replace).unwrap();
+        files.rows(b"new\n").unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "new\n");
+        let nowhere = Files::open(&folder.path().join("no/x.csv"), Existing::Refuse);
         assert_eq!(nowhere.map(|_| ()).unwrap_err().code(), "no-folder");
     }
 
     #[test]
     #[cfg(unix)]
-    fn a_file_that_is_taken_away_goes_on_beside_it() {
+    fn a_file_that_is_removed_continues_beside_it() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let read = |name: &str| std::fs::read_to_string(at(name)).unwrap();
         let head = "# board\nt,ax,ay,az,T,gx,gy,gz\n";
-        let (mut files, _) = Files::open(&at("x.csv"), false).unwrap();
+        let (mut files, _) = Files::open(&at("x.csv"), Existing::Refuse).unwrap();
         files.rows(head.as_bytes()).unwrap();
         files.rows(b"1\n2\n").unwrap();
         assert_eq!(files.mend_loss().unwrap(), None);
@@ -460,19 +490,19 @@ mod tests {
         );
         files.rows(b"3\n").unwrap();
         assert_eq!(read("x.kept.csv"), format!("{head}1\n2\n3\n"));
-        // Replaced: what is there now is not ours.
+        // Replaced: the file there now belongs to somebody else.
         std::fs::write(at("y"), "other").unwrap();
         std::fs::rename(at("y"), at("x.kept.csv")).unwrap();
         assert!(files.mend_loss().unwrap().unwrap().contains("replaced"));
         assert_eq!(read("x.kept.csv"), "other");
         assert_eq!(read("x.kept-2.csv"), format!("{head}1\n2\n3\n"));
-        // Cut: what is left is a recording all the same.
+        // Cut: the rest is still a recording.
         std::fs::write(at("x.kept-2.csv"), "").unwrap();
         assert!(files.mend_loss().unwrap().unwrap().contains("cut by"));
         files.rows(b"4\n").unwrap();
         let gap = String::from_utf8(CUT.to_vec()).unwrap();
         assert_eq!(read("x.kept-3.csv"), format!("{head}{gap}4\n"));
-        // So are rejected lines kept.
+        // Rejected lines likewise.
         files.rejects(b"bad\n").unwrap();
         let rejected = files.rejected_file().unwrap();
         std::fs::remove_file(&rejected).unwrap();
@@ -483,32 +513,32 @@ mod tests {
     }
 
     #[test]
-    fn a_last_line_without_an_end() {
+    fn a_last_line_without_an_end_is_moved() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x.csv");
         let rejected = folder.path().join("x.csv.rejected.txt");
         let head = "t,ax,ay,az,T,gx,gy,gz\n";
         for whole in ["# a comment", "t,ax,ay,az"] {
             std::fs::write(&path, format!("{head}{whole}")).unwrap();
-            let (_, torn) = Files::open(&path, true).unwrap();
+            let (_, torn) = Files::open(&path, Existing::Append).unwrap();
             assert_eq!(torn, None);
             let text = std::fs::read_to_string(&path).unwrap();
             assert_eq!(text, format!("{head}{whole}\n"));
         }
         assert!(!rejected.exists());
-        // Of 12.5; it would be a row.
+        // The beginning of 12.5 looks like a row.
         std::fs::write(&path, format!("{head}1,2,3,4,5,6,7,12")).unwrap();
-        let (files, torn) = Files::open(&path, true).unwrap();
+        let (files, torn) = Files::open(&path, Existing::Append).unwrap();
         assert!(torn.unwrap().ends_with("\"1,2,3,4,5,6,7,12\""));
         assert_eq!(std::fs::read_to_string(&path).unwrap(), head);
         let kept = std::fs::read_to_string(&rejected).unwrap();
         assert_eq!(kept, "1,2,3,4,5,6,7,12\n");
         drop(files);
-        // What cannot be kept stays where it is.
+        // A line that cannot be moved stays.
         std::fs::remove_file(&rejected).unwrap();
         std::fs::create_dir(&rejected).unwrap();
         std::fs::write(&path, format!("{head}1,2")).unwrap();
-        assert!(Files::open(&path, true).is_err());
+        assert!(Files::open(&path, Existing::Append).is_err());
         let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(text, format!("{head}1,2"));
     }

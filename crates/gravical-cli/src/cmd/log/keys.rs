@@ -6,24 +6,23 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use crossterm::terminal::{disable_raw_mode, enable_raw_mode};
 
-/// What the user wants.
+/// A key with a meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Key {
-    /// Pause, or go on.
+    /// Pause, or resume.
     Pause,
-    /// End.
+    /// End the recording.
     End,
 }
 
-/// The terminal in raw mode; it is put back when this goes, a panic included.
+/// The terminal in raw mode; it is restored when this is dropped, after a panic too.
 ///
-/// Keys are read in a thread of their own: a terminal that is closed may leave a read
-/// without an answer, or with an error each time, and must not stop the recording. The
-/// thread is never waited for.
+/// Keys are read in a thread of their own: a read from a closed terminal may never return,
+/// or fail each time, and must not stop the recording. The thread is never waited for.
 pub struct Keys(Receiver<Key>);
 
 impl Keys {
-    /// None where no terminal is in front of the user.
+    /// None without a terminal.
     pub fn new() -> Option<Self> {
         if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
             return None;
@@ -42,13 +41,13 @@ impl Keys {
         Some(Keys(pressed))
     }
 
-    /// What was pressed next; nothing more once the terminal is gone.
+    /// The next key; none once the terminal is closed.
     pub fn pressed(&self) -> Option<Key> {
         self.0.try_recv().ok()
     }
 }
 
-/// Sends on what is pressed, until the terminal is gone or nobody wants it any more.
+/// Passes keys on until the terminal is closed or nobody reads them.
 #[cfg(unix)]
 fn listen(pressed: &Sender<Key>) {
     use std::io::Read as _;
@@ -75,7 +74,7 @@ fn listen(pressed: &Sender<Key>) {
     }
 }
 
-/// Sends on what is pressed, until the terminal is gone or nobody wants it any more.
+/// Passes keys on until the terminal is closed or nobody reads them.
 #[cfg(not(unix))]
 fn listen(pressed: &Sender<Key>) {
     use crossterm::event::{Event, KeyCode, KeyEventKind, KeyModifiers, read};

@@ -1,5 +1,5 @@
-//! Standard output or standard error behind a bounded queue: who does not read stops
-//! neither the recording nor its end.
+//! Standard output or standard error behind a bounded queue: a reader who stops reading
+//! stops neither the recording nor its end.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -9,23 +9,23 @@ use std::time::{Duration, Instant};
 
 /// Messages that wait at most.
 const ROOM: usize = 1000;
-/// What will be said anew in a second is left out when so many wait.
+/// A status, which is repeated every second, is dropped when this many wait.
 const ROOM_FOR_STATUS: usize = 50;
-/// At the end nobody is waited for who reads nothing for so long.
+/// At the end a reader who reads nothing for this time is not waited for.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Where messages go.
+/// A queue of messages, and the thread that writes them.
 pub struct Outlet {
     queue: SyncSender<Vec<u8>>,
     sent: usize,
     written: Arc<AtomicUsize>,
-    left_out: u64,
-    /// So many were written when waiting for a reader was given up.
+    dropped: u64,
+    /// Messages written when waiting for a reader was given up.
     given_up_at: Option<usize>,
 }
 
 impl Outlet {
-    /// Writes to `to`, in a thread of its own, which nobody waits for.
+    /// Writes to `to` in a thread of its own, which is not waited for.
     pub fn new(to: impl Write + Send + 'static) -> Self {
         let (queue, messages) = sync_channel(ROOM);
         let written = Arc::new(AtomicUsize::new(0));
@@ -35,7 +35,7 @@ impl Outlet {
             queue,
             sent: 0,
             written,
-            left_out: 0,
+            dropped: 0,
             given_up_at: None,
         }
     }
@@ -48,25 +48,25 @@ impl Outlet {
         self.sent.saturating_sub(self.written())
     }
 
-    /// Says it when there is room; else it is left out, and counted.
-    pub fn say(&mut self, message: Vec<u8>) {
+    /// Sends a message if there is room; otherwise it is dropped, and counted.
+    pub fn send(&mut self, message: Vec<u8>) {
         match self.queue.try_send(message) {
             Ok(()) => self.sent += 1,
-            Err(_) => self.left_out += 1,
+            Err(_) => self.dropped += 1,
         }
     }
 
-    /// Says it unless much waits already.
+    /// Sends a status unless many messages wait.
     pub fn status(&mut self, message: Vec<u8>) {
         if self.waiting() < ROOM_FOR_STATUS {
-            self.say(message);
+            self.send(message);
         }
     }
 
-    /// How many messages were left out, once there is room to say so.
-    pub fn take_left_out(&mut self) -> Option<u64> {
+    /// How many messages were dropped, once there is room to report it.
+    pub fn take_dropped(&mut self) -> Option<u64> {
         let room = self.waiting() < ROOM / 2;
-        (self.left_out > 0 && room).then(|| std::mem::take(&mut self.left_out))
+        (self.dropped > 0 && room).then(|| std::mem::take(&mut self.dropped))
     }
 
     /// Waits until all is written, as long as somebody reads.
@@ -85,7 +85,7 @@ impl Outlet {
 
 fn write(mut to: impl Write, messages: &Receiver<Vec<u8>>, written: &AtomicUsize) {
     for message in messages {
-        // Whoever does not listen any more has no need of it.
+        // A reader who has gone needs no message.
         let _: io::Result<()> = to.write_all(&message).and_then(|()| to.flush());
         written.fetch_add(1, Ordering::SeqCst);
     }
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
     use std::sync::mpsc::{Sender, channel};
 
-    /// A reader who waits for leave.
+    /// A reader who waits for permission.
     struct Slow(Receiver<()>, Sender<Vec<u8>>);
 
     impl Write for Slow {
@@ -112,32 +112,32 @@ mod tests {
     }
 
     #[test]
-    fn status_goes_first_and_the_rest_is_counted() {
-        let (leave, wait) = channel();
-        let (read, seen) = channel();
+    fn a_status_is_dropped_first_and_the_rest_is_counted() {
+        let (permit, wait) = channel();
+        let (read, written) = channel();
         let mut outlet = Outlet::new(Slow(wait, read));
         for _ in 0..200 {
             outlet.status(b"status".to_vec());
         }
         assert_eq!(outlet.waiting(), ROOM_FOR_STATUS);
         for _ in 0..ROOM {
-            outlet.say(b"event".to_vec());
+            outlet.send(b"event".to_vec());
         }
-        assert!((49..=50).contains(&outlet.left_out), "{}", outlet.left_out);
-        assert_eq!(outlet.take_left_out(), None);
-        // Nobody reads: it ends all the same.
+        assert!((49..=50).contains(&outlet.dropped), "{}", outlet.dropped);
+        assert_eq!(outlet.take_dropped(), None);
+        // Nobody reads: waiting ends all the same.
         outlet.drain();
         for _ in 0..ROOM + 1 {
-            let _ = leave.send(());
+            let _ = permit.send(());
         }
-        drop(leave);
+        drop(permit);
         while outlet.waiting() > 0 {
             std::thread::sleep(Duration::from_millis(1));
         }
-        assert!(outlet.take_left_out().is_some());
-        let seen: Vec<_> = seen.try_iter().collect();
-        assert_eq!(seen.iter().filter(|m| *m == b"status").count(), 50);
-        outlet.say(b"nobody".to_vec());
+        assert!(outlet.take_dropped().is_some());
+        let messages: Vec<_> = written.try_iter().collect();
+        assert_eq!(messages.iter().filter(|m| *m == b"status").count(), 50);
+        outlet.send(b"nobody".to_vec());
         outlet.drain();
     }
 }

@@ -1,4 +1,4 @@
-//! The loop: port, keyboard, clock and disk on one side, the recorder on the other.
+//! The loop between port, keyboard, clock and disk and the recorder.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -10,32 +10,34 @@ use gravical::Error;
 use super::Args;
 use super::files::{Continued, Files, continued};
 use super::keys::{Key, Keys};
+use super::reporter::Reporter;
 use super::summary::summary;
 use super::target::{LOOK_FOR_S, target};
-use super::teller::Teller;
 use crate::device::board::MOST_BINARY_HZ;
 use crate::device::event::{End, Event};
+use crate::device::live::Poses;
 use crate::device::ports::{Target, list};
 use crate::device::recorder::{Action, Options, Recorder};
 use crate::device::serial::{Incoming, Serial};
 use crate::device::trouble::holders;
 use crate::failure;
 
-/// How long one look at the port takes.
-const LOOK: Duration = Duration::from_millis(20);
-/// Bytes that are taken at once.
+/// Longest wait for bytes of the port.
+const WAIT: Duration = Duration::from_millis(20);
+/// Bytes that are passed to the recorder at once.
 const PIECE: usize = 1 << 12;
-/// Rows are handed to the disk so often, s.
-const HAND_OVER_S: f64 = 0.2;
-/// What was handed over is made safe so often, s.
+/// Time between two writes of rows, s.
+const WRITE_S: f64 = 0.2;
+/// Time between two synchronisations with the disk, s.
 const SYNC_S: f64 = 10.0;
-/// At the end the disk gets so many more chances.
-const LAST_CHANCES: u32 = 5;
+/// Attempts to write at the end.
+const LAST_ATTEMPTS: u32 = 5;
 
-/// Records until it is told to end.
-pub fn record(args: &Args, teller: &mut Teller) -> anyhow::Result<ExitCode> {
+/// Records until the end.
+pub fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
     let path = args.file();
-    Files::check(&path, args.append)?;
+    let existing = args.existing();
+    Files::check(&path, existing)?;
     let before = if args.append {
         continued(&path)?
     } else {
@@ -47,13 +49,13 @@ pub fn record(args: &Args, teller: &mut Teller) -> anyhow::Result<ExitCode> {
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
     let ports = list().unwrap_or_default();
     if let Some(rate) = wanted.rate_hz.filter(|rate| *rate > MOST_BINARY_HZ) {
-        teller.tell(&Event::Warning {
+        reporter.report(&Event::Warning {
             text: format!(
-                "at {rate} Hz the board cannot send every sample: it skips some and counts them as overruns; {MOST_BINARY_HZ} Hz get through"
+                "at {rate} Hz the board cannot send every sample: it skips some and counts them as overruns; {MOST_BINARY_HZ} Hz work without loss"
             ),
         });
     }
-    let found = target(args, &ports, teller, &interrupted)?;
+    let found = target(args, &ports, reporter, &interrupted)?;
     let Some(target) = found else {
         return Ok(ExitCode::from(failure::INTERRUPTED));
     };
@@ -62,13 +64,14 @@ pub fn record(args: &Args, teller: &mut Teller) -> anyhow::Result<ExitCode> {
     } else {
         Some(Serial::open(&target.name, args.board.baud)?)
     };
-    // After the port: a board that is not there leaves no empty file.
-    let (files, torn) = Files::open(&path, args.append)?;
+    // After the port: without a board no empty file remains.
+    let (files, torn) = Files::open(&path, existing)?;
     if let Some(text) = torn {
-        teller.tell(&Event::Warning { text });
+        reporter.report(&Event::Warning { text });
     }
     let options = Options {
         wanted,
+        columns: args.board.columns.clone(),
         rows: args.rows,
         duration_s: args.duration,
         wait: args.board.wait,
@@ -84,25 +87,25 @@ pub fn record(args: &Args, teller: &mut Teller) -> anyhow::Result<ExitCode> {
     let mut session = Session {
         started: Instant::now(),
         recorder: Recorder::new(options),
-        teller,
+        reporter,
         files,
         source,
         target,
         baud: args.board.baud,
-        last_hand_over_s: 0.0,
+        last_write_s: 0.0,
         last_sync_s: 0.0,
         last_search_s: 0.0,
         disk_error: None,
         rejects_error: None,
         sync_error: None,
         file_loss: None,
-        refused: None,
+        open_error: None,
     };
     session.opened();
     let keys = Keys::new();
-    session.teller.raw = keys.is_some();
+    session.reporter.raw = keys.is_some();
     let failed = session.run(keys.as_ref(), &interrupted);
-    session.teller.close();
+    session.reporter.close();
     drop(keys);
     session.end(args, failed)
 }
@@ -110,21 +113,21 @@ pub fn record(args: &Args, teller: &mut Teller) -> anyhow::Result<ExitCode> {
 struct Session<'a> {
     started: Instant,
     recorder: Recorder,
-    teller: &'a mut Teller,
+    reporter: &'a mut Reporter,
     files: Files,
     source: Option<Serial>,
     target: Target,
     baud: u32,
-    last_hand_over_s: f64,
+    last_write_s: f64,
     last_sync_s: f64,
     last_search_s: f64,
     disk_error: Option<String>,
     rejects_error: Option<String>,
     sync_error: Option<String>,
-    /// The file was taken away while it was recorded.
+    /// The file was removed, replaced or cut during the recording.
     file_loss: Option<String>,
-    /// Why the port could not be opened when it was looked for.
-    refused: Option<&'static str>,
+    /// Code of the error with which the port could not be opened.
+    open_error: Option<&'static str>,
 }
 
 impl Session<'_> {
@@ -132,11 +135,11 @@ impl Session<'_> {
         self.started.elapsed().as_secs_f64()
     }
 
-    /// The port was opened: who else reads it steals from it.
+    /// The port was opened. Other programs that read it take rows away.
     fn opened(&mut self) {
         if self.source.is_none() {
-            self.teller.tell(&Event::Waiting {
-                text: format!("{} to be there", self.target.name),
+            self.reporter.report(&Event::Waiting {
+                text: format!("{} to be plugged in", self.target.name),
             });
             return;
         }
@@ -148,16 +151,16 @@ impl Session<'_> {
         let others = holders(&name);
         if !others.is_empty() {
             let programs = others.join(" and ");
-            self.teller.tell(&Event::Shared { programs });
+            self.reporter.report(&Event::Shared { programs });
         }
     }
 
     fn run(&mut self, keys: Option<&Keys>, interrupted: &AtomicBool) -> Option<Error> {
         loop {
             let incoming = match &mut self.source {
-                Some(source) => source.next(LOOK),
+                Some(source) => source.next(WAIT),
                 None => {
-                    std::thread::sleep(LOOK);
+                    std::thread::sleep(WAIT);
                     Incoming::Nothing
                 }
             };
@@ -176,9 +179,9 @@ impl Session<'_> {
                 None => {}
             }
             self.recorder.tick(now_s);
-            if now_s - self.last_hand_over_s >= HAND_OVER_S {
-                self.last_hand_over_s = now_s;
-                self.hand_over(now_s);
+            if now_s - self.last_write_s >= WRITE_S {
+                self.last_write_s = now_s;
+                self.write(now_s);
             }
             self.act(now_s);
             if now_s - self.last_sync_s >= SYNC_S {
@@ -194,12 +197,12 @@ impl Session<'_> {
         }
     }
 
-    /// What came, in pieces: of what waits for the disk none is too much.
+    /// Passes bytes on in pieces, so that the queue for the disk has room.
     fn bytes(&mut self, now_s: f64, bytes: &[u8]) {
         for piece in bytes.chunks(PIECE) {
             self.recorder.bytes(now_s, piece);
             if self.recorder.is_crowded() {
-                self.hand_over(now_s);
+                self.write(now_s);
             }
         }
     }
@@ -210,7 +213,7 @@ impl Session<'_> {
         self.last_search_s = now_s;
     }
 
-    /// Looks for the device that was lost.
+    /// Searches for the device that was lost.
     fn search(&mut self, now_s: f64) {
         if now_s - self.last_search_s < LOOK_FOR_S {
             return;
@@ -222,19 +225,19 @@ impl Session<'_> {
         };
         match Serial::open(&name, self.baud) {
             Ok(source) => {
-                self.refused = None;
+                self.open_error = None;
                 self.target.name = name;
                 self.source = Some(source);
                 self.opened();
             }
-            // Just plugged in, its rights are not set yet, and others look at it: it is
-            // tried again. Each reason is told once.
+            // Just after plugging in, permissions are not set yet, and other programs
+            // probe the port: it is retried. Each error is reported once.
             Err(e) => {
-                if self.refused != Some(e.code()) {
-                    self.refused = Some(e.code());
+                if self.open_error != Some(e.code()) {
+                    self.open_error = Some(e.code());
                     let hint = e.hint().map_or_else(String::new, |h| format!(" ({h})"));
-                    self.teller.tell(&Event::Warning {
-                        text: format!("{e}; it is tried again{hint}"),
+                    self.reporter.report(&Event::Warning {
+                        text: format!("{e}; it is retried{hint}"),
                     });
                 }
             }
@@ -242,7 +245,7 @@ impl Session<'_> {
     }
 
     fn act(&mut self, now_s: f64) {
-        self.teller.settings = self.recorder.settings().copied();
+        self.reporter.settings = self.recorder.settings().copied();
         for action in self.recorder.take() {
             match action {
                 Action::Send(bytes) => {
@@ -253,10 +256,10 @@ impl Session<'_> {
                 }
                 Action::Baud(baud) => self.set_baud(now_s, baud),
                 Action::Sync => {
-                    self.hand_over(now_s);
+                    self.write(now_s);
                     self.sync(now_s);
                 }
-                Action::Tell(event) => self.teller.tell(&event),
+                Action::Report(event) => self.reporter.report(&event),
             }
         }
     }
@@ -272,13 +275,13 @@ impl Session<'_> {
         }
     }
 
-    /// Rows go to the system; `true` when nothing waits any more.
-    fn hand_over(&mut self, now_s: f64) -> bool {
+    /// Passes rows to the system; true when nothing waits any more.
+    fn write(&mut self, now_s: f64) -> bool {
         let mut done = true;
         match self.files.mend_loss() {
             Ok(None) => {}
             Ok(Some(text)) => {
-                self.teller.tell(&Event::Warning { text: text.clone() });
+                self.reporter.report(&Event::Warning { text: text.clone() });
                 self.file_loss = Some(text);
             }
             Err(e) => {
@@ -308,7 +311,7 @@ impl Session<'_> {
             done &= handed.is_ok();
             let file = self.files.rejected_target();
             let error = handed.err().map(|e| format!("{}: {e}", file.display()));
-            self.teller.failing(&mut self.rejects_error, error);
+            self.reporter.disk_error(&mut self.rejects_error, error);
         }
         done
     }
@@ -316,14 +319,14 @@ impl Session<'_> {
     fn sync(&mut self, now_s: f64) {
         self.last_sync_s = now_s;
         let error = self.files.sync().err().map(|e| e.to_string());
-        self.teller.failing(&mut self.sync_error, error);
+        self.reporter.disk_error(&mut self.sync_error, error);
     }
 
-    /// Everything that waits is written, and the sum is told.
+    /// Writes everything that waits, and reports the summary.
     fn end(mut self, args: &Args, failed: Option<Error>) -> anyhow::Result<ExitCode> {
         let unplugged = self.source.is_none() && self.recorder.is_started();
-        // What came while the last rows were written belongs to it, unless it cannot go on.
-        // The reader ends first, else a stream that never rests would never end here.
+        // Rows that arrived during the last write belong to the recording, unless it failed.
+        // The reader thread ends first, otherwise a continuous stream would never end here.
         let rest = self.source.take().map(|mut source| source.rest());
         let now_s = self.now_s();
         if let Some(rest) = rest
@@ -334,17 +337,18 @@ impl Session<'_> {
         }
         let elapsed_s = self.recorder.elapsed_s(now_s);
         self.recorder.finish(now_s, End::User);
-        for chance in 0..LAST_CHANCES {
-            if self.hand_over(now_s) {
+        for attempt in 0..LAST_ATTEMPTS {
+            if self.write(now_s) {
                 break;
             }
-            if chance + 1 < LAST_CHANCES {
+            if attempt + 1 < LAST_ATTEMPTS {
                 std::thread::sleep(Duration::from_millis(100));
             }
         }
         self.recorder.give_up();
         self.act(now_s);
-        let account = *self.recorder.account();
+        let counts = *self.recorder.counts();
+        let poses = self.recorder.poses();
         let reason = self.recorder.ended().unwrap_or(End::User);
         let path = self.files.path().to_owned();
         let ended = Event::Ended {
@@ -352,11 +356,13 @@ impl Session<'_> {
             rejected_file: self.files.rejected_file().map(|p| p.display().to_string()),
             reason,
             elapsed_s,
-            account,
+            free_poses: poses.as_ref().map(Poses::free),
+            poses: poses.as_ref().map(Poses::faces),
+            counts,
         };
-        self.teller.tell(&ended);
+        self.reporter.report(&ended);
         if self.recorder.is_started() && !args.json && !args.quiet {
-            self.teller
+            self.reporter
                 .line(&summary(&path.display().to_string(), &ended));
         }
         if !self.recorder.is_started() && !args.append {
@@ -366,10 +372,10 @@ impl Session<'_> {
             return Err(error.into());
         }
         let lost = if let Some(text) = self.disk_error {
-            Some((path, format!("{text}; {} rows are lost", account.unstored)))
-        } else if account.rejected_unstored > 0 {
+            Some((path, format!("{text}; {} rows are lost", counts.unstored)))
+        } else if counts.rejected_unstored > 0 {
             let file = self.files.rejected_target();
-            let mut why = format!("{} rejected lines are lost", account.rejected_unstored);
+            let mut why = format!("{} rejected lines are lost", counts.rejected_unstored);
             if let Some(text) = self.rejects_error {
                 // The error names the file itself.
                 let text = text.trim_start_matches(&format!("{}: ", file.display()));
@@ -385,7 +391,7 @@ impl Session<'_> {
             return Err(Error::io(&path, std::io::Error::other(text)).into());
         }
         let short = reason == End::User
-            && (args.rows.is_some() || args.duration.is_some() || account.incomplete > 0);
+            && (args.rows.is_some() || args.duration.is_some() || counts.incomplete > 0);
         let nothing = !self.recorder.is_started();
         Ok(ExitCode::from(
             if reason == End::User && (short || nothing || unplugged) {

@@ -1,26 +1,28 @@
-//! What became of every row, for people.
+//! The summary at the end, for people.
 
 use crate::device::event::Event;
 
-/// The sum, for people.
+/// Counts of rows and lines, and the poses.
 pub fn summary(file: &str, ended: &Event) -> String {
     let Event::Ended {
         rejected_file,
         elapsed_s,
-        account: a,
+        poses,
+        free_poses,
+        counts: c,
         ..
     } = ended
     else {
         return String::new();
     };
-    let mut text = format!("{file}: {} rows in {elapsed_s:.1} s\n", a.stored);
+    let mut text = format!("{file}: {} rows in {elapsed_s:.1} s\n", c.stored);
     let parts = [
-        (a.stored, "stored"),
-        (a.before_start, "before the start"),
-        (a.paused, "paused"),
-        (a.other_settings, "with other settings"),
-        (a.unstored, "not taken by the disk"),
-        (a.after_end, "after the end"),
+        (c.stored, "stored"),
+        (c.before_start, "before the start"),
+        (c.paused, "paused"),
+        (c.other_settings, "with other settings"),
+        (c.unstored, "not taken by the disk"),
+        (c.after_end, "after the end"),
     ];
     let sum: Vec<String> = parts
         .iter()
@@ -30,33 +32,42 @@ pub fn summary(file: &str, ended: &Event) -> String {
     if sum.len() > 1 {
         text.push_str(&format!(
             "  received  {} rows = {}\n",
-            a.received,
+            c.received,
             sum.join(" + ")
         ));
     }
-    if a.rejected > 0 {
+    if c.rejected > 0 {
         let kept = rejected_file.as_deref().unwrap_or("not stored");
-        let lines = if a.rejected == 1 { "line" } else { "lines" };
-        text.push_str(&format!("  rejected  {} {lines} → {kept}\n", a.rejected));
+        let lines = if c.rejected == 1 { "line" } else { "lines" };
+        text.push_str(&format!("  rejected  {} {lines} → {kept}\n", c.rejected));
     }
-    if a.lost > 0 {
-        let rows = if a.lost == 1 { "row" } else { "rows" };
+    if c.lost > 0 {
+        let rows = if c.lost == 1 { "row" } else { "rows" };
         text.push_str(&format!(
-            "  lost      {} {rows} here and there; inspect counts them\n",
-            a.lost
+            "  lost      {} {rows} outside of named gaps; inspect counts them\n",
+            c.lost
         ));
     }
-    if a.gaps > 0 {
-        let rows = match a.in_gaps() {
-            // A recording that was continued; a reset, of which nobody knows.
-            0 if a.incomplete == 0 => String::new(),
+    if c.gaps > 0 {
+        let rows = match c.in_gaps() {
+            // A continuation; after a reset the number is not known.
+            0 if c.incomplete == 0 => String::new(),
             0 => ", an unknown number of rows is missing".to_owned(),
             n => format!(", {n} rows known to be missing"),
         };
         text.push_str(&format!(
             "  gaps      {}{rows}; the file names each\n",
-            a.gaps
+            c.gaps
         ));
+    }
+    let free = free_poses.filter(|n| *n > 0).map(|n| format!("free {n}"));
+    let faces = poses.iter().flatten();
+    let poses: Vec<String> = faces
+        .map(|pose| format!("{} {:.1} s", pose.face, pose.duration_s))
+        .chain(free)
+        .collect();
+    if !poses.is_empty() {
+        text.push_str(&format!("  recorded poses: {}\n", poses.join(", ")));
     }
     text.push_str(&format!("Next: gravical inspect {file}"));
     text

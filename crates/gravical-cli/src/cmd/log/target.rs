@@ -1,31 +1,31 @@
-//! Which port is meant.
+//! The port to record from.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use super::Args;
-use super::teller::Teller;
+use super::reporter::Reporter;
 use crate::device::event::Event;
 use crate::device::ports::{Port, Target, list, the_board};
 
-/// A port that is not there is looked for so often, s.
+/// Time between two searches for a port, s.
 pub const LOOK_FOR_S: f64 = 0.3;
 
-/// The port that is meant; none when the user ended the waiting.
+/// The port to record from; none when the user ended the waiting.
 pub fn target(
     args: &Args,
     ports: &[Port],
-    teller: &mut Teller,
+    reporter: &mut Reporter,
     interrupted: &AtomicBool,
 ) -> gravical::Result<Option<Target>> {
     if let Some(name) = &args.board.port {
         return Ok(Some(Target::new(name, ports)));
     }
     let mut found = the_board(ports);
-    let mut told = false;
+    let mut reported = false;
     while args.board.wait && found.as_ref().is_err_and(|e| e.code() == "no-port") {
-        if !std::mem::replace(&mut told, true) {
-            teller.tell(&Event::Waiting {
+        if !std::mem::replace(&mut reported, true) {
+            reporter.report(&Event::Waiting {
                 text: "a board to be plugged in".to_owned(),
             });
         }

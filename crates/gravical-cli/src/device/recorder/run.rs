@@ -1,15 +1,16 @@
 //! A recording that has begun: its time, the board's clock, and the gap that is open.
 
-use crate::device::account::Account;
 use crate::device::board::{Settings, Wanted};
 use crate::device::gap::{Cause, Gap};
 use crate::device::item::Row;
+use crate::device::row_counts::RowCounts;
+use crate::device::shape::RowShape;
 use crate::device::stamps::{Stamps, Step};
 use crate::device::wire::Coding;
 
-/// Rows fewer than this are no gap of their own: the reader counts them as lost.
+/// Fewer rows than this are not a gap of their own: the reader counts them as missing.
 const FEWEST_MISSING: u64 = 4;
-/// Without a row for so long, and so many of its steps, at the end: a gap, s.
+/// Without a row for this time, and this many usual steps, the end is a gap, s.
 const SILENT_END_S: f64 = 1.0;
 const SILENT_END_STEPS: f64 = 4.5;
 
@@ -17,7 +18,7 @@ const SILENT_END_STEPS: f64 = 4.5;
 #[derive(Debug)]
 struct OpenGap {
     since_s: f64,
-    /// It was paused when it began.
+    /// It began in a pause.
     in_pause: bool,
     gap: Gap,
 }
@@ -25,9 +26,13 @@ struct OpenGap {
 /// A recording that has begun.
 #[derive(Debug)]
 pub struct Run {
-    /// The header.
-    pub columns: Vec<u8>,
-    /// How the board was set when it began, and how it spoke.
+    /// The header of the board; none where it sent none.
+    pub header: Option<Vec<u8>>,
+    /// What the rows of text are; none for frames.
+    shape: Option<RowShape>,
+    /// Arrival of the first row, s.
+    first_row_s: Option<f64>,
+    /// Settings and coding of the board at the beginning.
     pub settings: Option<Settings>,
     pub coding: Coding,
     started_s: f64,
@@ -37,29 +42,39 @@ pub struct Run {
     pub resumed: bool,
     stamps: Stamps,
     gap: Option<OpenGap>,
-    /// Lines of the board that wait for the gap before them.
+    /// Messages of the board that wait for the gap before them.
     pub comments: Vec<u8>,
-    /// The board said its settings since the last row.
-    pub spoke: bool,
+    /// The board reported its settings since the last row.
+    pub sent_settings: bool,
     pub rejected_since_row: u64,
-    /// The last row, by the computer's clock, by the time of the recording, and from the
-    /// row before to it, s.
+    /// The last row by the computer's clock, by the time of the recording, and the step to
+    /// it, s.
     last_row_s: f64,
     last_row_elapsed_s: f64,
     row_step_s: f64,
     /// A row was stored, or waits for the disk.
     pub has_rows: bool,
+    /// A row has arrived, stored or not.
+    pub has_arrived_rows: bool,
     pub last_status_s: f64,
-    /// It was said that nothing comes.
+    /// The silence of the board was reported.
     pub silent: bool,
     /// Rows are missing right before the end.
     pub ended_in_gap: bool,
 }
 
 impl Run {
-    pub fn new(now_s: f64, columns: Vec<u8>, settings: Option<Settings>, coding: Coding) -> Self {
+    pub fn new(
+        now_s: f64,
+        header: Option<Vec<u8>>,
+        shape: Option<RowShape>,
+        settings: Option<Settings>,
+        coding: Coding,
+    ) -> Self {
         let mut run = Run {
-            columns,
+            header,
+            shape,
+            first_row_s: None,
             settings,
             coding,
             started_s: now_s,
@@ -69,12 +84,13 @@ impl Run {
             stamps: Stamps::default(),
             gap: None,
             comments: Vec::new(),
-            spoke: false,
+            sent_settings: false,
             rejected_since_row: 0,
             last_row_s: now_s,
             last_row_elapsed_s: 0.0,
             row_step_s: 0.0,
             has_rows: false,
+            has_arrived_rows: false,
             last_status_s: now_s,
             silent: false,
             ended_in_gap: false,
@@ -85,7 +101,7 @@ impl Run {
         run
     }
 
-    /// What has to come back after a reset.
+    /// The settings that have to be restored after a reset.
     pub fn goal(&self) -> Wanted {
         self.settings
             .as_ref()
@@ -93,7 +109,7 @@ impl Run {
             .unwrap_or_default()
     }
 
-    /// The board says how it is set now.
+    /// The board reported its settings.
     pub fn is_set(&mut self, settings: &Settings, coding: Coding) {
         let second = match coding {
             Coding::Text => 1e3,
@@ -102,7 +118,22 @@ impl Run {
         self.stamps.steps_are(Some(second / settings.rate_hz));
     }
 
-    /// Seconds since the first row, or since it began where none came; pauses left out.
+    /// Whether a header has as many names as a row has numbers.
+    pub fn fits(&self, header: &[u8]) -> bool {
+        self.shape.as_ref().is_some_and(|shape| shape.fits(header))
+    }
+
+    /// The line of a row in the file.
+    pub fn file_line(&mut self, now_s: f64, line: Vec<u8>) -> Vec<u8> {
+        let first_s = *self.first_row_s.get_or_insert(now_s);
+        match &self.shape {
+            Some(shape) => shape.with_host_time(line, now_s - first_s),
+            None => line,
+        }
+    }
+
+    /// Seconds since the first row, or since the beginning where there is none, without
+    /// pauses.
     pub fn elapsed_s(&self, now_s: f64) -> f64 {
         let paused_s = self.paused_s + self.paused_from_s.map_or(0.0, |from_s| now_s - from_s);
         (now_s - self.started_s - paused_s).max(0.0)
@@ -122,9 +153,10 @@ impl Run {
         }
     }
 
-    /// A row came, whatever becomes of it. With the first one that is wanted the time of
-    /// the recording begins: between header and rows a board may do what it likes.
+    /// A row arrived, stored or not. The time of the recording begins with the first one
+    /// outside of a pause: a board may wait between header and rows.
     pub fn saw_row(&mut self, now_s: f64) {
+        self.has_arrived_rows = true;
         if !self.has_rows && !self.is_paused() {
             (self.started_s, self.paused_s) = (now_s, 0.0);
         }
@@ -133,54 +165,55 @@ impl Run {
         self.last_row_elapsed_s = self.elapsed_s(now_s);
     }
 
-    /// What the stamp and the number of a row say about those before it. True where the
-    /// board's clock started anew, and it has to be asked whether it is set as before.
-    pub fn follow(&mut self, now_s: f64, row: &Row, account: &mut Account) -> bool {
+    /// Counts the rows that are missing before this one, by its stamp and its number.
+    /// Returns true where the board's clock restarted, so that the board has to be asked
+    /// for its settings.
+    pub fn follow(&mut self, now_s: f64, row: &Row, counts: &mut RowCounts) -> bool {
         let rejected = std::mem::take(&mut self.rejected_since_row);
-        let spoke = std::mem::take(&mut self.spoke);
-        let (jump, lost) = match self.stamps.see(row.stamp, row.sequence) {
+        let sent_settings = std::mem::take(&mut self.sent_settings);
+        let (jump, lost) = match self.stamps.next(row.stamp, row.sequence) {
             Step::On { jump, lost } => (jump, lost),
-            Step::Anew => {
-                self.clock_anew(now_s);
+            Step::Restarted => {
+                self.clock_restarted(now_s);
                 if row.sequence.is_some() {
-                    account.fragments += rejected;
+                    counts.fragments += rejected;
                 }
-                if !spoke {
+                if !sent_settings {
                     self.stamps.steps_are(None);
                 }
-                return !spoke && (row.sequence.is_some() || self.settings.is_some());
+                return !sent_settings && (row.sequence.is_some() || self.settings.is_some());
             }
         };
-        // Rejected lines are no rows, but they were.
+        // Rejected lines were rows.
         let (missing, from_sequence) = match lost {
             None => (jump.saturating_sub(rejected), 0),
             Some(lost) => {
-                let hurt = rejected.min(lost);
-                account.fragments += rejected - hurt;
-                (lost.max(jump) - hurt, lost - hurt)
+                let damaged = rejected.min(lost);
+                counts.fragments += rejected - damaged;
+                (lost.max(jump) - damaged, lost - damaged)
             }
         };
-        let missing = self.wanted(now_s, missing);
+        let missing = self.outside_pauses(now_s, missing);
         if self.gap.is_some() || missing >= FEWEST_MISSING {
             let cause = match lost {
-                _ if spoke => Cause::Sensor,
+                _ if sent_settings => Cause::Sensor,
                 Some(_) if from_sequence < FEWEST_MISSING => Cause::NotSampled,
                 _ => Cause::Lost,
             };
-            account.missing += missing;
-            account.lost += from_sequence.saturating_sub(missing);
+            counts.missing += missing;
+            counts.lost += from_sequence.saturating_sub(missing);
             if missing > 0 {
                 self.open_gap(now_s, cause).rows += missing;
             }
         } else {
-            account.lost += from_sequence;
+            counts.lost += from_sequence;
         }
         false
     }
 
-    /// While it is paused nobody wants rows: of those that are missing since the last
-    /// one, the share of the time that was no pause.
-    fn wanted(&self, now_s: f64, missing: u64) -> u64 {
+    /// Of the rows that are missing since the last one, the share of the time that was not
+    /// a pause.
+    fn outside_pauses(&self, now_s: f64, missing: u64) -> u64 {
         let all_s = now_s - self.last_row_s;
         let wanted_s = self.elapsed_s(now_s) - self.last_row_elapsed_s;
         if all_s - wanted_s <= 1e-6 {
@@ -189,19 +222,18 @@ impl Run {
         (missing as f64 * (wanted_s / all_s).clamp(0.0, 1.0)).round() as u64
     }
 
-    /// The board speaks otherwise than it did: it was reset, and nothing of its clock is
-    /// known.
-    pub fn board_anew(&mut self, now_s: f64) {
-        self.clock_anew(now_s);
+    /// The board was reset: nothing is known of its clock.
+    pub fn board_restarted(&mut self, now_s: f64) {
+        self.clock_restarted(now_s);
         self.stamps = Stamps::default();
     }
 
-    /// The board started anew, and its clock with it.
-    fn clock_anew(&mut self, now_s: f64) {
+    /// The board restarted, and its clock with it.
+    fn clock_restarted(&mut self, now_s: f64) {
         let gap = self.open_gap(now_s, Cause::Reset);
         gap.clock_anew = true;
         if gap.cause == Cause::Settings {
-            // That is why it had others.
+            // The reset changed the settings.
             gap.cause = Cause::Reset;
         }
     }
@@ -223,7 +255,7 @@ impl Run {
         &mut opened.gap
     }
 
-    /// A row that came and is not stored belongs to the gap that is open, if one is.
+    /// A row that is not stored is counted in the gap that is open, if any.
     pub fn row_in_gap(&mut self) {
         if let Some(open) = &mut self.gap {
             open.gap.rows += 1;
@@ -234,7 +266,7 @@ impl Run {
         self.gap.is_some()
     }
 
-    /// The gap that was open; none for one of a pause, in which nobody wanted a row.
+    /// The gap that was open; none for a gap within a pause.
     pub fn close_gap(&mut self, now_s: f64) -> Option<Gap> {
         let OpenGap {
             since_s,
@@ -245,8 +277,8 @@ impl Run {
         (!in_pause || gap.rows > 0 || gap.clock_anew || gap.until_end).then_some(gap)
     }
 
-    /// The last gap: no row comes after one that is open, or no row came for long. In a
-    /// pause nobody wants one. `step_s`: between two rows, where it is known.
+    /// The gap at the end: one that is open, or a silence. A gap within a pause does not
+    /// count. `step_s`: between two rows, where it is known.
     pub fn last_gap(&mut self, now_s: f64, step_s: Option<f64>) -> Option<Gap> {
         if self.is_paused() && self.gap.as_ref().is_some_and(|open| open.in_pause) {
             self.gap = None;

@@ -1,59 +1,57 @@
-//! What is known of a board before the first row is stored, and how it is brought to the
-//! settings that it has to have.
+//! The board before the first row is stored, and how its settings are made as wanted.
 
 use gravical::Error;
 
 use crate::device::board::Settings;
 use crate::device::item::Row;
 
-/// A board that was reset by the opening speaks within about two seconds, s.
+/// A board that was reset by opening its port sends text within about two seconds, s.
 pub const ASK_AFTER_S: f64 = 2.5;
-/// A board that was told to speak otherwise is up again after so long, s.
+/// Time that a board needs to change its settings, s.
 pub const UP_S: f64 = 0.6;
-/// Between two questions or commands, s.
+/// Time between two questions or commands, s.
 const ASK_AGAIN_S: f64 = 1.5;
-/// So often commands are sent.
+/// Number of times that commands are sent.
 const TRIES: u32 = 4;
-/// A board that says nothing that makes sense after a command for so long does not take
-/// it, s.
+/// A board that sends nothing valid for this time after a command refuses it, s.
 const NO_ANSWER_S: f64 = 15.0;
 /// Rows that are held before the start.
-const HELD: usize = 5000;
-/// So many of the last lines of the board are held, and the one of its settings.
-const SAID: usize = 20;
+const MOST_HELD: usize = 5000;
+/// Messages of the board that are held, besides its settings.
+const MOST_MESSAGES: usize = 20;
 
-/// The board is asked how it is set, and told how it has to be.
+/// Questions and commands to the board.
 #[derive(Debug, Default)]
-pub struct Dialog {
-    /// When it is asked or told next, s.
+pub struct Setup {
+    /// Time of the next question or command, s.
     next_s: f64,
-    /// It was asked since the port has its rate.
+    /// The board was asked since the baud rate was set.
     pub asked: bool,
-    /// How often it was told, and when first, s.
+    /// How often commands were sent, and when first, s.
     pub tries: u32,
     first_command_s: Option<f64>,
-    /// A header of other columns, for which it was asked.
-    pub other_columns: Option<Vec<u8>>,
+    /// A header with other columns, for which the board is asked.
+    pub other_header: Option<Vec<u8>>,
 }
 
-impl Dialog {
-    /// It begins by itself until `next_s`, or is asked then.
+impl Setup {
+    /// The board reports its settings until `next_s`, or is asked then.
     pub fn from(next_s: f64) -> Self {
-        Dialog {
+        Setup {
             next_s,
-            ..Dialog::default()
+            ..Setup::default()
         }
     }
 
-    /// Its header is another one.
-    pub fn about(columns: Vec<u8>) -> Self {
-        Dialog {
-            other_columns: Some(columns),
-            ..Dialog::default()
+    /// The board sent another header.
+    pub fn after_header(columns: Vec<u8>) -> Self {
+        Setup {
+            other_header: Some(columns),
+            ..Setup::default()
         }
     }
 
-    /// The port has another rate: what was said at the one before does not count.
+    /// The port has another baud rate: questions at the rate before do not count.
     pub fn turned(&mut self, now_s: f64) {
         (self.asked, self.next_s) = (false, now_s + UP_S);
     }
@@ -72,100 +70,112 @@ impl Dialog {
         self.first_command_s.get_or_insert(now_s);
     }
 
-    /// It is set as it has to be.
+    /// The board is set as wanted.
     pub fn settled(&mut self) {
         (self.tries, self.first_command_s) = (0, None);
     }
 
-    /// It was told often enough. In the midst of a recording, what cannot be understood is
-    /// waited for without end.
+    /// Commands were sent often enough. During a recording a board that sends nothing valid
+    /// is waited for without end.
     pub fn is_refused(&self, now_s: f64, recording: bool) -> bool {
         let unanswered_s = self.first_command_s.map_or(0.0, |since_s| now_s - since_s);
         self.tries >= TRIES || (!recording && unanswered_s >= NO_ANSWER_S)
     }
 }
 
-/// What is known before the first row.
+/// A row that arrived before the start.
+#[derive(Debug)]
+pub struct Held {
+    pub at_s: f64,
+    pub bytes: Vec<u8>,
+    pub row: Row,
+}
+
+/// What is known before the first row is stored.
 #[derive(Debug, Default)]
 pub struct Start {
     pub opened_s: f64,
-    pub dialog: Dialog,
-    /// How the board says that it is set, and the line in which it does.
+    pub setup: Setup,
+    /// The settings that the board reports, and the line in which it does.
     pub settings: Option<Settings>,
     settings_line: Option<String>,
+    /// The header.
     pub columns: Option<Vec<u8>>,
+    /// A line that is the header if rows of its form follow.
+    pub possible_header: Option<Vec<u8>>,
     /// Rows, for the case that there is no header.
-    pub held: Vec<(Vec<u8>, Row)>,
-    /// When one of them came, s.
+    pub held: Vec<Held>,
+    /// Time of the last of them, s.
     pub last_row_s: f64,
-    said: Vec<String>,
+    messages: Vec<String>,
 }
 
 impl Start {
     pub fn opened(&mut self, now_s: f64) {
         (self.opened_s, self.last_row_s) = (now_s, now_s);
-        self.dialog = Dialog::from(now_s + ASK_AFTER_S);
+        self.setup = Setup::from(now_s + ASK_AFTER_S);
     }
 
-    /// Keeps a row; the number of rows that found no room.
+    /// Holds a row; returns the number of rows for which there is no room.
     pub fn hold(&mut self, now_s: f64, bytes: Vec<u8>, row: Row) -> u64 {
         self.last_row_s = now_s;
-        if self.held.len() < HELD {
-            self.held.push((bytes, row));
+        if self.held.len() < MOST_HELD {
+            let at_s = now_s;
+            self.held.push(Held { at_s, bytes, row });
             return 0;
         }
         1
     }
 
-    pub fn forget_held(&mut self) -> u64 {
+    /// Drops the rows that are held; returns their number.
+    pub fn drop_held(&mut self) -> u64 {
         std::mem::take(&mut self.held).len() as u64
     }
 
-    /// The board said `text`, and in it how it is set, or not.
-    pub fn said(&mut self, text: &str, settings: Option<Settings>) {
+    /// The board sent the message `text`, with its settings or without.
+    pub fn add_message(&mut self, text: &str, settings: Option<Settings>) {
         if settings.is_some() {
             (self.settings, self.settings_line) = (settings, Some(text.to_owned()));
             return;
         }
-        // The same once a second needs no second line.
-        self.said.retain(|line| line != text);
-        if self.said.len() >= SAID {
-            self.said.remove(0);
+        // A message may be repeated once a second.
+        self.messages.retain(|line| line != text);
+        if self.messages.len() >= MOST_MESSAGES {
+            self.messages.remove(0);
         }
-        self.said.push(text.to_owned());
+        self.messages.push(text.to_owned());
     }
 
-    /// What the board said, for the head of the file.
-    pub fn all_said(&self) -> impl Iterator<Item = &String> {
-        self.said.iter().chain(&self.settings_line)
+    /// The messages of the board, for the head of the file.
+    pub fn messages(&self) -> impl Iterator<Item = &String> {
+        self.messages.iter().chain(&self.settings_line)
     }
 
-    /// Why it does not begin: nothing came, or what came instead of rows.
-    pub fn no_rows(&self, nonsense: Option<(u64, &str)>) -> Error {
-        const FIRMWARE: &str =
-            "is the baud rate right (--baud), and firmware/mpu6050_logger on the board?";
+    /// The error if the recording cannot begin: nothing arrived, or other lines than rows.
+    pub fn no_rows(&self, invalid: Option<(u64, &str)>) -> Error {
+        const SKETCH: &str = "is the baud rate right (--baud), and does the sketch print rows of numbers (firmware/mpu6050_logger does)?";
         let none =
             |text: String, hint: &str| Error::device("no-samples-from-board", text).with_hint(hint);
-        let said = self.said.last().or(self.settings_line.as_ref());
-        match (self.held.len(), said, nonsense) {
-            (0, Some(said), _) => none(
-                format!("no rows came from the board; the last that it said: {said:?}"),
-                "what the board says tells why: the wiring of the sensor, mostly; --wait waits without end",
+        let last = self.messages.last().or(self.settings_line.as_ref());
+        match (self.held.len(), last, invalid) {
+            (0, Some(last), _) => none(
+                format!("the board sent no rows; its last message: {last:?}"),
+                "the message names the cause: usually the wiring of the sensor; --wait waits without end",
             ),
             (0, None, Some((lines, first))) => none(
                 format!(
-                    "{lines} lines came from the board, none of them of 8 numbers; the first: {first:?}"
+                    "the board sent {lines} lines, none of which is a row of 3 to 32 numbers; the first: {first:?}"
                 ),
-                FIRMWARE,
+                SKETCH,
             ),
             (0, None, None) => Error::device(
                 "board-silent",
-                "the port is open, and nothing comes from the board",
+                "the port is open, but the board sends nothing",
             )
-            .with_hint("is it the right port (gravical ports), and firmware/mpu6050_logger on the board? --wait waits without end"),
+            .with_hint("is it the right port (gravical ports), and does its sketch print rows (firmware/mpu6050_logger does)? --wait waits without end"),
             (rows, _, _) => none(
-                format!("only {rows} rows of 8 numbers came from the board, and then no more"),
-                FIRMWARE,
+                format!("the board sent only {rows} rows, and then no more"),
+                SKETCH,
             ),
         }
     }

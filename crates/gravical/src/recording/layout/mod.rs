@@ -13,7 +13,7 @@ mod tests;
 
 use crate::{Error, Result};
 
-use super::board;
+use super::board::{self, BoardSettings};
 use super::dialect::Dialect;
 use super::metadata::range_g;
 use super::names::Role;
@@ -46,8 +46,8 @@ pub struct Layout {
     pub gyro_claim: Option<GyroUnit>,
     /// Counts per °/s according to header or board.
     pub gyro_lsb_per_deg_s: Option<f64>,
-    /// Temperatures are counts of an MPU6050, according to the board.
-    pub temperature_counts: bool,
+    /// Temperatures are counts of the sensor of this board.
+    pub temperature_counts: Option<BoardSettings>,
     /// The header gives a unit for the temperature.
     pub temperature_claimed: bool,
     /// Some columns were assigned by their numbers alone.
@@ -109,8 +109,8 @@ impl Layout {
         if let Some((field, value)) = self.instance {
             scanner.assign_instance(field, value);
         }
-        if self.temperature_counts {
-            scanner.convert_temperature();
+        if let Some(board) = self.temperature_counts {
+            scanner.convert_temperature(board);
         }
         scanner
     }
@@ -141,7 +141,7 @@ impl Layout {
             self.gyro_claim = Some(GyroUnit::Counts);
             self.gyro_lsb_per_deg_s = board.lsb_per_deg_s();
         }
-        self.temperature_counts = !self.temperature_claimed;
+        self.temperature_counts = Some(board).filter(|_| !self.temperature_claimed);
     }
 }
 

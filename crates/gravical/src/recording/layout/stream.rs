@@ -73,7 +73,10 @@ fn time_alone(dialect: &Dialect, columns: Option<&ColumnsSpec>) -> Result<Layout
         (!is_given).then(recognised)?
     });
     Ok(Layout {
-        fields: time.map(|field| (Quantity::Time, field)).into_iter().collect(),
+        fields: time
+            .map(|field| (Quantity::Time, field))
+            .into_iter()
+            .collect(),
         ..Layout::default()
     })
 }

@@ -81,15 +81,15 @@ impl Desk {
         };
         assert!(
             self.recorder
-                .account
-                .balances(self.recorder.keep.rows() + held)
+                .counts
+                .balances(self.recorder.queue.rows() + held)
         );
     }
 
     pub fn act(&mut self) {
         for action in self.recorder.take() {
             match action {
-                Action::Tell(event) => self.events.push(event),
+                Action::Report(event) => self.events.push(event),
                 Action::Send(bytes) => self.commands.push_str(std::str::from_utf8(&bytes).unwrap()),
                 Action::Baud(baud) => {
                     self.bauds.push(baud);
@@ -115,16 +115,16 @@ impl Desk {
         }
     }
 
-    pub fn end(&mut self) -> Account {
+    pub fn end(&mut self) -> RowCounts {
         self.recorder.finish(self.now_s, End::User);
         self.disk();
         self.recorder.give_up();
         self.act();
-        let account = *self.recorder.account();
-        assert!(account.balances(0), "{account:?}");
-        assert_eq!(self.file_rows() as u64, account.stored);
-        assert_eq!(self.rejects.lines().count() as u64, account.rejected);
-        account
+        let counts = *self.recorder.counts();
+        assert!(counts.balances(0), "{counts:?}");
+        assert_eq!(self.file_rows() as u64, counts.stored);
+        assert_eq!(self.rejects.lines().count() as u64, counts.rejected);
+        counts
     }
 
     pub fn file_rows(&self) -> usize {

@@ -16,12 +16,12 @@ fn a_sensor_that_is_silent_until_the_end() {
             desk.pass(0.1);
         }
         assert_eq!(desk.recorder.ended().is_some(), duration_s.is_some());
-        let account = desk.end();
-        assert_eq!((account.gaps, account.incomplete), (1, 1));
+        let counts = desk.end();
+        assert_eq!((counts.gaps, counts.incomplete), (1, 1));
         assert!(desk.recorder.ended_in_gap());
         assert_eq!(
             desk.gaps(),
-            ["# gap: the board sent no rows: no row came until the end, 3.0 s"]
+            ["# gap: the board sent no rows: no row arrived until the end, 3.0 s"]
         );
     }
     // A slow board, a pause, and all that was wanted.
@@ -76,7 +76,7 @@ fn unplugged_in_a_pause() {
     desk.recorder.toggle_pause(desk.now_s);
     desk.rows(10);
     assert!(desk.gaps().is_empty(), "{:?}", desk.gaps());
-    assert_eq!(desk.recorder.account().missing, 0);
+    assert_eq!(desk.recorder.counts().missing, 0);
     // Half of the time before it.
     desk.recorder.lost(desk.now_s, "gone");
     for _ in 0..200 {
@@ -90,9 +90,9 @@ fn unplugged_in_a_pause() {
     desk.rows(10);
     desk.recorder.toggle_pause(desk.now_s);
     desk.rows(10);
-    let account = desk.end();
-    assert!((95..=105).contains(&account.missing), "{account:?}");
-    assert_eq!((account.gaps, account.incomplete), (1, 1));
+    let counts = desk.end();
+    assert!((95..=105).contains(&counts.missing), "{counts:?}");
+    assert_eq!((counts.gaps, counts.incomplete), (1, 1));
     // Unplugged in a pause that nobody ended.
     let mut desk = Desk::started(Options::default());
     desk.rows(50);
@@ -113,8 +113,8 @@ fn gaps_of_unknown_size_are_incomplete() {
     desk.stamp = 130;
     desk.say(&format!("{SETTINGS}{HEADER}"));
     desk.rows(9);
-    let account = desk.end();
-    assert_eq!((account.in_gaps(), account.incomplete), (0, 1));
+    let counts = desk.end();
+    assert_eq!((counts.in_gaps(), counts.incomplete), (0, 1));
     // Back without a row missing, and a recording that goes on with another.
     let mut desk = Desk::started(Options {
         continues: Some(HEADER.trim().into()),
@@ -126,6 +126,6 @@ fn gaps_of_unknown_size_are_incomplete() {
     desk.recorder.opened(desk.now_s, "/dev/ttyACM1", None);
     desk.say("\n");
     desk.rows(9);
-    let account = desk.end();
-    assert_eq!((account.gaps, account.incomplete), (2, 0));
+    let counts = desk.end();
+    assert_eq!((counts.gaps, counts.incomplete), (2, 0));
 }

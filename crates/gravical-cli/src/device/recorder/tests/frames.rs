@@ -23,12 +23,12 @@ fn the_board_is_set_to_frames_and_they_become_rows() {
     assert_eq!(uno.desk.bauds, [250_000]);
     uno.run(1.0);
     let sent = uno.sent;
-    let account = uno.desk.end();
-    assert_eq!(account.rejected, 0, "{}", uno.desk.rejects);
-    assert_eq!((account.gaps, account.lost, account.fragments), (0, 0, 0));
+    let counts = uno.desk.end();
+    assert_eq!(counts.rejected, 0, "{}", uno.desk.rejects);
+    assert_eq!((counts.gaps, counts.lost, counts.fragments), (0, 0, 0));
     // Rows of text came before that; one while the rate was changed.
-    assert!(sent - account.stored - account.before_start <= 1);
-    assert!(account.stored > 900);
+    assert!(sent - counts.stored - counts.before_start <= 1);
+    assert!(counts.stored > 900);
     let head: Vec<&str> = uno.desk.file.lines().take(4).collect();
     assert_eq!(head[0], uno.settings());
     assert_eq!(head[1..3], ["# rate: 500.00 Hz", COLUMNS]);
@@ -52,10 +52,10 @@ fn a_board_that_was_left_in_binary_or_begins_so() {
         uno.run(6.0);
         assert!(uno.desk.recorder.is_started(), "{:?}", uno.desk.events);
         assert_eq!(uno.desk.bauds, [250_000]);
-        let account = uno.desk.end();
-        assert!(account.stored > 100);
+        let counts = uno.desk.end();
+        assert!(counts.stored > 100);
         // What was heard at the wrong rate is nobody's.
-        assert_eq!((account.rejected, account.gaps), (0, 0));
+        assert_eq!((counts.rejected, counts.gaps), (0, 0));
         assert!(uno.desk.file.contains(COLUMNS));
     }
     // And back to text, where that is wanted.
@@ -88,12 +88,12 @@ fn a_reset_in_the_middle_is_a_named_gap_and_it_goes_on() {
         uno.run(8.0);
         assert!(uno.desk.bauds.len() > before || constant_format == 2);
         assert_eq!((uno.format, uno.range_g, uno.rate_hz), (2, 4, 500));
-        let account = uno.desk.end();
-        assert_eq!(account.gaps, 1, "{:?}", uno.desk.gaps());
+        let counts = uno.desk.end();
+        assert_eq!(counts.gaps, 1, "{:?}", uno.desk.gaps());
         let gap = uno.desk.gaps()[0];
         assert!(
             gap.starts_with("# gap: the board was reset: ")
-                && gap.ends_with(", the clock of the board starts anew"),
+                && gap.ends_with(", the clock of the board restarts"),
             "{gap}"
         );
         // No row of another range or unit.
@@ -117,7 +117,7 @@ fn unplugged_and_plugged_in_again() {
         let mut uno = Uno::recording(fast());
         uno.run(1.0);
         // Rows of text while the rate was changed.
-        let unheard = uno.sent - known(uno.desk.recorder.account());
+        let unheard = uno.sent - known(uno.desk.recorder.counts());
         uno.desk.recorder.lost(uno.desk.now_s, "Input/output error");
         uno.desk.pass(2.0);
         uno.lose(1000);
@@ -130,28 +130,28 @@ fn unplugged_and_plugged_in_again() {
         uno.desk.recorder.opened(now_s, "/dev/ttyACM1", None);
         uno.run(6.0);
         let sent = uno.sent;
-        let account = uno.desk.end();
+        let counts = uno.desk.end();
         let gaps = uno.desk.gaps();
         assert_eq!(gaps.len(), 1, "{gaps:?}");
         assert!(gaps[0].starts_with("# gap: unplugged: "), "{gaps:?}");
-        assert_eq!(gaps[0].contains("anew"), resets, "{gaps:?}");
+        assert_eq!(gaps[0].contains("restarts"), resets, "{gaps:?}");
         if !resets {
-            assert_eq!(known(&account) + unheard, sent, "{account:?}");
+            assert_eq!(known(&counts) + unheard, sent, "{counts:?}");
         }
-        assert!(account.stored > 900);
+        assert!(counts.stored > 900);
     }
 }
 
 /// Rows that the board sent, as far as the logger knows.
-fn known(account: &Account) -> u64 {
-    account.received + account.missing + account.lost + account.rejected - account.fragments
+fn known(counts: &RowCounts) -> u64 {
+    counts.received + counts.missing + counts.lost + counts.rejected - counts.fragments
 }
 
 #[test]
 fn flipped_bits_and_lost_frames_are_accounted_for() {
     // Its stamps wrap on the way.
     let mut uno = Uno::recording_from(fast(), (1 << 32) - 5_000_000);
-    let unheard = uno.sent - known(uno.desk.recorder.account());
+    let unheard = uno.sent - known(uno.desk.recorder.counts());
     assert!(unheard < 3);
     let mut hurt = 0;
     for round in 0_usize..400 {
@@ -170,15 +170,12 @@ fn flipped_bits_and_lost_frames_are_accounted_for() {
     uno.lose(700);
     uno.say("# overruns 1, i2c errors 0, restarts 0");
     uno.rows(20);
-    let account = uno.desk.end();
-    assert_eq!(known(&account) + unheard, uno.sent, "{account:?}");
-    assert_eq!(account.received, account.stored + account.before_start);
-    assert!(account.rejected > 300 && account.rejected <= 2 * hurt);
-    assert!(
-        account.fragments > 0 && account.fragments < 40,
-        "{account:?}"
-    );
-    assert!(account.missing >= 700 && account.lost > 100);
+    let counts = uno.desk.end();
+    assert_eq!(known(&counts) + unheard, uno.sent, "{counts:?}");
+    assert_eq!(counts.received, counts.stored + counts.before_start);
+    assert!(counts.rejected > 300 && counts.rejected <= 2 * hurt);
+    assert!(counts.fragments > 0 && counts.fragments < 40, "{counts:?}");
+    assert!(counts.missing >= 700 && counts.lost > 100);
     let gaps = uno.desk.gaps();
     assert!(
         gaps.last()
@@ -200,13 +197,13 @@ fn flipped_bits_and_lost_frames_are_accounted_for() {
 fn the_stamp_goes_on_after_its_wrap() {
     let mut uno = Uno::recording_from(fast(), (1 << 32) - 4_000_000);
     uno.rows(1000);
-    let account = uno.desk.end();
+    let counts = uno.desk.end();
     let stamp = |row: &str| row.split(',').next().unwrap().parse::<u64>().unwrap();
     let rows = uno.desk.file.lines().skip(3).map(stamp);
     let rows: Vec<u64> = rows.collect();
     assert!(rows.windows(2).all(|pair| pair[1] - pair[0] == 2000));
     assert!(rows[0] < 1 << 32 && *rows.last().unwrap() > 1 << 32);
-    assert_eq!((account.gaps, account.lost), (0, 0));
+    assert_eq!((counts.gaps, counts.lost), (0, 0));
 }
 
 #[test]
@@ -215,8 +212,8 @@ fn samples_that_the_board_missed_are_not_lost_on_the_way() {
     uno.run(0.5);
     uno.stamp_us += 20_000;
     uno.run(0.2);
-    let account = uno.desk.end();
-    assert_eq!((account.missing, account.lost), (10, 0));
+    let counts = uno.desk.end();
+    assert_eq!((counts.missing, counts.lost), (10, 0));
     assert!(
         uno.desk.gaps()[0].starts_with("# gap: the board missed samples: 10 rows"),
         "{:?}",
@@ -266,11 +263,8 @@ fn pauses_and_a_number_of_rows() {
     uno.run(0.5);
     uno.desk.recorder.toggle_pause(uno.desk.now_s);
     uno.run(2.0);
-    let account = uno.desk.end();
-    assert_eq!(account.stored, 2000);
-    assert!(
-        account.paused >= 450 && account.after_end > 0,
-        "{account:?}"
-    );
-    assert_eq!((account.lost, account.gaps), (3, 0));
+    let counts = uno.desk.end();
+    assert_eq!(counts.stored, 2000);
+    assert!(counts.paused >= 450 && counts.after_end > 0, "{counts:?}");
+    assert_eq!((counts.lost, counts.gaps), (3, 0));
 }

@@ -4,7 +4,7 @@ mod frames;
 mod resets;
 mod uno;
 
-use super::keep::KEPT_ROWS;
+use super::queue::MOST_ROWS;
 use super::*;
 use crate::device::board::Wanted;
 use desk::{Desk, HEADER, SETTINGS};
@@ -16,7 +16,7 @@ fn a_plain_recording() {
         ..Options::default()
     });
     desk.rows(3);
-    let account = desk.end();
+    let counts = desk.end();
     let row = |stamp| format!("{stamp},0.01,-0.02,9.81,25.50,0.1,0.2,0.3\n");
     let want = [
         "# gravical log\n".to_owned(),
@@ -28,7 +28,7 @@ fn a_plain_recording() {
         row(150),
     ];
     assert_eq!(desk.file, want.concat());
-    assert_eq!((account.stored, account.gaps, account.rejected), (3, 0, 0));
+    assert_eq!((counts.stored, counts.gaps, counts.rejected), (3, 0, 0));
 }
 
 /// Rows sent = rows stored + rows rejected + rows inside named gaps.
@@ -67,12 +67,12 @@ fn a_schedule_of_everything_that_goes_wrong() {
         desk.row();
     }
     desk.rows(10);
-    let account = desk.end();
-    assert_eq!(account.rejected, 7);
-    assert_eq!((account.gaps, account.missing), (2, 20 + 15));
+    let counts = desk.end();
+    assert_eq!(counts.rejected, 7);
+    assert_eq!((counts.gaps, counts.missing), (2, 20 + 15));
     assert_eq!(
         desk.sent,
-        account.stored + account.rejected + account.in_gaps()
+        counts.stored + counts.rejected + counts.in_gaps()
     );
     assert_eq!(
         desk.gaps(),
@@ -94,8 +94,8 @@ fn pauses_leave_three_blank_rows_and_no_gap() {
     desk.rows(200);
     desk.recorder.toggle_pause(desk.now_s);
     desk.rows(10);
-    let account = desk.end();
-    assert_eq!((account.stored, account.paused, account.gaps), (20, 205, 0));
+    let counts = desk.end();
+    assert_eq!((counts.stored, counts.paused, counts.gaps), (20, 205, 0));
     // None before the first row.
     assert_eq!(desk.file.matches("\n\n\n\n").count(), 1);
     assert!(desk.file.contains(&format!("{HEADER}180,")));
@@ -117,13 +117,13 @@ fn a_full_disk_is_told_and_what_is_lost_is_a_gap() {
     desk.rows(1);
     assert_eq!(desk.file_rows(), 61);
     desk.full = true;
-    let more = KEPT_ROWS as u32 + 250;
+    let more = MOST_ROWS as u32 + 250;
     desk.rows(more);
     desk.full = false;
     desk.rows(10);
-    let account = desk.end();
-    assert_eq!((account.unstored, account.gaps), (250, 1));
-    assert_eq!(desk.sent, account.stored + account.unstored);
+    let counts = desk.end();
+    assert_eq!((counts.unstored, counts.gaps), (250, 1));
+    assert_eq!(desk.sent, counts.stored + counts.unstored);
     let gaps = desk.gaps();
     assert_eq!(gaps.len(), 1);
     assert!(
@@ -148,15 +148,15 @@ fn a_disk_that_is_full_from_the_start() {
         desk.rows(1);
     }
     desk.stamp += 1000;
-    desk.rows(KEPT_ROWS as u32);
+    desk.rows(MOST_ROWS as u32);
     desk.recorder.toggle_pause(desk.now_s);
     desk.rows(1);
     desk.recorder.toggle_pause(desk.now_s);
     desk.rows(10);
     desk.full = false;
     desk.rows(10);
-    let account = desk.end();
-    assert_eq!((account.unstored, account.missing), (610, 100));
+    let counts = desk.end();
+    assert_eq!((counts.unstored, counts.missing), (610, 100));
     assert!(desk.file.starts_with(SETTINGS));
     let gaps = desk.gaps();
     assert!(gaps[0].contains("lost on the way from the board: 100 rows"));
@@ -171,14 +171,14 @@ fn a_disk_that_stays_full_loses_by_the_row() {
     let mut desk = Desk::started(Options::default());
     desk.full = true;
     desk.rows(20);
-    let account = {
+    let counts = {
         desk.recorder.finish(desk.now_s, End::User);
         desk.disk();
         desk.recorder.give_up();
-        *desk.recorder.account()
+        *desk.recorder.counts()
     };
-    assert!(account.balances(0));
-    assert_eq!((account.stored, account.unstored), (0, 20));
+    assert!(counts.balances(0));
+    assert_eq!((counts.stored, counts.unstored), (0, 20));
 }
 
 #[test]
@@ -190,11 +190,11 @@ fn boards_that_name_no_columns() {
         desk.say(&row);
         desk.pass(0.1);
     }
-    let account = desk.end();
+    let counts = desk.end();
     assert!(desk.commands.starts_with("?\n"));
     // The first line may lack its beginning.
     assert_eq!(
-        (account.stored, account.rejected, account.before_start),
+        (counts.stored, counts.rejected, counts.before_start),
         (70, 1, 0)
     );
     assert!(
@@ -222,7 +222,7 @@ fn boards_that_say_nothing_or_nonsense() {
     let lines: u32 = error
         .to_string()
         .split(' ')
-        .next()
+        .nth(3)
         .unwrap()
         .parse()
         .unwrap();
@@ -250,8 +250,8 @@ fn boards_that_say_nothing_or_nonsense() {
         desk.say(&row);
     }
     assert_eq!(desk.fatal_code(), None);
-    let account = desk.end();
-    assert_eq!((account.stored, account.rejected), (6, 1));
+    let counts = desk.end();
+    assert_eq!((counts.stored, counts.rejected), (6, 1));
     let mut desk = Desk::new(Options::default());
     desk.say("\n");
     desk.rows(3);
@@ -314,8 +314,8 @@ fn rows_and_seconds_that_were_asked_for() {
     });
     desk.rows(12);
     assert_eq!(desk.recorder.ended(), Some(End::Rows));
-    let account = desk.end();
-    assert_eq!((account.stored, account.after_end), (7, 5));
+    let counts = desk.end();
+    assert_eq!((counts.stored, counts.after_end), (7, 5));
     let mut desk = Desk::started(Options {
         duration_s: Some(0.5),
         ..Options::default()
@@ -336,7 +336,7 @@ fn a_file_goes_on_only_with_its_own_columns() {
     desk.end();
     assert!(
         desk.file.starts_with(
-            "# gap: the recording was ended and continued: what lies between is not here\n# gravical log\n# gravical mpu6050_logger"
+            "# gap: the recording was ended and continued: the time between is not recorded\n# gravical log\n# gravical mpu6050_logger"
         ),
         "{}",
         desk.file
@@ -357,9 +357,9 @@ fn a_file_goes_on_only_with_its_own_columns() {
     });
     desk.rows(700);
     assert_eq!(desk.fatal(), "columns-changed");
-    let account = desk.end();
+    let counts = desk.end();
     // The first may lack its beginning.
-    assert_eq!((account.stored, account.received), (0, 699));
+    assert_eq!((counts.stored, counts.received), (0, 699));
 }
 
 #[test]
@@ -372,8 +372,8 @@ fn other_columns_in_the_middle_end_it() {
     desk.say(&format!("t,ax,ay,az,T,gx,gy,gz\n{one}{two}"));
     assert_eq!(desk.fatal(), "columns-changed");
     desk.rows(3);
-    let account = desk.end();
-    assert_eq!((account.stored, account.after_end), (5, 5));
+    let counts = desk.end();
+    assert_eq!((counts.stored, counts.after_end), (5, 5));
 }
 
 #[test]
@@ -393,6 +393,6 @@ fn an_unplugged_end_is_a_gap_too_and_silence_is_told() {
     desk.end();
     assert_eq!(
         desk.gaps(),
-        ["# gap: unplugged: no row came until the end, 8.0 s"]
+        ["# gap: unplugged: no row arrived until the end, 8.0 s"]
     );
 }

@@ -36,9 +36,9 @@ fn a_reset_in_the_middle_of_a_row_is_set_again() {
         desk.rows(10);
         desk.say(&format!("{eight}{HEADER}"));
         desk.rows(10);
-        let account = desk.end();
-        assert_eq!((account.stored, account.other_settings), (50, 20));
-        assert_eq!(account.rejected, 1);
+        let counts = desk.end();
+        assert_eq!((counts.stored, counts.other_settings), (50, 20));
+        assert_eq!(counts.rejected, 1);
         assert!(
             desk.gaps()[0].starts_with("# gap: the board was reset: 20 rows are missing, or more")
         );
@@ -53,8 +53,8 @@ fn another_header_without_an_answer_ends_it() {
     desk.say("t,ax,ay,az,T,gx,gy,gz\n");
     desk.rows(900);
     assert_eq!(desk.fatal(), "columns-changed");
-    let account = desk.end();
-    assert_eq!((account.stored, account.received), (9, 909));
+    let counts = desk.end();
+    assert_eq!((counts.stored, counts.received), (9, 909));
 }
 
 /// After a reconnection the rest of a header is no other header.
@@ -68,8 +68,8 @@ fn a_torn_header_is_a_rejected_line() {
     desk.say(&HEADER[4..]);
     desk.rows(9);
     assert_eq!(desk.fatal_code(), None);
-    let account = desk.end();
-    assert_eq!((account.stored, account.rejected), (18, 1));
+    let counts = desk.end();
+    assert_eq!((counts.stored, counts.rejected), (18, 1));
     // Before the start neither; a board that starts up says its first line into the
     // silence.
     let mut desk = Desk::new(Options::default());
@@ -90,18 +90,18 @@ fn garbage_without_end_is_counted() {
     for _ in 0..5000 {
         desk.say("1,2,3\n");
     }
-    assert_eq!(desk.recorder.account().rejected, 5000);
+    assert_eq!(desk.recorder.counts().rejected, 5000);
     desk.rows(9);
-    let account = desk.end();
-    assert_eq!((account.stored, account.rejected_unstored), (18, 0));
+    let counts = desk.end();
+    assert_eq!((counts.stored, counts.rejected_unstored), (18, 0));
     // Before the start, too, once it is known that it was text.
     let mut desk = Desk::new(Options::default());
     for _ in 0..5000 {
-        desk.say("1,2,3\n");
+        desk.say("1,2\n");
     }
     desk.say(&format!("{SETTINGS}{HEADER}"));
-    let account = *desk.recorder.account();
-    assert_eq!((account.rejected, account.rejected_unstored), (5000, 0));
+    let counts = *desk.recorder.counts();
+    assert_eq!((counts.rejected, counts.rejected_unstored), (5000, 0));
 }
 
 /// What it says before it begins is not without end, and the settings are not lost by it.
@@ -146,8 +146,8 @@ fn a_slow_board_that_was_fast_for_a_while() {
     desk.rows(40);
     desk.say(&format!("{slow}{HEADER}"));
     slowly(&mut desk);
-    let account = desk.end();
-    assert_eq!((account.stored, account.missing), (60, 0));
+    let counts = desk.end();
+    assert_eq!((counts.stored, counts.missing), (60, 0));
     assert_eq!(desk.gaps().len(), 1, "{:?}", desk.gaps());
 }
 
@@ -172,8 +172,8 @@ fn another_header_is_a_question_first() {
     // Set as it was, and other columns all the same.
     desk.say(&format!("{counts}{HEADER}"));
     assert_eq!(desk.fatal(), "columns-changed");
-    let account = desk.end();
-    assert_eq!((account.stored, account.other_settings), (18, 18));
+    let counts = desk.end();
+    assert_eq!((counts.stored, counts.other_settings), (18, 18));
 }
 
 #[test]
@@ -200,16 +200,16 @@ fn a_board_that_resets_is_set_again() {
     desk.rows(7);
     desk.say(&format!("{four}{HEADER}"));
     desk.rows(40);
-    let account = desk.end();
+    let counts = desk.end();
     assert_eq!(
-        (account.stored, account.before_start, account.other_settings),
+        (counts.stored, counts.before_start, counts.other_settings),
         (80, 3, 7)
     );
     let at = |what: &str| desk.file.find(what).unwrap();
     assert_eq!(
         desk.gaps(),
         [
-            "# gap: the board was reset: 7 rows are missing, or more, 0.1 s, the clock of the board starts anew"
+            "# gap: the board was reset: 7 rows are missing, or more, 0.1 s, the clock of the board restarts"
         ]
     );
     assert!(at("# gap:") < desk.file.rfind(&four).unwrap());
@@ -227,8 +227,8 @@ fn a_sensor_that_is_set_up_again() {
     desk.pass(1.1);
     desk.say(&format!("{SETTINGS}{HEADER}"));
     desk.rows(5);
-    let account = desk.end();
-    assert_eq!((account.stored, account.missing), (45, 110));
+    let counts = desk.end();
+    assert_eq!((counts.stored, counts.missing), (45, 110));
     assert_eq!(
         desk.gaps(),
         ["# gap: the sensor was set up again: 110 rows are missing, 1.1 s"]
@@ -247,12 +247,12 @@ fn a_reset_without_a_word_and_a_wrap() {
     assert_eq!(desk.commands, "?\n");
     desk.say(&format!("{SETTINGS}{HEADER}"));
     desk.rows(5);
-    let account = desk.end();
-    assert_eq!((account.stored, account.other_settings), (65, 5));
+    let counts = desk.end();
+    assert_eq!((counts.stored, counts.other_settings), (65, 5));
     assert_eq!(
         desk.gaps(),
         [
-            "# gap: the board was reset: 5 rows are missing, or more, 0.1 s, the clock of the board starts anew"
+            "# gap: the board was reset: 5 rows are missing, or more, 0.1 s, the clock of the board restarts"
         ]
     );
 }

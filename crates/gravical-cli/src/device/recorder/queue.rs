@@ -1,16 +1,16 @@
-//! What waits for the disk. A disk that is full is asked again and again; meanwhile the
-//! last rows are kept, older ones are counted.
+//! Lines that wait for the disk. A full disk is asked again and again; meanwhile the last
+//! rows are held, older ones are counted.
 
 use std::collections::VecDeque;
 
 use crate::device::gap::{Cause, Gap};
 
-/// Rows that are kept while the disk takes none: half a minute at 100 Hz.
-pub const KEPT_ROWS: u64 = 3000;
-/// Lines of the board, kept likewise.
-const KEPT_COMMENTS: usize = 500;
-/// Bytes of rejected lines, kept likewise.
-const KEPT_REJECTS: usize = 1 << 16;
+/// Rows that are held while the disk takes none: half a minute at 100 Hz.
+pub const MOST_ROWS: u64 = 3000;
+/// Messages of the board, likewise.
+const MOST_COMMENTS: usize = 500;
+/// Bytes of rejected lines, likewise.
+const MOST_REJECTED_BYTES: usize = 1 << 16;
 
 #[derive(Debug, Clone)]
 enum Item {
@@ -19,13 +19,13 @@ enum Item {
     Row(Vec<u8>),
 }
 
-/// What waits.
+/// Lines that wait for the disk.
 #[derive(Debug, Clone, Default)]
-pub struct Keep {
+pub struct Queue {
     items: VecDeque<Item>,
     rows: u64,
     comments: usize,
-    /// Since when the disk fails, s, and what was lost.
+    /// Time from which the disk fails, s, and the gap of rows that are dropped.
     failing: Option<(f64, Gap)>,
     last_failure_s: f64,
     dropped: u64,
@@ -33,7 +33,8 @@ pub struct Keep {
     reject_lines: u64,
 }
 
-impl Keep {
+impl Queue {
+    /// Rows that wait.
     pub fn rows(&self) -> u64 {
         self.rows
     }
@@ -43,27 +44,28 @@ impl Keep {
         self.dropped
     }
 
-    /// A header, a gap, a pause: what the file cannot do without.
-    pub fn mark(&mut self, bytes: Vec<u8>) {
+    /// Adds a header, a gap or a pause: these are never dropped.
+    pub fn push_mark(&mut self, bytes: Vec<u8>) {
         self.items.push_back(Item::Lines(bytes));
     }
 
-    /// What the board said; beyond what is kept it is dropped.
-    pub fn comment(&mut self, bytes: Vec<u8>) {
-        if !bytes.is_empty() && self.comments < KEPT_COMMENTS {
+    /// Adds a message of the board, or drops it if there are too many.
+    pub fn push_comment(&mut self, bytes: Vec<u8>) {
+        if !bytes.is_empty() && self.comments < MOST_COMMENTS {
             self.comments += 1;
-            self.mark(bytes);
+            self.push_mark(bytes);
         }
     }
 
-    pub fn row(&mut self, bytes: Vec<u8>) {
+    /// Adds a row.
+    pub fn push_row(&mut self, bytes: Vec<u8>) {
         self.rows += 1;
         self.items.push_back(Item::Row(bytes));
     }
 
-    /// Whether there is room for a rejected line.
-    pub fn reject(&mut self, bytes: &[u8]) -> bool {
-        let room = self.rejects.len() < KEPT_REJECTS;
+    /// Adds a rejected line; false where there is no room for it.
+    pub fn push_rejected(&mut self, bytes: &[u8]) -> bool {
+        let room = self.rejects.len() < MOST_REJECTED_BYTES;
         if room {
             self.rejects.extend_from_slice(bytes);
             self.rejects.push(b'\n');
@@ -72,23 +74,24 @@ impl Keep {
         room
     }
 
-    /// Half of the room for rejected lines is taken.
+    /// Half of the room for rejected lines is used.
     pub fn is_crowded(&self) -> bool {
-        self.rejects.len() >= KEPT_REJECTS / 2
+        self.rejects.len() >= MOST_REJECTED_BYTES / 2
     }
 
+    /// All lines that wait, for one write.
     pub fn batch(&self) -> Option<Vec<u8>> {
         if self.items.is_empty() {
             return None;
         }
         let mut bytes = Vec::new();
-        // Rows that were dropped are missing before the first one that is left.
-        let mut lost = self.lost().filter(|gap| gap.rows > 0);
+        // Dropped rows are missing before the first one that is left.
+        let mut dropped = self.dropped_gap().filter(|gap| gap.rows > 0);
         for item in &self.items {
             match item {
                 Item::Lines(lines) => bytes.extend_from_slice(lines),
                 Item::Row(row) => {
-                    if let Some(gap) = lost.take() {
+                    if let Some(gap) = dropped.take() {
                         bytes.extend_from_slice(gap.line().as_bytes());
                     }
                     bytes.extend_from_slice(row);
@@ -96,14 +99,14 @@ impl Keep {
                 }
             }
         }
-        if let Some(gap) = lost {
+        if let Some(gap) = dropped {
             bytes.extend_from_slice(gap.line().as_bytes());
         }
         Some(bytes)
     }
 
-    /// The gap of the disk that fails.
-    fn lost(&self) -> Option<Gap> {
+    /// The gap of the rows that were dropped while the disk fails.
+    fn dropped_gap(&self) -> Option<Gap> {
         let (since_s, gap) = self.failing.as_ref()?;
         Some(Gap {
             duration_s: self.last_failure_s - since_s,
@@ -111,35 +114,36 @@ impl Keep {
         })
     }
 
-    /// The rows that are on their way now, and what was lost before them.
-    pub fn stored(&mut self) -> (u64, Option<Gap>) {
+    /// The batch was written: the number of its rows, and the gap before them.
+    pub fn written(&mut self) -> (u64, Option<Gap>) {
         self.items.clear();
         self.comments = 0;
-        let gap = self.lost();
+        let gap = self.dropped_gap();
         self.failing = None;
         (std::mem::take(&mut self.rows), gap)
     }
 
-    /// Drops what is too much; true for the first failure of a row of them.
+    /// The batch was not written: drops rows beyond the limit. True for the first of
+    /// successive failures.
     pub fn failed(&mut self, now_s: f64) -> bool {
         self.last_failure_s = now_s;
         let first = self.failing.is_none();
         self.failing
             .get_or_insert((now_s, Gap::new(Cause::DiskFull)));
-        self.drop_rows_over(KEPT_ROWS);
+        self.drop_rows_over(MOST_ROWS);
         first
     }
 
-    /// Nothing is kept any more; the number of rejected lines that are lost by it.
+    /// Drops everything; returns the number of rejected lines that are lost.
     pub fn give_up(&mut self) -> u64 {
         self.drop_rows_over(0);
         self.rejects.clear();
         std::mem::take(&mut self.reject_lines)
     }
 
-    fn drop_rows_over(&mut self, kept: u64) {
-        let mut surplus = self.rows.saturating_sub(kept);
-        let lost = surplus;
+    fn drop_rows_over(&mut self, most: u64) {
+        let mut surplus = self.rows.saturating_sub(most);
+        let dropped = surplus;
         self.rows -= surplus;
         self.dropped += surplus;
         self.items.retain(|item| {
@@ -148,15 +152,17 @@ impl Keep {
             !drop
         });
         if let Some((_, gap)) = &mut self.failing {
-            gap.rows += lost;
+            gap.rows += dropped;
         }
     }
 
+    /// Rejected lines that wait, for one write.
     pub fn rejects(&self) -> Option<Vec<u8>> {
         (!self.rejects.is_empty()).then(|| self.rejects.clone())
     }
 
-    pub fn rejects_stored(&mut self) {
+    /// Rejected lines were written.
+    pub fn rejects_written(&mut self) {
         self.rejects.clear();
         self.reject_lines = 0;
     }
