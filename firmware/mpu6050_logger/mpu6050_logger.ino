@@ -55,6 +55,7 @@ const uint8_t SMPLRT_DIV = 0x19;
 const uint8_t CONFIG = 0x1A;
 const uint8_t GYRO_CONFIG = 0x1B;
 const uint8_t ACCEL_CONFIG = 0x1C;
+const uint8_t ACCEL_CONFIG_2 = 0x1D;    // MPU-6500: low-pass of the accelerometer
 const uint8_t INT_ENABLE = 0x38;
 const uint8_t INT_STATUS = 0x3A;
 const uint8_t ACCEL_XOUT_H = 0x3B;
@@ -89,6 +90,7 @@ Counters counters = {0, 0, 0};
 Counters told = {0, 0, 0};
 
 uint8_t address = 0x68;   // 0x69 with AD0 high
+uint8_t whoAmI = WHO_AM_I_MPU6050;
 bool running = false;     // the sensor answers and is set up
 bool paused = false;
 uint8_t sequence = 0;     // of binary frames: a lost one is seen
@@ -248,6 +250,14 @@ bool noticeDue() {
   return true;
 }
 
+// MPU-6500 (0x70), MPU-9250 (0x71), MPU-9255 (0x73), MPU-6515 (0x74) and their clones.
+bool isMpu6500(uint8_t id) { return id >= 0x70 && id <= 0x75; }
+
+// Boards sold with an MPU6050 carry these, too. Other parts at the address are clocks.
+bool isKnown(uint8_t id) {
+  return id == WHO_AM_I_MPU6050 || id == 0x69 || id == 0x98 || isMpu6500(id);
+}
+
 // Finds the sensor and sets it up; says what is the matter when it does not work.
 bool setUp() {
   uint8_t id = 0;
@@ -265,16 +275,17 @@ bool setUp() {
     freeBus();
     return false;
   }
-  if (id != WHO_AM_I_MPU6050) {
+  if (!isKnown(id)) {
     if (noticeDue()) {
       Line line;
-      line.print(F("# the sensor says it is 0x"));
+      line.print(F("# who-am-i 0x"));
       line.print(id, HEX);
-      line.print(F(", not an MPU6050 (0x68)"));
+      line.print(F(": not an MPU6050 (0x68), nor a relative that is known"));
       line.send();
     }
     return false;
   }
+  whoAmI = id;
   const uint8_t divider = 1000 / settings.rateHz - 1;
   const bool ok = writeRegister(PWR_MGMT_1, 0x80);  // all registers as after power-up
   delay(100);
@@ -284,6 +295,8 @@ bool setUp() {
       && writeRegister(SMPLRT_DIV, divider)
       && writeRegister(GYRO_CONFIG, rangeCode(settings.gyroRangeDegS, 250) << 3)
       && writeRegister(ACCEL_CONFIG, rangeCode(settings.accelRangeG, 2) << 3)
+      && (!isMpu6500(whoAmI)
+          || writeRegister(ACCEL_CONFIG_2, lowPassCode(settings.lowPassHz)))
       && writeRegister(INT_ENABLE, 0x01);
   if (!set) return false;
   delay(30);  // the gyroscope's start; its low-pass has settled then
@@ -345,8 +358,9 @@ void printText(uint32_t ms, const int16_t *v) {
       // 9.80665 m/s^2 / 16384 in 10^-4 m/s^2, times 2^13; twice that each range.
       at = appendFixed(at, scaled(v[i], 49033, 13 - a), 4);
     } else if (i == 3) {
-      // 1/340 degrees each, 36.53 at 0, in 10^-2.
-      at = appendFixed(at, scaled(v[i], 19275, 16) + 3653, 2);
+      // In 10^-2 degrees: 1/340 each, 36.53 at 0; MPU-6500 1/333.87 each, 21 at 0.
+      at = isMpu6500(whoAmI) ? appendFixed(at, scaled(v[i], 19629, 16) + 2100, 2)
+                             : appendFixed(at, scaled(v[i], 19275, 16) + 3653, 2);
     } else {
       // 1/131 degrees/s in 10^-3, times 2^12.
       at = appendFixed(at, scaled(v[i], 31267, 12 - g), 3);
@@ -375,10 +389,19 @@ void printBinary(uint32_t us, const uint8_t *bytes) {
 // ---- What it says of itself -------------------------------------------------
 
 void printSettings() {
+  if (whoAmI != WHO_AM_I_MPU6050) {
+    Line note;
+    note.print(F("# who-am-i 0x"));
+    note.print(whoAmI, HEX);
+    note.print(isMpu6500(whoAmI) ? F(": MPU-6500 or a clone; temperature and low-pass as for one")
+                                 : F(": not an MPU6050 (0x68), used as one"));
+    note.send();
+  }
   Line line;
   line.print(F("# gravical mpu6050_logger "));
   line.print((const __FlashStringHelper *)VERSION);
-  line.print(F(", MPU6050, accelerometer +-"));
+  line.print(isMpu6500(whoAmI) ? F(", MPU6500") : F(", MPU6050"));
+  line.print(F(", accelerometer +-"));
   line.print(settings.accelRangeG);
   line.print(F(" g, gyroscope +-"));
   line.print(settings.gyroRangeDegS);

@@ -45,7 +45,7 @@ fn a_sensor_that_comes_and_goes() {
 
 #[test]
 fn no_sensor_at_all_and_another_one() {
-    let Some(mut board) = faulty("no-answer@0-2.2,who-am-i=0x70@2.2-5") else {
+    let Some(mut board) = faulty("no-answer@0-2.2,who-am-i=0x33@2.2-5") else {
         return;
     };
     let text = board.text(7.0);
@@ -54,7 +54,7 @@ fn no_sensor_at_all_and_another_one() {
     assert!((2..=4).contains(&count("# no answer")), "{said:?}");
     assert!(
         (2..=4).contains(&count(
-            "# the sensor says it is 0x70, not an MPU6050 (0x68)"
+            "# who-am-i 0x33: not an MPU6050 (0x68), nor a relative that is known"
         )),
         "{said:?}"
     );
@@ -64,6 +64,45 @@ fn no_sensor_at_all_and_another_one() {
         rows[..5].iter().sum::<usize>() == 0 && rows[6] >= 99,
         "{rows:?}"
     );
+}
+
+/// The emulated chip is an MPU6050 in all but its name: only the conversion of the
+/// temperature shows.
+#[test]
+fn relatives_of_the_mpu6050_are_used_with_a_note() {
+    for (id, note, settings, celsius) in [
+        (
+            "0x70",
+            "# who-am-i 0x70: MPU-6500 or a clone;",
+            ", MPU6500, accelerometer",
+            (|mpu6050| (mpu6050 - 36.53) * 340.0 / 333.87 + 21.0) as fn(f64) -> f64,
+        ),
+        (
+            "0x98",
+            "# who-am-i 0x98: not an MPU6050 (0x68), used as one",
+            ", MPU6050, accelerometer",
+            |mpu6050| mpu6050,
+        ),
+    ] {
+        let Some(mut plain) = faulty("dip@90") else {
+            return;
+        };
+        let Some(mut other) = faulty(&format!("who-am-i={id}@0-90")) else {
+            return;
+        };
+        let temperature = |text: &str| -> f64 {
+            let row = text.lines().filter(|l| l.split(',').count() == 8).nth(5);
+            row.unwrap().split(',').nth(4).unwrap().parse().unwrap()
+        };
+        let reference = temperature(&plain.text(2.0));
+        let text = other.text(2.0);
+        assert!(text.contains(note) && text.contains(settings), "{text}");
+        let found = temperature(&text);
+        assert!(
+            (found - celsius(reference)).abs() < 0.2,
+            "{found} {reference}"
+        );
+    }
 }
 
 #[test]

@@ -1,10 +1,9 @@
-//! What the firmware says of itself, and the commands that it takes
-//! (`firmware/mpu6050_logger`).
+//! Settings and commands of the firmware (`firmware/mpu6050_logger`).
 
 pub use gravical::recording::board::BoardSettings as Settings;
 use gravical::{Error, Result};
 
-/// Settings that the board has to have; none: as it is.
+/// Settings that the board must have; none: as they are.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Wanted {
     /// Full scale of the accelerometer, g: 2, 4, 8 or 16.
@@ -13,17 +12,17 @@ pub struct Wanted {
     pub gyro_range_deg_s: Option<u16>,
     /// Low-pass, Hz: 184, 94, 44, 21, 10 or 5.
     pub low_pass_hz: Option<u16>,
-    /// Samples a second, Hz: 4 to 1000.
+    /// Sampling rate, Hz: 4 to 1000.
     pub rate_hz: Option<u16>,
     /// 0 text in SI units, 1 text in counts, 2 binary.
     pub format: Option<u8>,
 }
 
-/// What may be asked for in each format, samples a second. 115200 baud are 11520 bytes,
-/// a row has up to 70 in SI units and 45 in counts; the sensor has 1000 samples a second.
+/// Highest sampling rate of each format, Hz. 115200 baud are 11520 bytes a second; a row
+/// has up to 70 bytes in SI units and 45 in counts; the sensor has 1000 samples a second.
 const MOST_HZ: [u16; 3] = [150, 250, 1000];
 
-/// What gets through of the binary format, samples a second (docs/firmware.md).
+/// Highest rate of the binary format without loss, Hz (docs/firmware.md).
 pub const MOST_BINARY_HZ: u16 = 500;
 
 impl Wanted {
@@ -31,8 +30,8 @@ impl Wanted {
     ///
     /// # Errors
     ///
-    /// `option-range` (usage) for what the sensor does not have, and for more samples a
-    /// second than the line carries.
+    /// `option-range` (usage) for values that the sensor does not have, and for a rate above
+    /// the capacity of the serial line.
     pub fn validate(&self) -> Result<()> {
         let one_of = |name: &str, value: Option<u16>, of: &[u16]| match value {
             Some(v) if !of.contains(&v) => Err(Error::usage(
@@ -64,7 +63,7 @@ impl Wanted {
                 Err(match rate {
                     5..=250 => error.with_hint("--format counts carries 250 Hz"),
                     251..=1000 => error.with_hint(format!(
-                        "--format binary takes up to 1000 Hz; {MOST_BINARY_HZ} Hz get through without loss"
+                        "--format binary takes up to 1000 Hz; {MOST_BINARY_HZ} Hz work without loss"
                     )),
                     _ => error,
                 })
@@ -73,12 +72,12 @@ impl Wanted {
         }
     }
 
-    /// Nothing is asked for.
+    /// No setting is wanted.
     pub fn is_empty(&self) -> bool {
         *self == Wanted::default()
     }
 
-    /// What brings the board there, a line each.
+    /// The commands for these settings, one a line.
     pub fn commands(&self) -> Vec<u8> {
         let one = |letter: char, value: Option<u16>| {
             value.map_or_else(String::new, |v| format!("{letter}{v}\n"))
@@ -94,7 +93,7 @@ impl Wanted {
         .into_bytes()
     }
 
-    /// Whether the board is set so.
+    /// Whether the board has these settings.
     pub fn is_met_by(&self, settings: &Settings) -> bool {
         let met = |wanted: Option<u16>, is: u16| wanted.is_none_or(|w| w == is);
         met(self.accel_range_g, settings.accel_range_g)
@@ -102,16 +101,16 @@ impl Wanted {
             && met(self.low_pass_hz, settings.low_pass_hz)
             && met(self.format.map(u16::from), u16::from(settings.format))
             && self.rate_hz.is_none_or(|rate| {
-                // The divider of the sensor: a whole number of milliseconds.
+                // The period of the sensor is a whole number of milliseconds.
                 let period_ms = 1000 / rate.clamp(4, 1000);
-                // Two decimals are printed, cut off.
+                // The board prints two decimals, truncated.
                 (settings.rate_hz - 1000.0 / f64::from(period_ms)).abs() < 0.011
             })
     }
 
-    /// All of it as it is now: what has to come back after a reset.
+    /// All settings as they are now, to be restored after a reset.
     pub fn exactly(settings: &Settings) -> Self {
-        // Rounded down, the board's own division gives the same period again.
+        // Rounded down, so that the board's division gives the same period.
         let rate = settings.rate_hz.floor().clamp(4.0, 1000.0);
         Wanted {
             accel_range_g: Some(settings.accel_range_g),
@@ -130,7 +129,7 @@ mod tests {
     const LINE: &str = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 66.66 Hz, format 0";
 
     #[test]
-    fn commands_and_whether_they_were_taken() {
+    fn commands_and_whether_they_are_met() {
         let settings = Settings::parse(LINE).unwrap();
         let mut wanted = Wanted {
             accel_range_g: Some(4),
@@ -138,7 +137,7 @@ mod tests {
             ..Wanted::default()
         };
         assert_eq!(wanted.commands(), b"a4\nr64\n");
-        // 1000 / 64 is 15 ms: 66.7 Hz is what it makes of it.
+        // 1000 / 64 is 15 ms, so that the rate is 66.7 Hz.
         assert!(wanted.is_met_by(&settings));
         wanted.low_pass_hz = Some(21);
         assert!(!wanted.is_met_by(&settings));
@@ -148,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_come_back_exactly() {
+    fn settings_are_restored_exactly() {
         for rate in 4..=1000_u16 {
             let period_ms = 1000 / rate;
             let settings = Settings {
@@ -160,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_sensor_does_not_have() {
+    fn values_that_the_sensor_does_not_have_are_refused() {
         let none = Wanted::default();
         none.validate().unwrap();
         let counts = Some(1);

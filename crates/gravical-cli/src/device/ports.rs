@@ -1,10 +1,10 @@
-//! Which ports there are, and which of them is the board.
+//! Serial ports, and which of them is the board.
 
 use gravical::{Error, Result};
 use serde::Serialize;
 use serialport::{SerialPortInfo, SerialPortType};
 
-/// Vendors of boards and of their USB bridges (usb.ids), and what people call them.
+/// Vendors of boards and of their USB bridges (usb.ids), with their usual names.
 const BOARDS: [(u16, &str); 12] = [
     (0x2341, "Arduino"),
     (0x2a03, "Arduino"),
@@ -20,7 +20,7 @@ const BOARDS: [(u16, &str); 12] = [
     (0x0483, "STMicroelectronics"),
 ];
 
-/// What is known about a USB device; the same one is known again by it.
+/// The identity of a USB device, by which it is recognised again.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Usb {
     /// Vendor.
@@ -34,9 +34,9 @@ pub struct Usb {
 /// One port.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Port {
-    /// What to open.
+    /// Name to open.
     pub name: String,
-    /// What is behind it, for people.
+    /// The device behind it, for messages.
     pub device: Option<String>,
     /// The USB device behind it.
     pub usb: Option<Usb>,
@@ -53,7 +53,7 @@ pub fn list() -> Result<Vec<Port>> {
     let found = serialport::available_ports()
         .map_err(|e| Error::device("port-list", format!("the ports cannot be listed: {e}")))?;
     let mut ports: Vec<Port> = found.into_iter().map(described).collect();
-    // macOS lists every port twice; tty.* waits for a carrier that no board gives.
+    // macOS lists every port twice; tty.* waits for a carrier signal that boards lack.
     let called: Vec<String> = ports.iter().map(|p| p.name.clone()).collect();
     ports.retain(|p| {
         p.name
@@ -72,11 +72,11 @@ fn described(info: SerialPortInfo) -> Port {
                 .into_iter()
                 .flatten()
                 .collect();
-            let said = words.join(" ");
-            let device = match (said.is_empty(), vendor) {
+            let own_name = words.join(" ");
+            let device = match (own_name.is_empty(), vendor) {
                 (true, Some((_, name))) => Some((*name).to_owned()),
                 (true, None) => None,
-                (false, _) => Some(said),
+                (false, _) => Some(own_name),
             };
             let usb = Usb {
                 vid: usb.vid,
@@ -99,7 +99,7 @@ fn described(info: SerialPortInfo) -> Port {
     }
 }
 
-/// The port of the board, where there is one and only one.
+/// The port of the board, if there is exactly one.
 ///
 /// # Errors
 ///
@@ -110,7 +110,7 @@ pub fn the_board(ports: &[Port]) -> Result<Port> {
     match (boards.as_slice(), usb.as_slice()) {
         ([one], _) | ([], [one]) => Ok((*one).clone()),
         ([], []) => Err(Error::device("no-port", "no board is plugged in: there is no USB serial port")
-            .with_hint("plug it in (a cable that only charges shows nothing), or wait for it with --wait; --port names any other port")),
+            .with_hint("plug it in (some USB cables only charge), or wait for it with --wait; --port selects any other port")),
         (several, others) => {
             let names: Vec<&str> = if several.is_empty() { others } else { several }
                 .iter()
@@ -120,21 +120,21 @@ pub fn the_board(ports: &[Port]) -> Result<Port> {
                 "several-ports",
                 format!("more than one port may be the board: {}", names.join(", ")),
             )
-            .with_hint("choose one with --port; gravical ports says what is behind each"))
+            .with_hint("choose one with --port; gravical ports lists the device behind each"))
         }
     }
 }
 
-/// What was recorded from, to be found again after it was unplugged.
+/// The port that is recorded from, to be found again after it was unplugged.
 #[derive(Debug, Clone)]
 pub struct Target {
-    /// As it was given or found.
+    /// Its name, as given or found.
     pub name: String,
     usb: Option<Usb>,
 }
 
 impl Target {
-    /// The port called `name`, a link to one included.
+    /// The port called `name`, or a link to it.
     pub fn new(name: &str, ports: &[Port]) -> Self {
         Target {
             name: name.to_owned(),
@@ -142,13 +142,12 @@ impl Target {
         }
     }
 
-    /// What is behind it.
+    /// The device behind it.
     pub fn device(&self, ports: &[Port]) -> Option<String> {
         port_called(&self.name, ports)?.device.clone()
     }
 
-    /// Where it is now; a board may come back under another name. None while it is not
-    /// there.
+    /// Its name now, which may have changed; none while it is unplugged.
     pub fn find(&self, ports: &[Port]) -> Option<String> {
         let Some(usb) = &self.usb else {
             return std::path::Path::new(&self.name)
@@ -163,7 +162,7 @@ impl Target {
             .filter(|p| p.usb.as_ref() == Some(usb))
             .collect();
         match same.as_slice() {
-            // Without a serial number two of a kind look the same.
+            // Without a serial number two equal boards cannot be distinguished.
             [one] => Some(one.name.clone()),
             _ => None,
         }
@@ -198,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn the_one_that_is_meant() {
+    fn the_only_board_is_chosen() {
         let plain = Port {
             name: "/dev/ttyS0".to_owned(),
             device: None,
@@ -221,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_board_is_known_again_under_another_name() {
+    fn a_board_is_recognised_under_another_name() {
         let before = [port("/dev/ttyACM0", 0x2341, Some("A1"))];
         let target = Target::new("/dev/ttyACM0", &before);
         assert_eq!(target.find(&before).as_deref(), Some("/dev/ttyACM0"));

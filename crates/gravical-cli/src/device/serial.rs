@@ -1,5 +1,5 @@
-//! A serial port, read in a thread of its own: whatever the disk or the terminal do,
-//! the port is emptied.
+//! A serial port, read in a thread of its own, so that a slow disk or terminal does not
+//! delay it.
 
 use std::io::{self, Read as _, Write as _};
 use std::sync::Arc;
@@ -13,22 +13,22 @@ use serialport::SerialPort;
 
 use super::trouble;
 
-/// How long one read waits, and so how late the thread ends at most.
+/// Longest wait of one read, and so the longest delay of the thread's end.
 const READ: Duration = Duration::from_millis(50);
 
-/// What is sent may still be in the chip behind the cable, which changes its rate at
-/// once: 28 bytes of commands take 2.5 ms at 115200 bits a second. A board that was told
-/// to change is silent for 100 ms, while it sets its sensor up.
-const LEAVE: Duration = Duration::from_millis(50);
+/// Bytes may still be in the USB bridge, which changes its baud rate at once: 28 bytes of
+/// commands take 2.5 ms at 115200 baud. After a command the board is silent for 100 ms,
+/// while it sets its sensor up.
+const DRAIN: Duration = Duration::from_millis(50);
 
-/// What came within the time.
+/// Result of a wait.
 #[derive(Debug)]
 pub enum Incoming {
     /// Bytes, in order.
     Bytes(Vec<u8>),
     /// Nothing yet.
     Nothing,
-    /// Nothing more will come; what the system says.
+    /// The port is lost; the system's message.
     Lost(String),
 }
 
@@ -38,7 +38,7 @@ pub struct Serial {
     incoming: Receiver<io::Result<Vec<u8>>>,
     reader: Option<JoinHandle<()>>,
     stop: Arc<AtomicBool>,
-    /// It failed behind bytes that had to be given first.
+    /// An error that occurred after bytes that are returned first.
     failed: Option<io::Error>,
 }
 
@@ -62,16 +62,16 @@ impl Serial {
         let reader = std::thread::spawn(move || {
             let mut bytes = [0; 4096];
             loop {
-                // What came before it is told to stop is still read.
+                // Bytes that arrived before the request to stop are still read.
                 let stop = stopped.load(Ordering::Relaxed);
                 let read = match reading.read(&mut bytes) {
-                    // A terminal without its other end has nothing to say at once.
+                    // The other end of a pseudo-terminal is closed.
                     Ok(0) => Err(io::Error::new(
                         io::ErrorKind::UnexpectedEof,
-                        "the port is gone",
+                        "the port is closed",
                     )),
                     Ok(n) => Ok(bytes.iter().take(n).copied().collect()),
-                    Err(e) if is_patience(&e) => {
+                    Err(e) if is_no_data(&e) => {
                         if stop {
                             break;
                         }
@@ -94,7 +94,7 @@ impl Serial {
         })
     }
 
-    /// Waits at most `timeout` for what comes.
+    /// Waits at most `timeout` for bytes.
     pub fn next(&mut self, timeout: Duration) -> Incoming {
         if let Some(e) = self.failed.take() {
             return Incoming::Lost(e.to_string());
@@ -103,7 +103,7 @@ impl Serial {
             Ok(Ok(bytes)) => Incoming::Bytes(bytes),
             Ok(Err(e)) => Incoming::Lost(e.to_string()),
             Err(RecvTimeoutError::Timeout) => Incoming::Nothing,
-            Err(RecvTimeoutError::Disconnected) => Incoming::Lost("the port is gone".to_owned()),
+            Err(RecvTimeoutError::Disconnected) => Incoming::Lost("the port is closed".to_owned()),
         }
     }
 
@@ -111,45 +111,45 @@ impl Serial {
     ///
     /// # Errors
     ///
-    /// What the system says.
+    /// The system's error.
     pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.port.write_all(bytes)?;
         self.port.flush()
     }
 
-    /// Waits until what was sent has left, and sets another rate; gives what came at the
-    /// one before.
+    /// Waits until all bytes are sent, and sets another baud rate; returns bytes that
+    /// arrived at the rate before.
     ///
     /// # Errors
     ///
-    /// What the system says.
+    /// The system's error.
     pub fn set_baud(&mut self, baud: u32) -> io::Result<Vec<u8>> {
         self.port.flush()?;
-        std::thread::sleep(LEAVE);
+        std::thread::sleep(DRAIN);
         self.port.set_baud_rate(baud)?;
-        let (before, failed) = self.taken();
+        let (before, failed) = self.received();
         self.failed = failed;
         Ok(before)
     }
 
-    /// Reads no more; what came until now, and once more what one read gives. It ends
-    /// however fast bytes come.
+    /// Stops reading; returns the bytes that have arrived. It ends even if bytes keep
+    /// arriving.
     pub fn rest(&mut self) -> Vec<u8> {
         self.join();
-        let (bytes, _) = self.taken();
+        let (bytes, _) = self.received();
         bytes
     }
 
     fn join(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(reader) = self.reader.take() {
-            // A panic there has been told already.
+            // A panic there has been reported already.
             let _ = reader.join();
         }
     }
 
-    /// What waits in the channel, and the error behind it.
-    fn taken(&self) -> (Vec<u8>, Option<io::Error>) {
+    /// The bytes in the channel, and the error after them.
+    fn received(&self) -> (Vec<u8>, Option<io::Error>) {
         let mut bytes = Vec::new();
         while let Ok(read) = self.incoming.try_recv() {
             match read {
@@ -161,7 +161,7 @@ impl Serial {
     }
 }
 
-fn is_patience(error: &io::Error) -> bool {
+fn is_no_data(error: &io::Error) -> bool {
     matches!(
         error.kind(),
         io::ErrorKind::TimedOut | io::ErrorKind::Interrupted | io::ErrorKind::WouldBlock

@@ -142,9 +142,9 @@ impl RowShape {
         self.layout.field(Quantity::Accel(0)).is_some()
     }
 
-    /// Whether a header has as many names as a row has numbers.
+    /// Whether a header is written as the rows are, with a name for each number.
     pub fn fits(&self, header: &[u8]) -> bool {
-        header_names(header).is_some_and(|(form, _)| form.fields() == self.form.fields())
+        header_names(header).is_some_and(|(form, _)| form == self.form)
     }
 
     /// A row, and the line of it for the file.

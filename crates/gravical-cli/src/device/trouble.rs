@@ -1,4 +1,4 @@
-//! Why a port cannot be opened, and what helps.
+//! Why a port cannot be opened, and the remedy.
 
 #[cfg(target_os = "linux")]
 use std::path::{Path, PathBuf};
@@ -13,18 +13,18 @@ pub fn opening(path: &str, error: &serialport::Error) -> Error {
         ErrorKind::NoDevice => None,
         _ => Some(std::io::ErrorKind::Other),
     };
-    // Windows says NoDevice for a port that is not there and for one that is in use.
+    // Windows reports NoDevice both for a missing port and for one in use.
     let there = (cfg!(not(windows)) && std::path::Path::new(path).exists())
         || super::ports::list().is_ok_and(|ports| ports.iter().any(|p| p.name == path));
     match kind {
         Some(std::io::ErrorKind::PermissionDenied) => Error::device(
             "port-permission",
-            format!("{path}: you may not open this port"),
+            format!("{path}: no permission to open this port"),
         )
         .with_hint(permission_hint(path)),
         Some(std::io::ErrorKind::NotFound) | None if !there => {
             Error::device("no-such-port", format!("{path}: there is no such port"))
-                .with_hint("gravical ports lists those that are there; --wait waits for it")
+                .with_hint("gravical ports lists the ports; --wait waits for it")
         }
         None => Error::device(
             "port-busy",
@@ -35,12 +35,12 @@ pub fn opening(path: &str, error: &serialport::Error) -> Error {
         )
         .with_hint(BUSY_HINT),
         _ => Error::device("port-failed", format!("{path}: {error}"))
-            .with_hint("is it a serial port? gravical ports lists those that are there"),
+            .with_hint("is it a serial port? gravical ports lists them"),
     }
 }
 
 const BUSY_HINT: &str = if cfg!(target_os = "linux") {
-    "close the serial monitor of the Arduino IDE, or another logger; just after plugging in it is ModemManager, which lets go after some seconds (sudo systemctl stop ModemManager ends it)"
+    "close the serial monitor of the Arduino IDE, or another logger; just after plugging in it is ModemManager, which closes the port after some seconds (sudo systemctl stop ModemManager stops it)"
 } else {
     "close the serial monitor of the Arduino IDE, or another logger"
 };
@@ -59,7 +59,7 @@ fn permission_hint(path: &str) -> String {
 
 #[cfg(not(unix))]
 fn permission_hint(_: &str) -> String {
-    "run it as a user who may use the port".to_owned()
+    "run it as a user with access to the port".to_owned()
 }
 
 /// The name of a group in the text of `/etc/group`.
@@ -73,7 +73,7 @@ fn group_name(groups: &str, gid: u32) -> Option<String> {
     })
 }
 
-/// Other programs that have `path` open, as far as this user may see: `minicom (4711)`.
+/// Other programs that have `path` open, as far as this user may know: `minicom (4711)`.
 #[cfg(target_os = "linux")]
 pub fn holders(path: &str) -> Vec<String> {
     let Ok(real) = std::fs::canonicalize(path) else {
@@ -100,8 +100,8 @@ pub fn holders(path: &str) -> Vec<String> {
     found
 }
 
-/// Of a pseudo-terminal the program with the other end may keep this one, too; it is
-/// the board and reads nothing here.
+/// The program at the other end of a pseudo-terminal may have this end open too; it is the
+/// board and does not read here.
 #[cfg(target_os = "linux")]
 fn is_other_end(port: &Path, open: &[PathBuf]) -> bool {
     let multiplexer = ["/dev/ptmx", "/dev/pts/ptmx"].map(PathBuf::from);
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     #[cfg(unix)]
-    fn the_line_that_helps() {
+    fn the_hint_names_the_group() {
         let groups = "root:x:0:\nuucp:x:986:me\nbroken\n";
         assert_eq!(group_name(groups, 986).as_deref(), Some("uucp"));
         assert_eq!(group_name(groups, 1), None);
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn busy_missing_and_what_is_no_port() {
+    fn busy_missing_and_not_a_serial_port() {
         let busy = serialport::Error::new(ErrorKind::NoDevice, "busy");
         assert_eq!(opening("/dev/null", &busy).code(), "port-busy");
         let missing = serialport::Error::new(ErrorKind::Io(std::io::ErrorKind::NotFound), "no");

@@ -1,4 +1,4 @@
-//! The binary format over a terminal that has to have its rate.
+//! The binary format over a terminal that must have its baud rate.
 
 use std::fs;
 
@@ -46,7 +46,7 @@ fn every_frame_sent_is_stored_or_rejected_or_missing() {
     let gap = log.wait_for("gap");
     assert_eq!((&gap["cause"], &gap["rows"]), (&"lost".into(), &600.into()));
     log.wait_for_rows(2000);
-    // So that it is known when it has read all of them.
+    // A last message shows when all have been read.
     board.rows(20);
     board.say("# overruns 2, i2c errors 0, restarts 0");
     loop {
@@ -63,7 +63,7 @@ fn every_frame_sent_is_stored_or_rejected_or_missing() {
         count("stored") + count("rejected") - count("fragments") + count("missing") + count("lost"),
         board.sent
     );
-    // Rows of text came before the first frame.
+    // Rows of text arrived before the first frame.
     assert_eq!(count("received"), count("stored") + count("before_start"));
     assert_eq!(count("missing"), 600);
     assert!(count("rejected") >= 180 && count("lost") > 10, "{ended}");
@@ -79,7 +79,7 @@ fn every_frame_sent_is_stored_or_rejected_or_missing() {
             .lines()
             .all(|line| hex(line) && line.contains("  # "))
     );
-    // As the other verbs see it: what is missing of single rows is counted there.
+    // The other commands count single missing rows.
     let recording = recording(&path);
     assert_eq!(recording.rows() as u64, count("stored"));
     assert_eq!(recording.ledger.lines_aside(Aside::NamedGap).count(), 1);
@@ -101,7 +101,7 @@ fn a_fast_recording_is_read_with_its_units() {
     let (code, ended) = log.ended();
     assert_eq!((code, ended["reason"].as_str()), (0, Some("rows")));
     let recording = recording(&folder.path().join("fast.csv"));
-    // The stamp goes on in the file.
+    // The stamp continues in the file.
     assert_eq!(kinds(&recording), ["metadata-lines"]);
     assert_eq!(recording.rows(), 1000);
     assert_eq!(recording.timing.unit, Some(TimeUnit::Microsecond));
@@ -121,7 +121,7 @@ fn a_fast_recording_is_read_with_its_units() {
 fn a_reset_in_the_middle_is_back_in_text_and_is_set_again() {
     let folder = tempfile::tempdir().unwrap();
     let (mut board, mut log) = started(folder.path(), "");
-    // It ran for an hour before.
+    // The board had run for an hour.
     board.stamp_us += 3_600_000_000;
     board.rows(200);
     board.reset();
@@ -146,21 +146,21 @@ fn a_board_that_was_left_in_binary_is_found_and_continued() {
     let line = format!("log -o fast.csv --rows 50 --port {}", board.board.port());
     let mut log = Logger::start(folder.path(), &format!("{line} --json"));
     log.wait_for("opened");
-    speak_until_asked(&mut board);
+    send_until_asked(&mut board);
     assert_eq!(log.wait_for("started")["columns"], COLUMNS);
     board.rows(60);
     let (code, ended) = log.ended();
     assert_eq!((code, &ended["stored"]), (0, &50.into()));
-    // What was heard at the wrong rate is not kept.
+    // Bytes received at the wrong rate are not stored.
     assert_eq!(ended["rejected"], 0, "{ended}");
     // A file of counts is not continued with another range.
     let other = format!("{line} --append --range 4 --json");
     let (code, error) = Logger::start(folder.path(), &other).ended();
     assert_eq!((code, error["code"].as_str()), (2, Some("settings-differ")));
-    // With its own settings it is.
+    // With its own settings it is continued.
     let mut log = Logger::start(folder.path(), &format!("{line} --append --json"));
     log.wait_for("opened");
-    speak_until_asked(&mut board);
+    send_until_asked(&mut board);
     log.wait_for("started");
     board.rows(60);
     assert_eq!(log.ended().0, 0);
@@ -169,10 +169,10 @@ fn a_board_that_was_left_in_binary_is_found_and_continued() {
     assert_eq!(recording.breaks, [50]);
 }
 
-fn speak_until_asked(board: &mut FastBoard) {
+fn send_until_asked(board: &mut FastBoard) {
     crate::logger::until(|| {
         board.rows(5);
-        board.board.was_told("?\n") && board.board.baud() == 250_000
+        board.board.has_received("?\n") && board.board.baud() == 250_000
     });
     board.greet();
 }

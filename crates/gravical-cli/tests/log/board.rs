@@ -1,4 +1,4 @@
-//! A pseudo-terminal that speaks like the firmware.
+//! A pseudo-terminal that behaves like the firmware.
 
 use std::fs::File;
 use std::io::{Read as _, Write as _};
@@ -13,7 +13,7 @@ pub const SETTINGS: &str = "# gravical mpu6050_logger 1.0, MPU6050, acceleromete
 pub const HEADER: &str =
     "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)\n";
 
-/// One end for us, one for whoever opens it, and the name of that.
+/// Both ends of a pseudo-terminal, and the name of the second.
 pub fn pair(raw: bool) -> (File, OwnedFd, PathBuf) {
     let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
     grantpt(&ours).unwrap();
@@ -36,12 +36,12 @@ pub fn pair(raw: bool) -> (File, OwnedFd, PathBuf) {
     (File::from(ours), theirs, path)
 }
 
-/// A board at the end of a link that stays while the terminals behind it come and go.
+/// A board behind a link that remains while its terminals are opened and closed.
 pub struct Board {
     link: PathBuf,
     cable: Option<(File, OwnedFd)>,
-    heard: String,
-    /// What the clock of the board says next, ms.
+    received: String,
+    /// The next stamp of the board's clock, ms.
     pub stamp: u64,
     /// Rows that were sent, or would have been.
     pub sent: u64,
@@ -52,7 +52,7 @@ impl Board {
         let mut board = Board {
             link: folder.join("ttyACM0"),
             cable: None,
-            heard: String::new(),
+            received: String::new(),
             stamp: 130,
             sent: 0,
         };
@@ -126,7 +126,7 @@ impl Board {
         }
     }
 
-    /// A row, or a part of it when nobody reads any more.
+    /// A row, or a part of it if nobody reads.
     pub fn try_row(&mut self) {
         let row = self.row();
         let (ours, _) = self.cable.as_mut().unwrap();
@@ -142,7 +142,7 @@ impl Board {
         }
     }
 
-    /// A row of which these bytes arrive.
+    /// A row of which only these bytes arrive.
     pub fn hurt(&mut self, bytes: &[u8]) {
         self.row();
         self.send(bytes);
@@ -161,22 +161,23 @@ impl Board {
         self.send(&row.as_bytes()[1..]);
     }
 
-    /// The board starts anew.
+    /// The board restarts.
     pub fn reset(&mut self) {
         self.stamp = 130;
         self.greet();
     }
 
-    /// Whether it was told so since the last time.
-    pub fn was_told(&mut self, wanted: &str) -> bool {
+    /// Whether a command has arrived since the last time.
+    pub fn has_received(&mut self, wanted: &str) -> bool {
         let mut bytes = [0; 64];
         let (ours, _) = self.cable.as_mut().unwrap();
         if let Ok(n) = ours.read(&mut bytes) {
-            self.heard.push_str(&String::from_utf8_lossy(&bytes[..n]));
+            self.received
+                .push_str(&String::from_utf8_lossy(&bytes[..n]));
         }
-        match self.heard.find(wanted) {
+        match self.received.find(wanted) {
             Some(at) => {
-                self.heard.drain(..at + wanted.len());
+                self.received.drain(..at + wanted.len());
                 true
             }
             None => false,
@@ -185,15 +186,15 @@ impl Board {
 
     pub fn wait_for_command(&mut self, wanted: &str) {
         for _ in 0..800 {
-            if self.was_told(wanted) {
+            if self.has_received(wanted) {
                 return;
             }
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
-        panic!("no command {wanted:?} came, but {:?}", self.heard);
+        panic!("no command {wanted:?}, but {:?}", self.received);
     }
 
-    /// Bits a second that the terminal is set to.
+    /// Baud rate that the terminal is set to.
     pub fn baud(&self) -> u32 {
         let (_, theirs) = self.cable.as_ref().unwrap();
         tcgetattr(theirs).unwrap().output_speed()

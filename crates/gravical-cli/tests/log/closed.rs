@@ -1,4 +1,4 @@
-//! Whoever sits in front of it goes away, or does not read: the recording stays whole.
+//! The user closes the terminal, or a reader stops reading: the recording is complete.
 
 use std::fs;
 use std::path::Path;
@@ -15,18 +15,18 @@ fn rows_of(path: &Path) -> usize {
     text.lines().filter(digits).count()
 }
 
-/// A board that says nothing more for long has lost rows: one more at the very end.
+/// After a long silence rows would be missing: one more row at the very end.
 fn one_more(board: &mut Board) {
     board.rows(1);
     std::thread::sleep(std::time::Duration::from_millis(100));
 }
 
 #[test]
-fn a_terminal_that_is_closed_ends_it_cleanly() {
+fn closing_the_terminal_ends_the_recording_cleanly() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
     let mut terminal = Terminal::new();
-    // So that the terminal is the one that controls it, and its end is a SIGHUP.
+    // With a controlling terminal, whose end sends SIGHUP.
     let mut command = Command::new("setsid");
     command
         .arg("--ctty")
@@ -47,7 +47,7 @@ fn a_terminal_that_is_closed_ends_it_cleanly() {
 }
 
 #[test]
-fn without_the_signal_it_goes_on_without_keys() {
+fn without_the_signal_the_recording_continues_without_keys() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
     let terminal = Terminal::new();
@@ -66,7 +66,7 @@ fn without_the_signal_it_goes_on_without_keys() {
     assert_eq!(rows_of(&folder.path().join("x_axis.csv")), 141);
 }
 
-/// More than a pipe of 64 KiB holds, so that whoever writes into it stands.
+/// More than a pipe of 64 KiB holds, so that a writer blocks.
 fn chatter(board: &mut Board) {
     for _ in 0..300 {
         board.say(&format!("# {}\n", "x".repeat(300)));
@@ -74,7 +74,7 @@ fn chatter(board: &mut Board) {
 }
 
 #[test]
-fn who_does_not_read_the_events_stops_nothing() {
+fn a_reader_who_stops_reading_stops_nothing() {
     let folder = tempfile::tempdir().unwrap();
     for (name, json) in [("x", " --json"), ("y", "")] {
         let mut board = Board::new(folder.path());
@@ -110,16 +110,16 @@ fn who_does_not_read_the_events_stops_nothing() {
 }
 
 #[test]
-fn it_ends_while_bytes_keep_coming() {
+fn the_recording_ends_while_bytes_arrive() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
     let line = format!("log x --json --port {}", board.port());
     let mut log = Logger::start(folder.path(), &line);
     board.greet();
     log.wait_for("started");
-    let (over, told) = std::sync::mpsc::channel::<()>();
+    let (over, ended) = std::sync::mpsc::channel::<()>();
     let sending = std::thread::spawn(move || {
-        while told.try_recv().is_err() {
+        while ended.try_recv().is_err() {
             board.try_row();
         }
     });
@@ -144,7 +144,7 @@ fn one_program_writes_to_a_file() {
     log.wait_for("started");
     board.rows(30);
     log.wait_for_rows(30);
-    // Before a port is opened, which would reset the other board.
+    // Refused before a port is opened, which would reset the other board.
     let other = "log x --append --json --port /dev/null";
     let (code, error) = Logger::start(folder.path(), other).ended();
     assert_eq!((code, error["code"].as_str()), (2, Some("in-use")));
@@ -158,7 +158,7 @@ fn one_program_writes_to_a_file() {
 }
 
 #[test]
-fn rejected_lines_that_cannot_be_kept_are_said() {
+fn rejected_lines_that_cannot_be_written_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
     fs::create_dir(folder.path().join("x_axis.csv.rejected.txt")).unwrap();
@@ -187,7 +187,7 @@ fn rejected_lines_that_cannot_be_kept_are_said() {
 }
 
 #[test]
-fn a_pipe_is_no_file() {
+fn a_pipe_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let made = Command::new("mkfifo")
         .arg(folder.path().join("pipe"))
@@ -201,22 +201,22 @@ fn a_pipe_is_no_file() {
 }
 
 #[test]
-fn why_a_port_does_not_open_is_said_once() {
+fn the_error_of_a_port_is_reported_once() {
     let folder = tempfile::tempdir().unwrap();
     let port = folder.path().join("ttyACM0");
     let line = format!("log x --wait --rows 20 --json --port {}", port.display());
     let mut log = Logger::start(folder.path(), &line);
     log.wait_for("waiting");
     std::os::unix::fs::symlink("/dev/null", &port).unwrap();
-    let warned = log.wait_for("warning");
-    let text = warned["text"].as_str().unwrap();
-    assert!(text.contains("it is tried again"), "{text}");
-    // A few tries more.
+    let warning = log.wait_for("warning");
+    let text = warning["text"].as_str().unwrap();
+    assert!(text.contains("it is retried"), "{text}");
+    // Some more attempts.
     std::thread::sleep(std::time::Duration::from_millis(1000));
     let mut board = Board::new(folder.path());
     log.wait_for("opened");
     board.greet();
     board.rows(20);
     assert_eq!(log.ended().0, 0);
-    assert_eq!(log.count(&warned), 1);
+    assert_eq!(log.count(&warning), 1);
 }

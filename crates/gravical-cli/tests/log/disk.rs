@@ -1,6 +1,6 @@
-//! A disk that fills up and has room again: a real one of 256 KiB, in a namespace of its
-//! own. Where the system allows none, the test is skipped; then there is only the one in
-//! memory beside `device/recorder`.
+//! A disk that is full and then has room again: a real one of 256 KiB, in a namespace of
+//! its own. Where the system does not allow that, the test is skipped; the tests of
+//! `device/recorder` simulate the disk in memory.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -45,7 +45,7 @@ fn a_disk_that_was_full_has_room_again() {
     log.wait_for("opened");
     board.greet();
     log.wait_for("started");
-    // The namespace of the process, which is the program by now.
+    // The namespace of the program.
     let small = PathBuf::from(format!("/proc/{}/root", log.id()))
         .join(folder.path().strip_prefix("/").unwrap())
         .join("small");
@@ -55,7 +55,7 @@ fn a_disk_that_was_full_has_room_again() {
         board.rows(100);
         log.look();
     }
-    // More than are kept in memory.
+    // More than are held in memory.
     board.rows(5000);
     log.wait_for("status");
     fs::remove_file(small.join("ballast")).unwrap();
@@ -68,7 +68,7 @@ fn a_disk_that_was_full_has_room_again() {
         text.lines().any(|line| line.starts_with(&last))
     });
     log.signal(rustix::process::Signal::INT);
-    // Something is missing.
+    // Rows are missing.
     assert_eq!(log.ended().0, 130);
     let ended = log.seen("ended").clone();
     let count = |key: &str| ended[key].as_u64().unwrap();
@@ -83,7 +83,7 @@ fn a_disk_that_was_full_has_room_again() {
         count("unstored")
     );
     assert!(text.contains(&named), "{ended}");
-    // What fitted only in part was taken back: no line is torn.
+    // A batch that was written in part was removed: no line is incomplete.
     let recording = gravical::recording::read_bytes(
         text.as_bytes(),
         "x.csv",

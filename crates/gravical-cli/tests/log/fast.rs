@@ -1,5 +1,5 @@
-//! The board in its binary format, which only speaks so when it was told to, and is
-//! garbage at another rate than its own.
+//! The board in its binary format, which it sends after a command, and which is garbage at
+//! another baud rate.
 
 use gravical::recording::frame::{Frame, SampleFrame, encode_frame};
 
@@ -29,7 +29,7 @@ impl FastBoard {
         }
     }
 
-    /// As somebody else left it.
+    /// As another program left it.
     pub fn left_in_binary(board: Board) -> Self {
         FastBoard {
             binary: true,
@@ -73,7 +73,7 @@ impl FastBoard {
         }
     }
 
-    /// Rows of text until it is told to send frames; then it does.
+    /// Rows of text until the command for frames arrives, then frames.
     pub fn obey(&mut self) {
         until(|| {
             let row = format!(
@@ -82,10 +82,10 @@ impl FastBoard {
             );
             self.stamp_us += 10_000;
             self.send(row.as_bytes());
-            self.board.was_told("f2\n")
+            self.board.has_received("f2\n")
         });
         self.binary = true;
-        // It is silent while it sets its sensor up.
+        // The board is silent while it sets its sensor up.
         until(|| self.board.baud() == 250_000);
         self.stamp_us += 130_000;
         self.greet();

@@ -1,4 +1,4 @@
-//! The program under test, and a terminal in front of it.
+//! The program under test, and a terminal for its user.
 
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use crate::board::pair;
 
-/// What takes longer has failed.
+/// A wait that takes longer has failed.
 const PATIENCE: Duration = Duration::from_secs(9);
 
 pub fn words(line: &str) -> Vec<String> {
@@ -25,7 +25,10 @@ pub fn words(line: &str) -> Vec<String> {
 pub fn until(mut done: impl FnMut() -> bool) {
     let start = Instant::now();
     while !done() {
-        assert!(start.elapsed() < PATIENCE, "it did not come to pass");
+        assert!(
+            start.elapsed() < PATIENCE,
+            "the condition was not met in time"
+        );
         std::thread::sleep(Duration::from_millis(10));
     }
 }
@@ -37,7 +40,7 @@ pub struct Logger {
 }
 
 impl Logger {
-    /// Runs `gravical` with the words of `line`; its events are read.
+    /// Runs `gravical` with the words of `line`, and reads its events.
     pub fn start(folder: &Path, line: &str) -> Self {
         let child = Command::new(env!("CARGO_BIN_EXE_gravical"))
             .args(words(line))
@@ -61,7 +64,7 @@ impl Logger {
         self.child.id()
     }
 
-    /// Takes the events that came, if there were any.
+    /// Reads the events that have arrived.
     pub fn look(&mut self) {
         while let Ok(line) = self.lines.recv_timeout(Duration::from_millis(10)) {
             self.seen.push(serde_json::from_str(&line).unwrap());
@@ -72,12 +75,12 @@ impl Logger {
         self.seen.iter().any(|event| event["type"] == kind)
     }
 
-    /// How often that event came.
+    /// How often that event has arrived.
     pub fn count(&self, event: &Value) -> usize {
         self.seen.iter().filter(|seen| *seen == event).count()
     }
 
-    /// The same with a terminal as its input and its messages.
+    /// The same with a terminal for input and messages.
     pub fn start_in(folder: &Path, line: &str, terminal: &Terminal) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_gravical"));
         command.args(words(line)).current_dir(folder);
@@ -113,7 +116,7 @@ impl Logger {
         self.wait(kind, |event| event["type"] == kind)
     }
 
-    /// A status with so many rows or more.
+    /// A status with at least this many rows.
     pub fn wait_for_rows(&mut self, rows: u64) {
         self.wait("enough rows", |event| {
             event["type"] == "status" && event["rows"].as_u64().unwrap() >= rows
@@ -125,7 +128,7 @@ impl Logger {
         loop {
             let left = PATIENCE.saturating_sub(start.elapsed());
             let Ok(line) = self.lines.recv_timeout(left) else {
-                panic!("waited for {what}; came: {:#?}", self.seen);
+                panic!("waited for {what}; events: {:#?}", self.seen);
             };
             let event: Value =
                 serde_json::from_str(&line).unwrap_or_else(|e| panic!("{e}: {line}"));
@@ -137,7 +140,13 @@ impl Logger {
         }
     }
 
-    /// An event that came earlier.
+    /// The last event of that type.
+    pub fn seen_last(&self, kind: &str) -> &Value {
+        let found = self.seen.iter().rfind(|e| e["type"] == kind);
+        found.unwrap_or_else(|| panic!("no {kind} in {:#?}", self.seen))
+    }
+
+    /// The first event of that type.
     pub fn seen(&self, kind: &str) -> &Value {
         let found = self.seen.iter().find(|e| e["type"] == kind);
         found.unwrap_or_else(|| panic!("no {kind} in {:#?}", self.seen))
@@ -177,7 +186,7 @@ impl Logger {
         (code, last)
     }
 
-    /// The exit code, and what was said.
+    /// The exit code, and standard error.
     pub fn ended_text(&mut self) -> (i32, String) {
         let code = self.gone().expect("ended by a signal");
         let mut err = String::new();
@@ -194,12 +203,12 @@ impl Drop for Logger {
     }
 }
 
-/// What a person sits at.
+/// The terminal of a user.
 pub struct Terminal {
     ours: File,
     theirs: OwnedFd,
     text: String,
-    /// Up to here it was waited for.
+    /// The end of the text that was waited for last.
     read: usize,
 }
 

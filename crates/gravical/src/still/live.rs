@@ -66,7 +66,7 @@ impl LiveStills {
 
     /// Takes a row: specific force in any unit.
     pub fn push(&mut self, accel: [f64; 3]) {
-        self.values.see(accel);
+        self.values.observe(accel);
         for (channel, value) in self.accel.iter_mut().zip(accel) {
             channel.push(value);
         }

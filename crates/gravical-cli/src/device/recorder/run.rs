@@ -118,7 +118,7 @@ impl Run {
         self.stamps.steps_are(Some(second / settings.rate_hz));
     }
 
-    /// Whether a header has as many names as a row has numbers.
+    /// Whether a header has a name for each number of the rows.
     pub fn fits(&self, header: &[u8]) -> bool {
         self.shape.as_ref().is_some_and(|shape| shape.fits(header))
     }

@@ -59,17 +59,17 @@ fn time_alone(dialect: &Dialect, columns: Option<&ColumnsSpec>) -> Result<Layout
     let recognised = || match &dialect.header {
         Some(header) => {
             let mut named = understand_all(header, "", Role::Recording);
-            named.retain(|(field, _)| !given.takes(*field));
+            named.retain(|(field, _)| !given.uses(*field));
             let clock = clock::choose(&rows, &named, &header.names, "", &mut Vec::new());
             clock.map(|clock| clock.field)
         }
         None => {
             let (rises, counts) = first_column_rises(&dialect.sample);
-            (rises && !counts && !given.takes(0)).then_some(0)
+            (rises && !counts && !given.uses(0)).then_some(0)
         }
     };
     let time = given.field(Quantity::Time).or_else(|| {
-        let is_given = given.names(Quantity::Time) || given.names(Quantity::TimeStep);
+        let is_given = given.includes(Quantity::Time) || given.includes(Quantity::TimeStep);
         (!is_given).then(recognised)?
     });
     Ok(Layout {

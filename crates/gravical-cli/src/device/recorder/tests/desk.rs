@@ -1,4 +1,4 @@
-//! A recorder with a clock, a disk and a board that the test plays.
+//! A recorder with a clock, a disk and a board that the test controls.
 
 use crate::device::recorder::*;
 
@@ -17,7 +17,7 @@ pub struct Desk {
     pub events: Vec<Event>,
     pub commands: String,
     pub full: bool,
-    /// Rates that were set.
+    /// Baud rates that were set.
     pub bauds: Vec<u32>,
 }
 

@@ -1,4 +1,4 @@
-//! Silence, pauses and the end: which rows somebody wanted and did not get.
+//! Silence, pauses and the end: which rows are missing.
 
 use super::desk::{Desk, HEADER, SETTINGS};
 use crate::device::recorder::*;
@@ -24,7 +24,7 @@ fn a_sensor_that_is_silent_until_the_end() {
             ["# gap: the board sent no rows: no row arrived until the end, 3.0 s"]
         );
     }
-    // A slow board, a pause, and all that was wanted.
+    // A slow board, a pause, and a complete recording.
     let mut slow = Desk::started(Options::default());
     for _ in 0..5 {
         slow.rows(1);
@@ -55,7 +55,7 @@ fn a_sensor_that_is_silent_until_the_end() {
     }
 }
 
-/// Whatever is lost in a pause is not missing.
+/// Rows that are lost in a pause are not missing.
 #[test]
 fn unplugged_in_a_pause() {
     let mut desk = Desk::started(Options::default());
@@ -77,7 +77,7 @@ fn unplugged_in_a_pause() {
     desk.rows(10);
     assert!(desk.gaps().is_empty(), "{:?}", desk.gaps());
     assert_eq!(desk.recorder.counts().missing, 0);
-    // Half of the time before it.
+    // Half of the time is before the pause.
     desk.recorder.lost(desk.now_s, "gone");
     for _ in 0..200 {
         desk.row();
@@ -93,7 +93,7 @@ fn unplugged_in_a_pause() {
     let counts = desk.end();
     assert!((95..=105).contains(&counts.missing), "{counts:?}");
     assert_eq!((counts.gaps, counts.incomplete), (1, 1));
-    // Unplugged in a pause that nobody ended.
+    // Unplugged in a pause without end.
     let mut desk = Desk::started(Options::default());
     desk.rows(50);
     desk.recorder.toggle_pause(desk.now_s);
@@ -115,7 +115,7 @@ fn gaps_of_unknown_size_are_incomplete() {
     desk.rows(9);
     let counts = desk.end();
     assert_eq!((counts.in_gaps(), counts.incomplete), (0, 1));
-    // Back without a row missing, and a recording that goes on with another.
+    // Plugged in again without a missing row, and a recording that is continued.
     let mut desk = Desk::started(Options {
         continues: Some(HEADER.trim().into()),
         ..Options::default()

@@ -1,4 +1,4 @@
-//! The binary format: how a board gets into it and out of it, and where its rows go.
+//! The binary format: how a board is set to it and leaves it, and the counts of its rows.
 
 use super::uno::Uno;
 use crate::device::board::Wanted;
@@ -26,7 +26,7 @@ fn the_board_is_set_to_frames_and_they_become_rows() {
     let counts = uno.desk.end();
     assert_eq!(counts.rejected, 0, "{}", uno.desk.rejects);
     assert_eq!((counts.gaps, counts.lost, counts.fragments), (0, 0, 0));
-    // Rows of text came before that; one while the rate was changed.
+    // Rows of text arrived before; one while the baud rate was changed.
     assert!(sent - counts.stored - counts.before_start <= 1);
     assert!(counts.stored > 900);
     let head: Vec<&str> = uno.desk.file.lines().take(4).collect();
@@ -54,11 +54,11 @@ fn a_board_that_was_left_in_binary_or_begins_so() {
         assert_eq!(uno.desk.bauds, [250_000]);
         let counts = uno.desk.end();
         assert!(counts.stored > 100);
-        // What was heard at the wrong rate is nobody's.
+        // Bytes received at the wrong rate are not counted.
         assert_eq!((counts.rejected, counts.gaps), (0, 0));
         assert!(uno.desk.file.contains(COLUMNS));
     }
-    // And back to text, where that is wanted.
+    // Set back to text.
     let mut uno = Uno::new(
         Options {
             wanted: Wanted {
@@ -76,7 +76,7 @@ fn a_board_that_was_left_in_binary_or_begins_so() {
 }
 
 #[test]
-fn a_reset_in_the_middle_is_a_named_gap_and_it_goes_on() {
+fn a_reset_in_the_middle_is_a_named_gap() {
     let mut options = fast();
     options.wanted.accel_range_g = Some(4);
     for constant_format in [0, 2] {
@@ -96,7 +96,7 @@ fn a_reset_in_the_middle_is_a_named_gap_and_it_goes_on() {
                 && gap.ends_with(", the clock of the board restarts"),
             "{gap}"
         );
-        // No row of another range or unit.
+        // There is no row of another range or unit.
         let (_, after) = uno.desk.file.split_once("# gap:").unwrap();
         let rows: Vec<&str> = after
             .lines()
@@ -116,15 +116,15 @@ fn unplugged_and_plugged_in_again() {
     for resets in [true, false] {
         let mut uno = Uno::recording(fast());
         uno.run(1.0);
-        // Rows of text while the rate was changed.
-        let unheard = uno.sent - known(uno.desk.recorder.counts());
+        // Rows of text while the baud rate was changed.
+        let unnoticed = uno.sent - known(uno.desk.recorder.counts());
         uno.desk.recorder.lost(uno.desk.now_s, "Input/output error");
         uno.desk.pass(2.0);
         uno.lose(1000);
         if resets {
             uno.reset();
         }
-        // A port is opened at the rate of text.
+        // A port is opened at the baud rate of text.
         uno.desk.bauds.push(115_200);
         let now_s = uno.desk.now_s;
         uno.desk.recorder.opened(now_s, "/dev/ttyACM1", None);
@@ -136,23 +136,23 @@ fn unplugged_and_plugged_in_again() {
         assert!(gaps[0].starts_with("# gap: unplugged: "), "{gaps:?}");
         assert_eq!(gaps[0].contains("restarts"), resets, "{gaps:?}");
         if !resets {
-            assert_eq!(known(&counts) + unheard, sent, "{counts:?}");
+            assert_eq!(known(&counts) + unnoticed, sent, "{counts:?}");
         }
         assert!(counts.stored > 900);
     }
 }
 
-/// Rows that the board sent, as far as the logger knows.
+/// Rows that the board sent, by the counts of the logger.
 fn known(counts: &RowCounts) -> u64 {
     counts.received + counts.missing + counts.lost + counts.rejected - counts.fragments
 }
 
 #[test]
 fn flipped_bits_and_lost_frames_are_accounted_for() {
-    // Its stamps wrap on the way.
+    // The stamps wrap meanwhile.
     let mut uno = Uno::recording_from(fast(), (1 << 32) - 5_000_000);
-    let unheard = uno.sent - known(uno.desk.recorder.counts());
-    assert!(unheard < 3);
+    let unnoticed = uno.sent - known(uno.desk.recorder.counts());
+    assert!(unnoticed < 3);
     let mut hurt = 0;
     for round in 0_usize..400 {
         uno.rows(7);
@@ -171,7 +171,7 @@ fn flipped_bits_and_lost_frames_are_accounted_for() {
     uno.say("# overruns 1, i2c errors 0, restarts 0");
     uno.rows(20);
     let counts = uno.desk.end();
-    assert_eq!(known(&counts) + unheard, uno.sent, "{counts:?}");
+    assert_eq!(known(&counts) + unnoticed, uno.sent, "{counts:?}");
     assert_eq!(counts.received, counts.stored + counts.before_start);
     assert!(counts.rejected > 300 && counts.rejected <= 2 * hurt);
     assert!(counts.fragments > 0 && counts.fragments < 40, "{counts:?}");
@@ -183,7 +183,7 @@ fn flipped_bits_and_lost_frames_are_accounted_for() {
             .starts_with("# gap: rows were lost on the way from the board: 700 rows"),
         "{gaps:?}"
     );
-    // Bytes as hexadecimal digits, and why.
+    // Bytes as hexadecimal digits, and the reason.
     let line = uno.desk.rejects.lines().next().unwrap();
     let (bytes, why) = line.split_once("  # ").unwrap();
     assert!(bytes.bytes().all(|b| b.is_ascii_hexdigit()), "{line}");
@@ -194,7 +194,7 @@ fn flipped_bits_and_lost_frames_are_accounted_for() {
 }
 
 #[test]
-fn the_stamp_goes_on_after_its_wrap() {
+fn the_stamp_continues_after_its_wrap() {
     let mut uno = Uno::recording_from(fast(), (1 << 32) - 4_000_000);
     uno.rows(1000);
     let counts = uno.desk.end();
@@ -207,7 +207,7 @@ fn the_stamp_goes_on_after_its_wrap() {
 }
 
 #[test]
-fn samples_that_the_board_missed_are_not_lost_on_the_way() {
+fn samples_that_the_board_missed_are_not_lost_rows() {
     let mut uno = Uno::recording(fast());
     uno.run(0.5);
     uno.stamp_us += 20_000;
@@ -222,7 +222,7 @@ fn samples_that_the_board_missed_are_not_lost_on_the_way() {
 }
 
 #[test]
-fn a_board_that_does_not_take_it() {
+fn a_board_that_refuses_frames() {
     let mut uno = Uno::new(fast(), 0);
     uno.deaf = true;
     for _ in 0..400 {
@@ -237,7 +237,7 @@ fn a_board_that_does_not_take_it() {
 }
 
 #[test]
-fn frames_go_on_only_with_frames() {
+fn frames_are_continued_only_with_frames() {
     let mut options = fast();
     options.continues = Some(b"Timestamp (ms),ax,ay,az,temp,gx,gy,gz".to_vec());
     let mut uno = Uno::new(options, 0);

@@ -33,10 +33,10 @@ fn a_plain_recording() {
 
 /// Rows sent = rows stored + rows rejected + rows inside named gaps.
 #[test]
-fn a_schedule_of_everything_that_goes_wrong() {
+fn all_faults_in_one_recording_are_counted() {
     let mut desk = Desk::started(Options::default());
     desk.rows(50);
-    // Half lines, garbage, bytes that are no text.
+    // Half lines, garbage, bytes that are not text.
     for hurt in [
         "9.81,25",
         "\u{0}\u{1}~~",
@@ -49,7 +49,7 @@ fn a_schedule_of_everything_that_goes_wrong() {
     desk.recorder.bytes(desk.now_s, b"\xff\xfe,1,2,3,4,5,6,7\n");
     desk.row();
     desk.rows(30);
-    // Unplugged in the middle of a line; twenty more are sent to nobody.
+    // Unplugged in the middle of a line; twenty more rows are lost.
     let half = desk.row();
     desk.say(&half[..20]);
     desk.recorder.lost(desk.now_s, "Input/output error");
@@ -58,11 +58,11 @@ fn a_schedule_of_everything_that_goes_wrong() {
     }
     desk.pass(2.0);
     desk.recorder.opened(desk.now_s, "/dev/ttyACM1", None);
-    // What is left of a line is no row, though it has eight numbers.
+    // The rest of a line is not a row, though it has eight numbers.
     let rest = desk.row();
     desk.say(&rest[1..]);
     desk.rows(30);
-    // Lost on the way.
+    // Lost on the line.
     for _ in 0..15 {
         desk.row();
     }
@@ -96,7 +96,7 @@ fn pauses_leave_three_blank_rows_and_no_gap() {
     desk.rows(10);
     let counts = desk.end();
     assert_eq!((counts.stored, counts.paused, counts.gaps), (20, 205, 0));
-    // None before the first row.
+    // There are none before the first row.
     assert_eq!(desk.file.matches("\n\n\n\n").count(), 1);
     assert!(desk.file.contains(&format!("{HEADER}180,")));
     assert!(desk.recorder.elapsed_s(desk.now_s) < 0.3);
@@ -104,7 +104,7 @@ fn pauses_leave_three_blank_rows_and_no_gap() {
 }
 
 #[test]
-fn a_full_disk_is_told_and_what_is_lost_is_a_gap() {
+fn a_full_disk_is_reported_and_lost_rows_are_a_gap() {
     let mut desk = Desk::started(Options::default());
     desk.rows(10);
     desk.full = true;
@@ -113,7 +113,7 @@ fn a_full_disk_is_told_and_what_is_lost_is_a_gap() {
         text: "No space left on device".to_owned()
     }));
     desk.full = false;
-    // Half a second of rows was kept.
+    // Half a second of rows was held.
     desk.rows(1);
     assert_eq!(desk.file_rows(), 61);
     desk.full = true;
@@ -130,14 +130,14 @@ fn a_full_disk_is_told_and_what_is_lost_is_a_gap() {
         gaps[0].starts_with("# gap: the disk was full: 250 rows are missing, 32.5 s"),
         "{gaps:?}"
     );
-    // The first and the last of them.
+    // The first and the last held row.
     let (before, after) = desk.file.split_once("# gap").unwrap();
     assert!(before.ends_with("730,0.01,-0.02,9.81,25.50,0.1,0.2,0.3\n"));
     assert!(after.split('\n').nth(1).unwrap().starts_with("3240,"));
 }
 
-/// The head comes first, the gap stands where rows are missing, and no gap is dropped
-/// however much the board says.
+/// The head is first, the gap is where rows are missing, and no gap is dropped even if
+/// the board sends many messages.
 #[test]
 fn a_disk_that_is_full_from_the_start() {
     let mut desk = Desk::new(Options::default());
@@ -167,7 +167,7 @@ fn a_disk_that_is_full_from_the_start() {
 }
 
 #[test]
-fn a_disk_that_stays_full_loses_by_the_row() {
+fn a_disk_that_stays_full_loses_counted_rows() {
     let mut desk = Desk::started(Options::default());
     desk.full = true;
     desk.rows(20);
@@ -204,7 +204,7 @@ fn boards_that_name_no_columns() {
 }
 
 #[test]
-fn boards_that_say_nothing_or_nonsense() {
+fn boards_without_rows_are_an_error() {
     let mut desk = Desk::new(Options::default());
     for _ in 0..100 {
         desk.pass(0.1);
@@ -218,7 +218,7 @@ fn boards_that_say_nothing_or_nonsense() {
     assert!(desk.bauds.contains(&250_000));
     let error = desk.recorder.take_fatal().unwrap();
     assert_eq!(error.code(), "no-samples-from-board");
-    // Half of the time it listened for frames; what was said at another rate is not kept.
+    // Half of the time frames were expected; bytes of another rate are not stored.
     let lines: u32 = error
         .to_string()
         .split(' ')
@@ -230,7 +230,7 @@ fn boards_that_say_nothing_or_nonsense() {
         (40..80).contains(&lines) && desk.rejects.is_empty(),
         "{error}"
     );
-    // It says why; or it is slow; or it stops again.
+    // The board reports the cause; or it is slow; or it stops again.
     let mut desk = Desk::new(Options::default());
     for _ in 0..10 {
         desk.say("# no answer from a sensor\n");
@@ -257,8 +257,8 @@ fn boards_that_say_nothing_or_nonsense() {
     desk.rows(3);
     desk.pass(9.0);
     let error = desk.recorder.take_fatal().unwrap();
-    assert!(error.to_string().starts_with("only 3 rows"), "{error}");
-    // Plain text is no other rate.
+    assert!(error.to_string().contains("only 3 rows"), "{error}");
+    // Plain text is not sent at another baud rate.
     let mut desk = Desk::new(Options::default());
     for _ in 0..60 {
         desk.say("Calibrating the sensor, keep it still ...\n");
@@ -282,7 +282,7 @@ fn boards_that_say_nothing_or_nonsense() {
 }
 
 #[test]
-fn boards_that_take_no_settings() {
+fn boards_that_refuse_settings_are_an_error() {
     let wanted = Wanted {
         low_pass_hz: Some(21),
         ..Wanted::default()
@@ -307,7 +307,7 @@ fn boards_that_take_no_settings() {
 }
 
 #[test]
-fn rows_and_seconds_that_were_asked_for() {
+fn a_recording_ends_after_rows_or_seconds() {
     let mut desk = Desk::started(Options {
         rows: Some(7),
         ..Options::default()
@@ -326,7 +326,7 @@ fn rows_and_seconds_that_were_asked_for() {
 }
 
 #[test]
-fn a_file_goes_on_only_with_its_own_columns() {
+fn a_file_is_continued_only_with_its_own_columns() {
     let mut desk = Desk::started(Options {
         continues: Some(HEADER.trim().into()),
         preamble: vec!["gravical log".to_owned()],
@@ -350,7 +350,7 @@ fn a_file_goes_on_only_with_its_own_columns() {
     desk.rows(2);
     assert_eq!(desk.fatal(), "columns-changed");
     assert_eq!(desk.end().stored, 0);
-    // One that names none is taken to send the usual ones.
+    // A board without a header has the columns that its numbers show.
     let mut desk = Desk::new(Options {
         continues: Some(HEADER.trim().into()),
         ..Options::default()
@@ -363,11 +363,11 @@ fn a_file_goes_on_only_with_its_own_columns() {
 }
 
 #[test]
-fn other_columns_in_the_middle_end_it() {
+fn other_columns_in_the_middle_are_an_error() {
     let mut desk = Desk::new(Options::default());
     desk.say(HEADER);
     desk.rows(5);
-    // Rows of these columns in the same breath.
+    // Rows of these columns in the same write.
     let (one, two) = (desk.row(), desk.row());
     desk.say(&format!("t,ax,ay,az,T,gx,gy,gz\n{one}{two}"));
     assert_eq!(desk.fatal(), "columns-changed");
@@ -377,17 +377,17 @@ fn other_columns_in_the_middle_end_it() {
 }
 
 #[test]
-fn an_unplugged_end_is_a_gap_too_and_silence_is_told() {
+fn an_unplugged_end_is_a_gap_and_silence_is_reported() {
     let mut desk = Desk::started(Options::default());
     desk.rows(20);
     for _ in 0..5 {
         desk.pass(1.0);
     }
-    let told = desk
+    let reported = desk
         .events
         .iter()
         .filter(|e| matches!(e, Event::Silent { .. }));
-    assert_eq!(told.count(), 1);
+    assert_eq!(reported.count(), 1);
     desk.recorder.lost(desk.now_s, "gone");
     desk.pass(3.0);
     desk.end();

@@ -1,15 +1,15 @@
-//! Boards that start anew in the middle of it, or are somebody else's.
+//! Boards that restart during the recording, or have another sketch.
 
 use super::desk::{Desk, HEADER, SETTINGS};
 use crate::device::board::Wanted;
 use crate::device::recorder::*;
 
-/// Its own line is glued to a torn row, or not heard at all: nothing that is set
-/// otherwise gets into the file.
+/// The settings are in the line of an incomplete row, or not received: no row of other
+/// settings is in the file.
 #[test]
 fn a_reset_in_the_middle_of_a_row_is_set_again() {
     let eight = SETTINGS.replace("+-2 g", "+-8 g");
-    for heard in [true, false] {
+    for received in [true, false] {
         let mut desk = Desk::new(Options {
             wanted: Wanted {
                 accel_range_g: Some(8),
@@ -21,14 +21,14 @@ fn a_reset_in_the_middle_of_a_row_is_set_again() {
         desk.stamp = 5000;
         desk.rows(40);
         desk.say("5400,0.1,0.2,9.8");
-        desk.say(&if heard {
+        desk.say(&if received {
             format!("{SETTINGS}{HEADER}")
         } else {
             format!("#gra\n{HEADER}")
         });
         desk.stamp = 130;
         desk.rows(10);
-        if !heard {
+        if !received {
             assert_eq!(desk.commands, "?\n");
             desk.say(&format!("{SETTINGS}{HEADER}"));
         }
@@ -45,9 +45,9 @@ fn a_reset_in_the_middle_of_a_row_is_set_again() {
     }
 }
 
-/// A board that takes no commands is another one.
+/// A board that does not answer has another sketch.
 #[test]
-fn another_header_without_an_answer_ends_it() {
+fn another_header_without_an_answer_is_an_error() {
     let mut desk = Desk::started(Options::default());
     desk.rows(9);
     desk.say("t,ax,ay,az,T,gx,gy,gz\n");
@@ -57,7 +57,7 @@ fn another_header_without_an_answer_ends_it() {
     assert_eq!((counts.stored, counts.received), (9, 909));
 }
 
-/// After a reconnection the rest of a header is no other header.
+/// After a reconnection the rest of a header is not another header.
 #[test]
 fn a_torn_header_is_a_rejected_line() {
     let mut desk = Desk::started(Options::default());
@@ -70,7 +70,7 @@ fn a_torn_header_is_a_rejected_line() {
     assert_eq!(desk.fatal_code(), None);
     let counts = desk.end();
     assert_eq!((counts.stored, counts.rejected), (18, 1));
-    // Before the start neither; a board that starts up says its first line into the
+    // Nor is it one before the start; the first line of a board that starts follows a
     // silence.
     let mut desk = Desk::new(Options::default());
     desk.say("me,ax,ay,az,temp,gx,gy,gz\n");
@@ -94,7 +94,7 @@ fn garbage_without_end_is_counted() {
     desk.rows(9);
     let counts = desk.end();
     assert_eq!((counts.stored, counts.rejected_unstored), (18, 0));
-    // Before the start, too, once it is known that it was text.
+    // Before the start likewise, once it is known to be text.
     let mut desk = Desk::new(Options::default());
     for _ in 0..5000 {
         desk.say("1,2\n");
@@ -104,9 +104,9 @@ fn garbage_without_end_is_counted() {
     assert_eq!((counts.rejected, counts.rejected_unstored), (5000, 0));
 }
 
-/// What it says before it begins is not without end, and the settings are not lost by it.
+/// The messages before the start are limited, and the settings are kept.
 #[test]
-fn a_board_that_says_much_before_it_begins() {
+fn many_messages_before_the_start() {
     let mut desk = Desk::new(Options::default());
     for i in 0..100 {
         desk.say("# no answer from a sensor\n");
@@ -122,7 +122,7 @@ fn a_board_that_says_much_before_it_begins() {
     assert_eq!(desk.file.matches("# attempt").count(), 19);
 }
 
-/// Rows of other steps until the board is set again are no measure for those after it.
+/// Rows with other steps while the board has other settings do not change the usual step.
 #[test]
 fn a_slow_board_that_was_fast_for_a_while() {
     let slow = SETTINGS.replace("100.00", "20.00");
@@ -151,9 +151,9 @@ fn a_slow_board_that_was_fast_for_a_while() {
     assert_eq!(desk.gaps().len(), 1, "{:?}", desk.gaps());
 }
 
-/// A recording of counts: what a reset board sends first has another header.
+/// A recording of counts: a board sends another header after a reset.
 #[test]
-fn another_header_is_a_question_first() {
+fn another_header_is_first_checked_with_the_settings() {
     let counts = SETTINGS.replace("format 0", "format 1");
     let columns = "Timestamp (ms),ax,ay,az,temp,gx,gy,gz\n";
     let mut desk = Desk::new(Options::default());
@@ -169,7 +169,7 @@ fn another_header_is_a_question_first() {
     desk.say(&format!("{counts}{columns}"));
     desk.rows(9);
     assert!(desk.recorder.take_fatal().is_none());
-    // Set as it was, and other columns all the same.
+    // The same settings, and still other columns.
     desk.say(&format!("{counts}{HEADER}"));
     assert_eq!(desk.fatal(), "columns-changed");
     let counts = desk.end();
@@ -177,7 +177,7 @@ fn another_header_is_a_question_first() {
 }
 
 #[test]
-fn a_board_that_resets_is_set_again() {
+fn a_board_that_resets_is_set_as_before() {
     let wanted = Wanted {
         accel_range_g: Some(4),
         ..Wanted::default()
@@ -236,14 +236,14 @@ fn a_sensor_that_is_set_up_again() {
 }
 
 #[test]
-fn a_reset_without_a_word_and_a_wrap() {
+fn a_reset_without_messages_and_a_wrap() {
     let mut desk = Desk::started(Options::default());
     desk.stamp = (1 << 32) - 300;
     desk.rows(60);
     assert!(desk.gaps().is_empty() && desk.stamp == 300);
     desk.stamp = 20;
     desk.rows(5);
-    // It is asked whether it is still set so.
+    // The board is asked for its settings.
     assert_eq!(desk.commands, "?\n");
     desk.say(&format!("{SETTINGS}{HEADER}"));
     desk.rows(5);

@@ -1,27 +1,28 @@
-//! A board that takes commands and sends frames, at rates that have to fit.
+//! A board that takes commands and sends frames, at baud rates that must match.
 
 use gravical::recording::frame::{Frame, SampleFrame, encode_frame};
 
 use super::desk::{Desk, HEADER};
 use crate::device::recorder::*;
 
-/// Bytes a second are not modelled: what is sent in a millisecond arrives in it.
+/// The capacity of the line is not modelled: bytes arrive in the millisecond in which
+/// they are sent.
 pub struct Uno {
     pub desk: Desk,
     pub format: u8,
     pub range_g: u32,
     pub rate_hz: u32,
-    /// After a reset.
+    /// The settings after a reset.
     pub constant_format: u8,
-    /// What its clock says when it is up.
+    /// Its clock when it has started, µs.
     pub boot_us: u64,
     pub stamp_us: u64,
     pub sequence: u8,
     /// Frames since the last reset.
     pub sent: u64,
-    /// Takes no command.
+    /// It ignores commands.
     pub deaf: bool,
-    /// When it has set its sensor up, s.
+    /// Time at which its sensor is set up, s.
     up_s: f64,
     greeted: bool,
     next_s: f64,
@@ -86,7 +87,7 @@ impl Uno {
         )
     }
 
-    /// Bytes on the wire, garbage where the port has another rate.
+    /// Sends bytes; they are garbage if the port has another baud rate.
     pub fn send(&mut self, bytes: &[u8]) {
         let port = self.desk.bauds.last().copied().unwrap_or(115_200);
         let bytes: Vec<u8> = bytes
@@ -112,7 +113,7 @@ impl Uno {
         }
     }
 
-    /// The next row on the wire; its clock goes on.
+    /// Sends the next row; the clock advances.
     pub fn row(&mut self) -> Vec<u8> {
         let bytes = match self.format {
             2 => encode_frame(&Frame::Sample(SampleFrame {
@@ -148,7 +149,7 @@ impl Uno {
         }
     }
 
-    /// Rows as time goes by, and answers to commands.
+    /// Sends rows as time passes, and answers commands.
     pub fn run(&mut self, s: f64) {
         let end_s = self.desk.now_s + s;
         while self.desk.now_s < end_s {
@@ -177,7 +178,7 @@ impl Uno {
         let commands = self.desk.commands.split_off(self.read_commands);
         self.desk.commands.push_str(&commands);
         self.read_commands = self.desk.commands.len();
-        // A command was sent before the rate was changed for it.
+        // A command was sent before its change of the baud rate.
         let understood = port.unwrap_or(115_200) == self.baud() || commands.contains('f');
         if self.deaf || !understood || self.desk.now_s < self.up_s {
             return;

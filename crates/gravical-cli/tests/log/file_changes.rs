@@ -1,4 +1,4 @@
-//! What happens to the file, and to what is no usual line, while it records.
+//! Changes of the file during the recording, and unusual lines.
 
 use std::fs;
 
@@ -9,7 +9,7 @@ use crate::logger::{Logger, until};
 use crate::recording;
 
 #[test]
-fn a_file_that_is_deleted_goes_on_beside_it_with_all_rows() {
+fn a_file_that_is_deleted_continues_beside_it_with_all_rows() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
     let line = format!("log -o x.csv --json --port {}", board.port());
@@ -18,10 +18,10 @@ fn a_file_that_is_deleted_goes_on_beside_it_with_all_rows() {
     board.rows(40);
     log.wait_for_rows(40);
     fs::remove_file(folder.path().join("x.csv")).unwrap();
-    let told = log.wait_for("warning");
+    let warning = log.wait_for("warning");
     assert!(
-        told["text"].as_str().unwrap().contains("x.kept.csv"),
-        "{told}"
+        warning["text"].as_str().unwrap().contains("x.kept.csv"),
+        "{warning}"
     );
     board.rows(40);
     log.wait_for_rows(80);
@@ -34,7 +34,7 @@ fn a_file_that_is_deleted_goes_on_beside_it_with_all_rows() {
 }
 
 #[test]
-fn rejected_lines_that_come_fast_are_all_kept() {
+fn rejected_lines_that_arrive_fast_are_all_stored() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
     let line = format!("log -o x.csv --json --port {}", board.port());
@@ -42,7 +42,7 @@ fn rejected_lines_that_come_fast_are_all_kept() {
     board.greet();
     board.rows(10);
     log.wait_for("started");
-    // Many times what is kept in memory, far faster than it is written as a rule.
+    // Many times the room in memory, faster than usual writes.
     let garbage = "what a loose wire makes of a row, again and again and again\n".repeat(10_000);
     board.send(garbage.as_bytes());
     board.rows(10);
