@@ -67,8 +67,7 @@ pub(super) fn errors(
 /// A fit without some poses.
 struct Without<'a> {
     parameters: Parameters,
-    /// Variance of hᵀ(M, b).
-    variance: Box<dyn Fn(&[f64; 12]) -> Option<f64> + 'a>,
+    variance: Variance<'a>,
 }
 
 /// The fit without the places that are `gone`; none where what remains determines too
@@ -117,6 +116,9 @@ fn without<'a>(
 }
 
 type Parameters = ([[f64; 3]; 3], [f64; 3]);
+
+/// Variance of hᵀ(M, b).
+type Variance<'a> = Box<dyn Fn(&[f64; 12]) -> Option<f64> + 'a>;
 
 /// M and b after a step of the shared parameters, or by a search where the step
 /// is too large to be believed.
