@@ -1,7 +1,7 @@
 //! What is left at the end of a move between two rests, and what it says of the band.
 //!
 //! Velocity and tilt at the second rest, before they are set right, are each held against
-//! their own standard uncertainty. Where one is improbable, the noise was larger than the
+//! their own standard uncertainty. Where a velocity is improbable, or a tilt beyond 4 σ, the noise was larger than the
 //! model has it: along that axis N² gains e_v²/T, and the density q of the tilt φ²/T, so
 //! much as the closure shows. In its second moment this is one step, of the velocity or of
 //! the tilt, at an unknown moment of the move; what of it the smoother has taken off is
@@ -58,14 +58,14 @@ impl Tested {
 
     /// What widens the band; none where nothing does.
     pub fn reason(&self) -> Option<String> {
+        if self.velocity <= IMPROBABLE && self.tilt <= FAR {
+            return None;
+        }
         let (what, sigmas) = if self.tilt > self.velocity {
             ("tilt", self.tilt)
         } else {
             ("velocity", self.velocity)
         };
-        if sigmas <= IMPROBABLE {
-            return None;
-        }
         Some(format!(
             "the {what} at its end is {sigmas:.1} times its uncertainty from what the rest shows: the band is widened by that"
         ))
@@ -126,28 +126,29 @@ impl Setup<'_> {
             (tilt[1], -closure.missing[1]),
             (tilt[0], closure.missing[0]),
             (0.0, 0.0),
-        ]
-        .map(|(sigmas, phi)| if sigmas > IMPROBABLE { phi } else { 0.0 });
+        ];
         // Variance of the position at the end where N² = 1.
         let by_noise = course.noise.accel_at_end(leg);
         for i in 0..3 {
-            let acceleration = gravity * tilted[i];
+            let (sigmas, phi) = tilted[i];
+            let acceleration = gravity * phi;
             let mut beside = 0.0;
             if ratio[i] > least {
                 beside += hidden.likely() * left[i].powi(2) * hidden.lever();
             }
-            if acceleration != 0.0 {
+            if sigmas > FAR {
                 let speed = left[i].abs() + FAR * untilted[i];
                 beside += self.in_no_rest(around, acceleration.abs(), speed, seconds);
             }
             if by_noise[i] > 0.0 {
                 out.unmodelled.accel[i] += beside / by_noise[i];
             }
-            if follows {
-                out.unmodelled.tilt[i] = tilted[i].powi(2);
+            let improbable = told[i] > IMPROBABLE && seconds > 0.0;
+            if follows && (improbable || sigmas > FAR) {
+                out.unmodelled.tilt[i] = phi * phi;
             }
-            if told[i] > IMPROBABLE && seconds > 0.0 {
-                let by_tilt = acceleration * seconds;
+            if improbable {
+                let by_tilt = if follows { acceleration * seconds } else { 0.0 };
                 let beyond = left[i] - left[i].clamp(by_tilt.min(0.0), by_tilt.max(0.0));
                 out.unmodelled.accel[i] += (1.0 - hidden.likely()) * beyond * beyond / seconds;
             }
