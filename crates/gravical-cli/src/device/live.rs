@@ -16,6 +16,8 @@ const NORM_S: f64 = 0.5;
 const MOST_ROWS: usize = 4096;
 /// Rests are looked for once the rate is known from this time, s.
 const LEARN_RATE_S: f64 = 1.0;
+/// A rest is at least 1 s: before this time it is not known whether there is one, s.
+const FIRST_REST_S: f64 = 1.5;
 /// No rest continues over a pause of this length between rows, s.
 const SPLIT_S: f64 = 0.5;
 /// A rest of this length, stored, is a pose, s.
@@ -131,13 +133,14 @@ impl Live {
             rows.filter(|(t, ..)| now_s - t <= NORM_S)
                 .map(|(_, row, _)| row)
         };
-        let Some(last) = recent().last() else {
+        let Some(last) = recent().next_back() else {
             return Status::default();
         };
         let length = |a: [f64; 3]| a.iter().map(|v| v * v).sum::<f64>().sqrt();
         let norms: Vec<f64> = recent().filter_map(|row| row.accel).map(length).collect();
         let norm = norms.iter().sum::<f64>() / norms.len() as f64;
-        let rest = self.rests.as_ref().map(Rests::state);
+        let known = |rests: &&Rests| rests.stills.rows() as f64 >= FIRST_REST_S * rests.rate_hz;
+        let rest = self.rests.as_ref().filter(known).map(Rests::state);
         let (still, up, poses) = match rest {
             Some((still, up, poses)) => (Some(still), up, Some(poses)),
             None => (None, None, None),

