@@ -19,7 +19,7 @@ const ALIKE: f64 = 1.5;
 /// What stamp and number of a row show about the rows before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
-    /// The clock goes on; rows may be missing.
+    /// The clock advances; rows may be missing.
     On {
         /// Missing rows by the clock.
         jump: u64,
@@ -193,7 +193,7 @@ mod tests {
         let mut stamps = Stamps::default();
         let mut next = |sequence| match stamps.next(Some(0.0), sequence) {
             Step::On { lost, .. } => lost,
-            Step::Restarted => panic!("the clock stands still"),
+            Step::Restarted => panic!("the stamp does not change"),
         };
         assert_eq!(next(Some(254)), None);
         assert_eq!(next(Some(255)), Some(0));

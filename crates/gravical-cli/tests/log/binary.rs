@@ -50,8 +50,12 @@ fn every_frame_sent_is_stored_or_rejected_or_missing() {
     board.rows(20);
     board.say("# overruns 2, i2c errors 0, restarts 0");
     loop {
-        let said = log.wait_for("board");
-        if said["text"].as_str().unwrap().starts_with("# overruns 2") {
+        let message = log.wait_for("board");
+        if message["text"]
+            .as_str()
+            .unwrap()
+            .starts_with("# overruns 2")
+        {
             break;
         }
     }

@@ -156,7 +156,10 @@ impl Start {
         const SKETCH: &str = "is the baud rate right (--baud), and does the sketch print rows of numbers (firmware/mpu6050_logger does)?";
         let none =
             |text: String, hint: &str| Error::device("no-samples-from-board", text).with_hint(hint);
-        let last = self.messages.last().or(self.settings_line.as_ref());
+        let words = self.possible_header.as_deref().map(String::from_utf8_lossy);
+        let words = words.map(|words| words.into_owned());
+        let message = self.messages.last().or(self.settings_line.as_ref());
+        let last = message.or(words.as_ref());
         match (self.held.len(), last, invalid) {
             (0, Some(last), _) => none(
                 format!("the board sent no rows; its last message: {last:?}"),

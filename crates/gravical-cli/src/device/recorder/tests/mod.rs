@@ -258,6 +258,14 @@ fn boards_without_rows_are_an_error() {
     desk.pass(9.0);
     let error = desk.recorder.take_fatal().unwrap();
     assert!(error.to_string().contains("only 3 rows"), "{error}");
+    // A sketch that prints words.
+    let mut desk = Desk::new(Options::default());
+    desk.say("\nFailed to find MPU6050 chip\n");
+    for _ in 0..100 {
+        desk.pass(0.1);
+    }
+    let error = desk.recorder.take_fatal().unwrap();
+    assert!(error.to_string().contains("Failed to find"), "{error}");
     // Plain text is not sent at another baud rate.
     let mut desk = Desk::new(Options::default());
     for _ in 0..60 {
@@ -287,12 +295,12 @@ fn boards_that_refuse_settings_are_an_error() {
         low_pass_hz: Some(21),
         ..Wanted::default()
     };
-    for speaks in [true, false] {
+    for reports in [true, false] {
         let mut desk = Desk::new(Options {
             wanted,
             ..Options::default()
         });
-        if speaks {
+        if reports {
             desk.say(&format!("{SETTINGS}{HEADER}"));
         }
         desk.rows(1200);
