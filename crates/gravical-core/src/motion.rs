@@ -44,7 +44,7 @@ mod tests;
 use crate::Real;
 use crate::matrix3::{add, norm, scaled, sub};
 use crate::still::{Detector, Event, Plan};
-use crate::strapdown::{level, missing_tilt, times, turn};
+use crate::strapdown::{level, levelling_error, times, turn};
 
 pub use config::{FirstRest, MotionConfig, Removal};
 use course::Course;
@@ -461,7 +461,10 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         self.course.gravity = norm(&force);
         if self.config.removal != Removal::StillMean {
             let attitude = if self.bias_known {
-                times(&turn(&missing_tilt(&self.arrived, &force)), &self.arrived)
+                times(
+                    &turn(&levelling_error(&self.arrived, &force)),
+                    &self.arrived,
+                )
             } else {
                 level(force, T::zero())
             };

@@ -180,7 +180,7 @@ pub fn from_matrix<T: Real>(m: &[[T; 3]; 3]) -> [T; 4] {
 /// a sensor of attitude `q`, any unit) upright: what is missing of the tilt at a
 /// rest. It is horizontal; its length is the angle, 0 to π.
 #[must_use]
-pub fn missing_tilt<T: Real>(q: &[T; 4], force: &[T; 3]) -> [T; 3] {
+pub fn levelling_error<T: Real>(q: &[T; 4], force: &[T; 3]) -> [T; 3] {
     let seen = rotate(q, force);
     // seen × ẑ
     let (x, y) = (seen[1], -seen[0]);
@@ -295,12 +295,12 @@ mod tests {
     fn missing_tilt_is_what_levels() {
         let q = level([0.3, -0.2, 9.0], 0.4);
         let force = [1.5_f64, 2.0, 7.0];
-        let delta = missing_tilt(&q, &force);
+        let delta = levelling_error(&q, &force);
         let q = times(&turn(&delta), &q);
         let seen = rotate(&q, &force);
         assert!(seen[0].abs() < 1e-12 && seen[1].abs() < 1e-12 && seen[2] > 0.0);
         assert_eq!(
-            missing_tilt(&level([0.0, 0.0, 1.0], 0.0), &[0.0, 0.0, 1.0]),
+            levelling_error(&level([0.0, 0.0, 1.0], 0.0), &[0.0, 0.0, 1.0]),
             [0.0; 3]
         );
     }

@@ -71,10 +71,10 @@ impl CalibrateOptions {
         if !(turn.is_finite() && turn.abs() >= 30.0) {
             return wrong(format!("--turn-angle of {turn}°: at least 30° are needed"));
         }
-        if let Some(tilt) = self.estimate.placement_tilt_deg
+        if let Some(tilt) = self.estimate.pose_tilt_deg
             && !(0.0..=10.0).contains(&tilt)
         {
-            return wrong(format!("--placement-tilt of {tilt}°: 0 to 10 is possible"));
+            return wrong(format!("--pose-tilt of {tilt}°: 0 to 10 is possible"));
         }
         if self.segment.rows == Some(0) {
             return wrong("--rows 0 takes no rows".to_owned());
@@ -149,7 +149,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         gravity,
     };
     let estimate = accelerometer(&session, &options.estimate)
-        .map_err(|error| error.after(&segmentation.findings, FindingKind::NoStill))?;
+        .map_err(|error| error.after(&segmentation.findings, FindingKind::NoStaticInterval))?;
 
     // The gyroscope from the pauses and the known turns.
     let turns = match &estimate.faces {
@@ -176,7 +176,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
 
     // What do the placements say of the result, and what can they not say?
     let offset = recordings.first().map_or(0.0, |r| r.zero_offset);
-    let positions = errors::positions(
+    let poses = errors::poses(
         placements,
         &estimate.uses,
         &estimate.calibration,
@@ -187,7 +187,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let range = temperature(&temperatures);
     let trust = trust::trust(
         &estimate,
-        &positions,
+        &poses,
         &options.gravity,
         range.as_ref(),
         &temperatures,
@@ -211,8 +211,8 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
             values: c.iter().map(|row| row.to_vec()).collect(),
         }),
         gravity_sd_mps2: options.gravity.uncertainty_mps2(),
-        errors: errors::fit_errors(&positions),
-        positions,
+        errors: errors::fit_errors(&poses),
+        poses,
         scale_deviation_percent: nominal.map(|n| scale.map(|k| 100.0 * (k / n - 1.0))),
         degrees_of_freedom: estimate.degrees_of_freedom,
         leave_one_out_rms_mps2: trust.leave_one_out,
@@ -220,10 +220,10 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         worst_direction: trust.worst_direction,
         undetected: trust.undetected,
         contradicted: trust.contradicted,
-        placement_tilt_deg: estimate.tilt,
+        pose_tilt_deg: estimate.tilt,
         deviations: trust.deviations,
         fit: trust.fit,
-        worst_pose: trust.worst,
+        least_consistent_pose: trust.worst,
         next_poses: trust.next,
         known_gravity: trust.known_gravity,
         budget: trust.budget,

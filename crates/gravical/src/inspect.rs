@@ -45,7 +45,7 @@ pub struct Inspection {
     /// Full turns about an axis.
     pub turns: Vec<TurnSpan>,
     /// Share of the rows in static intervals, 0 to 1.
-    pub still_share: f64,
+    pub static_share: f64,
     /// Faults found.
     pub findings: Vec<Finding>,
 }
@@ -163,7 +163,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         labels: label_counts(recording),
         stills,
         turns: turns.iter().map(|t| turn_span(recording, t)).collect(),
-        still_share: held as f64 / recording.rows_in_file().max(1) as f64,
+        static_share: held as f64 / recording.rows_in_file().max(1) as f64,
         findings,
     }
 }

@@ -99,7 +99,7 @@ struct MethodArgs {
     /// Expected tilt of the face poses, degrees (standard deviation in each of two directions):
     /// 0.1 in a jig, 0.5 to 1 in a box on a table, 2 by hand [default: estimated, else 1]
     #[arg(long, value_name = "DEG")]
-    placement_tilt: Option<f64>,
+    pose_tilt: Option<f64>,
     /// Data sheet limits of scale, cross-axis and bias as prior knowledge
     #[arg(long, hide_short_help = true, value_enum, default_value = "data-sheet")]
     prior: Prior,
@@ -264,7 +264,7 @@ impl Args {
                     Method::Magnitude6 => accelerometer::Method::Magnitude6,
                     Method::Linear12 => accelerometer::Method::Linear12,
                 },
-                placement_tilt_deg: m.placement_tilt,
+                pose_tilt_deg: m.pose_tilt,
                 prior: m.prior == Prior::DataSheet,
                 free: m.free.clone(),
                 face: m.face.clone(),

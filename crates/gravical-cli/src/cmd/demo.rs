@@ -278,7 +278,7 @@ fn summary(
         let n = errors.len().max(1) as f64;
         (errors.iter().map(|e| e * e).sum::<f64>() / n).sqrt()
     };
-    let raw = a.positions.iter().map(|p| norm(&p.raw) - g).collect();
+    let raw = a.poses.iter().map(|p| norm(&p.raw) - g).collect();
     let truth = simulation
         .truth
         .files

@@ -192,7 +192,7 @@ fn a_recording_that_never_lies_still() {
         folder.path(),
         "calibrate shaken.csv",
         3,
-        "never-still",
+        "never-static",
         &["shaken.csv"],
     );
 }

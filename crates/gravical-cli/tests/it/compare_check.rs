@@ -11,8 +11,8 @@ fn sensor(folder: &Path) {
     for line in [
         "simulate six-position -o first --seed 5 --tilt 0.1 --temperature-drift 0 --quiet",
         "simulate poses -o later --seed 5 --tilt 0.1 --temperature-drift 0 --hold 10 --quiet",
-        "calibrate first -o first.json --gravity 9.80665 --placement-tilt 0.1 --quiet",
-        "calibrate later/poses.csv -o later.json --gravity 9.80665 --placement-tilt 0.1 --quiet",
+        "calibrate first -o first.json --gravity 9.80665 --pose-tilt 0.1 --quiet",
+        "calibrate later/poses.csv -o later.json --gravity 9.80665 --pose-tilt 0.1 --quiet",
     ] {
         let run = run_in(folder, words(line));
         assert_eq!(run.code, 0, "{line}\n{}{}", run.out, run.err);
@@ -169,7 +169,7 @@ fn what_cannot_be_compared_is_refused_with_the_next_step() {
         path,
         words("check cal.json shaken.csv --accel-unit m/s^2 --json"),
     );
-    assert_eq!((run.code, run.error_code().as_str()), (3, "never-still"));
+    assert_eq!((run.code, run.error_code().as_str()), (3, "never-static"));
     for line in [
         "check cal.json",
         "compare cal.json",

@@ -257,7 +257,7 @@ fn every_real_recording_is_filtered_and_read_again() {
         assert_eq!(told["stretches"], stretches, "{name}");
         let filters = told["filters"].as_array().unwrap();
         let last = &filters[2]["sigma"]["accelerometer"];
-        if told["still_spans"].as_u64().unwrap() > 0 {
+        if told["static_intervals"].as_u64().unwrap() > 0 {
             let before = numbers(&told["recorded"]["accelerometer"]);
             // Some rests are too short for 5 Hz.
             let after = if last.is_null() {
@@ -270,7 +270,7 @@ fn every_real_recording_is_filtered_and_read_again() {
                 "{name}: {before:?} {after:?}"
             );
         } else {
-            finding(&told, "never-still");
+            finding(&told, "never-static");
         }
         // It is a recording like the one it came from.
         let looked = run_in(folder.path(), words("inspect out.csv --json"));

@@ -90,7 +90,7 @@ fn handheld_rows_repeat() {
     finding(&looked, "repeated-rows");
     finding(&looked, "columns-guessed");
     assert_eq!(looked["accelerometer"]["unit"], "counts");
-    assert!(looked["still_share"].as_f64().unwrap() < 0.02);
+    assert!(looked["static_share"].as_f64().unwrap() < 0.02);
 }
 
 #[test]

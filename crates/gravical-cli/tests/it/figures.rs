@@ -82,7 +82,7 @@ fn a_calibration_is_drawn_once_and_not_over_what_is_there() {
             .parse()
             .unwrap()
     };
-    for (k, p) in positions(&calibration).iter().enumerate() {
+    for (k, p) in poses(&calibration).iter().enumerate() {
         let off = p["magnitude_error_mps2"].as_f64().unwrap();
         let g = calibration["gravity_mps2"].as_f64().unwrap();
         close(row("calibrated", k), g + off, 1e-12);

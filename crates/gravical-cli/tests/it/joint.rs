@@ -16,7 +16,7 @@ fn number(value: &Value) -> f64 {
 
 /// RMS of ‖calibrated‖ − g over the fitted placements, m/s².
 fn residual(file: &Value) -> f64 {
-    let squares: Vec<f64> = positions(file)
+    let squares: Vec<f64> = poses(file)
         .iter()
         .filter(|p| p["fitted"] == true)
         .map(|p| number(&p["magnitude_error_mps2"]).powi(2))
@@ -50,7 +50,7 @@ fn xsens_by_hand_38_poses() {
     let Some(data) = data() else { return };
     let line = "imu_tk-xsens/xsens_acc.txt.gz --gravity 9.81744";
     let file = calibrate(&data, line, 0);
-    assert_eq!(positions(&file).len(), 38);
+    assert_eq!(poses(&file).len(), 38);
     let a = accelerometer(&file);
     let bias = [33124.1826, 33275.1794, 32364.4156];
     for (got, want) in numbers(&a["bias"]).iter().zip(bias) {
@@ -79,7 +79,7 @@ fn mikoffs_three_sensors_held_by_hand() {
     for imu in 0..3 {
         let line = format!("mikoff-mpu9150/imu{imu}.log --rate 100 --gravity 9.81");
         let file = calibrate(&data, &line, 0);
-        let count = positions(&file).len();
+        let count = poses(&file).len();
         assert!((22..=23).contains(&count), "imu{imu}: {count}");
         let rms = residual(&file);
         // Of the mean of the posterior, which is not where the residuals are least.
@@ -104,7 +104,7 @@ fn mikoffs_three_sensors_held_by_hand() {
 fn tomisuarez_ten_poses_stay_within_the_data_sheet() {
     let Some(data) = data() else { return };
     let file = calibrate(&data, "tomisuarez-mpu6050/calibration.csv", 0);
-    assert_eq!(positions(&file).len(), 10);
+    assert_eq!(poses(&file).len(), 10);
     assert_eq!(faces(&file).len(), 6);
     finding(&file, "ill-conditioned");
     let r = numbers(&accelerometer(&file)["orientation"]);
@@ -139,7 +139,7 @@ fn imucals_session_by_default() {
     // Two holds on +x read 8 mm/s² more than the two around the turn, and nothing tells
     // which are right.
     finding(&file, "repeats-contradict");
-    assert!(positions(&file).iter().all(|p| p["fitted"] == true));
+    assert!(poses(&file).iter().all(|p| p["fitted"] == true));
     let bias = [0.5371174244458201, -0.6162029930860964, 0.3988673423902682];
     let scale = [0.9967458650887003, 1.0024376185894108, 1.0233953475452096];
     for i in 0..3 {
@@ -147,9 +147,9 @@ fn imucals_session_by_default() {
         close(number(&a["bias"][i]), bias[i], 2.0 * t * sd("bias"));
         close(number(&a["scale"][i]), scale[i], 2.0 * t * sd("scale"));
     }
-    let tilt = number(&a["placement_tilt_deg"]["value"]);
+    let tilt = number(&a["pose_tilt_deg"]["value"]);
     assert!((0.05..0.3).contains(&tilt), "on a table: {tilt}°");
-    assert_eq!(a["placement_tilt_deg"]["source"], "estimated");
+    assert_eq!(a["pose_tilt_deg"]["source"], "estimated");
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn airbrakes_says_what_six_faces_cannot_tell() {
     let file = calibrate(&data, "airbrakes-sixmoves", 0);
     assert_eq!(file["verdict"]["grade"], "not-verifiable");
     assert!(accelerometer(&file)["leave_one_out_rms_mps2"].is_null());
-    for position in positions(&file) {
+    for position in poses(&file) {
         let (tilt, sd) = (
             number(&position["tilt_deg"]),
             number(&position["tilt_sd_deg"]),
@@ -179,7 +179,7 @@ fn a_recording_without_stillness_is_refused() {
         &data,
         words("calibrate mjs513-handheld/acc_A.txt.gz --json"),
     );
-    assert_eq!((run.code, run.error_code()), (3, "never-still".to_owned()));
+    assert_eq!((run.code, run.error_code()), (3, "never-static".to_owned()));
 }
 
 /// Poses of a tomisuarez-like session one by one: what is refused says how many
@@ -236,8 +236,5 @@ fn a_placement_can_be_forced_and_a_wrong_name_is_told() {
         folder.path(),
         words("calibrate . --gravity 9.81 --free nothing --json"),
     );
-    assert_eq!(
-        (run.code, run.error_code()),
-        (2, "no-such-placement".to_owned())
-    );
+    assert_eq!((run.code, run.error_code()), (2, "no-such-pose".to_owned()));
 }

@@ -218,9 +218,9 @@ fn airbrakes_six_files_are_six_faces_without_the_lift() {
         ("zplus", "+z"),
         ("zminus", "-z"),
     ];
-    assert_eq!(positions(&file).len(), 6);
+    assert_eq!(poses(&file).len(), 6);
     for (name, face) in names {
-        let position = positions(&file)
+        let position = poses(&file)
             .iter()
             .find(|p| {
                 p["source"]
@@ -259,10 +259,8 @@ fn airbrakes_six_files_are_six_faces_without_the_lift() {
         );
         assert!(used.1 - used.0 + 1 >= 100, "{name}: {used:?}");
     }
-    let tilt = finding(&file, "placement-tilt")["message"]
-        .as_str()
-        .unwrap();
-    let tilts: Vec<f64> = positions(&file)
+    let tilt = finding(&file, "pose-tilt")["message"].as_str().unwrap();
+    let tilts: Vec<f64> = poses(&file)
         .iter()
         .map(|p| p["tilt_deg"].as_f64().unwrap())
         .collect();
@@ -270,7 +268,7 @@ fn airbrakes_six_files_are_six_faces_without_the_lift() {
         assert!((0.3..=4.0).contains(&t), "{t}");
         assert!(tilt.contains(&format!("{t:.1}°")), "{t} in {tilt}");
     }
-    assert_eq!(finding(&file, "placement-tilt")["severity"], "warning");
+    assert_eq!(finding(&file, "pose-tilt")["severity"], "warning");
     // The licence in the folder is named, not read as a recording.
     let licence = finding(&file, "no-recording")["file"].as_str().unwrap();
     assert!(licence.ends_with("LICENSE.txt"), "{licence}");
@@ -319,7 +317,7 @@ fn tomisuarez_raw_counts_of_an_mpu6050() {
     let mut found = faces(&file);
     found.sort();
     assert_eq!(found, ["+x", "+y", "+z", "-x", "-y", "-z"]);
-    assert_eq!(positions(&file).len(), 10, "four oblique poses");
+    assert_eq!(poses(&file).len(), 10, "four oblique poses");
     for (got, want) in numbers(&a["bias"]).iter().zip([699.0, -345.0, -1830.0]) {
         close(*got, want, 15.0);
     }
@@ -363,7 +361,7 @@ fn a_sensor_that_never_lies_still_is_refused() {
         &data,
         words("calibrate mjs513-handheld/acc_A.txt.gz --json"),
     );
-    assert_eq!((run.code, run.error_code().as_str()), (3, "never-still"));
+    assert_eq!((run.code, run.error_code().as_str()), (3, "never-static"));
 }
 
 #[test]

@@ -74,7 +74,7 @@ fn a_motion_names_and_sums_everything_that_went_in() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     crate::motion::line(path);
-    // The gyroscope in a file of its own, and positions of its own moves.
+    // The gyroscope in a file of its own, and poses of its own moves.
     let all = std::fs::read_to_string(path.join("line/line.csv")).unwrap();
     let pick = |columns: &[usize]| -> String {
         let rows = all.lines().filter(|l| !l.starts_with('#'));

@@ -45,7 +45,7 @@ fn completions_for_every_shell() {
         for verb in ["calibrate", "check", "compare"] {
             assert!(run.out.contains(verb), "{verb} in {shell}");
         }
-        assert!(run.out.contains("placement-tilt"), "{shell}");
+        assert!(run.out.contains("pose-tilt"), "{shell}");
     }
     assert_eq!(run(["completions", "tcsh"]).code, 2);
 }

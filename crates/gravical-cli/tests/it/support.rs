@@ -146,19 +146,17 @@ pub fn finding<'a>(value: &'a Value, kind: &str) -> &'a Value {
         .unwrap_or_else(|| panic!("no {kind} among {:?}", kinds(value)))
 }
 
-/// The faces of the positions, in order.
+/// The faces of the poses, in order.
 pub fn faces(calibration: &Value) -> Vec<String> {
-    positions(calibration)
+    poses(calibration)
         .iter()
         .filter(|p| p["kind"] == "face")
         .map(|p| p["label"].as_str().unwrap().to_owned())
         .collect()
 }
 
-pub fn positions(calibration: &Value) -> &[Value] {
-    calibration["accelerometer"]["positions"]
-        .as_array()
-        .unwrap()
+pub fn poses(calibration: &Value) -> &[Value] {
+    calibration["accelerometer"]["poses"].as_array().unwrap()
 }
 
 /// A folder with the six files of a synthetic sensor.

@@ -43,7 +43,7 @@ impl CalibrationFile {
             ("gravity_sd_mps2", Some(a.gravity_sd_mps2)),
             ("leave_one_out_rms_mps2", a.leave_one_out_rms_mps2),
             ("predicted_norm_error_mps2", a.predicted_norm_error_mps2),
-            ("placement_tilt_deg", a.placement_tilt_deg.map(|t| t.value)),
+            ("pose_tilt_deg", a.pose_tilt_deg.map(|t| t.value)),
         ] {
             if value.is_some_and(|v| !(0.0..MOST).contains(&v)) {
                 let field = format!("accelerometer.{field}");

@@ -37,14 +37,14 @@ pub struct FitQuality {
     /// Repeats of a face had the same orientation and share their tilt.
     pub shared_tilts: bool,
     /// Components of the tilts that the data determine.
-    pub tilt_freedom: f64,
+    pub tilt_degrees_of_freedom: f64,
     /// The data sheet was used.
     pub prior: bool,
 }
 
 /// The least consistent pose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct WorstPose {
+pub struct LeastConsistentPose {
     /// Its label.
     pub label: String,
     /// Reason, with numbers.
@@ -132,7 +132,7 @@ pub struct Budget {
 /// A contribution to the uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Contribution {
-    /// `noise`, `placement-tilt`, `quantisation`, `model-error`, `data-sheet`,
+    /// `noise`, `pose-tilt`, `quantisation`, `model-error`, `data-sheet`,
     /// `local-gravity`, `temperature`.
     pub source: String,
     /// Standard uncertainty of ‖a‖, m/s²; null if unknown.

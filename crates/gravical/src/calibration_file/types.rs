@@ -5,8 +5,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::trust::{
-    Budget, ContradictedPose, Deviations, FitQuality, KnownGravity, NextPose, UndetectedError,
-    WorstDirection, WorstPose,
+    Budget, ContradictedPose, Deviations, FitQuality, KnownGravity, LeastConsistentPose, NextPose,
+    UndetectedError, WorstDirection,
 };
 use super::{InputFile, TemperatureModel};
 use crate::recording::Finding;
@@ -105,7 +105,7 @@ pub struct AccelerometerSection {
     #[serde(default)]
     pub gravity_sd_mps2: f64,
     /// The poses.
-    pub positions: Vec<Position>,
+    pub poses: Vec<PoseResult>,
     /// Errors over the poses that the parameters were fitted to; not a measure of accuracy.
     pub errors: Option<FitErrors>,
     /// Deviation of the scale from nominal, %; null if the nominal scale is unknown.
@@ -128,7 +128,7 @@ pub struct AccelerometerSection {
     pub contradicted: Option<ContradictedPose>,
     /// Tilt of the poses assumed in the uncertainty, degrees (standard deviation of each of two
     /// components).
-    pub placement_tilt_deg: Option<PlacementTilt>,
+    pub pose_tilt_deg: Option<PoseTilt>,
     /// Standard deviations of bias, scale and the angles between the axes.
     #[serde(default)]
     pub deviations: Option<Deviations>,
@@ -137,7 +137,7 @@ pub struct AccelerometerSection {
     pub fit: Option<FitQuality>,
     /// The least consistent pose.
     #[serde(default)]
-    pub worst_pose: Option<WorstPose>,
+    pub least_consistent_pose: Option<LeastConsistentPose>,
     /// Poses that lower the predicted error most, each after the ones before it.
     #[serde(default)]
     pub next_poses: Vec<NextPose>,
@@ -163,7 +163,7 @@ impl Default for AccelerometerSection {
             orientation: matrix3::identity(),
             covariance: None,
             gravity_sd_mps2: 0.0,
-            positions: Vec::new(),
+            poses: Vec::new(),
             errors: None,
             scale_deviation_percent: None,
             degrees_of_freedom: 0,
@@ -172,10 +172,10 @@ impl Default for AccelerometerSection {
             worst_direction: None,
             undetected: None,
             contradicted: None,
-            placement_tilt_deg: None,
+            pose_tilt_deg: None,
             deviations: None,
             fit: None,
-            worst_pose: None,
+            least_consistent_pose: None,
             next_poses: Vec::new(),
             known_gravity: None,
             budget: None,
@@ -210,7 +210,7 @@ impl Covariance {
 /// Whether a pose had a known face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum PositionKind {
+pub enum PoseKind {
     /// One axis up or down.
     Face,
     /// Any direction.
@@ -219,11 +219,11 @@ pub enum PositionKind {
 
 /// One pose of the sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Position {
+pub struct PoseResult {
     /// `+x` … for faces, otherwise its name.
     pub label: String,
     /// Face or free.
-    pub kind: PositionKind,
+    pub kind: PoseKind,
     /// The file or files it was measured in.
     pub source: String,
     /// Number of rows in the mean.
@@ -264,7 +264,7 @@ pub struct Position {
     pub fitted: bool,
 }
 
-impl Position {
+impl PoseResult {
     /// Label with lines, since a face can occur several times.
     pub(crate) fn called(&self) -> String {
         match self.lines {
@@ -291,7 +291,7 @@ pub struct FitErrors {
 
 /// Tilt of the poses and its source.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct PlacementTilt {
+pub struct PoseTilt {
     /// Standard deviation of each of the two components, degrees.
     pub value: f64,
     /// Source of the value.

@@ -26,7 +26,7 @@ pub(super) fn keep_longest(rests: &mut Vec<Rest>, most: usize, findings: &mut Ve
     rests.retain(|r| r.count >= least);
     rests.truncate(most);
     findings.push(Finding::new(
-        FindingKind::StillsLeftOut,
+        FindingKind::IntervalsLeftOut,
         format!("{all} stills; the longest {} are compared", rests.len()),
     ));
 }
@@ -79,7 +79,7 @@ pub(super) fn circumstances(
         let recording = &recordings[rest.recording];
         findings.push(
             Finding::new(
-                FindingKind::ClippedHold,
+                FindingKind::ClippedPose,
                 format!(
                     "{} samples at the end of the range in lines {} to {}: the mean is too small, and the still does not count unless there is no other",
                     rest.clipped,

@@ -75,7 +75,7 @@ impl Default for CheckOptions {
 ///
 /// # Errors
 ///
-/// Input errors: `no-recordings`, `never-still`, and `unit-mismatch` where the
+/// Input errors: `no-recordings`, `never-static`, and `unit-mismatch` where the
 /// recording is in another unit or range than the calibration, or measures
 /// gravity off by more than a fifth.
 ///

@@ -51,7 +51,7 @@ struct Draft {
 ///
 /// # Errors
 ///
-/// `no-recordings`; `never-still` when no recording has one.
+/// `no-recordings`; `never-static` when no recording has one.
 pub(super) fn rests(
     recordings: &[Recording],
     still: &StillOptions,
@@ -66,7 +66,7 @@ pub(super) fn rests(
         if found.is_empty() {
             findings.push(
                 Finding::new(
-                    FindingKind::NoStill,
+                    FindingKind::NoStaticInterval,
                     "never still in the whole recording; left out",
                 )
                 .in_file(&recording.name),
@@ -76,7 +76,7 @@ pub(super) fn rests(
     }
     if drafts.is_empty() {
         return Err(Error::input(
-            "never-still",
+            "never-static",
             "nowhere still long enough to compare with gravity",
         )
         .at(first.name.as_ref(), None)

@@ -50,7 +50,7 @@ fn calibration() -> CalibrationFile {
     let options = CalibrateOptions {
         gravity: Gravity::given(G).unwrap(),
         estimate: EstimateOptions {
-            placement_tilt_deg: Some(0.1),
+            pose_tilt_deg: Some(0.1),
             method: Method::Ferraris,
             ..EstimateOptions::default()
         },

@@ -1,7 +1,7 @@
 //! What has to be known about two calibrations before their difference means
 //! anything.
 
-use crate::calibration_file::{CalibrationFile, Grade, GravitySource, PositionKind};
+use crate::calibration_file::{CalibrationFile, Grade, GravitySource, PoseKind};
 use crate::recording::{Finding, FindingKind};
 use crate::segment::face::AXES;
 
@@ -148,11 +148,11 @@ pub(super) fn orientation_is_known(file: &CalibrationFile) -> bool {
     if let Some(fit) = &file.accelerometer.fit {
         return fit.oriented;
     }
-    let positions = &file.accelerometer.positions;
+    let poses = &file.accelerometer.poses;
     let axes = AXES.iter().filter(|axis| {
-        positions
+        poses
             .iter()
-            .any(|p| p.kind == PositionKind::Face && p.label.ends_with(**axis))
+            .any(|p| p.kind == PoseKind::Face && p.label.ends_with(**axis))
     });
-    positions.is_empty() || axes.count() >= 2
+    poses.is_empty() || axes.count() >= 2
 }

@@ -95,8 +95,8 @@ impl Difference {
             ];
             let turned = |c: &DMatrix<f64>| (9..12).map(|i| c[(i, i)]).sum::<f64>();
             turn_freedom = freedom_of_sum(&[
-                (turned(&of_a), a.tilt_freedom),
-                (turned(&of_b), b.tilt_freedom),
+                (turned(&of_a), a.tilt_degrees_of_freedom),
+                (turned(&of_b), b.tilt_degrees_of_freedom),
             ]);
             let sum = of_a + of_b;
             let mut sum = sum.view((0, 0), (count, count)).into_owned();

@@ -68,7 +68,7 @@ impl Side {
                 std::array::from_fn(|r| std::array::from_fn(|k| c[r][k] * factor(r) * factor(k)))
             }),
             gravity,
-            tilt_freedom: self.tilt_freedom,
+            tilt_degrees_of_freedom: self.tilt_degrees_of_freedom,
         }
     }
 }

@@ -152,7 +152,7 @@ mod tests {
             bias,
             covariance: None,
             gravity: 9.81,
-            tilt_freedom: None,
+            tilt_degrees_of_freedom: None,
         }
     }
 

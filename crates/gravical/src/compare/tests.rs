@@ -197,9 +197,9 @@ fn without_faces_the_frame_is_a_convention() {
     let a = file(1e-4);
     let mut b = turned(&a, [0.0, 0.1, 0.0]);
     b.accelerometer
-        .positions
+        .poses
         .iter_mut()
-        .for_each(|p| p.kind = crate::calibration_file::PositionKind::Free);
+        .for_each(|p| p.kind = crate::calibration_file::PoseKind::Free);
     let result = compared(&a, &b);
     assert!(has(&result, "orientation-unknown"));
     assert_eq!(result.orientation.unwrap().judgement, Agreement::CannotSay);

@@ -29,7 +29,7 @@ pub(super) struct Side {
     pub gravity: f64,
     /// Tilt components that its σ_tilt was estimated from; none where that was not
     /// estimated.
-    pub tilt_freedom: Option<f64>,
+    pub tilt_degrees_of_freedom: Option<f64>,
 }
 
 /// Brings both calibrations to nominal m/s².
@@ -127,11 +127,14 @@ fn side(
         bias: section.bias.map(|b| (b - offset) / per_mps2),
         covariance: covariance.map(|c| c.map(|row| row.map(|v| v / (per_mps2 * per_mps2)))),
         gravity: file.gravity_mps2,
-        tilt_freedom: section.fit.map(|fit| fit.tilt_freedom).filter(|_| {
-            section
-                .placement_tilt_deg
-                .is_some_and(|t| t.source == TiltSource::Estimated)
-        }),
+        tilt_degrees_of_freedom: section
+            .fit
+            .map(|fit| fit.tilt_degrees_of_freedom)
+            .filter(|_| {
+                section
+                    .pose_tilt_deg
+                    .is_some_and(|t| t.source == TiltSource::Estimated)
+            }),
     })
 }
 

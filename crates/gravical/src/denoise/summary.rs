@@ -29,7 +29,7 @@ pub struct DenoiseSummary {
     /// Values used beyond the ends, for filters with a window.
     pub edge: Edge,
     /// Number of static intervals in which the noise was measured.
-    pub still_spans: usize,
+    pub static_intervals: usize,
     /// Number of rows of these intervals.
     pub still_rows: usize,
     /// Unit of the accelerometer's standard deviations: `m/s^2` if the unit of the file is known,
@@ -127,7 +127,7 @@ impl DenoiseSummary {
             rate_hz: recording.timing.rate_hz(),
             stretches: 0,
             edge: options.edge,
-            still_spans: stills.len(),
+            static_intervals: stills.len(),
             still_rows: stills.iter().map(ExactSizeIterator::len).sum(),
             accel_unit: match recording.accel_scale.nominal() {
                 Some(_) => "m/s^2",
@@ -174,9 +174,9 @@ impl DenoiseSummary {
             runner.stamps_filled,
             runner.empty,
         ));
-        if self.still_spans == 0 {
+        if self.static_intervals == 0 {
             self.findings.push(Finding::new(
-                FindingKind::NeverStill,
+                FindingKind::NeverStatic,
                 "no static interval was found: the effect of the filters on the noise of this recording is unknown",
             ));
         }

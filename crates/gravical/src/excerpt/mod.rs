@@ -354,7 +354,7 @@ fn findings_about_rows_left_out(
         let seconds = most as f64 / rate;
         findings.push(
             Finding::new(
-                FindingKind::StillsShortened,
+                FindingKind::PosesShortened,
                 format!(
                     "{rows} rows, too many for memory: of {count} static intervals longer than {seconds:.1} s the first and the last {:.1} s are used",
                     0.5 * seconds
@@ -368,7 +368,7 @@ fn findings_about_rows_left_out(
         let stored: usize = plan.quiet.iter().map(Vec::len).sum();
         findings.push(
             Finding::new(
-                FindingKind::StillsLeftOut,
+                FindingKind::IntervalsLeftOut,
                 format!(
                     "{} static intervals, too many for memory: the longest {stored} in all directions are used",
                     stored + left_out

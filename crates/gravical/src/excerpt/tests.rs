@@ -242,7 +242,7 @@ fn ends_of_long_static_intervals_are_stored() {
     let (a, still) = (whole(&session), StillOptions::default());
     let b = excerpt(&session, &still, tight);
     assert!(b.rows() < a.rows() / 2, "{} of {}", b.rows(), a.rows());
-    assert!(kinds(&b).contains(&FindingKind::StillsShortened));
+    assert!(kinds(&b).contains(&FindingKind::PosesShortened));
     // Positions of the static intervals and number of motions are unchanged.
     let ends = |r: &Recording| -> Vec<[usize; 2]> {
         let spans = find_stills(r, &still).spans;
@@ -271,8 +271,8 @@ fn rows_left_out_are_reported() {
     let b = excerpt(&session, &still, few);
     let stills = find_stills(&b, &still).spans;
     assert_eq!(stills.len(), 8);
-    assert!(kinds(&b).contains(&FindingKind::StillsLeftOut));
-    let share = |r: &Recording| inspect(r, &AxisMap::default()).still_share;
+    assert!(kinds(&b).contains(&FindingKind::IntervalsLeftOut));
+    let share = |r: &Recording| inspect(r, &AxisMap::default()).static_share;
     assert!((share(&b) - share(&whole(&session))).abs() < 1e-9);
 
     let few = Bounds {

@@ -339,7 +339,7 @@ kinds! {
             "a tenth or more of a file is motion, or shorter static intervals of the same pose"
             "the longest static interval is used"
             "nothing";
-        RowsAsPlacements "rows-as-placements" Note
+        RowsAsPoses "rows-as-poses" Note
             "a few rows without a static interval, similar in magnitude and different in direction"
             "each row is treated as the mean of a pose"
             "name the rows in a label column to make this explicit";
@@ -347,11 +347,11 @@ kinds! {
             "labels that name neither a pose nor a turn"
             "their rows are not used"
             "check the spelling";
-        EmptyPlacement "empty-placement" Warning
+        EmptyPose "empty-pose" Warning
             "a pose given by a section or label has no value of one axis in all its rows"
             "it is not used"
             "check these rows, or remove the section";
-        ShortHold "short-hold" Warning
+        ShortPose "short-pose" Warning
             "an interval too short to search for a static interval"
             "all its rows are used"
             "record 3 s or more";
@@ -359,11 +359,11 @@ kinds! {
             "`--rows` is larger than the number of rows of a pose"
             "all its rows are used"
             "record longer, or ask for fewer";
-        NoStill "no-still" Warning
+        NoStaticInterval "no-static-interval" Warning
             "an interval in which the sensor never rests"
             "not used"
             "record it again";
-        UnsteadyHold "unsteady-hold" Warning
+        UnsteadyPose "unsteady-pose" Warning
             "the sensor moves slightly all the time, as if held by hand"
             "the quietest part is used; the message gives the residual motion"
             "put the sensor down and record the pose again";
@@ -387,7 +387,7 @@ kinds! {
             "the names contradict every possible mounting"
             "the data are used"
             "find the two recordings that were swapped";
-        StillsShortened "stills-shortened" Note
+        PosesShortened "poses-shortened" Note
             "static intervals of a [long recording](#long-recordings) are too long for memory"
             "their first and last seconds are used; the message says how many"
             "nothing; split the recording if all rows matter";
@@ -421,7 +421,7 @@ kinds! {
             "one face is recorded twice, once under the name of the missing face (or as two of six poses)"
             "computed without the missing face"
             "record the file that the message names again";
-        SamePlacement "same-placement" Note
+        SamePose "same-pose" Note
             "repeats of a face with the same tilt"
             "one common tilt is estimated: the repeats reduce only the noise"
             "rotate the sensor by 180° on the table between repeats";
@@ -453,15 +453,15 @@ kinds! {
             "a face pose is tilted by more than 10° (bias included)"
             "used"
             "record it again";
-        ObliqueOff "oblique-off" Gate
+        FreePoseOff "free-pose-off" Gate
             "at free poses, which are not used by the fit, the error of the magnitude is more than three times the predicted one"
             "computed anyway"
             "check whether the sensor moved there, and check the six faces";
-        PlacementTilt "placement-tilt" Warning
+        PoseTilt "pose-tilt" Warning
             "the tilt of the face poses exceeds 1.6 times the usual 1°"
             "the uncertainty is computed with the estimated tilt"
-            "use a box or a jig, or give `--placement-tilt`";
-        ClippedHold "clipped-hold" Gate
+            "use a box or a jig, or give `--pose-tilt`";
+        ClippedPose "clipped-pose" Gate
             "clipped samples in a pose"
             "used; the mean is too small"
             "record with a wider range";
@@ -587,7 +587,7 @@ kinds! {
             "`butter1`, `highpass1`"
             "the output is delayed, as on a microcontroller"
             "use `butter` or `highpass` for a recording";
-        NeverStill "never-still" Note
+        NeverStatic "never-static" Note
             "no static interval was found"
             "filtered; the effect on the noise is not measured"
             "nothing";
@@ -735,7 +735,7 @@ kinds! {
             "`compare`: a difference in a direction without uncertainty in both files"
             "that part is not tested"
             "record more poses";
-        StillsLeftOut "stills-left-out" Note
+        IntervalsLeftOut "intervals-left-out" Note
             "`check`: more than 400 static intervals; or a [long recording](#long-recordings) with more than fit in memory"
             "the longest are used, in a long recording the longest of each direction"
             "nothing; split the recording if the others matter";

@@ -10,7 +10,7 @@ use std::ops::Range;
 use gravical_core::integrate::Trapezoid;
 use gravical_core::matrix3::{add, cross, norm, scaled, sub};
 use gravical_core::motion::Propagator;
-use gravical_core::strapdown::{missing_tilt, times, turn};
+use gravical_core::strapdown::{levelling_error, times, turn};
 
 use super::parameters::Direction;
 use super::samples::View;
@@ -52,7 +52,7 @@ impl Removal {
     pub fn levelled(&self, attitude: &[f64; 4], force: &[f64; 3]) -> [f64; 4] {
         match self {
             Removal::Mean(_) => [1.0, 0.0, 0.0, 0.0],
-            _ => times(&turn(&missing_tilt(attitude, force)), attitude),
+            _ => times(&turn(&levelling_error(attitude, force)), attitude),
         }
     }
 }
@@ -173,7 +173,7 @@ impl Leg<'_> {
         if let Some(closing) = self.closing.as_ref().filter(|_| !mean) {
             let end = forward.force(&closing.rest.force);
             if matches!(self.removal, Removal::Strapdown | Removal::Tilt) {
-                out.missing = missing_tilt(&out.attitude, &end);
+                out.missing = levelling_error(&out.attitude, &end);
             }
             let upright = Upright {
                 smoother: &closing.smoother,

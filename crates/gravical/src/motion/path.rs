@@ -344,7 +344,7 @@ impl Setup<'_> {
             peak_speed_mps: Some(moved.peak_mps),
             path_m: Some(moved.path_m),
             velocity_error_mps: closure.map(|c| c.left_over),
-            missing_tilt_deg: closure.map(|c| norm(&c.missing).to_degrees()),
+            levelling_error_deg: closure.map(|c| norm(&c.missing).to_degrees()),
             closure_sigmas,
             usable: true,
             reason: tested.and_then(|t| t.reason()),

@@ -144,7 +144,7 @@ pub struct Move {
     pub velocity_error_mps: Option<[f64; 3]>,
     /// Tilt that was missing at the rest after it, degrees; null where there is
     /// none.
-    pub missing_tilt_deg: Option<f64>,
+    pub levelling_error_deg: Option<f64>,
     /// What was left at its end, velocity or tilt, over its standard uncertainty, of the
     /// axis where that is most: far above 3 something is wrong that the uncertainty does not
     /// know of, and the bands are widened by it. Null without bands, and where there is no
@@ -170,7 +170,7 @@ impl Move {
             peak_speed_mps: None,
             path_m: None,
             velocity_error_mps: None,
-            missing_tilt_deg: None,
+            levelling_error_deg: None,
             closure_sigmas: None,
             usable: false,
             reason: Some(match why {

@@ -233,7 +233,7 @@ impl Begin {
         };
         if wanted && rests.is_none() && given.is_none() {
             findings.push(Finding::new(
-                FindingKind::NoStill,
+                FindingKind::NoStaticInterval,
                 format!(
                     "the sensor does not rest in the first {} rows, which tell its noise: the first {} count as one rest, others are not found, and nothing corrects the drift; hold it still for 2 s before the first move",
                     self.recording.rows(),

@@ -287,7 +287,7 @@ pub(super) fn circumstances(
     let samples = setup.view.samples;
     if rests.is_empty() {
         out.push(Finding::new(
-            FindingKind::NoStill,
+            FindingKind::NoStaticInterval,
             "the sensor never rests: tilt and gravity are the mean over the recording, the velocity at the start is taken as given or zero, and nothing corrects the drift, whose size nothing tells: there are no bands; hold it still for 2 s at both ends",
         ));
     }

@@ -3,7 +3,7 @@
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{
-    CalibrationFile, Grade, GravitySource, InputFile, Position, PositionKind, ReferenceSource,
+    CalibrationFile, Grade, GravitySource, InputFile, PoseKind, PoseResult, ReferenceSource,
     TiltSource,
 };
 use crate::document::number::{decimals_for, decimals_of, digits, fixed, mg, signed, unit};
@@ -47,7 +47,7 @@ pub fn calibration<'a>(file: &CalibrationFile, figures: &'a [Figure]) -> Documen
         document = document.with(measured(gyroscope(gyro)));
     }
     document = document.with(figure("magnitude", "Magnitude at rest", "norm"));
-    if !a.positions.is_empty() {
+    if !a.poses.is_empty() {
         document = document
             .with(placements(file).figures(named(figures, &["residuals"])))
             .with(directions(file, named(figures, &["sphere", "tilt"])));
@@ -90,7 +90,7 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         GravitySource::Latitude => "from latitude",
         GravitySource::Standard => "assumed",
     };
-    let tilt = a.placement_tilt_deg.map_or(String::new(), |t| {
+    let tilt = a.pose_tilt_deg.map_or(String::new(), |t| {
         let how = match t.source {
             TiltSource::Given => "given",
             TiltSource::Estimated => "estimated",
@@ -98,7 +98,7 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         };
         format!(", tilt of the face poses {:.1}° ({how})", t.value)
     });
-    let on_faces = a.positions.iter().filter(|p| p.kind == PositionKind::Face);
+    let on_faces = a.poses.iter().filter(|p| p.kind == PoseKind::Face);
     let mut different: Vec<&str> = on_faces.map(|p| p.label.as_str()).collect();
     let faces = different.len();
     different.sort_unstable();
@@ -107,13 +107,13 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         6 => "six faces".to_owned(),
         n => format!("{n} of six faces"),
     };
-    let oblique = match a.positions.len() - faces {
+    let oblique = match a.poses.len() - faces {
         0 => String::new(),
         1 => " and 1 free pose".to_owned(),
         n => format!(" and {n} free poses"),
     };
     let placed = match faces {
-        0 => format!("{} free poses", a.positions.len()),
+        0 => format!("{} free poses", a.poses.len()),
         n => format!("{n} poses on {on}{oblique}"),
     };
     let method = match a.method.as_str() {
@@ -164,7 +164,7 @@ fn verdict(file: &CalibrationFile) -> Verdict {
         })
     };
     // Only errors of poses left out of the fit: the fit makes the others small.
-    let left_out = a.positions.iter().enumerate();
+    let left_out = a.poses.iter().enumerate();
     let worst = left_out
         .filter_map(|(i, p)| Some((i, p.left_out_error_mps2?)))
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
@@ -187,7 +187,7 @@ fn verdict(file: &CalibrationFile) -> Verdict {
             "error of the magnitude at poses left out of the fit (RMS)",
         ),
         key(
-            format!("/accelerometer/positions/{at}/left_out_error_mps2"),
+            format!("/accelerometer/poses/{at}/left_out_error_mps2"),
             worst,
             "largest error of a pose left out",
         ),
@@ -377,7 +377,7 @@ fn assumptions(file: &CalibrationFile) -> Vec<String> {
         "Local gravity is {} m/s²; a relative error of it is a relative error of the scale.",
         file.gravity_mps2
     )];
-    if let Some(tilt) = a.placement_tilt_deg {
+    if let Some(tilt) = a.pose_tilt_deg {
         lines.push(format!(
             "The tilt of a face pose has a standard deviation of {}° in each of two directions.",
             fixed(tilt.value, 1)
@@ -417,7 +417,7 @@ fn assumptions(file: &CalibrationFile) -> Vec<String> {
 
 /// Poses that were not used, with the reason.
 fn rejected(file: &CalibrationFile) -> Vec<String> {
-    let left = file.accelerometer.positions.iter().filter(|p| !p.fitted);
+    let left = file.accelerometer.poses.iter().filter(|p| !p.fitted);
     let mut lines: Vec<String> = left.map(|p| rejection(p, &file.findings)).collect();
     let more = lines.len().saturating_sub(document::ROWS);
     if more > 0 {
@@ -427,7 +427,7 @@ fn rejected(file: &CalibrationFile) -> Vec<String> {
     lines
 }
 
-fn rejection(position: &Position, findings: &[Finding]) -> String {
+fn rejection(position: &PoseResult, findings: &[Finding]) -> String {
     let label = position.label.as_str();
     // The whole label: "pose 3" does not match "pose 30".
     let names_it = |f: &&Finding| {

@@ -24,8 +24,8 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
             format!("{rate}, {stretches}; padding at the ends: {edge}"),
         ),
     ];
-    if summary.still_spans > 0 {
-        let spans = count(summary.still_spans, "span", "spans");
+    if summary.static_intervals > 0 {
+        let spans = count(summary.static_intervals, "span", "spans");
         let rows = summary.still_rows;
         facts.push(("at rest".to_owned(), format!("{spans}, {rows} rows")));
     }

@@ -128,7 +128,7 @@ fn gyro(inspection: &Inspection) -> Option<String> {
 }
 
 fn stillness(inspection: &Inspection) -> String {
-    let share = 100.0 * inspection.still_share;
+    let share = 100.0 * inspection.static_share;
     match inspection.stills.len() {
         0 if inspection.account.rows < 40 => "too few rows".to_owned(),
         0 => "never".to_owned(),

@@ -1,6 +1,6 @@
 //! Report of the poses of a calibration and of the best next ones.
 
-use crate::calibration_file::{CalibrationFile, Position};
+use crate::calibration_file::{CalibrationFile, PoseResult};
 use crate::document::number::{decimals_of, fixed, mg, signed, unit};
 use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
 use crate::figure::Figure;
@@ -13,10 +13,10 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
     // The closed form has only errors of the vectors.
     let exact = a.method == "ferraris";
     let only = |there: bool, column: Column| if there { column } else { column.full() };
-    let raw = a.positions.iter().flat_map(|p| p.raw);
+    let raw = a.poses.iter().flat_map(|p| p.raw);
     let largest = raw.fold(0.0_f64, |m, v| m.max(v.abs()));
     let decimals = decimals_of(largest, 5).min(4);
-    let rows = a.positions.iter().enumerate();
+    let rows = a.poses.iter().enumerate();
     let table = Table::new("")
         .columns([Column::left("pose")])
         .columns(Column::axes(&format!(
@@ -56,8 +56,8 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
     }
 }
 
-fn row(i: usize, p: &Position, decimals: usize) -> Row {
-    let key = |field: &str| format!("/accelerometer/positions/{i}/{field}");
+fn row(i: usize, p: &PoseResult, decimals: usize) -> Row {
+    let key = |field: &str| format!("/accelerometer/poses/{i}/{field}");
     let mm = |v: f64| signed(1e3 * v, 2);
     let label = match p.fitted {
         true => p.label.clone(),
@@ -89,7 +89,7 @@ fn row(i: usize, p: &Position, decimals: usize) -> Row {
 pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
     let a = &file.accelerometer;
     let mut section = Section::new("directions", "Directions and tilts").figures(figures);
-    if let Some(worst) = &a.worst_pose {
+    if let Some(worst) = &a.least_consistent_pose {
         section = section.full(Block::paragraph(format!(
             "Least consistent pose: {} ({}).",
             worst.label, worst.reason

@@ -245,7 +245,7 @@ fn six_faces_show_no_figure_that_proves_nothing() {
         assert!(calibration(&file, &[]).to_html().contains(grade.name()));
     }
     // What may be missing.
-    file.accelerometer.positions.clear();
+    file.accelerometer.poses.clear();
     file.accelerometer.budget = None;
     file.accelerometer.deviations = None;
     file.gyroscope = None;
@@ -426,15 +426,15 @@ fn a_placement_that_took_no_part_says_why() {
     let method = |file: &CalibrationFile| calibration(file, &[]).to_markdown(None);
     assert!(method(&file).contains("All poses were used in the fit."));
     for (at, label) in [(0, "still 3"), (1, "still 30"), (2, "+x")] {
-        file.accelerometer.positions[at].label = label.to_owned();
-        file.accelerometer.positions[at].fitted = false;
+        file.accelerometer.poses[at].label = label.to_owned();
+        file.accelerometer.poses[at].fitted = false;
     }
     let moved = "still 30: 52 mg off, moved while it was held";
     let clipped = "still 3 reaches the end of the range";
     file.findings = vec![
         Finding::note(FindingKind::Other, "all of it is fine"),
         Finding::warning(FindingKind::Other, moved),
-        Finding::new(FindingKind::ClippedHold, clipped),
+        Finding::new(FindingKind::ClippedPose, clipped),
     ];
     let text = method(&file);
     assert!(!text.contains("Every placement took part"));
@@ -447,7 +447,7 @@ fn a_placement_that_took_no_part_says_why() {
         assert!(text.contains(&line), "{line} in {text}");
     }
     // By the thousand they are cut.
-    let one = file.accelerometer.positions[0].clone();
-    file.accelerometer.positions = vec![one; 1000];
+    let one = file.accelerometer.poses[0].clone();
+    file.accelerometer.poses = vec![one; 1000];
     assert!(method(&file).contains("… and 800 more"));
 }

@@ -24,7 +24,7 @@ use crate::still::moments;
 ///
 /// # Errors
 ///
-/// `never-still` for a lone recording without a hold, or for a few rows that are
+/// `never-static` for a lone recording without a hold, or for a few rows that are
 /// neither a hold nor a table of means.
 pub(super) fn in_recording(
     index: usize,
@@ -221,7 +221,7 @@ fn directions(
 ///
 /// # Errors
 ///
-/// `never-still` for rows that point in several directions and are no such table.
+/// `never-static` for rows that point in several directions and are no such table.
 fn means_of_rows(
     index: usize,
     recording: &Recording,
@@ -253,7 +253,7 @@ fn means_of_rows(
     if alike && apart.len() >= LEAST {
         findings.push(
             Finding::new(
-                FindingKind::RowsAsPlacements,
+                FindingKind::RowsAsPoses,
                 format!(
                     "{} rows and no still among them; they lie far apart and are alike in magnitude, so that each is taken as the mean of a placement",
                     rows.len()
@@ -271,7 +271,7 @@ fn means_of_rows(
         return Some(Ok(drafts.collect()));
     }
     Some(Err(Error::input(
-        "never-still",
+        "never-static",
         format!(
             "{} rows that point in {} directions more than {FAR_APART_DEG}° apart{}: no recording of a placement, and no table of means",
             rows.len(),
@@ -319,7 +319,7 @@ pub(super) fn never_still(name: &str, files: usize) -> Error {
         "the recording is"
     };
     Error::input(
-        "never-still",
+        "never-static",
         format!("{what} never still long enough for a hold"),
     )
     .at(Path::new(name), None)
@@ -353,12 +353,12 @@ fn without_still(
     let short = is_too_short(rows, rate);
     let finding = if short {
         Finding::new(
-            FindingKind::ShortHold,
+            FindingKind::ShortPose,
             format!("{label}: {rows} rows only; all are taken, moving or not"),
         )
     } else {
         Finding::new(
-            FindingKind::NoStill,
+            FindingKind::NoStaticInterval,
             format!(
                 "{label} is never still in lines {} to {}: left out",
                 recording.line(segment.start),
@@ -388,7 +388,7 @@ fn tell_unsteady(
         let gravity = mean.iter().map(|m| m * m).sum::<f64>().sqrt();
         findings.push(
             Finding::new(
-                FindingKind::UnsteadyHold,
+                FindingKind::UnsteadyPose,
                 format!(
                     "{label}: never quite still; the calmest part, lines {} to {}, shakes by {:.0} mg rms (its quietest blocks by {:.0}) and is taken",
                     recording.line(span.start),

@@ -33,7 +33,7 @@ pub(super) fn check_steadiness(
         if *own > UNSTEADY * usual && usual > 0.0 {
             findings.push(
                 Finding::new(
-                    FindingKind::UnsteadyHold,
+                    FindingKind::UnsteadyPose,
                     format!(
                         "{}: shakes {:.0} times as much as the usual placement of this session; was it moving?",
                         placement.label,

@@ -140,7 +140,7 @@ pub(crate) struct Draft {
 ///
 /// `no-recordings`, `sections-range` (a section beyond the end), `several-files`
 /// (sections for more than one file), `units-differ`, `unit-unknown`,
-/// `never-still`, each with the next thing to do.
+/// `never-static`, each with the next thing to do.
 pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Segmentation> {
     let Some(first) = recordings.first() else {
         return Err(Error::input("no-recordings", "there is no recording"));
@@ -192,7 +192,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     }
     if drafts.is_empty() {
         let error = found::never_still(&first.name, recordings.len());
-        return Err(error.after(&findings, FindingKind::NoStill));
+        return Err(error.after(&findings, FindingKind::NoStaticInterval));
     }
     let (gyro_scale, found) = between_stills(recordings, &drafts, &turns, options, &mut findings);
     if !named {
@@ -458,7 +458,7 @@ fn leave_out_empty(placements: &mut Vec<Placement>, findings: &mut Vec<Finding>)
         };
         findings.push(
             Finding::new(
-                FindingKind::EmptyPlacement,
+                FindingKind::EmptyPose,
                 format!(
                     "\"{}\" has no value of a{} in any of its rows; left out",
                     placement.label,

@@ -55,7 +55,7 @@ pub(crate) fn find_calmest(
     for span in &spans {
         findings.push(
             Finding::new(
-                FindingKind::UnsteadyHold,
+                FindingKind::UnsteadyPose,
                 format!(
                     "never quite still; the calmest part, lines {} to {}, shakes by {:.0} mg rms and is taken",
                     recording.line(span.start),

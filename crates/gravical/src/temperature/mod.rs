@@ -76,7 +76,7 @@ const LEAST_POSE_SPAN_C: f64 = 2.0;
 ///
 /// # Errors
 ///
-/// All of them input errors: `missing-temperature` without temperatures, `never-still`, and
+/// All of them input errors: `missing-temperature` without temperatures, `never-static`, and
 /// `temperature-span` if the temperature at rest spans [`LEAST_SPAN_C`] or less; for several
 /// recordings `unit-unknown` and `units-differ`. An unpredictable drift is not an error: the
 /// channel is refused.
@@ -110,7 +110,7 @@ fn study_with_levels(recordings: &[Recording]) -> Result<(TemperatureModel, [f64
         && ranges().all(|[low, high]| high - low <= LEAST_SPAN_C);
     if found.is_empty() && !too_narrow {
         return Err(input(
-            "never-still",
+            "never-static",
             "it is never static for some seconds".to_owned(),
         )
         .with_hint("leave the sensor untouched while its temperature changes"));

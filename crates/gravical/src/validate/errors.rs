@@ -3,7 +3,7 @@
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 
-use crate::calibration_file::{FitErrors, Position, PositionKind};
+use crate::calibration_file::{FitErrors, PoseKind, PoseResult};
 use crate::estimate::accelerometer::Use;
 use crate::segment::Placement;
 
@@ -13,13 +13,13 @@ use crate::segment::Placement;
 /// the board, faces in axes of the case: the calibration leads from one to the
 /// other.
 #[must_use]
-pub fn positions(
+pub fn poses(
     placements: &[Placement],
     uses: &[Use],
     calibration: &Calibration<f64>,
     gravity: f64,
     offset: f64,
-) -> Vec<Position> {
+) -> Vec<PoseResult> {
     placements
         .iter()
         .enumerate()
@@ -33,11 +33,11 @@ pub fn positions(
                 None => calibrated.map(|c| c / length * gravity),
             };
             let error = std::array::from_fn(|i| calibrated[i] - expected[i]);
-            Position {
+            PoseResult {
                 label: face.map_or_else(|| placement.label.clone(), |f| f.name()),
                 kind: match face {
-                    Some(_) => PositionKind::Face,
-                    None => PositionKind::Free,
+                    Some(_) => PoseKind::Face,
+                    None => PoseKind::Free,
                 },
                 source: placement.source.clone(),
                 rows: placement.count as u64,
@@ -61,11 +61,8 @@ pub fn positions(
 /// RMS over all components, largest component and mean norm of the errors of
 /// the fitted faces.
 #[must_use]
-pub fn fit_errors(positions: &[Position]) -> Option<FitErrors> {
-    let faces: Vec<&Position> = positions
-        .iter()
-        .filter(|p| p.kind == PositionKind::Face)
-        .collect();
+pub fn fit_errors(poses: &[PoseResult]) -> Option<FitErrors> {
+    let faces: Vec<&PoseResult> = poses.iter().filter(|p| p.kind == PoseKind::Face).collect();
     if faces.is_empty() {
         return None;
     }
@@ -80,10 +77,10 @@ pub fn fit_errors(positions: &[Position]) -> Option<FitErrors> {
 /// RMS of ‖a‖ − g over the oblique placements, which took no part in a fit of
 /// six faces, m/s², and their number.
 #[must_use]
-pub fn free_norm_error(positions: &[Position], gravity: f64) -> Option<(f64, usize)> {
-    let off: Vec<f64> = positions
+pub fn free_norm_error(poses: &[PoseResult], gravity: f64) -> Option<(f64, usize)> {
+    let off: Vec<f64> = poses
         .iter()
-        .filter(|p| p.kind == PositionKind::Free && !p.fitted)
+        .filter(|p| p.kind == PoseKind::Free && !p.fitted)
         .map(|p| matrix3::norm(&p.calibrated) - gravity)
         .collect();
     (!off.is_empty()).then(|| {

@@ -6,7 +6,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{
     Budget, ContradictedPose, Contribution, Deviations, FitQuality, GravitySource, KnownGravity,
-    NextPose, Position, TemperatureRange, UndetectedError, WorstDirection, WorstPose,
+    LeastConsistentPose, NextPose, PoseResult, TemperatureRange, UndetectedError, WorstDirection,
 };
 use crate::estimate::accelerometer::Estimate;
 use crate::estimate::in_words;
@@ -45,7 +45,7 @@ pub struct Trust {
     /// Quality of the fit.
     pub fit: Option<FitQuality>,
     /// The least consistent pose.
-    pub worst: Option<WorstPose>,
+    pub worst: Option<LeastConsistentPose>,
     /// Poses that lower the predicted error most.
     pub next: Vec<NextPose>,
     /// What knowing gravity would bring.
@@ -58,7 +58,7 @@ pub struct Trust {
 #[must_use]
 pub fn trust(
     estimate: &Estimate,
-    positions: &[Position],
+    poses: &[PoseResult],
     gravity: &Gravity,
     temperature: Option<&TemperatureRange>,
     temperatures: &[f64],
@@ -90,7 +90,7 @@ pub fn trust(
             .and_then(|r| r.undetected(matrix, g))
             .filter(|u| u.effect_mps2.is_finite())
             .map(|u| UndetectedError {
-                label: positions[u.pose].called(),
+                label: poses[u.pose].called(),
                 reading_mps2: u.reading_mps2,
                 effect_mps2: u.effect_mps2,
                 direction: u.direction,
@@ -99,13 +99,13 @@ pub fn trust(
         contradicted: reliability
             .and_then(|r| r.contradiction())
             .map(|(pose, excess)| ContradictedPose {
-                label: positions[pose].called(),
+                label: poses[pose].called(),
                 excess,
             }),
         deviations: covariance.as_ref().map(|c| deviations(estimate, c)),
         leave_one_out: rms(&left_out),
         fit: estimate.quality,
-        worst: worst(estimate, positions, rms(&left_out)),
+        worst: worst(estimate, poses, rms(&left_out)),
         next: next_poses(estimate, g, gravity_sd),
         known_gravity: by_readings
             .zip(predicted)
@@ -166,18 +166,22 @@ fn deviations(estimate: &Estimate, c: &Covariance12) -> Deviations {
 
 /// The pose with the largest leave-one-out error; where none can be left out, the
 /// one with the largest tilt.
-fn worst(estimate: &Estimate, positions: &[Position], usual: Option<f64>) -> Option<WorstPose> {
+fn worst(
+    estimate: &Estimate,
+    poses: &[PoseResult],
+    usual: Option<f64>,
+) -> Option<LeastConsistentPose> {
     let mg = 1000.0 / STANDARD_GRAVITY_MPS2;
     let of = |key: &dyn Fn(usize) -> Option<f64>| {
-        (0..positions.len())
+        (0..poses.len())
             .filter(|&k| estimate.uses[k].fitted)
             .filter_map(|k| Some((k, key(k)?)))
             .max_by(|a, b| a.1.total_cmp(&b.1))
     };
     if let Some((k, error)) = of(&|k| estimate.uses[k].left_out_error.map(f64::abs)) {
         let others = usual.map_or(String::new(), |u| format!(", rms of all {:.2} mg", u * mg));
-        return Some(WorstPose {
-            label: positions[k].called(),
+        return Some(LeastConsistentPose {
+            label: poses[k].called(),
             reason: format!(
                 "leave-one-out error {:+.2} mg{others}",
                 estimate.uses[k].left_out_error.unwrap_or(error) * mg
@@ -185,8 +189,8 @@ fn worst(estimate: &Estimate, positions: &[Position], usual: Option<f64>) -> Opt
         });
     }
     let (k, tilt) = of(&|k| estimate.uses[k].tilt_deg.map(|(t, _)| t))?;
-    Some(WorstPose {
-        label: positions[k].called(),
+    Some(LeastConsistentPose {
+        label: poses[k].called(),
         reason: format!("tilt {tilt:.1}°, the largest"),
     })
 }
@@ -275,7 +279,7 @@ fn budget(
                         norm,
                         "what the readings miss the model by beyond noise".to_owned(),
                     ),
-                    Source::Tilt => add("placement-tilt", norm, tilt.clone()),
+                    Source::Tilt => add("pose-tilt", norm, tilt.clone()),
                     Source::DataSheet => add(
                         "data-sheet",
                         norm,

@@ -5,7 +5,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::calibration_file::{
-    AccelerometerSection, Grade, Position, PositionKind, TiltSource, Verdict,
+    AccelerometerSection, Grade, PoseKind, PoseResult, TiltSource, Verdict,
 };
 use crate::estimate::accelerometer::Method;
 use crate::recording::{Finding, FindingKind};
@@ -50,7 +50,7 @@ const SESSION: [FindingKind; 7] = [
     FindingKind::MissingFace,
     FindingKind::NamesMirrored,
     FindingKind::UnitChanged,
-    FindingKind::ClippedHold,
+    FindingKind::ClippedPose,
     FindingKind::RepeatsContradict,
 ];
 
@@ -72,7 +72,7 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
     reasons.extend(worst_direction(section));
     reasons.extend(detectable(section));
     if let Some(error) = section.predicted_norm_error_mps2 {
-        let tilt = section.placement_tilt_deg.map_or(String::new(), |t| {
+        let tilt = section.pose_tilt_deg.map_or(String::new(), |t| {
             format!(
                 "; tilt of the face poses {:.2}°, {}",
                 t.value,
@@ -96,7 +96,7 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
             "leave-one-out error of ‖a‖: {} rms over {} poses",
             figure(error),
             section
-                .positions
+                .poses
                 .iter()
                 .filter(|p| p.left_out_error_mps2.is_some())
                 .count(),
@@ -118,7 +118,7 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
         ));
     }
     if section.leave_one_out_rms_mps2.is_none()
-        && let Some((error, count)) = free_norm_error(&section.positions, gravity)
+        && let Some((error, count)) = free_norm_error(&section.poses, gravity)
     {
         reasons.push(format!(
             "error of ‖a‖ at {count} free {} that the fit did not use: {} rms",
@@ -127,7 +127,7 @@ pub fn verdict(section: &AccelerometerSection, findings: &[Finding], gravity: f6
         ));
     }
     reasons.extend(open_angles(section));
-    if let Some(worst) = &section.worst_pose
+    if let Some(worst) = &section.least_consistent_pose
         && verifiable(section)
     {
         reasons.push(format!(
@@ -296,7 +296,7 @@ fn nothing_left(section: &AccelerometerSection) -> bool {
 
 /// A pose that the fit without it does not predict.
 struct Contradiction<'a> {
-    position: &'a Position,
+    position: &'a PoseResult,
     error_mps2: f64,
     /// Its error over the largest that chance makes.
     excess: f64,
@@ -308,8 +308,8 @@ struct Contradiction<'a> {
 /// predicted error over all directions takes their place.
 fn contradiction(section: &AccelerometerSection) -> Option<Contradiction<'_>> {
     let usual = section.predicted_norm_error_mps2?;
-    let left_out: Vec<(&Position, f64, f64)> = section
-        .positions
+    let left_out: Vec<(&PoseResult, f64, f64)> = section
+        .poses
         .iter()
         .filter_map(|p| {
             let error = p.left_out_error_mps2?.abs();
@@ -335,11 +335,8 @@ fn contradiction(section: &AccelerometerSection) -> Option<Contradiction<'_>> {
 }
 
 fn unverified(section: &AccelerometerSection) -> String {
-    let fitted = section.positions.iter().filter(|p| p.fitted);
-    let faces = fitted
-        .clone()
-        .filter(|p| p.kind == PositionKind::Face)
-        .count();
+    let fitted = section.poses.iter().filter(|p| p.fitted);
+    let faces = fitted.clone().filter(|p| p.kind == PoseKind::Face).count();
     if section.method == "ferraris" && section.degrees_of_freedom > 0 {
         return "the six-face method has no pose that it was not fitted to: its residuals verify nothing".to_owned();
     }
@@ -359,7 +356,7 @@ fn unverified(section: &AccelerometerSection) -> String {
 /// Angles between the axes that face poses do not separate from their own tilt.
 fn open_angles(section: &AccelerometerSection) -> Option<String> {
     let d = section.deviations.as_ref()?;
-    let tilt = section.placement_tilt_deg?;
+    let tilt = section.pose_tilt_deg?;
     let worst = d.axis_angle_deg.iter().fold(0.0_f64, |m, a| m.max(*a));
     (worst > 0.3).then(|| {
         format!(

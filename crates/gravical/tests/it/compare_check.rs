@@ -49,7 +49,7 @@ fn calibration(session: &[Recording], tilt_deg: f64, method: Method) -> Calibrat
     let options = CalibrateOptions {
         gravity: Gravity::given(9.80665).unwrap(),
         estimate: EstimateOptions {
-            placement_tilt_deg: Some(tilt_deg),
+            pose_tilt_deg: Some(tilt_deg),
             method,
             ..EstimateOptions::default()
         },

@@ -53,16 +53,16 @@ fn all_specified_keys_are_written() {
         "/accelerometer/orientation/2/2",
         "/accelerometer/covariance/parameters/11",
         "/accelerometer/covariance/values/11/11",
-        "/accelerometer/positions/5/label",
-        "/accelerometer/positions/5/kind",
-        "/accelerometer/positions/5/source",
-        "/accelerometer/positions/5/rows",
-        "/accelerometer/positions/5/raw/2",
-        "/accelerometer/positions/5/expected/2",
-        "/accelerometer/positions/5/calibrated/2",
-        "/accelerometer/positions/5/error/2",
-        "/accelerometer/positions/5/error_norm",
-        "/accelerometer/positions/5/tilt_deg",
+        "/accelerometer/poses/5/label",
+        "/accelerometer/poses/5/kind",
+        "/accelerometer/poses/5/source",
+        "/accelerometer/poses/5/rows",
+        "/accelerometer/poses/5/raw/2",
+        "/accelerometer/poses/5/expected/2",
+        "/accelerometer/poses/5/calibrated/2",
+        "/accelerometer/poses/5/error/2",
+        "/accelerometer/poses/5/error_norm",
+        "/accelerometer/poses/5/tilt_deg",
         "/accelerometer/errors/rms",
         "/accelerometer/errors/max",
         "/accelerometer/errors/mean_norm",
@@ -70,8 +70,8 @@ fn all_specified_keys_are_written() {
         "/accelerometer/degrees_of_freedom",
         "/accelerometer/leave_one_out_rms_mps2",
         "/accelerometer/predicted_norm_error_mps2",
-        "/accelerometer/placement_tilt_deg/value",
-        "/accelerometer/placement_tilt_deg/source",
+        "/accelerometer/pose_tilt_deg/value",
+        "/accelerometer/pose_tilt_deg/source",
         "/gyroscope",
         "/inputs/5/path",
         "/inputs/5/sha256",
@@ -82,7 +82,7 @@ fn all_specified_keys_are_written() {
         assert!(written.pointer(pointer).is_some(), "{pointer}");
     }
     assert_eq!(written["format"], "gravical-calibration/1");
-    assert_eq!(written["accelerometer"]["positions"][0]["kind"], "face");
+    assert_eq!(written["accelerometer"]["poses"][0]["kind"], "face");
     assert_eq!(written["verdict"]["grade"], "not-verifiable");
     assert_eq!(
         written["accelerometer"]["covariance"]["parameters"],
@@ -108,7 +108,7 @@ fn fields_of_a_later_version_are_ignored() {
     let mut value = serde_json::to_value(&file).unwrap();
     value["humidity_model"] = json!({"slope": [1, 2, 3]});
     value["accelerometer"]["condition"] = json!(3.2);
-    value["accelerometer"]["positions"][0]["humidity"] = json!(0.4);
+    value["accelerometer"]["poses"][0]["humidity"] = json!(0.4);
     value["accelerometer"]["bias_sd"] = json!([0.1, 0.1, 0.1]);
     value["verdict"]["next_pose"] = json!([0, 0.7, 0.7]);
     let schema = CalibrationFile::schema();

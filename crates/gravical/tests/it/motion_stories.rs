@@ -340,7 +340,11 @@ fn the_start_and_the_end_may_be_in_motion() {
 #[test]
 fn never_at_rest_is_said() {
     let result = computed(&record(10.0, |t| 2.0 * (9.0 * t).sin(), false, |_| true));
-    assert!(kinds(&result).contains(&"no-still"), "{:?}", result.still);
+    assert!(
+        kinds(&result).contains(&"no-static-interval"),
+        "{:?}",
+        result.still
+    );
     assert!(result.moves.iter().all(|m| m.ends == Ends::Free));
 }
 
@@ -358,7 +362,7 @@ fn a_gap_right_after_the_first_row_leaves_no_position() {
 #[test]
 fn without_a_rest_there_is_no_band() {
     let result = computed(&record(10.0, |t| 2.0 * (9.0 * t).sin(), true, |_| true));
-    assert!(kinds(&result).contains(&"no-still"));
+    assert!(kinds(&result).contains(&"no-static-interval"));
     assert!(result.r#final.sigma_m.is_none() && result.budget_m.is_none());
 }
 

@@ -167,7 +167,7 @@ fn a_session_measured_twice_halves_the_variance() {
     close(sd(&once) / sd(&twice), 2_f64.sqrt(), 0.01);
     let file = fit(&twice, &options);
     assert_eq!(file.accelerometer.degrees_of_freedom, 6);
-    assert_eq!(file.accelerometer.positions.len(), 12);
+    assert_eq!(file.accelerometer.poses.len(), 12);
 }
 
 /// Accelerometer and gyroscope of a board rotated in its case have results in the same axes.

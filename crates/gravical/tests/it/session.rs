@@ -84,7 +84,7 @@ fn one_file_per_axis_with_blank_rows_between_the_directions() {
         .collect();
     fits(&session, &given_gravity(), &sensor);
     let file = calibrated(&session, &given_gravity()).file;
-    assert_eq!(file.accelerometer.positions.len(), 6);
+    assert_eq!(file.accelerometer.poses.len(), 6);
     // A pause of the logger is no gap to warn of, and nothing contradicts.
     assert!(
         file.findings
@@ -151,7 +151,7 @@ fn one_file_with_a_label_column() {
     let session = [named("session.csv", &text)];
     fits(&session, &given_gravity(), &sensor);
     let file = calibrated(&session, &given_gravity()).file;
-    assert!(file.accelerometer.positions.iter().all(|p| p.rows == 500));
+    assert!(file.accelerometer.poses.iter().all(|p| p.rows == 500));
     let left_out = file.findings.iter().find(|f| f.kind == "labels-left-out");
     assert_eq!(left_out.unwrap().count, 1200);
 }
@@ -198,7 +198,7 @@ fn the_first_rows_only_as_the_report_takes_them() {
         ..given_gravity()
     };
     let file = calibrated(&session, &options).file;
-    for (position, recording) in file.accelerometer.positions.iter().zip(&session) {
+    for (position, recording) in file.accelerometer.poses.iter().zip(&session) {
         assert_eq!(position.rows, 100);
         for i in 0..3 {
             close(position.raw[i], mean(&recording.accel[i][..100]), 1e-12);
@@ -300,7 +300,7 @@ fn a_file_named_after_a_face_is_one_placement_whatever_came_before() {
     session[5] = named("z_axis_neg.csv", &text);
     fits(&session, &given_gravity(), &sensor);
     let file = calibrated(&session, &given_gravity()).file;
-    assert_eq!(file.accelerometer.positions.len(), 6);
+    assert_eq!(file.accelerometer.poses.len(), 6);
     let told = file
         .findings
         .iter()
@@ -341,7 +341,7 @@ fn means_without_labels_are_placements_where_they_lie_far_apart() {
             .file
             .findings
             .iter()
-            .any(|f| f.kind == "rows-as-placements")
+            .any(|f| f.kind == "rows-as-poses")
     );
     let with_labels = calibrated(&labelled, &given_gravity());
     assert_eq!(
@@ -351,7 +351,7 @@ fn means_without_labels_are_placements_where_they_lie_far_apart() {
     // Five directions are no calibration, and free fall is no mean.
     for rows in [&rows[..5], &[&rows[..5], &["0.1,0.1,0.1"]].concat()] {
         let error = calibrate(&table(rows), &given_gravity()).unwrap_err();
-        assert_eq!(error.code(), "never-still");
+        assert_eq!(error.code(), "never-static");
         assert!(error.hint().unwrap().contains("table of means"), "{error}");
     }
 }

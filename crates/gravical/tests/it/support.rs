@@ -69,10 +69,10 @@ pub fn given_gravity() -> CalibrateOptions {
 }
 
 /// Ferraris' method, with a placement tilt in degrees.
-pub fn by_ferraris(placement_tilt_deg: Option<f64>) -> EstimateOptions {
+pub fn by_ferraris(pose_tilt_deg: Option<f64>) -> EstimateOptions {
     EstimateOptions {
         method: Method::Ferraris,
-        placement_tilt_deg,
+        pose_tilt_deg,
         ..EstimateOptions::default()
     }
 }

@@ -213,14 +213,14 @@ fn faces_and_free_poses_are_told_apart() {
         simulated.seed = seed;
         let simulation = simulate(&simulated).unwrap();
         let file = calibrated(&recordings(&simulation), &options(1.0, None)).file;
-        let positions = &file.accelerometer.positions;
-        let faces: Vec<&str> = positions
+        let poses = &file.accelerometer.poses;
+        let faces: Vec<&str> = poses
             .iter()
-            .filter(|p| p.kind == gravical::calibration_file::PositionKind::Face)
+            .filter(|p| p.kind == gravical::calibration_file::PoseKind::Face)
             .map(|p| p.label.as_str())
             .collect();
         assert_eq!(faces, ["+x", "-x", "+y", "-y", "+z", "-z"], "seed {seed}");
-        assert_eq!(positions.len(), 11, "seed {seed}");
+        assert_eq!(poses.len(), 11, "seed {seed}");
         let told = file.verdict.reasons.join(" ");
         assert!(
             told.contains("5 free poses that the fit did not use"),

@@ -131,7 +131,7 @@ fn options_that_cannot_be_meant() {
         ("--gravity 1", "option-range"),
         ("--latitude 91", "option-range"),
         ("--turn-angle 5", "option-range"),
-        ("--placement-tilt 40", "option-range"),
+        ("--pose-tilt 40", "option-range"),
         ("--rows 0", "option-range"),
         ("--rate 0", "option-range"),
     ] {

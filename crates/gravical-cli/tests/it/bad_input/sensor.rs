@@ -47,7 +47,7 @@ fn clipped_holds() {
         })
         .collect();
     std::fs::write(&path, clipped).unwrap();
-    poor(folder.path(), ". --gravity 9.81 --rows 400", "clipped-hold");
+    poor(folder.path(), ". --gravity 9.81 --rows 400", "clipped-pose");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Ferraris' method.
 
 use crate::Result;
-use crate::calibration_file::{PlacementTilt, TiltSource};
+use crate::calibration_file::{PoseTilt, TiltSource};
 use crate::estimate::ferraris;
 use crate::estimate::pose_noise::PoseNoise;
 
@@ -17,7 +17,7 @@ pub(super) fn by_ferraris(
     let names = session.faces_by_name.then_some(session.axes);
     let fit = ferraris::accelerometer(&faces, session.gravity, names)?;
     let face_angle = fit.face_angle_rms_deg(&faces);
-    let tilt = placement_tilt(options.placement_tilt_deg, face_angle);
+    let tilt = pose_tilt(options.pose_tilt_deg, face_angle);
     let uses = (0..placements.len())
         .map(|index| Use::on_face(faces.face_of(index), &placements[index]))
         .collect();
@@ -42,12 +42,12 @@ pub(super) fn by_ferraris(
 /// The tilt that Ferraris' uncertainty is computed with. Faces that lie further
 /// off than the usual tilt explains are not believed to be better than they
 /// look: an angle of rms α has two components of sd α/√2.
-fn placement_tilt(given: Option<f64>, face_angle_rms_deg: f64) -> PlacementTilt {
+fn pose_tilt(given: Option<f64>, face_angle_rms_deg: f64) -> PoseTilt {
     let seen = face_angle_rms_deg / std::f64::consts::SQRT_2;
     let (value, source) = match given {
         Some(value) => (value, TiltSource::Given),
         None if seen > ASSUMED_TILT_DEG * UNUSUAL_TILT => (seen, TiltSource::Estimated),
         None => (ASSUMED_TILT_DEG, TiltSource::Assumed),
     };
-    PlacementTilt { value, source }
+    PoseTilt { value, source }
 }

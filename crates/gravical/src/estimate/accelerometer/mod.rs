@@ -11,7 +11,7 @@ use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 
 use crate::Result;
-use crate::calibration_file::{FitQuality, PlacementTilt};
+use crate::calibration_file::{FitQuality, PoseTilt};
 use crate::recording::{Finding, Recording};
 use crate::segment::face::{AxisMap, Face, angle_deg};
 use crate::segment::{Placement, Segmentation};
@@ -59,7 +59,7 @@ pub struct EstimateOptions {
     pub method: Method,
     /// Tilt of the placements, degrees (sd of each of two components); default:
     /// estimated, or 1 assumed.
-    pub placement_tilt_deg: Option<f64>,
+    pub pose_tilt_deg: Option<f64>,
     /// Use what the data sheet says about scale, cross-axis and bias. Default.
     pub prior: bool,
     /// Placements (label or file name) that are no faces, whatever they look
@@ -73,7 +73,7 @@ impl Default for EstimateOptions {
     fn default() -> Self {
         EstimateOptions {
             method: Method::default(),
-            placement_tilt_deg: None,
+            pose_tilt_deg: None,
             prior: true,
             free: Vec::new(),
             face: Vec::new(),
@@ -130,7 +130,7 @@ pub struct Estimate {
     /// For every placement.
     pub uses: Vec<Use>,
     /// The tilt of the placements.
-    pub tilt: Option<PlacementTilt>,
+    pub tilt: Option<PoseTilt>,
     /// Magnitudes less parameters of the magnitude.
     pub degrees_of_freedom: u32,
     /// The six faces in Ferraris' terms, where all are there.
@@ -179,7 +179,7 @@ pub struct Session<'a> {
 /// `missing-face`, `same-face-twice`, `left-handed`, `singular` (Ferraris);
 /// `underdetermined`, `not-converged`, `reading-values` (the others); `sensors-differ`
 /// where recordings that can be fitted alone contradict each other;
-/// `no-such-placement` (usage) for a name in `--face` or `--free`.
+/// `no-such-pose` (usage) for a name in `--face` or `--free`.
 pub fn accelerometer(session: &Session<'_>, options: &EstimateOptions) -> Result<Estimate> {
     let nominal = session
         .recordings

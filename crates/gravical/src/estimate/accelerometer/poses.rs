@@ -3,7 +3,7 @@
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 
-use crate::calibration_file::{FitQuality, PlacementTilt, TiltSource};
+use crate::calibration_file::{FitQuality, PoseTilt, TiltSource};
 use crate::estimate::ferraris;
 use crate::estimate::joint::{JointFit, JointOptions, JointPose, Role, TiltFrom, joint};
 use crate::estimate::pose_noise::PoseNoise;
@@ -39,7 +39,7 @@ pub(super) fn joint_problem(
         gravity: session.gravity,
         nominal,
         prior: options.prior,
-        tilt: options.placement_tilt_deg.map(f64::to_radians),
+        tilt: options.pose_tilt_deg.map(f64::to_radians),
         quantisation: noise.quantisation,
         start,
     };
@@ -129,7 +129,7 @@ pub(super) fn by_joint(
         },
         covariance: Some(covariance),
         uses,
-        tilt: has_faces.then_some(PlacementTilt {
+        tilt: has_faces.then_some(PoseTilt {
             value: fit.tilt.to_degrees(),
             source: match fit.tilt_from {
                 TiltFrom::Given => TiltSource::Given,
@@ -155,7 +155,7 @@ fn quality(fit: &JointFit, model: &[[f64; 3]; 3], prior: bool) -> FitQuality {
         condition: Some(fit.condition).filter(|c| c.is_finite()),
         oriented: fit.oriented,
         shared_tilts: fit.shared_tilts,
-        tilt_freedom: fit.gamma,
+        tilt_degrees_of_freedom: fit.gamma,
         prior,
     }
 }
@@ -187,7 +187,7 @@ fn check_names(placements: &[Placement], options: &EstimateOptions) -> Result<()
             let Some(placement) = placements.iter().find(|p| is_called(p, name)) else {
                 let known: Vec<&str> = placements.iter().map(|p| p.label.as_str()).collect();
                 return Err(Error::usage(
-                    "no-such-placement",
+                    "no-such-pose",
                     format!(
                         "{option} {name}: there is no such placement ({})",
                         known.join(", ")
@@ -196,7 +196,7 @@ fn check_names(placements: &[Placement], options: &EstimateOptions) -> Result<()
             };
             if option == "--face" && placement.face.is_none() {
                 return Err(Error::usage(
-                    "no-such-placement",
+                    "no-such-pose",
                     format!(
                         "--face {name}: it lies {:.0}° from the nearest axis; beyond 25° it is no face",
                         placement.angle_deg

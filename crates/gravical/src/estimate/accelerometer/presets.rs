@@ -113,7 +113,7 @@ pub(super) fn by_magnitude(
             condition: Some(fit.condition).filter(|c| c.is_finite()),
             oriented: false,
             shared_tilts: false,
-            tilt_freedom: 0.0,
+            tilt_degrees_of_freedom: 0.0,
             prior: false,
         }),
         ..estimate(method, &fit, session, noise)

@@ -315,7 +315,7 @@ impl<'a> Search<'a> {
                     let [p, q] = found.tilt_variance[place]?;
                     Some((d[0].hypot(d[1]), (0.5 * (p + q)).sqrt()))
                 });
-                PoseResult {
+                Position {
                     face: place.and_then(|place| found.model.places[place].face),
                     direction,
                     tilt,

@@ -50,7 +50,7 @@ pub enum TiltFrom {
 
 /// What became of a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoseResult {
+pub struct Position {
     /// The face it was fitted as.
     pub face: Option<Face>,
     /// Unit vector of specific force, board axes.
@@ -84,7 +84,7 @@ pub struct JointFit {
     /// freedom.
     pub reliability: Option<Reliability>,
     /// For every pose.
-    pub poses: Vec<PoseResult>,
+    pub poses: Vec<Position>,
     /// σ_tilt, rad.
     pub tilt: f64,
     /// How it is known.

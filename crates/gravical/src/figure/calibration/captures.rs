@@ -179,7 +179,7 @@ fn named(panel: Panel, line: &Series, windows: &[(String, f64, f64)]) -> Panel {
 /// Standard deviation of the samples in each placement.
 pub(super) fn noise(file: &CalibrationFile, session: Session<'_>, scale: &Scale) -> Option<Figure> {
     let placements = &session.segmentation.placements;
-    let positions = &file.accelerometer.positions;
+    let poses = &file.accelerometer.poses;
     let (unit, factor) = scale.shown();
     let (unit, factor) = match scale.nominal {
         Some(_) => ("mm/s²", 1e3 * factor),
@@ -201,9 +201,7 @@ pub(super) fn noise(file: &CalibrationFile, session: Session<'_>, scale: &Scale)
         if own.iter().all(Option::is_none) {
             continue;
         }
-        let label = positions
-            .get(i)
-            .filter(|_| positions.len() == placements.len());
+        let label = poses.get(i).filter(|_| poses.len() == placements.len());
         names.push(label.map_or_else(|| p.label.clone(), |l| l.label.clone()));
         for (all, one) in sigma.iter_mut().zip(own) {
             all.push(factor * one.unwrap_or(f64::NAN));

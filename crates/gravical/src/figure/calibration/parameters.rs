@@ -12,7 +12,7 @@ const HALF: f64 = 0.18;
 /// Bias and scale beside each other.
 pub(super) fn parameters(file: &CalibrationFile, scale: &Scale) -> Option<Figure> {
     let a = &file.accelerometer;
-    if a.positions.is_empty() {
+    if a.poses.is_empty() {
         return None;
     }
     let sd = a.deviations;

@@ -1,34 +1,34 @@
 //! What each placement shows: magnitude, error, tilt.
 
-use crate::calibration_file::{CalibrationFile, Position, TiltSource};
+use crate::calibration_file::{CalibrationFile, PoseResult, TiltSource};
 use crate::estimate::predicted::{sensitivity, variance};
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
 use crate::uncertainty::covariance_of;
 
 use super::{Scale, norm_of, places};
 
-fn names(positions: &[Position]) -> Axis {
-    Axis::names("pose", positions.iter().map(|p| p.label.clone()).collect())
+fn names(poses: &[PoseResult]) -> Axis {
+    Axis::names("pose", poses.iter().map(|p| p.label.clone()).collect())
 }
 
 /// ‖a‖ of each placement before and after, and after alone with its uncertainty.
 pub(super) fn norm(file: &CalibrationFile, scale: &Scale) -> Option<Figure> {
     let a = &file.accelerometer;
-    let positions = &a.positions;
-    if positions.is_empty() {
+    let poses = &a.poses;
+    if poses.is_empty() {
         return None;
     }
-    let x = places(positions.len());
-    let after: Vec<f64> = positions.iter().map(|p| norm_of(p.calibrated)).collect();
+    let x = places(poses.len());
+    let after: Vec<f64> = poses.iter().map(|p| norm_of(p.calibrated)).collect();
     let deviations = covariance_of(a).map(|covariance| -> Vec<f64> {
-        let along = positions.iter().zip(&after).map(|(p, norm)| {
+        let along = poses.iter().zip(&after).map(|(p, norm)| {
             let direction = p.calibrated.map(|c| c / norm);
             let h = sensitivity(&a.matrix, direction, *norm);
             variance(&covariance, &h).max(0.0).sqrt()
         });
         along.collect()
     });
-    let before: Option<Vec<f64>> = positions
+    let before: Option<Vec<f64>> = poses
         .iter()
         .map(|p| scale.nominally(p.raw).map(norm_of))
         .collect();
@@ -40,7 +40,7 @@ pub(super) fn norm(file: &CalibrationFile, scale: &Scale) -> Option<Figure> {
     };
     // Without a nominal scale there is no before, and the other panel says it all.
     let both = before.map(|before| {
-        Panel::new(names(positions), Axis::new("‖a‖", "m/s²"))
+        Panel::new(names(poses), Axis::new("‖a‖", "m/s²"))
             .with(Series::rule("local gravity", Role::Reference, g))
             .with(Series::points("before", Role::Raw, x.clone(), before))
             .with(calibrated)
@@ -51,7 +51,7 @@ pub(super) fn norm(file: &CalibrationFile, scale: &Scale) -> Option<Figure> {
         Some(sd) => near.plus_minus(&sd.iter().map(|v| 1e3 * v).collect::<Vec<_>>()),
         None => near,
     };
-    let near = Panel::new(names(positions), Axis::new("‖a‖ − g", "mm/s²"))
+    let near = Panel::new(names(poses), Axis::new("‖a‖ − g", "mm/s²"))
         .with(Series::rule("local gravity", Role::Reference, 0.0))
         .with(near);
     let bars = match deviations {
@@ -70,15 +70,15 @@ pub(super) fn norm(file: &CalibrationFile, scale: &Scale) -> Option<Figure> {
 /// Error of each placement: components, and the magnitude with it in the fit and
 /// left out.
 pub(super) fn residuals(file: &CalibrationFile) -> Option<Figure> {
-    let positions = &file.accelerometer.positions;
-    if positions.is_empty() {
+    let poses = &file.accelerometer.poses;
+    if poses.is_empty() {
         return None;
     }
-    let x = places(positions.len());
+    let x = places(poses.len());
     let roles = [("x", Role::X), ("y", Role::Y), ("z", Role::Z)];
-    let mut components = Panel::new(names(positions), Axis::new("error", "mm/s²"));
+    let mut components = Panel::new(names(poses), Axis::new("error", "mm/s²"));
     for (axis, (name, role)) in roles.into_iter().enumerate() {
-        let errors = positions.iter().map(|p| 1e3 * p.error[axis]).collect();
+        let errors = poses.iter().map(|p| 1e3 * p.error[axis]).collect();
         components = components.with(Series::columns(name, role, x.clone(), errors));
     }
     let figure = Figure::new(
@@ -87,8 +87,8 @@ pub(super) fn residuals(file: &CalibrationFile) -> Option<Figure> {
         "Above: calibrated minus expected value along each axis (free poses: along their own direction); for a face pose this includes its tilt. Below: error of ‖a‖ with the pose in the fit and left out of it; only the latter measures how accurate the calibration is.",
     )
     .with(components);
-    let of = |value: fn(&Position) -> Option<f64>| -> Vec<f64> {
-        let all = positions.iter().map(value);
+    let of = |value: fn(&PoseResult) -> Option<f64>| -> Vec<f64> {
+        let all = poses.iter().map(value);
         all.map(|v| v.map_or(f64::NAN, |v| 1e3 * v)).collect()
     };
     let fitted = of(|p| p.magnitude_error_mps2);
@@ -97,8 +97,11 @@ pub(super) fn residuals(file: &CalibrationFile) -> Option<Figure> {
     if !any(&left_out) {
         return Some(figure);
     }
-    let mut magnitude = Panel::new(names(positions), Axis::new("‖a‖ − g", "mm/s²"))
-        .with(Series::rule("no error", Role::Reference, 0.0));
+    let mut magnitude = Panel::new(names(poses), Axis::new("‖a‖ − g", "mm/s²")).with(Series::rule(
+        "no error",
+        Role::Reference,
+        0.0,
+    ));
     if any(&fitted) {
         magnitude = magnitude.with(Series::points(
             "in the fit",
@@ -114,11 +117,7 @@ pub(super) fn residuals(file: &CalibrationFile) -> Option<Figure> {
 /// Tilt of each face, and the tilt that the uncertainty assumes.
 pub(super) fn tilt(file: &CalibrationFile) -> Option<Figure> {
     let a = &file.accelerometer;
-    let faces: Vec<&Position> = a
-        .positions
-        .iter()
-        .filter(|p| p.tilt_deg.is_some())
-        .collect();
+    let faces: Vec<&PoseResult> = a.poses.iter().filter(|p| p.tilt_deg.is_some()).collect();
     if faces.is_empty() {
         return None;
     }
@@ -145,7 +144,7 @@ pub(super) fn tilt(file: &CalibrationFile) -> Option<Figure> {
         Axis::names("pose", labels),
         Axis::new("tilt off the face", "°").including(&[0.0]),
     );
-    if let Some(tilt) = a.placement_tilt_deg {
+    if let Some(tilt) = a.pose_tilt_deg {
         let how = match tilt.source {
             TiltSource::Given => "given: standard deviation",
             TiltSource::Estimated => "estimated: standard deviation",

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use crate::calibration_file::{CalibrationFile, Position};
+use crate::calibration_file::{CalibrationFile, PoseResult};
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
 
 use super::norm_of;
@@ -30,8 +30,8 @@ impl Half {
 
 /// Where the placements point, and where the next ones would help.
 pub(super) fn sphere(file: &CalibrationFile) -> Option<Figure> {
-    let positions = &file.accelerometer.positions;
-    if positions.is_empty() {
+    let poses = &file.accelerometer.poses;
+    if poses.is_empty() {
         return None;
     }
     let next = !file.accelerometer.next_poses.is_empty();
@@ -71,7 +71,7 @@ fn disc(file: &CalibrationFile, half: Half, title: &str) -> Panel {
     // Where a placement of that name lies at the rim, its own label will do.
     let named = |side: &&(&str, f64, f64)| {
         let own = a
-            .positions
+            .poses
             .iter()
             .filter(|p| p.label.replace('-', "−") == side.0);
         own.map(|p| unit(p.calibrated)).any(|d| half.has(d))
@@ -84,8 +84,8 @@ fn disc(file: &CalibrationFile, half: Half, title: &str) -> Panel {
         sides.iter().map(|s| 1.1 * s.2).collect(),
     );
     panel = panel.with(axes.labelled(sides.iter().map(|s| s.0.to_owned()).collect()));
-    let of = |name: &str, role, chosen: &dyn Fn(&&Position) -> bool| {
-        let own = a.positions.iter().filter(chosen);
+    let of = |name: &str, role, chosen: &dyn Fn(&&PoseResult) -> bool| {
+        let own = a.poses.iter().filter(chosen);
         let all: Vec<_> = own.map(|p| (unit(p.calibrated), p.label.clone())).collect();
         points(name, role, half, all)
     };

@@ -67,23 +67,23 @@ fn six_files_have_all_figures_with_the_numbers_of_the_file() {
     let norm = named(&figures, "norm");
     assert_eq!(norm.panels.len(), 2);
     let after = &series(norm, 0, "calibrated").y;
-    for (p, got) in a.positions.iter().zip(after) {
+    for (p, got) in a.poses.iter().zip(after) {
         let off = p.magnitude_error_mps2.unwrap();
         assert!((got - (file.gravity_mps2 + off)).abs() < 1e-12);
     }
     // The raw magnitude by the nominal scale; the files are in m/s².
     let before = &series(norm, 0, "before").y;
-    for (p, got) in a.positions.iter().zip(before) {
+    for (p, got) in a.poses.iter().zip(before) {
         assert!((got - norm_of(p.raw)).abs() < 1e-9);
     }
     let residuals = named(&figures, "residuals");
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        for (p, got) in a.positions.iter().zip(&series(residuals, 0, name).y) {
+        for (p, got) in a.poses.iter().zip(&series(residuals, 0, name).y) {
             assert!((got - 1e3 * p.error[axis]).abs() < 1e-12);
         }
     }
     let tilt = series(named(&figures, "tilt"), 0, "tilt");
-    let tilts: Vec<f64> = a.positions.iter().filter_map(|p| p.tilt_deg).collect();
+    let tilts: Vec<f64> = a.poses.iter().filter_map(|p| p.tilt_deg).collect();
     assert_eq!(tilt.y, tilts);
     let parameters = named(&figures, "parameters");
     assert_eq!(parameters.arrangement, Arrangement::Beside);
@@ -119,7 +119,7 @@ fn free_poses_show_what_was_left_out_of_the_fit() {
     well_formed(&figures);
     let residuals = named(&figures, "residuals");
     let left_out = series(residuals, 1, "left out of the fit");
-    for (p, got) in file.accelerometer.positions.iter().zip(&left_out.y) {
+    for (p, got) in file.accelerometer.poses.iter().zip(&left_out.y) {
         match p.left_out_error_mps2 {
             Some(e) => assert_eq!(*got, 1e3 * e),
             None => assert!(got.is_nan()),

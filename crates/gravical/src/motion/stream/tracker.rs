@@ -182,7 +182,7 @@ impl MoveTracker {
             peak_speed_mps: Some(self.going.peak),
             path_m: Some(self.going.path),
             velocity_error_mps: None,
-            missing_tilt_deg: None,
+            levelling_error_deg: None,
             closure_sigmas: None,
             usable,
             reason: (!usable)

@@ -39,7 +39,7 @@ fn a_move(start_s: f64, end_s: f64) -> Move {
         peak_speed_mps: None,
         path_m: None,
         velocity_error_mps: None,
-        missing_tilt_deg: None,
+        levelling_error_deg: None,
         closure_sigmas: None,
         usable: true,
         reason: None,

@@ -46,7 +46,7 @@ pub(super) fn findings(
                     FindingKind::BadPose,
                     format!(
                         "{}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?",
-                        section.positions[k].called(),
+                        section.poses[k].called(),
                         1000.0 * (magnitude(section, k) / 9.80665)
                     ),
                 )
@@ -97,7 +97,7 @@ pub(super) fn findings(
                 FindingKind::IllConditioned,
                 format!(
                     "the magnitudes of {} placements alone tell their nine parameters apart badly (condition {condition:.0}, more than {CONDITION_NOTE}): known faces and the data sheet carry the rest",
-                    section.positions.len()
+                    section.poses.len()
                 ),
             ));
         }
@@ -124,16 +124,16 @@ pub(super) fn findings(
     }
     if fit.shared_tilts {
         findings.push(Finding::new(
-            FindingKind::SamePlacement,
+            FindingKind::SamePose,
             "some repeats of a face lay the same way to a fraction of their tilt: they average noise, not tilt. Turn the sensor by 180° on the table between repeats",
         ));
     }
-    if let Some(tilt) = section.placement_tilt_deg
+    if let Some(tilt) = section.pose_tilt_deg
         && tilt.source == TiltSource::Estimated
         && tilt.value > UNUSUAL_TILT
     {
         let list: Vec<String> = section
-            .positions
+            .poses
             .iter()
             .filter_map(|p| {
                 Some(format!(
@@ -144,7 +144,7 @@ pub(super) fn findings(
             .take(12)
             .collect();
         findings.push(Finding::new(
-            FindingKind::PlacementTilt,
+            FindingKind::PoseTilt,
             format!(
                 "the placements lie {:.1}° off their faces in each of two components ({}). A box or a jig would help",
                 tilt.value,
@@ -166,14 +166,14 @@ fn orientation_open(why: &str) -> Finding {
 
 /// Repeats that contradict each other with nothing to tell which are right.
 fn disputed(section: &AccelerometerSection, fit: &JointFit) -> Option<Finding> {
-    let (more, less): (Vec<usize>, Vec<usize>) = (0..section.positions.len())
+    let (more, less): (Vec<usize>, Vec<usize>) = (0..section.poses.len())
         .filter(|&k| fit.poses[k].disputed)
         .partition(|&k| magnitude(section, k) > 0.0);
     let error_mg = |k: &usize| 1000.0 * magnitude(section, *k) / 9.80665;
     let most = more.iter().map(error_mg).reduce(f64::max)?;
     let least = less.iter().map(error_mg).reduce(f64::min)?;
     let called = |side: &[usize]| {
-        let names = side.iter().map(|&k| section.positions[k].called());
+        let names = side.iter().map(|&k| section.poses[k].called());
         names.collect::<Vec<_>>().join(", ")
     };
     Some(Finding::new(
@@ -269,7 +269,7 @@ fn missing_face(estimate: &Estimate, gravity: f64) -> Option<Finding> {
 
 fn magnitude(section: &AccelerometerSection, k: usize) -> f64 {
     section
-        .positions
+        .poses
         .get(k)
         .and_then(|p| p.magnitude_error_mps2)
         .unwrap_or(f64::NAN)

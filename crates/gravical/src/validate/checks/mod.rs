@@ -89,7 +89,7 @@ pub fn accelerometer(
         if estimate.uses[index].fitted && placement.clipped > 0 {
             findings.push(
                 Finding::new(
-                    FindingKind::ClippedHold,
+                    FindingKind::ClippedPose,
                     format!(
                         "{}: {} samples at the end of the range; its mean is too small",
                         placement.label, placement.clipped
@@ -111,10 +111,10 @@ fn oblique(section: &AccelerometerSection, gravity: f64) -> Option<Finding> {
     if section.method != Method::Ferraris.name() {
         return None;
     }
-    let (error, count) = free_norm_error(&section.positions, gravity)?;
+    let (error, count) = free_norm_error(&section.poses, gravity)?;
     (error > OBLIQUE_GATE * predicted).then(|| {
         Finding::new(
-            FindingKind::ObliqueOff,
+            FindingKind::FreePoseOff,
             format!(
                 "{count} oblique placements, which took no part in the fit, read the magnitude off by {:.0} mm/s² rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
                 1000.0 * error
@@ -189,14 +189,14 @@ fn tilts(
             );
         }
     }
-    let Some(tilt) = section.placement_tilt_deg else {
+    let Some(tilt) = section.pose_tilt_deg else {
         return findings;
     };
     if let Some(face_angle_rms_deg) = estimate.face_angle_rms_deg
         && tilt.source == TiltSource::Estimated
     {
         findings.push(Finding::new(
-            FindingKind::PlacementTilt,
+            FindingKind::PoseTilt,
             format!(
                 "the placements lie {low:.1}–{high:.1}° off their faces ({}), {face_angle_rms_deg:.1}° rms without the bias. Six faces cannot tell placement from misalignment, R shows both{}. A box or a jig would help",
                 list.join(", "),

@@ -323,12 +323,12 @@ fn calibrations(
     let [step, _] = steps(writing);
     let (ps, os) = (&p.accelerometer, &o.accelerometer);
     let fast = writing.rate.hz() >= IN_PIECES_HZ;
-    let as_many = ps.positions.len() == os.positions.len();
+    let as_many = ps.poses.len() == os.poses.len();
     if !as_many && !fast {
         wrong.push(format!(
             "{} poses in place of {}",
-            os.positions.len(),
-            ps.positions.len()
+            os.poses.len(),
+            ps.poses.len()
         ));
         return wrong;
     }
@@ -343,9 +343,9 @@ fn calibrations(
     };
     let averaged = (step / 12.0_f64.sqrt() / sigma_mps2).min(1.0);
     let other_rows = ps
-        .positions
+        .poses
         .iter()
-        .zip(&os.positions)
+        .zip(&os.poses)
         .map(|(p, o)| p.rows.abs_diff(o.rows) as f64 / p.rows.max(o.rows) as f64)
         .fold(0.0, f64::max);
     let other_rows = if as_many { other_rows } else { 1.0 };
@@ -377,7 +377,7 @@ fn calibrations(
     }
     if !wrong.is_empty() {
         // Which pose moved it?
-        for (p, o) in ps.positions.iter().zip(&os.positions) {
+        for (p, o) in ps.poses.iter().zip(&os.poses) {
             let off: Vec<String> = (0..3)
                 .map(|i| format!("{:+.3}", 1e3 * (o.raw[i] / ratio - p.raw[i])))
                 .collect();
@@ -395,7 +395,7 @@ fn calibrations(
         }
         wrong.push(format!(
             "  tilt {:?} for {:?}, fit {:?} for {:?}",
-            os.placement_tilt_deg, ps.placement_tilt_deg, os.fit, ps.fit
+            os.pose_tilt_deg, ps.pose_tilt_deg, os.fit, ps.fit
         ));
     }
     // Directions follow the faces, which lie as they lie.
