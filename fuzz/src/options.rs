@@ -148,7 +148,7 @@ pub fn intervals(data: &[u8]) {
     };
     let result = &motion.result;
     let mut last_s = f64::NEG_INFINITY;
-    for span in &result.still {
+    for span in &result.rests {
         assert!(
             span.start_s <= span.end_s && last_s <= span.start_s,
             "{intervals:?}: {result:?}"

@@ -21,7 +21,7 @@
 //! use gravical_core::motion::{Motion, MotionConfig};
 //!
 //! // The mean of the first ten samples is gravity.
-//! let mut motion = Motion::<f64, (), 0>::new(MotionConfig::still_mean(10), ())
+//! let mut motion = Motion::<f64, (), 0>::new(MotionConfig::initial_mean(10), ())
 //!     .ok_or("only rests that are looked for need memory")?;
 //! for i in 0..110 {
 //!     let pushed = if i >= 10 { 1.0 } else { 0.0 };
@@ -113,7 +113,7 @@ pub struct Motion<T, F, const N: usize> {
     doubt: Option<Course<T>>,
     taken_back: u32,
     overruled: u32,
-    /// Under [`Removal::StillMean`] the sum at the start, less the first sample.
+    /// Under [`Removal::InitialMean`] the sum at the start, less the first sample.
     start: [T; 3],
     arrived: [T; 4],
     bias_known: bool,
@@ -223,7 +223,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
             rate,
             h_s,
         };
-        if self.phase == Phase::Start && self.config.removal == Removal::StillMean {
+        if self.phase == Phase::Start && self.config.removal == Removal::InitialMean {
             self.note(&now, &force);
             self.start_mean(&now, rests);
         } else if self.detector.is_none() && rests.is_none() && self.phase == Phase::Moving {
@@ -248,7 +248,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         self.place_known = false;
         self.doubt = None;
         // A mean that was not complete begins again.
-        if !(self.phase == Phase::Start && self.config.removal == Removal::StillMean) {
+        if !(self.phase == Phase::Start && self.config.removal == Removal::InitialMean) {
             self.phase = Phase::Waiting;
         }
         self.course
@@ -299,7 +299,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     pub fn velocity_mps(&self) -> [T; 3] {
         match self.phase {
             Phase::Resting => [T::zero(); 3],
-            Phase::Start if self.config.removal != Removal::StillMean => [T::zero(); 3],
+            Phase::Start if self.config.removal != Removal::InitialMean => [T::zero(); 3],
             _ => self.known(self.course.forward.velocity()),
         }
     }
@@ -316,7 +316,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     }
 
     fn known<const M: usize>(&self, value: [T; M]) -> [T; M] {
-        let start = self.phase == Phase::Start && self.config.removal == Removal::StillMean;
+        let start = self.phase == Phase::Start && self.config.removal == Removal::InitialMean;
         if start || self.phase == Phase::Waiting {
             [T::nan(); M]
         } else {
@@ -459,7 +459,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
             return;
         };
         self.course.gravity = norm(&force);
-        if self.config.removal != Removal::StillMean {
+        if self.config.removal != Removal::InitialMean {
             let attitude = if self.bias_known {
                 times(
                     &turn(&levelling_error(&self.arrived, &force)),

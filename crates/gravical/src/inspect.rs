@@ -27,7 +27,7 @@ pub struct Inspection {
     /// Names of the columns.
     pub columns: Vec<String>,
     /// Counts of lines.
-    pub account: LineCounts,
+    pub row_counts: LineCounts,
     /// Rates, duration, jitter.
     pub timing: Timing,
     /// Unit of the accelerometer.
@@ -41,7 +41,7 @@ pub struct Inspection {
     /// Labels of the label column and their numbers of rows.
     pub labels: Vec<(String, u64)>,
     /// The static intervals, in order.
-    pub stills: Vec<StillSpan>,
+    pub static_intervals: Vec<StillSpan>,
     /// Full turns about an axis.
     pub turns: Vec<TurnSpan>,
     /// Share of the rows in static intervals, 0 to 1.
@@ -145,7 +145,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         description: recording.description.clone(),
         serial: recording.serial.clone(),
         columns: recording.column_names.clone(),
-        account: LineCounts {
+        row_counts: LineCounts {
             lines: recording.ledger.lines,
             rows: recording.ledger.rows,
             aside: recording
@@ -161,7 +161,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         temperature_c: recording.temperature_range_c(),
         temperature_drift: study_if_any(std::slice::from_ref(recording)),
         labels: label_counts(recording),
-        stills,
+        static_intervals: stills,
         turns: turns.iter().map(|t| turn_span(recording, t)).collect(),
         static_share: held as f64 / recording.rows_in_file().max(1) as f64,
         findings,

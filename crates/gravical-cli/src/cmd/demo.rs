@@ -165,8 +165,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     odd.dedup();
     say(&format!(
         "2 inspect    {} rows, {} poses; warnings: {}",
-        seen.account.rows,
-        seen.stills.len(),
+        seen.row_counts.rows,
+        seen.static_intervals.len(),
         if odd.is_empty() {
             "none".to_owned()
         } else {

@@ -50,7 +50,7 @@ fn a_good_calibration_fits_and_an_altered_one_does_not() {
     sensor(path);
     let good = json(path, "check first.json later/poses.csv", 0);
     assert_eq!(good["verdict"]["judgement"], "fits");
-    assert_eq!(good["stills"].as_array().unwrap().len(), 12);
+    assert_eq!(good["static_intervals"].as_array().unwrap().len(), 12);
     assert_eq!(
         good["coverage"]["untested_axes"].as_array().unwrap().len(),
         0
@@ -197,7 +197,7 @@ fn airbrakes_end_rests_agree_within_the_predicted_error() {
                 &format!("check {method}.json {source}/{name}.csv"),
                 0,
             );
-            let stills = report["stills"].as_array().unwrap();
+            let stills = report["static_intervals"].as_array().unwrap();
             let ends: Vec<&Value> = stills
                 .iter()
                 .filter(|s| s["start_s"].as_f64().unwrap() > after_s)

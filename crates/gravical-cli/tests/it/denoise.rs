@@ -254,7 +254,7 @@ fn every_real_recording_is_filtered_and_read_again() {
             path.display()
         );
         let told = summary(folder.path(), &line);
-        assert_eq!(told["stretches"], stretches, "{name}");
+        assert_eq!(told["segments"], stretches, "{name}");
         let filters = told["filters"].as_array().unwrap();
         let last = &filters[2]["sigma"]["accelerometer"];
         if told["static_intervals"].as_u64().unwrap() > 0 {
@@ -276,7 +276,7 @@ fn every_real_recording_is_filtered_and_read_again() {
         let looked = run_in(folder.path(), words("inspect out.csv --json"));
         assert_eq!(looked.code, 0, "{name}: {}", looked.out);
         assert_eq!(
-            looked.json()["recordings"][0]["account"]["rows"],
+            looked.json()["recordings"][0]["row_counts"]["rows"],
             told["rows"],
             "{name}"
         );

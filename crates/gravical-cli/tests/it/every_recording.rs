@@ -48,7 +48,7 @@ fn no_file_of_the_folder_crashes_and_every_account_balances() {
         }
         for recording in recordings {
             read += 1;
-            let account = &recording["account"];
+            let account = &recording["row_counts"];
             let aside: u64 = account["aside"]
                 .as_array()
                 .unwrap()
@@ -61,7 +61,7 @@ fn no_file_of_the_folder_crashes_and_every_account_balances() {
             );
             assert_eq!(lines, rows + aside, "{name}");
             assert!(rows > 0, "{name}");
-            for still in recording["stills"].as_array().unwrap() {
+            for still in recording["static_intervals"].as_array().unwrap() {
                 assert!(still["end_row"].as_u64().unwrap() <= rows, "{name}");
             }
         }
@@ -80,7 +80,7 @@ fn inspected(data: &Path, path: &str, more: &str) -> Value {
 }
 
 fn stills(looked: &Value) -> usize {
-    looked["stills"].as_array().unwrap().len()
+    looked["static_intervals"].as_array().unwrap().len()
 }
 
 #[test]
@@ -127,7 +127,10 @@ fn two_feet_are_two_sensors() {
         path,
         "--columns ax=right_sensor.acc_x,ay=right_sensor.acc_y,az=right_sensor.acc_z",
     );
-    assert_ne!(looked["stills"][0]["mean"], right["stills"][0]["mean"]);
+    assert_ne!(
+        looked["static_intervals"][0]["mean"],
+        right["static_intervals"][0]["mean"]
+    );
 }
 
 #[test]
@@ -177,7 +180,7 @@ fn broad_rests_between_the_bouts_are_found() {
         285.714,
         0.05,
     );
-    let first = &looked["stills"][0];
+    let first = &looked["static_intervals"][0];
     assert!(first["start_s"].as_f64().unwrap() < 1.0);
     close(first["end_s"].as_f64().unwrap(), 42.0, 2.0);
 }

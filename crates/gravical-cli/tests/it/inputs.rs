@@ -66,8 +66,8 @@ fn standard_input_is_a_recording() {
     let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let looked = &value["recordings"][0];
     assert_eq!(looked["file"], "-");
-    assert_eq!(looked["account"]["rows"], 400);
-    assert_eq!(looked["stills"][0]["face"], "+y");
+    assert_eq!(looked["row_counts"]["rows"], 400);
+    assert_eq!(looked["static_intervals"][0]["face"], "+y");
 }
 
 #[test]

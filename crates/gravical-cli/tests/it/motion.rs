@@ -92,7 +92,7 @@ fn the_table_goes_out_and_the_summary_aside() {
         words("inspect moved.csv --columns t=t_s,ax=ax_mps2,ay=ay_mps2,az=az_mps2 --json"),
     );
     assert_eq!(again.code, 0, "{}", again.err);
-    assert_eq!(again.json()["recordings"][0]["account"]["rows"], 1200);
+    assert_eq!(again.json()["recordings"][0]["row_counts"]["rows"], 1200);
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn the_preset_is_its_flags_and_flags_beat_it() {
     line(path);
     let preset = motion(path, "line/line.csv -c cal.json --procedure report", 0);
     let flags =
-        "--gravity-removal still-mean --still-rows 500 --smooth savgol:5,2 --zero-velocity off";
+        "--gravity-removal initial-mean --initial-rows 500 --smooth savgol:5,2 --zero-velocity off";
     assert!(
         preset["procedure"]
             .as_str()
@@ -149,7 +149,7 @@ fn the_preset_is_its_flags_and_flags_beat_it() {
     assert_eq!(preset["frame"], "the sensor's own axes");
     let other = motion(
         path,
-        "line/line.csv -c cal.json --procedure report --still-rows 300",
+        "line/line.csv -c cal.json --procedure report --initial-rows 300",
         0,
     );
     assert_ne!(preset["final"], other["final"]);
@@ -176,9 +176,9 @@ fn the_preset_is_its_flags_and_flags_beat_it() {
     }
 
     // Rests by hand, and where it starts.
-    let given = motion(path, "line/line.csv --still 0-4.8,7.2- --p0 1,-2,0.5", 0);
-    assert_eq!(given["still"].as_array().unwrap().len(), 2);
-    close(given["still"][0]["end_s"].as_f64().unwrap(), 4.8, 0.011);
+    let given = motion(path, "line/line.csv --rests 0-4.8,7.2- --p0 1,-2,0.5", 0);
+    assert_eq!(given["rests"].as_array().unwrap().len(), 2);
+    close(given["rests"][0]["end_s"].as_f64().unwrap(), 4.8, 0.011);
     let end = numbers(&given["final"]["position_m"]);
     close(end[0], 1.02, 0.1);
     close(end[1], -1.3, 0.1);

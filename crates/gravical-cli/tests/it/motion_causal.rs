@@ -9,7 +9,7 @@ fn the_pass_ends_where_the_batch_does_without_zero_velocity() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     line(path);
-    let flags = "line/line.csv -c cal.json --gravity-removal still-mean --zero-velocity off";
+    let flags = "line/line.csv -c cal.json --gravity-removal initial-mean --zero-velocity off";
     let batch = motion(path, flags, 0);
     let pass = motion(path, &format!("{flags} --causal"), 0);
     agree(

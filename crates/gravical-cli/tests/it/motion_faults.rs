@@ -40,8 +40,8 @@ fn wrong_calls() {
     );
     for wrong in [
         "--smooth best:5",
-        "--still 5-3",
-        "--still five",
+        "--rests 5-3",
+        "--rests five",
         "--v0 1,2",
         "--p0 1,2,up",
         "--procedure best",
@@ -56,8 +56,8 @@ fn wrong_calls() {
     for wrong in [
         "--clock-error 2",
         "--smooth highpass:4,0.5Hz",
-        "--still-rows 1",
-        "--wobble 90",
+        "--initial-rows 1",
+        "--tilt-change 90",
     ] {
         let run = run_in(path, words(&format!("motion line/line.csv {wrong} --json")));
         assert_eq!((run.code, run.error_code().as_str()), (2, "option-range"));

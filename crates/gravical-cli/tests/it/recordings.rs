@@ -153,7 +153,11 @@ fn all_nine_sections_of_imucals_session_are_found() {
         let row = |v: &Value| v.as_u64().unwrap();
         let (from, to) = (row(&rows["start"]), row(&rows["end"]));
         let (axis, what) = label.split_once('_').unwrap();
-        let list = if what == "rot" { "turns" } else { "stills" };
+        let list = if what == "rot" {
+            "turns"
+        } else {
+            "static_intervals"
+        };
         let sign = if what == "p" { "+" } else { "-" };
         let found = looked[list].as_array().unwrap().iter().any(|span| {
             let common = row(&span["end_row"])

@@ -9,7 +9,7 @@ use crate::still::{Plan, RestNoise};
 pub enum Removal {
     /// The mean of the first samples is subtracted; nothing is rotated, the frame
     /// is the sensor's own.
-    StillMean,
+    InitialMean,
     /// The tilt stays that of the rest before.
     ConstantTilt,
     /// The attitude is followed with the gyroscope from the rest before.
@@ -34,7 +34,7 @@ pub struct MotionConfig<T> {
     pub gyroscope: GyroscopeCalibration<T>,
     /// How gravity is taken off.
     pub removal: Removal,
-    /// What the first rest is. [`Removal::StillMean`] needs samples.
+    /// What the first rest is. [`Removal::InitialMean`] needs samples.
     pub first_rest: FirstRest,
     /// Whether velocity is zero at rests after the first.
     pub zero_velocity: bool,
@@ -58,9 +58,9 @@ pub struct MotionConfig<T> {
 impl<T: Real> MotionConfig<T> {
     /// The mean of the first `samples` off; no zero velocity. Readings are SI.
     #[must_use]
-    pub fn still_mean(samples: usize) -> Self {
+    pub fn initial_mean(samples: usize) -> Self {
         MotionConfig {
-            removal: Removal::StillMean,
+            removal: Removal::InitialMean,
             first_rest: FirstRest::Samples(samples),
             zero_velocity: false,
             ..Self::strapdown()

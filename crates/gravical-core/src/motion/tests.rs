@@ -99,7 +99,7 @@ fn what_came_before_the_mean_was_known_is_not_lost() {
     let config = MotionConfig {
         velocity_mps: [0.1, 0.0, 0.0],
         position_m: [1.0, 0.0, 0.0],
-        ..MotionConfig::still_mean(100)
+        ..MotionConfig::initial_mean(100)
     };
     let mut motion = Motion::<f64, (), 0>::new(config, ()).unwrap();
     for (i, f) in rows.iter().enumerate() {
@@ -164,7 +164,7 @@ fn a_gap_takes_the_position_and_a_rest_gives_the_velocity() {
 
 #[test]
 fn a_sample_that_is_no_number_is_stepped_over() {
-    let mut whole = Motion::<f64, (), 0>::new(MotionConfig::still_mean(2), ()).unwrap();
+    let mut whole = Motion::<f64, (), 0>::new(MotionConfig::initial_mean(2), ()).unwrap();
     let mut holed = whole.clone();
     for i in 0..20 {
         let force = [f64::from(i), 0.0, 9.8];

@@ -48,7 +48,11 @@ pub(super) fn coverage(directions: &[[f64; 3]]) -> Coverage {
 
 fn text(directions: &[[f64; 3]], apart: usize, untested: &[String], one_way: &[String]) -> String {
     let count = directions.len();
-    let stills = if count == 1 { "1 still" } else { "stills" };
+    let stills = if count == 1 {
+        "1 still"
+    } else {
+        "static_intervals"
+    };
     let nothing = |axes: &[String]| match axes {
         [one] => format!("the {one} axis"),
         several => format!("the {} axes", several.join(" and ")),

@@ -220,7 +220,7 @@ pub fn check(
         gravity_source: gravity.source,
         gravity_of_calibration: options.gravity.is_none(),
         worst: worst(&stills),
-        stills,
+        static_intervals: stills,
         rms_mps2: rms,
         predicted_rms_mps2: predicted,
         test,

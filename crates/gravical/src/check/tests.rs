@@ -76,8 +76,8 @@ fn one_pose_is_enough_and_says_what_it_does_not_test() {
         "{:?}",
         report.verdict
     );
-    assert_eq!(report.stills.len(), 1);
-    assert_eq!(report.stills[0].nearest, "+z");
+    assert_eq!(report.static_intervals.len(), 1);
+    assert_eq!(report.static_intervals[0].nearest, "+z");
     assert_eq!(report.coverage.untested_axes, ["x", "y"]);
     assert!(report.explanations.is_empty());
     assert_eq!(report.test.unwrap().degrees_of_freedom, 1);
@@ -124,7 +124,7 @@ fn without_covariance_only_gross_errors_are_told() {
     let small = checked(&file, &[rest(UP[0], 300, [0.1, 0.0, 0.0], G, 0.0, 7)]);
     assert_eq!(small.verdict.judgement, Judgement::CannotSay);
     assert!(has(&small, "covariance-missing"));
-    assert_eq!((small.test, small.stills[0].z), (None, None));
+    assert_eq!((small.test, small.static_intervals[0].z), (None, None));
     let large = checked(&file, &[rest(UP[0], 300, [0.3, 0.0, 0.0], G, 0.0, 7)]);
     assert_eq!(large.verdict.judgement, Judgement::DoesNotFit);
 }
@@ -194,7 +194,7 @@ fn temperature_clipping_and_old_recordings_are_told() {
     let clipped_stills = found.iter().filter(|r| r.clipped > 0).count();
     let report = checked(&calibration(), &both);
     assert_eq!(
-        report.stills.iter().filter(|s| !s.counts).count(),
+        report.static_intervals.iter().filter(|s| !s.counts).count(),
         clipped_stills
     );
 }

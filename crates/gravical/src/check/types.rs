@@ -22,7 +22,7 @@ pub struct CheckReport {
     /// True when gravity is the calibration's, for want of another.
     pub gravity_of_calibration: bool,
     /// The stills, in the order of the recordings.
-    pub stills: Vec<StillCheck>,
+    pub static_intervals: Vec<StillCheck>,
     /// Root mean square of the errors of the stills that count, m/s².
     pub rms_mps2: f64,
     /// What the uncertainty predicts for it, m/s²; null without a covariance.

@@ -25,13 +25,13 @@ pub struct DenoiseSummary {
     /// The rate that the filters were designed for, Hz; null if unknown.
     pub rate_hz: Option<f64>,
     /// Number of parts between breaks, gaps and steps back; filters restart in each.
-    pub stretches: usize,
+    pub segments: usize,
     /// Values used beyond the ends, for filters with a window.
     pub edge: Edge,
     /// Number of static intervals in which the noise was measured.
     pub static_intervals: usize,
     /// Number of rows of these intervals.
-    pub still_rows: usize,
+    pub static_rows: usize,
     /// Unit of the accelerometer's standard deviations: `m/s^2` if the unit of the file is known,
     /// otherwise that of the file.
     pub accel_unit: &'static str,
@@ -125,10 +125,10 @@ impl DenoiseSummary {
             description: recording.description.clone(),
             rows: recording.rows(),
             rate_hz: recording.timing.rate_hz(),
-            stretches: 0,
+            segments: 0,
             edge: options.edge,
             static_intervals: stills.len(),
-            still_rows: stills.iter().map(ExactSizeIterator::len).sum(),
+            static_rows: stills.iter().map(ExactSizeIterator::len).sum(),
             accel_unit: match recording.accel_scale.nominal() {
                 Some(_) => "m/s^2",
                 None => recording.accel_scale.unit.name(),
@@ -167,7 +167,7 @@ impl DenoiseSummary {
     }
 
     pub(super) fn finish(&mut self, runner: &Runner, recording: &Recording) {
-        self.stretches = runner.stretches();
+        self.segments = runner.stretches();
         self.findings.extend(row_findings(
             runner.splits,
             runner.clock.gap_s,

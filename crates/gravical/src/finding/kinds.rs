@@ -595,7 +595,7 @@ kinds! {
     "Motion" {
         NoGyro "no-gyro" Warning
             "no gyroscope: the tilt between rests is not measured"
-            "it is interpolated between the rests; the band includes `--wobble`"
+            "it is interpolated between the rests; the band includes `--tilt-change`"
             "record a gyroscope, or keep the sensor level";
         GyroNotUsed "gyro-not-used" Warning
             "the unit of the gyroscope is unknown"
@@ -616,11 +616,11 @@ kinds! {
         ConstantSpeed "constant-speed" Note
             "a quiet interval in which the velocity is far from zero"
             "not used as a rest"
-            "nothing; `--still` overrides it";
+            "nothing; `--rests` overrides it";
         RestAtSpeed "rest-at-speed" Warning
             "a quiet interval looks like constant velocity, but no later interval is a better rest"
             "used as a rest"
-            "give the rests with `--still`";
+            "give the rests with `--rests`";
         ClosureContradicts "closure-contradicts" Warning
             "at the end of a move the closure of velocity or tilt exceeds its uncertainty"
             "the band of that move is widened accordingly"
@@ -632,7 +632,7 @@ kinds! {
         SlowMoveDoubted "slow-move-doubted" Warning
             "within a rest the specific force changes as in a slow move, but not significantly"
             "used as a rest"
-            "give the rests with `--still`, or move faster";
+            "give the rests with `--rests`, or move faster";
         SlowMovesHidden "slow-moves-hidden" Note
             "a rest of 14 s or more, or no move at all: a slow or small move would not be visible"
             "the message gives its largest displacement; without any move the position band includes it"
@@ -640,7 +640,7 @@ kinds! {
         RestUnconfirmed "rest-unconfirmed" Warning
             "the rests are too short to be distinguished from a part of the move or from constant velocity"
             "no move is usable, and there are no bands"
-            "rest for 2 s at both ends, or give the rests with `--still`";
+            "rest for 2 s at both ends, or give the rests with `--rests`";
         StartsMoving "starts-moving" Warning
             "the recording starts in motion"
             "computed backwards from the first rest"

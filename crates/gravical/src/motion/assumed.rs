@@ -79,7 +79,7 @@ pub(super) fn local_gravity(file: Option<&CalibrationFile>, options: &MotionOpti
 }
 
 /// Mean of the first rows, and the seconds that it is over.
-pub(super) fn still_mean(view: View<'_>, rows: usize, walk: Walk) -> ([f64; 3], f64) {
+pub(super) fn initial_mean(view: View<'_>, rows: usize, walk: Walk) -> ([f64; 3], f64) {
     let rows = 0..rows.min(view.samples.len());
     let anchors = Anchors::new(view, walk);
     let seconds = anchors.seconds(&rows);

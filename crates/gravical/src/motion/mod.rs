@@ -68,7 +68,7 @@ use crate::denoise::smooth;
 use crate::recording::{Finding, Recording};
 
 use anchors::Walk;
-use assumed::{force_at_rest, local_gravity, size_at_rest, still_mean};
+use assumed::{force_at_rest, initial_mean, local_gravity, size_at_rest};
 use hidden::Hidden;
 use path::Known;
 use prepare::{Prepared, prepare, with_scales};
@@ -161,7 +161,7 @@ fn compute(
 
     // Where does it rest, and which of the quiet stretches is a rest?
     options.rests.validate_for(&samples)?;
-    let by_mean = options.gravity_removal == GravityRemoval::StillMean;
+    let by_mean = options.gravity_removal == GravityRemoval::InitialMean;
     let found = opening::rests(&samples, options);
     let file = calibration.map(|c| c.file);
     if let Some(recording) = unfiltered {
@@ -192,7 +192,7 @@ fn compute(
         rides: &[],
         directions: &directions,
         removal: options.gravity_removal,
-        mean: by_mean.then(|| still_mean(view, options.still_rows, walk)),
+        mean: by_mean.then(|| initial_mean(view, options.still_rows, walk)),
         wobble: options.wobble_deg.to_radians(),
         clock_error: options.clock_error,
         v0: options.v0_mps.unwrap_or_default(),
@@ -309,7 +309,7 @@ fn compute(
             bands: false,
             mean: setup
                 .mean
-                .map(|_| still_mean(view, options.still_rows, walk)),
+                .map(|_| initial_mean(view, options.still_rows, walk)),
             ..setup
         };
         if let Some(track) = &mut drift_track {
@@ -373,7 +373,7 @@ fn compute(
         rows: rows as u64,
         rows_left_out: (rows - samples.len()) as u64,
         frame: words::frame(options, rests.is_empty()),
-        still: Span::of(t, &rests),
+        rests: Span::of(t, &rests),
         noise: NoiseAtRest::of(&found),
         visible_moves,
         moves: path.moves,

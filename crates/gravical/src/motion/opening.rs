@@ -12,7 +12,7 @@ pub(super) fn rests(samples: &Samples, options: &MotionOptions) -> Rests {
     }
     let found = find_rests(samples, &options.rests);
     let last = options.still_rows.min(samples.len()).checked_sub(1);
-    let by_mean = options.gravity_removal == GravityRemoval::StillMean;
+    let by_mean = options.gravity_removal == GravityRemoval::InitialMean;
     let (Some(last), true) = (last, found.spans.is_empty() && by_mean) else {
         return found;
     };

@@ -18,7 +18,7 @@ pub enum GravityRemoval {
     ConstantTilt,
     /// The mean of the first rows is subtracted, nothing is rotated; the frame is
     /// the sensor's own.
-    StillMean,
+    InitialMean,
 }
 
 /// How motion is computed.
@@ -26,7 +26,7 @@ pub enum GravityRemoval {
 pub struct MotionOptions {
     /// How gravity is taken off. Default: strapdown.
     pub gravity_removal: GravityRemoval,
-    /// Rows at the start that [`GravityRemoval::StillMean`] takes the mean of.
+    /// Rows at the start that [`GravityRemoval::InitialMean`] takes the mean of.
     /// Default 500; at least 2.
     pub still_rows: usize,
     /// Filters that the accelerometer runs through before gravity is taken off, in
@@ -94,7 +94,7 @@ impl MotionOptions {
     #[must_use]
     pub fn report() -> Self {
         MotionOptions {
-            gravity_removal: GravityRemoval::StillMean,
+            gravity_removal: GravityRemoval::InitialMean,
             smooth: vec![FilterSpec::SavitzkyGolay {
                 window: 5,
                 order: 2,
@@ -109,7 +109,7 @@ impl MotionOptions {
     /// them depends on another.
     #[must_use]
     pub fn rests_at_start(&self) -> bool {
-        self.gravity_removal == GravityRemoval::StillMean
+        self.gravity_removal == GravityRemoval::InitialMean
             && !self.zero_velocity
             && self.rests.given_s.is_none()
     }
@@ -123,7 +123,7 @@ impl MotionOptions {
         let wrong = |what: String| Err(Error::usage("option-range", what));
         if self.still_rows < 2 {
             return wrong(format!(
-                "--still-rows {}: a mean needs two rows at least",
+                "--initial-rows {}: a mean needs two rows at least",
                 self.still_rows
             ));
         }
@@ -135,7 +135,7 @@ impl MotionOptions {
         }
         if !(0.0..=45.0).contains(&self.wobble_deg) {
             return wrong(format!(
-                "--wobble of {}°: 0 to 45 is possible",
+                "--tilt-change of {}°: 0 to 45 is possible",
                 self.wobble_deg
             ));
         }

@@ -29,7 +29,7 @@ pub struct MotionResult {
     /// What the axes of velocity and position are.
     pub frame: String,
     /// Where the sensor rested.
-    pub still: Vec<Span>,
+    pub rests: Vec<Span>,
     /// Noise at rest; null without a rest.
     pub noise: Option<NoiseAtRest>,
     /// How far a move has to go, by its duration, to be told from rest; empty without a

@@ -83,7 +83,9 @@ pub(super) fn scales(
     // The gyroscope.
     let scale = match &recording.gyro {
         // Nothing is turned, and no rest ends a move: it has no part in the result.
-        _ if options.gravity_removal == GravityRemoval::StillMean && !options.zero_velocity => None,
+        _ if options.gravity_removal == GravityRemoval::InitialMean && !options.zero_velocity => {
+            None
+        }
         None => None,
         Some(gyro) if is_dead(gyro) => {
             findings.push(Finding::new(

@@ -35,7 +35,7 @@ pub(super) struct Setup<'a> {
     pub rides: &'a [(Range<usize>, f64)],
     pub directions: &'a [Direction],
     pub removal: GravityRemoval,
-    /// The mean that is subtracted under [`GravityRemoval::StillMean`], and the
+    /// The mean that is subtracted under [`GravityRemoval::InitialMean`], and the
     /// seconds it is over.
     pub mean: Option<([f64; 3], f64)>,
     /// Standard deviation of the tilt during a move without gyroscope, rad.
@@ -51,7 +51,7 @@ pub(super) struct Setup<'a> {
 impl<'a> Setup<'a> {
     pub(super) fn removal(&self) -> Removal {
         match (self.removal, self.mean) {
-            (GravityRemoval::StillMean, Some((mean, _))) => Removal::Mean(mean),
+            (GravityRemoval::InitialMean, Some((mean, _))) => Removal::Mean(mean),
             (GravityRemoval::Strapdown, _) if self.view.has_gyro() => Removal::Strapdown,
             (GravityRemoval::Strapdown, _) => Removal::Tilt,
             _ => Removal::ConstantTilt,

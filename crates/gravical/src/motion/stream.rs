@@ -213,20 +213,20 @@ impl Begin {
         findings: &mut Vec<Finding>,
     ) -> Result<Pipeline> {
         let removal = match options.gravity_removal {
-            GravityRemoval::StillMean => Removal::StillMean,
+            GravityRemoval::InitialMean => Removal::InitialMean,
             GravityRemoval::Strapdown if self.gyro.is_some() => Removal::Strapdown,
             GravityRemoval::Strapdown | GravityRemoval::ConstantTilt => Removal::ConstantTilt,
         };
-        let still_mean = removal == Removal::StillMean;
+        let initial_mean = removal == Removal::InitialMean;
         let given = options.rests.given_s.clone();
         let plan = Plan::new(self.rate_hz);
         let fits = plan.onset_samples() < sink::KEPT;
         let searched = given.is_none() && self.rested && fits;
         // With the mean off and velocity left alone nothing asks for rests.
-        let wanted = !still_mean || options.zero_velocity;
+        let wanted = !initial_mean || options.zero_velocity;
         let noise = self.rest_noise.filter(|_| searched && wanted);
         let rests = noise.map(|noise| (plan, noise));
-        let first_rest = if still_mean || (given.is_none() && rests.is_none()) {
+        let first_rest = if initial_mean || (given.is_none() && rests.is_none()) {
             FirstRest::Samples(options.still_rows)
         } else {
             FirstRest::Found
@@ -273,7 +273,7 @@ impl Begin {
         };
         let decimals = table.then_some(self.time_decimals);
         let mut pipeline = Pipeline::new(state, self.gap_s, self.gyro.is_some(), decimals);
-        pipeline.starts_at_rest = !still_mean && first_rest != FirstRest::Found;
+        pipeline.starts_at_rest = !initial_mean && first_rest != FirstRest::Found;
         pipeline.knows_rests = pipeline.starts_at_rest || rests.is_some() || given.is_some();
         pipeline.given = given;
         Ok(pipeline)
@@ -327,7 +327,7 @@ impl Begin {
             rows: read.finished.ledger.rows,
             rows_left_out: state.left_out.count(),
             frame: words::frame(options, false),
-            still,
+            rests: still,
             noise: self.noise,
             visible_moves: Vec::new(),
             moves,

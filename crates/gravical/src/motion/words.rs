@@ -32,7 +32,7 @@ pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
             "tilt from rest to rest, without a gyroscope in between".to_owned()
         }
         GravityRemoval::ConstantTilt => "tilt as at the rest before".to_owned(),
-        GravityRemoval::StillMean => {
+        GravityRemoval::InitialMean => {
             format!("mean of the first {} rows subtracted", options.still_rows)
         }
     };
@@ -62,7 +62,7 @@ pub(super) fn causal_procedure(options: &MotionOptions, gyro: bool) -> String {
         GravityRemoval::Strapdown | GravityRemoval::ConstantTilt => {
             "tilt as at the rest before".to_owned()
         }
-        GravityRemoval::StillMean => {
+        GravityRemoval::InitialMean => {
             format!("mean of the first {} rows subtracted", options.still_rows)
         }
     };
@@ -85,7 +85,7 @@ pub(super) fn frame(options: &MotionOptions, no_rest: bool) -> String {
         "at the first rest"
     };
     match options.gravity_removal {
-        GravityRemoval::StillMean => "the sensor's own axes".to_owned(),
+        GravityRemoval::InitialMean => "the sensor's own axes".to_owned(),
         _ => format!("z up along gravity, x along the sensor's x {at}, made horizontal"),
     }
 }
@@ -121,7 +121,7 @@ pub(super) fn gate(samples: &Samples, judged: &[Judged]) -> Vec<Finding> {
                 return Some(Finding::new(
                     FindingKind::RestAtSpeed,
                     format!(
-                        "quiet from {from:.2} to {to:.2} s, where the integrated velocity is {speed:.2} m/s (1σ {sigma:.2}); taken for a rest since nothing after it comes nearer to one: the acceleration drifted by {:.3} m/s², or the sensor went on at constant speed (--still sets the rests by hand)",
+                        "quiet from {from:.2} to {to:.2} s, where the integrated velocity is {speed:.2} m/s (1σ {sigma:.2}); taken for a rest since nothing after it comes nearer to one: the acceleration drifted by {:.3} m/s², or the sensor went on at constant speed (--rests sets the rests by hand)",
                         speed / j.seconds.max(1e-3)
                     ),
                 ));
@@ -186,7 +186,7 @@ pub(super) fn slow(found: &Rests, options: &MotionOptions) -> Vec<Finding> {
             Finding::new(
                 FindingKind::SlowMoveDoubted,
                 format!(
-                    "from {:.1} to {:.1} s the force changes as in a move by {:.1} m, by more than chance and by too little to be certain (χ² {:.0}); taken for rest, so the position may be off by that much (--still sets the rests by hand)",
+                    "from {:.1} to {:.1} s the force changes as in a move by {:.1} m, by more than chance and by too little to be certain (χ² {:.0}); taken for rest, so the position may be off by that much (--rests sets the rests by hand)",
                     d.start_s, d.end_s, d.way_m, d.chi2
                 ),
             )
@@ -301,7 +301,7 @@ pub(super) fn circumstances(
         out.push(Finding::new(
             FindingKind::NoGyro,
             format!(
-                "without a gyroscope the tilt between rests is not known: one swing of 1° during the longest move ({longest:.1} s) is {cost:.2} m; {}° are allowed for in the band (--wobble)",
+                "without a gyroscope the tilt between rests is not known: one swing of 1° during the longest move ({longest:.1} s) is {cost:.2} m; {}° are allowed for in the band (--tilt-change)",
                 options.wobble_deg
             ),
         ));

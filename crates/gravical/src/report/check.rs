@@ -19,7 +19,7 @@ pub fn check(report: &CheckReport) -> Document<'static> {
         [one] => short_name(one),
         several => format!("{} recordings", several.len()),
     };
-    let stills = match report.stills.len() {
+    let stills = match report.static_intervals.len() {
         1 => "1 static interval".to_owned(),
         n => format!("{n} static intervals"),
     };
@@ -66,7 +66,7 @@ fn stills_of(report: &CheckReport) -> Section<'static> {
         Column::number("z"),
         Column::left(""),
     ];
-    let rows = report.stills.iter().enumerate();
+    let rows = report.static_intervals.iter().enumerate();
     let table = Table::new("")
         .columns(columns)
         .rows(rows.map(|(i, still)| row(report, i, still)));
@@ -95,13 +95,13 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
         (None, 1) => format!("at {at}"),
         (None, _) => format!("{} {at}", short_name(&still.file)),
     };
-    let worst = i == report.worst && report.stills.len() > 1;
+    let worst = i == report.worst && report.static_intervals.len() > 1;
     let mark = match (worst, still.counts) {
         (true, _) => "← largest",
         (false, false) => "clipped",
         (false, true) => "",
     };
-    let key = |field: &str| format!("/stills/{i}/{field}");
+    let key = |field: &str| format!("/static_intervals/{i}/{field}");
     let sigma = still
         .sigma_mps2
         .map(|s| Quantity::new(key("sigma_mps2"), s, fixed(1e3 * s, 1)));

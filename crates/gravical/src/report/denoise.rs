@@ -15,7 +15,7 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
         Some(rate) => format!("{rate:.2} Hz"),
         None => "rate unknown".to_owned(),
     };
-    let stretches = count(summary.stretches, "segment", "segments");
+    let stretches = count(summary.segments, "segment", "segments");
     let edge = summary.edge.name();
     let mut facts = vec![
         ("read as".to_owned(), summary.description.clone()),
@@ -26,7 +26,7 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
     ];
     if summary.static_intervals > 0 {
         let spans = count(summary.static_intervals, "span", "spans");
-        let rows = summary.still_rows;
+        let rows = summary.static_rows;
         facts.push(("at rest".to_owned(), format!("{spans}, {rows} rows")));
     }
     let mut filters = Section::new("filters", "Filters").with(white(summary));

@@ -21,7 +21,7 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
     if let Some(serial) = &inspection.serial {
         fact("sensor", format!("serial number {serial}"));
     }
-    fact("lines", inspection.account.sum.clone());
+    fact("lines", inspection.row_counts.sum.clone());
     fact("time", time(inspection));
     fact("accel", accel(inspection));
     if let Some(text) = gyro(inspection) {
@@ -50,8 +50,8 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
         ..Document::new(format!("Recording {}", short_name(&inspection.file)))
     }
     .with(reading.with(Block::Facts(facts)));
-    if !inspection.stills.is_empty() {
-        document = document.with(stills(&inspection.stills));
+    if !inspection.static_intervals.is_empty() {
+        document = document.with(stills(&inspection.static_intervals));
     }
     if let Some(model) = &inspection.temperature_drift {
         document = document.with(drift(
@@ -129,8 +129,8 @@ fn gyro(inspection: &Inspection) -> Option<String> {
 
 fn stillness(inspection: &Inspection) -> String {
     let share = 100.0 * inspection.static_share;
-    match inspection.stills.len() {
-        0 if inspection.account.rows < 40 => "too few rows".to_owned(),
+    match inspection.static_intervals.len() {
+        0 if inspection.row_counts.rows < 40 => "too few rows".to_owned(),
         0 => "never".to_owned(),
         1 => format!("{share:.0} % of the rows, one interval"),
         n => format!("{share:.0} % of the rows, {n} intervals"),
@@ -139,13 +139,13 @@ fn stillness(inspection: &Inspection) -> String {
 
 /// `█` where most of a cell is static, `▒` where some of it is, `·` where the sensor moves.
 fn bar(inspection: &Inspection) -> String {
-    let rows = inspection.account.rows.max(1) as usize;
+    let rows = inspection.row_counts.rows.max(1) as usize;
     (0..BAR)
         .map(|cell| {
             let from = cell * rows / BAR;
             let to = ((cell + 1) * rows / BAR).max(from + 1);
             let held: usize = inspection
-                .stills
+                .static_intervals
                 .iter()
                 .map(|s| s.end_row.min(to).saturating_sub(s.start_row.max(from)))
                 .sum();
@@ -162,7 +162,7 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
     let row = |(i, still): (usize, &StillSpan)| {
         let largest = still.mean.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let n = decimals_of(largest, 4);
-        let key = |field: &str| format!("/stills/{i}/{field}");
+        let key = |field: &str| format!("/static_intervals/{i}/{field}");
         let seconds = |field: &str, v: Option<f64>| Cell::maybe(key(field), v, |v| fixed(v, 1));
         let mut cells = vec![
             Cell::text((i + 1).to_string()),

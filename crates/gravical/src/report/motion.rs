@@ -202,7 +202,7 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
     fact("procedure", result.procedure.clone());
     fact("frame", result.frame.clone());
     fact("time", time(result));
-    fact("rests", rest_list(&result.still));
+    fact("rests", rest_list(&result.rests));
     if let Some(noise) = &result.noise {
         let three = |v: [f64; 3]| v.map(|s| digits(1e3 * s, 2)).join(" ");
         let gyro = noise.gyro_sigma_rad_s.map_or(String::new(), |s| {
@@ -296,8 +296,8 @@ fn rest_list(still: &[Span]) -> String {
 
 fn rests<'a>(result: &MotionResult) -> Section<'a> {
     let section = Section::new("rests", "Rests");
-    let spans = result.still.iter().enumerate().map(|(i, span)| {
-        let key = |field: &str| format!("/still/{i}/{field}");
+    let spans = result.rests.iter().enumerate().map(|(i, span)| {
+        let key = |field: &str| format!("/rests/{i}/{field}");
         Row::from([
             Cell::text((i + 1).to_string()),
             Cell::number(key("start_s"), span.start_s, fixed(span.start_s, 2)),
@@ -313,7 +313,7 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
     let table = Table::new("Rests, s")
         .columns([Column::left("rest")])
         .columns(columns);
-    let section = match result.still.is_empty() {
+    let section = match result.rests.is_empty() {
         true => section.full(Block::paragraph("No rest was found.")),
         false => section.full(table.rows(spans)),
     };

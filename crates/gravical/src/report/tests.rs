@@ -122,7 +122,11 @@ fn seen(page: &str) -> String {
 /// Everything in the document is in each of its renderings, and every number that says
 /// where it stands in the JSON stands there.
 fn holds(document: &Document<'_>, json: &Value) -> usize {
-    let mut said: Vec<String> = document.lead().map(str::to_owned).collect();
+    let mut said: Vec<String> = document
+        .lead()
+        .filter(|line| *line != document.stamp)
+        .map(str::to_owned)
+        .collect();
     let mut numbers = 0;
     let mut quantity = |q: &Quantity| {
         if !q.key.is_empty() {

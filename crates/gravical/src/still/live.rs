@@ -22,7 +22,7 @@ pub struct LiveStill {
 }
 
 /// Finds stills while rows arrive, by the rules of this module: blocks are kept, not rows,
-/// and each call of [`stills`](Self::stills) judges all of them anew, since a quieter
+/// and each call of [`static_intervals`](Self::stills) judges all of them anew, since a quieter
 /// block later lowers the level of noise.
 ///
 /// ```

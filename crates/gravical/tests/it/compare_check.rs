@@ -145,7 +145,7 @@ fn new_stills_seldom_contradict_a_good_calibration() {
         let p = p_values(&reports, |r| r.test.unwrap().p_value);
         let z: Vec<f64> = reports
             .iter()
-            .flat_map(|r| r.stills.iter().map(|s| s.z.unwrap().powi(2)))
+            .flat_map(|r| r.static_intervals.iter().map(|s| s.z.unwrap().powi(2)))
             .collect();
         let wrong = reports
             .iter()

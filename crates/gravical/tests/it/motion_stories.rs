@@ -78,7 +78,7 @@ fn kinds(result: &MotionResult) -> Vec<&str> {
 fn constant_speed_is_no_rest() {
     for with_gyro in [true, false] {
         let result = computed(&record(20.0, ride(6.0), with_gyro, |_| true));
-        assert_eq!(result.moves.len(), 1, "{:?}", result.still);
+        assert_eq!(result.moves.len(), 1, "{:?}", result.rests);
         let moved = result.moves[0].displacement_m.unwrap()[0];
         // 0.5 m/s over six seconds and two halves of half a second.
         assert!((moved - 3.25).abs() < 0.1, "{moved}");
@@ -213,7 +213,7 @@ fn a_slow_start_belongs_to_the_move_that_stops_at_once() {
         _ => 0.0,
     };
     let result = computed(&record(20.0, creep, true, |_| true));
-    assert_eq!(result.moves.len(), 1, "{:?}", result.still);
+    assert_eq!(result.moves.len(), 1, "{:?}", result.rests);
     let one = &result.moves[0];
     assert!((one.start_s - 8.0).abs() < 1.0, "{}", one.start_s);
     let way = one.displacement_m.unwrap()[0];
@@ -250,7 +250,7 @@ fn what_is_not_seen_to_move_is_not_certain_to_rest() {
         let recording = record(15.0, hidden, with_gyro, |_| true);
         let whole = motion(&recording, None, &MotionOptions::default()).unwrap();
         let result = whole.result;
-        assert!(result.moves.is_empty(), "{:?}", result.still);
+        assert!(result.moves.is_empty(), "{:?}", result.rests);
         let sigma = result.r#final.sigma_m.unwrap()[0];
         assert!(
             sigma > 0.5 * distance_m && sigma > 0.01 && sigma < 3.0,
@@ -278,7 +278,7 @@ fn a_rest_that_nothing_confirms_gives_no_band() {
         t => 2.0 * (9.0 * t).sin(),
     };
     let result = computed(&record(5.0, shake, true, |_| true));
-    assert_eq!(result.still.len(), 1, "{:?}", result.still);
+    assert_eq!(result.rests.len(), 1, "{:?}", result.rests);
     assert!(kinds(&result).contains(&"rest-unconfirmed"));
     assert!(result.moves.iter().all(|m| !m.usable && m.reason.is_some()));
     assert!(result.r#final.sigma_m.is_none());
@@ -343,7 +343,7 @@ fn never_at_rest_is_said() {
     assert!(
         kinds(&result).contains(&"no-static-interval"),
         "{:?}",
-        result.still
+        result.rests
     );
     assert!(result.moves.iter().all(|m| m.ends == Ends::Free));
 }

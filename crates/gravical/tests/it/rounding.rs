@@ -201,7 +201,7 @@ fn rests_do_not_depend_on_rounding() {
                     .unwrap()
                     .result;
                 let rests: Vec<(f64, f64)> =
-                    result.still.iter().map(|s| (s.start_s, s.end_s)).collect();
+                    result.rests.iter().map(|s| (s.start_s, s.end_s)).collect();
                 assert_eq!(rests.len(), 2, "{what}: {rests:?}");
                 let first = *reference
                     .get_or_insert_with(|| rests.clone())

@@ -494,7 +494,10 @@ fn the_same_session_is_the_same_by_every_route() {
         assert_eq!(judged.gyroscope.unwrap().input_unit, gyroscope.input_unit);
         for recording in &session {
             let seen = inspect(recording, &AxisMap::default());
-            assert!(seen.stills.iter().all(|s| s.face.is_some()), "{route}");
+            assert!(
+                seen.static_intervals.iter().all(|s| s.face.is_some()),
+                "{route}"
+            );
             assert_eq!(
                 seen.gyroscope.unwrap().unit,
                 gyroscope.input_unit,

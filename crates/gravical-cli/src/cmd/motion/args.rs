@@ -83,9 +83,9 @@ struct MethodArgs {
     /// How gravity is subtracted [default: strapdown]
     #[arg(long, hide_short_help = true, value_enum, value_name = "HOW")]
     gravity_removal: Option<Removal>,
-    /// Number of initial rows that still-mean averages [default: 500]
+    /// Number of initial rows that initial-mean averages [default: 500]
     #[arg(long, hide_short_help = true, value_name = "N")]
-    still_rows: Option<usize>,
+    initial_rows: Option<usize>,
     /// Filter of the accelerometer, e.g. savgol:5,2 or butter:4,5Hz; repeatable [default: none]
     #[arg(long, hide_short_help = true, value_name = "FILTER|none")]
     smooth: Vec<Smooth>,
@@ -97,7 +97,7 @@ struct MethodArgs {
     zero_velocity: Option<Switch>,
     /// Rests in s, e.g. 0-5,7.2- (open: to the end) [default: found]
     #[arg(long, value_name = "SPANS", allow_hyphen_values = true)]
-    still: Option<Intervals>,
+    rests: Option<Intervals>,
     /// Zero-velocity update at stances of a walking foot [default: on]
     #[arg(long, hide_short_help = true, value_enum, value_name = "ON|OFF")]
     stances: Option<Switch>,
@@ -115,7 +115,7 @@ struct MethodArgs {
     clock_error: Option<f64>,
     /// Without a gyroscope: tilt during a move, degrees (1σ) [default: 0.5]
     #[arg(long, hide_short_help = true, value_name = "DEG")]
-    wobble: Option<f64>,
+    tilt_change: Option<f64>,
     /// Compute no error bands: faster, and a smaller table
     #[arg(long, hide_short_help = true)]
     no_bands: bool,
@@ -159,7 +159,7 @@ struct TruthArgs {
 enum Procedure {
     /// strapdown with zero-velocity updates
     Default,
-    /// as in the classical student report: --gravity-removal still-mean --still-rows 500
+    /// as in the classical student report: --gravity-removal initial-mean --initial-rows 500
     /// --smooth savgol:5,2 --zero-velocity off
     Report,
 }
@@ -171,7 +171,7 @@ enum Removal {
     /// using the tilt at the rest before
     ConstantTilt,
     /// the mean of the first rows, in sensor axes
-    StillMean,
+    InitialMean,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -247,9 +247,9 @@ impl Args {
                 .map_or(preset.gravity_removal, |r| match r {
                     Removal::Strapdown => GravityRemoval::Strapdown,
                     Removal::ConstantTilt => GravityRemoval::ConstantTilt,
-                    Removal::StillMean => GravityRemoval::StillMean,
+                    Removal::InitialMean => GravityRemoval::InitialMean,
                 }),
-            still_rows: m.still_rows.unwrap_or(preset.still_rows),
+            still_rows: m.initial_rows.unwrap_or(preset.still_rows),
             smooth: match &m.smooth[..] {
                 [] => preset.smooth,
                 given => given.iter().filter_map(|s| s.0).collect(),
@@ -259,7 +259,7 @@ impl Args {
                 .zero_velocity
                 .map_or(preset.zero_velocity, |s| s == Switch::On),
             rests: RestOptions {
-                given_s: m.still.as_ref().map(|i| i.0.clone()),
+                given_s: m.rests.as_ref().map(|i| i.0.clone()),
             },
             stance: StanceOptions {
                 search: m.stances != Some(Switch::Off),
@@ -270,7 +270,7 @@ impl Args {
             p0_m: m.p0.map_or(preset.p0_m, |p| p.0),
             gravity: self.gravity.given()?,
             clock_error: m.clock_error.unwrap_or(preset.clock_error),
-            wobble_deg: m.wobble.unwrap_or(preset.wobble_deg),
+            wobble_deg: m.tilt_change.unwrap_or(preset.wobble_deg),
             bands: !m.no_bands,
             keep_uncalibrated: self.figures.figures.is_some() || self.report.is_wanted(),
             axes: self.recording.axes.0,

@@ -30,7 +30,7 @@ fn gaps_breaks_and_what_is_too_short() {
     write(folder.path(), "gap.csv", &text);
     for filter in ["savgol:11,2", "butter:4,2Hz", "butter1:2,2Hz", "mean:9"] {
         let told = summary(folder.path(), &format!("gap.csv --filter {filter}"));
-        assert_eq!(told["stretches"], 4, "{filter}");
+        assert_eq!(told["segments"], 4, "{filter}");
         assert_eq!(finding(&told, "parted")["count"], 2, "{filter}");
         let rows = written(folder.path());
         for (i, row) in rows

@@ -85,7 +85,7 @@ fn filters_do_not_cross_breaks_and_gaps() {
         "hampel:31,0",
     ] {
         let done = denoised(&csv, &[filter]);
-        assert_eq!(done.summary.stretches, 3, "{filter}");
+        assert_eq!(done.summary.segments, 3, "{filter}");
         for (i, x) in done.recording.accel[0].iter().enumerate() {
             assert!(
                 (x - [1.0, 5.0, -3.0][i / 100]).abs() < 1e-9,

@@ -64,7 +64,7 @@ fn a_line_has_the_figures_of_its_track() {
     );
     assert_eq!(
         position.panels[0].stretches.len(),
-        motion.result.still.len()
+        motion.result.rests.len()
     );
     let plane = &named(&figures, "trajectory").panels[0];
     assert!(plane.equal && plane.x.label == "x" && plane.y.label == "y");

@@ -12,7 +12,7 @@ const SHADED: usize = 2000;
 /// A panel of one axis with the rests shaded.
 fn panel(motion: &Motion, title: &str, unit: &str) -> Panel {
     let mut panel = Panel::new(Axis::new("time", "s"), Axis::new("", unit)).titled(title);
-    for span in motion.result.still.iter().take(SHADED) {
+    for span in motion.result.rests.iter().take(SHADED) {
         panel = panel.shaded("at rest", span.start_s, span.end_s);
     }
     panel

@@ -95,7 +95,7 @@ pub(super) fn shade(s: &Stretch, r: Rect, v: View) -> Group {
     // A stretch of one sample is seen, too.
     let rect = stretch(from, 0.0, (to - from).max(0.8), r.h);
     Group::new()
-        .set("class", "stretches")
+        .set("class", "segments")
         .set("data-name", clean(&s.name))
         .add(Title::new(clean(&s.name)))
         .add(Group::new().set("class", "data").add(rect))

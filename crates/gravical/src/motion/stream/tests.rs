@@ -195,7 +195,7 @@ fn strapdown_after_a_first_rest_that_is_given_is_the_batch() {
 fn between_given_rests_what_is_left_of_the_velocity_comes_off_as_in_the_batch() {
     let bytes = line(3);
     let options = MotionOptions {
-        gravity_removal: GravityRemoval::StillMean,
+        gravity_removal: GravityRemoval::InitialMean,
         still_rows: 400,
         rests: RestOptions {
             given_s: Some(vec![(0.0, 4.8), (7.3, f64::INFINITY)]),
@@ -223,7 +223,7 @@ fn found_on_the_way_the_move_is_about_as_long() {
         let (done, table) = stream(&bytes, &MotionOptions::default()).unwrap();
         let result = &done.result;
         assert_eq!(result.moves.len(), 1, "{:?}", result.moves);
-        assert_eq!(result.still.len(), 2);
+        assert_eq!(result.rests.len(), 2);
         let a = result.moves[0].displacement_m.unwrap();
         let b = batch.result.moves[0].displacement_m.unwrap();
         let sigma = norm(&batch.result.moves[0].sigma_m.unwrap());
@@ -307,7 +307,7 @@ fn what_is_no_sample_is_stepped_over_and_a_tail_of_zeros_is_none() {
     let a = done.result.r#final.position_m.unwrap();
     let b = plain.result.r#final.position_m.unwrap();
     assert!(norm(&sub(&a, &b)) < 1e-3, "{a:?} {b:?}");
-    assert_eq!(done.result.still.len(), plain.result.still.len());
+    assert_eq!(done.result.rests.len(), plain.result.rests.len());
 }
 
 #[test]

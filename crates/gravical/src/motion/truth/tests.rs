@@ -63,7 +63,7 @@ fn motion(rate_hz: f64) -> Motion {
             rows: n as u64,
             rows_left_out: 0,
             frame: String::new(),
-            still: Vec::new(),
+            rests: Vec::new(),
             noise: None,
             visible_moves: Vec::new(),
             moves: vec![a_move(3.0, 5.0), a_move(8.0, 10.0)],

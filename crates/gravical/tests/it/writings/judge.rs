@@ -278,15 +278,15 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
         if rate_hz >= IN_PIECES_HZ {
             continue;
         }
-        if p.stills.len() != o.stills.len() {
+        if p.static_intervals.len() != o.static_intervals.len() {
             wrong.push(format!(
                 "{} stills in place of {}",
-                o.stills.len(),
-                p.stills.len()
+                o.static_intervals.len(),
+                p.static_intervals.len()
             ));
             continue;
         }
-        for (p, o) in p.stills.iter().zip(&o.stills) {
+        for (p, o) in p.static_intervals.iter().zip(&o.static_intervals) {
             let off = |a: usize, b: usize| a.abs_diff(b) as f64 > slack;
             if off(p.start_row, o.start_row) || off(p.end_row, o.end_row) {
                 wrong.push(format!(
@@ -333,7 +333,7 @@ fn calibrations(
         return wrong;
     }
     // What rounding adds: its own part of the budget, what of it the noise averages, and
-    // noise of the rows that a still has more or fewer (see `stills`).
+    // noise of the rows that a still has more or fewer (see `static_intervals`).
     let part = |name: &str| -> f64 {
         let budget = os.budget.iter().flat_map(|b| &b.contributions);
         budget
