@@ -97,7 +97,7 @@ impl Default for CheckOptions {
 /// // Later, once more with z up.
 /// let later = "label,ax,ay,az\nagain,0.81,-0.15,10.52\n";
 /// let report = check(&file, "cal.json", &[read(later)?], &CheckOptions::default())?;
-/// assert!((report.stills[0].error_mps2 - 0.1).abs() < 0.005);
+/// assert!((report.static_intervals[0].error_mps2 - 0.1).abs() < 0.005);
 /// # Ok::<(), gravical::Error>(())
 /// ```
 pub fn check(
