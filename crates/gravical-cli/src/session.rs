@@ -269,9 +269,9 @@ pub fn read_session(
         }
         (several, None, gyroscopes) => {
             let what = if several.len() == 1 {
-                "a gyroscope alone, and no placement; left out. --gyro says which file belongs to the recording"
+                "a gyroscope alone, and no pose; left out. --gyro says which file belongs to the recording"
             } else {
-                "a gyroscope alone, and no placement; left out. With one recording, --gyro joins the gyroscope's file to it"
+                "a gyroscope alone, and no pose; left out. With one recording, --gyro joins the gyroscope's file to it"
             };
             for path in gyroscopes {
                 let file = path.display().to_string();
@@ -320,7 +320,7 @@ fn one_channel_each(paths: &[PathBuf]) -> Option<Error> {
         Error::input(
             "one-channel",
             format!(
-                "this file, {} and {} hold one channel each; a placement needs all three axes of every sample",
+                "this file, {} and {} hold one channel each; a pose needs all three axes of every sample",
                 name(y),
                 name(z)
             ),

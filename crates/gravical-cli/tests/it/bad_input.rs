@@ -47,7 +47,7 @@ fn poor(folder: &Path, line: &str, kind: &str) {
     let reason = finding(&file, kind)["message"].clone();
     let reasons = file["verdict"]["reasons"].as_array().unwrap();
     assert!(reasons.contains(&reason), "{reasons:?}");
-    assert!(folder.join("poor.json").exists(), "written all the same");
+    assert!(folder.join("poor.json").exists(), "written anyway");
     let text = run_in(folder, words(&format!("calibrate {line}")));
     assert_eq!(text.code, 4);
     assert!(text.out.contains("Verdict: poor"), "{}", text.out);

@@ -118,7 +118,7 @@ fn one_pose_will_do_and_what_it_leaves_open_is_said() {
     assert_eq!(run.code, 0, "{}{}", run.out, run.err);
     narrow(&run.out);
     assert!(
-        run.out.contains("says nothing about the x and y axes"),
+        run.out.contains("does not test the x and y axes"),
         "{}",
         run.out
     );

@@ -289,7 +289,7 @@ fn held_lines(data: &Path, name: &str) -> (usize, usize) {
         .find(|f| f["kind"] == "motion-left-out" && f["file"].as_str().unwrap().contains(name))
         .unwrap_or_else(|| panic!("{name}: nothing left out"));
     let message = told["message"].as_str().unwrap();
-    let span = message.strip_prefix("still in lines ").unwrap();
+    let span = message.strip_prefix("at rest in lines ").unwrap();
     let span = span.split_once(' ').unwrap().0;
     let (from, to) = span.split_once('-').unwrap();
     (

@@ -99,7 +99,7 @@ fn what_else_is_in_a_folder_costs_nothing() {
     let folder = six_files(&sensor);
     let clean = calibrate(folder.path(), ". --gravity 9.81 -o cal.json", 0);
     write(folder.path(), "LICENSE.txt", LICENCE);
-    write(folder.path(), "README.txt", "Six placements, 1 Hz\n");
+    write(folder.path(), "README.txt", "Six poses, 1 Hz\n");
     write(folder.path(), "gyro.csv", &gyroscope(500, 0));
     std::fs::create_dir(folder.path().join("older")).unwrap();
     write_six_files(&folder.path().join("older"), &sensor);
@@ -298,7 +298,7 @@ fn what_is_missing_is_named_with_its_cause() {
     assert_eq!((run.code, run.error_code().as_str()), (3, "missing-face"));
     let message = run.json()["message"].as_str().unwrap().to_owned();
     assert!(
-        message.contains("y_axis_pos.csv: y_axis_pos is never still in lines 2 to 501"),
+        message.contains("y_axis_pos.csv: y_axis_pos is never at rest in lines 2 to 501"),
         "{message}"
     );
 }

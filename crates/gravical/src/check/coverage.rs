@@ -1,4 +1,4 @@
-//! Which directions the stills tested, and which they did not.
+//! Which directions the static intervals test, and which they do not.
 
 use gravical_core::matrix3::{dot, norm};
 
@@ -48,11 +48,6 @@ pub(super) fn coverage(directions: &[[f64; 3]]) -> Coverage {
 
 fn text(directions: &[[f64; 3]], apart: usize, untested: &[String], one_way: &[String]) -> String {
     let count = directions.len();
-    let stills = if count == 1 {
-        "1 still"
-    } else {
-        "static_intervals"
-    };
     let nothing = |axes: &[String]| match axes {
         [one] => format!("the {one} axis"),
         several => format!("the {} axes", several.join(" and ")),
@@ -75,22 +70,22 @@ fn text(directions: &[[f64; 3]], apart: usize, untested: &[String], one_way: &[S
         let what = if untested.is_empty() {
             "tests one combination of the parameters out of nine".to_owned()
         } else {
-            format!("says nothing about {}", nothing(untested))
+            format!("does not test {}", nothing(untested))
         };
         let alone = dot(&middle, &middle) > 0.0 && count > 1;
         return if alone {
-            format!("{count} stills, all {place}: {what}")
+            format!("{count} static intervals, all {place}: {what}")
         } else {
-            format!("1 still, {place}: {what}")
+            format!("1 static interval, {place}: {what}")
         };
     }
     let mut parts = Vec::new();
     if !untested.is_empty() {
-        parts.push(format!("says nothing about {}", nothing(untested)));
+        parts.push(format!("does not test {}", nothing(untested)));
     }
     if !one_way.is_empty() {
         parts.push(format!(
-            "{} pointed one way only, where bias and scale are not told apart",
+            "{} pointed in one direction only, where bias and scale are not distinguished",
             match one_way {
                 [one] => one.clone(),
                 [first, last] => format!("{first} and {last}"),
@@ -99,14 +94,13 @@ fn text(directions: &[[f64; 3]], apart: usize, untested: &[String], one_way: &[S
         ));
     }
     if parts.is_empty() {
-        parts.push("every axis was tested both ways".to_owned());
+        parts.push("every axis was tested in both directions".to_owned());
     }
-    let stills = if count == 1 {
-        stills.to_owned()
-    } else {
-        format!("{count} {stills}")
+    let intervals = match count {
+        1 => "1 static interval".to_owned(),
+        n => format!("{n} static intervals"),
     };
-    format!("{stills} in {apart} directions: {}", parts.join("; "))
+    format!("{intervals} in {apart} directions: {}", parts.join("; "))
 }
 
 #[cfg(test)]
@@ -118,12 +112,12 @@ mod tests {
         let up = coverage(&[[0.0, 0.0, 1.0], [0.1, 0.0, 0.995], [0.0, 0.14, 0.99]]);
         assert_eq!(
             up.text,
-            "3 stills, all within 9° of +z: says nothing about the x and y axes"
+            "3 static intervals, all within 9° of +z: does not test the x and y axes"
         );
         let one = coverage(&[[-1.0, 0.0, 0.0]]);
         assert_eq!(
             one.text,
-            "1 still, within 1° of -x: says nothing about the y and z axes"
+            "1 static interval, within 1° of -x: does not test the y and z axes"
         );
         let third = 1.0 / 3_f64.sqrt();
         let oblique = coverage(&[[third; 3]]);
@@ -140,13 +134,13 @@ mod tests {
         let two = coverage(&[[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]);
         assert_eq!(
             two.text,
-            "3 stills in 3 directions: says nothing about the y axis; x pointed one way only, where bias and scale are not told apart"
+            "3 static intervals in 3 directions: does not test the y axis; x pointed in one direction only, where bias and scale are not distinguished"
         );
         let all: Vec<[f64; 3]> = Face::all().iter().map(|f| f.direction()).collect();
         assert!(
             coverage(&all)
                 .text
-                .ends_with("every axis was tested both ways")
+                .ends_with("every axis was tested in both directions")
         );
     }
 }

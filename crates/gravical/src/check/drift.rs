@@ -22,7 +22,7 @@ pub(super) fn take_off(
         findings.push(Finding::new(
             FindingKind::TemperatureNotApplied,
             format!(
-                "{without} of {} stills have no temperature, so the calibration's drift with temperature is not taken off there: {}",
+                "{without} of {} static intervals have no temperature, so the calibration's drift with temperature is not taken off there: {}",
                 rests.len(),
                 cost_text(model)
             ),

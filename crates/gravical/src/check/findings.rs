@@ -27,7 +27,10 @@ pub(super) fn keep_longest(rests: &mut Vec<Rest>, most: usize, findings: &mut Ve
     rests.truncate(most);
     findings.push(Finding::new(
         FindingKind::IntervalsLeftOut,
-        format!("{all} stills; the longest {} are compared", rests.len()),
+        format!(
+            "{all} static intervals; the longest {} are compared",
+            rests.len()
+        ),
     ));
 }
 
@@ -43,13 +46,13 @@ pub(super) fn circumstances(
     if calibration.verdict.grade == Grade::Poor {
         findings.push(Finding::new(
             FindingKind::PoorCalibration,
-            "the calibration's own verdict is poor; mend what it names first",
+            "the verdict of the calibration is poor; fix what it names first",
         ));
     }
     if calibration.accelerometer.covariance.is_none() {
         findings.push(Finding::new(
             FindingKind::CovarianceMissing,
-            "the calibration does not say how uncertain its parameters are; calibrate again from the recordings for a sharper check",
+            "the calibration has no covariance; calibrate again from the recordings for a sharper check",
         ));
     }
     for recording in recordings {
@@ -69,7 +72,7 @@ pub(super) fn circumstances(
             findings.push(
                 Finding::new(
                     FindingKind::SameRecordings,
-                    "the calibration was made from this very recording: a still that it was fitted to proves nothing, another one does",
+                    "the calibration was made from this recording: a static interval that it was fitted to proves nothing, another one does",
                 )
                 .in_file(&recording.name),
             );
@@ -128,7 +131,7 @@ fn temperature(calibration: &CalibrationFile, rests: &[Rest]) -> Option<Finding>
         Finding::new(
             FindingKind::TemperatureOutside,
             format!(
-                "the stills are at {low:.1} to {high:.1} °C, {what} {least:.1} to {most:.1} °C: the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, and the uncertainty knows nothing of it; calibrate at this temperature"
+                "the static intervals are at {low:.1} to {high:.1} °C, {what} {least:.1} to {most:.1} °C: the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, which the uncertainty does not include; calibrate at this temperature"
             ),
         )
     })
@@ -146,7 +149,7 @@ pub(super) fn explained(
             findings.push(Finding::new(
                 FindingKind::OffByShare,
                 format!(
-                    "all stills are off by one share, {share:+.3} % ± {:.3} %: the scale, or local gravity, which would be {:.4} m/s² here{}",
+                    "all static intervals are wrong by the same fraction, {share:+.3} % ± {:.3} %: the scale, or local gravity, which would be {:.4} m/s² here{}",
                     e.sigma,
                     gravity.value_mps2 * (1.0 + share / 100.0),
                     if good.len() > 1 { " (a bias explains it as well: too few directions to tell)" } else { "" }
@@ -171,7 +174,7 @@ pub(super) fn explained(
         findings.push(Finding::new(
             FindingKind::OffAlongAxis,
             format!(
-                "a bias that has moved along one axis explains it: {}; calibrate again",
+                "a changed bias of one axis explains it: {}; calibrate again",
                 single.join(", or ")
             ),
         ));
@@ -184,7 +187,7 @@ pub(super) fn explained(
         findings.push(Finding::new(
             FindingKind::OffAlongAxis,
             format!(
-                "biases that have moved explain it: x {:+.4}, y {:+.4}, z {:+.4} m/s²; calibrate again",
+                "changed biases explain it: x {:+.4}, y {:+.4}, z {:+.4} m/s²; calibrate again",
                 bias[0], bias[1], bias[2]
             ),
         ));

@@ -39,7 +39,7 @@ pub(super) fn gyroscope(
                 Finding::new(
                     FindingKind::UnitMismatch,
                     format!(
-                        "{why}; it is not judged (--gyro-unit {} when that is what it is in)",
+                        "{why}; it is not tested (--gyro-unit {} when that is what it is in)",
                         section.input_unit.name()
                     ),
                 )

@@ -333,7 +333,7 @@ fn verdict(
             test.text()
         ),
         _ => format!(
-            "‖a‖ is off by {} rms; the file does not say how uncertain it is, so that only errors above {LIMIT_WITHOUT_COVARIANCE_MG} mg are told as a misfit",
+            "‖a‖ is off by {} rms; the file has no covariance, so only errors above {LIMIT_WITHOUT_COVARIANCE_MG} mg count as a misfit",
             mg(rms)
         ),
     }];
@@ -342,7 +342,7 @@ fn verdict(
         && 2.0 * test.p_value >= SIGNIFICANCE
     {
         reasons.push(format!(
-            "all stills together would pass, but one fault shows by itself (p = {single:.4})"
+            "all static intervals together would pass, but one fault shows by itself (p = {single:.4})"
         ));
     }
     reasons.push(coverage.text.clone());

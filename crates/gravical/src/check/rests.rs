@@ -65,11 +65,8 @@ pub(super) fn rests(
         let found = in_one(index, recording, still, findings);
         if found.is_empty() {
             findings.push(
-                Finding::new(
-                    FindingKind::NoStaticInterval,
-                    "never still in the whole recording; left out",
-                )
-                .in_file(&recording.name),
+                Finding::new(FindingKind::NoStaticInterval, "never at rest; not used")
+                    .in_file(&recording.name),
             );
         }
         drafts.extend(found);
@@ -77,7 +74,7 @@ pub(super) fn rests(
     if drafts.is_empty() {
         return Err(Error::input(
             "never-static",
-            "nowhere still long enough to compare with gravity",
+            "never at rest long enough to compare with gravity",
         )
         .at(first.name.as_ref(), None)
         .with_hint("lay the sensor down for 3 s or more, in any pose, better in several"));

@@ -39,7 +39,7 @@ pub(crate) fn judge(
             .with_hint(match wanted {
                 AccelUnit::Unknown => "use the calibration of this sensor".to_owned(),
                 wanted => format!(
-                    "use the calibration of this sensor at this setting, or --accel-unit {} to check this one all the same",
+                    "use the calibration of this sensor at this setting, or --accel-unit {} to check this one anyway",
                     wanted.name()
                 ),
             }))
@@ -64,7 +64,7 @@ pub(crate) fn judge(
     }
     if wrong.is_none() && !fits {
         wrong = Some(format!(
-            "calibrated, its stills measure {norm:.2} m/s², gravity is {gravity:.2}: another sensor, range or unit"
+            "calibrated, its static intervals measure {norm:.2} m/s², gravity is {gravity:.2}: another sensor, range or unit"
         ));
     }
     match wrong {
@@ -77,7 +77,7 @@ pub(crate) fn judge(
                 Finding::new(
                     FindingKind::UnitUnverified,
                     format!(
-                        "the recording is in {}, the calibration for {}; taken as the same: calibrated, the stills measure {norm:.2} m/s²",
+                        "the recording is in {}, the calibration for {}; taken as the same: calibrated, the static intervals measure {norm:.2} m/s²",
                         scale.unit.name(),
                         wanted.name()
                     ),

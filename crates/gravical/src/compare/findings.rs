@@ -102,7 +102,7 @@ pub(super) fn circumstances(
             findings.push(Finding::new(
                 FindingKind::TemperatureDiffers,
                 format!(
-                    "the biases were taken at {:.1} °C and {:.1} °C: an MPU6050's may move by {low} mg per °C on x and y and {high} on z, here by {:.1} and {:.1} mg; the uncertainties know nothing of it",
+                    "the biases were taken at {:.1} °C and {:.1} °C: an MPU6050's may move by {low} mg per °C on x and y and {high} on z, here by {:.1} and {:.1} mg; the uncertainties do not include it",
                     x.mean,
                     y.mean,
                     low * step,
@@ -116,7 +116,7 @@ pub(super) fn circumstances(
             findings.push(
                 Finding::new(
                     FindingKind::CovarianceMissing,
-                    "the file does not say how uncertain its parameters are, so that no difference can be judged; calibrate again from the recordings",
+                    "the file has no covariance, so no difference can be tested; calibrate again from the recordings",
                 )
                 .in_file(name),
             );
@@ -125,7 +125,7 @@ pub(super) fn circumstances(
             findings.push(
                 Finding::new(
                     FindingKind::PoorCalibration,
-                    "the calibration's own verdict is poor; mend what it names before comparing",
+                    "the verdict of the calibration is poor; fix what it names before comparing",
                 )
                 .in_file(name),
             );

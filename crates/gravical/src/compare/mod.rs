@@ -217,7 +217,7 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
     if orientation.is_none() {
         findings.push(Finding::new(
             FindingKind::FramesMirrored,
-            "one calibration describes the mirror image of the other: in one of the sessions two placements were swapped, or an axis has the wrong sign",
+            "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign",
         ));
     }
     let norms = norms::difference(&side_a, &side_b);
@@ -263,7 +263,7 @@ fn tell_outside(test: Option<(ChiSquare, f64)>, what: &str, findings: &mut Vec<F
         findings.push(Finding::new(
             FindingKind::UndeterminedDirection,
             format!(
-                "in some combinations of {what} neither file states an uncertainty, because its data do not determine them; there the two differ by {:.2} ‰, which is not judged ({} directions are)",
+                "in some combinations of {what} neither file states an uncertainty, because its data do not determine them; there the two differ by {:.2} ‰, which is not tested ({} directions are)",
                 1000.0 * outside,
                 test.degrees_of_freedom
             ),
@@ -284,7 +284,7 @@ fn orientation(
     } else {
         findings.push(Finding::new(
             FindingKind::OrientationUnknown,
-            "one of the sessions has faces on less than two axes: how its frame sits in the case is a convention, and the rotation between the frames is not judged",
+            "one of the sessions has faces on less than two axes: how its frame sits in the case is a convention, and the rotation between the frames is not tested",
         ));
     }
     let test = test.map(|(test, _)| test).filter(|_| known);

@@ -160,7 +160,7 @@ pub(super) fn in_recording(
 /// Fewer rows than these are too few to look for stills in.
 const FEW_ROWS: usize = 40;
 
-/// Placements one after the other, `still 1` …, with the name of their file where
+/// Placements one after the other, `pose 1` …, with the name of their file where
 /// there are several.
 fn drafts_of(
     index: usize,
@@ -170,7 +170,7 @@ fn drafts_of(
 ) -> Vec<Draft> {
     let file = stem.map_or_else(String::new, |stem| format!(" of {stem}"));
     let draft = |(i, rows)| Draft {
-        label: format!("still {}{file}", i + 1),
+        label: format!("pose {}{file}", i + 1),
         recording: index,
         rows: vec![rows],
         selection,
@@ -255,7 +255,7 @@ fn means_of_rows(
             Finding::new(
                 FindingKind::RowsAsPoses,
                 format!(
-                    "{} rows and no still among them; they lie far apart and are alike in magnitude, so that each is taken as the mean of a placement",
+                    "{} rows and no still among them; they lie far apart and are alike in magnitude, so that each is taken as the mean of a pose",
                     rows.len()
                 ),
             )
@@ -273,14 +273,14 @@ fn means_of_rows(
     Some(Err(Error::input(
         "never-static",
         format!(
-            "{} rows that point in {} directions more than {FAR_APART_DEG}° apart{}: no recording of a placement, and no table of means",
+            "{} rows that point in {} directions more than {FAR_APART_DEG}° apart{}: no recording of a pose, and no table of means",
             rows.len(),
             apart.len(),
             if alike { "" } else { ", and differ in magnitude" }
         ),
     )
     .at(Path::new(&recording.name), None)
-    .with_hint("a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each placement")))
+    .with_hint("a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose")))
 }
 
 /// Stills that a twitch of less than a second parts and that point the same way
@@ -324,7 +324,7 @@ pub(super) fn never_still(name: &str, files: usize) -> Error {
     )
     .at(Path::new(name), None)
     .with_hint(
-        "lay the sensor down for 3 s or more in each position; `gravical inspect` shows the stills",
+        "lay the sensor down for 3 s or more in each position; `gravical inspect` shows the static intervals",
     )
 }
 
@@ -354,13 +354,13 @@ fn without_still(
     let finding = if short {
         Finding::new(
             FindingKind::ShortPose,
-            format!("{label}: {rows} rows only; all are taken, moving or not"),
+            format!("{label}: {rows} rows only; all are used"),
         )
     } else {
         Finding::new(
             FindingKind::NoStaticInterval,
             format!(
-                "{label} is never still in lines {} to {}: left out",
+                "{label} is never at rest in lines {} to {}: left out",
                 recording.line(segment.start),
                 recording.line(segment.end - 1)
             ),
@@ -390,7 +390,7 @@ fn tell_unsteady(
             Finding::new(
                 FindingKind::UnsteadyPose,
                 format!(
-                    "{label}: never quite still; the calmest part, lines {} to {}, shakes by {:.0} mg rms (its quietest blocks by {:.0}) and is taken",
+                    "{label}: never quite at rest; the quietest part, lines {} to {}, moves by {:.0} mg rms (its quietest blocks by {:.0}) and is used",
                     recording.line(span.start),
                     recording.line(span.end - 1),
                     1000.0 * variance.sqrt() / gravity,
@@ -425,10 +425,12 @@ fn tell_motion(
         Finding::new(
             FindingKind::MotionLeftOut,
             format!(
-                "still in lines {} ({used} of {all} rows); the rest {}",
+                "at rest in lines {} ({used} of {all} rows); the rest {}",
                 parts.join(", "),
                 if shorter > 0 {
-                    format!("is motion and shorter stills ({shorter} rows), and is left out")
+                    format!(
+                        "is motion and shorter static intervals ({shorter} rows), and is left out"
+                    )
                 } else {
                     "moves and is left out".to_owned()
                 }

@@ -280,7 +280,7 @@ pub(crate) fn decide(
                 tell(Finding::new(
                     FindingKind::UnitMismatch,
                     format!(
-                        "the header says {} for the gyroscope, but its turns come out right in {}; taken so",
+                        "the header says {} for the gyroscope, but its turns come out right in {}; used",
                         said.name(),
                         found.unit.name()
                     ),
@@ -342,7 +342,7 @@ pub(crate) fn decide(
                 tell(Finding::new(
                     FindingKind::GyroUnitUnverified,
                     format!(
-                        "only the calibration tells the unit of the gyroscope: taken as its {}; no turn between stills verifies it",
+                        "only the calibration tells the unit of the gyroscope: taken as its {}; no rotation between static intervals verifies it",
                         wanted.name()
                     ),
                 ));
@@ -365,7 +365,7 @@ pub(crate) fn decide(
         tell(Finding::new(
             FindingKind::GyroUnitByNoise,
             format!(
-                "{why}; its noise at rest, {}, is that of a gyroscope in {}; taken so (--gyro-unit decides)",
+                "{why}; its noise at rest, {}, is that of a gyroscope in {}; used (--gyro-unit decides)",
                 noise(),
                 unit.name()
             ),
@@ -378,7 +378,7 @@ pub(crate) fn decide(
     }
     let what = match claimed.unit {
         GyroUnit::Unknown => {
-            "nothing tells the unit of the gyroscope: no header, and no turn between stills; --gyro-unit says it".to_owned()
+            "the unit of the gyroscope is unknown: no header, and no rotation between static intervals; give --gyro-unit".to_owned()
         }
         GyroUnit::Counts if claimed.nominal().is_none() => {
             let sheet = if evidence.turns > 0 {
@@ -386,10 +386,10 @@ pub(crate) fn decide(
             } else {
                 ""
             };
-            format!("the gyroscope is in counts of a scale that nothing tells{sheet}; --gyro-range says it, and turns between stills show it")
+            format!("the gyroscope is in counts of unknown scale{sheet}; --gyro-range says it, and turns between static intervals show it")
         }
         unit => format!(
-            "the gyroscope is taken as {}{}; no turn between stills verifies it{}",
+            "the gyroscope is taken as {}{}; no rotation between static intervals verifies it{}",
             unit.name(),
             if header.is_some() { " as the header says" } else { "" },
             // One wrong unit in a header makes the other doubtful.

@@ -35,7 +35,7 @@ pub(super) fn check_steadiness(
                 Finding::new(
                     FindingKind::UnsteadyPose,
                     format!(
-                        "{}: shakes {:.0} times as much as the usual placement of this session; was it moving?",
+                        "{}: shakes {:.0} times as much as the usual pose of this session; was it moving?",
                         placement.label,
                         own / usual
                     ),

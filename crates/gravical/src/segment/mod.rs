@@ -307,7 +307,7 @@ pub(crate) fn check_units(recordings: &[Recording]) -> Result<()> {
             )
             .at(recording.name.as_ref(), None)
             .with_hint(
-                "record all placements with the same settings; where they are in one unit, --accel-unit says it for all",
+                "record all poses with the same settings; where they are in one unit, --accel-unit says it for all",
             ));
         }
     }

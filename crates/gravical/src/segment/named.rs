@@ -73,7 +73,7 @@ pub(super) fn by_labels(
             Finding::new(
                 FindingKind::LabelsLeftOut,
                 format!(
-                    "{rows} rows labelled \"{}\" name no placement or turn; left out",
+                    "{rows} rows labelled \"{}\" name no pose or turn; left out",
                     names.join("\", \"")
                 ),
             )

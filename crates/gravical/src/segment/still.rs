@@ -57,7 +57,7 @@ pub(crate) fn find_calmest(
             Finding::new(
                 FindingKind::UnsteadyPose,
                 format!(
-                    "never quite still; the calmest part, lines {} to {}, shakes by {:.0} mg rms and is taken",
+                    "never quite at rest; the quietest part, lines {} to {}, moves by {:.0} mg rms and is used",
                     recording.line(span.start),
                     recording.line(span.end - 1),
                     1000.0 * shake(recording, span)

@@ -306,7 +306,11 @@ fn a_file_named_after_a_face_is_one_placement_whatever_came_before() {
         .iter()
         .find(|f| f.kind == "motion-left-out")
         .unwrap();
-    assert!(told.message.contains("shorter stills"), "{}", told.message);
+    assert!(
+        told.message.contains("shorter static intervals"),
+        "{}",
+        told.message
+    );
 }
 
 #[test]

@@ -38,7 +38,7 @@ fn same_face_twice_among_six() {
     let told = finding(&file, "same-face-twice")["message"]
         .as_str()
         .unwrap();
-    assert!(told.contains("no placement has -y up"), "{told}");
+    assert!(told.contains("no pose has -y up"), "{told}");
     assert!(told.contains("\"y_axis_neg\" with -y up"), "{told}");
     // A copy is one, too.
     std::fs::copy(

@@ -70,7 +70,7 @@ pub(super) fn by_joint(
     if hand <= 0.0 {
         return Err(Error::input(
             "left-handed",
-            format!("the faces as named make a left-handed sensor (det R = {hand:.3}): two placements are swapped"),
+            format!("the faces as named make a left-handed sensor (det R = {hand:.3}): two poses are swapped"),
         )
         .with_hint("leave --faces names out, and the faces are taken from the data"));
     }
@@ -80,7 +80,7 @@ pub(super) fn by_joint(
     let model = columns(&fit.model);
     let matrix = matrix3::inverse(&model).ok_or_else(|| {
         Error::input("singular", "the fitted model has no inverse")
-            .with_hint("`gravical inspect` shows what each placement reads")
+            .with_hint("`gravical inspect` shows what each pose reads")
     })?;
     let mut fit = fit;
     for (_, part) in &mut fit.sources {
@@ -189,7 +189,7 @@ fn check_names(placements: &[Placement], options: &EstimateOptions) -> Result<()
                 return Err(Error::usage(
                     "no-such-pose",
                     format!(
-                        "{option} {name}: there is no such placement ({})",
+                        "{option} {name}: there is no such pose ({})",
                         known.join(", ")
                     ),
                 ));

@@ -44,7 +44,7 @@ pub(super) fn by_linear(
         .collect();
     let (readings, on): (Vec<Reading>, Vec<Face>) = fitted.into_iter().unzip();
     if readings.is_empty() {
-        return Err(Error::input("missing-face", "no placement lies on a face")
+        return Err(Error::input("missing-face", "no pose lies on a face")
             .with_hint("linear12 needs faces; leave --method out for poses of any kind"));
     }
     let options = PresetOptions {

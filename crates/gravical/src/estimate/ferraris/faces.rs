@@ -156,12 +156,12 @@ fn incomplete(
         Error::input(
             "same-face-twice",
             format!(
-                "{} points up in {} ({}), and no placement has {} up",
+                "{} points up in {} ({}), and no pose has {} up",
                 face.name(),
                 if sources.len() == 2 {
-                    "two placements".to_owned()
+                    "two poses".to_owned()
                 } else {
-                    format!("{} placements", sources.len())
+                    format!("{} poses", sources.len())
                 },
                 sources.join(" and "),
                 missing.join(", ")
@@ -185,7 +185,7 @@ fn incomplete(
                 .map(|p| format!("{} {:.0}°", p.label, p.angle_deg))
                 .collect();
             message.push_str(&format!(
-                "; {} placement{} more than {MOST_FACE_ANGLE_DEG}° from every axis ({})",
+                "; {} pose{} more than {MOST_FACE_ANGLE_DEG}° from every axis ({})",
                 oblique.len(),
                 if oblique.len() == 1 { " lies" } else { "s lie" },
                 list.join(", ")
@@ -198,6 +198,6 @@ fn incomplete(
         _ => error,
     };
     error.with_hint(format!(
-        "record 3 s or more at rest with each of these axes: {next}; then calibrate again with all placements"
+        "record 3 s or more at rest with each of these axes: {next}; then calibrate again with all poses"
     ))
 }

@@ -141,13 +141,11 @@ fn at_rest(placements: &[Placement], faces: &Faces) -> Result<([f64; 3], SixPosi
             return Err(Error::input(
                 "missing-gyro",
                 format!(
-                    "the placement {} has no reading of the gyroscope, which the turns need",
+                    "the pose {} has no reading of the gyroscope, which the turns need",
                     face.name()
                 ),
             )
-            .with_hint(
-                "record all placements with the gyroscope's columns, or leave the turns out",
-            ));
+            .with_hint("record all poses with the gyroscope's columns, or leave the turns out"));
         }
         rows += count;
         (0..3).for_each(|i| total[i] += sum[i]);

@@ -96,7 +96,7 @@ pub fn accelerometer(
             "singular",
             format!("the six means determine no parameters: {e}"),
         )
-        .with_hint("`gravical inspect` shows what each placement reads")
+        .with_hint("`gravical inspect` shows what each pose reads")
     };
     let parameters = ferraris_accelerometer(&faces.means, gravity).map_err(failed)?;
     if let Some(axes) = names
@@ -104,9 +104,7 @@ pub fn accelerometer(
     {
         return Err(Error::input(
             "left-handed",
-            format!(
-                "the faces as named make a left-handed sensor ({why}): two placements are swapped"
-            ),
+            format!("the faces as named make a left-handed sensor ({why}): two poses are swapped"),
         )
         .with_hint("leave --faces names out, and the faces are taken from the data"));
     }

@@ -43,15 +43,15 @@ pub(super) fn lacking(
     };
     let message = if motions < LEAST_MOTIONS {
         format!(
-            "{motions} usable motions between stills are too few for the gyroscope: {LEAST_MOTIONS} are needed, and twice as many are good; {then}"
+            "{motions} usable motions between static intervals are too few for the gyroscope: {LEAST_MOTIONS} are needed, and twice as many are good; {then}"
         )
     } else if strong.is_empty() {
         format!(
-            "the {motions} usable motions between stills do not determine the gyroscope: its matrix is {how_well}, no better than the data sheet says; {then}. Turn it more often, by 90° and more about each axis while that axis is level"
+            "the {motions} usable motions between static intervals do not determine the gyroscope: its matrix is {how_well}, no better than the data sheet says; {then}. Turn it more often, by 90° and more about each axis while that axis is level"
         )
     } else {
         format!(
-            "the {motions} usable motions between stills turn about {} of 3 axes enough ({}), but too little about {} ({how_well}); {then}. Turn it about {} too, by 90° and more, with that axis level",
+            "the {motions} usable motions between static intervals turn about {} of 3 axes enough ({}), but too little about {} ({how_well}); {then}. Turn it about {} too, by 90° and more, with that axis level",
             strong.len(),
             names(&strong),
             names(&axes),

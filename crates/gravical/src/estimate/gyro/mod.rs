@@ -338,7 +338,7 @@ impl Prepared {
                 findings.push(
                     Finding::new(
                         FindingKind::GyroRateUnknown,
-                        "no time stamps and no --rate: the turns between stills cannot be integrated, and the gyroscope gets its bias only",
+                        "no time stamps and no --rate: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only",
                     )
                     .in_file(&recording.name),
                 );

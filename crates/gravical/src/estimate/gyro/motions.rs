@@ -134,7 +134,7 @@ pub(super) fn gather(source: &Source<'_>, motions: &mut Motions) {
         motions.findings.push(
             Finding::new(
                 FindingKind::GyroMotionGap,
-                format!("{with_gap} of the motions between stills have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods; left out of its fit"),
+                format!("{with_gap} of the motions between static intervals have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods; left out of its fit"),
             )
             .at_lines(&gaps)
             .in_file(&recording.name),
@@ -145,7 +145,7 @@ pub(super) fn gather(source: &Source<'_>, motions: &mut Motions) {
             Finding::new(
                 FindingKind::GyroMotionClipped,
                 format!(
-                    "in {with_clip} of the motions between stills the gyroscope reaches the end of its range ({} rows): turned too fast; left out of its fit",
+                    "in {with_clip} of the motions between static intervals the gyroscope reaches the end of its range ({} rows): turned too fast; left out of its fit",
                     clips.count()
                 ),
             )

@@ -145,7 +145,7 @@ pub(super) fn tell(
         add(Finding::new(
             FindingKind::GyroMisfit,
             format!(
-                "the integrated turns of the gyroscope miss gravity by {:.1}° in the usual motion: do both sensors have one clock, is the rate right, and the accelerometer's calibration sound?",
+                "the integrated turns of the gyroscope change the direction of gravity by {:.1}° in the usual motion: do both sensors have one clock, is the rate right, and the accelerometer's calibration sound?",
                 typical.to_degrees()
             ),
         ));
@@ -153,7 +153,7 @@ pub(super) fn tell(
     if matrix3::det(&fit.state.e) * per_unit < 0.0 {
         add(Finding::new(
             FindingKind::GyroLeftHanded,
-            "the gyroscope counts left-handed against the axes of the accelerometer: the sign of one axis is turned round in one of the two; calibrated, both agree",
+            "the gyroscope counts left-handed against the axes of the accelerometer: the sign of one axis is inverted in one of the two; after calibration they agree",
         ));
     }
     let diagonal: [f64; 3] = std::array::from_fn(|i| fit.state.e[i][i]);
@@ -164,7 +164,7 @@ pub(super) fn tell(
             add(Finding::new(
                 FindingKind::GyroScaleFound,
                 format!(
-                    "nothing says the scale of the gyroscope; by the motions it is {} per °/s about x, y, z",
+                    "the scale of the gyroscope is not stated; according to the motions it is {} per °/s about x, y, z",
                     per_deg_s.map(|v| format!("{v:.4}")).join(", ")
                 ),
             ));

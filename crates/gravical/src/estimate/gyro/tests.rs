@@ -416,7 +416,7 @@ fn an_axis_that_never_turned_is_named() {
     assert_eq!(fit.section.unwrap().method, "bias");
     let message = &fit.findings[0].message;
     assert!(
-        message.starts_with("the 11 usable motions between stills turn about 2 of 3 axes enough (x and y), but too little about z"),
+        message.starts_with("the 11 usable motions between static intervals turn about 2 of 3 axes enough (x and y), but too little about z"),
         "{message}"
     );
 }

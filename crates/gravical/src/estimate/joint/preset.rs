@@ -208,7 +208,7 @@ fn fitted(readings: &[Reading], options: &PresetOptions<'_>) -> Result<PresetFit
             "singular",
             "the fitted matrix has no inverse: an axis does not answer",
         )
-        .with_hint("is an axis dead, or are placements the same?")
+        .with_hint("is an axis dead, or are poses the same?")
     })?;
     let per_freedom = found.chi2 / found.freedom.max(1.0);
     let known = found.full_covariance();

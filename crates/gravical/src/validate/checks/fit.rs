@@ -34,7 +34,7 @@ pub(super) fn findings(
         findings.push(Finding::new(
             FindingKind::CrossAxisHigh,
             format!(
-                "the axes {pair} are {:.1}° from a right angle; a data sheet allows about 1.6°: too few or too similar placements for so many parameters",
+                "the axes {pair} are {:.1}° from a right angle; a data sheet allows about 1.6°: too few or too similar poses for so many parameters",
                 cosine.asin().to_degrees().abs()
             ),
         ));
@@ -78,13 +78,13 @@ pub(super) fn findings(
             Finding::warning(
                 FindingKind::IllConditioned,
                 format!(
-                    "the placements tell the parameters apart badly (condition {condition:.0}, more than {CONDITION_NOTE}): small errors become large ones. The default method uses faces and data sheet too"
+                    "the poses determine the parameters badly (condition {condition:.0}, more than {CONDITION_NOTE}): small errors become large ones. The default method uses faces and data sheet too"
                 ),
             )
         }));
         if section.fit.is_some_and(|f| !f.oriented) {
             findings.push(orientation_open(
-                "the length of gravity alone tells nothing of how the sensor sits in its case",
+                "the length of gravity alone does not determine the orientation of the sensor in its case",
             ));
         }
         return findings;
@@ -96,7 +96,7 @@ pub(super) fn findings(
             findings.push(Finding::note(
                 FindingKind::IllConditioned,
                 format!(
-                    "the magnitudes of {} placements alone tell their nine parameters apart badly (condition {condition:.0}, more than {CONDITION_NOTE}): known faces and the data sheet carry the rest",
+                    "the magnitudes of {} poses alone determine their nine parameters badly (condition {condition:.0}, more than {CONDITION_NOTE}): known faces and the data sheet carry the rest",
                     section.poses.len()
                 ),
             ));
@@ -105,7 +105,7 @@ pub(super) fn findings(
             findings.push(Finding::new(
                 FindingKind::ModelError,
                 format!(
-                    "the placements contradict each other by {:.0} mm/s² beyond their noise: was the sensor quite still, and warm?",
+                    "the poses differ from the model by {:.0} mm/s² beyond their noise: was the sensor at rest, and warm?",
                     1000.0 * quality.model_error_mps2
                 ),
             ));
@@ -114,18 +114,18 @@ pub(super) fn findings(
     if estimate.noise.assumed {
         findings.push(Finding::new(
             FindingKind::NoiseAssumed,
-            "each row is a mean whose scatter nobody knows: 4 mm/s² were assumed for the uncertainty",
+            "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty",
         ));
     }
     if !fit.oriented {
         findings.push(orientation_open(
-            "faces on fewer than two axes: nothing tells how the sensor sits in its case",
+            "faces on fewer than two axes: the orientation of the sensor in its case is unknown",
         ));
     }
     if fit.shared_tilts {
         findings.push(Finding::new(
             FindingKind::SamePose,
-            "some repeats of a face lay the same way to a fraction of their tilt: they average noise, not tilt. Turn the sensor by 180° on the table between repeats",
+            "some repeats of a face have the same tilt: they reduce noise, not tilt. Turn the sensor by 180° on the table between repeats",
         ));
     }
     if let Some(tilt) = section.pose_tilt_deg
@@ -146,7 +146,7 @@ pub(super) fn findings(
         findings.push(Finding::new(
             FindingKind::PoseTilt,
             format!(
-                "the placements lie {:.1}° off their faces in each of two components ({}). A box or a jig would help",
+                "the poses lie {:.1}° off their faces in each of two components ({}). A box or a jig would help",
                 tilt.value,
                 list.join(", ")
             ),
@@ -179,7 +179,7 @@ fn disputed(section: &AccelerometerSection, fit: &JointFit) -> Option<Finding> {
     Some(Finding::new(
         FindingKind::RepeatsContradict,
         format!(
-            "placements of one direction differ by up to {:.1} mg in magnitude ({} against {}), and nothing tells which are right: all of them count, and the uncertainty is the larger for it. Was the sensor still warming up, or was one of them moved? Record that side again",
+            "poses of one direction differ by up to {:.1} mg in magnitude ({} against {}), and nothing tells which are right: all of them count, and the uncertainty is the larger for it. Was the sensor still warming up, or was one of them moved? Record that side again",
             most - least,
             called(&more),
             called(&less),
@@ -218,7 +218,7 @@ fn face_twice(estimate: &Estimate, placements: &[Placement]) -> Option<Finding> 
         Finding::new(
             FindingKind::SameFaceTwice,
             format!(
-                "{} points up in \"{}\" and in \"{}\"{}, and no placement has {} up: record {}",
+                "{} points up in \"{}\" and in \"{}\"{}, and no pose has {} up: record {}",
                 up(other)?.name(),
                 p.label,
                 q.label,
@@ -260,7 +260,7 @@ fn missing_face(estimate: &Estimate, gravity: f64) -> Option<Finding> {
     Some(Finding::new(
         FindingKind::MissingFace,
         format!(
-            "{} of six faces are there; the magnitude is known badly with {} (1σ). Record what is missing, or oblique placements",
+            "{} of six faces are there; the magnitude is known badly with {} (1σ). Record what is missing, or oblique poses",
             6 - missing.len(),
             list.join(", ")
         ),

@@ -116,7 +116,7 @@ fn oblique(section: &AccelerometerSection, gravity: f64) -> Option<Finding> {
         Finding::new(
             FindingKind::FreePoseOff,
             format!(
-                "{count} oblique placements, which took no part in the fit, read the magnitude off by {:.0} mm/s² rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
+                "{count} oblique poses, which took no part in the fit, read the magnitude off by {:.0} mm/s² rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
                 1000.0 * error
             ),
         )
@@ -198,7 +198,7 @@ fn tilts(
         findings.push(Finding::new(
             FindingKind::PoseTilt,
             format!(
-                "the placements lie {low:.1}–{high:.1}° off their faces ({}), {face_angle_rms_deg:.1}° rms without the bias. Six faces cannot tell placement from misalignment, R shows both{}. A box or a jig would help",
+                "the poses lie {low:.1}–{high:.1}° off their faces ({}), {face_angle_rms_deg:.1}° rms without the bias. Six faces cannot tell pose from misalignment, R shows both{}. A box or a jig would help",
                 list.join(", "),
                 if section.covariance.is_some() {
                     format!("; the uncertainty is computed with a tilt of {:.1}°", tilt.value)
@@ -255,6 +255,6 @@ pub fn names(axes: &AxisMap, placements: &[Placement], by_name: bool) -> Vec<Fin
     }
     vec![Finding::new(
         FindingKind::NamesMirrored,
-        "the names contradict the data in a way that no mounting explains (two placements swapped?); the faces were taken from the data, but check which recording is which",
+        "the names contradict the data in a way that no mounting explains (two poses swapped?); the faces were taken from the data, but check which recording is which",
     )]
 }

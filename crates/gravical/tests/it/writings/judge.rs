@@ -280,7 +280,7 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
         }
         if p.static_intervals.len() != o.static_intervals.len() {
             wrong.push(format!(
-                "{} stills in place of {}",
+                "{} static intervals in place of {}",
                 o.static_intervals.len(),
                 p.static_intervals.len()
             ));
