@@ -21,10 +21,10 @@ pub struct RecordingArgs {
     /// Full-scale range of the accelerometer in g, for raw counts [default: from the data]
     #[arg(long, hide_short_help = true, value_name = "G")]
     pub accel_range: Option<f64>,
-    /// Unit of the gyroscope [default: from turns, else the header]
+    /// Unit of the gyroscope [default: from rotations, else calibration, header or noise]
     #[arg(long, hide_short_help = true, value_enum, value_name = "UNIT")]
     pub gyro_unit: Option<GyroUnitArg>,
-    /// Full-scale range of the gyroscope in °/s, for raw counts [default: from turns]
+    /// Full-scale range of the gyroscope in °/s, for raw counts [default: from rotations]
     #[arg(long, hide_short_help = true, value_name = "DEG_S")]
     pub gyro_range: Option<f64>,
     /// What each column holds, by name (t=Timestamp,ax=acc_x,gx=-) or in order (t,ax,ay,az,_,-);
@@ -69,7 +69,7 @@ pub struct RecordingArgs {
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "Local gravity")]
 pub struct GravityArgs {
-    /// Local gravity in m/s² [default: from the calibration if there is one, else 9.80665]
+    /// Local gravity in m/s² [default: of the calibration in use, else 9.80665]
     #[arg(long, value_name = "MPS2", conflicts_with = "latitude")]
     gravity: Option<f64>,
     /// Latitude in degrees, to compute local gravity

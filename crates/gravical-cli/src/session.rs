@@ -48,9 +48,9 @@ fn no_recordings(folder: &Path) -> Error {
 }
 
 /// The same with what each file is instead.
-fn none_among(folder: &Path, told: &[Finding], gyroscopes: &[&PathBuf]) -> Error {
+fn none_among(folder: &Path, left_out: &[Finding], gyroscopes: &[&PathBuf]) -> Error {
     const MOST: usize = 4;
-    let others = told.iter().map(|f| {
+    let others = left_out.iter().map(|f| {
         let file = f.file.as_deref().unwrap_or("-");
         format!("{file}: {}", f.message.trim_end_matches("; left out"))
     });
@@ -182,7 +182,7 @@ pub fn read_session(
         [one] if one.as_path() != Path::new("-") && one.is_dir() => Some(one),
         _ => None,
     };
-    let (paths, mut told) = match folder {
+    let (paths, mut left_out) = match folder {
         Some(folder) => (files_in(folder)?, left_out_folders(folder)?),
         None => (inputs.to_vec(), Vec::new()),
     };
@@ -216,7 +216,7 @@ pub fn read_session(
                     FindingKind::AlreadyCalibrated,
                     "calibrated already, by its column names; left out",
                 );
-                told.push(finding.in_file(&recording.name));
+                left_out.push(finding.in_file(&recording.name));
             }
             Ok(recording) => recordings.push(recording),
             Err(error) if error.code() == "no-rows" && one_channel.is_some() => {
@@ -224,7 +224,7 @@ pub fn read_session(
             }
             Err(error) if folder.is_some() && is_something_else(&error) => {
                 let file = path.display().to_string();
-                told.push(
+                left_out.push(
                     Finding::new(
                         FindingKind::NoRecording,
                         format!("{}; left out", error.message()),
@@ -236,7 +236,7 @@ pub fn read_session(
         }
     }
     if folder.is_some() {
-        leave_out_linear(&mut recordings, &mut told);
+        leave_out_linear(&mut recordings, &mut left_out);
     }
     match (&mut recordings[..], gyro, &gyroscopes[..]) {
         ([], ..) => {
@@ -245,8 +245,8 @@ pub fn read_session(
                 .or(paths.first())
                 .map_or(Path::new("-"), PathBuf::as_path);
             return match (folder, gyroscopes.first()) {
-                (None, Some(path)) => read(path, options).map(|r| (vec![r], told)),
-                _ => Err(none_among(first, &told, &gyroscopes)),
+                (None, Some(path)) => read(path, options).map(|r| (vec![r], left_out)),
+                _ => Err(none_among(first, &left_out, &gyroscopes)),
             };
         }
         ([one], Some(gyro), _) => join_gyroscope(one, gyro, options)?,
@@ -256,7 +256,7 @@ pub fn read_session(
             if one.is_excerpt() {
                 *one = read(Path::new(&one.name), options)?;
             }
-            told.push(match join_gyroscope(one, gyro, options) {
+            left_out.push(match join_gyroscope(one, gyro, options) {
                 Ok(()) => Finding::new(
                     FindingKind::GyroJoined,
                     format!("a gyroscope alone, beside one recording: joined to {} on time, as --gyro does", one.name),
@@ -275,16 +275,16 @@ pub fn read_session(
             };
             for path in gyroscopes {
                 let file = path.display().to_string();
-                told.push(Finding::note(FindingKind::GyroLeftOut, what).in_file(&file));
+                left_out.push(Finding::note(FindingKind::GyroLeftOut, what).in_file(&file));
             }
         }
     }
-    Ok((recordings, told))
+    Ok((recordings, left_out))
 }
 
 /// Apps write acceleration without gravity beside that with it: in a folder only the
 /// latter is meant.
-fn leave_out_linear(recordings: &mut Vec<Recording>, told: &mut Vec<Finding>) {
+fn leave_out_linear(recordings: &mut Vec<Recording>, left_out: &mut Vec<Finding>) {
     let linear = |r: &Recording| r.unit_doubt == Some(UnitDoubt::WithoutGravity);
     if recordings.iter().all(linear) {
         return;
@@ -293,7 +293,7 @@ fn leave_out_linear(recordings: &mut Vec<Recording>, told: &mut Vec<Finding>) {
         let keep = !linear(recording);
         if !keep {
             let why = "gravity was taken out of this acceleration, and another file holds it with gravity; left out";
-            told.push(Finding::new(FindingKind::NoRecording, why).in_file(&recording.name));
+            left_out.push(Finding::new(FindingKind::NoRecording, why).in_file(&recording.name));
         }
         keep
     });

@@ -116,8 +116,8 @@ pub fn det<T: Real>(m: &[[T; 3]; 3]) -> T {
 ///
 /// `None` when an element is not finite, or when |det m| is at most 8 machine
 /// epsilons of the product of the row norms (the rounding error of the
-/// determinant itself): the rows then lie in a plane and no inverse can be told
-/// from rounding. Because the test is relative, counts and m/s² fare alike.
+/// determinant itself): the rows then lie in a plane, and an inverse would be
+/// rounding error only. Because the test is relative, counts and m/s² fare alike.
 ///
 /// ```
 /// use gravical_core::matrix3::inverse;

@@ -185,7 +185,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         self.update_told(accel, gyro, h_s, None)
     }
 
-    /// As [`update`](Self::update), told whether it rests there.
+    /// As [`update`](Self::update), with rest or motion given.
     #[inline]
     pub fn update_told(
         &mut self,
@@ -326,7 +326,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
 
     /// Samples whose mean is not known yet: integrated less the first one, and put
     /// right for the mean at once when it is known. A constant is integrated exactly.
-    fn start_mean(&mut self, now: &Kept<T>, told: Option<bool>) {
+    fn start_mean(&mut self, now: &Kept<T>, given: Option<bool>) {
         if self.samples == 0 {
             self.start = [T::zero(); 3];
             self.course
@@ -363,11 +363,11 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         self.course.gravity = norm(&mean);
         self.course.rested_s = t;
         self.phase = Phase::Moving;
-        if self.config.zero_velocity && told.unwrap_or(self.is_still()) {
+        if self.config.zero_velocity && given.unwrap_or(self.is_still()) {
             self.course
                 .forward
                 .place([T::zero(); 3], self.config.position_m);
-            self.settle(now, told.is_some());
+            self.settle(now, given.is_some());
         }
     }
 
@@ -386,7 +386,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     }
 
     /// A sample where there are rests.
-    fn follow(&mut self, now: &Kept<T>, force: &[T; 3], told: Option<bool>) {
+    fn follow(&mut self, now: &Kept<T>, force: &[T; 3], given: Option<bool>) {
         let event = self.note(now, force);
         let still = self.is_still();
         if let Some(doubt) = &mut self.doubt {
@@ -405,7 +405,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
                     self.advance(now);
                 }
             }
-            Phase::Resting => match (told, event) {
+            Phase::Resting => match (given, event) {
                 (Some(false), _) => {
                     self.leave();
                     self.phase = Phase::Moving;
@@ -417,18 +417,18 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
             },
             Phase::Moving => {
                 self.advance(now);
-                let arrival = match told {
-                    Some(told) => told.then_some(Arrival::AtZero),
+                let arrival = match given {
+                    Some(given) => given.then_some(Arrival::AtZero),
                     None => self.comes_to_rest(still),
                 };
                 if let Some(arrival) = arrival.filter(|_| self.config.zero_velocity) {
-                    self.arrive(now, told.is_some(), arrival);
+                    self.arrive(now, given.is_some(), arrival);
                 }
             }
             // A first rest that was the only one does not come again.
             Phase::Waiting if self.config.zero_velocity || !self.bias_known => {
-                if told.unwrap_or(still) {
-                    self.arrive_first(now, told.is_some());
+                if given.unwrap_or(still) {
+                    self.arrive_first(now, given.is_some());
                 }
             }
             Phase::Waiting => {}
@@ -555,29 +555,29 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     }
 
     /// It rests: the velocity is zero.
-    fn arrive(&mut self, now: &Kept<T>, told: bool, arrival: Arrival) {
-        self.doubt = (!told).then_some(self.course);
+    fn arrive(&mut self, now: &Kept<T>, given: bool, arrival: Arrival) {
+        self.doubt = (!given).then_some(self.course);
         self.course.arrive(arrival == Arrival::AtSpeed);
-        self.settle(now, told);
+        self.settle(now, given);
     }
 
     /// The first rest, or the first after something was missing.
-    fn arrive_first(&mut self, now: &Kept<T>, told: bool) {
+    fn arrive_first(&mut self, now: &Kept<T>, given: bool) {
         let velocity = if self.place_known && !self.config.zero_velocity {
             self.config.velocity_mps
         } else {
             [T::zero(); 3]
         };
         self.course.forward.place(velocity, self.config.position_m);
-        self.settle(now, told);
+        self.settle(now, given);
     }
 
-    fn settle(&mut self, now: &Kept<T>, told: bool) {
+    fn settle(&mut self, now: &Kept<T>, given: bool) {
         self.phase = Phase::Resting;
         self.rest = RestMean::new();
         self.arrived = self.course.forward.attitude();
         match self.config.rests {
-            Some((plan, _)) if !told => {
+            Some((plan, _)) if !given => {
                 // What the detector was certain by.
                 let long = (plan.block * Plan::SEED_BLOCKS).min(N);
                 for i in self.count.saturating_sub(long)..self.count {

@@ -2,7 +2,7 @@
 //!
 //! Recordings are cut into placements, the parameters estimated from the faces
 //! and free poses among them, the result held against everything that can show
-//! it wrong, and told with its uncertainty.
+//! it wrong, and reported with its uncertainty.
 //!
 //! # Example
 //!

@@ -40,7 +40,7 @@ fn too_fast_is_said() {
                 .map(str::to_owned)
                 .collect()
         };
-        let told: Vec<u64> = lines
+        let reported: Vec<u64> = lines
             .iter()
             .filter_map(|l| {
                 l.strip_prefix("# overruns ")?
@@ -52,8 +52,8 @@ fn too_fast_is_said() {
             .collect();
         let (all, lost) = board.uno.sensor().samples();
         let (all, lost) = (all - samples, lost - unread);
-        let (first, last) = (told[0], told[told.len() - 1]);
-        eprintln!("{commands:?}: {lost} of {all} lost, told {first} to {last}");
+        let (first, last) = (reported[0], reported[reported.len() - 1]);
+        eprintln!("{commands:?}: {lost} of {all} lost, reported {first} to {last}");
         // Told once a second: the first and the last are up to a second apart from
         // the ends.
         let share = (last - first) as f64 / lost as f64;

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 
-use gravical::calibration_file::{CalibrationFile, InputFile};
+use gravical::calibration_file::InputFile;
 use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{
@@ -20,6 +20,7 @@ use gravical::report;
 use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
+use crate::options::read_calibration;
 use crate::report::{check_outputs, with_origin};
 use crate::table::Target;
 use crate::text;
@@ -51,7 +52,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let calibration = args
         .calibration
         .as_deref()
-        .map(CalibrationFile::read_with_input)
+        .map(|path| read_calibration(path, Some(&args.input)))
         .transpose()?;
     let calibrated = calibration.as_ref().map(|(file, input)| Calibrated {
         file,

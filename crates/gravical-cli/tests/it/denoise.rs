@@ -41,14 +41,14 @@ fn written(folder: &Path) -> Vec<Vec<String>> {
 fn only_the_channels_change() {
     let folder = tempfile::tempdir().unwrap();
     let before = rest(folder.path());
-    let told = summary(
+    let reported = summary(
         folder.path(),
         "rest.csv --filter savgol:5,2 --channels accel",
     );
     let after = written(folder.path());
     assert_eq!(after.len(), before.len());
     assert_eq!(after[0].join(","), before[0]);
-    assert_eq!(told["columns"][1], "ax");
+    assert_eq!(reported["columns"][1], "ax");
     let mut changed = 0;
     for (after, before) in after.iter().zip(&before).skip(1) {
         let before: Vec<&str> = before.split(',').collect();
@@ -58,15 +58,15 @@ fn only_the_channels_change() {
             usize::from(after[1].parse::<f64>().unwrap() != before[1].parse::<f64>().unwrap());
     }
     assert!(changed > 500, "{changed}");
-    assert!(told["recorded"]["gyroscope"].is_null());
+    assert!(reported["recorded"]["gyroscope"].is_null());
 
     // What it says of the noise is true of what was written.
-    let gain = told["filters"][0]["noise_gain"].as_f64().unwrap();
+    let gain = reported["filters"][0]["noise_gain"].as_f64().unwrap();
     close(gain, (17.0_f64 / 35.0).sqrt(), 1e-12);
     let sigma = |of: &Value| numbers(&of["accelerometer"]);
     let (recorded, filtered) = (
-        sigma(&told["recorded"]),
-        sigma(&told["filters"][0]["sigma"]),
+        sigma(&reported["recorded"]),
+        sigma(&reported["filters"][0]["sigma"]),
     );
     for (recorded, filtered) in recorded.iter().zip(filtered) {
         close(filtered / recorded, gain, 0.06);
@@ -114,9 +114,9 @@ fn derivatives_say_so_in_the_names() {
         text += &format!("{},{:.6},{:.6},9.81\n", 10 * i, 0.5 * t, t * t);
     }
     write(folder.path(), "ramp.csv", &text);
-    let told = summary(folder.path(), "ramp.csv --filter savgol:7,2,1");
+    let reported = summary(folder.path(), "ramp.csv --filter savgol:7,2,1");
     assert_eq!(
-        told["columns"],
+        reported["columns"],
         serde_json::json!(["t_ms", "ax_per_s", "ay_per_s", "az_per_s"])
     );
     for (i, row) in written(folder.path()).iter().skip(1).enumerate() {
@@ -196,11 +196,11 @@ fn counts_stay_counts() {
     let folder = tempfile::tempdir().unwrap();
     // Unsigned counts: what is subtracted on reading is there again when written.
     let path = data.join("imu_tk-xsens/xsens_acc.txt.gz");
-    let told = summary(
+    let reported = summary(
         folder.path(),
         &format!("{} --filter savgol:11,2", path.display()),
     );
-    assert_eq!(told["accel_unit"], "counts");
+    assert_eq!(reported["accel_unit"], "counts");
     let rows = std::fs::read_to_string(folder.path().join("out.csv")).unwrap();
     let first: Vec<f64> = rows
         .lines()
@@ -253,12 +253,12 @@ fn every_real_recording_is_filtered_and_read_again() {
             "{}{rate} --filter hampel:7,5 --filter savgol:5,2 --filter butter:4,{cutoff}Hz",
             path.display()
         );
-        let told = summary(folder.path(), &line);
-        assert_eq!(told["segments"], stretches, "{name}");
-        let filters = told["filters"].as_array().unwrap();
+        let reported = summary(folder.path(), &line);
+        assert_eq!(reported["segments"], stretches, "{name}");
+        let filters = reported["filters"].as_array().unwrap();
         let last = &filters[2]["sigma"]["accelerometer"];
-        if told["static_intervals"].as_u64().unwrap() > 0 {
-            let before = numbers(&told["recorded"]["accelerometer"]);
+        if reported["static_intervals"].as_u64().unwrap() > 0 {
+            let before = numbers(&reported["recorded"]["accelerometer"]);
             // Some rests are too short for 5 Hz.
             let after = if last.is_null() {
                 vec![0.0; 3]
@@ -270,14 +270,14 @@ fn every_real_recording_is_filtered_and_read_again() {
                 "{name}: {before:?} {after:?}"
             );
         } else {
-            finding(&told, "never-static");
+            finding(&reported, "never-static");
         }
         // It is a recording like the one it came from.
         let looked = run_in(folder.path(), words("inspect out.csv --json"));
         assert_eq!(looked.code, 0, "{name}: {}", looked.out);
         assert_eq!(
             looked.json()["recordings"][0]["row_counts"]["rows"],
-            told["rows"],
+            reported["rows"],
             "{name}"
         );
     }

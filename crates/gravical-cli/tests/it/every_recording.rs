@@ -97,8 +97,8 @@ fn handheld_rows_repeat() {
 fn elevator_channels_arrive_one_by_one() {
     let Some(data) = data() else { return };
     let looked = inspected(&data, "pabrod-elevator/skyscrapper_up.csv", "");
-    let told = finding(&looked, "empty-cells")["message"].as_str().unwrap();
-    assert!(told.contains("when it arrives"), "{told}");
+    let reported = finding(&looked, "empty-cells")["message"].as_str().unwrap();
+    assert!(reported.contains("when it arrives"), "{reported}");
     assert_eq!(looked["timing"]["unit"], "ms");
     assert_eq!(looked["accelerometer"]["unit"], "m/s^2");
 }

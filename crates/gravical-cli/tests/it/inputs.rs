@@ -100,9 +100,14 @@ fn a_name_that_says_plus_z_while_it_lay_on_minus_z_is_overruled() {
     std::fs::rename(path("z_axis_neg.csv"), path("z_axis_pos.csv")).unwrap();
     let file = calibrate(folder.path(), ". --gravity 9.81", 0);
     fits(&file, &sensor);
-    let told = finding(&file, "orientation-mismatch");
-    assert!(told["file"].as_str().unwrap().ends_with("z_axis_pos.csv"));
-    let message = told["message"].as_str().unwrap();
+    let reported = finding(&file, "orientation-mismatch");
+    assert!(
+        reported["file"]
+            .as_str()
+            .unwrap()
+            .ends_with("z_axis_pos.csv")
+    );
+    let message = reported["message"].as_str().unwrap();
     assert!(message.contains("claims +z, but -z points up"), "{message}");
 }
 

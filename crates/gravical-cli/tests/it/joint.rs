@@ -122,9 +122,9 @@ fn tomisuarez_nine_parameters_are_too_many() {
     let line = "tomisuarez-mpu6050/calibration.csv --method magnitude9";
     let run = run_in(&data, words(&format!("calibrate {line} --json")));
     let file = run.json();
-    let told = |kind: &str| finding(&file, kind)["message"].to_string();
-    assert!(told("ill-conditioned").contains("condition"));
-    assert!(told("cross-axis-high").contains("data sheet"));
+    let reported = |kind: &str| finding(&file, kind)["message"].to_string();
+    assert!(reported("ill-conditioned").contains("condition"));
+    assert!(reported("cross-axis-high").contains("data sheet"));
     assert_eq!(run.code, 4);
 }
 
@@ -187,7 +187,7 @@ fn a_recording_without_stillness_is_refused() {
 #[test]
 fn too_few_directions_are_refused_with_numbers() {
     let folder = six_files(&Sensor::default());
-    let refuse = |files: &str, told: &[&str]| {
+    let refuse = |files: &str, reported: &[&str]| {
         let run = run_in(
             folder.path(),
             words(&format!("calibrate {files} --gravity 9.81 --json")),
@@ -196,7 +196,7 @@ fn too_few_directions_are_refused_with_numbers() {
         assert_eq!(run.error_code(), "underdetermined");
         let error = run.json();
         let text = format!("{} {}", error["message"], error["hint"]);
-        for word in told {
+        for word in reported {
             assert!(text.contains(word), "{word} in {text}");
         }
     };

@@ -171,8 +171,8 @@ fn every_recording_ends_in_a_table_or_in_a_reason() {
             continue;
         }
         // The first line names the files, whose paths may be long.
-        let (_, told) = run.err.split_once('\n').unwrap();
-        narrow(told);
+        let (_, reported) = run.err.split_once('\n').unwrap();
+        narrow(reported);
         tables += 1;
         let table = std::fs::read_to_string(folder.path().join("out.csv")).unwrap();
         let mut lines = table.lines();

@@ -190,10 +190,10 @@ fn the_annotated_session_equals_the_published_calibration() {
     assert_eq!(file["accelerometer"]["input_unit"], "counts");
     assert_eq!(file["gyroscope"]["input_unit"], "counts");
     assert_eq!(file["verdict"]["grade"], "poor");
-    let told = finding(&file, "turned-other-way")["message"]
+    let reported = finding(&file, "turned-other-way")["message"]
         .as_str()
         .unwrap();
-    assert!(told.contains("--turn-angle 360"), "{told}");
+    assert!(reported.contains("--turn-angle 360"), "{reported}");
     let written: Value = serde_json::from_str(&std::fs::read_to_string(target).unwrap()).unwrap();
     assert_eq!(written["accelerometer"], file["accelerometer"]);
 
@@ -282,13 +282,13 @@ fn airbrakes_six_files_are_six_faces_without_the_lift() {
 fn held_lines(data: &Path, name: &str) -> (usize, usize) {
     let run = run_in(data, words("calibrate airbrakes-sixmoves --json"));
     let file = run.json();
-    let told = file["findings"]
+    let reported = file["findings"]
         .as_array()
         .unwrap()
         .iter()
         .find(|f| f["kind"] == "motion-left-out" && f["file"].as_str().unwrap().contains(name))
         .unwrap_or_else(|| panic!("{name}: nothing left out"));
-    let message = told["message"].as_str().unwrap();
+    let message = reported["message"].as_str().unwrap();
     let span = message.strip_prefix("at rest in lines ").unwrap();
     let span = span.split_once(' ').unwrap().0;
     let (from, to) = span.split_once('-').unwrap();

@@ -21,7 +21,7 @@ fn gyroscope(rows: usize, from_ms: usize) -> String {
 }
 
 /// Findings of a kind: file and message of each.
-fn told<'a>(value: &'a serde_json::Value, kind: &str) -> Vec<(&'a str, &'a str)> {
+fn reported<'a>(value: &'a serde_json::Value, kind: &str) -> Vec<(&'a str, &'a str)> {
     let all = value["findings"].as_array().unwrap().iter();
     all.filter(|f| f["kind"] == kind)
         .map(|f| {
@@ -44,7 +44,7 @@ fn acceleration_without_gravity_is_left_out_beside_that_with_it() {
     write(folder.path(), "LinearAcceleration.csv", &text);
     let file = calibrate(folder.path(), ". --gravity 9.81", 0);
     same_accelerometer(&file["accelerometer"], &clean["accelerometer"]);
-    let [(what, why)] = told(&file, "no-recording")[..] else {
+    let [(what, why)] = reported(&file, "no-recording")[..] else {
         panic!("{file}")
     };
     assert!(
@@ -105,12 +105,12 @@ fn what_else_is_in_a_folder_costs_nothing() {
     write_six_files(&folder.path().join("older"), &sensor);
     let file = calibrate(folder.path(), ". --gravity 9.81", 0);
     same_accelerometer(&file["accelerometer"], &clean["accelerometer"]);
-    assert_eq!(told(&file, "no-recording").len(), 2);
-    let [(_, why)] = told(&file, "gyro-left-out")[..] else {
+    assert_eq!(reported(&file, "no-recording").len(), 2);
+    let [(_, why)] = reported(&file, "gyro-left-out")[..] else {
         panic!("{file}")
     };
     assert!(why.contains("--gyro"), "{why}");
-    let [(what, _)] = told(&file, "folder-left-out")[..] else {
+    let [(what, _)] = reported(&file, "folder-left-out")[..] else {
         panic!("{file}")
     };
     assert!(what.ends_with("older"), "{what}");
@@ -121,7 +121,7 @@ fn what_else_is_in_a_folder_costs_nothing() {
         &format!("{names} gyro.csv --gravity 9.81"),
         0,
     );
-    assert_eq!(told(&listed, "gyro-left-out").len(), 1);
+    assert_eq!(reported(&listed, "gyro-left-out").len(), 1);
     let seen = run_in(folder.path(), words("inspect . --json")).json();
     assert_eq!(seen["recordings"].as_array().unwrap().len(), 6);
 }
@@ -140,10 +140,10 @@ fn the_gyroscope_of_the_only_recording_is_joined() {
     calibrate(cal.path(), ". --gravity 9.81 -o cal.json", 0);
     let line = format!("check {} . --json", cal.path().join("cal.json").display());
     let joined = at(&line).json();
-    assert_eq!(told(&joined, "gyro-joined").len(), 1, "{joined}");
+    assert_eq!(reported(&joined, "gyro-joined").len(), 1, "{joined}");
     write(folder.path(), "gyro.csv", &gyroscope(500, 900_000));
     let apart = at(&line).json();
-    let [(file, why)] = told(&apart, "gyro-left-out")[..] else {
+    let [(file, why)] = reported(&apart, "gyro-left-out")[..] else {
         panic!("{apart}")
     };
     assert!(
@@ -194,7 +194,7 @@ fn a_session_with_the_signs_of_a_phone_is_mended_by_the_axes_that_it_names() {
     };
     let folder = six_files(&phone);
     let file = calibrate(folder.path(), ". --gravity 9.81", 0);
-    let [(_, note)] = told(&file, "names-reversed")[..] else {
+    let [(_, note)] = reported(&file, "names-reversed")[..] else {
         panic!("{file}")
     };
     assert!(note.contains("--axes -x,-y,-z"), "{note}");
@@ -244,7 +244,7 @@ fn names_of_a_turned_board_are_explained_by_the_axes_that_are_printed() {
         std::fs::rename(at(from), at(to)).unwrap();
     }
     let file = calibrate(folder.path(), ". --gravity 9.81", 0);
-    let [(_, note)] = told(&file, "names-turned")[..] else {
+    let [(_, note)] = reported(&file, "names-turned")[..] else {
         panic!("{file}")
     };
     let map = note

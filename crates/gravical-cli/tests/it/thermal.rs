@@ -93,7 +93,7 @@ fn the_drone_in_its_chamber_shows_which_drift_is_predictable() {
     let table = &text[text.find("\nTemperature\n").unwrap()..];
     assert!(table.lines().all(|l| l.chars().count() <= 80), "{table}");
     assert!(
-        table.contains("taken off, order 2") && table.contains("refused"),
+        table.contains("  corrected, order 2") && table.contains("not corrected"),
         "{table}"
     );
 }
@@ -243,12 +243,12 @@ fn a_session_without_temperatures_counts_from_the_soaks_middle() {
     );
     assert_eq!(made["temperature_model"]["reference_source"], "soak");
     close(number(&made["temperature_model"]["reference_c"]), 25.0, 0.2);
-    let told = finding(&made, "temperature-reference")["message"]
+    let reported = finding(&made, "temperature-reference")["message"]
         .as_str()
         .unwrap();
     assert!(
-        told.contains("25.0 °C") && told.contains("ax by up to 0.19"),
-        "{told}"
+        reported.contains("25.0 °C") && reported.contains("ax by up to 0.19"),
+        "{reported}"
     );
     // Nor can a ride without temperatures be corrected.
     let run = run_in(

@@ -1,4 +1,4 @@
-//! What a pipeline is told once.
+//! Configuration of a pipeline.
 
 use crate::Real;
 use crate::calibration::{Calibration, GyroscopeCalibration};
@@ -21,7 +21,7 @@ pub enum Removal {
 pub enum FirstRest {
     /// So many samples at the start; at least 1.
     Samples(usize),
-    /// The one that is found or told first. Nothing is known before it.
+    /// The first one that is found or given. Nothing is known before it.
     Found,
 }
 
@@ -39,7 +39,7 @@ pub struct MotionConfig<T> {
     /// Whether velocity is zero at rests after the first.
     pub zero_velocity: bool,
     /// What rests are found with, at the rate of the samples; none where they are
-    /// told.
+    /// given.
     pub rests: Option<(Plan, RestNoise<T>)>,
     /// Velocity after the first rest, m/s.
     pub velocity_mps: [T; 3],
@@ -67,7 +67,7 @@ impl<T: Real> MotionConfig<T> {
         }
     }
 
-    /// The attitude by the gyroscope, velocity zero at the rests that are told; with
+    /// The attitude by the gyroscope, velocity zero at the rests that are given; with
     /// [`rests`](Self::rests) at those that are found. Readings are SI.
     #[must_use]
     pub fn strapdown() -> Self {

@@ -61,7 +61,7 @@ impl<T: Real> GyroscopeParameters<T> {
 ///
 /// `means_gyro` are the gyroscope's means in the six holds, in the raw unit;
 /// `gravity_mps2` in m/s². The result is row-major, raw unit per m/s². A drift
-/// of the bias from one hold to its opposite is not told apart from it.
+/// of the bias from one hold to its opposite is not distinguished from it.
 ///
 /// # Errors
 ///

@@ -21,9 +21,9 @@ pub struct Session {
     pub means: MeansOptions,
     /// The placements.
     pub plan: Plan,
-    /// σ_tilt is told to the fit.
+    /// σ_tilt is given to the fit.
     pub tilt_given: bool,
-    /// Faces are told to be faces.
+    /// Faces are given as faces.
     pub roles_told: bool,
 }
 
@@ -107,15 +107,15 @@ impl Session {
     }
 
     pub fn poses(&self, means: &[MeanReading]) -> Vec<JointPose> {
-        let told = self.roles_told;
+        let given = self.roles_told;
         means
             .iter()
             .map(|m| JointPose {
                 mean: m.mean,
                 standard_error: [self.means.noise_mps2; 3],
                 role: match m.face {
-                    Some(face) if told => Role::Face(face),
-                    None if told => Role::Free,
+                    Some(face) if given => Role::Face(face),
+                    None if given => Role::Free,
                     _ => Role::Open,
                 },
             })

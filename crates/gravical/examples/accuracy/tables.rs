@@ -174,7 +174,7 @@ pub fn table_not_level(runs: Runs) -> String {
 /// A board that sits turned, and placements of which nothing is said.
 pub fn roles(runs: Runs) -> String {
     let mut rows = Vec::new();
-    for (name, turn_deg, told) in [
+    for (name, turn_deg, given) in [
         ("board straight, faces named", 0.0, true),
         ("board straight, nothing named", 0.0, false),
         ("board turned by 3°, faces named", 3.0_f64, true),
@@ -183,7 +183,7 @@ pub fn roles(runs: Runs) -> String {
         let mut session = session(Plan::Random(12), 1.0);
         session.means.board_turn_rad = turn_deg.to_radians();
         session.tilt_given = false;
-        session.roles_told = told;
+        session.roles_told = given;
         let found = session.joint(runs.seed, runs.count);
         rows.push(row(name, [errors(&found), coverage(&found)]));
     }

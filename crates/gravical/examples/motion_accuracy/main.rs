@@ -62,7 +62,7 @@ fn main() -> Result<(), AnyError> {
     walks::print(seeds)
 }
 
-/// Cells whose errors are told.
+/// Cells whose errors are reported.
 fn errors() -> Vec<Cell> {
     let mut by_hand = MotionOptions::default();
     by_hand.rests.given_s = Some(vec![(0.0, 5.0), (7.01, 13.0)]);
@@ -157,7 +157,7 @@ fn errors() -> Vec<Cell> {
     ]
 }
 
-/// Cells whose bands are told: the parameters are off by draws from their
+/// Cells whose bands are judged: the parameters are off by draws from their
 /// covariance.
 fn coverage() -> Vec<Cell> {
     let drawn = Cell {

@@ -8,7 +8,7 @@ use crate::calibration_file::{CalibrationFile, Grade, GravitySource};
 use crate::gravity::Gravity;
 use crate::recording::{Finding, FindingKind, Recording};
 
-/// A still this far outside the calibration's temperatures is told, °C.
+/// A static interval this far outside the calibration's temperatures is reported, °C.
 const TEMPERATURE_MARGIN_C: f64 = 2.0;
 
 /// Gravity that differs by less than this share is the same.

@@ -102,7 +102,7 @@ pub struct Coverage {
     pub directions: u32,
     /// Axes that no still has within 60°, case: `x` ….
     pub untested_axes: Vec<String>,
-    /// Axes that were up or down only: bias and scale are not told apart there.
+    /// Axes that were up or down only: bias and scale are not distinguished there.
     pub one_way_axes: Vec<String>,
     /// The same for people.
     pub text: String,

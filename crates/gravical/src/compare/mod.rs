@@ -2,12 +2,12 @@
 //!
 //! A board that sits differently in its case, or faces that lay crookedly, turn
 //! the frame: that changes the direction of what is measured and never its
-//! length. So a difference is told in two parts, each with its own test: what
+//! length. So a difference is reported in two parts, each with its own test: what
 //! changes ‖a‖ (bias, scale, angles between the axes: M Mᵀ and b of u = M a + b),
 //! and the rotation between the frames.
 //!
 //! It rests on the covariances of both files. What they leave out (drift with
-//! temperature, another gravity, shared recordings) is told as a finding.
+//! temperature, another gravity, shared recordings) is reported as a finding.
 
 mod findings;
 mod norms;
@@ -37,7 +37,7 @@ pub const SIGNIFICANCE: f64 = 0.01;
 /// [`SIGNIFICANCE`] (Bonferroni).
 pub const PART_SIGNIFICANCE: f64 = SIGNIFICANCE / 2.0;
 
-/// A difference in directions without variance is told above this (share of
+/// A difference in directions without variance is reported above this (share of
 /// gravity, share of scale, or rad).
 const OUTSIDE: f64 = 1e-6;
 
@@ -125,7 +125,7 @@ impl Difference {
         let c = DMatrix::from_fn(n, n, |r, k| {
             covariance[(from + r, from + k)] / unit(from + r) / unit(from + k)
         });
-        // What changes ‖a‖ is told by means whose noise is known well.
+        // What changes ‖a‖ is determined by means whose noise is well known.
         let freedom = self.turn_freedom.filter(|_| from == 9);
         chi_square(&d, &c, freedom)
     }

@@ -163,11 +163,11 @@ fn what_else_has_to_be_known_is_said() {
     for kind in ["temperature-differs", "sensor-differs", "same-recordings"] {
         assert!(has(&result, kind), "{kind}");
     }
-    let told = result
+    let reported = result
         .findings
         .iter()
         .find(|f| f.kind == "temperature-differs");
-    assert!(told.unwrap().message.contains("22.0 °C and 41.0 °C"));
+    assert!(reported.unwrap().message.contains("22.0 °C and 41.0 °C"));
     // Shared recordings: agreement proves nothing.
     assert_eq!(result.verdict.judgement, Agreement::CannotSay);
     let same = compared(&a, &a.clone());

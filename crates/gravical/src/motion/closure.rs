@@ -103,11 +103,11 @@ impl Setup<'_> {
         let ratio =
             |sigma: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|i| left[i].abs() / sigma[i]) };
         let untilted = deviations(false);
-        let (told, ratio) = (ratio(&deviations(true)), ratio(&untilted));
+        let (with_tilt, ratio) = (ratio(&deviations(true)), ratio(&untilted));
         let tilt = self.tilt_ratio(course, &closure);
         let most = |of: &[f64]| of.iter().fold(0.0, |most: f64, one| most.max(*one));
         let mut out = Tested {
-            velocity: most(&told),
+            velocity: most(&with_tilt),
             tilt: if follows { most(&tilt) } else { 0.0 },
             unmodelled: Unmodelled::default(),
         };
@@ -143,7 +143,7 @@ impl Setup<'_> {
             if by_noise[i] > 0.0 {
                 out.unmodelled.accel[i] += beside / by_noise[i];
             }
-            let improbable = told[i] > IMPROBABLE && seconds > 0.0;
+            let improbable = with_tilt[i] > IMPROBABLE && seconds > 0.0;
             if follows && (improbable || sigmas > FAR) {
                 out.unmodelled.tilt[i] = phi * phi;
             }

@@ -91,7 +91,7 @@ pub(super) fn static_drift(setup: &Setup<'_>) -> Option<(StaticDrift, DriftTrack
     // a = b + c τ, fitted to the acceleration.
     let slope = along.map(|a| a / spread);
     let bias: [f64; 3] = std::array::from_fn(|i| sum[i] / count as f64 - slope[i] * mean_tau);
-    let told = StaticDrift {
+    let drift = StaticDrift {
         levelled_over_s: t[near] - t[0],
         duration_s: tau,
         velocity_mps: velocity,
@@ -103,5 +103,5 @@ pub(super) fn static_drift(setup: &Setup<'_>) -> Option<(StaticDrift, DriftTrack
             position[i] - bias[i] * tau * tau / 2.0 - slope[i] * tau.powi(3) / 6.0
         }),
     };
-    Some((told, track))
+    Some((drift, track))
 }

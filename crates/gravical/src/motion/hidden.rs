@@ -9,7 +9,7 @@ use super::anchors::Walk;
 use super::samples::Samples;
 use super::still::may_hide_m;
 
-/// Durations that are told, s.
+/// Durations that are reported, s.
 const TOLD_S: [f64; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 /// What is slower is not reckoned with, s: nothing is looked for beyond it.
 const SLOWEST_S: f64 = 20.0;
@@ -19,7 +19,7 @@ const LIMIT_CHI2: f64 = 37.7;
 /// Rest on either side that a move needs to be looked for by the whole of it, s.
 const SIDES_S: f64 = 4.0;
 
-/// How far a move has to go to be told from rest.
+/// How far a move has to go to be distinguished from rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct VisibleMove {
     /// Its duration, s.

@@ -167,10 +167,10 @@ fn compute(
     if let Some(recording) = unfiltered {
         let clipped = std::mem::take(&mut samples.clipped);
         drop(samples);
-        let (mut smooth, told) = smooth(recording, &options.smooth, options.edge)?;
-        findings.extend(told);
-        let told = (&mut Default::default(), &mut Vec::new());
-        (samples, nominal) = with_scales(&mut smooth, file, options, &scales, told)?;
+        let (mut smooth, smoothing) = smooth(recording, &options.smooth, options.edge)?;
+        findings.extend(smoothing);
+        let ignored = (&mut Default::default(), &mut Vec::new());
+        (samples, nominal) = with_scales(&mut smooth, file, options, &scales, ignored)?;
         samples.clipped = clipped;
     }
     let view = View::calibrated(&samples);

@@ -47,8 +47,8 @@ pub(super) fn prepare(
     let file = calibration.map(|c| c.file);
     let scales = scales(recording, file, options, &mut findings)?;
     let mut left_out = LineSpans::default();
-    let told = (&mut left_out, &mut findings);
-    let (samples, nominal) = with_scales(recording, file, options, &scales, told)?;
+    let reports = (&mut left_out, &mut findings);
+    let (samples, nominal) = with_scales(recording, file, options, &scales, reports)?;
     Ok(Prepared {
         samples,
         nominal,

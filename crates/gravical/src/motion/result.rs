@@ -32,7 +32,7 @@ pub struct MotionResult {
     pub rests: Vec<Span>,
     /// Noise at rest; null without a rest.
     pub noise: Option<NoiseAtRest>,
-    /// How far a move has to go, by its duration, to be told from rest; empty without a
+    /// How far a move has to go, by its duration, to be distinguished from rest; empty without a
     /// rest.
     pub visible_moves: Vec<VisibleMove>,
     /// What lies between the rests.

@@ -69,7 +69,7 @@ pub(super) fn scales(
         (None, None) => {
             return Err(Error::input(
                 "unit-unknown",
-                "the unit of the accelerometer cannot be told, so there is no velocity in m/s",
+                "the unit of the accelerometer is unknown, so there is no velocity in m/s",
             )
             .at(Path::new(&recording.name), None)
             .with_hint("say it with --accel-unit, and --accel-range for counts; or give a calibration with -c"));
@@ -104,7 +104,7 @@ pub(super) fn scales(
     if scale.is_some() && gyro_nominal.is_none() {
         findings.push(Finding::new(
             FindingKind::GyroNotUsed,
-            "the unit of the gyroscope cannot be told, so it is not used: the tilt between rests is not measured; say it with --gyro-unit, and --gyro-range for counts",
+            "the unit of the gyroscope is unknown, so it is not used: the tilt between rests is not measured; say it with --gyro-unit, and --gyro-range for counts",
         ));
     }
     let by_gyro_scale = gyro_nominal.map(|n| GyroscopeCalibration {

@@ -15,7 +15,7 @@ use super::still::Rests;
 use crate::gravity::Gravity;
 use crate::recording::{Finding, FindingKind, LineSpans};
 
-/// Gravity at rest that is off by less than this is not told where nothing is
+/// Gravity at rest that is off by less than this is not reported where nothing is
 /// calibrated, relative.
 const TOLD_SIZE: f64 = 0.005;
 
@@ -174,7 +174,7 @@ const CONTRADICTED: f64 = 4.0;
 /// A rest that is shorter, s, hides nothing that is slower than what is found.
 const LONG_REST_S: f64 = 14.0;
 
-/// Moves that are too slow to be told from rest, and those that may hide in one.
+/// Moves that are too slow to be distinguished from rest, and those that may hide in one.
 pub(super) fn slow(found: &Rests, options: &MotionOptions) -> Vec<Finding> {
     if !options.zero_velocity || options.rests.given_s.is_some() {
         return Vec::new();
@@ -219,7 +219,7 @@ pub(super) fn hidden(
     Some(Finding::new(
         FindingKind::SlowMovesHidden,
         format!(
-            "a move of less than {} cannot be told from rest here{cost}",
+            "a move of less than {} cannot be distinguished from rest here{cost}",
             ways.join(", or "),
         ),
     ))
@@ -231,7 +231,7 @@ fn rounded(metres: f64) -> String {
     format!("{metres:.*}", decimals as usize)
 }
 
-/// A rest that is shorter, s, is not told from constant speed where it is the only one, …
+/// A rest that is shorter, s, is not distinguished from constant velocity where it is the only one, …
 const ALONE_S: f64 = 2.0;
 /// … with motion on both sides of it, …
 const BETWEEN_S: f64 = 5.0;
@@ -265,11 +265,11 @@ pub(super) fn unfounded(
                 } =>
         {
             Some(format!(
-                "it rests once, for {longest:.1} s: too short to be told from constant speed; hold it still for 2 s at both ends"
+                "it rests once, for {longest:.1} s: too short to be distinguished from constant velocity; hold it still for 2 s at both ends"
             ))
         }
         _ if longest + 0.02 < AMONG_OTHERS_S => Some(format!(
-            "its longest rest lasts {longest:.1} s: too short to be told from a part of the move; hold it still for 2 s at both ends"
+            "its longest rest lasts {longest:.1} s: too short to be distinguished from a part of the move; hold it still for 2 s at both ends"
         )),
         _ => None,
     }

@@ -35,7 +35,7 @@ fn hypotheses() -> Vec<GyroScale> {
     all
 }
 
-/// Scales within this factor of each other (InvenSense's and ST's) are told apart by all
+/// Scales within this factor of each other (InvenSense's and ST's) are distinguished by all
 /// turns together: a single one of less than half a turn does not part them by 5°.
 const ALIKE: f64 = 1.3;
 
@@ -512,13 +512,13 @@ mod tests {
     fn who_decides() {
         use GyroUnit::{Counts, DegreePerSecond as Deg, RadianPerSecond as Rad};
         let (rad, deg) = (0.001, 0.06);
-        let told = |kind: &str| vec![kind.to_owned()];
-        let unverified = told("gyro-unit-unverified");
+        let kinds = |kind: &str| vec![kind.to_owned()];
+        let unverified = kinds("gyro-unit-unverified");
         for (header, sigma, calibration, turns, unit, kinds) in [
             // Noise, where nothing states the unit, or what states it was wrong once.
-            (BARE, rad, None, None, Rad, told("gyro-unit-by-noise")),
-            (BARE, deg, None, None, Deg, told("gyro-unit-by-noise")),
-            (WRONG, rad, None, None, Rad, told("gyro-unit-by-noise")),
+            (BARE, rad, None, None, Rad, kinds("gyro-unit-by-noise")),
+            (BARE, deg, None, None, Deg, kinds("gyro-unit-by-noise")),
+            (WRONG, rad, None, None, Rad, kinds("gyro-unit-by-noise")),
             (WRONG, deg, None, None, Deg, unverified.clone()),
             (HONEST, rad, None, None, Deg, unverified.clone()),
             // Turns, before all others; one is enough where nothing is claimed.
@@ -528,7 +528,7 @@ mod tests {
                 None,
                 Some((Rad, 3)),
                 Rad,
-                told("unit-mismatch"),
+                kinds("unit-mismatch"),
             ),
             (HONEST, rad, None, Some((Rad, 2)), Deg, unverified.clone()),
             (HONEST, rad, None, Some((Deg, 1)), Deg, vec![]),
@@ -542,12 +542,12 @@ mod tests {
                 Some(Counts),
                 None,
                 GyroUnit::Unknown,
-                told("gyro-unit-by-noise"),
+                kinds("gyro-unit-by-noise"),
             ),
             (HONEST, deg, Some(Deg), None, Deg, vec![]),
-            (HONEST, rad, Some(Rad), None, Rad, told("unit-mismatch")),
+            (HONEST, rad, Some(Rad), None, Rad, kinds("unit-mismatch")),
             (HONEST, deg, Some(Rad), None, Deg, vec![]),
-            (WRONG, deg, Some(Rad), None, Rad, told("unit-mismatch")),
+            (WRONG, deg, Some(Rad), None, Rad, kinds("unit-mismatch")),
         ] {
             let recording = recording(header, sigma, 20.0 * sigma);
             let got = decided(&recording, calibration, turns);

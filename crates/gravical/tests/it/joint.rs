@@ -43,7 +43,7 @@ fn each_face(times: usize) -> Vec<Planned> {
 }
 
 /// As poses, what they are being said or not.
-fn poses(means: &[MeanReading], told: bool) -> Vec<JointPose> {
+fn poses(means: &[MeanReading], reported: bool) -> Vec<JointPose> {
     let role = |m: &MeanReading| match m.face {
         Some(face) => Role::Face(face),
         None => Role::Free,
@@ -53,7 +53,7 @@ fn poses(means: &[MeanReading], told: bool) -> Vec<JointPose> {
         .map(|m| JointPose {
             mean: m.mean,
             standard_error: [MeansOptions::default().noise_mps2; 3],
-            role: if told { role(m) } else { Role::Open },
+            role: if reported { role(m) } else { Role::Open },
         })
         .collect()
 }
@@ -81,13 +81,13 @@ fn runs(
     parts: &MeansOptions,
     planned: &[Planned],
     tilt_deg: Option<f64>,
-    told: bool,
+    reported: bool,
 ) -> Vec<Run> {
     (0..count)
         .map(|index| {
             let mut part = Part::draw(parts, 11, index);
             let means = part.place(planned);
-            let fit = joint(&poses(&means, told), &options(tilt_deg)).unwrap();
+            let fit = joint(&poses(&means, reported), &options(tilt_deg)).unwrap();
             let errors = part.errors(&fit.model, &fit.bias).unwrap();
             Run { part, errors, fit }
         })
@@ -188,14 +188,14 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
         ..parts(1.0)
     };
     let free = faces_and(Planned::spread(6, 1));
-    for (name, parts, planned, tilt, told) in [
+    for (name, parts, planned, tilt, reported) in [
         ("6 + 6 given", parts(1.0), &free, Some(1.0), true),
         ("6 + 6 estimated", parts(2.0), &free, None, true),
         ("6 + 6 nothing said", parts(1.0), &free, None, false),
         ("each face 4 times", parts(1.0), &each_face(4), None, true),
         ("board turned", turned, &free, Some(1.0), true),
     ] {
-        let mut runs = runs(250, &parts, planned, tilt, told);
+        let mut runs = runs(250, &parts, planned, tilt, reported);
         let shares = coverage(&mut runs);
         assert!(
             shares.iter().all(|s| (0.926..=0.986).contains(s)),
@@ -239,8 +239,8 @@ fn faces_are_recognised_as_well_as_if_they_were_named() {
     // The same parts, noise and tilts: differences come from roles alone.
     for tilt in [0.1, 1.0, 2.0] {
         let planned = faces_and(Planned::lattice(12));
-        let both = [true, false].map(|told| {
-            let runs = runs(60, &parts(tilt), &planned, None, told);
+        let both = [true, false].map(|reported| {
+            let runs = runs(60, &parts(tilt), &planned, None, reported);
             (
                 rms(runs.iter().map(|r| r.errors.norm_mps2)).0,
                 rms(runs.iter().map(|r| r.errors.direction_rad)).0,

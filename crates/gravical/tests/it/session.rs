@@ -223,15 +223,15 @@ fn a_name_that_says_plus_while_minus_was_up_is_named_and_overruled() {
     session[4].name = "z_axis_neg.csv".to_owned();
     session[5].name = "z_axis_pos.csv".to_owned();
     let result = calibrate(&session, &given_gravity()).unwrap();
-    let told: Vec<&str> = result
+    let reported: Vec<&str> = result
         .file
         .findings
         .iter()
         .filter(|f| f.kind == "orientation-mismatch")
         .map(|f| f.message.as_str())
         .collect();
-    assert_eq!(told.len(), 2, "{told:?}");
-    assert!(told[0].contains("claims -z, but +z"), "{}", told[0]);
+    assert_eq!(reported.len(), 2, "{reported:?}");
+    assert!(reported[0].contains("claims -z, but +z"), "{}", reported[0]);
     close(result.file.accelerometer.bias[2], sensor.bias[2], 0.01);
     // Two files swapped: no mounting does that.
     assert_eq!(result.file.verdict.grade, Grade::Poor);
@@ -269,8 +269,8 @@ fn several_continuous_recordings_give_all_their_stills() {
                 .iter()
                 .all(|p| p.claim.is_none())
         );
-        let told = |kind: &str| result.file.findings.iter().any(|f| f.kind == kind);
-        assert!(!told("motion-left-out") && !told("orientation-mismatch"));
+        let reported = |kind: &str| result.file.findings.iter().any(|f| f.kind == kind);
+        assert!(!reported("motion-left-out") && !reported("orientation-mismatch"));
         for i in 0..3 {
             let bias = result.file.accelerometer.bias[i];
             close(bias, whole.accelerometer.bias[i], 1e-3);
@@ -301,15 +301,15 @@ fn a_file_named_after_a_face_is_one_placement_whatever_came_before() {
     fits(&session, &given_gravity(), &sensor);
     let file = calibrated(&session, &given_gravity()).file;
     assert_eq!(file.accelerometer.poses.len(), 6);
-    let told = file
+    let reported = file
         .findings
         .iter()
         .find(|f| f.kind == "motion-left-out")
         .unwrap();
     assert!(
-        told.message.contains("shorter static intervals"),
+        reported.message.contains("shorter static intervals"),
         "{}",
-        told.message
+        reported.message
     );
 }
 

@@ -221,10 +221,10 @@ fn faces_and_free_poses_are_told_apart() {
             .collect();
         assert_eq!(faces, ["+x", "-x", "+y", "-y", "+z", "-z"], "seed {seed}");
         assert_eq!(poses.len(), 11, "seed {seed}");
-        let told = file.verdict.reasons.join(" ");
+        let reported = file.verdict.reasons.join(" ");
         assert!(
-            told.contains("5 free poses that the fit did not use"),
-            "{told}"
+            reported.contains("5 free poses that the fit did not use"),
+            "{reported}"
         );
     }
 }

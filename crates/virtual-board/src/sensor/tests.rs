@@ -73,7 +73,7 @@ fn data_ready_is_cleared_by_reading_the_status_only() {
     );
     assert_eq!(read(&mut sensor, 1.0102, INT_STATUS), Some([1]));
     assert_eq!(read(&mut sensor, 1.0103, INT_STATUS), Some([0]));
-    // Any read clears it when told so.
+    // Any read clears it when reported so.
     write(&mut sensor, 1.0104, INT_PIN_CFG, INT_RD_CLEAR);
     read::<14>(&mut sensor, 1.0201, ACCEL_XOUT_H).unwrap();
     assert_eq!(read(&mut sensor, 1.0202, INT_STATUS), Some([0]));

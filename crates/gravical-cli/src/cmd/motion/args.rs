@@ -95,7 +95,7 @@ struct MethodArgs {
     /// Zero-velocity update at rests [default: on]
     #[arg(long, hide_short_help = true, value_enum, value_name = "ON|OFF")]
     zero_velocity: Option<Switch>,
-    /// Rests in s, e.g. 0-5,7.2- (open: to the end) [default: found]
+    /// Rests in s, e.g. 0-5,7.2- (no end: to the end of the recording) [default: found]
     #[arg(long, value_name = "SPANS", allow_hyphen_values = true)]
     rests: Option<Intervals>,
     /// Zero-velocity update at stances of a walking foot [default: on]
@@ -111,7 +111,7 @@ struct MethodArgs {
     #[arg(long, hide_short_help = true, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     p0: Option<Vector>,
     /// Relative standard uncertainty of the recorder's clock [default: 0.001]
-    #[arg(long, hide_short_help = true, value_name = "SHARE")]
+    #[arg(long, hide_short_help = true, value_name = "FRACTION")]
     clock_error: Option<f64>,
     /// Without a gyroscope: tilt during a move, degrees (1σ) [default: 0.5]
     #[arg(long, hide_short_help = true, value_name = "DEG")]

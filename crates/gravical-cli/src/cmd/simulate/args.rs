@@ -137,7 +137,7 @@ pub struct Shared {
     /// Local gravity, m/s²
     #[arg(long, value_name = "MPS2", default_value_t = 9.80665)]
     gravity: f64,
-    /// Tilt of the face poses, ° (standard deviation of each of two components)
+    /// Tilt of a pose, ° (standard deviation of each of two components)
     #[arg(long, value_name = "DEG", default_value_t = 1.0)]
     tilt: f64,
     /// Overwrite existing files

@@ -15,8 +15,8 @@ fn missing_face() {
     );
     // The joint fit does without, and says what that costs.
     let file = calibrate(folder.path(), ". --gravity 9.81", 4);
-    let told = finding(&file, "missing-face")["message"].as_str().unwrap();
-    assert!(told.contains("-y up"), "{told}");
+    let reported = finding(&file, "missing-face")["message"].as_str().unwrap();
+    assert!(reported.contains("-y up"), "{reported}");
     let sd = numbers(&file["accelerometer"]["deviations"]["bias"]);
     assert!(sd[1] > 10.0 * sd[0].max(sd[2]), "{sd:?}");
     assert_eq!(file["verdict"]["grade"], "poor");
@@ -35,11 +35,11 @@ fn same_face_twice_among_six() {
         &["+y", "-y", "y_axis_pos.csv", "y_axis_neg.csv"],
     );
     let file = calibrate(folder.path(), ". --gravity 9.81", 4);
-    let told = finding(&file, "same-face-twice")["message"]
+    let reported = finding(&file, "same-face-twice")["message"]
         .as_str()
         .unwrap();
-    assert!(told.contains("no pose has -y up"), "{told}");
-    assert!(told.contains("\"y_axis_neg\" with -y up"), "{told}");
+    assert!(reported.contains("no pose has -y up"), "{reported}");
+    assert!(reported.contains("\"y_axis_neg\" with -y up"), "{reported}");
     // A copy is one, too.
     std::fs::copy(
         folder.path().join("y_axis_pos.csv"),
@@ -47,10 +47,10 @@ fn same_face_twice_among_six() {
     )
     .unwrap();
     let file = calibrate(folder.path(), ". --gravity 9.81", 4);
-    let told = finding(&file, "same-face-twice")["message"]
+    let reported = finding(&file, "same-face-twice")["message"]
         .as_str()
         .unwrap();
-    assert!(told.contains("the same readings"), "{told}");
+    assert!(reported.contains("the same readings"), "{reported}");
 }
 
 /// Renames the six files: what lay under the first name stands under the second.

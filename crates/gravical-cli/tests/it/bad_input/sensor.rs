@@ -74,8 +74,8 @@ fn turns_the_other_way() {
     );
     assert_eq!(made.code, 0, "{}", made.err);
     poor(folder.path(), "session.csv", "turned-other-way");
-    let told = calibrate(folder.path(), "session.csv --turn-angle 360", 0);
-    assert!(!kinds(&told).contains(&"turned-other-way".to_owned()));
+    let reported = calibrate(folder.path(), "session.csv --turn-angle 360", 0);
+    assert!(!kinds(&reported).contains(&"turned-other-way".to_owned()));
 }
 
 #[test]
@@ -98,10 +98,10 @@ fn a_unit_that_nothing_tells() {
         ..Sensor::default()
     });
     refused(folder.path(), "calibrate .", 3, "unit-unknown", &["mg"]);
-    let told = calibrate(folder.path(), ". --accel-unit mg --gravity 9.81", 0);
-    assert_eq!(told["accelerometer"]["input_unit"], "mg");
+    let reported = calibrate(folder.path(), ". --accel-unit mg --gravity 9.81", 0);
+    assert_eq!(reported["accelerometer"]["input_unit"], "mg");
     close(
-        told["accelerometer"]["bias"][0].as_f64().unwrap() * 9.80665 / 1000.0,
+        reported["accelerometer"]["bias"][0].as_f64().unwrap() * 9.80665 / 1000.0,
         Sensor::default().bias[0],
         0.01,
     );

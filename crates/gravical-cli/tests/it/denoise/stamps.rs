@@ -29,9 +29,9 @@ fn gaps_breaks_and_what_is_too_short() {
     text += "3700,1,1,9.81\n3710,1,1,9.81\n\n\n3720,2,2,9.81\n";
     write(folder.path(), "gap.csv", &text);
     for filter in ["savgol:11,2", "butter:4,2Hz", "butter1:2,2Hz", "mean:9"] {
-        let told = summary(folder.path(), &format!("gap.csv --filter {filter}"));
-        assert_eq!(told["segments"], 4, "{filter}");
-        assert_eq!(finding(&told, "parted")["count"], 2, "{filter}");
+        let reported = summary(folder.path(), &format!("gap.csv --filter {filter}"));
+        assert_eq!(reported["segments"], 4, "{filter}");
+        assert_eq!(finding(&reported, "parted")["count"], 2, "{filter}");
         let rows = written(folder.path());
         for (i, row) in rows
             .iter()
@@ -45,7 +45,7 @@ fn gaps_breaks_and_what_is_too_short() {
             close(row[1].parse().unwrap(), want, 1e-6);
         }
         if filter != "butter1:2,2Hz" {
-            assert_eq!(finding(&told, "not-filtered")["count"], 9, "{filter}");
+            assert_eq!(finding(&reported, "not-filtered")["count"], 9, "{filter}");
         }
         // Blank rows are still a break.
         assert_eq!(rows.iter().filter(|r| r.join("").is_empty()).count(), 2);
@@ -63,18 +63,18 @@ fn stamps_that_run_backwards_or_are_missing() {
         "back.csv",
         &format!("t_ms,ax,ay,az\n{}\n", lines.join("\n")),
     );
-    let told = summary(
+    let reported = summary(
         folder.path(),
         "back.csv --filter savgol:5,2 --filter butter:2,5Hz",
     );
-    finding(&told, "backward-time");
+    finding(&reported, "backward-time");
     assert!(
-        finding(&told, "parted")["message"]
+        finding(&reported, "parted")["message"]
             .as_str()
             .unwrap()
             .contains("backwards")
     );
-    assert_eq!(finding(&told, "stamps-filled")["count"], 1);
+    assert_eq!(finding(&reported, "stamps-filled")["count"], 1);
     assert_eq!(written(folder.path()).len(), 401);
 }
 
@@ -96,8 +96,8 @@ fn empty_cells_stay_empty_and_spoil_nothing() {
         "hampel:7,3",
         "mean:5",
     ] {
-        let told = summary(folder.path(), &format!("holes.csv --filter {filter}"));
-        assert_eq!(finding(&told, "empty-kept")["count"], 3, "{filter}");
+        let reported = summary(folder.path(), &format!("holes.csv --filter {filter}"));
+        assert_eq!(finding(&reported, "empty-kept")["count"], 3, "{filter}");
         let rows = written(folder.path());
         let empty: Vec<(usize, usize)> = (1..rows.len())
             .flat_map(|r| (1..4).map(move |c| (r, c)))
@@ -124,8 +124,8 @@ fn uneven_sampling_is_filtered_over_the_stamps_or_a_grid() {
     write(folder.path(), "anyhow.csv", &anyhow);
     write(folder.path(), "lost.csv", &lost);
     for name in ["anyhow.csv", "lost.csv"] {
-        let told = summary(folder.path(), &format!("{name} --filter savgol:7,2"));
-        finding(&told, "fitted-over-stamps");
+        let reported = summary(folder.path(), &format!("{name} --filter savgol:7,2"));
+        finding(&reported, "fitted-over-stamps");
         for row in written(folder.path()).iter().skip(1) {
             close(
                 row[1].parse().unwrap(),
@@ -134,8 +134,8 @@ fn uneven_sampling_is_filtered_over_the_stamps_or_a_grid() {
             );
         }
     }
-    let told = summary(folder.path(), "anyhow.csv --filter butter:2,5Hz");
-    finding(&told, "resampled");
-    let told = summary(folder.path(), "lost.csv --filter butter:2,5Hz");
-    assert_eq!(finding(&told, "lost-samples-filled")["count"], 3 * 8);
+    let reported = summary(folder.path(), "anyhow.csv --filter butter:2,5Hz");
+    finding(&reported, "resampled");
+    let reported = summary(folder.path(), "lost.csv --filter butter:2,5Hz");
+    assert_eq!(finding(&reported, "lost-samples-filled")["count"], 3 * 8);
 }

@@ -222,8 +222,8 @@ fn fit_of(parts: &[Part<'_>], accelerometer: &Calibration<f64>, options: &GyroOp
         return out;
     };
     result::tell_outliers(&recordings, &motions, &fitted, &mut out.findings);
-    let told = result::tell(&fitted, nominal, per_unit, typical);
-    out.findings.extend(told.into_iter().map(file));
+    let findings = result::findings(&fitted, nominal, per_unit, typical);
+    out.findings.extend(findings.into_iter().map(file));
     out.section = result::section(&rest, &motions, &fitted, per_unit, unit);
     out
 }

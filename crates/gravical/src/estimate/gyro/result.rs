@@ -1,4 +1,4 @@
-//! From a fit to what is written and told.
+//! The result and the findings of a fit.
 
 use gravical_core::matrix3;
 
@@ -133,7 +133,7 @@ pub(super) fn tell_outliers(
 }
 
 /// What is odd about the fit itself.
-pub(super) fn tell(
+pub(super) fn findings(
     fit: &fit::Fit,
     nominal: Option<f64>,
     per_unit: f64,

@@ -23,7 +23,7 @@ const MOST_TRIALS: usize = 12;
 const LEAST_FREEDOM: f64 = 1.0;
 /// With fewer than this one bad pose can look like another: then the worst has
 /// to be so many times rarer than the next. Repeats that contradict each other
-/// have to be told apart as clearly, however many other poses there are.
+/// must be distinguished as clearly, however many other poses there are.
 const PLENTY_OF_FREEDOM: f64 = 3.0;
 const CLEARLY: f64 = 100.0;
 /// A pose shares the error of another when it misses as much as this share of it.
@@ -135,13 +135,13 @@ fn dispute(work: &[Pose], whole: &Fit, held: &Held, pose: usize) -> Option<Vec<u
     }
     let mut rest = work.to_vec();
     here.iter().for_each(|&k| rest[k].left_out = true);
-    let told = rough_fit(&rest, held, &whole.start())
+    let agrees = rough_fit(&rest, held, &whole.start())
         .and_then(|rest| {
             let off = square_off(work, &rest, &like)?;
             Some(off - square_off(work, &rest, &others)? > 2.0 * CLEARLY.ln())
         })
         .unwrap_or(false);
-    (!told).then_some(here)
+    (!agrees).then_some(here)
 }
 
 /// Squared error of ‖a‖, mean of a few poses that the fit does not know, over its

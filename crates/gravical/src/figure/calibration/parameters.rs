@@ -72,7 +72,7 @@ fn panel(
             .with(boxes("95 %", values, sd.map(|s| factor * s)))
             .with(boxes("± 1σ", values, sd));
     }
-    let labels = (0..3).map(|i| told(values[i], sd.map(|sd| sd[i])));
+    let labels = (0..3).map(|i| label(values[i], sd.map(|sd| sd[i])));
     let points = Series::points("value", Role::Calibrated, places(3), values.to_vec());
     panel.with(points.labelled(labels.collect()))
 }
@@ -94,7 +94,7 @@ fn boxes(name: &str, values: [f64; 3], half: [f64; 3]) -> Series {
 }
 
 /// `0.384 ± 0.007`.
-fn told(value: f64, sd: Option<f64>) -> String {
+fn label(value: f64, sd: Option<f64>) -> String {
     match sd {
         Some(sd) if sd > 0.0 => {
             let d = decimals_for(sd);

@@ -9,7 +9,7 @@ use super::{Extent, FAR, ends, result_name};
 /// Drift in the plane, and its distance from the start over time.
 pub(super) fn static_drift(motion: &Motion) -> Option<Figure> {
     let track = motion.track.static_drift.as_ref()?;
-    let told = motion.result.static_drift.as_ref()?;
+    let drift = motion.result.static_drift.as_ref()?;
     Extent::of(&track.position_m)?;
     let name = result_name(motion);
     let t = &track.t_s;
@@ -38,7 +38,7 @@ pub(super) fn static_drift(motion: &Motion) -> Option<Figure> {
     let (start, end) = ends(&track.position_m)?;
     // A band that is much wider than the drift would hide it: then the other
     // panel has it.
-    let sigma = told.predicted_sigma_m;
+    let sigma = drift.predicted_sigma_m;
     let reach = [plain.and_then(Extent::of), Extent::of(&track.position_m)];
     let reach = reach
         .iter()
@@ -89,7 +89,7 @@ pub(super) fn static_drift(motion: &Motion) -> Option<Figure> {
         "Drift at rest",
         format!(
             "Sensor at rest: drift of the position over {:.1} s, integrated without zero-velocity updates, and its predicted uncertainty.",
-            told.duration_s
+            drift.duration_s
         ),
     );
     Some(figure.beside().with(above).with(time))

@@ -79,7 +79,7 @@ fn sigma_told(motion: &Motion, extent: &Extent, plane: [usize; 2]) -> String {
     if sigma_to_draw(motion, extent, plane).is_some() {
         return ", the ellipse ± 1σ of its position".to_owned();
     }
-    let told = |i: usize| {
+    let label = |i: usize| {
         format!(
             "{:.*} m along {}",
             decimals_for(sigma[i]),
@@ -87,7 +87,7 @@ fn sigma_told(motion: &Motion, extent: &Extent, plane: [usize; 2]) -> String {
             AXES[i]
         )
     };
-    let [a, b] = plane.map(told);
+    let [a, b] = plane.map(label);
     format!("; 1σ of its position is {a} and {b}, more than the picture shows")
 }
 

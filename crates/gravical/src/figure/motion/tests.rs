@@ -73,7 +73,7 @@ fn a_line_has_the_figures_of_its_track() {
     assert_eq!((end.x[0], end.y[0]), (at[0], at[1]));
     let budget = series(named(&figures, "budget"), 0, "part");
     let parts = motion.result.budget_m.unwrap();
-    let told = [
+    let reported = [
         parts.noise,
         parts.bias,
         parts.scale,
@@ -81,9 +81,9 @@ fn a_line_has_the_figures_of_its_track() {
         parts.tilt,
     ];
     // Millimetres or metres.
-    let factor = (budget.y[0] / told[0]).round();
+    let factor = (budget.y[0] / reported[0]).round();
     assert!(factor == 1e3 || factor == 1.0);
-    assert_eq!(budget.y, told.map(|v| factor * v));
+    assert_eq!(budget.y, reported.map(|v| factor * v));
 }
 
 #[test]
@@ -125,10 +125,10 @@ fn at_rest_the_drift_is_the_one_of_the_result() {
     well_formed(&figures);
     let names: Vec<&str> = figures.iter().map(|f| f.name.as_str()).collect();
     assert_eq!(names, ["acceleration", "static-drift"]);
-    let told = motion.result.static_drift.as_ref().unwrap();
+    let reported = motion.result.static_drift.as_ref().unwrap();
     let track = motion.track.static_drift.as_ref().unwrap();
-    assert_eq!(track.position_m.last(), Some(&told.position_m));
-    assert_eq!(track.sigma_m.last(), Some(&told.predicted_sigma_m));
+    assert_eq!(track.position_m.last(), Some(&reported.position_m));
+    assert_eq!(track.sigma_m.last(), Some(&reported.predicted_sigma_m));
     assert!(track.sigma_m.windows(2).all(|w| w[0][0] <= w[1][0]));
     // Not kept where nobody asked.
     let lean = crate::motion::motion(&recording, None, &MotionOptions::default()).unwrap();

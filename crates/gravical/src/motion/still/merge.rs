@@ -202,7 +202,7 @@ impl Context<'_> {
 
     /// A rest that is held in a hand, or too short for a reference, is as long as it
     /// is quiet: the test of a sensor that lies still does not fit it. One in which
-    /// no five blocks agree is told by its being quiet alone. Where the piece begins or
+    /// no five blocks agree is recognised by being quiet alone. Where the piece begins or
     /// ends no slow move is taken for quiet: as far as there a short rest is believed.
     fn with_coarse(&self, rests: Vec<Range<usize>>, piece: &Range<usize>) -> Vec<Range<usize>> {
         let coarse = &self.levels.rests;

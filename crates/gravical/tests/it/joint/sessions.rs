@@ -123,7 +123,7 @@ fn leans_beside_exact_faces_are_poses() {
                 found < 1.1 * known,
                 "{tilt}° named {named}: {found} {known}"
             );
-            // Nameless leans of 6° among faces that scatter by 1° are not all told from
+            // Nameless leans of 6° among faces that scatter by 1° are not all reported from
             // these; the error above says that it costs nothing.
             let least = if named || tilt < 1.0 { 225 } else { 190 };
             assert!(

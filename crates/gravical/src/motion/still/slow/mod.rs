@@ -24,7 +24,7 @@ use fit::{Fit, fit};
 
 /// χ² with 3 degrees of freedom at 1 − 10⁻⁷/3, as for the windows of a second.
 const SEEN: f64 = 37.661_609_22;
-/// At 1 − 10⁻⁵: that much is told.
+/// At 1 − 10⁻⁵: that much is reported.
 const DOUBTED: f64 = 25.901_749_75;
 /// Median of χ² with three degrees of freedom.
 const MEDIAN_CHI2_3: f64 = 2.365_974;
