@@ -64,7 +64,9 @@ pub use write::write;
 use std::ops::Range;
 
 use crate::recording::{Finding, Recording};
+use crate::segment::gyro_unit::{Claims, Evidence, decide};
 use crate::segment::still::{StillOptions, find_stills};
+use crate::segment::turns::motions;
 use crate::{Error, Result};
 
 use run::Runner;
@@ -173,6 +175,7 @@ pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Den
         .map(|spec| Filter::design(spec, rate_hz, options.edge))
         .collect::<Result<_>>()?;
     let stills = find_stills(&recording, &options.still);
+    decide_gyro_unit(&mut recording, &stills.spans);
     let runner = Runner::new(&recording, options);
     let mut summary = DenoiseSummary::start(&recording, options, &stills.spans);
     let (mut derivative, mut reach) = (0, 0);
@@ -191,6 +194,24 @@ pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Den
         summary,
         channels: options.channels,
     })
+}
+
+/// The unit of the gyroscope by the rule of all commands, with its findings: the summary states
+/// its noise in rad/s.
+fn decide_gyro_unit(recording: &mut Recording, stills: &[Range<usize>]) {
+    let mut findings = Vec::new();
+    let scale = Claims::of(recording, None).map(|claims| {
+        let moves = motions(recording, stills);
+        decide(
+            claims,
+            &Evidence::of(recording, stills, &moves),
+            &mut findings,
+        )
+    });
+    if scale.is_some() {
+        recording.gyro_scale = scale;
+        recording.findings.extend(findings);
+    }
 }
 
 /// Filters the accelerometer of a recording that is to be integrated: the filtered recording, and
