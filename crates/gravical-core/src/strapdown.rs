@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn missing_tilt_is_what_levels() {
+    fn the_levelling_error_levels() {
         let q = level([0.3, -0.2, 9.0], 0.4);
         let force = [1.5_f64, 2.0, 7.0];
         let delta = levelling_error(&q, &force);

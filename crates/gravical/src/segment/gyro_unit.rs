@@ -280,7 +280,7 @@ pub(crate) fn decide(
                 tell(Finding::new(
                     FindingKind::UnitMismatch,
                     format!(
-                        "the header says {} for the gyroscope, but its turns come out right in {}; used",
+                        "the header says {} for the gyroscope, but its rotations agree with gravity only in {}, which is used",
                         said.name(),
                         found.unit.name()
                     ),
@@ -365,7 +365,7 @@ pub(crate) fn decide(
         tell(Finding::new(
             FindingKind::GyroUnitByNoise,
             format!(
-                "{why}; its noise at rest, {}, is that of a gyroscope in {}; used (--gyro-unit decides)",
+                "{why}; its noise at rest, {}, is that of a gyroscope in {}, which is used (--gyro-unit overrides it)",
                 noise(),
                 unit.name()
             ),

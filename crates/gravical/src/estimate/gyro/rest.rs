@@ -44,7 +44,7 @@ impl Rested<'_> {
 }
 
 /// Mean of the gyroscope over one still.
-struct InitialMean {
+struct PoseMean {
     rate: [f64; 3],
     seconds: f64,
     /// Calibrated acceleration, m/s².
@@ -73,11 +73,11 @@ pub(super) fn at_rest(stills: &[Rested<'_>], step: [f64; 3]) -> Option<Rest> {
     }
     let noise = allan_noise(stills, step);
     let left = left_by_rounding(stills, step);
-    let means: Vec<InitialMean> = stills
+    let means: Vec<PoseMean> = stills
         .iter()
         .map(|rested| {
             let (rate, rows) = mean(rested.gyro, rested.still.rows.clone())?;
-            Some(InitialMean {
+            Some(PoseMean {
                 rate,
                 seconds: rows as f64 * rested.period_s,
                 accel: rested.accel,
@@ -185,7 +185,7 @@ fn allan_noise(stills: &[Rested<'_>], step: [f64; 3]) -> [f64; 3] {
 
 /// True when gravity points far enough apart in the stills to see a reaction
 /// to each of its components.
-fn spread(means: &[InitialMean]) -> bool {
+fn spread(means: &[PoseMean]) -> bool {
     let n = means.len() as f64;
     let length = means
         .iter()

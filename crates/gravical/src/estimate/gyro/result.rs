@@ -145,7 +145,7 @@ pub(super) fn findings(
         add(Finding::new(
             FindingKind::GyroMisfit,
             format!(
-                "the integrated turns of the gyroscope change the direction of gravity by {:.1}° in the usual motion: do both sensors have one clock, is the rate right, and the accelerometer's calibration sound?",
+                "after a typical motion, gravity rotated by the integrated rate is wrong by {:.1}°: do both sensors have one clock, is the rate right, and the accelerometer's calibration sound?",
                 typical.to_degrees()
             ),
         ));
