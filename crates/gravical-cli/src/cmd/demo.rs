@@ -18,7 +18,8 @@ use gravical::recording::{ReadOptions, Recording, Severity, read};
 use gravical::report::{self, Provenance, TOOL};
 use gravical::segment::face::AxisMap;
 use gravical::simulate::{
-    LineOptions, PosesOptions, Scenario, SimulateOptions, Simulation, simulate, write,
+    FileFormat, FileOptions, LineOptions, PosesOptions, Scenario, SimulateOptions, Simulation,
+    simulate, write,
 };
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
@@ -139,7 +140,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
     };
 
-    say("A simulated MPU6050: its true errors are known, so every result can be checked.\n");
+    say(
+        "A simulated MPU6050: its true errors are known, so every result can be checked.\n\
+         The header of its recordings is wrong on purpose: it names g and °/s, the values\n\
+         are in m/s² and rad/s.\n",
+    );
     let poses = Scenario::Poses(PosesOptions {
         hold_s: HOLD_S,
         free: FREE,
@@ -156,23 +161,17 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     ));
 
     let seen = inspect(&poses, &AxisMap::default());
-    let mut odd: Vec<&str> = seen
-        .findings
-        .iter()
-        .filter(|f| f.severity == Severity::Warning)
-        .map(|f| f.kind.name())
-        .collect();
-    odd.dedup();
     say(&format!(
-        "2 inspect    {} rows, {} poses; warnings: {}",
+        "2 inspect    {} rows, {} poses",
         seen.row_counts.rows,
         seen.static_intervals.len(),
-        if odd.is_empty() {
-            "none".to_owned()
-        } else {
-            odd.join(", ")
-        }
     ));
+    for finding in &seen.findings {
+        if finding.severity == Severity::Warning {
+            let text = format!("{}: {}", finding.kind, finding.message);
+            say(paragraph("             noticed: ", &text).trim_end());
+        }
+    }
 
     let (file, saved) = calibrated(&poses, &files, args.force)?;
     say(&format!("3 calibrate  {}", files.calibration.display()));
@@ -193,10 +192,14 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Simulates a recording, writes it and reads it back.
+/// Simulates a recording, writes it under a wrong header and reads it back.
 fn record(scenario: Scenario, folder: &Path, force: bool) -> Result<(Simulation, Recording)> {
     let options = SimulateOptions {
         seed: SEED,
+        file: FileOptions {
+            format: FileFormat::WrongHeader,
+            ..FileOptions::default()
+        },
         ..SimulateOptions::new(scenario)
     };
     let simulation = simulate(&options)?;

@@ -112,13 +112,13 @@ fn a_name_that_says_plus_z_while_it_lay_on_minus_z_is_overruled() {
 }
 
 #[test]
-fn the_reports_loggers_files_are_a_session() {
-    // Simulated: the report's header, which is wrong about both units.
+fn six_files_with_a_wrong_header_are_a_session() {
+    // The header of the student report's logger is wrong about both units.
     let folder = tempfile::tempdir().unwrap();
     let made = run_in(
         folder.path(),
         words(
-            "simulate six-position --hold 4 --tilt 0.2 -o six --quiet --seed 3 --temperature-drift 0",
+            "simulate six-position --hold 4 --tilt 0.2 -o six --quiet --seed 3 --temperature-drift 0 --wrong-header",
         ),
     );
     assert_eq!(made.code, 0, "{}", made.err);

@@ -12,8 +12,8 @@ use crate::support::*;
 /// A line of 0.7 m and a calibration of the same sensor.
 pub fn line(folder: &Path) {
     for line in [
-        "simulate line -o line --seed 1 --true-header --quiet",
-        "simulate poses -o poses --seed 1 --true-header --quiet",
+        "simulate line -o line --seed 1 --quiet",
+        "simulate poses -o poses --seed 1 --quiet",
         "calibrate poses/poses.csv -o cal.json --gravity 9.80665 --quiet",
     ] {
         let run = run_in(folder, words(line));
@@ -192,7 +192,7 @@ fn the_preset_is_its_flags_and_flags_beat_it() {
 fn at_rest_the_drift_is_held_against_its_band() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let make = "simulate static -o static --seed 4 --true-header --quiet";
+    let make = "simulate static -o static --seed 4 --quiet";
     assert_eq!(run_in(path, words(make)).code, 0);
     let run = run_in(path, words("motion static/static.csv -o m.csv"));
     assert_eq!(run.code, 0, "{}", run.err);

@@ -139,7 +139,7 @@ fn a_calibration_names_and_sums_everything_that_went_in() {
     let path = folder.path();
     let made = run_in(
         path,
-        words("simulate static -o soak --soak 45,5 --duration 300 --rate 50 --true-header --quiet"),
+        words("simulate static -o soak --soak 45,5 --duration 300 --rate 50 --quiet"),
     );
     assert_eq!(made.code, 0, "{}", made.err);
     let mut session = String::from("t_ms,ax,ay,az\n");

@@ -161,8 +161,7 @@ fn the_drones_drift_is_halved_where_it_is_predictable() {
 /// °C, and six placements of the same one in `six`.
 fn virtual_session(seed: u32) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let sensor =
-        format!("--seed {seed} --true-header --decimals 6 --temperature-drift 1 -q --rate 50");
+    let sensor = format!("--seed {seed} --decimals 6 --temperature-drift 1 -q --rate 50");
     for line in [
         format!("static -o soak --soak 45,5 --duration 900 --gyro-drift 0.01 {sensor}"),
         format!("six-position -o six --hold 10 --tilt 0 --temperature-rise 0 {sensor}"),
@@ -315,7 +314,7 @@ fn placements_at_other_temperatures_are_brought_to_one() {
     let folder = virtual_session(9);
     let at = folder.path();
     // The same six placements while the part warms by 12 °C.
-    let sensor = "--seed 9 --true-header --decimals 6 --temperature-drift 1 -q --rate 50";
+    let sensor = "--seed 9 --decimals 6 --temperature-drift 1 -q --rate 50";
     let run = run_in(
         at,
         words(&format!(

@@ -266,7 +266,7 @@ impl SensorOptions {
 /// Format of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FileOptions {
-    /// Header and units. Default [`FileFormat::Report`].
+    /// Header and units. Default [`FileFormat::TrueHeader`].
     pub format: FileFormat,
     /// Decimals, except for raw counts. Default 4; range 1 to 9.
     pub decimals: u8,
@@ -275,7 +275,7 @@ pub struct FileOptions {
 impl Default for FileOptions {
     fn default() -> Self {
         Self {
-            format: FileFormat::Report,
+            format: FileFormat::TrueHeader,
             decimals: 4,
         }
     }
@@ -291,11 +291,10 @@ impl FileOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FileFormat {
-    /// The header of the report's logger, which gives g and °/s for values in m/s² and rad/s;
-    /// this error is part of the format.
-    Report,
-    /// The same values under a header with their true units.
+    /// m/s² and rad/s, and a header that says so.
     TrueHeader,
+    /// The same values under the header of the student report's logger, which names g and °/s.
+    WrongHeader,
     /// Counts of the part, int16.
     Raw,
 }

@@ -10,9 +10,9 @@ use super::{SimulatedFile, Simulation};
 use crate::output::{check_target, make_folder, write_atomic};
 use crate::{Error, Result};
 
-/// The header of the report's logger, verbatim. It is wrong: the values under it are in m/s² and
+/// The header of the student report's logger, verbatim. It is wrong: the values under it are in m/s² and
 /// rad/s.
-const REPORT_HEADER: &str = "Timestamp,aX (g),aY (g),aZ (g),Temp (C),gX (°/s),gY (°/s),gZ (°/s)";
+const WRONG_HEADER: &str = "Timestamp,aX (g),aY (g),aZ (g),Temp (C),gX (°/s),gY (°/s),gZ (°/s)";
 const TRUE_HEADER: &str =
     "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)";
 const RAW_HEADER: &str = "Timestamp (ms),ax,ay,az,temp,gx,gy,gz";
@@ -65,7 +65,7 @@ fn preamble(truth: &Truth, name: &str) -> String {
         .low_pass_hz
         .map_or("off".to_owned(), |f| format!("{f} Hz"));
     let header = match o.file.format {
-        FileFormat::Report => REPORT_HEADER,
+        FileFormat::WrongHeader => WRONG_HEADER,
         FileFormat::TrueHeader => TRUE_HEADER,
         FileFormat::Raw => RAW_HEADER,
     };

@@ -11,7 +11,9 @@ use gravical::recording::{
     AccelUnit, Aside, GyroUnit, ReadOptions, Recording, Severity, TimeUnit, read_bytes,
 };
 use gravical::segment::face::AxisMap;
-use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate, write};
+use gravical::simulate::{
+    FileFormat, Scenario, SimulateOptions, SixPositionOptions, simulate, write,
+};
 
 const ROWS: usize = 600;
 

@@ -175,12 +175,12 @@ struct Board {
     /// Share of lost rows, 0 to 0.9
     #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
     drop: f64,
-    /// Header with the true units (default: as in the student report, which says g and °/s
-    /// although the values are in m/s² and rad/s)
+    /// Header that names g and °/s although the values are in m/s² and rad/s, as the logger of the
+    /// student report wrote it
     #[arg(long)]
-    true_header: bool,
+    wrong_header: bool,
     /// Raw counts instead of m/s² and rad/s
-    #[arg(long, conflicts_with_all = ["true_header", "decimals"])]
+    #[arg(long, conflicts_with_all = ["wrong_header", "decimals"])]
     raw: bool,
     /// Decimal places
     #[arg(long, value_name = "N", default_value_t = 4)]
@@ -330,10 +330,10 @@ impl Shared {
 impl Board {
     fn file(&self) -> FileOptions {
         FileOptions {
-            format: match (self.raw, self.true_header) {
+            format: match (self.raw, self.wrong_header) {
                 (true, _) => FileFormat::Raw,
-                (false, true) => FileFormat::TrueHeader,
-                (false, false) => FileFormat::Report,
+                (false, true) => FileFormat::WrongHeader,
+                (false, false) => FileFormat::TrueHeader,
             },
             decimals: self.decimals,
         }

@@ -138,7 +138,7 @@ fn each_format_has_its_header_and_units() {
         assert_eq!(row.split(',').count(), 8);
         row.split(',').nth(3).unwrap().parse().unwrap()
     };
-    let report = text(FileFormat::Report);
+    let report = text(FileFormat::WrongHeader);
     assert!(report.lines().take(3).all(|l| l.starts_with("# ")));
     let header = "Timestamp,aX (g),aY (g),aZ (g),Temp (C),gX (°/s),gY (°/s),gZ (°/s)";
     assert_eq!(report.lines().nth(3), Some(header));

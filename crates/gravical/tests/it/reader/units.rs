@@ -17,12 +17,13 @@ fn gravity_overrides_a_wrong_accelerometer_unit() {
 
 #[test]
 fn turns_of_gravity_override_a_wrong_gyroscope_unit() {
-    // The report's logger writes g and °/s above values in m/s² and rad/s.
-    let options = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
+    // The header names g and °/s, the values are in m/s² and rad/s.
+    let mut options = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
         continuous: true,
         hold_s: 4.0,
         ..Default::default()
     }));
+    options.file.format = FileFormat::WrongHeader;
     let folder = tempfile::tempdir().unwrap();
     let paths = write(&simulate(&options).unwrap(), folder.path(), false).unwrap();
     let recording = gravical::recording::read(&paths[0], &ReadOptions::default()).unwrap();
