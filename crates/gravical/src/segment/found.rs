@@ -255,7 +255,7 @@ fn means_of_rows(
             Finding::new(
                 FindingKind::RowsAsPoses,
                 format!(
-                    "{} rows and no still among them; they lie far apart and are alike in magnitude, so that each is taken as the mean of a pose",
+                    "{} rows without a static interval; they lie far apart and are alike in magnitude, so that each is used as the mean of a pose",
                     rows.len()
                 ),
             )
@@ -320,7 +320,7 @@ pub(super) fn never_still(name: &str, files: usize) -> Error {
     };
     Error::input(
         "never-static",
-        format!("{what} never still long enough for a hold"),
+        format!("{what} never at rest long enough for a pose"),
     )
     .at(Path::new(name), None)
     .with_hint(

@@ -311,10 +311,10 @@ pub(crate) fn decide(
             }
             Some(said) if claims.header_is_wrong || by_noise == Some(wanted) => {
                 let why = if claims.header_is_wrong {
-                    "the header is wrong about the accelerometer".to_owned()
+                    "the same header is wrong about the accelerometer".to_owned()
                 } else {
                     format!(
-                        "its noise at rest, {}, is that of a gyroscope in {}",
+                        "the noise at rest, {}, is that of a gyroscope in {}",
                         noise(),
                         wanted.name()
                     )
@@ -322,9 +322,9 @@ pub(crate) fn decide(
                 tell(Finding::new(
                     FindingKind::UnitMismatch,
                     format!(
-                        "the gyroscope is in {} as its header says, the calibration is for {}; {why}, and the calibration's unit is taken (--gyro-unit decides)",
+                        "the gyroscope is read in {used}, the unit of the calibration, although the header says {}: {why} (--gyro-unit overrides it)",
                         said.name(),
-                        wanted.name()
+                        used = wanted.name(),
                     ),
                 ));
                 return taken;
@@ -342,7 +342,7 @@ pub(crate) fn decide(
                 tell(Finding::new(
                     FindingKind::GyroUnitUnverified,
                     format!(
-                        "only the calibration tells the unit of the gyroscope: taken as its {}; no rotation between static intervals verifies it",
+                        "the gyroscope is read in {}, the unit of the calibration: the recording does not name one, and no rotation between static intervals verifies it",
                         wanted.name()
                     ),
                 ));
@@ -389,9 +389,9 @@ pub(crate) fn decide(
             format!("the gyroscope is in counts of unknown scale{sheet}; --gyro-range says it, and turns between static intervals show it")
         }
         unit => format!(
-            "the gyroscope is taken as {}{}; no rotation between static intervals verifies it{}",
+            "the gyroscope is read in {}{}; no rotation between static intervals verifies it{}",
             unit.name(),
-            if header.is_some() { " as the header says" } else { "" },
+            if header.is_some() { ", as the header says" } else { "" },
             // One wrong unit in a header makes the other doubtful.
             if header.is_some() && claims.header_is_wrong {
                 ", and the same header is wrong about the accelerometer"
