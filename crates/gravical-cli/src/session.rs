@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use gravical::excerpt;
 use gravical::recording::{
     Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
-    is_named_gyroscope, join_gyroscope, read,
+    is_named_gyroscope, is_prose, join_gyroscope, read,
 };
 use gravical::segment::face::{Claim, claim};
 use gravical::segment::still::StillOptions;
@@ -92,7 +92,10 @@ fn left_out_folders(folder: &Path) -> Result<Vec<Finding>> {
 
 /// True for a file of a folder that is no recording at all, such as a licence.
 pub fn is_something_else(error: &Error) -> bool {
-    matches!(error.code(), "no-rows" | "no-accelerometer")
+    matches!(
+        error.code(),
+        "no-rows" | "no-accelerometer" | "is-a-calibration"
+    )
 }
 
 /// Reads a recording whole or, for the stills that `still` finds, in flat memory.
@@ -121,7 +124,7 @@ pub fn read_listed(
     options: &ReadOptions,
     still: Option<&StillOptions>,
 ) -> Result<Recording> {
-    if is_prose(path) {
+    if ends_in_words(path) {
         return Err(Error::input("no-rows", "this is text, not rows of numbers").at(path, None));
     }
     read_for(path, options, still)
@@ -129,7 +132,7 @@ pub fn read_listed(
 
 /// True for a file that ends in words: however a recording begins, it ends in
 /// rows.
-fn is_prose(path: &Path) -> bool {
+fn ends_in_words(path: &Path) -> bool {
     const TAIL: u64 = 4096;
     let tail = || -> std::io::Result<Vec<u8>> {
         let mut file = std::fs::File::open(path)?;
@@ -142,13 +145,7 @@ fn is_prose(path: &Path) -> bool {
     let packed = path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("gz"));
-    let tail = if packed {
-        Vec::new()
-    } else {
-        tail().unwrap_or_default()
-    };
-    let count = |is: fn(&u8) -> bool| tail.iter().filter(|b| is(b)).count();
-    3 * count(u8::is_ascii_alphabetic) > 2 * count(u8::is_ascii_graphic)
+    !packed && tail().is_ok_and(|tail| is_prose(&tail))
 }
 
 /// `--gyro` beside several inputs.

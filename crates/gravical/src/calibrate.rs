@@ -136,7 +136,9 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     };
 
     // Where did the sensor lie still, and which face was up?
-    let mut segmentation = segment(recordings, &options.segment)?;
+    let lost =
+        |error: Error| error.after_losses(recordings.iter().map(|r| (&*r.name, &*r.findings)));
+    let mut segmentation = segment(recordings, &options.segment).map_err(lost)?;
     let temperature_model = for_calibration(recordings, &options.thermal, &mut segmentation)?;
     let placements = &segmentation.placements;
 
@@ -149,7 +151,8 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         gravity,
     };
     let estimate = accelerometer(&session, &options.estimate)
-        .map_err(|error| error.after(&segmentation.findings, FindingKind::NoStaticInterval))?;
+        .map_err(|error| error.after(&segmentation.findings, FindingKind::NoStaticInterval))
+        .map_err(lost)?;
 
     // The gyroscope from the pauses and the known turns.
     let turns = match &estimate.faces {

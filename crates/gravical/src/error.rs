@@ -7,7 +7,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use crate::finding::{Finding, FindingKind};
-use crate::output::one_line;
+use crate::output::{one_line, path_word};
 
 /// Shorthand for results of this library.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -32,6 +32,8 @@ pub struct Location {
     pub path: PathBuf,
     /// Line, from 1.
     pub line: Option<u64>,
+    /// Column of that line, from 1.
+    pub column: Option<u64>,
 }
 
 /// An error with cause, place and hint.
@@ -124,7 +126,27 @@ impl Error {
         self.0.location = Some(Location {
             path: path.to_path_buf(),
             line,
+            column: None,
         });
+        self
+    }
+
+    /// Adds the column to a place with a line.
+    #[must_use]
+    pub(crate) fn at_column(mut self, column: u64) -> Self {
+        if let Some(place) = &mut self.0.location {
+            place.column = Some(column);
+        }
+        self
+    }
+
+    /// Sets the file of a place, whose line and column remain.
+    #[must_use]
+    pub(crate) fn in_file(mut self, path: &Path) -> Self {
+        match &mut self.0.location {
+            Some(place) => place.path = path.to_path_buf(),
+            None => self = self.at(path, None),
+        }
         self
     }
 
@@ -137,6 +159,45 @@ impl Error {
             self.0
                 .message
                 .push_str(&format!("; {file}: {}", finding.message));
+        }
+        self
+    }
+
+    /// Appends what reading `recordings` lost: each with its findings. Too few poses can be too few
+    /// rows.
+    #[must_use]
+    pub(crate) fn after_losses<'a>(
+        mut self,
+        recordings: impl IntoIterator<Item = (&'a str, &'a [Finding])>,
+    ) -> Self {
+        let mut damaged = Vec::new();
+        for (name, findings) in recordings {
+            let losses: Vec<String> = findings
+                .iter()
+                .filter(|f| f.kind.is_loss())
+                .map(|f| match f.count {
+                    0 => f.kind.to_string(),
+                    n => format!("{n} {}", f.kind),
+                })
+                .collect();
+            if !losses.is_empty() {
+                damaged.push((name, losses.join(", ")));
+            }
+        }
+        if let [(name, losses), rest @ ..] = &damaged[..] {
+            let more = match rest.len() {
+                0 => String::new(),
+                n => format!(" (and losses in {n} more)"),
+            };
+            self.0.message += &format!("; reading {name} lost samples: {losses}{more}");
+            let look = format!(
+                "`gravical inspect {}` shows the damaged lines",
+                path_word(Path::new(name))
+            );
+            self.0.hint = Some(match self.0.hint.take() {
+                Some(hint) => format!("{look}; {hint}"),
+                None => look,
+            });
         }
         self
     }
@@ -200,10 +261,14 @@ impl fmt::Display for Error {
                 Some("-") => "standard input".into(),
                 _ => place.path.to_string_lossy(),
             };
-            match place.line {
-                Some(line) => write!(f, "{}:{line}: ", one_line(&name))?,
-                None => write!(f, "{}: ", one_line(&name))?,
+            f.write_str(&one_line(&name))?;
+            if let Some(line) = place.line {
+                write!(f, ":{line}")?;
             }
+            if let Some(column) = place.column {
+                write!(f, ":{column}")?;
+            }
+            f.write_str(": ")?;
         }
         f.write_str(&one_line(&self.0.message))
     }

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::{Error, Result};
 
+use super::syntax::syntax;
 use super::{
     AccelerometerSection, CalibrationFile, FORMAT, Grade, GravitySource, GyroscopeSection,
     SensorInfo, Verdict, creation_time,
@@ -50,8 +51,7 @@ struct Imucal {
 /// unit other than m/s² and °/s or a version above 2, `calibration-values` for
 /// singular matrices.
 pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
-    let file: Imucal = serde_json::from_value(value.clone())
-        .map_err(|e| Error::input("calibration-syntax", format!("as a file of imucal: {e}")))?;
+    let file: Imucal = serde_json::from_value(value.clone()).map_err(|e| syntax(&e))?;
     if let Some(version) = &file.format_version
         && !version.starts_with("2.")
     {

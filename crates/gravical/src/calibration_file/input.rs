@@ -117,10 +117,7 @@ impl InputFile {
                 .at(path, None)
                 .with_hint("check the order of the arguments"));
         }
-        let parsed = parse(&bytes).map_err(|e| {
-            let line = e.location().and_then(|l| l.line);
-            e.at(path, line)
-        })?;
+        let parsed = parse(&bytes).map_err(|e| e.in_file(path))?;
         Ok((parsed, InputFile::of_bytes(path, role, &bytes)))
     }
 

@@ -8,6 +8,7 @@
 mod check;
 mod imucal;
 mod input;
+mod syntax;
 mod temperature;
 mod trust;
 mod types;
@@ -19,6 +20,7 @@ use crate::{Error, Result};
 
 pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
+use syntax::syntax;
 pub use temperature::*;
 pub use trust::*;
 pub use types::*;
@@ -107,12 +109,7 @@ impl CalibrationFile {
     /// As [`read`](Self::read).
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        let syntax = |e: serde_json::Error| {
-            Error::input("calibration-syntax", format!("this is not a calibration file: {e}"))
-                .at(Path::new(""), (e.line() > 0).then_some(e.line() as u64))
-                .with_hint("a calibration is what `gravical calibrate … -o cal.json` writes, or a file of imucal")
-        };
-        let value: serde_json::Value = serde_json::from_slice(bytes).map_err(syntax)?;
+        let value: serde_json::Value = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
         if value.get("K_a").is_some() {
             return from_imucal(&value);
         }
@@ -131,7 +128,7 @@ impl CalibrationFile {
                 ));
             }
         }
-        let file: CalibrationFile = serde_json::from_slice(bytes).map_err(syntax)?;
+        let file: CalibrationFile = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
         file.check()?;
         Ok(file)
     }

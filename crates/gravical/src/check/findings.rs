@@ -84,7 +84,7 @@ pub(super) fn circumstances(
             Finding::new(
                 FindingKind::ClippedPose,
                 format!(
-                    "{} samples at the end of the range in lines {} to {}: the mean is too small, and the still does not count unless there is no other",
+                    "{} samples at the end of the range in lines {} to {}: the mean is too small, and the interval does not count unless there is no other",
                     rest.clipped,
                     recording.line(rest.first()),
                     recording.line(rest.last())

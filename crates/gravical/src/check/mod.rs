@@ -111,7 +111,8 @@ pub fn check(
         .iter()
         .flat_map(|r| r.findings.iter().cloned().map(|f| named(f, r)))
         .collect();
-    let mut rests = rests(recordings, &options.still, &mut findings)?;
+    let mut rests = rests(recordings, &options.still, &mut findings)
+        .map_err(|error| error.after_losses(recordings.iter().map(|r| (&*r.name, &*r.findings))))?;
     drift::take_off(calibration, &mut rests, &mut findings);
     findings::keep_longest(&mut rests, MOST_STILLS, &mut findings);
     let gravity = options.gravity.unwrap_or(Gravity {

@@ -776,6 +776,24 @@ impl FindingKind {
         self.row().is_some_and(|row| row.weight == Gate)
     }
 
+    /// True if samples were lost or could not be read.
+    pub(crate) fn is_loss(self) -> bool {
+        use FindingKind as K;
+        matches!(
+            self,
+            K::NamedGap
+                | K::TornLine
+                | K::TooManyFields
+                | K::NotANumber
+                | K::ZeroRows
+                | K::ZeroTail
+                | K::TruncatedFile
+                | K::EmptyCells
+                | K::MissingSamples
+                | K::FrozenAxis
+        )
+    }
+
     /// The kind of that name.
     #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {

@@ -28,6 +28,7 @@ pub(crate) mod cells;
 pub(crate) mod collect;
 pub mod dialect;
 pub(crate) mod excerpt;
+mod foreign;
 mod format;
 pub mod frame;
 pub(crate) mod full_scale;
@@ -53,6 +54,7 @@ pub mod units;
 
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
 pub use collect::{read, read_bytes};
+pub use foreign::is_prose;
 pub use join::{
     JoinedFile, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes,
 };

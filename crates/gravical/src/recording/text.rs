@@ -9,6 +9,7 @@ use crate::{Error, Result};
 use super::ReadOptions;
 use super::cells::CellRules;
 use super::dialect::{Dialect, sniff, terminator};
+use super::foreign;
 use super::format::Format;
 use super::head::Head;
 pub(crate) use super::head::HeadChannels;
@@ -151,12 +152,11 @@ fn find_format(
             .at(here, None)
             .with_hint("record again: nothing was written to this file"));
     }
+    foreign::refuse_calibration(head, here)?;
     let min_columns = 3;
-    let dialect = sniff(head, whole, min_columns).ok_or_else(|| {
-        Error::input("no-rows", "there are no rows of at least three numbers in this file")
-            .at(here, None)
-            .with_hint("a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces")
-    })?;
+    let dialect = sniff(head, whole, min_columns)
+        .filter(|found| options.columns.is_some() || !foreign::is_no_table(head, found))
+        .ok_or_else(|| foreign::no_table(head, here))?;
     let request = Request {
         columns: options.columns.as_ref(),
         sensor: options.sensor.as_deref(),

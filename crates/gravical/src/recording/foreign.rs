@@ -1,0 +1,128 @@
+//! Files that are no recording, recognised by their first bytes, so that the error says what they
+//! are instead of asking for their columns.
+
+use std::path::Path;
+
+use super::dialect::Dialect;
+use crate::output::path_word;
+use crate::{Error, Result};
+
+/// Of a text without a table at most one line in this many looks like a row.
+const LINES_PER_ROW: usize = 10;
+
+/// True for text that consists of words: two thirds of its visible characters are letters.
+#[must_use]
+pub fn is_prose(text: &[u8]) -> bool {
+    let count = |is: fn(&u8) -> bool| text.iter().filter(|b| is(b)).count();
+    3 * count(u8::is_ascii_alphabetic) > 2 * count(u8::is_ascii_graphic)
+}
+
+/// Refuses a calibration file.
+///
+/// # Errors
+///
+/// `is-a-calibration` with the commands that take one.
+pub(super) fn refuse_calibration(head: &[u8], file: &Path) -> Result<()> {
+    let has = |word: &[u8]| memchr::memmem::find(head, word).is_some();
+    let is_one = content(head).first() == Some(&b'{')
+        && (has(b"\"gravical-calibration/") || has(b"\"K_a\"") && has(b"\"b_a\""));
+    if !is_one {
+        return Ok(());
+    }
+    let word = path_word(file);
+    Err(Error::input(
+        "is-a-calibration",
+        "this is a calibration file, not a recording",
+    )
+    .at(file, None)
+    .with_hint(format!(
+        "`gravical check {word} RECORDING` tests it with a recording at rest, `gravical apply {word} RECORDING` applies it"
+    )))
+}
+
+/// `no-rows` for a file without a table of samples.
+pub(super) fn no_table(head: &[u8], file: &Path) -> Error {
+    let what = match content(head) {
+        [b'{' | b'[', ..] => "this is JSON; no table of samples was found in it",
+        [b'<', ..] => "this is HTML or XML; no table of samples was found in it",
+        _ => "no table of samples was found: no rows of at least three numbers",
+    };
+    Error::input("no-rows", what).at(file, None).with_hint(
+        "a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces",
+    )
+}
+
+/// True where the rows that were found are a few among lines of words, or of markup.
+pub(super) fn is_no_table(head: &[u8], dialect: &Dialect) -> bool {
+    let first = usize::try_from(dialect.first_data_line).unwrap_or(usize::MAX);
+    let lines = head.split(|b| *b == b'\n').skip(first.saturating_sub(1));
+    let lines = lines.filter(|line| !line.trim_ascii().is_empty());
+    let few = dialect.sample.len() * LINES_PER_ROW < lines.count();
+    let markup = matches!(content(head), [b'{' | b'<', ..]);
+    few && (markup || is_prose(head))
+}
+
+/// Without a byte order mark and white space.
+fn content(head: &[u8]) -> &[u8] {
+    head.strip_prefix(b"\xef\xbb\xbf")
+        .unwrap_or(head)
+        .trim_ascii_start()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::recording::{ReadOptions, read_bytes};
+
+    fn refusal(text: &str) -> (&'static str, String) {
+        let error = read_bytes(text.as_bytes(), "file", &ReadOptions::default()).unwrap_err();
+        (error.code(), error.message().to_owned())
+    }
+
+    #[test]
+    fn files_that_are_no_recording_are_named() {
+        let words = "Bias and scale of x, y and z are listed below.\n".repeat(30);
+        let page = "<p>words of a page</p>\n".repeat(30);
+        let object = "{\n  \"values\": [\n    1.0,\n    2.0\n  ]\n}\n";
+        for (text, code, what) in [
+            (
+                "{\n  \"format\": \"gravical-calibration/1\",\n  \"bias\": [1, 2, 3]\n}\n"
+                    .to_owned(),
+                "is-a-calibration",
+                "this is a calibration file",
+            ),
+            (
+                "{\"K_a\": [[1, 0, 0]], \"b_a\": [1, 2, 3]}".to_owned(),
+                "is-a-calibration",
+                "this is a calibration file",
+            ),
+            (object.to_owned(), "no-rows", "this is JSON"),
+            (words.clone(), "no-rows", "no table of samples"),
+            (
+                // A list of numbers in a text is no table.
+                format!("{words}| x | 1 | 2 | 3 |\n{words}"),
+                "no-rows",
+                "no table of samples",
+            ),
+            (
+                format!("{page}<line 1, 2, 3, 4, 5 />\n<line 1, 2, 3, 4, 6 />\n{page}"),
+                "no-rows",
+                "this is HTML",
+            ),
+        ] {
+            let (got, message) = refusal(&text);
+            assert_eq!(got, code, "{text}");
+            assert!(message.starts_with(what), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_log_with_more_messages_than_rows_is_a_recording() {
+        let message = "[INFO] sensor connected, waiting for the next sample of it\n".repeat(3);
+        let row = |i: usize| format!("{message}{},0.01,0.02,9.8{}\n", 10 * i, i % 3);
+        let text: String = std::iter::once("t_ms,ax,ay,az\n".to_owned())
+            .chain((0..200).map(row))
+            .collect();
+        let recording = read_bytes(text.as_bytes(), "log", &ReadOptions::default()).unwrap();
+        assert_eq!(recording.rows(), 200);
+    }
+}
