@@ -300,7 +300,7 @@ fn check_session(recordings: &[Recording], options: &SegmentOptions) {
     };
     if let Ok(calibrated) = calibrate(recordings, &options) {
         assert!(
-            !report::calibration(&calibrated.file, &[])
+            !report::calibration(&calibrated.file, None, &[])
                 .to_text(Detail::Full)
                 .is_empty()
         );

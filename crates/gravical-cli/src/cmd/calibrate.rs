@@ -207,7 +207,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         false => Vec::new(),
     };
     args.figures.write(&figures, args.force, args.quiet)?;
-    let document = report::calibration(&file, &figures);
+    let document = report::calibration(&file, args.output.as_deref(), &figures);
     args.report.write(args.force, &document)?;
     if !args.quiet {
         args.report.say();

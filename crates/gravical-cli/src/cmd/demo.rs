@@ -236,7 +236,7 @@ fn calibrated(
         segmentation: &done.segmentation,
     };
     let figures = figure::calibration::figures(&done.file, Some(session));
-    let document = report::calibration(&done.file, &figures);
+    let document = report::calibration(&done.file, Some(&files.calibration), &figures);
     write_report(&files.calibration_report, force, &document)?;
     Ok((done.file, saved))
 }

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::AccelerometerSection;
+
 /// Standard deviations (1σ) from the covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Deviations {
@@ -64,6 +66,36 @@ pub struct NextPose {
     /// redundancy.
     #[serde(default)]
     pub undetected_effect_mps2: Option<f64>,
+}
+
+/// Poses are proposed if all of them together bring an error below this share.
+const MATTERS: f64 = 0.8;
+
+impl AccelerometerSection {
+    /// True if the proposed poses lower the predicted error of ‖a‖ by more than a fifth.
+    #[must_use]
+    pub fn next_poses_lower_error(&self) -> bool {
+        let now = self.predicted_norm_error_mps2;
+        let then = self.next_poses.last().map(|p| p.predicted_norm_error_mps2);
+        then.zip(now)
+            .is_some_and(|(then, now)| then < MATTERS * now)
+    }
+
+    /// The next poses, if they improve the result by more than a fifth: its predicted error, or
+    /// the error that one pose can cause undetected.
+    #[must_use]
+    pub fn proposed_poses(&self) -> &[NextPose] {
+        let now = self.undetected.as_ref().map(|u| u.effect_mps2);
+        let then = self.next_poses.iter();
+        let then = then.filter_map(|p| p.undetected_effect_mps2);
+        let test_more = then
+            .min_by(f64::total_cmp)
+            .is_some_and(|least| now.is_none_or(|now| least < MATTERS * now));
+        match self.next_poses_lower_error() || test_more {
+            true => &self.next_poses,
+            false => &[],
+        }
+    }
 }
 
 /// What it would bring to know local gravity, which was assumed.

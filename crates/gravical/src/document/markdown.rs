@@ -1,5 +1,6 @@
 //! A document as Markdown: CommonMark with the tables of GitHub and pandoc.
 
+use super::inline::{self, Part};
 use super::{Block, Cell, Detail, Document, Remark, Section, Table, Verdict};
 use crate::output::one_line;
 
@@ -163,11 +164,22 @@ fn target(link: &str) -> String {
     out
 }
 
-/// The text in one line, with a backslash before everything that Markdown or HTML would
-/// interpret.
+/// The text in one line, with commands and options as code, and a backslash before everything
+/// else that Markdown or HTML would interpret.
 fn escaped(text: &str) -> String {
     let text = one_line(text);
-    let text = text.trim();
+    let parts = inline::parts(text.trim()).into_iter();
+    parts
+        .map(|part| match part {
+            // A bar ends the cell of a table even within code.
+            Part::Code(code) if !code.contains('|') => format!("`{code}`"),
+            Part::Code(code) => escaped_words(code),
+            Part::Words(words) => escaped_words(words),
+        })
+        .collect()
+}
+
+fn escaped_words(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for (i, c) in text.char_indices() {
         let (before, behind) = (&text[..i], &text[i + c.len_utf8()..]);

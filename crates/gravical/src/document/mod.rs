@@ -20,6 +20,7 @@
 
 mod findings;
 mod html;
+mod inline;
 mod markdown;
 mod model;
 pub mod number;

@@ -72,10 +72,16 @@ pub fn small(value: f64, count: i32) -> String {
     digits(value, count)
 }
 
-/// m/s² as mg with two digits: 1 mg is a thousandth of 9.80665 m/s².
+/// m/s² in mg: 1 mg is a thousandth of 9.80665 m/s².
+#[must_use]
+pub fn milli_g(mps2: f64) -> f64 {
+    1000.0 * mps2 / gravical_core::unit::STANDARD_GRAVITY_MPS2
+}
+
+/// m/s² as mg with two digits.
 #[must_use]
 pub fn mg(mps2: f64) -> String {
-    let mg = 1000.0 * mps2 / gravical_core::unit::STANDARD_GRAVITY_MPS2;
+    let mg = milli_g(mps2);
     if mg != 0.0 && mg.abs() < 0.001 {
         return "< 0.001".to_owned();
     }

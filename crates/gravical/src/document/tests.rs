@@ -276,8 +276,10 @@ fn markdown_says_what_is_written() {
         ("-0.1", "-0.1"),
         ("1. a", "1\\. a"),
         ("1.5 m", "1.5 m"),
-        ("--force", "\\-\\-force"),
-        ("a_b <i> `c` $d$", "a\\_b \\<i\\> \\`c\\` \\$d\\$"),
+        ("--force", "`--force`"),
+        ("a -- b", "a -\\- b"),
+        ("a_b <i> `c<_` $d$", "a\\_b \\<i\\> `c<_` \\$d\\$"),
+        ("`a|b` `", "a\\|b \\`"),
     ] {
         let document = Document::new("").with(Section::new("a", "A").with(Block::paragraph(text)));
         assert!(

@@ -1,16 +1,19 @@
 //! Report of a calibration.
 
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use std::path::Path;
 
 use crate::calibration_file::{
     CalibrationFile, Grade, GravitySource, InputFile, PoseKind, PoseResult, ReferenceSource,
     TiltSource,
 };
-use crate::document::number::{decimals_for, decimals_of, digits, fixed, mg, signed, unit};
+use crate::document::number::{
+    decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, unit,
+};
 use crate::document::{
     self, Block, Cell, Column, Document, KeyFigure, Quantity, Row, Section, Table, Verdict,
 };
 use crate::figure::Figure;
+use crate::output::path_word;
 use crate::recording::Finding;
 use crate::temperature::short;
 
@@ -23,9 +26,14 @@ use super::temperature::drift;
 use super::{named, short_name};
 
 /// The document of a calibration, with its figures
-/// ([`figure::calibration::figures`](crate::figure::calibration::figures)).
+/// ([`figure::calibration::figures`](crate::figure::calibration::figures)); `saved` is the path
+/// of its file, if it was written.
 #[must_use]
-pub fn calibration<'a>(file: &CalibrationFile, figures: &'a [Figure]) -> Document<'a> {
+pub fn calibration<'a>(
+    file: &CalibrationFile,
+    saved: Option<&Path>,
+    figures: &'a [Figure],
+) -> Document<'a> {
     let a = &file.accelerometer;
     // A recording at rest determines no geometry: the summary leaves nominal values out.
     let soak = a.method == "thermal";
@@ -37,7 +45,7 @@ pub fn calibration<'a>(file: &CalibrationFile, figures: &'a [Figure]) -> Documen
         } else {
             subject(file)
         },
-        verdict: Some(verdict(file)),
+        verdict: Some(verdict(file, saved)),
         ..Document::new(format!("Calibration{}", named_sensor(file)))
     }
     .with(measured(
@@ -148,7 +156,7 @@ fn soak_subject(file: &CalibrationFile) -> Vec<String> {
     lines
 }
 
-fn verdict(file: &CalibrationFile) -> Verdict {
+fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
     let a = &file.accelerometer;
     let grade = match file.verdict.grade {
         Grade::Good => document::Grade::Good,
@@ -195,7 +203,7 @@ fn verdict(file: &CalibrationFile) -> Verdict {
     Verdict {
         conclusion: conclusion(file),
         figures: figures.into_iter().flatten().collect(),
-        next: next(file),
+        next: next(file, saved),
         ..Verdict::new(grade, file.verdict.grade.name(), &file.verdict.reasons)
     }
 }
@@ -215,8 +223,12 @@ fn conclusion(file: &CalibrationFile) -> Option<String> {
 }
 
 /// Next steps.
-fn next(file: &CalibrationFile) -> Vec<String> {
+fn next(file: &CalibrationFile, saved: Option<&Path>) -> Vec<String> {
     let a = &file.accelerometer;
+    let name = path_word(saved.unwrap_or(Path::new("cal.json")));
+    let save = saved
+        .is_none()
+        .then(|| "Save the calibration: the same command with `-o cal.json`.".to_owned());
     let pose = a.next_poses.first().map(|p| {
         format!(
             "Record one more pose ({}) and calibrate with all recordings again.",
@@ -224,14 +236,14 @@ fn next(file: &CalibrationFile) -> Vec<String> {
         )
     });
     let apply =
-        "Correct recordings: gravical apply CALIBRATION.json RECORDING.csv -o calibrated.csv"
-            .to_owned();
-    let check = "Later: gravical check CALIBRATION.json RECORDING.csv tells whether it still fits."
-        .to_owned();
+        format!("Correct a recording: `gravical apply {name} RECORDING.csv -o calibrated.csv`");
+    let check = format!(
+        "Later, test with a new recording at rest whether it still fits: `gravical check {name} RECORDING.csv`"
+    );
     match file.verdict.grade {
         Grade::Poor => vec!["Fix what is named above, then calibrate again.".to_owned()],
-        Grade::NotVerifiable => pose.into_iter().chain([apply]).collect(),
-        Grade::Good | Grade::Fair => vec![apply, check],
+        Grade::NotVerifiable => pose.into_iter().chain(save).chain([apply]).collect(),
+        Grade::Good | Grade::Fair => save.into_iter().chain([apply, check]).collect(),
     }
 }
 
@@ -446,7 +458,6 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
     let budget = file.accelerometer.budget.as_ref()?;
     let base = "/accelerometer/budget";
     // Digits according to the combined uncertainty.
-    let milli_g = |v: f64| 1e3 * v / STANDARD_GRAVITY_MPS2;
     let n = decimals_of(milli_g(budget.combined_mps2), 2);
     let mg = |v: f64| fixed(milli_g(v), n);
     let parts = budget.contributions.iter().enumerate();

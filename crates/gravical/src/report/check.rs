@@ -1,10 +1,8 @@
 //! Report of a check of a calibration.
 
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-
 use crate::calibration_file::GravitySource;
 use crate::check::{CheckReport, GyroscopeCheck, Judgement, StillCheck};
-use crate::document::number::{fixed, signed};
+use crate::document::number::{fixed, milli_g, signed};
 use crate::document::{
     Block, Cell, Column, Document, Grade, Quantity, Row, Section, Table, Verdict,
 };
@@ -61,8 +59,7 @@ fn stills_of(report: &CheckReport) -> Section<'static> {
         Column::number("rows"),
         Column::left("up"),
         Column::number("off, °"),
-        Column::number("error of ‖a‖, mm/s²"),
-        Column::number("mg"),
+        Column::number("error of ‖a‖, mg"),
         Column::number("z"),
         Column::left(""),
     ];
@@ -70,19 +67,15 @@ fn stills_of(report: &CheckReport) -> Section<'static> {
     let table = Table::new("")
         .columns(columns)
         .rows(rows.map(|(i, still)| row(report, i, still)));
+    let mg = |mps2: f64| format!("{} mg", fixed(milli_g(mps2), 2));
     let predicted = report
         .predicted_rms_mps2
-        .map_or(String::new(), |p| format!(", {} predicted", mm_and_mg(p)));
-    let rms = format!("RMS {}{predicted}", mm_and_mg(report.rms_mps2));
+        .map_or(String::new(), |p| format!(", {} predicted", mg(p)));
+    let rms = format!("RMS {}{predicted}", mg(report.rms_mps2));
     Section::new("intervals", "Static intervals")
         .opening()
         .with(table)
         .with(Block::paragraph(rms))
-}
-
-fn mm_and_mg(mps2: f64) -> String {
-    let mg = 1000.0 * mps2 / STANDARD_GRAVITY_MPS2;
-    format!("{} mm/s² ({} mg)", fixed(1e3 * mps2, 1), fixed(mg, 2))
 }
 
 fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
@@ -104,7 +97,7 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
     let key = |field: &str| format!("/static_intervals/{i}/{field}");
     let sigma = still
         .sigma_mps2
-        .map(|s| Quantity::new(key("sigma_mps2"), s, fixed(1e3 * s, 1)));
+        .map(|s| Quantity::new(key("sigma_mps2"), s, fixed(milli_g(s), 2)));
     let cells = [
         Cell::text(name),
         Cell::number(key("rows"), still.rows as f64, still.rows.to_string()),
@@ -114,13 +107,7 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
             still.nearest_deg,
             fixed(still.nearest_deg, 1),
         ),
-        Cell::number(
-            key("error_mps2"),
-            still.error_mps2,
-            signed(1e3 * still.error_mps2, 1),
-        )
-        .plus_minus(sigma),
-        Cell::number(key("error_mg"), still.error_mg, signed(still.error_mg, 2)),
+        Cell::number(key("error_mg"), still.error_mg, signed(still.error_mg, 2)).plus_minus(sigma),
         Cell::maybe(key("z"), still.z, |z| signed(z, 1)),
         Cell::text(mark),
     ];

@@ -1,11 +1,9 @@
 //! Report of a comparison of two calibrations.
 
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-
 use crate::compare::{
     Agreement, Comparison, GyroscopeDifference, ParameterDifference, ParameterKind,
 };
-use crate::document::number::{decimals_for, fixed, signed, unit};
+use crate::document::number::{decimals_for, fixed, milli_g, signed, unit};
 use crate::document::{
     Block, Cell, Column, Document, Grade, Quantity, Row, Section, Table, Verdict,
 };
@@ -91,25 +89,19 @@ fn parameter(i: usize, p: &ParameterDifference) -> Row {
 fn magnitude(c: &Comparison) -> Section<'static> {
     let m = &c.magnitude;
     let row = |name: String, value: (&str, f64), predicted: (&str, Option<f64>)| {
-        let mm = |v: f64| fixed(1e3 * v, 2);
-        let mg = |v: f64| fixed(1e3 * v / STANDARD_GRAVITY_MPS2, 2);
+        let mg = |v: f64| fixed(milli_g(v), 2);
         let key = |name: &str| format!("/magnitude/{name}");
         Row::from([
             Cell::text(name),
-            Cell::number(key(value.0), value.1, mm(value.1)),
             Cell::number(key(value.0), value.1, mg(value.1)),
-            Cell::maybe(key(predicted.0), predicted.1, mm),
             Cell::maybe(key(predicted.0), predicted.1, mg),
         ])
     };
-    let column = |group, name| Column::number(name).below(group);
     let table = Table::new("")
         .columns([
             Column::left(""),
-            column("B − A", "mm/s²"),
-            column("B − A", "mg"),
-            column("predicted", "mm/s²"),
-            column("predicted", "mg"),
+            Column::number("B − A, mg"),
+            Column::number("predicted, mg"),
         ])
         .row(row(
             "RMS over all directions".to_owned(),

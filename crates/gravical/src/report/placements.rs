@@ -1,7 +1,7 @@
 //! Report of the poses of a calibration and of the best next ones.
 
 use crate::calibration_file::{CalibrationFile, PoseResult};
-use crate::document::number::{decimals_of, fixed, mg, signed, unit};
+use crate::document::number::{decimals_of, fixed, mg, milli_g, signed, unit};
 use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
 use crate::figure::Figure;
 
@@ -26,8 +26,8 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
         .columns(Column::axes("calibrated, m/s²"))
         .columns([
             only(exact, Column::number("error, m/s²")),
-            only(!exact, Column::number("‖a‖ − g, mm/s²")),
-            only(!exact, Column::number("left out, mm/s²")),
+            only(!exact, Column::number("‖a‖ − g, mg")),
+            only(!exact, Column::number("left out, mg")),
             Column::number("tilt, °"),
             Column::number("rows").full(),
         ])
@@ -58,7 +58,7 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
 
 fn row(i: usize, p: &PoseResult, decimals: usize) -> Row {
     let key = |field: &str| format!("/accelerometer/poses/{i}/{field}");
-    let mm = |v: f64| signed(1e3 * v, 2);
+    let mg = |v: f64| signed(milli_g(v), 2);
     let label = match p.fitted {
         true => p.label.clone(),
         false => format!("{} (not used)", p.label),
@@ -77,8 +77,8 @@ fn row(i: usize, p: &PoseResult, decimals: usize) -> Row {
     ));
     cells.extend([
         Cell::number(key("error_norm"), p.error_norm, fixed(p.error_norm, 4)),
-        Cell::maybe(key("magnitude_error_mps2"), p.magnitude_error_mps2, mm),
-        Cell::maybe(key("left_out_error_mps2"), p.left_out_error_mps2, mm),
+        Cell::maybe(key("magnitude_error_mps2"), p.magnitude_error_mps2, mg),
+        Cell::maybe(key("left_out_error_mps2"), p.left_out_error_mps2, mg),
         Cell::maybe(key("tilt_deg"), p.tilt_deg, |v| fixed(v, 1)).plus_minus(tilt_sd),
         Cell::number(key("rows"), p.rows as f64, p.rows.to_string()),
     ]);
@@ -102,30 +102,47 @@ pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -
             mg(known.predicted_norm_error_mps2)
         )));
     }
-    if a.next_poses.is_empty() {
-        return section.full(Block::paragraph("No further pose is proposed."));
+    if a.proposed_poses().is_empty() {
+        return section.full(Block::paragraph(
+            "No further pose is proposed: none would improve the result by more than a fifth.",
+        ));
     }
     if let Some(now) = a.predicted_norm_error_mps2 {
+        let undetected = a.undetected.as_ref().map_or_else(
+            || "an error of one pose would remain undetected, however large".to_owned(),
+            |u| {
+                format!(
+                    "an error of one pose could change it by {} mg without being detected",
+                    mg(u.effect_mps2)
+                )
+            },
+        );
         section = section.full(Block::paragraph(format!(
-            "The standard uncertainty of the magnitude is {} mg. Each of these poses would lower it, recorded in this order.",
+            "The standard uncertainty of the magnitude is {} mg; {undetected}. The table lists both after each of these poses, recorded in this order.",
             mg(now)
         )));
     }
-    let poses = a.next_poses.iter().enumerate().map(|(i, next)| {
+    let poses = a.proposed_poses().iter().enumerate().map(|(i, next)| {
         let then = next.predicted_norm_error_mps2;
-        let key = format!("/accelerometer/next_poses/{i}/predicted_norm_error_mps2");
+        let key = |field: &str| format!("/accelerometer/next_poses/{i}/{field}");
         Row::from([
             Cell::text((i + 1).to_string()),
             Cell::text(&next.hint),
             Cell::text(direction(next.direction)),
-            Cell::number(key, then, mg(then)),
+            Cell::number(key("predicted_norm_error_mps2"), then, mg(then)),
+            Cell::maybe(
+                key("undetected_effect_mps2"),
+                next.undetected_effect_mps2,
+                mg,
+            ),
         ])
     });
     let columns = [
         Column::left(""),
         Column::left("orientation"),
         Column::left("direction"),
-        Column::number("then, mg"),
+        Column::number("uncertainty then, mg"),
+        Column::number("undetected then, mg"),
     ];
     section.full(Table::new("Best next poses").columns(columns).rows(poses))
 }

@@ -24,8 +24,6 @@ const LEAST_FREEDOM: f64 = 0.5;
 /// Leave-one-out errors contradict the result when the largest of them, each over its own
 /// standard deviation, is rarer than this among so many.
 const CHANCE: f64 = 1e-3;
-/// Poses are proposed when all of them together bring the predicted error below this share.
-const MATTERS: f64 = 0.8;
 
 fn mg(mps2: f64) -> f64 {
     1000.0 * mps2 / STANDARD_GRAVITY_MPS2
@@ -204,7 +202,7 @@ fn improvement(section: &AccelerometerSection, grade: Grade) -> Vec<String> {
         }
         return out;
     };
-    if last.predicted_norm_error_mps2 < MATTERS * now {
+    if section.next_poses_lower_error() {
         let more = match section.next_poses.len() {
             1 => String::new(),
             n => format!(

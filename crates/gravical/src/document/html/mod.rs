@@ -8,6 +8,7 @@ mod page;
 
 use maud::{Markup, PreEscaped, html};
 
+use super::inline::{self, Part};
 use super::{
     Block, Cell, Column, DRAWINGS, Detail, Document, Grade, Quantity, Remark, Row, Snippet, Table,
     Verdict,
@@ -68,20 +69,29 @@ fn verdict(v: &Verdict) -> Markup {
 }
 
 fn list(points: &[String]) -> Markup {
-    html! { @if !points.is_empty() { ul { @for point in points { li { (point) } } } } }
+    html! { @if !points.is_empty() { ul { @for point in points { li { (words(point)) } } } } }
+}
+
+/// Commands and options as code.
+fn words(text: &str) -> Markup {
+    html! {
+        @for part in inline::parts(text) {
+            @match part { Part::Words(words) => (words), Part::Code(code) => code { (code) } }
+        }
+    }
 }
 
 fn block(block: &Block<'_>, id: &str, title: &str, room: &mut usize) -> Markup {
     match block {
-        Block::Paragraph(text) => html! { p { (text) } },
-        Block::Note(text) => html! { p.note { (text) } },
+        Block::Paragraph(text) => html! { p { (words(text)) } },
+        Block::Note(text) => html! { p.note { (words(text)) } },
         Block::Heading(text) => html! { h3 { (text) } },
         Block::Equation(lines) => html! {
             p.equation { @for (i, line) in lines.iter().enumerate() { @if i > 0 { br; } (line) } }
         },
         Block::List(points) => list(points),
         Block::Facts(facts) => html! {
-            dl { @for (name, text) in facts { div { dt { (name) } dd class=[name.is_empty().then_some("bar")] { (text) } } } }
+            dl { @for (name, text) in facts { div { dt { (name) } dd class=[name.is_empty().then_some("bar")] { (words(text)) } } } }
         },
         Block::Table(t) => table(t, title),
         Block::Figure(f) => figure(f, room),
@@ -99,7 +109,7 @@ fn remark(r: &Remark) -> Markup {
         li.(class) {
             span.sign aria-hidden="true" { (sign) } " "
             span.vh { (word) ": " }
-            code { (r.kind) } " " (r.text)
+            code { (r.kind) } " " (words(&r.text))
             @if !r.place.is_empty() { span.where { " [" (r.place) "]" } }
         }
     }
@@ -165,7 +175,7 @@ fn row(r: &Row, columns: &[Column]) -> Markup {
                 @if i == 0 { th scope="row" { (cell_text(c)) } } @else { (cell(c, column.numbers)) }
             }
         }
-        @if !r.note.is_empty() { tr.reason { td colspan=(columns.len()) { (r.note) } } }
+        @if !r.note.is_empty() { tr.reason { td colspan=(columns.len()) { (words(&r.note)) } } }
     }
 }
 

@@ -1,6 +1,7 @@
 //! What each placement shows: magnitude, error, tilt.
 
 use crate::calibration_file::{CalibrationFile, PoseResult, TiltSource};
+use crate::document::number::milli_g;
 use crate::estimate::predicted::{sensitivity, variance};
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
 use crate::uncertainty::covariance_of;
@@ -45,13 +46,13 @@ pub(super) fn norm(file: &CalibrationFile, scale: &Scale) -> Option<Figure> {
             .with(Series::points("before", Role::Raw, x.clone(), before))
             .with(calibrated)
     });
-    let off: Vec<f64> = after.iter().map(|n| 1e3 * (n - g)).collect();
+    let off: Vec<f64> = after.iter().map(|n| milli_g(n - g)).collect();
     let near = Series::points("calibrated", Role::Calibrated, x, off);
     let near = match &deviations {
-        Some(sd) => near.plus_minus(&sd.iter().map(|v| 1e3 * v).collect::<Vec<_>>()),
+        Some(sd) => near.plus_minus(&sd.iter().map(|v| milli_g(*v)).collect::<Vec<_>>()),
         None => near,
     };
-    let near = Panel::new(names(poses), Axis::new("‖a‖ − g", "mm/s²"))
+    let near = Panel::new(names(poses), Axis::new("‖a‖ − g", "mg"))
         .with(Series::rule("local gravity", Role::Reference, 0.0))
         .with(near);
     let bars = match deviations {
@@ -89,7 +90,7 @@ pub(super) fn residuals(file: &CalibrationFile) -> Option<Figure> {
     .with(components);
     let of = |value: fn(&PoseResult) -> Option<f64>| -> Vec<f64> {
         let all = poses.iter().map(value);
-        all.map(|v| v.map_or(f64::NAN, |v| 1e3 * v)).collect()
+        all.map(|v| v.map_or(f64::NAN, milli_g)).collect()
     };
     let fitted = of(|p| p.magnitude_error_mps2);
     let left_out = of(|p| p.left_out_error_mps2);
@@ -97,7 +98,7 @@ pub(super) fn residuals(file: &CalibrationFile) -> Option<Figure> {
     if !any(&left_out) {
         return Some(figure);
     }
-    let mut magnitude = Panel::new(names(poses), Axis::new("‖a‖ − g", "mm/s²")).with(Series::rule(
+    let mut magnitude = Panel::new(names(poses), Axis::new("‖a‖ − g", "mg")).with(Series::rule(
         "no error",
         Role::Reference,
         0.0,

@@ -34,7 +34,7 @@ pub(super) fn sphere(file: &CalibrationFile) -> Option<Figure> {
     if poses.is_empty() {
         return None;
     }
-    let next = !file.accelerometer.next_poses.is_empty();
+    let next = !file.accelerometer.proposed_poses().is_empty();
     let caption = format!(
         "Direction of specific force (up, in sensor axes) at each pose: two hemispheres in equal-area projection, circles at 30° and 60°.{}",
         if next {
@@ -89,7 +89,7 @@ fn disc(file: &CalibrationFile, half: Half, title: &str) -> Panel {
         let all: Vec<_> = own.map(|p| (unit(p.calibrated), p.label.clone())).collect();
         points(name, role, half, all)
     };
-    let next = a.next_poses.iter().enumerate().map(|(i, pose)| {
+    let next = a.proposed_poses().iter().enumerate().map(|(i, pose)| {
         let label = match i {
             0 => "next".to_owned(),
             _ => format!("next but {i}"),

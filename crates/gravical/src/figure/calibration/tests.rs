@@ -1,5 +1,6 @@
 use super::*;
 use crate::calibrate::{CalibrateOptions, calibrate};
+use crate::document::number::milli_g;
 use crate::estimate::accelerometer::Method;
 use crate::figure::{Arrangement, Series, svg};
 use crate::recording::{ReadOptions, read, read_bytes};
@@ -92,7 +93,7 @@ fn six_files_have_all_figures_with_the_numbers_of_the_file() {
     assert_eq!(series(parameters, 1, "value").y, deviation);
     let budget = named(&figures, "budget");
     let combined = a.budget.as_ref().unwrap().combined_mps2;
-    assert_eq!(series(budget, 0, "combined").y, [1e3 * combined]);
+    assert_eq!(series(budget, 0, "combined").y, [milli_g(combined)]);
     let sphere = named(&figures, "sphere");
     let placed = sphere.panels.iter().flat_map(|p| &p.series);
     let placed: usize = placed.filter(|s| s.name == "pose").map(|s| s.x.len()).sum();
@@ -121,7 +122,7 @@ fn free_poses_show_what_was_left_out_of_the_fit() {
     let left_out = series(residuals, 1, "left out of the fit");
     for (p, got) in file.accelerometer.poses.iter().zip(&left_out.y) {
         match p.left_out_error_mps2 {
-            Some(e) => assert_eq!(*got, 1e3 * e),
+            Some(e) => assert_eq!(*got, milli_g(e)),
             None => assert!(got.is_nan()),
         }
     }
@@ -133,7 +134,8 @@ fn free_poses_show_what_was_left_out_of_the_fit() {
         .filter(|s| s.name == "would help")
         .map(|s| s.x.len())
         .sum();
-    assert_eq!(next, file.accelerometer.next_poses.len());
+    assert!(next > 0);
+    assert_eq!(next, file.accelerometer.proposed_poses().len());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What the uncertainty consists of.
 
 use crate::calibration_file::CalibrationFile;
-use crate::document::number::decimals_for;
+use crate::document::number::{decimals_for, milli_g};
 use crate::figure::{Axis, Figure, Panel, Role, Series};
 
 use super::places;
@@ -12,7 +12,7 @@ pub(super) fn budget(file: &CalibrationFile) -> Option<Figure> {
     let known: Vec<_> = budget
         .contributions
         .iter()
-        .filter_map(|c| Some((c.source.replace('-', " "), 1e3 * c.norm_mps2?)))
+        .filter_map(|c| Some((c.source.replace('-', " "), milli_g(c.norm_mps2?))))
         .collect();
     if known.is_empty() {
         return None;
@@ -20,7 +20,7 @@ pub(super) fn budget(file: &CalibrationFile) -> Option<Figure> {
     let (names, values): (Vec<_>, Vec<_>) = known.into_iter().unzip();
     let panel = Panel::new(
         Axis::names("", names),
-        Axis::new("standard uncertainty of ‖a‖", "mm/s²"),
+        Axis::new("standard uncertainty of ‖a‖", "mg"),
     )
     .with(Series::columns(
         "part",
@@ -31,13 +31,13 @@ pub(super) fn budget(file: &CalibrationFile) -> Option<Figure> {
     .with(Series::rule(
         "combined",
         Role::Reference,
-        1e3 * budget.combined_mps2,
+        milli_g(budget.combined_mps2),
     ));
     let caption = format!(
-        "Contributions to the standard uncertainty of ‖a‖ at rest, RMS over all directions; combined: root sum of squares, expanded (k = {}): {:.*} mm/s².",
+        "Contributions to the standard uncertainty of ‖a‖ at rest, RMS over all directions; combined: root sum of squares, expanded (k = {}): {:.*} mg.",
         budget.coverage_factor,
-        decimals_for(1e3 * budget.expanded_mps2),
-        1e3 * budget.expanded_mps2
+        decimals_for(milli_g(budget.expanded_mps2)),
+        milli_g(budget.expanded_mps2)
     );
     Some(Figure::new("budget", "Uncertainty budget", caption).with(panel))
 }

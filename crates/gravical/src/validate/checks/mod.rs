@@ -2,6 +2,8 @@
 
 mod fit;
 
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
 use crate::calibration_file::{AccelerometerSection, TiltSource};
 use crate::estimate::accelerometer::{Estimate, Method};
 use crate::recording::{Finding, FindingKind, Recording};
@@ -116,8 +118,8 @@ fn oblique(section: &AccelerometerSection, gravity: f64) -> Option<Finding> {
         Finding::new(
             FindingKind::FreePoseOff,
             format!(
-                "{count} oblique poses, which took no part in the fit, read the magnitude off by {:.0} mm/s² rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
-                1000.0 * error
+                "{count} free poses, which took no part in the fit, read the magnitude off by {:.0} mg rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
+                1000.0 * error / STANDARD_GRAVITY_MPS2
             ),
         )
     })
