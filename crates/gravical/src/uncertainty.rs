@@ -34,26 +34,28 @@ pub struct ChiSquare {
 }
 
 impl ChiSquare {
-    /// "p = 0.31, χ² 10.5 of 9 degrees of freedom".
-    #[must_use]
-    pub fn text(&self) -> String {
-        let p = if self.p_value < 1e-4 {
-            "p < 0.0001".to_owned()
-        } else {
-            format!(
-                "p = {:.*}",
-                if self.p_value < 0.095 { 4 } else { 2 },
-                self.p_value
-            )
-        };
-        let freedom = match self.degrees_of_freedom {
-            1 => "1 degree".to_owned(),
-            n => format!("{n} degrees"),
-        };
-        let known = self
-            .covariance_freedom
-            .map_or(String::new(), |nu| format!(", its scale known by {nu:.0}"));
-        format!("{p}, χ² {:.1} of {freedom} of freedom{known}", self.chi2)
+    /// "p = 0.31".
+    pub(crate) fn probability(p_value: f64) -> String {
+        if p_value < 1e-4 {
+            return "p < 0.0001".to_owned();
+        }
+        format!("p = {p_value:.*}", if p_value < 0.095 { 4 } else { 2 })
+    }
+
+    /// The statistic as textbooks write it: "χ² = 10.5 with 9 degrees of freedom", and with an
+    /// estimated C "F = 1.2 with 9 and 17 degrees of freedom".
+    pub(crate) fn statistic(&self) -> String {
+        let n = self.degrees_of_freedom;
+        match self.covariance_freedom {
+            Some(known_by) => format!(
+                "F = {:.1} with {n} and {known_by:.0} degrees of freedom",
+                self.chi2 / f64::from(n.max(1))
+            ),
+            None => {
+                let s = if n == 1 { "" } else { "s" };
+                format!("χ² = {:.1} with {n} degree{s} of freedom", self.chi2)
+            }
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use super::CheckOptions;
 use super::drift;
 use super::rests::Rest;
 use super::types::{Cause, Explanation};
-use crate::calibration_file::{CalibrationFile, Grade, GravitySource};
+use crate::calibration_file::{CalibrationFile, Grade, GravitySource, InputFile};
 use crate::gravity::Gravity;
 use crate::recording::{Finding, FindingKind, Recording};
 
@@ -32,6 +32,15 @@ pub(super) fn keep_longest(rests: &mut Vec<Rest>, most: usize, findings: &mut Ve
             rests.len()
         ),
     ));
+}
+
+/// Which of the recordings the calibration was made from, by their checksums.
+pub(super) fn made_from(calibration: &CalibrationFile, recordings: &[Recording]) -> Vec<bool> {
+    let used = |recording: &Recording| {
+        let same = |i: &InputFile| i.sha256.is_some() && i.sha256 == recording.sha256;
+        calibration.recordings().any(same)
+    };
+    recordings.iter().map(used).collect()
 }
 
 /// Sensor, temperature, gravity, inputs, quality.
@@ -65,14 +74,13 @@ pub(super) fn circumstances(
                 .in_file(&recording.name),
             );
         }
-        let used = |i: &crate::calibration_file::InputFile| {
-            i.sha256.is_some() && i.sha256 == recording.sha256
-        };
-        if calibration.recordings().any(used) {
+    }
+    for (recording, own) in recordings.iter().zip(made_from(calibration, recordings)) {
+        if own {
             findings.push(
                 Finding::new(
                     FindingKind::SameRecordings,
-                    "the calibration was made from this recording: a static interval that it was fitted to proves nothing, another one does",
+                    "the calibration was made from this recording: what it was fitted to cannot test it, and counts only where nothing else was given",
                 )
                 .in_file(&recording.name),
             );

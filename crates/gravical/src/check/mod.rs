@@ -18,6 +18,7 @@ mod rests;
 mod types;
 mod uncertainty;
 mod unit;
+mod verdict;
 
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
@@ -25,7 +26,6 @@ use nalgebra::DVector;
 
 use crate::Result;
 use crate::calibration_file::CalibrationFile;
-use crate::compare::SIGNIFICANCE;
 use crate::gravity::Gravity;
 use crate::recording::{Finding, Recording};
 use crate::segment::face::{AxisMap, Face};
@@ -36,6 +36,7 @@ pub(crate) use drift::{accepted as accepted_model, at_reference, at_temperature}
 use rests::{Rest, rests};
 use uncertainty::{Place, assumed, at_another_time, spread};
 pub(crate) use unit::judge as judge_unit;
+use verdict::Evidence;
 
 pub use gyroscope::GYRO_LIMIT_DEG_S;
 pub use types::*;
@@ -156,7 +157,8 @@ pub fn check(
         .zip(&calibrated)
         .map(|(rest, a)| Place::new(section, covariance.as_ref(), rest, *a, &gravity))
         .collect();
-    let counted = counted(&rests);
+    let own = findings::made_from(calibration, recordings);
+    let counted = counted(&rests, &own);
     let stills: Vec<StillCheck> = (0..rests.len())
         .map(|i| {
             let recording = &recordings[rests[i].recording];
@@ -196,7 +198,11 @@ pub fn check(
         (Some(t), Some(single)) if used.len() > 1 => Some((2.0 * t.p_value.min(single)).min(1.0)),
         (t, _) => t.map(|t| t.p_value),
     };
-    let judgement = judge(p_value, rms);
+    let judgement = match verdict::judge(p_value, rms) {
+        // What it was fitted to agrees with it.
+        Judgement::Fits if counted.iter().all(|i| own[rests[*i].recording]) => Judgement::CannotSay,
+        other => other,
+    };
     if judgement != Judgement::DoesNotFit {
         explanations.clear();
     }
@@ -205,14 +211,18 @@ pub fn check(
     let gyroscope =
         gyroscope::gyroscope(calibration, recordings, &rests, &calibrated, &mut findings);
     let coverage = coverage::coverage(&in_case);
-    let verdict = verdict(
+    let verdict = verdict::verdict(&Evidence {
         judgement,
         test,
         single_fault_p_value,
-        rms,
-        predicted,
-        &coverage,
-    );
+        p_value,
+        rms_mps2: rms,
+        predicted_mps2: predicted,
+        own: counted.iter().all(|i| own[rests[*i].recording]),
+        gravity: &gravity,
+        coverage: &coverage,
+        gyroscope: gyroscope.as_ref(),
+    });
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     Ok(CheckReport {
         calibration: name.to_owned(),
@@ -244,16 +254,15 @@ fn named(finding: Finding, recording: &Recording) -> Finding {
     }
 }
 
-/// Stills without clipped samples; all of them where none is left.
-fn counted(rests: &[Rest]) -> Vec<usize> {
-    let whole: Vec<usize> = (0..rests.len())
-        .filter(|i| rests[*i].clipped == 0)
-        .collect();
-    if whole.is_empty() {
-        (0..rests.len()).collect()
-    } else {
-        whole
-    }
+/// The stills that the judgement uses: those of recordings that the calibration was not made
+/// from, among them those without clipped samples; in both cases all where none is left.
+fn counted(rests: &[Rest], own: &[bool]) -> Vec<usize> {
+    let or_all = |all: Vec<usize>, keep: &dyn Fn(&Rest) -> bool| {
+        let some: Vec<usize> = all.iter().copied().filter(|i| keep(&rests[*i])).collect();
+        if some.is_empty() { all } else { some }
+    };
+    let new = or_all((0..rests.len()).collect(), &|r| !own[r.recording]);
+    or_all(new, &|r| r.clipped == 0)
 }
 
 /// The entry of one still; whether it counts is for the caller to say.
@@ -304,50 +313,6 @@ fn worst(stills: &[StillCheck]) -> usize {
         .filter(|i| stills[*i].counts)
         .max_by(|i, j| badness(&stills[*i]).total_cmp(&badness(&stills[*j])))
         .unwrap_or(0)
-}
-
-fn judge(p_value: Option<f64>, rms_mps2: f64) -> Judgement {
-    match p_value {
-        Some(p) if p < SIGNIFICANCE => Judgement::DoesNotFit,
-        Some(_) => Judgement::Fits,
-        None if 1000.0 * rms_mps2 / STANDARD_GRAVITY_MPS2 > LIMIT_WITHOUT_COVARIANCE_MG => {
-            Judgement::DoesNotFit
-        }
-        None => Judgement::CannotSay,
-    }
-}
-
-fn verdict(
-    judgement: Judgement,
-    test: Option<ChiSquare>,
-    single: Option<f64>,
-    rms: f64,
-    predicted: Option<f64>,
-    coverage: &Coverage,
-) -> CheckVerdict {
-    let mg = |v: f64| format!("{:.2} mg", 1000.0 * v / STANDARD_GRAVITY_MPS2);
-    let mut reasons = vec![match (test, predicted) {
-        (Some(test), Some(predicted)) => format!(
-            "‖a‖ is off by {} rms, {} predicted; {}",
-            mg(rms),
-            mg(predicted),
-            test.text()
-        ),
-        _ => format!(
-            "‖a‖ is off by {} rms; the file has no covariance, so only errors above {LIMIT_WITHOUT_COVARIANCE_MG} mg count as a misfit",
-            mg(rms)
-        ),
-    }];
-    if let (Some(test), Some(single)) = (test, single)
-        && judgement == Judgement::DoesNotFit
-        && 2.0 * test.p_value >= SIGNIFICANCE
-    {
-        reasons.push(format!(
-            "all static intervals together would pass, but one fault shows by itself (p = {single:.4})"
-        ));
-    }
-    reasons.push(coverage.text.clone());
-    CheckVerdict { judgement, reasons }
 }
 
 #[cfg(test)]

@@ -89,9 +89,10 @@ pub struct StillCheck {
     pub z: Option<f64>,
     /// Mean temperature, °C.
     pub temperature_c: Option<f64>,
-    /// Samples at the end of the range; such a still does not count.
+    /// Samples at the end of the range.
     pub clipped: u64,
-    /// Whether it counts.
+    /// Whether it counts: not with clipped samples, nor from a recording that the calibration
+    /// was made from, unless no other is left.
     pub counts: bool,
 }
 
@@ -157,7 +158,7 @@ pub struct GyroscopeCheck {
     pub bias_now: [f64; 3],
     /// What it is judged against, °/s.
     pub limit_deg_s: f64,
-    /// The judgement; it does not touch that of the accelerometer.
+    /// The judgement; that of the accelerometer does not depend on it.
     pub judgement: Judgement,
 }
 
@@ -189,7 +190,7 @@ impl Judgement {
         match self {
             Judgement::Fits => "fits",
             Judgement::DoesNotFit => "does not fit",
-            Judgement::CannotSay => "cannot be said",
+            Judgement::CannotSay => "cannot be decided",
         }
     }
 }

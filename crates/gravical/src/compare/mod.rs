@@ -14,6 +14,7 @@ mod norms;
 mod parameters;
 mod types;
 mod unit;
+mod verdict;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -231,7 +232,7 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
         predicted_rms_mps2: norms.predicted_rms,
         predicted_at_largest_mps2: norms.predicted_at_largest,
     };
-    let verdict = verdict(&magnitude, orientation.as_ref());
+    let verdict = verdict::verdict(&magnitude, orientation.as_ref(), independence, known);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     Ok(Comparison {
         files: names.map(str::to_owned),
@@ -296,45 +297,6 @@ fn orientation(
         judgement: judge(test, independence),
         test,
     }
-}
-
-fn verdict(
-    magnitude: &MagnitudeDifference,
-    orientation: Option<&OrientationDifference>,
-) -> CompareVerdict {
-    // Mirror images differ, whatever their uncertainty.
-    let second = orientation.map_or(Agreement::Differ, |o| o.judgement);
-    let both = [magnitude.judgement, second];
-    let judgement = if both.contains(&Agreement::Differ) {
-        Agreement::Differ
-    } else if magnitude.judgement == Agreement::CannotSay {
-        Agreement::CannotSay
-    } else {
-        // The rotation may be a convention; ‖a‖ does not depend on it.
-        Agreement::Agree
-    };
-    let p = |test: Option<ChiSquare>| test.map_or(String::new(), |t| format!(" ({})", t.text()));
-    let part = |what: &str, judgement: Agreement, test: Option<ChiSquare>| match judgement {
-        Agreement::Agree => format!("{what}: no difference beyond the uncertainty{}", p(test)),
-        Agreement::Differ => format!("{what}: more than the uncertainty{}", p(test)),
-        Agreement::CannotSay => format!("{what}: cannot be said"),
-    };
-    let mut reasons = vec![part(
-        "what changes ‖a‖ (bias, scale, misalignment)",
-        magnitude.judgement,
-        magnitude.test,
-    )];
-    if let Some(test) = magnitude.test_at_one_gravity {
-        reasons.push(format!(
-            "with both scales brought to one gravity that part has {}",
-            test.text()
-        ));
-    }
-    reasons.push(match orientation {
-        Some(o) => part("orientation of the frame", o.judgement, o.test),
-        None => "orientation of the frame: mirror images of each other".to_owned(),
-    });
-    CompareVerdict { judgement, reasons }
 }
 
 #[cfg(test)]

@@ -88,7 +88,7 @@ impl Agreement {
         match self {
             Agreement::Agree => "agree",
             Agreement::Differ => "differ",
-            Agreement::CannotSay => "cannot be said",
+            Agreement::CannotSay => "cannot be decided",
         }
     }
 }

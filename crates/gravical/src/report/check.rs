@@ -91,7 +91,8 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
     let worst = i == report.worst && report.static_intervals.len() > 1;
     let mark = match (worst, still.counts) {
         (true, _) => "← largest",
-        (false, false) => "clipped",
+        (false, false) if still.clipped > 0 => "clipped",
+        (false, false) => "not counted",
         (false, true) => "",
     };
     let key = |field: &str| format!("/static_intervals/{i}/{field}");
