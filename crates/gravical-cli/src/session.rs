@@ -208,10 +208,10 @@ pub fn read_session(
         }
         match recording {
             // A result beside its sources is no placement.
-            Ok(recording) if folder.is_some() && recording.is_calibrated() => {
+            Ok(recording) if folder.is_some() && recording.is_result() => {
                 let finding = Finding::new(
                     FindingKind::AlreadyCalibrated,
-                    "calibrated already, by its column names; left out",
+                    "a result of this program, by its column names, not a recording; left out",
                 );
                 left_out.push(finding.in_file(&recording.name));
             }

@@ -80,8 +80,9 @@ pub struct StillSpan {
     pub mean: [f64; 3],
     /// `+x` …; null for a free pose.
     pub face: Option<String>,
-    /// Angle to the nearest face, degrees.
-    pub tilt_deg: f64,
+    /// Angle of the mean reading to the nearest face, degrees: tilt, bias and misalignment
+    /// together.
+    pub face_angle_deg: f64,
 }
 
 /// A full turn.
@@ -127,7 +128,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         .iter()
         .map(|span| {
             let (mean, _) = moments(&recording.accel, span.clone());
-            let (face, tilt_deg) = Face::nearest(axes.to_case(mean));
+            let (face, face_angle_deg) = Face::nearest(axes.to_case(mean));
             StillSpan {
                 start_row: recording.row_in_file(span.start),
                 end_row: recording.row_in_file(span.end - 1) + 1,
@@ -135,8 +136,8 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
                 start_s: time(span.start),
                 end_s: time(span.end - 1),
                 mean,
-                face: (tilt_deg <= MOST_FACE_ANGLE_DEG).then(|| face.name()),
-                tilt_deg,
+                face: (face_angle_deg <= MOST_FACE_ANGLE_DEG).then(|| face.name()),
+                face_angle_deg,
             }
         })
         .collect();

@@ -84,9 +84,9 @@ struct MethodArgs {
     /// Use the first N rows of each pose [default: its longest static interval]
     #[arg(long, hide_short_help = true, value_name = "N")]
     rows: Option<usize>,
-    /// Which to trust when file names and data disagree about a face
+    /// What decides which face was up when file names and data disagree
     #[arg(long, hide_short_help = true, value_enum, default_value = "data")]
-    faces: FacesFrom,
+    faces_from: FacesFrom,
     /// Signed angle of the turns about each axis in degrees, for the gyroscope
     #[arg(
         long,
@@ -110,7 +110,7 @@ struct MethodArgs {
         value_name = "NAME",
         allow_hyphen_values = true
     )]
-    free: Vec<String>,
+    free_pose: Vec<String>,
     /// Treat this pose as a face pose, even if tilted; repeatable
     #[arg(
         long,
@@ -118,7 +118,7 @@ struct MethodArgs {
         value_name = "NAME",
         allow_hyphen_values = true
     )]
-    face: Vec<String>,
+    face_pose: Vec<String>,
     /// Fit a temperature model to this recording of the sensor at rest while it warms or cools;
     /// repeatable for more poses [default: from the session if it spans more than 5 °C]
     #[arg(long, hide_short_help = true, value_name = "FILE")]
@@ -251,7 +251,7 @@ impl Args {
                 rows: m.rows,
                 sections,
                 axes: self.recording.axes.0,
-                faces_by_name: m.faces == FacesFrom::Names,
+                faces_by_name: m.faces_from == FacesFrom::Names,
                 turn_angle_deg: m.turn_angle,
                 ..SegmentOptions::default()
             },
@@ -266,8 +266,8 @@ impl Args {
                 },
                 pose_tilt_deg: m.pose_tilt,
                 prior: m.prior == Prior::DataSheet,
-                free: m.free.clone(),
-                face: m.face.clone(),
+                free: m.free_pose.clone(),
+                face: m.face_pose.clone(),
             },
             sensor: SensorInfo {
                 id: m.sensor_id.clone(),

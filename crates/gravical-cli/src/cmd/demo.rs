@@ -79,7 +79,7 @@ struct Summary {
     sigma_m: Option<[f64; 3]>,
     /// End-point error, m.
     end_error_m: Option<f64>,
-    /// The same by the procedure of the classical report, m.
+    /// The same by the procedure of the student report, m.
     end_error_report_m: Option<f64>,
 }
 
@@ -326,7 +326,7 @@ fn summary_text(s: &Summary, files: &Files) -> String {
         s.true_displacement_m[1]
     ));
     row(format!(
-        "end-point error: {}; with the procedure of the classical report and the same calibration: {}",
+        "end-point error: {}; with the procedure of the student report and the same calibration: {}",
         mm(s.end_error_m),
         mm(s.end_error_report_m)
     ));

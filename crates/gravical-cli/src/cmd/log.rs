@@ -51,7 +51,7 @@ pub struct Args {
     #[arg(long)]
     pub json: bool,
     /// Print warnings and errors only
-    #[arg(long)]
+    #[arg(short, long)]
     quiet: bool,
     #[command(flatten)]
     board: BoardArgs,

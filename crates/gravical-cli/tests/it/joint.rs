@@ -228,13 +228,13 @@ fn a_placement_can_be_forced_and_a_wrong_name_is_told() {
     let folder = six_files(&Sensor::default());
     let free = calibrate(
         folder.path(),
-        ". --gravity 9.81 --free x_axis_pos --free x_axis_neg",
+        ". --gravity 9.81 --free-pose x_axis_pos --free-pose x_axis_neg",
         0,
     );
     assert_eq!(faces(&free).len(), 4);
     let run = run_in(
         folder.path(),
-        words("calibrate . --gravity 9.81 --free nothing --json"),
+        words("calibrate . --gravity 9.81 --free-pose nothing --json"),
     );
     assert_eq!((run.code, run.error_code()), (2, "no-such-pose".to_owned()));
 }

@@ -272,7 +272,7 @@ fn names_with_a_dash_and_paths_with_a_space_do_as_they_are_printed() {
             &Sensor::default().file(*up, 500, 8),
         );
     }
-    for option in ["--face", "--free"] {
+    for option in ["--face-pose", "--free-pose"] {
         calibrate(folder.path(), &format!(". --gravity 9.81 {option} -x"), 0);
     }
     let run = run_in(folder.path(), ["calibrate", ".", "-o", "my cal.json"]);

@@ -106,7 +106,7 @@ fn a_fast_recording_is_read_with_its_units() {
     assert_eq!((code, ended["reason"].as_str()), (0, Some("rows")));
     let recording = recording(&folder.path().join("fast.csv"));
     // The stamp continues in the file.
-    assert_eq!(kinds(&recording), ["metadata-lines"]);
+    assert_eq!(kinds(&recording), [""; 0]);
     assert_eq!(recording.rows(), 1000);
     assert_eq!(recording.timing.unit, Some(TimeUnit::Microsecond));
     assert!((recording.timing.rate_hz().unwrap() - 500.0).abs() < 1e-3);

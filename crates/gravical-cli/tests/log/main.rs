@@ -118,7 +118,7 @@ fn every_row_sent_is_stored_or_rejected_or_in_a_named_gap() {
 }
 
 #[test]
-fn a_clean_recording_has_only_findings_about_its_head() {
+fn a_clean_recording_has_no_finding_but_the_overflow_of_its_clock() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
     let line = format!("log y --rows 300 --port {}", board.port());
@@ -133,7 +133,7 @@ fn a_clean_recording_has_only_findings_about_its_head() {
     assert!(err.contains("Next: gravical inspect y_axis.csv"), "{err}");
     let recording = recording(&folder.path().join("y_axis.csv"));
     assert_eq!(recording.rows(), 300);
-    assert_eq!(kinds(&recording), ["metadata-lines", "wrapped-time"]);
+    assert_eq!(kinds(&recording), ["wrapped-time"]);
     assert_eq!(recording.timing.nominal_rate_hz, Some(100.0));
 }
 

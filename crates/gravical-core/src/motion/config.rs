@@ -52,7 +52,7 @@ pub struct MotionConfig<T> {
     pub gyro_scale: T,
     /// For the gate: how far the sensor tilts in a move where no gyroscope is used,
     /// rad, standard deviation.
-    pub wobble_rad: T,
+    pub tilt_change_rad: T,
 }
 
 impl<T: Real> MotionConfig<T> {
@@ -82,7 +82,7 @@ impl<T: Real> MotionConfig<T> {
             position_m: [T::zero(); 3],
             bias_mps2: T::from_f64(0.6),
             gyro_scale: T::from_f64(0.03),
-            wobble_rad: T::from_f64(0.01),
+            tilt_change_rad: T::from_f64(0.01),
         }
     }
 }

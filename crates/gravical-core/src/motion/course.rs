@@ -118,7 +118,7 @@ impl<T: Real> Course<T> {
         let open = OpenNoise {
             gyro,
             bias: gyro / rest_s,
-            wobble: only(!follows, config.wobble_rad * config.wobble_rad),
+            wobble: only(!follows, config.tilt_change_rad * config.tilt_change_rad),
             gravity: self.gravity,
             rest_s,
         };

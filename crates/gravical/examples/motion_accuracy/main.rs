@@ -67,7 +67,7 @@ fn errors() -> Vec<Cell> {
     let mut by_hand = MotionOptions::default();
     by_hand.rests.given_s = Some(vec![(0.0, 5.0), (7.01, 13.0)]);
     let wobble = Cell {
-        wobble_deg: 3.0,
+        tilt_change_deg: 3.0,
         ..line()
     };
     let smoothed = |name: &'static str, filter: &str| Cell {
@@ -105,16 +105,16 @@ fn errors() -> Vec<Cell> {
         smoothed("smoothed by savgol:21,2", "savgol:21,2"),
         smoothed("smoothed by butter:4,5Hz", "butter:4,5Hz"),
         Cell {
-            name: "wobble of 3°, gyroscope exact",
+            name: "tilt change of 3°, gyroscope exact",
             ..wobble.clone()
         },
         Cell {
-            name: "wobble of 3°, gyroscope calibrated to 0.3 %",
+            name: "tilt change of 3°, gyroscope calibrated to 0.3 %",
             gyro: Gyro::Calibrated,
             ..wobble.clone()
         },
         Cell {
-            name: "wobble of 3°, gyroscope uncalibrated, within ±3 %",
+            name: "tilt change of 3°, gyroscope uncalibrated, within ±3 %",
             gyro: Gyro::Uniform,
             ..wobble.clone()
         },
@@ -150,7 +150,7 @@ fn errors() -> Vec<Cell> {
         ),
         report("… without smoothing", plain, false),
         Cell {
-            name: "the report's procedure, wobble of 3°",
+            name: "the report's procedure, tilt change of 3°",
             options: MotionOptions::report(),
             ..wobble
         },
@@ -175,20 +175,20 @@ fn coverage() -> Vec<Cell> {
             ..drawn.clone()
         },
         Cell {
-            name: "wobble of 3°, parameters drawn",
-            wobble_deg: 3.0,
+            name: "tilt change of 3°, parameters drawn",
+            tilt_change_deg: 3.0,
             ..drawn.clone()
         },
         Cell {
-            name: "wobble of 3°, gyroscope uncalibrated, by its data sheet",
-            wobble_deg: 3.0,
+            name: "tilt change of 3°, gyroscope uncalibrated, by its data sheet",
+            tilt_change_deg: 3.0,
             gyro: Gyro::DataSheet,
             ..drawn.clone()
         },
         Cell {
-            name: "in 4 s, wobble of 3°",
+            name: "in 4 s, tilt change of 3°",
             move_s: 4.0,
-            wobble_deg: 3.0,
+            tilt_change_deg: 3.0,
             ..drawn
         },
     ]

@@ -32,7 +32,7 @@ pub enum Gyro {
 pub struct Cell {
     pub name: &'static str,
     pub move_s: f64,
-    pub wobble_deg: f64,
+    pub tilt_change_deg: f64,
     /// The accelerometer's parameters are exactly the calibration's; else they are
     /// off by draws from its covariance.
     pub exact: bool,
@@ -85,7 +85,7 @@ pub fn line() -> Cell {
     Cell {
         name: "0.7 m in 2 s",
         move_s: 2.0,
-        wobble_deg: 0.0,
+        tilt_change_deg: 0.0,
         exact: true,
         gyro: Gyro::Exact,
         dropped: 0.0,
@@ -155,7 +155,7 @@ fn yaw(simulation: &Simulation) -> f64 {
 /// covariance.
 fn simulated(cell: &Cell, seed: u64) -> Result<(Simulation, CalibrationFile), AnyError> {
     let mut options = SimulateOptions::new(Scenario::Line(LineOptions {
-        wobble_deg: cell.wobble_deg,
+        tilt_change_deg: cell.tilt_change_deg,
         move_time_s: cell.move_s,
         ..LineOptions::default()
     }));

@@ -194,10 +194,7 @@ pub fn apply(
         ));
     }
     let names = format.dialect.header.as_ref().map_or(&[][..], |h| &h.names);
-    if ["ax_mps2", "ay_mps2", "az_mps2"]
-        .iter()
-        .all(|own| names.iter().any(|n| n == own))
-    {
+    if format.layout.reads_calibrated(names) {
         findings.push(Finding::new(
             FindingKind::AlreadyCalibrated,
             "its columns have the names of calibrated columns: calibrating again would apply the correction twice",

@@ -278,7 +278,7 @@ fn default_true() -> bool {
     true
 }
 
-/// The three error figures of the classical report, over the fitted faces.
+/// The three error figures of the student report, over the fitted faces.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FitErrors {
     /// Root mean square over all components of all faces, m/s².

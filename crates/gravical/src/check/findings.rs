@@ -65,7 +65,7 @@ pub(super) fn circumstances(
         ));
     }
     for recording in recordings {
-        if recording.is_calibrated() {
+        if recording.is_calibrated {
             findings.push(
                 Finding::new(
                     FindingKind::AlreadyCalibrated,

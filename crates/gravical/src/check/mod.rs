@@ -280,7 +280,7 @@ fn describe(
         None => (!assumed).then(|| recording.row_in_file(rest.first()) as f64 / rate),
     };
     let in_case = axes.to_case(place.direction.map(|n| n * place.length));
-    let (nearest, nearest_deg) = Face::nearest(in_case);
+    let (nearest, face_angle_deg) = Face::nearest(in_case);
     let sigma = place
         .calibration_variance
         .map(|v| (v + place.reading_variance).sqrt());
@@ -294,7 +294,7 @@ fn describe(
         calibrated: in_case,
         norm_mps2: place.length,
         nearest: nearest.name(),
-        nearest_deg,
+        face_angle_deg,
         error_mps2: error,
         error_mg: 1000.0 * error / STANDARD_GRAVITY_MPS2,
         sigma_calibration_mps2: place.calibration_variance.map(f64::sqrt),

@@ -73,7 +73,7 @@ pub struct StillCheck {
     /// The axis that is nearest to up: `+x` ….
     pub nearest: String,
     /// Angle to it, degrees.
-    pub nearest_deg: f64,
+    pub face_angle_deg: f64,
     /// ‖a‖ − g, m/s².
     pub error_mps2: f64,
     /// The same in thousandths of standard gravity.

@@ -62,7 +62,7 @@ macro_rules! kinds {
 kinds! {
     "Lines of the file" {
         MetadataLines "metadata-lines" Note
-            "lines before the header"
+            "lines before the header that are not comments"
             "not part of the data; a sampling rate stated there is used"
             "nothing";
         CommentLines "comment-lines" Note
@@ -412,7 +412,7 @@ kinds! {
         NoFace "no-face" Warning
             "a pose is named after a face but tilted so far that an intended free pose is more likely"
             "used as a free pose: only its magnitude is used"
-            "record it again, or give `--face NAME`";
+            "record it again, or give `--face-pose NAME`";
         MissingFace "missing-face" Gate
             "only face poses, and one of the six faces is missing"
             "computed; the message gives the uncertainty of the magnitude with that face up"

@@ -192,8 +192,8 @@ fn compute(
         rides: &[],
         directions: &directions,
         removal: options.gravity_removal,
-        mean: by_mean.then(|| initial_mean(view, options.still_rows, walk)),
-        wobble: options.wobble_deg.to_radians(),
+        mean: by_mean.then(|| initial_mean(view, options.initial_rows, walk)),
+        wobble: options.tilt_change_deg.to_radians(),
         clock_error: options.clock_error,
         v0: options.v0_mps.unwrap_or_default(),
         p0: options.p0_m,
@@ -237,7 +237,7 @@ fn compute(
     // Leg after leg.
     let mut legs_from = rests.clone();
     let mut plan = if by_mean && !options.zero_velocity {
-        let rows = options.still_rows.min(samples.len());
+        let rows = options.initial_rows.min(samples.len());
         legs_from = std::iter::once(0..rows).collect();
         plan::whole(&samples)
     } else if !options.zero_velocity
@@ -309,7 +309,7 @@ fn compute(
             bands: false,
             mean: setup
                 .mean
-                .map(|_| initial_mean(view, options.still_rows, walk)),
+                .map(|_| initial_mean(view, options.initial_rows, walk)),
             ..setup
         };
         if let Some(track) = &mut drift_track {

@@ -28,7 +28,7 @@ pub struct MotionOptions {
     pub gravity_removal: GravityRemoval,
     /// Rows at the start that [`GravityRemoval::InitialMean`] takes the mean of.
     /// Default 500; at least 2.
-    pub still_rows: usize,
+    pub initial_rows: usize,
     /// Filters that the accelerometer runs through before gravity is taken off, in
     /// this order; rests are found without them. Each has to keep a constant.
     /// Default: none, since none of them makes the drift less.
@@ -56,7 +56,7 @@ pub struct MotionOptions {
     pub clock_error: f64,
     /// Without a gyroscope: how far the sensor tilts during a move, standard
     /// deviation in degrees. Default 0.5; range 0 to 45.
-    pub wobble_deg: f64,
+    pub tilt_change_deg: f64,
     /// Compute the bands. Default true.
     pub bands: bool,
     /// Keep what only figures want: velocity and position of the uncalibrated run
@@ -70,7 +70,7 @@ impl Default for MotionOptions {
     fn default() -> Self {
         MotionOptions {
             gravity_removal: GravityRemoval::Strapdown,
-            still_rows: 500,
+            initial_rows: 500,
             smooth: Vec::new(),
             edge: Edge::default(),
             zero_velocity: true,
@@ -80,7 +80,7 @@ impl Default for MotionOptions {
             p0_m: [0.0; 3],
             gravity: None,
             clock_error: 1e-3,
-            wobble_deg: 0.5,
+            tilt_change_deg: 0.5,
             bands: true,
             keep_uncalibrated: false,
             axes: AxisMap::default(),
@@ -89,7 +89,7 @@ impl Default for MotionOptions {
 }
 
 impl MotionOptions {
-    /// The procedure of the classical report: Savitzky–Golay of window 5 and order
+    /// The procedure of the student report: Savitzky–Golay of window 5 and order
     /// 2, mean of the first 500 rows off, no attitude, no zero-velocity correction.
     #[must_use]
     pub fn report() -> Self {
@@ -121,10 +121,10 @@ impl MotionOptions {
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
         let wrong = |what: String| Err(Error::usage("option-range", what));
-        if self.still_rows < 2 {
+        if self.initial_rows < 2 {
             return wrong(format!(
                 "--initial-rows {}: a mean needs two rows at least",
-                self.still_rows
+                self.initial_rows
             ));
         }
         if !(0.0..=0.1).contains(&self.clock_error) {
@@ -133,10 +133,10 @@ impl MotionOptions {
                 self.clock_error
             ));
         }
-        if !(0.0..=45.0).contains(&self.wobble_deg) {
+        if !(0.0..=45.0).contains(&self.tilt_change_deg) {
             return wrong(format!(
                 "--tilt-change of {}°: 0 to 45 is possible",
-                self.wobble_deg
+                self.tilt_change_deg
             ));
         }
         for filter in &self.smooth {

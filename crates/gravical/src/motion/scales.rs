@@ -37,7 +37,7 @@ pub(super) fn scales(
     findings: &mut Vec<Finding>,
 ) -> Result<Scales> {
     let coarse = if options.rests_at_start() {
-        std::iter::once(0..options.still_rows.min(recording.rows())).collect()
+        std::iter::once(0..options.initial_rows.min(recording.rows())).collect()
     } else {
         find_stills(recording, &StillOptions::short_rests()).spans
     };
@@ -56,7 +56,7 @@ pub(super) fn scales(
             ));
         }
     }
-    if recording.is_calibrated() && file.is_some() {
+    if recording.is_calibrated && file.is_some() {
         findings.push(Finding::new(
             FindingKind::AlreadyCalibrated,
             "its columns are named as this program names calibrated ones: calibrating twice corrects twice",

@@ -227,7 +227,7 @@ impl Begin {
         let noise = self.rest_noise.filter(|_| searched && wanted);
         let rests = noise.map(|noise| (plan, noise));
         let first_rest = if initial_mean || (given.is_none() && rests.is_none()) {
-            FirstRest::Samples(options.still_rows)
+            FirstRest::Samples(options.initial_rows)
         } else {
             FirstRest::Found
         };
@@ -237,7 +237,7 @@ impl Begin {
                 format!(
                     "the sensor does not rest in the first {} rows, which tell its noise: the first {} count as one rest, others are not found, and nothing corrects the drift; hold it still for 2 s before the first move",
                     self.recording.rows(),
-                    options.still_rows
+                    options.initial_rows
                 ),
             ));
         }
@@ -250,7 +250,7 @@ impl Begin {
             position_m: options.p0_m,
             bias_mps2: self.bias_mps2,
             gyro_scale: self.gyro_scale,
-            wobble_rad: options.wobble_deg.to_radians(),
+            tilt_change_rad: options.tilt_change_deg.to_radians(),
             ..MotionConfig::strapdown()
         };
         let chain = Chain::design(&options.smooth, self.rate_hz)?;

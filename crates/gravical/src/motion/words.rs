@@ -33,7 +33,7 @@ pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
         }
         GravityRemoval::ConstantTilt => "tilt as at the rest before".to_owned(),
         GravityRemoval::InitialMean => {
-            format!("mean of the first {} rows subtracted", options.still_rows)
+            format!("mean of the first {} rows subtracted", options.initial_rows)
         }
     };
     let ends = if options.zero_velocity {
@@ -63,7 +63,7 @@ pub(super) fn causal_procedure(options: &MotionOptions, gyro: bool) -> String {
             "tilt as at the rest before".to_owned()
         }
         GravityRemoval::InitialMean => {
-            format!("mean of the first {} rows subtracted", options.still_rows)
+            format!("mean of the first {} rows subtracted", options.initial_rows)
         }
     };
     let ends = if options.zero_velocity {
@@ -302,7 +302,7 @@ pub(super) fn circumstances(
             FindingKind::NoGyro,
             format!(
                 "without a gyroscope the tilt between rests is not known: one swing of 1° during the longest move ({longest:.1} s) is {cost:.2} m; {}° are allowed for in the band (--tilt-change)",
-                options.wobble_deg
+                options.tilt_change_deg
             ),
         ));
     }

@@ -77,6 +77,8 @@ pub(crate) struct About {
     pub description: String,
     pub serial: Option<String>,
     pub column_names: Vec<String>,
+    /// The accelerometer is read from columns with the names of calibrated ones.
+    pub is_calibrated: bool,
     /// Findings about the file.
     pub findings: Vec<Finding>,
 }
@@ -250,6 +252,7 @@ impl Collected<Columns> {
             description: self.about.description,
             serial: self.about.serial,
             column_names: self.about.column_names,
+            is_calibrated: self.about.is_calibrated,
             accel,
             gyro,
             gyro_file: None,
@@ -379,13 +382,16 @@ fn read_all<T: Sink>(
     let dialect = &file.format.dialect;
     let serial = metadata::serial(&dialect.metadata);
     let column_names = dialect.header.as_ref().map(|h| h.names.clone());
+    let column_names = column_names.unwrap_or_default();
+    let is_calibrated = file.format.layout.reads_calibrated(&column_names);
     let read = file.finish(Treatment::Repaired)?;
     let about = About {
         name: name.to_owned(),
         sha256: read.sha256,
         description: read.description,
         serial,
-        column_names: column_names.unwrap_or_default(),
+        column_names,
+        is_calibrated,
         findings: read.findings,
     };
     Ok(Collected {

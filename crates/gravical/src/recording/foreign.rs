@@ -40,12 +40,12 @@ pub(super) fn refuse_calibration(head: &[u8], file: &Path) -> Result<()> {
     )))
 }
 
-/// `no-rows` for a file without a table of samples.
-pub(super) fn no_table(head: &[u8], file: &Path) -> Error {
+/// `no-rows` for a file without a table of samples; `what` is there instead.
+pub(super) fn no_table(head: &[u8], file: &Path, what: &str) -> Error {
     let what = match content(head) {
-        [b'{' | b'[', ..] => "this is JSON; no table of samples was found in it",
-        [b'<', ..] => "this is HTML or XML; no table of samples was found in it",
-        _ => "no table of samples was found: no rows of at least three numbers",
+        [b'{' | b'[', ..] => "this is JSON; no table of samples was found in it".to_owned(),
+        [b'<', ..] => "this is HTML or XML; no table of samples was found in it".to_owned(),
+        _ => format!("no table of samples was found: {what}"),
     };
     Error::input("no-rows", what).at(file, None).with_hint(
         "a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces",

@@ -113,6 +113,13 @@ impl Aside {
     }
 }
 
+/// True for a line that begins with `#`, `%` or `//`.
+pub(crate) fn is_comment(text: &[u8]) -> bool {
+    [&b"#"[..], b"%", b"//"]
+        .iter()
+        .any(|mark| text.starts_with(mark))
+}
+
 /// Counts of all lines: `lines = rows + Σ aside`.
 #[derive(Debug, Clone, Default)]
 pub struct Ledger {
@@ -123,6 +130,8 @@ pub struct Ledger {
     aside: [LineSpans; Aside::ALL.len()],
     /// For each reason the first text, shortened.
     examples: [Option<String>; Aside::ALL.len()],
+    /// A line above the header is no comment.
+    bare_metadata: bool,
 }
 
 impl Ledger {
@@ -138,6 +147,7 @@ impl Ledger {
         self.lines += 1;
         let i = reason as usize;
         self.aside[i].push(line);
+        self.bare_metadata |= reason == Aside::Metadata && !is_comment(text.trim_ascii_start());
         if self.examples[i].is_none() {
             let shown: String = String::from_utf8_lossy(text).chars().take(60).collect();
             self.examples[i] = Some(shown);
@@ -182,10 +192,11 @@ impl Ledger {
         text
     }
 
-    /// Findings about lines set aside (none for the header).
+    /// Findings about lines set aside (none for the header and for comments above it).
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         self.reasons()
+            .filter(|(reason, _)| *reason != Aside::Metadata || self.bare_metadata)
             .filter_map(|(reason, n)| {
                 let kind = reason.finding_kind()?;
                 let example = match (&self.examples[reason as usize], reason) {
@@ -224,5 +235,9 @@ mod tests {
         ledger.move_rows_aside(Aside::ZeroTail, [3].into_iter());
         assert!(ledger.balances());
         assert_eq!(ledger.findings().len(), 2);
+        ledger.aside(Aside::Metadata, 5, b"# a comment");
+        assert_eq!(ledger.findings().len(), 2);
+        ledger.aside(Aside::Metadata, 6, b"Device: x");
+        assert_eq!(ledger.findings().len(), 3);
     }
 }

@@ -176,6 +176,8 @@ pub struct Recording {
     pub serial: Option<String>,
     /// Names of the columns; empty without a header.
     pub column_names: Vec<String>,
+    /// The accelerometer is read from columns with the names that `gravical apply` writes.
+    pub is_calibrated: bool,
     /// Specific force along x, y, z in the unit of the file, less
     /// [`zero_offset`](Self::zero_offset).
     pub accel: [Vec<f64>; 3],
@@ -318,12 +320,11 @@ impl Recording {
         (low <= high).then_some([low, high])
     }
 
-    /// True if the columns have the names that `gravical apply` writes.
+    /// True if there are columns with the names that `gravical apply` writes, whether they are
+    /// read or not: the file is a result, not a recording of a session.
     #[must_use]
-    pub fn is_calibrated(&self) -> bool {
-        ["ax_mps2", "ay_mps2", "az_mps2"]
-            .iter()
-            .all(|own| self.column_names.iter().any(|n| n == own))
+    pub fn is_result(&self) -> bool {
+        layout::has_calibrated(&self.column_names)
     }
 
     /// True if the header claims another unit of the accelerometer than the magnitude at rest

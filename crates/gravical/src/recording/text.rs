@@ -15,7 +15,7 @@ use super::head::Head;
 pub(crate) use super::head::HeadChannels;
 use super::later::LaterHeaders;
 use super::layout::{self, Request};
-use super::ledger::Aside;
+use super::ledger::{Aside, is_comment};
 use super::metadata;
 use super::monitor::{Facts, RecordingClaims};
 use super::names::Role;
@@ -155,8 +155,11 @@ fn find_format(
     foreign::refuse_calibration(head, here)?;
     let min_columns = 3;
     let dialect = sniff(head, whole, min_columns)
-        .filter(|found| options.columns.is_some() || !foreign::is_no_table(head, found))
-        .ok_or_else(|| foreign::no_table(head, here))?;
+        .ok_or_else(|| foreign::no_table(head, here, "no rows of at least three numbers"))?;
+    if options.columns.is_none() && foreign::is_no_table(head, &dialect) {
+        let what = "only a few lines of numbers among others";
+        return Err(foreign::no_table(head, here, what));
+    }
     let request = Request {
         columns: options.columns.as_ref(),
         sensor: options.sensor.as_deref(),
@@ -392,7 +395,7 @@ fn reason_in_data(
     if text.starts_with(GAP_LINE.as_bytes()) {
         return Aside::NamedGap;
     }
-    if text.starts_with(b"#") || text.starts_with(b"%") || text.starts_with(b"//") {
+    if is_comment(text) {
         return Aside::Comment;
     }
     match defect {

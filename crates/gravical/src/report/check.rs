@@ -57,8 +57,8 @@ fn stills_of(report: &CheckReport) -> Section<'static> {
     let columns = [
         Column::left("interval"),
         Column::number("rows"),
-        Column::left("up"),
-        Column::number("off, °"),
+        Column::left("nearest face"),
+        Column::number("angle to face, °"),
         Column::number("error of ‖a‖, mg"),
         Column::number("z"),
         Column::left(""),
@@ -104,9 +104,9 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
         Cell::number(key("rows"), still.rows as f64, still.rows.to_string()),
         Cell::text(&still.nearest),
         Cell::number(
-            key("nearest_deg"),
-            still.nearest_deg,
-            fixed(still.nearest_deg, 1),
+            key("face_angle_deg"),
+            still.face_angle_deg,
+            fixed(still.face_angle_deg, 1),
         ),
         Cell::number(key("error_mg"), still.error_mg, signed(still.error_mg, 2)).plus_minus(sigma),
         Cell::maybe(key("z"), still.z, |z| signed(z, 1)),

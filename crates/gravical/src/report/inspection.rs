@@ -170,7 +170,11 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
             seconds("start_s", still.start_s),
             seconds("end_s", still.end_s),
             Cell::text(still.face.as_deref().unwrap_or("–")),
-            Cell::number(key("tilt_deg"), still.tilt_deg, fixed(still.tilt_deg, 1)),
+            Cell::number(
+                key("face_angle_deg"),
+                still.face_angle_deg,
+                fixed(still.face_angle_deg, 1),
+            ),
         ];
         cells.extend(Cell::axes(&key("mean"), Some(still.mean), |_, v| {
             fixed(v, n)
@@ -184,7 +188,7 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
             Column::number("from, s"),
             Column::number("to, s"),
             Column::left("face"),
-            Column::number("tilt, °"),
+            Column::number("angle to face, °"),
         ])
         .columns(Column::axes("mean reading"))
         .rows(all.iter().enumerate().map(row));

@@ -114,7 +114,7 @@ pub fn robust_mean(channels: &[&[f64]; 3], noise: &HoldNoise, rate_hz: f64) -> H
     over(channels, &kept, noise)
 }
 
-/// Plain mean of all rows, as the classical procedure takes it.
+/// Plain mean of all rows, as the student report takes it.
 #[must_use]
 pub fn plain_mean(channels: &[&[f64]; 3], noise: &HoldNoise, rate_hz: f64) -> HoldMean {
     let blocks = cut(channels[0].len(), noise, rate_hz);

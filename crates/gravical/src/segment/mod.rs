@@ -38,8 +38,8 @@ pub const MOST_FACE_ANGLE_DEG: f64 = 25.0;
 /// How a session is cut into placements.
 #[derive(Debug, Clone)]
 pub struct SegmentOptions {
-    /// Take the first so many rows of each placement, as the classical
-    /// procedure does; default: the longest quiet part.
+    /// Take the first so many rows of each pose, as the student
+    /// report does; default: the longest quiet part.
     pub rows: Option<usize>,
     /// Sections of the one recording; default: found.
     pub sections: Option<Vec<Section>>,

@@ -164,7 +164,7 @@ impl InHand {
         Scenario::Line(*line).validate()?;
         self.begin();
         let displacement = self.heading() * line.offset_m + self.across() * line.distance_m;
-        let wobble = Vector3::x() * line.wobble_deg.to_radians();
+        let wobble = Vector3::x() * line.tilt_change_deg.to_radians();
         self.builder
             .go(wobble, Law::Sine, displacement, line.move_time_s);
         Ok(self.builder.now_s - self.now_s())

@@ -98,7 +98,7 @@ fn line(options: &SimulateOptions, o: &LineOptions, draws: &mut Draws) -> Plan {
     build.rest(nominal, o.rest_s);
     let displacement = Vector3::new(o.offset_m, o.distance_m, 0.0);
     // About x, so that gravity has a component in the direction of travel.
-    let wobble = Vector3::x() * o.wobble_deg.to_radians();
+    let wobble = Vector3::x() * o.tilt_change_deg.to_radians();
     build.go(wobble, Law::Sine, displacement, o.move_time_s);
     build.rest(nominal, o.rest_s);
     build.finish("line.csv".to_owned())

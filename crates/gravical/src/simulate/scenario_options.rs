@@ -63,7 +63,7 @@ impl Scenario {
                 within("offset", o.offset_m, -100.0, 100.0, "m")?;
                 within("move-time", o.move_time_s, 0.1, 3600.0, "s")?;
                 within("rest", o.rest_s, 0.1, 3600.0, "s")?;
-                within("wobble", o.wobble_deg, -45.0, 45.0, "°")
+                within("tilt change", o.tilt_change_deg, -45.0, 45.0, "°")
             }
         }
     }
@@ -196,7 +196,7 @@ pub struct LineOptions {
     pub rest_s: f64,
     /// Amplitude of one full sine of tilt about the sensor's x during the
     /// move, °. Default 0; range ±45. The rate jumps at both ends of the move.
-    pub wobble_deg: f64,
+    pub tilt_change_deg: f64,
 }
 
 impl Default for LineOptions {
@@ -206,7 +206,7 @@ impl Default for LineOptions {
             offset_m: 0.02,
             move_time_s: 2.0,
             rest_s: 5.0,
-            wobble_deg: 0.0,
+            tilt_change_deg: 0.0,
         }
     }
 }

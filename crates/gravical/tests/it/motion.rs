@@ -13,7 +13,7 @@ const SEEDS: std::ops::Range<u64> = 1..301;
 
 fn wobble(gyro: Gyro) -> Cell {
     Cell {
-        wobble_deg: 3.0,
+        tilt_change_deg: 3.0,
         gyro,
         ..line()
     }

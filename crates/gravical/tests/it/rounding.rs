@@ -115,9 +115,9 @@ fn session(rate_hz: f64, noise: f64) -> SimulatedFile {
         .remove(0)
 }
 
-fn line(rate_hz: f64, noise: f64, wobble_deg: f64) -> SimulatedFile {
+fn line(rate_hz: f64, noise: f64, tilt_change_deg: f64) -> SimulatedFile {
     let line = Scenario::Line(LineOptions {
-        wobble_deg,
+        tilt_change_deg,
         ..LineOptions::default()
     });
     simulate(&options(line, rate_hz, noise))
@@ -190,13 +190,13 @@ fn poses_do_not_depend_on_rounding() {
 #[test]
 fn rests_do_not_depend_on_rounding() {
     for rate_hz in [25.0, 100.0, 400.0] {
-        for (noise, wobble_deg) in [(1.0, 0.0), (0.3, 2.0)] {
-            let file = line(rate_hz, noise, wobble_deg);
-            let clean = line(rate_hz, 0.0, wobble_deg);
+        for (noise, tilt_change_deg) in [(1.0, 0.0), (0.3, 2.0)] {
+            let file = line(rate_hz, noise, tilt_change_deg);
+            let clean = line(rate_hz, 0.0, tilt_change_deg);
             let mut reference: Option<Vec<(f64, f64)>> = None;
             for how in writings() {
                 let recording = written(&file, &how);
-                let what = format!("{rate_hz} Hz, noise {noise}, {wobble_deg}°, {how:?}");
+                let what = format!("{rate_hz} Hz, noise {noise}, {tilt_change_deg}°, {how:?}");
                 let result = motion(&recording, None, &MotionOptions::default())
                     .unwrap()
                     .result;

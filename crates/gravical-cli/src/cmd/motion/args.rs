@@ -159,7 +159,7 @@ struct TruthArgs {
 enum Procedure {
     /// strapdown with zero-velocity updates
     Default,
-    /// as in the classical student report: --gravity-removal initial-mean --initial-rows 500
+    /// as in the student report: --gravity-removal initial-mean --initial-rows 500
     /// --smooth savgol:5,2 --zero-velocity off
     Report,
 }
@@ -249,7 +249,7 @@ impl Args {
                     Removal::ConstantTilt => GravityRemoval::ConstantTilt,
                     Removal::InitialMean => GravityRemoval::InitialMean,
                 }),
-            still_rows: m.initial_rows.unwrap_or(preset.still_rows),
+            initial_rows: m.initial_rows.unwrap_or(preset.initial_rows),
             smooth: match &m.smooth[..] {
                 [] => preset.smooth,
                 given => given.iter().filter_map(|s| s.0).collect(),
@@ -270,7 +270,7 @@ impl Args {
             p0_m: m.p0.map_or(preset.p0_m, |p| p.0),
             gravity: self.gravity.given()?,
             clock_error: m.clock_error.unwrap_or(preset.clock_error),
-            wobble_deg: m.tilt_change.unwrap_or(preset.wobble_deg),
+            tilt_change_deg: m.tilt_change.unwrap_or(preset.tilt_change_deg),
             bands: !m.no_bands,
             keep_uncalibrated: self.figures.figures.is_some() || self.report.is_wanted(),
             axes: self.recording.axes.0,

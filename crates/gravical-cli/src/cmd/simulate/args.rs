@@ -120,7 +120,7 @@ enum Command {
             default_value_t = 0.0,
             allow_negative_numbers = true
         )]
-        wobble: f64,
+        tilt_change: f64,
         #[command(flatten)]
         shared: Box<Shared>,
     },
@@ -293,7 +293,7 @@ impl Args {
                 offset,
                 move_time,
                 rest,
-                wobble,
+                tilt_change,
                 shared,
             } => (
                 Scenario::Line(LineOptions {
@@ -301,7 +301,7 @@ impl Args {
                     offset_m: *offset,
                     move_time_s: *move_time,
                     rest_s: *rest,
-                    wobble_deg: *wobble,
+                    tilt_change_deg: *tilt_change,
                 }),
                 shared,
             ),

@@ -179,7 +179,7 @@ pub struct Session<'a> {
 /// `missing-face`, `same-face-twice`, `left-handed`, `singular` (Ferraris);
 /// `underdetermined`, `not-converged`, `reading-values` (the others); `sensors-differ`
 /// where recordings that can be fitted alone contradict each other;
-/// `no-such-pose` (usage) for a name in `--face` or `--free`.
+/// `no-such-pose` (usage) for a name in `--face-pose` or `--free-pose`.
 pub fn accelerometer(session: &Session<'_>, options: &EstimateOptions) -> Result<Estimate> {
     let nominal = session
         .recordings

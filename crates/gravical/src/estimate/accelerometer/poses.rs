@@ -72,7 +72,7 @@ pub(super) fn by_joint(
             "left-handed",
             format!("the faces as named make a left-handed sensor (det R = {hand:.3}): two poses are swapped"),
         )
-        .with_hint("leave --faces names out, and the faces are taken from the data"));
+        .with_hint("leave --faces-from names out, and the faces are taken from the data"));
     }
     let axes = session.axes;
     // u = M_board a_board + b, and a_board = P a_case.
@@ -182,7 +182,10 @@ fn role(placement: &Placement, options: &EstimateOptions, axes: &AxisMap) -> Rol
 }
 
 fn check_names(placements: &[Placement], options: &EstimateOptions) -> Result<()> {
-    for (option, names) in [("--free", &options.free), ("--face", &options.face)] {
+    for (option, names) in [
+        ("--free-pose", &options.free),
+        ("--face-pose", &options.face),
+    ] {
         for name in names {
             let Some(placement) = placements.iter().find(|p| is_called(p, name)) else {
                 let known: Vec<&str> = placements.iter().map(|p| p.label.as_str()).collect();
@@ -194,11 +197,11 @@ fn check_names(placements: &[Placement], options: &EstimateOptions) -> Result<()
                     ),
                 ));
             };
-            if option == "--face" && placement.face.is_none() {
+            if option == "--face-pose" && placement.face.is_none() {
                 return Err(Error::usage(
                     "no-such-pose",
                     format!(
-                        "--face {name}: it lies {:.0}° from the nearest axis; beyond 25° it is no face",
+                        "--face-pose {name}: it lies {:.0}° from the nearest axis; beyond 25° it is no face",
                         placement.angle_deg
                     ),
                 ));

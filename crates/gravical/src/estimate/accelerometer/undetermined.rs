@@ -37,7 +37,7 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
             "not-converged",
             format!("the fit of {count} poses did not converge"),
         )
-        .with_hint("`gravical inspect` lists the poses; leave out one that moved, or name faces with --face"),
+        .with_hint("`gravical inspect` lists the poses; leave out one that moved, or name faces with --face-pose"),
         JointError::Undetermined { direction, sd } => {
             let (spanned, missing) = span(&directions);
             let poses = match count {

@@ -106,7 +106,7 @@ pub fn accelerometer(
             "left-handed",
             format!("the faces as named make a left-handed sensor ({why}): two poses are swapped"),
         )
-        .with_hint("leave --faces names out, and the faces are taken from the data"));
+        .with_hint("leave --faces-from names out, and the faces are taken from the data"));
     }
     let calibration = parameters
         .calibration()

@@ -196,7 +196,7 @@ fn between_given_rests_what_is_left_of_the_velocity_comes_off_as_in_the_batch() 
     let bytes = line(3);
     let options = MotionOptions {
         gravity_removal: GravityRemoval::InitialMean,
-        still_rows: 400,
+        initial_rows: 400,
         rests: RestOptions {
             given_s: Some(vec![(0.0, 4.8), (7.3, f64::INFINITY)]),
         },

@@ -22,7 +22,7 @@ use super::row::{ACCEL, GYRO, RowScanner, RowStamps, TEMPERATURE, TIME};
 use super::timing::TimeUnit;
 use super::unit_choice::AccelClaim;
 use super::units::{AccelUnit, GyroUnit};
-use crate::finding::Finding;
+use crate::finding::{Finding, FindingKind};
 use crate::stats::median;
 
 use clock::Clock;
@@ -73,7 +73,25 @@ pub struct Request<'a> {
     pub file: &'a str,
 }
 
+/// Names of the columns of calibrated specific force that this program writes.
+const CALIBRATED: [&str; 3] = ["ax_mps2", "ay_mps2", "az_mps2"];
+
+/// True if there are columns with the names of calibrated ones.
+pub(crate) fn has_calibrated(names: &[String]) -> bool {
+    CALIBRATED.iter().all(|own| names.iter().any(|n| n == own))
+}
+
 impl Layout {
+    /// True if the accelerometer is read from columns with the names of calibrated ones.
+    pub(crate) fn reads_calibrated(&self, names: &[String]) -> bool {
+        (0..3).all(|i| {
+            let field = self.field(Quantity::Accel(i));
+            field
+                .and_then(|f| names.get(f))
+                .is_some_and(|n| n == CALIBRATED[i])
+        })
+    }
+
     /// Field of a channel, from 0.
     #[must_use]
     pub fn field(&self, quantity: Quantity) -> Option<usize> {
@@ -205,6 +223,21 @@ pub(super) fn find(
         let name = names.get(accel[0]).and_then(|n| understand(n));
         sensor = name.map_or_else(String::new, |c| c.sensor);
         fields.extend((0..3).map(|i| (Quantity::Accel(i), accel[i])));
+        // A table of `motion`, or of `apply --keep-raw`.
+        let raw = names
+            .get(accel[0])
+            .is_some_and(|name| name != CALIBRATED[0]);
+        if raw
+            && has_calibrated(names)
+            && let Some(finding) = findings
+                .iter_mut()
+                .find(|f| f.kind == FindingKind::SeveralSensors)
+        {
+            finding.message = format!(
+                "a table of this program with raw and calibrated columns: the raw ones ({} …) are read; --columns ax=ax_mps2,ay=ay_mps2,az=az_mps2 reads the calibrated ones",
+                names.get(accel[0]).map_or("", String::as_str)
+            );
+        }
     }
     let gyros = several::triples(&columns, Quantity::Gyro);
     let shared = |t: &[usize; 3]| {

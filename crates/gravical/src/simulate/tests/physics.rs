@@ -74,7 +74,7 @@ fn double_integration_of_the_accelerometer_gives_the_line() {
 #[test]
 fn strapdown_integration_gives_a_line_despite_wobble() {
     let mut options = ideal(Scenario::Line(LineOptions {
-        wobble_deg: 3.0,
+        tilt_change_deg: 3.0,
         ..Default::default()
     }));
     options.rate_hz = 1000.0;

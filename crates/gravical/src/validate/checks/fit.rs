@@ -59,7 +59,7 @@ pub(super) fn findings(
                 Finding::new(
                     FindingKind::NoFace,
                     format!(
-                        "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose (--face {} keeps it)",
+                        "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose (--face-pose {} keeps it)",
                         placements[k].label,
                         placements[k].angle_deg,
                         crate::output::shell_word(&placements[k].label)

@@ -131,7 +131,7 @@ fn oblique(section: &AccelerometerSection, gravity: f64) -> Option<Finding> {
 pub fn inputs(recordings: &[Recording]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (i, recording) in recordings.iter().enumerate() {
-        if recording.is_calibrated() {
+        if recording.is_calibrated {
             findings.push(
                 Finding::new(
                     FindingKind::AlreadyCalibrated,

@@ -126,7 +126,7 @@ fn very_slow_moves_are_one() {
 fn a_wobbling_move() {
     let outcome = run(100, 2.0, |o| {
         if let Scenario::Line(line) = &mut o.scenario {
-            line.wobble_deg = 3.0;
+            line.tilt_change_deg = 3.0;
         }
     });
     assert_eq!((outcome.found, outcome.once), (100, 100));
