@@ -10,9 +10,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const DOCUMENTS: [&str; 7] = [
+const DOCUMENTS: [&str; 8] = [
     "README.md",
     "docs/tutorial.md",
+    "docs/reading-results.md",
     "docs/recording.md",
     "docs/method.md",
     "docs/denoise.md",

@@ -1,12 +1,13 @@
 //! `gravical apply`: a calibrated recording.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
+use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply, apply_with_gyroscope};
 use gravical::document::{Block, Document, Remark, Section};
 use gravical::output::one_line;
-use gravical::recording::{Origin, open};
+use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, read};
+use gravical::{Error, Result};
 
 use crate::options::{RecordingArgs, read_calibration};
 use crate::report::ReportArgs;
@@ -31,6 +32,10 @@ pub struct Args {
     /// Recording, plain or .gz; - reads standard input
     #[arg(value_name = "INPUT")]
     input: PathBuf,
+    /// Gyroscope of the recording in a second file, joined by time; its calibrated rate is appended.
+    /// The recording is then held in memory
+    #[arg(long, value_name = "FILE")]
+    gyro: Option<PathBuf>,
     #[command(flatten)]
     pub output: TableArgs,
     /// Keep the raw columns and append the calibrated ones
@@ -49,20 +54,31 @@ pub struct Args {
 ///
 /// A calibration in another unit, a file that cannot be read, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    args.output
-        .check(&ReportArgs::default(), &[&args.input, &args.calibration])?;
+    let mut inputs = vec![args.input.as_path(), args.calibration.as_path()];
+    inputs.extend(args.gyro.as_deref());
+    args.output.check(&ReportArgs::default(), &inputs)?;
     let (calibration, _) = read_calibration(&args.calibration, Some(&args.input))?;
+    let read_options = args.recording.read_options(false);
     let options = ApplyOptions {
-        read: args.recording.read_options(false),
+        read: match args.gyro {
+            Some(_) => read_options.beside_gyroscope_file(),
+            None => read_options.clone(),
+        },
         keep_raw: args.keep_raw,
         axes: args.recording.axes.0,
     };
     options.read.validate()?;
+    let joined = args
+        .gyro
+        .as_deref()
+        .map(|gyro| join(args, gyro, &read_options));
+    let joined = joined.transpose()?;
     let input = open::open(&args.input, &options.read)?;
     let name = args.input.display().to_string();
-    let summary = args
-        .output
-        .write(|out| apply(&calibration, input, &name, out, &options))?;
+    let summary = args.output.write(|out| match &joined {
+        Some(joined) => apply_with_gyroscope(&calibration, input, &name, out, &options, joined),
+        None => apply(&calibration, input, &name, out, &options),
+    })?;
     if args.output.json {
         text::print_json(&summary)?;
     }
@@ -77,6 +93,24 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             .print_summary(&done, &document(&summary), detail);
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The whole recording with the gyroscope of a second file.
+///
+/// # Errors
+///
+/// `gyro-stdin` (usage); those of [`read`] and [`join_gyroscope`].
+fn join(args: &Args, gyro: &Path, options: &ReadOptions) -> Result<Recording> {
+    if args.input == Path::new("-") {
+        return Err(Error::usage(
+            "gyro-stdin",
+            "--gyro: the recording is read twice, which standard input does not allow",
+        )
+        .with_hint("give the recording as a file"));
+    }
+    let mut recording = read(&args.input, &options.beside_gyroscope_file())?;
+    join_gyroscope(&mut recording, gyro, options)?;
+    Ok(recording)
 }
 
 /// The summary as a document.

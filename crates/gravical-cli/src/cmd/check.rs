@@ -39,6 +39,9 @@ pub struct Args {
     /// Recordings of the sensor at rest: files, or one folder; - reads standard input
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
+    /// Gyroscope of the recording in a second file, joined by time
+    #[arg(long, value_name = "FILE")]
+    gyro: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
     /// Overwrite existing files
@@ -64,6 +67,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .recordings
         .iter()
         .chain([&args.calibration])
+        .chain(&args.gyro)
         .map(PathBuf::as_path)
         .collect();
     args.report.check(None, &inputs, args.force)?;
@@ -72,8 +76,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         args.recordings.first().map(PathBuf::as_path),
     )?;
     let read_options = args.recording.read_options(true);
-    let (recordings, left_out) =
-        read_session(&args.recordings, None, &read_options, Some(&options.still))?;
+    let (recordings, left_out) = read_session(
+        &args.recordings,
+        args.gyro.as_deref(),
+        &read_options,
+        Some(&options.still),
+    )?;
     let name = args.calibration.display().to_string();
     let mut result = check(&calibration, &name, &recordings, &options)?;
     result.findings.extend(left_out);

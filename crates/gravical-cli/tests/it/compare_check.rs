@@ -125,6 +125,13 @@ fn one_pose_will_do_and_what_it_leaves_open_is_said() {
     // What it was fitted to proves nothing.
     let old = json(path, "check cal.json z_axis_pos.csv", 0);
     finding(&old, "same-recordings");
+    assert_eq!(old["verdict"]["judgement"], "cannot-say");
+    // Beside a new one it does not count.
+    let both = json(path, "check cal.json z_axis_pos.csv new/z.csv", 0);
+    assert_eq!(both["verdict"]["judgement"], "fits");
+    let counts = both["static_intervals"].as_array().unwrap().iter();
+    let counts: Vec<bool> = counts.map(|s| s["counts"].as_bool().unwrap()).collect();
+    assert_eq!(counts, [false, true]);
 }
 
 #[test]

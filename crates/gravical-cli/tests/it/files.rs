@@ -77,6 +77,52 @@ fn a_target_that_cannot_be_written_is_said() {
 }
 
 #[test]
+fn a_calibration_in_place_of_a_recording_is_named() {
+    let folder = six_files(&Sensor::default());
+    let path = folder.path();
+    let line = "calibrate . --gravity 9.81 -o cal.json --quiet";
+    assert_eq!(run_in(path, words(line)).code, 0);
+    for line in ["inspect cal.json", "calibrate cal.json", "motion cal.json"] {
+        let run = run_in(path, words(line));
+        assert_eq!(run.code, 3, "{line}");
+        assert!(run.err.contains("code: is-a-calibration"), "{}", run.err);
+        assert!(
+            run.err.contains("gravical check cal.json RECORDING"),
+            "{}",
+            run.err
+        );
+    }
+}
+
+#[test]
+fn what_reading_lost_is_named_with_the_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = Sensor::default().file([0.0, 0.0, 1.0], 400, 7);
+    let torn: String = text
+        .lines()
+        .enumerate()
+        .map(|(i, line)| match i % 4 {
+            3 => format!("{}\n", &line[..6]),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    write(folder.path(), "torn.csv", &torn);
+    let run = run_in(folder.path(), words("calibrate torn.csv"));
+    assert_eq!(run.code, 3, "{}", run.out);
+    assert!(
+        run.err
+            .contains("reading torn.csv lost samples: 100 torn-line"),
+        "{}",
+        run.err
+    );
+    assert!(
+        run.err.contains("`gravical inspect torn.csv`"),
+        "{}",
+        run.err
+    );
+}
+
+#[test]
 fn broken_calibrations_are_refused_with_their_place() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();

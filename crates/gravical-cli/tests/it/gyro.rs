@@ -239,3 +239,76 @@ fn a_second_file_that_does_not_fit_is_refused() {
     assert_eq!(code("calibrate acc.txt --gyro gyro.txt", 3), "gyro-length");
     assert_eq!(code("calibrate acc.txt --gyro nowhere.txt", 3), "not-found");
 }
+
+/// A simulated session in one file, and the same in two files without the other's columns.
+fn divided(path: &Path) {
+    for make in [
+        "simulate poses -o sim --seed 5 --free 8 --quiet",
+        "calibrate sim/poses.csv --gravity 9.80665 -o cal.json --quiet",
+        "simulate line -o line --seed 5 --quiet",
+    ] {
+        assert_eq!(run_in(path, words(make)).code, 0, "{make}");
+    }
+    let text = std::fs::read_to_string(path.join("line/line.csv")).unwrap();
+    let rows = text.lines().filter(|line| !line.starts_with('#'));
+    let (mut accel, mut gyro) = (String::new(), String::new());
+    for row in rows {
+        let cells: Vec<&str> = row.split(',').collect();
+        accel += &format!("{}\n", cells[..4].join(","));
+        gyro += &format!("{},{}\n", cells[0], cells[5..].join(","));
+    }
+    write(path, "accel.csv", &accel);
+    write(path, "gyro.csv", &gyro);
+}
+
+#[test]
+fn apply_and_check_join_a_gyroscope() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    divided(path);
+    let apply = |line: &str| {
+        let run = run_in(path, words(&format!("apply cal.json {line} --quiet -o -")));
+        assert_eq!(run.code, 0, "{}", run.err);
+        let rows = run.out.lines().map(str::to_owned);
+        rows.collect::<Vec<String>>()
+    };
+    let (whole, joined) = (apply("line/line.csv"), apply("accel.csv --gyro gyro.csv"));
+    assert_eq!(
+        joined[0],
+        "Timestamp (ms),ax_mps2,ay_mps2,az_mps2,gx_rad_s,gy_rad_s,gz_rad_s"
+    );
+    assert_eq!(whole.len(), joined.len());
+    for (whole, joined) in whole.iter().zip(&joined).skip(1) {
+        // The temperature is in the whole one only.
+        let mut cells: Vec<&str> = whole.split(',').collect();
+        cells.remove(4);
+        assert_eq!(cells.join(","), *joined);
+    }
+    let checked = |line: &str| {
+        let run = run_in(path, words(&format!("check cal.json {line} --json")));
+        assert_eq!(run.code, 0, "{}", run.err);
+        run.json()["gyroscope"]["judgement"].clone()
+    };
+    assert_eq!(checked("line/line.csv"), "fits");
+    assert_eq!(checked("accel.csv --gyro gyro.csv"), "fits");
+    assert!(checked("accel.csv").is_null());
+    // What cannot be joined.
+    let run = run_in(
+        path,
+        words("apply cal.json - --gyro gyro.csv --json -o x.csv"),
+    );
+    assert_eq!((run.code, run.error_code().as_str()), (2, "gyro-stdin"));
+    let means = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n-y,0.46,-9.99,0.39\n\
+                 +y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
+    write(path, "means.csv", means);
+    let line = "calibrate means.csv --method ferraris -o six.json --quiet";
+    assert_eq!(run_in(path, words(line)).code, 0);
+    let run = run_in(
+        path,
+        words("apply six.json accel.csv --gyro gyro.csv --json -o x.csv"),
+    );
+    assert_eq!(
+        (run.code, run.error_code().as_str()),
+        (2, "gyro-not-calibrated")
+    );
+}

@@ -272,3 +272,20 @@ fn a_reference_with_its_own_clock_rate_and_heading() {
         &[],
     );
 }
+
+#[test]
+fn a_table_of_motion_says_which_of_its_columns_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    let make = "motion line/line.csv -c cal.json -o track.csv --quiet";
+    assert_eq!(run_in(path, words(make)).code, 0);
+    let again = motion(path, "track.csv -c cal.json", 0);
+    let raw = finding(&again, "several-sensors")["message"].clone();
+    let raw = raw.as_str().unwrap();
+    assert!(raw.contains("raw ones (raw_ax_mps2 …) are read"), "{raw}");
+    assert!(!kinds(&again).contains(&"already-calibrated".to_owned()));
+    let columns = "--columns ax=ax_mps2,ay=ay_mps2,az=az_mps2";
+    let calibrated = motion(path, &format!("track.csv {columns} -c cal.json"), 0);
+    finding(&calibrated, "already-calibrated");
+}

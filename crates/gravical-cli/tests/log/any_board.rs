@@ -35,6 +35,11 @@ fn noise(i: u32, channel: u32) -> f64 {
     f64::from((i * 7919 + channel * 131) % 61) * 5e-4
 }
 
+/// The sample `i` of a sensor at rest with z up, m/s².
+fn at_rest(i: u32) -> [f64; 3] {
+    [noise(i, 1), noise(i, 2), 9.81 + noise(i, 3)]
+}
+
 /// Records what `line` prints for each sample, and what comes before the first.
 fn record(before: &str, options: &str, line: impl Fn(u32) -> String) -> Outcome {
     let folder = tempfile::tempdir().unwrap();
@@ -99,12 +104,8 @@ impl Outcome {
 #[test]
 fn three_columns_without_a_stamp() {
     let outcome = record("", "", |i| {
-        format!(
-            "{:.3},{:.3},{:.3}\r\n",
-            noise(i, 1),
-            noise(i, 2),
-            9.81 + noise(i, 3)
-        )
+        let [x, y, z] = at_rest(i);
+        format!("{x:.3},{y:.3},{z:.3}\r\n")
     });
     outcome.has("t_host_ms,ax,ay,az", "m/s^2", false);
     outcome.has_host_time();
@@ -136,13 +137,8 @@ fn six_columns_with_tabs_below_another_header() {
 #[test]
 fn serial_plotter_with_a_stamp_and_torn_lines() {
     let outcome = record("", "", |i| {
-        let row = format!(
-            "ms:{} ax:{:.3} ay:{:.3} az:{:.3}\n",
-            10 * i,
-            noise(i, 1),
-            noise(i, 2),
-            9.81 + noise(i, 3)
-        );
+        let [x, y, z] = at_rest(i);
+        let row = format!("ms:{} ax:{x:.3} ay:{y:.3} az:{z:.3}\n", 10 * i);
         match i {
             // Bytes are lost.
             20 => row.replace(" ay:", ""),
@@ -158,12 +154,8 @@ fn serial_plotter_with_a_stamp_and_torn_lines() {
 #[test]
 fn numbers_with_names_and_a_unit_behind_the_last() {
     let outcome = record("Adafruit MPU6050 test!\n", "", |i| {
-        format!(
-            "Acceleration X: {:.2}, Y: {:.2}, Z: {:.2} m/s^2\n",
-            noise(i, 1),
-            noise(i, 2),
-            9.81 + noise(i, 3)
-        )
+        let [x, y, z] = at_rest(i);
+        format!("Acceleration X: {x:.2}, Y: {y:.2}, Z: {z:.2} m/s^2\n")
     });
     outcome.has(
         "t_host_ms,Acceleration X (m/s^2),Acceleration Y (m/s^2),Acceleration Z (m/s^2)",
@@ -193,25 +185,15 @@ fn semicolons_with_a_stamp() {
 #[test]
 fn nine_columns_with_a_magnetometer() {
     let line = |i: u32| {
-        format!(
-            "{:.3} {:.3} {:.3}  {:.3} 0.01 0.02  20.1 -3.2 44.0\n",
-            noise(i, 1),
-            noise(i, 2),
-            9.81 + noise(i, 3),
-            noise(i, 4) * 0.1
-        )
+        let ([x, y, z], rate) = (at_rest(i), noise(i, 4) * 0.1);
+        format!("{x:.3} {y:.3} {z:.3}  {rate:.3} 0.01 0.02  20.1 -3.2 44.0\n")
     };
     let outcome = record("", "", line);
     outcome.has("t_host_ms ax ay az gx gy gz c7 c8 c9", "m/s^2", true);
     // In another order, as the option says.
     let outcome = record("", "--columns gx,gy,gz,ax,ay,az", |i| {
-        format!(
-            "0.1,0.2,{:.3},{:.3},{:.3},{:.3},20.1,-3.2,44\n",
-            noise(i, 4),
-            noise(i, 1),
-            noise(i, 2),
-            9.81 + noise(i, 3)
-        )
+        let ([x, y, z], rate) = (at_rest(i), noise(i, 4));
+        format!("0.1,0.2,{rate:.3},{x:.3},{y:.3},{z:.3},20.1,-3.2,44\n")
     });
     outcome.has("t_host_ms,gx,gy,gz,ax,ay,az,c7,c8,c9", "m/s^2", true);
 }

@@ -1,12 +1,13 @@
 //! Moves that something disturbs of which the model does not know.
 
 use gravical::motion::{Calibrated, MotionOptions, motion};
-use gravical::recording::{AccelUnit, GyroUnit, ReadOptions, Recording, SampleColumns, TimeUnit};
+use gravical::recording::Recording;
 use gravical::simulate::{Scenario, SimulateOptions, StaticOptions, simulate};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+use super::recording::recording;
 use super::runs::calibration;
 
 type AnyError = Box<dyn std::error::Error>;
@@ -141,19 +142,7 @@ impl Disturbance {
                 *gyro = (*gyro + rate).clamp(-most, most);
             }
         }
-        let columns = SampleColumns {
-            time: Some(&file.t_s),
-            accel: file.accel_mps2.each_ref().map(|c| &c[..]),
-            gyro: Some(file.gyro_rad_s.each_ref().map(|c| &c[..])),
-            ..SampleColumns::default()
-        };
-        let options = ReadOptions {
-            accel_unit: Some(AccelUnit::MetrePerSecondSquared),
-            gyro_unit: Some(GyroUnit::RadianPerSecond),
-            time_unit: Some(TimeUnit::Second),
-            ..ReadOptions::default()
-        };
-        Ok(Recording::from_samples("disturbed", &columns, &options)?)
+        recording("disturbed", &file.t_s, &file.accel_mps2, &file.gyro_rad_s)
     }
 }
 

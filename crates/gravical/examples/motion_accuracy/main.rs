@@ -6,6 +6,7 @@
 //! `--walks` only that of walks.
 
 mod closures;
+mod recording;
 mod runs;
 mod walks;
 

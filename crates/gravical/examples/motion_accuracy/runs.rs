@@ -5,9 +5,7 @@ use gravical::calibration_file::{CalibrationFile, Covariance, GyroscopeSection};
 use gravical::estimate::accelerometer::Method;
 use gravical::motion::{Calibrated, MotionOptions, motion};
 use gravical::recording::{GyroUnit, ReadOptions, read, read_bytes};
-use gravical::simulate::{
-    FileFormat, LineOptions, Scenario, SimulateOptions, Simulation, simulate, write,
-};
+use gravical::simulate::{LineOptions, Scenario, SimulateOptions, Simulation, simulate, write};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -162,7 +160,6 @@ fn simulated(cell: &Cell, seed: u64) -> Result<(Simulation, CalibrationFile), An
     options.seed = seed;
     options.dropped_fraction = cell.dropped;
     options.stamp_jitter_ms = cell.jitter_ms;
-    options.file.format = FileFormat::TrueHeader;
     options.file.decimals = 6;
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed_0000);
     let mut normal = || rng.sample::<f64, _>(StandardNormal);

@@ -1,11 +1,12 @@
 //! A walking foot whose parameters are off by draws from what is known of them.
 
 use gravical::motion::{Calibrated, MotionOptions, motion};
-use gravical::recording::{AccelUnit, GyroUnit, ReadOptions, Recording, SampleColumns, TimeUnit};
+use gravical::recording::Recording;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+use super::recording::recording;
 use super::runs::{ACCEL_SD, GYRO_SD, calibration};
 
 type AnyError = Box<dyn std::error::Error>;
@@ -106,21 +107,9 @@ fn walk(
             gyro[k].push(w + GYRO_N * RATE_HZ.sqrt() * normal());
         }
     }
-    let columns = SampleColumns {
-        time: Some(&t_s),
-        accel: accel.each_ref().map(|c| &c[..]),
-        gyro: Some(gyro.each_ref().map(|c| &c[..])),
-        ..SampleColumns::default()
-    };
-    let options = ReadOptions {
-        accel_unit: Some(AccelUnit::MetrePerSecondSquared),
-        gyro_unit: Some(GyroUnit::RadianPerSecond),
-        time_unit: Some(TimeUnit::Second),
-        ..ReadOptions::default()
-    };
     let end = foot(1e6, strides);
     Ok((
-        Recording::from_samples("walk", &columns, &options)?,
+        recording("walk", &t_s, &accel, &gyro)?,
         [end[0], end[1], end[2]],
     ))
 }

@@ -26,7 +26,7 @@ use session::{Disturbance, Judged, Plan, Session};
 
 fn verdicts(count: usize, seed: u64, only: &str) {
     println!(
-        "| session | disturbed by | good | fair | not verifiable | poor | refused | good, but off by more than 5 mg | fair, but by more than 20 mg | worst direction, mg | said, mg | could hide, mg |"
+        "| session | disturbed by | good | fair | not verifiable | poor | refused | good, but off by more than 5 mg | fair, but by more than 20 mg | largest error, mg | predicted (2σ), mg | undetected, mg |"
     );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for plan in Plan::ALL {
@@ -62,8 +62,8 @@ fn verdicts(count: usize, seed: u64, only: &str) {
                 of(Grade::Good, 5.0),
                 of(Grade::Fair, 20.0),
                 median(|j| j.worst_mg),
-                median(|j| j.claimed_mg),
-                median(|j| j.hidden_mg),
+                median(|j| j.predicted_mg),
+                median(|j| j.undetected_mg),
             );
         }
     }

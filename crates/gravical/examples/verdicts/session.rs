@@ -64,7 +64,7 @@ impl Plan {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Disturbance {
     None,
-    /// 20 mg in one hold, in any direction.
+    /// 20 mg in one pose, in any direction.
     OnePose,
     /// The bias moves by 20 mg from the first hold to the last.
     Drift,
@@ -95,13 +95,13 @@ impl Disturbance {
     pub fn name(self) -> &'static str {
         match self {
             Disturbance::None => "nothing",
-            Disturbance::OnePose => "20 mg in one hold",
+            Disturbance::OnePose => "20 mg in one pose",
             Disturbance::Drift => "a bias that drifts by 20 mg",
             Disturbance::Cubic => "cubic nonlinearity of 0.5 %",
             Disturbance::Bump => "a bump of 0.3 g",
             Disturbance::Vibration => "vibration of 30 mg",
             Disturbance::Gravity => "g given 0.3 % too large",
-            Disturbance::Spikes => "spikes of 1 g in 10 % of a hold",
+            Disturbance::Spikes => "spikes of 1 g in 10 % of a pose",
         }
     }
 }
@@ -111,9 +111,10 @@ pub struct Judged {
     pub grade: Grade,
     /// Largest error of ‖a‖ over all directions, mg.
     pub worst_mg: f64,
-    /// What it says of that, and what could hide, mg.
-    pub claimed_mg: f64,
-    pub hidden_mg: f64,
+    /// The same as the verdict predicts it (2σ), mg.
+    pub predicted_mg: f64,
+    /// Undetected error by the verdict, mg.
+    pub undetected_mg: f64,
 }
 
 pub struct Session {
@@ -299,11 +300,11 @@ impl Session {
         Some(Judged {
             grade: file.verdict.grade,
             worst_mg: worst / MG,
-            claimed_mg: file
+            predicted_mg: file
                 .accelerometer
                 .worst_direction
                 .map_or(f64::INFINITY, |w| w.error_mps2 / MG),
-            hidden_mg: file
+            undetected_mg: file
                 .accelerometer
                 .undetected
                 .map_or(f64::INFINITY, |u| u.effect_mps2 / MG),

@@ -62,17 +62,19 @@ impl Correction {
 }
 
 impl Drift {
-    /// `None` if the calibration has no drift, or if the recording has no temperatures; a finding
+    /// `with_gyro`: there is a gyroscope, in the recording or joined to it. `None` if the calibration
+    /// has no drift, or if the recording has no temperatures; a finding
     /// then reports the possible error.
     pub fn new(
         calibration: &CalibrationFile,
         head: &HeadChannels,
         layout: &Layout,
+        with_gyro: bool,
         findings: &mut Vec<Finding>,
     ) -> Option<Self> {
         let model = calibration.temperature_model.as_ref()?;
         // Without a calibration of the gyroscope its columns stay unchanged.
-        let channels = if calibration.gyroscope.is_some() && layout.has_gyro() {
+        let channels = if calibration.gyroscope.is_some() && with_gyro {
             6
         } else {
             3

@@ -43,6 +43,7 @@
 //! ```
 
 pub(crate) mod drift;
+mod joined;
 mod judge;
 pub(crate) mod plan;
 pub(crate) mod sensor;
@@ -62,12 +63,15 @@ use crate::recording::names::Role;
 use crate::recording::open::Input;
 use crate::recording::text::open_rows;
 use crate::recording::timing::Treatment;
-use crate::recording::{AccelScale, AccelUnit, Aside, Finding, FindingKind, GyroUnit, ReadOptions};
+use crate::recording::{
+    AccelScale, AccelUnit, Aside, Finding, FindingKind, GyroUnit, ReadOptions, Recording,
+};
 use crate::segment::face::AxisMap;
 
 pub use drift::TemperatureOutcome;
 
 use drift::Drift;
+use joined::Joined;
 use judge::{Case, judge};
 use plan::Plan;
 use sensor::Sensor;
@@ -167,11 +171,42 @@ pub fn apply(
     out: &mut dyn Write,
     options: &ApplyOptions,
 ) -> Result<ApplySummary> {
+    run(calibration, input, name, out, options, None)
+}
+
+/// The same with the gyroscope of a second file: `joined` is the recording `input`, read as a
+/// whole, with the gyroscope joined to it
+/// ([`join_gyroscope`](crate::recording::join_gyroscope)). The calibrated angular rate is
+/// appended as columns; rows without a reading of the gyroscope nearby have none.
+///
+/// # Errors
+///
+/// As [`apply`], and `gyro-not-calibrated` (usage) if the calibration has no gyroscope.
+pub fn apply_with_gyroscope(
+    calibration: &CalibrationFile,
+    input: Input,
+    name: &str,
+    out: &mut dyn Write,
+    options: &ApplyOptions,
+    joined: &Recording,
+) -> Result<ApplySummary> {
+    run(calibration, input, name, out, options, Some(joined))
+}
+
+fn run(
+    calibration: &CalibrationFile,
+    input: Input,
+    name: &str,
+    out: &mut dyn Write,
+    options: &ApplyOptions,
+    joined: Option<&Recording>,
+) -> Result<ApplySummary> {
     options.read.validate()?;
     let mut file = open_rows(input, name, Role::Recording, &options.read, None)?.with_spans();
     let mut findings = std::mem::take(&mut file.findings);
     let (format, head) = (file.format.clone(), file.head());
-    let drift = Drift::new(calibration, &head, &format.layout, &mut findings);
+    let with_gyro = joined.is_some() || format.layout.has_gyro();
+    let drift = Drift::new(calibration, &head, &format.layout, with_gyro, &mut findings);
     let case = Case {
         calibration,
         head: &head,
@@ -183,6 +218,9 @@ pub fn apply(
         name,
     };
     let judged = judge(&case, &mut findings)?;
+    let joined = joined.map(|r| Joined::new(calibration, r, &mut findings));
+    let mut joined = joined.transpose()?;
+    let gyro_unit = joined.as_ref().map(|j| j.unit).or(judged.gyro);
     let assumed = *file.rows.facts();
     if calibration.verdict.grade == Grade::Poor {
         findings.push(Finding::new(
@@ -203,18 +241,20 @@ pub fn apply(
     let mut plan = Plan::new(
         &format.dialect,
         &format.layout,
-        judged.gyro.is_some(),
+        gyro_unit.is_some(),
         options.keep_raw,
     );
     findings.append(&mut plan.findings);
 
-    let mut sensor =
-        Sensor::new(calibration, judged.gyro.is_some(), options.axes).with_drift(drift);
+    let mut sensor = Sensor::new(calibration, gyro_unit.is_some(), options.axes).with_drift(drift);
     let mut out = BlockWriter::new(out);
     out.bytes.extend_from_slice(&plan.header());
     let mut without_acceleration = 0;
     while let Some(row) = file.rows.next_row()? {
-        let calibrated = sensor.calibrate(row.values, row.line);
+        let calibrated = match &mut joined {
+            Some(joined) => sensor.calibrate(&joined.fill(row.values, row.line), row.line),
+            None => sensor.calibrate(row.values, row.line),
+        };
         without_acceleration += u64::from(calibrated[0].is_nan());
         write_breaks(row.before, &mut out.bytes);
         plan.write_row(row.text.bytes, row.text.spans, &calibrated, &mut out.bytes);
@@ -251,7 +291,7 @@ pub fn apply(
             .collect(),
         accelerometer: judged.accel,
         calibration_unit: calibration.accelerometer.input_unit,
-        gyroscope: match judged.gyro {
+        gyroscope: match gyro_unit {
             Some(unit) => GyroscopeOutcome::Calibrated(unit),
             None if format.layout.has_gyro() => GyroscopeOutcome::Kept,
             None => GyroscopeOutcome::Absent,

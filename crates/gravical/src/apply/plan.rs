@@ -81,11 +81,12 @@ impl Plan {
                 }
             }
         }
-        if keep_raw {
-            for (i, name) in names.iter().enumerate() {
-                if let Some(name) = name {
-                    plan.value(i, name);
-                }
+        for (i, name) in names.iter().enumerate() {
+            // A channel of another file has no column here.
+            if let Some(name) = name
+                && (keep_raw || channel_field(layout, i).is_none())
+            {
+                plan.value(i, name);
             }
         }
         plan

@@ -182,6 +182,7 @@ fn temperature_clipping_and_old_recordings_are_told() {
     file.inputs[0].sha256 = Some("00".into());
     let report = checked(&file, &[again]);
     assert!(has(&report, "temperature-outside") && has(&report, "same-recordings"));
+    assert_ne!(report.verdict.judgement, Judgement::Fits);
 
     // At ±1 g full scale nothing is left above: whole counts at the end.
     let mut clipped = rest(UP[4], 300, [0.0; 3], G, 0.0, 5);

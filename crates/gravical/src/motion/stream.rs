@@ -74,8 +74,16 @@ pub fn motion_stream(
     read.validate()?;
     let mut file = open_rows(input, name, Role::Recording, read, None)?;
     let begin = Begin::new(&file, name, read, calibration, options)?;
-    let drift = calibration
-        .and_then(|c| Drift::new(c.file, &file.head(), &file.format.layout, &mut Vec::new()));
+    let drift = calibration.and_then(|c| {
+        let layout = &file.format.layout;
+        Drift::new(
+            c.file,
+            &file.head(),
+            layout,
+            layout.has_gyro(),
+            &mut Vec::new(),
+        )
+    });
     let mut findings = begin.findings.clone();
     let mut pipeline = begin.pipeline(&file, options, out.is_some(), &mut findings)?;
     let assumed = *file.rows.facts();

@@ -6,6 +6,7 @@ use crate::document::number::{fixed, milli_g, signed};
 use crate::document::{
     Block, Cell, Column, Document, Grade, Quantity, Row, Section, Table, Verdict,
 };
+use crate::segment::still::StillOptions;
 
 use super::short_name;
 
@@ -76,6 +77,10 @@ fn stills_of(report: &CheckReport) -> Section<'static> {
         .opening()
         .with(table)
         .with(Block::paragraph(rms))
+        .with(Block::note(format!(
+            "A static interval lasts at least {} here; `inspect` lists longer ones only.",
+            StillOptions::short_rests().shortest()
+        )))
 }
 
 fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {

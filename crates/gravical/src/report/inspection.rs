@@ -5,6 +5,7 @@ use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
 use crate::inspect::{Inspection, StillSpan};
 use crate::recording::Origin;
 use crate::recording::units::{AccelUnit, GyroUnit};
+use crate::segment::still::StillOptions;
 
 use super::short_name;
 use super::temperature::drift;
@@ -192,5 +193,10 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
         ])
         .columns(Column::axes("mean reading"))
         .rows(all.iter().enumerate().map(row));
-    Section::new("intervals", "Static intervals").with(table)
+    let shortest = StillOptions::default().shortest();
+    Section::new("intervals", "Static intervals")
+        .with(table)
+        .full(Block::note(format!(
+            "A static interval lasts at least {shortest}, as for `calibrate`; `check` and `motion` use shorter ones, too. angle to face: angle of the mean reading to the nearest face, by tilt, bias and misalignment together."
+        )))
 }

@@ -69,6 +69,15 @@ pub struct StillOptions {
 }
 
 impl StillOptions {
+    /// The shortest static interval in words: "1 s, or 200 rows in at least 0.2 s".
+    #[must_use]
+    pub fn shortest(&self) -> String {
+        format!(
+            "{} s, or {} rows in at least {} s",
+            self.shortest_s, self.enough_rows, self.least_s
+        )
+    }
+
     /// For a sensor held in the hand or on a vibrating base: intervals found with these options
     /// must be reported with a warning.
     #[must_use]
