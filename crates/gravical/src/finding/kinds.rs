@@ -535,7 +535,7 @@ kinds! {
             "fix what the verdict names";
         AlreadyCalibrated "already-calibrated" Warning
             "the columns have the names of calibrated columns"
-            "`apply` and files given by name: used anyway; files of a folder: ignored"
+            "`apply` and files given by name: used anyway, in `motion` with wider bands; files of a folder: ignored"
             "give the raw recording";
         SameFileTwice "same-file-twice" Warning
             "two inputs are identical"
@@ -611,7 +611,7 @@ kinds! {
             "calibrate again from the recordings";
         GravityOff "gravity-off" Either
             "at rest the magnitude differs from gravity"
-            "nothing; the message gives the effect of a scale error"
+            "with a calibration the bands are widened; without, the message gives the effect of a scale error"
             "calibrate, or test the calibration with `gravical check`";
         ConstantSpeed "constant-speed" Note
             "a quiet interval in which the velocity is far from zero"

@@ -6,18 +6,17 @@ use std::ops::Range;
 use gravical_core::matrix3::norm;
 
 use super::anchors::{Anchors, Side, Walk};
+use super::misfit::GravityMisfit;
+use super::nominal::Nominal;
 use super::options::{GravityRemoval, MotionOptions};
 use super::parameters::{self, Assumed, DATA_SHEET, Direction, TURNED, UNSTATED};
 use super::samples::{Samples, View};
+use super::scales::Scales;
 use super::words;
 use crate::calibration_file::CalibrationFile;
 use crate::gravity::Gravity;
 use crate::recording::Finding;
-
-/// Mean magnitude over the first rest, m/s².
-pub(super) fn size_at_rest(samples: &Samples, rests: &[Range<usize>], walk: Walk) -> Option<f64> {
-    force_at_rest(samples, rests, walk).map(|f| norm(&f))
-}
+use crate::uncertainty::{Covariance12, covariance_at_its_gravity, covariance_of};
 
 /// Mean specific force over the first rest, m/s².
 pub(super) fn force_at_rest(
@@ -32,24 +31,31 @@ pub(super) fn force_at_rest(
     })
 }
 
-/// Which parameters may be off, and by how much.
+/// A calibration, how it was applied, and the samples that it gave.
+pub(super) struct Applied<'a> {
+    pub file: Option<&'a CalibrationFile>,
+    pub scales: &'a Scales,
+    pub samples: &'a Samples,
+    /// The samples by nominal scales alone; none without a calibration.
+    pub nominal: Option<&'a Nominal>,
+    pub walk: Walk,
+}
+
+/// Which parameters may be off, and by how much, before the rests are asked.
 pub(super) fn directions(
-    file: Option<&CalibrationFile>,
-    gyro_calibrated: bool,
-    samples: &Samples,
-    size: Option<f64>,
+    applied: &Applied<'_>,
+    rests: &[Range<usize>],
     options: &MotionOptions,
-    findings: &mut Vec<Finding>,
 ) -> Vec<Direction> {
+    let Applied { file, samples, .. } = *applied;
     let mut all = match file {
-        Some(file) => parameters::by_covariance(file, &options.axes).unwrap_or_else(|| {
-            findings.push(words::no_covariance());
-            parameters::by_class(&UNSTATED)
-        }),
+        Some(file) => of_accelerometer(file, covariance_of(&file.accelerometer), options)
+            .unwrap_or_else(|| parameters::by_class(&UNSTATED)),
         None => {
             // Gravity itself may show more than a data sheet allows.
-            let off = size.map_or(0.0, |s| {
-                (s / local_gravity(file, options).value_mps2 - 1.0).abs()
+            let force = force_at_rest(samples, rests, applied.walk);
+            let off = force.map_or(0.0, |f| {
+                (norm(&f) / local_gravity(file, options).value_mps2 - 1.0).abs()
             });
             parameters::by_class(&Assumed {
                 scale: DATA_SHEET.scale.max(off),
@@ -58,7 +64,7 @@ pub(super) fn directions(
         }
     };
     if samples.rate_rad_s.is_some() && options.gravity_removal == GravityRemoval::Strapdown {
-        let own = file.filter(|_| gyro_calibrated);
+        let own = file.filter(|_| applied.scales.gyro_calibrated);
         let fitted = own
             .and_then(|f| f.gyroscope.as_ref())
             .is_some_and(|g| g.method != "bias");
@@ -66,6 +72,68 @@ pub(super) fn directions(
         all.extend(parameters::of_gyroscope(own, &assumed, &options.axes));
     }
     all
+}
+
+fn of_accelerometer(
+    file: &CalibrationFile,
+    covariance: Option<Covariance12>,
+    options: &MotionOptions,
+) -> Option<Vec<Direction>> {
+    parameters::by_covariance(&file.accelerometer, &covariance?, &options.axes)
+}
+
+/// What the rests say against a calibration.
+#[derive(Default)]
+pub(super) struct Doubts {
+    /// What may be off beside [`directions`].
+    pub directions: Vec<Direction>,
+    pub misfit: Option<GravityMisfit>,
+    pub findings: Vec<Finding>,
+}
+
+/// Holds the calibration that was applied against gravity at `rests`; `named_calibrated`: the
+/// recording's columns have the names that calibrated ones have.
+pub(super) fn doubts(
+    applied: &Applied<'_>,
+    rests: &[Range<usize>],
+    directions: &[Direction],
+    named_calibrated: bool,
+    options: &MotionOptions,
+) -> Doubts {
+    let Some(file) = applied.file else {
+        return Doubts::default();
+    };
+    let mut doubts = Doubts::default();
+    if covariance_of(&file.accelerometer).is_none() {
+        doubts.findings.push(words::no_covariance());
+    }
+    let gravity = local_gravity(Some(file), options).value_mps2;
+    // Where gravity is that of the calibration, its error is the same in both.
+    let known = match options.gravity {
+        Some(_) => None,
+        None => covariance_at_its_gravity(&file.accelerometer, gravity),
+    };
+    let own = of_accelerometer(file, known, options);
+    let directions = own.as_deref().unwrap_or(directions);
+    let worst =
+        |view: View<'_>| GravityMisfit::worst(view, rests, applied.walk, directions, gravity);
+    let view = View::calibrated(applied.samples);
+    doubts.misfit = worst(view);
+    if let Some(misfit) = doubts.misfit.filter(|m| m.contradicts) {
+        doubts.directions.extend(misfit.directions());
+        doubts.findings.extend(words::misfit(&misfit));
+    }
+    // Raw columns of the same name show other gravity than calibrated ones.
+    let raw = applied
+        .nominal
+        .and_then(|nominal| worst(View::nominal(applied.samples, nominal)));
+    if named_calibrated && raw.is_none_or(|raw| !raw.contradicts) {
+        let nominal = 1.0 / applied.scales.by_scale.matrix[0][0];
+        let twice = parameters::applied_twice(file, nominal, &options.axes);
+        doubts.directions.push(twice);
+        doubts.findings.push(words::already_calibrated());
+    }
+    doubts
 }
 
 pub(super) fn local_gravity(file: Option<&CalibrationFile>, options: &MotionOptions) -> Gravity {

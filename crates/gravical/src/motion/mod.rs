@@ -37,6 +37,7 @@ mod drift;
 mod gate;
 mod hidden;
 mod leg;
+mod misfit;
 mod nominal;
 mod opening;
 mod options;
@@ -68,7 +69,7 @@ use crate::denoise::smooth;
 use crate::recording::{Finding, Recording};
 
 use anchors::Walk;
-use assumed::{force_at_rest, initial_mean, local_gravity, size_at_rest};
+use assumed::{Applied, force_at_rest, initial_mean, local_gravity};
 use hidden::Hidden;
 use path::Known;
 use prepare::{Prepared, prepare, with_scales};
@@ -77,6 +78,7 @@ use setup::Setup;
 use still::Noise;
 
 pub use hidden::VisibleMove;
+pub use misfit::GravityMisfit;
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
 pub use stream::{Streamed, motion_stream};
@@ -176,16 +178,15 @@ fn compute(
     let view = View::calibrated(&samples);
     let walk = Walk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
     let mut rests = found.spans.clone();
-    let size = size_at_rest(&samples, &rests, walk);
-    let directions = assumed::directions(
+    let applied = Applied {
         file,
-        scales.gyro_calibrated,
-        &samples,
-        size,
-        options,
-        &mut findings,
-    );
-    let mut setup = Setup {
+        scales: &scales,
+        samples: &samples,
+        nominal: nominal.as_ref(),
+        walk,
+    };
+    let directions = assumed::directions(&applied, &rests, options);
+    let setup = Setup {
         view,
         stances: &[],
         walk,
@@ -205,18 +206,26 @@ fn compute(
     if options.zero_velocity && options.rests.given_s.is_none() {
         (rests, rides) = gated(&setup, &rests, found.accel.as_ref(), &mut findings);
     }
-    setup.rides = &rides;
     // The first that was quiet may be no rest: then gravity is another one's.
-    let again = if file.is_none() && rests.first() != found.spans.first() {
-        let size = size_at_rest(&samples, &rests, walk);
-        let calibrated = scales.gyro_calibrated;
-        assumed::directions(None, calibrated, &samples, size, options, &mut findings)
+    let mut directions = if rests.first() == found.spans.first() {
+        directions.clone()
     } else {
-        Vec::new()
+        assumed::directions(&applied, &rests, options)
     };
-    if !again.is_empty() {
-        setup.directions = &again;
-    }
+    let doubts = assumed::doubts(
+        &applied,
+        &rests,
+        &directions,
+        recording.is_calibrated(),
+        options,
+    );
+    directions.extend(doubts.directions);
+    findings.extend(doubts.findings);
+    let mut setup = Setup {
+        directions: &directions,
+        rides: &rides,
+        ..setup
+    };
     findings.extend(words::slow(&found, options));
     findings.extend(words::start_velocity(options, !rests.is_empty()));
     if options.zero_velocity && !rests.is_empty() {
@@ -345,13 +354,12 @@ fn compute(
         &path.moves,
         options,
     ));
-    findings.extend(words::size(
-        file.is_some(),
-        force_at_rest(&samples, &rests, walk),
-        &local_gravity(file, options),
-        &setup,
-        &path.moves,
-    ));
+    if file.is_none()
+        && let Some(force) = force_at_rest(&samples, &rests, walk)
+    {
+        let gravity = local_gravity(file, options);
+        findings.extend(words::size(force, &gravity, &path.moves));
+    }
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| recording.name.clone());
     }
@@ -376,6 +384,7 @@ fn compute(
         rests: Span::of(t, &rests),
         noise: NoiseAtRest::of(&found),
         visible_moves,
+        gravity_misfit: doubts.misfit,
         moves: path.moves,
         r#final: path.end,
         uncalibrated,

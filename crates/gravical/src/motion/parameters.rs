@@ -8,8 +8,9 @@
 use gravical_core::matrix3::{mul, mul_vec, transpose};
 use nalgebra::DMatrix;
 
-use crate::calibration_file::{CalibrationFile, Covariance};
+use crate::calibration_file::{AccelerometerSection, CalibrationFile, Covariance};
 use crate::segment::face::AxisMap;
+use crate::uncertainty::Covariance12;
 
 /// Step of the parameters for their effect, in standard deviations.
 pub(super) const STEP: f64 = 1e-3;
@@ -105,17 +106,19 @@ pub(super) const TURNED: Assumed = Assumed {
     bias_mps2: 0.0,
 };
 
-/// Directions of the accelerometer by its covariance; none where the file has
-/// none.
-pub(super) fn by_covariance(file: &CalibrationFile, axes: &AxisMap) -> Option<Vec<Direction>> {
-    let covariance = file.accelerometer.covariance.as_ref()?;
-    let c = square(covariance, 12)?;
+/// Directions of the accelerometer by a covariance of its parameters; none where that is no
+/// covariance.
+pub(super) fn by_covariance(
+    section: &AccelerometerSection,
+    covariance: &Covariance12,
+    axes: &AxisMap,
+) -> Option<Vec<Direction>> {
     // Bias first: the first three columns of the factor are then the bias, and
     // what goes along with it.
     let order: Vec<usize> = (9..12).chain(0..9).collect();
-    let c = DMatrix::from_fn(12, 12, |i, j| c[(order[i], order[j])]);
+    let c = DMatrix::from_fn(12, 12, |i, j| covariance[order[i]][order[j]]);
     let factor = factor(&c)?;
-    let a = &file.accelerometer.matrix;
+    let a = &section.matrix;
     let case = Case::new(axes);
     Some(
         (0..12)
@@ -132,6 +135,22 @@ pub(super) fn by_covariance(file: &CalibrationFile, axes: &AxisMap) -> Option<Ve
             })
             .collect(),
     )
+}
+
+/// What the calibration changes in samples of `nominal` counts per m/s²: by so much samples are
+/// off that were calibrated already when they came.
+pub(super) fn applied_twice(file: &CalibrationFile, nominal: f64, axes: &AxisMap) -> Direction {
+    let a = &file.accelerometer.matrix;
+    let case = Case::new(axes);
+    let mut change = a.map(|row| row.map(|v| v * nominal));
+    for (i, row) in change.iter_mut().enumerate() {
+        row[i] -= 1.0;
+    }
+    Direction {
+        force: case.matrix(&change),
+        offset: case.vector(&mul_vec(a, &file.accelerometer.bias).map(|v| -v)),
+        ..Direction::NONE
+    }
 }
 
 /// Directions of an accelerometer of which only a class is known.

@@ -6,6 +6,7 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::hidden::VisibleMove;
+use super::misfit::GravityMisfit;
 use super::still::Rests;
 use crate::recording::Finding;
 
@@ -35,6 +36,9 @@ pub struct MotionResult {
     /// How far a move has to go, by its duration, to be distinguished from rest; empty without a
     /// rest.
     pub visible_moves: Vec<VisibleMove>,
+    /// Gravity at the rest at which it is off most, by the calibration; null without a
+    /// calibration or a rest.
+    pub gravity_misfit: Option<GravityMisfit>,
     /// What lies between the rests.
     pub moves: Vec<Move>,
     /// At the end of the recording, counted from its start.

@@ -56,12 +56,6 @@ pub(super) fn scales(
             ));
         }
     }
-    if recording.is_calibrated && file.is_some() {
-        findings.push(Finding::new(
-            FindingKind::AlreadyCalibrated,
-            "its columns are named as this program names calibrated ones: calibrating twice corrects twice",
-        ));
-    }
     let nominal = match (nominal, file) {
         (Some(n), _) => n,
         // Of unknown counts the calibration knows the scale.

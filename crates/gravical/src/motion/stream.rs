@@ -18,13 +18,13 @@ use gravical_core::motion::{FirstRest, Motion as Core, MotionConfig, Removal};
 use gravical_core::still::{Plan, RestNoise};
 
 use super::anchors::Walk;
-use super::assumed::directions;
+use super::assumed::{Applied, directions, doubts};
 use super::prepare::{Prepared, gap_s, prepare, times};
 use super::samples::Samples;
 use super::still::{Rests, find_rests};
 use super::table::time_decimals;
 use super::{
-    Calibrated, GravityRemoval, MotionOptions, MotionResult, NoiseAtRest, Rates, size_at_rest,
+    Calibrated, GravityMisfit, GravityRemoval, MotionOptions, MotionResult, NoiseAtRest, Rates,
     words,
 };
 use crate::apply::drift::Drift;
@@ -148,6 +148,7 @@ struct Begin {
     bias_mps2: f64,
     gyro_scale: f64,
     findings: Vec<Finding>,
+    gravity_misfit: Option<GravityMisfit>,
 }
 
 impl Begin {
@@ -162,21 +163,31 @@ impl Begin {
         let mut recording = read_bytes(head, name, read)?;
         let Prepared {
             samples,
-            findings,
+            nominal,
+            mut findings,
             scales,
             ..
         } = prepare(&mut recording.clone(), calibration, options)?;
         let rests = find_rests(&samples, &options.rests);
         let walk = Walk::new(rests.accel.as_ref(), rests.gyro.as_ref(), &samples);
-        let size = size_at_rest(&samples, &rests.spans, walk);
-        let directions = directions(
-            calibration.map(|c| c.file),
-            scales.gyro_calibrated,
-            &samples,
-            size,
+        let applied = Applied {
+            file: calibration.map(|c| c.file),
+            scales: &scales,
+            samples: &samples,
+            nominal: nominal.as_ref(),
+            walk,
+        };
+        let mut directions = directions(&applied, &rests.spans, options);
+        let named_calibrated = recording.is_calibrated();
+        let doubts = doubts(
+            &applied,
+            &rests.spans,
+            &directions,
+            named_calibrated,
             options,
-            &mut Vec::new(),
         );
+        directions.extend(doubts.directions);
+        findings.extend(doubts.findings);
         // Root of the sum of squares over the directions, mean of the axes.
         let mean = |of: &dyn Fn(&super::parameters::Direction) -> [f64; 3]| -> f64 {
             let sum: f64 = directions.iter().flat_map(|d| of(d).map(|v| v * v)).sum();
@@ -197,6 +208,7 @@ impl Begin {
             bias_mps2: mean(&|d| d.force(&[0.0; 3])),
             gyro_scale: mean(&|d| d.rate(&[1.0; 3])),
             findings,
+            gravity_misfit: doubts.misfit,
             recording,
         })
     }
@@ -338,6 +350,7 @@ impl Begin {
             rests: still,
             noise: self.noise,
             visible_moves: Vec::new(),
+            gravity_misfit: self.gravity_misfit,
             moves,
             r#final: end,
             uncalibrated: None,

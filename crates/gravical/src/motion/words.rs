@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use gravical_core::matrix3::{dot, norm};
+use gravical_core::matrix3::norm;
 
 use super::gate::Judged;
 use super::hidden::{Hidden, VisibleMove};
+use super::misfit::GravityMisfit;
 use super::options::{GravityRemoval, MotionOptions};
 use super::plan::Stretch;
 use super::result::{Ends, Move};
@@ -18,9 +19,6 @@ use crate::recording::{Finding, FindingKind, LineSpans};
 /// Gravity at rest that is off by less than this is not reported where nothing is
 /// calibrated, relative.
 const TOLD_SIZE: f64 = 0.005;
-
-/// Standard deviations by which calibrated gravity has to be off.
-const FAR: f64 = 4.0;
 
 /// How motion was computed.
 pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
@@ -385,37 +383,36 @@ pub(super) fn circumstances(
     out
 }
 
-/// The magnitude at rest, where it is not gravity.
-pub(super) fn size(
-    calibrated: bool,
-    at_rest: Option<[f64; 3]>,
-    gravity: &Gravity,
-    setup: &Setup<'_>,
-    moves: &[Move],
-) -> Option<Finding> {
-    let force = at_rest?;
+/// Gravity at a rest that the calibration does not allow.
+pub(super) fn misfit(misfit: &GravityMisfit) -> Option<Finding> {
+    misfit.contradicts.then(|| {
+        Finding::warning(
+            FindingKind::GravityOff,
+            format!(
+                "at the rest from {:.2} s on the calibrated magnitude is {:.3} m/s², gravity is {:.3}: off by {:.1} times what the calibration allows (1σ {:.3}); the calibration does not fit this recording, and the bands are widened for an error of that size: test it with `gravical check`",
+                misfit.rest_s,
+                misfit.measured_mps2,
+                misfit.gravity_mps2,
+                misfit.sigmas(),
+                misfit.sigma_mps2
+            ),
+        )
+    })
+}
+
+/// Columns that may have been calibrated before.
+pub(super) fn already_calibrated() -> Finding {
+    Finding::new(
+        FindingKind::AlreadyCalibrated,
+        "its columns are named as this program names calibrated ones, and gravity at the rests does not contradict it: the calibration may be applied for the second time, and the bands are widened by what it changes; leave out --calibration, or use the raw recording",
+    )
+}
+
+/// The magnitude at rest without a calibration, where it is not gravity.
+pub(super) fn size(force: [f64; 3], gravity: &Gravity, moves: &[Move]) -> Option<Finding> {
     let size = norm(&force);
     let g = gravity.value_mps2;
     let off = size / g - 1.0;
-    if calibrated {
-        // What the covariance allows in the direction of gravity, as it is now.
-        let up = force.map(|f| f / norm(&force));
-        let variance: f64 = setup
-            .directions
-            .iter()
-            .map(|d| dot(&d.force(&force), &up).powi(2))
-            .sum();
-        let sigma = variance.sqrt().max(1e-3 * g);
-        return ((size - g).abs() > FAR * sigma).then(|| {
-            Finding::warning(
-                FindingKind::GravityOff,
-                format!(
-                    "at rest the calibrated magnitude is {size:.3} m/s², gravity is {g:.3}: off by {:.1} times what the calibration allows (1σ {sigma:.3}); it may no longer fit: `gravical check`",
-                    (size - g).abs() / sigma
-                ),
-            )
-        });
-    }
     if off.abs() <= TOLD_SIZE {
         return None;
     }

@@ -2,13 +2,14 @@
 //! reference.
 
 use gravical_core::matrix3::norm;
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::document::number::{decimals_by, decimals_for, digits, fixed};
 use crate::document::{
     Block, Cell, Column, Document, Grade, KeyFigure, Quantity, Row, Section, Table, Verdict,
 };
 use crate::figure::Figure;
-use crate::motion::{Ends, MotionResult, Move, Span};
+use crate::motion::{Ends, GravityMisfit, MotionResult, Move, Span};
 use crate::recording::{Origin, Recording};
 
 use super::moves::{budget, end, largest, moves, static_drift};
@@ -77,7 +78,8 @@ fn verdict(result: &MotionResult) -> Verdict {
     let usable = result.moves.iter().filter(|m| m.usable).count();
     let between_rests = |m: &&Move| m.ends == Ends::RestToRest && m.usable;
     let closed = result.moves.iter().filter(between_rests).count();
-    let (grade, word, reason) = if all == 0 {
+    let misfit = result.gravity_misfit.filter(|m| m.contradicts);
+    let (mut grade, mut word, reason) = if all == 0 {
         (Grade::Unknown, "at rest", at_rest(result))
     } else if usable == 0 {
         (
@@ -109,6 +111,13 @@ fn verdict(result: &MotionResult) -> Verdict {
             ),
         )
     };
+    let mut reasons = vec![reason];
+    if let Some(misfit) = misfit {
+        reasons.insert(0, misfit_reason(&misfit));
+        if matches!(grade, Grade::Good | Grade::Fair) {
+            (grade, word) = (Grade::Fair, "calibration in doubt");
+        }
+    }
     let duration = || KeyFigure {
         quantity: Quantity::new(
             "/duration_s",
@@ -143,12 +152,25 @@ fn verdict(result: &MotionResult) -> Verdict {
         }),
         _ => None,
     };
+    let doubt = misfit.map_or("", |_| "; the calibration does not fit");
     Verdict {
         heading: "Result",
-        conclusion,
+        conclusion: conclusion.map(|text| text + doubt),
         figures,
-        ..Verdict::new(grade, word, &[reason])
+        ..Verdict::new(grade, word, &reasons)
     }
+}
+
+/// Why the calibration is in doubt.
+fn misfit_reason(misfit: &GravityMisfit) -> String {
+    let off = misfit.measured_mps2 - misfit.gravity_mps2;
+    format!(
+        "At rest the calibrated sensor measures {:.3} m/s², gravity is {:.3} m/s²: off by {:+.1} mg, {:.0} times what the calibration allows. The uncertainties given here include an error of that size; a new calibration removes it.",
+        misfit.measured_mps2,
+        misfit.gravity_mps2,
+        1e3 * off / STANDARD_GRAVITY_MPS2,
+        misfit.sigmas()
+    )
 }
 
 /// Displacement of the only move, calibrated and uncalibrated.

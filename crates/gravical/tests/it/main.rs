@@ -12,6 +12,7 @@ mod joint;
 mod joint_properties;
 mod magnitude;
 mod motion;
+mod motion_misfit;
 mod motion_stories;
 mod properties;
 mod reader;

@@ -66,6 +66,7 @@ fn motion(rate_hz: f64) -> Motion {
             rests: Vec::new(),
             noise: None,
             visible_moves: Vec::new(),
+            gravity_misfit: None,
             moves: vec![a_move(3.0, 5.0), a_move(8.0, 10.0)],
             r#final: FinalState {
                 position_m: None,
