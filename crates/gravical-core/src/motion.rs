@@ -21,15 +21,14 @@
 //! use gravical_core::motion::{Motion, MotionConfig};
 //!
 //! // The mean of the first ten samples is gravity.
-//! let mut motion = Motion::<f64, (), 0>::new(MotionConfig::initial_mean(10), ())
-//!     .ok_or("only rests that are looked for need memory")?;
+//! let mut motion = Motion::<f64, (), 0>::new(MotionConfig::initial_mean(10), ())?;
 //! for i in 0..110 {
 //!     let pushed = if i >= 10 { 1.0 } else { 0.0 };
 //!     motion.update([pushed, 0.0, 9.81], [0.0; 3], 0.01);
 //! }
 //! // Half of the first step, then 0.99 s at 1 m/s².
 //! assert!((motion.velocity_mps()[0] - 0.995).abs() < 1e-9);
-//! # Ok::<(), &str>(())
+//! # Ok::<(), gravical_core::still::TooFewSamples>(())
 //! ```
 
 mod config;
@@ -43,7 +42,7 @@ mod tests;
 
 use crate::Real;
 use crate::matrix3::{add, norm, scaled, sub};
-use crate::still::{Detector, Event, Plan};
+use crate::still::{Detector, Event, Plan, TooFewSamples};
 use crate::strapdown::{level, levelling_error, times, turn};
 
 pub use config::{FirstRest, MotionConfig, Removal};
@@ -141,10 +140,13 @@ impl<T: Real> Kept<T> {
 }
 
 impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
-    /// A pipeline at its start; none where `N` is too small for the rests that are
-    /// looked for.
-    #[must_use]
-    pub fn new(config: MotionConfig<T>, smooth: F) -> Option<Self> {
+    /// A pipeline at its start.
+    ///
+    /// # Errors
+    ///
+    /// Where `N` samples are too few for the rests that are looked for: one second and one more
+    /// at the sampling rate of their plan.
+    pub fn new(config: MotionConfig<T>, smooth: F) -> Result<Self, TooFewSamples> {
         let detector = match config.rests {
             Some((plan, noise)) => Some(Detector::new(plan, noise)?),
             None => None,
@@ -153,7 +155,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         let unit = [T::one(), T::zero(), T::zero(), T::zero()];
         let mut forward = Propagator::new(unit, config.removal == Removal::Strapdown, zero);
         forward.place(config.velocity_mps, config.position_m);
-        Some(Motion {
+        Ok(Motion {
             config,
             smooth,
             detector,

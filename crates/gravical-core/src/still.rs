@@ -16,8 +16,7 @@
 //!
 //! // 100 Hz; 0.035 m/s² and 0.0009 rad/s of noise, VIF 1.2.
 //! let noise = RestNoise::new([0.035_f32; 3], 1.2, Some(([9e-4; 3], 1.2)));
-//! let mut detector: Detector<f32, 128> = Detector::new(Plan::new(100.0_f32), noise)
-//!     .ok_or("the buffer is too short")?;
+//! let mut detector: Detector<f32, 128> = Detector::new(Plan::new(100.0_f32), noise)?;
 //! let mut events = 0;
 //! for i in 0..400 {
 //!     let pushed = if i >= 300 { 0.5 } else { 0.0 };
@@ -29,7 +28,7 @@
 //!     events += 1;
 //! }
 //! assert_eq!(events, 2);
-//! # Ok::<(), &str>(())
+//! # Ok::<(), gravical_core::still::TooFewSamples>(())
 //! ```
 
 mod detector;
@@ -38,7 +37,7 @@ mod onset;
 mod plan;
 mod statistic;
 
-pub use detector::{Detector, Event};
+pub use detector::{Detector, Event, TooFewSamples};
 pub use learn::Learner;
 pub use onset::onset;
 pub use plan::{Plan, RestNoise};

@@ -70,6 +70,9 @@ mod uncertainty;
 pub mod validate;
 
 pub use error::{Category, Error, Location, Result};
+/// The part that runs on a microcontroller, too: calibrations and filters of one sample, rests and
+/// motion without look-ahead, closed-form estimation.
+pub use gravical_core as core;
 
 /// The programs of the README.
 #[cfg(doctest)]

@@ -185,6 +185,6 @@ fn a_sample_that_is_no_number_is_stepped_over() {
             },
             ()
         )
-        .is_none()
+        .is_err()
     );
 }

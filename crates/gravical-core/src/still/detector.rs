@@ -49,12 +49,39 @@ pub struct Detector<T, const N: usize> {
     state: State<T>,
 }
 
+/// A [`Detector`] that keeps too few samples for its sampling rate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TooFewSamples {
+    /// Samples that it keeps, its parameter `N`.
+    pub kept: usize,
+    /// Samples that it has to keep: one second and one more.
+    pub needed: usize,
+}
+
+impl core::fmt::Display for TooFewSamples {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let TooFewSamples { kept, needed } = self;
+        write!(
+            f,
+            "N is {kept}: at this sampling rate it has to be {needed} or more, one second of samples and one more"
+        )
+    }
+}
+
+impl core::error::Error for TooFewSamples {}
+
 impl<T: Real, const N: usize> Detector<T, N> {
-    /// A sensor of which nothing is known but its noise; none where `N` samples are
-    /// less than 1 s and one more.
-    #[must_use]
-    pub fn new(plan: Plan, noise: RestNoise<T>) -> Option<Self> {
-        (N > plan.onset_samples()).then(|| Detector {
+    /// A sensor of which nothing is known but its noise.
+    ///
+    /// # Errors
+    ///
+    /// Where `N` samples are less than 1 s and one more.
+    pub fn new(plan: Plan, noise: RestNoise<T>) -> Result<Self, TooFewSamples> {
+        let needed = plan.onset_samples() + 1;
+        if N < needed {
+            return Err(TooFewSamples { kept: N, needed });
+        }
+        Ok(Detector {
             plan,
             noise,
             ring: [[T::zero(); CHANNELS]; N],
@@ -220,8 +247,10 @@ mod tests {
     #[test]
     fn the_buffer_has_to_hold_a_second() {
         let plan = Plan::new(100.0);
-        assert!(Detector::<f64, 100>::new(plan, noise()).is_none());
-        assert!(Detector::<f64, 101>::new(plan, noise()).is_some());
+        let few = Detector::<f64, 100>::new(plan, noise()).unwrap_err();
+        let (kept, needed) = (100, 101);
+        assert_eq!(few, TooFewSamples { kept, needed });
+        assert!(Detector::<f64, 101>::new(plan, noise()).is_ok());
     }
 
     #[test]

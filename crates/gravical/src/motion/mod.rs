@@ -216,7 +216,7 @@ fn compute(
         &applied,
         &rests,
         &directions,
-        recording.is_calibrated(),
+        recording.is_calibrated,
         options,
     );
     directions.extend(doubts.directions);

@@ -178,7 +178,7 @@ impl Begin {
             walk,
         };
         let mut directions = directions(&applied, &rests.spans, options);
-        let named_calibrated = recording.is_calibrated();
+        let named_calibrated = recording.is_calibrated;
         let doubts = doubts(
             &applied,
             &rests.spans,
@@ -274,9 +274,8 @@ impl Begin {
             ..MotionConfig::strapdown()
         };
         let chain = Chain::design(&options.smooth, self.rate_hz)?;
-        let motion = Core::new(config, chain).ok_or_else(|| {
-            Error::usage("option-range", "the rate is too high for finding rests")
-        })?;
+        let motion = Core::new(config, chain)
+            .map_err(|few| Error::usage("option-range", few.to_string()))?;
         let state = State {
             motion: Box::new(motion),
             step_s: match file.rows.facts().stamp_reading {

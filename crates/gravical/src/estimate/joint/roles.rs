@@ -112,15 +112,17 @@ impl Habit {
         }
     }
 
+    /// Of poses that are named, where nothing else tells.
+    const USUAL: Habit = Habit {
+        spread: ASSUMED_TILT,
+        share: SHARES[0],
+    };
+
     /// The likeliest for poses with these angles, named or not, as a mixture of
-    /// both kinds; the usual one where nothing looks like a face.
-    fn likeliest(poses: &[(f64, bool)]) -> Habit {
+    /// both kinds; none where nothing looks like a face.
+    fn likeliest(poses: &[(f64, bool)]) -> Option<Habit> {
         let [low, high] = SPREAD;
         let spreads = (0..=STEPS).map(|i| low * (high / low).powf(f64::from(i) / f64::from(STEPS)));
-        let usual = Habit {
-            spread: ASSUMED_TILT,
-            share: SHARES[0],
-        };
         spreads
             .flat_map(|spread| SHARES.map(|share| Habit { spread, share }))
             .map(|habit| {
@@ -138,7 +140,7 @@ impl Habit {
             })
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .filter(|(_, likelihood)| *likelihood > NO_FACES)
-            .map_or(usual, |(habit, _)| habit)
+            .map(|(habit, _)| habit)
     }
 }
 
@@ -159,14 +161,17 @@ pub(super) fn sort(poses: &[JointPose], work: &mut [Pose], found: &Fit, least: f
         .filter(|&k| !work[k].left_out)
         .filter_map(|k| Some((candidates[k]?.1, named(k))))
         .collect();
-    let mut habit = Habit::likeliest(&there);
+    let found = Habit::likeliest(&there);
+    let mut habit = found.unwrap_or(Habit::USUAL);
     habit.spread = habit.spread.max(least);
     for k in 0..poses.len() {
         work[k].face = match (poses[k].role, candidates[k]) {
             (Role::Face(face), _) => Some(face),
             (_, Some((face, angle))) => {
                 let [is_face, none] = habit.densities(angle, named(k));
-                (angle <= MOST && is_face > none).then_some(face)
+                // Among poses that lie anywhere some are near an axis by chance.
+                let some_are_faces = found.is_some() || named(k);
+                (some_are_faces && angle <= MOST && is_face > none).then_some(face)
             }
             (_, None) => None,
         };

@@ -1,0 +1,53 @@
+#!/usr/bin/env python3
+"""Peak memory of the commands that read a recording of any size: at most 64 MiB.
+
+    tests/memory.py target/debug/gravical
+
+Simulates a session of about two million rows, of which the columns alone are 112 MiB.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+
+LIMIT_MIB = 64
+
+
+def peak_mib(command):
+    """Runs a command; its peak memory in MiB. Exit code 4 is a failed quality gate, which is a
+    result."""
+    with tempfile.TemporaryFile() as messages:
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=messages)
+        _, status, usage = os.wait4(process.pid, 0)
+        code = os.waitstatus_to_exitcode(status)
+        if code not in (0, 4):
+            messages.seek(0)
+            sys.exit(f"{' '.join(command)}: exit {code}\n{messages.read().decode()}")
+    return usage.ru_maxrss / 1024
+
+
+def main():
+    gravical = os.path.abspath(sys.argv[1])
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        simulate = [gravical, "simulate", "poses", "-o", "sim", "--rate", "400", "--hold", "400"]
+        subprocess.run([*simulate, "--free", "8", "--quiet"], check=True)
+        recording, calibration = "sim/poses.csv", "cal.json"
+        commands = [
+            ["inspect", recording],
+            ["calibrate", recording, "-o", calibration],
+            ["check", calibration, recording],
+            ["apply", calibration, recording, "-o", "out.csv"],
+            ["motion", recording, "--calibration", calibration, "--causal", "-o", "track.csv"],
+        ]
+        above = False
+        for command in commands:
+            peak = peak_mib([gravical, *command])
+            above |= peak > LIMIT_MIB
+            print(f"{command[0]:10} {peak:6.1f} MiB")
+        if above:
+            sys.exit(f"above {LIMIT_MIB} MiB")
+
+
+main()
