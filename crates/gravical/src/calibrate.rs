@@ -7,8 +7,7 @@
 //! # Example
 //!
 //! ```
-//! use gravical::calibrate::{CalibrateOptions, calibrate};
-//! use gravical::estimate::accelerometer::Method;
+//! use gravical::calibrate::{CalibrateOptions, Method, calibrate};
 //! use gravical::recording::{ReadOptions, read_bytes};
 //!
 //! // Six mean readings, one a row: the shortest session there is.
@@ -29,7 +28,7 @@ use crate::calibration_file::{
     AccelerometerSection, CalibrationFile, Covariance, FORMAT, InputFile, SensorInfo,
     TemperatureRange, creation_time,
 };
-use crate::estimate::accelerometer::{EstimateOptions, Session, accelerometer};
+use crate::estimate::accelerometer::{Session, accelerometer};
 use crate::estimate::{ferraris, gyro};
 use crate::gravity::Gravity;
 use crate::recording::{AccelUnit, Finding, FindingKind, Recording, Severity};
@@ -37,6 +36,8 @@ use crate::segment::{SegmentOptions, Segmentation, segment};
 use crate::temperature::for_calibration;
 use crate::validate::{checks, errors, trust, verdict};
 use crate::{Error, Result};
+
+pub use crate::estimate::accelerometer::{EstimateOptions, Method};
 
 /// How to calibrate.
 #[derive(Debug, Clone, Default)]

@@ -14,6 +14,8 @@
 //!    differ by more than their uncertainty.
 //! 5. [`denoise`] filters a recording and reports the effect on its noise.
 //!
+//! What is not shown here serves the program `gravical` and may change with every release.
+//!
 //! [`simulate`] computes recordings of a sensor with known parameters; [`report`] presents a
 //! result as a [`document`] that is written as text, HTML or Markdown. Code for microcontrollers
 //! is in the crate `gravical-core`.
@@ -49,7 +51,9 @@ pub mod compare;
 pub mod denoise;
 pub mod document;
 mod error;
+#[doc(hidden)]
 pub mod estimate;
+#[doc(hidden)]
 pub mod excerpt;
 pub mod figure;
 pub mod finding;
@@ -57,16 +61,21 @@ pub mod gravity;
 mod hash;
 pub mod inspect;
 pub mod motion;
+#[doc(hidden)]
 pub mod output;
 pub mod recording;
 pub mod report;
+#[doc(hidden)]
 pub mod scan;
 pub mod segment;
 pub mod simulate;
 mod stats;
+#[doc(hidden)]
 pub mod still;
+#[doc(hidden)]
 pub mod temperature;
 mod uncertainty;
+#[doc(hidden)]
 pub mod validate;
 
 pub use error::{Category, Error, Location, Result};

@@ -38,13 +38,16 @@ use uncertainty::{Place, assumed, at_another_time, spread};
 pub(crate) use unit::judge as judge_unit;
 use verdict::Evidence;
 
+#[doc(hidden)]
 pub use gyroscope::GYRO_LIMIT_DEG_S;
 pub use types::*;
+#[doc(hidden)]
 pub use uncertainty::{FLOOR_MPS2, REST_SPEED_MPS};
 
 /// A calibration that does not say how uncertain it is does not fit when the
 /// RMS of its errors is above this, mg: twice and a half what six faces placed
 /// within 1° leave, half of what a sensor without any calibration shows.
+#[doc(hidden)]
 pub const LIMIT_WITHOUT_COVARIANCE_MG: f64 = 20.0;
 
 /// More stills than this say nothing new; the longest are taken.

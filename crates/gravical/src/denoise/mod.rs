@@ -56,8 +56,12 @@ mod write;
 pub(crate) use butterworth::Butterworth;
 pub use filter::Filter;
 pub use response::Response;
-pub use savgol::{Edge, causal_coefficients, coefficients};
-pub use spec::{Band, FilterSpec, MAX_POLYNOMIAL, MAX_WINDOW, Passes};
+pub use savgol::Edge;
+#[doc(hidden)]
+pub use savgol::{causal_coefficients, coefficients};
+pub use spec::{Band, FilterSpec, Passes};
+#[doc(hidden)]
+pub use spec::{MAX_POLYNOMIAL, MAX_WINDOW};
 pub use summary::{DenoiseSummary, FilterOutcome, Sigmas};
 pub use write::write;
 

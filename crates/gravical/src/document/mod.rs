@@ -23,22 +23,26 @@ mod html;
 mod inline;
 mod markdown;
 mod model;
+#[doc(hidden)]
 pub mod number;
 mod text;
 
 #[cfg(test)]
 mod tests;
 
+#[doc(hidden)]
 pub use findings::Remark;
 pub(crate) use findings::short_name;
-pub use model::{
-    Block, Cell, Column, Detail, Document, Grade, KeyFigure, Quantity, Row, Section, Snippet,
-    Table, Verdict,
-};
+#[doc(hidden)]
+pub use model::{Block, Cell, Column, KeyFigure, Quantity, Row, Section, Snippet, Table};
+pub use model::{Detail, Document, Grade, Verdict};
+#[doc(hidden)]
 pub use text::paragraph;
 
 /// Largest number of rows of a table.
+#[doc(hidden)]
 pub const ROWS: usize = 200;
 
 /// Largest size of all figures of a page, bytes.
+#[doc(hidden)]
 pub const DRAWINGS: usize = 4_000_000;

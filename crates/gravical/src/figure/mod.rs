@@ -29,10 +29,15 @@ mod model;
 pub mod motion;
 #[cfg(feature = "png")]
 mod png;
+#[doc(hidden)]
 pub mod svg;
+#[doc(hidden)]
 pub mod thin;
 mod write;
 
+#[doc(hidden)]
 pub use csv::write_csv;
-pub use model::{Arrangement, Axis, Figure, Mark, Panel, Role, Scale, Series, Stretch, Symbol};
+pub use model::Figure;
+#[doc(hidden)]
+pub use model::{Arrangement, Axis, Mark, Panel, Role, Scale, Series, Stretch, Symbol};
 pub use write::{Formats, check_figures, write_figures};

@@ -46,11 +46,14 @@ mod path;
 mod plan;
 mod prepare;
 mod result;
+#[doc(hidden)]
 pub mod samples;
 mod scales;
 mod setup;
 mod smoother;
+#[doc(hidden)]
 pub mod stance;
+#[doc(hidden)]
 pub mod still;
 mod stream;
 mod table;
@@ -81,6 +84,8 @@ pub use hidden::VisibleMove;
 pub use misfit::GravityMisfit;
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
+pub use stance::StanceOptions;
+pub use still::{Intervals, RestOptions};
 pub use stream::{Streamed, motion_stream};
 pub use table::{Table, write_table};
 

@@ -23,50 +23,64 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
+#[doc(hidden)]
 pub mod board;
 pub(crate) mod cells;
 pub(crate) mod collect;
+#[doc(hidden)]
 pub mod dialect;
 pub(crate) mod excerpt;
 mod foreign;
 mod format;
+#[doc(hidden)]
 pub mod frame;
 pub(crate) mod full_scale;
 mod head;
+#[doc(hidden)]
 pub mod join;
 mod later;
+#[doc(hidden)]
 pub mod layout;
 mod ledger;
 mod memory;
 pub(crate) mod metadata;
 mod meter;
 pub(crate) mod monitor;
+#[doc(hidden)]
 pub mod names;
+#[doc(hidden)]
 pub mod open;
 pub(crate) mod range_end;
+#[doc(hidden)]
 pub mod resolution;
+#[doc(hidden)]
 pub mod row;
 pub(crate) mod rows;
 pub(crate) mod text;
+#[doc(hidden)]
 pub mod timing;
 mod unit_choice;
+#[doc(hidden)]
 pub mod units;
 
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
 pub use collect::{read, read_bytes};
-pub use foreign::is_prose;
-pub use join::{
-    JoinedFile, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes,
-};
-pub use layout::{ColumnsSpec, stream_layout};
-pub use ledger::{Aside, Ledger};
+pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
+pub use layout::ColumnsSpec;
 pub use memory::SampleColumns;
 pub use meter::{Meter, Progress};
-pub use monitor::quiet_norm;
-pub use text::GAP_LINE;
 pub use timing::{TimeUnit, Timing};
-pub use unit_choice::{AccelClaim, UnitDoubt, decide_accel};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
+#[doc(hidden)]
+pub use {
+    foreign::is_prose,
+    join::{holds_gyroscope_alone, is_named_gyroscope},
+    layout::stream_layout,
+    ledger::{Aside, Ledger},
+    monitor::quiet_norm,
+    text::GAP_LINE,
+    unit_choice::{AccelClaim, UnitDoubt, decide_accel},
+};
 
 /// Temperatures that a sensor of this kind can have, °C.
 pub(crate) const POSSIBLE_C: std::ops::RangeInclusive<f64> = -60.0..=150.0;

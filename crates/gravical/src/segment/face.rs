@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
+#[doc(hidden)]
 pub use names::{Claim, claim};
 
 /// A face: one axis up (`+`, it reads +g) or down (`−`).
@@ -76,11 +77,13 @@ impl Face {
 }
 
 /// Names of the axes.
+#[doc(hidden)]
 pub const AXES: [char; 3] = ['x', 'y', 'z'];
 
 /// Angle between two vectors in degrees, accurate at small angles; 90 for a
 /// vanished one.
 #[must_use]
+#[doc(hidden)]
 pub fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
     let cross = [
         a[1] * b[2] - a[2] * b[1],

@@ -9,12 +9,16 @@
 pub mod face;
 mod found;
 pub(crate) mod gyro_unit;
+#[doc(hidden)]
 pub mod hold;
 mod judge;
 mod named;
+#[doc(hidden)]
 pub mod sections;
 mod spikes;
+#[doc(hidden)]
 pub mod still;
+#[doc(hidden)]
 pub mod turns;
 
 pub(crate) use found::{is_too_short, stem};
@@ -33,6 +37,7 @@ use still::StillOptions;
 pub use turns::Turn;
 
 /// A reading further than this from every axis is no face, degrees.
+#[doc(hidden)]
 pub const MOST_FACE_ANGLE_DEG: f64 = 25.0;
 
 /// How a session is cut into placements.

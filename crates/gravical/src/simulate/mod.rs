@@ -30,6 +30,7 @@ mod builder;
 mod chamber;
 mod in_hand;
 mod low_pass;
+#[doc(hidden)]
 pub mod means;
 mod options;
 mod part;

@@ -16,6 +16,7 @@ use crate::segment::Segmentation;
 use super::Figure;
 
 /// Names of all figures that a calibration can have, in the order of a report.
+#[doc(hidden)]
 pub const NAMES: [&str; 9] = [
     "norm",
     "residuals",

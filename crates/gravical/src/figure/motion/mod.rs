@@ -14,6 +14,7 @@ use super::thin::Times;
 use super::{Figure, Mark, Role};
 
 /// Names of all figures that a motion can have, in the order of a report.
+#[doc(hidden)]
 pub const NAMES: [&str; 9] = [
     "acceleration",
     "motion-acceleration",
