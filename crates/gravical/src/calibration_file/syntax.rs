@@ -26,6 +26,7 @@ pub(super) fn syntax(error: &serde_json::Error) -> Error {
         .strip_suffix(&format!(" at line {line} column {column}"))
         .unwrap_or(&text);
     let message = match error.classify() {
+        Category::Eof if line <= 1 && column == 0 => "the file is empty".to_owned(),
         Category::Eof => {
             "this is not a calibration file: the JSON ends before its last bracket".to_owned()
         }
@@ -70,6 +71,7 @@ mod tests {
     fn errors_of_the_parser_are_in_words() {
         const FORMAT: &str = "\"format\": \"gravical-calibration/1\"";
         for (text, wanted) in [
+            ("", "the file is empty"),
             (
                 "{\n\"format\": \n",
                 "2: this is not a calibration file: the JSON ends before",
