@@ -74,7 +74,7 @@ mod tests {
             ("", "the file is empty"),
             (
                 "{\n\"format\": \n",
-                "2: this is not a calibration file: the JSON ends before",
+                "3: this is not a calibration file: the JSON ends before",
             ),
             (
                 "t,ax,ay,az\n",

@@ -34,13 +34,34 @@ pub(super) fn keep_longest(rests: &mut Vec<Rest>, most: usize, findings: &mut Ve
     ));
 }
 
-/// Which of the recordings the calibration was made from, by their checksums.
-pub(super) fn made_from(calibration: &CalibrationFile, recordings: &[Recording]) -> Vec<bool> {
-    let used = |recording: &Recording| {
-        let same = |i: &InputFile| i.sha256.is_some() && i.sha256 == recording.sha256;
-        calibration.recordings().any(same)
+/// The inputs of the calibration that are this recording, by its checksum.
+fn inputs_of<'a>(
+    calibration: &'a CalibrationFile,
+    recording: &'a Recording,
+) -> impl Iterator<Item = &'a InputFile> {
+    let known = recording.sha256.as_ref();
+    calibration
+        .recordings()
+        .filter(move |i| known.is_some() && i.sha256.as_ref() == known)
+}
+
+/// True for each static interval that the calibration was fitted to.
+pub(super) fn fitted(
+    calibration: &CalibrationFile,
+    recordings: &[Recording],
+    rests: &[Rest],
+) -> Vec<bool> {
+    let fitted = |rest: &Rest| {
+        let recording = &recordings[rest.recording];
+        let (first, last) = (recording.line(rest.first()), recording.line(rest.last()));
+        inputs_of(calibration, recording).any(|input| {
+            let poses = calibration.accelerometer.poses.iter();
+            let mut poses = poses.filter(|p| p.fitted && p.source.contains(&input.path));
+            // Without lines the pose may be anywhere in the file.
+            poses.any(|p| p.lines.is_none_or(|[from, to]| from <= last && first <= to))
+        })
     };
-    recordings.iter().map(used).collect()
+    rests.iter().map(fitted).collect()
 }
 
 /// Sensor, temperature, gravity, inputs, quality.
@@ -75,12 +96,12 @@ pub(super) fn circumstances(
             );
         }
     }
-    for (recording, own) in recordings.iter().zip(made_from(calibration, recordings)) {
-        if own {
+    for recording in recordings {
+        if inputs_of(calibration, recording).next().is_some() {
             findings.push(
                 Finding::new(
                     FindingKind::SameRecordings,
-                    "the calibration was made from this recording: what it was fitted to cannot test it, and counts only where nothing else was given",
+                    "the calibration was made from this recording: static intervals that it was fitted to cannot test it, and count only where there are no others",
                 )
                 .in_file(&recording.name),
             );

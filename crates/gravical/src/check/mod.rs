@@ -160,8 +160,9 @@ pub fn check(
         .zip(&calibrated)
         .map(|(rest, a)| Place::new(section, covariance.as_ref(), rest, *a, &gravity))
         .collect();
-    let own = findings::made_from(calibration, recordings);
-    let counted = counted(&rests, &own);
+    let fitted = findings::fitted(calibration, recordings, &rests);
+    let counted = counted(&rests, &fitted);
+    let own = counted.iter().all(|i| fitted[*i]);
     let stills: Vec<StillCheck> = (0..rests.len())
         .map(|i| {
             let recording = &recordings[rests[i].recording];
@@ -203,7 +204,7 @@ pub fn check(
     };
     let judgement = match verdict::judge(p_value, rms) {
         // What it was fitted to agrees with it.
-        Judgement::Fits if counted.iter().all(|i| own[rests[*i].recording]) => Judgement::CannotSay,
+        Judgement::Fits if own => Judgement::CannotSay,
         other => other,
     };
     if judgement != Judgement::DoesNotFit {
@@ -221,7 +222,7 @@ pub fn check(
         p_value,
         rms_mps2: rms,
         predicted_mps2: predicted,
-        own: counted.iter().all(|i| own[rests[*i].recording]),
+        own,
         gravity: &gravity,
         coverage: &coverage,
         gyroscope: gyroscope.as_ref(),
@@ -257,15 +258,15 @@ fn named(finding: Finding, recording: &Recording) -> Finding {
     }
 }
 
-/// The stills that the judgement uses: those of recordings that the calibration was not made
-/// from, among them those without clipped samples; in both cases all where none is left.
-fn counted(rests: &[Rest], own: &[bool]) -> Vec<usize> {
-    let or_all = |all: Vec<usize>, keep: &dyn Fn(&Rest) -> bool| {
-        let some: Vec<usize> = all.iter().copied().filter(|i| keep(&rests[*i])).collect();
+/// The stills that the judgement uses: those that the calibration was not fitted to, among them
+/// those without clipped samples; in both cases all where none is left.
+fn counted(rests: &[Rest], fitted: &[bool]) -> Vec<usize> {
+    let or_all = |all: Vec<usize>, keep: &dyn Fn(usize) -> bool| {
+        let some: Vec<usize> = all.iter().copied().filter(|i| keep(*i)).collect();
         if some.is_empty() { all } else { some }
     };
-    let new = or_all((0..rests.len()).collect(), &|r| !own[r.recording]);
-    or_all(new, &|r| r.clipped == 0)
+    let new = or_all((0..rests.len()).collect(), &|i| !fitted[i]);
+    or_all(new, &|i| rests[i].clipped == 0)
 }
 
 /// The entry of one still; whether it counts is for the caller to say.

@@ -91,8 +91,8 @@ pub struct StillCheck {
     pub temperature_c: Option<f64>,
     /// Samples at the end of the range.
     pub clipped: u64,
-    /// Whether it counts: not with clipped samples, nor from a recording that the calibration
-    /// was made from, unless no other is left.
+    /// Whether it counts: not with clipped samples, nor where the calibration was fitted to it,
+    /// unless no other is left.
     pub counts: bool,
 }
 

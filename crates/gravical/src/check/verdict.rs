@@ -16,7 +16,7 @@ pub(super) struct Evidence<'a> {
     pub p_value: Option<f64>,
     pub rms_mps2: f64,
     pub predicted_mps2: Option<f64>,
-    /// Every interval that counts is of a recording that the calibration was made from.
+    /// The calibration was fitted to every interval that counts.
     pub own: bool,
     pub gravity: &'a Gravity,
     pub coverage: &'a Coverage,
@@ -42,7 +42,7 @@ pub(super) fn verdict(e: &Evidence<'_>) -> CheckVerdict {
     let mut reasons = Vec::new();
     if e.own {
         reasons.push(
-            "the calibration was made from this recording, which therefore cannot test it: record the sensor at rest again"
+            "the calibration was fitted to these static intervals, which therefore cannot test it: record the sensor at rest again"
                 .to_owned(),
         );
     }

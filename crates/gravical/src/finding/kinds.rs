@@ -709,7 +709,7 @@ kinds! {
             "give a calibration of another session";
         SameRecordings "same-recordings" Warning
             "both calibrations share recordings, or `check` was given a recording of the calibration"
-            "agreement proves nothing; `check` does not count the recording, and alone it gives `cannot be decided`"
+            "agreement proves nothing; `check` does not count the intervals that the calibration was fitted to; alone they give `cannot be decided`"
             "make a new recording";
         SensorDiffers "sensor-differs" Warning
             "`compare`: the sensor names or types differ"

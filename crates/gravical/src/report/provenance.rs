@@ -24,10 +24,12 @@ impl Document<'_> {
     #[must_use]
     pub fn with_provenance(mut self, origin: &Provenance<'_>) -> Self {
         self.stamp = format!("{} · {}", origin.created, origin.tool);
-        let command = origin.command.unwrap_or("–");
+        let command = origin
+            .command
+            .map_or("–".to_owned(), |command| format!("`{command}`"));
         let facts = [
             ("program", origin.tool),
-            ("command", command),
+            ("command", command.as_str()),
             ("computed", origin.created),
         ];
         let facts = facts.map(|(name, text)| (name.to_owned(), text.to_owned()));

@@ -94,7 +94,7 @@ fn moved(recording: &Recording, file: Option<&CalibrationFile>) -> Motion {
 
 /// Words of what is said, without what any of the formats adds.
 fn words(text: &str) -> HashMap<String, usize> {
-    let markup = |c: char| "\\`*|#:;,".contains(c);
+    let markup = |c: char| "\\`*|#:;,()".contains(c);
     let text = text.replace('−', "-").replace('\\', "");
     let mut all = HashMap::new();
     for word in text.split(|c: char| c.is_whitespace() || markup(c)) {

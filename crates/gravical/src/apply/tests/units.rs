@@ -115,7 +115,7 @@ fn the_unit_of_the_gyroscope_is_checked() {
         summary
             .findings
             .iter()
-            .any(|f| f.message.contains("gyroscope is in deg/s"))
+            .any(|f| f.message.contains("although the header says deg/s"))
     );
     let with_unit = ApplyOptions {
         read: ReadOptions {
