@@ -1,5 +1,6 @@
 //! Fields of a calibration file about its uncertainty.
 
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -70,6 +71,9 @@ pub struct NextPose {
 
 /// Poses are proposed if all of them together bring an error below this share.
 const MATTERS: f64 = 0.8;
+/// Error of ‖a‖ up to which a result is good, mg: as predicted in the worst direction (2σ), and
+/// by an error of one pose that is not detected.
+pub(crate) const GOOD_MG: f64 = 5.0;
 
 impl AccelerometerSection {
     /// True if the proposed poses lower the predicted error of ‖a‖ by more than a fifth.
@@ -81,16 +85,17 @@ impl AccelerometerSection {
             .is_some_and(|(then, now)| then < MATTERS * now)
     }
 
-    /// The next poses, if they improve the result by more than a fifth: its predicted error, or
-    /// the error that one pose can cause undetected.
+    /// The next poses, if they improve the result by more than a fifth: its predicted error, or,
+    /// where that is above 5 mg, the error that one pose can cause undetected.
     #[must_use]
     pub fn proposed_poses(&self) -> &[NextPose] {
+        let good = GOOD_MG * STANDARD_GRAVITY_MPS2 / 1000.0;
         let now = self.undetected.as_ref().map(|u| u.effect_mps2);
         let then = self.next_poses.iter();
         let then = then.filter_map(|p| p.undetected_effect_mps2);
         let test_more = then
             .min_by(f64::total_cmp)
-            .is_some_and(|least| now.is_none_or(|now| least < MATTERS * now));
+            .is_some_and(|least| now.is_none_or(|now| now > good && least < MATTERS * now));
         match self.next_poses_lower_error() || test_more {
             true => &self.next_poses,
             false => &[],

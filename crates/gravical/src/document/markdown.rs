@@ -168,18 +168,18 @@ fn target(link: &str) -> String {
 /// else that Markdown or HTML would interpret.
 fn escaped(text: &str) -> String {
     let text = one_line(text);
-    let parts = inline::parts(text.trim()).into_iter();
+    let parts = inline::parts(text.trim()).into_iter().enumerate();
     parts
-        .map(|part| match part {
+        .map(|(i, part)| match part {
             // A bar ends the cell of a table even within code.
             Part::Code(code) if !code.contains('|') => format!("`{code}`"),
-            Part::Code(code) => escaped_words(code),
-            Part::Words(words) => escaped_words(words),
+            Part::Code(words) | Part::Words(words) => escaped_words(words, i == 0),
         })
         .collect()
 }
 
-fn escaped_words(text: &str) -> String {
+/// `begins`: the words are the first of the line.
+fn escaped_words(text: &str, begins: bool) -> String {
     let mut out = String::with_capacity(text.len());
     for (i, c) in text.char_indices() {
         let (before, behind) = (&text[..i], &text[i + c.len_utf8()..]);
@@ -187,10 +187,10 @@ fn escaped_words(text: &str) -> String {
         let marks = match c {
             // They start a list or rule; two of them are a dash.
             '+' | '-' | '=' | ':' => {
-                (i == 0 && !behind.starts_with(|c: char| c.is_ascii_digit()))
+                (begins && i == 0 && !behind.starts_with(|c: char| c.is_ascii_digit()))
                     || before.ends_with('-')
             }
-            '.' | ')' => i > 0 && ends_word && before.bytes().all(|b| b.is_ascii_digit()),
+            '.' | ')' => begins && i > 0 && ends_word && before.bytes().all(|b| b.is_ascii_digit()),
             _ => "\\`*_{}[]<>#|~^$&@!".contains(c),
         };
         if marks {

@@ -277,6 +277,7 @@ fn markdown_says_what_is_written() {
         ("1. a", "1\\. a"),
         ("1.5 m", "1.5 m"),
         ("--force", "`--force`"),
+        ("give --gravity: 1.5 mg", "give `--gravity`: 1.5 mg"),
         ("a -- b", "a -\\- b"),
         ("a_b <i> `c<_` $d$", "a\\_b \\<i\\> `c<_` \\$d\\$"),
         ("`a|b` `", "a\\|b \\`"),

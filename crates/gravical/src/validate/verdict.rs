@@ -5,16 +5,14 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::calibration_file::{
-    AccelerometerSection, Grade, PoseKind, PoseResult, TiltSource, Verdict,
+    AccelerometerSection, GOOD_MG, Grade, PoseKind, PoseResult, TiltSource, Verdict,
 };
 use crate::estimate::accelerometer::Method;
 use crate::recording::{Finding, FindingKind};
 
 use super::errors::free_norm_error;
 
-/// Error of ‖a‖ in the worst direction, mg, up to which a result is good, and fair: by
-/// the covariance (2σ), and by an error of one pose that is not detected.
-const GOOD_MG: f64 = 5.0;
+/// The same as [`GOOD_MG`] for a result that is fair, mg.
 const FAIR_MG: f64 = 20.0;
 /// Predicted 2σ error over all directions, mg, beyond which a result that nothing verifies
 /// is poor: six faces placed by hand stay below.
