@@ -1,0 +1,261 @@
+// The signal over time and the predicted error over poses.
+"use strict";
+
+const SMALL = "11.5px system-ui, 'DejaVu Sans', sans-serif";
+
+// Least and greatest value in each of a fixed number of columns of time: half an hour costs no
+// more memory or drawing than a minute.
+class Columns {
+  constructor(span_s, count) {
+    this.step_s = span_s / count;
+    this.count = count;
+    this.first = 0;
+    this.rows = [];
+  }
+
+  push(t_s, values) {
+    const index = Math.floor(t_s / this.step_s);
+    if (!this.rows.length) this.first = index;
+    // Time does not run backwards within a session; a new session begins with new columns.
+    if (index < this.first + this.rows.length - 1) return;
+    // A long silence is not filled column by column.
+    if (index - this.first >= 3 * this.count) {
+      this.rows = [];
+      this.first = index;
+    }
+    while (this.first + this.rows.length <= index) this.rows.push(null);
+    const row = this.rows[this.rows.length - 1];
+    this.rows[this.rows.length - 1] = values.map((v, i) =>
+      row ? [Math.min(row[i][0], v), Math.max(row[i][1], v)] : [v, v]);
+    const extra = this.rows.length - this.count - 1;
+    if (extra > 64) {
+      this.rows.splice(0, extra);
+      this.first += extra;
+    }
+  }
+
+  // Each column that holds something since `from_s`, as (middle s, row).
+  forEach(from_s, visit) {
+    const start = Math.max(0, Math.floor(from_s / this.step_s) - this.first);
+    for (let i = start; i < this.rows.length; i++) {
+      if (this.rows[i]) visit((this.first + i + 0.5) * this.step_s, this.rows[i]);
+    }
+  }
+}
+
+const SPANS = [["1 min", 60], ["5 min", 300], ["30 min", 1800]];
+
+class Strip {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.span = 0;
+    this.reset();
+  }
+
+  reset() {
+    this.columns = SPANS.map(([, span_s]) => new Columns(span_s, 320));
+    this.now_s = 0;
+    this.half = 0.05;
+    this.limit = null;
+    this.due = true;
+  }
+
+  push(t_s, norm, noise_mg, limit_mg) {
+    if (![t_s, norm, noise_mg].every(Number.isFinite)) return;
+    for (const c of this.columns) c.push(t_s, [norm, Math.max(noise_mg, 1e-3)]);
+    this.now_s = Math.max(this.now_s, t_s);
+    this.limit = limit_mg;
+    this.due = true;
+  }
+
+  // `marks` [{ from, to, kind }]: spans of time that became poses or did not; `gravity` in m/s².
+  draw(ink, marks, gravity) {
+    if (!this.due) return;
+    const area = prepare(this.canvas);
+    if (!area) return;
+    this.due = false;
+    const { pen, width, height } = area, span_s = SPANS[this.span][1];
+    const left = 44, right = width - 6, gap = 22, top = 16;
+    const high = (height - top - gap - 18) / 2;
+    const from_s = Math.max(0, this.now_s - span_s), x = t => left + (t - from_s) / span_s * (right - left);
+    const upper = { top, bottom: top + high }, lower = { top: top + high + gap, bottom: top + 2 * high + gap };
+    let far = 0.04, most = 100;
+    this.columns[this.span].forEach(from_s, (t, [norm, noise]) => {
+      far = Math.max(far, Math.abs(norm[0] - 1), Math.abs(norm[1] - 1));
+      most = Math.max(most, noise[1]);
+    });
+    // A knock does not flatten what is looked at: beyond half a g the line is cut off.
+    this.half += 0.25 * (Math.min(0.5, far * 1.15) - this.half);
+    if (Math.abs(Math.min(0.5, far * 1.15) - this.half) > 0.002) this.due = true;
+    const y1 = v => upper.bottom - (Math.max(-1, Math.min(1, (v - 1) / this.half)) + 1) / 2 * high;
+    const decades = Math.log10(Math.min(1000, most) / 1) || 2;
+    const y2 = v => lower.bottom - Math.max(0, Math.min(1, Math.log10(Math.max(v, 1)) / decades)) * high;
+    pen.font = SMALL;
+    pen.textBaseline = "middle";
+    for (const m of marks) this.span_of(pen, m, x, left, right, upper, lower, ink);
+    this.frame(pen, left, right, upper, `‖a‖, m/s²`, ink);
+    this.frame(pen, left, right, lower, "scatter, mg", ink);
+    const digits = this.half * gravity < 1 ? 2 : 1;
+    for (const v of [1 - this.half * 0.75, 1, 1 + this.half * 0.75]) this.tick(pen, left, y1(v), (v * gravity).toFixed(digits), ink);
+    for (const v of [1, 10, 100, 1000]) if (Math.log10(v) <= decades + 1e-9) this.tick(pen, left, y2(v), String(v), ink);
+    this.rule(pen, left, right, y1(1), ink.muted, [2, 3]);
+    if (this.limit) {
+      this.rule(pen, left, right, y2(this.limit), ink.fair, [6, 4]);
+      pen.textAlign = "right";
+      pen.fillStyle = ink.fair;
+      const y = y2(this.limit);
+      pen.fillText(`limit ${precise(this.limit)}`, right - 2, y - 8 < lower.top + 4 ? y + 8 : y - 8);
+    }
+    this.line(pen, 0, x, y1, from_s, ink.accent);
+    this.line(pen, 1, x, y2, from_s, ink.ink);
+    pen.fillStyle = ink.muted;
+    pen.textAlign = "right";
+    pen.fillText("now", right, height - 8);
+    pen.textAlign = "left";
+    pen.fillText(this.now_s > span_s ? `−${SPANS[this.span][0]}` : "0 s", left, height - 8);
+  }
+
+  frame(pen, left, right, { top, bottom }, title, ink) {
+    this.rule(pen, left, right, bottom, ink.strong, []);
+    pen.fillStyle = ink.muted;
+    pen.textAlign = "left";
+    pen.fillText(title, left, top - 8);
+  }
+
+  tick(pen, left, y, text, ink) {
+    pen.fillStyle = ink.muted;
+    pen.textAlign = "right";
+    pen.fillText(text, left - 6, y);
+  }
+
+  rule(pen, left, right, y, colour, dash) {
+    pen.strokeStyle = colour;
+    pen.lineWidth = 1;
+    pen.setLineDash(dash);
+    pen.beginPath();
+    pen.moveTo(left, y);
+    pen.lineTo(right, y);
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+
+  line(pen, series, x, y, from_s, colour) {
+    pen.strokeStyle = colour;
+    pen.lineWidth = 1.6;
+    pen.lineJoin = "round";
+    pen.beginPath();
+    let last = null;
+    const columns = this.columns[this.span], silence_s = Math.max(1, 2.5 * columns.step_s);
+    columns.forEach(from_s, (t, row) => {
+      const [low, high] = row[series];
+      if (last === null || t - last > silence_s) pen.moveTo(x(t), y(low));
+      else pen.lineTo(x(t), y(low));
+      if (high !== low) pen.lineTo(x(t), y(high));
+      last = t;
+    });
+    pen.stroke();
+  }
+
+  span_of(pen, { from, to, kind }, x, left, right, upper, lower, ink) {
+    const a = Math.max(left, x(from)), b = Math.min(right, x(to));
+    if (b <= left) return;
+    pen.fillStyle = kind === "done" ? ink.goodTint : kind === "cross" ? ink.poorTint : ink.accentTint;
+    pen.fillRect(a, upper.top, Math.max(1, b - a), lower.bottom - upper.top);
+    if (kind !== "open") {
+      pen.fillStyle = kind === "done" ? ink.good : ink.poor;
+      pen.textAlign = "center";
+      pen.fillText(kind === "done" ? "✓" : "✕", (a + b) / 2, upper.bottom + 9);
+    }
+  }
+}
+
+// A figure with two digits that count.
+const precise = v => !Number.isFinite(v) ? "–" : Math.abs(v) < 0.995 ? v.toFixed(2) : Math.abs(v) < 9.95 ? v.toFixed(1) : v.toFixed(0);
+
+const GOOD_MG = 5, FAIR_MG = 20;
+
+class ErrorChart {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.due = true;
+  }
+
+  // `errors` [[poses, mg]], `next` mg after one more pose or null.
+  show(errors, next) {
+    this.errors = errors;
+    this.next = next;
+    this.due = true;
+  }
+
+  draw(ink) {
+    if (!this.due || !this.errors) return;
+    const area = prepare(this.canvas);
+    if (!area) return;
+    this.due = false;
+    const { pen, width, height } = area, left = 44, right = width - 10, top = 8, bottom = height - 20;
+    const all = this.errors.map(([, mg]) => mg).filter(mg => mg > 0);
+    if (this.next > 0) all.push(this.next);
+    const low = Math.min(1, ...all.map(v => 10 ** Math.floor(Math.log10(v)))), high = Math.max(100, ...all.map(v => v * 1.2));
+    const last = this.errors.length ? this.errors[this.errors.length - 1] : null;
+    const least = Math.min(4, ...this.errors.map(([n]) => n)), most = Math.max(10, last ? last[0] + 1 : 0);
+    const x = n => left + (n - least + 0.3) / (most - least + 0.6) * (right - left);
+    const y = v => bottom - (Math.log10(v) - Math.log10(low)) / (Math.log10(high) - Math.log10(low)) * (bottom - top);
+    pen.font = SMALL;
+    pen.textBaseline = "middle";
+    pen.fillStyle = ink.goodTint;
+    pen.fillRect(left, y(GOOD_MG), right - left, bottom - y(GOOD_MG));
+    for (let v = low; v <= high; v *= 10) {
+      pen.fillStyle = ink.muted;
+      pen.textAlign = "right";
+      pen.fillText(`${v} mg`, left - 5, y(v));
+      this.rule(pen, left, right, y(v), ink.line, []);
+    }
+    for (const [v, word, colour] of [[GOOD_MG, "good: 5 mg", ink.good], [FAIR_MG, "fair: 20 mg", ink.fair]]) {
+      this.rule(pen, left, right, y(v), colour, [6, 4]);
+      pen.fillStyle = colour;
+      pen.textAlign = "right";
+      pen.fillText(word, right - 2, y(v) - 8);
+    }
+    pen.fillStyle = ink.muted;
+    pen.textAlign = "center";
+    const every = Math.ceil((most - least) / 8);
+    for (let n = least; n <= most; n += every) pen.fillText(n === least ? `${n} poses` : String(n), x(n) + (n === least ? 10 : 0), height - 8);
+    if (!last) {
+      pen.fillStyle = ink.muted;
+      pen.fillText("from the fourth pose on", (left + right) / 2, y(60));
+      return;
+    }
+    pen.strokeStyle = ink.accent;
+    pen.lineWidth = 2;
+    pen.beginPath();
+    this.errors.forEach(([n, mg], i) => i ? pen.lineTo(x(n), y(mg)) : pen.moveTo(x(n), y(mg)));
+    pen.stroke();
+    for (const [n, mg] of this.errors) {
+      pen.fillStyle = ink.accent;
+      pen.beginPath();
+      pen.arc(x(n), y(mg), 4, 0, 2 * Math.PI);
+      pen.fill();
+    }
+    if (this.next > 0) {
+      pen.setLineDash([3, 3]);
+      pen.beginPath();
+      pen.moveTo(x(last[0]), y(last[1]));
+      pen.lineTo(x(last[0] + 1), y(this.next));
+      pen.stroke();
+      pen.setLineDash([]);
+      const [a, b] = [x(last[0] + 1), y(this.next)];
+      pen.fillStyle = "#E69F00";
+      pen.strokeStyle = ink.ink;
+      pen.lineWidth = 1.2;
+      pen.beginPath();
+      pen.moveTo(a, b - 6);
+      pen.lineTo(a + 6, b);
+      pen.lineTo(a, b + 6);
+      pen.lineTo(a - 6, b);
+      pen.closePath();
+      pen.fill();
+      pen.stroke();
+    }
+  }
+}
+ErrorChart.prototype.rule = Strip.prototype.rule;

@@ -1,0 +1,566 @@
+// The page: events in, drawings out, keys and buttons back as commands.
+"use strict";
+
+const $ = selector => document.querySelector(selector);
+const token = encodeURIComponent(new URLSearchParams(location.search).get("token") ?? "");
+const address = name => `${name}?token=${token}`;
+
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+const dark = matchMedia("(prefers-color-scheme: dark)");
+
+let state = fresh();
+let follower = false;
+let answers = true;
+let choosing = null;
+let flash_until = 0;
+
+// Colours of the style sheet, for drawings.
+let ink = {};
+function readInk() {
+  const style = getComputedStyle(document.documentElement), of = name => style.getPropertyValue(`--${name}`).trim();
+  ink = {
+    paper: of("card"), card: of("card"), tint: of("tint"), ink: of("ink"), muted: of("muted"), line: of("line"), strong: of("strong"),
+    accent: of("accent"), good: of("good"), fair: of("fair"), poor: of("poor"), goodTint: of("good-tint"), poorTint: of("poor-tint"),
+    accentTint: of("accent-tint"), shadow: of("table"), hole: of("card"),
+  };
+}
+
+// ---- Sound ----
+
+const sound = {
+  context: null,
+  get silent() { return localStorage.getItem("gravical-silent") === "1"; },
+  toggle() {
+    localStorage.setItem("gravical-silent", this.silent ? "0" : "1");
+    this.label();
+    if (!this.silent) this.play([[660, 0.08]]);
+  },
+  label() {
+    const button = $("#mute");
+    button.setAttribute("aria-pressed", String(this.silent));
+    button.querySelector("use").setAttribute("href", this.silent ? "#silent" : "#sound");
+    write(button.querySelector("span"), this.silent ? "Muted" : "Sound");
+  },
+  // Browsers let a page sound after the first key or click on it.
+  wake() {
+    this.context ??= new AudioContext();
+    if (this.context.state === "suspended") this.context.resume();
+  },
+  // Notes one after the other: [hertz, seconds].
+  play(notes) {
+    if (this.silent || this.context?.state !== "running") return;
+    let at = this.context.currentTime + 0.01;
+    for (const [hertz, seconds] of notes) {
+      const tone = this.context.createOscillator(), gain = this.context.createGain();
+      tone.frequency.value = hertz;
+      gain.gain.setValueAtTime(0, at);
+      gain.gain.linearRampToValueAtTime(0.09, at + 0.012);
+      gain.gain.setValueAtTime(0.09, at + seconds - 0.03);
+      gain.gain.linearRampToValueAtTime(0, at + seconds);
+      tone.connect(gain).connect(this.context.destination);
+      tone.start(at);
+      tone.stop(at + seconds);
+      at += seconds;
+    }
+  },
+};
+const SOUNDS = {
+  pose_accepted: [[660, 0.1], [880, 0.14]],
+  pose_rejected: [[196, 0.28]],
+  pose_undone: [[440, 0.08]],
+  lost: [[330, 0.14], [196, 0.24]],
+  resumed: [[330, 0.1], [440, 0.12]],
+  saved: [[523, 0.1], [659, 0.1], [784, 0.2]],
+};
+
+// ---- Words ----
+
+const write = (element, text) => { if (element.textContent !== text) element.textContent = text; };
+const show = (element, shown) => { if (element.hidden === shown) element.hidden = !shown; };
+const cased = text => text[0].toUpperCase() + text.slice(1);
+
+// The one sentence, and the line below it.
+function sentence(now) {
+  if (!answers && !state.end) {
+    const folder = state.session?.folder;
+    return ["The program does not answer.", folder
+      ? `If it has ended: gravical live --resume ${folder} goes on, and no pose is lost.`
+      : "Is gravical live still running? This page connects again by itself."];
+  }
+  if (now === "connect") return ["Connecting …", "Waiting for the first samples."];
+  if (now === "end") {
+    if (state.end.reason === "finished") return [state.saved ? "Done and saved." : "Done.", asSentence(state.end.message)];
+    return [asSentence(state.end.message), state.end.reason === "failed" ? "The samples are in the session folder." : ""];
+  }
+  if (now === "lost") return [asSentence(state.lost.message), "What was accepted is on disk."];
+  return [state.status?.sentence ?? "Reading the first samples …", state.status?.hint ?? ""];
+}
+
+// What the ring says: [class, text, share, colour].
+function ring(now) {
+  const s = state.status;
+  if (performance.now() < flash_until) return ["done", "Done", 1, "#009E73"];
+  if (now === "lost") return ["lost", "Unplugged", 0, "#D55E00"];
+  if (!s || now === "connect" || now === "end") return ["", "", 0, ink.line];
+  const share = Math.max(0, Math.min(1, s.ring ?? 0));
+  if (now === "floor") return ["floor", "Hands off", share, "#E69F00"];
+  if (now === "settle") return ["settle", "Hold still", share, "#E69F00"];
+  if (now === "capture") {
+    const left_s = (state.session.capture_s ?? 3) * (1 - share);
+    return ["capture", `Capturing ${left_s.toFixed(1)} s`, share, ink.accent];
+  }
+  if (now === "fit" || now === "done") return ["", "", 0, ink.line];
+  if (now === "wait") {
+    const word = !s.still ? "Moving" : s.welcome === "duplicate" ? `${faceName(s.face)} is done already`
+      : s.welcome === "between" ? "Between two faces" : "At rest";
+    return ["", word, 0, ink.line];
+  }
+  return ["", "", share, "#E69F00"];
+}
+
+const UNITS = { "m/s^2": "m/s²", counts: "raw counts", unknown: "unit unknown" };
+function facts() {
+  const { identified: i, status: s } = state;
+  if (!i) return "";
+  const parts = [`${(s?.rate_hz ?? i.rate_hz).toFixed(1)} Hz`, UNITS[i.unit] ?? i.unit];
+  if (i.counts_per_g) parts.push(`${Math.round(i.counts_per_g)} per g`);
+  parts.push(i.gyro_unit ? "with gyroscope" : "no gyroscope");
+  if (Number.isFinite(s?.temperature_c)) parts.push(`${s.temperature_c.toFixed(1)} °C`);
+  return parts.join(" · ");
+}
+
+function pill(now) {
+  if (now === "end") return ["", "Ended"];
+  if (!answers) return ["poor", "No answer"];
+  if (now === "connect") return ["", "Connecting"];
+  if (now === "lost") return ["poor", "Unplugged"];
+  return ["good", state.session.source === "port" ? "Connected" : cased(state.session.source === "simulate" ? "simulated" : "replay")];
+}
+
+// ---- Tiles ----
+
+const WORDS = { to_do: "To do", hold_still: "Hold still", capturing: "Capturing", done: "Done", redo: "Redo" };
+const tiles = FACES.map((face, i) => {
+  const canvas = make("canvas", {}), sign = icon("to_do"), word = make("span", {}), bar = make("i", {});
+  const button = make("button", { type: "button", disabled: true },
+    make("span", { className: "name" }, `${faceName(face)} up`), make("kbd", {}, String(i + 1)), canvas,
+    make("span", { className: "state" }, sign, word), bar);
+  button.addEventListener("click", () => choose(face));
+  canvas.setAttribute("aria-hidden", "true");
+  $("#tiles").append(make("li", {}, button));
+  return { face, canvas, sign, word, bar, button };
+});
+
+function tileStates() {
+  if (state.status?.tiles) return state.status.tiles;
+  const done = new Set([...state.poses.values()].map(p => p.face));
+  return Object.fromEntries(FACES.map(face => [face, done.has(face) ? "done" : "to_do"]));
+}
+
+function drawTiles() {
+  for (const t of tiles) drawBoard(t.canvas, lying(directionOf(t.face)), ink, { span: 37, highlight: "xyz".indexOf(t.face[1]) });
+}
+
+// ---- Drawings ----
+
+const sphere = new Sphere($("#sphere canvas"));
+const strip = new Strip($("#strip canvas"));
+const chart = new ErrorChart($("#error canvas"));
+const hands = new Hands($("#board"), send, () => attitude);
+let attitude = lying([0, 0, 1]);
+let dial_seen = "";
+
+function drawDial(now) {
+  const s = state.status;
+  const preview = hands.on ? hands.drawn(s?.up) : null;
+  const wanted = preview ?? (s?.attitude ? normalised(s.attitude) : s?.up && unit(s.up) ? product(shortest(rotated(attitude, unit(s.up)), [0, 0, 1]), attitude) : attitude);
+  // Ten readings a second become a steady movement.
+  attitude = between(attitude, wanted, calm.matches || hands.held ? 1 : 0.2);
+  const [kind, text, share, colour] = ring(now);
+  const chip = $("#chip");
+  write(chip, text);
+  if (chip.className !== kind) chip.className = kind;
+  const seen = [attitude.map(v => v.toFixed(4)), share.toFixed(3), colour, ink.card, $("#board").clientWidth].join();
+  if (seen === dial_seen) return;
+  const area = prepare($("#board"));
+  if (!area) return;
+  dial_seen = seen;
+  const { pen, width, height } = area, size = Math.min(width, height), radius = size / 2 - 10, centre = [width / 2, height / 2];
+  pen.lineWidth = 9;
+  pen.lineCap = "round";
+  pen.strokeStyle = ink.line;
+  pen.beginPath();
+  pen.arc(...centre, radius, 0, 2 * Math.PI);
+  pen.stroke();
+  if (share > 0) {
+    pen.strokeStyle = colour;
+    pen.beginPath();
+    pen.arc(...centre, radius, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * share);
+    pen.stroke();
+  }
+  const drawing = new BoardDrawing(pen, [centre[0], centre[1] - size * 0.01], size / 49, attitude, ink);
+  drawing.shadow(12);
+  drawing.draw();
+}
+
+let next_seen = "";
+function drawNext(now) {
+  const next = state.next, s = state.status, figure = $("#next");
+  const free = next?.kind === "free" && next.up;
+  const face = next?.kind === "face" ? next.faces[0] : null;
+  const up = free ? unit(next.up) : face ? directionOf(face) : null;
+  hands.next = up;
+  show(figure, Boolean(up) && now !== "floor" && now !== "identify");
+  if (figure.hidden) return;
+  write(figure.querySelector("b"), free ? "Next pose" : `Next: ${faceName(face)} up`);
+  write(figure.querySelector("span"), free ? asSentence(next.hint) : next.faces.length > 1 ? "or any other face, in any order" : "the last face");
+  const away = s?.up && unit(s.up) ? angleDeg(s.up, up) : null;
+  write($("#remaining"), away === null ? "" : away < 8 ? "✓ you are there" : `${away.toFixed(0)}° away`);
+  const seen = [up, ink.card, figure.clientWidth].join();
+  if (seen === next_seen) return;
+  next_seen = seen;
+  drawBoard(figure.querySelector("canvas"), lying(up), ink, { span: 40, shadow: 11, highlight: face ? "xyz".indexOf(face[1]) : undefined });
+}
+
+function showSphere() {
+  const suspect = state.fit?.suspect;
+  const poses = [...state.poses.values()].map(p => ({ up: unit(p.up) ?? [0, 0, 1], face: p.face, suspect: p.pose === suspect }));
+  const next = state.next?.kind === "free" && state.next.up ? unit(state.next.up) : null;
+  sphere.show({ poses, next, up: state.end ? null : state.status?.up && unit(state.status.up) });
+  const free = poses.filter(p => !p.face).length, faces = new Set(poses.map(p => p.face).filter(Boolean)).size;
+  write($("#poses"), `${faces} of 6 faces${free ? `, ${free} free` : ""}`);
+  $("#sphere canvas").setAttribute("aria-label", `Directions that pointed up: ${faces} of 6 faces, ${free} free poses`);
+}
+
+// ---- The page after an event ----
+
+let old_notice = null, result_seen = "", log_seen = 0;
+
+function update() {
+  const now = stage(state), s = state.status;
+  document.body.dataset.state = now;
+  document.body.classList.toggle("follower", follower);
+  show($("#follower"), follower);
+  const [main, below] = sentence(now);
+  write($("#sentence"), main);
+  write($("#hint"), below);
+  $("#hint").classList.toggle("due", Boolean(s?.hint) && below === s.hint);
+  announce(`${main} ${below}`);
+  document.title = `${main.length > 60 ? cased(now) : main} · gravical live`;
+
+  write($("#device"), state.session?.name ?? "");
+  write($("#facts"), facts());
+  const [tone, word] = pill(now);
+  $("#link").className = `pill ${tone}`;
+  write($("#link span"), word);
+
+  if (state.notice !== old_notice) {
+    old_notice = state.notice;
+    show($("#notice"), Boolean(old_notice));
+    if (old_notice) {
+      $("#notice").className = old_notice.kind;
+      $("#notice use").setAttribute("href", `#${old_notice.kind}`);
+      write($("#notice strong"), old_notice.title);
+      write($("#notice span"), old_notice.text);
+    }
+  }
+
+  const states = tileStates();
+  for (const t of tiles) {
+    const kind = Object.hasOwn(WORDS, states[t.face]) ? states[t.face] : "to_do";
+    if (t.kind !== kind) {
+      t.kind = kind;
+      t.button.className = kind;
+      t.sign.firstChild.setAttribute("href", `#${kind}`);
+      write(t.word, WORDS[kind]);
+    }
+    t.bar.style.setProperty("--share", kind === "capturing" || kind === "hold_still" ? s?.ring ?? 0 : 0);
+    t.button.disabled = choosing === null;
+  }
+  $("#tiles").classList.toggle("choosing", choosing !== null);
+
+  write($("#nearest"), s?.face ? `Nearest ${faceName(s.face)}` : "Nearest face");
+  write($("#tilt"), Number.isFinite(s?.tilt_deg) ? `${s.tilt_deg.toFixed(1)}°` : "");
+  $("#needle").style.setProperty("--share", Math.max(0, Math.min(1, (s?.tilt_deg ?? 0) / 45)));
+
+  const ended = now === "end" || Boolean(state.saved) || Boolean(state.verdict?.final);
+  show($("#result"), ended);
+  show($("#live"), !ended);
+  show($("#strip"), !ended);
+  const wanted = ended ? [state.verdict?.grade, state.fit?.t_s, state.saved?.t_s, state.truth?.t_s, state.end?.t_s].join() : "";
+  if (wanted !== result_seen) {
+    result_seen = wanted;
+    if (ended) fillResult($("#result"), state, address("report"));
+  }
+  hands.on = state.session?.source === "simulate" && !ended && !follower;
+  show($("#hands"), hands.on);
+  $("#as-drawn").disabled = !hands.next;
+  $("#board").classList.toggle("grab", hands.on);
+  show($("#actions"), !ended && !follower);
+  buttons(now);
+  show($("#gravity"), state.session?.gravity_source === "standard" && state.session.source !== "simulate"
+    && !later && !ended && !follower);
+  listHistory();
+}
+
+function buttons(now) {
+  const button = name => $(`[data-command=${name}]`), n = state.poses.size;
+  const busy = ["connect", "identify", "floor", "fit", "done"].includes(now);
+  button("capture").disabled = busy || now === "lost" || now === "capture";
+  button("undo").disabled = n === 0 || busy;
+  button("redo").disabled = n === 0 || busy;
+  button("redo").setAttribute("aria-pressed", String(choosing !== null));
+  write(button("redo").querySelector("span"), choosing === null ? "Redo a face" : "Which face?");
+  button("finish").disabled = n < 4 || busy;
+  const good = state.verdict?.grade === "good";
+  button("finish").classList.toggle("primary", good);
+  button("capture").classList.toggle("primary", !good);
+}
+
+function listHistory() {
+  const list = $("#log"), { log } = state;
+  const key = log.length ? `${log.length}:${log[log.length - 1].t_s}:${log[0].t_s}` : "";
+  if (key === log_seen) return;
+  log_seen = key;
+  list.replaceChildren(...log.slice(-60).reverse().map(l => make("li", { className: l.kind },
+    make("time", {}, clock(l.t_s)), icon(l.kind), make("span", {}, [l.title, l.text].filter(Boolean).join(" ")))));
+  write($("#count"), `${log.length}`);
+}
+
+const clock = t_s => `${Math.floor(t_s / 60)}:${String(Math.floor(t_s % 60)).padStart(2, "0")}`;
+
+// A reader of the screen hears what is new, not every tenth of a second that is left.
+let said = "", said_at = 0;
+function announce(text) {
+  const key = text.replace(/[\d.,−-]+/g, "#");
+  if (key === said || performance.now() - said_at < 900) return;
+  said = key;
+  said_at = performance.now();
+  write($("#announcement"), text);
+}
+
+// ---- Commands ----
+
+let later = false, refusal = 0;
+
+async function send(command) {
+  if (follower || state.end) return false;
+  try {
+    const answer = await fetch(address("command"), {
+      method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(command),
+    });
+    if (answer.ok) return true;
+    const { error } = await answer.json().catch(() => ({}));
+    complain(error ?? `The program refused that (${answer.status}).`);
+  } catch {
+    complain("The program did not answer.");
+  }
+  return false;
+}
+
+// What went wrong with a command; an event that follows takes its place.
+function complain(text) {
+  state.notice = { t_s: 0, kind: "warning", title: "", text: asSentence(text), number: ++refusal };
+  write($("#alert"), text);
+  update();
+}
+
+function choose(face) {
+  if (choosing === null) return;
+  choosing = null;
+  send({ command: "redo", face });
+  update();
+}
+
+const finish = () => {
+  if (state.verdict?.grade === "good") return send({ command: "finish" });
+  const faces = new Set([...state.poses.values()].map(p => p.face).filter(Boolean)).size;
+  const text = faces < 6 ? `${faces} of 6 faces are done. The calibration will be rough.`
+    : state.verdict?.grade === "not-verifiable" ? "Six faces alone verify nothing. One more pose in any other direction does."
+      : "More poses would make the calibration better.";
+  write($("#sure p"), text);
+  $("#sure").showModal();
+};
+$("#sure").addEventListener("close", () => { if ($("#sure").returnValue === "yes") send({ command: "finish" }); });
+
+const COMMANDS = {
+  capture: () => send({ command: "capture" }),
+  undo: () => send({ command: "undo" }),
+  redo: () => {
+    choosing = choosing === null ? "" : null;
+    update();
+  },
+  finish,
+};
+const run = name => { if (!$(`[data-command=${name}]`).disabled && !$("#actions").hidden) COMMANDS[name](); };
+for (const name of Object.keys(COMMANDS)) $(`[data-command=${name}]`).addEventListener("click", () => run(name));
+
+// After R: the number of a tile, or + or − and the name of the axis.
+function chooseByKey(key) {
+  if (key === "Escape") choosing = null;
+  else if (FACES[Number(key) - 1]) return choose(FACES[Number(key) - 1]);
+  else if (key === "+" || key === "-") choosing = key;
+  else if ("xyz".includes(key.toLowerCase()) && choosing) return choose(choosing + key.toLowerCase());
+  else if (key === "r" || key === "R") choosing = null;
+  else return;
+  update();
+}
+
+document.addEventListener("keydown", e => {
+  sound.wake();
+  const target = e.target, at = name => target.closest?.(name);
+  if (e.ctrlKey || e.metaKey || e.altKey || at("input") || $("#sure").open) return;
+  const key = e.key;
+  // Space and Enter do what the button with the focus says.
+  if ((key === " " || key === "Enter") && at("button, a, summary")) return;
+  if (choosing !== null && key !== "m") {
+    if (key.length === 1 || key === "Escape") e.preventDefault();
+    return chooseByKey(key);
+  }
+  const name = { " ": "capture", u: "undo", U: "undo", r: "redo", R: "redo", Enter: "finish" }[key];
+  if (name) {
+    e.preventDefault();
+    if (!e.repeat) run(name);
+  } else if (key === "m" || key === "M") sound.toggle();
+  else if (hands.on && !at(".choice, #log") && hands.key(key)) e.preventDefault();
+});
+// A click leaves no focus behind, so that Space goes on meaning "capture".
+document.addEventListener("click", e => {
+  sound.wake();
+  if (e.detail > 0) e.target.closest("button")?.blur();
+});
+$("#mute").addEventListener("click", () => sound.toggle());
+
+$("#gravity").addEventListener("submit", async e => {
+  e.preventDefault();
+  const read = id => Number($(id).value.trim().replace(",", ".") || NaN);
+  const latitude = read("#latitude"), value = read("#value");
+  let command = null;
+  if (Number.isFinite(value)) command = value >= 9.7 && value <= 9.9 ? { command: "gravity", value } : null;
+  else if (Number.isFinite(latitude)) command = Math.abs(latitude) <= 90 ? { command: "gravity", latitude, altitude: 0 } : null;
+  write($("#gravity-error"), command ? "" : "Give a latitude from −90 to 90, or g between 9.7 and 9.9 m/s².");
+  if (command && await send(command)) {
+    later = true;
+    update();
+  }
+});
+$("#later").addEventListener("click", () => {
+  later = true;
+  update();
+});
+
+SPANS.forEach(([name], i) => {
+  const button = make("button", { type: "button" }, name);
+  button.setAttribute("aria-pressed", String(i === 0));
+  button.addEventListener("click", () => {
+    strip.span = i;
+    strip.due = true;
+    [...$(".choice").children].forEach((b, k) => b.setAttribute("aria-pressed", String(k === i)));
+  });
+  $(".choice").append(button);
+});
+
+// ---- Events ----
+
+let live_from = 0;
+function take(event) {
+  if (event.type === "follower") {
+    follower = true;
+  } else {
+    state = after(state, event);
+    if (event.type === "session") {
+      strip.reset();
+      choosing = null;
+      sphere.turned = false;
+    }
+    if (event.type === "status") strip.push(event.t_s, event.norm_g, event.noise_mg, event.limit_mg);
+    if (event.type === "pose_accepted") flash_until = performance.now() + 1100;
+    if (event.type === "next_pose") {
+      sphere.turned = false;
+      if (event.kind === "free" && event.up) sphere.face(unit(event.up) ?? [0, 0, 1]);
+    }
+    // What is replayed at the start has sounded before.
+    if (performance.now() > live_from && SOUNDS[event.type]) sound.play(SOUNDS[event.type]);
+    if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), `${event.message}. ${event.remedy ?? ""}`);
+  }
+  const mg = [...state.errors].sort((a, b) => a[0] - b[0]);
+  if (event.type !== "status") {
+    chart.show(mg, state.end || state.saved ? null : state.next?.predicted_mg ?? null);
+    const last = mg[mg.length - 1];
+    const place = $("#predicted");
+    place.replaceChildren(...last ? [make("b", {}, `${precise(last[1])} mg`), " 2σ, worst direction"] : []);
+    $("#error canvas").setAttribute("aria-label", last ? `Predicted error ${precise(last[1])} mg after ${last[0]} poses` : "Predicted error: no poses yet");
+  }
+  dirty = true;
+}
+
+let dirty = true;
+function listen() {
+  const stream = new EventSource(address("events"));
+  stream.addEventListener("open", () => {
+    answers = true;
+    follower = false;
+    live_from = performance.now() + 700;
+    dirty = true;
+  });
+  stream.addEventListener("error", () => {
+    // After the end the program may go: there is nothing to wait for.
+    if (state.end) stream.close();
+    answers = false;
+    dirty = true;
+    // A refused connection is final for the browser, so it is tried again here.
+    if (stream.readyState === EventSource.CLOSED && !state.end) setTimeout(listen, 2000);
+  });
+  stream.addEventListener("message", e => {
+    let event;
+    try {
+      event = JSON.parse(e.data);
+    } catch {
+      return;
+    }
+    if (event && typeof event === "object") take(event);
+  });
+}
+
+// ---- Frames ----
+
+let last_frame = 0;
+function frame(now_ms) {
+  requestAnimationFrame(frame);
+  // Thirty a second are enough for the eye, and leave the machine to the measurement.
+  if (now_ms - last_frame < 30) return;
+  last_frame = now_ms;
+  if (dirty) {
+    dirty = false;
+    update();
+    showSphere();
+  }
+  const now = stage(state);
+  if (!$("#live").hidden) {
+    drawDial(now);
+    drawNext(now);
+  }
+  sphere.draw(ink, calm.matches);
+  if (!$("#strip").hidden) {
+    const open = state.candidate ? [{ from: state.candidate.t_s, to: state.status?.t_s ?? state.candidate.t_s, kind: "open" }] : [];
+    strip.draw(ink, [...state.marks, ...open], state.gravity ?? 9.80665);
+  }
+  chart.draw(ink);
+}
+
+function redraw() {
+  readInk();
+  dial_seen = next_seen = "";
+  sphere.due = strip.due = chart.due = true;
+  drawTiles();
+}
+dark.addEventListener("change", redraw);
+addEventListener("resize", redraw);
+new ResizeObserver(redraw).observe($("main"));
+
+readInk();
+sound.label();
+update();
+redraw();
+listen();
+requestAnimationFrame(frame);

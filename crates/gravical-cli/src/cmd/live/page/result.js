@@ -1,0 +1,130 @@
+// The end of a session: verdict, three numbers, what to do next, and the truth of a simulation.
+"use strict";
+
+// An element with properties and children; text is always text, never markup.
+function make(name, properties, ...children) {
+  const e = Object.assign(document.createElement(name), properties);
+  e.append(...children.filter(c => c !== null && c !== undefined));
+  return e;
+}
+
+function icon(name) {
+  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  const use = document.createElementNS("http://www.w3.org/2000/svg", "use");
+  svg.setAttribute("class", "icon");
+  svg.setAttribute("aria-hidden", "true");
+  use.setAttribute("href", `#${name}`);
+  svg.append(use);
+  return svg;
+}
+
+const minus = text => text.replace(/^-(?=[0.]*$)/, "").replace(/-/g, "−");
+// As many decimals as the uncertainty has with two digits.
+const within = (value, sigma) => {
+  const decimals = sigma > 0 ? Math.max(0, Math.min(6, 1 - Math.floor(Math.log10(sigma)))) : 2;
+  return [minus(value.toFixed(decimals)), sigma > 0 ? sigma.toFixed(decimals) : null];
+};
+
+function command(line) {
+  const button = make("button", { type: "button" }, "Copy");
+  button.addEventListener("click", async () => {
+    try {
+      await navigator.clipboard.writeText(line);
+      button.textContent = "Copied";
+    } catch {
+      // Without the right to copy, the line is marked, so that one key does it.
+      getSelection().selectAllChildren(button.previousElementSibling);
+    }
+  });
+  return make("div", { className: "command" }, make("code", {}, line), button);
+}
+
+function number(value, unit, what) {
+  return make("div", {}, make("b", {}, value, unit ? make("small", {}, ` ${unit}`) : null), make("span", {}, what));
+}
+
+function numbers(fit) {
+  const mg = v => v > 0 ? [precise(v), "mg"] : ["–", ""];
+  const bias = fit?.bias_mg ? Math.hypot(...fit.bias_mg) : null;
+  return make("div", { className: "numbers" },
+    number(...mg(fit?.worst_mg ?? fit?.predicted_mg), "error of ‖a‖ that remains at most (2σ, worst direction)"),
+    number(...mg(fit?.leave_one_out_mg), fit?.leave_one_out_mg > 0
+      ? "leave-one-out error: at poses that the fit did not use, rms"
+      : "leave-one-out error: needs more poses than six faces"),
+    number(...mg(bias), "length of the bias that was found"));
+}
+
+function parameters(fit) {
+  if (!fit?.bias_mg) return null;
+  const rows = [0, 1, 2].map(i => {
+    const [bias, sd] = within(fit.bias_mg[i], fit.bias_sd_mg?.[i]);
+    const scale = fit.scale_percent?.[i];
+    return make("tr", {}, make("th", { scope: "row" }, "xyz"[i]),
+      make("td", {}, sd ? `${bias} ± ${sd}` : bias),
+      make("td", {}, Number.isFinite(scale) ? minus((scale > 0 ? "+" : "") + scale.toFixed(2)) : "–"));
+  });
+  return make("div", { className: "scroll" }, make("table", {},
+    make("caption", {}, "What was found: bias ± 1σ, and scale against nominal"),
+    make("thead", {}, make("tr", {}, make("th", {}, "axis"), make("th", {}, "bias, mg"), make("th", {}, "scale, %"))),
+    make("tbody", {}, ...rows)));
+}
+
+function truth(event) {
+  const rows = event.rows.map(row => {
+    const sigma = row.plus_minus > 0 ? row.plus_minus : null;
+    const digits = v => within(v, sigma)[0];
+    const inside = sigma ? Math.abs(row.found - row.truth) <= sigma : null;
+    const word = inside === null ? ["–"] : inside ? [icon("done"), " inside"] : [icon("warning"), " outside"];
+    return make("tr", {}, make("th", { scope: "row" }, `${row.name}, ${row.unit}`), make("td", {}, digits(row.truth)),
+      make("td", {}, sigma ? `${digits(row.found)} ± ${within(0, sigma)[1]}` : digits(row.found)),
+      make("td", { className: inside === null ? "" : inside ? "in" : "out" }, ...word));
+  });
+  return make("section", { className: "truth" }, make("h2", {}, "The truth"),
+    make("p", {}, "Error of ‖a‖, rms over all directions: ", make("b", {}, `${precise(event.before_mg)} mg`),
+      " before, ", make("b", {}, `${precise(event.norm_error_mg)} mg`), " with this calibration."),
+    make("div", { className: "scroll" }, make("table", {},
+      make("caption", {}, "The errors that this virtual sensor was built with, and what was found (± 2σ: 19 of 20 lie inside)"),
+      make("thead", {}, make("tr", {}, make("th", {}, "error"), make("th", {}, "truth"), make("th", {}, "found"), make("th", {}, "± 2σ"))),
+      make("tbody", {}, ...rows))));
+}
+
+function reportOf(address) {
+  const show = make("button", { type: "button" }, "Show the report here");
+  const place = make("div", {});
+  show.setAttribute("aria-expanded", "false");
+  show.addEventListener("click", () => {
+    const open = show.getAttribute("aria-expanded") !== "true";
+    show.setAttribute("aria-expanded", String(open));
+    show.textContent = open ? "Hide the report" : "Show the report here";
+    place.replaceChildren(...open ? [make("iframe", { src: address, title: "Calibration report" })] : []);
+  });
+  return make("section", {}, make("div", { className: "row" }, show,
+    make("a", { className: "button", href: address, target: "_blank", rel: "noopener" }, "Open it in a new tab")), place);
+}
+
+// Everything about the end, built anew when one of its events comes.
+function fillResult(place, state, reportAddress) {
+  const { verdict, fit, saved, end } = state;
+  const [word, sign] = GRADES[verdict?.grade] ?? ["", "question"];
+  const title = word ? word[0].toUpperCase() + word.slice(1) : "No calibration";
+  const parts = [make("div", { className: `grade ${verdict?.grade ?? ""}` }, icon(sign),
+    make("p", {}, make("b", {}, title), make("span", {}, asSentence(verdict?.sentence ?? end?.message))))];
+  if (fit) parts.push(numbers(fit));
+  if (saved) {
+    parts.push(make("p", { className: "saved" }, icon("done"), make("span", {}, "Saved as ", make("code", {}, saved.file),
+      ", read back and compared.", saved.folder ? " The raw samples are in " : null, saved.folder ? make("code", {}, saved.folder) : null)));
+  }
+  if (saved?.next?.length) {
+    parts.push(make("section", {}, make("h2", {}, "What to do next"), ...saved.next.map(command)));
+  }
+  if (end?.resume) {
+    parts.push(make("section", {}, make("h2", {}, "Go on later"), make("p", {}, "Nothing is lost; this goes on where you stopped:"), command(end.resume)));
+  }
+  if (state.truth) parts.push(truth(state.truth));
+  if (saved) parts.push(reportOf(reportAddress));
+  if (verdict?.reasons?.length || fit) {
+    parts.push(make("details", {}, make("summary", {}, make("h2", {}, "Reasons and numbers")),
+      make("ul", { className: "reasons" }, ...(verdict?.reasons ?? []).map(r => make("li", {}, r))), parameters(fit)));
+  }
+  place.replaceChildren(...parts);
+}
