@@ -168,6 +168,8 @@ class Script:
             "poor": "Poor: pose 3 (−x) contradicts the others by 41 mg. Record −x again.",
             "not-verifiable": "Six faces alone verify nothing: hold one more pose in any other direction.",
         }[grade]
+        if final:
+            said = said.replace(" Finish, or add poses.", "")
         return self.add("verdict", grade=grade, final=final, sentence=said, reasons=[
             "error of ‖a‖ at most 3.9 mg (2σ) in the worst direction (x up, y raised)",
             "an error of 6.1 mg of one pose would have shown",

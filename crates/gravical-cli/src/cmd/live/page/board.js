@@ -114,15 +114,15 @@ class BoardDrawing {
     // The printed axes: what the arrows in space stand for.
     pen.beginPath();
     for (const [x, y] of [[3, 0], [0, 3]]) {
-      pen.moveTo(-9.2, -4.1);
-      pen.lineTo(-9.2 + x, -4.1 + y);
-      pen.lineTo(-9.2 + x - (x ? 0.7 : 0.5), -4.1 + y - (x ? 0.5 : 0.7));
-      pen.moveTo(-9.2 + x, -4.1 + y);
-      pen.lineTo(-9.2 + x - (x ? 0.7 : -0.5), -4.1 + y - (x ? -0.5 : 0.7));
+      pen.moveTo(-9.2, -3.3);
+      pen.lineTo(-9.2 + x, -3.3 + y);
+      pen.lineTo(-9.2 + x - (x ? 0.7 : 0.5), -3.3 + y - (x ? 0.5 : 0.7));
+      pen.moveTo(-9.2 + x, -3.3 + y);
+      pen.lineTo(-9.2 + x - (x ? 0.7 : -0.5), -3.3 + y - (x ? -0.5 : 0.7));
     }
     pen.stroke();
-    this.text(pen, "X", -5.6, -4.1, 1.4);
-    this.text(pen, "Y", -9.2, -0.2, 1.4);
+    this.text(pen, "X", -5.6, -3.3, 1.4);
+    this.text(pen, "Y", -9.2, 0.6, 1.4);
     this.text(pen, "ACCEL + GYRO", 5.3, 7.1 - 0.4, 1.05, "right");
     this.text(pen, "VCC GND SCL SDA XDA XCL AD0 INT".split(" "), 0, -4.75, 0.78);
   }
@@ -152,30 +152,36 @@ class BoardDrawing {
     pen.restore();
   }
 
-  arrow(axis, strong) {
+  arrow(axis) {
     const { pen } = this, [from, to, name] = AXES[axis];
     const point = d => this.at([0, 1, 2].map(i => i === axis ? d : 0));
     const [a, b, c] = [point(from), point(to), point(name)];
     const along = [b[0] - a[0], b[1] - a[1]], length = Math.hypot(...along);
-    pen.strokeStyle = pen.fillStyle = AXIS_COLOURS[axis];
-    pen.lineWidth = Math.max(2, this.scale * (strong ? 0.75 : 0.5));
-    pen.lineCap = "round";
+    const thick = Math.max(2, this.scale * 0.5);
+    pen.lineCap = pen.lineJoin = "round";
     if (length > 1) {
       const head = Math.min(length, this.scale * 2.6), d = scaled([...along, 0], 1 / length);
       const neck = [b[0] - d[0] * head, b[1] - d[1] * head];
-      pen.beginPath();
-      pen.moveTo(...a);
-      pen.lineTo(...neck);
-      pen.stroke();
-      pen.beginPath();
-      pen.moveTo(...b);
-      pen.lineTo(neck[0] - d[1] * head * 0.45, neck[1] + d[0] * head * 0.45);
-      pen.lineTo(neck[0] + d[1] * head * 0.45, neck[1] - d[0] * head * 0.45);
-      pen.fill();
+      const shaft = new Path2D(), tip = new Path2D();
+      shaft.moveTo(...a);
+      shaft.lineTo(...neck);
+      tip.moveTo(...b);
+      tip.lineTo(neck[0] - d[1] * head * 0.45, neck[1] + d[0] * head * 0.45);
+      tip.lineTo(neck[0] + d[1] * head * 0.45, neck[1] - d[0] * head * 0.45);
+      tip.closePath();
+      // A border of paper: blue on a blue board is seen, too.
+      pen.strokeStyle = this.ink.paper;
+      pen.lineWidth = thick + 0.4 * this.scale;
+      pen.stroke(shaft);
+      pen.lineWidth = 0.4 * this.scale;
+      pen.stroke(tip);
+      pen.strokeStyle = pen.fillStyle = AXIS_COLOURS[axis];
+      pen.lineWidth = thick;
+      pen.stroke(shaft);
+      pen.fill(tip);
     } else {
       this.disc(pen, ...b, this.scale * 0.7, AXIS_COLOURS[axis]);
     }
-    if (this.scale < 3) return;
     pen.font = `700 ${Math.round(Math.max(13, 2.3 * this.scale))}px system-ui, 'DejaVu Sans', sans-serif`;
     pen.textAlign = "center";
     pen.textBaseline = "middle";
@@ -206,11 +212,11 @@ class BoardDrawing {
     pen.fill();
   }
 
-  draw(highlight) {
-    const axes = [0, 1, 2];
+  // With the arrows of these axes.
+  draw(axes = [0, 1, 2]) {
     // An arrow stands beyond one side of the board: it is in front if that side is.
     const front = axis => this.flat[axis][2] > 0;
-    for (const axis of axes) if (!front(axis)) this.arrow(axis, axis === highlight);
+    for (const axis of axes) if (!front(axis)) this.arrow(axis);
     const parts = [...PARTS].sort((a, b) => this.depth(a.at) - this.depth(b.at));
     const drawParts = () => {
       for (const part of parts) {
@@ -219,9 +225,9 @@ class BoardDrawing {
       }
     };
     if (!front(2)) drawParts();
-    this.box([0, 0, 0], BOARD.size, [BOARD.blue, BOARD.edge], 1.1, (p, n) => this.top(p, n), (p, n) => this.bottom(p, n));
+    this.box([0, 0, 0], BOARD.size, [BOARD.blue, BOARD.edge], 0.6, (p, n) => this.top(p, n), (p, n) => this.bottom(p, n));
     if (front(2)) drawParts();
-    for (const axis of axes) if (front(axis)) this.arrow(axis, axis === highlight);
+    for (const axis of axes) if (front(axis)) this.arrow(axis);
   }
 
   depth(p) {
@@ -262,5 +268,5 @@ function drawBoard(canvas, attitude, ink, options = {}) {
   const centre = [width / 2, height * (options.low || 0.5)];
   const drawing = new BoardDrawing(pen, centre, scale, attitude, ink);
   if (options.shadow) drawing.shadow(options.shadow);
-  drawing.draw(options.highlight);
+  drawing.draw(options.axes);
 }

@@ -77,7 +77,7 @@ class Strip {
     const { pen, width, height } = area, span_s = SPANS[this.span][1];
     const left = 44, right = width - 6, gap = 22, top = 16;
     const high = (height - top - gap - 18) / 2;
-    const from_s = Math.max(0, this.now_s - span_s), x = t => left + (t - from_s) / span_s * (right - left);
+    const from_s = this.now_s - span_s, x = t => left + (t - from_s) / span_s * (right - left);
     const upper = { top, bottom: top + high }, lower = { top: top + high + gap, bottom: top + 2 * high + gap };
     let far = 0.04, most = 100;
     this.columns[this.span].forEach(from_s, (t, [norm, noise]) => {
@@ -99,20 +99,23 @@ class Strip {
     for (const v of [1 - this.half * 0.75, 1, 1 + this.half * 0.75]) this.tick(pen, left, y1(v), (v * gravity).toFixed(digits), ink);
     for (const v of [1, 10, 100, 1000]) if (Math.log10(v) <= decades + 1e-9) this.tick(pen, left, y2(v), String(v), ink);
     this.rule(pen, left, right, y1(1), ink.muted, [2, 3]);
-    if (this.limit) {
-      this.rule(pen, left, right, y2(this.limit), ink.fair, [6, 4]);
-      pen.textAlign = "right";
-      pen.fillStyle = ink.fair;
-      const y = y2(this.limit);
-      pen.fillText(`limit ${precise(this.limit)}`, right - 2, y - 8 < lower.top + 4 ? y + 8 : y - 8);
-    }
     this.line(pen, 0, x, y1, from_s, ink.accent);
     this.line(pen, 1, x, y2, from_s, ink.ink);
+    if (this.limit) {
+      const y = y2(this.limit), text = `limit ${precise(this.limit)}`;
+      this.rule(pen, left, right, y, ink.fair, [6, 4]);
+      pen.textAlign = "left";
+      pen.lineWidth = 4;
+      pen.strokeStyle = ink.card;
+      pen.strokeText(text, left + 2, y + 8);
+      pen.fillStyle = ink.fair;
+      pen.fillText(text, left + 2, y + 8);
+    }
     pen.fillStyle = ink.muted;
     pen.textAlign = "right";
     pen.fillText("now", right, height - 8);
     pen.textAlign = "left";
-    pen.fillText(this.now_s > span_s ? `−${SPANS[this.span][0]}` : "0 s", left, height - 8);
+    pen.fillText(`−${SPANS[this.span][0]}`, left, height - 8);
   }
 
   frame(pen, left, right, { top, bottom }, title, ink) {
@@ -164,7 +167,7 @@ class Strip {
     if (kind !== "open") {
       pen.fillStyle = kind === "done" ? ink.good : ink.poor;
       pen.textAlign = "center";
-      pen.fillText(kind === "done" ? "✓" : "✕", (a + b) / 2, upper.bottom + 9);
+      pen.fillText(kind === "done" ? "✓" : "✕", (a + b) / 2, lower.bottom - 8);
     }
   }
 }
@@ -192,7 +195,7 @@ class ErrorChart {
     const area = prepare(this.canvas);
     if (!area) return;
     this.due = false;
-    const { pen, width, height } = area, left = 44, right = width - 10, top = 8, bottom = height - 20;
+    const { pen, width, height } = area, left = 50, right = width - 10, top = 8, bottom = height - 20;
     const all = this.errors.map(([, mg]) => mg).filter(mg => mg > 0);
     if (this.next > 0) all.push(this.next);
     const low = Math.min(1, ...all.map(v => 10 ** Math.floor(Math.log10(v)))), high = Math.max(100, ...all.map(v => v * 1.2));

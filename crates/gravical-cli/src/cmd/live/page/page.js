@@ -152,13 +152,16 @@ const tiles = FACES.map((face, i) => {
 });
 
 function tileStates() {
-  if (state.status?.tiles) return state.status.tiles;
   const done = new Set([...state.poses.values()].map(p => p.face));
-  return Object.fromEntries(FACES.map(face => [face, done.has(face) ? "done" : "to_do"]));
+  const states = { ...state.status?.tiles ?? Object.fromEntries(FACES.map(face => [face, done.has(face) ? "done" : "to_do"])) };
+  // A face that contradicts the others counts no more as done.
+  const suspect = state.poses.get(state.fit?.suspect)?.face;
+  if (states[suspect] === "done") states[suspect] = "redo";
+  return states;
 }
 
 function drawTiles() {
-  for (const t of tiles) drawBoard(t.canvas, lying(directionOf(t.face)), ink, { span: 37, highlight: "xyz".indexOf(t.face[1]) });
+  for (const t of tiles) drawBoard(t.canvas, lying(directionOf(t.face)), ink, { span: 35, low: t.face[0] === "+" ? 0.61 : 0.41, axes: ["xyz".indexOf(t.face[1])] });
 }
 
 // ---- Drawings ----
@@ -198,8 +201,8 @@ function drawDial(now) {
     pen.arc(...centre, radius, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * share);
     pen.stroke();
   }
-  const drawing = new BoardDrawing(pen, [centre[0], centre[1] - size * 0.01], size / 49, attitude, ink);
-  drawing.shadow(12);
+  const drawing = new BoardDrawing(pen, [centre[0], centre[1] - size * 0.03], size / 44, attitude, ink);
+  drawing.shadow(13);
   drawing.draw();
 }
 
@@ -207,7 +210,8 @@ let next_seen = "";
 function drawNext(now) {
   const next = state.next, s = state.status, figure = $("#next");
   const free = next?.kind === "free" && next.up;
-  const face = next?.kind === "face" ? next.faces[0] : null;
+  // In any order: a face that is nearly up already is the next one.
+  const face = next?.kind !== "face" ? null : next.faces.includes(s?.face) && s.tilt_deg < 25 ? s.face : next.faces[0];
   const up = free ? unit(next.up) : face ? directionOf(face) : null;
   hands.next = up;
   show(figure, Boolean(up) && now !== "floor" && now !== "identify");
@@ -215,11 +219,11 @@ function drawNext(now) {
   write(figure.querySelector("b"), free ? "Next pose" : `Next: ${faceName(face)} up`);
   write(figure.querySelector("span"), free ? asSentence(next.hint) : next.faces.length > 1 ? "or any other face, in any order" : "the last face");
   const away = s?.up && unit(s.up) ? angleDeg(s.up, up) : null;
-  write($("#remaining"), away === null ? "" : away < 8 ? "✓ you are there" : `${away.toFixed(0)}° away`);
+  write($("#remaining"), away === null ? "" : away < 8 ? "✓ like this: hold it still" : `${away.toFixed(0)}° away`);
   const seen = [up, ink.card, figure.clientWidth].join();
   if (seen === next_seen) return;
   next_seen = seen;
-  drawBoard(figure.querySelector("canvas"), lying(up), ink, { span: 40, shadow: 11, highlight: face ? "xyz".indexOf(face[1]) : undefined });
+  drawBoard(figure.querySelector("canvas"), lying(up), ink, { span: 40, shadow: 11 });
 }
 
 function showSphere() {
@@ -474,13 +478,15 @@ function take(event) {
       sphere.turned = false;
     }
     if (event.type === "status") strip.push(event.t_s, event.norm_g, event.noise_mg, event.limit_mg);
-    if (event.type === "pose_accepted") flash_until = performance.now() + 1100;
     if (event.type === "next_pose") {
       sphere.turned = false;
       if (event.kind === "free" && event.up) sphere.face(unit(event.up) ?? [0, 0, 1]);
     }
-    // What is replayed at the start has sounded before.
-    if (performance.now() > live_from && SOUNDS[event.type]) sound.play(SOUNDS[event.type]);
+    // What is replayed at the start has been seen and heard before.
+    if (performance.now() > live_from) {
+      if (event.type === "pose_accepted") flash_until = performance.now() + 1100;
+      if (SOUNDS[event.type]) sound.play(SOUNDS[event.type]);
+    }
     if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), `${event.message}. ${event.remedy ?? ""}`);
   }
   const mg = [...state.errors].sort((a, b) => a[0] - b[0]);
