@@ -62,6 +62,7 @@ class Strip {
 
   push(t_s, norm, noise_mg, limit_mg) {
     if (![t_s, norm, noise_mg].every(Number.isFinite)) return;
+    if (t_s < this.now_s - 1) this.reset();
     for (const c of this.columns) c.push(t_s, [norm, Math.max(noise_mg, 1e-3)]);
     this.now_s = Math.max(this.now_s, t_s);
     this.limit = limit_mg;
@@ -180,7 +181,7 @@ const GOOD_MG = 5, FAIR_MG = 20;
 class ErrorChart {
   constructor(canvas) {
     this.canvas = canvas;
-    this.due = true;
+    this.show([], null);
   }
 
   // `errors` [[poses, mg]], `next` mg after one more pose or null.
@@ -191,7 +192,7 @@ class ErrorChart {
   }
 
   draw(ink) {
-    if (!this.due || !this.errors) return;
+    if (!this.due) return;
     const area = prepare(this.canvas);
     if (!area) return;
     this.due = false;

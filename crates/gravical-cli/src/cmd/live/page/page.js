@@ -29,9 +29,11 @@ function readInk() {
 
 const sound = {
   context: null,
-  get silent() { return localStorage.getItem("gravical-silent") === "1"; },
+  silent: false,
   toggle() {
-    localStorage.setItem("gravical-silent", this.silent ? "0" : "1");
+    this.silent = !this.silent;
+    // A browser may be told to keep nothing.
+    try { localStorage.setItem("gravical-silent", this.silent ? "1" : "0"); } catch { /* for this page only */ }
     this.label();
     if (!this.silent) this.play([[660, 0.08]]);
   },
@@ -96,11 +98,13 @@ function sentence(now) {
   return [state.status?.sentence ?? "Reading the first samples …", state.status?.hint ?? ""];
 }
 
+const LOST = { unplugged: "Unplugged", silent: "No samples", restarted: "Restarted" };
+
 // What the ring says: [class, text, share, colour].
 function ring(now) {
   const s = state.status;
   if (performance.now() < flash_until) return ["done", "Done", 1, "#009E73"];
-  if (now === "lost") return ["lost", "Unplugged", 0, "#D55E00"];
+  if (now === "lost") return ["lost", LOST[state.lost.why] ?? "Lost", 0, "#D55E00"];
   if (!s || now === "connect" || now === "end") return ["", "", 0, ink.line];
   const share = Math.max(0, Math.min(1, s.ring ?? 0));
   if (now === "floor") return ["floor", "Hands off", share, "#E69F00"];
@@ -133,7 +137,7 @@ function pill(now) {
   if (now === "end") return ["", "Ended"];
   if (!answers) return ["poor", "No answer"];
   if (now === "connect") return ["", "Connecting"];
-  if (now === "lost") return ["poor", "Unplugged"];
+  if (now === "lost") return ["poor", LOST[state.lost.why] ?? "Lost"];
   return ["good", state.session.source === "port" ? "Connected" : cased(state.session.source === "simulate" ? "simulated" : "replay")];
 }
 
@@ -316,9 +320,7 @@ function buttons(now) {
   button("redo").setAttribute("aria-pressed", String(choosing !== null));
   write(button("redo").querySelector("span"), choosing === null ? "Redo a face" : "Which face?");
   button("finish").disabled = n < 4 || busy;
-  const good = state.verdict?.grade === "good";
-  button("finish").classList.toggle("primary", good);
-  button("capture").classList.toggle("primary", !good);
+  button("finish").classList.toggle("primary", state.verdict?.grade === "good");
 }
 
 function listHistory() {
@@ -334,13 +336,14 @@ function listHistory() {
 const clock = t_s => `${Math.floor(t_s / 60)}:${String(Math.floor(t_s % 60)).padStart(2, "0")}`;
 
 // A reader of the screen hears what is new, not every tenth of a second that is left.
-let said = "", said_at = 0;
+let said = "", announcing = 0;
 function announce(text) {
-  const key = text.replace(/[\d.,−-]+/g, "#");
-  if (key === said || performance.now() - said_at < 900) return;
+  const key = text.replace(/\d[\d.,]*/g, "#");
+  if (key === said) return;
   said = key;
-  said_at = performance.now();
-  write($("#announcement"), text);
+  // What lasts for less than a moment is not said.
+  clearTimeout(announcing);
+  announcing = setTimeout(() => write($("#announcement"), text), 500);
 }
 
 // ---- Commands ----
@@ -473,14 +476,14 @@ function take(event) {
   } else {
     state = after(state, event);
     if (event.type === "session") {
-      strip.reset();
       choosing = null;
       sphere.turned = false;
     }
     if (event.type === "status") strip.push(event.t_s, event.norm_g, event.noise_mg, event.limit_mg);
     if (event.type === "next_pose") {
       sphere.turned = false;
-      if (event.kind === "free" && event.up) sphere.face(unit(event.up) ?? [0, 0, 1]);
+      const look = state.poses.get(state.fit?.suspect)?.up ?? (event.kind === "free" ? event.up : null);
+      if (look) sphere.face(unit(look) ?? [0, 0, 1]);
     }
     // What is replayed at the start has been seen and heard before.
     if (performance.now() > live_from) {
@@ -494,7 +497,7 @@ function take(event) {
     chart.show(mg, state.end || state.saved ? null : state.next?.predicted_mg ?? null);
     const last = mg[mg.length - 1];
     const place = $("#predicted");
-    place.replaceChildren(...last ? [make("b", {}, `${precise(last[1])} mg`), " 2σ, worst direction"] : []);
+    place.replaceChildren(...last ? ["at most ", make("b", {}, `${precise(last[1])} mg`), " (2σ)"] : []);
     $("#error canvas").setAttribute("aria-label", last ? `Predicted error ${precise(last[1])} mg after ${last[0]} poses` : "Predicted error: no poses yet");
   }
   dirty = true;
@@ -565,6 +568,7 @@ addEventListener("resize", redraw);
 new ResizeObserver(redraw).observe($("main"));
 
 readInk();
+try { sound.silent = localStorage.getItem("gravical-silent") === "1"; } catch { /* nothing is kept */ }
 sound.label();
 update();
 redraw();

@@ -105,11 +105,16 @@ function reportOf(address) {
 // Everything about the end, built anew when one of its events comes.
 function fillResult(place, state, reportAddress) {
   const { verdict, fit, saved, end } = state;
-  const [word, sign] = GRADES[verdict?.grade] ?? ["", "question"];
-  const title = word ? word[0].toUpperCase() + word.slice(1) : "No calibration";
-  const parts = [make("div", { className: `grade ${verdict?.grade ?? ""}` }, icon(sign),
-    make("p", {}, make("b", {}, title), make("span", {}, asSentence(verdict?.sentence ?? end?.message))))];
-  if (fit) parts.push(numbers(fit));
+  const parts = [];
+  // A session that was stopped has no result yet, whatever the last fit said.
+  if (verdict && (saved || verdict.final)) {
+    const [word, sign] = GRADES[verdict.grade] ?? ["", "question"];
+    const title = word && word[0].toUpperCase() + word.slice(1);
+    const rest = verdict.sentence.startsWith(`${title}: `) ? verdict.sentence.slice(title.length + 2) : verdict.sentence;
+    parts.push(make("div", { className: `grade ${verdict.grade}` }, icon(sign),
+      make("p", {}, make("b", {}, title), make("span", {}, asSentence(rest)))));
+    parts.push(numbers(fit));
+  }
   if (saved) {
     parts.push(make("p", { className: "saved" }, icon("done"), make("span", {}, "Saved as ", make("code", {}, saved.file),
       ", read back and compared.", saved.folder ? " The raw samples are in " : null, saved.folder ? make("code", {}, saved.folder) : null)));
@@ -122,7 +127,7 @@ function fillResult(place, state, reportAddress) {
   }
   if (state.truth) parts.push(truth(state.truth));
   if (saved) parts.push(reportOf(reportAddress));
-  if (verdict?.reasons?.length || fit) {
+  if (saved && (verdict?.reasons?.length || fit)) {
     parts.push(make("details", {}, make("summary", {}, make("h2", {}, "Reasons and numbers")),
       make("ul", { className: "reasons" }, ...(verdict?.reasons ?? []).map(r => make("li", {}, r))), parameters(fit)));
   }
