@@ -156,8 +156,7 @@ const tiles = FACES.map((face, i) => {
 });
 
 function tileStates() {
-  const done = new Set([...state.poses.values()].map(p => p.face));
-  const states = { ...state.status?.tiles ?? Object.fromEntries(FACES.map(face => [face, done.has(face) ? "done" : "to_do"])) };
+  const states = { ...state.status?.tiles ?? Object.fromEntries(FACES.map(face => [face, recorded(face) ? "done" : "to_do"])) };
   // A face that contradicts the others counts no more as done.
   const suspect = state.poses.get(state.fit?.suspect)?.face;
   if (states[suspect] === "done") states[suspect] = "redo";
@@ -180,9 +179,9 @@ let dial_seen = "";
 function drawDial(now) {
   const s = state.status;
   const preview = hands.on ? hands.drawn(s?.up) : null;
-  const wanted = preview ?? (s?.attitude ? normalised(s.attitude) : s?.up && unit(s.up) ? product(shortest(rotated(attitude, unit(s.up)), [0, 0, 1]), attitude) : attitude);
+  const goal = preview ?? (s?.attitude ? normalised(s.attitude) : s?.up && unit(s.up) ? product(shortest(rotated(attitude, unit(s.up)), [0, 0, 1]), attitude) : attitude);
   // Ten readings a second become a steady movement.
-  attitude = between(attitude, wanted, calm.matches || hands.held ? 1 : 0.2);
+  attitude = between(attitude, goal, calm.matches || hands.held ? 1 : 0.2);
   const [kind, text, share, colour] = ring(now);
   const chip = $("#chip");
   write(chip, text);
@@ -210,18 +209,23 @@ function drawDial(now) {
   drawing.draw();
 }
 
+// What is wanted next: its face or null, and its direction or null.
+function wanted() {
+  const { next, status: s } = state;
+  if (next?.kind === "free" && next.up) return { face: null, up: unit(next.up) };
+  if (next?.kind !== "face" || !next.faces?.length) return { face: null, up: null };
+  // In any order: a face that is nearly up already is the next one.
+  const face = next.faces.includes(s?.face) && s.tilt_deg < 25 ? s.face : next.faces[0];
+  return { face, up: directionOf(face) };
+}
+
 let next_seen = "";
 function drawNext(now) {
-  const next = state.next, s = state.status, figure = $("#next");
-  const free = next?.kind === "free" && next.up;
-  // In any order: a face that is nearly up already is the next one.
-  const face = next?.kind !== "face" ? null : next.faces.includes(s?.face) && s.tilt_deg < 25 ? s.face : next.faces[0];
-  const up = free ? unit(next.up) : face ? directionOf(face) : null;
-  hands.next = up;
+  const s = state.status, figure = $("#next"), { face, up } = wanted();
   show(figure, Boolean(up) && now !== "floor" && now !== "identify");
   if (figure.hidden) return;
-  write(figure.querySelector("b"), free ? "Next pose" : `Next: ${faceName(face)} up`);
-  write(figure.querySelector("span"), free ? asSentence(next.hint) : next.faces.length > 1 ? "or any other face, in any order" : "the last face");
+  write(figure.querySelector("b"), face ? `Next: ${faceName(face)} up` : "Next pose");
+  write(figure.querySelector("span"), !face ? state.next.hint ?? "" : state.next.faces.length > 1 ? "or any other face, in any order" : "the last face");
   const away = s?.up && unit(s.up) ? angleDeg(s.up, up) : null;
   write($("#remaining"), away === null ? "" : away < 8 ? "✓ like this: hold it still" : `${away.toFixed(0)}° away`);
   const seen = [up, ink.card, figure.clientWidth].join();
@@ -235,7 +239,7 @@ function showSphere() {
   const poses = [...state.poses.values()].map(p => ({ up: unit(p.up) ?? [0, 0, 1], face: p.face, suspect: p.pose === suspect }));
   const next = state.next?.kind === "free" && state.next.up ? unit(state.next.up) : null;
   sphere.show({ poses, next, up: state.end ? null : state.status?.up && unit(state.status.up) });
-  const free = poses.filter(p => !p.face).length, faces = new Set(poses.map(p => p.face).filter(Boolean)).size;
+  const free = poses.filter(p => !p.face).length, faces = FACES.filter(recorded).length;
   write($("#poses"), `${faces} of 6 faces${free ? `, ${free} free` : ""}`);
   $("#sphere canvas").setAttribute("aria-label", `Directions that pointed up: ${faces} of 6 faces, ${free} free poses`);
 }
@@ -283,7 +287,7 @@ function update() {
       write(t.word, WORDS[kind]);
     }
     t.bar.style.setProperty("--share", kind === "capturing" || kind === "hold_still" ? s?.ring ?? 0 : 0);
-    t.button.disabled = choosing === null;
+    t.button.disabled = choosing === null || !recorded(t.face);
   }
   $("#tiles").classList.toggle("choosing", choosing !== null);
 
@@ -295,13 +299,14 @@ function update() {
   show($("#result"), ended);
   show($("#live"), !ended);
   show($("#strip"), !ended);
-  const wanted = ended ? [state.verdict?.grade, state.fit?.t_s, state.saved?.t_s, state.truth?.t_s, state.end?.t_s].join() : "";
-  if (wanted !== result_seen) {
-    result_seen = wanted;
+  const result = ended ? [state.verdict?.grade, state.fit?.t_s, state.saved?.t_s, state.truth?.t_s, state.end?.t_s].join() : "";
+  if (result !== result_seen) {
+    result_seen = result;
     if (ended) fillResult($("#result"), state, address("report"));
   }
   hands.on = state.session?.source === "simulate" && !ended && !follower;
   show($("#hands"), hands.on);
+  hands.next = wanted().up;
   $("#as-drawn").disabled = !hands.next;
   $("#board").classList.toggle("grab", hands.on);
   show($("#actions"), !ended && !follower);
@@ -318,7 +323,7 @@ function buttons(now) {
   button("undo").disabled = n === 0 || busy;
   button("redo").disabled = n === 0 || busy;
   button("redo").setAttribute("aria-pressed", String(choosing !== null));
-  write(button("redo").querySelector("span"), choosing === null ? "Redo a face" : "Which face?");
+  write(button("redo").querySelector("span"), choosing === null ? "Redo" : "Which face?");
   button("finish").disabled = n < 4 || busy;
   button("finish").classList.toggle("primary", state.verdict?.grade === "good");
 }
@@ -372,8 +377,10 @@ function complain(text) {
   update();
 }
 
+const recorded = face => [...state.poses.values()].some(p => p.face === face);
+
 function choose(face) {
-  if (choosing === null) return;
+  if (choosing === null || !recorded(face)) return;
   choosing = null;
   send({ command: "redo", face });
   update();
@@ -381,7 +388,7 @@ function choose(face) {
 
 const finish = () => {
   if (state.verdict?.grade === "good") return send({ command: "finish" });
-  const faces = new Set([...state.poses.values()].map(p => p.face).filter(Boolean)).size;
+  const faces = FACES.filter(recorded).length;
   const text = faces < 6 ? `${faces} of 6 faces are done. The calibration will be rough.`
     : state.verdict?.grade === "not-verifiable" ? "Six faces alone verify nothing. One more pose in any other direction does."
       : "More poses would make the calibration better.";

@@ -11,10 +11,10 @@ const fresh = () => ({
   poses: new Map(), errors: new Map(), marks: [], log: [], refused: 0,
 });
 
-// A sentence of its own, whatever it was a part of.
+// A sentence of its own, whatever it was a part of. The name of an axis stays small.
 const asSentence = text => {
   const t = String(text ?? "").trim();
-  return t && t[0].toUpperCase() + t.slice(1) + (/[.!?…:]$/.test(t) ? "" : ".");
+  return t && (/^[a-z]{2}/.test(t) ? t[0].toUpperCase() + t.slice(1) : t) + (/[.!?…:]$/.test(t) ? "" : ".");
 };
 // With the sign of a minus, as it stands on the tiles.
 const named = face => face ? faceName(face) : "free pose";
