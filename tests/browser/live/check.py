@@ -107,9 +107,11 @@ class Check:
     def scene(self, name, events):
         for width, height in SIZES:
             self.browser.size(width, height)
+            self.open(events)
             for scheme in ("light", "dark"):
-                self.browser.media(scheme)
-                self.open(events)
+                # Without movement, so that colours are there at once.
+                self.browser.media(scheme, "reduce")
+                self.browser.settle()
                 where = (name, width, scheme)
                 state, part = EXPECTED.get(name, ("", ""))
                 said, is_state = self.browser.run("return [document.querySelector('#sentence').textContent, document.body.dataset.state]")
@@ -122,7 +124,7 @@ class Check:
                 assert not (faint := self.browser.run(CONTRAST)), (where, faint)
                 assert not (wide := self.browser.run(OVERFLOW)), (where, wide)
                 if self.pictures:
-                    self.browser.settle(30)
+                    self.browser.settle(40)
                     self.browser.picture(self.pictures / f"{name}-{width}-{scheme}.png", whole=width == 400)
         if name == "hostile":
             assert self.browser.run("return document.querySelectorAll('img').length") == 0
@@ -195,17 +197,17 @@ class Check:
         browser.open(self.url)
         self.until("return state.next")
         for n, face in enumerate(ORDER):
-            browser.click(f"#put button[aria-label='Put {face.replace('-', '−')} up']")
+            browser.click(f"#tiles button[title='Put {face.replace('-', '−')} up']")
             self.accepted(n + 1)
         browser.click("[data-command=undo]")
         self.accepted(5)
-        browser.click("#put button:last-child")
+        browser.click("#tiles li:last-child button")
         self.accepted(6)
         browser.click("[data-command=redo]")
-        self.until("return !document.querySelector('#tiles button').disabled")
+        self.until("return document.querySelector('#tiles').classList.contains('choosing')")
         browser.click("#tiles li:nth-child(1) button")
         self.accepted(5)
-        browser.click("#put button")
+        browser.click("#tiles button")
         self.accepted(6)
         for n in (7, 8):
             browser.click("#as-drawn")
@@ -260,13 +262,20 @@ class Check:
         assert {"capture", "undo", "redo", "mute"} <= reached, reached
         # What a reader of the screen says is the sentence.
         self.until("return document.querySelector('#announcement').textContent.startsWith('Put any face')")
+        # The program is gone for a while.
+        self.session.hang_up(True)
+        self.until("return document.querySelector('#sentence').textContent.includes('does not answer')")
+        assert self.shown("#tiles .done")
+        self.session.hang_up(False)
+        self.until("return document.querySelector('#sentence').textContent.startsWith('Put any face')")
+        assert all("events" in c["message"] for c in browser.complaints())
         # Sound off, and still off when the page is loaded again.
         for pressed in ("true", "false"):
             browser.key("m")
             browser.open(self.url)
             self.until(f"return document.querySelector('#mute').getAttribute('aria-pressed') === '{pressed}'")
         self.quiet("the rest")
-        print("follower, refusal, gravity, focus")
+        print("follower, refusal, gravity, focus, no answer, sound")
 
     def half_an_hour(self):
         """Frames a second with half an hour of history; told, not judged."""

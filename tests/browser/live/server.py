@@ -29,6 +29,15 @@ class Session:
             self.commands = []
             self.refuse = None
             self.react = None
+            self.down = False
+
+    def hang_up(self, down):
+        """Ends all streams, and refuses new ones while it is down."""
+        with self.lock:
+            self.down = down
+            for listener in self.listeners:
+                listener.put(None)
+            self.listeners = []
 
     def say(self, event):
         with self.lock:
@@ -87,6 +96,8 @@ def serve(session):
             self.answer(200, TYPES[file.suffix], text.replace("{token}", TOKEN) if file.suffix == ".html" else text)
 
         def stream(self):
+            if session.down:
+                return self.answer(503, "text/plain", "down")
             self.send_response(200)
             self.send_header("Content-Type", "text/event-stream")
             self.send_header("Cache-Control", "no-store")
@@ -102,6 +113,8 @@ def serve(session):
                 while True:
                     try:
                         event = listener.get(timeout=1)
+                        if event is None:
+                            return
                         self.wfile.write(f"data: {json.dumps(event)}\n\n".encode())
                     except queue.Empty:
                         self.wfile.write(b": there\n\n")

@@ -26,13 +26,6 @@ class Hands {
         this.letGo();
       });
     }
-    this.put = FACES.map((face, i) => {
-      const button = make("button", { type: "button" }, faceName(face), make("kbd", {}, String(i + 1)));
-      button.setAttribute("aria-label", `Put ${faceName(face)} up`);
-      button.addEventListener("click", () => this.lay(face));
-      return button;
-    });
-    document.getElementById("put").append(...this.put);
     document.getElementById("shake").addEventListener("click", () => this.shake());
     document.getElementById("as-drawn").addEventListener("click", () => this.asDrawn());
   }

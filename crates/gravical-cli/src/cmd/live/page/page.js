@@ -95,7 +95,9 @@ function sentence(now) {
     return [asSentence(state.end.message), state.end.reason === "failed" ? "The samples are in the session folder." : ""];
   }
   if (now === "lost") return [asSentence(state.lost.message), "What was accepted is on disk."];
-  return [state.status?.sentence ?? "Reading the first samples …", state.status?.hint ?? ""];
+  // What was found out about the board is said while there is nothing else to do.
+  const found = now === "floor" ? (state.identified?.notes ?? []).map(asSentence).join(" ") : "";
+  return [state.status?.sentence ?? "Reading the first samples …", state.status?.hint ?? found];
 }
 
 const LOST = { unplugged: "Unplugged", silent: "No samples", restarted: "Restarted" };
@@ -149,7 +151,7 @@ const tiles = FACES.map((face, i) => {
   const button = make("button", { type: "button", disabled: true },
     make("span", { className: "name" }, `${faceName(face)} up`), make("kbd", {}, String(i + 1)), canvas,
     make("span", { className: "state" }, sign, word), bar);
-  button.addEventListener("click", () => choose(face));
+  button.addEventListener("click", () => choosing === null ? hands.lay(face) : choose(face));
   canvas.setAttribute("aria-hidden", "true");
   $("#tiles").append(make("li", {}, button));
   return { face, canvas, sign, word, bar, button };
@@ -237,7 +239,7 @@ function drawNext(now) {
 function showSphere() {
   const suspect = state.fit?.suspect;
   const poses = [...state.poses.values()].map(p => ({ up: unit(p.up) ?? [0, 0, 1], face: p.face, suspect: p.pose === suspect }));
-  const next = state.next?.kind === "free" && state.next.up ? unit(state.next.up) : null;
+  const next = !state.end && state.next?.kind === "free" && state.next.up ? unit(state.next.up) : null;
   sphere.show({ poses, next, up: state.end ? null : state.status?.up && unit(state.status.up) });
   const free = poses.filter(p => !p.face).length, faces = FACES.filter(recorded).length;
   write($("#poses"), `${faces} of 6 faces${free ? `, ${free} free` : ""}`);
@@ -277,6 +279,8 @@ function update() {
     }
   }
 
+  const ended = now === "end" || Boolean(state.saved) || Boolean(state.verdict?.final);
+  hands.on = state.session?.source === "simulate" && !ended && !follower;
   const states = tileStates();
   for (const t of tiles) {
     const kind = Object.hasOwn(WORDS, states[t.face]) ? states[t.face] : "to_do";
@@ -287,15 +291,16 @@ function update() {
       write(t.word, WORDS[kind]);
     }
     t.bar.style.setProperty("--share", kind === "capturing" || kind === "hold_still" ? s?.ring ?? 0 : 0);
-    t.button.disabled = choosing === null || !recorded(t.face);
+    t.button.disabled = choosing === null ? !hands.on : !recorded(t.face);
+    t.button.title = t.button.disabled ? "" : choosing === null ? `Put ${faceName(t.face)} up` : `Record ${faceName(t.face)} again`;
   }
   $("#tiles").classList.toggle("choosing", choosing !== null);
+  $("#tiles").setAttribute("aria-label", choosing !== null ? "Which face is recorded again?" : hands.on ? "Which face is put up?" : "Six faces");
 
   write($("#nearest"), s?.face ? `Nearest ${faceName(s.face)}` : "Nearest face");
   write($("#tilt"), Number.isFinite(s?.tilt_deg) ? `${s.tilt_deg.toFixed(1)}°` : "");
   $("#needle").style.setProperty("--share", Math.max(0, Math.min(1, (s?.tilt_deg ?? 0) / 45)));
 
-  const ended = now === "end" || Boolean(state.saved) || Boolean(state.verdict?.final);
   show($("#result"), ended);
   show($("#live"), !ended);
   show($("#strip"), !ended);
@@ -304,7 +309,6 @@ function update() {
     result_seen = result;
     if (ended) fillResult($("#result"), state, address("report"));
   }
-  hands.on = state.session?.source === "simulate" && !ended && !follower;
   show($("#hands"), hands.on);
   hands.next = wanted().up;
   $("#as-drawn").disabled = !hands.next;
@@ -510,11 +514,12 @@ function take(event) {
   dirty = true;
 }
 
-let dirty = true;
+let dirty = true, silence = 0;
 function listen() {
   const stream = new EventSource(address("events"));
   stream.addEventListener("open", () => {
     answers = true;
+    clearTimeout(silence);
     follower = false;
     live_from = performance.now() + 700;
     dirty = true;
@@ -522,8 +527,12 @@ function listen() {
   stream.addEventListener("error", () => {
     // After the end the program may go: there is nothing to wait for.
     if (state.end) stream.close();
-    answers = false;
-    dirty = true;
+    // A stream that is opened again at once is not worth a word.
+    clearTimeout(silence);
+    silence = setTimeout(() => {
+      answers = false;
+      dirty = true;
+    }, 1500);
     // A refused connection is final for the browser, so it is tried again here.
     if (stream.readyState === EventSource.CLOSED && !state.end) setTimeout(listen, 2000);
   });

@@ -63,7 +63,11 @@ function parameters(fit) {
       make("td", {}, sd ? `${bias} ± ${sd}` : bias),
       make("td", {}, Number.isFinite(scale) ? minus((scale > 0 ? "+" : "") + scale.toFixed(2)) : "–"));
   });
-  return make("div", { className: "scroll" }, make("table", {},
+  const gyro = fit.gyroscope;
+  return make("div", { className: "scroll" }, gyro ? make("p", { className: "note" },
+    `Gyroscope: bias ${gyro.bias_deg_s.map(v => minus(v.toFixed(3))).join(", ")} °/s about x, y, z, `,
+    gyro.method === "bias" ? "from the poses; its scale is not calibrated." : `calibrated from ${gyro.motions} motions between the poses.`) : null,
+  make("table", {},
     make("caption", {}, "What was found: bias ± 1σ, and scale against nominal"),
     make("thead", {}, make("tr", {}, make("th", {}, "axis"), make("th", {}, "bias, mg"), make("th", {}, "scale, %"))),
     make("tbody", {}, ...rows)));

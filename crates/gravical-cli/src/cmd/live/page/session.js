@@ -37,12 +37,12 @@ const EVENTS = {
   session: (_, e) => ({ ...fresh(), session: e, gravity: e.gravity_mps2 }),
   identified(s, e) {
     s.identified = e;
-    for (const note of e.notes || []) tell(s, e.t_s, "warning", "", asSentence(note), true);
+    for (const note of e.notes || []) tell(s, e.t_s, "note", "", asSentence(note), true);
   },
   floor(s, e) {
     s.floor = e;
     const most = Math.max(...e.noise_mg);
-    tell(s, e.t_s, "done", "At rest", `Noise up to ${precise(most)} mg; above ${precise(e.limit_mg)} mg it counts as moving.`, true);
+    tell(s, e.t_s, "note", "At rest:", `noise up to ${precise(most)} mg; above ${precise(e.limit_mg)} mg it counts as moving.`, true);
   },
   status(s, e) {
     s.status = e;
@@ -81,7 +81,7 @@ const EVENTS = {
     const before = s.verdict?.grade;
     s.verdict = e;
     if (e.grade !== before || e.final) {
-      tell(s, e.t_s, e.grade === "good" ? "done" : "warning", `Verdict: ${GRADES[e.grade]?.[0] ?? e.grade}.`, asSentence(e.sentence), true);
+      tell(s, e.t_s, "note", `Verdict: ${GRADES[e.grade]?.[0] ?? e.grade}.`, asSentence(e.sentence), true);
     }
   },
   warning(s, e) {
