@@ -23,7 +23,7 @@ SIZES = [(1280, 900), (400, 860)]
 EXPECTED = {
     "connect": ("connect", "Connecting"), "identify": ("identify", "Reading"), "floor": ("floor", "on the table"),
     "wait+x": ("wait", "+x is up"), "wait-z": ("wait", "−z is up"), "settle": ("settle", "hold still"),
-    "capture": ("capture", "1.2 s to go"), "fit": ("fit", "Computing"), "lost": ("lost", "Unplugged"),
+    "capture": ("capture", "1.2 s to go"), "lost": ("lost", "Unplugged"),
     "resumed": ("wait", "−y or −z"), "end-good": ("end", "saved"), "interrupted": ("end", "Ctrl-C"),
     "simulate": ("wait", "hold it still"), "follower": ("wait", "to do"),
 }

@@ -103,7 +103,8 @@ class Script:
     def identified(self):
         self.t = 1.0
         return self.add(
-            "identified", rate_hz=100.2, jitter_ms=0.4, unit="counts", counts_per_g=16384.0, gyro_unit="counts",
+            "identified", rate_hz=100.2, jitter_ms=0.4,
+            columns=["Timestamp (ms)", "aX", "aY", "aZ", "Temp (C)", "gX", "gY", "gZ"], unit="counts", counts_per_g=16384.0, gyro_unit="counts",
             has_temperature=True, notes=["raw counts at ±2 g, from the magnitude of gravity"],
         )
 
@@ -123,7 +124,7 @@ class Script:
             return self.add("next_pose", kind="none", faces=[], up=None, hint=None, predicted_mg=None)
         up = FREE[(n - 6) % len(FREE)]
         return self.add("next_pose", kind="free", faces=[], up=up,
-                        hint="x up, tilted 55°, y raised, z raised", predicted_mg=WORST_MG.get(n + 1, 2.8))
+                        hint="x up, tilted 55°, y raised, z raised", predicted_mg=0.6 * WORST_MG.get(n + 1, 2.8))
 
     def candidate(self, up):
         face, tilt = nearest(unit(up))
@@ -137,7 +138,8 @@ class Script:
         self.poses[self.number] = (face, self.up)
         self.redo.discard(face)
         self.add(
-            "pose_accepted", pose=self.number, face=face, up=self.up, tilt_deg=round(tilt, 2), norm_mps2=9.8312,
+            "pose_accepted", pose=self.number, face=face, up=self.up, tilt_deg=round(tilt, 2),
+            mean=[16384.0 * c for c in self.up], norm_mps2=9.8312,
             noise_mg=3.14, temperature_c=24.9, seconds=3.0, rows=[611, 911], faces_done=len(self.faces_done()),
             free_done=len(self.poses) - len(self.faces_done()), note=note,
         )
@@ -151,7 +153,7 @@ class Script:
             self.add(
                 "fit", stage="full" if n >= 6 else "rough", bias_mg=[12.13, -8.31, 30.22],
                 bias_sd_mg=[0.42, 0.41, 0.52], scale_percent=[1.21, -0.43, 0.8], predicted_mg=0.6 * worst,
-                worst_mg=worst, leave_one_out_mg=None if n < 7 else 2.4, undetected_mg=None if n < 7 else 6.1,
+                worst_mg=worst, leave_one_out_mg=None if n < 7 else 2.4, undetected_mg=None if n < 7 else round(130.0 / (n - 6) ** 3, 2),
                 grade=grade, gyroscope={"method": "motion", "bias_deg_s": [1.2, -0.3, 0.1], "motions": n - 1},
                 poses=[{"pose": p, "face": f, "up": u, "error_mg": 0.4, "left_out_mg": None}
                        for p, (f, u) in self.poses.items()],
@@ -229,7 +231,7 @@ def rejected(reason):
     s.candidate(direction("-x"))
     s.signal(1.2, False)
     message, remedy = REJECTIONS[reason]
-    s.add("pose_rejected", reason=reason, message=message, remedy=remedy, face="-x", tilt_deg=2.0)
+    s.add("pose_rejected", reason=reason, message=message, remedy=remedy, face="-x", up=s.up, tilt_deg=2.0)
     return s.status("wait", "Put −x up and hold it still", still=False, noise=84.0).events
 
 
@@ -280,7 +282,6 @@ def scenes():
     s = Script().begun(faces=6, free=2)
     s.events = [e for e in s.events if e["type"] != "verdict"]
     out["suspect"] = s.fit(suspect=3, grade="poor").status("wait", "−x contradicts the other poses by 41 mg: press R and record it again").events
-    out["fit"] = Script().begun(faces=6, free=3).status("fit", "Computing the calibration").events
     out["lost"] = (Script().begun(faces=4)
                    .add("lost", why="unplugged", message="Unplugged. 4 of 6 faces are safe. Plug it back in.", poses=4)
                    .status("lost", "Unplugged. 4 of 6 faces are safe. Plug it back in.").events)

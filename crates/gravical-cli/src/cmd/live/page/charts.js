@@ -61,7 +61,7 @@ class Strip {
   }
 
   push(t_s, norm, noise_mg, limit_mg) {
-    if (![t_s, norm, noise_mg].every(Number.isFinite)) return;
+    if (![t_s, norm, noise_mg].every(Number.isFinite) || norm <= 0) return;
     if (t_s < this.now_s - 1) this.reset();
     for (const c of this.columns) c.push(t_s, [norm, Math.max(noise_mg, 1e-3)]);
     this.now_s = Math.max(this.now_s, t_s);
@@ -181,13 +181,13 @@ const GOOD_MG = 5, FAIR_MG = 20;
 class ErrorChart {
   constructor(canvas) {
     this.canvas = canvas;
-    this.show([], null);
+    this.show([]);
   }
 
-  // `errors` [[poses, mg]], `next` mg after one more pose or null.
-  show(errors, next) {
+  // `errors` [[poses, mg in the worst direction, mg that an error of one pose could hide or null]]:
+  // the verdict judges both by the same limits.
+  show(errors) {
     this.errors = errors;
-    this.next = next;
     this.due = true;
   }
 
@@ -197,8 +197,7 @@ class ErrorChart {
     if (!area) return;
     this.due = false;
     const { pen, width, height } = area, left = 50, right = width - 10, top = 8, bottom = height - 20;
-    const all = this.errors.map(([, mg]) => mg).filter(mg => mg > 0);
-    if (this.next > 0) all.push(this.next);
+    const all = this.errors.flatMap(([, worst, hidden]) => [worst, hidden]).filter(mg => mg > 0);
     const low = Math.min(1, ...all.map(v => 10 ** Math.floor(Math.log10(v)))), high = Math.max(100, ...all.map(v => v * 1.2));
     const last = this.errors.length ? this.errors[this.errors.length - 1] : null;
     const least = Math.min(4, ...this.errors.map(([n]) => n)), most = Math.max(10, last ? last[0] + 1 : 0);
@@ -215,10 +214,11 @@ class ErrorChart {
       this.rule(pen, left, right, y(v), ink.line, []);
     }
     for (const [v, word, colour] of [[GOOD_MG, "good: 5 mg", ink.good], [FAIR_MG, "fair: 20 mg", ink.fair]]) {
+      // Early errors are large: on the left the limits are free of them.
       this.rule(pen, left, right, y(v), colour, [6, 4]);
       pen.fillStyle = colour;
-      pen.textAlign = "right";
-      pen.fillText(word, right - 2, y(v) - 8);
+      pen.textAlign = "left";
+      pen.fillText(word, left + 3, y(v) + 8);
     }
     pen.fillStyle = ink.muted;
     pen.textAlign = "center";
@@ -229,37 +229,34 @@ class ErrorChart {
       pen.fillText("from the fourth pose on", (left + right) / 2, y(60));
       return;
     }
-    pen.strokeStyle = ink.accent;
-    pen.lineWidth = 2;
-    pen.beginPath();
-    this.errors.forEach(([n, mg], i) => i ? pen.lineTo(x(n), y(mg)) : pen.moveTo(x(n), y(mg)));
-    pen.stroke();
-    for (const [n, mg] of this.errors) {
+    const worst = this.errors.map(e => [x(e[0]), y(e[1])]);
+    const hidden = this.errors.filter(e => e[2] > 0).map(e => [x(e[0]), y(e[2])]);
+    pen.setLineDash([4, 3]);
+    this.curve(pen, hidden, ink.poor, 1.6);
+    pen.setLineDash([]);
+    for (const [a, b] of hidden) {
+      pen.fillStyle = ink.poor;
+      pen.beginPath();
+      pen.moveTo(a, b - 5);
+      pen.lineTo(a + 4.5, b + 3.5);
+      pen.lineTo(a - 4.5, b + 3.5);
+      pen.fill();
+    }
+    this.curve(pen, worst, ink.accent, 2);
+    for (const p of worst) {
       pen.fillStyle = ink.accent;
       pen.beginPath();
-      pen.arc(x(n), y(mg), 4, 0, 2 * Math.PI);
+      pen.arc(...p, 4, 0, 2 * Math.PI);
       pen.fill();
     }
-    if (this.next > 0) {
-      pen.setLineDash([3, 3]);
-      pen.beginPath();
-      pen.moveTo(x(last[0]), y(last[1]));
-      pen.lineTo(x(last[0] + 1), y(this.next));
-      pen.stroke();
-      pen.setLineDash([]);
-      const [a, b] = [x(last[0] + 1), y(this.next)];
-      pen.fillStyle = "#E69F00";
-      pen.strokeStyle = ink.ink;
-      pen.lineWidth = 1.2;
-      pen.beginPath();
-      pen.moveTo(a, b - 6);
-      pen.lineTo(a + 6, b);
-      pen.lineTo(a, b + 6);
-      pen.lineTo(a - 6, b);
-      pen.closePath();
-      pen.fill();
-      pen.stroke();
-    }
+  }
+
+  curve(pen, points, colour, width) {
+    pen.strokeStyle = colour;
+    pen.lineWidth = width;
+    pen.beginPath();
+    points.forEach((p, i) => i ? pen.lineTo(...p) : pen.moveTo(...p));
+    pen.stroke();
   }
 }
 ErrorChart.prototype.rule = Strip.prototype.rule;

@@ -79,7 +79,6 @@ const SOUNDS = {
 
 const write = (element, text) => { if (element.textContent !== text) element.textContent = text; };
 const show = (element, shown) => { if (element.hidden === shown) element.hidden = !shown; };
-const cased = text => text[0].toUpperCase() + text.slice(1);
 
 // The one sentence, and the line below it.
 function sentence(now) {
@@ -97,10 +96,10 @@ function sentence(now) {
   if (now === "lost") return [asSentence(state.lost.message), "What was accepted is on disk."];
   // What was found out about the board is said while there is nothing else to do.
   const found = now === "floor" ? (state.identified?.notes ?? []).map(asSentence).join(" ") : "";
-  return [state.status?.sentence ?? "Reading the first samples …", state.status?.hint ?? found];
+  return [state.status?.sentence ?? "Reading the first samples …", state.status?.hint ?? found].map(text => cased(signed(text)));
 }
 
-const LOST = { unplugged: "Unplugged", silent: "No samples", restarted: "Restarted" };
+const LOST = { unplugged: "Unplugged", silent: "No samples" };
 
 // What the ring says: [class, text, share, colour].
 function ring(now) {
@@ -115,7 +114,7 @@ function ring(now) {
     const left_s = (state.session.capture_s ?? 3) * (1 - share);
     return ["capture", `Capturing ${left_s.toFixed(1)} s`, share, ink.accent];
   }
-  if (now === "fit" || now === "done") return ["", "", 0, ink.line];
+  if (now === "done") return ["", "", 0, ink.line];
   if (now === "wait") {
     const word = !s.still ? "Moving" : s.welcome === "duplicate" ? `${faceName(s.face)} is done already`
       : s.welcome === "between" ? "Between two faces" : "At rest";
@@ -128,7 +127,9 @@ const UNITS = { "m/s^2": "m/s²", counts: "raw counts", unknown: "unit unknown" 
 function facts() {
   const { identified: i, status: s } = state;
   if (!i) return "";
-  const parts = [`${(s?.rate_hz ?? i.rate_hz).toFixed(1)} Hz`, UNITS[i.unit] ?? i.unit];
+  const parts = [UNITS[i.unit] ?? i.unit];
+  const rate_hz = s?.rate_hz ?? i.rate_hz;
+  if (rate_hz > 0) parts.unshift(`${rate_hz.toFixed(1)} Hz`);
   if (i.counts_per_g) parts.push(`${Math.round(i.counts_per_g)} per g`);
   parts.push(i.gyro_unit ? "with gyroscope" : "no gyroscope");
   if (Number.isFinite(s?.temperature_c)) parts.push(`${s.temperature_c.toFixed(1)} °C`);
@@ -258,7 +259,7 @@ function update() {
   const [main, below] = sentence(now);
   write($("#sentence"), main);
   write($("#hint"), below);
-  $("#hint").classList.toggle("due", Boolean(s?.hint) && below === s.hint);
+  $("#hint").classList.toggle("due", Boolean(s?.hint) && below === cased(signed(s.hint)));
   announce(`${main} ${below}`);
   document.title = `${main.length > 60 ? cased(now) : main} · gravical live`;
 
@@ -310,6 +311,13 @@ function update() {
     if (ended) fillResult($("#result"), state, address("report"));
   }
   show($("#hands"), hands.on);
+  const { verdict } = state, grade = GRADES[verdict?.grade];
+  show($("#grade"), Boolean(grade) && !ended);
+  if (grade) {
+    $("#grade").className = verdict.grade;
+    $("#grade use").setAttribute("href", `#${grade[1]}`);
+    write($("#grade span"), asSentence(verdict.sentence));
+  }
   hands.next = wanted().up;
   $("#as-drawn").disabled = !hands.next;
   $("#board").classList.toggle("grab", hands.on);
@@ -322,7 +330,7 @@ function update() {
 
 function buttons(now) {
   const button = name => $(`[data-command=${name}]`), n = state.poses.size;
-  const busy = ["connect", "identify", "floor", "fit", "done"].includes(now);
+  const busy = ["connect", "identify", "floor", "done"].includes(now);
   button("capture").disabled = busy || now === "lost" || now === "capture";
   button("undo").disabled = n === 0 || busy;
   button("redo").disabled = n === 0 || busy;
@@ -503,9 +511,9 @@ function take(event) {
     }
     if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), `${event.message}. ${event.remedy ?? ""}`);
   }
-  const mg = [...state.errors].sort((a, b) => a[0] - b[0]);
+  const mg = [...state.errors].map(([n, e]) => [n, ...e]).sort((a, b) => a[0] - b[0]);
   if (event.type !== "status") {
-    chart.show(mg, state.end || state.saved ? null : state.next?.predicted_mg ?? null);
+    chart.show(mg);
     const last = mg[mg.length - 1];
     const place = $("#predicted");
     place.replaceChildren(...last ? ["at most ", make("b", {}, `${precise(last[1])} mg`), " (2σ)"] : []);

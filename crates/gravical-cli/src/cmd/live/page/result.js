@@ -65,7 +65,7 @@ function parameters(fit) {
   });
   const gyro = fit.gyroscope;
   return make("div", { className: "scroll" }, gyro ? make("p", { className: "note" },
-    `Gyroscope: bias ${gyro.bias_deg_s.map(v => minus(v.toFixed(3))).join(", ")} °/s about x, y, z, `,
+    "Gyroscope: ", gyro.bias_deg_s ? `bias ${gyro.bias_deg_s.map(v => minus(v.toFixed(3))).join(", ")} °/s about x, y, z, ` : null,
     gyro.method === "bias" ? "from the poses; its scale is not calibrated." : `calibrated from ${gyro.motions} motions between the poses.`) : null,
   make("table", {},
     make("caption", {}, "What was found: bias ± 1σ, and scale against nominal"),

@@ -8,15 +8,17 @@ const LOG = 300;
 const fresh = () => ({
   session: null, identified: null, floor: null, status: null, next: null, fit: null, verdict: null,
   saved: null, truth: null, end: null, lost: null, candidate: null, notice: null, gravity: null,
-  poses: new Map(), errors: new Map(), marks: [], log: [], refused: 0,
+  poses: new Map(), errors: new Map(), marks: [], log: [],
 });
 
-// A sentence of its own, whatever it was a part of. The name of an axis stays small.
+// A sentence of its own, whatever it was a part of; the name of an axis stays small.
 const asSentence = text => {
-  const t = String(text ?? "").trim();
-  return t && (/^[a-z]{2}/.test(t) ? t[0].toUpperCase() + t.slice(1) : t) + (/[.!?…:]$/.test(t) ? "" : ".");
+  const t = cased(signed(text).trim());
+  return t && t + (/[.!?…:]$/.test(t) ? "" : ".");
 };
-// With the sign of a minus, as it stands on the tiles.
+const cased = text => /^[a-z]{2}/.test(text) ? text[0].toUpperCase() + text.slice(1) : text;
+// With the sign of a minus before names of faces and numbers, as it stands on the tiles.
+const signed = text => String(text ?? "").replace(/(^|[\s(,/])-(?=[xyz]\b|\d)/g, "$1−");
 const named = face => face ? faceName(face) : "free pose";
 
 // The notice on top, and the line of the history.
@@ -26,9 +28,9 @@ function tell(state, t_s, kind, title, text, only_log) {
   if (!only_log) state.notice = { t_s, kind, title, text };
 }
 
-function mark(state, to, kind) {
+function mark(state, to, kind, from = to) {
   if (!state.candidate) return;
-  state.marks.push({ from: state.candidate.t_s, to, kind });
+  state.marks.push({ from: Math.min(from, state.candidate.t_s), to, kind });
   if (state.marks.length > MARKS) state.marks.shift();
   state.candidate = null;
 }
@@ -55,7 +57,7 @@ const EVENTS = {
   },
   pose_accepted(s, e) {
     s.poses.set(e.pose, e);
-    mark(s, e.t_s, "done");
+    mark(s, e.t_s, "done", e.t_s - e.seconds);
     const title = e.face ? `${named(e.face)} is done.` : "Free pose done.";
     const text = `‖a‖ ${e.norm_mps2.toFixed(2)} m/s², noise ${precise(e.noise_mg)} mg. ${asSentence(e.note)}`;
     tell(s, e.t_s, "done", title, text.trim());
@@ -74,8 +76,7 @@ const EVENTS = {
   next_pose(s, e) { s.next = e; },
   fit(s, e) {
     s.fit = e;
-    const mg = e.worst_mg ?? e.predicted_mg;
-    if (mg > 0) s.errors.set((e.poses || []).length || s.poses.size, mg);
+    if (e.worst_mg > 0) s.errors.set(e.poses?.length || s.poses.size, [e.worst_mg, e.undetected_mg]);
   },
   verdict(s, e) {
     const before = s.verdict?.grade;
@@ -85,8 +86,8 @@ const EVENTS = {
     }
   },
   warning(s, e) {
-    if (e.kind === "refused") s.refused++;
-    tell(s, e.t_s, "warning", "", asSentence(e.message));
+    // The page asks for gravity itself.
+    tell(s, e.t_s, "warning", "", asSentence(e.message), e.kind === "gravity");
   },
   gravity(s, e) {
     s.session = { ...s.session, gravity_mps2: e.gravity_mps2, gravity_source: e.gravity_source };
