@@ -1,7 +1,6 @@
 // The page: events in, drawings out, keys and buttons back as commands.
 "use strict";
 
-const $ = selector => document.querySelector(selector);
 const token = encodeURIComponent(new URLSearchParams(location.search).get("token") ?? "");
 const address = name => `${name}?token=${token}`;
 
@@ -23,125 +22,6 @@ function readInk() {
     accent: of("accent"), good: of("good"), fair: of("fair"), poor: of("poor"), goodTint: of("good-tint"), poorTint: of("poor-tint"),
     accentTint: of("accent-tint"), shadow: of("table"), hole: of("card"),
   };
-}
-
-// ---- Sound ----
-
-const sound = {
-  context: null,
-  silent: false,
-  toggle() {
-    this.silent = !this.silent;
-    // A browser may be told to keep nothing.
-    try { localStorage.setItem("gravical-silent", this.silent ? "1" : "0"); } catch { /* for this page only */ }
-    this.label();
-    if (!this.silent) this.play([[660, 0.08]]);
-  },
-  label() {
-    const button = $("#mute");
-    button.setAttribute("aria-pressed", String(this.silent));
-    button.querySelector("use").setAttribute("href", this.silent ? "#silent" : "#sound");
-    write(button.querySelector("span"), this.silent ? "Muted" : "Sound");
-  },
-  // Browsers let a page sound after the first key or click on it.
-  wake() {
-    this.context ??= new AudioContext();
-    if (this.context.state === "suspended") this.context.resume();
-  },
-  // Notes one after the other: [hertz, seconds].
-  play(notes) {
-    if (this.silent || this.context?.state !== "running") return;
-    let at = this.context.currentTime + 0.01;
-    for (const [hertz, seconds] of notes) {
-      const tone = this.context.createOscillator(), gain = this.context.createGain();
-      tone.frequency.value = hertz;
-      gain.gain.setValueAtTime(0, at);
-      gain.gain.linearRampToValueAtTime(0.09, at + 0.012);
-      gain.gain.setValueAtTime(0.09, at + seconds - 0.03);
-      gain.gain.linearRampToValueAtTime(0, at + seconds);
-      tone.connect(gain).connect(this.context.destination);
-      tone.start(at);
-      tone.stop(at + seconds);
-      at += seconds;
-    }
-  },
-};
-const SOUNDS = {
-  pose_accepted: [[660, 0.1], [880, 0.14]],
-  pose_rejected: [[196, 0.28]],
-  pose_undone: [[440, 0.08]],
-  lost: [[330, 0.14], [196, 0.24]],
-  resumed: [[330, 0.1], [440, 0.12]],
-  saved: [[523, 0.1], [659, 0.1], [784, 0.2]],
-};
-
-// ---- Words ----
-
-const write = (element, text) => { if (element.textContent !== text) element.textContent = text; };
-const show = (element, shown) => { if (element.hidden === shown) element.hidden = !shown; };
-
-// The one sentence, and the line below it.
-function sentence(now) {
-  if (!answers && !state.end) {
-    const folder = state.session?.folder;
-    return ["The program does not answer.", folder
-      ? `If it has ended: gravical live --resume ${folder} goes on, and no pose is lost.`
-      : "Is gravical live still running? This page connects again by itself."];
-  }
-  if (now === "connect") return ["Connecting …", "Waiting for the first samples."];
-  if (now === "end") {
-    if (state.end.reason === "finished") return [state.saved ? "Done and saved." : "Done.", asSentence(state.end.message)];
-    return [asSentence(state.end.message), state.end.reason === "failed" ? "The samples are in the session folder." : ""];
-  }
-  if (now === "lost") return [asSentence(state.lost.message), "What was accepted is on disk."];
-  // What was found out about the board is said while there is nothing else to do.
-  const found = now === "floor" ? (state.identified?.notes ?? []).map(asSentence).join(" ") : "";
-  return [state.status?.sentence ?? "Reading the first samples …", state.status?.hint ?? found].map(text => cased(signed(text)));
-}
-
-const LOST = { unplugged: "Unplugged", silent: "No samples" };
-
-// What the ring says: [class, text, share, colour].
-function ring(now) {
-  const s = state.status;
-  if (performance.now() < flash_until) return ["done", "Done", 1, "#009E73"];
-  if (now === "lost") return ["lost", LOST[state.lost.why] ?? "Lost", 0, "#D55E00"];
-  if (!s || now === "connect" || now === "end") return ["", "", 0, ink.line];
-  const share = Math.max(0, Math.min(1, s.ring ?? 0));
-  if (now === "floor") return ["floor", "Hands off", share, "#E69F00"];
-  if (now === "settle") return ["settle", "Hold still", share, "#E69F00"];
-  if (now === "capture") {
-    const left_s = (state.session.capture_s ?? 3) * (1 - share);
-    return ["capture", `Capturing ${left_s.toFixed(1)} s`, share, ink.accent];
-  }
-  if (now === "done") return ["", "", 0, ink.line];
-  if (now === "wait") {
-    const word = !s.still ? "Moving" : s.welcome === "duplicate" ? `${faceName(s.face)} is done already`
-      : s.welcome === "between" ? "Between two faces" : "At rest";
-    return ["", word, 0, ink.line];
-  }
-  return ["", "", share, "#E69F00"];
-}
-
-const UNITS = { "m/s^2": "m/s²", counts: "raw counts", unknown: "unit unknown" };
-function facts() {
-  const { identified: i, status: s } = state;
-  if (!i) return "";
-  const parts = [UNITS[i.unit] ?? i.unit];
-  const rate_hz = s?.rate_hz ?? i.rate_hz;
-  if (rate_hz > 0) parts.unshift(`${rate_hz.toFixed(1)} Hz`);
-  if (i.counts_per_g) parts.push(`${Math.round(i.counts_per_g)} per g`);
-  parts.push(i.gyro_unit ? "with gyroscope" : "no gyroscope");
-  if (Number.isFinite(s?.temperature_c)) parts.push(`${s.temperature_c.toFixed(1)} °C`);
-  return parts.join(" · ");
-}
-
-function pill(now) {
-  if (now === "end") return ["", "Ended"];
-  if (!answers) return ["poor", "No answer"];
-  if (now === "connect") return ["", "Connecting"];
-  if (now === "lost") return ["poor", LOST[state.lost.why] ?? "Lost"];
-  return ["good", state.session.source === "port" ? "Connected" : cased(state.session.source === "simulate" ? "simulated" : "replay")];
 }
 
 // ---- Tiles ----
@@ -185,7 +65,7 @@ function drawDial(now) {
   const goal = preview ?? (s?.attitude ? normalised(s.attitude) : s?.up && unit(s.up) ? product(shortest(rotated(attitude, unit(s.up)), [0, 0, 1]), attitude) : attitude);
   // Ten readings a second become a steady movement.
   attitude = between(attitude, goal, calm.matches || hands.held ? 1 : 0.2);
-  const [kind, text, share, colour] = ring(now);
+  const [kind, text, share, colour] = ring(state, ink, performance.now() < flash_until);
   const chip = $("#chip");
   write(chip, text);
   if (chip.className !== kind) chip.className = kind;
@@ -256,7 +136,7 @@ function update() {
   document.body.dataset.state = now;
   document.body.classList.toggle("follower", follower);
   show($("#follower"), follower);
-  const [main, below] = sentence(now);
+  const [main, below] = sentence(state, answers);
   write($("#sentence"), main);
   write($("#hint"), below);
   $("#hint").classList.toggle("due", Boolean(s?.hint) && below === cased(signed(s.hint)));
@@ -264,8 +144,8 @@ function update() {
   document.title = `${main.length > 60 ? cased(now) : main} · gravical live`;
 
   write($("#device"), state.session?.name ?? "");
-  write($("#facts"), facts());
-  const [tone, word] = pill(now);
+  write($("#facts"), facts(state));
+  const [tone, word] = pill(state, answers);
   $("#link").className = `pill ${tone}`;
   write($("#link span"), word);
 

@@ -1,23 +1,6 @@
 // The end of a session: verdict, three numbers, what to do next, and the truth of a simulation.
 "use strict";
 
-// An element with properties and children; text is always text, never markup.
-function make(name, properties, ...children) {
-  const e = Object.assign(document.createElement(name), properties);
-  e.append(...children.filter(c => c !== null && c !== undefined));
-  return e;
-}
-
-function icon(name) {
-  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  const use = document.createElementNS("http://www.w3.org/2000/svg", "use");
-  svg.setAttribute("class", "icon");
-  svg.setAttribute("aria-hidden", "true");
-  use.setAttribute("href", `#${name}`);
-  svg.append(use);
-  return svg;
-}
-
 const minus = text => text.replace(/^-(?=[0.]*$)/, "").replace(/-/g, "−");
 // As many decimals as the uncertainty has with two digits.
 const within = (value, sigma) => {

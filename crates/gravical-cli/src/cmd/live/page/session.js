@@ -50,11 +50,8 @@ const EVENTS = {
     s.status = e;
     if (e.state !== "lost") s.lost = null;
   },
-  pose_candidate(s, e) {
-    s.candidate = e;
-    // What was wrong with the pose before is of no use any more.
-    if (s.notice && s.notice.kind !== "plug") s.notice = null;
-  },
+  // Why the hold before was rejected stays to be read: the next one can begin at once.
+  pose_candidate(s, e) { s.candidate = e; },
   pose_accepted(s, e) {
     s.poses.set(e.pose, e);
     mark(s, e.t_s, "done", e.t_s - e.seconds);

@@ -1,0 +1,69 @@
+// What the page says: the one sentence, the ring, the board, the connection.
+"use strict";
+
+
+// The one sentence, and the line below it.
+function sentence(state, answers) {
+  const now = stage(state);
+  if (!answers && !state.end) {
+    const folder = state.session?.folder;
+    return ["The program does not answer.", folder
+      ? `If it has ended: gravical live --resume ${folder} goes on, and no pose is lost.`
+      : "Is gravical live still running? This page connects again by itself."];
+  }
+  if (now === "connect") return ["Connecting …", "Waiting for the first samples."];
+  if (now === "end") {
+    if (state.end.reason === "finished") return [state.saved ? "Done and saved." : "Done.", asSentence(state.end.message)];
+    return [asSentence(state.end.message), state.end.reason === "failed" ? "The samples are in the session folder." : ""];
+  }
+  if (now === "lost") return [asSentence(state.lost.message), "What was accepted is on disk."];
+  // What was found out about the board is said while there is nothing else to do.
+  const found = now === "floor" ? (state.identified?.notes ?? []).map(asSentence).join(" ") : "";
+  return [state.status?.sentence ?? "Reading the first samples …", state.status?.hint ?? found].map(text => cased(signed(text)));
+}
+
+const LOST = { unplugged: "Unplugged", silent: "No samples" };
+
+// What the ring says: [class, text, share, colour]; `accepted` for a moment after a pose.
+function ring(state, ink, accepted) {
+  const s = state.status, now = stage(state);
+  if (accepted) return ["done", "Done", 1, "#009E73"];
+  if (now === "lost") return ["lost", LOST[state.lost.why] ?? "Lost", 0, "#D55E00"];
+  if (!s || now === "connect" || now === "end") return ["", "", 0, ink.line];
+  const share = Math.max(0, Math.min(1, s.ring ?? 0));
+  if (now === "floor") return ["floor", "Hands off", share, "#E69F00"];
+  if (now === "settle") return ["settle", "Hold still", share, "#E69F00"];
+  if (now === "capture") {
+    const left_s = (state.session.capture_s ?? 3) * (1 - share);
+    return ["capture", `Capturing ${left_s.toFixed(1)} s`, share, ink.accent];
+  }
+  if (now === "done") return ["", "", 0, ink.line];
+  if (now === "wait") {
+    const word = !s.still ? "Moving" : s.welcome === "duplicate" ? `${faceName(s.face)} is done already`
+      : s.welcome === "between" ? "Between two faces" : "At rest";
+    return ["", word, 0, ink.line];
+  }
+  return ["", "", share, "#E69F00"];
+}
+
+const UNITS = { "m/s^2": "m/s²", counts: "raw counts", unknown: "unit unknown" };
+function facts(state) {
+  const { identified: i, status: s } = state;
+  if (!i) return "";
+  const parts = [UNITS[i.unit] ?? i.unit];
+  const rate_hz = s?.rate_hz ?? i.rate_hz;
+  if (rate_hz > 0) parts.unshift(`${rate_hz.toFixed(1)} Hz`);
+  if (i.counts_per_g) parts.push(`${Math.round(i.counts_per_g)} per g`);
+  parts.push(i.gyro_unit ? "with gyroscope" : "no gyroscope");
+  if (Number.isFinite(s?.temperature_c)) parts.push(`${s.temperature_c.toFixed(1)} °C`);
+  return parts.join(" · ");
+}
+
+function pill(state, answers) {
+  const now = stage(state);
+  if (now === "end") return ["", "Ended"];
+  if (!answers) return ["poor", "No answer"];
+  if (now === "connect") return ["", "Connecting"];
+  if (now === "lost") return ["poor", LOST[state.lost.why] ?? "Lost"];
+  return ["good", state.session.source === "port" ? "Connected" : cased(state.session.source === "simulate" ? "simulated" : "replay")];
+}
