@@ -60,6 +60,7 @@ pub mod finding;
 pub mod gravity;
 mod hash;
 pub mod inspect;
+pub mod live;
 pub mod motion;
 #[doc(hidden)]
 pub mod output;

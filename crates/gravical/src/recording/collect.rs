@@ -54,7 +54,7 @@ pub(crate) trait Sink {
 }
 
 /// Rows as columns.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub(crate) struct Columns {
     zero_offset: f64,
     header_unit: Option<AccelUnit>,

@@ -10,6 +10,7 @@ use encoding_rs::{Decoder, Encoding};
 use sha2::{Digest, Sha256};
 
 use super::ReadOptions;
+use super::text::HEAD;
 use crate::hash::hex;
 use crate::{Error, Result};
 
@@ -21,9 +22,23 @@ pub struct Input {
     pub unpacked: Vec<String>,
     digest: Option<Arc<Mutex<Sha256>>>,
     cut_off: Arc<AtomicBool>,
+    /// Number of bytes that are examined to determine the format.
+    pub(crate) head_bytes: usize,
 }
 
 impl Input {
+    /// A recording that grows: its format is determined from the first `head_bytes` bytes, which
+    /// end with a line.
+    pub(crate) fn growing(reader: Box<dyn Read>, head_bytes: usize) -> Self {
+        Input {
+            reader,
+            unpacked: Vec::new(),
+            digest: None,
+            cut_off: Arc::default(),
+            head_bytes,
+        }
+    }
+
     /// True if the file is packed and ends in the middle; the part that could be unpacked was
     /// read.
     #[must_use]
@@ -242,6 +257,7 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
         unpacked,
         digest,
         cut_off,
+        head_bytes: HEAD,
     })
 }
 

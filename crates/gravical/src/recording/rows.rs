@@ -11,7 +11,7 @@ use crate::{Error, Result};
 
 use super::cells::{CellFiller, Channels, ZEROS_IN_A_ROW};
 use super::ledger::{Aside, Ledger};
-use super::monitor::{Facts, Monitor, MonitorFindings, RecordingClaims};
+use super::monitor::{Facts, Monitor, MonitorFindings, MonitorSummary, RecordingClaims};
 use super::row::{ACCEL, GYRO, SLOTS, Span, TIME, Values};
 use super::timing::{BreakKind, Follower, RowTime, Timing, Treatment, is_usual_step};
 use super::unit_choice::UnitDoubt;
@@ -184,6 +184,24 @@ pub(crate) struct Finished {
 }
 
 impl Finished {
+    /// Results of the rows so far, of which more may follow: without the account of lines.
+    pub fn so_far(summary: MonitorSummary, resolution: [f64; 6]) -> Self {
+        Finished {
+            ledger: Ledger::default(),
+            facts: Facts {
+                resolution,
+                ..summary.facts
+            },
+            timing: summary.timing,
+            origin_s: summary.origin_s,
+            unit_doubt: summary.unit_doubt,
+            found: summary.found,
+            zeros: Vec::new(),
+            trailing: Vec::new(),
+            zeros_from: None,
+        }
+    }
+
     /// Findings about cells and time stamps, then about units and samples.
     pub fn findings(&mut self) -> Vec<Finding> {
         let found = std::mem::take(&mut self.found);

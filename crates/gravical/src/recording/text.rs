@@ -97,8 +97,9 @@ pub(crate) fn open_rows(
     let here = Path::new(name);
     let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
     let mut lines = Lines::new(reader);
-    let head = lines.peek(HEAD).map_err(|e| Error::io(here, e))?.to_vec();
-    let whole = head.len() < HEAD;
+    let head = lines.peek(input.head_bytes);
+    let head = head.map_err(|e| Error::io(here, e))?.to_vec();
+    let whole = head.len() < input.head_bytes;
     let lines = lines.with_terminator(terminator(&head));
     let clean: Vec<u8> = head.iter().copied().filter(|b| *b != 0).collect();
     let mut findings = Vec::new();

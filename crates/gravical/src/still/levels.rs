@@ -132,6 +132,17 @@ impl Levels {
         self.floor.sqrt()
     }
 
+    /// Largest scatter of a quiet block, root of the sum over the axes: of the accelerometer and
+    /// of the gyroscope.
+    pub fn most(&self) -> [f64; 2] {
+        [self.most_accel.sqrt(), self.most_gyro.sqrt()]
+    }
+
+    /// Largest deviation of block means within an interval.
+    pub fn agree(&self) -> f64 {
+        self.agree
+    }
+
     pub fn is_quiet(&self, block: &Block) -> bool {
         block.variance <= self.most_accel
             && (block.gyro_variance.is_nan() || block.gyro_variance <= self.most_gyro)

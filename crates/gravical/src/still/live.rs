@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::block::Block;
-use super::{Levels, StillOptions, block_rows};
+use super::{Levels, StillOptions, block_rows, distance};
 use crate::recording::resolution::AxisValues;
 
 /// Blocks that are kept at most: an hour and more at 100 Hz.
@@ -44,11 +44,35 @@ pub struct LiveStills {
     options: StillOptions,
     /// Rows since the last block.
     accel: [Vec<f64>; 3],
+    gyro: [Vec<f64>; 3],
     segments: Vec<Vec<Block>>,
     /// Steps that the values come in.
     values: AxisValues<3>,
+    gyro_values: AxisValues<3>,
     rows: usize,
 }
+
+/// The state after the last whole block of [`LiveStills`]. Values are in the unit of the rows,
+/// scatters are roots of the sum of the variances of three axes.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct LiveState {
+    /// The last block.
+    pub block: Range<usize>,
+    /// Rows up to the end of the last block that were quiet without interruption and whose means
+    /// agree; none if the last block is not quiet.
+    pub run: Option<Range<usize>>,
+    /// Scatter of the last block, and the largest of a quiet one.
+    pub scatter: f64,
+    pub most_scatter: f64,
+    /// The same of the gyroscope; NaN without one.
+    pub gyro_scatter: f64,
+    pub most_gyro_scatter: f64,
+    /// Scatter of the quietest blocks.
+    pub noise: f64,
+}
+
+/// Blocks that are looked back upon for a run: 10 s of the shortest ones.
+const MOST_RUN: usize = 200;
 
 impl LiveStills {
     /// For a sampling rate in Hz.
@@ -58,33 +82,54 @@ impl LiveStills {
             rate_hz,
             options,
             accel: Default::default(),
+            gyro: Default::default(),
             segments: vec![Vec::new()],
             values: AxisValues::default(),
+            gyro_values: AxisValues::default(),
             rows: 0,
         }
     }
 
     /// Takes a row: specific force in any unit.
     pub fn push(&mut self, accel: [f64; 3]) {
+        self.push_with_gyro(accel, None);
+    }
+
+    /// The same with the angular rate, in any unit: what turns is not still. True if the row
+    /// completes a block.
+    pub fn push_with_gyro(&mut self, accel: [f64; 3], gyro: Option<[f64; 3]>) -> bool {
         self.values.observe(accel);
         for (channel, value) in self.accel.iter_mut().zip(accel) {
             channel.push(value);
         }
+        if let Some(gyro) = gyro {
+            self.gyro_values.observe(gyro);
+            for (channel, value) in self.gyro.iter_mut().zip(gyro) {
+                channel.push(value);
+            }
+        }
         self.rows += 1;
         let held = self.accel[0].len();
         if held < block_rows(self.rate_hz, &self.options) {
-            return;
+            return false;
         }
-        let block = Block::of(&self.accel, None, 0..held, self.rows - held..self.rows);
+        let gyro = (self.gyro[0].len() == held).then_some(&self.gyro);
+        let block = Block::of(&self.accel, gyro, 0..held, self.rows - held..self.rows);
         if let Some(segment) = self.segments.last_mut() {
             segment.push(block);
         }
-        self.accel.iter_mut().for_each(Vec::clear);
+        self.begin_block();
+        true
+    }
+
+    fn begin_block(&mut self) {
+        let channels = self.accel.iter_mut().chain(&mut self.gyro);
+        channels.for_each(Vec::clear);
     }
 
     /// The next row does not follow the last one: no still spans both.
     pub fn split(&mut self) {
-        self.accel.iter_mut().for_each(Vec::clear);
+        self.begin_block();
         if self
             .segments
             .last()
@@ -112,12 +157,64 @@ impl LiveStills {
         self.segments = vec![Vec::new()];
     }
 
+    /// Forgets the older half of the blocks of a stream that is [full](Self::is_full).
+    pub(crate) fn forget_older(&mut self) {
+        let mut left = self.segments.iter().map(Vec::len).sum::<usize>() / 2;
+        for segment in &mut self.segments {
+            let gone = left.min(segment.len());
+            segment.drain(..gone);
+            left -= gone;
+        }
+        let last = self.segments.len().saturating_sub(1);
+        let mut at = 0..;
+        self.segments
+            .retain(|blocks| at.next() == Some(last) || !blocks.is_empty());
+    }
+
+    fn levels(&self) -> Option<Levels> {
+        let [x, y, z] = self.values.resolution(0);
+        let [u, v, w] = match self.segments.iter().flatten().next() {
+            Some(block) if block.gyro_variance.is_finite() => self.gyro_values.resolution(0),
+            _ => [0.0; 3],
+        };
+        let steps = [x, y, z, u, v, w];
+        Levels::of(&self.segments, self.rate_hz, &steps, &self.options)
+    }
+
+    /// The state after the last whole block; none before the first.
+    pub(crate) fn state(&self) -> Option<LiveState> {
+        let blocks = self.segments.last()?;
+        let last = blocks.last()?;
+        let levels = self.levels()?;
+        let mut run = None;
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for block in blocks.iter().rev().take(MOST_RUN) {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(block.mean[axis]);
+                high[axis] = high[axis].max(block.mean[axis]);
+            }
+            let width = distance(low, high);
+            if !levels.is_quiet(block) || width > 2.0 * levels.agree() {
+                break;
+            }
+            run = Some(block.rows.start..last.rows.end);
+        }
+        let [most_scatter, most_gyro_scatter] = levels.most();
+        Some(LiveState {
+            block: last.rows.clone(),
+            run,
+            scatter: last.variance.sqrt(),
+            most_scatter,
+            gyro_scatter: last.gyro_variance.sqrt(),
+            most_gyro_scatter,
+            noise: levels.noise(),
+        })
+    }
+
     /// The stills so far. One that ends with the last whole block still lasts.
     #[must_use]
     pub fn stills(&self) -> Vec<LiveStill> {
-        let [x, y, z] = self.values.resolution(0);
-        let steps = [x, y, z, 0.0, 0.0, 0.0];
-        let Some(levels) = Levels::of(&self.segments, self.rate_hz, &steps, &self.options) else {
+        let Some(levels) = self.levels() else {
             return Vec::new();
         };
         let of_segment = |blocks: &Vec<Block>| -> Vec<LiveStill> {

@@ -1,0 +1,595 @@
+//! Events and commands of a guided calibration, as JSON.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::calibration_file::{Grade, GravitySource};
+use crate::recording::{AccelUnit, GyroUnit};
+use crate::{Error, Result};
+
+/// Version of the events. Types and fields are only added to it.
+pub const EVENTS_VERSION: u32 = 1;
+
+/// An event with its time: one JSON object.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(title = "gravical-live/1")]
+pub struct Message {
+    /// [`EVENTS_VERSION`].
+    pub v: u32,
+    /// Seconds since the first row, by the clock of the recording.
+    pub t_s: f64,
+    /// What happened.
+    #[serde(flatten)]
+    pub event: Event,
+}
+
+/// What happened. Directions are unit vectors of specific force at rest, in the axes of the
+/// sensor; faces have the names `+x` … `-z`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum Event {
+    /// The session begins.
+    Session {
+        /// Where the rows come from.
+        source: SourceKind,
+        /// Port, file or sensor.
+        name: String,
+        /// Folder of the session.
+        folder: Option<String>,
+        /// Name and version of the program.
+        tool: String,
+        /// Local gravity, m/s².
+        gravity_mps2: f64,
+        /// Source of the gravity: with `standard` it has to be asked for.
+        gravity_source: GravitySource,
+        /// Length of a pose, s.
+        capture_s: f64,
+    },
+    /// Columns, clock and units as far as the first second shows them.
+    Identified {
+        /// Sampling rate, Hz.
+        rate_hz: Option<f64>,
+        /// Standard deviation of the steps of the clock, ms.
+        jitter_ms: Option<f64>,
+        /// Names of the columns.
+        columns: Vec<String>,
+        /// Unit of the accelerometer.
+        unit: AccelUnit,
+        /// Counts per g.
+        counts_per_g: Option<f64>,
+        /// Unit of the gyroscope; null without one.
+        gyro_unit: Option<GyroUnit>,
+        /// There is a temperature.
+        has_temperature: bool,
+        /// Faults and decisions, a sentence each.
+        notes: Vec<String>,
+    },
+    /// The noise at rest is known.
+    Floor {
+        /// Standard deviation of a sample, mg.
+        noise_mg: [f64; 3],
+        /// The same of the gyroscope, °/s.
+        gyro_noise_deg_s: Option<[f64; 3]>,
+        /// Resolution, mg.
+        step_mg: [f64; 3],
+        /// A short block that scatters more than this, the three axes together, moves, mg.
+        limit_mg: f64,
+    },
+    /// The state, ten times a second.
+    Status(Box<Status>),
+    /// The capture of a pose begins.
+    PoseCandidate {
+        /// The nearest face.
+        face: Option<String>,
+        /// Its direction.
+        up: [f64; 3],
+        /// Angle to the nearest face, degrees.
+        tilt_deg: f64,
+    },
+    /// A pose was accepted; it is safe when this is shown.
+    PoseAccepted(Pose),
+    /// A hold was not accepted. Poses before it are untouched.
+    PoseRejected {
+        /// The reason.
+        reason: Rejection,
+        /// What is wrong, with numbers.
+        message: String,
+        /// What to do.
+        remedy: String,
+        /// The nearest face.
+        face: Option<String>,
+        /// Its direction.
+        up: [f64; 3],
+        /// Angle to the nearest face, degrees.
+        tilt_deg: f64,
+    },
+    /// A pose no longer counts.
+    PoseUndone {
+        /// Its number.
+        pose: u32,
+        /// Its face.
+        face: Option<String>,
+        /// Why.
+        why: Undone,
+    },
+    /// What is wanted next.
+    NextPose {
+        /// A face, a free pose, or nothing.
+        kind: Wanted,
+        /// The faces of which any is wanted.
+        faces: Vec<String>,
+        /// The direction of the free pose.
+        up: Option<[f64; 3]>,
+        /// How to hold the sensor.
+        hint: Option<String>,
+        /// Predicted error of ‖a‖ with that pose (2σ, rms of all directions), mg.
+        predicted_mg: Option<f64>,
+    },
+    /// The calibration from the poses so far.
+    Fit(Box<Fit>),
+    /// The grade changed, or the session ends.
+    Verdict {
+        /// The grade.
+        grade: Grade,
+        /// The session ends with it.
+        r#final: bool,
+        /// In one sentence.
+        sentence: String,
+        /// Reasons.
+        reasons: Vec<String>,
+    },
+    /// Gravity was given.
+    Gravity {
+        /// m/s².
+        gravity_mps2: f64,
+        /// Source of the value.
+        gravity_source: GravitySource,
+    },
+    /// Something to know.
+    Warning {
+        /// What it is about.
+        kind: WarningKind,
+        /// A sentence.
+        message: String,
+    },
+    /// The calibration is on the disk; it was read back and compared.
+    Saved {
+        /// The file.
+        file: String,
+        /// The folder of the session.
+        folder: Option<String>,
+        /// Commands to go on with.
+        next: Vec<String>,
+    },
+    /// No rows arrive.
+    Lost {
+        /// Why.
+        why: Loss,
+        /// In one sentence.
+        message: String,
+        /// Poses that are safe.
+        poses: u32,
+    },
+    /// Rows arrive again.
+    Resumed {
+        /// In one sentence.
+        message: String,
+        /// Poses that are kept.
+        poses: u32,
+    },
+    /// The true errors of a simulated sensor.
+    Truth {
+        /// Error of ‖a‖ with the calibration, rms over all directions, mg.
+        norm_error_mg: f64,
+        /// The same without.
+        before_mg: f64,
+        /// Parameter by parameter.
+        rows: Vec<TruthRow>,
+    },
+    /// The last event.
+    End {
+        /// Why.
+        reason: EndReason,
+        /// Number of poses.
+        poses: u32,
+        /// The command that goes on.
+        resume: Option<String>,
+        /// In one sentence.
+        message: String,
+    },
+}
+
+impl Event {
+    /// True for the state that changes ten times a second: it is not part of the record.
+    #[must_use]
+    pub fn is_status(&self) -> bool {
+        matches!(self, Event::Status(_))
+    }
+}
+
+/// Where rows come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SourceKind {
+    /// A serial port.
+    Port,
+    /// A recording.
+    Replay,
+    /// A simulated sensor.
+    Simulate,
+}
+
+/// State of the session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum State {
+    /// Columns, rate and units are determined.
+    Identify,
+    /// The noise at rest is measured.
+    Floor,
+    /// A hold is waited for.
+    Wait,
+    /// It rests; the hold begins.
+    Settle,
+    /// The pose is measured.
+    Capture,
+    /// The session has ended.
+    Done,
+    /// No rows arrive.
+    Lost,
+}
+
+/// State of a face.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Tile {
+    /// Not recorded yet.
+    ToDo,
+    /// Up now: hold still.
+    HoldStill,
+    /// Being measured.
+    Capturing,
+    /// Recorded.
+    Done,
+    /// To be recorded again.
+    Redo,
+}
+
+/// What a hold here and now would be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Welcome {
+    /// A face.
+    Face,
+    /// A free pose.
+    Free,
+    /// A pose that exists.
+    Duplicate,
+    /// Between two faces, while faces are wanted.
+    Between,
+}
+
+/// What a renderer needs continuously.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Status {
+    /// State of the session.
+    pub state: State,
+    /// What to do now.
+    pub sentence: String,
+    /// After five seconds without progress: which test fails, and by how much.
+    pub hint: Option<String>,
+    /// Direction of specific force.
+    pub up: [f64; 3],
+    /// Attitude: quaternion w, x, y, z from the sensor to the world, whose z is up.
+    pub attitude: [f64; 4],
+    /// Magnitude of specific force over gravity, mean of the last 0.2 s.
+    pub norm_g: f64,
+    /// Scatter of the last block, three axes together, mg.
+    pub noise_mg: f64,
+    /// The largest of a quiet block, mg.
+    pub limit_mg: Option<f64>,
+    /// The sensor rests.
+    pub still: bool,
+    /// Progress of the state, 0 to 1.
+    pub ring: f64,
+    /// The nearest face.
+    pub face: String,
+    /// Angle to it, degrees.
+    pub tilt_deg: f64,
+    /// What a hold here would be.
+    pub welcome: Welcome,
+    /// Sampling rate, Hz.
+    pub rate_hz: f64,
+    /// Temperature, °C.
+    pub temperature_c: Option<f64>,
+    /// The six faces.
+    pub tiles: BTreeMap<String, Tile>,
+    /// Number of accepted free poses.
+    pub free_done: u32,
+}
+
+/// An accepted pose.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Pose {
+    /// Its number, which is never used again.
+    pub pose: u32,
+    /// The face that is up; null for a free pose.
+    pub face: Option<String>,
+    /// Direction of specific force.
+    pub up: [f64; 3],
+    /// Angle to the nearest face, degrees.
+    pub tilt_deg: f64,
+    /// Mean reading, in the unit of the recording.
+    pub mean: [f64; 3],
+    /// Its length by the nominal scale, m/s².
+    pub norm_mps2: f64,
+    /// Standard deviation of a sample, three axes together, mg.
+    pub noise_mg: f64,
+    /// Mean temperature, °C.
+    pub temperature_c: Option<f64>,
+    /// Length, s.
+    pub seconds: f64,
+    /// First row of the recording, and the row after the last.
+    pub rows: [u64; 2],
+    /// Number of faces that are recorded.
+    pub faces_done: u32,
+    /// Number of free poses.
+    pub free_done: u32,
+    /// Something to know about it.
+    pub note: Option<String>,
+}
+
+/// Why a hold is not accepted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rejection {
+    /// It moved during the capture.
+    Moved,
+    /// The pose exists.
+    Duplicate,
+    /// No axis is vertical, and faces are wanted.
+    BetweenFaces,
+    /// Samples at the end of the range.
+    Clipped,
+    /// The unit is unknown, or changed.
+    Units,
+    /// Another face than the one to record again: its opposite.
+    Sign,
+    /// An axis repeats one value while the others change.
+    Frozen,
+    /// Rows are missing.
+    Gaps,
+    /// The temperature is too far from that of the first pose.
+    Temperature,
+    /// The magnitude is far from gravity.
+    Scale,
+}
+
+/// Why a pose no longer counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Undone {
+    /// It was undone.
+    Undo,
+    /// Its face is recorded again.
+    Redo,
+}
+
+/// What is wanted next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Wanted {
+    /// One of several faces.
+    Face,
+    /// A free pose.
+    Free,
+    /// Nothing: the result is good.
+    None,
+}
+
+/// How much the poses so far determine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stage {
+    /// Fewer than six poses.
+    Rough,
+    /// Six or more.
+    Full,
+}
+
+/// What a warning is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WarningKind {
+    /// Temperature.
+    Temperature,
+    /// Local gravity.
+    Gravity,
+    /// Rows, columns or lines.
+    Rows,
+    /// A command that cannot be done now.
+    Refused,
+    /// Anything else.
+    Other,
+}
+
+/// Why no rows arrive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Loss {
+    /// The port is gone.
+    Unplugged,
+    /// The board sends nothing.
+    Silent,
+}
+
+/// Why a session ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum EndReason {
+    /// It was finished.
+    Finished,
+    /// It was interrupted, and can be resumed.
+    Interrupted,
+    /// There are no more rows.
+    SourceEnded,
+    /// It failed.
+    Failed,
+}
+
+/// The calibration from the poses so far.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Fit {
+    /// How much the poses determine.
+    pub stage: Stage,
+    /// Bias, mg.
+    pub bias_mg: [f64; 3],
+    /// Its standard deviation, mg.
+    pub bias_sd_mg: Option<[f64; 3]>,
+    /// Deviation of the scale from nominal, %.
+    pub scale_percent: Option<[f64; 3]>,
+    /// Predicted error of ‖a‖, 2σ, rms of all directions, mg.
+    pub predicted_mg: Option<f64>,
+    /// The same in the worst direction, mg.
+    pub worst_mg: Option<f64>,
+    /// Leave-one-out error of ‖a‖, rms, mg.
+    pub leave_one_out_mg: Option<f64>,
+    /// What an undetected error of one pose could change ‖a‖ by, mg.
+    pub undetected_mg: Option<f64>,
+    /// The grade.
+    pub grade: Grade,
+    /// The gyroscope, if there is a result.
+    pub gyroscope: Option<GyroFit>,
+    /// The poses.
+    pub poses: Vec<FittedPose>,
+    /// Number of the pose that contradicts the others.
+    pub suspect: Option<u32>,
+}
+
+/// Result of the gyroscope.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GyroFit {
+    /// `motion` or `bias`.
+    pub method: String,
+    /// Bias, °/s; null where its unit is unknown.
+    pub bias_deg_s: Option<[f64; 3]>,
+    /// Number of motions that were used.
+    pub motions: u32,
+}
+
+/// A pose in a fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FittedPose {
+    /// Its number.
+    pub pose: u32,
+    /// Its face.
+    pub face: Option<String>,
+    /// Its calibrated direction.
+    pub up: [f64; 3],
+    /// Error of ‖a‖ after calibration, mg.
+    pub error_mg: f64,
+    /// The same with this pose left out, mg.
+    pub left_out_mg: Option<f64>,
+}
+
+/// A true parameter beside its estimate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TruthRow {
+    /// Name.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// True value.
+    pub truth: f64,
+    /// Estimate.
+    pub found: f64,
+    /// Two standard deviations.
+    pub plus_minus: Option<f64>,
+}
+
+/// What the user wants.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "command", rename_all = "kebab-case")]
+pub enum Command {
+    /// Take the pose that is held now, even if it exists, lies between faces or is warmer.
+    Capture,
+    /// Undo the last pose.
+    Undo,
+    /// Record a face again.
+    Redo {
+        /// The face, as `+x`.
+        face: String,
+    },
+    /// Calculate, save, end.
+    Finish,
+    /// Local gravity: the value, or latitude and altitude.
+    Gravity {
+        /// m/s².
+        #[serde(default)]
+        value: Option<f64>,
+        /// Degrees.
+        #[serde(default)]
+        latitude: Option<f64>,
+        /// Height above sea level, m.
+        #[serde(default)]
+        altitude: Option<f64>,
+    },
+    /// Moves a simulated sensor.
+    Hand {
+        /// Lay it down with this face up.
+        #[serde(default)]
+        put: Option<String>,
+        /// Hold it with this direction up.
+        #[serde(default)]
+        up: Option<[f64; 3]>,
+        /// Push it.
+        #[serde(default)]
+        shake: bool,
+    },
+}
+
+impl Command {
+    /// A command that was typed: `undo`, `redo +x`, `take`, `latitude 48.1`, `gravity 9.81`,
+    /// `stop`; for a simulated sensor also `+x`, `0.6 0.6 0.5`, `shake`.
+    ///
+    /// # Errors
+    ///
+    /// `command-unknown` (usage) with those that exist.
+    pub fn parse(text: &str) -> Result<Self> {
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let number = |word: &str| word.replace(',', ".").parse::<f64>().ok();
+        let gravity = |value, latitude, altitude| Command::Gravity {
+            value,
+            latitude,
+            altitude,
+        };
+        let hand = |put, up, shake| Command::Hand { put, up, shake };
+        let command = match words[..] {
+            ["u" | "undo"] => Some(Command::Undo),
+            ["take" | "capture"] => Some(Command::Capture),
+            ["stop" | "finish" | "save" | "q"] => Some(Command::Finish),
+            ["r" | "redo", face] => Some(Command::Redo {
+                face: face.to_owned(),
+            }),
+            ["gravity", value] => number(value).map(|v| gravity(Some(v), None, None)),
+            ["latitude", value] => number(value).map(|v| gravity(None, Some(v), None)),
+            ["latitude", value, "altitude", height] => number(value)
+                .zip(number(height))
+                .map(|(v, h)| gravity(None, Some(v), Some(h))),
+            ["shake"] => Some(hand(None, None, true)),
+            [face] if super::face_of(face).is_some() => {
+                Some(hand(Some(face.to_owned()), None, false))
+            }
+            [x, y, z] => (|| Some([number(x)?, number(y)?, number(z)?]))()
+                .map(|up| hand(None, Some(up), false)),
+            _ => None,
+        };
+        command.ok_or_else(|| {
+            Error::usage("command-unknown", format!("\"{}\" is no command", text.trim())).with_hint(
+                "undo; redo +x; take; latitude 48.1; gravity 9.81; stop; with a simulated sensor also +x, -z, 0.6 0.6 0.5, free, shake",
+            )
+        })
+    }
+}

@@ -1,0 +1,173 @@
+//! The folder of a session: the recording, and the journal of its poses.
+//!
+//! The journal has an event a line, as it was shown, except the status. It is written before an
+//! event is shown, so that an accepted pose is never lost. `gravical calibrate FOLDER` calibrates
+//! with the poses of the journal.
+
+use std::path::{Path, PathBuf};
+
+use crate::calibration_file::{GravitySource, InputFile, InputRole};
+use crate::gravity::Gravity;
+use crate::recording::Recording;
+use crate::segment::sections::Section;
+use crate::still::moments;
+use crate::{Error, Result};
+
+use super::event::{Event, Message, SourceKind};
+use super::fit::section_label;
+use super::judge::{difference, length};
+use super::Pose;
+
+/// Name of the journal.
+pub const JOURNAL: &str = "session.ndjson";
+/// Name of the recording.
+pub const RECORDING: &str = "recording.csv";
+
+/// A mean that differs from that of the journal by more than this share was taken of other rows.
+const SAME_MEAN: f64 = 1e-9;
+
+/// A journal.
+#[derive(Debug, Clone)]
+pub struct Journal {
+    /// Where the rows came from, and its name.
+    pub source: Option<(SourceKind, String)>,
+    /// Local gravity.
+    pub gravity: Gravity,
+    /// The poses that count, in order.
+    pub poses: Vec<Pose>,
+    /// How many numbers of poses were used.
+    pub numbers: u32,
+    /// The session was finished.
+    pub is_finished: bool,
+    folder: PathBuf,
+}
+
+/// True for the folder of a session.
+#[must_use]
+pub fn is_session(folder: &Path) -> bool {
+    folder.join(JOURNAL).is_file()
+}
+
+impl Journal {
+    /// Reads the journal of the session in `folder`. A last line that was not written completely
+    /// does not count.
+    ///
+    /// # Errors
+    ///
+    /// Those of the file; `journal-syntax` (input) with the line.
+    pub fn read(folder: &Path) -> Result<Self> {
+        Self::read_with_input(folder).map(|(journal, _)| journal)
+    }
+
+    /// The same, with the file that it was read from.
+    ///
+    /// # Errors
+    ///
+    /// As [`read`](Self::read).
+    pub fn read_with_input(folder: &Path) -> Result<(Self, InputFile)> {
+        InputFile::read(&folder.join(JOURNAL), InputRole::Sections, |bytes| {
+            Self::parse(folder, bytes)
+        })
+    }
+
+    fn parse(folder: &Path, bytes: &[u8]) -> Result<Self> {
+        let mut journal = Journal {
+            source: None,
+            gravity: Gravity::default(),
+            poses: Vec::new(),
+            numbers: 0,
+            is_finished: false,
+            folder: folder.to_owned(),
+        };
+        let end = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
+        for (number, line) in bytes[..end].split(|b| *b == b'\n').enumerate() {
+            if line.trim_ascii().is_empty() {
+                continue;
+            }
+            let message: Message = serde_json::from_slice(line).map_err(|e| {
+                Error::input("journal-syntax", format!("not an event: {e}"))
+                    .at(&folder.join(JOURNAL), Some(number as u64 + 1))
+                    .with_hint("an event a line, as `gravical live` writes them")
+            })?;
+            journal.add(message.event);
+        }
+        Ok(journal)
+    }
+
+    fn add(&mut self, event: Event) {
+        match event {
+            Event::Session {
+                source,
+                name,
+                gravity_mps2,
+                gravity_source,
+                ..
+            } => {
+                self.source = Some((source, name));
+                self.gravity = gravity(gravity_mps2, gravity_source);
+            }
+            Event::Gravity {
+                gravity_mps2,
+                gravity_source,
+            } => self.gravity = gravity(gravity_mps2, gravity_source),
+            Event::PoseAccepted(pose) => {
+                self.numbers = self.numbers.max(pose.pose);
+                self.poses.push(pose);
+            }
+            Event::PoseUndone { pose, .. } => self.poses.retain(|p| p.pose != pose),
+            Event::Verdict { r#final: true, .. } => self.is_finished = true,
+            _ => {}
+        }
+    }
+
+    /// The recording of the session.
+    #[must_use]
+    pub fn recording(&self) -> PathBuf {
+        self.folder.join(RECORDING)
+    }
+
+    /// The poses as a section list of the recording.
+    ///
+    /// # Errors
+    ///
+    /// `sections-empty` (input) without any; `recording-changed` if the rows of a pose are not
+    /// those that it was accepted with.
+    pub fn sections(&self, recording: &Recording) -> Result<Vec<Section>> {
+        if self.poses.is_empty() {
+            return Err(Error::input("sections-empty", "no pose was accepted in this session")
+                .at(&self.folder, None)
+                .with_hint("`gravical live --resume` goes on with it"));
+        }
+        let section = |pose: &Pose| {
+            let rows = pose.rows[0] as usize..pose.rows[1] as usize;
+            let mean = match rows.end <= recording.rows() {
+                true => moments(&recording.accel, rows.clone()).0,
+                false => [f64::NAN; 3],
+            };
+            let off = length(difference(mean, pose.mean));
+            // Also refuses what is no number.
+            if !(off <= SAME_MEAN * length(pose.mean)) {
+                return Err(Error::input(
+                    "recording-changed",
+                    format!(
+                        "rows {} to {} are not those of pose {} in {JOURNAL}: the recording was changed",
+                        rows.start,
+                        rows.end - 1,
+                        pose.pose
+                    ),
+                )
+                .at(recording.name.as_ref(), None)
+                .with_hint("to find the poses anew, give the recording instead of the folder"));
+            }
+            Ok(Section {
+                label: section_label(pose.pose),
+                rows,
+            })
+        };
+        self.poses.iter().map(section).collect()
+    }
+}
+
+fn gravity(value_mps2: f64, source: GravitySource) -> Gravity {
+    Gravity { value_mps2, source }
+}

@@ -1,0 +1,287 @@
+//! Whether the rows of a hold are a pose, and what is wrong if not.
+
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+use crate::recording::full_scale::clipped_rows;
+use crate::recording::units::AccelScale;
+use crate::segment::face::{AXES, Face, angle_deg};
+
+use super::event::Rejection;
+use super::reader::Sample;
+use super::{LiveOptions, Pose};
+
+/// Share of the rows of a capture that may be missing.
+const MOST_MISSING: f64 = 0.05;
+/// The halves of a capture may differ by this multiple of what the noise explains. Samples behind
+/// a low-pass are correlated: that is a variance inflation factor of 4 at four standard errors.
+const HALVES: f64 = 8.0;
+/// A magnitude further from gravity than these factors is another unit, or another scale.
+const OTHER_UNIT: f64 = 2.0;
+const MOST_OFF: f64 = 0.35;
+/// Scale from two opposite faces: the bias is not in it.
+const MOST_SCALE_OFF: f64 = 0.2;
+/// A mean angular rate that differs from that of the other poses by more is a steady turn, °/s.
+const MOST_TURNING_DEG_S: f64 = 5.0;
+/// An axis that repeats a value while gravity turns by more than this is frozen, g.
+const TURNED_G: f64 = 0.3;
+
+/// Why a hold is no pose.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fault {
+    pub reason: Rejection,
+    pub message: String,
+    pub remedy: String,
+    /// The command `capture` overrules it.
+    pub soft: bool,
+}
+
+impl Fault {
+    pub fn new(reason: Rejection, message: String, remedy: impl Into<String>) -> Self {
+        Fault {
+            reason,
+            message,
+            remedy: remedy.into(),
+            soft: false,
+        }
+    }
+
+    pub fn soft(self) -> Self {
+        Fault { soft: true, ..self }
+    }
+}
+
+/// A capture that is judged.
+pub(super) struct Capture<'a> {
+    pub samples: &'a [Sample],
+    pub rate_hz: f64,
+    /// Rows that it should have.
+    pub rows: usize,
+    /// Units per m/s².
+    pub nominal: f64,
+    pub scale: AccelScale,
+    /// Units per rad/s of the gyroscope.
+    pub gyro_nominal: Option<f64>,
+    pub gravity: f64,
+    pub poses: &'a [Pose],
+    /// Mean angular rates of the poses.
+    pub gyro_means: &'a [[f64; 3]],
+    pub options: &'a LiveOptions,
+}
+
+/// Means of a capture.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Means {
+    pub accel: [f64; 3],
+    pub gyro: [f64; 3],
+    /// Standard deviation of a sample, root of the sum over the axes.
+    pub sigma: f64,
+    pub temperature_c: Option<f64>,
+}
+
+impl Means {
+    pub fn of(samples: &[Sample]) -> Self {
+        let accel = mean(samples, Sample::accel);
+        let squares: f64 = samples
+            .iter()
+            .map(|s| square(difference(s.accel(), accel)))
+            .filter(|v| v.is_finite())
+            .sum();
+        let warm: Vec<f64> = samples
+            .iter()
+            .map(Sample::temperature_c)
+            .filter(|t| t.is_finite())
+            .collect();
+        Means {
+            accel,
+            gyro: mean(samples, Sample::gyro),
+            sigma: (squares / (samples.len().max(2) - 1) as f64).sqrt(),
+            temperature_c: (!warm.is_empty()).then(|| warm.iter().sum::<f64>() / warm.len() as f64),
+        }
+    }
+}
+
+/// Mean over the rows that have all three values.
+pub(super) fn mean(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [f64; 3] {
+    let (mut sum, mut n) = ([0.0; 3], 0.0);
+    for value in samples.iter().map(of) {
+        if value.iter().all(|v| v.is_finite()) {
+            n += 1.0;
+            (0..3).for_each(|i| sum[i] += value[i]);
+        }
+    }
+    sum.map(|s| s / n)
+}
+
+pub(super) fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] - b[i])
+}
+
+fn square(v: [f64; 3]) -> f64 {
+    v.iter().map(|c| c * c).sum()
+}
+
+pub(super) fn length(v: [f64; 3]) -> f64 {
+    square(v).sqrt()
+}
+
+impl Capture<'_> {
+    fn mg(&self, units: f64) -> f64 {
+        1000.0 * units / self.nominal / STANDARD_GRAVITY_MPS2
+    }
+
+    /// What is wrong with it, the gravest fault first.
+    pub fn fault(&self, means: &Means) -> Option<Fault> {
+        self.gaps()
+            .or_else(|| self.frozen(means))
+            .or_else(|| self.clipped())
+            .or_else(|| self.magnitude(means))
+            .or_else(|| self.moved(means))
+            .or_else(|| self.temperature(means))
+    }
+
+    fn gaps(&self) -> Option<Fault> {
+        let read = |s: &&Sample| length(s.accel()).is_finite();
+        let there = self.samples.iter().filter(read).count();
+        let (first, last) = (self.samples.first()?, self.samples.last()?);
+        let by_time = (last.t_s - first.t_s) * self.rate_hz + 1.0;
+        let wanted = by_time.max(self.rows as f64);
+        let broken = self.samples.iter().skip(1).any(|s| s.is_break);
+        let missing = wanted - there as f64;
+        (broken || missing > MOST_MISSING * wanted).then(|| {
+            Fault::new(
+                Rejection::Gaps,
+                format!("{:.0} of {wanted:.0} rows of the capture are missing", missing.max(1.0)),
+                "hold it still once more; check the cable, or lower the rate, if it happens again",
+            )
+        })
+    }
+
+    /// An axis that repeats its value although another pose should have changed it.
+    fn frozen(&self, means: &Means) -> Option<Fault> {
+        let values = |axis: usize| self.samples.iter().map(move |s| s.accel()[axis]);
+        let one = |axis: usize| {
+            let first = values(axis).find(|v| v.is_finite());
+            first.filter(|first| values(axis).all(|v| v.is_nan() || v == *first))
+        };
+        let axis = (0..3).find(|&axis| {
+            let Some(value) = one(axis) else { return false };
+            let others = self.poses.iter().filter(|p| {
+                let mut turned = difference(p.mean, means.accel);
+                turned[axis] = 0.0;
+                self.mg(length(turned)) > 1000.0 * TURNED_G
+            });
+            let mut others = others.peekable();
+            others.peek().is_some() && others.all(|p| (p.mean[axis] - value).abs() < 1e-9 * value.abs().max(1e-9))
+        })?;
+        let name = AXES[axis];
+        Some(Fault::new(
+            Rejection::Frozen,
+            format!("a{name} keeps one value in every pose while the others change"),
+            format!("the sensor does not measure a{name}: check the wiring and the sketch, and begin anew"),
+        ))
+    }
+
+    fn clipped(&self) -> Option<Fault> {
+        let axis = (0..3).find(|&axis| {
+            let values: Vec<f64> = self.samples.iter().map(|s| s.accel()[axis]).collect();
+            !clipped_rows(&values, &self.scale).is_empty()
+        })?;
+        Some(Fault::new(
+            Rejection::Clipped,
+            format!("a{} is at the end of its range", AXES[axis]),
+            "set the sensor to a wider range (±4 g), and begin anew",
+        ))
+    }
+
+    fn magnitude(&self, means: &Means) -> Option<Fault> {
+        let norm = length(means.accel) / self.nominal;
+        let ratio = norm / self.gravity;
+        if !(1.0 / OTHER_UNIT..=OTHER_UNIT).contains(&ratio) {
+            return Some(Fault::new(
+                Rejection::Units,
+                format!("‖a‖ is {norm:.2} m/s² at rest: the unit or the range has changed"),
+                "set the range of the sensor as it was, or begin anew",
+            ));
+        }
+        let scale = |message| {
+            Some(Fault::new(
+                Rejection::Scale,
+                message,
+                "check that the sensor is raw and at the range that the sketch converts with",
+            ))
+        };
+        if (ratio - 1.0).abs() > MOST_OFF {
+            return scale(format!(
+                "‖a‖ is {norm:.2} m/s² at rest, {:.0} % from gravity",
+                100.0 * (ratio - 1.0)
+            ));
+        }
+        let (face, _) = Face::nearest(means.accel);
+        let opposite = face.opposite().name();
+        let twin = self.poses.iter().find(|p| p.face.as_deref() == Some(&opposite))?;
+        let half = 0.5 * (means.accel[face.axis] - twin.mean[face.axis]).abs() / self.nominal;
+        let off = half / self.gravity - 1.0;
+        if off.abs() > MOST_SCALE_OFF {
+            return scale(format!(
+                "{} and {opposite} are {:.0} % from gravity, without the bias",
+                face.name(),
+                100.0 * off
+            ));
+        }
+        None
+    }
+
+    fn moved(&self, means: &Means) -> Option<Fault> {
+        let (first, second) = self.samples.split_at(self.samples.len() / 2);
+        let drift = length(difference(mean(first, Sample::accel), mean(second, Sample::accel)));
+        // Two means of half of the rows each.
+        let noise = HALVES * means.sigma * 2.0 / (self.samples.len() as f64).sqrt();
+        let limit = self.options.most_drift_mg + self.mg(noise);
+        let remedy = "lay it down, take the hand off, and wait for the ring";
+        if self.mg(drift) > limit {
+            return Some(Fault::new(
+                Rejection::Moved,
+                format!(
+                    "it moved slowly: {:.1} mg between both halves of the capture, limit {limit:.1} mg",
+                    self.mg(drift)
+                ),
+                remedy,
+            ));
+        }
+        let nominal = self.gyro_nominal?;
+        let n = self.gyro_means.len() as f64;
+        let usual: [f64; 3] =
+            std::array::from_fn(|i| self.gyro_means.iter().map(|m| m[i]).sum::<f64>() / n);
+        let rate_deg_s = (length(difference(means.gyro, usual)) / nominal).to_degrees();
+        (rate_deg_s > MOST_TURNING_DEG_S).then(|| {
+            Fault::new(
+                Rejection::Moved,
+                format!("it turns steadily: {rate_deg_s:.0} °/s more than in the other poses"),
+                remedy,
+            )
+        })
+    }
+
+    fn temperature(&self, means: &Means) -> Option<Fault> {
+        let first = self.poses.iter().find_map(|p| p.temperature_c)?;
+        let warmer = means.temperature_c? - first;
+        (warmer.abs() > self.options.most_warming_c && !self.options.any_pose).then(|| {
+            Fault::new(
+                Rejection::Temperature,
+                format!(
+                    "the sensor is {:.1} °C {} than in the first pose: its bias has drifted",
+                    warmer.abs(),
+                    if warmer > 0.0 { "warmer" } else { "colder" }
+                ),
+                "wait until it is as before; or take it all the same (Space), or undo the old poses one by one (U)",
+            )
+            .soft()
+        })
+    }
+}
+
+/// The pose that is nearest to a direction, and the angle to it, degrees.
+pub(super) fn nearest_pose(poses: &[Pose], up: [f64; 3]) -> Option<(&Pose, f64)> {
+    let with_angle = poses.iter().map(|p| (p, angle_deg(p.up, up)));
+    with_angle.min_by(|a, b| a.1.total_cmp(&b.1))
+}

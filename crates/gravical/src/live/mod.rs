@@ -1,0 +1,118 @@
+//! Guided calibration: a recording that grows and commands in, events out.
+//!
+//! # Overview
+//!
+//! [`Session`] is a state machine without clock and without I/O. It reads the bytes of a recording
+//! as they are written to the disk, by the ordinary reader, so that a replay of the recording
+//! gives the same events. It finds holds with the detector of static intervals ([`crate::still`]),
+//! accepts a pose or says why not, calibrates with [`calibrate`](crate::calibrate::calibrate) after
+//! every pose, and asks for the pose that lowers the predicted error most.
+//!
+//! The states: identify (columns, clock, units) → floor (noise at rest) → wait → settle → capture
+//! → accepted or rejected, and again, until the user finishes. Rows may stop at any time
+//! ([`Session::lost`]). [`event`] has the events and commands, `docs/live.md` describes them;
+//! [`folder`] is the folder of a session, which `gravical calibrate` accepts.
+//!
+//! Memory is bounded: kept are the rows of the accepted poses and of the motions between them, up
+//! to 20 s each.
+//!
+//! # Example
+//!
+//! ```
+//! use gravical::live::{Event, LiveOptions, Session};
+//!
+//! let mut session = Session::new("desk.csv", LiveOptions::default());
+//! let mut text = "t_ms,ax,ay,az\n".to_owned();
+//! for i in 0..500_u32 {
+//!     let noise = f64::from(i * 7919 % 61) * 1e-3;
+//!     text += &format!("{},{noise:.3},{:.3},{:.3}\n", 10 * i, -noise, 9.8 + noise);
+//! }
+//! let events = session.bytes(text.as_bytes())?;
+//! let accepted = |e: &Event| matches!(e, Event::PoseAccepted(p) if p.face.as_deref() == Some("+z"));
+//! assert_eq!(events.iter().filter(|m| accepted(&m.event)).count(), 1);
+//! # Ok::<(), gravical::Error>(())
+//! ```
+
+mod attitude;
+pub mod event;
+mod fit;
+pub mod folder;
+mod judge;
+mod reader;
+mod rows;
+mod session;
+mod words;
+
+use crate::calibration_file::SensorInfo;
+use crate::gravity::Gravity;
+use crate::recording::ReadOptions;
+use crate::segment::MOST_FACE_ANGLE_DEG;
+use crate::segment::face::Face;
+use crate::still::StillOptions;
+
+pub use event::{Command, EVENTS_VERSION, Event, Message, Pose};
+pub use session::Session;
+
+/// How a session is guided.
+#[derive(Debug, Clone)]
+pub struct LiveOptions {
+    /// How the recording is read where it does not say so itself.
+    pub read: ReadOptions,
+    /// Local gravity.
+    pub gravity: Gravity,
+    /// Which sensor it is.
+    pub sensor: SensorInfo,
+    /// How rest is detected.
+    pub still: StillOptions,
+    /// Rest before the noise is known, s. Default 3.
+    pub floor_s: f64,
+    /// Rest before a capture begins, s. Default 0.5.
+    pub settle_s: f64,
+    /// Length of a capture, s. Default 3.
+    pub capture_s: f64,
+    /// … and its smallest number of rows. Default 50.
+    pub least_rows: usize,
+    /// The means of both halves of a capture differ by at most this beyond their noise, mg.
+    /// Default 5.
+    pub most_drift_mg: f64,
+    /// Up to this tilt a face is noted as tilted less, degrees. Default 10.
+    pub fine_tilt_deg: f64,
+    /// Beyond this tilt a pose is no face, degrees. Default 25.
+    pub most_tilt_deg: f64,
+    /// Poses closer than this are the same, degrees. Default 25.
+    pub apart_deg: f64,
+    /// Most difference of the temperature from the first pose, °C. Default 3.
+    pub most_warming_c: f64,
+    /// After this time without progress it is said which test fails, s. Default 5.
+    pub hint_after_s: f64,
+    /// Accept every steady hold: repeats, and free poses before the faces, too. Default false.
+    pub any_pose: bool,
+}
+
+impl Default for LiveOptions {
+    fn default() -> Self {
+        LiveOptions {
+            read: ReadOptions::default(),
+            gravity: Gravity::default(),
+            sensor: SensorInfo::default(),
+            still: StillOptions::default(),
+            floor_s: 3.0,
+            settle_s: 0.5,
+            capture_s: 3.0,
+            least_rows: 50,
+            most_drift_mg: 5.0,
+            fine_tilt_deg: 10.0,
+            most_tilt_deg: MOST_FACE_ANGLE_DEG,
+            apart_deg: 25.0,
+            most_warming_c: 3.0,
+            hint_after_s: 5.0,
+            any_pose: false,
+        }
+    }
+}
+
+/// The face with this name: `+x`; `−x` with a minus sign, too.
+pub(crate) fn face_of(name: &str) -> Option<Face> {
+    let name = name.replace('−', "-");
+    Face::all().into_iter().find(|face| face.name() == name)
+}

@@ -1,0 +1,270 @@
+//! Rows of a recording that grows, by the ordinary reader.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::io::{self, Read};
+use std::rc::Rc;
+
+use crate::recording::collect::{About, Collected, Columns};
+use crate::recording::monitor::MonitorSummary;
+use crate::recording::names::Role;
+use crate::recording::open::Input;
+use crate::recording::row::{ACCEL, GYRO, TEMPERATURE, Values};
+use crate::recording::rows::{Finished, Row, Text};
+use crate::recording::text::{OpenFile, open_rows};
+use crate::recording::timing::Treatment;
+use crate::recording::{ReadOptions, Recording, metadata};
+use crate::{Error, Result};
+
+/// The format is first determined from this many rows.
+const FIRST_ROWS: usize = 50;
+/// … of at least this time, s; without time stamps from
+const LEAST_S: f64 = 1.0;
+/// … this many rows.
+const UNTIMED_ROWS: usize = 100;
+/// Without a recognised format after this many rows there is none.
+const MOST_ROWS: usize = 800;
+
+/// A row of the session.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sample {
+    /// Its number, from 0.
+    pub row: usize,
+    /// Line of the recording, from 1.
+    pub line: u64,
+    /// Seconds since the first row.
+    pub t_s: f64,
+    /// It does not continue the row before.
+    pub is_break: bool,
+    values: Values,
+    zero_offset: f64,
+}
+
+impl Sample {
+    /// Specific force in the unit of the recording, less the zero offset.
+    pub fn accel(&self) -> [f64; 3] {
+        std::array::from_fn(|i| self.values[ACCEL + i] - self.zero_offset)
+    }
+
+    /// Angular rate in the unit of the recording; NaN without a gyroscope.
+    pub fn gyro(&self) -> [f64; 3] {
+        std::array::from_fn(|i| self.values[GYRO + i])
+    }
+
+    /// Temperature, °C; NaN if unknown.
+    pub fn temperature_c(&self) -> f64 {
+        self.values[TEMPERATURE]
+    }
+}
+
+/// Bytes that were received and not read yet.
+#[derive(Debug, Clone, Default)]
+struct Queue(Rc<RefCell<VecDeque<u8>>>);
+
+impl Read for Queue {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self.0.borrow_mut().read(buffer)? {
+            // Not the end: the call is repeated when there is more.
+            0 => Err(io::ErrorKind::WouldBlock.into()),
+            n => Ok(n),
+        }
+    }
+}
+
+/// Reads a recording while it grows.
+pub(super) struct Reader {
+    name: String,
+    options: ReadOptions,
+    queue: Queue,
+    /// Bytes before the format is known: those examined are whole lines.
+    head: Vec<u8>,
+    examined: usize,
+    rows_in_head: usize,
+    next_try: usize,
+    file: Option<Box<OpenFile>>,
+    rows: usize,
+    last_s: f64,
+}
+
+impl Reader {
+    /// `name` is used in messages.
+    pub fn new(name: &str, options: ReadOptions) -> Self {
+        Reader {
+            name: name.to_owned(),
+            options,
+            queue: Queue::default(),
+            head: Vec::new(),
+            examined: 0,
+            rows_in_head: 0,
+            next_try: FIRST_ROWS,
+            file: None,
+            rows: 0,
+            last_s: 0.0,
+        }
+    }
+
+    /// Takes the next bytes of the recording.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading, once enough rows show that it is not a recording.
+    pub fn push(&mut self, bytes: &[u8]) -> Result<()> {
+        if self.file.is_some() {
+            self.queue.0.borrow_mut().extend(bytes);
+            return Ok(());
+        }
+        self.head.extend_from_slice(bytes);
+        while let Some(length) = memchr::memchr(b'\n', &self.head[self.examined..]) {
+            let line = self.head[self.examined..self.examined + length].trim_ascii_start();
+            let is_row = line
+                .first()
+                .is_some_and(|b| b.is_ascii_digit() || matches!(b, b'-' | b'+' | b'.' | b'"'));
+            self.rows_in_head += usize::from(is_row);
+            self.examined += length + 1;
+            if self.rows_in_head == self.next_try && self.open()? {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Determines the format from the lines so far; false if more are needed.
+    fn open(&mut self) -> Result<bool> {
+        let queue = Queue::default();
+        queue.0.borrow_mut().extend(&self.head[..self.examined]);
+        let input = Input::growing(Box::new(queue.clone()), self.examined);
+        let file = match open_rows(input, &self.name, Role::Recording, &self.options, None) {
+            Ok(file) => file,
+            Err(error) if self.rows_in_head >= MOST_ROWS => return Err(error),
+            Err(_) => {
+                self.next_try *= 2;
+                return Ok(false);
+            }
+        };
+        let rate = file.rows.facts().stamp_reading.map(|s| match s.even_hz {
+            Some(rate) => rate,
+            None => 1.0 / (s.usual * s.unit.seconds()),
+        });
+        let enough = rate.map_or(UNTIMED_ROWS, |rate| (LEAST_S * rate).ceil() as usize);
+        if self.rows_in_head < enough {
+            self.next_try = enough;
+            return Ok(false);
+        }
+        queue.0.borrow_mut().extend(&self.head[self.examined..]);
+        self.queue = queue;
+        self.file = Some(Box::new(file));
+        self.head = Vec::new();
+        Ok(true)
+    }
+
+    /// The next row; none until more bytes arrive.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading.
+    pub fn next(&mut self) -> Result<Option<Sample>> {
+        let Some(file) = &mut self.file else {
+            return Ok(None);
+        };
+        let zero_offset = file.rows.facts().zero_offset;
+        let rate = self.options.rate_hz.unwrap_or(Recording::ASSUMED_RATE_HZ);
+        match file.rows.next_row() {
+            Ok(Some(row)) => {
+                let untimed = row.t_s.is_nan();
+                let sample = Sample {
+                    row: self.rows,
+                    line: row.line,
+                    t_s: match untimed {
+                        true => self.last_s + 1.0 / rate,
+                        false => row.t_s,
+                    },
+                    is_break: row.is_break(),
+                    values: *row.values,
+                    zero_offset,
+                };
+                self.rows += 1;
+                self.last_s = sample.t_s;
+                Ok(Some(sample))
+            }
+            Ok(None) => Ok(None),
+            Err(_) if self.queue.0.borrow().is_empty() => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// What all rows so far say of units, clock and faults.
+    pub fn summary(&self) -> Option<MonitorSummary> {
+        let file = self.file.as_ref()?;
+        Some(file.rows.monitor().finish(Treatment::Repaired))
+    }
+
+    /// Resolution of ax … gz, in their units.
+    pub fn resolution(&self) -> [f64; 6] {
+        let file = self.file.as_ref();
+        file.map_or([0.0; 6], |f| f.rows.monitor().resolution())
+    }
+
+    /// Value subtracted from the accelerometer's counts.
+    pub fn zero_offset(&self) -> f64 {
+        self.file.as_ref().map_or(0.0, |f| f.rows.facts().zero_offset)
+    }
+
+    /// Names of the columns.
+    pub fn column_names(&self) -> Vec<String> {
+        let header = self.file.as_ref().map(|f| &f.format.dialect.header);
+        let names = header.and_then(|h| h.as_ref()).map(|h| h.names.clone());
+        names.unwrap_or_default()
+    }
+
+    /// No rows, with the channels of the recording.
+    pub fn columns(&self) -> Option<Columns> {
+        let file = self.file.as_ref()?;
+        Some(Columns::new(&file.format.layout, file.rows.facts()))
+    }
+
+    /// A recording with some of the rows, and all that is known from all of them.
+    ///
+    /// # Errors
+    ///
+    /// `no-rows` before the format is known.
+    pub fn recording(&self, columns: Columns) -> Result<Recording> {
+        let (Some(file), Some(summary)) = (&self.file, self.summary()) else {
+            return Err(Error::input("no-rows", "no row was received yet"));
+        };
+        let dialect = &file.format.dialect;
+        let header = dialect.header.as_ref();
+        let about = About {
+            name: self.name.clone(),
+            description: dialect.description(),
+            serial: metadata::serial(&dialect.metadata),
+            column_names: header.map(|h| h.names.clone()).unwrap_or_default(),
+            ..About::default()
+        };
+        let finished = Finished::so_far(summary, file.rows.monitor().resolution());
+        let read = Collected {
+            rows: columns,
+            about,
+            finished,
+            facts: *file.rows.facts(),
+            zeros_from: None,
+        };
+        Ok(read.into_recording())
+    }
+}
+
+/// Adds a row to columns; `is_break`: it does not continue the row before.
+///
+/// # Errors
+///
+/// `no-memory` if there is not enough.
+pub(super) fn keep(columns: &mut Columns, sample: &Sample, is_break: bool) -> Result<()> {
+    let row = Row {
+        line: sample.line,
+        text: Text::default(),
+        values: &sample.values,
+        before: &[],
+        t_s: sample.t_s,
+        restarted: false,
+    };
+    columns.push(&row, is_break)
+}

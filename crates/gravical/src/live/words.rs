@@ -1,0 +1,39 @@
+//! Sentences of a session.
+
+use crate::calibration_file::{CalibrationFile, Grade};
+use crate::segment::face::{AXES, Face};
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+/// `+x` as an attitude: `x up`.
+pub(super) fn attitude(face: Face) -> String {
+    let axis = AXES[face.axis];
+    format!("{axis} {}", if face.up { "up" } else { "down" })
+}
+
+/// A list: `+x, -y or +z`.
+pub(super) fn any_of(faces: &[Face]) -> String {
+    let names: Vec<String> = faces.iter().map(|f| f.name()).collect();
+    match names.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, rest)) => format!("{} or {last}", rest.join(", ")),
+        None => String::new(),
+    }
+}
+
+/// The verdict in a sentence.
+pub(super) fn verdict(file: &CalibrationFile) -> String {
+    let worst = file.accelerometer.worst_direction.as_ref();
+    let error = worst.map(|w| 1000.0 * w.error_mps2 / STANDARD_GRAVITY_MPS2);
+    let error = error.map_or(String::new(), |e| format!("error of ‖a‖ at most {e:.1} mg (2σ)"));
+    match file.verdict.grade {
+        Grade::Good => format!("Good: {error}, verified."),
+        Grade::Fair => format!("Fair: {error}; more free poses make it better."),
+        Grade::NotVerifiable => {
+            "Not verifiable yet: the poses determine the result, and none is left to test it.".to_owned()
+        }
+        Grade::Poor => match file.verdict.reasons.first() {
+            Some(reason) => format!("Poor: {reason}"),
+            None => "Poor.".to_owned(),
+        },
+    }
+}
