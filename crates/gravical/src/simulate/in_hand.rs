@@ -62,6 +62,24 @@ pub struct InHandReading {
     pub still: bool,
 }
 
+impl InHandReading {
+    /// Columns of [`row`](Self::row), with a line end.
+    pub const HEADER: &str =
+        "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)\n";
+
+    /// The reading as a line of text, as a board prints it `t_s` seconds after the start, with so
+    /// many decimals.
+    #[must_use]
+    pub fn row(&self, t_s: f64, decimals: usize) -> String {
+        let [ax, ay, az] = self.accel_mps2;
+        let [gx, gy, gz] = self.gyro_rad_s;
+        let (t_ms, t_c) = ((t_s * 1e3).round(), self.temperature_c);
+        format!(
+            "{t_ms},{ax:.decimals$},{ay:.decimals$},{az:.decimals$},{t_c:.2},{gx:.decimals$},{gy:.decimals$},{gz:.decimals$}\n"
+        )
+    }
+}
+
 impl InHand {
     /// Starts with z up and a random tilt.
     ///
