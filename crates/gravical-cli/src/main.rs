@@ -43,6 +43,7 @@ enum Verb {
     Check(Box<cmd::check::Args>),
     Compare(cmd::compare::Args),
     Export(cmd::export::Args),
+    Live(Box<cmd::live::Args>),
     Log(Box<cmd::log::Args>),
     Ports(cmd::ports::Args),
     Simulate(Box<cmd::simulate::Args>),

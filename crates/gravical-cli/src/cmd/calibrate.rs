@@ -9,6 +9,7 @@ use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::excerpt;
 use gravical::figure;
 use gravical::figure::calibration::Session;
+use gravical::live::folder::{calibrate_session, is_session};
 use gravical::output::{is_special, path_word};
 use gravical::recording::Recording;
 use gravical::segment::SegmentOptions;
@@ -34,7 +35,8 @@ More options (method, how a recording is read): `gravical calibrate --help`.",
     after_long_help = "\
 Example: gravical calibrate session/ --latitude 48.1 -o cal.json --report cal.html
 
-A session is one file per pose, a folder of such files, one file per axis with
+A session is one file per pose, a folder of such files, the folder of a guided
+session (`gravical live`), one file per axis with
 blank rows between the two directions, one file with a label column, one file
 with --sections, or one continuous recording in which the poses are found.
 
@@ -185,15 +187,30 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let by_rows = options.segment.sections.is_some() || options.segment.rows.is_some();
     let still = (!by_rows).then_some(&options.segment.still);
     let gyro = args.gyro.as_deref();
-    let (recordings, left_out) = read_session(&args.inputs, gyro, &read_options, still)?;
-    let (mut file, segmentation) = match args.method.method {
-        Method::Thermal => (soak_alone(&recordings, &options)?, None),
-        _ => {
-            let done = calibrate(&recordings, &options)?;
-            (done.file, Some(done.segmentation))
+    let thermal = matches!(args.method.method, Method::Thermal);
+    let guided = match &args.inputs[..] {
+        [folder] if !by_rows && !thermal && gyro.is_none() => is_session(folder).then_some(folder),
+        _ => None,
+    };
+    let (file, segmentation, recordings) = match guided {
+        Some(folder) => {
+            let gravity = args.gravity.given()?;
+            let (recordings, done) = calibrate_session(folder, &read_options, &options, gravity)?;
+            (done.file, Some(done.segmentation), recordings)
+        }
+        None => {
+            let (recordings, left_out) = read_session(&args.inputs, gyro, &read_options, still)?;
+            let (mut file, segmentation) = match args.method.method {
+                Method::Thermal => (soak_alone(&recordings, &options)?, None),
+                _ => {
+                    let done = calibrate(&recordings, &options)?;
+                    (done.file, Some(done.segmentation))
+                }
+            };
+            file.findings.extend(left_out);
+            (file, segmentation, recordings)
         }
     };
-    file.findings.extend(left_out);
     if let Some(path) = &args.output {
         save(path, args.force, &file)?;
     }

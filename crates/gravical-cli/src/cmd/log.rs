@@ -1,10 +1,10 @@
 //! `gravical log`: record from a serial board to a file.
 
-mod files;
+pub mod files;
 mod keys;
 mod outlet;
-mod reporter;
-mod session;
+pub mod reporter;
+pub mod session;
 mod summary;
 mod target;
 
@@ -55,14 +55,18 @@ pub struct Args {
     quiet: bool,
     #[command(flatten)]
     board: BoardArgs,
+    /// Rows are written this often, s, and kept for those who read along.
+    #[arg(skip)]
+    write_every_s: Option<f64>,
 }
 
-#[derive(clap::Args)]
+/// The board, and how it is set.
+#[derive(Clone, clap::Args)]
 #[command(next_help_heading = "Board")]
-struct BoardArgs {
+pub struct BoardArgs {
     /// Serial port, see `gravical ports` [default: the only board plugged in]
     #[arg(long, value_name = "PORT")]
-    port: Option<String>,
+    pub port: Option<String>,
     /// Wait until a board is plugged in and sends data
     #[arg(long)]
     wait: bool,
@@ -72,7 +76,7 @@ struct BoardArgs {
     /// Columns of a board that does not name them: t,ax,ay,az,-,gx,gy,gz in order, or t=ms,ax=…
     /// by name
     #[arg(long, value_name = "COLUMNS", allow_hyphen_values = true)]
-    columns: Option<ColumnsSpec>,
+    pub columns: Option<ColumnsSpec>,
     /// Full scale of the accelerometer in g: 2, 4, 8, 16 [default: as set on the board]
     #[arg(long, value_name = "G")]
     range: Option<u16>,
@@ -107,7 +111,26 @@ enum Format {
     Binary,
 }
 
+/// Time between two writes of rows that are shown, s.
+const SHOWN_EVERY_S: f64 = 0.05;
+
 impl Args {
+    /// For a session that reads along: into the file `output`, which is continued with `append`.
+    pub fn of_session(board: &BoardArgs, output: PathBuf, append: bool) -> Self {
+        Args {
+            axis: None,
+            output: Some(output),
+            append,
+            force: false,
+            duration: None,
+            rows: None,
+            json: false,
+            quiet: true,
+            board: board.clone(),
+            write_every_s: Some(SHOWN_EVERY_S),
+        }
+    }
+
     fn file(&self) -> PathBuf {
         let default = match self.axis {
             Some(Axis::X) => "x_axis.csv",
@@ -140,7 +163,12 @@ impl Args {
         }
     }
 
-    fn validate(&self) -> Result<()> {
+    /// Checks ranges.
+    ///
+    /// # Errors
+    ///
+    /// `option-range` (usage).
+    pub fn validate(&self) -> Result<()> {
         let out_of_range = |text: String| Err(gravical::Error::usage("option-range", text));
         match (self.duration, self.rows) {
             (Some(s), _) if !(s > 0.0 && s <= 1e9) => {

@@ -9,6 +9,7 @@ pub mod demo;
 pub mod denoise;
 pub mod export;
 pub mod inspect;
+pub mod live;
 pub mod log;
 pub mod man;
 pub mod motion;
@@ -38,6 +39,7 @@ impl Verb {
             Verb::Check(args) => check::run(args),
             Verb::Compare(args) => compare::run(args),
             Verb::Export(args) => export::run(args),
+            Verb::Live(args) => live::run(args),
             Verb::Log(args) => Ok(log::run(args)),
             Verb::Ports(args) => ports::run(args),
             Verb::Simulate(args) => simulate::run(args),
@@ -60,7 +62,7 @@ impl Verb {
             Verb::Log(args) => args.json,
             Verb::Ports(args) => args.json,
             Verb::Simulate(args) => args.json(),
-            Verb::Export(_) | Verb::Completions(_) | Verb::Man(_) => false,
+            Verb::Export(_) | Verb::Live(_) | Verb::Completions(_) | Verb::Man(_) => false,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::estimate::predicted::sphere;
-use gravical::live::event::{Event, Message, SourceKind, Wanted};
+use gravical::live::event::{Event, Loss, Message, SourceKind, Wanted};
 use gravical::live::{Command, LiveOptions, Session};
 use gravical::segment::face::Face;
 use gravical::simulate::{
@@ -13,6 +13,8 @@ use rand_chacha::ChaCha8Rng;
 
 /// Time of a turn, until the hand is off, s.
 const TURN_S: f64 = 4.0;
+/// … of which the sensor moves for this, s.
+const CARRIED_S: f64 = 1.8;
 /// A hold that is neither accepted nor rejected is given up, s.
 const PATIENCE_S: f64 = 8.0;
 /// Free poses until the user is content with what there is.
@@ -77,13 +79,21 @@ pub struct Hand {
 impl Hand {
     pub fn new(seed: u64, clumsiness: Clumsiness) -> Self {
         let sensor = SensorOptions {
-            temperature_rise_c: if clumsiness == Clumsiness::Warming { 2.5 } else { 0.3 },
+            temperature_rise_c: if clumsiness == Clumsiness::Warming {
+                2.5
+            } else {
+                0.3
+            },
             temperature_time_s: 60.0,
             ..SensorOptions::default()
         };
         let options = SimulateOptions {
             seed,
-            tilt_sd_deg: if clumsiness == Clumsiness::Tilted { 4.0 } else { 1.0 },
+            tilt_sd_deg: if clumsiness == Clumsiness::Tilted {
+                4.0
+            } else {
+                1.0
+            },
             sensor,
             ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
         };
@@ -117,7 +127,11 @@ impl Hand {
                 let reading = self.sensor.at(self.now_s);
                 let lost = self.clumsiness == Clumsiness::LostRows && self.rng.random_bool(0.02);
                 if !lost {
-                    let decimals = if self.clumsiness == Clumsiness::TwoDecimals { 2 } else { 4 };
+                    let decimals = if self.clumsiness == Clumsiness::TwoDecimals {
+                        2
+                    } else {
+                        4
+                    };
                     chunk += &reading.row(self.now_s, decimals);
                 }
                 self.now_s += 0.01;
@@ -134,6 +148,14 @@ impl Hand {
         let events = self.session.command(command);
         self.messages.extend(events.clone());
         events
+    }
+
+    pub fn lost(&mut self, why: Loss) -> Vec<Message> {
+        self.session.lost(why)
+    }
+
+    pub fn resumed(&mut self) -> Vec<Message> {
+        self.session.resumed()
     }
 
     pub fn lay(&mut self, face: Face) {
@@ -157,6 +179,8 @@ impl Hand {
     /// Turns it as it is asked for, and holds it until it is accepted or rejected.
     fn follow(&mut self, kind: Wanted, faces: &[String], up: Option<[f64; 3]>) {
         let wrong = self.clumsiness == Clumsiness::WrongSides && self.rng.random_bool(0.33);
+        // It is read and thought first; the hand is off after about four seconds.
+        self.pass(TURN_S - CARRIED_S);
         match (kind, up) {
             (Wanted::Face, _) => {
                 let name = &faces[self.rng.random_range(0..faces.len())];
@@ -171,7 +195,7 @@ impl Hand {
                 self.hold(up);
             }
         }
-        self.pass(TURN_S);
+        self.pass(CARRIED_S);
         if self.clumsiness == Clumsiness::Bumps && self.rng.random_bool(0.33) {
             let wait_s = 0.5 + 2.0 * self.rng.random::<f64>();
             self.pass(wait_s);
@@ -196,7 +220,9 @@ impl Hand {
         self.pass(4.0);
         while self.now_s < MOST_S {
             let wanted = self.messages.iter().rev().find_map(|m| match &m.event {
-                Event::NextPose { kind, faces, up, .. } => Some((*kind, faces.clone(), *up)),
+                Event::NextPose {
+                    kind, faces, up, ..
+                } => Some((*kind, faces.clone(), *up)),
                 _ => None,
             });
             let free = self.session.poses().filter(|p| p.face.is_none()).count() as u32;
@@ -232,8 +258,13 @@ impl Ended {
     /// True bias and matrix of raw = M f + b, m/s², at the mean temperature of the poses.
     pub fn truth(&self) -> ([f64; 3], [[f64; 3]; 3]) {
         let truth = self.sensor.truth().accelerometer;
-        let warm = self.file.as_ref().and_then(|f| f.temperature_c).map_or(0.0, |t| t.mean - 25.0);
-        let bias = std::array::from_fn(|i| truth.bias_mps2[i] + warm * truth.bias_drift_mps2_per_c[i]);
+        let warm = self
+            .file
+            .as_ref()
+            .and_then(|f| f.temperature_c)
+            .map_or(0.0, |t| t.mean - 25.0);
+        let bias =
+            std::array::from_fn(|i| truth.bias_mps2[i] + warm * truth.bias_drift_mps2_per_c[i]);
         (bias, truth.matrix)
     }
 
@@ -270,7 +301,9 @@ impl Ended {
     }
 
     pub fn is_good(&self) -> bool {
-        self.file.as_ref().is_some_and(|f| f.verdict.grade == Grade::Good)
+        self.file
+            .as_ref()
+            .is_some_and(|f| f.verdict.grade == Grade::Good)
     }
 
     pub fn count(&self, of: impl Fn(&Event) -> bool) -> usize {

@@ -30,10 +30,20 @@ fn main() {
     for clumsiness in Clumsiness::ALL {
         let ended = each(count, |index| {
             let ended = Hand::new((first + index) as u64, clumsiness).run();
-            let poses = ended.file.as_ref().map_or(0, |f| f.accelerometer.poses.len());
+            let poses = ended
+                .file
+                .as_ref()
+                .map_or(0, |f| f.accelerometer.poses.len());
             let rejected = ended.count(|e| matches!(e, Event::PoseRejected { .. }));
             let error = ended.norm_error_mg().map(|[rms, _]| rms);
-            (ended.is_good(), ended.good_s, poses, rejected, ended.covered(), error)
+            (
+                ended.is_good(),
+                ended.good_s,
+                poses,
+                rejected,
+                ended.covered(),
+                error,
+            )
         });
         let quantiles = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
@@ -49,7 +59,16 @@ fn main() {
         let above = |mg: f64| errors.iter().filter(|e| **e > mg).count();
         let [usual, high, worst] = quantiles(errors.clone());
         let covered: Vec<bool> = ended.iter().filter_map(|e| e.4).flatten().collect();
-        let mean = |of: &dyn Fn(&(bool, Option<f64>, usize, usize, Option<[bool; 3]>, Option<f64>)) -> usize| {
+        let mean = |of: &dyn Fn(
+            &(
+                bool,
+                Option<f64>,
+                usize,
+                usize,
+                Option<[bool; 3]>,
+                Option<f64>,
+            ),
+        ) -> usize| {
             ended.iter().map(|e| of(e) as f64).sum::<f64>() / count as f64
         };
         println!(

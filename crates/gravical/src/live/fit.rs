@@ -70,7 +70,8 @@ impl Fit {
         // Poses are called by their number, faces by the face.
         let called = |label: &str| {
             let results = section.poses.iter().zip(poses);
-            let mut named = results.filter(|(r, _)| r.label == label || label.starts_with(&r.called()));
+            let mut named =
+                results.filter(|(r, _)| r.label == label || label.starts_with(&r.called()));
             named.next().map(|(_, pose)| pose.pose)
         };
         let suspect = section.contradicted.as_ref();

@@ -6,17 +6,18 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use crate::calibration_file::{GravitySource, InputFile, InputRole};
 use crate::gravity::Gravity;
-use crate::recording::Recording;
+use crate::recording::{ReadOptions, Recording, read};
 use crate::segment::sections::Section;
 use crate::still::moments;
 use crate::{Error, Result};
 
+use super::Pose;
 use super::event::{Event, Message, SourceKind};
 use super::fit::section_label;
 use super::judge::{difference, length};
-use super::Pose;
 
 /// Name of the journal.
 pub const JOURNAL: &str = "session.ndjson";
@@ -79,7 +80,10 @@ impl Journal {
             is_finished: false,
             folder: folder.to_owned(),
         };
-        let end = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
+        let end = bytes
+            .iter()
+            .rposition(|b| *b == b'\n')
+            .map_or(0, |at| at + 1);
         for (number, line) in bytes[..end].split(|b| *b == b'\n').enumerate() {
             if line.trim_ascii().is_empty() {
                 continue;
@@ -134,9 +138,11 @@ impl Journal {
     /// those that it was accepted with.
     pub fn sections(&self, recording: &Recording) -> Result<Vec<Section>> {
         if self.poses.is_empty() {
-            return Err(Error::input("sections-empty", "no pose was accepted in this session")
-                .at(&self.folder, None)
-                .with_hint("`gravical live --resume` goes on with it"));
+            return Err(
+                Error::input("sections-empty", "no pose was accepted in this session")
+                    .at(&self.folder, None)
+                    .with_hint("`gravical live --resume` goes on with it"),
+            );
         }
         let section = |pose: &Pose| {
             let rows = pose.rows[0] as usize..pose.rows[1] as usize;
@@ -145,8 +151,7 @@ impl Journal {
                 false => [f64::NAN; 3],
             };
             let off = length(difference(mean, pose.mean));
-            // Also refuses what is no number.
-            if !(off <= SAME_MEAN * length(pose.mean)) {
+            if off.is_nan() || off > SAME_MEAN * length(pose.mean) {
                 return Err(Error::input(
                     "recording-changed",
                     format!(
@@ -166,6 +171,29 @@ impl Journal {
         };
         self.poses.iter().map(section).collect()
     }
+}
+
+/// Calibrates with the poses of a session, and with its gravity unless one is `given`. Returns
+/// the recording, too.
+///
+/// # Errors
+///
+/// Those of [`Journal`], of reading and of [`calibrate`].
+pub fn calibrate_session(
+    folder: &Path,
+    read_options: &ReadOptions,
+    options: &CalibrateOptions,
+    given: Option<Gravity>,
+) -> Result<(Vec<Recording>, Calibrated)> {
+    let (journal, input) = Journal::read_with_input(folder)?;
+    let recording = read(&journal.recording(), read_options)?;
+    let mut options = options.clone();
+    options.segment.sections = Some(journal.sections(&recording)?);
+    options.gravity = given.unwrap_or(journal.gravity);
+    options.other_inputs.push(input);
+    let recordings = vec![recording];
+    let calibrated = calibrate(&recordings, &options)?;
+    Ok((recordings, calibrated))
 }
 
 fn gravity(value_mps2: f64, source: GravitySource) -> Gravity {

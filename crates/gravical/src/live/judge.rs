@@ -150,7 +150,10 @@ impl Capture<'_> {
         (broken || missing > MOST_MISSING * wanted).then(|| {
             Fault::new(
                 Rejection::Gaps,
-                format!("{:.0} of {wanted:.0} rows of the capture are missing", missing.max(1.0)),
+                format!(
+                    "{:.0} of {wanted:.0} rows of the capture are missing",
+                    missing.max(1.0)
+                ),
                 "hold it still once more; check the cable, or lower the rate, if it happens again",
             )
         })
@@ -171,13 +174,16 @@ impl Capture<'_> {
                 self.mg(length(turned)) > 1000.0 * TURNED_G
             });
             let mut others = others.peekable();
-            others.peek().is_some() && others.all(|p| (p.mean[axis] - value).abs() < 1e-9 * value.abs().max(1e-9))
+            others.peek().is_some()
+                && others.all(|p| (p.mean[axis] - value).abs() < 1e-9 * value.abs().max(1e-9))
         })?;
         let name = AXES[axis];
         Some(Fault::new(
             Rejection::Frozen,
             format!("a{name} keeps one value in every pose while the others change"),
-            format!("the sensor does not measure a{name}: check the wiring and the sketch, and begin anew"),
+            format!(
+                "the sensor does not measure a{name}: check the wiring and the sketch, and begin anew"
+            ),
         ))
     }
 
@@ -218,7 +224,10 @@ impl Capture<'_> {
         }
         let (face, _) = Face::nearest(means.accel);
         let opposite = face.opposite().name();
-        let twin = self.poses.iter().find(|p| p.face.as_deref() == Some(&opposite))?;
+        let twin = self
+            .poses
+            .iter()
+            .find(|p| p.face.as_deref() == Some(&opposite))?;
         let half = 0.5 * (means.accel[face.axis] - twin.mean[face.axis]).abs() / self.nominal;
         let off = half / self.gravity - 1.0;
         if off.abs() > MOST_SCALE_OFF {
@@ -233,7 +242,10 @@ impl Capture<'_> {
 
     fn moved(&self, means: &Means) -> Option<Fault> {
         let (first, second) = self.samples.split_at(self.samples.len() / 2);
-        let drift = length(difference(mean(first, Sample::accel), mean(second, Sample::accel)));
+        let drift = length(difference(
+            mean(first, Sample::accel),
+            mean(second, Sample::accel),
+        ));
         // Two means of half of the rows each.
         let noise = HALVES * means.sigma * 2.0 / (self.samples.len() as f64).sqrt();
         let limit = self.options.most_drift_mg + self.mg(noise);

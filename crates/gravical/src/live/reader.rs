@@ -206,7 +206,9 @@ impl Reader {
 
     /// Value subtracted from the accelerometer's counts.
     pub fn zero_offset(&self) -> f64 {
-        self.file.as_ref().map_or(0.0, |f| f.rows.facts().zero_offset)
+        self.file
+            .as_ref()
+            .map_or(0.0, |f| f.rows.facts().zero_offset)
     }
 
     /// Names of the columns.

@@ -49,7 +49,11 @@ impl SessionRows {
     /// # Errors
     ///
     /// `no-memory` if there is not enough.
-    pub fn keep(&mut self, pose: &Range<usize>, empty: impl FnOnce() -> Columns) -> Result<Range<usize>> {
+    pub fn keep(
+        &mut self,
+        pose: &Range<usize>,
+        empty: impl FnOnce() -> Columns,
+    ) -> Result<Range<usize>> {
         let columns = self.kept.get_or_insert_with(empty);
         let mut start = None;
         while let Some(sample) = self.recent.front().filter(|s| s.row < pose.end) {

@@ -156,7 +156,12 @@ impl Session {
     }
 
     /// The first event.
-    pub fn begin(&mut self, source: SourceKind, name: &str, folder: Option<String>) -> Vec<Message> {
+    pub fn begin(
+        &mut self,
+        source: SourceKind,
+        name: &str,
+        folder: Option<String>,
+    ) -> Vec<Message> {
         self.emit(Event::Session {
             source,
             name: name.to_owned(),
@@ -201,7 +206,10 @@ impl Session {
             self.interrupt();
             let (what, remedy) = match why {
                 Loss::Unplugged => ("Unplugged.", "Plug it back in."),
-                Loss::Silent => ("The board sends nothing.", "Check the cable, or press its reset."),
+                Loss::Silent => (
+                    "The board sends nothing.",
+                    "Check the cable, or press its reset.",
+                ),
             };
             let safe = self.safe();
             self.emit(Event::Lost {
@@ -327,19 +335,18 @@ impl Session {
         }
         self.rows.push(sample);
         let gyro_nominal = self.units.and_then(|u| u.gyro_nominal);
-        let rate = gyro_nominal.map(|nominal| {
-            difference(sample.gyro(), self.gyro_bias).map(|v| v / nominal)
-        });
+        let rate = gyro_nominal
+            .map(|nominal| difference(sample.gyro(), self.gyro_bias).map(|v| v / nominal));
         self.attitude.update(sample.t_s, sample.accel(), rate);
         if self.detector.is_none() {
             self.identify(&sample);
         } else {
             self.detect(&sample);
         }
-        if self.restored.front().is_some_and(|p| p.rows[1] == sample.row as u64 + 1) {
-            if let Some(pose) = self.restored.pop_front() {
-                self.accept(pose)?;
-            }
+        let ends = |p: &&Pose| p.rows[1] == sample.row as u64 + 1;
+        if let Some(pose) = self.restored.front().filter(ends).cloned() {
+            self.restored.pop_front();
+            self.accept(pose)?;
         }
         if sample.t_s - self.status_s >= STATUS_S - 1e-6 && !self.restoring {
             self.status_s = sample.t_s;
@@ -406,7 +413,9 @@ impl Session {
         if detector.is_full() {
             detector.forget_older();
         }
-        let Some(state) = detector.state() else { return };
+        let Some(state) = detector.state() else {
+            return;
+        };
         self.last = Some(state.clone());
         if state.run.is_some() && gyro.is_some() {
             self.gyro_bias = mean(&self.rows.within(&state.block), Sample::gyro);
@@ -494,7 +503,10 @@ impl Session {
         let samples = self.rows.within(run);
         let means = Means::of(&samples);
         let norm = length(means.accel);
-        let Some(summary) = self.reader.summary().filter(|_| state.noise <= MOST_NOISE * norm)
+        let Some(summary) = self
+            .reader
+            .summary()
+            .filter(|_| state.noise <= MOST_NOISE * norm)
         else {
             return false;
         };
@@ -610,7 +622,11 @@ impl Session {
     fn welcome(&self, up: [f64; 3]) -> Welcome {
         let (face, tilt_deg) = Face::nearest(up);
         let is_face = tilt_deg <= self.options.most_tilt_deg;
-        let kind = if is_face { Welcome::Face } else { Welcome::Free };
+        let kind = if is_face {
+            Welcome::Face
+        } else {
+            Welcome::Free
+        };
         if self.options.any_pose || is_face && self.to_do().contains(&face) {
             return kind;
         }
@@ -632,7 +648,11 @@ impl Session {
         {
             return Some(Fault::new(
                 Rejection::Sign,
-                format!("{} is up, and {} is to be recorded again", words::attitude(face), wanted.name()),
+                format!(
+                    "{} is up, and {} is to be recorded again",
+                    words::attitude(face),
+                    wanted.name()
+                ),
                 format!("turn it over: {}", words::attitude(*wanted)),
             ));
         }
@@ -642,17 +662,30 @@ impl Session {
                 Rejection::Duplicate,
                 match tilt_deg <= self.options.most_tilt_deg {
                     true => format!("{} is recorded already", face.name()),
-                    false => format!("a pose within {:.0}° is recorded already", self.options.apart_deg),
+                    false => format!(
+                        "a pose within {:.0}° is recorded already",
+                        self.options.apart_deg
+                    ),
                 },
                 match to_do.is_empty() {
-                    true => "turn it to another direction; or record it again: R and the face".to_owned(),
-                    false => format!("turn it to {}; or record it again: R and the face", words::any_of(&to_do)),
+                    true => "turn it to another direction; or record it again: R and the face"
+                        .to_owned(),
+                    false => format!(
+                        "turn it to {}; or record it again: R and the face",
+                        words::any_of(&to_do)
+                    ),
                 },
             )),
             Welcome::Between => Some(Fault::new(
                 Rejection::BetweenFaces,
-                format!("it lies between two faces: {tilt_deg:.0}° from {}", face.name()),
-                format!("put {} up; or take it as a free pose (Space)", words::any_of(&to_do)),
+                format!(
+                    "it lies between two faces: {tilt_deg:.0}° from {}",
+                    face.name()
+                ),
+                format!(
+                    "put {} up; or take it as a free pose (Space)",
+                    words::any_of(&to_do)
+                ),
             )),
         }
     }
@@ -699,7 +732,10 @@ impl Session {
         let (face, tilt_deg) = Face::nearest(up);
         let is_face = tilt_deg <= self.options.most_tilt_deg;
         self.numbers += 1;
-        let seconds = samples.last().zip(samples.first()).map_or(0.0, |(b, a)| b.t_s - a.t_s);
+        let seconds = samples
+            .last()
+            .zip(samples.first())
+            .map_or(0.0, |(b, a)| b.t_s - a.t_s);
         let pose = Pose {
             pose: self.numbers,
             face: is_face.then(|| face.name()),
@@ -714,7 +750,10 @@ impl Session {
             faces_done: 0,
             free_done: 0,
             note: (is_face && tilt_deg > self.options.fine_tilt_deg).then(|| {
-                format!("{tilt_deg:.0}° from {}: a flatter one would say more of the axes", face.name())
+                format!(
+                    "{tilt_deg:.0}° from {}: a flatter one would say more of the axes",
+                    face.name()
+                )
             }),
         };
         if let Err(error) = self.accept(pose) {
@@ -741,7 +780,11 @@ impl Session {
         if let Some(last) = self.poses.last_mut() {
             last.pose = pose.clone();
         }
-        let warmed = self.poses.iter().find_map(|p| p.pose.temperature_c).zip(pose.temperature_c);
+        let warmed = self
+            .poses
+            .iter()
+            .find_map(|p| p.pose.temperature_c)
+            .zip(pose.temperature_c);
         self.emit(Event::PoseAccepted(pose));
         if let Some((first, now)) = warmed
             && (now - first).abs() > WARMED_C
@@ -805,8 +848,9 @@ impl Session {
             return;
         };
         let of_face = |p: &Accepted| p.pose.face.as_deref() == Some(&face.name());
-        let (gone, left): (Vec<Accepted>, Vec<Accepted>) =
-            std::mem::take(&mut self.poses).into_iter().partition(of_face);
+        let (gone, left): (Vec<Accepted>, Vec<Accepted>) = std::mem::take(&mut self.poses)
+            .into_iter()
+            .partition(of_face);
         self.poses = left;
         for accepted in &gone {
             self.undone(&accepted.pose, Undone::Redo);
@@ -917,7 +961,11 @@ impl Session {
             label: section_label(p.pose.pose),
             rows: p.kept.clone(),
         };
-        fit(recording, self.poses.iter().map(section).collect(), &self.options)
+        fit(
+            recording,
+            self.poses.iter().map(section).collect(),
+            &self.options,
+        )
     }
 
     /// Says which pose is wanted next.
@@ -930,7 +978,10 @@ impl Session {
         } else if self.grade == Some(Grade::Good) {
             Wanted::None
         } else {
-            let next = self.file.as_ref().and_then(|f| f.accelerometer.next_poses.first());
+            let next = self
+                .file
+                .as_ref()
+                .and_then(|f| f.accelerometer.next_poses.first());
             if let Some(next) = next {
                 let mps2 = next.predicted_norm_error_mps2;
                 predicted_mg = Some(2000.0 * mps2 / STANDARD_GRAVITY_MPS2);
@@ -951,7 +1002,9 @@ impl Session {
 
     fn has(&self, face: Face) -> bool {
         let name = face.name();
-        self.poses.iter().any(|p| p.pose.face.as_deref() == Some(&name))
+        self.poses
+            .iter()
+            .any(|p| p.pose.face.as_deref() == Some(&name))
     }
 
     fn to_do(&self) -> Vec<Face> {
@@ -1046,7 +1099,10 @@ impl Session {
 
     /// Rows of the hold so far.
     fn held(&self) -> usize {
-        self.hold.as_ref().filter(|h| !h.over).map_or(0, |h| h.rows.len())
+        self.hold
+            .as_ref()
+            .filter(|h| !h.over)
+            .map_or(0, |h| h.rows.len())
     }
 
     fn ring(&self) -> f64 {
@@ -1091,8 +1147,11 @@ impl Session {
                     "Good. Enter saves it; every further pose makes it better.".to_owned()
                 } else {
                     match &self.next_hint {
-                        Some(hint) => format!("Free pose: {hint}. Lean it on something, and let go."),
-                        None => "Free pose: any new direction. Lean it on something, and let go.".to_owned(),
+                        Some(hint) => {
+                            format!("Free pose: {hint}. Lean it on something, and let go.")
+                        }
+                        None => "Free pose: any new direction. Lean it on something, and let go."
+                            .to_owned(),
                     }
                 }
             }
@@ -1109,7 +1168,10 @@ impl Session {
         if last.run.is_some() {
             let over = self.hold.as_ref().is_some_and(|h| h.over);
             return match welcome {
-                Welcome::Duplicate if over => Some(format!("it rests on {}, which is done", words::attitude(face))),
+                Welcome::Duplicate if over => Some(format!(
+                    "it rests on {}, which is done",
+                    words::attitude(face)
+                )),
                 Welcome::Between if over => Some("it lies between two faces".to_owned()),
                 _ => None,
             };
@@ -1119,14 +1181,22 @@ impl Session {
             None => format!("{v:.3}"),
         };
         Some(if last.scatter > last.most_scatter {
-            format!("still moving: {}, limit {}", unit(last.scatter), unit(last.most_scatter))
+            format!(
+                "still moving: {}, limit {}",
+                unit(last.scatter),
+                unit(last.most_scatter)
+            )
         } else if last.gyro_scatter > last.most_gyro_scatter {
             let nominal = self.units.and_then(|u| u.gyro_nominal);
             let deg_s = |v: f64| match nominal {
                 Some(nominal) => format!("{:.1} °/s", (v / nominal).to_degrees()),
                 None => format!("{v:.3}"),
             };
-            format!("still turning: {}, limit {}", deg_s(last.gyro_scatter), deg_s(last.most_gyro_scatter))
+            format!(
+                "still turning: {}, limit {}",
+                deg_s(last.gyro_scatter),
+                deg_s(last.most_gyro_scatter)
+            )
         } else {
             "still turning slowly".to_owned()
         })

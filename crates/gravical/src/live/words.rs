@@ -24,12 +24,15 @@ pub(super) fn any_of(faces: &[Face]) -> String {
 pub(super) fn verdict(file: &CalibrationFile) -> String {
     let worst = file.accelerometer.worst_direction.as_ref();
     let error = worst.map(|w| 1000.0 * w.error_mps2 / STANDARD_GRAVITY_MPS2);
-    let error = error.map_or(String::new(), |e| format!("error of ‖a‖ at most {e:.1} mg (2σ)"));
+    let error = error.map_or(String::new(), |e| {
+        format!("error of ‖a‖ at most {e:.1} mg (2σ)")
+    });
     match file.verdict.grade {
         Grade::Good => format!("Good: {error}, verified."),
         Grade::Fair => format!("Fair: {error}; more free poses make it better."),
         Grade::NotVerifiable => {
-            "Not verifiable yet: the poses determine the result, and none is left to test it.".to_owned()
+            "Not verifiable yet: the poses determine the result, and none is left to test it."
+                .to_owned()
         }
         Grade::Poor => match file.verdict.reasons.first() {
             Some(reason) => format!("Poor: {reason}"),

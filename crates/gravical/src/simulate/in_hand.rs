@@ -64,8 +64,7 @@ pub struct InHandReading {
 
 impl InHandReading {
     /// Columns of [`row`](Self::row), with a line end.
-    pub const HEADER: &str =
-        "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)\n";
+    pub const HEADER: &str = "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)\n";
 
     /// The reading as a line of text, as a board prints it `t_s` seconds after the start, with so
     /// many decimals.

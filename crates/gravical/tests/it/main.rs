@@ -7,9 +7,12 @@ mod compare_check;
 mod dialects;
 mod file_format;
 mod formats;
+#[path = "../../examples/live_sessions/hand.rs"]
+mod hand;
 mod join;
 mod joint;
 mod joint_properties;
+mod live;
 mod magnitude;
 mod motion;
 mod motion_misfit;

@@ -29,6 +29,8 @@ pub struct Reporter {
     err: Outlet,
     /// Settings of the board, for units.
     pub settings: Option<Settings>,
+    /// Events are kept for the caller and not shown.
+    kept: Option<Vec<Event>>,
 }
 
 impl Reporter {
@@ -43,12 +45,30 @@ impl Reporter {
             out: Outlet::new(io::stdout()),
             err: Outlet::new(io::stderr()),
             settings: None,
+            kept: None,
         }
+    }
+
+    /// One that keeps the events for [`take_kept`](Self::take_kept) and shows nothing.
+    pub fn keeping() -> Self {
+        Reporter {
+            kept: Some(Vec::new()),
+            ..Reporter::new(false, true)
+        }
+    }
+
+    /// The events that were kept since the last call.
+    pub fn take_kept(&mut self) -> Vec<Event> {
+        self.kept.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// Reports one event. A reader who stops reading does not stop the recording: events
     /// without room are dropped, the status first.
     pub fn report(&mut self, event: &Event) {
+        if let Some(kept) = &mut self.kept {
+            kept.push(event.clone());
+            return;
+        }
         if self.json {
             self.json(event);
         }

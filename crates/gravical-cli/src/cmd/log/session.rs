@@ -35,6 +35,30 @@ const LAST_ATTEMPTS: u32 = 5;
 
 /// Records until the end.
 pub fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
+    let Some(mut session) = open(args, reporter, &interrupted)? else {
+        return Ok(ExitCode::from(failure::INTERRUPTED));
+    };
+    let keys = Keys::new();
+    session.reporter.raw = keys.is_some();
+    let failed = session.run(keys.as_ref(), &interrupted);
+    session.reporter.close();
+    drop(keys);
+    session.end(args, failed)
+}
+
+/// Opens port and file; none when the user ended the waiting.
+///
+/// # Errors
+///
+/// Those of the file, of the port and of the options.
+pub fn open<'a>(
+    args: &Args,
+    reporter: &'a mut Reporter,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<Option<Session<'a>>> {
     let path = args.file();
     let existing = args.existing();
     Files::check(&path, existing)?;
@@ -44,9 +68,6 @@ pub fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> 
         Continued::default()
     };
     let wanted = before.wanted(args.wanted())?;
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
     let ports = list().unwrap_or_default();
     if let Some(rate) = wanted.rate_hz.filter(|rate| *rate > MOST_BINARY_HZ) {
         reporter.report(&Event::Warning {
@@ -55,9 +76,9 @@ pub fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> 
             ),
         });
     }
-    let found = target(args, &ports, reporter, &interrupted)?;
+    let found = target(args, &ports, reporter, interrupted)?;
     let Some(target) = found else {
-        return Ok(ExitCode::from(failure::INTERRUPTED));
+        return Ok(None);
     };
     let source = if args.board.wait && target.find(&ports).is_none() {
         None
@@ -100,17 +121,15 @@ pub fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> 
         sync_error: None,
         file_loss: None,
         open_error: None,
+        write_every_s: args.write_every_s.unwrap_or(WRITE_S),
+        written: args.write_every_s.map(|_| Vec::new()),
     };
     session.opened();
-    let keys = Keys::new();
-    session.reporter.raw = keys.is_some();
-    let failed = session.run(keys.as_ref(), &interrupted);
-    session.reporter.close();
-    drop(keys);
-    session.end(args, failed)
+    Ok(Some(session))
 }
 
-struct Session<'a> {
+/// A recording and everything around it.
+pub struct Session<'a> {
     started: Instant,
     recorder: Recorder,
     reporter: &'a mut Reporter,
@@ -128,6 +147,10 @@ struct Session<'a> {
     file_loss: Option<String>,
     /// Code of the error with which the port could not be opened.
     open_error: Option<&'static str>,
+    /// Time between two writes of rows, s.
+    write_every_s: f64,
+    /// What was written since the last call of [`step`](Self::step), for those who read along.
+    written: Option<Vec<u8>>,
 }
 
 impl Session<'_> {
@@ -157,37 +180,11 @@ impl Session<'_> {
 
     fn run(&mut self, keys: Option<&Keys>, interrupted: &AtomicBool) -> Option<Error> {
         loop {
-            let incoming = match &mut self.source {
-                Some(source) => source.next(WAIT),
-                None => {
-                    std::thread::sleep(WAIT);
-                    Incoming::Nothing
-                }
-            };
-            let now_s = self.now_s();
-            match incoming {
-                Incoming::Bytes(bytes) => self.bytes(now_s, &bytes),
-                Incoming::Nothing => {}
-                Incoming::Lost(why) => self.lost(now_s, &why),
-            }
-            if self.source.is_none() {
-                self.search(now_s);
-            }
-            match keys.and_then(Keys::pressed) {
-                Some(Key::Pause) => self.recorder.toggle_pause(now_s),
+            let fatal = self.step(|session, now_s| match keys.and_then(Keys::pressed) {
+                Some(Key::Pause) => session.recorder.toggle_pause(now_s),
                 Some(Key::End) => interrupted.store(true, Ordering::SeqCst),
                 None => {}
-            }
-            self.recorder.tick(now_s);
-            if now_s - self.last_write_s >= WRITE_S {
-                self.last_write_s = now_s;
-                self.write(now_s);
-            }
-            self.act(now_s);
-            if now_s - self.last_sync_s >= SYNC_S {
-                self.sync(now_s);
-            }
-            let fatal = self.recorder.take_fatal();
+            });
             if fatal.is_some()
                 || self.recorder.ended().is_some()
                 || interrupted.load(Ordering::SeqCst)
@@ -195,6 +192,68 @@ impl Session<'_> {
                 return fatal;
             }
         }
+    }
+
+    /// Waits shortly for bytes, and does what is due; `user` acts in between. An error ends the
+    /// recording.
+    pub fn step(&mut self, user: impl FnOnce(&mut Self, f64)) -> Option<Error> {
+        let incoming = match &mut self.source {
+            Some(source) => source.next(WAIT),
+            None => {
+                std::thread::sleep(WAIT);
+                Incoming::Nothing
+            }
+        };
+        let now_s = self.now_s();
+        match incoming {
+            Incoming::Bytes(bytes) => self.bytes(now_s, &bytes),
+            Incoming::Nothing => {}
+            Incoming::Lost(why) => self.lost(now_s, &why),
+        }
+        if self.source.is_none() {
+            self.search(now_s);
+        }
+        user(self, now_s);
+        self.recorder.tick(now_s);
+        if now_s - self.last_write_s >= self.write_every_s {
+            self.last_write_s = now_s;
+            self.write(now_s);
+        }
+        self.act(now_s);
+        if now_s - self.last_sync_s >= SYNC_S {
+            self.sync(now_s);
+        }
+        self.recorder.take_fatal()
+    }
+
+    /// What was written since the last call, if it is kept.
+    pub fn take_written(&mut self) -> Vec<u8> {
+        self.written
+            .as_mut()
+            .map(std::mem::take)
+            .unwrap_or_default()
+    }
+
+    /// The events since the last call, of a reporter that keeps them.
+    pub fn take_events(&mut self) -> Vec<Event> {
+        self.reporter.take_kept()
+    }
+
+    /// Makes everything that was written safe on the disk.
+    ///
+    /// # Errors
+    ///
+    /// The system's error.
+    pub fn make_safe(&mut self) -> gravical::Result<()> {
+        let now_s = self.now_s();
+        self.write(now_s);
+        let path = self.files.path().to_owned();
+        self.files.sync().map_err(|e| Error::io(&path, e))
+    }
+
+    /// The port.
+    pub fn port(&self) -> &str {
+        &self.target.name
     }
 
     /// Passes bytes on in pieces, so that the queue for the disk has room.
@@ -295,6 +354,9 @@ impl Session<'_> {
                 Ok(()) => {
                     self.recorder.stored();
                     self.disk_error = None;
+                    if let Some(written) = &mut self.written {
+                        written.extend_from_slice(&batch);
+                    }
                 }
                 Err(e) => {
                     self.recorder.failed(now_s, &e.to_string());
@@ -322,20 +384,18 @@ impl Session<'_> {
         self.reporter.disk_error(&mut self.sync_error, error);
     }
 
-    /// Writes everything that waits, and reports the summary.
-    fn end(mut self, args: &Args, failed: Option<Error>) -> anyhow::Result<ExitCode> {
-        let unplugged = self.source.is_none() && self.recorder.is_started();
+    /// Writes everything that waits. The recording has ended.
+    pub fn close(&mut self, failed: bool) {
         // Rows that arrived during the last write belong to the recording, unless it failed.
         // The reader thread ends first, otherwise a continuous stream would never end here.
         let rest = self.source.take().map(|mut source| source.rest());
         let now_s = self.now_s();
         if let Some(rest) = rest
-            && failed.is_none()
+            && !failed
             && self.recorder.ended().is_none()
         {
             self.bytes(now_s, &rest);
         }
-        let elapsed_s = self.recorder.elapsed_s(now_s);
         self.recorder.finish(now_s, End::User);
         for attempt in 0..LAST_ATTEMPTS {
             if self.write(now_s) {
@@ -347,6 +407,13 @@ impl Session<'_> {
         }
         self.recorder.give_up();
         self.act(now_s);
+    }
+
+    /// Writes everything that waits, and reports the summary.
+    fn end(mut self, args: &Args, failed: Option<Error>) -> anyhow::Result<ExitCode> {
+        let unplugged = self.source.is_none() && self.recorder.is_started();
+        let elapsed_s = self.recorder.elapsed_s(self.now_s());
+        self.close(failed.is_some());
         let counts = *self.recorder.counts();
         let poses = self.recorder.poses();
         let reason = self.recorder.ended().unwrap_or(End::User);

@@ -1,0 +1,292 @@
+//! `gravical live`: guided calibration.
+
+mod driver;
+mod journal;
+mod plain;
+mod source;
+mod truth;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use gravical::calibration_file::SensorInfo;
+use gravical::gravity::Gravity;
+use gravical::live::event::SourceKind;
+use gravical::live::folder::{Journal, RECORDING};
+use gravical::live::{LiveOptions, Session};
+use gravical::output::{check_target, make_folder, path_word};
+use gravical::recording::{ReadOptions, Recording};
+use gravical::{Error, Result};
+
+use crate::cmd::log::BoardArgs;
+use crate::cmd::log::reporter::Reporter;
+use crate::options::GravityArgs;
+
+use driver::{Driver, Renderer};
+use journal::JournalFile;
+use plain::{EventLines, Plain};
+use source::{PortSource, Replay, Simulated, Source};
+
+/// Guided calibration: says which side to put up, and what the result is worth
+#[derive(clap::Args)]
+#[command(after_help = "\
+Example: gravical live --simulate     calibrates a simulated sensor; type +x, -z, free, stop
+
+Commands, typed: undo; redo +x; take (accept this pose as it is); latitude 48.1;
+gravity 9.81; stop (calculate and save). Of a simulated sensor also +x … -z, free,
+shake, and a direction such as 0.6 0.6 0.5.
+
+Exit codes: 0 saved, 2 usage, 3 no calibration or unreadable rows, 4 the verdict is
+poor, 5 board or port, 130 interrupted; --resume goes on.")]
+pub struct Args {
+    /// Guide with a recording in place of a board
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["simulate", "port", "resume"])]
+    replay: Option<PathBuf>,
+    /// A simulated sensor, moved by commands
+    #[arg(long, conflicts_with = "port")]
+    simulate: bool,
+    /// Seed of the simulated sensor [default: drawn]
+    #[arg(long, value_name = "N", requires = "simulate")]
+    seed: Option<u64>,
+    /// Go on with the session in this folder
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["folder", "simulate"])]
+    resume: Option<PathBuf>,
+    /// Folder of the session [default: session-DATE-TIME]
+    #[arg(long, value_name = "DIR", conflicts_with = "replay")]
+    folder: Option<PathBuf>,
+    /// Calibration file to write [default: calibration.json in the folder]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Write events to a file, one JSON object a line; - is standard output
+    #[arg(long, value_name = "FILE")]
+    events: Option<PathBuf>,
+    /// In the terminal, one line an event
+    #[arg(long)]
+    plain: bool,
+    /// Accept every steady hold, repeats and free poses at any time too
+    #[arg(long)]
+    any_pose: bool,
+    /// Length of a capture, s
+    #[arg(long, value_name = "S", default_value = "3", value_parser = capture)]
+    capture: f64,
+    /// Speed of a replay or of a simulated sensor, times real time; 0 is as fast as possible
+    /// [default: 0 for a replay, else 1]
+    #[arg(long, value_name = "X")]
+    speed: Option<f64>,
+    #[command(flatten)]
+    gravity: GravityArgs,
+    #[command(flatten)]
+    board: BoardArgs,
+}
+
+fn capture(text: &str) -> std::result::Result<f64, String> {
+    let value: f64 = text
+        .parse()
+        .map_err(|_| "not a number of seconds".to_owned())?;
+    match (0.5..=60.0).contains(&value) {
+        true => Ok(value),
+        false => Err("0.5 to 60 s are possible".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    if args.speed.is_some_and(|s| !(0.0..=1e6).contains(&s)) {
+        return Err(Error::usage("option-range", "--speed must be 0 to 1000000").into());
+    }
+    for path in args
+        .output
+        .iter()
+        .chain(args.events.iter().filter(|p| p.as_path() != Path::new("-")))
+    {
+        check_target(path, false)?;
+    }
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
+    let mut reporter = Reporter::keeping();
+    let (journal, folder) = args.folder()?;
+    let opened = args.source(
+        journal.as_ref(),
+        folder.as_deref(),
+        &mut reporter,
+        &interrupted,
+    )?;
+    let Some((kind, name, mut source)) = opened else {
+        return Ok(ExitCode::from(crate::failure::INTERRUPTED));
+    };
+    let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Plain::new())];
+    if let Some(path) = &args.events {
+        renderers.push(Box::new(EventLines::open(path)?));
+    }
+    let recording = match (&folder, &args.replay) {
+        (Some(folder), _) => folder.join(RECORDING),
+        (None, Some(file)) => file.clone(),
+        (None, None) => PathBuf::from("-"),
+    };
+    let options = args.options(journal.as_ref())?;
+    let name_of_recording = recording.display().to_string();
+    let session = match &journal {
+        Some(journal) => Session::restore(
+            &name_of_recording,
+            options,
+            journal.poses.clone(),
+            journal.numbers,
+        ),
+        None => Session::new(&name_of_recording, options),
+    };
+    let journal_file = folder
+        .as_deref()
+        .map(|f| JournalFile::open(f, journal.is_some()));
+    let output = match (&args.output, &folder) {
+        (Some(path), _) => Some(path.clone()),
+        (None, Some(folder)) => Some(free_name(&folder.join("calibration.json"))),
+        (None, None) => None,
+    };
+    let driver = Driver {
+        session,
+        source: source.as_mut(),
+        renderers,
+        journal: journal_file.transpose()?,
+        folder: folder.clone(),
+        read: args.read_options(),
+        output,
+        speed: args
+            .speed
+            .unwrap_or(if args.replay.is_some() { 0.0 } else { 1.0 }),
+        commands: driver::typed(args.replay.is_none()),
+        interrupted: &interrupted,
+    };
+    driver.run(kind, &name, journal.is_some())
+}
+
+/// A source that is open: its kind and its name.
+type Opened<'a> = (SourceKind, String, Box<dyn Source + 'a>);
+
+/// The path, or one with a number that does not exist.
+fn free_name(path: &Path) -> PathBuf {
+    let stem = path
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    let numbered = (2..).map(|n| path.with_file_name(format!("{stem}-{n}.json")));
+    let mut all = std::iter::once(path.to_owned()).chain(numbered);
+    all.find(|p| !p.exists()).unwrap_or_else(|| path.to_owned())
+}
+
+impl Args {
+    /// The journal of a session that is resumed, and the folder; none for a replay.
+    fn folder(&self) -> Result<(Option<Journal>, Option<PathBuf>)> {
+        if self.replay.is_some() {
+            return Ok((None, None));
+        }
+        if let Some(folder) = &self.resume {
+            return Ok((Some(Journal::read(folder)?), Some(folder.clone())));
+        }
+        let folder = self.folder.clone().unwrap_or_else(|| {
+            let now = gravical::calibration_file::creation_time();
+            let digits: String = now
+                .chars()
+                .filter(|c| c.is_ascii_digit() || *c == 'T')
+                .collect();
+            PathBuf::from(format!("session-{digits}"))
+        });
+        if folder.exists() {
+            let hint = format!(
+                "gravical live --resume {} goes on with it; --folder names another",
+                path_word(&folder)
+            );
+            return Err(
+                Error::usage("exists", "the folder of the session exists already")
+                    .at(&folder, None)
+                    .with_hint(hint),
+            );
+        }
+        Ok((None, Some(folder)))
+    }
+
+    fn read_options(&self) -> ReadOptions {
+        ReadOptions {
+            columns: self.board.columns.clone(),
+            hash: true,
+            ..ReadOptions::default()
+        }
+    }
+
+    fn options(&self, journal: Option<&Journal>) -> Result<LiveOptions> {
+        let before = journal.map(|j| j.gravity);
+        let given: Option<Gravity> = self.gravity.given()?;
+        Ok(LiveOptions {
+            read: self.read_options(),
+            gravity: given.or(before).unwrap_or_default(),
+            sensor: SensorInfo::default(),
+            capture_s: self.capture,
+            any_pose: self.any_pose,
+            ..LiveOptions::default()
+        })
+    }
+
+    /// Where the rows come from; none when the user ended the waiting for a board.
+    fn source<'a>(
+        &self,
+        journal: Option<&Journal>,
+        folder: Option<&Path>,
+        reporter: &'a mut Reporter,
+        interrupted: &AtomicBool,
+    ) -> anyhow::Result<Option<Opened<'a>>> {
+        if let Some(file) = &self.replay {
+            let name = file.display().to_string();
+            let replay = Replay::open(file, &self.read_options())?;
+            return Ok(Some((SourceKind::Replay, name, Box::new(replay))));
+        }
+        let Some(folder) = folder else {
+            return Err(Error::usage("no-source", "no source of rows").into());
+        };
+        let before = journal.and_then(|j| j.source.as_ref());
+        let resumes = journal.is_some();
+        let path = folder.join(RECORDING);
+        if self.simulate || matches!(before, Some((SourceKind::Simulate, _))) {
+            if !resumes {
+                make_folder(folder)?;
+            }
+            let seed = match before {
+                Some((_, name)) => name.rsplit(' ').next().and_then(|n| n.parse().ok()),
+                None => self.seed,
+            };
+            let seed = seed.unwrap_or_else(Simulated::draw_seed);
+            let name = format!("simulated MPU6050, seed {seed}");
+            let rows_s = match resumes {
+                true => gravical::recording::read(&path, &self.read_options())?.end_s(),
+                false => 0.0,
+            };
+            let speed = self.speed.unwrap_or(1.0);
+            let simulated = Simulated::open(&path, resumes, seed, rows_s, speed)?;
+            return Ok(Some((SourceKind::Simulate, name, Box::new(simulated))));
+        }
+        let mut board = self.board.clone();
+        if let (None, Some((SourceKind::Port, name))) = (&board.port, before) {
+            board.port = Some(name.clone());
+        }
+        let opened = PortSource::open(&board, folder, resumes, reporter, interrupted)?;
+        Ok(opened.map(|port| {
+            let name = port.name();
+            let source: Box<dyn Source + 'a> = Box::new(port);
+            (SourceKind::Port, name, source)
+        }))
+    }
+}
+
+/// The time of the last row.
+trait End {
+    fn end_s(&self) -> f64;
+}
+
+impl End for Recording {
+    fn end_s(&self) -> f64 {
+        let last = self.time_s.as_ref().and_then(|t| t.last());
+        self.time_origin_s.unwrap_or(0.0) + last.copied().unwrap_or(0.0)
+    }
+}

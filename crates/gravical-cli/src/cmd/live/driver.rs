@@ -1,0 +1,317 @@
+//! The loop between the source of rows, the session, the disk and those who show the events.
+
+use std::collections::VecDeque;
+use std::io::BufRead as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use gravical::calibrate::CalibrateOptions;
+use gravical::calibration_file::{CalibrationFile, Grade};
+use gravical::live::Session;
+use gravical::live::event::{
+    Command, EndReason, Event, Message, Rejection, SourceKind, WarningKind,
+};
+use gravical::live::folder::calibrate_session;
+use gravical::output::path_word;
+use gravical::recording::ReadOptions;
+use gravical::{Error, Result};
+
+use super::journal::{JournalFile, is_vital};
+use super::source::{Incoming, Source};
+use super::truth::truth_event;
+use crate::cmd::calibrate::save;
+use crate::failure;
+use crate::options::command_line;
+
+/// A hand that was told to move is left alone for this long, s, unless the pose is accepted.
+const HAND_S: f64 = 8.0;
+
+/// Shows events.
+pub trait Renderer {
+    /// Shows one. A reader who does not read does not stop the session.
+    fn show(&mut self, message: &Message);
+    /// Shows an answer to what was typed.
+    fn answer(&mut self, _text: &str) {}
+}
+
+/// Commands that are typed, a line each.
+pub fn typed(wanted: bool) -> Receiver<std::result::Result<Command, String>> {
+    let (sender, receiver) = channel();
+    if wanted {
+        std::thread::spawn(move || {
+            for line in std::io::stdin()
+                .lock()
+                .lines()
+                .map_while(std::io::Result::ok)
+            {
+                if line.trim().is_empty() {
+                    continue;
+                }
+                let command = Command::parse(&line).map_err(|e| match e.hint() {
+                    Some(hint) => format!("{e}; {hint}"),
+                    None => e.to_string(),
+                });
+                if sender.send(command).is_err() {
+                    return;
+                }
+            }
+        });
+    }
+    receiver
+}
+
+/// A session and everything around it.
+pub struct Driver<'a> {
+    pub session: Session,
+    pub source: &'a mut dyn Source,
+    pub renderers: Vec<Box<dyn Renderer>>,
+    pub journal: Option<JournalFile>,
+    pub folder: Option<PathBuf>,
+    pub read: ReadOptions,
+    /// The calibration file.
+    pub output: Option<PathBuf>,
+    /// Times real time; 0 is as fast as possible.
+    pub speed: f64,
+    pub commands: Receiver<std::result::Result<Command, String>>,
+    pub interrupted: &'a AtomicBool,
+}
+
+/// Commands that wait for the hand.
+#[derive(Default)]
+struct Hand {
+    waiting: VecDeque<Command>,
+    /// Time of the session until which it is busy, s.
+    busy_until_s: f64,
+    /// The direction that is asked for.
+    asked: Option<[f64; 3]>,
+    now_s: f64,
+}
+
+impl Driver<'_> {
+    /// Runs the session to its end; `resumes`: there are rows already.
+    ///
+    /// # Errors
+    ///
+    /// Those of the source and of the disk.
+    pub fn run(mut self, kind: SourceKind, name: &str, resumes: bool) -> anyhow::Result<ExitCode> {
+        let mut hand = Hand::default();
+        let folder = self.folder.as_ref().map(|f| f.display().to_string());
+        let begun = self.session.begin(kind, name, folder);
+        self.show(begun, &mut hand, resumes)?;
+        if resumes {
+            self.restore(&mut hand)?;
+        }
+        let started = Instant::now();
+        let reason = loop {
+            if self.interrupted.load(Ordering::SeqCst) {
+                break EndReason::Interrupted;
+            }
+            let messages = match self.source.next() {
+                Ok(Incoming::Bytes(bytes)) => {
+                    let mut messages = self.session.resumed();
+                    messages.extend(self.session.bytes(&bytes)?);
+                    messages
+                }
+                Ok(Incoming::Nothing) => Vec::new(),
+                Ok(Incoming::Lost(why)) => self.session.lost(why),
+                Ok(Incoming::Warning(message)) => self.session.note(Event::Warning {
+                    kind: WarningKind::Rows,
+                    message,
+                }),
+                Ok(Incoming::End) => {
+                    let messages = self.session.command(&Command::Finish);
+                    self.show(messages, &mut hand, false)?;
+                    break match self.session.is_done() {
+                        true => EndReason::Finished,
+                        false => EndReason::SourceEnded,
+                    };
+                }
+                Err(error) => {
+                    self.end(EndReason::Failed, &error.to_string(), &mut hand)?;
+                    return Err(error.into());
+                }
+            };
+            self.show(messages, &mut hand, false)?;
+            let messages = self.session.settle();
+            self.show(messages, &mut hand, false)?;
+            self.typed(&mut hand)?;
+            if self.session.is_done() {
+                break EndReason::Finished;
+            }
+            let due_s = if self.speed > 0.0 {
+                hand.now_s / self.speed
+            } else {
+                0.0
+            };
+            let ahead_s = due_s - started.elapsed().as_secs_f64();
+            if kind == SourceKind::Replay && ahead_s > 0.0 {
+                std::thread::sleep(Duration::from_secs_f64(ahead_s.min(1.0)));
+            }
+        };
+        let rest = self.source.close();
+        if reason == EndReason::Interrupted {
+            self.session.bytes(&rest)?;
+            self.source.make_safe()?;
+            self.end(reason, "interrupted; everything is safe", &mut hand)?;
+            return Ok(ExitCode::from(failure::INTERRUPTED));
+        }
+        if reason == EndReason::SourceEnded {
+            let n = self.session.poses().count();
+            self.end(
+                reason,
+                &format!("the rows ended after {n} poses"),
+                &mut hand,
+            )?;
+            return Err(Error::input(
+                "too-few-poses",
+                format!("{n} poses were found: they determine no calibration"),
+            )
+            .with_hint("--any-pose accepts every steady hold, and --capture 1 shorter ones")
+            .into());
+        }
+        self.save(&mut hand)
+    }
+
+    /// Reads the rows that a session has already.
+    fn restore(&mut self, hand: &mut Hand) -> Result<()> {
+        if let Some(folder) = &self.folder {
+            let path = folder.join(gravical::live::folder::RECORDING);
+            let bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
+            let messages = self.session.bytes(&bytes)?;
+            self.show(messages, hand, true)?;
+        }
+        let messages = self.session.resumed();
+        self.show(messages, hand, false)
+    }
+
+    /// Shows events; what has to be safe is safe before. `known`: they are in the journal.
+    fn show(&mut self, messages: Vec<Message>, hand: &mut Hand, known: bool) -> Result<()> {
+        for message in messages {
+            hand.now_s = message.t_s;
+            match &message.event {
+                Event::NextPose { up, .. } => hand.asked = *up,
+                Event::PoseAccepted(_) => hand.busy_until_s = message.t_s,
+                Event::PoseRejected { reason, .. }
+                    if !matches!(reason, Rejection::Moved | Rejection::Gaps) =>
+                {
+                    hand.busy_until_s = message.t_s;
+                }
+                _ => {}
+            }
+            if !known && !message.event.is_status() {
+                if is_vital(&message) {
+                    self.source.make_safe()?;
+                }
+                if let Some(journal) = &mut self.journal {
+                    journal.write(&message)?;
+                }
+            }
+            self.renderers.iter_mut().for_each(|r| r.show(&message));
+        }
+        Ok(())
+    }
+
+    /// Does what was typed. What moves a simulated sensor waits until the pose before is taken.
+    fn typed(&mut self, hand: &mut Hand) -> Result<()> {
+        while let Ok(typed) = self.commands.try_recv() {
+            match typed {
+                Ok(command) => hand.waiting.push_back(command),
+                Err(text) => self.renderers.iter_mut().for_each(|r| r.answer(&text)),
+            }
+        }
+        while hand.now_s >= hand.busy_until_s
+            && let Some(command) = hand.waiting.pop_front()
+        {
+            match self.source.hand(&command, hand.asked) {
+                Ok(true) => hand.busy_until_s = hand.now_s + HAND_S,
+                Ok(false) => {
+                    let messages = self.session.command(&command);
+                    self.show(messages, hand, false)?;
+                }
+                Err(error) => self
+                    .renderers
+                    .iter_mut()
+                    .for_each(|r| r.answer(&error.to_string())),
+            }
+            if self.session.is_done() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Saves the calibration, and reads it back.
+    fn save(mut self, hand: &mut Hand) -> anyhow::Result<ExitCode> {
+        self.source.make_safe()?;
+        let file = self.calibration()?;
+        if let Some(output) = self.output.take() {
+            save(&output, false, &file)?;
+            let word = path_word(&output);
+            let saved = Event::Saved {
+                file: output.display().to_string(),
+                folder: self.folder.as_ref().map(|f| f.display().to_string()),
+                next: std::iter::once(format!(
+                    "gravical apply {word} RECORDING.csv -o calibrated.csv"
+                ))
+                .chain(self.folder.as_deref().map(|folder| {
+                    format!(
+                        "gravical calibrate {} --report calibration.html",
+                        path_word(folder)
+                    )
+                }))
+                .collect(),
+            };
+            let messages = self.session.note(saved);
+            self.show(messages, hand, false)?;
+        }
+        if let Some(truth) = self.source.truth() {
+            let messages = self.session.note(truth_event(&truth, &file));
+            self.show(messages, hand, false)?;
+        }
+        let grade = file.verdict.grade;
+        let n = self.session.poses().count();
+        self.end(
+            EndReason::Finished,
+            &format!("{n} poses, verdict {}", grade.name()),
+            hand,
+        )?;
+        Ok(match grade {
+            Grade::Poor => ExitCode::from(failure::QUALITY),
+            _ => ExitCode::SUCCESS,
+        })
+    }
+
+    /// The calibration: of what is on the disk, where the session has a folder.
+    fn calibration(&self) -> Result<CalibrationFile> {
+        if let Some(folder) = &self.folder {
+            let options = CalibrateOptions {
+                command: Some(command_line()),
+                ..CalibrateOptions::default()
+            };
+            let given = Some(self.session.gravity());
+            let (_, done) = calibrate_session(folder, &self.read, &options, given)?;
+            return Ok(done.file);
+        }
+        let file = self.session.calibration().cloned();
+        file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))
+    }
+
+    fn end(&mut self, reason: EndReason, message: &str, hand: &mut Hand) -> Result<()> {
+        let folder = self
+            .folder
+            .as_deref()
+            .filter(|_| reason != EndReason::Finished);
+        let resume = folder.map(|f: &Path| format!("gravical live --resume {}", path_word(f)));
+        let poses = self.session.poses().count() as u32;
+        let messages = self.session.note(Event::End {
+            reason,
+            poses,
+            resume,
+            message: message.to_owned(),
+        });
+        self.show(messages, hand, false)
+    }
+}

@@ -1,0 +1,234 @@
+//! Events for a terminal, and for scripts.
+
+use std::fs::File;
+use std::io::{self, IsTerminal as _, Write};
+use std::path::Path;
+
+use gravical::live::event::{Event, Fit, Message, Status, Wanted};
+use gravical::output::{one_line, shown_json};
+use gravical::{Error, Result};
+
+use super::driver::Renderer;
+
+/// Cells of the bar of progress.
+const BAR: usize = 10;
+
+/// One line an event on standard error, and a status line that is overwritten.
+pub struct Plain {
+    terminal: bool,
+    in_status: bool,
+    last_hint: Option<String>,
+}
+
+impl Plain {
+    /// For standard error.
+    pub fn new() -> Self {
+        Plain {
+            terminal: io::stderr().is_terminal(),
+            in_status: false,
+            last_hint: None,
+        }
+    }
+
+    fn line(&mut self, text: &str) {
+        let clear = if self.in_status { "\r\x1b[K" } else { "" };
+        self.in_status = false;
+        // A terminal that is gone does not stop the session.
+        let _ = writeln!(io::stderr(), "{clear}{}", one_line(text));
+    }
+
+    fn status(&mut self, t_s: f64, status: &Status) {
+        if self.terminal {
+            let _ = write!(io::stderr(), "\r{}\x1b[K", one_line(&status_line(status)));
+            let _ = io::stderr().flush();
+            self.in_status = true;
+        } else if status.hint.is_some() && status.hint != self.last_hint {
+            // Without a terminal there is no status line; what hinders is said once.
+            let hint = status.hint.clone().unwrap_or_default();
+            self.line(&format!("{t_s:7.1} s  waiting: {hint}"));
+        }
+        self.last_hint.clone_from(&status.hint);
+    }
+}
+
+impl Renderer for Plain {
+    fn show(&mut self, message: &Message) {
+        match &message.event {
+            Event::Status(status) => self.status(message.t_s, status),
+            event => {
+                for line in lines(event) {
+                    self.line(&format!("{:7.1} s  {line}", message.t_s));
+                }
+            }
+        }
+    }
+
+    fn answer(&mut self, text: &str) {
+        self.line(text);
+    }
+}
+
+fn status_line(status: &Status) -> String {
+    let filled = (status.ring * BAR as f64).round() as usize;
+    let bar = format!(
+        "{}{}",
+        "#".repeat(filled),
+        ".".repeat(BAR - filled.min(BAR))
+    );
+    let limit = status
+        .limit_mg
+        .map_or(String::new(), |l| format!("/{l:.0}"));
+    let say = status.hint.as_ref().unwrap_or(&status.sentence);
+    format!(
+        "[{bar}] {} {:.0}° {:.3} g {:.0}{limit} mg  {say}",
+        status.face, status.tilt_deg, status.norm_g, status.noise_mg
+    )
+}
+
+fn mg(value: Option<f64>) -> String {
+    value.map_or("-".to_owned(), |v| format!("{v:.1} mg"))
+}
+
+/// An event in a line or more.
+fn lines(event: &Event) -> Vec<String> {
+    let one = match event {
+        Event::Session { name, folder, .. } => match folder {
+            Some(folder) => format!("{name} → {folder}"),
+            None => name.clone(),
+        },
+        Event::Identified {
+            rate_hz,
+            columns,
+            unit,
+            notes,
+            ..
+        } => {
+            let rate = rate_hz.map_or("rate unknown".to_owned(), |r| format!("{r:.1} Hz"));
+            let first = format!("{rate}, {} columns, {}", columns.len(), unit.name());
+            return std::iter::once(first)
+                .chain(notes.iter().cloned())
+                .collect();
+        }
+        Event::Floor {
+            noise_mg, limit_mg, ..
+        } => {
+            let [x, y, z] = noise_mg;
+            format!("noise at rest {x:.1}, {y:.1}, {z:.1} mg; above {limit_mg:.0} mg it moves")
+        }
+        Event::Status(_) | Event::PoseCandidate { .. } => return Vec::new(),
+        Event::PoseAccepted(pose) => {
+            let name = pose.face.clone().unwrap_or_else(|| "free pose".to_owned());
+            let note = pose
+                .note
+                .as_ref()
+                .map_or(String::new(), |n| format!("; {n}"));
+            format!(
+                "✓ {name}: ‖a‖ {:.3} m/s², noise {:.1} mg ({} of 6 faces, {} free){note}",
+                pose.norm_mps2, pose.noise_mg, pose.faces_done, pose.free_done
+            )
+        }
+        Event::PoseRejected {
+            message, remedy, ..
+        } => format!("✗ {message}: {remedy}"),
+        Event::PoseUndone { pose, face, .. } => {
+            let name = face.clone().unwrap_or_else(|| "free pose".to_owned());
+            format!("pose {pose} ({name}) no longer counts")
+        }
+        Event::NextPose {
+            kind, faces, hint, ..
+        } => match (kind, hint) {
+            (Wanted::Face, _) => format!("→ put up, and hold still: {}", faces.join(" ")),
+            (Wanted::Free, Some(hint)) => format!("→ free pose: {hint}"),
+            (Wanted::Free, None) => "→ free pose: any new direction".to_owned(),
+            (Wanted::None, _) => "→ good: `stop` saves; more poses make it better".to_owned(),
+        },
+        Event::Fit(fit) => fit_line(fit),
+        Event::Verdict {
+            sentence,
+            reasons,
+            r#final,
+            ..
+        } => {
+            let reasons = reasons
+                .iter()
+                .filter(|_| *r#final)
+                .map(|r| format!("  {r}"));
+            return std::iter::once(sentence.clone()).chain(reasons).collect();
+        }
+        Event::Gravity { gravity_mps2, .. } => format!("gravity {gravity_mps2:.5} m/s²"),
+        Event::Warning { message, .. } => format!("! {message}"),
+        Event::Saved { file, next, .. } => {
+            let next = next.iter().map(|n| format!("  Next: {n}"));
+            return std::iter::once(format!("Saved to {file}; read back and compared."))
+                .chain(next)
+                .collect();
+        }
+        Event::Lost { message, .. } | Event::Resumed { message, .. } => message.clone(),
+        Event::Truth {
+            norm_error_mg,
+            before_mg,
+            rows,
+        } => {
+            let rows = rows.iter().map(|row| {
+                let plus_minus = row
+                    .plus_minus
+                    .map_or(String::new(), |p| format!(" ± {p:.2}"));
+                format!(
+                    "  {:9} true {:8.2}  found {:8.2}{plus_minus} {}",
+                    row.name, row.truth, row.found, row.unit
+                )
+            });
+            let first = format!(
+                "The truth: error of ‖a‖ {norm_error_mg:.2} mg rms with this calibration, {before_mg:.1} mg without"
+            );
+            return std::iter::once(first).chain(rows).collect();
+        }
+        Event::End {
+            message, resume, ..
+        } => {
+            let resume = resume.iter().map(|r| format!("Go on with: {r}"));
+            return std::iter::once(message.clone()).chain(resume).collect();
+        }
+    };
+    vec![one]
+}
+
+fn fit_line(fit: &Fit) -> String {
+    let [x, y, z] = fit.bias_mg;
+    format!(
+        "bias {x:.1}, {y:.1}, {z:.1} mg; error of ‖a‖ ≤ {} (2σ, worst direction); leave-one-out {}; {}",
+        mg(fit.worst_mg),
+        mg(fit.leave_one_out_mg),
+        fit.grade.name()
+    )
+}
+
+/// Events as JSON, one object a line.
+pub struct EventLines {
+    out: Box<dyn Write>,
+}
+
+impl EventLines {
+    /// Into a new file; `-` is standard output.
+    ///
+    /// # Errors
+    ///
+    /// Those of the file system.
+    pub fn open(path: &Path) -> Result<Self> {
+        let out: Box<dyn Write> = match path == Path::new("-") {
+            true => Box::new(io::stdout()),
+            false => Box::new(File::create_new(path).map_err(|e| Error::io(path, e))?),
+        };
+        Ok(EventLines { out })
+    }
+}
+
+impl Renderer for EventLines {
+    fn show(&mut self, message: &Message) {
+        if let Ok(text) = serde_json::to_string(message) {
+            // A reader that is gone does not stop the session.
+            let _ = writeln!(self.out, "{}", shown_json(&text));
+            let _ = self.out.flush();
+        }
+    }
+}

@@ -1,0 +1,302 @@
+//! Where the rows of a session come from: a port, a simulated sensor, a recording.
+
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use gravical::live::event::{Command, Loss};
+use gravical::live::folder::RECORDING;
+use gravical::output::make_folder;
+use gravical::recording::ReadOptions;
+use gravical::recording::open::{Input, open};
+use gravical::segment::face::Face;
+use gravical::simulate::{
+    InHand, InHandReading, LineOptions, Scenario, SimulateOptions, StaticOptions, Truth,
+};
+use gravical::{Error, Result};
+
+use crate::cmd::log;
+use crate::cmd::log::files::{Existing, Files};
+use crate::cmd::log::reporter::Reporter;
+use crate::device::event::Event;
+
+/// Bytes of a recording that are read at once.
+const AT_ONCE: usize = 1 << 12;
+/// Rate of the simulated sensor, Hz.
+const RATE_HZ: f64 = 100.0;
+/// Its decimals.
+const DECIMALS: usize = 4;
+/// It is asked after this time, s.
+const STEP_S: f64 = 0.02;
+/// Pause in its clock when a session is resumed, s.
+const RESUMED_AFTER_S: f64 = 5.0;
+
+/// What a source has.
+pub enum Incoming {
+    /// Bytes of the recording, which are in the file.
+    Bytes(Vec<u8>),
+    /// Nothing yet.
+    Nothing,
+    /// No rows arrive.
+    Lost(Loss),
+    /// Something to tell.
+    Warning(String),
+    /// There are no more rows.
+    End,
+}
+
+/// A source of rows.
+pub trait Source {
+    /// What it has next; waits shortly.
+    ///
+    /// # Errors
+    ///
+    /// Those that end the session.
+    fn next(&mut self) -> Result<Incoming>;
+    /// Makes the rows so far safe on the disk.
+    ///
+    /// # Errors
+    ///
+    /// Those of the disk.
+    fn make_safe(&mut self) -> Result<()> {
+        Ok(())
+    }
+    /// Moves a simulated sensor; false for any other. `asked`: the direction that is asked for.
+    ///
+    /// # Errors
+    ///
+    /// For a direction that is none.
+    fn hand(&mut self, _command: &Command, _asked: Option<[f64; 3]>) -> Result<bool> {
+        Ok(false)
+    }
+    /// The session has ended: returns the rows that were written since.
+    fn close(&mut self) -> Vec<u8> {
+        Vec::new()
+    }
+    /// The true parameters of a simulated sensor.
+    fn truth(&self) -> Option<Truth> {
+        None
+    }
+}
+
+/// A recording.
+pub struct Replay {
+    input: Input,
+    path: PathBuf,
+}
+
+impl Replay {
+    /// Opens it; packed and in any encoding.
+    ///
+    /// # Errors
+    ///
+    /// Those of the file.
+    pub fn open(path: &Path, options: &ReadOptions) -> Result<Self> {
+        let input = open(path, options)?;
+        let path = path.to_owned();
+        Ok(Replay { input, path })
+    }
+}
+
+impl Source for Replay {
+    fn next(&mut self) -> Result<Incoming> {
+        let mut bytes = vec![0; AT_ONCE];
+        let n = self
+            .input
+            .reader
+            .read(&mut bytes)
+            .map_err(|e| Error::io(&self.path, e))?;
+        bytes.truncate(n);
+        Ok(match n {
+            0 => Incoming::End,
+            _ => Incoming::Bytes(bytes),
+        })
+    }
+}
+
+/// A simulated sensor that is moved by commands. Its rows are written to a file.
+pub struct Simulated {
+    sensor: InHand,
+    files: Files,
+    path: PathBuf,
+    header: bool,
+    rows: u64,
+    /// Time stamp of its start, s.
+    offset_s: f64,
+    started: Instant,
+    speed: f64,
+}
+
+impl Simulated {
+    /// A seed that nobody knows.
+    pub fn draw_seed() -> u64 {
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+        now.map_or(1, |d| d.subsec_nanos() as u64 % 1_000_000)
+    }
+
+    /// Starts it; `resumes`: its file is continued `from_s`.
+    ///
+    /// # Errors
+    ///
+    /// Those of the file.
+    pub fn open(path: &Path, resumes: bool, seed: u64, from_s: f64, speed: f64) -> Result<Self> {
+        let options = SimulateOptions {
+            seed,
+            ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
+        };
+        let existing = if resumes {
+            Existing::Append
+        } else {
+            Existing::Refuse
+        };
+        let (files, _) = Files::open(path, existing)?;
+        Ok(Simulated {
+            sensor: InHand::new(&options)?,
+            files,
+            path: path.to_owned(),
+            header: resumes,
+            rows: 0,
+            offset_s: if resumes {
+                from_s + RESUMED_AFTER_S
+            } else {
+                0.0
+            },
+            started: Instant::now(),
+            speed,
+        })
+    }
+}
+
+impl Source for Simulated {
+    fn next(&mut self) -> Result<Incoming> {
+        // As fast as possible: rows of 0.1 s at a time.
+        let due_s = match self.speed > 0.0 {
+            true => self.started.elapsed().as_secs_f64() * self.speed,
+            false => self.rows as f64 / RATE_HZ + 0.1,
+        };
+        let mut text = String::new();
+        if !std::mem::replace(&mut self.header, true) {
+            text.push_str("# simulated, not measured\n");
+            text.push_str(InHandReading::HEADER);
+        }
+        while (self.rows as f64) < due_s * RATE_HZ {
+            let t_s = self.rows as f64 / RATE_HZ;
+            text += &self.sensor.at(t_s).row(self.offset_s + t_s, DECIMALS);
+            self.rows += 1;
+        }
+        if text.is_empty() {
+            std::thread::sleep(Duration::from_secs_f64(STEP_S));
+            return Ok(Incoming::Nothing);
+        }
+        let bytes = text.into_bytes();
+        self.files
+            .rows(&bytes)
+            .map_err(|e| Error::io(&self.path, e))?;
+        Ok(Incoming::Bytes(bytes))
+    }
+
+    fn make_safe(&mut self) -> Result<()> {
+        self.files.sync().map_err(|e| Error::io(&self.path, e))
+    }
+
+    fn hand(&mut self, command: &Command, asked: Option<[f64; 3]>) -> Result<bool> {
+        let Command::Hand { put, up, shake } = command else {
+            return Ok(false);
+        };
+        let face = put
+            .as_ref()
+            .and_then(|name| Face::all().into_iter().find(|f| f.name() == *name));
+        if *shake {
+            let line = LineOptions {
+                distance_m: 0.05,
+                move_time_s: 1.0,
+                ..LineOptions::default()
+            };
+            self.sensor.push(&line)?;
+        } else if let Some(face) = face {
+            self.sensor.lay(face);
+        } else {
+            // Any new direction where none is asked for.
+            self.sensor.hold(up.or(asked).unwrap_or([0.6, 0.6, 0.5]))?;
+        }
+        Ok(true)
+    }
+
+    fn truth(&self) -> Option<Truth> {
+        Some(self.sensor.truth())
+    }
+}
+
+/// A board at a port, recorded as `gravical log` does.
+pub struct PortSource<'a> {
+    recording: log::session::Session<'a>,
+}
+
+impl<'a> PortSource<'a> {
+    /// Opens the port, and the file in `folder`; none when the user ended the waiting.
+    ///
+    /// # Errors
+    ///
+    /// Those of the port and of the file.
+    pub fn open(
+        board: &log::BoardArgs,
+        folder: &Path,
+        resumes: bool,
+        reporter: &'a mut Reporter,
+        interrupted: &AtomicBool,
+    ) -> anyhow::Result<Option<Self>> {
+        let args = log::Args::of_session(board, folder.join(RECORDING), resumes);
+        args.validate()?;
+        let created = !folder.exists();
+        make_folder(folder)?;
+        let opened = log::session::open(&args, reporter, interrupted);
+        if created && !matches!(opened, Ok(Some(_))) {
+            // Without a board no empty folder remains; one with a file in it does.
+            let _ = std::fs::remove_dir(folder);
+        }
+        Ok(opened?.map(|recording| PortSource { recording }))
+    }
+
+    /// The port.
+    pub fn name(&self) -> String {
+        self.recording.port().to_owned()
+    }
+}
+
+impl Source for PortSource<'_> {
+    fn next(&mut self) -> Result<Incoming> {
+        if let Some(error) = self.recording.step(|_, _| {}) {
+            return Err(error);
+        }
+        for event in self.recording.take_events() {
+            match event {
+                Event::Lost { .. } => return Ok(Incoming::Lost(Loss::Unplugged)),
+                Event::Silent { .. } => return Ok(Incoming::Lost(Loss::Silent)),
+                Event::Warning { text } | Event::DiskFailed { text } => {
+                    return Ok(Incoming::Warning(text));
+                }
+                Event::Shared { programs } => {
+                    return Ok(Incoming::Warning(format!(
+                        "{programs} has the port open too: rows that it reads are missing here"
+                    )));
+                }
+                _ => {}
+            }
+        }
+        let bytes = self.recording.take_written();
+        Ok(match bytes.is_empty() {
+            true => Incoming::Nothing,
+            false => Incoming::Bytes(bytes),
+        })
+    }
+
+    fn make_safe(&mut self) -> Result<()> {
+        self.recording.make_safe()
+    }
+
+    fn close(&mut self) -> Vec<u8> {
+        self.recording.close(false);
+        self.recording.take_written()
+    }
+}

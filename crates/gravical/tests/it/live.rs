@@ -1,0 +1,510 @@
+//! Guided calibration: sessions of simulated sensors, moved by hands that follow what is asked
+//! for or do something wrong; replay of real recordings.
+
+use gravical::calibrate::{CalibrateOptions, calibrate};
+use gravical::calibration_file::Grade;
+use gravical::excerpt;
+use gravical::live::event::{
+    Command, Event, Loss, Message, Rejection, Tile, Undone, Wanted, Welcome,
+};
+use gravical::live::{LiveOptions, Session};
+use gravical::recording::{ReadOptions, open};
+use gravical::segment::SegmentOptions;
+use gravical::segment::face::{Face, angle_deg};
+use gravical::segment::sections::Section;
+
+use super::hand::{Clumsiness, Hand};
+use super::support::data;
+
+fn face(name: &str) -> Face {
+    Face::all().into_iter().find(|f| f.name() == name).unwrap()
+}
+
+fn rejections(events: &[Message]) -> Vec<Rejection> {
+    let reason = |m: &Message| match &m.event {
+        Event::PoseRejected { reason, .. } => Some(*reason),
+        _ => None,
+    };
+    events.iter().filter_map(reason).collect()
+}
+
+fn accepted(events: &[Message]) -> Vec<String> {
+    let name = |m: &Message| match &m.event {
+        Event::PoseAccepted(p) => Some(p.face.clone().unwrap_or_else(|| "free".to_owned())),
+        _ => None,
+    };
+    events.iter().filter_map(name).collect()
+}
+
+/// A hand at rest on +z, which is accepted.
+fn begun() -> Hand {
+    let mut hand = Hand::new(3, Clumsiness::None);
+    let events = hand.pass(5.0);
+    assert_eq!(accepted(&events), ["+z"]);
+    hand
+}
+
+#[test]
+fn the_first_seconds_identify_the_board_and_its_noise() {
+    let mut hand = Hand::new(1, Clumsiness::None);
+    let events = hand.pass(5.0);
+    let kinds: Vec<&Event> = events
+        .iter()
+        .map(|m| &m.event)
+        .filter(|e| !e.is_status())
+        .collect();
+    let [
+        Event::Identified { rate_hz, unit, .. },
+        Event::Floor {
+            noise_mg, limit_mg, ..
+        },
+        Event::NextPose {
+            kind: Wanted::Face,
+            faces,
+            ..
+        },
+        Event::PoseCandidate { .. },
+        Event::PoseAccepted(pose),
+        Event::NextPose { faces: left, .. },
+    ] = kinds[..]
+    else {
+        panic!("{kinds:#?}")
+    };
+    assert!((rate_hz.unwrap() - 100.0).abs() < 0.1 && unit.name() == "m/s^2");
+    assert!(
+        noise_mg.iter().all(|n| (1.0..6.0).contains(n)),
+        "{noise_mg:?}"
+    );
+    assert!((10.0..40.0).contains(limit_mg), "{limit_mg}");
+    assert_eq!((faces.len(), left.len(), pose.rows), (6, 5, [50, 350]));
+    assert!(events.iter().filter(|m| m.event.is_status()).count() >= 39);
+}
+
+#[test]
+fn hands_that_follow_reach_a_good_result_that_the_same_rows_confirm() {
+    for (seed, clumsiness) in (0..14).zip(Clumsiness::ALL.into_iter().cycle()) {
+        let ended = Hand::new(seed, clumsiness).run();
+        let file = ended.file.as_ref().expect("a calibration");
+        assert_eq!(
+            file.verdict.grade,
+            Grade::Good,
+            "{clumsiness:?}: {:?}",
+            file.verdict
+        );
+        let [rms, worst] = ended.norm_error_mg().unwrap();
+        assert!(rms < 1.5 && worst < 5.0, "{clumsiness:?}: {rms} {worst}");
+        assert!(
+            ended.good_s.unwrap() < 180.0,
+            "{clumsiness:?}: {:?}",
+            ended.good_s
+        );
+        assert!(ended.count(|e| matches!(e, Event::Verdict { r#final: true, .. })) == 1);
+        // The session keeps only a part of the rows; the whole recording gives the same.
+        let recording = gravical::recording::read_bytes(
+            ended.text.as_bytes(),
+            "recording.csv",
+            &ReadOptions::default(),
+        );
+        let poses = ended.messages.iter().filter_map(|m| match &m.event {
+            Event::PoseAccepted(p) => Some(p),
+            _ => None,
+        });
+        let sections = poses.map(|p| Section {
+            label: format!("pose {}", p.pose),
+            rows: p.rows[0] as usize..p.rows[1] as usize,
+        });
+        let options = CalibrateOptions {
+            segment: SegmentOptions {
+                sections: Some(sections.collect()),
+                ..SegmentOptions::default()
+            },
+            gravity: gravical::gravity::Gravity::given(9.80665).unwrap(),
+            ..CalibrateOptions::default()
+        };
+        let whole = calibrate(&[recording.unwrap()], &options).unwrap().file;
+        assert_eq!(whole.accelerometer, file.accelerometer, "{clumsiness:?}");
+        assert_eq!(whole.gyroscope, file.gyroscope, "{clumsiness:?}");
+        assert_eq!(whole.verdict, file.verdict, "{clumsiness:?}");
+    }
+}
+
+#[test]
+fn the_order_in_which_bytes_arrive_does_not_matter() {
+    let ended = Hand::new(5, Clumsiness::LostRows).run();
+    let replay = |at_once: usize| -> Vec<Message> {
+        let gravity = gravical::gravity::Gravity::given(9.80665).unwrap();
+        let options = LiveOptions {
+            gravity,
+            ..LiveOptions::default()
+        };
+        let mut session = Session::new("recording.csv", options);
+        let pieces = ended.text.as_bytes().chunks(at_once);
+        let mut events: Vec<Message> = pieces.flat_map(|p| session.bytes(p).unwrap()).collect();
+        events.extend(session.command(&Command::Finish));
+        events
+    };
+    let (one, other) = (replay(7), replay(4096));
+    assert!(one == other);
+    let names = accepted(&ended.messages);
+    assert_eq!(accepted(&one), names);
+}
+
+#[test]
+fn a_bump_in_a_capture_rejects_it_and_the_next_try_counts() {
+    let mut hand = begun();
+    hand.lay(face("+x"));
+    hand.pass(4.0);
+    hand.bump();
+    let events = hand.pass(1.5);
+    assert_eq!(rejections(&events), [Rejection::Moved], "{events:#?}");
+    let Some(Event::PoseRejected {
+        message, remedy, ..
+    }) = events
+        .iter()
+        .map(|m| &m.event)
+        .find(|e| matches!(e, Event::PoseRejected { .. }))
+    else {
+        panic!()
+    };
+    assert!(
+        message.contains("mg, limit") && remedy.contains("lay it down"),
+        "{message}"
+    );
+    let events = hand.pass(5.0);
+    assert_eq!(accepted(&events), ["+x"]);
+}
+
+#[test]
+fn a_face_twice_is_a_duplicate_once_it_was_away() {
+    let mut hand = begun();
+    // A bump where it lies is not worth a word.
+    hand.bump();
+    assert_eq!(rejections(&hand.pass(6.0)), []);
+    hand.lay(face("+y"));
+    assert_eq!(accepted(&hand.pass(7.0)), ["+y"]);
+    hand.lay(face("+z"));
+    let events = hand.pass(7.0);
+    assert_eq!(rejections(&events), [Rejection::Duplicate]);
+    let status = events.iter().rev().find_map(|m| match &m.event {
+        Event::Status(s) => Some(s),
+        _ => None,
+    });
+    let status = status.unwrap();
+    assert_eq!(
+        (status.welcome, status.tiles["+y"]),
+        (Welcome::Duplicate, Tile::Done)
+    );
+    assert_eq!(status.tiles["-x"], Tile::ToDo);
+    // Taken all the same.
+    hand.command(&Command::Capture);
+    assert_eq!(accepted(&hand.pass(4.5)), ["+z"]);
+}
+
+#[test]
+fn between_faces_is_rejected_with_the_angle_and_welcome_when_asked_for() {
+    let mut hand = begun();
+    hand.hold([1.0, 1.0, 0.0]);
+    let events = hand.pass(6.0);
+    assert_eq!(rejections(&events), [Rejection::BetweenFaces]);
+    let Event::PoseRejected {
+        message, tilt_deg, ..
+    } = &events
+        .iter()
+        .find(|m| matches!(m.event, Event::PoseRejected { .. }))
+        .unwrap()
+        .event
+    else {
+        panic!()
+    };
+    assert!(
+        (tilt_deg - 45.0).abs() < 5.0 && message.contains('°'),
+        "{message}"
+    );
+    hand.command(&Command::Capture);
+    assert_eq!(accepted(&hand.pass(4.5)), ["free"]);
+}
+
+#[test]
+fn undo_and_redo() {
+    let mut hand = begun();
+    hand.lay(face("-x"));
+    assert_eq!(accepted(&hand.pass(7.0)), ["-x"]);
+    let events = hand.command(&Command::Redo {
+        face: "+z".to_owned(),
+    });
+    assert!(matches!(
+        &events[0].event,
+        Event::PoseUndone {
+            pose: 1,
+            why: Undone::Redo,
+            ..
+        }
+    ));
+    // The other one is up.
+    hand.lay(face("-z"));
+    assert_eq!(accepted(&hand.pass(7.0)), ["-z"]);
+    hand.lay(face("+x"));
+    hand.pass(7.0);
+    hand.lay(face("-z"));
+    assert_eq!(rejections(&hand.pass(7.0)), [Rejection::Sign]);
+    let events = hand.command(&Command::Undo);
+    assert!(
+        matches!(&events[0].event, Event::PoseUndone { face: Some(f), why: Undone::Undo, .. } if f == "+x")
+    );
+    let Event::NextPose { faces, .. } = &events[1].event else {
+        panic!("{events:?}")
+    };
+    assert_eq!(faces, &["+x", "+y", "-y", "+z"]);
+    // Numbers are never used again.
+    hand.lay(face("+y"));
+    let events = hand.pass(7.0);
+    let number = events.iter().find_map(|m| match &m.event {
+        Event::PoseAccepted(p) => Some(p.pose),
+        _ => None,
+    });
+    assert_eq!(number, Some(5));
+}
+
+/// Rows at 100 Hz: time, reading and noise of two decimals of a milli-g.
+fn rows(from: u32, count: u32, at: [f64; 3]) -> String {
+    let row = |i: u32| {
+        let noise = |k: u32| f64::from((i * 7919 + k * 131) % 61) * 1e-3;
+        let [x, y, z] = [0, 1, 2].map(|k| at[k] + noise(k as u32));
+        format!("{},{x:.3},{y:.3},{z:.3}\n", 10 * i)
+    };
+    (from..from + count).map(row).collect()
+}
+
+fn session_of(parts: &[(u32, [f64; 3])]) -> (Session, Vec<Message>) {
+    let mut session = Session::new("recording.csv", LiveOptions::default());
+    let mut text = "t_ms,ax,ay,az\n".to_owned();
+    let mut at = 0;
+    for (count, reading) in parts {
+        text += &rows(at, *count, *reading);
+        at += count;
+        // On the way to the next one.
+        for i in 0..100 {
+            let swing = f64::from(i % 9) - 4.0;
+            text += &rows(at, 1, [swing, 5.0 - swing, 5.0 + swing]);
+            at += 1;
+        }
+    }
+    let events = session.bytes(text.as_bytes()).unwrap();
+    (session, events)
+}
+
+#[test]
+fn faults_of_the_rows_are_named() {
+    let up = |v: f64| [0.1, 0.2, v];
+    let (_, events) = session_of(&[(500, up(9.8)), (500, [0.1, 0.2, -24.0])]);
+    assert_eq!(rejections(&events), [Rejection::Units]);
+    let (_, events) = session_of(&[(500, up(9.8)), (500, up(-14.5))]);
+    assert_eq!(rejections(&events), [Rejection::Scale]);
+    // No axis but z changes: y is read twice in place of x.
+    let (_, events) = session_of(&[(500, up(9.8)), (500, [9.8, 0.2, 0.1])]);
+    assert_eq!((rejections(&events).len(), accepted(&events).len()), (0, 2));
+}
+
+#[test]
+fn a_still_sensor_of_no_known_unit_is_told_so() {
+    let (_, events) = session_of(&[(600, [0.1, 0.2, 3.3])]);
+    assert_eq!(rejections(&events), [Rejection::Units]);
+    assert!(
+        !events
+            .iter()
+            .any(|m| matches!(m.event, Event::Floor { .. }))
+    );
+}
+
+#[test]
+fn what_moves_is_told_which_test_fails() {
+    let mut hand = begun();
+    for _ in 0..8 {
+        hand.bump();
+        hand.pass(0.3);
+        hand.lay(face("+x"));
+        hand.pass(0.5);
+    }
+    let hints: Vec<String> = hand
+        .pass(2.0)
+        .iter()
+        .filter_map(|m| match &m.event {
+            Event::Status(s) => s.hint.clone(),
+            _ => None,
+        })
+        .collect();
+    assert!(
+        hints
+            .iter()
+            .any(|h| h.contains("still moving: ") && h.contains("limit")),
+        "{hints:?}"
+    );
+}
+
+#[test]
+fn rows_that_stop_lose_the_capture_and_nothing_else() {
+    let mut hand = begun();
+    hand.lay(face("+x"));
+    hand.pass(4.0);
+    let events = hand.lost(Loss::Unplugged);
+    assert_eq!(rejections(&events), [Rejection::Gaps]);
+    let Some(Event::Lost {
+        message, poses: 1, ..
+    }) = events.last().map(|m| &m.event)
+    else {
+        panic!("{events:?}")
+    };
+    assert_eq!(message, "Unplugged. 1 pose is safe. Plug it back in.");
+    assert!(hand.lost(Loss::Unplugged).is_empty(), "said once");
+    let events = hand.resumed();
+    assert!(matches!(events[0].event, Event::Resumed { poses: 1, .. }));
+    assert_eq!(accepted(&hand.pass(6.0)), ["+x"]);
+}
+
+#[test]
+fn a_restored_session_goes_on_with_its_poses() {
+    let ended = Hand::new(8, Clumsiness::None).run();
+    let poses: Vec<_> = ended
+        .messages
+        .iter()
+        .filter_map(|m| match &m.event {
+            Event::PoseAccepted(p) => Some(p.clone()),
+            _ => None,
+        })
+        .collect();
+    let options = LiveOptions {
+        gravity: gravical::gravity::Gravity::given(9.80665).unwrap(),
+        ..LiveOptions::default()
+    };
+    // Without the third: it was undone.
+    let mut kept = poses.clone();
+    kept.remove(2);
+    let mut session = Session::restore("recording.csv", options, kept.clone(), poses.len() as u32);
+    let before = session.bytes(ended.text.as_bytes()).unwrap();
+    assert_eq!(accepted(&before).len(), kept.len());
+    assert!(
+        !before
+            .iter()
+            .any(|m| matches!(m.event, Event::Fit(_) | Event::PoseRejected { .. }))
+    );
+    let events = session.resumed();
+    assert!(matches!(events[0].event, Event::Resumed { .. }));
+    assert!(events.iter().any(|m| matches!(m.event, Event::Fit(_))));
+    assert_eq!(session.poses().count(), kept.len());
+}
+
+#[test]
+fn commands_are_typed() {
+    let hand = |put: Option<&str>, up, shake| Command::Hand {
+        put: put.map(str::to_owned),
+        up,
+        shake,
+    };
+    for (text, command) in [
+        (" undo ", Command::Undo),
+        (
+            "redo -y",
+            Command::Redo {
+                face: "-y".to_owned(),
+            },
+        ),
+        ("take", Command::Capture),
+        ("stop", Command::Finish),
+        ("−x", hand(Some("-x"), None, false)),
+        ("0.6 0,6 .5", hand(None, Some([0.6, 0.6, 0.5]), false)),
+        ("free", hand(None, None, false)),
+        ("shake", hand(None, None, true)),
+    ] {
+        assert_eq!(Command::parse(text).unwrap(), command, "{text}");
+    }
+    let gravity = Command::parse("latitude 48.1").unwrap();
+    let json = serde_json::to_value(&gravity).unwrap();
+    assert_eq!(json["command"], "gravity");
+    assert_eq!(json["latitude"], 48.1);
+    for wrong in ["", "redo", "+w", "gravity much", "1 2"] {
+        assert_eq!(
+            Command::parse(wrong).unwrap_err().code(),
+            "command-unknown",
+            "{wrong}"
+        );
+    }
+}
+
+/// Replays a real recording; every steady hold counts.
+fn replayed(path: &std::path::Path, capture_s: f64, floor_s: f64) -> (Session, Vec<Message>) {
+    let options = LiveOptions {
+        any_pose: true,
+        capture_s,
+        floor_s,
+        settle_s: 0.2,
+        ..LiveOptions::default()
+    };
+    let mut session = Session::new("recording", options);
+    let mut reader = open::open(path, &ReadOptions::default()).unwrap().reader;
+    let mut bytes = Vec::new();
+    reader.read_to_end(&mut bytes).unwrap();
+    let mut events = session.bytes(&bytes).unwrap();
+    events.extend(session.command(&Command::Finish));
+    (session, events)
+}
+
+#[test]
+fn poses_of_real_recordings_are_those_that_calibrate_finds() {
+    // Holds of 1 s suffice to calibrate; a guided capture takes what is told here.
+    let Some(folder) = data() else { return };
+    for (file, capture_s) in REAL {
+        let path = folder.join(file);
+        let (session, _) = replayed(&path, capture_s, capture_s);
+        let live: Vec<[f64; 3]> = session.poses().map(|p| p.up).collect();
+        let recording = excerpt::read(
+            &path,
+            &ReadOptions::default(),
+            &gravical::segment::still::StillOptions::default(),
+        )
+        .unwrap();
+        let done = calibrate(&[recording], &CalibrateOptions::default()).unwrap();
+        let found: Vec<[f64; 3]> = done
+            .segmentation
+            .placements
+            .iter()
+            .map(|p| p.mean)
+            .collect();
+        let near = |up: &[f64; 3]| found.iter().any(|f| angle_deg(*f, *up) < 3.0);
+        let both = live.iter().filter(|up| near(up)).count();
+        println!(
+            "{file}: live {}, calibrate {}, near {both}",
+            live.len(),
+            found.len()
+        );
+        assert_eq!(
+            both,
+            live.len(),
+            "{file}: a pose that calibrate does not find"
+        );
+        assert!(
+            live.len() * 10 >= found.len() * 8,
+            "{file}: {} of {}",
+            live.len(),
+            found.len()
+        );
+        let (a, b) = (session.calibration().unwrap(), &done.file);
+        let sd =
+            |f: &gravical::calibration_file::CalibrationFile| f.accelerometer.deviations.unwrap();
+        for i in 0..3 {
+            let off = (a.accelerometer.bias[i] - b.accelerometer.bias[i]).abs();
+            let allowed = 3.0 * sd(a).bias[i].hypot(sd(b).bias[i]);
+            assert!(
+                off <= allowed,
+                "{file}: bias {i} differs by {off}, allowed {allowed}"
+            );
+        }
+    }
+}
+
+/// Continuous recordings with still poses, and the capture that fits their holds, s.
+const REAL: [(&str, f64); 4] = [
+    ("imu_tk-xsens/xsens_acc.txt.gz", 1.0),
+    ("mikoff-mpu9150/imu0.log", 1.0),
+    ("tomisuarez-mpu6050/calibration.csv", 1.0),
+    ("imucal-ferraris/example_ferraris_session.csv", 1.0),
+];
