@@ -18,6 +18,8 @@ mod gyro;
 mod imucal;
 mod inputs;
 mod joint;
+#[cfg(unix)]
+mod live;
 mod motion;
 mod motion_causal;
 mod motion_faults;

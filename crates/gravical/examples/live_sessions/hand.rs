@@ -276,7 +276,7 @@ impl Ended {
         let mul = |m: &[[f64; 3]; 3], v: [f64; 3]| -> [f64; 3] {
             std::array::from_fn(|i| (0..3).map(|j| m[i][j] * v[j]).sum())
         };
-        let (mut squares, mut worst, mut n) = (0.0, 0.0_f64, 0.0);
+        let (mut squares, mut worst, mut n) = (0.0, 0.0_f64, 0.0_f64);
         for up in sphere(400) {
             let force = mul(&matrix, up.map(|c| c * gravity));
             let raw: [f64; 3] = std::array::from_fn(|i| force[i] + bias[i] - section.bias[i]);
@@ -287,7 +287,7 @@ impl Ended {
             n += 1.0;
         }
         let mg = 1000.0 / gravity;
-        Some([(squares / n as f64).sqrt() * mg, worst * mg])
+        Some([(squares / n).sqrt() * mg, worst * mg])
     }
 
     /// For each axis whether the true bias is within the 95 % interval.

@@ -201,6 +201,14 @@ pub enum Event {
     },
 }
 
+impl Message {
+    /// The JSON schema of an event.
+    #[must_use]
+    pub fn schema() -> serde_json::Value {
+        schemars::schema_for!(Message).to_value()
+    }
+}
+
 impl Event {
     /// True for the state that changes ten times a second: it is not part of the record.
     #[must_use]

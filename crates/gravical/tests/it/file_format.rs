@@ -1,31 +1,36 @@
 //! The calibration file: its schema and its compatibility.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use gravical::calibration_file::{CalibrationFile, to_imucal};
+use gravical::live::Message;
 use gravical::recording::AccelUnit;
 use serde_json::{Value, json};
 
 use crate::support::*;
 
-fn schema_path() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/gravical-calibration-1.schema.json")
-}
-
-/// `GRAVICAL_BLESS=1 cargo test -p gravical schema` updates it.
+/// `GRAVICAL_BLESS=1 cargo test -p gravical schema` updates them.
 #[test]
-fn the_schema_file_is_up_to_date() {
-    let text = serde_json::to_string_pretty(&CalibrationFile::schema()).unwrap() + "\n";
-    let path = schema_path();
-    if std::env::var_os("GRAVICAL_BLESS").is_some() {
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, &text).unwrap();
+fn the_schema_files_are_up_to_date() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+    for (name, schema) in [
+        (
+            "gravical-calibration-1.schema.json",
+            CalibrationFile::schema(),
+        ),
+        ("gravical-live-1.schema.json", Message::schema()),
+    ] {
+        let text = serde_json::to_string_pretty(&schema).unwrap() + "\n";
+        let path = docs.join(name);
+        if std::env::var_os("GRAVICAL_BLESS").is_some() {
+            std::fs::write(&path, &text).unwrap();
+        }
+        let there = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(
+            there == text,
+            "docs/{name} is stale; GRAVICAL_BLESS=1 rewrites it"
+        );
     }
-    let there = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(
-        there == text,
-        "docs/gravical-calibration-1.schema.json is stale; GRAVICAL_BLESS=1 rewrites it"
-    );
 }
 
 fn sample() -> CalibrationFile {

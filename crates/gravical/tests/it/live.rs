@@ -82,6 +82,7 @@ fn the_first_seconds_identify_the_board_and_its_noise() {
 
 #[test]
 fn hands_that_follow_reach_a_good_result_that_the_same_rows_confirm() {
+    let schema = jsonschema::validator_for(&Message::schema()).unwrap();
     for (seed, clumsiness) in (0..14).zip(Clumsiness::ALL.into_iter().cycle()) {
         let ended = Hand::new(seed, clumsiness).run();
         let file = ended.file.as_ref().expect("a calibration");
@@ -99,6 +100,19 @@ fn hands_that_follow_reach_a_good_result_that_the_same_rows_confirm() {
             ended.good_s
         );
         assert!(ended.count(|e| matches!(e, Event::Verdict { r#final: true, .. })) == 1);
+        for message in ended
+            .messages
+            .iter()
+            .filter(|m| !m.event.is_status())
+            .chain(&ended.messages[60..61])
+        {
+            let value = serde_json::to_value(message).unwrap();
+            if let Err(error) = schema.validate(&value) {
+                panic!("{error} at {}: {value}", error.instance_path());
+            }
+            let back: Message = serde_json::from_value(value).unwrap();
+            assert_eq!(back, *message);
+        }
         // The session keeps only a part of the rows; the whole recording gives the same.
         let recording = gravical::recording::read_bytes(
             ended.text.as_bytes(),

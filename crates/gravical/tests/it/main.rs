@@ -8,6 +8,7 @@ mod dialects;
 mod file_format;
 mod formats;
 #[path = "../../examples/live_sessions/hand.rs"]
+#[allow(dead_code, reason = "the example uses more of it")]
 mod hand;
 mod join;
 mod joint;

@@ -5,7 +5,7 @@ use std::io::BufRead as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use gravical::calibrate::CalibrateOptions;
@@ -88,6 +88,15 @@ struct Hand {
     /// The direction that is asked for.
     asked: Option<[f64; 3]>,
     now_s: f64,
+    /// Nobody types any more.
+    closed: bool,
+}
+
+impl Hand {
+    /// A simulated sensor that nobody will move again.
+    fn is_at_rest(&self) -> bool {
+        self.closed && self.waiting.is_empty() && self.now_s >= self.busy_until_s
+    }
 }
 
 impl Driver<'_> {
@@ -121,14 +130,7 @@ impl Driver<'_> {
                     kind: WarningKind::Rows,
                     message,
                 }),
-                Ok(Incoming::End) => {
-                    let messages = self.session.command(&Command::Finish);
-                    self.show(messages, &mut hand, false)?;
-                    break match self.session.is_done() {
-                        true => EndReason::Finished,
-                        false => EndReason::SourceEnded,
-                    };
-                }
+                Ok(Incoming::End) => break self.finish(&mut hand)?,
                 Err(error) => {
                     self.end(EndReason::Failed, &error.to_string(), &mut hand)?;
                     return Err(error.into());
@@ -140,6 +142,9 @@ impl Driver<'_> {
             self.typed(&mut hand)?;
             if self.session.is_done() {
                 break EndReason::Finished;
+            }
+            if kind == SourceKind::Simulate && hand.is_at_rest() {
+                break self.finish(&mut hand)?;
             }
             let due_s = if self.speed > 0.0 {
                 hand.now_s / self.speed
@@ -173,6 +178,16 @@ impl Driver<'_> {
             .into());
         }
         self.save(&mut hand)
+    }
+
+    /// There will be no more rows, or none that matter.
+    fn finish(&mut self, hand: &mut Hand) -> Result<EndReason> {
+        let messages = self.session.command(&Command::Finish);
+        self.show(messages, hand, false)?;
+        Ok(match self.session.is_done() {
+            true => EndReason::Finished,
+            false => EndReason::SourceEnded,
+        })
     }
 
     /// Reads the rows that a session has already.
@@ -216,10 +231,15 @@ impl Driver<'_> {
 
     /// Does what was typed. What moves a simulated sensor waits until the pose before is taken.
     fn typed(&mut self, hand: &mut Hand) -> Result<()> {
-        while let Ok(typed) = self.commands.try_recv() {
-            match typed {
-                Ok(command) => hand.waiting.push_back(command),
-                Err(text) => self.renderers.iter_mut().for_each(|r| r.answer(&text)),
+        loop {
+            match self.commands.try_recv() {
+                Ok(Ok(command)) => hand.waiting.push_back(command),
+                Ok(Err(text)) => self.renderers.iter_mut().for_each(|r| r.answer(&text)),
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => {
+                    hand.closed = true;
+                    break;
+                }
             }
         }
         while hand.now_s >= hand.busy_until_s

@@ -1,5 +1,6 @@
 //! Where the rows of a session come from: a port, a simulated sensor, a recording.
 
+use std::collections::VecDeque;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -231,6 +232,8 @@ impl Source for Simulated {
 /// A board at a port, recorded as `gravical log` does.
 pub struct PortSource<'a> {
     recording: log::session::Session<'a>,
+    /// What the last step brought, in order.
+    brought: VecDeque<Incoming>,
 }
 
 impl<'a> PortSource<'a> {
@@ -255,7 +258,10 @@ impl<'a> PortSource<'a> {
             // Without a board no empty folder remains; one with a file in it does.
             let _ = std::fs::remove_dir(folder);
         }
-        Ok(opened?.map(|recording| PortSource { recording }))
+        Ok(opened?.map(|recording| PortSource {
+            recording,
+            brought: VecDeque::new(),
+        }))
     }
 
     /// The port.
@@ -266,29 +272,29 @@ impl<'a> PortSource<'a> {
 
 impl Source for PortSource<'_> {
     fn next(&mut self) -> Result<Incoming> {
+        if let Some(brought) = self.brought.pop_front() {
+            return Ok(brought);
+        }
         if let Some(error) = self.recording.step(|_, _| {}) {
             return Err(error);
         }
-        for event in self.recording.take_events() {
-            match event {
-                Event::Lost { .. } => return Ok(Incoming::Lost(Loss::Unplugged)),
-                Event::Silent { .. } => return Ok(Incoming::Lost(Loss::Silent)),
-                Event::Warning { text } | Event::DiskFailed { text } => {
-                    return Ok(Incoming::Warning(text));
-                }
-                Event::Shared { programs } => {
-                    return Ok(Incoming::Warning(format!(
-                        "{programs} has the port open too: rows that it reads are missing here"
-                    )));
-                }
-                _ => {}
-            }
+        let events = self.recording.take_events();
+        let lost = events.iter().find_map(|event| match event {
+            Event::Lost { .. } => Some(Loss::Unplugged),
+            Event::Silent { .. } => Some(Loss::Silent),
+            _ => None,
+        });
+        if lost.is_some() {
+            // Rows that arrived before come before.
+            self.recording.make_safe()?;
         }
         let bytes = self.recording.take_written();
-        Ok(match bytes.is_empty() {
-            true => Incoming::Nothing,
-            false => Incoming::Bytes(bytes),
-        })
+        if !bytes.is_empty() {
+            self.brought.push_back(Incoming::Bytes(bytes));
+        }
+        self.brought.extend(lost.map(Incoming::Lost));
+        self.brought.extend(events.into_iter().filter_map(warning));
+        Ok(self.brought.pop_front().unwrap_or(Incoming::Nothing))
     }
 
     fn make_safe(&mut self) -> Result<()> {
@@ -298,5 +304,16 @@ impl Source for PortSource<'_> {
     fn close(&mut self) -> Vec<u8> {
         self.recording.close(false);
         self.recording.take_written()
+    }
+}
+
+/// What the user has to know of the recording.
+fn warning(event: Event) -> Option<Incoming> {
+    match event {
+        Event::Warning { text } | Event::DiskFailed { text } => Some(Incoming::Warning(text)),
+        Event::Shared { programs } => Some(Incoming::Warning(format!(
+            "{programs} has the port open too: rows that it reads are missing here"
+        ))),
+        _ => None,
     }
 }

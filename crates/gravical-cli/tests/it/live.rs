@@ -1,0 +1,291 @@
+//! Guided calibration in the terminal: a simulated sensor by typed commands, the folder of a
+//! session, replay, resuming.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use super::support::{calibrate, program, run_in, words};
+
+/// Commands of a whole session; the sensor lies on +z at its start.
+const WHOLE: [&str; 14] = [
+    "gravity 9.80665",
+    "+x",
+    "-x",
+    "+y",
+    "-y",
+    "-z",
+    "free",
+    "free",
+    "free",
+    "free",
+    "free",
+    "free",
+    "free",
+    "stop",
+];
+
+/// No wait is longer.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+fn start(folder: &Path, line: &str) -> Child {
+    Command::new(program())
+        .args(words(line))
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+fn type_in(child: &mut Child, commands: &[&str]) {
+    let input = child.stdin.as_mut().unwrap();
+    for command in commands {
+        writeln!(input, "{command}").unwrap();
+    }
+}
+
+/// Exit code, standard output and standard error.
+fn end(child: Child) -> (i32, String, String) {
+    let output = child.wait_with_output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    let (out, err) = (text(output.stdout), text(output.stderr));
+    assert!(!err.contains("panicked"), "{err}");
+    (output.status.code().expect("ended by a signal"), out, err)
+}
+
+fn events(text: &str) -> Vec<Value> {
+    text.lines()
+        .map(|l| serde_json::from_str(l).unwrap())
+        .collect()
+}
+
+fn of_type<'a>(events: &'a [Value], kind: &str) -> Vec<&'a Value> {
+    events.iter().filter(|e| e["type"] == kind).collect()
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+/// A finished session of a simulated sensor in the folder `s`; returns its events.
+fn simulated(folder: &Path, seed: u32) -> Vec<Value> {
+    let line = format!("live --simulate --seed {seed} --speed 0 --folder s --events -");
+    let mut child = start(folder, &line);
+    type_in(&mut child, &WHOLE);
+    let (code, out, err) = end(child);
+    assert_eq!(code, 0, "{err}");
+    assert!(err.contains("Saved to s/calibration.json"), "{err}");
+    events(&out)
+}
+
+#[test]
+fn a_simulated_session_ends_with_the_truth_and_its_folder_calibrates_to_the_last_digit() {
+    let folder = tempfile::tempdir().unwrap();
+    let events = simulated(folder.path(), 4);
+    let kinds: Vec<&str> = events.iter().map(|e| e["type"].as_str().unwrap()).collect();
+    assert_eq!((kinds[0], kinds[kinds.len() - 1]), ("session", "end"));
+    assert!(events.iter().all(|e| e["v"] == 1 && e["t_s"].is_number()));
+    let verdicts = of_type(&events, "verdict");
+    let last = verdicts.last().unwrap();
+    assert_eq!(
+        (&last["final"], &last["grade"]),
+        (&Value::Bool(true), &"good".into())
+    );
+    let truth = of_type(&events, "truth")[0];
+    assert!(truth["norm_error_mg"].as_f64().unwrap() < 2.0, "{truth}");
+    assert!(truth["before_mg"].as_f64().unwrap() > 5.0, "{truth}");
+
+    let saved = json(&folder.path().join("s/calibration.json"));
+    let again = calibrate(folder.path(), "s", 0);
+    for part in [
+        "accelerometer",
+        "gyroscope",
+        "verdict",
+        "gravity_mps2",
+        "temperature_c",
+        "findings",
+    ] {
+        assert_eq!(saved[part], again[part], "{part}");
+    }
+    assert_eq!(saved["gyroscope"]["method"], "motion");
+    // What the session showed is what was saved.
+    let fit = of_type(&events, "fit").pop().unwrap();
+    let worst = saved["accelerometer"]["worst_direction"]["error_mps2"]
+        .as_f64()
+        .unwrap();
+    let shown = fit["worst_mg"].as_f64().unwrap();
+    assert!(
+        (shown - worst * 1000.0 / 9.80665).abs() < 1e-9 * shown,
+        "{shown} {worst}"
+    );
+
+    // A changed recording is no longer that of the journal.
+    let path = folder.path().join("s/recording.csv");
+    let text = fs::read_to_string(&path).unwrap();
+    let without: Vec<&str> = text
+        .lines()
+        .enumerate()
+        .filter(|(i, _)| *i != 200)
+        .map(|(_, l)| l)
+        .collect();
+    fs::write(&path, without.join("\n") + "\n").unwrap();
+    let run = run_in(folder.path(), words("calibrate s --json"));
+    assert_eq!(
+        (run.code, run.error_code()),
+        (3, "recording-changed".to_owned())
+    );
+}
+
+#[test]
+fn a_replay_gives_the_events_of_the_session() {
+    let folder = tempfile::tempdir().unwrap();
+    let lived = simulated(folder.path(), 5);
+    let gz = folder.path().join("r.csv.gz");
+    let mut packer =
+        flate2::write::GzEncoder::new(fs::File::create(&gz).unwrap(), flate2::Compression::fast());
+    packer
+        .write_all(&fs::read(folder.path().join("s/recording.csv")).unwrap())
+        .unwrap();
+    packer.finish().unwrap();
+    let line = "live --replay r.csv.gz --gravity 9.80665 --events - -o cal.json";
+    let run = run_in(folder.path(), words(line));
+    assert_eq!(run.code, 0, "{}", run.err);
+    let replayed = events(&run.out);
+    // Without the commands: poses and rejections are the same, field by field.
+    let same = |all: &[Value]| -> Vec<Value> {
+        let kinds = [
+            "identified",
+            "pose_candidate",
+            "pose_accepted",
+            "pose_rejected",
+        ];
+        all.iter()
+            .filter(|e| kinds.contains(&e["type"].as_str().unwrap()))
+            .cloned()
+            .collect()
+    };
+    assert_eq!(same(&lived), same(&replayed));
+    let (a, b) = (
+        json(&folder.path().join("cal.json")),
+        json(&folder.path().join("s/calibration.json")),
+    );
+    assert_eq!(a["accelerometer"]["bias"], b["accelerometer"]["bias"]);
+    assert!(
+        !folder
+            .path()
+            .join("cal.json")
+            .with_file_name("session.ndjson")
+            .exists()
+    );
+}
+
+#[test]
+fn a_killed_session_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = start(
+        folder.path(),
+        "live --simulate --seed 6 --speed 20 --folder s --gravity 9.80665",
+    );
+    type_in(&mut child, &WHOLE[1..5]);
+    let journal = folder.path().join("s/session.ndjson");
+    let began = Instant::now();
+    let accepted = || {
+        let text = fs::read_to_string(&journal).unwrap_or_default();
+        text.lines()
+            .filter(|l| l.contains("pose_accepted") && l.ends_with('}'))
+            .count()
+    };
+    while accepted() < 3 {
+        assert!(began.elapsed() < PATIENCE, "no pose was accepted");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let before = accepted();
+    // What a crash may leave: half a line in both files.
+    for (name, half) in [
+        ("session.ndjson", "{\"v\":1,\"t_s\":3"),
+        ("recording.csv", "12345,0.1"),
+    ] {
+        let mut file = fs::OpenOptions::new()
+            .append(true)
+            .open(folder.path().join("s").join(name))
+            .unwrap();
+        file.write_all(half.as_bytes()).unwrap();
+    }
+    // The hand lays it on every face again; those that are done are refused.
+    let mut child = start(folder.path(), "live --resume s --speed 0 --events -");
+    type_in(&mut child, &WHOLE[1..]);
+    let (code, out, err) = end(child);
+    assert_eq!(code, 0, "{err}");
+    let all = events(&out);
+    let resumed = of_type(&all, "resumed")[0];
+    assert_eq!(resumed["poses"], before as u64, "{err}");
+    let poses = of_type(&all, "pose_accepted");
+    let numbers: Vec<u64> = poses.iter().map(|p| p["pose"].as_u64().unwrap()).collect();
+    let mut unique = numbers.clone();
+    unique.dedup();
+    assert_eq!(numbers, unique);
+    let saved = json(&folder.path().join("s/calibration.json"));
+    let again = calibrate(folder.path(), "s", 0);
+    assert_eq!(saved["accelerometer"], again["accelerometer"]);
+    assert_eq!(
+        saved["accelerometer"]["poses"].as_array().unwrap().len(),
+        poses.len()
+    );
+}
+
+#[test]
+fn an_interrupted_session_says_how_to_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = start(
+        folder.path(),
+        "live --simulate --seed 7 --speed 20 --folder s",
+    );
+    type_in(&mut child, &["+x"]);
+    let journal = folder.path().join("s/session.ndjson");
+    let began = Instant::now();
+    while !fs::read_to_string(&journal)
+        .unwrap_or_default()
+        .contains("pose_accepted")
+    {
+        assert!(began.elapsed() < PATIENCE, "no pose was accepted");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let kill = ["-s", "INT", &child.id().to_string()];
+    assert!(Command::new("kill").args(kill).status().unwrap().success());
+    let (code, _, err) = end(child);
+    assert_eq!(code, 130, "{err}");
+    assert!(
+        err.contains("Go on with: gravical live --resume s"),
+        "{err}"
+    );
+    // Nothing is overwritten.
+    let run = run_in(folder.path(), words("live --simulate --folder s"));
+    assert_eq!(run.code, 2);
+    assert!(run.err.contains("--resume s"), "{}", run.err);
+}
+
+#[test]
+fn a_replay_without_poses_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = "t_ms,ax,ay,az\n".to_owned();
+    for i in 0..600 {
+        let noise = f64::from(i * 7919 % 61) * 1e-3;
+        text += &format!("{},{noise:.3},0.1,{:.3}\n", 10 * i, 9.8 + noise);
+    }
+    fs::write(folder.path().join("r.csv"), text).unwrap();
+    let run = run_in(folder.path(), words("live --replay r.csv --plain"));
+    assert_eq!(run.code, 3, "{}", run.err);
+    assert!(
+        run.err.contains("✓ +z") && run.err.contains("1 pose"),
+        "{}",
+        run.err
+    );
+}
