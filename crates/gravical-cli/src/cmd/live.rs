@@ -242,8 +242,9 @@ impl Args {
             let replay = Replay::open(file, &self.read_options())?;
             return Ok(Some((SourceKind::Replay, name, Box::new(replay))));
         }
+        // Only a replay has none.
         let Some(folder) = folder else {
-            return Err(Error::usage("no-source", "no source of rows").into());
+            return Ok(None);
         };
         let before = journal.and_then(|j| j.source.as_ref());
         let resumes = journal.is_some();

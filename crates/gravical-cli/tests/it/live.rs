@@ -12,13 +12,16 @@ use serde_json::Value;
 use super::support::{calibrate, program, run_in, words};
 
 /// Commands of a whole session; the sensor lies on +z at its start.
-const WHOLE: [&str; 14] = [
+const WHOLE: [&str; 17] = [
     "gravity 9.80665",
     "+x",
     "-x",
     "+y",
     "-y",
     "-z",
+    "free",
+    "free",
+    "free",
     "free",
     "free",
     "free",
@@ -258,6 +261,8 @@ fn an_interrupted_session_says_how_to_go_on() {
         assert!(began.elapsed() < PATIENCE, "no pose was accepted");
         std::thread::sleep(Duration::from_millis(20));
     }
+    // The end of its input would end the session.
+    let _open = child.stdin.take();
     let kill = ["-s", "INT", &child.id().to_string()];
     assert!(Command::new("kill").args(kill).status().unwrap().success());
     let (code, _, err) = end(child);

@@ -544,7 +544,7 @@ pub enum Command {
         #[serde(default)]
         altitude: Option<f64>,
     },
-    /// Moves a simulated sensor.
+    /// Moves a simulated sensor; without anything else to the direction that is asked for.
     Hand {
         /// Lay it down with this face up.
         #[serde(default)]
@@ -587,8 +587,10 @@ impl Command {
                 .zip(number(height))
                 .map(|(v, h)| gravity(None, Some(v), Some(h))),
             ["shake"] => Some(hand(None, None, true)),
+            ["free"] => Some(hand(None, None, false)),
             [face] if super::face_of(face).is_some() => {
-                Some(hand(Some(face.to_owned()), None, false))
+                let face = super::face_of(face).map(|f| f.name());
+                Some(hand(face, None, false))
             }
             [x, y, z] => (|| Some([number(x)?, number(y)?, number(z)?]))()
                 .map(|up| hand(None, Some(up), false)),

@@ -14,7 +14,7 @@
 //! [`folder`] is the folder of a session, which `gravical calibrate` accepts.
 //!
 //! Memory is bounded: kept are the rows of the accepted poses and of the motions between them, up
-//! to 20 s each.
+//! to a minute each.
 //!
 //! # Example
 //!

@@ -9,7 +9,9 @@ use crate::recording::collect::Columns;
 use super::reader::{Sample, keep};
 
 /// Motions longer than this are not kept, s.
-const LONGEST_S: f64 = 20.0;
+const LONGEST_S: f64 = 60.0;
+/// With more rows than these no motions are kept any more, only poses.
+const MOST_ROWS: usize = 300_000;
 
 /// Rows of the session.
 #[derive(Default)]
@@ -55,6 +57,9 @@ impl SessionRows {
         empty: impl FnOnce() -> Columns,
     ) -> Result<Range<usize>> {
         let columns = self.kept.get_or_insert_with(empty);
+        if columns.rows() > MOST_ROWS {
+            self.recent.retain(|s| s.row >= pose.start);
+        }
         let mut start = None;
         while let Some(sample) = self.recent.front().filter(|s| s.row < pose.end) {
             if sample.row >= pose.start {

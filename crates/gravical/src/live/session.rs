@@ -182,7 +182,7 @@ impl Session {
     pub fn bytes(&mut self, bytes: &[u8]) -> Result<Vec<Message>> {
         self.reader.push(bytes)?;
         while let Some(sample) = self.reader.next()? {
-            if self.fit_due {
+            if self.fit_due && !self.restoring {
                 self.fit();
             }
             self.sample(sample)?;
@@ -234,9 +234,9 @@ impl Session {
         }
         self.interrupt();
         self.progress_s = self.now_s;
-        let safe = self.safe();
+        let message = format!("Here again. {}", self.safe());
         self.emit(Event::Resumed {
-            message: format!("Here again. {safe}"),
+            message: message.trim_end().to_owned(),
             poses: self.poses.len() as u32,
         });
         self.ask();
@@ -321,7 +321,7 @@ impl Session {
         match self.poses.len() {
             0 => String::new(),
             1 => "1 pose is safe.".to_owned(),
-            n => format!("{n} poses are safe."),
+            n => format!("{} are safe.", words::poses(n)),
         }
     }
 
@@ -445,6 +445,10 @@ impl Session {
     /// It moves: a capture that has begun is interrupted.
     fn moved(&mut self, state: &LiveState) {
         let hold = self.hold.take();
+        if hold.as_ref().is_some_and(|h| h.over) {
+            // The user begins to turn it.
+            self.progress_s = self.now_s;
+        }
         if let Some(hold) = hold.filter(|h| h.capturing && !h.over) {
             let progress_s = (hold.rows.len() as f64 / self.rate_hz) - self.options.settle_s;
             if progress_s > LEAST_PROGRESS * self.options.capture_s {
@@ -462,9 +466,6 @@ impl Session {
             }
         }
         if self.state != State::Floor {
-            if self.state != State::Wait {
-                self.progress_s = self.now_s;
-            }
             self.state = State::Wait;
         }
         self.go_away();
@@ -796,9 +797,6 @@ impl Session {
             );
         }
         self.fit_due = true;
-        if self.poses.len() < FIRST_FIT {
-            self.ask();
-        }
         Ok(())
     }
 
@@ -879,9 +877,6 @@ impl Session {
             hold.rows.start = hold.rows.end;
             (hold.over, hold.capturing) = (false, false);
         }
-        if self.poses.len() < FIRST_FIT {
-            self.ask();
-        }
     }
 
     fn set_gravity(&mut self, value: Option<f64>, latitude: Option<f64>, altitude: Option<f64>) {
@@ -904,10 +899,14 @@ impl Session {
     }
 
     fn finish(&mut self) {
-        self.fit();
+        if self.fit_due {
+            self.fit();
+        }
         let Some(file) = &self.file else {
-            let n = self.poses.len();
-            self.refuse(&format!("{n} poses determine nothing yet: at least {FIRST_FIT}, better six faces and three free poses"));
+            let what = words::poses(self.poses.len());
+            self.refuse(&format!(
+                "with {what} nothing is determined yet: at least {FIRST_FIT} are needed, better six faces and three free poses"
+            ));
             return;
         };
         let verdict = file.verdict.clone();

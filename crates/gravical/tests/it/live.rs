@@ -289,6 +289,7 @@ fn rows(from: u32, count: u32, at: [f64; 3]) -> String {
     (from..from + count).map(row).collect()
 }
 
+/// Rests of so many rows at each reading, and a second of motion after each.
 fn session_of(parts: &[(u32, [f64; 3])]) -> (Session, Vec<Message>) {
     let mut session = Session::new("recording.csv", LiveOptions::default());
     let mut text = "t_ms,ax,ay,az\n".to_owned();
@@ -332,26 +333,24 @@ fn a_still_sensor_of_no_known_unit_is_told_so() {
 
 #[test]
 fn what_moves_is_told_which_test_fails() {
-    let mut hand = begun();
-    for _ in 0..8 {
-        hand.bump();
-        hand.pass(0.3);
-        hand.lay(face("+x"));
-        hand.pass(0.5);
-    }
-    let hints: Vec<String> = hand
-        .pass(2.0)
+    let (mut session, _) = session_of(&[(500, [0.1, 0.2, 9.8])]);
+    let shaken = |i: u32| rows(600 + i, 1, [f64::from(i % 9) - 4.0, 5.0, 5.0]);
+    let text: String = (0..800).map(shaken).collect();
+    let events = session.bytes(text.as_bytes()).unwrap();
+    let hints: Vec<(f64, Option<String>)> = events
         .iter()
         .filter_map(|m| match &m.event {
-            Event::Status(s) => s.hint.clone(),
+            Event::Status(s) => Some((m.t_s, s.hint.clone())),
             _ => None,
         })
         .collect();
+    let first = hints.iter().find(|(_, hint)| hint.is_some()).unwrap();
+    // Five seconds after it began to move.
+    assert!((9.5..11.5).contains(&first.0), "{first:?}");
+    let last = hints.last().unwrap().1.as_ref().unwrap();
     assert!(
-        hints
-            .iter()
-            .any(|h| h.contains("still moving: ") && h.contains("limit")),
-        "{hints:?}"
+        last.starts_with("still moving: ") && last.contains(" mg, limit "),
+        "{last}"
     );
 }
 
@@ -469,7 +468,7 @@ fn poses_of_real_recordings_are_those_that_calibrate_finds() {
     for (file, capture_s) in REAL {
         let path = folder.join(file);
         let (session, _) = replayed(&path, capture_s, capture_s);
-        let live: Vec<[f64; 3]> = session.poses().map(|p| p.up).collect();
+        let live: Vec<[f64; 3]> = session.poses().map(|p| p.mean).collect();
         let recording = excerpt::read(
             &path,
             &ReadOptions::default(),

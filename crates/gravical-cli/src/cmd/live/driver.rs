@@ -29,6 +29,13 @@ use crate::options::command_line;
 /// A hand that was told to move is left alone for this long, s, unless the pose is accepted.
 const HAND_S: f64 = 8.0;
 
+fn poses(count: usize) -> String {
+    match count {
+        1 => "1 pose".to_owned(),
+        n => format!("{n} poses"),
+    }
+}
+
 /// Shows events.
 pub trait Renderer {
     /// Shows one. A reader who does not read does not stop the session.
@@ -106,12 +113,17 @@ impl Driver<'_> {
     ///
     /// Those of the source and of the disk.
     pub fn run(mut self, kind: SourceKind, name: &str, resumes: bool) -> anyhow::Result<ExitCode> {
-        let mut hand = Hand::default();
+        // A simulated sensor is left alone until its noise is known.
+        let mut hand = Hand {
+            busy_until_s: HAND_S,
+            ..Hand::default()
+        };
         let folder = self.folder.as_ref().map(|f| f.display().to_string());
         let begun = self.session.begin(kind, name, folder);
         self.show(begun, &mut hand, resumes)?;
         if resumes {
             self.restore(&mut hand)?;
+            hand.busy_until_s = hand.now_s + HAND_S;
         }
         let started = Instant::now();
         let reason = loop {
@@ -164,18 +176,16 @@ impl Driver<'_> {
             return Ok(ExitCode::from(failure::INTERRUPTED));
         }
         if reason == EndReason::SourceEnded {
-            let n = self.session.poses().count();
-            self.end(
-                reason,
-                &format!("the rows ended after {n} poses"),
-                &mut hand,
-            )?;
-            return Err(Error::input(
-                "too-few-poses",
-                format!("{n} poses were found: they determine no calibration"),
-            )
-            .with_hint("--any-pose accepts every steady hold, and --capture 1 shorter ones")
-            .into());
+            let poses = poses(self.session.poses().count());
+            self.end(reason, &format!("the rows ended after {poses}"), &mut hand)?;
+            let hint = match &self.folder {
+                Some(folder) => format!("gravical live --resume {} goes on", path_word(folder)),
+                None => {
+                    "--any-pose accepts every steady hold, and --capture 1 shorter ones".to_owned()
+                }
+            };
+            let what = format!("the session ended after {poses}: they determine no calibration");
+            return Err(Error::input("too-few-poses", what).with_hint(hint).into());
         }
         self.save(&mut hand)
     }
@@ -292,12 +302,9 @@ impl Driver<'_> {
             self.show(messages, hand, false)?;
         }
         let grade = file.verdict.grade;
-        let n = self.session.poses().count();
-        self.end(
-            EndReason::Finished,
-            &format!("{n} poses, verdict {}", grade.name()),
-            hand,
-        )?;
+        let poses = poses(self.session.poses().count());
+        let message = format!("{poses}, verdict {}", grade.name());
+        self.end(EndReason::Finished, &message, hand)?;
         Ok(match grade {
             Grade::Poor => ExitCode::from(failure::QUALITY),
             _ => ExitCode::SUCCESS,

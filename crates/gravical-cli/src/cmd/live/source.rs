@@ -211,7 +211,7 @@ impl Source for Simulated {
         if *shake {
             let line = LineOptions {
                 distance_m: 0.05,
-                move_time_s: 1.0,
+                move_time_s: 0.35,
                 ..LineOptions::default()
             };
             self.sensor.push(&line)?;
