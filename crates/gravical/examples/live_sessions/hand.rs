@@ -2,7 +2,7 @@
 
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::estimate::predicted::sphere;
-use gravical::live::event::{Event, Loss, Message, SourceKind, Wanted};
+use gravical::live::event::{Event, Loss, Message, Rejection, SourceKind, Wanted};
 use gravical::live::{Command, LiveOptions, Session};
 use gravical::segment::face::Face;
 use gravical::simulate::{
@@ -204,8 +204,11 @@ impl Hand {
         let began_s = self.now_s;
         while self.now_s - began_s < PATIENCE_S {
             let events = self.pass(0.1);
-            let over = |m: &Message| {
-                matches!(m.event, Event::PoseAccepted(_) | Event::PoseRejected { .. })
+            // After a bump it lies still, and is taken the next time.
+            let over = |m: &Message| match &m.event {
+                Event::PoseAccepted(_) => true,
+                Event::PoseRejected { reason, .. } => *reason != Rejection::Moved,
+                _ => false,
             };
             if events.iter().any(over) {
                 return;
