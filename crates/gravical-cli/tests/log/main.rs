@@ -13,6 +13,7 @@ mod closed;
 mod disk;
 mod fast;
 mod file_changes;
+mod live;
 mod logger;
 
 use std::fs;

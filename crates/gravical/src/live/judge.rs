@@ -222,7 +222,10 @@ impl Capture<'_> {
                 100.0 * (ratio - 1.0)
             ));
         }
-        let (face, _) = Face::nearest(means.accel);
+        let (face, tilt_deg) = Face::nearest(means.accel);
+        if tilt_deg > self.options.most_tilt_deg {
+            return None;
+        }
         let opposite = face.opposite().name();
         let twin = self
             .poses

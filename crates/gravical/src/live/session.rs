@@ -820,12 +820,16 @@ impl Session {
     fn capture_now(&mut self) {
         match &mut self.hold {
             Some(hold) if self.units.is_some() => {
-                if hold.over {
+                if hold.over && hold.capturing {
                     // From now on: what was judged stays judged.
                     hold.rows.start = hold.rows.end;
-                    hold.capturing = false;
                 }
-                (hold.over, hold.forced) = (false, true);
+                // What it has rested already counts.
+                let most = self.options.settle_rows(self.rate_hz)
+                    + self.options.capture_rows(self.rate_hz);
+                let earliest = hold.rows.end.saturating_sub(most);
+                hold.rows.start = hold.rows.start.max(earliest);
+                (hold.over, hold.capturing, hold.forced) = (false, false, true);
             }
             _ => self.refuse("it moves: hold it still first"),
         }

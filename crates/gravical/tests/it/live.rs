@@ -92,6 +92,11 @@ fn hands_that_follow_reach_a_good_result_that_the_same_rows_confirm() {
             "{clumsiness:?}: {:?}",
             file.verdict
         );
+        let scale = |r: &Rejection| matches!(r, Rejection::Scale | Rejection::Units);
+        assert!(
+            !rejections(&ended.messages).iter().any(scale),
+            "{clumsiness:?}"
+        );
         let [rms, worst] = ended.norm_error_mg().unwrap();
         assert!(rms < 1.5 && worst < 5.0, "{clumsiness:?}: {rms} {worst}");
         assert!(

@@ -1,0 +1,72 @@
+//! `gravical live` at a port: poses are safe when the cable is pulled, when the user interrupts,
+//! and when the session is resumed.
+
+use gravical::live::folder::{Journal, RECORDING};
+use rustix::process::Signal;
+use serde_json::Value;
+
+use super::board::Board;
+use super::logger::{Logger, until};
+use super::recording;
+
+#[test]
+fn a_guided_session_survives_an_unplugged_cable_and_an_interruption() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut board = Board::new(folder.path());
+    let line = format!("live --port {} --folder s --events -", board.port());
+    let mut live = Logger::start(folder.path(), &line);
+    assert_eq!(live.wait_for("session")["source"], "port");
+    board.greet();
+    board.rows(500);
+    let identified = live.wait_for("identified");
+    assert_eq!(
+        (&identified["unit"], &identified["gyro_unit"]),
+        (&"m/s^2".into(), &"deg/s".into())
+    );
+    let pose = live.wait_for("pose_accepted");
+    assert_eq!((&pose["face"], &pose["pose"]), (&"+z".into(), &1.into()));
+    let journal = |n: usize| {
+        let journal = Journal::read(&folder.path().join("s")).unwrap();
+        assert_eq!(journal.poses.len(), n);
+        journal
+    };
+    // It is in the journal when it is shown.
+    journal(1);
+
+    board.unplug();
+    let lost = live.wait_for("lost");
+    assert_eq!(
+        (&lost["why"], &lost["poses"]),
+        (&"unplugged".into(), &1.into())
+    );
+    board.lose(300);
+    board.plug_in();
+    // The port is opened some time later.
+    until(|| {
+        board.rows(10);
+        live.look();
+        live.has_seen("resumed")
+    });
+    assert_eq!(live.seen("resumed")["poses"], 1);
+    board.rows(100);
+    live.signal(Signal::INT);
+    let end = live.wait_for("end");
+    assert_eq!(end["reason"], "interrupted");
+    assert_eq!(end["resume"], "gravical live --resume s");
+    assert_eq!(live.gone(), Some(130));
+
+    let line = format!("live --port {} --resume s --events -", board.port());
+    let mut live = Logger::start(folder.path(), &line);
+    live.wait_for("session");
+    board.reset();
+    board.rows(600);
+    assert_eq!(live.wait_for("pose_accepted")["pose"], 1);
+    live.wait_for("resumed");
+    live.wait_for("floor");
+    live.signal(Signal::INT);
+    assert_eq!(live.wait_for("end")["poses"], Value::from(1));
+    assert_eq!(live.gone(), Some(130));
+    let recording = recording(&folder.path().join("s").join(RECORDING));
+    assert_eq!(journal(1).sections(&recording).unwrap().len(), 1);
+    assert!(recording.breaks.len() >= 2, "{:?}", recording.breaks);
+}
