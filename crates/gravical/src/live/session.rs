@@ -1,6 +1,8 @@
 //! The state machine.
 
-use std::collections::{BTreeMap, VecDeque};
+mod status;
+
+use std::collections::VecDeque;
 use std::ops::Range;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
@@ -16,8 +18,8 @@ use crate::still::{LiveState, LiveStills};
 
 use super::attitude::Attitude;
 use super::event::{
-    Command, EVENTS_VERSION, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, State, Status,
-    Tile, Undone, Wanted, WarningKind, Welcome,
+    Command, EVENTS_VERSION, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, State, Undone,
+    Wanted, WarningKind, Welcome,
 };
 use super::fit::{FIRST_FIT, FULL_FIT, fit, section_label};
 use super::judge::{Capture, Fault, Means, difference, length, mean, nearest_pose};
@@ -1052,157 +1054,6 @@ impl Session {
             true => force.map(|v| v / size),
             false => [0.0, 0.0, 1.0],
         }
-    }
-
-    fn status(&mut self) {
-        let up = self.direction();
-        let (face, tilt_deg) = Face::nearest(up);
-        let welcome = self.welcome(up);
-        let still = self.last.as_ref().is_some_and(|s| s.run.is_some());
-        let is_face = tilt_deg <= self.options.most_tilt_deg;
-        let tile = |f: Face| {
-            let here = is_face && f == face;
-            let tile = match self.state {
-                State::Capture if here => Tile::Capturing,
-                _ if self.has(f) => Tile::Done,
-                State::Settle if here => Tile::HoldStill,
-                _ if self.redo.contains(&f) => Tile::Redo,
-                _ => Tile::ToDo,
-            };
-            (f.name(), tile)
-        };
-        let tiles: BTreeMap<String, Tile> = Face::all().into_iter().map(tile).collect();
-        let known = self.units.is_some();
-        let gravity = self.options.gravity.value_mps2;
-        let nominal = self.units.map_or(f64::NAN, |u| u.nominal * gravity);
-        let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
-        let last = self.last.as_ref();
-        let temperature = self.rows.recent().next_back().map(Sample::temperature_c);
-        let status = Status {
-            state: self.state,
-            sentence: self.sentence(face, is_face, welcome),
-            hint: self.hint(face, welcome),
-            up,
-            attitude: self.attitude.q,
-            norm_g: finite(length(self.reading()) / nominal),
-            noise_mg: finite(last.map_or(0.0, |s| self.mg(s.scatter))),
-            limit_mg: last.filter(|_| known).map(|s| self.mg(s.most_scatter)),
-            still,
-            ring: self.ring(),
-            face: face.name(),
-            tilt_deg,
-            welcome,
-            rate_hz: self.rate_hz,
-            temperature_c: temperature.filter(|t| t.is_finite()),
-            tiles,
-            free_done: self.free_done(),
-        };
-        self.emit(Event::Status(Box::new(status)));
-    }
-
-    /// Rows of the hold so far.
-    fn held(&self) -> usize {
-        self.hold
-            .as_ref()
-            .filter(|h| !h.over)
-            .map_or(0, |h| h.rows.len())
-    }
-
-    fn ring(&self) -> f64 {
-        let settle = self.options.settle_rows(self.rate_hz) as f64;
-        let held = self.held() as f64;
-        let share = match self.state {
-            State::Floor => held / ((self.options.settle_s + self.options.floor_s) * self.rate_hz),
-            State::Settle => held / settle,
-            State::Capture => (held - settle) / self.options.capture_rows(self.rate_hz) as f64,
-            _ => 0.0,
-        };
-        share.clamp(0.0, 1.0)
-    }
-
-    fn sentence(&self, face: Face, is_face: bool, welcome: Welcome) -> String {
-        let called = match is_face {
-            true => words::attitude(face),
-            false => "free pose".to_owned(),
-        };
-        match self.state {
-            State::Identify => "Reading the first second.".to_owned(),
-            State::Floor => format!(
-                "Put the sensor on the table, hands off: {:.1} s.",
-                (1.0 - self.ring()) * (self.options.settle_s + self.options.floor_s)
-            ),
-            State::Settle => format!("{called}: hold still."),
-            State::Capture => format!(
-                "{called}: hold still, {:.1} s to go.",
-                (1.0 - self.ring()) * self.options.capture_s
-            ),
-            State::Lost => format!("No data. {}", self.safe()),
-            State::Done => "Done.".to_owned(),
-            State::Wait => {
-                let to_do = self.to_do();
-                if to_do.len() == 6 {
-                    "Put any side up, and hold still.".to_owned()
-                } else if !to_do.is_empty() && welcome == Welcome::Duplicate {
-                    format!("Turn it: {} up is to do.", words::any_of(&to_do))
-                } else if !to_do.is_empty() {
-                    format!("Put {} up, and hold still.", words::any_of(&to_do))
-                } else if self.grade == Some(Grade::Good) {
-                    "Good. Enter saves it; every further pose makes it better.".to_owned()
-                } else {
-                    match &self.next_hint {
-                        Some(hint) => {
-                            format!("Free pose: {hint}. Lean it on something, and let go.")
-                        }
-                        None => "Free pose: any new direction. Lean it on something, and let go."
-                            .to_owned(),
-                    }
-                }
-            }
-        }
-    }
-
-    /// Which test fails, after some time without progress.
-    fn hint(&self, face: Face, welcome: Welcome) -> Option<String> {
-        let waits = matches!(self.state, State::Wait | State::Floor);
-        if !waits || self.now_s - self.progress_s < self.options.hint_after_s {
-            return None;
-        }
-        let last = self.last.as_ref()?;
-        if last.run.is_some() {
-            let over = self.hold.as_ref().is_some_and(|h| h.over);
-            return match welcome {
-                Welcome::Duplicate if over => Some(format!(
-                    "it rests on {}, which is done",
-                    words::attitude(face)
-                )),
-                Welcome::Between if over => Some("it lies between two faces".to_owned()),
-                _ => None,
-            };
-        }
-        let unit = |v: f64| match self.units {
-            Some(_) => format!("{:.0} mg", self.mg(v)),
-            None => format!("{v:.3}"),
-        };
-        Some(if last.scatter > last.most_scatter {
-            format!(
-                "still moving: {}, limit {}",
-                unit(last.scatter),
-                unit(last.most_scatter)
-            )
-        } else if last.gyro_scatter > last.most_gyro_scatter {
-            let nominal = self.units.and_then(|u| u.gyro_nominal);
-            let deg_s = |v: f64| match nominal {
-                Some(nominal) => format!("{:.1} °/s", (v / nominal).to_degrees()),
-                None => format!("{v:.3}"),
-            };
-            format!(
-                "still turning: {}, limit {}",
-                deg_s(last.gyro_scatter),
-                deg_s(last.most_gyro_scatter)
-            )
-        } else {
-            "still turning slowly".to_owned()
-        })
     }
 }
 
