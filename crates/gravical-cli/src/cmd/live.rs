@@ -5,11 +5,14 @@ mod journal;
 mod plain;
 mod source;
 mod truth;
+#[cfg(feature = "live")]
+mod web;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, sync_channel};
 
 use gravical::calibration_file::SensorInfo;
 use gravical::gravity::Gravity;
@@ -23,18 +26,28 @@ use gravical::{Error, Result};
 use crate::cmd::log::BoardArgs;
 use crate::cmd::log::reporter::Reporter;
 use crate::options::GravityArgs;
+#[cfg(not(feature = "live"))]
+use crate::text::say;
 
-use driver::{Driver, Renderer};
+use driver::{Driver, Entry, Renderer};
 use journal::JournalFile;
 use plain::{EventLines, Plain};
 use source::{PortSource, Replay, Simulated, Source};
+#[cfg(feature = "live")]
+use web::Page;
+
+/// What is typed or clicked waits in a queue of this length.
+const ENTRIES: usize = 64;
 
 /// Guided calibration: says which side to put up, and what the result is worth
 #[derive(clap::Args)]
 #[command(after_help = "\
-Example: gravical live --simulate     calibrates a simulated sensor; type +x, -z, free, stop
+Example: gravical live --simulate     calibrates a simulated sensor on a page in the browser
 
-Commands, typed: undo; redo +x; take (accept this pose as it is); latitude 48.1;
+The page is served to this computer only; its address is the first line printed.
+--plain, and a replay without --speed, are in the terminal.
+
+Commands, typed here: undo; redo +x; take (accept this pose as it is); latitude 48.1;
 gravity 9.81; stop (calculate and save). Of a simulated sensor also +x … -z, free,
 shake, and a direction such as 0.6 0.6 0.5.
 
@@ -62,9 +75,17 @@ pub struct Args {
     /// Write events to a file, one JSON object a line; - is standard output
     #[arg(long, value_name = "FILE")]
     events: Option<PathBuf>,
-    /// In the terminal, one line an event
+    /// In the terminal only, one line an event
     #[arg(long)]
     plain: bool,
+    /// Do not open the page in the browser
+    #[cfg(feature = "live")]
+    #[arg(long, conflicts_with = "plain")]
+    no_open: bool,
+    /// Port of the page [default: a free one]
+    #[cfg(feature = "live")]
+    #[arg(long, value_name = "PORT", conflicts_with = "plain", value_parser = clap::value_parser!(u16).range(1..))]
+    http_port: Option<u16>,
     /// Accept every steady hold, repeats and free poses at any time too
     #[arg(long)]
     any_pose: bool,
@@ -106,60 +127,45 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
-    let mut reporter = Reporter::keeping();
-    let (journal, folder) = args.folder()?;
-    let opened = args.source(
-        journal.as_ref(),
-        folder.as_deref(),
-        &mut reporter,
-        &interrupted,
-    )?;
-    let Some((kind, name, mut source)) = opened else {
-        return Ok(ExitCode::from(crate::failure::INTERRUPTED));
-    };
+    let place = args.folder()?;
     let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Plain::new())];
     if let Some(path) = &args.events {
         renderers.push(Box::new(EventLines::open(path)?));
     }
-    let recording = match (&folder, &args.replay) {
-        (Some(folder), _) => folder.join(RECORDING),
-        (None, Some(file)) => file.clone(),
-        (None, None) => PathBuf::from("-"),
+    let (sender, entries) = sync_channel(ENTRIES);
+    #[cfg(feature = "live")]
+    let page = match args.has_page() {
+        true => Some(Page::serve(args.http_port, sender.clone())?),
+        false => None,
     };
-    let options = args.options(journal.as_ref())?;
-    let name_of_recording = recording.display().to_string();
-    let session = match &journal {
-        Some(journal) => Session::restore(
-            &name_of_recording,
-            options,
-            journal.poses.clone(),
-            journal.numbers,
-        ),
-        None => Session::new(&name_of_recording, options),
+    #[cfg(feature = "live")]
+    renderers.extend(page.as_ref().map(Page::renderer));
+    #[cfg(not(feature = "live"))]
+    if args.has_page() {
+        say(
+            "This program was built without the page (feature `live`): the session is in the terminal.",
+        );
+    }
+    match args.replay {
+        Some(_) => drop(sender),
+        None => driver::typed(sender),
+    }
+    let begins = || {
+        #[cfg(feature = "live")]
+        if let Some(page) = page.as_ref().filter(|_| !args.no_open) {
+            page.open();
+        }
     };
-    let journal_file = folder
-        .as_deref()
-        .map(|f| JournalFile::open(f, journal.is_some()));
-    let output = match (&args.output, &folder) {
-        (Some(path), _) => Some(path.clone()),
-        (None, Some(folder)) => Some(free_name(&folder.join("calibration.json"))),
-        (None, None) => None,
-    };
-    let driver = Driver {
-        session,
-        source: source.as_mut(),
-        renderers,
-        journal: journal_file.transpose()?,
-        folder: folder.clone(),
-        read: args.read_options(),
-        output,
-        speed: args
-            .speed
-            .unwrap_or(if args.replay.is_some() { 0.0 } else { 1.0 }),
-        commands: driver::typed(args.replay.is_none()),
-        interrupted: &interrupted,
-    };
-    driver.run(kind, &name, journal.is_some())
+    let done = args.guide(place, renderers, entries, &interrupted, begins);
+    #[cfg(feature = "live")]
+    if let Some(page) = page {
+        match &done {
+            Err(error) => page.fail(&error.to_string()),
+            Ok(_) if interrupted.load(Ordering::SeqCst) => page.last_word(),
+            Ok(_) => page.stay(&interrupted),
+        }
+    }
+    done
 }
 
 /// A source that is open: its kind and its name.
@@ -178,6 +184,76 @@ fn free_name(path: &Path) -> PathBuf {
 }
 
 impl Args {
+    /// The session, from its source to its end; `begins` is called when the source is there.
+    fn guide(
+        &self,
+        (journal, folder): (Option<Journal>, Option<PathBuf>),
+        renderers: Vec<Box<dyn Renderer>>,
+        entries: Receiver<Entry>,
+        interrupted: &AtomicBool,
+        begins: impl FnOnce(),
+    ) -> anyhow::Result<ExitCode> {
+        let options = self.options(journal.as_ref())?;
+        let mut reporter = Reporter::keeping();
+        let opened = self.source(
+            journal.as_ref(),
+            folder.as_deref(),
+            &mut reporter,
+            interrupted,
+        )?;
+        let Some((kind, name, mut source)) = opened else {
+            return Ok(ExitCode::from(crate::failure::INTERRUPTED));
+        };
+        begins();
+        let recording = match (&folder, &self.replay) {
+            (Some(folder), _) => folder.join(RECORDING),
+            (None, Some(file)) => file.clone(),
+            (None, None) => PathBuf::from("-"),
+        };
+        let name_of_recording = recording.display().to_string();
+        let session = match &journal {
+            Some(journal) => Session::restore(
+                &name_of_recording,
+                options,
+                journal.poses.clone(),
+                journal.numbers,
+            ),
+            None => Session::new(&name_of_recording, options),
+        };
+        let journal_file = folder
+            .as_deref()
+            .map(|f| JournalFile::open(f, journal.is_some()));
+        let output = match (&self.output, &folder) {
+            (Some(path), _) => Some(path.clone()),
+            (None, Some(folder)) => Some(free_name(&folder.join("calibration.json"))),
+            (None, None) => None,
+        };
+        let driver = Driver {
+            session,
+            source: source.as_mut(),
+            renderers,
+            journal: journal_file.transpose()?,
+            folder: folder.clone(),
+            read: self.read_options(),
+            output,
+            speed: self.speed(),
+            entries,
+            interrupted,
+        };
+        driver.run(kind, &name, journal.is_some())
+    }
+
+    /// Times real time; 0 is as fast as possible.
+    fn speed(&self) -> f64 {
+        let default = if self.replay.is_some() { 0.0 } else { 1.0 };
+        self.speed.unwrap_or(default)
+    }
+
+    /// A page would be loaded after a session as fast as possible.
+    fn has_page(&self) -> bool {
+        !self.plain && self.speed() > 0.0
+    }
+
     /// The journal of a session that is resumed, and the folder; none for a replay.
     fn folder(&self) -> Result<(Option<Journal>, Option<PathBuf>)> {
         if self.replay.is_some() {
@@ -263,8 +339,7 @@ impl Args {
                 true => gravical::recording::read(&path, &self.read_options())?.end_s(),
                 false => 0.0,
             };
-            let speed = self.speed.unwrap_or(1.0);
-            let simulated = Simulated::open(&path, resumes, seed, rows_s, speed)?;
+            let simulated = Simulated::open(&path, resumes, seed, rows_s, self.speed())?;
             return Ok(Some((SourceKind::Simulate, name, Box::new(simulated))));
         }
         let mut board = self.board.clone();

@@ -20,6 +20,8 @@ mod inputs;
 mod joint;
 #[cfg(unix)]
 mod live;
+#[cfg(all(unix, feature = "live"))]
+mod live_page;
 mod motion;
 mod motion_causal;
 mod motion_faults;

@@ -160,6 +160,8 @@ pub enum Event {
         file: String,
         /// The folder of the session.
         folder: Option<String>,
+        /// The calibration report, where it was written.
+        report: Option<String>,
         /// Commands to go on with.
         next: Vec<String>,
     },

@@ -5,7 +5,7 @@ use std::io::BufRead as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
 
 use gravical::calibrate::CalibrateOptions;
@@ -16,8 +16,9 @@ use gravical::live::event::{
 };
 use gravical::live::folder::calibrate_session;
 use gravical::output::path_word;
-use gravical::recording::ReadOptions;
-use gravical::{Error, Result};
+use gravical::recording::{ReadOptions, Recording};
+use gravical::segment::Segmentation;
+use gravical::{Error, Result, figure, report};
 
 use super::journal::{JournalFile, is_vital};
 use super::source::{Incoming, Source};
@@ -25,6 +26,7 @@ use super::truth::truth_event;
 use crate::cmd::calibrate::save;
 use crate::failure;
 use crate::options::command_line;
+use crate::report::write_report;
 
 /// A hand that was told to move is left alone for this long, s, unless the pose is accepted.
 const HAND_S: f64 = 8.0;
@@ -42,32 +44,40 @@ pub trait Renderer {
     fn show(&mut self, message: &Message);
     /// Shows an answer to what was typed.
     fn answer(&mut self, _text: &str) {}
+    /// Takes the calibration report, which comes before the event that it was saved.
+    fn report(&mut self, _html: &str) {}
 }
 
-/// Commands that are typed, a line each.
-pub fn typed(wanted: bool) -> Receiver<std::result::Result<Command, String>> {
-    let (sender, receiver) = channel();
-    if wanted {
-        std::thread::spawn(move || {
-            for line in std::io::stdin()
-                .lock()
-                .lines()
-                .map_while(std::io::Result::ok)
-            {
-                if line.trim().is_empty() {
-                    continue;
-                }
-                let command = Command::parse(&line).map_err(|e| match e.hint() {
-                    Some(hint) => format!("{e}; {hint}"),
-                    None => e.to_string(),
-                });
-                if sender.send(command).is_err() {
-                    return;
-                }
+/// What the user wants.
+pub enum Entry {
+    /// A line that was typed, or why it is no command. Several at once are done one after the
+    /// other: what moves a simulated sensor waits until the pose before is taken.
+    Typed(std::result::Result<Command, String>),
+    /// From the page, where one sees what happens: done at once.
+    #[cfg(feature = "live")]
+    Clicked(Command),
+}
+
+/// Sends what is typed, a line each.
+pub fn typed(sender: SyncSender<Entry>) {
+    std::thread::spawn(move || {
+        for line in std::io::stdin()
+            .lock()
+            .lines()
+            .map_while(std::io::Result::ok)
+        {
+            if line.trim().is_empty() {
+                continue;
             }
-        });
-    }
-    receiver
+            let command = Command::parse(&line).map_err(|e| match e.hint() {
+                Some(hint) => format!("{e}; {hint}"),
+                None => e.to_string(),
+            });
+            if sender.send(Entry::Typed(command)).is_err() {
+                return;
+            }
+        }
+    });
 }
 
 /// A session and everything around it.
@@ -82,9 +92,12 @@ pub struct Driver<'a> {
     pub output: Option<PathBuf>,
     /// Times real time; 0 is as fast as possible.
     pub speed: f64,
-    pub commands: Receiver<std::result::Result<Command, String>>,
+    pub entries: Receiver<Entry>,
     pub interrupted: &'a AtomicBool,
 }
+
+/// The recordings of a session, and where its poses are.
+type Recorded = (Vec<Recording>, Segmentation);
 
 /// Commands that wait for the hand.
 #[derive(Default)]
@@ -151,7 +164,7 @@ impl Driver<'_> {
             self.show(messages, &mut hand, false)?;
             let messages = self.session.settle();
             self.show(messages, &mut hand, false)?;
-            self.typed(&mut hand)?;
+            self.commands(&mut hand)?;
             if self.session.is_done() {
                 break EndReason::Finished;
             }
@@ -239,12 +252,16 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Does what was typed. What moves a simulated sensor waits until the pose before is taken.
-    fn typed(&mut self, hand: &mut Hand) -> Result<()> {
+    /// Does what the user wants.
+    fn commands(&mut self, hand: &mut Hand) -> Result<()> {
         loop {
-            match self.commands.try_recv() {
-                Ok(Ok(command)) => hand.waiting.push_back(command),
-                Ok(Err(text)) => self.renderers.iter_mut().for_each(|r| r.answer(&text)),
+            match self.entries.try_recv() {
+                Ok(Entry::Typed(Ok(command))) => hand.waiting.push_back(command),
+                Ok(Entry::Typed(Err(text))) => {
+                    self.renderers.iter_mut().for_each(|r| r.answer(&text));
+                }
+                #[cfg(feature = "live")]
+                Ok(Entry::Clicked(command)) => self.command(&command, hand)?,
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => {
                     hand.closed = true;
@@ -253,46 +270,45 @@ impl Driver<'_> {
             }
         }
         while hand.now_s >= hand.busy_until_s
+            && !self.session.is_done()
             && let Some(command) = hand.waiting.pop_front()
         {
-            match self.source.hand(&command, hand.asked) {
-                Ok(true) => hand.busy_until_s = hand.now_s + HAND_S,
-                Ok(false) => {
-                    let messages = self.session.command(&command);
-                    self.show(messages, hand, false)?;
-                }
-                Err(error) => self
-                    .renderers
-                    .iter_mut()
-                    .for_each(|r| r.answer(&error.to_string())),
-            }
-            if self.session.is_done() {
-                break;
-            }
+            self.command(&command, hand)?;
         }
         Ok(())
+    }
+
+    fn command(&mut self, command: &Command, hand: &mut Hand) -> Result<()> {
+        let messages = match self.source.hand(command, hand.asked) {
+            Ok(true) => {
+                hand.busy_until_s = hand.now_s + HAND_S;
+                return Ok(());
+            }
+            Ok(false) => self.session.command(command),
+            Err(error) => self.session.note(Event::Warning {
+                kind: WarningKind::Refused,
+                message: error.to_string(),
+            }),
+        };
+        self.show(messages, hand, false)
     }
 
     /// Saves the calibration, and reads it back.
     fn save(mut self, hand: &mut Hand) -> anyhow::Result<ExitCode> {
         self.source.make_safe()?;
-        let file = self.calibration()?;
+        let (file, session) = self.calibration()?;
         if let Some(output) = self.output.take() {
             save(&output, false, &file)?;
+            let report = self.report(&file, session.as_ref(), &output, hand)?;
             let word = path_word(&output);
             let saved = Event::Saved {
                 file: output.display().to_string(),
                 folder: self.folder.as_ref().map(|f| f.display().to_string()),
-                next: std::iter::once(format!(
-                    "gravical apply {word} RECORDING.csv -o calibrated.csv"
-                ))
-                .chain(self.folder.as_deref().map(|folder| {
-                    format!(
-                        "gravical calibrate {} --report calibration.html",
-                        path_word(folder)
-                    )
-                }))
-                .collect(),
+                report: report.map(|path| path.display().to_string()),
+                next: vec![
+                    format!("gravical apply {word} RECORDING.csv -o calibrated.csv"),
+                    format!("gravical export {word} --to arduino"),
+                ],
             };
             let messages = self.session.note(saved);
             self.show(messages, hand, false)?;
@@ -311,19 +327,56 @@ impl Driver<'_> {
         })
     }
 
-    /// The calibration: of what is on the disk, where the session has a folder.
-    fn calibration(&self) -> Result<CalibrationFile> {
+    /// The calibration: of what is on the disk, where the session has a folder; then with its
+    /// recording.
+    fn calibration(&self) -> Result<(CalibrationFile, Option<Recorded>)> {
         if let Some(folder) = &self.folder {
             let options = CalibrateOptions {
                 command: Some(command_line()),
                 ..CalibrateOptions::default()
             };
             let given = Some(self.session.gravity());
-            let (_, done) = calibrate_session(folder, &self.read, &options, given)?;
-            return Ok(done.file);
+            let (recordings, done) = calibrate_session(folder, &self.read, &options, given)?;
+            return Ok((done.file, Some((recordings, done.segmentation))));
         }
         let file = self.session.calibration().cloned();
-        file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))
+        let file = file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))?;
+        Ok((file, None))
+    }
+
+    /// The calibration report, for the page and into the folder. Where it cannot be written, the
+    /// calibration is saved all the same.
+    fn report(
+        &mut self,
+        file: &CalibrationFile,
+        recorded: Option<&Recorded>,
+        output: &Path,
+        hand: &mut Hand,
+    ) -> Result<Option<PathBuf>> {
+        let session = recorded.map(|(recordings, segmentation)| figure::calibration::Session {
+            recordings,
+            segmentation,
+        });
+        let figures = figure::calibration::figures(file, session);
+        let document = report::calibration(file, Some(output), &figures);
+        let html = document.to_html();
+        self.renderers.iter_mut().for_each(|r| r.report(&html));
+        let Some(folder) = &self.folder else {
+            return Ok(None);
+        };
+        let name = Path::new(output.file_name().unwrap_or_default()).with_extension("html");
+        let path = folder.join(name);
+        match write_report(&path, false, &document) {
+            Ok(()) => Ok(Some(path)),
+            Err(error) => {
+                let messages = self.session.note(Event::Warning {
+                    kind: WarningKind::Other,
+                    message: format!("the report was not written: {error}"),
+                });
+                self.show(messages, hand, false)?;
+                Ok(None)
+            }
+        }
     }
 
     fn end(&mut self, reason: EndReason, message: &str, hand: &mut Hand) -> Result<()> {

@@ -157,9 +157,13 @@ fn lines(event: &Event) -> Vec<String> {
         }
         Event::Gravity { gravity_mps2, .. } => format!("gravity {gravity_mps2:.5} m/s²"),
         Event::Warning { message, .. } => format!("! {message}"),
-        Event::Saved { file, next, .. } => {
+        Event::Saved {
+            file, report, next, ..
+        } => {
+            let report = report.iter().map(|r| format!("  Report: {r}"));
             let next = next.iter().map(|n| format!("  Next: {n}"));
             return std::iter::once(format!("Saved to {file}; read back and compared."))
+                .chain(report)
                 .chain(next)
                 .collect();
         }

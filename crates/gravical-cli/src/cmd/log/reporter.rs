@@ -49,7 +49,8 @@ impl Reporter {
         }
     }
 
-    /// One that keeps the events for [`take_kept`](Self::take_kept) and shows nothing.
+    /// One that keeps the events for [`take_kept`](Self::take_kept), and shows only what is
+    /// waited for.
     pub fn keeping() -> Self {
         Reporter {
             kept: Some(Vec::new()),
@@ -67,6 +68,10 @@ impl Reporter {
     pub fn report(&mut self, event: &Event) {
         if let Some(kept) = &mut self.kept {
             kept.push(event.clone());
+            // There is no session yet that could say so.
+            if let Event::Waiting { text } = event {
+                self.line(&format!("waiting for {text}"));
+            }
             return;
         }
         if self.json {
