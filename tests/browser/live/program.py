@@ -1,0 +1,237 @@
+#!/usr/bin/env python3
+"""The page of `gravical live --simulate` in Chromium: whole sessions with the program itself.
+
+    tests/browser/live/program.py GRAVICAL [PICTURES]
+
+PICTURES is a folder for pictures, for people. What does not hold ends the program with what it was.
+"""
+
+import contextlib
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+
+from browser import Browser
+from check import CONTRAST, OVERFLOW, SIZES, Check
+
+FACES = ["+x", "-x", "+y", "-y", "-z"]
+
+
+class Live(Check):
+    """A browser at the page of a program."""
+
+    def __init__(self, browser, program, pictures):
+        self.browser, self.program, self.pictures = browser, program, pictures
+
+    @contextlib.contextmanager
+    def session(self, *options):
+        """A program that runs until this ends; its page is open."""
+        with tempfile.TemporaryDirectory() as folder:
+            self.child = subprocess.Popen([self.program, "live", "--no-open", *options], cwd=folder, text=True,
+                                          stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+            try:
+                self.url = self.child.stderr.readline().strip()
+                self.host = self.url.split("/?")[0]
+                self.browser.open(self.url)
+                yield pathlib.Path(folder)
+            finally:
+                self.child.send_signal(signal.SIGINT)
+                self.child.communicate(timeout=20)
+
+    def simulated(self, speed, seed=4):
+        return self.session("--simulate", "--seed", str(seed), "--folder", "s", "--speed", str(speed))
+
+    def picture(self, name):
+        if not self.pictures:
+            return
+        for width, height in SIZES:
+            self.browser.size(width, height)
+            self.browser.settle(10)
+            self.browser.picture(self.pictures / f"{name}-{width}.png", whole=width == 400)
+        self.browser.size(*SIZES[0])
+
+    def ready(self):
+        """The first pose is the rest that the noise was measured in."""
+        self.until("return state.poses.size === 1 && state.status?.state === 'wait'", 60)
+
+    def accepted(self, number):
+        self.until(f"return state.poses.size === {number} && state.next", 60)
+
+    def readable(self):
+        assert not (faint := self.browser.run(CONTRAST)), faint
+        assert not (wide := self.browser.run(OVERFLOW)), wide
+
+    def is_good(self):
+        return self.browser.run("return state.verdict?.grade === 'good'")
+
+    def ended(self, name):
+        """The end: verdict, truth, report, and nothing that the console complains about."""
+        self.until("return state.end?.reason === 'finished'", 60)
+        self.until("return document.querySelector('.truth')?.checkVisibility()")
+        assert self.shown(".grade") and self.shown(".saved") and not self.shown("#actions")
+        before, after = self.browser.run("return [state.truth.before_mg, state.truth.norm_error_mg]")
+        assert after < 5 < before, (before, after)
+        self.browser.click("#result [aria-expanded]")
+        self.until("return document.querySelector('iframe')?.contentDocument?.querySelectorAll('svg').length > 3")
+        for width, height in SIZES:
+            self.browser.size(width, height)
+            self.browser.settle(20)
+            self.readable()
+        self.browser.size(*SIZES[0])
+        self.picture(f"{name}-end")
+        self.quiet(name)
+
+    def by_keyboard(self):
+        browser = self.browser
+        with self.simulated(4) as folder:
+            self.ready()
+            self.picture("ready")
+            key = lambda face: browser.key(browser.run(f"return String(FACES.indexOf('{face}') + 1)"))
+            # A push in the capture: rejected with its reason; what was accepted stays. The key is
+            # pressed from within, so that it is in time.
+            browser.run("""const timer = setInterval(() => {
+              if (state.status?.state !== 'capture' || state.status.ring < 0.2) return;
+              clearInterval(timer);
+              document.body.dispatchEvent(new KeyboardEvent('keydown', { key: 's', bubbles: true }));
+            }, 10);""")
+            key("+x")
+            self.until("return document.querySelector('#notice.cross')?.textContent.includes('moved')", 60)
+            self.picture("rejected")
+            self.accepted(2)
+            for count, face in enumerate(FACES[1:], start=3):
+                key(face)
+                self.accepted(count)
+            browser.key("u")
+            self.until("return state.poses.size === 5 && document.querySelector('#notice.redo')")
+            key("-z")
+            self.accepted(6)
+            browser.key("r")
+            browser.key("-")
+            browser.key("y")
+            self.until("return state.status?.tiles['-y'] === 'redo'")
+            self.picture("redo")
+            key("-y")
+            self.accepted(6)
+            self.picture("six")
+            for count in range(7, 17):
+                if self.is_good():
+                    break
+                browser.key("n")
+                self.accepted(count)
+            assert self.is_good()
+            self.picture("good")
+            browser.key("Enter")
+            self.ended("keyboard")
+            for name in ("recording.csv", "session.ndjson", "calibration.json", "calibration.html"):
+                assert (folder / "s" / name).stat().st_size > 1000, name
+            # The last tab is gone: the program, too.
+            browser.open("about:blank")
+            assert self.child.wait(timeout=20) == 0
+        print("a session by keyboard")
+
+    def by_mouse(self):
+        browser = self.browser
+        with self.simulated(4, seed=5):
+            self.ready()
+            tile = lambda face: browser.click(f"#tiles li:nth-child({browser.run(f'''return FACES.indexOf('{face}') + 1''')}) button")
+            for count, face in enumerate(FACES, start=2):
+                tile(face)
+                self.accepted(count)
+            browser.click("[data-command=undo]")
+            self.until("return state.poses.size === 5")
+            browser.click("[data-command=redo]")
+            tile("+x")
+            self.until("return state.status?.tiles['+x'] === 'redo'")
+            tile("+x")
+            self.accepted(5)
+            browser.click("#shake")
+            tile("-z")
+            self.accepted(6)
+            browser.click("#as-drawn")
+            self.accepted(7)
+            # The board is dragged to where nothing is recorded.
+            browser.run("document.querySelector('#board').scrollIntoView({ block: 'center' })")
+            x, y, width = browser.run("const b = document.querySelector('#board').getBoundingClientRect();"
+                                      "return [b.left + b.width / 2, b.top + b.height / 2, b.width]")
+            up = browser.run("return state.status.up")
+            browser.drag((x, y), (x + width / 4, y + width / 5))
+            self.until(f"return angleDeg(state.status.up, {up}) > 15", 30)
+            browser.click("[data-command=finish]")
+            if browser.run("return document.querySelector('#sure').open"):
+                self.picture("sure")
+                browser.click("#sure [value=yes]")
+            self.ended("mouse")
+        print("a session by mouse")
+
+    def loaded_again(self):
+        """A page that is loaded again in a capture, two tabs, and the end of the first one."""
+        browser = self.browser
+        with self.simulated(1):
+            self.ready()
+            browser.key("1")
+            self.until("return state.status?.state === 'capture' && state.status.ring > 0.2", 60)
+            self.picture("capture")
+            browser.open(self.url)
+            self.until("return state.poses.size === 1 && state.status?.state === 'capture'")
+            self.accepted(2)
+            first = browser.call("GET", f"{browser.session}/window")
+            second = browser.call("POST", f"{browser.session}/window/new", {"type": "tab"})["handle"]
+            browser.call("POST", f"{browser.session}/window", {"handle": second})
+            browser.open(self.url)
+            self.until("return state.poses.size === 2")
+            self.until("return document.querySelector('#follower').checkVisibility()")
+            assert not self.shown("#actions") and not self.shown("#hands")
+            self.picture("follower")
+            browser.key("u")
+            browser.call("POST", f"{browser.session}/window", {"handle": first})
+            browser.call("DELETE", f"{browser.session}/window")
+            browser.call("POST", f"{browser.session}/window", {"handle": second})
+            self.until("return !document.querySelector('#follower').checkVisibility() && state.poses.size === 2")
+            assert self.shown("#actions")
+            browser.key("u")
+            self.until("return state.poses.size === 1")
+            self.quiet("loaded again")
+            # Ctrl-C: the page says how to go on.
+            self.child.send_signal(signal.SIGINT)
+            self.until("return state.end?.reason === 'interrupted' && document.querySelector('.command code')?.textContent.includes('--resume')")
+            self.picture("interrupted")
+        print("loaded again in a capture, two tabs, interrupted")
+
+    def of_a_board(self):
+        """What a board sends is text, whatever it is."""
+        evil = "<img src=x onerror=alert(1)>"
+        rows = "".join(f"{10 * i},{0.02 * (i * 7919 % 13 - 6):.3f},0.1,{9.8 + 0.01 * (i % 5):.3f},1\n" for i in range(600))
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / f"{evil.replace('/', '')}.csv"
+            path.write_text(f"t_ms,ax,ay,az,{evil}</script>\n{rows}")
+            with self.session("--replay", str(path), "--speed", "2"):
+                self.until("return document.querySelector('#device').textContent.includes('onerror')")
+                self.until("return state.end", 60)
+                assert self.browser.run("return document.images.length") == 0
+                self.quiet("of a board")
+        print("strings of a board")
+
+
+def main():
+    program = str(pathlib.Path(sys.argv[1]).resolve())
+    pictures = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None
+    if pictures:
+        pictures.mkdir(parents=True, exist_ok=True)
+    wanted = sys.argv[3:]
+    with tempfile.TemporaryDirectory() as profile:
+        browser = Browser(profile)
+        try:
+            browser.size(*SIZES[0])
+            browser.media()
+            live = Live(browser, program, pictures)
+            for part in (live.by_keyboard, live.by_mouse, live.loaded_again, live.of_a_board):
+                if not wanted or part.__name__ in wanted:
+                    part()
+        finally:
+            browser.stop()
+
+
+if __name__ == "__main__":
+    main()
