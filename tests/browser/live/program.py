@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The page of `gravical live --simulate` in Chromium: whole sessions with the program itself.
+"""The page of `gravical live` in Chromium: whole sessions with the program itself.
 
     tests/browser/live/program.py GRAVICAL [PICTURES]
 
@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 
+from board import BIAS, G, Board
 from browser import Browser
 from check import CONTRAST, OVERFLOW, SIZES, Check
 
@@ -199,6 +200,47 @@ class Live(Check):
             self.picture("interrupted")
         print("loaded again in a capture, two tabs, interrupted")
 
+    def at_a_port(self):
+        """A board that is unplugged in a capture, and plugged in again."""
+        browser = self.browser
+        ups = [[(0.02, -0.03, 1.0)[(i + k) % 3] * sign for i in range(3)] for k in (0, 2, 1) for sign in (1, -1)]
+        with tempfile.TemporaryDirectory() as folder:
+            board = Board(folder)
+            try:
+                with self.session("--port", str(board.port), "--folder", "s"):
+                    self.ready()
+                    assert self.shown("#gravity") and not self.shown("#hands")
+                    browser.run("document.querySelector('#latitude').value = '48,1'")
+                    browser.click("#gravity [type=submit]")
+                    self.until("return state.session.gravity_source === 'latitude'")
+                    for count, up in enumerate(ups[1:], start=2):
+                        board.turn(up)
+                        if count == 3:
+                            self.until("return state.status?.state === 'capture'", 30)
+                            board.unplug()
+                            self.until("return document.body.dataset.state === 'lost'", 30)
+                            self.picture("lost")
+                            assert self.browser.run("return state.poses.size") == 2
+                            board.plug()
+                            self.until("return document.body.dataset.state !== 'lost'", 30)
+                        self.accepted(count)
+                    board.turn([0.6, 0.6, 0.5])
+                    self.accepted(7)
+                    browser.key("Enter")
+                    if browser.run("return document.querySelector('#sure').open"):
+                        browser.key("Enter")
+                    self.until("return state.end?.reason === 'finished'", 60)
+                    # The bias of this board.
+                    bias = browser.run("return state.fit.bias_mg")
+                    for found, true in zip(bias, BIAS):
+                        assert abs(found - 1000 * true / G) < 8, (bias, BIAS)
+                    assert not self.shown(".truth")
+                    self.picture("port-end")
+                    self.quiet("at a port")
+            finally:
+                board.close()
+        print("a board at a port, unplugged in a capture")
+
     def of_a_board(self):
         """What a board sends is text, whatever it is."""
         evil = "<img src=x onerror=alert(1)>"
@@ -226,7 +268,7 @@ def main():
             browser.size(*SIZES[0])
             browser.media()
             live = Live(browser, program, pictures)
-            for part in (live.by_keyboard, live.by_mouse, live.loaded_again, live.of_a_board):
+            for part in (live.by_keyboard, live.by_mouse, live.loaded_again, live.at_a_port, live.of_a_board):
                 if not wanted or part.__name__ in wanted:
                     part()
         finally:
