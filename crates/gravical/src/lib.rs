@@ -11,7 +11,8 @@
 //!    gives a verdict on their accuracy. Read it first: it contains the whole method in order.
 //! 4. [`calibration_file`] stores them; [`apply`] calibrates recordings of any size with them,
 //!    [`check`] determines whether one still fits new recordings, [`compare`] whether two of them
-//!    differ by more than their uncertainty.
+//!    differ by more than their uncertainty; [`export`] writes them as code or parameters for
+//!    other programs.
 //! 5. [`denoise`] filters a recording and reports the effect on its noise.
 //!
 //! What is not shown here serves the program `gravical` and may change with every release.
@@ -55,6 +56,7 @@ mod error;
 pub mod estimate;
 #[doc(hidden)]
 pub mod excerpt;
+pub mod export;
 pub mod figure;
 pub mod finding;
 pub mod gravity;

@@ -8,6 +8,7 @@
 mod check;
 mod imucal;
 mod input;
+mod nominal;
 mod syntax;
 mod temperature;
 mod trust;

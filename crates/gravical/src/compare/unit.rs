@@ -1,7 +1,6 @@
 //! Two calibrations in one unit: nominal m/s², so that counts and g compare.
 
 use gravical_core::matrix3::inverse;
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{AccelerometerSection, CalibrationFile, TiltSource};
 use crate::recording::{AccelUnit, Finding, FindingKind};
@@ -11,9 +10,6 @@ use crate::{Error, Result};
 /// Scales within this share of each other are of one unit and range: far beyond
 /// any sensor, far below the next range.
 const SAME_SCALE: f64 = 0.2;
-
-/// Half of the range of an unsigned 16-bit converter.
-const UNSIGNED_OFFSET: f64 = 32768.0;
 
 /// One calibration: u = M a + b with u in nominal m/s².
 pub(super) struct Side {
@@ -45,7 +41,7 @@ pub(super) fn sides(
     findings: &mut Vec<Finding>,
 ) -> Result<[Side; 2]> {
     let [sa, sb] = [&a.accelerometer, &b.accelerometer];
-    let (per_a, per_b) = match (nominal(sa), nominal(sb)) {
+    let (per_a, per_b) = match (sa.nominal_per_mps2(), sb.nominal_per_mps2()) {
         (Some(na), Some(nb)) => (na, nb),
         _ => {
             let (ka, kb) = (mean_scale(sa), mean_scale(sb));
@@ -69,11 +65,17 @@ pub(super) fn sides(
             }
             // One unit for both: the nominal one where it is known, else what
             // the first calibration calls 1 m/s².
-            let per = nominal(sa).or(nominal(sb)).unwrap_or(ka);
+            let per = sa
+                .nominal_per_mps2()
+                .or(sb.nominal_per_mps2())
+                .unwrap_or(ka);
             (per, per)
         }
     };
-    if sa.input_unit != sb.input_unit && nominal(sa).is_some() && nominal(sb).is_some() {
+    if sa.input_unit != sb.input_unit
+        && sa.nominal_per_mps2().is_some()
+        && sb.nominal_per_mps2().is_some()
+    {
         findings.push(Finding::new(
             FindingKind::UnitsConverted,
             format!(
@@ -85,7 +87,7 @@ pub(super) fn sides(
             ),
         ));
     }
-    let offsets = [zero_offset(sa), zero_offset(sb)];
+    let offsets = [sa.zero_offset(), sb.zero_offset()];
     if offsets[0] != offsets[1] {
         findings.push(Finding::new(
             FindingKind::UnitsConverted,
@@ -138,32 +140,8 @@ fn side(
     })
 }
 
-/// Input units per m/s² by definition, or by the deviation that the file gives.
-pub(super) fn nominal(section: &AccelerometerSection) -> Option<f64> {
-    match section.input_unit {
-        AccelUnit::MetrePerSecondSquared => Some(1.0),
-        AccelUnit::StandardGravity => Some(1.0 / STANDARD_GRAVITY_MPS2),
-        AccelUnit::MilliGravity => Some(1000.0 / STANDARD_GRAVITY_MPS2),
-        AccelUnit::Counts | AccelUnit::Unknown => {
-            let deviation = section.scale_deviation_percent?[0];
-            let nominal = section.scale[0] / (1.0 + deviation / 100.0);
-            (nominal.is_finite() && nominal > 0.0).then_some(nominal)
-        }
-    }
-}
-
 fn mean_scale(section: &AccelerometerSection) -> f64 {
     section.scale.iter().sum::<f64>() / 3.0
-}
-
-/// The offset of unsigned counts, where the bias shows that it contains one.
-fn zero_offset(section: &AccelerometerSection) -> f64 {
-    let unsigned = section.input_unit == AccelUnit::Counts
-        && section
-            .bias
-            .iter()
-            .all(|b| (b / UNSIGNED_OFFSET - 1.0).abs() < 0.25);
-    if unsigned { UNSIGNED_OFFSET } else { 0.0 }
 }
 
 fn units_differ(a: &AccelerometerSection, b: &AccelerometerSection, names: [&str; 2]) -> Error {
@@ -172,7 +150,7 @@ fn units_differ(a: &AccelerometerSection, b: &AccelerometerSection, names: [&str
             "{} ({:.5} per m/s²{})",
             s.input_unit.name(),
             mean_scale(s),
-            if nominal(s).is_none() {
+            if s.nominal_per_mps2().is_none() {
                 ", nominal scale unknown"
             } else {
                 ""

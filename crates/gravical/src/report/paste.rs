@@ -1,51 +1,26 @@
 //! A calibration as code to paste: C, Python, and the equation.
 
-use crate::calibration_file::{CalibrationFile, GyroscopeSection};
+use crate::calibration_file::CalibrationFile;
 use crate::document::Snippet;
-use crate::document::number::{digits, unit};
+use crate::export::formula::{Formula, Language, comment};
 
-/// Language of a formula.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Language {
-    C,
-    Python,
-    Equation,
-}
-
-/// One sensor: `out = matrix · (raw − bias − coupling · a)`.
-struct Formula<'a> {
-    name: &'static str,
-    out: &'static str,
-    unit: &'static str,
-    raw_unit: String,
-    matrix: &'a [[f64; 3]; 3],
-    bias: &'a [f64; 3],
-    coupling: Option<&'a [[f64; 3]; 3]>,
-}
-
-/// The formulas with their numbers. Nine digits reproduce an `f32`; zero terms are omitted.
+/// The formulas with their numbers.
 pub(super) fn snippets(file: &CalibrationFile) -> Vec<Snippet> {
-    let a = &file.accelerometer;
-    let accelerometer = Formula {
-        name: "accelerometer",
-        out: "a",
-        unit: "m/s²",
-        raw_unit: unit(a.input_unit.name()),
-        matrix: &a.matrix,
-        bias: &a.bias,
-        coupling: None,
-    };
-    let gyroscope = file.gyroscope.as_ref().map(|g| Formula {
-        name: "gyroscope",
-        out: "w",
-        unit: "rad/s",
-        raw_unit: unit(g.input_unit.name()),
-        matrix: &g.matrix,
-        bias: &g.bias,
-        coupling: coupling(g),
-    });
+    let accelerometer =
+        Formula::accelerometer(file, "calibrate_accelerometer".to_owned(), ["r", "a", "a"]);
+    let gyroscope = file
+        .gyroscope
+        .as_ref()
+        .map(|g| Formula::gyroscope(g, "calibrate_gyroscope".to_owned(), ["r", "a", "w"], false));
     let formulas: Vec<Formula<'_>> = std::iter::once(accelerometer).chain(gyroscope).collect();
-    let drift = file.temperature_model.is_some();
+    let code = |language| {
+        let mut parts: Vec<String> = formulas.iter().map(|f| f.code(language)).collect();
+        if file.temperature_model.is_some() {
+            let note = "without temperature drift, which gravical apply corrects";
+            parts.push(comment(language, note));
+        }
+        parts.join("\n")
+    };
     [
         ("C", "c", Language::C),
         ("Python", "python", Language::Python),
@@ -54,233 +29,7 @@ pub(super) fn snippets(file: &CalibrationFile) -> Vec<Snippet> {
     .map(|(name, fence, language)| Snippet {
         language: name,
         fence,
-        code: code(language, &formulas, drift),
+        code: code(language),
     })
     .into()
-}
-
-fn coupling(g: &GyroscopeSection) -> Option<&[[f64; 3]; 3]> {
-    let some = g.g_sensitivity.iter().flatten().any(|v| *v != 0.0);
-    some.then_some(&g.g_sensitivity)
-}
-
-fn code(language: Language, formulas: &[Formula<'_>], drift: bool) -> String {
-    let mut parts: Vec<String> = formulas.iter().map(|f| f.code(language)).collect();
-    if drift {
-        let note = "without temperature drift, which gravical apply corrects";
-        parts.push(comment(language, note));
-    }
-    parts.join("\n")
-}
-
-fn comment(language: Language, text: &str) -> String {
-    match language {
-        Language::C => format!("/* {text} */\n"),
-        Language::Python => format!("# {text}\n"),
-        Language::Equation => format!("({text})\n"),
-    }
-}
-
-impl Formula<'_> {
-    fn code(&self, language: Language) -> String {
-        let Formula { name, out, .. } = self;
-        let also = self.coupling.map(|_| "; a: calibrated acceleration, m/s²");
-        let head = comment(
-            language,
-            &format!(
-                "r: {name}, raw, {}; {out}: {}{}",
-                self.raw_unit,
-                self.unit,
-                also.unwrap_or("")
-            ),
-        );
-        let also = self.coupling.is_some();
-        let raw: Vec<String> = (0..3).map(|i| self.raw_less_bias(language, i)).collect();
-        let rows: Vec<String> = (0..3).map(|i| self.row(language, i)).collect();
-        match language {
-            Language::C => format!(
-                "{head}void calibrate_{name}(const double r[3], {}double {out}[3])\n{{\n    const double u[3] = {{\n        {}\n    }};\n    {};\n}}\n",
-                if also { "const double a[3], " } else { "" },
-                raw.join(",\n        "),
-                rows.join(";\n    ")
-            ),
-            Language::Python => format!(
-                "{head}def calibrate_{name}(r{}):\n    u = [\n        {}\n    ]\n    return [\n        {}\n    ]\n",
-                if also { ", a" } else { "" },
-                raw.join(",\n        "),
-                rows.join(",\n        ")
-            ),
-            Language::Equation => format!("{head}{}\n{}\n", raw.join("\n"), rows.join("\n")),
-        }
-    }
-
-    /// One axis of the raw value minus its offset.
-    fn raw_less_bias(&self, language: Language, j: usize) -> String {
-        let mut terms = vec![(-self.bias[j], String::new())];
-        let coupled = self.coupling.map_or([0.0; 3], |s| s[j]);
-        terms.extend((0..3).map(|k| (-coupled[k], variable(language, "a", k))));
-        let rest = sum(language, terms);
-        let value = format!("{}{rest}", variable(language, "r", j));
-        match language {
-            Language::Equation => format!("{} = {value}", variable(language, "u", j)),
-            _ => value,
-        }
-    }
-
-    /// One axis of the result.
-    fn row(&self, language: Language, i: usize) -> String {
-        let terms = (0..3).map(|j| (self.matrix[i][j], variable(language, "u", j)));
-        let sum = sum(language, terms);
-        let sum = match (sum.strip_prefix(" + "), sum.strip_prefix(" - ")) {
-            (Some(rest), _) => rest.to_owned(),
-            (_, Some(rest)) => format!("-{rest}"),
-            _ => "0.0".to_owned(),
-        };
-        match language {
-            Language::Python => sum,
-            _ => format!("{} = {sum}", variable(language, self.out, i)),
-        }
-    }
-}
-
-fn variable(language: Language, name: &str, i: usize) -> String {
-    match language {
-        Language::Equation => format!("{name}{}", ["x", "y", "z"][i.min(2)]),
-        _ => format!("{name}[{i}]"),
-    }
-}
-
-/// The non-zero terms, each with its sign.
-fn sum(language: Language, terms: impl IntoIterator<Item = (f64, String)>) -> String {
-    let terms = terms.into_iter().filter(|(factor, _)| *factor != 0.0);
-    terms
-        .map(|(factor, of)| term(language, factor, &of))
-        .collect()
-}
-
-/// ` + 1.5e0 * of` with its sign; without `of` the number alone.
-fn term(language: Language, factor: f64, of: &str) -> String {
-    let sign = if factor < 0.0 { '-' } else { '+' };
-    let size = factor.abs();
-    let number = match language {
-        Language::Equation if size >= 0.01 => digits(size, 6),
-        Language::Equation => format!("{size:.5e}"),
-        _ => format!("{size:.8e}"),
-    };
-    match (of, language) {
-        ("", _) => format!(" {sign} {number}"),
-        (_, Language::Equation) => format!(" {sign} {number} {of}"),
-        _ => format!(" {sign} {number} * {of}"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::io::Write as _;
-    use std::process::{Command, Output};
-
-    use super::*;
-    use gravical_core::matrix3::mul_vec;
-
-    type Matrix = [[f64; 3]; 3];
-
-    /// Every sign, and zeros.
-    const ACCEL: (Matrix, [f64; 3]) = (
-        [[1.0 / 3.0, 0.0, -2e-7], [-1.02, 0.0, 0.0], [0.0; 3]],
-        [-0.5, 0.0, 12345.678],
-    );
-    const GYRO: (Matrix, [f64; 3]) = (
-        [[1.1, -0.01, 0.0], [0.0, 0.9, 0.02], [0.0, 0.0, 1.0]],
-        [0.01, -0.02, 0.0],
-    );
-    const COUPLING: Matrix = [[0.0; 3], [1e-4, 0.0, -3e-4], [0.0; 3]];
-
-    fn formulas() -> [Formula<'static>; 2] {
-        let accelerometer = Formula {
-            name: "accelerometer",
-            out: "a",
-            unit: "m/s²",
-            raw_unit: "counts".to_owned(),
-            matrix: &ACCEL.0,
-            bias: &ACCEL.1,
-            coupling: None,
-        };
-        let gyroscope = Formula {
-            name: "gyroscope",
-            out: "w",
-            unit: "rad/s",
-            raw_unit: "°/s".to_owned(),
-            matrix: &GYRO.0,
-            bias: &GYRO.1,
-            coupling: Some(&COUPLING),
-        };
-        [accelerometer, gyroscope]
-    }
-
-    /// Output of the program; none where it is not installed.
-    fn run(
-        program: &str,
-        call: impl Fn(&mut Command) -> std::io::Result<Output>,
-    ) -> Option<String> {
-        match call(&mut Command::new(program)) {
-            Ok(output) => {
-                assert!(
-                    output.status.success(),
-                    "{}",
-                    String::from_utf8_lossy(&output.stderr)
-                );
-                Some(String::from_utf8(output.stdout).unwrap())
-            }
-            Err(e) => {
-                assert!(std::env::var_os("CI").is_none(), "{program}: {e}");
-                println!("skipped: {program}: {e}");
-                None
-            }
-        }
-    }
-
-    #[test]
-    fn what_is_pasted_compiles_and_calibrates() {
-        let raw = [1.25, -9.5, 3.0];
-        let less = |b: [f64; 3]| std::array::from_fn(|i| raw[i] - b[i]);
-        let accel: [f64; 3] = mul_vec(&ACCEL.0, &less(ACCEL.1));
-        let coupled = mul_vec(&COUPLING, &accel);
-        let offset = std::array::from_fn(|i| GYRO.1[i] + coupled[i]);
-        let rate = mul_vec(&GYRO.0, &less(offset));
-        let agrees = |out: Option<String>| {
-            let Some(out) = out else { return };
-            let numbers: Vec<f64> = out.split_whitespace().map(|w| w.parse().unwrap()).collect();
-            assert_eq!(numbers.len(), 6, "{out}");
-            for (n, want) in numbers.iter().zip(accel.iter().chain(&rate)) {
-                assert!(
-                    (n - want).abs() <= 1e-7 * want.abs().max(1e-3),
-                    "{n} {want}"
-                );
-            }
-        };
-        let folder = tempfile::tempdir().unwrap();
-        let source = folder.path().join("paste.c");
-        let program = folder.path().join("paste");
-        let main = "\n#include <stdio.h>\nint main(void) { double r[3] = {1.25, -9.5, 3.0}, a[3], w[3];\n calibrate_accelerometer(r, a); calibrate_gyroscope(r, a, w);\n for (int i = 0; i < 3; i++) printf(\"%.12g \", a[i]);\n for (int i = 0; i < 3; i++) printf(\"%.12g \", w[i]);\n return 0; }\n";
-        let mut text = std::fs::File::create(&source).unwrap();
-        write!(text, "{}{main}", code(Language::C, &formulas(), true)).unwrap();
-        let built = run("gcc", |c| {
-            c.args(["-Wall", "-Wextra", "-Werror", "-std=c99", "-o"])
-                .arg(&program)
-                .arg(&source)
-                .output()
-        });
-        agrees(built.and_then(|_| run(program.to_str().unwrap(), Command::output)));
-        let main = "r = [1.25, -9.5, 3.0]\na = calibrate_accelerometer(r)\nprint(*a, *calibrate_gyroscope(r, a))\n";
-        let python = format!("{}{main}", code(Language::Python, &formulas(), true));
-        agrees(run("python3", |c| c.arg("-c").arg(&python).output()));
-    }
-
-    #[test]
-    fn terms_that_are_zero_are_left_out() {
-        assert_eq!(
-            code(Language::Equation, &formulas()[..1], false),
-            "(r: accelerometer, raw, counts; a: m/s²)\nux = rx + 0.500000\nuy = ry\nuz = rz - 12345.7\nax = 0.333333 ux - 2.00000e-7 uz\nay = -1.02000 ux\naz = 0.0\n"
-        );
-    }
 }

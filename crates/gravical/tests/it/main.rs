@@ -5,6 +5,7 @@
 
 mod compare_check;
 mod dialects;
+mod export;
 mod file_format;
 mod formats;
 #[path = "../../examples/live_sessions/hand.rs"]

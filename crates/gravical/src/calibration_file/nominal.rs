@@ -1,0 +1,46 @@
+//! The nominal scale of a channel: what a value means before calibration.
+
+use gravical_core::unit::{RADIANS_PER_DEGREE, STANDARD_GRAVITY_MPS2};
+
+use super::{AccelerometerSection, GyroscopeSection};
+use crate::recording::units::{AccelUnit, GyroUnit};
+
+/// The value of zero in unsigned 16-bit counts.
+const UNSIGNED_OFFSET: f64 = 32768.0;
+
+impl AccelerometerSection {
+    /// Input units per m/s² by definition, or by the deviation that the file gives.
+    pub(crate) fn nominal_per_mps2(&self) -> Option<f64> {
+        match self.input_unit {
+            AccelUnit::MetrePerSecondSquared => Some(1.0),
+            AccelUnit::StandardGravity => Some(1.0 / STANDARD_GRAVITY_MPS2),
+            AccelUnit::MilliGravity => Some(1000.0 / STANDARD_GRAVITY_MPS2),
+            AccelUnit::Counts | AccelUnit::Unknown => {
+                let deviation = self.scale_deviation_percent?[0];
+                let nominal = self.scale[0] / (1.0 + deviation / 100.0);
+                (nominal.is_finite() && nominal > 0.0).then_some(nominal)
+            }
+        }
+    }
+
+    /// The offset of unsigned counts, where the bias shows that it contains one.
+    pub(crate) fn zero_offset(&self) -> f64 {
+        let unsigned = self.input_unit == AccelUnit::Counts
+            && self
+                .bias
+                .iter()
+                .all(|b| (b / UNSIGNED_OFFSET - 1.0).abs() < 0.25);
+        if unsigned { UNSIGNED_OFFSET } else { 0.0 }
+    }
+}
+
+impl GyroscopeSection {
+    /// Input units per rad/s by definition; the file does not give that of counts.
+    pub(crate) fn nominal_per_rad_s(&self) -> Option<f64> {
+        match self.input_unit {
+            GyroUnit::RadianPerSecond => Some(1.0),
+            GyroUnit::DegreePerSecond => Some(1.0 / RADIANS_PER_DEGREE),
+            GyroUnit::Counts | GyroUnit::Unknown => None,
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! Every exported file, read or compiled and used by its target's own formula, calibrates like the
+//! calibration it was made from: on a thousand random vectors, to 1e-6 of full scale; integers to
+//! half a step.
+
+mod autopilot;
+mod code;
+mod registers;
+mod ros;
+
+use std::io::Write as _;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use gravical::calibration_file::{CalibrationFile, from_imucal};
+use gravical::core::matrix3::{diagonal, inverse, mul};
+use gravical::export::{Export, ExportOptions, Target, export};
+use gravical::recording::{AccelUnit, GyroUnit};
+use serde_json::json;
+
+use crate::support::*;
+
+type Vector = [f64; 3];
+type Matrix = [[f64; 3]; 3];
+
+/// g₀ in m/s².
+const G: f64 = 9.80665;
+
+/// An MPU6050 at ±2 g and ±250 °/s, in counts.
+fn in_counts() -> CalibrationFile {
+    let mut file = made(16384.0 / G, 131.0);
+    file.accelerometer.input_unit = AccelUnit::Counts;
+    file.accelerometer.scale_deviation_percent = Some([1.2, -0.7, 2.1]);
+    let gyro = file.gyroscope.as_mut().unwrap();
+    gyro.input_unit = GyroUnit::Counts;
+    file
+}
+
+/// A sensor that reads g and °/s.
+fn in_g() -> CalibrationFile {
+    let mut file = made(1.0 / G, 1.0);
+    file.accelerometer.input_unit = AccelUnit::StandardGravity;
+    file.gyroscope.as_mut().unwrap().input_unit = GyroUnit::DegreePerSecond;
+    file
+}
+
+/// A sensor with every kind of error; `per_mps2` and `per_deg_s` are its nominal scales.
+fn made(per_mps2: f64, per_deg_s: f64) -> CalibrationFile {
+    let times = |v: Vector, by: f64| v.map(|x| x * by);
+    let k_ga = [
+        [0.01, 0.002, -0.003],
+        [0.0, -0.02, 0.004],
+        [0.001, 0.0, 0.015],
+    ];
+    let value = json!({
+        "K_a": diagonal(times([1.012, 0.993, 1.021], per_mps2)),
+        "R_a": [[0.9998, 0.02, -0.01], [0.013, 0.9999, 0.007], [-0.016, 0.004, 0.9998]],
+        "b_a": times([0.31, -0.42, 0.55], per_mps2),
+        "K_g": diagonal(times([0.991, 1.004, 1.013], per_deg_s)),
+        "R_g": [[0.9999, -0.008, 0.011], [0.006, 0.9999, -0.012], [0.009, 0.003, 0.9999]],
+        "K_ga": k_ga.map(|row| times(row, per_deg_s)),
+        "b_g": times([1.3, -2.4, 0.7], per_deg_s),
+        "cal_type": "Ferraris",
+        "_format_version": "2.0.0"
+    });
+    from_imucal(&value).unwrap()
+}
+
+fn written(file: &CalibrationFile, target: Target) -> Export {
+    export(file, target, &ExportOptions::default()).unwrap()
+}
+
+/// A thousand vectors of whole numbers over the range of 16 bits, or of `size`.
+fn vectors(seed: u64, size: f64) -> Vec<Vector> {
+    let mut noise = Noise::new(seed);
+    let mut one = || ((2.0 * noise.uniform() - 1.0) * 32000.0).round() * (size / 32000.0);
+    (0..1000).map(|_| [one(), one(), one()]).collect()
+}
+
+/// What the library makes of them.
+fn calibrated(file: &CalibrationFile, accel: &[Vector], gyro: &[Vector]) -> Vec<[Vector; 2]> {
+    let (a, g) = (
+        file.accelerometer_calibration(),
+        file.gyroscope_calibration().unwrap(),
+    );
+    accel
+        .iter()
+        .zip(gyro)
+        .map(|(accel, gyro)| {
+            let force = a.apply(*accel);
+            [force, g.apply(*gyro, force)]
+        })
+        .collect()
+}
+
+/// Six numbers a line, accelerometer and gyroscope, against `wanted` to 1e-6 of the largest.
+fn agree(out: &str, wanted: &[[Vector; 2]]) {
+    let rows: Vec<Vec<f64>> = out
+        .lines()
+        .map(|l| l.split_whitespace().map(|w| w.parse().unwrap()).collect())
+        .collect();
+    assert_eq!(rows.len(), wanted.len());
+    for sensor in 0..2 {
+        let most = wanted
+            .iter()
+            .flat_map(|w| w[sensor])
+            .fold(0.0_f64, |m, v| m.max(v.abs()));
+        for (row, wanted) in rows.iter().zip(wanted) {
+            assert_eq!(row.len(), 6);
+            for i in 0..3 {
+                close(row[3 * sensor + i], wanted[sensor][i], 1e-6 * most);
+            }
+        }
+    }
+}
+
+/// The vectors as lines of a program's input.
+fn lines(accel: &[Vector], gyro: &[Vector]) -> String {
+    let row = |v: &Vector| format!("{} {} {}", v[0], v[1], v[2]);
+    accel
+        .iter()
+        .zip(gyro)
+        .map(|(a, g)| format!("{} {}\n", row(a), row(g)))
+        .collect()
+}
+
+/// Output of a program; none where it is not installed, which fails on a build server.
+fn output(program: &str, args: &[&str], folder: &Path, input: &str) -> Option<String> {
+    let started = Command::new(program)
+        .args(args)
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn();
+    let mut child = match started {
+        Ok(child) => child,
+        Err(e) => {
+            assert!(std::env::var_os("CI").is_none(), "{program}: {e}");
+            println!("skipped: {program}: {e}");
+            return None;
+        }
+    };
+    let mut stdin = child.stdin.take().unwrap();
+    // In a thread: the program answers while it reads.
+    let input = input.to_owned();
+    let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
+    let done = child.wait_with_output().unwrap();
+    let _ = writer.join().unwrap();
+    let out = String::from_utf8(done.stdout).unwrap();
+    assert!(
+        done.status.success(),
+        "{program} {args:?}\n{}{out}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+    Some(out)
+}
+
+/// Writes a file into `folder`.
+fn save(folder: &Path, name: &str, text: &str) {
+    std::fs::write(folder.join(name), text).unwrap();
+}
+
+/// The file in nominal m/s²: matrix and bias, worked out here on their own.
+fn nominal(file: &CalibrationFile, per_mps2: f64) -> (Matrix, Vector) {
+    let a = &file.accelerometer;
+    let model = mul(&diagonal(a.scale), &a.orientation).map(|r| r.map(|v| v / per_mps2));
+    (inverse(&model).unwrap(), a.bias.map(|b| b / per_mps2))
+}
+
+#[test]
+fn a_target_refuses_options_and_names_that_it_cannot_use() {
+    let file = in_g();
+    let code = |target, options: ExportOptions| export(&file, target, &options).unwrap_err().code();
+    let named = |name: &str| ExportOptions {
+        name: Some(name.to_owned()),
+        ..ExportOptions::default()
+    };
+    for bad in [
+        "",
+        "9lives",
+        "a-b",
+        "a b",
+        "a__b",
+        "_a",
+        "größe",
+        "x*/y",
+        &"n".repeat(49),
+    ] {
+        assert_eq!(code(Target::C, named(bad)), "export-name", "{bad}");
+    }
+    assert_eq!(code(Target::Rust, named("match")), "export-name");
+    assert_eq!(code(Target::Matlab, named("end")), "export-name");
+    assert_eq!(code(Target::Px4, named("imu")), "export-option");
+    let id = ExportOptions {
+        device_id: Some(1),
+        ..ExportOptions::default()
+    };
+    assert_eq!(code(Target::C, id), "export-option");
+    let rotation = ExportOptions {
+        rotation: Some("y,-x,z".parse().unwrap()),
+        ..ExportOptions::default()
+    };
+    assert_eq!(code(Target::Ros, rotation), "export-option");
+    for bad in [0.0, -1.0, f64::NAN] {
+        let options = ExportOptions {
+            counts_per_g: Some(bad),
+            ..ExportOptions::default()
+        };
+        assert_eq!(code(Target::Inav, options), "export-option");
+    }
+    assert_eq!(
+        code(Target::Kalibr, ExportOptions::default()),
+        "export-target"
+    );
+}
+
+#[test]
+fn counts_of_unknown_scale_go_only_where_counts_are_taken() {
+    let mut file = in_counts();
+    file.accelerometer.scale_deviation_percent = None;
+    for target in Target::ALL {
+        let result = export(&file, target, &ExportOptions::default());
+        match target {
+            Target::Ros
+            | Target::Ros2
+            | Target::Px4
+            | Target::ArduPilot
+            | Target::Inav
+            | Target::Betaflight
+            | Target::Mpu6050 => assert_eq!(result.unwrap_err().code(), "export-unit"),
+            Target::Kalibr => assert!(result.is_err()),
+            _ => assert!(result.is_ok(), "{}", target.name()),
+        }
+    }
+}
+
+#[test]
+fn what_a_target_cannot_hold_is_said() {
+    for target in Target::ALL {
+        let Ok(result) = export(&in_g(), target, &ExportOptions::default()) else {
+            continue;
+        };
+        let said = result.notes.join(" ");
+        let loses = |what: &str| target.holds().contains(what);
+        assert_eq!(
+            loses("no gyroscope"),
+            said.contains("Without the gyroscope")
+        );
+        assert_eq!(
+            loses("no cross-axis terms"),
+            said.contains("mg rms"),
+            "{said}"
+        );
+        assert_eq!(loses("no g-sensitivity"), said.contains("g-sensitivity"));
+    }
+}
+
+#[test]
+fn a_text_from_outside_stays_in_its_comment() {
+    let mut file = in_g();
+    file.sensor.id = Some("*/ int x; /* \\\nset acczero_x = 1\n# ö".to_owned());
+    for target in Target::ALL {
+        let Ok(result) = export(&file, target, &ExportOptions::default()) else {
+            continue;
+        };
+        if !matches!(target, Target::Gravical) {
+            assert!(!result.text.contains("*/ int"), "{}", target.name());
+            assert!(!result.text.contains("\nset acczero_x = 1\n"));
+            assert!(!result.text.contains('\\'), "{}", target.name());
+        }
+    }
+}

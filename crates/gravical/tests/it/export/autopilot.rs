@@ -1,0 +1,217 @@
+//! PX4, ArduPilot, INAV, Betaflight: parameter files read by their own rules, values used by the
+//! firmware's own formula.
+
+use std::collections::HashMap;
+
+use gravical::core::matrix3::transpose;
+
+use super::*;
+
+/// The diagonal model by normal equations over a dense sphere, worked out here on its own.
+fn diagonal_fit(file: &CalibrationFile, per_mps2: f64) -> (Vector, Vector) {
+    let (matrix, bias) = nominal(file, per_mps2);
+    let model = transpose(&transpose(&inverse(&matrix).unwrap()));
+    // Per axis: least squares of scale · r + shift against f, r and f over directions.
+    let n = 20_000;
+    let mut sums = [[0.0_f64; 5]; 3];
+    for k in 0..n {
+        let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(n);
+        let (s, c) = (2.399_963_229_728_653 * f64::from(k)).sin_cos();
+        let across = (1.0 - z * z).sqrt();
+        let f = [across * c * G, across * s * G, z * G];
+        for i in 0..3 {
+            let r = bias[i] + (0..3).map(|j| model[i][j] * f[j]).sum::<f64>();
+            let terms = [1.0, r, r * r, f[i], r * f[i]];
+            for (sum, term) in sums[i].iter_mut().zip(terms) {
+                *sum += term;
+            }
+        }
+    }
+    let scale = sums.map(|[n, r, rr, f, rf]| (n * rf - r * f) / (n * rr - r * r));
+    let offset = std::array::from_fn(|i| {
+        let [n, r, _, f, _] = sums[i];
+        (r - f / scale[i]) / n
+    });
+    (offset, scale)
+}
+
+/// `(raw − offset) · scale` of the file against the fit of this test, to 1e-6 of full scale (and
+/// what the sphere of the test differs from a sphere by).
+fn corrects_alike(offset: Vector, scale: Vector, fit: (Vector, Vector)) {
+    let size = 40.0;
+    for raw in vectors(14, size) {
+        for i in 0..3 {
+            let wanted = (raw[i] - fit.0[i]) * fit.1[i];
+            close((raw[i] - offset[i]) * scale[i], wanted, 1e-6 * size);
+        }
+    }
+}
+
+fn three(values: &HashMap<String, f64>, name: impl Fn(&str) -> String) -> Vector {
+    ["X", "Y", "Z"].map(|axis| values[&name(axis)])
+}
+
+/// QGroundControl: five columns separated by tabs, `#` before a comment.
+fn params(text: &str) -> HashMap<String, f64> {
+    text.lines()
+        .filter(|l| !l.starts_with('#'))
+        .map(|l| {
+            let columns: Vec<&str> = l.split('\t').collect();
+            let [vehicle, component, name, value, kind] = columns[..] else {
+                panic!("{l}");
+            };
+            assert_eq!((vehicle, component), ("1", "1"));
+            assert!(name.len() <= 16, "MAVLink cuts {name}");
+            // 9: float, 6: int32.
+            match kind {
+                "6" => assert!(value.parse::<i32>().is_ok(), "{l}"),
+                "9" => assert!(value.contains('.'), "{l}"),
+                _ => panic!("{l}"),
+            }
+            (name.to_owned(), value.parse().unwrap())
+        })
+        .collect()
+}
+
+#[test]
+fn px4_corrects_like_the_diagonal_fit() {
+    for (file, per_mps2) in [(in_counts(), 16384.0 / G), (in_g(), 1.0 / G)] {
+        let result = written(&file, Target::Px4);
+        let values = params(&result.text);
+        assert_eq!(values.len(), 6);
+        assert!(result.notes.iter().any(|n| n.contains("CAL_ACC0_ID")));
+        corrects_alike(
+            three(&values, |a| format!("CAL_ACC0_{a}OFF")),
+            three(&values, |a| format!("CAL_ACC0_{a}SCALE")),
+            diagonal_fit(&file, per_mps2),
+        );
+    }
+    let options = ExportOptions {
+        device_id: Some(3_000_000_000),
+        ..ExportOptions::default()
+    };
+    let result = export(&in_g(), Target::Px4, &options).unwrap();
+    // A signed parameter with the same bits.
+    assert_eq!(params(&result.text)["CAL_ACC0_ID"], -1_294_967_296.0);
+    assert!(!result.text.contains("--device-id"));
+}
+
+/// Mission Planner and MAVProxy: name and value, separated by a comma.
+fn param(text: &str) -> HashMap<String, f64> {
+    text.lines()
+        .filter(|l| !l.starts_with('#'))
+        .map(|l| {
+            let (name, value) = l.split_once(',').unwrap();
+            (name.to_owned(), value.parse().unwrap())
+        })
+        .collect()
+}
+
+#[test]
+fn ardupilot_corrects_like_the_diagonal_fit() {
+    let file = in_counts();
+    let options = ExportOptions {
+        device_id: Some(2_753_028),
+        ..ExportOptions::default()
+    };
+    let values = param(&export(&file, Target::ArduPilot, &options).unwrap().text);
+    assert_eq!(values.len(), 7);
+    assert_eq!(values["INS_ACC_ID"], 2_753_028.0);
+    let offset = three(&values, |a| format!("INS_ACCOFFS_{a}"));
+    let scale = three(&values, |a| format!("INS_ACCSCAL_{a}"));
+    corrects_alike(offset, scale, diagonal_fit(&file, 16384.0 / G));
+    // The vehicle's x is the sensor's y, its y the sensor's −x.
+    let options = ExportOptions {
+        rotation: Some("y,-x,z".parse().unwrap()),
+        ..ExportOptions::default()
+    };
+    let turned = param(&export(&file, Target::ArduPilot, &options).unwrap().text);
+    let sign = |v: Vector| [v[1], -v[0], v[2]];
+    assert_eq!(three(&turned, |a| format!("INS_ACCOFFS_{a}")), sign(offset));
+    assert_eq!(
+        three(&turned, |a| format!("INS_ACCSCAL_{a}")),
+        [scale[1], scale[0], scale[2]]
+    );
+    // Beyond the vehicle's own limits.
+    let mut far = in_g();
+    far.accelerometer.bias[0] = 0.5;
+    let notes = written(&far, Target::ArduPilot).notes.join(" ");
+    assert!(notes.contains("outside of ArduPilot's range"), "{notes}");
+}
+
+/// `set NAME = VALUE`, `#` before a comment, `save` at the end.
+fn settings(text: &str) -> HashMap<String, String> {
+    let mut lines: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).collect();
+    assert_eq!(lines.pop(), Some("save"));
+    lines
+        .into_iter()
+        .map(|l| {
+            let (name, value) = l.strip_prefix("set ").unwrap().split_once(" = ").unwrap();
+            (name.to_owned(), value.to_owned())
+        })
+        .collect()
+}
+
+#[test]
+fn inav_corrects_to_half_a_step_of_its_integers() {
+    // The calibration was made at ±2 g; the firmware reads ±16 g, or what it is told.
+    for per_g in [2048.0, 4096.0] {
+        let file = in_counts();
+        let options = ExportOptions {
+            counts_per_g: (per_g != 2048.0).then_some(per_g),
+            ..ExportOptions::default()
+        };
+        let values = settings(&export(&file, Target::Inav, &options).unwrap().text);
+        assert_eq!(values.len(), 6);
+        let whole = |name: &str| {
+            ["x", "y", "z"].map(|a| values[&format!("{name}_{a}")].parse::<i32>().unwrap())
+        };
+        let (zero, gain) = (whole("acczero"), whole("accgain"));
+        let (offset, scale) = diagonal_fit(&file, 16384.0 / G);
+        for i in 0..3 {
+            let counts = offset[i] / G * per_g;
+            assert!((f64::from(zero[i]) - counts).abs() <= 0.501, "{zero:?}");
+            assert!((f64::from(gain[i]) - 4096.0 * scale[i]).abs() <= 0.501);
+            for raw in vectors(15, 8.0 * per_g) {
+                let raw = raw[i].round();
+                // Integers throughout; the division cuts, which is up to one count.
+                #[allow(clippy::cast_possible_truncation)]
+                let out = (raw as i32 - zero[i]) * gain[i] / 4096;
+                let wanted = (raw - counts) * scale[i];
+                let steps = 0.5 * scale[i] + 0.5 * (raw - counts).abs() / 4096.0 + 1.01;
+                close(f64::from(out), wanted, steps);
+            }
+        }
+    }
+    let mut wild = in_g();
+    wild.accelerometer.bias[2] = 20.0;
+    let result = export(&wild, Target::Inav, &ExportOptions::default());
+    assert_eq!(result.unwrap_err().code(), "export-target");
+}
+
+#[test]
+fn betaflight_subtracts_the_bias_to_half_a_count() {
+    let options = ExportOptions {
+        rotation: Some("-y,x,z".parse().unwrap()),
+        ..ExportOptions::default()
+    };
+    let file = in_g();
+    let result = export(&file, Target::Betaflight, &options).unwrap();
+    let values = settings(&result.text);
+    let trims: Vec<f64> = values["acc_calibration"]
+        .split(',')
+        .map(|v| f64::from(v.parse::<i16>().unwrap()))
+        .collect();
+    let [x, y, z] = file.accelerometer.bias.map(|b| b * 2048.0);
+    for (trim, bias) in trims.iter().zip([-y, x, z]) {
+        close(*trim, bias, 0.5);
+    }
+    assert_eq!((trims.len(), trims[3]), (4, 1.0));
+    // What its scale of one loses is more than a fitted scale would.
+    let fitted = written(&file, Target::Inav).notes[0].clone();
+    let of = |note: &str| -> f64 {
+        let (_, rest) = note.split_once("off by ").unwrap();
+        rest.split_once(' ').unwrap().0.parse().unwrap()
+    };
+    assert!(of(&result.notes[0]) > of(&fitted));
+}
