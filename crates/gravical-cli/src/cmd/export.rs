@@ -3,50 +3,108 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
 use gravical::Error;
-use gravical::calibration_file::{CalibrationFile, to_imucal};
-use gravical::output::{shown_json, write_atomic};
+use gravical::calibration_file::CalibrationFile;
+use gravical::export::{ExportOptions, Target, export};
+use gravical::output::write_atomic;
 
+use crate::options::AxisMapArg;
 use crate::text;
 
 /// Convert a calibration to the format of another program
 #[derive(clap::Args)]
-#[command(after_help = "Example: gravical export cal.json --to imucal -o cal-imucal.json")]
+#[command(after_help = "\
+Examples:
+  gravical export --to list
+  gravical export cal.json --to c -o imu_left.h --name imu_left
+  gravical export cal.json --to px4 --device-id 2621448 -o accel.params")]
 pub struct Args {
     /// Calibration file, of gravical or imucal
     #[arg(value_name = "CAL")]
-    calibration: PathBuf,
-    /// Target format
-    #[arg(long, value_enum, value_name = "TARGET")]
-    to: Target,
+    calibration: Option<PathBuf>,
+    /// Target format; list explains each in a line
+    #[arg(long, value_enum, value_name = "TARGET", hide_possible_values = true)]
+    to: To,
     /// File to write [default: stdout]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Name in the code: of functions, a module, a node [default: gravical, ros2: imu_apply]
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Id that the autopilot has given to this sensor (px4, ardupilot)
+    #[arg(long, value_name = "ID")]
+    device_id: Option<u32>,
+    /// Sensor axes that point along x, y and z of the autopilot's frame of the sensor, e.g. y,-x,z
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    rotation: Option<AxisMapArg>,
+    /// Counts per g of the firmware's raw values (inav, betaflight) [default: 2048, for ±16 g]
+    #[arg(long, value_name = "N")]
+    counts_per_g: Option<f64>,
     /// Overwrite an existing file
     #[arg(long)]
     force: bool,
 }
 
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Target {
-    /// JSON of the Python library imucal, format 2.0
-    Imucal,
-    /// The format of gravical (converts a file of imucal)
-    Gravical,
+/// A target, or the list of all.
+#[derive(Clone, Copy)]
+enum To {
+    List,
+    Target(Target),
+}
+
+impl ValueEnum for To {
+    fn value_variants<'a>() -> &'a [Self] {
+        const ALL: [To; Target::ALL.len() + 1] = {
+            let mut all = [To::List; Target::ALL.len() + 1];
+            let mut i = 0;
+            while i < Target::ALL.len() {
+                all[i] = To::Target(Target::ALL[i]);
+                i += 1;
+            }
+            all
+        };
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            To::List => PossibleValue::new("list").help("explains each target in a line"),
+            To::Target(target) => PossibleValue::new(target.name()).help(target.holds()),
+        })
+    }
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let file = CalibrationFile::read(&args.calibration)?;
-    let text = match args.to {
-        Target::Imucal => to_imucal(&file)?,
-        Target::Gravical => file.to_json()?,
+    let To::Target(target) = args.to else {
+        let line = |t: &Target| format!("{:<11} {}\n", t.name(), t.holds());
+        text::print(&Target::ALL.iter().map(line).collect::<String>())?;
+        return Ok(ExitCode::SUCCESS);
     };
+    let Some(calibration) = &args.calibration else {
+        let error = Error::usage("usage", "no calibration is given");
+        let hint = format!("gravical export cal.json --to {}", target.name());
+        return Err(error.with_hint(hint).into());
+    };
+    let file = CalibrationFile::read(calibration)?;
+    let options = ExportOptions {
+        name: args.name.clone(),
+        device_id: args.device_id,
+        rotation: args.rotation.as_ref().map(|r| r.0),
+        counts_per_g: args.counts_per_g,
+    };
+    let written = export(&file, target, &options)?;
     match &args.output {
         Some(path) => write_atomic(path, args.force, |w| {
-            w.write_all(text.as_bytes()).map_err(|e| Error::io(path, e))
+            w.write_all(written.text.as_bytes())
+                .map_err(|e| Error::io(path, e))
         })?,
-        None => text::print(&shown_json(&text))?,
+        None => text::print(&written.text)?,
+    }
+    for note in &written.notes {
+        text::say(&format!("note: {note}"));
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -12,6 +12,7 @@ mod control;
 mod demo;
 mod denoise;
 mod every_recording;
+mod export;
 mod figures;
 mod files;
 mod gyro;

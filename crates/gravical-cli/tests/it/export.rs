@@ -1,0 +1,48 @@
+//! `gravical export`: the list, files and notes. What the files contain is tested in the library.
+
+use crate::support::*;
+
+#[test]
+fn the_list_explains_every_target_and_needs_no_calibration() {
+    let list = run(words("export --to list"));
+    assert_eq!(list.code, 0, "{}", list.err);
+    let names: Vec<&str> = list
+        .out
+        .lines()
+        .filter_map(|l| l.split(' ').next())
+        .collect();
+    for target in [
+        "c", "arduino", "rust", "python", "ros", "px4", "mpu6050", "gravical",
+    ] {
+        assert!(names.contains(&target), "{}", list.out);
+    }
+    assert!(list.out.lines().all(|l| l.len() > 30), "{}", list.out);
+    let nothing = run(words("export --to c"));
+    assert_eq!(nothing.code, 2);
+    assert!(nothing.err.contains("gravical export cal.json --to c"));
+    let unknown = run(words("export cal.json --to cobol"));
+    assert_eq!(unknown.code, 2);
+    assert!(unknown.err.contains("arduino"), "{}", unknown.err);
+}
+
+#[test]
+fn a_file_is_written_once_and_what_is_lost_goes_to_standard_error() {
+    let folder = six_files(&Sensor::default());
+    let path = folder.path();
+    calibrate(path, ". --gravity 9.81 -o cal.json", 0);
+    let line = "export cal.json --to px4 --device-id 2621448 --rotation -y,x,z -o a.params";
+    let first = run_in(path, words(line));
+    assert_eq!(first.code, 0, "{}", first.err);
+    assert!(first.out.is_empty() && first.err.contains("note: Without cross-axis terms"));
+    let text = std::fs::read_to_string(path.join("a.params")).unwrap();
+    assert!(text.contains("1\t1\tCAL_ACC0_ID\t2621448\t6\n"), "{text}");
+    // What stderr says is in the file, too; it is the same on standard output.
+    assert!(text.contains("mg rms over all directions"));
+    let printed = run_in(path, words(line.strip_suffix(" -o a.params").unwrap()));
+    assert_eq!(printed.out, text);
+    assert_eq!(run_in(path, words(line)).code, 2);
+    assert_eq!(run_in(path, words(&format!("{line} --force"))).code, 0);
+    let refused = run_in(path, words("export cal.json --to kalibr"));
+    assert_eq!(refused.code, 3);
+    assert!(refused.err.contains("Allan deviation"), "{}", refused.err);
+}
