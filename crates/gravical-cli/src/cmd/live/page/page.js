@@ -40,6 +40,8 @@ const tiles = FACES.map((face, i) => {
 
 function tileStates() {
   const states = { ...state.status?.tiles ?? Object.fromEntries(FACES.map(face => [face, recorded(face) ? "done" : "to_do"])) };
+  // Without samples nothing is recorded.
+  if (state.lost) for (const face of FACES) if (!["done", "redo"].includes(states[face])) states[face] = "to_do";
   // A face that contradicts the others counts no more as done.
   const suspect = state.poses.get(state.fit?.suspect)?.face;
   if (states[suspect] === "done") states[suspect] = "redo";
@@ -282,7 +284,7 @@ const finish = () => {
   if (state.verdict?.grade === "good") return send({ command: "finish" });
   const faces = FACES.filter(recorded).length;
   const text = faces < 6 ? `${faces} of 6 faces are done. The calibration will be rough.`
-    : state.verdict?.grade === "not-verifiable" ? "Six faces alone verify nothing. One more pose in any other direction does."
+    : state.poses.size <= 6 ? "Six faces alone verify nothing. One more pose in any other direction does."
       : "More poses would make the calibration better.";
   write($("#sure p"), text);
   $("#sure").showModal();
