@@ -58,7 +58,10 @@ class Live(Check):
         self.until("return state.poses.size === 1 && state.status?.state === 'wait'", 60)
 
     def accepted(self, number):
-        self.until(f"return state.poses.size === {number} && state.next", 60)
+        # What is wanted next is known after the fit.
+        self.until(f"return state.poses.size === {number} && (state.fit?.poses.length ?? {number}) === {number}"
+                   " && [...state.poses.values()].every(p => p.t_s <= state.next.t_s)", 60)
+        self.browser.settle(8)
 
     def readable(self):
         assert not (faint := self.browser.run(CONTRAST)), faint
@@ -141,13 +144,16 @@ class Live(Check):
                 tile(face)
                 self.accepted(count)
             browser.click("[data-command=undo]")
-            self.until("return state.poses.size === 5")
+            self.until("return state.log.some(l => l.title.includes('(−z) is taken back'))")
+            self.browser.settle(8)
             browser.click("[data-command=redo]")
+            self.until("return document.querySelector('#tiles.choosing')")
             tile("+x")
-            self.until("return state.status?.tiles['+x'] === 'redo'")
+            self.until("return state.log.some(l => l.text.includes('Put +x up again'))")
             tile("+x")
-            self.accepted(5)
+            self.until("return recorded('+x')", 60)
             browser.click("#shake")
+            # It may have been recorded again where it lay.
             tile("-z")
             self.accepted(6)
             browser.click("#as-drawn")
