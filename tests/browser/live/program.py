@@ -63,6 +63,14 @@ class Live(Check):
                    " && [...state.poses.values()].every(p => p.t_s <= state.next.t_s)", 60)
         self.browser.settle(8)
 
+    def press(self, selector, done):
+        """Clicks; where a word more moved the button away from under the mouse, again."""
+        for _ in range(3):
+            self.browser.click(selector)
+            with contextlib.suppress(AssertionError):
+                return self.until(f"return {done}", 12)
+        raise AssertionError((selector, done))
+
     def readable(self):
         assert not (faint := self.browser.run(CONTRAST)), faint
         assert not (wide := self.browser.run(OVERFLOW)), wide
@@ -156,7 +164,8 @@ class Live(Check):
             # It may have been recorded again where it lay.
             tile("-z")
             self.accepted(6)
-            browser.click("#as-drawn")
+            self.until("return state.status.state === 'wait' && !document.querySelector('#as-drawn').disabled", 60)
+            self.press("#as-drawn", "state.poses.size === 7")
             self.accepted(7)
             # The board is dragged to where nothing is recorded.
             browser.run("document.querySelector('#board').scrollIntoView({ block: 'center' })")
@@ -165,10 +174,10 @@ class Live(Check):
             up = browser.run("return state.status.up")
             browser.drag((x, y), (x + width / 4, y + width / 5))
             self.until(f"return angleDeg(state.status.up, {up}) > 15", 30)
-            browser.click("[data-command=finish]")
+            self.press("[data-command=finish]", "document.querySelector('#sure').open || state.verdict?.final")
             if browser.run("return document.querySelector('#sure').open"):
                 self.picture("sure")
-                browser.click("#sure [value=yes]")
+                self.press("#sure [value=yes]", "state.verdict?.final")
             self.ended("mouse")
         print("a session by mouse")
 
