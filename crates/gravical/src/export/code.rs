@@ -74,17 +74,17 @@ pub(super) fn arduino(file: &CalibrationFile, name: &str) -> Export {
     let a = &file.accelerometer;
     let raw = |counts: bool| if counts { "int16_t" } else { "float" };
     let table = |of: &str, numbers: String, columns: usize| {
-        format!("static const float {name}_{of}[3][{columns}] = {{\n{numbers}}};\n")
+        format!("static const float {name}_{of}_rows[3][{columns}] = {{\n{numbers}}};\n")
     };
     let mut parts = vec![format!(
-        "{}\n/* raw: accelerometer, {}; out: m/s^2 */\nstatic inline void {name}_apply(const {} raw[3], float out[3])\n{{\n    const float x = raw[0], y = raw[1], z = raw[2];\n    for (int i = 0; i < 3; i++) {{\n        const float *m = {name}_accel[i];\n        out[i] = m[0] * x + m[1] * y + m[2] * z + m[3];\n    }}\n}}\n",
+        "{}\n/* raw: accelerometer, {}; out: m/s^2 */\nstatic inline void {name}_apply(const {} raw[3], float out[3])\n{{\n    const float x = raw[0], y = raw[1], z = raw[2];\n    for (int i = 0; i < 3; i++) {{\n        const float *m = {name}_accel_rows[i];\n        out[i] = m[0] * x + m[1] * y + m[2] * z + m[3];\n    }}\n}}\n",
         table("accel", rows(&affine(&a.matrix, &a.bias), "{", "}", "f"), 4),
         a.input_unit.name(),
         raw(a.input_unit == AccelUnit::Counts),
     )];
     if let Some(g) = &file.gyroscope {
         parts.push(format!(
-            "{}{}\n/* raw: gyroscope, {}; accel: calibrated acceleration, m/s^2; out: rad/s */\nstatic inline void {name}_apply_gyro(const {} raw[3], const float accel[3], float out[3])\n{{\n    const float x = raw[0], y = raw[1], z = raw[2];\n    const float ax = accel[0], ay = accel[1], az = accel[2];\n    for (int i = 0; i < 3; i++) {{\n        const float *m = {name}_gyro[i], *k = {name}_gyro_accel[i];\n        out[i] = m[0] * x + m[1] * y + m[2] * z + m[3] + k[0] * ax + k[1] * ay + k[2] * az;\n    }}\n}}\n",
+            "{}{}\n/* raw: gyroscope, {}; accel: calibrated acceleration, m/s^2; out: rad/s */\nstatic inline void {name}_apply_gyro(const {} raw[3], const float accel[3], float out[3])\n{{\n    const float x = raw[0], y = raw[1], z = raw[2];\n    const float ax = accel[0], ay = accel[1], az = accel[2];\n    for (int i = 0; i < 3; i++) {{\n        const float *m = {name}_gyro_rows[i], *k = {name}_gyro_accel_rows[i];\n        out[i] = m[0] * x + m[1] * y + m[2] * z + m[3] + k[0] * ax + k[1] * ay + k[2] * az;\n    }}\n}}\n",
             table("gyro", rows(&affine(&g.matrix, &g.bias), "{", "}", "f"), 4),
             table("gyro_accel", rows(&of_acceleration(&g.matrix, &g.g_sensitivity), "{", "}", "f"), 3),
             g.input_unit.name(),

@@ -126,7 +126,7 @@ pub(super) fn marked(mark: &str, lines: &[String]) -> String {
 
 /// A comment of C.
 pub(super) fn c_comment(lines: &[String]) -> String {
-    format!("/*\n{}*/\n", marked(" *", lines))
+    format!("/*\n{} */\n", marked(" *", lines))
 }
 
 /// Signs of units in ASCII, since some compilers warn of others.
@@ -141,8 +141,8 @@ fn plain(text: &str) -> String {
     ascii(text)
         .chars()
         .map(|c| match c {
-            ' ' | '`' | ',' | ';' | ':' | '.' | '(' | ')' | '+' | '-' | '=' | '/' | '^' | '_'
-            | '|' | '<' | '>' | '%' | '&' => c,
+            ' ' | '`' | '\'' | ',' | ';' | ':' | '.' | '(' | ')' | '+' | '-' | '=' | '/' | '^'
+            | '_' | '|' | '<' | '>' | '%' | '&' => c,
             c if c.is_ascii_alphanumeric() => c,
             _ => '_',
         })
