@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use gravical::core::matrix3::norm;
+use gravical::segment::MOST_FACE_ANGLE_DEG;
 use gravical::segment::face::Face;
 use gravical::still::{LiveStills, StillOptions};
 use serde::Serialize;
@@ -22,11 +24,6 @@ const FIRST_REST_S: f64 = 1.5;
 const SPLIT_S: f64 = 0.5;
 /// A rest of this length, stored, is a pose, s.
 const POSE_S: f64 = 2.0;
-/// An axis within this angle of the vertical is up, degrees.
-const UP_DEG: f64 = 25.0;
-/// Noise at rest over the magnitude at most, three axes together: twice that of a bad
-/// MPU6050 without low-pass. Above it the sensor has not rested yet.
-const MOST_NOISE: f64 = 0.035;
 
 /// The stream at one moment. Values are in the board's own units.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -46,6 +43,11 @@ pub struct Status {
 }
 
 /// Poses of a recording: rests of at least 2 s that were stored.
+///
+/// A guided session ([`gravical::live`]) decides once what is a pose, while the sensor still lies
+/// there, and tests a capture of a set length. Here nobody is guided: every rest counts, a repeat
+/// adds to the time of its face, and a quieter block that comes later may change what was a rest.
+/// Both use the same detector, the same level of noise at rest and the same angle of a face.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Poses {
     /// Seconds for each of [`Face::all`].
@@ -136,9 +138,9 @@ impl Live {
         let Some(last) = recent().next_back() else {
             return Status::default();
         };
-        let length = |a: [f64; 3]| a.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let norms: Vec<f64> = recent().filter_map(|row| row.accel).map(length).collect();
-        let norm = norms.iter().sum::<f64>() / norms.len() as f64;
+        let norms = recent().filter_map(|row| row.accel);
+        let norms: Vec<f64> = norms.map(|accel| norm(&accel)).collect();
+        let mean_norm = norms.iter().sum::<f64>() / norms.len() as f64;
         let known = |rests: &&Rests| rests.stills.rows() as f64 >= FIRST_REST_S * rests.rate_hz;
         let rest = self.rests.as_ref().filter(known).map(Rests::state);
         let (still, up, poses) = match rest {
@@ -148,7 +150,7 @@ impl Live {
         let name = |pose: RecordedPose| pose.face;
         Status {
             rate_hz: self.rate_hz(),
-            norm: Some(norm).filter(|_| !norms.is_empty()),
+            norm: Some(mean_norm).filter(|_| !norms.is_empty()),
             temperature: last.temperature,
             still,
             up: up.map(Face::name),
@@ -209,12 +211,11 @@ impl Rests {
         let mut poses = self.earlier.clone();
         let mut resting = None;
         for still in self.stills.stills() {
-            let norm = still.mean.iter().map(|v| v * v).sum::<f64>().sqrt();
-            if still.noise > MOST_NOISE * norm {
+            if !still.is_rest() {
                 continue;
             }
             let (face, angle_deg) = Face::nearest(still.mean);
-            let face = Some(face).filter(|_| angle_deg <= UP_DEG);
+            let face = Some(face).filter(|_| angle_deg <= MOST_FACE_ANGLE_DEG);
             let duration_s = self.stored_rows(&still.rows) as f64 / self.rate_hz;
             if duration_s >= POSE_S {
                 match face.and_then(|face| poses.faces_s.get_mut(face.index())) {

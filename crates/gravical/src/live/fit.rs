@@ -1,7 +1,6 @@
 //! The calibration of a session, as an event.
 
-use gravical_core::matrix3;
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_core::matrix3::{mul_vec, norm};
 
 use crate::Result;
 use crate::calibrate::{CalibrateOptions, calibrate};
@@ -12,8 +11,7 @@ use crate::segment::SegmentOptions;
 use crate::segment::sections::Section;
 
 use super::event::{Fit, FittedPose, GyroFit, Stage};
-use super::judge::length;
-use super::{LiveOptions, Pose};
+use super::{LiveOptions, Pose, mg};
 
 /// From this many poses on, a fit is tried.
 pub(super) const FIRST_FIT: usize = 4;
@@ -48,10 +46,6 @@ pub(super) fn section_label(pose: u32) -> String {
     format!("pose {pose}")
 }
 
-fn mg(mps2: f64) -> f64 {
-    1000.0 * mps2 / STANDARD_GRAVITY_MPS2
-}
-
 impl Fit {
     /// The figures of a calibration of `poses`, in their order.
     #[must_use]
@@ -63,8 +57,8 @@ impl Fit {
         let fitted = |(result, pose): (&crate::calibration_file::PoseResult, &Pose)| FittedPose {
             pose: pose.pose,
             face: pose.face.clone(),
-            up: result.calibrated.map(|c| c / length(result.calibrated)),
-            error_mg: mg(length(result.calibrated) - file.gravity_mps2),
+            up: result.calibrated.map(|c| c / norm(&result.calibrated)),
+            error_mg: mg(norm(&result.calibrated) - file.gravity_mps2),
             left_out_mg: result.left_out_error_mps2.map(mg),
         };
         // Poses are called by their number, faces by the face.
@@ -90,7 +84,7 @@ impl Fit {
             grade: file.verdict.grade,
             gyroscope: file.gyroscope.as_ref().map(|gyro| {
                 // M maps rad/s to units; its inverse is the matrix.
-                let bias = matrix3::mul_vec(&gyro.matrix, &gyro.bias).map(f64::to_degrees);
+                let bias = mul_vec(&gyro.matrix, &gyro.bias).map(f64::to_degrees);
                 GyroFit {
                     method: gyro.method.clone(),
                     bias_deg_s: (gyro.input_unit != GyroUnit::Unknown).then_some(bias),

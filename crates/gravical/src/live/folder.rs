@@ -6,6 +6,8 @@
 
 use std::path::{Path, PathBuf};
 
+use gravical_core::matrix3::{norm, sub};
+
 use crate::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use crate::calibration_file::{GravitySource, InputFile, InputRole};
 use crate::gravity::Gravity;
@@ -17,7 +19,6 @@ use crate::{Error, Result};
 use super::Pose;
 use super::event::{Event, Message, SourceKind};
 use super::fit::section_label;
-use super::judge::{difference, length};
 
 /// Name of the journal.
 pub const JOURNAL: &str = "session.ndjson";
@@ -150,8 +151,8 @@ impl Journal {
                 true => moments(&recording.accel, rows.clone()).0,
                 false => [f64::NAN; 3],
             };
-            let off = length(difference(mean, pose.mean));
-            if off.is_nan() || off > SAME_MEAN * length(pose.mean) {
+            let off = norm(&sub(&mean, &pose.mean));
+            if off.is_nan() || off > SAME_MEAN * norm(&pose.mean) {
                 return Err(Error::input(
                     "recording-changed",
                     format!(

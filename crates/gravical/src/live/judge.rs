@@ -1,14 +1,18 @@
 //! Whether the rows of a hold are a pose, and what is wrong if not.
 
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use std::ops::Range;
+
+use gravical_core::matrix3::{norm, sub};
 
 use crate::recording::full_scale::clipped_rows;
 use crate::recording::units::AccelScale;
-use crate::segment::face::{AXES, Face, angle_deg};
+use crate::segment::face::{AXES, Face};
+use crate::stats::standard_deviation;
+use crate::still::moments;
 
 use super::event::Rejection;
 use super::reader::Sample;
-use super::{LiveOptions, Pose};
+use super::{LiveOptions, Pose, mg};
 
 /// Share of the rows of a capture that may be missing.
 const MOST_MISSING: f64 = 0.05;
@@ -24,6 +28,9 @@ const MOST_SCALE_OFF: f64 = 0.2;
 const MOST_TURNING_DEG_S: f64 = 5.0;
 /// An axis that repeats a value while gravity turns by more than this is frozen, g.
 const TURNED_G: f64 = 0.3;
+
+/// The remedy for what moved.
+pub(super) const LET_GO: &str = "lay it down, take the hand off, and wait for the ring";
 
 /// Why a hold is no pose.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,21 +57,32 @@ impl Fault {
     }
 }
 
+/// What is known of the units once the noise is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Units {
+    /// Units of the recording per m/s².
+    pub nominal: f64,
+    pub scale: AccelScale,
+    /// Units of the gyroscope per rad/s.
+    pub gyro_nominal: Option<f64>,
+}
+
+/// An accepted pose, where its rows are in those that are kept, and its mean angular rate.
+#[derive(Debug, Clone)]
+pub(super) struct Accepted {
+    pub pose: Pose,
+    pub kept: Range<usize>,
+    pub gyro: [f64; 3],
+}
+
 /// A capture that is judged.
 pub(super) struct Capture<'a> {
     pub samples: &'a [Sample],
     pub rate_hz: f64,
     /// Rows that it should have.
     pub rows: usize,
-    /// Units per m/s².
-    pub nominal: f64,
-    pub scale: AccelScale,
-    /// Units per rad/s of the gyroscope.
-    pub gyro_nominal: Option<f64>,
-    pub gravity: f64,
-    pub poses: &'a [Pose],
-    /// Mean angular rates of the poses.
-    pub gyro_means: &'a [[f64; 3]],
+    pub units: Units,
+    pub poses: &'a [Accepted],
     pub options: &'a LiveOptions,
 }
 
@@ -80,12 +98,7 @@ pub(super) struct Means {
 
 impl Means {
     pub fn of(samples: &[Sample]) -> Self {
-        let accel = mean(samples, Sample::accel);
-        let squares: f64 = samples
-            .iter()
-            .map(|s| square(difference(s.accel(), accel)))
-            .filter(|v| v.is_finite())
-            .sum();
+        let (accel, variance) = moments_of(samples, Sample::accel);
         let warm: Vec<f64> = samples
             .iter()
             .map(Sample::temperature_c)
@@ -94,39 +107,42 @@ impl Means {
         Means {
             accel,
             gyro: mean(samples, Sample::gyro),
-            sigma: (squares / (samples.len().max(2) - 1) as f64).sqrt(),
+            sigma: variance.sqrt(),
             temperature_c: (!warm.is_empty()).then(|| warm.iter().sum::<f64>() / warm.len() as f64),
         }
     }
 }
 
-/// Mean over the rows that have all three values.
+fn columns(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [Vec<f64>; 3] {
+    std::array::from_fn(|i| samples.iter().map(|s| of(s)[i]).collect())
+}
+
+/// Means and the sum of the variances, as the detector and the journal calculate them.
+fn moments_of(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> ([f64; 3], f64) {
+    moments(&columns(samples, of), 0..samples.len())
+}
+
+/// Mean of each axis; empty cells are left out.
 pub(super) fn mean(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [f64; 3] {
-    let (mut sum, mut n) = ([0.0; 3], 0.0);
-    for value in samples.iter().map(of) {
-        if value.iter().all(|v| v.is_finite()) {
-            n += 1.0;
-            (0..3).for_each(|i| sum[i] += value[i]);
-        }
-    }
-    sum.map(|s| s / n)
+    moments_of(samples, of).0
 }
 
-pub(super) fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-fn square(v: [f64; 3]) -> f64 {
-    v.iter().map(|c| c * c).sum()
-}
-
-pub(super) fn length(v: [f64; 3]) -> f64 {
-    square(v).sqrt()
+/// Standard deviation of each axis; empty cells are left out.
+pub(super) fn scatter(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [f64; 3] {
+    columns(samples, of).map(|mut axis| {
+        axis.retain(|v| v.is_finite());
+        standard_deviation(&axis)
+    })
 }
 
 impl Capture<'_> {
     fn mg(&self, units: f64) -> f64 {
-        1000.0 * units / self.nominal / STANDARD_GRAVITY_MPS2
+        mg(units / self.units.nominal)
+    }
+
+    /// The accepted poses.
+    fn poses(&self) -> impl Iterator<Item = &Pose> {
+        self.poses.iter().map(|p| &p.pose)
     }
 
     /// What is wrong with it, the gravest fault first.
@@ -140,7 +156,7 @@ impl Capture<'_> {
     }
 
     fn gaps(&self) -> Option<Fault> {
-        let read = |s: &&Sample| length(s.accel()).is_finite();
+        let read = |s: &&Sample| norm(&s.accel()).is_finite();
         let there = self.samples.iter().filter(read).count();
         let (first, last) = (self.samples.first()?, self.samples.last()?);
         let by_time = (last.t_s - first.t_s) * self.rate_hz + 1.0;
@@ -168,10 +184,10 @@ impl Capture<'_> {
         };
         let axis = (0..3).find(|&axis| {
             let Some(value) = one(axis) else { return false };
-            let others = self.poses.iter().filter(|p| {
-                let mut turned = difference(p.mean, means.accel);
+            let others = self.poses().filter(|p| {
+                let mut turned = sub(&p.mean, &means.accel);
                 turned[axis] = 0.0;
-                self.mg(length(turned)) > 1000.0 * TURNED_G
+                self.mg(norm(&turned)) > 1000.0 * TURNED_G
             });
             let mut others = others.peekable();
             others.peek().is_some()
@@ -190,7 +206,7 @@ impl Capture<'_> {
     fn clipped(&self) -> Option<Fault> {
         let axis = (0..3).find(|&axis| {
             let values: Vec<f64> = self.samples.iter().map(|s| s.accel()[axis]).collect();
-            !clipped_rows(&values, &self.scale).is_empty()
+            !clipped_rows(&values, &self.units.scale).is_empty()
         })?;
         Some(Fault::new(
             Rejection::Clipped,
@@ -200,8 +216,9 @@ impl Capture<'_> {
     }
 
     fn magnitude(&self, means: &Means) -> Option<Fault> {
-        let norm = length(means.accel) / self.nominal;
-        let ratio = norm / self.gravity;
+        let gravity = self.options.gravity.value_mps2;
+        let norm = norm(&means.accel) / self.units.nominal;
+        let ratio = norm / gravity;
         if !(1.0 / OTHER_UNIT..=OTHER_UNIT).contains(&ratio) {
             return Some(Fault::new(
                 Rejection::Units,
@@ -227,12 +244,11 @@ impl Capture<'_> {
             return None;
         }
         let opposite = face.opposite().name();
-        let twin = self
-            .poses
-            .iter()
+        let other = self
+            .poses()
             .find(|p| p.face.as_deref() == Some(&opposite))?;
-        let half = 0.5 * (means.accel[face.axis] - twin.mean[face.axis]).abs() / self.nominal;
-        let off = half / self.gravity - 1.0;
+        let apart = (means.accel[face.axis] - other.mean[face.axis]).abs();
+        let off = 0.5 * apart / self.units.nominal / gravity - 1.0;
         if off.abs() > MOST_SCALE_OFF {
             return scale(format!(
                 "{} and {opposite} are {:.0} % from gravity, without the bias",
@@ -245,14 +261,11 @@ impl Capture<'_> {
 
     fn moved(&self, means: &Means) -> Option<Fault> {
         let (first, second) = self.samples.split_at(self.samples.len() / 2);
-        let drift = length(difference(
-            mean(first, Sample::accel),
-            mean(second, Sample::accel),
-        ));
+        let halves = [first, second].map(|half| mean(half, Sample::accel));
+        let drift = norm(&sub(&halves[0], &halves[1]));
         // Two means of half of the rows each.
         let noise = HALVES * means.sigma * 2.0 / (self.samples.len() as f64).sqrt();
         let limit = self.options.most_drift_mg + self.mg(noise);
-        let remedy = "lay it down, take the hand off, and wait for the ring";
         if self.mg(drift) > limit {
             return Some(Fault::new(
                 Rejection::Moved,
@@ -260,25 +273,25 @@ impl Capture<'_> {
                     "it moved slowly: {:.1} mg between both halves of the capture, limit {limit:.1} mg",
                     self.mg(drift)
                 ),
-                remedy,
+                LET_GO,
             ));
         }
-        let nominal = self.gyro_nominal?;
-        let n = self.gyro_means.len() as f64;
+        let nominal = self.units.gyro_nominal?;
+        let n = self.poses.len() as f64;
         let usual: [f64; 3] =
-            std::array::from_fn(|i| self.gyro_means.iter().map(|m| m[i]).sum::<f64>() / n);
-        let rate_deg_s = (length(difference(means.gyro, usual)) / nominal).to_degrees();
+            std::array::from_fn(|i| self.poses.iter().map(|p| p.gyro[i]).sum::<f64>() / n);
+        let rate_deg_s = (norm(&sub(&means.gyro, &usual)) / nominal).to_degrees();
         (rate_deg_s > MOST_TURNING_DEG_S).then(|| {
             Fault::new(
                 Rejection::Moved,
                 format!("it turns steadily: {rate_deg_s:.0} °/s more than in the other poses"),
-                remedy,
+                LET_GO,
             )
         })
     }
 
     fn temperature(&self, means: &Means) -> Option<Fault> {
-        let first = self.poses.iter().find_map(|p| p.temperature_c)?;
+        let first = self.poses().find_map(|p| p.temperature_c)?;
         let warmer = means.temperature_c? - first;
         (warmer.abs() > self.options.most_warming_c && !self.options.any_pose).then(|| {
             Fault::new(
@@ -293,10 +306,4 @@ impl Capture<'_> {
             .soft()
         })
     }
-}
-
-/// The pose that is nearest to a direction, and the angle to it, degrees.
-pub(super) fn nearest_pose(poses: &[Pose], up: [f64; 3]) -> Option<(&Pose, f64)> {
-    let with_angle = poses.iter().map(|p| (p, angle_deg(p.up, up)));
-    with_angle.min_by(|a, b| a.1.total_cmp(&b.1))
 }

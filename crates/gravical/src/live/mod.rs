@@ -43,6 +43,8 @@ mod rows;
 mod session;
 mod words;
 
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
 use crate::calibration_file::SensorInfo;
 use crate::gravity::Gravity;
 use crate::recording::ReadOptions;
@@ -109,6 +111,11 @@ impl Default for LiveOptions {
             any_pose: false,
         }
     }
+}
+
+/// A specific force in mg.
+fn mg(mps2: f64) -> f64 {
+    1000.0 * mps2 / STANDARD_GRAVITY_MPS2
 }
 
 /// The face with this name: `+x`; `−x` with a minus sign, too.

@@ -2,7 +2,8 @@
 
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::segment::face::{AXES, Face};
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+use super::mg;
 
 /// `+x` as an attitude: `x up`.
 pub(super) fn attitude(face: Face) -> String {
@@ -31,9 +32,8 @@ pub(super) fn poses(count: usize) -> String {
 /// The verdict in a sentence.
 pub(super) fn verdict(file: &CalibrationFile) -> String {
     let worst = file.accelerometer.worst_direction.as_ref();
-    let error = worst.map(|w| 1000.0 * w.error_mps2 / STANDARD_GRAVITY_MPS2);
-    let error = error.map_or(String::new(), |e| {
-        format!("error of ‖a‖ at most {e:.1} mg (2σ)")
+    let error = worst.map_or(String::new(), |w| {
+        format!("error of ‖a‖ at most {:.1} mg (2σ)", mg(w.error_mps2))
     });
     match file.verdict.grade {
         Grade::Good => format!("Good: {error}, verified."),

@@ -2,12 +2,18 @@
 
 use std::ops::Range;
 
+use gravical_core::matrix3::norm;
+
 use super::block::Block;
 use super::{Levels, StillOptions, block_rows, distance};
 use crate::recording::resolution::AxisValues;
 
 /// Blocks that are kept at most: an hour and more at 100 Hz.
 const MOST_BLOCKS: usize = 20_000;
+
+/// Noise at rest over the magnitude at most, three axes together: twice that of a bad MPU6050
+/// without low-pass. Where the quietest blocks scatter more, the sensor has not rested yet.
+pub(crate) const MOST_NOISE_AT_REST: f64 = 0.035;
 
 /// A still of [`LiveStills`].
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +25,15 @@ pub struct LiveStill {
     /// Standard deviation of the quietest blocks, root of the sum over the axes, in the
     /// unit of the rows.
     pub noise: f64,
+}
+
+impl LiveStill {
+    /// Whether it is a rest: without one in the recording yet, the level of noise is that of a
+    /// motion, whose calmest parts would seem still.
+    #[must_use]
+    pub fn is_rest(&self) -> bool {
+        self.noise <= MOST_NOISE_AT_REST * norm(&self.mean)
+    }
 }
 
 /// Finds stills while rows arrive, by the rules of this module: blocks are kept, not rows,

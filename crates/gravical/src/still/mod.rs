@@ -36,7 +36,7 @@ use gravical_core::rounding;
 
 pub(crate) use block::Block;
 pub(crate) use levels::{Levels, quiet_level, step_of_means};
-pub(crate) use live::LiveState;
+pub(crate) use live::{LiveState, MOST_NOISE_AT_REST};
 pub use live::{LiveStill, LiveStills};
 pub(crate) use temperature::{TemperatureBlock, TemperatureCutter};
 

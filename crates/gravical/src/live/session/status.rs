@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use gravical_core::matrix3::norm;
+
 use crate::calibration_file::Grade;
 use crate::live::words;
 use crate::segment::face::Face;
 
 use super::Session;
 use crate::live::event::{Event, State, Status, Tile, Welcome};
-use crate::live::judge::length;
 use crate::live::reader::Sample;
 
 impl Session {
@@ -18,7 +19,7 @@ impl Session {
         let (face, tilt_deg) = Face::nearest(up);
         let welcome = self.welcome(up);
         let still = self.last.as_ref().is_some_and(|s| s.run.is_some());
-        let is_face = tilt_deg <= self.options.most_tilt_deg;
+        let is_face = self.face_up(up).is_some();
         let tile = |f: Face| {
             let here = is_face && f == face;
             let tile = match self.state {
@@ -43,7 +44,7 @@ impl Session {
             hint: self.hint(face, welcome),
             up,
             attitude: self.attitude.q,
-            norm_g: finite(length(self.reading()) / nominal),
+            norm_g: finite(norm(&self.reading()) / nominal),
             noise_mg: finite(last.map_or(0.0, |s| self.mg(s.scatter))),
             limit_mg: last.filter(|_| known).map(|s| self.mg(s.most_scatter)),
             still,
@@ -68,12 +69,12 @@ impl Session {
     }
 
     fn ring(&self) -> f64 {
-        let settle = self.options.settle_rows(self.rate_hz) as f64;
+        let settle = self.settle_rows() as f64;
         let held = self.held() as f64;
         let share = match self.state {
             State::Floor => held / ((self.options.settle_s + self.options.floor_s) * self.rate_hz),
             State::Settle => held / settle,
-            State::Capture => (held - settle) / self.options.capture_rows(self.rate_hz) as f64,
+            State::Capture => (held - settle) / self.capture_rows() as f64,
             _ => 0.0,
         };
         share.clamp(0.0, 1.0)

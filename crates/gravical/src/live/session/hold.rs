@@ -1,0 +1,213 @@
+//! A hold: it begins, settles, is captured, or is interrupted.
+
+use std::ops::Range;
+
+use gravical_core::matrix3::sub;
+
+use crate::Result;
+use crate::live::event::{Event, Pose, Rejection, State, Welcome};
+use crate::live::judge::{Fault, LET_GO, Means, mean};
+use crate::live::reader::Sample;
+use crate::segment::face::{Face, angle_deg};
+use crate::still::LiveState;
+
+use super::{Hold, Session};
+
+/// Time between two status events, s.
+const STATUS_S: f64 = 0.1;
+/// A step of the clock longer than this is a gap, s.
+const GAP_S: f64 = 0.5;
+/// A capture that is interrupted earlier was none, share of its length.
+const LEAST_PROGRESS: f64 = 0.15;
+
+impl Session {
+    pub(super) fn sample(&mut self, sample: Sample) -> Result<()> {
+        let gap = sample.t_s - self.now_s > GAP_S.max(5.0 / self.rate_hz);
+        self.now_s = sample.t_s;
+        if sample.row > 0 && (sample.is_break || gap) {
+            self.interrupt();
+        }
+        self.rows.push(sample);
+        let gyro_nominal = self.units.and_then(|u| u.gyro_nominal);
+        let rate =
+            gyro_nominal.map(|nominal| sub(&sample.gyro(), &self.gyro_bias).map(|v| v / nominal));
+        self.attitude.update(sample.t_s, sample.accel(), rate);
+        if self.detector.is_none() {
+            self.identify(&sample);
+        } else {
+            self.detect(&sample);
+        }
+        let ends = |p: &&Pose| p.rows[1] == sample.row as u64 + 1;
+        if let Some(pose) = self.restored.front().filter(ends).cloned() {
+            self.restored.pop_front();
+            self.accept(pose)?;
+        }
+        if sample.t_s - self.status_s >= STATUS_S - 1e-6 && !self.restoring {
+            self.status_s = sample.t_s;
+            self.status();
+        }
+        Ok(())
+    }
+
+    /// No hold spans what comes.
+    pub(super) fn interrupt(&mut self) {
+        if let Some(detector) = &mut self.detector {
+            detector.split();
+        }
+        self.last = None;
+        if let Some(hold) = self.hold.take().filter(|h| h.capturing && !h.over) {
+            let fault = Fault::new(
+                Rejection::Gaps,
+                "rows are missing in the middle of the capture".to_owned(),
+                "hold it still once more",
+            );
+            self.reject(fault, &hold.rows);
+        }
+    }
+
+    pub(super) fn detect(&mut self, sample: &Sample) {
+        let Some(detector) = &mut self.detector else {
+            return;
+        };
+        // The detector counts rows as the session does, so that a row without values counts, too.
+        let gyro = Some(sample.gyro()).filter(|g| g.iter().all(|v| v.is_finite()));
+        if !detector.push_with_gyro(sample.accel(), gyro) {
+            return;
+        }
+        if detector.is_full() {
+            detector.forget_older();
+        }
+        let Some(state) = detector.state() else {
+            return;
+        };
+        self.last = Some(state.clone());
+        if state.run.is_some() && gyro.is_some() {
+            self.gyro_bias = mean(&self.rows.within(&state.block), Sample::gyro);
+        }
+        if !self.restoring {
+            self.block(&state);
+        }
+    }
+
+    /// Judges what the last block says.
+    pub(super) fn block(&mut self, state: &LiveState) {
+        if matches!(self.state, State::Lost | State::Done | State::Identify) {
+            return;
+        }
+        let Some(run) = state.run.clone() else {
+            self.moved(state);
+            return;
+        };
+        self.follow(run.clone(), state);
+        if self.state == State::Floor && !self.floor(&run, state) {
+            return;
+        }
+        self.go_away();
+        self.hold_on();
+    }
+
+    /// It moves: a capture that has begun is interrupted.
+    fn moved(&mut self, state: &LiveState) {
+        let hold = self.hold.take();
+        if hold.as_ref().is_some_and(|h| h.over) {
+            // The user begins to turn it.
+            self.progress_s = self.now_s;
+        }
+        if let Some(hold) = hold.filter(|h| h.capturing && !h.over) {
+            let progress_s = (hold.rows.len() as f64 / self.rate_hz) - self.options.settle_s;
+            if progress_s > LEAST_PROGRESS * self.options.capture_s {
+                let message = match state.scatter > state.most_scatter {
+                    true => format!(
+                        "it moved after {progress_s:.1} s: {:.0} mg, limit {:.0} mg",
+                        self.mg(state.scatter),
+                        self.mg(state.most_scatter)
+                    ),
+                    false => format!("it turned after {progress_s:.1} s"),
+                };
+                let fault = Fault::new(Rejection::Moved, message, LET_GO);
+                self.reject(fault, &hold.rows);
+            }
+        }
+        if self.state != State::Floor {
+            self.state = State::Wait;
+        }
+        self.go_away();
+    }
+
+    /// The hold that the run belongs to.
+    fn follow(&mut self, run: Range<usize>, state: &LiveState) {
+        let settle = self.settle_rows();
+        match &mut self.hold {
+            Some(hold) if run.start < hold.rows.end => {
+                let from = hold.rows.start + settle;
+                if hold.capturing && !hold.over && run.start > from {
+                    // It drifts: what was captured does not agree with what is read now.
+                    self.moved(state);
+                    self.follow(run, state);
+                    return;
+                }
+                hold.rows.end = run.end;
+            }
+            _ => {
+                self.hold = Some(Hold {
+                    rows: run,
+                    ..Hold::default()
+                });
+            }
+        }
+    }
+
+    /// Notes that it has left the last pose.
+    fn go_away(&mut self) {
+        if let Some(last) = self.poses.last() {
+            let angle = angle_deg(last.pose.up, self.direction());
+            self.away |= angle > self.options.apart_deg;
+        }
+    }
+
+    /// The hold goes on: it settles, is captured, is over.
+    pub(super) fn hold_on(&mut self) {
+        let settle = self.settle_rows();
+        let capture = self.capture_rows();
+        let Some(hold) = self.hold.clone().filter(|hold| !hold.over) else {
+            self.state = State::Wait;
+            return;
+        };
+        let from = hold.rows.start + settle;
+        if hold.rows.end <= from {
+            self.state = State::Settle;
+            return;
+        }
+        if !hold.capturing {
+            let samples = self.rows.within(&hold.rows);
+            let up = self.direction_of(Means::of(&samples).accel);
+            let welcome = self.welcome(up);
+            let fault = self.unwelcome(welcome, up).filter(|_| !hold.forced);
+            if let Some(hold) = &mut self.hold {
+                hold.capturing = fault.is_none();
+                hold.over = fault.is_some();
+            }
+            match fault {
+                Some(fault) => {
+                    self.state = State::Wait;
+                    // A bump on the pose that was just accepted is not worth a word.
+                    if welcome != Welcome::Duplicate || self.away {
+                        self.reject(fault, &hold.rows);
+                    }
+                    return;
+                }
+                None => {
+                    self.emit(Event::PoseCandidate {
+                        face: self.face_up(up).map(Face::name),
+                        up,
+                        tilt_deg: Face::nearest(up).1,
+                    });
+                }
+            }
+        }
+        self.state = State::Capture;
+        if hold.rows.end - from >= capture {
+            self.judge(&(from..from + capture), hold.forced);
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! The poses: one is accepted or rejected, undone, recorded again.
+
+use std::ops::Range;
+
+use gravical_core::matrix3::norm;
+
+use crate::Result;
+use crate::live::event::{Event, Pose, Rejection, State, Undone, WarningKind, Welcome};
+use crate::live::face_of;
+use crate::live::judge::{Accepted, Capture, Fault, Means, mean};
+use crate::live::reader::Sample;
+use crate::live::words;
+use crate::segment::face::{Face, angle_deg};
+
+use super::{Hold, Session};
+
+/// A change of temperature that is mentioned, °C.
+const WARMED_C: f64 = 1.0;
+
+impl Session {
+    /// What a hold in this direction would be.
+    pub(super) fn welcome(&self, up: [f64; 3]) -> Welcome {
+        let face = self.face_up(up);
+        let kind = match face {
+            Some(_) => Welcome::Face,
+            None => Welcome::Free,
+        };
+        if self.options.any_pose || face.is_some_and(|f| !self.has(f)) {
+            return kind;
+        }
+        let near = |p: &Pose| angle_deg(p.up, up) < self.options.apart_deg;
+        // A steep face that is done leaves room for a free pose beside it only if it is far.
+        match self.poses().any(near) {
+            true => Welcome::Duplicate,
+            false if face.is_some() || self.to_do().is_empty() => kind,
+            false => Welcome::Between,
+        }
+    }
+
+    pub(super) fn unwelcome(&self, welcome: Welcome, up: [f64; 3]) -> Option<Fault> {
+        let (face, tilt_deg) = Face::nearest(up);
+        let to_do = self.to_do();
+        if let Some(wanted) = self.redo.iter().find(|w| w.opposite() == face)
+            && welcome == Welcome::Duplicate
+        {
+            return Some(Fault::new(
+                Rejection::Sign,
+                format!(
+                    "{} is up, and {} is to be recorded again",
+                    words::attitude(face),
+                    wanted.name()
+                ),
+                format!("turn it over: {}", words::attitude(*wanted)),
+            ));
+        }
+        match welcome {
+            Welcome::Face | Welcome::Free => None,
+            Welcome::Duplicate => Some(Fault::new(
+                Rejection::Duplicate,
+                match tilt_deg <= self.options.most_tilt_deg {
+                    true => format!("{} is recorded already", face.name()),
+                    false => format!(
+                        "a pose within {:.0}° is recorded already",
+                        self.options.apart_deg
+                    ),
+                },
+                match to_do.is_empty() {
+                    true => "turn it to another direction; or record it again: R and the face"
+                        .to_owned(),
+                    false => format!(
+                        "turn it to {}; or record it again: R and the face",
+                        words::any_of(&to_do)
+                    ),
+                },
+            )),
+            Welcome::Between => Some(Fault::new(
+                Rejection::BetweenFaces,
+                format!(
+                    "it lies between two faces: {tilt_deg:.0}° from {}",
+                    face.name()
+                ),
+                format!(
+                    "put {} up; or take it as a free pose (Space)",
+                    words::any_of(&to_do)
+                ),
+            )),
+        }
+    }
+
+    /// Accepts or rejects a capture.
+    pub(super) fn judge(&mut self, rows: &Range<usize>, forced: bool) {
+        let Some(units) = self.units else { return };
+        let samples = self.rows.within(rows);
+        let means = Means::of(&samples);
+        let capture = Capture {
+            samples: &samples,
+            rate_hz: self.rate_hz,
+            rows: rows.len(),
+            units,
+            poses: &self.poses,
+            options: &self.options,
+        };
+        let fault = capture.fault(&means).filter(|f| !(f.soft && forced));
+        if let Some(hold) = &mut self.hold {
+            hold.over = true;
+        }
+        self.state = State::Wait;
+        self.progress_s = self.now_s;
+        if let Some(fault) = fault {
+            if matches!(fault.reason, Rejection::Moved | Rejection::Gaps) {
+                // The next try begins where this one ended.
+                self.hold = Some(Hold {
+                    rows: rows.end..rows.end,
+                    forced,
+                    ..Hold::default()
+                });
+            }
+            self.reject(fault, rows);
+            return;
+        }
+        let up = self.direction_of(means.accel);
+        let (face, tilt_deg) = (self.face_up(up), Face::nearest(up).1);
+        self.numbers += 1;
+        let seconds = samples
+            .last()
+            .zip(samples.first())
+            .map_or(0.0, |(b, a)| b.t_s - a.t_s);
+        let pose = Pose {
+            pose: self.numbers,
+            face: face.map(Face::name),
+            up,
+            tilt_deg,
+            mean: means.accel,
+            norm_mps2: norm(&means.accel) / units.nominal,
+            noise_mg: self.mg(means.sigma),
+            temperature_c: means.temperature_c,
+            seconds: seconds + 1.0 / self.rate_hz,
+            rows: [rows.start as u64, rows.end as u64],
+            faces_done: 0,
+            free_done: 0,
+            note: face
+                .filter(|_| tilt_deg > self.options.fine_tilt_deg)
+                .map(|face| {
+                    let name = face.name();
+                    format!("{tilt_deg:.0}° from {name}: a flatter one would say more of the axes")
+                }),
+        };
+        if let Err(error) = self.accept(pose) {
+            self.warn(WarningKind::Other, error.to_string());
+        }
+    }
+
+    pub(super) fn accept(&mut self, mut pose: Pose) -> Result<()> {
+        let rows = pose.rows[0] as usize..pose.rows[1] as usize;
+        let gyro = mean(&self.rows.within(&rows), Sample::gyro);
+        let Some(empty) = self.reader.columns() else {
+            return Ok(());
+        };
+        let kept = self.rows.keep(&rows, || empty)?;
+        self.redo.retain(|face| Some(face.name()) != pose.face);
+        let named = |f: &Face| Some(f.name()) == pose.face || self.has(*f);
+        pose.faces_done = Face::all().iter().filter(|f| named(f)).count() as u32;
+        pose.free_done = self.free_done() + u32::from(pose.face.is_none());
+        self.poses.push(Accepted {
+            pose: pose.clone(),
+            kept,
+            gyro,
+        });
+        self.away = false;
+        let first = self.poses().find_map(|p| p.temperature_c);
+        let warmed = first.zip(pose.temperature_c);
+        self.emit(Event::PoseAccepted(pose));
+        if let Some((first, now)) = warmed
+            && (now - first).abs() > WARMED_C
+            && !std::mem::replace(&mut self.warned_of_temperature, true)
+        {
+            self.warn(
+                WarningKind::Temperature,
+                format!("the sensor has warmed by {:.1} °C since the first pose: let it run for some minutes before the session", now - first),
+            );
+        }
+        self.fit_due = true;
+        Ok(())
+    }
+
+    pub(super) fn reject(&mut self, fault: Fault, rows: &Range<usize>) {
+        self.progress_s = self.now_s;
+        let samples = self.rows.within(rows);
+        let up = self.direction_of(Means::of(&samples).accel);
+        let (face, tilt_deg) = Face::nearest(up);
+        self.emit(Event::PoseRejected {
+            reason: fault.reason,
+            message: fault.message,
+            remedy: fault.remedy,
+            face: Some(face.name()),
+            up,
+            tilt_deg,
+        });
+    }
+
+    pub(super) fn capture_now(&mut self) {
+        let most_rows = self.settle_rows() + self.capture_rows();
+        match &mut self.hold {
+            Some(hold) if self.units.is_some() => {
+                if hold.over && hold.capturing {
+                    // From now on: what was judged stays judged.
+                    hold.rows.start = hold.rows.end;
+                }
+                // What it has rested already counts.
+                let earliest = hold.rows.end.saturating_sub(most_rows);
+                hold.rows.start = hold.rows.start.max(earliest);
+                (hold.over, hold.capturing, hold.forced) = (false, false, true);
+            }
+            _ => self.refuse("it moves: hold it still first"),
+        }
+    }
+
+    pub(super) fn undo(&mut self) {
+        let Some(last) = self.poses.pop() else {
+            self.refuse("there is no pose to undo");
+            return;
+        };
+        self.undone(&last.pose, Undone::Undo);
+        self.poses_changed();
+    }
+
+    pub(super) fn record_again(&mut self, name: &str) {
+        let Some(face) = face_of(name) else {
+            self.refuse("a face is +x, -x, +y, -y, +z or -z");
+            return;
+        };
+        let of_face = |p: &Accepted| p.pose.face.as_deref() == Some(&face.name());
+        let (gone, left): (Vec<Accepted>, Vec<Accepted>) = std::mem::take(&mut self.poses)
+            .into_iter()
+            .partition(of_face);
+        self.poses = left;
+        for accepted in &gone {
+            self.undone(&accepted.pose, Undone::Redo);
+        }
+        if !gone.is_empty() && !self.redo.contains(&face) {
+            self.redo.push(face);
+        }
+        self.poses_changed();
+    }
+
+    fn undone(&mut self, pose: &Pose, why: Undone) {
+        self.emit(Event::PoseUndone {
+            pose: pose.pose,
+            face: pose.face.clone(),
+            why,
+        });
+    }
+
+    fn poses_changed(&mut self) {
+        self.away = true;
+        self.progress_s = self.now_s;
+        self.fit_due = true;
+        self.file = None;
+        if let Some(hold) = &mut self.hold {
+            // The pose that lies there now may be wanted again.
+            hold.rows.start = hold.rows.end;
+            (hold.over, hold.capturing) = (false, false);
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! The calibration of the poses so far: the fit, the verdict, and the pose that is wanted next.
+
+use crate::Result;
+use crate::calibration_file::{CalibrationFile, Grade};
+use crate::gravity::Gravity;
+use crate::live::event::{Event, Fit, Pose, State, Wanted, WarningKind};
+use crate::live::fit::{FIRST_FIT, FULL_FIT, fit, section_label};
+use crate::live::judge::Accepted;
+use crate::live::{mg, words};
+use crate::segment::sections::Section;
+
+use super::Session;
+
+impl Session {
+    /// Calibrates if the poses or gravity have changed.
+    pub(super) fn fit_if_due(&mut self) {
+        if self.fit_due && !self.restoring {
+            self.fit();
+        }
+    }
+
+    pub(super) fn fit(&mut self) {
+        self.fit_due = false;
+        self.file = None;
+        if self.poses.len() >= FIRST_FIT {
+            match self.calibrated() {
+                Ok(file) => {
+                    let poses: Vec<Pose> = self.poses().cloned().collect();
+                    self.emit(Event::Fit(Box::new(Fit::of(&file, &poses))));
+                    self.file = Some(file);
+                }
+                Err(error) if self.poses.len() >= FULL_FIT => {
+                    self.warn(WarningKind::Other, error.to_string());
+                }
+                Err(_) => {}
+            }
+        }
+        let full = self.file.as_ref().filter(|_| self.poses.len() >= FULL_FIT);
+        let grade = full.map(|file| file.verdict.grade);
+        if let Some(file) = full.filter(|_| grade != self.grade) {
+            let event = Event::Verdict {
+                grade: file.verdict.grade,
+                r#final: false,
+                sentence: words::verdict(file),
+                reasons: file.verdict.reasons.clone(),
+            };
+            self.emit(event);
+        }
+        self.grade = grade;
+        self.ask();
+    }
+
+    fn calibrated(&self) -> Result<CalibrationFile> {
+        let columns = self.rows.kept().cloned().unwrap_or_default();
+        let recording = self.reader.recording(columns)?;
+        let section = |p: &Accepted| Section {
+            label: section_label(p.pose.pose),
+            rows: p.kept.clone(),
+        };
+        fit(
+            recording,
+            self.poses.iter().map(section).collect(),
+            &self.options,
+        )
+    }
+
+    /// Says which pose is wanted next.
+    pub(super) fn ask(&mut self) {
+        let to_do = self.to_do();
+        let (mut up, mut predicted_mg) = (None, None);
+        self.next_hint = None;
+        let kind = if !to_do.is_empty() {
+            Wanted::Face
+        } else if self.grade == Some(Grade::Good) {
+            Wanted::None
+        } else {
+            let next = self
+                .file
+                .as_ref()
+                .and_then(|f| f.accelerometer.next_poses.first());
+            if let Some(next) = next {
+                predicted_mg = Some(2.0 * mg(next.predicted_norm_error_mps2));
+                (up, self.next_hint) = (Some(next.direction), Some(next.hint.clone()));
+            }
+            Wanted::Free
+        };
+        self.emit(Event::NextPose {
+            kind,
+            faces: to_do.iter().map(|f| f.name()).collect(),
+            up,
+            hint: self.next_hint.clone(),
+            predicted_mg,
+        });
+    }
+
+    pub(super) fn set_gravity(
+        &mut self,
+        value: Option<f64>,
+        latitude: Option<f64>,
+        altitude: Option<f64>,
+    ) {
+        let gravity = match (value, latitude) {
+            (Some(value), _) => Gravity::given(value),
+            (None, Some(latitude)) => Gravity::at(latitude, altitude.unwrap_or(0.0)),
+            (None, None) => return self.refuse("gravity needs a value or a latitude"),
+        };
+        match gravity {
+            Ok(gravity) => {
+                self.options.gravity = gravity;
+                self.fit_due = true;
+                self.emit(Event::Gravity {
+                    gravity_mps2: gravity.value_mps2,
+                    gravity_source: gravity.source,
+                });
+            }
+            Err(error) => self.refuse(error.message()),
+        }
+    }
+
+    pub(super) fn finish(&mut self) {
+        if self.fit_due {
+            self.fit();
+        }
+        let Some(file) = &self.file else {
+            let what = words::poses(self.poses.len());
+            self.refuse(&format!(
+                "with {what} nothing is determined yet: at least {FIRST_FIT} are needed, better six faces and three free poses"
+            ));
+            return;
+        };
+        let verdict = file.verdict.clone();
+        let sentence = words::verdict(file);
+        self.state = State::Done;
+        self.emit(Event::Verdict {
+            grade: verdict.grade,
+            r#final: true,
+            sentence,
+            reasons: verdict.reasons,
+        });
+    }
+}
