@@ -27,6 +27,13 @@ def peak_mib(command):
     return usage.ru_maxrss / 1024
 
 
+def measure(gravical, command):
+    """Prints the peak memory of a command; true above the limit."""
+    peak = peak_mib([gravical, *command])
+    print(f"{command[0]:10} {peak:6.1f} MiB")
+    return peak > LIMIT_MIB
+
+
 def main():
     gravical = os.path.abspath(sys.argv[1])
     with tempfile.TemporaryDirectory() as folder:
@@ -43,9 +50,15 @@ def main():
         ]
         above = False
         for command in commands:
-            peak = peak_mib([gravical, *command])
-            above |= peak > LIMIT_MIB
-            print(f"{command[0]:10} {peak:6.1f} MiB")
+            above |= measure(gravical, command)
+        # A guided session: the replay, and the calculation from its folder.
+        replay = ["live", "--replay", recording, "--any-pose", "--events", "all.ndjson"]
+        above |= measure(gravical, [*replay, "-o", "live.json"])
+        os.mkdir("session")
+        os.rename(recording, "session/recording.csv")
+        with open("all.ndjson") as events, open("session/session.ndjson", "w") as journal:
+            journal.writelines(line for line in events if '"type":"status"' not in line)
+        above |= measure(gravical, ["calibrate", "session", "-o", "again.json"])
         if above:
             sys.exit(f"above {LIMIT_MIB} MiB")
 

@@ -25,7 +25,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::finding::{Finding, FindingKind, LineSpans};
-use crate::recording::collect::{Columns, Known, Sink, collect_again, collect_from};
+use crate::recording::collect::{Columns, Known, Sink, collect, collect_again, collect_from};
 use crate::recording::excerpt::Excerpt;
 use crate::recording::layout::Layout;
 use crate::recording::monitor::Facts;
@@ -97,6 +97,60 @@ pub fn read(path: &Path, options: &ReadOptions, still: &StillOptions) -> Result<
     options.validate()?;
     let name = path.display().to_string();
     read_from(Reopenable::of(path), &name, options, still, BOUNDS)
+}
+
+/// Reads the recording at `path`: completely, or, if it is long, only the rows `wanted` of the
+/// file. Properties of the recording are those of all rows.
+///
+/// # Errors
+///
+/// As [`recording::read`](crate::recording::read). Rows beyond the end are no error: they are not
+/// in memory.
+pub(crate) fn read_rows(
+    path: &Path,
+    options: &ReadOptions,
+    wanted: &[Range<usize>],
+) -> Result<Recording> {
+    read_rows_from(Reopenable::of(path), path, options, wanted, BOUNDS.whole)
+}
+
+fn read_rows_from(
+    mut source: Reopenable,
+    path: &Path,
+    options: &ReadOptions,
+    wanted: &[Range<usize>],
+    whole: usize,
+) -> Result<Recording> {
+    options.validate()?;
+    let name = path.display().to_string();
+    let wanted = plan::merged(wanted.to_vec());
+    let sink = |layout: &Layout, facts: &Facts| StoredRows {
+        to_end: true,
+        ..StoredRows::new(layout, facts, wanted.clone())
+    };
+    let (stored, read) = collect(&mut source, &name, options, sink)?.with(());
+    if stored.row <= whole {
+        return Ok(collect(&mut source, &name, options, Columns::new)?.into_recording());
+    }
+    let even_hz = read.finished.facts.stamp_reading.and_then(|s| s.even_hz);
+    let mut recording = read.with(stored.columns).1.into_recording();
+    recording.excerpt = Some(Excerpt {
+        rows: stored.rows,
+        temperature_c: recording.temperature_range_c(),
+        thermal: Vec::new(),
+        still_rows_left_out: 0,
+        stills: Vec::new(),
+    });
+    time_by_rows_of_the_file(&mut recording, even_hz);
+    Ok(recording)
+}
+
+/// With an even rate, the time of a row is its number in the file over the rate.
+fn time_by_rows_of_the_file(recording: &mut Recording, even_hz: Option<f64>) {
+    if let (Some(rate_hz), Some(_)) = (even_hz, &recording.time_s) {
+        let rows = (0..recording.rows()).map(|row| recording.row_in_file(row));
+        recording.time_s = Some(rows.map(|row| row as f64 / rate_hz).collect());
+    }
 }
 
 fn read_from(
@@ -184,15 +238,9 @@ fn read_from(
     let wide = temperature_c.is_some_and(|[low, high]| high - low > LEAST_SPAN_C);
     let wanted_rows = std::mem::take(&mut plan.rows);
     let stored = rereader.collect(|layout: &Layout, facts: &Facts| StoredRows {
-        columns: Columns::new(layout, facts),
-        rows: RowMap::default(),
         thermal: wide.then(|| TemperatureCutter::new(rate, gyro)),
-        zero_offset: facts.zero_offset,
-        wanted: wanted_rows,
         marks,
-        complete: 0,
-        row: 0,
-        after_break: false,
+        ..StoredRows::new(layout, facts, wanted_rows)
     })?;
     if stored.complete < stored.wanted.len() {
         return Err(rereader.changed());
@@ -207,10 +255,7 @@ fn read_from(
         still_rows_left_out: plan.left_out.1,
         stills: Vec::new(),
     });
-    if let (Some(rate_hz), Some(_)) = (even_hz, &recording.time_s) {
-        let rows = (0..recording.rows()).map(|row| recording.row_in_file(row));
-        recording.time_s = Some(rows.map(|row| row as f64 / rate_hz).collect());
-    }
+    time_by_rows_of_the_file(&mut recording, even_hz);
     let mut stills = Vec::new();
     for ((options, levels), rows) in wanted.into_iter().zip(levels).zip(&plan.quiet) {
         let found = levels.map_or_else(Stills::default, |levels| {
@@ -256,6 +301,8 @@ struct StoredRows {
     rows: RowMap,
     thermal: Option<TemperatureCutter>,
     zero_offset: f64,
+    /// Rows after the last range are read, too, for the properties of all rows.
+    to_end: bool,
     /// Ranges of rows to store, and the number of complete ones.
     wanted: Vec<Range<usize>>,
     complete: usize,
@@ -271,8 +318,9 @@ impl Sink for StoredRows {
     fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
         rows.hold_default();
         let mut skipped_to = 0;
-        while self.complete < self.wanted.len() || self.thermal.is_some() {
-            if self.thermal.is_none() && skipped_to <= self.complete {
+        let to_end = self.to_end || self.thermal.is_some();
+        while self.complete < self.wanted.len() || to_end {
+            if !to_end && skipped_to <= self.complete {
                 skipped_to = self.complete + 1;
                 self.skip(rows)?;
             }
@@ -300,6 +348,21 @@ impl Sink for StoredRows {
 }
 
 impl StoredRows {
+    fn new(layout: &Layout, facts: &Facts, wanted: Vec<Range<usize>>) -> Self {
+        StoredRows {
+            columns: Columns::new(layout, facts),
+            rows: RowMap::default(),
+            thermal: None,
+            zero_offset: facts.zero_offset,
+            to_end: false,
+            wanted,
+            complete: 0,
+            marks: Vec::new(),
+            row: 0,
+            after_break: false,
+        }
+    }
+
     /// Skips rows before the next stored range.
     fn skip<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
         let Some(next) = self.wanted.get(self.complete) else {

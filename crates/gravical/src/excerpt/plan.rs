@@ -283,7 +283,7 @@ fn longest(mut lengths: Vec<usize>, room: usize) -> usize {
 }
 
 /// Sorted ranges; overlapping and adjacent ones are merged.
-fn merged(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+pub(super) fn merged(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     ranges.retain(|r| !r.is_empty());
     ranges.sort_unstable_by_key(|r| r.start);
     let mut out: Vec<Range<usize>> = Vec::with_capacity(ranges.len());

@@ -7,6 +7,7 @@ use crate::check::{CheckOptions, check};
 use crate::inspect::inspect;
 use crate::recording::read_bytes;
 use crate::segment::face::AxisMap;
+use crate::segment::sections::Section;
 use crate::segment::still::find_stills;
 use crate::simulate::{
     PosesOptions, Scenario, SimulateOptions, SixPositionOptions, SoakOptions, StaticOptions,
@@ -330,4 +331,43 @@ fn a_pipe_is_read_again_from_its_copy() {
     let pipe = read(Reopenable::Spooled(path.clone(), None));
     assert!(pipe.is_excerpt());
     assert_eq!(inspected(&pipe), inspected(&read(Reopenable::of(&path))));
+}
+
+#[test]
+fn sections_of_a_long_recording_name_rows_of_the_file() {
+    let (name, text) = poses(4.0);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    let options = ReadOptions::default();
+    let read = |wanted: &[Range<usize>], whole| {
+        read_rows_from(Reopenable::of(&path), &path, &options, wanted, whole).unwrap()
+    };
+    let all = read(&[], usize::MAX);
+    assert!(!all.is_excerpt());
+    let stills = find_stills(&all, &StillOptions::default()).spans;
+    let with_motion = |pair: &[Range<usize>]| pair[0].start..pair[1].end;
+    // From the third one on, and not to the end.
+    let wanted: Vec<Range<usize>> = stills[2..11].windows(2).map(with_motion).collect();
+    let some = read(&wanted, 1000);
+    assert!(some.is_excerpt() && some.rows() < all.rows());
+    assert_eq!(some.rows_in_file(), all.rows());
+    let file = |recording: &Recording, stills: &[Range<usize>]| {
+        let section = |(i, rows): (usize, &Range<usize>)| Section {
+            label: format!("pose {i}"),
+            rows: rows.clone(),
+        };
+        let mut options = CalibrateOptions::default();
+        options.segment.sections = Some(stills.iter().enumerate().map(section).collect());
+        let mut file = calibrate(std::slice::from_ref(recording), &options)?.file;
+        file.created = String::new();
+        file.inputs = Vec::new();
+        serde_json::to_value(file).map_err(|e| Error::input("json", e.to_string()))
+    };
+    assert_eq!(
+        file(&all, &stills[2..11]).unwrap(),
+        file(&some, &stills[2..11]).unwrap()
+    );
+    let error = file(&some, &stills[..11]).unwrap_err();
+    assert_eq!(error.code(), "rows-not-kept");
 }

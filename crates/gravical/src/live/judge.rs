@@ -28,6 +28,8 @@ const MOST_SCALE_OFF: f64 = 0.2;
 const MOST_TURNING_DEG_S: f64 = 5.0;
 /// An axis that repeats a value while gravity turns by more than this is frozen, g.
 const TURNED_G: f64 = 0.3;
+/// … while each of the others takes as many values.
+const LIVELY: usize = 4;
 
 /// The remedy for what moved.
 pub(super) const LET_GO: &str = "lay it down, take the hand off, and wait for the ring";
@@ -65,6 +67,32 @@ pub(super) struct Units {
     pub scale: AccelScale,
     /// Units of the gyroscope per rad/s.
     pub gyro_nominal: Option<f64>,
+}
+
+impl Units {
+    /// What is wrong with the magnitude of a rest in local `gravity`, m/s².
+    pub fn fault(&self, accel: [f64; 3], gravity: f64) -> Option<Fault> {
+        let norm = norm(&accel) / self.nominal;
+        let ratio = norm / gravity;
+        if !(1.0 / OTHER_UNIT..=OTHER_UNIT).contains(&ratio) {
+            return Some(Fault::new(
+                Rejection::Units,
+                format!("‖a‖ is {norm:.2} m/s² at rest: the unit or the range has changed"),
+                "set the range of the sensor as it was, or begin anew",
+            ));
+        }
+        ((ratio - 1.0).abs() > MOST_OFF).then(|| {
+            other_scale(format!(
+                "‖a‖ is {norm:.2} m/s² at rest, {:.0} % from gravity",
+                100.0 * (ratio - 1.0)
+            ))
+        })
+    }
+}
+
+fn other_scale(message: String) -> Fault {
+    let remedy = "check that the sensor is raw and at the range that the sketch converts with";
+    Fault::new(Rejection::Scale, message, remedy)
 }
 
 /// An accepted pose, where its rows are in those that are kept, and its mean angular rate.
@@ -175,15 +203,25 @@ impl Capture<'_> {
         })
     }
 
-    /// An axis that repeats its value although another pose should have changed it.
+    /// An axis that repeats its value although another pose should have changed it. Beside axes
+    /// that repeat theirs, too, it may be coarse and quiet.
     fn frozen(&self, means: &Means) -> Option<Fault> {
         let values = |axis: usize| self.samples.iter().map(move |s| s.accel()[axis]);
         let one = |axis: usize| {
             let first = values(axis).find(|v| v.is_finite());
             first.filter(|first| values(axis).all(|v| v.is_nan() || v == *first))
         };
+        let number_of = |axis: usize| {
+            let mut all: Vec<f64> = values(axis).filter(|v| v.is_finite()).collect();
+            all.sort_unstable_by(f64::total_cmp);
+            all.dedup();
+            all.len()
+        };
         let axis = (0..3).find(|&axis| {
             let Some(value) = one(axis) else { return false };
+            if (0..3).any(|beside| beside != axis && number_of(beside) < LIVELY) {
+                return false;
+            }
             let others = self.poses().filter(|p| {
                 let mut turned = sub(&p.mean, &means.accel);
                 turned[axis] = 0.0;
@@ -217,27 +255,8 @@ impl Capture<'_> {
 
     fn magnitude(&self, means: &Means) -> Option<Fault> {
         let gravity = self.options.gravity.value_mps2;
-        let norm = norm(&means.accel) / self.units.nominal;
-        let ratio = norm / gravity;
-        if !(1.0 / OTHER_UNIT..=OTHER_UNIT).contains(&ratio) {
-            return Some(Fault::new(
-                Rejection::Units,
-                format!("‖a‖ is {norm:.2} m/s² at rest: the unit or the range has changed"),
-                "set the range of the sensor as it was, or begin anew",
-            ));
-        }
-        let scale = |message| {
-            Some(Fault::new(
-                Rejection::Scale,
-                message,
-                "check that the sensor is raw and at the range that the sketch converts with",
-            ))
-        };
-        if (ratio - 1.0).abs() > MOST_OFF {
-            return scale(format!(
-                "‖a‖ is {norm:.2} m/s² at rest, {:.0} % from gravity",
-                100.0 * (ratio - 1.0)
-            ));
+        if let Some(fault) = self.units.fault(means.accel, gravity) {
+            return Some(fault);
         }
         let (face, tilt_deg) = Face::nearest(means.accel);
         if tilt_deg > self.options.most_tilt_deg {
@@ -250,11 +269,11 @@ impl Capture<'_> {
         let apart = (means.accel[face.axis] - other.mean[face.axis]).abs();
         let off = 0.5 * apart / self.units.nominal / gravity - 1.0;
         if off.abs() > MOST_SCALE_OFF {
-            return scale(format!(
+            return Some(other_scale(format!(
                 "{} and {opposite} are {:.0} % from gravity, without the bias",
                 face.name(),
                 100.0 * off
-            ));
+            )));
         }
         None
     }

@@ -9,9 +9,9 @@ use crate::recording::collect::Columns;
 use super::reader::{Sample, keep};
 
 /// Motions longer than this are not kept, s.
-const LONGEST_S: f64 = 60.0;
+pub(super) const LONGEST_S: f64 = 60.0;
 /// With more rows than these no motions are kept any more, only poses.
-const MOST_ROWS: usize = 300_000;
+pub(super) const MOST_ROWS: usize = 300_000;
 
 /// Rows of the session.
 #[derive(Default)]

@@ -288,6 +288,19 @@ impl Recording {
         row_in_file.map_or(row, |row| row as usize)
     }
 
+    /// Where these rows of the file are in memory; `None` if not all of them are.
+    pub(crate) fn rows_in_memory(
+        &self,
+        in_file: &std::ops::Range<usize>,
+    ) -> Option<std::ops::Range<usize>> {
+        let Some(excerpt) = self.excerpt.as_ref().filter(|_| !in_file.is_empty()) else {
+            return (in_file.end <= self.rows()).then(|| in_file.clone());
+        };
+        let row = |in_file: usize| excerpt.rows.row(in_file as u64);
+        let rows = row(in_file.start)?..row(in_file.end - 1)? + 1;
+        (rows.len() == in_file.len()).then_some(rows)
+    }
+
     /// Number of rows of the file that `rows` spans, those left out included.
     #[must_use]
     pub fn length(&self, rows: &std::ops::Range<usize>) -> usize {

@@ -23,6 +23,7 @@ pub mod turns;
 
 pub(crate) use found::{is_too_short, stem};
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::recording::units::GyroScale;
@@ -139,6 +140,34 @@ pub(crate) struct Draft {
     claim: Option<Claim>,
 }
 
+fn rows_not_kept(recording: &Recording) -> Error {
+    Error::usage(
+        "rows-not-kept",
+        "--sections and --rows name rows, and of this long recording not all are in memory",
+    )
+    .at(recording.name.as_ref(), None)
+    .with_hint("read it with `recording::read`, which keeps all")
+}
+
+/// Sections name rows of the file, of which an excerpt has some.
+fn sections_in_memory<'a>(
+    recording: &Recording,
+    sections: &'a [Section],
+) -> Result<Cow<'a, [Section]>> {
+    if !recording.is_excerpt() {
+        return Ok(Cow::Borrowed(sections));
+    }
+    let in_memory = |section: &Section| {
+        let rows = recording.rows_in_memory(&section.rows);
+        let label = section.label.clone();
+        rows.map(|rows| Section { label, rows })
+    };
+    let sections: Option<Vec<Section>> = sections.iter().map(in_memory).collect();
+    sections
+        .map(Cow::Owned)
+        .ok_or_else(|| rows_not_kept(recording))
+}
+
 /// Cuts a session into placements and turns.
 ///
 /// # Errors
@@ -151,21 +180,17 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         return Err(Error::input("no-recordings", "there is no recording"));
     };
     check_units(recordings)?;
-    let by_rows = options.sections.is_some() || options.rows.is_some();
+    let by_rows = options.rows.is_some();
     if let Some(excerpt) = recordings.iter().find(|r| by_rows && r.is_excerpt()) {
-        return Err(Error::usage(
-            "rows-not-kept",
-            "--sections and --rows name rows, and of this long recording not all are in memory",
-        )
-        .at(excerpt.name.as_ref(), None)
-        .with_hint("read it with `recording::read`, which keeps all"));
+        return Err(rows_not_kept(excerpt));
     }
     let mut findings = Vec::new();
     let (mut drafts, mut turns) = (Vec::new(), Vec::new());
     let mut named = false;
     match (&options.sections, recordings) {
         (Some(sections), [one]) => {
-            (drafts, turns) = named::by_sections(one, sections, options)?;
+            let sections = sections_in_memory(one, sections)?;
+            (drafts, turns) = named::by_sections(one, &sections, options)?;
             named = true;
         }
         (Some(_), _) => {

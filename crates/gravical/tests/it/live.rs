@@ -284,14 +284,65 @@ fn undo_and_redo() {
     assert_eq!(number, Some(5));
 }
 
+/// Noise of so many sizes of `step`, the same for the same row and axis.
+fn noise(row: u32, axis: u32, step: f64) -> f64 {
+    f64::from((row * 7919 + axis * 131) % 61) * step
+}
+
 /// Rows at 100 Hz: time, reading and noise of two decimals of a milli-g.
 fn rows(from: u32, count: u32, at: [f64; 3]) -> String {
     let row = |i: u32| {
-        let noise = |k: u32| f64::from((i * 7919 + k * 131) % 61) * 1e-3;
-        let [x, y, z] = [0, 1, 2].map(|k| at[k] + noise(k as u32));
+        let [x, y, z] = [0, 1, 2].map(|k| at[k as usize] + noise(i, k, 1e-3));
         format!("{},{x:.3},{y:.3},{z:.3}\n", 10 * i)
     };
     (from..from + count).map(row).collect()
+}
+
+/// A session of rows at 100 Hz, without their time.
+fn session_of_rows(columns: &str, rows: impl Iterator<Item = String>) -> (Session, Vec<Message>) {
+    let mut session = Session::new("recording.csv", LiveOptions::default());
+    let mut text = format!("t_ms,{columns}\n");
+    for (i, row) in rows.enumerate() {
+        text += &format!("{},{row}\n", 10 * i);
+    }
+    let events = session.bytes(text.as_bytes()).unwrap();
+    (session, events)
+}
+
+/// A session that rests on +z for 5 s, turns for a second, and then gives `second` for 5 s: a row
+/// of the number since the turn and the reading's noise. `first` is the row on +z.
+fn second_hold(
+    columns: &str,
+    first: impl Fn([f64; 3]) -> String,
+    second: impl Fn(u32, [f64; 3]) -> String,
+) -> (Session, Vec<Message>) {
+    let rows = (0..1100).map(|i| {
+        let [x, y, z] = [0, 1, 2].map(|k| noise(i, k, 1e-3));
+        let swing = f64::from(i % 9) - 4.0;
+        match i {
+            0..500 => first([x, y, 9.8 + z]),
+            500..600 => first([swing, 5.0 - swing, 5.0 + swing]),
+            _ => second(i - 600, [x, y, z]),
+        }
+    });
+    session_of_rows(columns, rows)
+}
+
+/// The only rejection: its reason and message.
+fn rejection(events: &[Message]) -> (Rejection, String) {
+    let mut all = events.iter().filter_map(|m| match &m.event {
+        Event::PoseRejected {
+            reason, message, ..
+        } => Some((*reason, message.clone())),
+        _ => None,
+    });
+    let first = all.next().expect("a rejection");
+    assert!(all.next().is_none(), "{events:#?}");
+    first
+}
+
+fn text([x, y, z]: [f64; 3]) -> String {
+    format!("{x:.3},{y:.3},{z:.3}")
 }
 
 /// Rests of so many rows at each reading, and a second of motion after each.
@@ -314,15 +365,119 @@ fn session_of(parts: &[(u32, [f64; 3])]) -> (Session, Vec<Message>) {
 }
 
 #[test]
-fn faults_of_the_rows_are_named() {
+fn another_unit_or_scale_is_named() {
     let up = |v: f64| [0.1, 0.2, v];
     let (_, events) = session_of(&[(500, up(9.8)), (500, [0.1, 0.2, -24.0])]);
     assert_eq!(rejections(&events), [Rejection::Units]);
     let (_, events) = session_of(&[(500, up(9.8)), (500, up(-14.5))]);
     assert_eq!(rejections(&events), [Rejection::Scale]);
-    // No axis but z changes: y is read twice in place of x.
-    let (_, events) = session_of(&[(500, up(9.8)), (500, [9.8, 0.2, 0.1])]);
-    assert_eq!((rejections(&events).len(), accepted(&events).len()), (0, 2));
+    // The sketch sends y in place of x: on +y both show gravity, on +x none does. The directions
+    // are between faces, which is not what is wrong.
+    let parts = [
+        (500, [0.2, 0.2, 9.8]),
+        (500, [9.8, 9.8, 0.1]),
+        (500, [0.2, 0.2, 0.1]),
+    ];
+    let (_, events) = session_of(&parts);
+    assert_eq!(rejections(&events), [Rejection::Scale, Rejection::Units]);
+    assert_eq!(accepted(&events), ["+z"]);
+}
+
+#[test]
+fn an_axis_that_keeps_its_value_is_frozen() {
+    let frozen = |[x, _, z]: [f64; 3]| format!("{x:.3},0.213,{z:.3}");
+    let on_x = |_, [x, y, z]: [f64; 3]| frozen([9.8 + x, y, z]);
+    let (_, events) = second_hold("ax,ay,az", frozen, on_x);
+    let (reason, message) = rejection(&events);
+    assert_eq!(reason, Rejection::Frozen);
+    assert!(message.starts_with("ay keeps one value"), "{message}");
+    // A coarse sensor without noise repeats the values of all axes.
+    let coarse = |[x, y, z]: [f64; 3]| format!("{x:.1},{y:.1},{z:.1}");
+    let on_x = |_, _: [f64; 3]| coarse([9.8, 0.0, 0.0]);
+    let first = |[x, y, z]: [f64; 3]| match (9.5..10.0).contains(&z) {
+        true => coarse([0.0, 0.0, 9.8]),
+        false => coarse([x, y, z]),
+    };
+    let (_, events) = second_hold("ax,ay,az", first, on_x);
+    assert_eq!(accepted(&events), ["+z", "+x"]);
+}
+
+#[test]
+fn a_value_at_the_end_of_the_range_is_clipped() {
+    // 16384 counts are 1 g.
+    let counts = |a: [f64; 3]| {
+        let [x, y, z] = a.map(|v| (16384.0 / 9.80665 * v).round().clamp(-32768.0, 32767.0));
+        format!("{x},{y},{z}")
+    };
+    let on_x = |_, [x, y, z]: [f64; 3]| counts([25.0 + x, y, z]);
+    let (_, events) = second_hold("ax,ay,az", counts, on_x);
+    let (reason, message) = rejection(&events);
+    assert_eq!(reason, Rejection::Clipped);
+    assert!(message.starts_with("ax is at the end"), "{message}");
+}
+
+#[test]
+fn a_drift_within_a_capture_is_named() {
+    // 2.5 mg each second: no block moves, and both halves of 3 s differ by 4 mg; at 6 mg/s by 9.
+    let drifting = |mg_s: f64| {
+        move |i: u32, [x, y, z]: [f64; 3]| {
+            let tilt = 9.80665e-3 * mg_s * 0.01 * f64::from(i);
+            text([9.8 + x, y + tilt, z])
+        }
+    };
+    let (_, events) = second_hold("ax,ay,az", text, drifting(2.5));
+    assert_eq!(accepted(&events), ["+z", "+x"]);
+    let (_, events) = second_hold("ax,ay,az", text, drifting(6.0));
+    assert_eq!(accepted(&events), ["+z"]);
+    let (reason, message) = rejection(&events);
+    assert_eq!(reason, Rejection::Moved);
+    assert!(message.starts_with("it moved slowly: "), "{message}");
+}
+
+#[test]
+fn a_steady_turn_about_the_vertical_is_named() {
+    // A turntable: gravity stays where it is, and only the gyroscope shows the turn.
+    let row = |rate_deg_s: f64, a: [f64; 3]| {
+        let n = a.map(|v| (37.0 * v).fract() * 0.05);
+        format!(
+            "{},{:.3},{:.3},{:.3}",
+            text(a),
+            rate_deg_s + n[0],
+            n[1],
+            n[2]
+        )
+    };
+    let columns = "ax_m/s^2,ay_m/s^2,az_m/s^2,gx_dps,gy_dps,gz_dps";
+    let turning = |rate_deg_s: f64| {
+        let second = move |_, [x, y, z]: [f64; 3]| row(rate_deg_s, [9.8 + x, y, z]);
+        second_hold(columns, |a| row(0.5, a), second).1
+    };
+    assert_eq!(accepted(&turning(2.0)), ["+z", "+x"]);
+    let events = turning(20.0);
+    assert_eq!(accepted(&events), ["+z"]);
+    let (reason, message) = rejection(&events);
+    assert_eq!(reason, Rejection::Moved);
+    let turn = "it turns steadily: 20 °/s more";
+    assert!(message.starts_with(turn), "{message}");
+}
+
+#[test]
+fn a_warmer_sensor_is_refused_unless_it_is_wanted() {
+    let row = |temperature_c: f64, a: [f64; 3]| format!("{},{temperature_c}", text(a));
+    let second = |_, [x, y, z]: [f64; 3]| row(29.5, [9.8 + x, y, z]);
+    let columns = "ax,ay,az,temperature";
+    let (mut session, events) = second_hold(columns, |a| row(25.0, a), second);
+    assert_eq!(accepted(&events), ["+z"]);
+    let (reason, message) = rejection(&events);
+    assert_eq!(reason, Rejection::Temperature);
+    assert!(message.contains("4.5 °C warmer"), "{message}");
+    session.command(&Command::Capture);
+    let more = (1100..1600).map(|i| {
+        let [x, y, z] = [0, 1, 2].map(|k| noise(i, k, 1e-3));
+        format!("{},{}\n", 10 * i, row(29.5, [9.8 + x, y, z]))
+    });
+    let events = session.bytes(more.collect::<String>().as_bytes()).unwrap();
+    assert_eq!(accepted(&events), ["+x"]);
 }
 
 #[test]

@@ -180,9 +180,17 @@ impl Session {
         }
         if !hold.capturing {
             let samples = self.rows.within(&hold.rows);
-            let up = self.direction_of(Means::of(&samples).accel);
+            let accel = Means::of(&samples).accel;
+            let up = self.direction_of(accel);
             let welcome = self.welcome(up);
-            let fault = self.unwelcome(welcome, up).filter(|_| !hold.forced);
+            // Where the magnitude is not that of gravity the direction says nothing; the capture
+            // finds what is wrong.
+            let gravity = self.options.gravity.value_mps2;
+            let is_gravity = self
+                .units
+                .is_some_and(|u| u.fault(accel, gravity).is_none());
+            let fault = self.unwelcome(welcome, up);
+            let fault = fault.filter(|_| is_gravity && !hold.forced);
             if let Some(hold) = &mut self.hold {
                 hold.capturing = fault.is_none();
                 hold.over = fault.is_some();
