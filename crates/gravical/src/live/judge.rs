@@ -141,6 +141,10 @@ impl Means {
     }
 }
 
+pub(super) fn warmer_or_colder(change_c: f64) -> &'static str {
+    if change_c > 0.0 { "warmer" } else { "colder" }
+}
+
 fn columns(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [Vec<f64>; 3] {
     std::array::from_fn(|i| samples.iter().map(|s| of(s)[i]).collect())
 }
@@ -295,6 +299,7 @@ impl Capture<'_> {
                 LET_GO,
             ));
         }
+        // Its bias is only known from other poses: the first one is not tested.
         let nominal = self.units.gyro_nominal?;
         let n = self.poses.len() as f64;
         let usual: [f64; 3] =
@@ -318,7 +323,7 @@ impl Capture<'_> {
                 format!(
                     "the sensor is {:.1} °C {} than in the first pose: its bias has drifted",
                     warmer.abs(),
-                    if warmer > 0.0 { "warmer" } else { "colder" }
+                    warmer_or_colder(warmer)
                 ),
                 "wait until it is as before; or take it all the same (Space), or undo the old poses one by one (U)",
             )

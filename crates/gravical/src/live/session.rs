@@ -51,6 +51,7 @@ pub struct Session {
     reader: Reader,
     rows: SessionRows,
     detector: Option<LiveStills>,
+    /// What the last block said; none after rows that are missing.
     last: Option<LiveState>,
     rate_hz: f64,
     units: Option<Units>,
@@ -61,10 +62,13 @@ pub struct Session {
     before_loss: Option<State>,
     hold: Option<Hold>,
     poses: Vec<Accepted>,
+    /// Numbers of poses that were used.
     numbers: u32,
+    /// Faces to record again.
     redo: Vec<Face>,
     /// It was far from the last pose since that was accepted.
     away: bool,
+    /// The poses or gravity have changed since the last fit.
     fit_due: bool,
     file: Option<CalibrationFile>,
     grade: Option<Grade>,
@@ -73,6 +77,7 @@ pub struct Session {
     /// Poses of a session that is resumed, until their rows were read.
     restored: VecDeque<Pose>,
     restoring: bool,
+    /// Time of the last row, of the last progress, and of the last status, s.
     now_s: f64,
     progress_s: f64,
     status_s: f64,
@@ -294,6 +299,7 @@ impl Session {
 
     // What several parts ask for.
 
+    /// The face was recorded.
     fn has(&self, face: Face) -> bool {
         let name = face.name();
         self.poses().any(|p| p.face.as_deref() == Some(&name))

@@ -7,7 +7,7 @@ use gravical_core::matrix3::norm;
 use crate::Result;
 use crate::live::event::{Event, Pose, Rejection, State, Undone, WarningKind, Welcome};
 use crate::live::face_of;
-use crate::live::judge::{Accepted, Capture, Fault, Means, mean};
+use crate::live::judge::{Accepted, Capture, Fault, Means, mean, warmer_or_colder};
 use crate::live::reader::Sample;
 use crate::live::words;
 use crate::segment::face::{Face, angle_deg};
@@ -176,7 +176,11 @@ impl Session {
         {
             self.warn(
                 WarningKind::Temperature,
-                format!("the sensor has warmed by {:.1} °C since the first pose: let it run for some minutes before the session", now - first),
+                format!(
+                    "the sensor is {:.1} °C {} than in the first pose: let it run for some minutes before the session",
+                    (now - first).abs(),
+                    warmer_or_colder(now - first)
+                ),
             );
         }
         self.fit_due = true;

@@ -38,12 +38,7 @@ impl Session {
         let full = self.file.as_ref().filter(|_| self.poses.len() >= FULL_FIT);
         let grade = full.map(|file| file.verdict.grade);
         if let Some(file) = full.filter(|_| grade != self.grade) {
-            let event = Event::Verdict {
-                grade: file.verdict.grade,
-                r#final: false,
-                sentence: words::verdict(file),
-                reasons: file.verdict.reasons.clone(),
-            };
+            let event = verdict(file, false);
             self.emit(event);
         }
         self.grade = grade;
@@ -128,14 +123,17 @@ impl Session {
             ));
             return;
         };
-        let verdict = file.verdict.clone();
-        let sentence = words::verdict(file);
+        let event = verdict(file, true);
         self.state = State::Done;
-        self.emit(Event::Verdict {
-            grade: verdict.grade,
-            r#final: true,
-            sentence,
-            reasons: verdict.reasons,
-        });
+        self.emit(event);
+    }
+}
+
+fn verdict(file: &CalibrationFile, r#final: bool) -> Event {
+    Event::Verdict {
+        grade: file.verdict.grade,
+        r#final,
+        sentence: words::verdict(file),
+        reasons: file.verdict.reasons.clone(),
     }
 }
