@@ -155,7 +155,9 @@ pub extern "C" fn probe_rest_learn(samples: &[[[f32; 3]; 2]; 300], out: &mut Opt
     for [force, rate] in samples {
         learner.update(*force, Some(*rate));
     }
-    *out = learner.noise().and_then(|noise| Rest::new(plan, noise));
+    *out = learner
+        .noise()
+        .and_then(|noise| Rest::new(plan, noise).ok());
     i32::from(out.is_none())
 }
 
