@@ -234,7 +234,7 @@ mod tests {
         let row = |n: [f64; 3]| DVector::from_vec(vec![n[0], n[1], n[2], 1.0]);
         let named = settling(&open, true, row);
         assert!(named.len() == 1 && named[0].ends_with(" down"), "{named:?}");
-        // Two open directions: two poses that tell them apart.
+        // Two open directions: two poses that distinguish them.
         let open = [0, 1].map(|i| DVector::from_fn(4, |k, _| f64::from(k == i)));
         let named = settling(&open, true, row);
         assert_eq!(named, ["x up", "y up"]);

@@ -2,11 +2,10 @@
 
 use super::formula::{Formula, Language};
 use super::header::{about, ascii, c_comment, marked, without_drift};
+use super::nominal::Matrix;
 use super::{Export, Target};
 use crate::calibration_file::CalibrationFile;
 use crate::recording::units::{AccelUnit, GyroUnit};
-
-type Matrix = [[f64; 3]; 3];
 
 /// A header for C and C++: a function a sensor, and for counts another that takes int16_t.
 pub(super) fn c(file: &CalibrationFile, name: &str) -> Export {

@@ -8,11 +8,8 @@
 use gravical_core::matrix3::{det, diagonal, identity, inverse, mul, transpose};
 use nalgebra::Matrix3;
 
-use super::nominal::Nominal;
+use super::nominal::{Matrix, Nominal};
 use crate::{Error, Result};
-
-/// Three by three, row-major.
-pub(super) type Matrix = [[f64; 3]; 3];
 
 /// Smallest cosine between an axis of the sensor and the nearest axis of the case (25°): beyond
 /// it a model of single axes is no calibration.

@@ -227,10 +227,9 @@ mod tests {
     use std::io::Write as _;
     use std::process::{Command, Output};
 
+    use super::super::nominal::Matrix;
     use super::*;
     use gravical_core::matrix3::mul_vec;
-
-    type Matrix = [[f64; 3]; 3];
 
     /// Every sign, and zeros.
     const ACCEL: (Matrix, [f64; 3]) = (

@@ -3,8 +3,8 @@
 use gravical_core::matrix3::{row_norms, scale_rows, transpose};
 use gravical_core::unit::{DEGREES_PER_RADIAN, STANDARD_GRAVITY_MPS2};
 
-use super::diagonal::Matrix;
 use super::header::{about, c_comment, without_drift};
+use super::nominal::Matrix;
 use super::{Export, Target};
 use crate::calibration_file::CalibrationFile;
 

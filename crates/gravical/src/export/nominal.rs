@@ -1,8 +1,10 @@
 //! The calibration for programs that convert by the nominal scale first: raw values in m/s².
 
-use super::diagonal::Matrix;
 use crate::calibration_file::CalibrationFile;
 use crate::{Error, Result};
+
+/// Row-major.
+pub(super) type Matrix = [[f64; 3]; 3];
 
 /// `calibrated = matrix · (raw − bias)`, all in m/s² (or rad/s).
 pub(super) struct Nominal {

@@ -1,7 +1,7 @@
 //! ROS: the file of imu_calib, and parameters of a ROS 2 node.
 
-use super::diagonal::Matrix;
 use super::header::{about, marked, without_drift, without_gyroscope};
+use super::nominal::Matrix;
 use super::{Export, Target, nominal};
 use crate::Result;
 use crate::calibration_file::CalibrationFile;

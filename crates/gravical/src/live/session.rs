@@ -1,4 +1,4 @@
-//! The state machine: what it knows, and what the program tells it. The files of the folder are
+//! The state machine: its state, and what the program passes to it. The files of the folder are
 //! its parts, in the order of a session.
 
 mod hold;

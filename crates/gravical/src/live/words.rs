@@ -35,14 +35,26 @@ pub(super) fn verdict(file: &CalibrationFile) -> String {
     let error = worst.map_or(String::new(), |w| {
         format!("error of ‖a‖ at most {:.1} mg (2σ)", mg(w.error_mps2))
     });
-    match file.verdict.grade {
-        Grade::Good => format!("Good: {error}, verified."),
-        Grade::Fair => format!("Fair: {error}; more free poses make it better."),
-        Grade::NotVerifiable => {
+    // Where this is the larger error, it decides the grade.
+    let undetected = file.accelerometer.undetected.as_ref();
+    let unseen = undetected.map(|u| {
+        let most = mg(u.effect_mps2);
+        format!("an error of one pose could change ‖a‖ by {most:.0} mg undetected")
+    });
+    match (file.verdict.grade, unseen) {
+        (Grade::Good, _) => format!("Good: {error}, verified."),
+        (Grade::Fair, Some(unseen)) => {
+            format!("Fair: {error}, but {unseen}; more free poses test it.")
+        }
+        (Grade::Fair, None) => format!("Fair: {error}; more free poses make it better."),
+        (Grade::NotVerifiable, Some(unseen)) => {
+            format!("Not verifiable yet: {unseen}; more free poses test it.")
+        }
+        (Grade::NotVerifiable, None) => {
             "Not verifiable yet: the poses determine the result, and none is left to test it."
                 .to_owned()
         }
-        Grade::Poor => match file.verdict.reasons.first() {
+        (Grade::Poor, _) => match file.verdict.reasons.first() {
             Some(reason) => format!("Poor: {reason}"),
             None => "Poor.".to_owned(),
         },

@@ -10,7 +10,7 @@ use super::samples::Samples;
 use super::still::may_hide_m;
 
 /// Durations that are reported, s.
-const TOLD_S: [f64; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+const REPORTED_S: [f64; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 /// What is slower is not reckoned with, s: nothing is looked for beyond it.
 const SLOWEST_S: f64 = 20.0;
 /// χ² by which the mean force of a second has to differ from that of the five before it,
@@ -66,7 +66,7 @@ impl Hidden {
 
     /// The durations that fit into the longest rest, each with its way.
     pub fn table(&self) -> Vec<VisibleMove> {
-        let fits = TOLD_S.iter().filter(|s| **s <= self.rest_s);
+        let fits = REPORTED_S.iter().filter(|s| **s <= self.rest_s);
         fits.map(|&seconds| VisibleMove {
             seconds,
             distance_m: self.distance_m(seconds),

@@ -255,7 +255,7 @@ impl Begin {
             findings.push(Finding::new(
                 FindingKind::NoStaticInterval,
                 format!(
-                    "the sensor does not rest in the first {} rows, which tell its noise: the first {} count as one rest, others are not found, and nothing corrects the drift; hold it still for 2 s before the first move",
+                    "the sensor does not rest in the first {} rows, from which its noise is estimated: the first {} count as one rest, others are not found, and nothing corrects the drift; hold it still for 2 s before the first move",
                     self.recording.rows(),
                     options.initial_rows
                 ),

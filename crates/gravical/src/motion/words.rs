@@ -18,7 +18,7 @@ use crate::recording::{Finding, FindingKind, LineSpans};
 
 /// Gravity at rest that is off by less than this is not reported where nothing is
 /// calibrated, relative.
-const TOLD_SIZE: f64 = 0.005;
+const REPORTED_MISFIT: f64 = 0.005;
 
 /// How motion was computed.
 pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
@@ -413,7 +413,7 @@ pub(super) fn size(force: [f64; 3], gravity: &Gravity, moves: &[Move]) -> Option
     let size = norm(&force);
     let g = gravity.value_mps2;
     let off = size / g - 1.0;
-    if off.abs() <= TOLD_SIZE {
+    if off.abs() <= REPORTED_MISFIT {
         return None;
     }
     let farthest = moves

@@ -10,9 +10,11 @@ use encoding_rs::{Decoder, Encoding};
 use sha2::{Digest, Sha256};
 
 use super::ReadOptions;
-use super::text::HEAD;
 use crate::hash::hex;
 use crate::{Error, Result};
+
+/// Number of bytes that are examined to determine the format.
+pub(crate) const HEAD: usize = 1 << 18;
 
 /// Bytes of a recording, unpacked, and converted to UTF-8 if it has another encoding.
 pub struct Input {

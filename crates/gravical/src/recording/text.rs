@@ -25,9 +25,6 @@ use super::rows::{Finished, Item, Rows, Source, Text};
 use super::timing::Treatment;
 use crate::finding::{Finding, FindingKind, LineSpans};
 
-/// Number of bytes that are examined to determine the format.
-pub(crate) const HEAD: usize = 1 << 18;
-
 /// Beginning of the line in which a logger reports missing rows. After it the clock of the board
 /// may have restarted.
 pub const GAP_LINE: &str = "# gap:";

@@ -28,7 +28,7 @@ use crate::failure;
 use crate::options::command_line;
 use crate::report::write_report;
 
-/// A hand that was told to move is left alone for this long, s, unless the pose is accepted.
+/// A hand that moves is left alone for this long, s, unless the pose is accepted.
 const HAND_S: f64 = 8.0;
 
 fn poses(count: usize) -> String {

@@ -27,7 +27,7 @@ fn no_scale(bias: [f64; 3]) -> Finding {
     Finding::new(
         FindingKind::GyroScaleUnknown,
         format!(
-            "the gyroscope reads {} at rest, but neither unit nor turns tell its scale: it is not calibrated; --gyro-unit and, for counts, --gyro-range say it",
+            "the gyroscope reads {} at rest, and its scale follows neither from its unit nor from rotations: it is not calibrated; give --gyro-unit and, for counts, --gyro-range",
             bias.map(|b| format!("{b:.4}")).join(", ")
         ),
     )

@@ -1,7 +1,7 @@
 //! Ticks of an axis.
 
 /// Round values between `from` and `to`, about `most` of them, and the
-/// decimals that tell them apart.
+/// decimals that distinguish them.
 pub(in crate::figure) fn ticks(from: f64, to: f64, most: usize) -> (Vec<f64>, usize) {
     let span = to - from;
     if !(span.is_finite() && span > 0.0) {
