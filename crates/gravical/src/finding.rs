@@ -3,15 +3,13 @@
 
 mod kinds;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use kinds::FindingKind;
 
 /// How much a finding matters.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
     /// Worth knowing; the result does not suffer.
@@ -21,12 +19,13 @@ pub enum Severity {
 }
 
 /// One thing that was found, its lines, and what was done.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {
     /// Kebab-case name of the case, stable, for scripts: `unit-mismatch`,
     /// `repeated-header`, `torn-line` …; all of them stand in
     /// `docs/recording.md`.
-    #[schemars(with = "String")]
+    #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub kind: FindingKind,
     /// How much it matters.
     pub severity: Severity,

@@ -3,7 +3,6 @@
 
 use gravical_core::matrix3;
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SymmetricEigen, Vector3};
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
@@ -18,7 +17,8 @@ pub(crate) type Covariance12 = [[f64; 12]; 12];
 const RANK_TOLERANCE: f64 = 1e-12;
 
 /// A difference held against its covariance.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChiSquare {
     /// dᵀ C⁺ d, C⁺ the pseudo-inverse.
     pub chi2: f64,

@@ -3,7 +3,6 @@
 use std::io::Read as _;
 use std::path::Path;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::hash::sha256;
@@ -14,7 +13,8 @@ use crate::{Error, Result};
 const MOST_BYTES: u64 = 16 << 20;
 
 /// An input file of a result.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InputFile {
     /// Path as given.
     pub path: String,
@@ -26,7 +26,8 @@ pub struct InputFile {
 }
 
 /// Role of an input file.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum InputRole {
     /// Samples of the session, or of the motion.

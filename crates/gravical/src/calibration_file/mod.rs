@@ -135,6 +135,7 @@ impl CalibrationFile {
     }
 
     /// The JSON schema of the format.
+    #[cfg(feature = "schema")]
     #[must_use]
     pub fn schema() -> serde_json::Value {
         schemars::schema_for!(CalibrationFile).to_value()

@@ -1,6 +1,5 @@
 //! The temperature model of a calibration file.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::InputFile;
@@ -16,7 +15,8 @@ use super::InputFile;
 ///
 /// which is `matrix · (raw − bias − drift(T))` without a gain. Both are zero at `reference_c`.
 /// Outside `range_c` the value at its nearer edge is used.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TemperatureModel {
     /// Temperature at which bias and matrix are valid, °C.
     pub reference_c: f64,
@@ -35,7 +35,8 @@ pub struct TemperatureModel {
 }
 
 /// Source of the reference temperature of a model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum ReferenceSource {
     /// The mean temperature of the poses that bias and matrix were computed from.
@@ -45,7 +46,8 @@ pub enum ReferenceSource {
 }
 
 /// An interval in which the temperature changed in one direction.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Sweep {
     /// Falling or rising.
     pub direction: SweepDirection,
@@ -56,7 +58,8 @@ pub struct Sweep {
 }
 
 /// Direction of a temperature change.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum SweepDirection {
     /// Falling.
@@ -86,7 +89,8 @@ impl SweepDirection {
 }
 
 /// Whether the drift of a channel is subtracted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum DriftVerdict {
     /// Each direction predicts the other.
@@ -96,7 +100,8 @@ pub enum DriftVerdict {
 }
 
 /// Temperature drift of one channel, in the unit of the recording and °C.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChannelDrift {
     /// `ax` … `gz`, axes of the board.
     pub channel: String,

@@ -1,13 +1,13 @@
 //! Fields of a calibration file about its uncertainty.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::AccelerometerSection;
 
 /// Standard deviations (1σ) from the covariance.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Deviations {
     /// Of the bias, input unit.
     pub bias: [f64; 3],
@@ -21,7 +21,8 @@ pub struct Deviations {
 }
 
 /// Quality of a fit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FitQuality {
     /// χ² of the readings with the noise of their means, over its degrees of freedom; null
     /// without any. Above 1 the sensor deviates from the model by more than noise.
@@ -46,7 +47,8 @@ pub struct FitQuality {
 }
 
 /// The least consistent pose.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LeastConsistentPose {
     /// Its label.
     pub label: String,
@@ -55,7 +57,8 @@ pub struct LeastConsistentPose {
 }
 
 /// A pose that would lower the predicted error.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NextPose {
     /// Unit vector of specific force: the calibrated reading in this pose, over gravity.
     pub direction: [f64; 3],
@@ -104,7 +107,8 @@ impl AccelerometerSection {
 }
 
 /// What it would bring to know local gravity, which was assumed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct KnownGravity {
     /// Options that give it.
     pub hint: String,
@@ -113,7 +117,8 @@ pub struct KnownGravity {
 }
 
 /// The direction in which ‖a‖ is known least.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WorstDirection {
     /// Unit vector of specific force.
     pub direction: [f64; 3],
@@ -129,7 +134,8 @@ pub struct WorstDirection {
 }
 
 /// The error of one pose that has the largest effect without being detected.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct UndetectedError {
     /// The pose; its number, from 1, if it has no name.
     pub label: String,
@@ -145,7 +151,8 @@ pub struct UndetectedError {
 }
 
 /// A pose that is inconsistent with the others.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ContradictedPose {
     /// The pose.
     pub label: String,
@@ -154,7 +161,8 @@ pub struct ContradictedPose {
 }
 
 /// Uncertainty of ‖a‖ at rest, root mean square over all directions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Budget {
     /// Contributions.
     pub contributions: Vec<Contribution>,
@@ -167,7 +175,8 @@ pub struct Budget {
 }
 
 /// A contribution to the uncertainty.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Contribution {
     /// `noise`, `pose-tilt`, `quantisation`, `model-error`, `data-sheet`,
     /// `local-gravity`, `temperature`.

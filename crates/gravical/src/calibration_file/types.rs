@@ -1,7 +1,6 @@
 //! Fields of a calibration file.
 
 use gravical_core::matrix3;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::trust::{
@@ -13,8 +12,9 @@ use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
 
 /// A calibration of one sensor.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[schemars(title = "gravical-calibration/1")]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(title = "gravical-calibration/1"))]
 pub struct CalibrationFile {
     /// `gravical-calibration/1`.
     pub format: String,
@@ -49,7 +49,8 @@ pub struct CalibrationFile {
 }
 
 /// The sensor that a calibration belongs to.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SensorInfo {
     /// Serial number or name.
     pub id: Option<String>,
@@ -58,7 +59,8 @@ pub struct SensorInfo {
 }
 
 /// Source of the local gravity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum GravitySource {
     /// Given by the user.
@@ -70,7 +72,8 @@ pub enum GravitySource {
 }
 
 /// Temperatures of a session, °C.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TemperatureRange {
     /// Mean over the poses.
     pub mean: f64,
@@ -81,7 +84,8 @@ pub struct TemperatureRange {
 }
 
 /// Parameters of the accelerometer and their basis.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AccelerometerSection {
     /// `ferraris`, ….
     pub method: String,
@@ -184,7 +188,8 @@ impl Default for AccelerometerSection {
 }
 
 /// A symmetric matrix with the names of its rows.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Covariance {
     /// `m_xx, m_xy, … m_zz, bias_x, bias_y, bias_z`; m in input unit per m/s²,
     /// bias in input unit.
@@ -208,7 +213,8 @@ impl Covariance {
 }
 
 /// Whether a pose had a known face.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum PoseKind {
     /// One axis up or down.
@@ -218,7 +224,8 @@ pub enum PoseKind {
 }
 
 /// One pose of the sensor.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PoseResult {
     /// `+x` … for faces, otherwise its name.
     pub label: String,
@@ -279,7 +286,8 @@ fn default_true() -> bool {
 }
 
 /// The three error figures of the student report, over the fitted faces.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FitErrors {
     /// Root mean square over all components of all faces, m/s².
     pub rms: f64,
@@ -290,7 +298,8 @@ pub struct FitErrors {
 }
 
 /// Tilt of the poses and its source.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PoseTilt {
     /// Standard deviation of each of the two components, degrees.
     pub value: f64,
@@ -299,7 +308,8 @@ pub struct PoseTilt {
 }
 
 /// Source of the tilt.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum TiltSource {
     /// Given by the user.
@@ -311,7 +321,8 @@ pub enum TiltSource {
 }
 
 /// Parameters of the gyroscope.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GyroscopeSection {
     /// `turns`: from three known turns (Ferraris); `motion`: from the motions between static
     /// intervals; `bias`: only the bias, with the nominal matrix.
@@ -378,7 +389,8 @@ fn turns() -> String {
 }
 
 /// Motions between static intervals that a gyroscope was fitted to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MotionCounts {
     /// Motions in the fit.
     pub used: u32,
@@ -387,7 +399,8 @@ pub struct MotionCounts {
 }
 
 /// Verdict on the accuracy of a calibration.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Verdict {
     /// The grade.
     pub grade: Grade,
@@ -396,7 +409,8 @@ pub struct Verdict {
 }
 
 /// Grades of a calibration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Grade {
     /// Verified with data left out of the fit, and accurate.

@@ -1,6 +1,5 @@
 //! What a check says.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::{GravitySource, TemperatureRange};
@@ -9,7 +8,8 @@ use crate::recording::units::GyroUnit;
 pub use crate::uncertainty::ChiSquare;
 
 /// A calibration held against still readings that it was not made from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CheckReport {
     /// The calibration as it was given.
     pub calibration: String,
@@ -51,7 +51,8 @@ pub struct CheckReport {
 }
 
 /// One still.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StillCheck {
     /// The file.
     pub file: String,
@@ -97,7 +98,8 @@ pub struct StillCheck {
 }
 
 /// Directions that the stills cover.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Coverage {
     /// Directions more than 25° from each other.
     pub directions: u32,
@@ -110,7 +112,8 @@ pub struct Coverage {
 }
 
 /// One thing that would explain the errors.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Explanation {
     /// What it is.
     pub cause: Cause,
@@ -130,7 +133,8 @@ pub struct Explanation {
 }
 
 /// Causes of errors.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Cause {
     /// All stills are off by one share: scale or local gravity.
@@ -146,7 +150,8 @@ pub enum Cause {
 }
 
 /// The gyroscope at rest, where it has to read zero.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GyroscopeCheck {
     /// Unit of the calibration's bias.
     pub input_unit: GyroUnit,
@@ -163,7 +168,8 @@ pub struct GyroscopeCheck {
 }
 
 /// The judgement.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CheckVerdict {
     /// In a word.
     pub judgement: Judgement,
@@ -172,7 +178,8 @@ pub struct CheckVerdict {
 }
 
 /// Does it fit?
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Judgement {
     /// Within what its uncertainty allows.

@@ -1,6 +1,5 @@
 //! What a comparison says.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::TemperatureRange;
@@ -9,7 +8,8 @@ pub use crate::uncertainty::ChiSquare;
 
 /// Two calibrations, compared. A is the first one, B the second; every
 /// difference is B − A.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Comparison {
     /// The files as they were given.
     pub files: [String; 2],
@@ -35,7 +35,8 @@ pub struct Comparison {
 }
 
 /// One parameter of both calibrations.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ParameterDifference {
     /// `bias_x` … `scale_z`, `angle_xy` …, `rotation_x` ….
     pub name: String,
@@ -56,7 +57,8 @@ pub struct ParameterDifference {
 }
 
 /// Kinds of parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum ParameterKind {
     /// Bias of an axis.
@@ -70,7 +72,8 @@ pub enum ParameterKind {
 }
 
 /// One judgement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Agreement {
     /// No difference beyond the uncertainty.
@@ -94,7 +97,8 @@ impl Agreement {
 }
 
 /// The part that changes the length of what is measured.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MagnitudeDifference {
     /// χ² of the nine parameters.
     pub test: Option<ChiSquare>,
@@ -117,7 +121,8 @@ pub struct MagnitudeDifference {
 }
 
 /// The part that changes the direction of what is measured and not its length.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct OrientationDifference {
     /// Angle by which the frame of B is turned against that of A, degrees.
     pub angle_deg: f64,
@@ -130,7 +135,8 @@ pub struct OrientationDifference {
 }
 
 /// The gyroscopes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GyroscopeDifference {
     /// Bias in A, °/s.
     pub bias_a_deg_s: [f64; 3],
@@ -143,7 +149,8 @@ pub struct GyroscopeDifference {
 }
 
 /// Whether the two calibrations say the same.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CompareVerdict {
     /// The judgement of both parts together.
     pub judgement: Agreement,

@@ -1,7 +1,6 @@
 //! Specification of a filter.
 
 use gravical_core::filter::butterworth::MAX_ORDER;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
@@ -87,7 +86,8 @@ pub enum Band {
 }
 
 /// Number of passes over the samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Passes {
     /// Forwards only, as on a microcontroller: the output is delayed.

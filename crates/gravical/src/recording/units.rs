@@ -1,11 +1,11 @@
 //! Units of the channels.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Unit of an accelerometer channel.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum AccelUnit {
     /// m/s².
     #[serde(rename = "m/s^2")]
@@ -101,7 +101,8 @@ fn listed(units: &[UnitNames], text: &str) -> Option<f64> {
 }
 
 /// Unit of a gyroscope channel.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum GyroUnit {
     /// rad/s.
     #[serde(rename = "rad/s")]
@@ -225,7 +226,8 @@ pub fn is_unit(text: &str) -> bool {
 }
 
 /// Source of a unit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Origin {
     /// Given by the user.

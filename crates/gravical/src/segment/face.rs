@@ -3,7 +3,6 @@
 
 mod names;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
@@ -100,7 +99,8 @@ pub fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 /// How the board sits in its case: row i says which board axis, with sign, is
 /// the case's axis i.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AxisMap {
     rows: [(usize, bool); 3],
 }

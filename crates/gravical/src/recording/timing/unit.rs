@@ -1,13 +1,13 @@
 //! The unit of time stamps: as specified, or guessed from their steps.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Claims;
 use crate::finding::{Finding, FindingKind};
 
 /// Unit of the time stamps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum TimeUnit {
     /// Seconds.
     #[serde(rename = "s")]
