@@ -1,8 +1,10 @@
 //! Errors as text or JSON, and their exit codes.
 
 use std::io::{self, IsTerminal, Write};
+use std::num::{ParseFloatError, ParseIntError};
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue};
 use gravical::Category;
 use gravical::document::paragraph;
 use gravical::output::{one_line, shown, shown_json};
@@ -40,30 +42,62 @@ impl RenderedError {
             Category::Device => DEVICE,
         });
         // Our own errors are complete; others print their chain of causes.
-        let message = known.map_or_else(|| format!("{error:#}"), ToString::to_string);
+        let message = known.map_or_else(|| format!("{error:#}"), in_flags);
         let object = serde_json::json!({
             "code": known.map_or("internal", gravical::Error::code),
             "message": message,
             "hint": known.and_then(gravical::Error::hint),
         });
-        // Paragraphs on a terminal, whole lines for log files.
-        let line = |first: &str, text: &str| {
-            if io::stderr().is_terminal() {
-                paragraph(first, text)
-            } else {
-                format!("{first}{}\n", one_line(text))
-            }
-        };
         let mut text = line("error: ", &message);
         if let Some(e) = known {
-            if let Some(hint) = e.hint() {
-                text.push_str(&line("  try: ", hint));
-            }
-            text.push_str(&format!("  code: {}\n", e.code()));
+            text.push_str(&hint_and_code(e));
         }
         let text = shown(&text).into_owned();
         Some(RenderedError { exit, object, text })
     }
+}
+
+/// A paragraph on a terminal, a whole line for log files.
+fn line(first: &str, text: &str) -> String {
+    match io::stderr().is_terminal() {
+        true => paragraph(first, text),
+        false => format!("{first}{}\n", one_line(text)),
+    }
+}
+
+fn hint_and_code(error: &gravical::Error) -> String {
+    let hint = error
+        .hint()
+        .map_or(String::new(), |hint| line("  try: ", hint));
+    format!("{hint}  code: {}\n", error.code())
+}
+
+/// The message with the option of the command line in place of the field of the library.
+fn in_flags(error: &gravical::Error) -> String {
+    let text = error.to_string();
+    match error.option() {
+        Some(option) => text.replacen(&format!("{option}: "), &format!("{}: ", flag(option)), 1),
+        None => text,
+    }
+}
+
+/// The option of the command line for a field of the library's options: its name without the unit.
+fn flag(option: &str) -> String {
+    const UNITS: [&str; 9] = [
+        "_mps2", "_mps", "_rad_s", "_deg_s", "_deg", "_hz", "_s", "_g", "_m",
+    ];
+    let name = match option {
+        "face" => "face-pose",
+        "free" => "free-pose",
+        "height_m" => "altitude",
+        "offset_s" => "truth-offset",
+        "stance.rate_rad_s" => "stance-rate",
+        other => UNITS
+            .iter()
+            .find_map(|unit| other.strip_suffix(unit))
+            .unwrap_or(other),
+    };
+    format!("--{}", name.replace('_', "-"))
 }
 
 /// Prints `error` and returns its exit code.
@@ -88,41 +122,83 @@ pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
 /// Prints a usage error, or the help or version that was requested.
 pub fn usage(error: &clap::Error) -> ExitCode {
     let code = u8::try_from(error.exit_code()).unwrap_or(2);
-    // A value that an option refused, with the hint of the library.
-    let own = std::error::Error::source(error).and_then(|e| e.downcast_ref::<gravical::Error>());
     let words: Vec<String> = std::env::args_os()
         .map(|word| word.to_string_lossy().into_owned())
         .collect();
-    if code != 0 && words.iter().any(|word| word == "--json") {
-        let text = error.render().to_string();
-        let lines = || text.lines().map(str::trim).filter(|l| !l.is_empty());
-        // All lines before the tip and the usage: a list of arguments has one line each.
-        let ends = ["tip: ", "Usage: ", "For more information"];
-        let message: Vec<&str> = lines()
-            .take_while(|line| !ends.iter().any(|end| line.starts_with(end)))
-            .collect();
-        let tip = lines().find_map(|l| l.strip_prefix("tip: "));
-        let object = serde_json::json!({
-            "code": own.map_or("usage", gravical::Error::code),
-            "message": message.join(" ").trim_start_matches("error: "),
-            "hint": own.and_then(gravical::Error::hint).or(tip),
-        });
-        // `log` writes one JSON object per line.
-        let text = match words.get(1).map(|w| w == "log") {
-            Some(true) => object.to_string(),
-            _ => format!("{object:#}"),
-        };
-        let _ = writeln!(io::stdout(), "{}", shown_json(&text));
-    } else if words.iter().any(|word| shown(word) != *word) {
+    let json = code != 0 && words.iter().any(|word| word == "--json");
+    match refused(error) {
+        Some((object, text)) => match json {
+            true => print_object(&object, &words),
+            false => {
+                let _ = io::stderr().write_all(shown(&text).as_bytes());
+            }
+        },
+        None if json => {
+            let text = error.render().to_string();
+            let lines = || text.lines().map(str::trim).filter(|l| !l.is_empty());
+            // All lines before the tip and the usage: a list of arguments has one line each.
+            let ends = ["tip: ", "Usage: ", "For more information"];
+            let message: Vec<&str> = lines()
+                .take_while(|line| !ends.iter().any(|end| line.starts_with(end)))
+                .collect();
+            let object = serde_json::json!({
+                "code": "usage",
+                "message": message.join(" ").trim_start_matches("error: "),
+                "hint": lines().find_map(|l| l.strip_prefix("tip: ")),
+            });
+            print_object(&object, &words);
+        }
         // The message quotes the words of the user.
-        let _ = writeln!(io::stderr(), "{}", shown(&error.render().to_string()));
-    } else {
-        let _ = error.print();
-        if let Some(hint) = own.and_then(gravical::Error::hint) {
-            let _ = io::stderr().write_all(paragraph("  try: ", hint).as_bytes());
+        None if words.iter().any(|word| shown(word) != *word) => {
+            let _ = writeln!(io::stderr(), "{}", shown(&error.render().to_string()));
+        }
+        None => {
+            let _ = error.print();
         }
     }
     ExitCode::from(code)
+}
+
+/// A value that an option refused, as an error of this program: as JSON, and as text.
+fn refused(error: &clap::Error) -> Option<(serde_json::Value, String)> {
+    let context = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => Some(text.as_str()),
+        _ => None,
+    };
+    let option = context(ContextKind::InvalidArg)?.split(' ').next()?;
+    let value = context(ContextKind::InvalidValue)?;
+    let cause = std::error::Error::source(error)?;
+    let own = cause.downcast_ref::<gravical::Error>();
+    let number = cause.is::<ParseFloatError>() || cause.is::<ParseIntError>();
+    let (code, message, hint) = match own {
+        Some(own) => (
+            own.code(),
+            format!("{option}: {}", in_flags(own)),
+            own.hint(),
+        ),
+        None if number => (
+            "usage",
+            format!("{option}: {value} is not a number"),
+            value
+                .contains(',')
+                .then_some("write numbers with a point: 48.1"),
+        ),
+        None => return None,
+    };
+    let mut text = line("error: ", &message);
+    text.extend(hint.map(|hint| line("  try: ", hint)));
+    text.push_str(&format!("  code: {code}\n"));
+    let object = serde_json::json!({ "code": code, "message": message, "hint": hint });
+    Some((object, text))
+}
+
+/// `log` writes one JSON object per line.
+fn print_object(object: &serde_json::Value, words: &[String]) {
+    let text = match words.get(1).map(|w| w == "log") {
+        Some(true) => object.to_string(),
+        _ => format!("{object:#}"),
+    };
+    let _ = writeln!(io::stdout(), "{}", shown_json(&text));
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

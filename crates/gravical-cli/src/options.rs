@@ -69,7 +69,7 @@ pub struct RecordingArgs {
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "Local gravity")]
 pub struct GravityArgs {
-    /// Local gravity in m/s² [default: of the calibration in use, else 9.80665]
+    /// Local gravity in m/s² [default: that of the calibration if one is given, else 9.80665 ± 0.15 %]
     #[arg(long, value_name = "MPS2", conflicts_with = "latitude")]
     gravity: Option<f64>,
     /// Latitude in degrees, to compute local gravity
@@ -196,16 +196,20 @@ impl RecordingArgs {
 pub fn read_calibration(
     path: &Path,
     recording: Option<&Path>,
+    swap: &str,
 ) -> Result<(CalibrationFile, InputFile)> {
     CalibrationFile::read_with_input(path).map_err(|error| {
         let swapped = error.category() == Category::Input
             && recording.is_some_and(|r| r.is_file() && CalibrationFile::read(r).is_ok());
         match swapped {
-            true => error.with_hint("the arguments are swapped: the calibration comes first"),
+            true => error.with_hint(swap),
             false => error,
         }
     })
 }
+
+/// For commands whose first argument is the calibration.
+pub const SWAPPED: &str = "the arguments are swapped: the calibration comes first";
 
 /// The command line as typed, with the plain name of the program.
 pub fn command_line() -> String {

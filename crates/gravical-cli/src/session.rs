@@ -4,6 +4,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use gravical::excerpt;
+use gravical::output::path_word;
 use gravical::recording::{
     Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
     is_named_gyroscope, is_prose, join_gyroscope, read,
@@ -64,13 +65,24 @@ fn none_among(folder: &Path, left_out: &[Finding], gyroscopes: &[&PathBuf]) -> E
         all.push(format!("and {more} more"));
     }
     let error = no_recordings(folder);
-    let hint = error.hint().unwrap_or_default().to_owned();
     let message = format!("{} ({})", error.message(), all.join("; "));
+    let inner = left_out
+        .iter()
+        .find(|f| f.kind == FindingKind::FolderLeftOut)
+        .and_then(|f| f.file.as_deref());
+    let hint = match inner {
+        Some(inner) => format!(
+            "folders inside are not read; name one: {}",
+            path_word(Path::new(inner))
+        ),
+        None => format!(
+            "{}; `gravical inspect` says of each file what helps",
+            error.hint().unwrap_or_default()
+        ),
+    };
     Error::input("no-recordings", message)
         .at(folder, None)
-        .with_hint(format!(
-            "{hint}; `gravical inspect` says of each file what helps"
-        ))
+        .with_hint(hint)
 }
 
 /// Folders in `folder` that hold what may be recordings: named, not read.
@@ -80,7 +92,7 @@ fn left_out_folders(folder: &Path) -> Result<Vec<Finding>> {
         let inside = files_in(&path).map_or(0, |files| files.len());
         if inside > 0 {
             let what = format!(
-                "a folder in the folder, with {inside} file{} that may be recordings; not read",
+                "a folder with {inside} file{} that may be recordings; not read",
                 if inside == 1 { "" } else { "s" }
             );
             let name = path.display().to_string();

@@ -67,18 +67,24 @@ impl CalibrateOptions {
     ///
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
-        let wrong = |what: String| Err(Error::usage("option-range", what));
+        let wrong = |option, what: String| Err(Error::range(option, what));
         let turn = self.segment.turn_angle_deg;
         if !(turn.is_finite() && turn.abs() >= 30.0) {
-            return wrong(format!("--turn-angle of {turn}°: at least 30° are needed"));
+            return wrong(
+                "turn_angle_deg",
+                format!("{turn}° is too small; at least 30° are needed"),
+            );
         }
         if let Some(tilt) = self.estimate.pose_tilt_deg
             && !(0.0..=10.0).contains(&tilt)
         {
-            return wrong(format!("--pose-tilt of {tilt}°: 0 to 10 is possible"));
+            return wrong(
+                "pose_tilt_deg",
+                format!("{tilt}° is not possible; 0 to 10° is"),
+            );
         }
         if self.segment.rows == Some(0) {
-            return wrong("--rows 0 takes no rows".to_owned());
+            return wrong("rows", "0 takes no rows; give 1 or more".to_owned());
         }
         Ok(())
     }

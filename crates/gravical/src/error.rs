@@ -45,6 +45,8 @@ struct Inner {
     category: Category,
     code: &'static str,
     message: String,
+    /// Field of the options with the value that is not possible.
+    option: Option<&'static str>,
     hint: Option<String>,
     location: Option<Location>,
     source: Option<std::io::Error>,
@@ -56,6 +58,7 @@ impl Error {
             category,
             code,
             message: message.into(),
+            option: None,
             hint: None,
             location: None,
             source: None,
@@ -72,6 +75,20 @@ impl Error {
     #[must_use]
     pub fn usage(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Usage, code, message)
+    }
+
+    /// A value of an option that is not possible: `option-range`. `option` is the field of the
+    /// options, as [`Error::option`].
+    #[must_use]
+    pub(crate) fn range(option: &'static str, message: impl Into<String>) -> Self {
+        Self::usage("option-range", message).of_option(option)
+    }
+
+    /// Sets the [option](Error::option) that is the cause.
+    #[must_use]
+    pub(crate) fn of_option(mut self, option: &'static str) -> Self {
+        self.0.option = Some(option);
+        self
     }
 
     /// The board, its port or the cable to it fails.
@@ -208,10 +225,16 @@ impl Error {
         self.0.code
     }
 
-    /// The message without place and hint.
+    /// The message without option, place and hint.
     #[must_use]
     pub fn message(&self) -> &str {
         &self.0.message
+    }
+
+    /// The field of the options that is the cause, for example `pose_tilt_deg`, if it is one.
+    #[must_use]
+    pub fn option(&self) -> Option<&'static str> {
+        self.0.option
     }
 
     /// The hint, if any.
@@ -269,6 +292,9 @@ impl fmt::Display for Error {
                 write!(f, ":{column}")?;
             }
             f.write_str(": ")?;
+        }
+        if let Some(option) = self.0.option {
+            write!(f, "{option}: ")?;
         }
         f.write_str(&one_line(&self.0.message))
     }

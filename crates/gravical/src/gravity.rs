@@ -48,11 +48,10 @@ impl Gravity {
     /// `option-range` (usage) outside 9.7 to 9.9, which occurs nowhere on Earth.
     pub fn given(value_mps2: f64) -> Result<Self> {
         if !(9.7..=9.9).contains(&value_mps2) {
-            return Err(Error::usage(
-                "option-range",
-                format!("gravity of {value_mps2} m/s²: on Earth it is 9.76 to 9.84"),
-            )
-            .with_hint("the sensor's own reading at rest is not gravity; use --latitude if gravity is unknown"));
+            let what = format!("{value_mps2} m/s² is not possible; on Earth it is 9.76 to 9.84");
+            return Err(Error::range("gravity", what).with_hint(
+                "the sensor's own reading at rest is not gravity; give the latitude if gravity is unknown",
+            ));
         }
         Ok(Gravity {
             value_mps2,
@@ -67,13 +66,15 @@ impl Gravity {
     /// `option-range` (usage) for a latitude beyond ±90° or a height beyond
     /// −500 to 9000 m.
     pub fn at(latitude_deg: f64, height_m: f64) -> Result<Self> {
-        if !(-90.0..=90.0).contains(&latitude_deg) || !(-500.0..=9000.0).contains(&height_m) {
-            return Err(Error::usage(
-                "option-range",
-                format!(
-                    "latitude {latitude_deg}° and height {height_m} m: −90 to 90 and −500 to 9000 are possible"
-                ),
-            ));
+        if !(-90.0..=90.0).contains(&latitude_deg) {
+            let what = format!("{latitude_deg}° is not possible; −90 to 90° is");
+            return Err(Error::range("latitude_deg", what)
+                .with_hint("the latitude of the place, north positive, for example 48.1"));
+        }
+        if !(-500.0..=9000.0).contains(&height_m) {
+            let what = format!("{height_m} m is not possible; −500 to 9000 m is");
+            return Err(Error::range("height_m", what)
+                .with_hint("the height above sea level; 100 m more are 0.03 mm/s² less gravity"));
         }
         Ok(Gravity {
             value_mps2: local_gravity_mps2(latitude_deg, height_m),

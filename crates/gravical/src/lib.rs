@@ -65,6 +65,8 @@ pub mod inspect;
 pub mod live;
 pub mod motion;
 #[doc(hidden)]
+pub mod numfmt;
+#[doc(hidden)]
 pub mod output;
 pub mod recording;
 pub mod report;

@@ -63,8 +63,9 @@ pub fn check_target(path: &Path, force: bool) -> Result<()> {
     if path == Path::new("-") {
         return Err(Error::usage(
             "stdout-target",
-            "-o needs a file name; without -o the output goes to standard output",
-        ));
+            "a file is written here, which standard output is not",
+        )
+        .with_hint("name a file; --json prints the result"));
     }
     let ends_open = path
         .as_os_str()

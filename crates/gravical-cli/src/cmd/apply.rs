@@ -9,7 +9,7 @@ use gravical::output::one_line;
 use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, read};
 use gravical::{Error, Result};
 
-use crate::options::{RecordingArgs, read_calibration};
+use crate::options::{RecordingArgs, SWAPPED, read_calibration};
 use crate::report::ReportArgs;
 use crate::table::TableArgs;
 use crate::text;
@@ -57,7 +57,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut inputs = vec![args.input.as_path(), args.calibration.as_path()];
     inputs.extend(args.gyro.as_deref());
     args.output.check(&ReportArgs::default(), &inputs)?;
-    let (calibration, _) = read_calibration(&args.calibration, Some(&args.input))?;
+    let (calibration, _) = read_calibration(&args.calibration, Some(&args.input), SWAPPED)?;
     let read_options = args.recording.read_options(false);
     let options = ApplyOptions {
         read: match args.gyro {

@@ -8,7 +8,7 @@ use gravical::check::{CheckOptions, Judgement, check};
 use gravical::report;
 
 use crate::failure::QUALITY;
-use crate::options::{GravityArgs, RecordingArgs, read_calibration};
+use crate::options::{GravityArgs, RecordingArgs, SWAPPED, read_calibration};
 use crate::report::{ReportArgs, with_origin};
 use crate::session::read_session;
 use crate::text;
@@ -74,6 +74,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let (calibration, input) = read_calibration(
         &args.calibration,
         args.recordings.first().map(PathBuf::as_path),
+        SWAPPED,
     )?;
     let read_options = args.recording.read_options(true);
     let (recordings, left_out) = read_session(
@@ -97,6 +98,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.report.say();
     Ok(match result.verdict.judgement {
         Judgement::DoesNotFit => ExitCode::from(QUALITY),
-        Judgement::Fits | Judgement::CannotSay => ExitCode::SUCCESS,
+        Judgement::Fits | Judgement::Undecided => ExitCode::SUCCESS,
     })
 }

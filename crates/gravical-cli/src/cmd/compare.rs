@@ -56,6 +56,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.report.say();
     Ok(match result.verdict.judgement {
         Agreement::Differ => ExitCode::from(QUALITY),
-        Agreement::Agree | Agreement::CannotSay => ExitCode::SUCCESS,
+        Agreement::Agree | Agreement::Undecided => ExitCode::SUCCESS,
     })
 }

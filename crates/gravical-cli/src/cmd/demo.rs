@@ -315,7 +315,7 @@ fn summary_text(s: &Summary, files: &Files) -> String {
     let mut out = String::from("\nThe three main numbers\n");
     let mut row = |text: String| out.push_str(&paragraph("  - ", &text));
     row(format!(
-        "error of gravity at rest, poses left out of the fit: {} rms; uncalibrated {}",
+        "leave-one-out error of ‖a‖ at rest: {} rms; uncalibrated {}",
         s.norm_error_left_out_mps2.map_or("–".to_owned(), mg),
         mg(s.norm_error_uncalibrated_mps2)
     ));
@@ -326,7 +326,7 @@ fn summary_text(s: &Summary, files: &Files) -> String {
         s.true_displacement_m[1]
     ));
     row(format!(
-        "end-point error: {}; with the procedure of the student report and the same calibration: {}",
+        "end error: {}; with the procedure of the student report and the same calibration: {}",
         mm(s.end_error_m),
         mm(s.end_error_report_m)
     ));

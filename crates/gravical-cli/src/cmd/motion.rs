@@ -12,7 +12,8 @@ use gravical::calibration_file::InputFile;
 use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{
-    Calibrated, Motion, MotionOptions, MotionResult, Table, motion, motion_into, write_table,
+    Calibrated, Motion, MotionJudgement, MotionOptions, MotionResult, Table, motion, motion_into,
+    write_table,
 };
 use gravical::output::{one_line, write_atomic};
 use gravical::recording::{Recording, join_gyroscope, read};
@@ -52,7 +53,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let calibration = args
         .calibration
         .as_deref()
-        .map(|path| read_calibration(path, Some(&args.input)))
+        .map(|path| read_calibration(path, Some(&args.input), "the arguments are swapped: the recording is the argument, the calibration belongs to -c"))
         .transpose()?;
     let calibrated = calibration.as_ref().map(|(file, input)| Calibrated {
         file,
@@ -172,14 +173,9 @@ fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Re
         }
         args.report.say();
     }
-    Ok(if nothing_usable(result) {
+    Ok(if result.verdict.judgement == MotionJudgement::NotUsable {
         ExitCode::from(QUALITY)
     } else {
         ExitCode::SUCCESS
     })
-}
-
-/// There are moves, and none has a usable displacement.
-fn nothing_usable(result: &MotionResult) -> bool {
-    !result.moves.is_empty() && result.moves.iter().all(|m| !m.usable)
 }

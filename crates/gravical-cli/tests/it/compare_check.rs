@@ -101,7 +101,7 @@ fn two_sessions_agree_and_an_altered_one_differs() {
     assert!(text.out.contains("Verdict: differ"), "{}", text.out);
     // The same file twice says nothing, and that is what it says.
     let same = json(path, "compare first.json first.json", 0);
-    assert_eq!(same["verdict"]["judgement"], "cannot-say");
+    assert_eq!(same["verdict"]["judgement"], "undecided");
     finding(&same, "same-calibration");
 }
 
@@ -125,7 +125,7 @@ fn one_pose_will_do_and_what_it_leaves_open_is_said() {
     // What it was fitted to proves nothing.
     let old = json(path, "check cal.json z_axis_pos.csv", 0);
     finding(&old, "same-recordings");
-    assert_eq!(old["verdict"]["judgement"], "cannot-say");
+    assert_eq!(old["verdict"]["judgement"], "undecided");
     // Beside a new one it does not count.
     let both = json(path, "check cal.json z_axis_pos.csv new/z.csv", 0);
     assert_eq!(both["verdict"]["judgement"], "fits");
@@ -284,9 +284,9 @@ fn without_a_covariance_nothing_is_claimed() {
         session.display()
     );
     let report = json(folder.path(), &line, 0);
-    assert_eq!(report["verdict"]["judgement"], "cannot-say");
+    assert_eq!(report["verdict"]["judgement"], "undecided");
     finding(&report, "covariance-missing");
     assert!(report["rms_mps2"].as_f64().unwrap() < 0.01);
     let result = json(folder.path(), &format!("compare {imucal} {imucal}"), 0);
-    assert_eq!(result["verdict"]["judgement"], "cannot-say");
+    assert_eq!(result["verdict"]["judgement"], "undecided");
 }

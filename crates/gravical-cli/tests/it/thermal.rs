@@ -20,7 +20,7 @@ fn number(value: &Value) -> f64 {
 
 fn accepted(model: &Value) -> Vec<&str> {
     let all = model["channels"].as_array().unwrap().iter();
-    all.filter(|c| c["verdict"] == "accepted")
+    all.filter(|c| c["verdict"] == "corrected")
         .map(|c| c["channel"].as_str().unwrap())
         .collect()
 }

@@ -80,7 +80,11 @@ impl Drift {
             3
         };
         let applied: Vec<usize> = (0..channels)
-            .filter(|i| model.channel(CHANNELS[*i]).is_some_and(|c| c.is_accepted()))
+            .filter(|i| {
+                model
+                    .channel(CHANNELS[*i])
+                    .is_some_and(|c| c.is_corrected())
+            })
             .collect();
         if applied.is_empty() {
             return None;

@@ -129,10 +129,15 @@ pub struct ApplySummary {
 /// Lines that are not rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct SetAside {
-    /// Reason.
+    /// Reason; in JSON its name, as in [`Ledger`](crate::recording::ledger::Ledger).
+    #[serde(serialize_with = "by_name")]
     pub reason: Aside,
     /// Number of lines.
     pub lines: u64,
+}
+
+fn by_name<S: serde::Serializer>(reason: &Aside, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(reason.name())
 }
 
 /// Treatment of the gyroscope's columns.

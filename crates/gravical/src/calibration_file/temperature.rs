@@ -94,9 +94,9 @@ impl SweepDirection {
 #[serde(rename_all = "kebab-case")]
 pub enum DriftVerdict {
     /// Each direction predicts the other.
-    Accepted,
+    Corrected,
     /// One direction does not predict the other, or it was not tested.
-    Refused,
+    NotCorrected,
 }
 
 /// Temperature drift of one channel, in the unit of the recording and °C.
@@ -107,7 +107,7 @@ pub struct ChannelDrift {
     pub channel: String,
     /// Unit of the recording.
     pub input_unit: String,
-    /// Accepted or refused.
+    /// Whether it is corrected.
     pub verdict: DriftVerdict,
     /// Reason, with numbers.
     pub reason: String,
@@ -144,8 +144,8 @@ pub struct ChannelDrift {
 impl ChannelDrift {
     /// True if its drift is subtracted.
     #[must_use]
-    pub fn is_accepted(&self) -> bool {
-        self.verdict == DriftVerdict::Accepted
+    pub fn is_corrected(&self) -> bool {
+        self.verdict == DriftVerdict::Corrected
     }
 }
 
@@ -159,10 +159,10 @@ impl TemperatureModel {
         self.channels.iter().find(|c| c.channel == name)
     }
 
-    /// True if at least one channel was accepted.
+    /// True if at least one channel is corrected.
     #[must_use]
-    pub fn any_accepted(&self) -> bool {
-        self.channels.iter().any(ChannelDrift::is_accepted)
+    pub fn any_corrected(&self) -> bool {
+        self.channels.iter().any(ChannelDrift::is_corrected)
     }
 
     /// True if every number can be applied: finite, the range in order, the gain far from −1 in

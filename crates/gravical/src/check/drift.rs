@@ -46,7 +46,7 @@ pub(crate) fn accepted(calibration: &CalibrationFile) -> Option<&TemperatureMode
     calibration
         .temperature_model
         .as_ref()
-        .filter(|m| m.any_accepted())
+        .filter(|m| m.any_corrected())
 }
 
 /// A reading as it would be at the reference temperature.
@@ -68,7 +68,10 @@ pub(crate) fn at_temperature(
 
 /// What a channel is off by at a temperature, and how much more it reads.
 fn drift_at(model: &TemperatureModel, channel: usize, t_c: f64) -> (f64, f64) {
-    let Some(drift) = model.channel(CHANNELS[channel]).filter(|c| c.is_accepted()) else {
+    let Some(drift) = model
+        .channel(CHANNELS[channel])
+        .filter(|c| c.is_corrected())
+    else {
         return (0.0, 1.0);
     };
     let [low, high] = model.range_c;

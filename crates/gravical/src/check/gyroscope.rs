@@ -79,7 +79,7 @@ pub(super) fn gyroscope(
     let judgement = if beyond(-1.0) {
         Judgement::DoesNotFit
     } else if beyond(1.0) {
-        Judgement::CannotSay
+        Judgement::Undecided
     } else {
         Judgement::Fits
     };

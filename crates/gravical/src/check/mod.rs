@@ -204,7 +204,7 @@ pub fn check(
     };
     let judgement = match verdict::judge(p_value, rms) {
         // What it was fitted to agrees with it.
-        Judgement::Fits if own => Judgement::CannotSay,
+        Judgement::Fits if own => Judgement::Undecided,
         other => other,
     };
     if judgement != Judgement::DoesNotFit {

@@ -187,7 +187,7 @@ pub enum Judgement {
     /// Off by more.
     DoesNotFit,
     /// Nothing tells.
-    CannotSay,
+    Undecided,
 }
 
 impl Judgement {
@@ -197,7 +197,7 @@ impl Judgement {
         match self {
             Judgement::Fits => "fits",
             Judgement::DoesNotFit => "does not fit",
-            Judgement::CannotSay => "cannot be decided",
+            Judgement::Undecided => "undecided",
         }
     }
 }

@@ -39,7 +39,7 @@ pub(crate) fn judge(
             .with_hint(match wanted {
                 AccelUnit::Unknown => "use the calibration of this sensor".to_owned(),
                 wanted => format!(
-                    "use the calibration of this sensor at this setting, or --accel-unit {} to check this one anyway",
+                    "use the calibration of this sensor at this setting, or --accel-unit {} to use this one anyway",
                     wanted.name()
                 ),
             }))

@@ -32,7 +32,7 @@ pub(super) fn judge(p_value: Option<f64>, rms_mps2: f64) -> Judgement {
         Some(p) if p < SIGNIFICANCE => Judgement::DoesNotFit,
         Some(_) => Judgement::Fits,
         None if mg(rms_mps2) > LIMIT_WITHOUT_COVARIANCE_MG => Judgement::DoesNotFit,
-        None => Judgement::CannotSay,
+        None => Judgement::Undecided,
     }
 }
 
@@ -86,8 +86,8 @@ fn by_chance(e: &Evidence<'_>, test: ChiSquare) -> String {
         _ => {
             let limit = match e.judgement {
                 Judgement::DoesNotFit => format!("below {SIGNIFICANCE}"),
-                Judgement::Fits | Judgement::CannotSay => {
-                    format!("a misfit is below {SIGNIFICANCE}")
+                Judgement::Fits | Judgement::Undecided => {
+                    format!("it would not fit below {SIGNIFICANCE}")
                 }
             };
             format!(
@@ -109,7 +109,7 @@ fn gyroscope(g: &GyroscopeCheck) -> String {
         Judgement::DoesNotFit => format!(
             "gyroscope: its bias has changed, the rate at rest is up to {largest:.2} °/s (limit {limit} °/s); it changes with every power-up and with temperature, and is not part of the verdict on the accelerometer"
         ),
-        Judgement::CannotSay => {
+        Judgement::Undecided => {
             format!("gyroscope: too short or unsteady to test its bias against {limit} °/s")
         }
     }

@@ -187,7 +187,7 @@ impl Difference {
 /// let result = compare(&file, &moved, ["a.json", "b.json"])?;
 /// assert!((result.parameters[0].difference - 1.0).abs() < 1e-9);
 /// // Six means without standard errors carry no covariance.
-/// assert_eq!(result.verdict.judgement, Agreement::CannotSay);
+/// assert_eq!(result.verdict.judgement, Agreement::Undecided);
 /// # Ok::<(), gravical::Error>(())
 /// ```
 pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Result<Comparison> {
@@ -250,9 +250,9 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
 
 fn judge(test: Option<ChiSquare>, independence: Independence) -> Agreement {
     match (test, independence) {
-        (None, _) | (_, Independence::Same) => Agreement::CannotSay,
+        (None, _) | (_, Independence::Same) => Agreement::Undecided,
         (Some(test), _) if test.p_value < PART_SIGNIFICANCE => Agreement::Differ,
-        (_, Independence::SharedRecordings) => Agreement::CannotSay,
+        (_, Independence::SharedRecordings) => Agreement::Undecided,
         _ => Agreement::Agree,
     }
 }

@@ -122,7 +122,7 @@ fn without_covariance_differences_are_shown_and_not_judged() {
     b.accelerometer.covariance = None;
     b.accelerometer.bias[0] += 1.0;
     let result = compared(&a, &b);
-    assert_eq!(result.verdict.judgement, Agreement::CannotSay);
+    assert_eq!(result.verdict.judgement, Agreement::Undecided);
     assert!((result.parameters[0].difference - 1.0).abs() < 1e-9);
     assert_eq!((result.parameters[0].sigma, result.overall), (None, None));
     assert!(has(&result, "covariance-missing"));
@@ -169,10 +169,10 @@ fn what_else_has_to_be_known_is_said() {
         .find(|f| f.kind == "temperature-differs");
     assert!(reported.unwrap().message.contains("22.0 °C and 41.0 °C"));
     // Shared recordings: agreement proves nothing.
-    assert_eq!(result.verdict.judgement, Agreement::CannotSay);
+    assert_eq!(result.verdict.judgement, Agreement::Undecided);
     let same = compared(&a, &a.clone());
     assert!(has(&same, "same-calibration"));
-    assert_eq!(same.verdict.judgement, Agreement::CannotSay);
+    assert_eq!(same.verdict.judgement, Agreement::Undecided);
 }
 
 #[test]
@@ -202,7 +202,7 @@ fn without_faces_the_frame_is_a_convention() {
         .for_each(|p| p.kind = crate::calibration_file::PoseKind::Free);
     let result = compared(&a, &b);
     assert!(has(&result, "orientation-unknown"));
-    assert_eq!(result.orientation.unwrap().judgement, Agreement::CannotSay);
+    assert_eq!(result.orientation.unwrap().judgement, Agreement::Undecided);
     assert_eq!(result.verdict.judgement, Agreement::Agree);
 }
 

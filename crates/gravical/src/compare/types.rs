@@ -81,7 +81,7 @@ pub enum Agreement {
     /// They differ by more than their uncertainty.
     Differ,
     /// Nothing tells.
-    CannotSay,
+    Undecided,
 }
 
 impl Agreement {
@@ -91,7 +91,7 @@ impl Agreement {
         match self {
             Agreement::Agree => "agree",
             Agreement::Differ => "differ",
-            Agreement::CannotSay => "cannot be decided",
+            Agreement::Undecided => "undecided",
         }
     }
 }

@@ -17,8 +17,8 @@ pub(super) fn verdict(
     let both = [magnitude.judgement, second];
     let judgement = if both.contains(&Agreement::Differ) {
         Agreement::Differ
-    } else if magnitude.judgement == Agreement::CannotSay {
-        Agreement::CannotSay
+    } else if magnitude.judgement == Agreement::Undecided {
+        Agreement::Undecided
     } else {
         // The rotation may be a convention; ‖a‖ does not depend on it.
         Agreement::Agree
@@ -76,7 +76,7 @@ fn part(words: [&str; 3], judgement: Agreement, test: Option<ChiSquare>, why: &s
         Agreement::Agree => {
             format!(
                 "{what} {agrees} within the uncertainty{}",
-                numbers("a difference is below")
+                numbers("they would differ below")
             )
         }
         Agreement::Differ => {
@@ -85,6 +85,6 @@ fn part(words: [&str; 3], judgement: Agreement, test: Option<ChiSquare>, why: &s
                 numbers("below")
             )
         }
-        Agreement::CannotSay => format!("{what}: cannot be decided, {why}"),
+        Agreement::Undecided => format!("{what}: cannot be decided, {why}"),
     }
 }

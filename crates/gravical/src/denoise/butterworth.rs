@@ -17,6 +17,7 @@ use gravical_core::filter::biquad::{Biquad, Cascade};
 use gravical_core::filter::butterworth::{DesignError, band_pass, high_pass, low_pass};
 
 use super::spec::{Band, Passes};
+use crate::numfmt::digits;
 use crate::{Error, Result};
 
 /// The filter for a sampling rate.
@@ -43,8 +44,10 @@ impl Butterworth {
             return Err(Error::usage(
                 "filter-range",
                 format!(
-                    "a cutoff of {wrong} Hz is not possible at {rate_hz:.6} samples per second: it must be between {:.3e} and {:.6} Hz",
-                    allowed.start, allowed.end
+                    "a cutoff of {wrong} Hz is not possible at {} samples per second; {} to {} Hz is",
+                    digits(rate_hz, 4),
+                    digits(allowed.start, 1),
+                    digits(allowed.end, 4)
                 ),
             )
             .with_hint("choose another cutoff; `gravical inspect` shows the rate"));

@@ -80,7 +80,8 @@ impl Filter {
                 "rate-unknown",
                 format!("{spec} needs the sampling rate, and the recording has no time stamps"),
             )
-            .with_hint("give it with --rate HZ"));
+            .of_option("rate_hz")
+            .with_hint("give the rate in Hz"));
         }
         let step_s = rate_hz.map_or(1.0, |rate| 1.0 / rate);
         let (kind, noise_gain, of_rate) = match *spec {

@@ -24,7 +24,6 @@ mod inline;
 mod markdown;
 mod model;
 #[doc(hidden)]
-pub mod number;
 mod text;
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //! and Python are this.
 
 use crate::calibration_file::{CalibrationFile, GyroscopeSection};
-use crate::document::number::{digits, unit};
+use crate::numfmt::{digits, unit};
 
 /// A language, and how its functions are called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

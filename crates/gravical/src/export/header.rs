@@ -59,23 +59,20 @@ pub(super) fn check_name(target: Target, name: &str) -> Result<()> {
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
         && name.len() <= LONGEST_NAME;
     let wrong = |why: String| {
-        Err(Error::usage("export-name", why).with_hint(format!(
+        Err(Error::usage("export-name", why).of_option("name").with_hint(format!(
             "use letters, digits and underscores, a letter first, at most {LONGEST_NAME}: for example imu_left"
         )))
     };
     if !letters {
-        return wrong(format!("--name {name} is no identifier"));
+        return wrong(format!("{name} is no identifier"));
     }
     if name.contains("__") {
         return wrong(format!(
-            "--name {name}: C++ reserves names with two underscores in a row"
+            "{name}: C++ reserves names with two underscores in a row"
         ));
     }
     if reserved.contains(&name) {
-        return wrong(format!(
-            "--name {name} is a reserved word of {}",
-            target.name()
-        ));
+        return wrong(format!("{name} is a reserved word of {}", target.name()));
     }
     Ok(())
 }

@@ -59,6 +59,7 @@ mod stream;
 mod table;
 pub mod truth;
 mod unfollowed;
+mod verdict;
 mod walk;
 mod words;
 
@@ -88,6 +89,7 @@ pub use stance::StanceOptions;
 pub use still::{Intervals, RestOptions};
 pub use stream::{Streamed, motion_stream};
 pub use table::{Table, write_table};
+pub use verdict::{MotionJudgement, MotionVerdict};
 
 /// Motion of a recording: the result, and the table behind it.
 #[derive(Debug, Clone)]
@@ -374,6 +376,7 @@ fn compute(
     let result = MotionResult {
         input: recording.name.clone(),
         calibration: calibration.map(|c| c.name.to_owned()),
+        verdict: MotionVerdict::of(&path.moves, &path.end, doubts.misfit),
         procedure: words::procedure(options, samples.rate_rad_s.is_some()),
         rate_hz: Rates {
             nominal: recording.timing.nominal_rate_hz,

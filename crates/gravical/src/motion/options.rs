@@ -120,38 +120,47 @@ impl MotionOptions {
     ///
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
-        let wrong = |what: String| Err(Error::usage("option-range", what));
+        let wrong = |option, what: String| Err(Error::range(option, what));
         if self.initial_rows < 2 {
-            return wrong(format!(
-                "--initial-rows {}: a mean needs two rows at least",
-                self.initial_rows
-            ));
+            return wrong(
+                "initial_rows",
+                format!(
+                    "{} is too few; a mean needs 2 rows at least",
+                    self.initial_rows
+                ),
+            );
         }
         if !(0.0..=0.1).contains(&self.clock_error) {
-            return wrong(format!(
-                "--clock-error of {}: 0 to 0.1 is possible",
-                self.clock_error
-            ));
+            return wrong(
+                "clock_error",
+                format!("{} is not possible; 0 to 0.1 is", self.clock_error),
+            );
         }
         if !(0.0..=45.0).contains(&self.tilt_change_deg) {
-            return wrong(format!(
-                "--tilt-change of {}°: 0 to 45 is possible",
-                self.tilt_change_deg
-            ));
+            return wrong(
+                "tilt_change_deg",
+                format!("{}° is not possible; 0 to 45° is", self.tilt_change_deg),
+            );
         }
         for filter in &self.smooth {
             filter.validate()?;
             if !filter.keeps_constants() {
-                return wrong(format!(
-                    "--smooth {filter} does not keep a constant: what it leaves is no acceleration"
-                ));
+                return wrong(
+                    "smooth",
+                    format!("{filter} does not keep constants: its output is no acceleration"),
+                );
             }
         }
         self.rests.validate()?;
         self.stance.validate()?;
         let start = self.v0_mps.unwrap_or_default();
         if !start.iter().chain(&self.p0_m).all(|v| v.is_finite()) {
-            return wrong("--v0 and --p0 take three finite numbers".to_owned());
+            let option = if self.p0_m.iter().all(|v| v.is_finite()) {
+                "v0_mps"
+            } else {
+                "p0_m"
+            };
+            return wrong(option, "three finite numbers are needed".to_owned());
         }
         Ok(())
     }

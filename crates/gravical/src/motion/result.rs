@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::hidden::VisibleMove;
 use super::misfit::GravityMisfit;
 use super::still::Rests;
+use super::verdict::MotionVerdict;
 use crate::recording::Finding;
 
 /// Motion of one recording.
@@ -17,6 +18,8 @@ pub struct MotionResult {
     pub input: String,
     /// The calibration as it was given; null without one.
     pub calibration: Option<String>,
+    /// What can be determined, and why.
+    pub verdict: MotionVerdict,
     /// How it was computed, for people.
     pub procedure: String,
     /// Sampling rates, Hz.

@@ -52,15 +52,13 @@ impl StanceOptions {
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
         for (name, value, low, high) in [
-            ("--stance-rate", self.rate_rad_s, 0.01, 5.0),
-            ("stance force", self.force_mps2, 0.01, 50.0),
-            ("stance window", self.window_s, 0.01, 1.0),
+            ("stance.rate_rad_s", self.rate_rad_s, 0.01, 5.0),
+            ("stance.force_mps2", self.force_mps2, 0.01, 50.0),
+            ("stance.window_s", self.window_s, 0.01, 1.0),
         ] {
             if !(low..=high).contains(&value) {
-                return Err(Error::usage(
-                    "option-range",
-                    format!("{name} of {value}: {low} to {high} is possible"),
-                ));
+                let what = format!("{value} is not possible; {low} to {high} is");
+                return Err(Error::range(name, what));
             }
         }
         Ok(())

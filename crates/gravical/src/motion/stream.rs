@@ -23,6 +23,7 @@ use super::prepare::{Prepared, gap_s, prepare, times};
 use super::samples::Samples;
 use super::still::{Rests, find_rests};
 use super::table::time_decimals;
+use super::verdict::MotionVerdict;
 use super::{
     Calibrated, GravityMisfit, GravityRemoval, MotionOptions, MotionResult, NoiseAtRest, Rates,
     words,
@@ -337,6 +338,7 @@ impl Begin {
         MotionResult {
             input: recording.name.clone(),
             calibration: calibration.map(|c| c.name.to_owned()),
+            verdict: MotionVerdict::of(&moves, &end, self.gravity_misfit),
             procedure: words::causal_procedure(options, self.gyro.is_some()),
             rate_hz: Rates {
                 nominal: recording.timing.nominal_rate_hz,

@@ -142,26 +142,22 @@ impl ReadOptions {
     /// 1e9, and for an offset beyond 32-bit counts.
     pub fn validate(&self) -> crate::Result<()> {
         for (name, value) in [
-            ("--rate", self.rate_hz),
-            ("--accel-range", self.accel_range_g),
-            ("--gyro-range", self.gyro_range_deg_s),
+            ("rate_hz", self.rate_hz),
+            ("accel_range_g", self.accel_range_g),
+            ("gyro_range_deg_s", self.gyro_range_deg_s),
         ] {
             if let Some(v) = value
                 && !POSSIBLE.contains(&v)
             {
-                return Err(crate::Error::usage(
-                    "option-range",
-                    format!("{name} has to be between 1e-6 and 1e9, not {v}"),
-                ));
+                let what = format!("{v} is not possible; 1e-6 to 1e9 is");
+                return Err(crate::Error::range(name, what));
             }
         }
         if let Some(offset) = self.zero_offset
             && (offset.is_nan() || offset.abs() > f64::from(u32::MAX))
         {
-            return Err(crate::Error::usage(
-                "option-range",
-                format!("--zero-offset has to be a number of counts of a converter, not {offset}"),
-            ));
+            let what = format!("{offset} is no number of counts of a converter");
+            return Err(crate::Error::range("zero_offset", what));
         }
         Ok(())
     }

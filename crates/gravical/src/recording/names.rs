@@ -288,6 +288,23 @@ pub fn bare_axis(name: &str) -> Option<(usize, Option<String>)> {
     left.next().is_none().then_some((axis, bracketed))
 }
 
+/// `mean_x_g`, `std x mg`: an axis of an accelerometer, whose last word is its unit. Elsewhere a
+/// `g` beside an axis means the gyroscope; use this only where no column names an accelerometer.
+pub(super) fn axis_in_g(name: &str) -> Option<ColumnName> {
+    let Parts { words, bracketed } = Parts::of(name);
+    let (unit, before) = words.split_last()?;
+    if bracketed.is_some() || !matches!(unit.as_str(), "g" | "mg") {
+        return None;
+    }
+    let (axis, sensor) = before.split_last()?;
+    Some(ColumnName {
+        quantity: Quantity::Accel(axis_of(axis)?),
+        unit: Some(unit.clone()),
+        sensor: sensor.join(" "),
+        without_gravity: false,
+    })
+}
+
 /// Sensor named by a file such as `Gyroscope.csv`, for columns that do not name it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensorKind {

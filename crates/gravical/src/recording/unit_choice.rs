@@ -164,7 +164,7 @@ fn decide(
         },
         Evidence::None => unknown(
             norm,
-            "gravity in no known unit; --accel-unit counts uses the values as they are",
+            "gravity in no known unit; check the factor in the program that wrote the file, or give --accel-unit counts, which uses the values as they are",
             findings,
             doubt,
         ),
@@ -278,7 +278,7 @@ fn warn_if_gravity_disagrees(
         findings.push(Finding::new(
             FindingKind::UnitMismatch,
             format!(
-                "read as {} as given, but then the quietest parts measure {g:.2} g",
+                "read as {} as given, but then the magnitude at rest is {g:.2} g, and should be 1",
                 scale.unit.name()
             ),
         ));

@@ -6,13 +6,11 @@ use crate::calibration_file::{
     CalibrationFile, Grade, GravitySource, InputFile, PoseKind, PoseResult, ReferenceSource,
     TiltSource,
 };
-use crate::document::number::{
-    decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, unit,
-};
 use crate::document::{
     self, Block, Cell, Column, Document, KeyFigure, Quantity, Row, Section, Table, Verdict,
 };
 use crate::figure::Figure;
+use crate::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, unit};
 use crate::output::path_word;
 use crate::recording::Finding;
 use crate::temperature::short;
@@ -182,17 +180,17 @@ fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
         key(
             "/accelerometer/worst_direction/error_mps2".to_owned(),
             a.worst_direction.as_ref().map(|w| w.error_mps2),
-            "error of the magnitude at rest in the worst direction (2σ)",
+            "error of ‖a‖ in the worst direction (2σ)",
         ),
         key(
             "/accelerometer/predicted_norm_error_mps2".to_owned(),
             a.predicted_norm_error_mps2,
-            "standard uncertainty of the magnitude at rest, over all directions (1σ)",
+            "predicted error of ‖a‖ (1σ, over all directions)",
         ),
         key(
             "/accelerometer/leave_one_out_rms_mps2".to_owned(),
             a.leave_one_out_rms_mps2,
-            "error of the magnitude at poses left out of the fit (RMS)",
+            "leave-one-out error of ‖a‖ (rms)",
         ),
         key(
             format!("/accelerometer/poses/{at}/left_out_error_mps2"),
@@ -326,7 +324,7 @@ fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<
         return section.full(Block::paragraph(unknown));
     };
     let section = drift(section, model, "/temperature_model");
-    if !model.any_accepted() {
+    if !model.any_corrected() {
         return section;
     }
     let how = match model.reference_source {

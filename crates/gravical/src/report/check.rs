@@ -2,10 +2,10 @@
 
 use crate::calibration_file::GravitySource;
 use crate::check::{CheckReport, GyroscopeCheck, Judgement, StillCheck};
-use crate::document::number::{fixed, milli_g, signed};
 use crate::document::{
     Block, Cell, Column, Document, Grade, Quantity, Row, Section, Table, Verdict,
 };
+use crate::numfmt::{fixed, milli_g, signed};
 use crate::segment::still::StillOptions;
 
 use super::short_name;
@@ -33,7 +33,7 @@ pub fn check(report: &CheckReport) -> Document<'static> {
     let grade = match judgement {
         Judgement::Fits => Grade::Good,
         Judgement::DoesNotFit => Grade::Poor,
-        Judgement::CannotSay => Grade::Unknown,
+        Judgement::Undecided => Grade::Unknown,
     };
     let mut document = Document {
         subject: vec![
@@ -148,7 +148,7 @@ fn gyroscope_at_rest(g: &GyroscopeCheck) -> Section<'static> {
             g.bias_now.map(|b| format!("{b:.5}")).join(", "),
             g.input_unit.name()
         ),
-        Judgement::CannotSay => {
+        Judgement::Undecided => {
             format!("too short or unsteady to test against {limit} °/s")
         }
     };

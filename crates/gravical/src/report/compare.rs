@@ -3,10 +3,10 @@
 use crate::compare::{
     Agreement, Comparison, GyroscopeDifference, ParameterDifference, ParameterKind,
 };
-use crate::document::number::{decimals_for, fixed, milli_g, signed, unit};
 use crate::document::{
     Block, Cell, Column, Document, Grade, Quantity, Row, Section, Table, Verdict,
 };
+use crate::numfmt::{decimals_for, fixed, milli_g, signed, unit};
 
 use super::{direction, short_name};
 
@@ -29,7 +29,7 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
     let grade = match judgement {
         Agreement::Agree => Grade::Good,
         Agreement::Differ => Grade::Poor,
-        Agreement::CannotSay => Grade::Unknown,
+        Agreement::Undecided => Grade::Unknown,
     };
     let [a, b] = c.files.each_ref().map(|file| short_name(file));
     let mut document = Document {

@@ -1,8 +1,8 @@
 //! Report of filters and their effect on noise.
 
 use crate::denoise::{DenoiseSummary, FilterOutcome, Sigmas};
-use crate::document::number::{decimals_of, fixed, small, unit};
 use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
+use crate::numfmt::{decimals_of, fixed, small, unit};
 
 use super::short_name;
 
@@ -25,7 +25,11 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
         ),
     ];
     if summary.static_intervals > 0 {
-        let spans = count(summary.static_intervals, "span", "spans");
+        let spans = count(
+            summary.static_intervals,
+            "static interval",
+            "static intervals",
+        );
         let rows = summary.static_rows;
         facts.push(("at rest".to_owned(), format!("{spans}, {rows} rows")));
     }

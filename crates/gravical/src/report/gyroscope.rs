@@ -1,8 +1,8 @@
 //! Report of the gyroscope of a calibration.
 
 use crate::calibration_file::GyroscopeSection;
-use crate::document::number::{decimals_by, digits, fixed, unit};
 use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
+use crate::numfmt::{decimals_by, digits, fixed, unit};
 use gravical_core::matrix3;
 
 use super::matrices::{matrices, power_of_ten};

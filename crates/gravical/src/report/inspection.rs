@@ -1,8 +1,8 @@
 //! Report of the content of a recording.
 
-use crate::document::number::{decimals_of, fixed};
 use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
 use crate::inspect::{Inspection, StillSpan};
+use crate::numfmt::{decimals_of, fixed};
 use crate::recording::Origin;
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::segment::still::StillOptions;

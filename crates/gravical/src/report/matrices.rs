@@ -1,7 +1,7 @@
 //! Matrices as tables.
 
-use crate::document::number::{decimals_of, fixed};
 use crate::document::{Cell, Column, Row, Table};
+use crate::numfmt::{decimals_of, fixed};
 
 /// R and the calibration matrix, side by side.
 pub(super) fn matrices(

@@ -2,14 +2,13 @@
 //! reference.
 
 use gravical_core::matrix3::norm;
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use crate::document::number::{decimals_by, decimals_for, digits, fixed};
 use crate::document::{
     Block, Cell, Column, Document, Grade, KeyFigure, Quantity, Row, Section, Table, Verdict,
 };
 use crate::figure::Figure;
-use crate::motion::{Ends, GravityMisfit, MotionResult, Move, Span};
+use crate::motion::{MotionJudgement, MotionResult, Span};
+use crate::numfmt::{decimals_by, digits, fixed};
 use crate::recording::{Origin, Recording};
 
 use super::moves::{budget, end, largest, moves, static_drift};
@@ -60,64 +59,17 @@ pub fn motion<'a>(
     document.with_findings(&result.findings, false)
 }
 
-/// The reason for a recording without a visible move.
-fn at_rest(result: &MotionResult) -> String {
-    let hidden = result.r#final.sigma_m.map_or(String::new(), |sigma| {
-        let most = largest(sigma);
-        format!(
-            " The position is 0 ± {most:.*} m (1σ): a smaller move is hidden by the noise.",
-            decimals_for(most)
-        )
-    });
-    format!("No move is visible in the recording.{hidden}")
-}
-
 /// What can be determined from the recording.
 fn verdict(result: &MotionResult) -> Verdict {
     let all = result.moves.len();
     let usable = result.moves.iter().filter(|m| m.usable).count();
-    let between_rests = |m: &&Move| m.ends == Ends::RestToRest && m.usable;
-    let closed = result.moves.iter().filter(between_rests).count();
-    let misfit = result.gravity_misfit.filter(|m| m.contradicts);
-    let (mut grade, mut word, reason) = if all == 0 {
-        (Grade::Unknown, "at rest", at_rest(result))
-    } else if usable == 0 {
-        (
-            Grade::Poor,
-            "not usable",
-            "No displacement can be determined from this recording; the table of moves gives the reasons."
-                .to_owned(),
-        )
-    } else if closed == all {
-        (
-            Grade::Good,
-            "bounded",
-            "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift.".to_owned(),
-        )
-    } else if usable == all {
-        (
-            Grade::Fair,
-            "partly open",
-            format!(
-                "{closed} of {all} moves are between two rests. With one end open, the error grows with the square of time."
-            ),
-        )
-    } else {
-        (
-            Grade::Fair,
-            "partly usable",
-            format!(
-                "{usable} of {all} moves are usable; the table of moves gives the reasons for the others."
-            ),
-        )
+    let grade = match result.verdict.judgement {
+        MotionJudgement::Bounded => Grade::Good,
+        MotionJudgement::NotUsable => Grade::Poor,
+        MotionJudgement::AtRest => Grade::Unknown,
+        _ => Grade::Fair,
     };
-    let mut reasons = vec![reason];
-    if let Some(misfit) = misfit {
-        reasons.insert(0, misfit_reason(&misfit));
-        if matches!(grade, Grade::Good | Grade::Fair) {
-            (grade, word) = (Grade::Fair, "calibration in doubt");
-        }
-    }
+    let misfit = result.gravity_misfit.filter(|m| m.contradicts);
     let duration = || KeyFigure {
         quantity: Quantity::new(
             "/duration_s",
@@ -148,7 +100,7 @@ fn verdict(result: &MotionResult) -> Verdict {
         Some(f) if usable > 0 => Some(format!("displacement {} m (± 1σ)", f.quantity.text)),
         _ if usable > 0 => result.r#final.sigma_m.map(|sigma| {
             let sigma = digits(largest(sigma), 2);
-            format!("{usable} of {all} moves are usable, end position ± {sigma} m (1σ)")
+            format!("{usable} of {all} moves are usable, end position ± {sigma} m on the worst axis (1σ)")
         }),
         _ => None,
     };
@@ -157,22 +109,15 @@ fn verdict(result: &MotionResult) -> Verdict {
         heading: "Result",
         conclusion: conclusion.map(|text| text + doubt),
         figures,
-        ..Verdict::new(grade, word, &reasons)
+        ..Verdict::new(
+            grade,
+            result.verdict.judgement.name(),
+            &result.verdict.reasons,
+        )
     }
 }
 
 /// Why the calibration is in doubt.
-fn misfit_reason(misfit: &GravityMisfit) -> String {
-    let off = misfit.measured_mps2 - misfit.gravity_mps2;
-    format!(
-        "At rest the calibrated sensor measures {:.3} m/s², gravity is {:.3} m/s²: off by {:+.1} mg, {:.0} times what the calibration allows. The uncertainties given here include an error of that size; a new calibration removes it.",
-        misfit.measured_mps2,
-        misfit.gravity_mps2,
-        1e3 * off / STANDARD_GRAVITY_MPS2,
-        misfit.sigmas()
-    )
-}
-
 /// Displacement of the only move, calibrated and uncalibrated.
 fn single(result: &MotionResult) -> Option<KeyFigure> {
     let [only] = &result.moves[..] else {

@@ -1,8 +1,8 @@
 //! Report of the moves of a motion, its end point, error budget and drift at rest.
 
-use crate::document::number::{decimals_for, decimals_of, fixed};
 use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
 use crate::motion::{Ends, MotionResult, Move, PositionBudget, StaticDrift};
+use crate::numfmt::{decimals_for, decimals_of, fixed};
 
 /// Drift over its predicted uncertainty above which the band does not explain it.
 const FAR: f64 = 3.0;

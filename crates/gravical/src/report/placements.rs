@@ -1,9 +1,9 @@
 //! Report of the poses of a calibration and of the best next ones.
 
 use crate::calibration_file::{CalibrationFile, PoseResult};
-use crate::document::number::{decimals_of, fixed, mg, milli_g, signed, unit};
 use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
 use crate::figure::Figure;
+use crate::numfmt::{decimals_of, fixed, mg, milli_g, signed, unit};
 
 use super::direction;
 

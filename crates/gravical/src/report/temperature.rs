@@ -1,8 +1,8 @@
 //! Report of drift with temperature.
 
 use crate::calibration_file::{ChannelDrift, SweepDirection, TemperatureModel};
-use crate::document::number::unit;
 use crate::document::{Block, Cell, Column, Row, Section, Table};
+use crate::numfmt::unit;
 use crate::temperature::{r2_text, short};
 
 /// Sweeps that are listed one by one.
@@ -34,7 +34,7 @@ pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel, base: &s
     let reasons = model.channels.iter().filter_map(|c| {
         // The table is enough for an accepted channel.
         let reason = match c.reason.split_once("; ") {
-            _ if !c.is_accepted() => &c.reason,
+            _ if !c.is_corrected() => &c.reason,
             Some((_, remark)) => remark,
             None => return None,
         };
@@ -74,7 +74,7 @@ fn sweeps(model: &TemperatureModel) -> String {
 
 fn channel(c: &ChannelDrift, base: &str) -> Row {
     let key = |name: &str| format!("{base}/{name}");
-    let verdict = match c.is_accepted() {
+    let verdict = match c.is_corrected() {
         true => format!("corrected, order {}", c.order),
         false => "not corrected".to_owned(),
     };

@@ -1,9 +1,9 @@
 //! Report of the comparison of a motion with a reference.
 
-use crate::document::number::{decimals_of, digits, fixed};
 use crate::document::{Block, Cell, Column, Row, Section, Table};
 use crate::motion::truth::TruthAlign;
 use crate::motion::{Comparison, MoveComparison};
+use crate::numfmt::{decimals_of, digits, fixed};
 
 use super::moves::{decimals, largest, lengths};
 use super::short_name;
@@ -35,12 +35,7 @@ pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
     };
     let errors = Table::new("Errors")
         .columns([Column::left(""), Column::number("value")])
-        .row(row(
-            "end-point error, m",
-            "end_error_m",
-            Some(c.end_error_m),
-            2,
-        ))
+        .row(row("end error, m", "end_error_m", Some(c.end_error_m), 2))
         .row(row("RMSE, m", "rmse_m", Some(c.rmse_m), 2))
         .row(row(
             "end-point error, % of the path",

@@ -259,8 +259,8 @@ impl std::str::FromStr for AxisMap {
     /// signs are the other way round.
     fn from_str(text: &str) -> Result<Self> {
         let wrong = |why: &str| {
-            Error::usage("axes-syntax", format!("--axes {text}: {why}")).with_hint(
-                "three axes with signs, such as x,-z,y: the case's x, y and z in axes of the board",
+            Error::usage("axes-syntax", format!("{text}: {why}")).with_hint(
+                "give three axes with signs, such as x,-z,y: the new x, y and z, each as an axis of the sensor",
             )
         };
         let mut rows = Vec::new();
@@ -285,9 +285,7 @@ impl std::str::FromStr for AxisMap {
         }
         let map = AxisMap { rows };
         if map.mirrors() && !map.inverts() {
-            return Err(wrong(
-                "this mirrors the sensor; no way of mounting it does that",
-            ));
+            return Err(wrong("this mirrors the sensor, which no mounting does"));
         }
         Ok(map)
     }

@@ -425,14 +425,14 @@ fn tell_motion(
         Finding::new(
             FindingKind::MotionLeftOut,
             format!(
-                "at rest in lines {} ({used} of {all} rows); the rest {}",
+                "at rest in lines {} ({used} of {all} rows); the other rows {}",
                 parts.join(", "),
                 if shorter > 0 {
                     format!(
-                        "is motion and shorter static intervals ({shorter} rows), and is left out"
+                        "are motion and shorter static intervals ({shorter} rows), and are left out"
                     )
                 } else {
-                    "moves and is left out".to_owned()
+                    "are motion, and are left out".to_owned()
                 }
             ),
         )

@@ -378,7 +378,7 @@ pub(crate) fn decide(
     }
     let what = match claimed.unit {
         GyroUnit::Unknown => {
-            "the unit of the gyroscope is unknown: no header, and no rotation between static intervals; give --gyro-unit".to_owned()
+            "the unit of the gyroscope is unknown: the file does not state it, and there is no rotation between static intervals that would show it; give --gyro-unit".to_owned()
         }
         GyroUnit::Counts if claimed.nominal().is_none() => {
             let sheet = if evidence.turns > 0 {

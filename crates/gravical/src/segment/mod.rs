@@ -143,7 +143,7 @@ pub(crate) struct Draft {
 fn rows_not_kept(recording: &Recording) -> Error {
     Error::usage(
         "rows-not-kept",
-        "--sections and --rows name rows, and of this long recording not all are in memory",
+        "sections and numbers of rows refer to rows of which, in this long recording, not all are in memory",
     )
     .at(recording.name.as_ref(), None)
     .with_hint("read it with `recording::read`, which keeps all")
@@ -197,10 +197,12 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
             return Err(Error::usage(
                 "several-files",
                 format!(
-                    "--sections belongs to one recording; there are {}",
+                    "a section list belongs to one recording; there are {}",
                     recordings.len()
                 ),
-            ));
+            )
+            .of_option("sections")
+            .with_hint("calibrate that recording alone, or name each file after its face"));
         }
         (None, _) => {
             for (index, recording) in recordings.iter().enumerate() {

@@ -33,7 +33,7 @@ pub fn for_calibration(
     };
     let Some(model) = model else { return Ok(None) };
     findings.push(summary_finding(&model, !segmentation.turns.is_empty()));
-    if !model.any_accepted() {
+    if !model.any_corrected() {
         // No drift is subtracted: the reference does not matter.
         return Ok(Some(model));
     }
@@ -93,7 +93,7 @@ fn bring_to_reference(placement: &mut Placement, model: &TemperatureModel, zero_
 pub(super) fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
     let list = |accepted: bool| -> Vec<&str> {
         let some = model.channels.iter();
-        some.filter(|c| c.is_accepted() == accepted)
+        some.filter(|c| c.is_corrected() == accepted)
             .map(|c| c.channel.as_str())
             .collect()
     };
@@ -131,7 +131,7 @@ pub(crate) fn cost_text(model: &TemperatureModel) -> String {
     let parts: Vec<String> = model
         .channels
         .iter()
-        .filter(|c| c.is_accepted())
+        .filter(|c| c.is_corrected())
         .map(|c| {
             let [low, high] = model.range_c;
             let values = (0..=50).map(|i| {

@@ -73,7 +73,7 @@ pub(super) fn judge(common: &Common<'_>, index: usize, name: &str) -> ChannelDri
     let mut out = ChannelDrift {
         channel: name.to_owned(),
         input_unit: common.unit.to_owned(),
-        verdict: DriftVerdict::Refused,
+        verdict: DriftVerdict::NotCorrected,
         reason: String::new(),
         order: 0,
         r2_cooling_to_warming: None,
@@ -111,7 +111,7 @@ pub(super) fn judge(common: &Common<'_>, index: usize, name: &str) -> ChannelDri
     let fit = Fit::new(&all, tested.shape, common.frame);
     match fit {
         Some(fit) if tested.passes() => {
-            out.verdict = DriftVerdict::Accepted;
+            out.verdict = DriftVerdict::Corrected;
             out.residual_rms = Some(rms(&fit.residuals(&all)));
             let unknown = !scale_observed
                 && index < 3

@@ -29,8 +29,8 @@
 //! let soak = read_bytes(csv.as_bytes(), "soak.csv", &ReadOptions::default())?;
 //! let model = study(&[soak])?;
 //! let ax = model.channel("ax").unwrap();
-//! assert!(ax.is_accepted() && (ax.slope.unwrap() - 0.002).abs() < 1e-5);
-//! assert!(!model.channel("ay").unwrap().is_accepted());
+//! assert!(ax.is_corrected() && (ax.slope.unwrap() - 0.002).abs() < 1e-5);
+//! assert!(!model.channel("ay").unwrap().is_corrected());
 //! # Ok::<(), gravical::Error>(())
 //! ```
 

@@ -73,7 +73,7 @@ pub fn soak_alone(recordings: &[Recording], options: &CalibrateOptions) -> Resul
         gyroscope,
         inputs: model.inputs.clone(),
         findings,
-        verdict: verdict(model.any_accepted()),
+        verdict: verdict(model.any_corrected()),
         command: options.command.clone(),
         temperature_model: Some(model),
     })
@@ -109,17 +109,17 @@ fn gyroscope(
     })
 }
 
-fn verdict(any_accepted: bool) -> Verdict {
+fn verdict(any_corrected: bool) -> Verdict {
     let geometry = "a soak does not determine the geometry: matrix and scale are nominal, the bias of the accelerometer is assumed to be zero; only the temperature drift is subtracted";
     let mut reasons = Vec::new();
-    if !any_accepted {
+    if !any_corrected {
         reasons.push(
             "the drift of no channel is predictable: there is nothing to subtract".to_owned(),
         );
     }
     reasons.push(geometry.to_owned());
     Verdict {
-        grade: if any_accepted {
+        grade: if any_corrected {
             Grade::NotVerifiable
         } else {
             Grade::Poor

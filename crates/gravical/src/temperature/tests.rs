@@ -59,7 +59,7 @@ fn channel<'a>(model: &'a TemperatureModel, name: &str) -> &'a ChannelDrift {
 }
 
 fn verdicts(model: &TemperatureModel) -> String {
-    let all = model.channels.iter().filter(|c| c.is_accepted());
+    let all = model.channels.iter().filter(|c| c.is_corrected());
     all.map(|c| c.channel.as_str())
         .collect::<Vec<_>>()
         .join(" ")
@@ -146,7 +146,7 @@ fn drift_with_time_is_refused() {
     });
     let model = study(&[recording]).unwrap();
     let ax = channel(&model, "ax");
-    assert!(!ax.is_accepted());
+    assert!(!ax.is_corrected());
     assert!(ax.r2_cooling_to_warming.unwrap() < 0.0);
     assert!(ax.reason.contains("drift with time"), "{}", ax.reason);
 }
@@ -176,7 +176,7 @@ fn sweeps_that_share_few_temperatures_are_refused() {
     });
     let model = study(&[recording]).unwrap();
     let ax = channel(&model, "ax");
-    assert!(!ax.is_accepted());
+    assert!(!ax.is_corrected());
     assert!(ax.reason.contains("share only 3."), "{}", ax.reason);
 }
 
@@ -227,7 +227,7 @@ fn bias_and_scale_are_distinguished_by_opposite_poses() {
     };
     let both = study(&[in_pose(1.0), in_pose(-1.0)]).unwrap().about(20.0);
     let az = channel(&both, "az");
-    assert!(az.is_accepted() && az.scale_observed, "{}", az.reason);
+    assert!(az.is_corrected() && az.scale_observed, "{}", az.reason);
     // The level of a pose contains the bias: drift' = drift − gain · bias.
     assert!((az.coefficients[0] - (drift - gain * 0.2)).abs() < 2e-5);
     assert!((az.scale_coefficients[0] / gain - 1.0).abs() < 0.01);
@@ -236,11 +236,11 @@ fn bias_and_scale_are_distinguished_by_opposite_poses() {
         let (d, g) = both.drift_at("az", 45.0);
         assert!(((raw - d) / (1.0 + g) - (0.2 + up)).abs() < 2e-3);
     }
-    assert!(!channel(&both, "ax").is_accepted());
+    assert!(!channel(&both, "ax").is_corrected());
 
     let one = study(&[in_pose(1.0)]).unwrap();
     let az = channel(&one, "az");
-    assert!(az.is_accepted() && !az.scale_observed && az.scale_coefficients.is_empty());
+    assert!(az.is_corrected() && !az.scale_observed && az.scale_coefficients.is_empty());
     assert!(az.reason.contains("assigned to the bias"), "{}", az.reason);
     assert!((az.slope.unwrap() - (drift + gain * 9.8)).abs() < 5e-5);
 }
@@ -256,7 +256,7 @@ fn a_tilt_in_the_middle_starts_another_pose() {
     let model = study(&[recording]).unwrap();
     assert_eq!(model.poses, 2);
     let ax = channel(&model, "ax");
-    assert!(ax.is_accepted(), "{}", ax.reason);
+    assert!(ax.is_corrected(), "{}", ax.reason);
     assert!((ax.coefficients[0] / 2e-3 - 1.0).abs() < 0.02);
 }
 

@@ -277,7 +277,7 @@ fn budget(
                     Source::ModelError => add(
                         "model-error",
                         norm,
-                        "what the readings miss the model by beyond noise".to_owned(),
+                        "deviation of the poses from the model, beyond their noise".to_owned(),
                     ),
                     Source::Tilt => add("pose-tilt", norm, tilt.clone()),
                     Source::DataSheet => add(

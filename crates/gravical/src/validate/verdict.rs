@@ -166,11 +166,11 @@ fn detectable(section: &AccelerometerSection) -> Option<String> {
     let label = &hidden.label;
     Some(if mg(hidden.effect_mps2) <= GOOD_MG {
         format!(
-            "an error of one pose that changes ‖a‖ by more than {effect} would have been detected (with 90 %; {label} off by {reading})"
+            "an error of one pose that changes ‖a‖ by more than {effect} would have been detected with 90 % ({reading} in {label})"
         )
     } else {
         format!(
-            "an error of one pose could change ‖a‖ by {effect} without being detected ({label} off by {reading}; ‖a‖ with {}){next}",
+            "an error of {reading} in {label} would not be detected and would change ‖a‖ by {effect} ({}){next}",
             hidden.hint
         )
     })
@@ -204,12 +204,12 @@ fn improvement(section: &AccelerometerSection, grade: Grade) -> Vec<String> {
         let more = match section.next_poses.len() {
             1 => String::new(),
             n => format!(
-                "; {n} proposed poses → {}",
+                ", all {n} proposed poses to {}",
                 figure(last.predicted_norm_error_mps2)
             ),
         };
         out.push(format!(
-            "best next pose: {} → {}{more}",
+            "best next pose: {}; it lowers the predicted error to {}{more}",
             next.hint,
             figure(next.predicted_norm_error_mps2)
         ));

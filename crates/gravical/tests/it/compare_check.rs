@@ -99,7 +99,7 @@ fn two_sessions_of_one_sensor_seldom_differ() {
         let differ = p_values(&all, |c| match c.verdict.judgement {
             Agreement::Differ => 0.0,
             Agreement::Agree => 1.0,
-            Agreement::CannotSay => panic!("{:?}", c.verdict),
+            Agreement::Undecided => panic!("{:?}", c.verdict),
         });
         let squares = |of: fn(&Comparison) -> f64| all.iter().map(|c| of(c).powi(2)).sum::<f64>();
         let rms = squares(|c| c.magnitude.norm_rms_mps2);

@@ -34,10 +34,10 @@ fn calibration(with_model: bool) -> CalibrationFile {
         value["temperature_model"] = serde_json::json!({
         "reference_c": 25.0, "reference_source": "session", "range_c": [0.0, 50.0],
         "poses": 1, "sweeps": [], "inputs": [], "channels": [
-            channel("ax", "accepted", &[0.01], &[]),
-            channel("ay", "refused", &[], &[]),
-            channel("az", "accepted", &[0.0], &[0.001]),
-            channel("gy", "accepted", &[0.001, 0.0001], &[]),
+            channel("ax", "corrected", &[0.01], &[]),
+            channel("ay", "not-corrected", &[], &[]),
+            channel("az", "corrected", &[0.0], &[0.001]),
+            channel("gy", "corrected", &[0.001, 0.0001], &[]),
         ]});
     }
     CalibrationFile::parse(value.to_string().as_bytes()).unwrap()

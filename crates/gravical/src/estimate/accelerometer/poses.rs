@@ -160,10 +160,15 @@ fn quality(fit: &JointFit, model: &[[f64; 3]; 3], prior: bool) -> FitQuality {
     }
 }
 
-/// True when `name` is the label of a placement, or its file.
+/// True when `name` is the label of a placement, its face (`+x`: all poses on it), or its file.
 fn is_called(placement: &Placement, name: &str) -> bool {
     let stem = crate::segment::stem(&placement.source);
-    placement.label == name || stem == name || placement.source == name
+    let file = std::path::Path::new(&placement.source).file_name();
+    placement.label == name
+        || placement.face.is_some_and(|face| face.name() == name)
+        || stem == name
+        || placement.source == name
+        || file.is_some_and(|file| file == name)
 }
 
 fn role(placement: &Placement, options: &EstimateOptions, axes: &AxisMap) -> Role {
@@ -182,33 +187,37 @@ fn role(placement: &Placement, options: &EstimateOptions, axes: &AxisMap) -> Rol
 }
 
 fn check_names(placements: &[Placement], options: &EstimateOptions) -> Result<()> {
-    for (option, names) in [
-        ("--free-pose", &options.free),
-        ("--face-pose", &options.face),
-    ] {
+    for (option, names) in [("free", &options.free), ("face", &options.face)] {
         for name in names {
             let Some(placement) = placements.iter().find(|p| is_called(p, name)) else {
-                let known: Vec<&str> = placements.iter().map(|p| p.label.as_str()).collect();
-                return Err(Error::usage(
-                    "no-such-pose",
-                    format!(
-                        "{option} {name}: there is no such pose ({})",
-                        known.join(", ")
-                    ),
-                ));
+                let known: Vec<String> = placements.iter().map(called).collect();
+                let what = format!("there is no pose {name}");
+                return Err(Error::usage("no-such-pose", what)
+                    .of_option(option)
+                    .with_hint(format!("give one of: {}", known.join(", "))));
             };
-            if option == "--face-pose" && placement.face.is_none() {
-                return Err(Error::usage(
-                    "no-such-pose",
-                    format!(
-                        "--face-pose {name}: it lies {:.0}° from the nearest axis; beyond 25° it is no face",
-                        placement.angle_deg
-                    ),
-                ));
+            if option == "face" && placement.face.is_none() {
+                let what = format!(
+                    "{name} is {:.0}° from the nearest axis; beyond 25° it is no face pose",
+                    placement.angle_deg
+                );
+                return Err(Error::usage("no-such-pose", what)
+                    .of_option(option)
+                    .with_hint("leave it to the fit, which treats it as a free pose"));
             }
         }
     }
     Ok(())
+}
+
+/// The label, and the face where it is another word.
+fn called(placement: &Placement) -> String {
+    match placement.face {
+        Some(face) if face.name() != placement.label => {
+            format!("{} ({})", placement.label, face.name())
+        }
+        _ => placement.label.clone(),
+    }
 }
 
 /// M to start with when names say how the board sits: each column from its two

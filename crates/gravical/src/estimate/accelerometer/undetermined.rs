@@ -53,9 +53,14 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
                 ));
             }
             let next = if spanned < 3 {
-                let axis = AXES[Face::nearest(missing).0.axis];
+                let axes = uncovered(&directions, missing);
+                let poses: Vec<String> = axes
+                    .iter()
+                    .map(|axis| format!("{axis} up and {axis} down"))
+                    .collect();
                 format!(
-                    "record {axis} up and {axis} down too, at rest for 3 s or more each, and calibrate again with all poses"
+                    "record {} too, at rest for 3 s or more each, and calibrate again with all poses",
+                    poses.join(", ")
                 )
             } else {
                 format!(
@@ -83,6 +88,19 @@ const MOST_TEMPERATURE_SPAN_C: f64 = 5.0;
 fn temperature_span(placements: &[Placement]) -> f64 {
     let all = || placements.iter().filter_map(|p| p.temperature_c);
     all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
+}
+
+/// The axes that no pose has up or down; otherwise the one nearest to the missing direction.
+fn uncovered(directions: &[[f64; 3]], missing: [f64; 3]) -> Vec<char> {
+    let covers = |axis: usize| directions.iter().any(|n| Face::nearest(*n).0.axis == axis);
+    let none: Vec<char> = (0..3)
+        .filter(|&axis| !covers(axis))
+        .map(|i| AXES[i])
+        .collect();
+    match none.is_empty() {
+        true => vec![AXES[Face::nearest(missing).0.axis]],
+        false => none,
+    }
 }
 
 fn nearest_axis(n: [f64; 3]) -> String {

@@ -1,8 +1,8 @@
 //! Bias and scale with their uncertainty.
 
 use crate::calibration_file::CalibrationFile;
-use crate::document::number::decimals_for;
 use crate::figure::{Axis, Figure, Panel, Role, Series};
+use crate::numfmt::decimals_for;
 
 use super::{Scale, accel_unit, places};
 

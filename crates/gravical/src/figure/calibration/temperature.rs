@@ -59,7 +59,7 @@ fn drift(model: &TemperatureModel, title: &str, channels: &str) -> Option<Panel>
     panel.aspect = Some(0.75);
     let roles = [("x", Role::X), ("y", Role::Y), ("z", Role::Z)];
     for (channel, (name, role)) in channels.split(' ').zip(roles) {
-        let Some(own) = model.channel(channel).filter(|c| c.is_accepted()) else {
+        let Some(own) = model.channel(channel).filter(|c| c.is_corrected()) else {
             continue;
         };
         panel.y.unit = unit_text(&own.input_unit);

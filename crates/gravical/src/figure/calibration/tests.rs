@@ -1,8 +1,8 @@
 use super::*;
 use crate::calibrate::{CalibrateOptions, calibrate};
-use crate::document::number::milli_g;
 use crate::estimate::accelerometer::Method;
 use crate::figure::{Arrangement, Series, svg};
+use crate::numfmt::milli_g;
 use crate::recording::{ReadOptions, read, read_bytes};
 use crate::simulate::{
     PosesOptions, Scenario, SimulateOptions, SixPositionOptions, simulate, write,

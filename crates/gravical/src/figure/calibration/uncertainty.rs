@@ -1,8 +1,8 @@
 //! What the uncertainty consists of.
 
 use crate::calibration_file::CalibrationFile;
-use crate::document::number::{decimals_for, milli_g};
 use crate::figure::{Axis, Figure, Panel, Role, Series};
+use crate::numfmt::{decimals_for, milli_g};
 
 use super::places;
 

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use crate::document::number::decimals_for;
 use crate::figure::thin::{self, Times};
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
 use crate::motion::Motion;
+use crate::numfmt::decimals_for;
 
 use super::{AXES, Extent, FAR, ends, result_name, times};
 

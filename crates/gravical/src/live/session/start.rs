@@ -100,7 +100,7 @@ impl Session {
         if self.options.gravity.source == GravitySource::Standard {
             self.warn(
                 WarningKind::Gravity,
-                "local gravity is not known: the latitude (or the value) makes the scale certain; without it 0.15 % (1σ) of doubt remain",
+                "local gravity is not known, so the scale is uncertain by 0.15 % (1σ): give the latitude, or the value",
             );
         }
         self.state = State::Wait;

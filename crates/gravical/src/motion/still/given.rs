@@ -63,7 +63,10 @@ pub(super) fn check(intervals: &[(f64, f64)]) -> Result<()> {
         if start.is_nan() || end.is_nan() || end <= start {
             return Err(Error::usage(
                 "rests-syntax",
-                format!("the rest from {start} s to {end} s ends before it starts"),
+                format!(
+                    "the rest from {start} s to {} ends before it starts",
+                    until(end)
+                ),
             )
             .with_hint("give start and end of each rest in seconds, as 0-5,7.2-"));
         }
@@ -79,14 +82,22 @@ pub(super) fn check_inside(samples: &Samples, intervals: &[(f64, f64)]) -> Resul
     for &(start, end) in intervals {
         if range(samples, start, end).is_empty() {
             let text = format!(
-                "there is no sample in the rest from {start} s to {end} s: \
-                 the recording goes from {first:.3} s to {last:.3} s"
+                "there is no sample in the rest from {start} s to {}: \
+                 the recording goes from {first:.3} s to {last:.3} s",
+                until(end)
             );
             return Err(Error::usage("rests-outside", text)
                 .with_hint("seconds count from the first row of the recording"));
         }
     }
     Ok(())
+}
+
+fn until(end_s: f64) -> String {
+    match end_s.is_finite() {
+        true => format!("{end_s} s"),
+        false => "the end".to_owned(),
+    }
 }
 
 /// Samples of an interval, both ends included.

@@ -44,7 +44,7 @@ fn step(spec: &FilterSpec, rate_hz: f64) -> Result<Step> {
     let ahead = |hint: String| {
         Err(Error::usage(
             "not-causal",
-            format!("--causal: {spec} needs samples that are still to come"),
+            format!("{spec} needs later samples, which a causal computation does not have"),
         )
         .with_hint(hint))
     };

@@ -48,9 +48,9 @@ impl TruthOptions {
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
         match self.offset_s {
-            Some(offset) if !offset.is_finite() => Err(Error::usage(
-                "option-range",
-                format!("--truth-offset has to be a number of seconds, not {offset}"),
+            Some(offset) if !offset.is_finite() => Err(Error::range(
+                "offset_s",
+                format!("{offset} is no number of seconds"),
             )),
             _ => Ok(()),
         }
@@ -71,7 +71,7 @@ impl std::str::FromStr for TruthColumns {
 
     fn from_str(text: &str) -> Result<Self> {
         let wrong = |what: String| {
-            Error::usage("truth-columns", format!("--truth-columns: {what}"))
+            Error::usage("truth-columns", what)
                 .with_hint("write it as t=TIME,px=X,py=Y,pz=Z, with the names of the columns")
         };
         let mut time = None;

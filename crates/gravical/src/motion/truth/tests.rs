@@ -4,6 +4,7 @@ mod files;
 
 use super::*;
 use crate::motion::{Comparison, Ends, FinalState, Motion, MotionResult, Move, Rates, Track};
+use crate::motion::{MotionJudgement, MotionVerdict};
 use crate::recording::{ReadOptions, Recording, read};
 use gravical_core::strapdown;
 use std::path::Path;
@@ -54,6 +55,10 @@ fn motion(rate_hz: f64) -> Motion {
         result: MotionResult {
             input: "a.csv".to_owned(),
             calibration: None,
+            verdict: MotionVerdict {
+                judgement: MotionJudgement::Bounded,
+                reasons: Vec::new(),
+            },
             procedure: String::new(),
             rate_hz: Rates {
                 nominal: None,

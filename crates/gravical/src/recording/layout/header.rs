@@ -4,7 +4,7 @@ use super::Named;
 use crate::recording::dialect::Header;
 use crate::recording::names::Role;
 use crate::recording::names::{
-    ColumnName, Quantity, SensorKind, bare_axis, sensor_of_file, understand,
+    ColumnName, Quantity, SensorKind, axis_in_g, bare_axis, sensor_of_file, understand,
 };
 use crate::recording::units::{AccelUnit, GyroUnit};
 
@@ -17,6 +17,9 @@ pub(super) fn understand_all(header: &Header, file: &str, role: Role) -> Vec<Nam
         .enumerate()
         .filter_map(|(i, n)| Some((i, understand(n)?)))
         .collect();
+    if role == Role::Recording {
+        instead_of_gyro(&mut columns, header);
+    }
     let wanted = match role {
         Role::Recording => Quantity::Accel(0),
         Role::Gyroscope => Quantity::Gyro(0),
@@ -38,6 +41,25 @@ pub(super) fn understand_all(header: &Header, file: &str, role: Role) -> Vec<Nam
         }
     }
     columns
+}
+
+/// Without an accelerometer, a `g` that ends the names of three axes is their unit.
+fn instead_of_gyro(columns: &mut Vec<Named>, header: &Header) {
+    let accel = |c: &ColumnName| matches!(c.quantity, Quantity::Accel(_));
+    let in_g: Vec<Named> = header
+        .names
+        .iter()
+        .enumerate()
+        .filter_map(|(field, name)| Some((field, axis_in_g(name)?)))
+        .collect();
+    let axes = |i| {
+        let is = |(_, c): &&Named| c.quantity == Quantity::Accel(i);
+        in_g.iter().filter(is).count() == 1
+    };
+    if columns.iter().all(|(_, c)| !accel(c)) && (0..3).all(axes) {
+        columns.retain(|(field, _)| in_g.iter().all(|(f, _)| f != field));
+        columns.extend(in_g);
+    }
 }
 
 fn bare(

@@ -124,14 +124,12 @@ pub(super) fn choose(
 
 fn unknown(wanted: &str, there: &[String]) -> Error {
     let hint = match there {
-        [] | [_] => "this file has one sensor: leave --sensor out".to_owned(),
+        [] | [_] => "this file has one sensor: leave the option out".to_owned(),
         several => format!("give one of: {}", several.join(", ")),
     };
-    Error::usage(
-        "sensor-unknown",
-        format!("--sensor {wanted}: there is no such sensor"),
-    )
-    .with_hint(hint)
+    Error::usage("sensor-unknown", format!("there is no sensor {wanted}"))
+        .of_option("sensor")
+        .with_hint(hint)
 }
 
 /// If a column distinguishes the rows of several sensors: that column and the value to read. The

@@ -46,7 +46,7 @@ impl std::str::FromStr for ColumnsSpec {
                 other => {
                     return Err(Error::usage(
                         "columns-syntax",
-                        format!("--columns: there is no channel \"{other}\""),
+                        format!("there is no channel \"{other}\""),
                     )
                     .with_hint(
                         "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column to recognition, - skips it",
@@ -57,7 +57,7 @@ impl std::str::FromStr for ColumnsSpec {
         if text.contains('=') {
             let pairs = text.split(',').map(|pair| {
                 let (name, column) = pair.split_once('=').ok_or_else(|| {
-                    Error::usage("columns-syntax", format!("--columns: \"{pair}\" has no ="))
+                    Error::usage("columns-syntax", format!("\"{pair}\" has no ="))
                 })?;
                 let column = column.trim();
                 let column = (!matches!(column, "" | "-" | "_")).then(|| column.to_owned());
@@ -124,11 +124,12 @@ impl Given {
                     return Err(Error::usage(
                         "columns-missing",
                         format!(
-                            "--columns names {} columns, the file has {}",
+                            "{} columns are named, the file has {}",
                             order.len(),
                             dialect.fields
                         ),
-                    ));
+                    )
+                    .of_option("columns"));
                 }
                 for (field, column) in order.iter().enumerate() {
                     match column {
