@@ -21,9 +21,9 @@ use std::ops::Range;
 use gravical_core::strapdown::rotate;
 
 use super::bands::Unmodelled;
+use super::course::Course;
 use super::gate::{FAR, STEADY_MPS};
 use super::leg::{Closure, Leg, Removal};
-use super::path::Course;
 use super::setup::Setup;
 
 /// What is further from zero than this, in σ, is improbable: one in a hundred.

@@ -33,6 +33,7 @@ mod anchors;
 mod assumed;
 mod bands;
 mod closure;
+mod course;
 mod drift;
 mod gate;
 mod hidden;

@@ -2,20 +2,18 @@
 
 use std::ops::Range;
 
-use gravical_core::matrix3::{mul_vec, norm, sub};
-use gravical_core::strapdown::{level, times};
+use gravical_core::matrix3::{norm, sub};
+use gravical_core::strapdown::level;
 
 use super::anchors::{Anchors, Side};
-use super::bands::{LegNoise, Steps, Unmodelled, Variances};
+use super::bands::{Unmodelled, Variances};
 use super::closure::Tested;
-use super::leg::{Closure, Columns, Forward, Leg, Removal};
-use super::parameters::{Direction, Kind, STEP};
+use super::course::{Carried, Course};
+use super::leg::{Columns, Leg, Removal};
+use super::parameters::Kind;
 use super::plan::Stretch;
 use super::result::{Ends, FinalState, Move, PositionBudget};
 use super::setup::Setup;
-
-/// Samples of a leg that are computed at a time where nothing is known of its end.
-const CHUNK: usize = 4096;
 
 /// What is known of a sample; NaN where it is not.
 #[derive(Debug, Clone, Copy)]
@@ -99,10 +97,7 @@ struct State {
     sigma: [f64; 3],
     noise: [f64; 3],
     tilt: [f64; 3],
-    /// By direction: what one standard deviation of it has moved the position.
-    offsets: Vec<[f64; 3]>,
-    /// … and what it has turned the heading by, rad.
-    yaw_offsets: Vec<f64>,
+    carried: Carried,
     yaw: Yaw,
 }
 
@@ -163,8 +158,10 @@ impl Setup<'_> {
             sigma: [0.0; 3],
             noise: [0.0; 3],
             tilt: [0.0; 3],
-            offsets: vec![[0.0; 3]; self.directions.len()],
-            yaw_offsets: vec![0.0; self.directions.len()],
+            carried: Carried {
+                offsets: vec![[0.0; 3]; self.directions.len()],
+                yaw_offsets: vec![0.0; self.directions.len()],
+            },
             yaw: Yaw::default(),
         };
         let mut out = Emitter {
@@ -232,7 +229,7 @@ impl Setup<'_> {
     fn rest(&self, span: &Range<usize>, state: &mut State, out: &mut Emitter<'_>) {
         state.velocity = Some([0.0; 3]);
         let nothing = Variances::default();
-        let by_parameters = state.offsets.iter().fold([0.0; 3], |sum, o| {
+        let by_parameters = state.carried.offsets.iter().fold([0.0; 3], |sum, o| {
             std::array::from_fn(|i| sum[i] + o[i] * o[i])
         });
         if state.unmoved {
@@ -284,7 +281,7 @@ impl Setup<'_> {
         let mut tested: Option<Tested> = None;
         while course.done < leg.len() {
             let from = course.done;
-            course.advance(state, out.sink.is_some());
+            course.advance(&state.carried, out.sink.is_some());
             if let Some(around) = around.as_ref().filter(|_| self.bands) {
                 tested = self.hold_against_closure(&course, around);
                 course.unmodelled = tested.map_or_else(Unmodelled::default, |t| t.unmodelled);
@@ -320,8 +317,8 @@ impl Setup<'_> {
             sigma
         });
         for (k, (way, heading)) in course.off.iter().enumerate() {
-            (0..3).for_each(|i| state.offsets[k][i] += way[i]);
-            state.yaw_offsets[k] += heading;
+            (0..3).for_each(|i| state.carried.offsets[k][i] += way[i]);
+            state.carried.yaw_offsets[k] += heading;
         }
         state.position = std::array::from_fn(|i| state.position[i] + way[i]);
         // The heading is that of the first rest: what ran backwards from it turns
@@ -434,7 +431,7 @@ impl Setup<'_> {
         let of = |kind: Kind| -> f64 {
             self.directions
                 .iter()
-                .zip(&state.offsets)
+                .zip(&state.carried.offsets)
                 .filter(|(d, _)| d.kind == kind)
                 .map(|(_, o)| o.iter().map(|v| v * v).sum::<f64>())
                 .sum::<f64>()
@@ -447,166 +444,6 @@ impl Setup<'_> {
             clock: 2.0 * self.clock_error * norm(&sub(&state.position, &self.p0)),
             tilt: (state.tilt.iter().chain(&yaw).sum::<f64>() + of(Kind::Gyro)).sqrt(),
         }
-    }
-}
-
-/// A leg as it is gone along: some of its samples, and what the parameters make of them.
-pub(super) struct Course<'a> {
-    pub leg: &'a Leg<'a>,
-    pub noise: &'a LegNoise,
-    pub steps: Option<Steps>,
-    /// Those of the parameters; none without bands.
-    directions: &'a [Direction],
-    nominal: Forward<'a>,
-    /// A pass for each direction; none where its effect is in proportion to the way.
-    changed: Vec<Forward<'a>>,
-    done: usize,
-    pub columns: Columns,
-    other: Columns,
-    pub closure: Option<Closure>,
-    /// Variance of the closure's velocity, (m/s)², and of the tilt missing there, rad², by
-    /// the parameters.
-    pub closure_by_parameters: [[f64; 3]; 2],
-    /// What the closure shows beside the model.
-    unmodelled: Unmodelled,
-    /// Variances of velocity and position by the parameters, those of the legs before
-    /// included.
-    by_velocity: Vec<[f64; 3]>,
-    by_position: Vec<[f64; 3]>,
-    /// By direction: what it makes of the way so far, m, and of the heading, rad.
-    off: Vec<([f64; 3], f64)>,
-}
-
-impl<'a> Course<'a> {
-    fn new(setup: &Setup<'a>, leg: &'a Leg<'a>, noise: &'a LegNoise) -> Self {
-        let directions = if setup.bands { setup.directions } else { &[] };
-        // Without rotation all that the parameters change grows with the way.
-        let in_proportion =
-            matches!(leg.removal, Removal::Mean(_)) && leg.stances.is_empty() && leg.v0 == [0.0; 3];
-        Course {
-            leg,
-            noise,
-            steps: None,
-            directions,
-            nominal: Forward::new(leg, Direction::NONE),
-            changed: match in_proportion {
-                true => Vec::new(),
-                false => directions
-                    .iter()
-                    .map(|d| Forward::new(leg, d.times(STEP)))
-                    .collect(),
-            },
-            done: 0,
-            columns: Columns::default(),
-            other: Columns::default(),
-            closure: None,
-            closure_by_parameters: [[0.0; 3]; 2],
-            unmodelled: Unmodelled::default(),
-            by_velocity: Vec::new(),
-            by_position: Vec::new(),
-            off: vec![([0.0; 3], 0.0); directions.len()],
-        }
-    }
-
-    /// Takes the next samples, all of them where they are corrected from the far end on.
-    /// What the parameters make of each is computed `along` them, else of the last.
-    fn advance(&mut self, state: &State, along: bool) {
-        let leg = self.leg;
-        let n = match leg.is_corrected() {
-            true => leg.len(),
-            false => CHUNK.min(leg.len() - self.done),
-        };
-        self.done += n;
-        self.nominal.run(n, along, &mut self.columns);
-        if leg.is_corrected() {
-            self.closure = Some(leg.close(&self.nominal, &mut self.columns));
-        }
-        self.steps =
-            (!leg.stances.is_empty()).then(|| Steps::new(leg, &self.columns.tau, self.noise));
-        let places = match along {
-            true => 0..n,
-            false => self.end()..self.end() + 1,
-        };
-        for sums in [&mut self.by_velocity, &mut self.by_position] {
-            sums.clear();
-            sums.resize(n, [0.0; 3]);
-        }
-        for k in 0..self.directions.len() {
-            self.add_direction(k, places.clone(), state);
-        }
-    }
-
-    /// Adds what one direction makes of the samples at `places`.
-    fn add_direction(&mut self, k: usize, places: Range<usize>, state: &State) {
-        let (leg, columns) = (self.leg, &self.columns);
-        let (before, turned) = (state.offsets[k], state.yaw_offsets[k]);
-        let mut attitude = None;
-        if let Some(one) = self.changed.get_mut(k) {
-            one.run(columns.tau.len(), false, &mut self.other);
-            attitude = Some(match self.closure {
-                Some(nominal) => {
-                    let other = leg.close(one, &mut self.other);
-                    for i in 0..3 {
-                        let off = (other.velocity[i] - nominal.velocity[i]) / STEP;
-                        self.closure_by_parameters[0][i] += off * off;
-                        let off = (other.missing[i] - nominal.missing[i]) / STEP;
-                        self.closure_by_parameters[1][i] += off * off;
-                    }
-                    other.attitude
-                }
-                None => one.propagator.attitude(),
-            });
-        }
-        let (other, matrix) = (&self.other, self.directions[k].matrix());
-        let off_at = |k: usize| -> ([f64; 3], [f64; 3]) {
-            let (v, p) = (&columns.velocity[k], &columns.position[k]);
-            if attitude.is_none() {
-                return (mul_vec(matrix, v), mul_vec(matrix, p));
-            }
-            // The heading that the legs before have lost turns this one.
-            let aside = [-turned * p[1], turned * p[0], 0.0];
-            (
-                std::array::from_fn(|i| (other.velocity[k][i] - v[i]) / STEP),
-                std::array::from_fn(|i| (other.position[k][i] - p[i]) / STEP + aside[i]),
-            )
-        };
-        let far = off_at(columns.tau.len() - 1).1;
-        let base = if leg.is_backwards() { far } else { [0.0; 3] };
-        for k in places {
-            let (v, p) = off_at(k);
-            for i in 0..3 {
-                self.by_velocity[k][i] += v[i] * v[i];
-                self.by_position[k][i] += (before[i] + p[i] - base[i]).powi(2);
-            }
-        }
-        self.off[k] = match attitude {
-            _ if leg.is_backwards() => (far.map(|v| -v), 0.0),
-            Some(attitude) => (far, heading(&attitude, &self.attitude()) / STEP),
-            None => (far, 0.0),
-        };
-    }
-
-    /// The place of the last sample in time.
-    fn end(&self) -> usize {
-        match self.leg.is_backwards() {
-            true => 0,
-            false => self.columns.tau.len() - 1,
-        }
-    }
-
-    /// From the first sample of the leg in time to place `k`, m.
-    fn position(&self, k: usize) -> [f64; 3] {
-        let all = &self.columns.position;
-        match self.leg.is_backwards() {
-            true => sub(&all[k], &all[all.len() - 1]),
-            false => all[k],
-        }
-    }
-
-    /// At the last sample that was taken.
-    fn attitude(&self) -> [f64; 4] {
-        self.closure
-            .map_or(self.nominal.propagator.attitude(), |c| c.attitude)
     }
 }
 
@@ -629,11 +466,4 @@ impl Moved {
             self.peak_mps = self.peak_mps.max(speed);
         }
     }
-}
-
-/// How far the first attitude is turned about the vertical against the second,
-/// rad; small.
-fn heading(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    let back = [b[0], -b[1], -b[2], -b[3]];
-    2.0 * times(a, &back)[3]
 }

@@ -7,8 +7,16 @@ use super::options::SimulateOptions;
 use super::path::{Law, MotionPath, Piece};
 use super::poses::{attitude_of, shortest_turn, tilt_between};
 use super::random::{Purpose, stream, three, uniform};
-use super::scenario::Plan;
 use super::truth::{MoveTruth, PoseKind, PoseTruth, TurnTruth};
+
+/// One planned recording.
+pub(super) struct Plan {
+    pub name: String,
+    pub path: MotionPath,
+    pub poses: Vec<PoseTruth>,
+    pub turns: Vec<TurnTruth>,
+    pub moves: Vec<MoveTruth>,
+}
 
 /// Appends pieces to a path and records the events.
 pub(super) struct Builder {

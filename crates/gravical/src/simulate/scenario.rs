@@ -2,23 +2,14 @@
 
 use nalgebra::Vector3;
 
-use super::builder::Builder;
+use super::builder::{Builder, Plan};
 use super::options::SimulateOptions;
-use super::path::{Law, MotionPath};
+use super::path::Law;
 use super::poses::{Draws, FACES, spread_directions};
 use super::scenario_options::{
     LineOptions, PosesOptions, Scenario, SixPositionOptions, StaticOptions,
 };
-use super::truth::{MoveTruth, PoseKind, PoseTruth, TurnTruth};
-
-/// One planned recording.
-pub(super) struct Plan {
-    pub name: String,
-    pub path: MotionPath,
-    pub poses: Vec<PoseTruth>,
-    pub turns: Vec<TurnTruth>,
-    pub moves: Vec<MoveTruth>,
-}
+use super::truth::PoseKind;
 
 /// The recordings of `options.scenario`.
 pub(super) fn plan(options: &SimulateOptions) -> Vec<Plan> {

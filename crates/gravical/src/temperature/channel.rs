@@ -8,11 +8,10 @@ use crate::calibration_file::{ChannelDrift, DriftVerdict, SweepDirection};
 use super::fit::{Fit, Frame, Sample, Shape, minus_means, rms};
 use super::reason;
 use super::sweeps::Bin;
+use super::tested::Tested;
 
 use SweepDirection::{Cooling, Warming};
 
-/// A drift is accepted if each direction explains this share of the variance of the other.
-pub const LEAST_R2: f64 = 0.7;
 /// A higher order must reduce the unexplained share by this factor …
 const BETTER: f64 = 0.9;
 /// Highest order: more than two bends in a range of some tens of °C have another cause.
@@ -38,24 +37,6 @@ pub(super) struct Common<'a> {
     /// Smallest width required of it, °C.
     pub least_span_c: f64,
     pub unit: &'a str,
-}
-
-/// Result of the test of one shape.
-#[derive(Clone, Copy)]
-pub(super) struct Tested {
-    pub shape: Shape,
-    pub to_warming: f64,
-    pub to_cooling: f64,
-}
-
-impl Tested {
-    pub fn worse(&self) -> f64 {
-        self.to_warming.min(self.to_cooling)
-    }
-
-    fn passes(&self) -> bool {
-        self.worse() >= LEAST_R2
-    }
 }
 
 /// Evaluates channel `index` (0 to 5), relative to `frame.centre_c`.

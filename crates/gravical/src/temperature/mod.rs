@@ -42,6 +42,7 @@ mod polynomial;
 mod reason;
 mod soak;
 mod sweeps;
+mod tested;
 #[cfg(test)]
 mod tests;
 
@@ -57,10 +58,10 @@ use crate::{Error, Result};
 
 pub(crate) use attach::cost_text;
 pub use attach::for_calibration;
-pub use channel::LEAST_R2;
 pub use polynomial::evaluate;
 pub(crate) use reason::{in_unit, r2_text, short};
 pub use soak::soak_alone;
+pub use tested::LEAST_R2;
 
 use channel::Common;
 use fit::Frame;

@@ -2,7 +2,7 @@
 
 use crate::calibration_file::SweepDirection;
 
-use super::channel::{LEAST_R2, Tested};
+use super::tested::{LEAST_R2, Tested};
 
 /// A value with three significant digits.
 pub(crate) fn short(value: f64) -> String {

@@ -1,8 +1,7 @@
 //! Where the labels of points stand so that none covers another.
 
 use super::super::{Mark, Panel, Role, Scale};
-use super::layout::{Rect, View};
-use super::marks::Map;
+use super::layout::{Map, Rect, View};
 
 /// Labels of a panel that are placed at most; the others show on hovering.
 const MOST: usize = 300;

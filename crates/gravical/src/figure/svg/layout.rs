@@ -27,6 +27,27 @@ pub(super) struct View {
     pub y: [f64; 2],
 }
 
+/// Units of the axes → dots of the plot, which y runs down in.
+pub(super) struct Map {
+    pub r: Rect,
+    pub v: View,
+}
+
+impl Map {
+    pub fn x(&self, x: f64) -> f64 {
+        (x - self.v.x[0]) / (self.v.x[1] - self.v.x[0]) * self.r.w
+    }
+
+    pub fn y(&self, y: f64) -> f64 {
+        self.r.h - (y - self.v.y[0]) / (self.v.y[1] - self.v.y[0]) * self.r.h
+    }
+
+    pub fn point(&self, x: f64, y: f64) -> Option<(f64, f64)> {
+        let p = (self.x(x), self.y(y));
+        (p.0.is_finite() && p.1.is_finite()).then_some(p)
+    }
+}
+
 /// A panel with its place.
 pub(super) struct Placed<'a> {
     pub panel: &'a Panel,

@@ -5,9 +5,9 @@ use std::fmt::Write;
 use svg::node::element::{Group, Path, Rectangle, Text, Title};
 
 use super::super::{Mark, Panel, Role, Scale, Series, Stretch};
-use super::draw::{clean, paint, round, text, upright};
 use super::labels::{Place, SIZE};
-use super::layout::{Rect, View};
+use super::layout::{Map, Rect, View};
+use super::pen::{clean, paint, round, text, upright};
 use super::style::{Look, look_of};
 
 /// A line as wide as its role wants.
@@ -104,27 +104,6 @@ pub(super) fn shade(s: &Stretch, r: Rect, v: View) -> Group {
 /// It has something to draw.
 pub(super) fn shows(series: &Series) -> bool {
     series.y.iter().chain(&series.low).any(|v| v.is_finite())
-}
-
-/// Units of the axes → dots of the plot, which y runs down in.
-pub(super) struct Map {
-    pub r: Rect,
-    pub v: View,
-}
-
-impl Map {
-    fn x(&self, x: f64) -> f64 {
-        (x - self.v.x[0]) / (self.v.x[1] - self.v.x[0]) * self.r.w
-    }
-
-    fn y(&self, y: f64) -> f64 {
-        self.r.h - (y - self.v.y[0]) / (self.v.y[1] - self.v.y[0]) * self.r.h
-    }
-
-    pub fn point(&self, x: f64, y: f64) -> Option<(f64, f64)> {
-        let p = (self.x(x), self.y(y));
-        (p.0.is_finite() && p.1.is_finite()).then_some(p)
-    }
 }
 
 /// One series, its labels at `places`.

@@ -27,14 +27,16 @@ mod draw;
 mod labels;
 mod layout;
 mod marks;
+mod pen;
 mod style;
 pub(super) mod ticks;
 
 use svg::node::element::{Description, Group, Rectangle, SVG, Style, Title};
 
 use super::{Arrangement, Figure, Panel};
-use draw::{clean, legend, panel, text};
+use draw::{legend, panel};
 use layout::{HALF, WIDTH, place};
+use pen::{clean, text};
 
 /// The figure as a file of its own, with its title in it.
 ///
