@@ -10,8 +10,8 @@
 //! and Materials 7(5), 1995. The true inverse R⁻¹ is taken throughout; the rows
 //! of R are unit vectors but not orthogonal, so Rᵀ is not it.
 //!
-//! A placement that is tilted by τ costs the matrix about τ and the bias
-//! g√(τ⁴/2 + c²τ²), c the cross-axis terms; [`ferraris_covariance`] says how much.
+//! A pose that is tilted by σ_tilt costs the matrix about σ_tilt and the bias
+//! g√(σ_tilt⁴/2 + c²σ_tilt²), c the cross-axis terms; [`ferraris_covariance`] says how much.
 
 mod covariance;
 mod gyroscope;

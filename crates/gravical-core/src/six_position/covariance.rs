@@ -11,13 +11,13 @@ use crate::Real;
 ///
 /// - `standard_errors`: of each component of each mean, raw unit, independent.
 /// - `gravity_mps2`: in m/s².
-/// - `tilt_sd_rad`: the standard deviation τ, in rad, of each of the two
+/// - `tilt_sd_rad`: the standard deviation σ_tilt, in rad, of each of the two
 ///   components by which a placement's direction is off; independent between
 ///   all six placements. A table that is not level is not that: turn the sensor
 ///   by 180° between two placements of each face.
 ///
 /// Placement j± points along ±(e_j + δ), and m_k is column k of M. To first
-/// order u_j± has the covariance C_j± = diag(s²) + g²τ² Σ_{k≠j} m_k m_kᵀ; from
+/// order u_j± has the covariance C_j± = diag(s²) + g²σ_tilt² Σ_{k≠j} m_k m_kᵀ; from
 /// m_j = (u_j+ − u_j−)/2g and b_i = (u_i+ + u_i−)_i/2 follow
 ///
 /// - Cov(m_j) = (C_j+ + C_j−)/4g²; nothing between different columns,
@@ -29,13 +29,13 @@ use crate::Real;
 /// of C and of the column there, i for the element.
 ///
 /// To second order a tilted placement reads g|δ|²/2 short along m_j. That
-/// shortens every column by τ² on average, a bias of the estimate, and scatters
-/// it by τ²/√2. Both enter as the mean square error that they make: τ⁴ m_j m_kᵀ
-/// between any two columns, 0.5 τ⁴ m_j m_jᵀ more in Cov(m_j) (1.5 together), and
-/// g²τ⁴M_jj²/2 in Var(b_j).
+/// shortens every column by σ_tilt² on average, a bias of the estimate, and scatters
+/// it by σ_tilt²/√2. Both enter as the mean square error that they make: σ_tilt⁴ m_j m_kᵀ
+/// between any two columns, 0.5 σ_tilt⁴ m_j m_jᵀ more in Cov(m_j) (1.5 together), and
+/// g²σ_tilt⁴M_jj²/2 in Var(b_j).
 ///
 /// Without noise and with c the root mean square of the two cross-axis terms of
-/// a row of M, the bias is then known to g√(τ⁴/2 + c²τ²), for a scale near 1.
+/// a row of M, the bias is then known to g√(σ_tilt⁴/2 + c²σ_tilt²), for a scale near 1.
 ///
 /// Nothing is checked: the means are those that Ferraris has accepted, the
 /// others finite and not negative; what is not, shows in the result. Simulated
@@ -68,7 +68,7 @@ pub fn ferraris_covariance<T: Real>(
     let mut covariance = [[T::zero(); 12]; 12];
 
     for j in 0..3 {
-        // g²τ² Σ m_k m_kᵀ over the two columns that a tilt mixes in.
+        // g²σ_tilt² Σ m_k m_kᵀ over the two columns that a tilt mixes in.
         let tilted = |r: usize, c: usize| {
             let mixed = (0..3)
                 .filter(|&k| k != j)
@@ -272,7 +272,7 @@ mod tests {
 
     #[test]
     fn the_bias_under_tilt_follows_the_rule() {
-        // c = 0.02 in every row, scale 1: g√(τ⁴/2 + c²τ²).
+        // c = 0.02 in every row, scale 1: g√(σ_tilt⁴/2 + c²σ_tilt²).
         let c = 0.02;
         let model = [[1.0, c, -c], [c, 1.0, c], [-c, c, 1.0]];
         let none = SixPositionMeans {

@@ -8,7 +8,7 @@ use crate::Real;
 use crate::calibration::{GyroscopeCalibration, rate_left};
 use crate::matrix3;
 
-/// The gyroscope model u = K R ω + b + K_ga a, ω in rad/s, a in m/s².
+/// The gyroscope model u = K R ω + b + S a, ω in rad/s, a in m/s².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GyroscopeParameters<T> {
     /// The diagonal of K, raw unit per rad/s, always positive.
@@ -17,7 +17,7 @@ pub struct GyroscopeParameters<T> {
     pub orientation: [[T; 3]; 3],
     /// b, in the raw unit.
     pub bias: [T; 3],
-    /// K_ga, row-major, raw unit per m/s².
+    /// S, row-major, raw unit per m/s².
     pub g_sensitivity: [[T; 3]; 3],
 }
 
@@ -28,7 +28,7 @@ impl<T: Real> GyroscopeParameters<T> {
         matrix3::scale_rows(&self.orientation, &self.scale)
     }
 
-    /// The way back, ω = R⁻¹K⁻¹ (u − b − K_ga a), raw unit → rad/s.
+    /// The way back, ω = R⁻¹K⁻¹ (u − b − S a), raw unit → rad/s.
     ///
     /// `None` where K R has no inverse, which [`ferraris_gyroscope`] has
     /// excluded already.
@@ -57,7 +57,7 @@ impl<T: Real> GyroscopeParameters<T> {
     }
 }
 
-/// The gyroscope's reaction to acceleration, K_ga = (U_g₊ − U_g₋)/2g.
+/// The gyroscope's reaction to acceleration, S = (U_g₊ − U_g₋)/2g.
 ///
 /// `means_gyro` are the gyroscope's means in the six holds, in the raw unit;
 /// `gravity_mps2` in m/s². The result is row-major, raw unit per m/s². A drift
@@ -151,7 +151,7 @@ pub fn ferraris_gyroscope<T: Real>(
     })
 }
 
-/// The integral of one turn, ∫(u − b − K_ga a) dt, sample by sample.
+/// The integral of one turn, ∫(u − b − S a) dt, sample by sample.
 ///
 /// Rectangles: each sample stands for the time that it is given. The sum is
 /// compensated (Kahan 1965), so that `f32` does not lose the small steps of a

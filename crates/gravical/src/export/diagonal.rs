@@ -1,8 +1,8 @@
 //! The best model with an offset and a scale for each axis, and what it loses.
 //!
-//! The full model is f = S (r − o). Over all directions of f at 1 g the diagonal model d (r − p)
-//! with the least mean square error ‖d (r − p) − f‖ is, with T = S⁻¹ and its rows tᵢ, p = o and
-//! dᵢ = Tᵢᵢ / ‖tᵢ‖²: the offset is uncorrelated with a direction that is uniform over the sphere,
+//! The full model is f = M⁻¹ (r − b). Over all directions of f at 1 g the diagonal model d (r − p)
+//! with the least mean square error ‖d (r − p) − f‖ is, with mᵢ the rows of M, p = b and
+//! dᵢ = Mᵢᵢ / ‖mᵢ‖²: the offset is uncorrelated with a direction that is uniform over the sphere,
 //! and each axis is a regression on its own.
 
 use gravical_core::matrix3::{det, diagonal, identity, inverse, mul, transpose};
@@ -195,7 +195,7 @@ mod tests {
                 assert!(errors(&full, &other).0 > rms, "{axis} {step}");
             }
         }
-        // The diagonal of S alone is worse.
+        // The diagonal of the matrix alone is worse.
         let kept = fit(&full, Some(std::array::from_fn(|i| full.matrix[i][i]))).unwrap();
         assert!(kept.loss.rms_mg > best.loss.rms_mg);
     }

@@ -64,7 +64,7 @@ pub(super) struct Fit {
     /// Whitened squares of the readings, and their degrees of freedom.
     pub chi2: f64,
     pub freedom: f64,
-    /// −∂χ²/∂τ² when τ² is added to every variance.
+    /// −∂χ²/∂σ_m² when σ_m² is added to every variance.
     pub chi2_slope: f64,
     pub converged: bool,
 }
