@@ -26,8 +26,8 @@ use crate::device::recorder::TEXT_BAUD;
 #[command(after_help = "\
 Example: gravical log x     records x_axis.csv; Space pauses, q ends
 
-Exit codes: 0 recorded, 2 usage, 3 nothing recorded or the file cannot be used,
-5 board or port, 130 interrupted before the requested rows were recorded.")]
+Exit codes: 0 recorded, 1 rows lost on disk, 2 usage, 3 the file cannot be used,
+5 board or port, 130 interrupted, or rows are missing.")]
 pub struct Args {
     /// Axis under calibration: the file is x_axis.csv, y_axis.csv or z_axis.csv
     #[arg(value_enum)]

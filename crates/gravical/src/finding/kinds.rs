@@ -79,7 +79,7 @@ kinds! {
             "nothing";
         BlankRows "blank-rows" Note
             "empty lines, or lines of delimiters only"
-            "taken as a break between placements, but for a single line where the clock goes on"
+            "taken as a break between poses, but for a single line where the clock goes on"
             "nothing, if a break was meant";
         RepeatedHeader "repeated-header" Warning
             "the header once more in the middle"
