@@ -29,7 +29,7 @@ struct Args {
     /// What the sensor feels: static, line or poses, over and over
     #[arg(long, value_name = "SCENARIO", default_value = "poses")]
     simulate: String,
-    /// The sensor lies where you type that it lies, a line each: +x, -z, push
+    /// The sensor lies where you type that it lies, a line each: +x, -z, push; unplug, plug
     #[arg(long, conflicts_with_all = ["recording", "simulate"])]
     hands: bool,
     /// How far your placements are off, ° (sd of each of two components)
@@ -131,18 +131,39 @@ fn run(args: &Args) -> Result<()> {
         (None, None) => built()?,
     };
     let mut uno = Uno::new(&firmware, sensor)?;
-    let mut port = Port::new(args.link.as_deref())?;
-    println!("{}", port.path().display());
-    // The reader of a pipe waits for this line.
-    let _ = std::io::stdout().flush();
+    let mut port = Some(Port::new(args.link.as_deref())?);
+    announce(&port);
     eprintln!("{says} Ctrl-C ends.");
     let typed = hands.is_some().then(typed);
-    serve(args, &mut uno, &mut port, speed, || {
-        if let (Some(hands), Some(typed)) = (&hands, &typed) {
-            typed.try_iter().for_each(|line| act(hands, &line));
+    serve(args, &mut uno, &mut port, speed, |port| {
+        let Some((hands, typed)) = hands.as_ref().zip(typed.as_ref()) else {
+            return;
+        };
+        for line in typed.try_iter() {
+            match line.trim() {
+                // Whoever has the port open loses it.
+                "unplug" => *port = None,
+                "plug" if port.is_none() => match Port::new(args.link.as_deref()) {
+                    Ok(new) => {
+                        *port = Some(new);
+                        announce(port);
+                    }
+                    Err(error) => eprintln!("{error}"),
+                },
+                _ => act(hands, &line),
+            }
         }
     });
     Ok(())
+}
+
+/// Prints the port to open.
+fn announce(port: &Option<Port>) {
+    if let Some(port) = port {
+        println!("{}", port.path().display());
+        // The reader of a pipe waits for this line.
+        let _ = std::io::stdout().flush();
+    }
 }
 
 /// A sensor in somebody's hands.
@@ -188,20 +209,27 @@ fn act(hands: &Hands, line: &str) {
     }
 }
 
-/// Runs the board; `look` is called between two steps of it.
-fn serve(args: &Args, uno: &mut Uno, port: &mut Port, speed: Option<f64>, look: impl Fn()) {
+/// Runs the board; `look` is called between two steps of it. Without a port nobody hears it.
+fn serve(
+    args: &Args,
+    uno: &mut Uno,
+    port: &mut Option<Port>,
+    speed: Option<f64>,
+    look: impl Fn(&mut Option<Port>),
+) {
     let mut pace = Pace::new(uno.time_s());
     let mut garbled = 0_u8;
     while args.duration.is_none_or(|end_s| uno.time_s() < end_s) {
-        if port.opened() {
+        if port.as_mut().is_some_and(Port::opened) {
             uno.reset(args.bootloader);
             let now_s = uno.time_s();
             uno.sensor().restart(now_s);
             eprintln!("opened: reset");
         }
-        look();
-        let early_s = pace.early_s(uno.time_s(), speed, port.is_open());
-        let received = port.receive();
+        look(port);
+        let is_open = port.as_ref().is_some_and(Port::is_open);
+        let early_s = pace.early_s(uno.time_s(), speed, is_open);
+        let received = port.as_mut().map(Port::receive).unwrap_or_default();
         if early_s > 0.0 {
             // Far ahead it is in the boot loader, which swallows what comes.
             if early_s < 5.0 * STEP_S {
@@ -212,13 +240,14 @@ fn serve(args: &Args, uno: &mut Uno, port: &mut Port, speed: Option<f64>, look: 
         }
         uno.send(&received);
         uno.run(STEP_S);
+        let sent = uno.take_sent();
+        let Some(port) = port else { continue };
         let port_baud = if args.baud == "port" {
             port.baud()
         } else {
             0.0
         };
-        let bytes: Vec<u8> = uno
-            .take_sent()
+        let bytes: Vec<u8> = sent
             .iter()
             .map(|sent| {
                 if port_baud > 0.0 && (port_baud / sent.baud - 1.0).abs() > 0.05 {

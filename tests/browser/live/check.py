@@ -21,7 +21,8 @@ SIZES = [(1280, 900), (400, 860)]
 
 # What has to be seen at the end of a scene: state, and a part of the sentence.
 EXPECTED = {
-    "connect": ("connect", "Connecting"), "identify": ("identify", "Reading"), "floor": ("floor", "on the table"),
+    "connect": ("connect", "Connecting"), "ports": ("connect", "More than one port"), "ports-none": ("connect", "No board"),
+    "ports-busy": ("connect", "minicom"), "full": ("connect", "too many tabs"), "identify": ("identify", "Reading"), "floor": ("floor", "on the table"),
     "wait+x": ("wait", "+x is up"), "wait-z": ("wait", "−z is up"), "settle": ("settle", "hold still"),
     "capture": ("capture", "1.2 s to go"), "lost": ("lost", "Unplugged"),
     "resumed": ("wait", "−y or −z"), "end-good": ("end", "saved"), "interrupted": ("end", "Ctrl-C"),
@@ -34,11 +35,12 @@ SHOWN = {
     "hint": ["#hint.due"], "capture": ["#tiles .capturing", "#chip.capture"], "settle": ["#tiles .hold_still"],
     "lost": ["#chip.lost"], "end-good": [".grade.good", ".saved"], "end-fair": [".grade.fair"], "end-poor": [".grade.poor"],
     "end-not-verifiable": [".grade.not-verifiable"], "simulate": ["#hands"], "simulate-end": [".truth"],
-    "follower": ["#follower"], "interrupted": [".command"],
+    "ports": ["#ports li:nth-child(3) button"], "ports-busy": ["#ports li:nth-child(2)", "#again"], "follower": ["#follower"], "interrupted": [".command"],
 }
 HIDDEN = {
     "end-good": ["#live", "#actions", ".truth", "#strip"], "follower": ["#actions"], "wait+x": ["#hands", "#gravity", "#result"],
-    "free": ["#gravity"], "identify": ["#next"],
+    "free": ["#gravity"], "identify": ["#next"], "connect": ["#ports"], "session": ["#ports"], "ports": ["#live", "#actions", "#again"],
+    "full": ["#actions", "#follower", "#ports"],
 }
 
 # Text that is too faint on what is behind it; large text may be fainter.
@@ -84,7 +86,7 @@ class Check:
         self.session.play(events)
         self.browser.open(self.url)
         last = events[-1]["t_s"] if events else 0
-        self.until(f"return (state.log.length || {int(not events)}) || state.status || state.session")
+        self.until(f"return (state.log.length || {int(not events)}) || state.status || state.session || state.ports || full")
         self.until(f"return !{int(bool(events))} || Math.max(state.status?.t_s ?? 0, state.end?.t_s ?? 0, state.session?.t_s ?? 0) >= {last}")
         self.browser.settle(6)
 
@@ -247,6 +249,29 @@ class Check:
         browser.run("document.querySelector('#latitude').value = '48,1'; document.querySelector('#gravity [type=submit]').click()")
         self.until("return document.querySelector('#gravity').hidden")
         assert self.commands()[-1] == {"command": "gravity", "latitude": 48.1, "altitude": 0}
+        # A port is chosen by a click, by its number, again by Enter; nothing else is sent.
+        self.open(all_scenes["ports"])
+        browser.click("#ports li:nth-child(3) button")
+        browser.key("2")
+        browser.key(" ")
+        browser.key("u")
+        browser.key("Enter")
+        self.until("return true")
+        browser.settle()
+        assert self.commands() == [{"command": "port", "name": f"/dev/{n}"} for n in ("ttyS0", "ttyUSB0")], self.commands()
+        self.open(all_scenes["ports-busy"])
+        browser.key("Enter")
+        browser.settle()
+        assert self.commands() == [{"command": "port", "name": "/dev/ttyUSB0"}], self.commands()
+        # One that is plugged in appears; the focus stays where it is.
+        browser.run("document.querySelector('#ports li:nth-child(2) button').focus()")
+        self.session.say(all_scenes["ports"][0])
+        self.until("return document.querySelectorAll('#ports li').length === 3")
+        assert browser.run("return document.activeElement.dataset.name") == "/dev/ttyUSB0"
+        for event in all_scenes["accept"]:
+            self.session.say(event)
+        self.until("return document.querySelector('#ports').hidden && state.poses.size === 3")
+        assert self.shown("#live") and self.shown("#actions")
         # A button with the focus does what it says, not what Space says.
         self.open(all_scenes["accept"])
         browser.run("document.querySelector('[data-command=undo]').focus()")

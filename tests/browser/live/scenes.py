@@ -239,9 +239,22 @@ def simulated():
     return Script("simulate", "simulated MPU6050", "standard")
 
 
+def ports(count, tried=None, message="more than one port may be the board: /dev/ttyACM0, /dev/ttyUSB0", remedy="choose the one of your board"):
+    port = lambda name, device, usb, serial, *holders: {"name": name, "device": device, "usb": usb, "serial": serial, "board": bool(usb), "open_in": list(holders)}
+    all_ports = [port("/dev/ttyACM0", "Arduino Uno", "2341:0043", "95437313834351A0C1D2"),
+                 port("/dev/ttyUSB0", "CH340 bridge, as on many Uno and Nano clones", "1a86:7523", None, "minicom (4711)"),
+                 port("/dev/ttyS0", None, None, None)]
+    return [{"v": 1, "t_s": 0.0, "type": "ports", "ports": all_ports[:count], "tried": tried, "message": message, "remedy": remedy}]
+
+
 def scenes():
     """Name → events."""
     out = {"connect": []}
+    out["ports"] = ports(3)
+    out["ports-none"] = ports(0, message="no board is plugged in: there is no USB serial port",
+                              remedy="plug it in: it is opened when it is there. Some USB cables only charge; any other port can be chosen")
+    out["ports-busy"] = ports(2, "/dev/ttyUSB0", "/dev/ttyUSB0: minicom (4711) has this port open", "close the serial monitor of the Arduino IDE, or another logger")
+    out["full"] = [{"v": 1, "t_s": 0.0, "type": "full"}]
     out["session"] = Script().events
     out["identify"] = Script().status("identify", "Reading: one second of samples tells rate and unit", ring=0.4, limit=None).events
     out["floor"] = Script().identified().status("floor", "Put the sensor on the table and take your hands off: 1.6 s", ring=0.45, limit=None).events

@@ -1,5 +1,6 @@
 //! `gravical live`: guided calibration.
 
+mod connect;
 mod driver;
 mod journal;
 mod plain;
@@ -29,6 +30,7 @@ use crate::options::GravityArgs;
 #[cfg(not(feature = "live"))]
 use crate::text::say;
 
+use connect::{Asking, can_choose};
 use driver::{Driver, Entry, Renderer};
 use journal::JournalFile;
 use plain::{EventLines, Plain};
@@ -46,6 +48,9 @@ Example: gravical live --simulate     calibrates a simulated sensor on a page in
 
 The page is served to this computer only; its address is the first line printed.
 --plain, and a replay without --speed, are in the terminal.
+
+If it is not clear which port is the board, or the port cannot be opened, the page
+lists the ports to choose from; with --plain that is an error.
 
 Commands, typed here: undo; redo +x; take (accept this pose as it is); latitude 48.1;
 gravity 9.81; stop (calculate and save). Of a simulated sensor also +x … -z, free,
@@ -184,23 +189,45 @@ fn free_name(path: &Path) -> PathBuf {
 }
 
 impl Args {
-    /// The session, from its source to its end; `begins` is called when the source is there.
+    /// The session, from its source to its end; `begins` is called when the source is there, or
+    /// has to be chosen.
     fn guide(
         &self,
         (journal, folder): (Option<Journal>, Option<PathBuf>),
-        renderers: Vec<Box<dyn Renderer>>,
+        mut renderers: Vec<Box<dyn Renderer>>,
         entries: Receiver<Entry>,
         interrupted: &AtomicBool,
-        begins: impl FnOnce(),
+        begins: impl Fn(),
     ) -> anyhow::Result<ExitCode> {
         let options = self.options(journal.as_ref())?;
         let mut reporter = Reporter::keeping();
-        let opened = self.source(
-            journal.as_ref(),
-            folder.as_deref(),
-            &mut reporter,
-            interrupted,
-        )?;
+        let mut port = self.port(journal.as_ref());
+        let opened = loop {
+            let opened = self.source(
+                port.as_deref(),
+                journal.as_ref(),
+                folder.as_deref(),
+                &mut reporter,
+                interrupted,
+            );
+            let error = match opened {
+                Ok(opened) => break opened,
+                Err(error) => error,
+            };
+            let Some(asked) = self.choice(&error) else {
+                return Err(error);
+            };
+            begins();
+            let mut asking = Asking {
+                renderers: &mut renderers,
+                entries: &entries,
+                interrupted,
+            };
+            port = asking.port(asked, port.as_deref());
+            if port.is_none() {
+                break None;
+            }
+        };
         let Some((kind, name, mut source)) = opened else {
             return Ok(ExitCode::from(crate::failure::INTERRUPTED));
         };
@@ -284,6 +311,21 @@ impl Args {
         Ok((None, Some(folder)))
     }
 
+    /// The port that is wanted: given, or that of the session before.
+    fn port(&self, journal: Option<&Journal>) -> Option<String> {
+        let before = journal.and_then(|j| j.source.as_ref());
+        let before = before.filter(|(kind, _)| *kind == SourceKind::Port);
+        let given = self.board.port.clone();
+        given.or_else(|| before.map(|(_, name)| name.clone()))
+    }
+
+    /// The error after which the port is chosen on the page. In the terminal alone it ends the
+    /// program, as scripts expect.
+    fn choice<'e>(&self, error: &'e anyhow::Error) -> Option<&'e Error> {
+        let error = error.downcast_ref::<Error>();
+        error.filter(|e| cfg!(feature = "live") && self.has_page() && can_choose(e))
+    }
+
     fn read_options(&self) -> ReadOptions {
         ReadOptions {
             columns: self.board.columns.clone(),
@@ -308,6 +350,7 @@ impl Args {
     /// Where the rows come from; none when the user ended the waiting for a board.
     fn source<'a>(
         &self,
+        port: Option<&str>,
         journal: Option<&Journal>,
         folder: Option<&Path>,
         reporter: &'a mut Reporter,
@@ -343,9 +386,7 @@ impl Args {
             return Ok(Some((SourceKind::Simulate, name, Box::new(simulated))));
         }
         let mut board = self.board.clone();
-        if let (None, Some((SourceKind::Port, name))) = (&board.port, before) {
-            board.port = Some(name.clone());
-        }
+        board.port = port.map(str::to_owned);
         let opened = PortSource::open(&board, folder, resumes, reporter, interrupted)?;
         Ok(opened.map(|port| {
             let name = port.name();

@@ -18,6 +18,7 @@
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::predicted::{self, sensitivity, sphere};
+use crate::segment::face::angle_deg;
 use crate::uncertainty::Covariance12;
 
 /// What is known of χ² per degree of freedom before any residual is seen: about
@@ -33,6 +34,11 @@ const CHANCE: f64 = 0.05;
 const POWER_90: f64 = 1.281_551_565_544_6;
 /// Directions that are looked at.
 const DIRECTIONS: usize = 400;
+/// … and among which the next pose is chosen.
+const CANDIDATES: usize = 100;
+/// A pose closer than this to another is no new one, degrees: what a guided session calls the
+/// same, and what a hand is off.
+const APART_DEG: f64 = 33.0;
 /// Residuals tell nothing of an error whose redundancy is less than this share of it:
 /// rounding of a difference.
 const NO_REDUNDANCY: f64 = 1e-9;
@@ -161,6 +167,28 @@ impl Reliability {
                 })
             })
             .max_by(|a, b| a.effect_mps2.total_cmp(&b.effect_mps2))
+    }
+
+    /// The direction of the free pose after which an undetected error does least to ‖a‖, with
+    /// `noise` as in [`with_pose`](Self::with_pose); at least [`APART_DEG`] from all of
+    /// `recorded`, where that is possible.
+    #[must_use]
+    pub fn best_test(
+        &self,
+        matrix: &[[f64; 3]; 3],
+        recorded: &[[f64; 3]],
+        noise: f64,
+        gravity: f64,
+    ) -> Option<[f64; 3]> {
+        let is_new = |n: &[f64; 3]| recorded.iter().all(|r| angle_deg(*r, *n) > APART_DEG);
+        let after = |n: [f64; 3]| {
+            let more = self.with_pose(matrix, n, noise, gravity);
+            let left = more.undetected(matrix, gravity);
+            (n, left.map_or(f64::INFINITY, |u| u.effect_mps2))
+        };
+        let least = sphere(CANDIDATES).filter(is_new).map(after);
+        let best = least.min_by(|a, b| a.1.total_cmp(&b.1));
+        best.filter(|(_, left)| left.is_finite()).map(|(n, _)| n)
     }
 
     /// The same session with one free pose more, read along `n` with the standard

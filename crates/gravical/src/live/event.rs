@@ -31,6 +31,18 @@ pub struct Message {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Event {
+    /// Which port is the board is not clear, or it cannot be opened: the user chooses. Before the
+    /// session.
+    Ports {
+        /// The ports of this computer, boards first.
+        ports: Vec<PortInfo>,
+        /// The one that could not be opened.
+        tried: Option<String>,
+        /// Why none is open.
+        message: String,
+        /// What to do.
+        remedy: Option<String>,
+    },
     /// The session begins.
     Session {
         /// Where the rows come from.
@@ -219,6 +231,23 @@ impl Event {
     pub fn is_status(&self) -> bool {
         matches!(self, Event::Status(_))
     }
+}
+
+/// A port that can be chosen.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct PortInfo {
+    /// Its name, by which it is chosen.
+    pub name: String,
+    /// The device behind it.
+    pub device: Option<String>,
+    /// Vendor and product of its USB device, as `2341:0043`.
+    pub usb: Option<String>,
+    /// Serial number of the device.
+    pub serial: Option<String>,
+    /// It has the vendor of a known board.
+    pub board: bool,
+    /// Programs that have it open, as far as this user may know.
+    pub open_in: Vec<String>,
 }
 
 /// Where rows come from.
@@ -543,6 +572,11 @@ pub struct TruthRow {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "command", rename_all = "kebab-case")]
 pub enum Command {
+    /// Open this port; before the session.
+    Port {
+        /// One of those in the event `ports`.
+        name: String,
+    },
     /// Take the pose that is held now, even if it exists, lies between faces or is warmer.
     Capture,
     /// Undo the last pose.
@@ -597,6 +631,9 @@ impl Command {
         };
         let hand = |put, up, shake| Command::Hand { put, up, shake };
         let command = match words[..] {
+            ["port", name] => Some(Command::Port {
+                name: name.to_owned(),
+            }),
             ["u" | "undo"] => Some(Command::Undo),
             ["take" | "capture"] => Some(Command::Capture),
             ["stop" | "finish" | "save" | "q"] => Some(Command::Finish),

@@ -70,7 +70,7 @@ pub struct LiveOptions {
     pub floor_s: f64,
     /// Rest before a capture begins, s. Default 0.5.
     pub settle_s: f64,
-    /// Length of a capture, s. Default 3.
+    /// Length of a capture, s. Default 2.5: with the rest before it a hold of three seconds.
     pub capture_s: f64,
     /// … and its smallest number of rows. Default 50.
     pub least_rows: usize,
@@ -100,7 +100,7 @@ impl Default for LiveOptions {
             still: StillOptions::default(),
             floor_s: 3.0,
             settle_s: 0.5,
-            capture_s: 3.0,
+            capture_s: 2.5,
             least_rows: 50,
             most_drift_mg: 5.0,
             fine_tilt_deg: 10.0,

@@ -1,7 +1,7 @@
 //! The loop between the source of rows, the session, the disk and those who show the events.
 
 use std::collections::VecDeque;
-use std::io::BufRead as _;
+use std::io::{BufRead as _, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -30,6 +30,9 @@ use crate::report::write_report;
 
 /// A hand that moves is left alone for this long, s, unless the pose is accepted.
 const HAND_S: f64 = 8.0;
+
+/// Bytes of the recording that are read at once when a session is resumed.
+const AT_ONCE: usize = 1 << 16;
 
 fn poses(count: usize) -> String {
     match count {
@@ -217,9 +220,17 @@ impl Driver<'_> {
     fn restore(&mut self, hand: &mut Hand) -> Result<()> {
         if let Some(folder) = &self.folder {
             let path = folder.join(gravical::live::folder::RECORDING);
-            let bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
-            let messages = self.session.bytes(&bytes)?;
-            self.show(messages, hand, true)?;
+            let io = |e| Error::io(&path, e);
+            let mut file = std::fs::File::open(&path).map_err(io)?;
+            let mut bytes = vec![0; AT_ONCE];
+            loop {
+                let n = file.read(&mut bytes).map_err(io)?;
+                if n == 0 {
+                    break;
+                }
+                let messages = self.session.bytes(&bytes[..n])?;
+                self.show(messages, hand, true)?;
+            }
         }
         let messages = self.session.resumed();
         self.show(messages, hand, false)

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, IsTerminal as _, Write};
 use std::path::Path;
 
-use gravical::live::event::{Event, Fit, Message, Status, Wanted};
+use gravical::live::event::{Event, Fit, Message, PortInfo, Status, Wanted};
 use gravical::output::{one_line, shown_json};
 use gravical::{Error, Result};
 
@@ -92,6 +92,21 @@ fn mg(value: Option<f64>) -> String {
 /// An event in a line or more.
 fn lines(event: &Event) -> Vec<String> {
     let one = match event {
+        Event::Ports {
+            ports,
+            message,
+            remedy,
+            ..
+        } => {
+            let remedy = remedy.as_ref().map_or(String::new(), |r| format!(": {r}"));
+            let first = format!("! {message}{remedy}");
+            return std::iter::once(first)
+                .chain(ports.iter().map(|p| format!("  {}", port_line(p))))
+                .chain([
+                    "  Choose it on the page, or here: port and its name; Ctrl-C ends.".to_owned(),
+                ])
+                .collect();
+        }
         Event::Session { name, folder, .. } => match folder {
             Some(folder) => format!("{name} → {folder}"),
             None => name.clone(),
@@ -195,6 +210,20 @@ fn lines(event: &Event) -> Vec<String> {
         }
     };
     vec![one]
+}
+
+/// A port and what it is: `/dev/ttyACM0  2341:0043  Arduino Uno  [95437]  open in cat (4711)`.
+fn port_line(port: &PortInfo) -> String {
+    let serial = port.serial.as_ref().map(|s| format!("[{s}]"));
+    let holders = (!port.open_in.is_empty()).then(|| format!("open in {}", port.open_in.join(", ")));
+    let parts = [
+        Some(port.name.clone()),
+        port.usb.clone(),
+        port.device.clone(),
+        serial,
+        holders,
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join("  ")
 }
 
 fn fit_line(fit: &Fit) -> String {

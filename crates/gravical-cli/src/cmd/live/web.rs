@@ -5,7 +5,7 @@ mod open;
 mod routes;
 
 use std::net::{Ipv4Addr, TcpListener};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
@@ -43,6 +43,8 @@ pub struct Page {
     hub: Arc<Hub>,
     url: String,
     port: u16,
+    /// The file that leads the browser to it, kept as long as the page.
+    way: OnceLock<Option<open::Way>>,
 }
 
 impl Page {
@@ -91,14 +93,20 @@ impl Page {
                 "Over ssh: run `{line}` on your own computer, and open this address there."
             ));
         }
-        Ok(Page { hub, url, port })
+        Ok(Page {
+            hub,
+            url,
+            port,
+            way: OnceLock::new(),
+        })
     }
 
-    /// Opens it in the browser of this computer; not over ssh.
+    /// Opens it in the browser of this computer, once; not over ssh.
     pub fn open(&self) {
-        if open::tunnel(self.port).is_none() {
-            open::open(&self.url);
-        }
+        self.way.get_or_init(|| match open::tunnel(self.port) {
+            None => open::open(&self.url),
+            Some(_) => None,
+        });
     }
 
     /// What shows events on it.

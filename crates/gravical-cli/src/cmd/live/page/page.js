@@ -9,6 +9,8 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 
 let state = fresh();
 let follower = false;
+// Other tabs have taken all the places.
+let full = false;
 let answers = true;
 let choosing = null;
 let flash_until = 0;
@@ -137,8 +139,8 @@ function update() {
   const now = stage(state), s = state.status;
   document.body.dataset.state = now;
   document.body.classList.toggle("follower", follower);
-  show($("#follower"), follower);
-  const [main, below] = sentence(state, answers);
+  show($("#follower"), follower && !full);
+  const [main, below] = sentence(state, answers, full);
   write($("#sentence"), main);
   write($("#hint"), below);
   $("#hint").classList.toggle("due", Boolean(s?.hint) && below === cased(signed(s.hint)));
@@ -185,7 +187,9 @@ function update() {
   $("#needle").style.setProperty("--share", Math.max(0, Math.min(1, (s?.tilt_deg ?? 0) / 45)));
 
   show($("#result"), ended);
-  show($("#live"), !ended);
+  const asked = isAsked(now);
+  showPorts(asked);
+  show($("#live"), !ended && !asked);
   show($("#strip"), !ended);
   const result = ended ? [state.verdict?.grade, state.fit?.t_s, state.saved?.t_s, state.truth?.t_s, state.end?.t_s].join() : "";
   if (result !== result_seen) {
@@ -203,11 +207,46 @@ function update() {
   hands.next = wanted().up;
   $("#as-drawn").disabled = !hands.next;
   $("#board").classList.toggle("grab", hands.on);
-  show($("#actions"), !ended && !follower);
+  show($("#actions"), !ended && !follower && !asked);
   buttons(now);
   show($("#gravity"), state.session?.gravity_source === "standard" && state.session.source !== "simulate"
     && !later && !ended && !follower);
   listHistory();
+}
+
+// ---- The port ----
+
+// Which port it is has to be chosen.
+const isAsked = now => now === "connect" && Boolean(state.ports) && !full;
+const choosePort = name => send({ command: "port", name });
+
+let ports_seen = null;
+function showPorts(asked) {
+  show($("#ports"), asked);
+  if (!asked || ports_seen === state.ports) return;
+  ports_seen = state.ports;
+  const { ports, tried } = state.ports;
+  const had = document.activeElement?.closest?.("#ports button")?.dataset.name;
+  $("#ports ol").replaceChildren(...(ports ?? []).map((port, i) => {
+    const [what, where] = portWords(port);
+    const button = make("button", { type: "button" }, icon("plug"),
+      make("span", {}, make("b", {}, what), make("small", {}, where)), i < 9 ? make("kbd", {}, String(i + 1)) : null);
+    button.dataset.name = port.name;
+    button.classList.toggle("board", Boolean(port.board));
+    button.addEventListener("click", () => choosePort(port.name));
+    return make("li", {}, button);
+  }));
+  // What is plugged in meanwhile takes the focus from nothing.
+  [...$("#ports").querySelectorAll("button")].find(b => had && b.dataset.name === had)?.focus();
+  show($("#again"), Boolean(tried));
+  write($("#again span"), `Try ${tried} again`);
+}
+$("#again").addEventListener("click", () => choosePort(state.ports.tried));
+
+function keyOfPorts(key) {
+  const button = key === "Enter" ? $("#again") : $("#ports ol").children[Number(key) - 1]?.firstChild;
+  if (button && !button.hidden) button.click();
+  return Boolean(button);
 }
 
 function buttons(now) {
@@ -321,6 +360,7 @@ document.addEventListener("keydown", e => {
   const key = e.key;
   // Space and Enter do what the button with the focus says.
   if ((key === " " || key === "Enter") && at("button, a, summary")) return;
+  if (!$("#ports").hidden && keyOfPorts(key)) return e.preventDefault();
   if (choosing !== null && key !== "m") {
     if (key.length === 1 || key === "Escape") e.preventDefault();
     return chooseByKey(key);
@@ -374,6 +414,8 @@ let live_from = 0;
 function take(event) {
   if (event.type === "follower") {
     follower = true;
+  } else if (event.type === "full") {
+    full = follower = true;
   } else {
     state = after(state, event);
     if (event.type === "session") {
@@ -410,7 +452,7 @@ function listen() {
   stream.addEventListener("open", () => {
     answers = true;
     clearTimeout(silence);
-    follower = false;
+    follower = full = false;
     live_from = performance.now() + 700;
     dirty = true;
   });
@@ -420,7 +462,7 @@ function listen() {
     // A stream that is opened again at once is not worth a word.
     clearTimeout(silence);
     silence = setTimeout(() => {
-      answers = false;
+      answers = full;
       dirty = true;
     }, 1500);
     // A refused connection is final for the browser, so it is tried again here.

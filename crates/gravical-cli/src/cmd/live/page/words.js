@@ -3,14 +3,16 @@
 
 
 // The one sentence, and the line below it.
-function sentence(state, answers) {
+function sentence(state, answers, full) {
   const now = stage(state);
+  if (full) return ["This session is open in too many tabs.", "Close one of them, and this tab shows it. Nothing else is lost."];
   if (!answers && !state.end) {
     const folder = state.session?.folder;
     return ["The program does not answer.", folder
       ? `If it has ended: gravical live --resume ${folder} goes on, and no pose is lost.`
       : "Is gravical live still running? This page connects again by itself."];
   }
+  if (now === "connect" && state.ports) return [asSentence(state.ports.message), asSentence(state.ports.remedy)];
   if (now === "connect") return ["Connecting …", "Waiting for the first samples."];
   if (now === "end") {
     if (state.end.reason === "finished") return [state.saved ? "Done and saved." : "Done.", asSentence(state.end.message)];
@@ -20,6 +22,13 @@ function sentence(state, answers) {
   // What was found out about the board is said while there is nothing else to do.
   const found = now === "floor" ? (state.identified?.notes ?? []).map(asSentence).join(" ") : "";
   return [state.status?.sentence ?? "Reading the first samples …", state.status?.hint ?? found].map(text => cased(signed(text)));
+}
+
+// A port in two lines: what it is, and where.
+function portWords(port) {
+  const what = port.device ?? (port.board ? "A board" : "Unknown device");
+  const busy = port.open_in?.length ? `open in ${port.open_in.join(", ")}` : "";
+  return [what, [port.name, port.usb, port.serial && `number ${port.serial}`, busy].filter(Boolean).join(" · ")];
 }
 
 const LOST = { unplugged: "Unplugged", silent: "No samples" };
@@ -63,7 +72,7 @@ function pill(state, answers) {
   const now = stage(state);
   if (now === "end") return ["", "Ended"];
   if (!answers) return ["poor", "No answer"];
-  if (now === "connect") return ["", "Connecting"];
+  if (now === "connect") return state.ports ? ["fair", "No board yet"] : ["", "Connecting"];
   if (now === "lost") return ["poor", LOST[state.lost.why] ?? "Lost"];
   return ["good", state.session.source === "port" ? "Connected" : cased(state.session.source === "simulate" ? "simulated" : "replay")];
 }

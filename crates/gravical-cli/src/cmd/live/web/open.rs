@@ -1,21 +1,62 @@
 //! The way of the user to the page: the browser, or a tunnel.
 
-use std::env;
-use std::io::{self, IsTerminal as _};
+use std::ffi::OsStr;
+use std::io::{self, IsTerminal as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::{env, fs};
 use std::process::{Command, Stdio};
+
+/// A file that leads a browser to the page. It is removed when it is dropped.
+pub struct Way(PathBuf);
+
+impl Drop for Way {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.0);
+    }
+}
+
+impl Way {
+    /// Writes it into `folder`, readable by this user only.
+    fn new(folder: &Path, url: &str) -> io::Result<Self> {
+        let path = folder.join(format!("gravical-live-{}.html", std::process::id()));
+        let mut options = fs::OpenOptions::new();
+        options.write(true).create_new(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let mut file = options.open(&path)?;
+        let way = Way(path);
+        write!(
+            file,
+            "<!doctype html><meta charset=\"utf-8\"><title>gravical live</title>\
+             <meta http-equiv=\"refresh\" content=\"0;url={url}\"><a href=\"{url}\">gravical live</a>\n"
+        )?;
+        Ok(way)
+    }
+}
 
 /// Opens the address in the browser of the user, if there is one; says nothing if there is none:
 /// the address is printed.
-pub fn open(url: &str) {
+///
+/// On Linux and macOS every user of the computer sees the arguments of all programs, so that the
+/// token must not be one: the browser gets a file that only this user can read, and that leads to
+/// the page. It is in the home directory, because browsers in a sandbox see no other place; where
+/// it cannot be written, the address remains to be copied. On Windows other users do not see the
+/// arguments.
+pub fn open(url: &str) -> Option<Way> {
     if !io::stderr().is_terminal() {
-        return;
+        return None;
     }
-    let Some((program, arguments)) = opener() else {
-        return;
+    let (program, arguments) = opener()?;
+    let way = match cfg!(windows) {
+        true => None,
+        false => Some(Way::new(&env::home_dir()?, url).ok()?),
     };
+    let target = way
+        .as_ref()
+        .map_or(OsStr::new(url), |way| way.0.as_os_str());
     let spawned = Command::new(program)
         .args(arguments)
-        .arg(url)
+        .arg(target)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::null())
@@ -23,6 +64,7 @@ pub fn open(url: &str) {
     if let Ok(mut child) = spawned {
         std::thread::spawn(move || child.wait());
     }
+    way
 }
 
 /// The program that opens addresses, and its first arguments.
@@ -65,7 +107,23 @@ fn tunnel_of(connection: &str, user: Option<&str>, port: u16) -> Option<String> 
 
 #[cfg(test)]
 mod tests {
-    use super::tunnel_of;
+    use super::*;
+
+    #[test]
+    #[cfg(unix)]
+    fn only_this_user_can_read_the_way_to_the_page() {
+        use std::os::unix::fs::MetadataExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let url = "http://127.0.0.1:1/?token=0123";
+        let way = Way::new(folder.path(), url).unwrap();
+        let path = way.0.clone();
+        assert_eq!(fs::metadata(&path).unwrap().mode() & 0o777, 0o600);
+        assert!(fs::read_to_string(&path).unwrap().contains(&format!("url={url}\"")));
+        // What is there already is not written to.
+        assert!(Way::new(folder.path(), url).is_err());
+        drop(way);
+        assert!(!path.exists());
+    }
 
     #[test]
     fn a_tunnel_leads_to_the_same_port() {
