@@ -4,7 +4,34 @@ import base64
 import json
 import re
 import subprocess
+import time
 import urllib.request
+
+
+# Aims at an element: where its middle is, or null. Until it is hit, the mouse reaches nothing else. A page that
+# was left by the click has no aim any more.
+AIM = """
+const e = document.querySelector(%s);
+if (!e || e.disabled || !e.checkVisibility()) return null;
+e.scrollIntoView({ block: "center" });
+if (!window.aim) {
+  window.aim = {};
+  for (const kind of ["pointerdown", "mousedown", "pointerup", "mouseup", "click"]) addEventListener(kind, event => {
+    if (!aim.at || !event.isTrusted || event.detail === 0 && kind === "click") return;
+    const hits = aim.at.contains(event.target);
+    if (!hits) {
+      event.stopImmediatePropagation();
+      event.preventDefault();
+    }
+    if (kind !== "click") return;
+    aim.hit = hits;
+    aim.at = null;
+  }, true);
+}
+Object.assign(window.aim, { at: e, hit: false });
+const b = e.getBoundingClientRect();
+return [b.left + b.width / 2, b.top + b.height / 2];
+"""
 
 
 class Browser:
@@ -71,11 +98,19 @@ class Browser:
             mouse("mouseMoved", *(a + (b - a) * i / steps for a, b in zip(start, end)))
         mouse("mouseReleased", *end)
 
-    def click(self, selector):
-        """A click of the mouse in the middle of an element."""
-        x, y = self.run(f"const e = document.querySelector({json.dumps(selector)}); e.scrollIntoView({{ block: 'center' }});"
-                        "const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]")
-        self.drag((x, y), (x, y), 1)
+    def click(self, selector, seconds=15):
+        """A click of the mouse in the middle of an element, once it is there and enabled.
+
+        The page is alive: a line more above the element moves it away from under the mouse. A click that would reach
+        something else reaches nothing, and is tried again."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if place := self.run(AIM % json.dumps(selector)):
+                self.drag(place, place, 1)
+                if self.run("return window.aim?.hit ?? true"):
+                    return
+            time.sleep(0.05)
+        raise AssertionError(f"it could not be clicked: {selector}\n{self.run('return document.body.innerText')}")
 
     def picture(self, path, whole=False):
         options = {"captureBeyondViewport": True} if whole else {}

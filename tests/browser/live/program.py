@@ -7,11 +7,14 @@ PICTURES is a folder for pictures, for people. What does not hold ends the progr
 """
 
 import contextlib
+import fcntl
+import os
 import pathlib
 import signal
 import subprocess
 import sys
 import tempfile
+import termios
 
 from board import BIAS, G, Board
 from browser import Browser
@@ -41,8 +44,8 @@ class Live(Check):
                 self.child.send_signal(signal.SIGINT)
                 self.child.communicate(timeout=20)
 
-    def simulated(self, speed, seed=4):
-        return self.session("--simulate", "--seed", str(seed), "--folder", "s", "--speed", str(speed))
+    def simulated(self, speed, seed=4, *options):
+        return self.session("--simulate", "--seed", str(seed), "--folder", "s", "--speed", str(speed), *options)
 
     def picture(self, name):
         if not self.pictures:
@@ -62,14 +65,6 @@ class Live(Check):
         self.until(f"return state.poses.size === {number} && (state.fit?.poses.length ?? {number}) === {number}"
                    " && [...state.poses.values()].every(p => p.t_s <= state.next.t_s)", 60)
         self.browser.settle(8)
-
-    def press(self, selector, done):
-        """Clicks; where a word more moved the button away from under the mouse, again."""
-        for _ in range(3):
-            self.browser.click(selector)
-            with contextlib.suppress(AssertionError):
-                return self.until(f"return {done}", 12)
-        raise AssertionError((selector, done))
 
     def readable(self):
         assert not (faint := self.browser.run(CONTRAST)), faint
@@ -97,7 +92,8 @@ class Live(Check):
 
     def by_keyboard(self):
         browser = self.browser
-        with self.simulated(4) as folder:
+        # Long enough for a push in it, at this speed.
+        with self.simulated(4, 4, "--capture", "4") as folder:
             self.ready()
             self.picture("ready")
             key = lambda face: browser.key(browser.run(f"return String(FACES.indexOf('{face}') + 1)"))
@@ -164,8 +160,8 @@ class Live(Check):
             # It may have been recorded again where it lay.
             tile("-z")
             self.accepted(6)
-            self.until("return state.status.state === 'wait' && !document.querySelector('#as-drawn').disabled", 60)
-            self.press("#as-drawn", "state.poses.size === 7")
+            self.until("return state.status.state === 'wait' && state.status.still", 60)
+            browser.click("#as-drawn")
             self.accepted(7)
             # The board is dragged to where nothing is recorded.
             browser.run("document.querySelector('#board').scrollIntoView({ block: 'center' })")
@@ -174,10 +170,11 @@ class Live(Check):
             up = browser.run("return state.status.up")
             browser.drag((x, y), (x + width / 4, y + width / 5))
             self.until(f"return angleDeg(state.status.up, {up}) > 15", 30)
-            self.press("[data-command=finish]", "document.querySelector('#sure').open || state.verdict?.final")
+            browser.click("[data-command=finish]")
+            self.until("return document.querySelector('#sure').open || state.verdict?.final")
             if browser.run("return document.querySelector('#sure').open"):
                 self.picture("sure")
-                self.press("#sure [value=yes]", "state.verdict?.final")
+                browser.click("#sure [value=yes]")
             self.ended("mouse")
         print("a session by mouse")
 
@@ -256,6 +253,55 @@ class Live(Check):
                 board.close()
         print("a board at a port, unplugged in a capture")
 
+    def port_chosen(self):
+        """The port is busy; then absent until it is plugged in; both chosen on the page. A fifth tab says that it is one."""
+        browser = self.browser
+        with tempfile.TemporaryDirectory() as folder:
+            board = Board(folder)
+            board.unplug()
+            # A lock as other programs take it.
+            busy = os.openpty()
+            fcntl.ioctl(busy[1], termios.TIOCEXCL)
+            try:
+                with self.session("--port", str(board.port), "--folder", "s") as where:
+                    self.until("return state.ports?.tried")
+                    assert "no such port" in browser.run("return document.querySelector('#sentence').textContent")
+                    self.picture("port-absent")
+                    # What is no port of this computer is refused, wherever it comes from.
+                    browser.run("choosePort('/etc/passwd')")
+                    self.until("return document.querySelector('#notice').textContent.includes('is no port of this computer')")
+                    assert not (where / "s").exists()
+                    board.port.symlink_to(os.ttyname(busy[1]))
+                    self.until("return state.ports.message.includes('open')", 30)
+                    self.picture("port-busy")
+                    board.port.unlink()
+                    board.plug()
+                    browser.click("#again")
+                    self.ready()
+                    assert not self.shown("#ports") and self.shown("#live")
+                    # Four tabs are served; the fifth says so, and is served when one is closed.
+                    first = browser.call("GET", f"{browser.session}/window")
+                    tabs = []
+                    for _ in range(4):
+                        tabs.append(browser.call("POST", f"{browser.session}/window/new", {"type": "tab"})["handle"])
+                        browser.call("POST", f"{browser.session}/window", {"handle": tabs[-1]})
+                        browser.open(self.url)
+                        self.until("return state.status || full")
+                    self.until("return document.querySelector('#sentence').textContent.includes('too many tabs')")
+                    browser.settle(200)
+                    assert "too many tabs" in browser.run("return document.querySelector('#sentence').textContent")
+                    for tab in tabs[:3]:
+                        browser.call("POST", f"{browser.session}/window", {"handle": tab})
+                        browser.call("DELETE", f"{browser.session}/window")
+                    browser.call("POST", f"{browser.session}/window", {"handle": tabs[3]})
+                    self.until("return state.poses.size === 1 && !full", 30)
+                    browser.call("DELETE", f"{browser.session}/window")
+                    browser.call("POST", f"{browser.session}/window", {"handle": first})
+                    self.quiet("port chosen")
+            finally:
+                board.close()
+        print("a port chosen, five tabs")
+
     def of_a_board(self):
         """What a board sends is text, whatever it is."""
         evil = "<img src=x onerror=alert(1)>"
@@ -283,7 +329,7 @@ def main():
             browser.size(*SIZES[0])
             browser.media()
             live = Live(browser, program, pictures)
-            for part in (live.by_keyboard, live.by_mouse, live.loaded_again, live.at_a_port, live.of_a_board):
+            for part in (live.by_keyboard, live.by_mouse, live.loaded_again, live.at_a_port, live.port_chosen, live.of_a_board):
                 if not wanted or part.__name__ in wanted:
                     part()
         finally:

@@ -95,7 +95,7 @@ pub struct Args {
     #[arg(long)]
     any_pose: bool,
     /// Length of a capture, s
-    #[arg(long, value_name = "S", default_value = "3", value_parser = capture)]
+    #[arg(long, value_name = "S", default_value = "2.5", value_parser = capture)]
     capture: f64,
     /// Speed of a replay or of a simulated sensor, times real time; 0 is as fast as possible
     /// [default: 0 for a replay, else 1]

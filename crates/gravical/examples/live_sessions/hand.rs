@@ -30,6 +30,8 @@ pub enum Clumsiness {
     None,
     /// One capture in three is bumped.
     Bumps,
+    /// One capture in three is knocked so hard that the range of ±2 g ends.
+    Knocks,
     /// One turn in three ends on a face that is not the one wanted.
     WrongSides,
     /// The part warms by 2.5 °C, and its bias drifts.
@@ -43,9 +45,10 @@ pub enum Clumsiness {
 }
 
 impl Clumsiness {
-    pub const ALL: [Clumsiness; 7] = [
+    pub const ALL: [Clumsiness; 8] = [
         Clumsiness::None,
         Clumsiness::Bumps,
+        Clumsiness::Knocks,
         Clumsiness::WrongSides,
         Clumsiness::Warming,
         Clumsiness::LostRows,
@@ -166,11 +169,15 @@ impl Hand {
         self.sensor.hold(up).unwrap();
     }
 
-    /// A knock that moves it by a centimetre.
+    /// A bump that moves it by a centimetre; a knock moves it by four, at 25 m/s².
     pub fn bump(&mut self) {
+        let (distance_m, move_time_s) = match self.clumsiness {
+            Clumsiness::Knocks => (0.04, 0.1),
+            _ => (0.01, 0.3),
+        };
         let line = LineOptions {
-            distance_m: 0.01,
-            move_time_s: 0.3,
+            distance_m,
+            move_time_s,
             ..LineOptions::default()
         };
         self.sensor.push(&line).unwrap();
@@ -196,7 +203,9 @@ impl Hand {
             }
         }
         self.pass(CARRIED_S);
-        if self.clumsiness == Clumsiness::Bumps && self.rng.random_bool(0.33) {
+        if matches!(self.clumsiness, Clumsiness::Bumps | Clumsiness::Knocks)
+            && self.rng.random_bool(0.33)
+        {
             let wait_s = 0.5 + 2.0 * self.rng.random::<f64>();
             self.pass(wait_s);
             self.bump();

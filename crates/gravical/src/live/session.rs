@@ -236,7 +236,9 @@ impl Session {
                 latitude,
                 altitude,
             } => self.set_gravity(*value, *latitude, *altitude),
-            Command::Port { .. } => self.refuse("the port was chosen: another one needs a new session"),
+            Command::Port { .. } => {
+                self.refuse("the port was chosen: another one needs a new session")
+            }
             Command::Hand { .. } => self.refuse("this sensor is moved by hand, not by commands"),
         }
         self.settle()

@@ -5,8 +5,9 @@ use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{
-    Budget, ContradictedPose, GOOD_MG, Contribution, Deviations, FitQuality, GravitySource, KnownGravity,
-    LeastConsistentPose, NextPose, PoseResult, TemperatureRange, UndetectedError, WorstDirection,
+    Budget, ContradictedPose, Contribution, Deviations, FitQuality, GOOD_MG, GravitySource,
+    KnownGravity, LeastConsistentPose, NextPose, PoseResult, TemperatureRange, UndetectedError,
+    WorstDirection,
 };
 use crate::estimate::accelerometer::Estimate;
 use crate::estimate::in_words;

@@ -210,11 +210,16 @@ mod tests {
         assert_eq!(known[0].usb.as_deref(), Some("2341:0043"));
         let mut ask = |name: &str, tried| {
             let name = name.to_owned();
-            sender.send(Entry::Typed(Ok(Command::Port { name }))).unwrap();
+            sender
+                .send(Entry::Typed(Ok(Command::Port { name })))
+                .unwrap();
             asking.chosen(&known, tried)
         };
         assert_eq!(ask("/dev/none1", None).as_deref(), Some("/dev/none1"));
-        assert_eq!(ask("/dev/none7", Some("/dev/none7")).as_deref(), Some("/dev/none7"));
+        assert_eq!(
+            ask("/dev/none7", Some("/dev/none7")).as_deref(),
+            Some("/dev/none7")
+        );
         for name in ["/etc/passwd", "", "/dev/none", "/dev/none1\n"] {
             assert_eq!(ask(name, None), None, "{name:?}");
             let Ok(Event::Warning { kind, .. }) = seen.try_recv() else {

@@ -215,7 +215,8 @@ fn lines(event: &Event) -> Vec<String> {
 /// A port and what it is: `/dev/ttyACM0  2341:0043  Arduino Uno  [95437]  open in cat (4711)`.
 fn port_line(port: &PortInfo) -> String {
     let serial = port.serial.as_ref().map(|s| format!("[{s}]"));
-    let holders = (!port.open_in.is_empty()).then(|| format!("open in {}", port.open_in.join(", ")));
+    let holders =
+        (!port.open_in.is_empty()).then(|| format!("open in {}", port.open_in.join(", ")));
     let parts = [
         Some(port.name.clone()),
         port.usb.clone(),

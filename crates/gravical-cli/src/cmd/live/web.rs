@@ -5,9 +5,9 @@ mod open;
 mod routes;
 
 use std::net::{Ipv4Addr, TcpListener};
-use std::sync::{Arc, OnceLock};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use axum::Router;

@@ -5,7 +5,7 @@
 // The one sentence, and the line below it.
 function sentence(state, answers, full) {
   const now = stage(state);
-  if (full) return ["This session is open in too many tabs.", "Close one of them, and this tab shows it. Nothing else is lost."];
+  if (full) return ["This session is open in too many tabs.", "Close one of them, and this tab shows the session."];
   if (!answers && !state.end) {
     const folder = state.session?.folder;
     return ["The program does not answer.", folder
@@ -43,7 +43,7 @@ function ring(state, ink, accepted) {
   if (now === "floor") return ["floor", "Hands off", share, "#E69F00"];
   if (now === "settle") return ["settle", "Hold still", share, "#E69F00"];
   if (now === "capture") {
-    const left_s = (state.session.capture_s ?? 3) * (1 - share);
+    const left_s = (state.session.capture_s ?? 2.5) * (1 - share);
     return ["capture", `Capturing ${left_s.toFixed(1)} s`, share, ink.accent];
   }
   if (now === "done") return ["", "", 0, ink.line];

@@ -3,8 +3,8 @@
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
-use std::{env, fs};
 use std::process::{Command, Stdio};
+use std::{env, fs};
 
 /// A file that leads a browser to the page. It is removed when it is dropped.
 pub struct Way(PathBuf);
@@ -118,7 +118,11 @@ mod tests {
         let way = Way::new(folder.path(), url).unwrap();
         let path = way.0.clone();
         assert_eq!(fs::metadata(&path).unwrap().mode() & 0o777, 0o600);
-        assert!(fs::read_to_string(&path).unwrap().contains(&format!("url={url}\"")));
+        assert!(
+            fs::read_to_string(&path)
+                .unwrap()
+                .contains(&format!("url={url}\""))
+        );
         // What is there already is not written to.
         assert!(Way::new(folder.path(), url).is_err());
         drop(way);

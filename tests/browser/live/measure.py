@@ -1,0 +1,124 @@
+#!/usr/bin/env python3
+"""What the page of `gravical live` costs: from a sample to its tile, processor, memory.
+
+    tests/browser/live/measure.py GRAVICAL [SECONDS]
+
+A scripted board sends 500 rows a second to a pseudo-terminal; its clock is that of this computer. The figures are in
+docs/benchmarks.md; nothing is judged here.
+"""
+
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+from board import Board
+from browser import Browser
+from check import SIZES
+from program import Live
+
+RATE_HZ = 500
+# After the page was updated with a status: the age of the sample that it shows, ms.
+AGES = """
+const began_ms = %f, own = update;
+window.ages = [];
+let last = null;
+update = () => {
+  own();
+  const t_s = state.status?.t_s;
+  if (t_s === undefined || t_s === last) return;
+  last = t_s;
+  // What is drawn now is seen with the next frame.
+  requestAnimationFrame(() => ages.push(performance.timeOrigin + performance.now() - began_ms - 1000 * t_s));
+};
+"""
+
+
+def cost(pid):
+    """Seconds of processor, and resident memory, MiB."""
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    status = pathlib.Path(f"/proc/{pid}/status").read_text()
+    memory = next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmHWM"))
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK"), memory / 1024
+
+
+def quantiles(values):
+    values = sorted(values)
+    return [values[min(len(values) - 1, int(q * len(values)))] for q in (0.5, 0.95, 1.0)]
+
+
+class Measure(Live):
+    def page(self, seconds):
+        with tempfile.TemporaryDirectory() as folder:
+            board = Board(folder, RATE_HZ)
+            try:
+                with self.session("--port", str(board.port), "--folder", "s") as where:
+                    self.ready()
+                    rows = (where / "s/recording.csv").read_text().splitlines()
+                    first_ms = float(next(r for r in rows if r[:1].isdigit()).split(",")[0])
+                    self.browser.run(AGES % (1000 * board.started_at + first_ms))
+                    before_s, _ = cost(self.child.pid)
+                    began = time.monotonic()
+                    ups = [(1, 0, 0.02), (-1, 0.02, 0), (0, 1, 0.02), (0.02, -1, 0), (0, 0.02, -1), (0.6, 0.6, 0.5), (-0.6, 0.6, 0.5)]
+                    k = 0
+                    while time.monotonic() - began < seconds:
+                        # Turned every seven seconds: captures, fits and rejections belong to it.
+                        board.turn(ups[k % len(ups)])
+                        k += 1
+                        time.sleep(7)
+                    spent_s, memory = cost(self.child.pid)
+                    took_s = time.monotonic() - began
+                    ages = self.browser.run("return ages")
+                    poses = self.browser.run("return state.poses.size")
+            finally:
+                board.close()
+        print(f"{RATE_HZ} Hz, {took_s:.0f} s, {poses} poses: {100 * (spent_s - before_s) / took_s:.1f} % of a core, {memory:.0f} MiB")
+        print("from a sample to the page, ms (median, 95 %, most): " + ", ".join(f"{v:.0f}" for v in quantiles(ages)), f"of {len(ages)}")
+
+
+def hour(program):
+    """Memory of a replay of an hour at 500 Hz: as much at rest as in motion, and twenty poses."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        subprocess.run([program, "simulate", "poses", "-o", "p", "--seed", "3", "--free", "14", "--rate", str(RATE_HZ), "--quiet"], cwd=folder, check=True)
+        header, *rows = [line for line in (folder / "p/poses.csv").read_text().splitlines() if not line.startswith("#")]
+        rest = [row.split(",", 1)[1] for row in rows]
+        with (folder / "hour.csv").open("w") as out:
+            out.write(header + "\n")
+            for n in range(3600 * RATE_HZ):
+                # The first is in ms.
+                out.write(f"{1000 * n / RATE_HZ:.0f},{rest[n % len(rest)]}\n")
+        began = time.monotonic()
+        child = subprocess.Popen([program, "live", "--replay", "hour.csv", "--plain"], cwd=folder, stdin=subprocess.DEVNULL,
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        memory = 0.0
+        spent_s = 0.0
+        while child.poll() is None:
+            try:
+                spent_s, memory = cost(child.pid)
+            except (FileNotFoundError, StopIteration):
+                break
+            time.sleep(0.05)
+        child.wait()
+        size = (folder / "hour.csv").stat().st_size / 1e6
+        print(f"replay of an hour at {RATE_HZ} Hz ({size:.0f} MB): {memory:.0f} MiB, {spent_s:.1f} s of processor in {time.monotonic() - began:.1f} s")
+
+
+def main():
+    program = str(pathlib.Path(sys.argv[1]).resolve())
+    seconds = float(sys.argv[2]) if len(sys.argv) > 2 else 180.0
+    with tempfile.TemporaryDirectory() as profile:
+        browser = Browser(profile)
+        try:
+            browser.size(*SIZES[0])
+            browser.media()
+            Measure(browser, program, None).page(seconds)
+        finally:
+            browser.stop()
+    hour(program)
+
+
+if __name__ == "__main__":
+    main()
