@@ -13,7 +13,8 @@
 //!    [`check`] determines whether one still fits new recordings, [`compare`] whether two of them
 //!    differ by more than their uncertainty; [`export`] writes them as code or parameters for
 //!    other programs.
-//! 5. [`denoise`] filters a recording and reports the effect on its noise.
+//! 5. [`denoise`] filters a recording and reports the effect on its noise; [`noise`] determines the
+//!    noise itself.
 //!
 //! What is not shown here serves the program `gravical` and may change with every release.
 //!
@@ -64,6 +65,7 @@ mod hash;
 pub mod inspect;
 pub mod live;
 pub mod motion;
+pub mod noise;
 #[doc(hidden)]
 pub mod numfmt;
 #[doc(hidden)]

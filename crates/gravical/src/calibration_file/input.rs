@@ -41,6 +41,8 @@ pub enum InputRole {
     Soak,
     /// Parameters of the sensor.
     Calibration,
+    /// Noise of the sensor, by `gravical noise`.
+    Noise,
     /// Positions that the result was compared with.
     Reference,
     /// A role of a later version.
@@ -58,6 +60,7 @@ impl InputRole {
             InputRole::Sections => "section list",
             InputRole::Soak => "soak",
             InputRole::Calibration => "calibration",
+            InputRole::Noise => "noise",
             InputRole::Reference => "reference",
             InputRole::Other => "other",
         }

@@ -99,6 +99,36 @@ pub fn read(path: &Path, options: &ReadOptions, still: &StillOptions) -> Result<
     read_from(Reopenable::of(path), &name, options, still, BOUNDS)
 }
 
+/// Reads as [`read`], and then all rows of a long recording by the fold that `make` returns; that
+/// of a recording that is in memory as a whole is returned as it was made.
+///
+/// # Errors
+///
+/// As [`read`], and those of `make`.
+pub(crate) fn read_twice<T: Sink>(
+    path: &Path,
+    options: &ReadOptions,
+    still: &StillOptions,
+    make: impl FnOnce(&Recording) -> Result<T>,
+) -> Result<(Recording, T)> {
+    options.validate()?;
+    let name = path.display().to_string();
+    let mut source = Reopenable::of(path);
+    let (recording, known) = read_known(&mut source, &name, options, still, BOUNDS)?;
+    let fold = make(&recording)?;
+    if !recording.is_excerpt() {
+        return Ok((recording, fold));
+    }
+    let mut rereader = Rereader {
+        source: &mut source,
+        name: &name,
+        options,
+        known,
+    };
+    let fold = rereader.collect(|_, _| fold)?;
+    Ok((recording, fold))
+}
+
 /// Reads the recording at `path`: completely, or, if it is long, only the rows `wanted` of the
 /// file. Properties of the recording are those of all rows.
 ///
@@ -160,6 +190,17 @@ fn read_from(
     still: &StillOptions,
     bounds: Bounds,
 ) -> Result<Recording> {
+    Ok(read_known(&mut source, name, options, still, bounds)?.0)
+}
+
+/// The recording, and what it can be read again with.
+fn read_known(
+    source: &mut Reopenable,
+    name: &str,
+    options: &ReadOptions,
+    still: &StillOptions,
+    bounds: Bounds,
+) -> Result<(Recording, Known)> {
     let input = source.open(options)?;
     let whole = match source.is_reopenable() {
         true => bounds.whole,
@@ -171,7 +212,7 @@ fn read_from(
             Survey::new(columns, whole, bounds.blocks, still, rate)
         }
     };
-    let mut read = collect_from(input, &mut source, name, options, survey(None))?;
+    let mut read = collect_from(input, source, name, options, survey(None))?;
     let rate_hz = |timing: &Timing| timing.rate_hz().unwrap_or(Recording::ASSUMED_RATE_HZ);
     let mut rate = rate_hz(&read.finished.timing);
     let width = read.rows.long.as_ref().map(|long| long.width);
@@ -179,12 +220,16 @@ fn read_from(
     if width.is_some_and(|width| width != block_rows(rate, still))
         && let Some(input) = source.reopen(options)?
     {
-        read = collect_from(input, &mut source, name, options, survey(Some(rate)))?;
+        read = collect_from(input, source, name, options, survey(Some(rate)))?;
         rate = rate_hz(&read.finished.timing);
     }
     let (survey, read) = read.with(());
+    let known = Known {
+        facts: read.facts,
+        zeros_from: read.zeros_from,
+    };
     let Some(long) = survey.long else {
-        return Ok(read.with(survey.columns).1.into_recording());
+        return Ok((read.with(survey.columns).1.into_recording(), known));
     };
     let temperature_c = long.temperature_c();
     let Long {
@@ -198,13 +243,10 @@ fn read_from(
         ..
     } = long;
     let mut rereader = Rereader {
-        source: &mut source,
+        source,
         name,
         options,
-        known: Known {
-            facts: read.facts,
-            zeros_from: read.zeros_from,
-        },
+        known,
     };
 
     // Find the quiet runs …
@@ -268,7 +310,7 @@ fn read_from(
     }
     let left_out = findings_about_rows_left_out(&recording, &plan, &bounds, rate);
     recording.findings.extend(left_out);
-    Ok(recording)
+    Ok((recording, known))
 }
 
 /// Reads a recording again.

@@ -698,6 +698,52 @@ kinds! {
             "not compared individually"
             "nothing";
     }
+    "Noise" {
+        NoiseFromRests "noise-from-rests" Warning
+            "`noise`: the sensor moved in a part of the recording"
+            "the longest static intervals are used"
+            "record it lying still throughout";
+        NoiseBumps "noise-bumps" Note
+            "`noise`: short disturbances in a static interval, e.g. a knock on the table"
+            "left out like gaps"
+            "nothing; many of them: another place, another time of day";
+        NoiseGaps "noise-gaps" Note
+            "`noise`: missing rows or breaks within a static interval"
+            "each ends a segment; the segments are pooled by their degrees of freedom"
+            "nothing, unless long averaging times are wanted";
+        NoiseSamplesFilled "noise-samples-filled" Either
+            "`noise`: up to eight consecutive samples are missing; a warning from 5 % of the samples"
+            "replaced by samples a moment before, which have the noise of the sensor"
+            "nothing; many: find out why rows are lost";
+        NoiseBelowResolution "noise-below-resolution" Warning
+            "`noise`: the noise is smaller than a third of the resolution of a channel"
+            "an upper limit of N; no other parameter"
+            "record raw counts, or print more decimals";
+        NoiseFiltered "noise-filtered" Note
+            "`noise`: for the shortest averaging times the noise is not white, as behind a low-pass"
+            "the fit begins where it is"
+            "nothing";
+        NoiseMisfit "noise-misfit" Warning
+            "`noise`: the Allan variance deviates from the model by more than chance"
+            "the parameters are those of the best curve"
+            "look at the figure; a bump is a vibration: a fan, the mains, footsteps";
+        NoiseDensityDiffers "noise-density-differs" Warning
+            "`noise`: the power spectral density at 1 to 10 Hz disagrees with the fitted curve by more than 15 %"
+            "nothing"
+            "look for vibration; compare `density` in the JSON";
+        NoiseTemperature "noise-temperature" Either
+            "`noise`: the temperature moved; a warning if it explains most of the slow changes of a channel"
+            "B and K are not corrected"
+            "record at constant temperature, after half an hour of warming";
+        NoiseChannelEmpty "noise-channel-empty" Warning
+            "`noise`: a channel has hardly two samples in a row"
+            "the channel is left out"
+            "look at the cells of its column";
+        NoiseUsed "noise-used" Note
+            "`motion --noise`: N of the Allan deviation is used in place of the noise at rest"
+            "the message gives both"
+            "nothing";
+    }
     "Check and compare" {
         CovarianceMissing "covariance-missing" Warning
             "a calibration has no covariance (files of imucal never do)"

@@ -19,6 +19,7 @@ mod magnitude;
 mod motion;
 mod motion_misfit;
 mod motion_stories;
+mod noise;
 mod properties;
 mod reader;
 mod rounding;

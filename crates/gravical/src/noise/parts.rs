@@ -1,0 +1,100 @@
+//! Noise of known parts according to their data sheets.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+/// A part, with the noise densities of its data sheet.
+///
+/// Data sheets state the root of the one-sided power spectral density; N of the Allan deviation is
+/// smaller by √2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Part {
+    /// Its name.
+    pub name: &'static str,
+    /// Noise density of the accelerometer, µg/√Hz.
+    pub accel_ug_rthz: f64,
+    /// Noise density of the gyroscope, °/s/√Hz.
+    pub gyro_deg_s_rthz: f64,
+}
+
+/// The parts that are known, with typical values.
+pub const PARTS: &[Part] = &[
+    Part {
+        name: "MPU6050",
+        accel_ug_rthz: 400.0,
+        gyro_deg_s_rthz: 0.005,
+    },
+    Part {
+        name: "MPU6500",
+        accel_ug_rthz: 300.0,
+        gyro_deg_s_rthz: 0.01,
+    },
+    Part {
+        name: "MPU9250",
+        accel_ug_rthz: 300.0,
+        gyro_deg_s_rthz: 0.01,
+    },
+    Part {
+        name: "ICM20948",
+        accel_ug_rthz: 230.0,
+        gyro_deg_s_rthz: 0.015,
+    },
+    Part {
+        name: "ICM42688P",
+        accel_ug_rthz: 70.0,
+        gyro_deg_s_rthz: 0.0028,
+    },
+    Part {
+        name: "BMI160",
+        accel_ug_rthz: 180.0,
+        gyro_deg_s_rthz: 0.007,
+    },
+];
+
+impl Part {
+    /// The part of that name, whatever its case and hyphens.
+    #[must_use]
+    pub fn of_name(name: &str) -> Option<&'static Part> {
+        let plain = |text: &str| text.replace(['-', ' ', '_'], "").to_ascii_uppercase();
+        PARTS.iter().find(|part| plain(part.name) == plain(name))
+    }
+
+    /// N of the accelerometer, m/s²/√Hz.
+    #[must_use]
+    pub fn accel_n(&self) -> f64 {
+        self.accel_ug_rthz * 1e-6 * STANDARD_GRAVITY_MPS2 / 2_f64.sqrt()
+    }
+
+    /// N of the gyroscope, rad/s/√Hz.
+    #[must_use]
+    pub fn gyro_n(&self) -> f64 {
+        self.gyro_deg_s_rthz.to_radians() / 2_f64.sqrt()
+    }
+}
+
+/// N of a channel beside that of the data sheet.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DataSheet {
+    /// Name of the part.
+    pub part: String,
+    /// N by the data sheet: its one-sided density over √2.
+    pub n: f64,
+    /// N of the recording over it; null if N is not observable.
+    pub ratio: Option<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_one_sided_density_of_the_mpu6050() {
+        let part = Part::of_name("mpu-6050").unwrap();
+        assert!((part.accel_n() - 2.774e-3).abs() < 1e-6);
+        // 0.212 °/√h.
+        assert!((part.gyro_n().to_degrees() * 60.0 - 0.2121).abs() < 1e-4);
+        assert!(Part::of_name("ADXL999").is_none());
+    }
+}

@@ -1,0 +1,231 @@
+use rand::SeedableRng as _;
+use rand_distr::{Distribution as _, StandardNormal};
+
+use super::*;
+use crate::recording::{read as read_file, read_bytes};
+
+/// Rows of a sensor at rest with white noise of 0.03 m/s² and 0.002 rad/s, of which `change` makes
+/// others.
+fn csv(rows: usize, change: impl Fn(usize, &mut Vec<f64>) -> bool) -> String {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(11);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut text = "t_ms,ax,ay,az,gx (rad/s),gy (rad/s),gz (rad/s)\n".to_owned();
+    for k in 0..rows {
+        let mut row = vec![10.0 * k as f64];
+        row.extend([0.1, -0.2, 9.8].map(|g| g + 0.03 * normal()));
+        row.extend([0.01, 0.0, -0.01].map(|g| g + 0.002 * normal()));
+        if change(k, &mut row) {
+            let cells: Vec<String> = row.iter().map(|v| format!("{v:.6}")).collect();
+            text += &(cells.join(",") + "\n");
+        }
+    }
+    text
+}
+
+fn of(text: &str) -> NoiseResult {
+    let recording = read_bytes(text.as_bytes(), "desk.csv", &ReadOptions::default()).unwrap();
+    noise_of(&recording, &NoiseOptions::default()).unwrap()
+}
+
+fn holds(estimate: Option<Estimate>, truth: f64) -> bool {
+    estimate.is_some_and(|e| e.low < truth && truth < e.high)
+}
+
+fn kinds(result: &NoiseResult) -> Vec<FindingKind> {
+    result.findings.iter().map(|f| f.kind).collect()
+}
+
+#[test]
+fn white_noise_of_a_sensor_at_rest() {
+    let result = of(&csv(30_000, |_, _| true));
+    assert_eq!((result.channels.len(), result.static_intervals), (6, 1));
+    assert!((result.rate_hz - 100.0).abs() < 1e-6);
+    let mut inside = 0;
+    for channel in &result.channels {
+        let truth = if channel.is_gyroscope() {
+            0.0002
+        } else {
+            0.003
+        };
+        inside += usize::from(holds(channel.n, truth));
+        let n = channel.n.unwrap();
+        assert!(
+            (n.value / truth - 1.0).abs() < 0.01,
+            "{} {n:?}",
+            channel.channel
+        );
+        let density = channel.density.unwrap();
+        assert!((density.n / truth - 1.0).abs() < 0.1, "{density:?}");
+        assert!(
+            channel
+                .adev
+                .iter()
+                .all(|p| p.low < p.sigma && p.sigma < p.high)
+        );
+        for term in [Term::B, Term::K] {
+            assert!(channel.estimate(term).is_some() || channel.missing(term).is_some());
+        }
+        let missing = channel.missing(Term::K).unwrap();
+        assert!(
+            missing.reason.starts_with("not observable in 5.0 min"),
+            "{}",
+            missing.reason
+        );
+    }
+    assert!(inside >= 5, "{inside}");
+    assert!(
+        !kinds(&result)
+            .iter()
+            .any(|k| k.name().starts_with("noise-"))
+    );
+}
+
+#[test]
+fn lost_rows_and_gaps_leave_the_noise_as_it_is() {
+    let whole = of(&csv(30_000, |_, _| true));
+    let lossy = of(&csv(30_000, |k, _| {
+        // 2 % lost, one or three at a time, and a pause of 4 s.
+        k % 97 != 5 && !(k % 301 == 7 || k % 301 == 8 || k % 301 == 9) && !(9000..9400).contains(&k)
+    }));
+    assert!(kinds(&lossy).contains(&FindingKind::NoiseSamplesFilled));
+    assert!(kinds(&lossy).contains(&FindingKind::NoiseGaps));
+    assert_eq!(lossy.segments, 2);
+    assert!(
+        (lossy.rate_hz / 100.0 - 1.0).abs() < 1e-6,
+        "{}",
+        lossy.rate_hz
+    );
+    for (a, b) in whole.channels.iter().zip(&lossy.channels) {
+        let ratio = b.n.unwrap().value / a.n.unwrap().value;
+        assert!((ratio - 1.0).abs() < 0.01, "{} {ratio}", a.channel);
+    }
+}
+
+#[test]
+fn a_knock_is_left_out() {
+    let quiet = of(&csv(20_000, |_, _| true));
+    let knocked = of(&csv(20_000, |k, row| {
+        if (7000..7020).contains(&k) {
+            row[1] += 3.0 * (k as f64).sin();
+        }
+        true
+    }));
+    assert!(kinds(&knocked).contains(&FindingKind::NoiseBumps));
+    let ratio = knocked.channels[0].adev[0].sigma / quiet.channels[0].adev[0].sigma;
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+}
+
+#[test]
+fn only_rest_is_analysed() {
+    let turning = |k: usize, row: &mut Vec<f64>| {
+        if k < 6000 {
+            let angle = (k as f64 / 150.0).sin();
+            row[1] += 9.8 * angle.sin();
+            row[3] = 9.8 * angle.cos();
+            row[4] += 0.6 * (k as f64 / 150.0).cos();
+        }
+        true
+    };
+    let result = of(&csv(20_000, turning));
+    assert!(kinds(&result).contains(&FindingKind::NoiseFromRests));
+    assert!((result.used_s - 140.0).abs() < 2.0, "{}", result.used_s);
+    assert!((result.channels[0].n.unwrap().value / 0.003 - 1.0).abs() < 0.02);
+
+    let text = csv(6000, turning);
+    let recording = read_bytes(text.as_bytes(), "hand.csv", &ReadOptions::default()).unwrap();
+    let error = noise_of(&recording, &NoiseOptions::default()).unwrap_err();
+    assert_eq!(error.code(), "not-at-rest");
+}
+
+#[test]
+fn noise_below_the_resolution_has_only_a_limit() {
+    let result = of(&csv(20_000, |_, row| {
+        // Two decimals of a gyroscope with a noise of 0.002 rad/s.
+        row[4..7]
+            .iter_mut()
+            .for_each(|v| *v = (*v * 100.0).round() / 100.0);
+        true
+    }));
+    assert!(kinds(&result).contains(&FindingKind::NoiseBelowResolution));
+    for channel in result.channels.iter().filter(|c| c.is_gyroscope()) {
+        assert!(channel.n.is_none());
+        let most = channel.missing(Term::N).unwrap().at_most.unwrap();
+        assert!(most > 0.0002 && most < 0.001, "{most}");
+    }
+    assert!(result.channels[0].n.is_some());
+}
+
+#[test]
+fn noise_behind_a_low_pass_is_that_of_long_averaging_times() {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+    let mut state = 0.0;
+    // One pole at 2 Hz: white only over seconds.
+    let mut sample = |_| {
+        let white: f64 = StandardNormal.sample(&mut rng);
+        state += 0.118 * (0.03 * white - state);
+        state
+    };
+    let samples: Vec<f64> = (0..400_000).map(&mut sample).collect();
+    let mut channel = noise_of_samples("ax", &samples, 0.01, &NoiseOptions::default());
+    let n = channel.n.unwrap();
+    assert!((n.value / 0.003 - 1.0).abs() < 0.05, "{n:?}");
+    assert!(channel.fit.unwrap().from_s > 1.0);
+    let findings = words::judge(&mut channel, 0.0, 0.01);
+    assert_eq!(findings[0].kind, FindingKind::NoiseFiltered);
+}
+
+#[test]
+fn a_drift_with_temperature_is_told_from_noise() {
+    let mut text = String::new();
+    for (k, line) in csv(40_000, |_, _| true).lines().enumerate() {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if k == 0 {
+            cells.push("temp (C)".to_owned());
+        } else {
+            let t_c = 25.0 + 6.0 * (1.0 - (-(k as f64) / 15_000.0).exp());
+            let ay: f64 = cells[2].parse().unwrap();
+            cells[2] = format!("{:.6}", ay + 0.004 * t_c);
+            cells.push(format!("{t_c:.2}"));
+        }
+        text += &(cells.join(",") + "\n");
+    }
+    let result = of(&text);
+    let drift = result.channel("ay").unwrap().temperature.unwrap();
+    assert!((drift.slope_per_c / 0.004 - 1.0).abs() < 0.05, "{drift:?}");
+    assert!(result.channel("ax").unwrap().temperature.is_none());
+    let finding = result
+        .findings
+        .iter()
+        .find(|f| f.kind == FindingKind::NoiseTemperature);
+    assert!(
+        finding.unwrap().message.contains("of ay 0.4"),
+        "{finding:?}"
+    );
+}
+
+#[test]
+fn a_long_file_gives_what_its_rows_in_memory_give() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("long.csv");
+    std::fs::write(&path, csv(280_000, |k, _| k % 5003 != 0 || k < 10)).unwrap();
+    let options = NoiseOptions::default();
+    let streamed = noise(&path, &ReadOptions::default(), &options).unwrap();
+    let recording = read_file(&path, &ReadOptions::default()).unwrap();
+    let mut held = noise_of(&recording, &options).unwrap();
+    assert_eq!(streamed.segments, held.segments);
+    assert_eq!(streamed.channels, held.channels);
+    held.findings.clone_from(&streamed.findings);
+    held.recorded_s = streamed.recorded_s;
+    assert_eq!(streamed, held);
+}
+
+#[test]
+fn results_survive_their_file() {
+    let result = of(&csv(5000, |_, _| true));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("noise.json");
+    std::fs::write(&path, serde_json::to_string(&result).unwrap()).unwrap();
+    assert_eq!(read_noise(&path).unwrap().0, result);
+    std::fs::write(&path, "{\"format\":\"gravical-noise/1\"}").unwrap();
+    assert_eq!(read_noise(&path).unwrap_err().code(), "not-noise");
+}

@@ -1,0 +1,326 @@
+//! What a result says, in words.
+
+use std::ops::Range;
+
+use super::fold::Counts;
+use super::{
+    ChannelNoise, DENSITY_SHARE, LEAST_OF_RESOLUTION, MOST_FILLED_SHARE, NotObservable, STEADY_C,
+    Term,
+};
+use crate::finding::{Finding, FindingKind, LineSpans};
+use crate::recording::Recording;
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+/// The unit in which a parameter is printed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// Its name.
+    pub name: &'static str,
+    /// Printed values per value in SI units.
+    pub factor: f64,
+}
+
+impl Unit {
+    /// The usual unit of a term, of the gyroscope or of the accelerometer.
+    #[must_use]
+    pub fn of(term: Term, gyroscope: bool) -> Self {
+        let g = STANDARD_GRAVITY_MPS2;
+        let degrees = 1_f64.to_degrees();
+        let (name, factor) = match (gyroscope, term) {
+            (false, Term::N) => ("µg/√Hz", 1e6 / g),
+            (false, Term::B) => ("mg", 1e3 / g),
+            (false, Term::K) => ("mg/√h", 1e3 / g * 60.0),
+            (false, Term::Q) => ("mm/s", 1e3),
+            (false, Term::R) => ("mg/h", 1e3 / g * 3600.0),
+            (true, Term::N) => ("°/√h", degrees * 60.0),
+            (true, Term::B) => ("°/h", degrees * 3600.0),
+            (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0),
+            (true, Term::Q) => ("″", degrees * 3600.0),
+            (true, Term::R) => ("°/h²", degrees * 3600.0 * 3600.0),
+        };
+        Unit { name, factor }
+    }
+
+    /// The unit in SI.
+    #[must_use]
+    pub fn si(term: Term, gyroscope: bool) -> &'static str {
+        match (gyroscope, term) {
+            (false, Term::N) => "m/s²/√Hz",
+            (false, Term::B) => "m/s²",
+            (false, Term::K) => "m/s²/√s",
+            (false, Term::Q) => "m/s",
+            (false, Term::R) => "m/s³",
+            (true, Term::N) => "rad/s/√Hz",
+            (true, Term::B) => "rad/s",
+            (true, Term::K) => "rad/s/√s",
+            (true, Term::Q) => "rad",
+            (true, Term::R) => "rad/s²",
+        }
+    }
+}
+
+/// A duration with two or three digits: `45 s`, `12 min`, `2.5 h`, `3.1 d`.
+#[must_use]
+pub fn hours(seconds: f64) -> String {
+    let (value, unit) = match seconds {
+        s if s < 120.0 => (s, "s"),
+        s if s < 5400.0 => (s / 60.0, "min"),
+        s if s < 48.0 * 3600.0 => (s / 3600.0, "h"),
+        s => (s / 86400.0, "d"),
+    };
+    match value {
+        v if v < 9.95 => format!("{v:.1} {unit}"),
+        v => format!("{v:.0} {unit}"),
+    }
+}
+
+/// Why a term is not observable.
+pub(super) fn not_observable(term: Term, longest_s: f64, record_s: Option<f64>) -> String {
+    let what = format!("not observable in {}", hours(longest_s));
+    match (record_s, term) {
+        (Some(s), Term::Q) => format!("{what}: record for {}, or at a higher rate", hours(s)),
+        (Some(s), _) => format!("{what}: record at least {}", hours(s)),
+        (None, _) => format!("{what}, nor in a thousand times that"),
+    }
+}
+
+/// A channel without a fit.
+pub(super) fn nothing_fitted(channel: &mut ChannelNoise, terms: &[Term], variance: &[f64]) {
+    let reason = match variance.iter().any(|v| *v > 0.0) {
+        true => "the values change too rarely for any averaging time to show noise",
+        false => "the values do not change: the noise is below the resolution",
+    };
+    all_missing(channel, terms, reason, None);
+}
+
+fn all_missing(channel: &mut ChannelNoise, terms: &[Term], reason: &str, most_n: Option<f64>) {
+    (channel.n, channel.b, channel.k) = (None, None, None);
+    (channel.q, channel.r) = (None, None);
+    channel.not_observable = terms
+        .iter()
+        .map(|term| NotObservable {
+            term: term.symbol().to_owned(),
+            reason: reason.to_owned(),
+            at_most: most_n.filter(|_| *term == Term::N),
+            record_s: None,
+        })
+        .collect();
+}
+
+/// A channel without samples that follow each other.
+pub(super) fn without_values(channel: &ChannelNoise) -> Finding {
+    Finding::warning(
+        FindingKind::NoiseChannelEmpty,
+        format!(
+            "{}: hardly two samples follow each other; this channel is left out",
+            channel.channel
+        ),
+    )
+}
+
+/// What is odd about a channel. Noise below the resolution is taken out of the result.
+pub(super) fn judge(channel: &mut ChannelNoise, step: f64, period_s: f64) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let name = channel.channel.clone();
+    let sample = channel.adev.first().map_or(f64::NAN, |point| point.sigma);
+    let before = (sample * sample - step * step / 12.0).max(0.0).sqrt();
+    let terms: Vec<Term> = Term::ALL
+        .into_iter()
+        .filter(|t| channel.estimate(*t).is_some() || channel.missing(*t).is_some())
+        .collect();
+    let rounding = gravical_core::rounding::floor(step).sqrt();
+    if step > 0.0 && before < LEAST_OF_RESOLUTION * step {
+        let reason = format!(
+            "the values change in steps of {step:.2e} {}, which hide the noise",
+            crate::document::number::unit(&channel.unit)
+        );
+        let most = LEAST_OF_RESOLUTION.hypot(rounding / step) * step * period_s.sqrt();
+        all_missing(channel, &terms, &reason, Some(most));
+        findings.push(Finding::warning(
+            FindingKind::NoiseBelowResolution,
+            format!("{name}: {reason}; only an upper limit of N is known"),
+        ));
+        return findings;
+    }
+    let Some(fit) = channel.fit else {
+        return findings;
+    };
+    if fit.from_s > 1.5 * period_s {
+        findings.push(Finding::note(
+            FindingKind::NoiseFiltered,
+            format!(
+                "{name}: the fit begins at {:.2} s; for shorter averaging times the noise is not white, as behind a low-pass",
+                fit.from_s
+            ),
+        ));
+    }
+    if let Some(misfit) = fit.misfit {
+        findings.push(Finding::warning(
+            FindingKind::NoiseMisfit,
+            format!(
+                "{name}: at an averaging time of {} the Allan variance is {:.2} times that of the model: vibration or another disturbance adds to the noise",
+                hours(misfit.tau_s),
+                misfit.ratio
+            ),
+        ));
+    }
+    if let Some(density) = channel.density.filter(|_| channel.n.is_some())
+        && (density.ratio - 1.0).abs() > DENSITY_SHARE
+    {
+        findings.push(Finding::warning(
+            FindingKind::NoiseDensityDiffers,
+            format!(
+                "{name}: between {:.0} and {:.0} Hz the power is {:.2} times that of the fitted curve: not white there, by vibration or a low-pass",
+                density.band_hz[0], density.band_hz[1], density.ratio
+            ),
+        ));
+    }
+    findings
+}
+
+/// What is odd about the samples that were used.
+pub(super) fn of_recording(
+    recording: &Recording,
+    ranges: &[Range<usize>],
+    counts: &Counts,
+    filled: u64,
+    period_s: f64,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let rows = recording.rows_in_file();
+    let rest: usize = ranges.iter().map(Range::len).sum();
+    if (rest as f64) < 0.95 * rows as f64 {
+        let mut lines = LineSpans::default();
+        for range in ranges {
+            let row = |row: usize| recording.rows_in_memory(&(row..row + 1)).map(|r| r.start);
+            if let (Some(first), Some(last)) = (row(range.start), row(range.end - 1)) {
+                lines.push_range(
+                    recording.line(first),
+                    recording.line(last),
+                    range.len() as u64,
+                );
+            }
+        }
+        let interval = match ranges.len() {
+            1 => "the longest static interval is".to_owned(),
+            n => format!("the {n} longest static intervals are"),
+        };
+        findings.push(
+            Finding::warning(
+                FindingKind::NoiseFromRests,
+                format!(
+                    "the sensor moved: {interval} used, {} of {}",
+                    hours(rest as f64 * period_s),
+                    hours(rows as f64 * period_s)
+                ),
+            )
+            .at_lines(&lines),
+        );
+    }
+    if counts.bumps > 0 {
+        findings.push(
+            Finding::note(
+                FindingKind::NoiseBumps,
+                format!(
+                    "{} disturbances of together {}, left out like gaps",
+                    counts.bumps,
+                    hours(counts.disturbed as f64 * period_s)
+                ),
+            )
+            .counting(counts.disturbed),
+        );
+    }
+    if counts.gaps > 0 {
+        findings.push(
+            Finding::note(
+                FindingKind::NoiseGaps,
+                format!(
+                    "{} gaps; no difference is taken across them, and averaging times are limited by the segments between them",
+                    counts.gaps
+                ),
+            )
+            .counting(counts.gaps),
+        );
+    }
+    if filled > 0 {
+        let share = filled as f64 / counts.rows.max(1) as f64;
+        let text = format!(
+            "{filled} missing samples ({:.2} %) are replaced by samples a moment before them",
+            100.0 * share
+        );
+        let finding = match share > MOST_FILLED_SHARE {
+            true => Finding::warning(FindingKind::NoiseSamplesFilled, text),
+            false => Finding::note(FindingKind::NoiseSamplesFilled, text),
+        };
+        findings.push(finding.counting(filled));
+    }
+    findings
+}
+
+/// Whether the temperature moved, and what follows it.
+pub(super) fn of_temperature(
+    channels: &[ChannelNoise],
+    range_c: Option<[f64; 2]>,
+) -> Option<Finding> {
+    let [low, high] = range_c?;
+    let moved = high - low;
+    let follow: Vec<String> = channels
+        .iter()
+        .filter_map(|c| {
+            let drift = c.temperature?;
+            let (factor, unit) = match c.is_gyroscope() {
+                true => (1_f64.to_degrees() * 3600.0, "°/h"),
+                false => (1e3 / STANDARD_GRAVITY_MPS2, "mg"),
+            };
+            let slope = crate::document::number::digits(factor * drift.slope_per_c, 2);
+            let share = 100.0 * drift.explained;
+            Some(format!(
+                "{} {slope} {unit} per °C ({share:.0} %)",
+                c.channel
+            ))
+        })
+        .collect();
+    if moved <= STEADY_C && follow.is_empty() {
+        return None;
+    }
+    if follow.is_empty() {
+        return Some(Finding::note(
+            FindingKind::NoiseTemperature,
+            format!("the temperature moved by {moved:.1} °C; no channel follows it visibly"),
+        ));
+    }
+    Some(Finding::warning(
+        FindingKind::NoiseTemperature,
+        format!(
+            "the temperature moved by {moved:.1} °C, and it explains most of the slow changes of {}: what looks like random walk or bias instability there is drift with temperature",
+            follow.join(", ")
+        ),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations() {
+        for (s, text) in [
+            (12.34, "12 s"),
+            (5.04, "5.0 s"),
+            (600.0, "10 min"),
+            (7200.0, "2.0 h"),
+            (86400.0, "24 h"),
+            (604_800.0, "7.0 d"),
+        ] {
+            assert_eq!(hours(s), text);
+        }
+    }
+
+    #[test]
+    fn units_of_data_sheets() {
+        // 400 µg/√Hz is 3.92e-3 m/s²/√Hz; 1 °/√h is 2.909e-4 rad/s/√Hz.
+        assert!((3.92266e-3 * Unit::of(Term::N, false).factor - 400.0).abs() < 1e-3);
+        assert!((2.908_882e-4 * Unit::of(Term::N, true).factor - 1.0).abs() < 1e-6);
+        assert!((4.848_137e-6 * Unit::of(Term::B, true).factor - 1.0).abs() < 1e-6);
+    }
+}
