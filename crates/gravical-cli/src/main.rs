@@ -39,6 +39,7 @@ enum Verb {
     Apply(cmd::apply::Args),
     Denoise(Box<cmd::denoise::Args>),
     Motion(Box<cmd::motion::Args>),
+    Noise(Box<cmd::noise::Args>),
     Demo(cmd::demo::Args),
     Check(Box<cmd::check::Args>),
     Compare(cmd::compare::Args),

@@ -13,6 +13,7 @@ pub mod live;
 pub mod log;
 pub mod man;
 pub mod motion;
+pub mod noise;
 pub mod ports;
 pub mod simulate;
 
@@ -35,6 +36,7 @@ impl Verb {
             Verb::Apply(args) => apply::run(args),
             Verb::Denoise(args) => denoise::run(args),
             Verb::Motion(args) => motion::run(args),
+            Verb::Noise(args) => noise::run(args),
             Verb::Demo(args) => demo::run(args),
             Verb::Check(args) => check::run(args),
             Verb::Compare(args) => compare::run(args),
@@ -56,6 +58,7 @@ impl Verb {
             Verb::Apply(args) => args.output.json,
             Verb::Denoise(args) => args.output.json,
             Verb::Motion(args) => args.json,
+            Verb::Noise(args) => args.json,
             Verb::Demo(args) => args.json,
             Verb::Check(args) => args.json,
             Verb::Compare(args) => args.json,

@@ -2,8 +2,8 @@
 //!
 //! A [`Figure`] knows nothing of pixels: panels with axes, and series in the
 //! units of the result that they come from. [`svg`] draws it (alone or inside a
-//! page), [`write_csv`] writes its numbers. [`calibration`] and [`motion`] make
-//! the figures of a result.
+//! page), [`write_csv`] writes its numbers. [`calibration`], [`motion`] and
+//! [`noise`] make the figures of a result.
 //!
 //! # Long recordings
 //!
@@ -27,6 +27,7 @@ pub mod calibration;
 mod csv;
 mod model;
 pub mod motion;
+pub mod noise;
 #[cfg(feature = "png")]
 mod png;
 #[doc(hidden)]

@@ -65,6 +65,8 @@ pub struct Axis {
 pub enum Scale {
     /// Numbers.
     Linear,
+    /// Positive numbers, equal ratios equally long.
+    Log,
     /// Names at 0, 1, 2, …
     Names(Vec<String>),
     /// Nothing: a map, such as a sphere.
@@ -165,6 +167,40 @@ pub struct Series {
 }
 
 impl Figure {
+    /// The figure as it is drawn: on logarithmic axes with the logarithms to base ten. What is not
+    /// positive has none.
+    pub(super) fn drawn(&self) -> std::borrow::Cow<'_, Self> {
+        let is_log = |axis: &Axis| axis.scale == Scale::Log;
+        if !self.panels.iter().any(|p| is_log(&p.x) || is_log(&p.y)) {
+            return std::borrow::Cow::Borrowed(self);
+        }
+        let mut figure = self.clone();
+        let log = |v: &mut f64| *v = if *v > 0.0 { v.log10() } else { f64::NAN };
+        for panel in &mut figure.panels {
+            for axis in [&mut panel.x, &mut panel.y] {
+                if is_log(axis) {
+                    axis.include.iter_mut().for_each(log);
+                    axis.within.iter_mut().flatten().for_each(log);
+                }
+            }
+            if is_log(&panel.x) {
+                panel.series.iter_mut().flat_map(|s| &mut s.x).for_each(log);
+                for stretch in &mut panel.stretches {
+                    [&mut stretch.from, &mut stretch.to]
+                        .into_iter()
+                        .for_each(log);
+                }
+            }
+            if is_log(&panel.y) {
+                for series in &mut panel.series {
+                    let columns = [&mut series.y, &mut series.low, &mut series.high];
+                    columns.into_iter().flatten().for_each(log);
+                }
+            }
+        }
+        std::borrow::Cow::Owned(figure)
+    }
+
     /// A figure without panels, which will be stacked.
     #[must_use]
     pub fn new(name: &str, title: &str, caption: impl Into<String>) -> Self {
@@ -249,6 +285,13 @@ impl Axis {
             include: Vec::new(),
             within: None,
         }
+    }
+
+    /// The same on a logarithmic scale.
+    #[must_use]
+    pub fn log(mut self) -> Self {
+        self.scale = Scale::Log;
+        self
     }
 
     /// An axis of names, which stand at 0, 1, 2, …

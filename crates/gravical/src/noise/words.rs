@@ -132,7 +132,7 @@ pub(super) fn judge(channel: &mut ChannelNoise, step: f64, period_s: f64) -> Vec
     if step > 0.0 && before < LEAST_OF_RESOLUTION * step {
         let reason = format!(
             "the values change in steps of {step:.2e} {}, which hide the noise",
-            crate::document::number::unit(&channel.unit)
+            crate::numfmt::unit(&channel.unit)
         );
         let most = LEAST_OF_RESOLUTION.hypot(rounding / step) * step * period_s.sqrt();
         all_missing(channel, &terms, &reason, Some(most));
@@ -272,7 +272,7 @@ pub(super) fn of_temperature(
                 true => (1_f64.to_degrees() * 3600.0, "°/h"),
                 false => (1e3 / STANDARD_GRAVITY_MPS2, "mg"),
             };
-            let slope = crate::document::number::digits(factor * drift.slope_per_c, 2);
+            let slope = crate::numfmt::digits(factor * drift.slope_per_c, 2);
             let share = 100.0 * drift.explained;
             Some(format!(
                 "{} {slope} {unit} per °C ({share:.0} %)",

@@ -10,6 +10,7 @@ mod inspection;
 mod matrices;
 mod motion;
 mod moves;
+mod noise;
 mod paste;
 mod placements;
 mod provenance;
@@ -27,6 +28,7 @@ pub use compare::comparison;
 pub use denoise::denoise;
 pub use inspection::inspection;
 pub use motion::motion;
+pub use noise::noise;
 pub use provenance::{Provenance, TOOL};
 
 use crate::document::short_name;

@@ -35,6 +35,22 @@ function ticks(from, to, most) {
   return out;
 }
 
+// The same between two decimal logarithms: powers of ten, with 2 and 5 where these are few.
+function logTicks(from, to, most) {
+  const step = Math.max(1, Math.ceil((to - from) / most)), out = [];
+  for (let k = Math.floor(from / step); k * step <= to + 1e-9 && out.length < 40; k++) {
+    for (const m of to - from < 2.5 ? [1, 2, 5] : [1]) {
+      const power = k * step, v = power + Math.log10(m);
+      if (v < from - 1e-9 || v > to + 1e-9) continue;
+      const raised = String(power).replace(/./g, c => c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c]);
+      const plain = power >= -2 && power <= 4;
+      out.push([v, plain ? (m * 10 ** power).toFixed(Math.max(0, -power)) : (m > 1 ? m + "·" : "") + "10" + raised]);
+    }
+  }
+  // Zoomed into less than a decade.
+  return out.length > 1 ? out : ticks(from, to, most).map(([v]) => [v, (10 ** v).toPrecision(3)]);
+}
+
 // A path in dots of the plot as it was drawn: the points of each piece of it.
 function pieces(d) {
   const out = [];
@@ -57,7 +73,7 @@ class Panel {
       g, plot: g.querySelector("svg.plot"), drawn: { x, y, w, h }, at: { x, y, w, h },
       full: { x0, x1, y0, y1 }, view: { x0, x1, y0, y1 }, labelled: "labelled" in g.dataset,
       names: g.dataset.xnames ? g.dataset.xnames.split("\n") : null,
-      hidden: "xhidden" in g.dataset, equal: "equal" in g.dataset, title: g.dataset.title || "",
+      xlog: "xlog" in g.dataset, ylog: "ylog" in g.dataset, hidden: "xhidden" in g.dataset, equal: "equal" in g.dataset, title: g.dataset.title || "",
     });
     this.series = all(g, "g.series").map(s => ({
       g: s, name: s.dataset.name, mark: s.dataset.mark, guide: s.classList.contains("guide"),
@@ -115,7 +131,7 @@ class Panel {
     const step = this.names ? Math.max(1, Math.ceil((v.x1 - v.x0) / (w / 14))) : 1;
     const places = this.names
       ? this.names.map((n, i) => [i, n]).filter(([i]) => i % step === 0 && i >= v.x0 && i <= v.x1)
-      : ticks(v.x0, v.x1, most);
+      : (this.xlog ? logTicks : ticks)(v.x0, v.x1, most);
     let free = -Infinity;
     for (const [value, label] of places) {
       const px = x + this.px(value);
@@ -127,7 +143,7 @@ class Panel {
         free = px + width(label) / 2 + 6;
       }
     }
-    for (const [value, label] of ticks(v.y0, v.y1, h > 200 ? 5 : 4)) {
+    for (const [value, label] of (this.ylog ? logTicks : ticks)(v.y0, v.y1, h > 200 ? 5 : 4)) {
       const py = y + this.py(value);
       line(`M${x} ${py}h${w}`);
       text(up, label, { x: x - 6, y: py + 4, "text-anchor": "end" });
@@ -166,10 +182,10 @@ class Panel {
     const decimals = Math.max(0, Math.min(12, Math.floor(-Math.log10(grain))));
     return minus(Math.abs(value) >= 1e7 || grain < 1e-9 ? value.toExponential(3) : value.toFixed(decimals));
   }
-  yText(value) { return this.number(value, this.full.y1 - this.full.y0, this.drawn.h) + (this.g.dataset.yu ? " " + this.g.dataset.yu : ""); }
+  yText(value) { return (this.ylog ? minus(String(+(10 ** value).toPrecision(3))) : this.number(value, this.full.y1 - this.full.y0, this.drawn.h)) + (this.g.dataset.yu ? " " + this.g.dataset.yu : ""); }
   xText(value) {
     if (this.names) return this.names[Math.round(value)] || "";
-    return this.number(value, this.full.x1 - this.full.x0, this.drawn.w) + (this.g.dataset.xu ? " " + this.g.dataset.xu : "");
+    return (this.xlog ? String(+(10 ** value).toPrecision(3)) : this.number(value, this.full.x1 - this.full.x0, this.drawn.w)) + (this.g.dataset.xu ? " " + this.g.dataset.xu : "");
   }
 }
 

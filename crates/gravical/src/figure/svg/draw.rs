@@ -92,6 +92,7 @@ pub(super) fn panel(placed: &Placed<'_>) -> Group {
             .set(format!("data-{key}u"), clean(&axis.unit));
         group = match &axis.scale {
             Scale::Linear => group,
+            Scale::Log => group.set(format!("data-{key}log"), "1"),
             Scale::Hidden => group.set(format!("data-{key}hidden"), "1"),
             Scale::Names(names) => {
                 let lines: Vec<String> = names.iter().map(|n| clean(n)).collect();
@@ -232,17 +233,26 @@ fn places(axis: &Axis, view: [f64; 2], length: f64) -> Vec<(f64, String)> {
             let some = names.iter().enumerate().step_by(step);
             some.map(|(i, n)| (at(i as f64), n.clone())).collect()
         }
+        Scale::Log => {
+            let ticks = ticks::log_ticks(view[0], view[1], most_ticks(length));
+            ticks.into_iter().map(|(v, label)| (at(v), label)).collect()
+        }
         Scale::Linear => {
-            let most = if length > 500.0 {
-                8
-            } else if length > 200.0 {
-                5
-            } else {
-                4
-            };
+            let most = most_ticks(length);
             let (values, decimals) = ticks::ticks(view[0], view[1], most);
             let label = |v: f64| ticks::label(v, decimals);
             values.into_iter().map(|v| (at(v), label(v))).collect()
         }
+    }
+}
+
+/// About how many ticks an axis of this length has.
+fn most_ticks(length: f64) -> usize {
+    if length > 500.0 {
+        8
+    } else if length > 200.0 {
+        5
+    } else {
+        4
     }
 }

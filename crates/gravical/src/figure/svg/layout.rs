@@ -137,6 +137,11 @@ fn left_margin(panel: &Panel, view: &View) -> f64 {
                 .fold(0.0, f64::max);
             34.0 + widest
         }
+        Scale::Log => {
+            let ticks = ticks::log_ticks(view.y[0], view.y[1], 5);
+            let widths = ticks.iter().map(|(_, label)| width_of(label));
+            34.0 + widths.fold(0.0, f64::max)
+        }
     }
 }
 
@@ -150,7 +155,7 @@ pub(super) fn names_hang(names: &[String], w: f64) -> bool {
 fn x_space(axis: &Axis, w: f64) -> f64 {
     match &axis.scale {
         Scale::Hidden => 8.0,
-        Scale::Linear => 38.0,
+        Scale::Linear | Scale::Log => 38.0,
         Scale::Names(names) => {
             let label = if axis.text().is_empty() { 6.0 } else { 22.0 };
             if names_hang(names, w) {

@@ -21,7 +21,8 @@
 //!
 //! `data-view` is the part of the axes that the plot shows, in their units: a dot
 //! `(px, py)` of a path stands for x0 + px/w (x1 − x0), y1 − py/h (y1 − y0), to
-//! 0.01 of a dot. An axis of names has `data-xnames`, one name a line.
+//! 0.01 of a dot. An axis of names has `data-xnames`, one name a line. Of a logarithmic axis, with
+//! `data-xlog` or `data-ylog`, units are decimal logarithms.
 
 mod draw;
 mod labels;
@@ -44,6 +45,7 @@ use pen::{clean, text};
 /// light.
 #[must_use]
 pub fn standalone(figure: &Figure) -> String {
+    let figure = &*figure.drawn();
     let (legend, bottom) = legend(figure, WIDTH, 34.0);
     let heading = text(&figure.title, 16.0, 22.0, "start")
         .set("class", "title")
@@ -98,6 +100,7 @@ pub fn standalone(figure: &Figure) -> String {
 /// caption; the first drawing carries the legend.
 #[must_use]
 pub fn inline(figure: &Figure) -> Vec<String> {
+    let figure = &*figure.drawn();
     let (legend, bottom) = legend(figure, WIDTH, 4.0);
     let titled = figure.panels.iter().any(|p| !p.title.is_empty());
     match figure.arrangement {

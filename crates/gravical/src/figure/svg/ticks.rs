@@ -45,6 +45,49 @@ pub(in crate::figure) fn label(value: f64, decimals: usize) -> String {
     text.replace('-', "−")
 }
 
+/// Ticks between two decimal logarithms: powers of ten, with 2 and 5 between them where these are
+/// few.
+pub(in crate::figure) fn log_ticks(from: f64, to: f64, most: usize) -> Vec<(f64, String)> {
+    if !(from.is_finite() && to.is_finite() && to > from && to - from < 600.0) {
+        return Vec::new();
+    }
+    let decades = to - from;
+    let step = (decades / most.max(1) as f64).ceil().max(1.0);
+    let mantissas: &[f64] = match decades < 2.5 {
+        true => &[1.0, 2.0, 5.0],
+        false => &[1.0],
+    };
+    let first = (from / step).floor() as i32;
+    let powers = (first..).map(|k| (f64::from(k) * step).round() as i32);
+    let powers = powers.take_while(|power| f64::from(*power) <= to + 1e-9);
+    powers
+        .flat_map(|power| mantissas.iter().map(move |m| (*m, power)))
+        .map(|(m, power)| (f64::from(power) + m.log10(), log_label(m, power)))
+        .filter(|(v, _)| (from - 1e-9..=to + 1e-9).contains(v))
+        .collect()
+}
+
+/// A number of one digit times a power of ten.
+fn log_label(mantissa: f64, power: i32) -> String {
+    if (-2..=4).contains(&power) {
+        let decimals = usize::try_from(-power).unwrap_or(0);
+        return format!("{:.decimals$}", mantissa * 10_f64.powi(power));
+    }
+    let digits = power.to_string();
+    let raised = digits.chars().map(|c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        c => char::from_u32(0x2070 + c.to_digit(10).unwrap_or(0)).unwrap_or(c),
+    });
+    let raised: String = raised.collect();
+    match mantissa == 1.0 {
+        true => format!("10{raised}"),
+        false => format!("{mantissa:.0}·10{raised}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -76,6 +119,23 @@ mod tests {
         assert!(ticks(0.0, 5e-324, 5).0.len() < 8);
         assert!(ticks(-1e308, 0.7e308, 5).0.len() < 8);
         assert!(ticks(1e15, 1e15 + 1.0, 5).0.len() < 8);
+    }
+
+    #[test]
+    fn powers_of_ten() {
+        let labels = |from, to, most| -> Vec<String> {
+            log_ticks(from, to, most)
+                .into_iter()
+                .map(|(_, l)| l)
+                .collect()
+        };
+        assert_eq!(
+            labels(-2.3, 4.2, 8),
+            ["0.01", "0.1", "1", "10", "100", "1000", "10000"]
+        );
+        assert_eq!(labels(-6.0, 1.0, 4), ["10⁻⁶", "10⁻⁴", "0.01", "1"]);
+        assert_eq!(labels(-3.1, -2.2, 5), ["10⁻³", "2·10⁻³", "5·10⁻³"]);
+        assert!(labels(f64::NAN, 1.0, 4).is_empty() && labels(1.0, 1.0, 4).is_empty());
     }
 
     #[test]

@@ -1,0 +1,175 @@
+//! `gravical noise`: the Allan deviation of a recording at rest.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::ValueEnum;
+use gravical::figure::noise::figures;
+use gravical::noise::{NoiseOptions, NoiseResult, PARTS, Part, Spacing, Term, noise};
+use gravical::output::{path_text, write_atomic};
+use gravical::report;
+use gravical::segment::face::AxisMap;
+use gravical::{Error, Result};
+
+use crate::figures::FigureArgs;
+use crate::options::RecordingArgs;
+use crate::report::{ReportArgs, check_outputs, with_origin};
+use crate::text;
+
+/// Determine the noise of a sensor from a recording at rest (Allan deviation)
+///
+/// For each channel the noise density N, the bias instability B and the random walk K with 95 %
+/// intervals, or how long a recording would show them. What moves is not noise: only static
+/// intervals are used.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "\
+Example: gravical noise desk.csv --part mpu6050 --report noise.html
+How a recording is read (units, columns, rate): options in `gravical noise --help`.",
+    after_long_help = "\
+Examples:
+  gravical noise desk.csv --part mpu6050 --report noise.html
+  gravical noise desk.csv -o noise.json
+  gravical noise desk.csv --to kalibr -o imu.yaml
+
+Two hours at a constant temperature show N and B; K takes longer. Exit codes: 0 analysed, 3 cannot
+be read, or never at rest."
+)]
+pub struct Args {
+    /// Recording of a sensor at rest, plain or .gz; - reads standard input
+    #[arg(value_name = "INPUT")]
+    input: PathBuf,
+    /// File to write: the result as JSON, which `calibrate --noise` and `motion --noise` take, or
+    /// that of --to
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
+    #[command(flatten)]
+    figures: FigureArgs,
+    /// Take every sample for long averaging times, too; memory grows with the recording
+    #[arg(long)]
+    full: bool,
+    /// Averaging times
+    #[arg(long, value_enum, value_name = "SPACING", default_value = "octave")]
+    spacing: SpacingArg,
+    /// Further terms of the model; repeatable
+    #[arg(long = "term", value_enum, value_name = "TERM")]
+    terms: Vec<TermArg>,
+    /// Part to compare N with, by its data sheet: mpu6050, mpu6500, mpu9250, icm20948, icm42688p,
+    /// bmi160
+    #[arg(long, value_name = "PART", value_parser = part)]
+    part: Option<&'static Part>,
+    /// Overwrite existing files
+    #[arg(long)]
+    force: bool,
+    /// Print errors only
+    #[arg(short, long)]
+    quiet: bool,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    recording: RecordingArgs,
+}
+
+/// [`Spacing`] as an option.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum SpacingArg {
+    /// 1, 2, 4, 8 … samples
+    Octave,
+    /// Four in each octave
+    Dense,
+    /// 1, 2, 5, 10 … samples
+    Decade,
+}
+
+/// A [`Term`] as an option.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TermArg {
+    /// Quantisation
+    Q,
+    /// Rate ramp
+    R,
+}
+
+fn part(name: &str) -> std::result::Result<&'static Part, String> {
+    Part::of_name(name).ok_or_else(|| {
+        let names: Vec<&str> = PARTS.iter().map(|part| part.name).collect();
+        format!("known parts: {}", names.join(", "))
+    })
+}
+
+/// Runs the command.
+///
+/// # Errors
+///
+/// A file that cannot be read, a sensor that is never at rest, an existing output file, I/O
+/// errors.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    if args.recording.axes.0 != AxisMap::default() {
+        return Err(Error::usage(
+            "axes-unused",
+            "noise analyses each axis of the sensor separately",
+        )
+        .with_hint("remove --axes")
+        .into());
+    }
+    let output = args.output.as_deref();
+    check_outputs(
+        output,
+        &args.report,
+        Some(&args.figures),
+        &[&args.input],
+        args.force,
+    )?;
+    let read = args
+        .recording
+        .read_options(args.report.is_wanted() || output.is_some());
+    let result = noise(&args.input, &read, &options_of(args))?;
+    let figures = figures(&result);
+    let document = with_origin(report::noise(&result, &figures), &result.inputs);
+    if let Some(path) = output {
+        write_result(path, args.force, &result)?;
+    }
+    args.report.write(args.force, &document)?;
+    args.figures.write(&figures, args.force, args.quiet)?;
+    if args.json {
+        text::print_json(&result)?;
+    } else if !args.quiet {
+        text::print_report(&document.to_text(args.report.detail()))?;
+    }
+    if !args.quiet {
+        if let Some(path) = output {
+            text::say(&format!("Noise: {}", path_text(path)));
+        }
+        args.report.say();
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn options_of(args: &Args) -> NoiseOptions {
+    let mut options = NoiseOptions {
+        spacing: match args.spacing {
+            SpacingArg::Octave => Spacing::Octave,
+            SpacingArg::Dense => Spacing::Dense,
+            SpacingArg::Decade => Spacing::Decade,
+        },
+        full: args.full,
+        part: args.part,
+        ..NoiseOptions::default()
+    };
+    for (arg, term) in [(TermArg::Q, Term::Q), (TermArg::R, Term::R)] {
+        if args.terms.contains(&arg) {
+            options.terms.push(term);
+        }
+    }
+    options
+}
+
+fn write_result(path: &Path, force: bool, result: &NoiseResult) -> Result<()> {
+    let json = serde_json::to_string_pretty(result).map_err(|e| Error::io(path, e.into()))?;
+    write_atomic(path, force, |out| {
+        writeln!(out, "{json}").map_err(|e| Error::io(path, e))
+    })
+}
