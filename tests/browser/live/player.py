@@ -88,7 +88,7 @@ class Player(Script):
     def go(self, up):
         if self.moving_s <= 0 and self.still_s > 0.6 and not self.taken:
             self.add("pose_rejected", reason="moved", message="it moved after 1.2 s: 84 mg, limit 19 mg",
-                     remedy="lay it down, take the hand off, and wait for the ring", face="+x", up=self.up, tilt_deg=3.0)
+                     remedy="lay it down, take the hand off, and wait", face="+x", up=self.up, tilt_deg=3.0)
         self.start, self.goal = self.up, unit([c + 0.01 for c in up])
         self.moving_s, self.taken, self.capturing, self.forced = TURN_S, False, False, False
 

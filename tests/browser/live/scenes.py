@@ -212,7 +212,7 @@ class Script:
 
 
 REJECTIONS = {
-    "moved": ("it moved after 1.2 s: 84 mg, limit 19 mg", "lay it down, take the hand off, and wait for the ring"),
+    "moved": ("it moved after 1.2 s: 84 mg, limit 19 mg", "lay it down, take the hand off, and wait"),
     "duplicate": ("+x is recorded already, 2° from this pose", "turn it to a face that is to do, or press R to record +x again"),
     "between-faces": ("34° from +x, the nearest face", "lay it flat on a side of the case, or hold it against a box"),
     "clipped": ("x reads the end of its range in 12 of 300 samples", "set a wider range (±4 g) and begin again"),

@@ -74,7 +74,7 @@ pub struct Args {
     /// Folder of the session [default: session-DATE-TIME]
     #[arg(long, value_name = "DIR", conflicts_with = "replay")]
     folder: Option<PathBuf>,
-    /// Calibration file to write [default: calibration.json in the folder]
+    /// Calibration file to write [default: calibration.json in the folder; a replay saves none]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Write events to a file, one JSON object a line; - is standard output

@@ -32,7 +32,7 @@ const TURNED_G: f64 = 0.3;
 const LIVELY: usize = 4;
 
 /// The remedy for what moved.
-pub(super) const LET_GO: &str = "lay it down, take the hand off, and wait for the ring";
+pub(super) const LET_GO: &str = "lay it down, take the hand off, and wait";
 
 /// Why a hold is no pose.
 #[derive(Debug, Clone, PartialEq)]
@@ -325,7 +325,7 @@ impl Capture<'_> {
                     warmer.abs(),
                     warmer_or_colder(warmer)
                 ),
-                "wait until it is as before; or take it all the same (Space), or undo the old poses one by one (U)",
+                "wait until it is as before; or take it all the same, or undo the old poses one by one",
             )
             .soft()
         })

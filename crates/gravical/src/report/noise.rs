@@ -1,9 +1,9 @@
 //! Report of the noise of a sensor.
 
-use crate::numfmt::{decimals_for, fixed, small, unit};
 use crate::document::{Block, Cell, Column, Document, Quantity, Row, Section, Table};
 use crate::figure::Figure;
 use crate::noise::{ChannelNoise, Estimate, NoiseResult, Term, Unit, hours};
+use crate::numfmt::{decimals_for, fixed, small, unit};
 
 use super::short_name;
 

@@ -16,7 +16,7 @@ use gravical::live::event::{
 };
 use gravical::live::folder::calibrate_session;
 use gravical::output::path_word;
-use gravical::recording::{ReadOptions, Recording};
+use gravical::recording::{ReadOptions, Recording, read};
 use gravical::segment::Segmentation;
 use gravical::{Error, Result, figure, report};
 
@@ -192,6 +192,10 @@ impl Driver<'_> {
             return Ok(ExitCode::from(failure::INTERRUPTED));
         }
         if reason == EndReason::SourceEnded {
+            if kind == SourceKind::Replay && self.session.poses().count() == 0 {
+                // What is no recording is refused as by every command.
+                read(Path::new(name), &self.read)?;
+            }
             let poses = poses(self.session.poses().count());
             self.end(reason, &format!("the rows ended after {poses}"), &mut hand)?;
             let hint = match &self.folder {
@@ -308,6 +312,10 @@ impl Driver<'_> {
     fn save(mut self, hand: &mut Hand) -> anyhow::Result<ExitCode> {
         self.source.make_safe()?;
         let (file, session) = self.calibration()?;
+        let unsaved = match &self.output {
+            Some(_) => "",
+            None => "; not saved: add -o cal.json",
+        };
         if let Some(output) = self.output.take() {
             save(&output, false, &file)?;
             let report = self.report(&file, session.as_ref(), &output, hand)?;
@@ -330,7 +338,7 @@ impl Driver<'_> {
         }
         let grade = file.verdict.grade;
         let poses = poses(self.session.poses().count());
-        let message = format!("{poses}, verdict {}", grade.name());
+        let message = format!("{poses}, verdict {}{unsaved}", grade.name());
         self.end(EndReason::Finished, &message, hand)?;
         Ok(match grade {
             Grade::Poor => ExitCode::from(failure::QUALITY),

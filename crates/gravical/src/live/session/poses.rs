@@ -65,12 +65,8 @@ impl Session {
                     ),
                 },
                 match to_do.is_empty() {
-                    true => "turn it to another direction; or record it again: R and the face"
-                        .to_owned(),
-                    false => format!(
-                        "turn it to {}; or record it again: R and the face",
-                        words::any_of(&to_do)
-                    ),
+                    true => "turn it to another direction, or redo that face".to_owned(),
+                    false => format!("turn it to {}, or redo that face", words::any_of(&to_do)),
                 },
             )),
             Welcome::Between => Some(Fault::new(
@@ -80,7 +76,7 @@ impl Session {
                     face.name()
                 ),
                 format!(
-                    "put {} up; or take it as a free pose (Space)",
+                    "put {} up; or take it all the same, as a free pose",
                     words::any_of(&to_do)
                 ),
             )),
