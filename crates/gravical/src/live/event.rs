@@ -234,7 +234,8 @@ impl Event {
 }
 
 /// A port that can be chosen.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PortInfo {
     /// Its name, by which it is chosen.
     pub name: String,

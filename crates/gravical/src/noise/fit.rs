@@ -8,7 +8,6 @@
 //! freedom; its 95 % interval is that of χ².
 
 use nalgebra::{DMatrix, DVector};
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -34,7 +33,8 @@ const MORE: usize = 2;
 const LONGEST_FACTOR: f64 = 1024.0;
 
 /// A parameter with its 95 % interval.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Estimate {
     /// The estimate.
     pub value: f64,
@@ -45,7 +45,8 @@ pub struct Estimate {
 }
 
 /// A term that this recording does not determine.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NotObservable {
     /// `N`, `B`, `K`, `Q` or `R`.
     pub term: String,

@@ -47,7 +47,6 @@ mod words;
 use std::ops::Range;
 use std::path::Path;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::{CHANNELS, InputFile};
@@ -118,7 +117,8 @@ impl Default for NoiseOptions {
 }
 
 /// Noise of a sensor.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NoiseResult {
     /// `gravical-noise/1`.
     pub format: String,
@@ -157,7 +157,8 @@ impl NoiseResult {
 }
 
 /// Noise of one channel, in its [unit](Self::unit), seconds and hertz.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChannelNoise {
     /// `ax` … `gz`.
     pub channel: String,
@@ -214,7 +215,8 @@ impl ChannelNoise {
 }
 
 /// A point of the Allan deviation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AllanPoint {
     /// Averaging time, s.
     pub tau_s: f64,
@@ -229,7 +231,8 @@ pub struct AllanPoint {
 }
 
 /// Parameters of the fitted curve; zero for a term that is not part of it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FittedCurve {
     /// Shortest averaging time that was used, s.
     pub from_s: f64,
@@ -240,7 +243,8 @@ pub struct FittedCurve {
 }
 
 /// A deviation from the fitted curve.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Misfit {
     /// Averaging time, s.
     pub tau_s: f64,
@@ -259,7 +263,8 @@ impl FittedCurve {
 }
 
 /// N by the power spectral density.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DensityCheck {
     /// N.
     pub n: f64,
@@ -270,7 +275,8 @@ pub struct DensityCheck {
 }
 
 /// Dependence of the slow changes on the temperature.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TemperatureDrift {
     /// Change for each °C.
     pub slope_per_c: f64,

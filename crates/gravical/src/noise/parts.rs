@@ -1,6 +1,5 @@
 //! Noise of known parts according to their data sheets.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
@@ -75,7 +74,8 @@ impl Part {
 }
 
 /// N of a channel beside that of the data sheet.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DataSheet {
     /// Name of the part.
     pub part: String,
