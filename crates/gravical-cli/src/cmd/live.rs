@@ -21,7 +21,7 @@ use gravical::live::event::SourceKind;
 use gravical::live::folder::{Journal, RECORDING};
 use gravical::live::{LiveOptions, Session};
 use gravical::output::{check_target, make_folder, path_word};
-use gravical::recording::{ReadOptions, Recording};
+use gravical::recording::ReadOptions;
 use gravical::{Error, Result};
 
 use crate::cmd::log::BoardArgs;
@@ -378,11 +378,7 @@ impl Args {
             };
             let seed = seed.unwrap_or_else(Simulated::draw_seed);
             let name = format!("simulated MPU6050, seed {seed}");
-            let rows_s = match resumes {
-                true => gravical::recording::read(&path, &self.read_options())?.end_s(),
-                false => 0.0,
-            };
-            let simulated = Simulated::open(&path, resumes, seed, rows_s, self.speed())?;
+            let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
             return Ok(Some((SourceKind::Simulate, name, Box::new(simulated))));
         }
         let mut board = self.board.clone();
@@ -393,17 +389,5 @@ impl Args {
             let source: Box<dyn Source + 'a> = Box::new(port);
             (SourceKind::Port, name, source)
         }))
-    }
-}
-
-/// The time of the last row.
-trait End {
-    fn end_s(&self) -> f64;
-}
-
-impl End for Recording {
-    fn end_s(&self) -> f64 {
-        let last = self.time_s.as_ref().and_then(|t| t.last());
-        self.time_origin_s.unwrap_or(0.0) + last.copied().unwrap_or(0.0)
     }
 }

@@ -112,7 +112,7 @@ enum Format {
 }
 
 /// Time between two writes of rows that are shown, s.
-const SHOWN_EVERY_S: f64 = 0.05;
+const SHOWN_EVERY_S: f64 = 0.02;
 
 impl Args {
     /// For a session that reads along: into the file `output`, which is continued with `append`.

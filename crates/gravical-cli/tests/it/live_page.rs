@@ -38,8 +38,10 @@ struct Answer {
 
 impl Answer {
     fn read(mut stream: TcpStream) -> Self {
-        let mut text = String::new();
-        stream.read_to_string(&mut text).unwrap();
+        // One that is turned away may be reset before it is read.
+        let mut bytes = Vec::new();
+        let _ = stream.read_to_end(&mut bytes);
+        let text = String::from_utf8(bytes).unwrap();
         let (head, body) = text.split_once("\r\n\r\n").unwrap_or((&text, ""));
         let status = head.split(' ').nth(1).and_then(|s| s.parse().ok());
         Answer {
@@ -85,8 +87,12 @@ impl Tab {
 
 impl Served {
     fn start(folder: &Path, options: &str) -> Self {
+        Served::start_with(folder, &format!("live --simulate --seed 4 {options}"))
+    }
+
+    fn start_with(folder: &Path, command: &str) -> Self {
         let mut child = Command::new(program())
-            .args(words(&format!("live --simulate --seed 4 {options}")))
+            .args(words(command))
             .current_dir(folder)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
@@ -424,20 +430,66 @@ fn the_first_tab_leads_and_the_next_one_when_it_is_closed() {
         .map(|_| second.next().unwrap()["type"].as_str().unwrap().to_owned())
         .collect();
     assert_eq!(kinds[..3], ["session", "identified", "floor"], "{kinds:?}");
-    let others: Vec<Tab> = (0..2).map(|_| served.tab()).collect();
-    for mut other in others {
+    let mut others: Vec<Tab> = (0..2).map(|_| served.tab()).collect();
+    for other in &mut others {
         assert_eq!(other.next().unwrap()["type"], "follower");
-        if served.get("/events").status == 503 {
-            // A browser would have no connection left for commands.
-            drop(first);
-            // The stream ends: the browser asks again.
-            while second.next().is_some() {}
-            let mut again = served.tab();
-            assert_eq!(again.next().unwrap()["type"], "session");
-            return;
-        }
     }
-    panic!("a fifth tab was answered");
+    // A browser would have no connection left for commands: the fifth is told so, and its stream
+    // ends, so that it asks again.
+    let mut fifth = served.tab();
+    assert_eq!(fifth.next().unwrap()["type"], "full");
+    assert_eq!(fifth.next(), None);
+    drop(first);
+    // The streams end: the browser asks again.
+    while second.next().is_some() {}
+    let mut again = served.tab();
+    assert_eq!(again.next().unwrap()["type"], "session");
+}
+
+#[test]
+fn the_port_is_chosen_on_the_page_and_only_ports_can_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let port = folder.path().join("ttyNone");
+    let command = format!("live --no-open --folder s --port {}", port.display());
+    let served = Served::start_with(folder.path(), &command);
+    let mut tab = served.tab();
+    let asked = tab.until_type("ports");
+    assert_eq!(asked["tried"], port.to_str().unwrap());
+    let message = asked["message"].as_str().unwrap();
+    assert!(message.contains("no such port"), "{message}");
+    assert!(asked["ports"].is_array());
+    // Commands are checked as those of a session, and a file is no port.
+    let named = json!({"command": "port", "name": "/etc/hostname"});
+    let other_page = [served.host(), "Origin: http://example.org".to_owned()];
+    let body = named.to_string().into_bytes();
+    let refused = served.ask("POST", &served.target("/command"), &other_page, &body);
+    assert_eq!(refused.status, 403);
+    assert_eq!(served.post(br#"{"command":"port"}"#).status, 400);
+    for command in [named, json!({"command": "undo"})] {
+        served.command(&command);
+        tab.until(|e| e["type"] == "warning" && e["kind"] == "refused");
+    }
+    // Tried again: still absent, and no folder was made.
+    let again = json!({"command": "port", "name": port.to_str().unwrap()});
+    served.command(&again);
+    assert_eq!(tab.until_type("ports")["tried"], port.to_str().unwrap());
+    assert!(!folder.path().join("s").exists());
+    // It appears, and is no serial port: the cause is another one.
+    std::fs::write(&port, "").unwrap();
+    let other = tab.until(|e| e["type"] == "ports" && e["message"] != message);
+    assert_eq!(other["tried"], port.to_str().unwrap());
+    let kill = ["-s", "INT", &served.child.id().to_string()];
+    assert!(Command::new("kill").args(kill).status().unwrap().success());
+    assert_eq!(tab.until_type("end")["reason"], "interrupted");
+    assert_eq!(served.end(), 130);
+    // Without a page it is an error at once.
+    let plain = Command::new(program())
+        .args(words("live --plain --folder s --port none/ttyNone"))
+        .current_dir(folder.path())
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    assert_eq!(plain.status.code(), Some(5));
 }
 
 #[test]

@@ -170,8 +170,8 @@ impl Reliability {
     }
 
     /// The direction of the free pose after which an undetected error does least to ‖a‖, with
-    /// `noise` as in [`with_pose`](Self::with_pose); at least [`APART_DEG`] from all of
-    /// `recorded`, where that is possible.
+    /// `noise` as in [`with_pose`](Self::with_pose); more than 33° from all of
+    /// `recorded`. None without such a direction, or where every one leaves the error unlimited.
     #[must_use]
     pub fn best_test(
         &self,
@@ -280,6 +280,27 @@ mod tests {
         fit.covariance[9][9] = 9.0;
         let (pose, excess) = fit.contradiction().unwrap();
         assert!(pose == 4 && excess > 3.0, "{excess}");
+    }
+
+    #[test]
+    fn the_best_test_leaves_least_to_hide_and_is_a_new_pose() {
+        // The bias of x, read along +x only: the same direction again would test it best, and
+        // among the new ones one as near to ±x as it may be.
+        let fit = repeated(4);
+        let noise = 1.0;
+        let recorded = [[1.0, 0.0, 0.0]];
+        let best = fit.best_test(&ONE, &recorded, noise, 9.81).unwrap();
+        assert!(angle_deg(best, recorded[0]) > APART_DEG);
+        let effect = |n| {
+            let more = fit.with_pose(&ONE, n, noise, 9.81);
+            more.undetected(&ONE, 9.81).unwrap().effect_mps2
+        };
+        for n in sphere(50).filter(|n| angle_deg(*n, recorded[0]) > APART_DEG + 10.0) {
+            assert!(effect(best) <= effect(n) + 1e-3, "{best:?} {n:?}");
+        }
+        // Everything is recorded: no direction is left.
+        let all: Vec<[f64; 3]> = sphere(50).collect();
+        assert!(fit.best_test(&ONE, &all, noise, 9.81).is_none());
     }
 
     #[test]

@@ -207,7 +207,8 @@ fn known_gravity(gravity: &Gravity, by_readings: f64, predicted: f64) -> Option<
     })
 }
 
-/// Poses that lower the predicted error most; none of them determines gravity.
+/// Poses that lower the predicted error most, and once that is good, those that test the others
+/// best; none of them determines gravity.
 fn next_poses(estimate: &Estimate, gravity: f64, gravity_sd: f64) -> Vec<NextPose> {
     let (Some(fit), Some(covariance)) = (&estimate.joint, &estimate.covariance) else {
         return Vec::new();

@@ -7,7 +7,7 @@ use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use gravical::Error;
-use gravical::live::event::{Command, PortInfo, WarningKind};
+use gravical::live::event::{Command, EndReason, PortInfo, WarningKind};
 use gravical::live::{EVENTS_VERSION, Event, Message};
 
 use super::driver::{Entry, Renderer};
@@ -67,6 +67,12 @@ impl Asking<'_> {
                 std::thread::sleep(LOOK / ASKED);
             }
         }
+        self.show(Event::End {
+            reason: EndReason::Interrupted,
+            poses: 0,
+            resume: None,
+            message: "interrupted before a port was open".to_owned(),
+        });
         None
     }
 

@@ -1,7 +1,8 @@
 //! Where the rows of a session come from: a port, a simulated sensor, a recording.
 
 use std::collections::VecDeque;
-use std::io::Read as _;
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -136,12 +137,12 @@ impl Simulated {
         now.map_or(1, |d| d.subsec_nanos() as u64 % 1_000_000)
     }
 
-    /// Starts it; `resumes`: its file is continued `from_s`.
+    /// Starts it; `resumes`: its file is continued.
     ///
     /// # Errors
     ///
     /// Those of the file.
-    pub fn open(path: &Path, resumes: bool, seed: u64, from_s: f64, speed: f64) -> Result<Self> {
+    pub fn open(path: &Path, resumes: bool, seed: u64, speed: f64) -> Result<Self> {
         let options = SimulateOptions {
             seed,
             ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
@@ -151,22 +152,35 @@ impl Simulated {
         } else {
             Existing::Refuse
         };
+        // A row that was not written completely is removed.
         let (files, _) = Files::open(path, existing)?;
+        let offset_s = match resumes {
+            true => last_row_s(path).map_err(|e| Error::io(path, e))? + RESUMED_AFTER_S,
+            false => 0.0,
+        };
         Ok(Simulated {
             sensor: InHand::new(&options)?,
             files,
             path: path.to_owned(),
             header: resumes,
             rows: 0,
-            offset_s: if resumes {
-                from_s + RESUMED_AFTER_S
-            } else {
-                0.0
-            },
+            offset_s,
             started: Instant::now(),
             speed,
         })
     }
+}
+
+/// Time of the last row of a recording of [`Simulated`], s; 0 without one. Only its end is read.
+fn last_row_s(path: &Path) -> std::io::Result<f64> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(AT_ONCE as u64)))?;
+    let mut end = Vec::new();
+    file.read_to_end(&mut end)?;
+    let end = String::from_utf8_lossy(&end);
+    let stamp_ms = |line: &str| line.split(',').next()?.parse::<f64>().ok();
+    Ok(end.lines().rev().find_map(stamp_ms).unwrap_or(0.0) / 1e3)
 }
 
 impl Source for Simulated {
@@ -315,5 +329,21 @@ fn warning(event: Event) -> Option<Incoming> {
             "{programs} has the port open too: rows that it reads are missing here"
         ))),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_simulated_recording_goes_on_after_its_last_row() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("recording.csv");
+        std::fs::write(&path, "# simulated, not measured\nTimestamp (ms),aX\n").unwrap();
+        assert_eq!(last_row_s(&path).unwrap(), 0.0);
+        let rows: String = (0..5000).map(|i| format!("{},0.1\n", 10 * i)).collect();
+        std::fs::write(&path, format!("Timestamp (ms),aX\n{rows}# a comment\n")).unwrap();
+        assert_eq!(last_row_s(&path).unwrap(), 49.99);
     }
 }

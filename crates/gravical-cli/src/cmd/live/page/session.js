@@ -131,8 +131,8 @@ const GRADES = {
 
 // Where the session stands, as one word.
 function stage(state) {
-  if (!state.session) return "connect";
   if (state.end) return "end";
+  if (!state.session) return "connect";
   if (state.lost) return "lost";
   return state.status?.state ?? "identify";
 }

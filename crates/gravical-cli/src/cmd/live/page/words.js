@@ -16,7 +16,7 @@ function sentence(state, answers, full) {
   if (now === "connect") return ["Connecting …", "Waiting for the first samples."];
   if (now === "end") {
     if (state.end.reason === "finished") return [state.saved ? "Done and saved." : "Done.", asSentence(state.end.message)];
-    return [asSentence(state.end.message), state.end.reason === "failed" ? "The samples are in the session folder." : ""];
+    return [asSentence(state.end.message), state.end.reason === "failed" && state.session ? "The samples are in the session folder." : ""];
   }
   if (now === "lost") return [asSentence(state.lost.message), "What was accepted is on disk."];
   // What was found out about the board is said while there is nothing else to do.
