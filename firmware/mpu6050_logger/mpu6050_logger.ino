@@ -15,6 +15,7 @@
 //   d184 d94 d44 d21 d10 d5  low-pass, Hz
 //   r100                 samples a second, 4 to 1000
 //   f0 f1 f2             text in SI units, text in counts, binary at 250000 baud
+//   f3                   calibrated: m/s^2 and rad/s (see GRAVICAL_CALIBRATION)
 //   p s                  pause, start again
 //   ?                    say all of it again
 //
@@ -35,7 +36,21 @@ const uint16_t LOW_PASS_HZ = 44;         // 184, 94, 44, 21, 10 or 5; never off:
                                          // 260 Hz sampled at 100 Hz doubles the noise
 const uint16_t RATE_HZ = 100;            // 4 to 1000; without loss up to 150 in SI
                                          // units, 250 as counts, 500 as binary
+
+// Calibrated values: write a header beside this sketch,
+//
+//   gravical export cal.json --to arduino --counts-per-g 16384 --counts-per-deg-s 65.5 
+//       -o firmware/mpu6050_logger/mysensor.h
+//
+// (counts of the ranges above: 32768 per full scale in g, 32750 in degrees/s), and
+// take away the two slashes. Raw values are still sent for f0, f1, f2.
+//#define GRAVICAL_CALIBRATION "mysensor.h"
+
+#ifdef GRAVICAL_CALIBRATION
+const uint8_t FORMAT = 3;                // calibrated
+#else
 const uint8_t FORMAT = 0;                // 0 text in SI units, 1 counts, 2 binary
+#endif
 
 static_assert(ACCEL_RANGE_G == 2 || ACCEL_RANGE_G == 4 || ACCEL_RANGE_G == 8
               || ACCEL_RANGE_G == 16, "ACCEL_RANGE_G: 2, 4, 8 or 16");
@@ -44,11 +59,29 @@ static_assert(GYRO_RANGE_DEG_S == 250 || GYRO_RANGE_DEG_S == 500 || GYRO_RANGE_D
 static_assert(LOW_PASS_HZ == 184 || LOW_PASS_HZ == 94 || LOW_PASS_HZ == 44 || LOW_PASS_HZ == 21
               || LOW_PASS_HZ == 10 || LOW_PASS_HZ == 5, "LOW_PASS_HZ: 184, 94, 44, 21, 10 or 5");
 static_assert(RATE_HZ >= 4 && RATE_HZ <= 1000, "RATE_HZ: 4 to 1000");
-static_assert(FORMAT <= 2, "FORMAT: 0, 1 or 2");
+static_assert(FORMAT <= 3, "FORMAT: 0, 1, 2 or 3");
+
+#ifdef GRAVICAL_CALIBRATION
+#include GRAVICAL_CALIBRATION
+#if !defined(GRAVICAL_ACCEL_COUNTS_PER_G) \
+    || (defined(GRAVICAL_GYRO) && !defined(GRAVICAL_GYRO_COUNTS_PER_DEG_S))
+#error "The header is not for the counts of the sensor. Export it without --name, with --counts-per-g 16384 (range 2 g; 8192, 4096, 2048: 4, 8, 16 g) and --counts-per-deg-s 65.5 (500 deg/s; 131, 32.75, 16.375: 250, 1000, 2000)"
+#endif
+// The data sheet rounds its sensitivities, hence the margin.
+constexpr bool near(double is, double wanted) {
+  return is > 0.99 * wanted && is < 1.01 * wanted;
+}
+static_assert(near(GRAVICAL_ACCEL_COUNTS_PER_G * ACCEL_RANGE_G, 32768),
+              "ACCEL_RANGE_G is not the range of the header: export it with another --counts-per-g");
+#ifdef GRAVICAL_GYRO
+static_assert(near(GRAVICAL_GYRO_COUNTS_PER_DEG_S * GYRO_RANGE_DEG_S, 32750),
+              "GYRO_RANGE_DEG_S is not the range of the header: export it with another --counts-per-deg-s");
+#endif
+#endif
 
 // ---- The sensor -------------------------------------------------------------
 
-const char VERSION[] PROGMEM = "1.0";
+const char VERSION[] PROGMEM = "1.1";
 const uint8_t WHO_AM_I_MPU6050 = 0x68;
 
 const uint8_t SMPLRT_DIV = 0x19;
@@ -169,7 +202,7 @@ class Line : public Print {
   }
 
  private:
-  uint8_t bytes[160];
+  uint8_t bytes[192];
   uint8_t length = 1;
 };
 
@@ -345,15 +378,42 @@ int32_t scaled(int16_t value, uint16_t factor, uint8_t shift) {
   return ((int32_t)value * factor + (1L << (shift - 1))) >> shift;
 }
 
+// What the sketch can calibrate: bits of the values, from 0.
+#if defined(GRAVICAL_CALIBRATION) && defined(GRAVICAL_GYRO)
+const uint8_t CALIBRATED = 0x77;
+#elif defined(GRAVICAL_CALIBRATION)
+const uint8_t CALIBRATED = 0x07;
+#else
+const uint8_t CALIBRATED = 0;
+#endif
+
+// Specific force in m/s^2 and angular rate in rad/s of seven counts.
+void calibrate(const int16_t *v, float *out) {
+#ifdef GRAVICAL_CALIBRATION
+  gravical_apply(v, out);
+#ifdef GRAVICAL_GYRO
+  gravical_apply_gyro(v + 4, out, out + 4);
+#endif
+#else
+  (void)v;
+  (void)out;
+#endif
+}
+
 void printText(uint32_t ms, const int16_t *v) {
   char line[96];
   char *at = appendUnsigned(line, ms);
+  const uint8_t done = settings.format == 3 ? CALIBRATED : 0;
+  float si[7];
+  if (done) calibrate(v, si);
   const uint8_t a = rangeCode(settings.accelRangeG, 2);
   const uint8_t g = rangeCode(settings.gyroRangeDegS, 250);
   for (uint8_t i = 0; i < 7; i++) {
     *at++ = ',';
     if (settings.format == 1) {
       at = appendFixed(at, v[i], 0);
+    } else if (done & (1 << i)) {
+      at = appendFixed(at, lround(si[i] * 1e5f), 5);
     } else if (i < 3) {
       // 9.80665 m/s^2 / 16384 in 10^-4 m/s^2, times 2^13; twice that each range.
       at = appendFixed(at, scaled(v[i], 49033, 13 - a), 4);
@@ -413,8 +473,16 @@ void printSettings() {
   line.print(rate);
   line.print(F(" Hz, format "));
   line.print(settings.format);
+#ifdef GRAVICAL_CALIBRATION
+  if (settings.format == 3) line.print(F(", calibrated " GRAVICAL_CREATED));
+#endif
   line.send();
-  if (settings.format == 0) {
+  // Calibrated columns have the names that `gravical apply` gives them.
+  if (settings.format == 3 && (CALIBRATED & 0x70)) {
+    say(F("Timestamp (ms),ax_mps2,ay_mps2,az_mps2,Temp (C),gx_rad_s,gy_rad_s,gz_rad_s"));
+  } else if (settings.format == 3) {
+    say(F("Timestamp (ms),ax_mps2,ay_mps2,az_mps2,Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)"));
+  } else if (settings.format == 0) {
     say(F("Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)"));
   } else if (settings.format == 1) {
     say(F("Timestamp (ms),ax,ay,az,temp,gx,gy,gz"));
@@ -438,7 +506,18 @@ void tellCounters() {
 
 // ---- Commands ---------------------------------------------------------------
 
+// A calibration is for the ranges of its header.
+bool isCalibratedFor(const Settings &wanted) {
+  return CALIBRATED && wanted.accelRangeG == ACCEL_RANGE_G
+      && (!(CALIBRATED & 0x70) || wanted.gyroRangeDegS == GYRO_RANGE_DEG_S);
+}
+
 void use(const Settings &wanted) {
+  if (wanted.format == 3 && !isCalibratedFor(wanted)) {
+    say(CALIBRATED ? F("# no calibration for this range: raw values, f0 f1 f2, have all ranges")
+                   : F("# no calibration in this sketch: f0 f1 f2"));
+    return;
+  }
   const bool baud = (wanted.format == 2) != (settings.format == 2);
   settings = wanted;
   if (baud) {
@@ -461,7 +540,7 @@ void command(char letter, uint16_t number) {
       break;
     }
     case 'r': wanted.rateHz = constrain(number, 4, 1000); break;
-    case 'f': wanted.format = number <= 2 ? number : 0; break;
+    case 'f': wanted.format = number <= 3 ? number : 0; break;
     case 'p': paused = true; return;
     case 's': paused = false; first = true; return;
     case '?':

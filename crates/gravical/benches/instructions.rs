@@ -16,6 +16,7 @@ mod counted {
 
     use gravical::apply::{ApplyOptions, apply};
     use gravical::calibration_file::CalibrationFile;
+    use gravical::core::calibration::Calibration;
     use gravical::estimate::joint::{JointOptions, JointPose, Role, joint};
     use gravical::recording::open::{Input, from_reader};
     use gravical::recording::{ReadOptions, Recording, read_bytes};
@@ -126,11 +127,31 @@ mod counted {
         done
     }
 
+    fn single() -> Calibration<f32> {
+        Calibration {
+            matrix: [
+                [5.9e-4, 1e-5, 0.0],
+                [0.0, 6.0e-4, 2e-5],
+                [1e-5, 0.0, 5.8e-4],
+            ],
+            bias: [120.0, -340.0, 800.0],
+        }
+    }
+
+    // What a microcontroller does with every sample; .ci/run counts it for a Cortex-M4F.
+    #[library_benchmark]
+    #[bench::counts(single())]
+    fn sample(calibration: Calibration<f32>) -> [f32; 3] {
+        let counts: [i16; 3] = black_box([130, -300, 17_600]);
+        black_box(&calibration).apply(counts.map(f32::from))
+    }
+
     library_benchmark_group!(
         name = recordings,
         benchmarks = [read, calibrate_rows, joint_fit]
     );
-    gungraun::main!(library_benchmark_groups = recordings);
+    library_benchmark_group!(name = samples, benchmarks = [sample]);
+    gungraun::main!(library_benchmark_groups = recordings, samples);
 
     pub fn run() {
         main();

@@ -31,7 +31,7 @@ fn it_says_what_it_is_and_the_reader_reads_it() {
     assert_eq!(lines.next(), Some(""));
     assert_eq!(
         lines.next().unwrap(),
-        "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, \
+        "# gravical mpu6050_logger 1.1, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, \
          low-pass 44 Hz, rate 100.00 Hz, format 0"
     );
     assert_eq!(

@@ -95,6 +95,17 @@ pub extern "C" fn probe_apply(
     *gyro = gyroscope.apply(*gyro, *accel);
 }
 
+/// Calibrates one sample of counts of the accelerometer: what `.ci/run` counts the
+/// instructions of.
+#[unsafe(no_mangle)]
+pub extern "C" fn probe_apply_counts(
+    accelerometer: &Calibration<f32>,
+    counts: &[i16; 3],
+    out: &mut [f32; 3],
+) {
+    *out = accelerometer.apply(counts.map(f32::from));
+}
+
 /// The filters of one channel.
 pub struct Filters {
     low: Cascade<f32, 2>,

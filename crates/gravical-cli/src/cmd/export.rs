@@ -19,6 +19,7 @@ use crate::text;
 Examples:
   gravical export --to list
   gravical export cal.json --to c -o imu_left.h --name imu_left
+  gravical export cal.json --to arduino --counts-per-g 16384 --counts-per-deg-s 65.5 -o mysensor.h
   gravical export cal.json --to px4 --device-id 2621448 -o accel.params")]
 pub struct Args {
     /// Calibration file, of gravical or imucal
@@ -39,9 +40,13 @@ pub struct Args {
     /// Sensor axes that point along x, y and z of the autopilot's frame of the sensor, e.g. y,-x,z
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     rotation: Option<AxisMapArg>,
-    /// Counts per g of the firmware's raw values (inav, betaflight) [default: 2048, for ±16 g]
+    /// Counts per g of the firmware's raw values (inav, betaflight [default: 2048, for ±16 g],
+    /// arduino [default: the unit of the recordings])
     #[arg(long, value_name = "N")]
     counts_per_g: Option<f64>,
+    /// Counts per °/s of the sketch's raw values (arduino) [default: the unit of the recordings]
+    #[arg(long, value_name = "N")]
+    counts_per_deg_s: Option<f64>,
     /// Overwrite an existing file
     #[arg(long)]
     force: bool,
@@ -94,6 +99,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         device_id: args.device_id,
         rotation: args.rotation.as_ref().map(|r| r.0),
         counts_per_g: args.counts_per_g,
+        counts_per_deg_s: args.counts_per_deg_s,
     };
     let written = export(&file, target, &options)?;
     match &args.output {

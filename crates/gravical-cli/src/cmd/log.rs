@@ -109,6 +109,8 @@ enum Format {
     Counts,
     /// raw counts in binary frames with a checksum, for 500 Hz; the file is text anyway
     Binary,
+    /// m/s², °C and rad/s, calibrated by a board whose sketch has a calibration
+    Calibrated,
 }
 
 /// Time between two writes of rows that are shown, s.
@@ -159,6 +161,7 @@ impl Args {
                 Format::Si => 0,
                 Format::Counts => 1,
                 Format::Binary => 2,
+                Format::Calibrated => 3,
             }),
         }
     }

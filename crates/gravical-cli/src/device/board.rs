@@ -14,7 +14,7 @@ pub struct Wanted {
     pub low_pass_hz: Option<u16>,
     /// Sampling rate, Hz: 4 to 1000.
     pub rate_hz: Option<u16>,
-    /// 0 text in SI units, 1 text in counts, 2 binary.
+    /// 0 text in SI units, 1 text in counts, 2 binary, 3 calibrated text.
     pub format: Option<u8>,
 }
 
@@ -54,6 +54,7 @@ impl Wanted {
                 let text = match self.format {
                     Some(1) => " as counts",
                     Some(2) => "",
+                    Some(3) => " as calibrated text",
                     _ => " as text in SI units",
                 };
                 let error = Error::usage(

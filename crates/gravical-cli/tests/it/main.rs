@@ -7,6 +7,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod bad_input;
+mod calibrated_board;
 mod compare_check;
 mod control;
 mod demo;

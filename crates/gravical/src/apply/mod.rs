@@ -58,6 +58,7 @@ use serde::Serialize;
 use crate::Result;
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::output::BlockWriter;
+use crate::recording::board::why_calibrated;
 use crate::recording::monitor::refuse_unit_change;
 use crate::recording::names::Role;
 use crate::recording::open::Input;
@@ -240,7 +241,10 @@ fn run(
     if format.layout.reads_calibrated(names) {
         findings.push(Finding::new(
             FindingKind::AlreadyCalibrated,
-            "its columns have the names of calibrated columns: calibrating again would apply the correction twice",
+            format!(
+                "{}: calibrating again would apply the correction twice",
+                why_calibrated(format.layout.calibrated_by_board)
+            ),
         ));
     }
     let mut plan = Plan::new(

@@ -6,6 +6,7 @@ use super::rests::Rest;
 use super::types::{Cause, Explanation};
 use crate::calibration_file::{CalibrationFile, Grade, GravitySource, InputFile};
 use crate::gravity::Gravity;
+use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, Recording};
 
 /// A static interval this far outside the calibration's temperatures is reported, °C.
@@ -90,7 +91,10 @@ pub(super) fn circumstances(
             findings.push(
                 Finding::new(
                     FindingKind::AlreadyCalibrated,
-                    "its columns are named as this program names calibrated ones: a check needs the raw recording",
+                    format!(
+                        "{}: a check needs the raw recording",
+                        why_calibrated(recording.is_calibrated_by_board)
+                    ),
                 )
                 .in_file(&recording.name),
             );

@@ -1,4 +1,4 @@
-//! Code: C, Arduino, Rust, Python, MATLAB.
+//! Code: C, Rust, Python, MATLAB.
 
 use super::formula::{Formula, Language};
 use super::header::{about, ascii, c_comment, marked, without_drift};
@@ -46,7 +46,7 @@ pub(super) fn c(file: &CalibrationFile, name: &str) -> Export {
 }
 
 /// A matrix of three rows and four columns: out = matrix · raw + column, column = −matrix · bias.
-fn affine(matrix: &Matrix, bias: &[f64; 3]) -> [[f64; 4]; 3] {
+pub(super) fn affine(matrix: &Matrix, bias: &[f64; 3]) -> [[f64; 4]; 3] {
     matrix.map(|row| {
         let offset: f64 = row.iter().zip(bias).map(|(m, b)| m * b).sum();
         [row[0], row[1], row[2], -offset]
@@ -54,49 +54,22 @@ fn affine(matrix: &Matrix, bias: &[f64; 3]) -> [[f64; 4]; 3] {
 }
 
 /// The matrix of what the acceleration adds: −matrix · g_sensitivity, output unit per m/s².
-fn of_acceleration(matrix: &Matrix, g_sensitivity: &Matrix) -> Matrix {
+pub(super) fn of_acceleration(matrix: &Matrix, g_sensitivity: &Matrix) -> Matrix {
     gravical_core::matrix3::mul(matrix, g_sensitivity).map(|row| row.map(|v| -v))
 }
 
 /// Rows of numbers with nine digits, which reproduce a float.
-fn rows<const N: usize>(matrix: &[[f64; N]; 3], open: &str, close: &str, ending: &str) -> String {
+pub(super) fn rows<const N: usize>(
+    matrix: &[[f64; N]; 3],
+    open: &str,
+    close: &str,
+    ending: &str,
+) -> String {
     let row = |row: &[f64; N]| {
         let numbers: Vec<String> = row.iter().map(|v| format!("{v:.8e}{ending}")).collect();
         format!("    {open}{}{close},\n", numbers.join(", "))
     };
     matrix.iter().map(row).collect()
-}
-
-/// A header for a sketch.
-pub(super) fn arduino(file: &CalibrationFile, name: &str) -> Export {
-    let notes = without_drift(file);
-    let a = &file.accelerometer;
-    let raw = |counts: bool| if counts { "int16_t" } else { "float" };
-    let table = |of: &str, numbers: String, columns: usize| {
-        format!("static const float {name}_{of}_rows[3][{columns}] = {{\n{numbers}}};\n")
-    };
-    let mut parts = vec![format!(
-        "{}\n/* raw: accelerometer, {}; out: m/s^2 */\nstatic inline void {name}_apply(const {} raw[3], float out[3])\n{{\n    const float x = raw[0], y = raw[1], z = raw[2];\n    for (int i = 0; i < 3; i++) {{\n        const float *m = {name}_accel_rows[i];\n        out[i] = m[0] * x + m[1] * y + m[2] * z + m[3];\n    }}\n}}\n",
-        table("accel", rows(&affine(&a.matrix, &a.bias), "{", "}", "f"), 4),
-        a.input_unit.name(),
-        raw(a.input_unit == AccelUnit::Counts),
-    )];
-    if let Some(g) = &file.gyroscope {
-        parts.push(format!(
-            "{}{}\n/* raw: gyroscope, {}; accel: calibrated acceleration, m/s^2; out: rad/s */\nstatic inline void {name}_apply_gyro(const {} raw[3], const float accel[3], float out[3])\n{{\n    const float x = raw[0], y = raw[1], z = raw[2];\n    const float ax = accel[0], ay = accel[1], az = accel[2];\n    for (int i = 0; i < 3; i++) {{\n        const float *m = {name}_gyro_rows[i], *k = {name}_gyro_accel_rows[i];\n        out[i] = m[0] * x + m[1] * y + m[2] * z + m[3] + k[0] * ax + k[1] * ay + k[2] * az;\n    }}\n}}\n",
-            table("gyro", rows(&affine(&g.matrix, &g.bias), "{", "}", "f"), 4),
-            table("gyro_accel", rows(&of_acceleration(&g.matrix, &g.g_sensitivity), "{", "}", "f"), 3),
-            g.input_unit.name(),
-            raw(g.input_unit == GyroUnit::Counts),
-        ));
-    }
-    let guard = format!("GRAVICAL_{}_ARDUINO_H", name.to_uppercase());
-    let text = format!(
-        "{}#ifndef {guard}\n#define {guard}\n\n#include <stdint.h>\n\n/* Three rows; the fourth column is what an axis reads without acceleration, negated. */\n{}\n#endif\n",
-        c_comment(&about(file, Target::Arduino, &notes)),
-        parts.join("\n")
-    );
-    Export { text, notes }
 }
 
 /// A module of Rust, or with a name the same inside `pub mod`.

@@ -133,8 +133,8 @@ pub(super) fn ascii(text: &str) -> String {
         .replace('‖', "|")
 }
 
-/// Texts from outside cannot end a comment or continue it: other characters become underscores.
-fn plain(text: &str) -> String {
+/// Texts from outside cannot end a comment or a string, or continue it: other characters become underscores.
+pub(super) fn plain(text: &str) -> String {
     ascii(text)
         .chars()
         .map(|c| match c {

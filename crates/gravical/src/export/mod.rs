@@ -4,9 +4,11 @@
 //! unit, which `docs/exports.md` lists with the version they were read in. What a target cannot
 //! hold is in the notes of the result and in a comment of its text, never silently dropped.
 
+mod arduino;
 mod autopilot;
 mod code;
 mod diagonal;
+mod fixed;
 pub(crate) mod formula;
 mod fusion;
 mod header;
@@ -26,7 +28,7 @@ use header::check_name;
 pub enum Target {
     /// A header for C and C++.
     C,
-    /// A header for a sketch: three rows of four numbers.
+    /// A header for a sketch: three rows of four numbers, on counts also in fixed point.
     Arduino,
     /// A module for Rust without the standard library.
     Rust,
@@ -68,8 +70,12 @@ pub struct ExportOptions {
     /// Sensor axes that point along x, y and z of the autopilot's sensor frame (`px4`,
     /// `ardupilot`, `inav`, `betaflight`).
     pub rotation: Option<AxisMap>,
-    /// Counts per g of the firmware's raw values (`inav`, `betaflight`) [default: 2048, ±16 g].
+    /// Counts per g of the firmware's raw values (`inav`, `betaflight`, `arduino`) [default: 2048,
+    /// ±16 g; `arduino`: raw values are those of the recordings].
     pub counts_per_g: Option<f64>,
+    /// Counts per °/s of the sketch's raw values (`arduino`) [default: raw values are those of the
+    /// recordings].
+    pub counts_per_deg_s: Option<f64>,
 }
 
 /// A written calibration.
@@ -118,8 +124,8 @@ impl Target {
             ),
             Target::Arduino => (
                 "arduino",
-                "header for a sketch, three rows of four floats: accelerometer and gyroscope in full",
-                &["--name"],
+                "header for a sketch, float, of counts also fixed point: accelerometer and gyroscope in full",
+                &["--name", "--counts-per-g", "--counts-per-deg-s"],
             ),
             Target::Rust => (
                 "rust",
@@ -219,6 +225,7 @@ impl Target {
             ("--device-id", options.device_id.is_some()),
             ("--rotation", options.rotation.is_some()),
             ("--counts-per-g", options.counts_per_g.is_some()),
+            ("--counts-per-deg-s", options.counts_per_deg_s.is_some()),
         ];
         for (option, is_given) in given {
             if is_given && !about.options.contains(&option) {
@@ -230,12 +237,22 @@ impl Target {
                 return Err(Error::usage("export-option", message).with_hint(hint));
             }
         }
-        if let Some(counts) = options.counts_per_g
-            && !(counts.is_finite() && counts > 0.0)
-        {
-            let message = format!("--counts-per-g {counts} is no positive number");
-            return Err(Error::usage("export-option", message)
-                .with_hint("2048 for a range of ±16 g, 4096 for ±8 g, with 16 bits"));
+        for (option, counts, hint) in [
+            (
+                "--counts-per-g",
+                options.counts_per_g,
+                "2048 for a range of ±16 g, 4096 for ±8 g, with 16 bits",
+            ),
+            (
+                "--counts-per-deg-s",
+                options.counts_per_deg_s,
+                "131 for a range of ±250 °/s, 65.5 for ±500 °/s, with an MPU6050",
+            ),
+        ] {
+            if let Some(counts) = counts.filter(|c| !(c.is_finite() && *c > 0.0)) {
+                let message = format!("{option} {counts} is no positive number");
+                return Err(Error::usage("export-option", message).with_hint(hint));
+            }
         }
         match &options.name {
             Some(name) => check_name(self, name),
@@ -250,7 +267,7 @@ impl Target {
 ///
 /// `export-option` (usage) for an option that the target does not take, `export-name` (usage) for
 /// a name that its language refuses; `export-unit` (input) where the target takes m/s² and the
-/// nominal scale of the counts is unknown; `export-target` (input) where the target cannot
+/// nominal scale of the counts is unknown, or where it is clearly another than the options say; `export-target` (input) where the target cannot
 /// represent the calibration at all; `calibration-values` (input) as
 /// [`CalibrationFile::to_json`].
 pub fn export(file: &CalibrationFile, target: Target, options: &ExportOptions) -> Result<Export> {
@@ -262,7 +279,7 @@ pub fn export(file: &CalibrationFile, target: Target, options: &ExportOptions) -
     };
     match target {
         Target::C => Ok(code::c(file, name.unwrap_or("gravical"))),
-        Target::Arduino => Ok(code::arduino(file, name.unwrap_or("gravical"))),
+        Target::Arduino => arduino::arduino(file, name.unwrap_or("gravical"), options),
         Target::Rust => Ok(code::rust(file, name)),
         Target::Python => Ok(code::python(file, name.unwrap_or("gravical"))),
         Target::Matlab => Ok(code::matlab(file, name.unwrap_or("gravical"))),

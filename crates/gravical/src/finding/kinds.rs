@@ -534,9 +534,9 @@ kinds! {
             "used anyway"
             "fix what the verdict names";
         AlreadyCalibrated "already-calibrated" Warning
-            "the columns have the names of calibrated columns"
+            "the columns have the names of calibrated columns, or the board says that it calibrates"
             "`apply` and files given by name: used anyway, in `motion` with wider bands; files of a folder: ignored"
-            "give the raw recording";
+            "give the raw recording; from a board that calibrates: `gravical log --format si`";
         SameFileTwice "same-file-twice" Warning
             "two inputs are identical"
             "both are used"

@@ -15,7 +15,7 @@ use super::scales::Scales;
 use super::words;
 use crate::calibration_file::CalibrationFile;
 use crate::gravity::Gravity;
-use crate::recording::Finding;
+use crate::recording::{Finding, Recording};
 use crate::uncertainty::{Covariance12, covariance_at_its_gravity, covariance_of};
 
 /// Mean specific force over the first rest, m/s².
@@ -91,13 +91,13 @@ pub(super) struct Doubts {
     pub findings: Vec<Finding>,
 }
 
-/// Holds the calibration that was applied against gravity at `rests`; `named_calibrated`: the
-/// recording's columns have the names that calibrated ones have.
+/// Holds the calibration that was applied against gravity at `rests`, and against what the
+/// recording says of itself.
 pub(super) fn doubts(
     applied: &Applied<'_>,
     rests: &[Range<usize>],
     directions: &[Direction],
-    named_calibrated: bool,
+    recording: &Recording,
     options: &MotionOptions,
 ) -> Doubts {
     let Some(file) = applied.file else {
@@ -127,11 +127,13 @@ pub(super) fn doubts(
     let raw = applied
         .nominal
         .and_then(|nominal| worst(View::nominal(applied.samples, nominal)));
-    if named_calibrated && raw.is_none_or(|raw| !raw.contradicts) {
+    let by_board = recording.is_calibrated_by_board;
+    let named = recording.is_calibrated && raw.is_none_or(|raw| !raw.contradicts);
+    if by_board || named {
         let nominal = 1.0 / applied.scales.by_scale.matrix[0][0];
         let twice = parameters::applied_twice(file, nominal, &options.axes);
         doubts.directions.push(twice);
-        doubts.findings.push(words::already_calibrated());
+        doubts.findings.push(words::already_calibrated(by_board));
     }
     doubts
 }

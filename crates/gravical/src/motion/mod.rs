@@ -220,13 +220,7 @@ fn compute(
     } else {
         assumed::directions(&applied, &rests, options)
     };
-    let doubts = assumed::doubts(
-        &applied,
-        &rests,
-        &directions,
-        recording.is_calibrated,
-        options,
-    );
+    let doubts = assumed::doubts(&applied, &rests, &directions, recording, options);
     directions.extend(doubts.directions);
     findings.extend(doubts.findings);
     let mut setup = Setup {

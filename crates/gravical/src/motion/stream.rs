@@ -179,14 +179,7 @@ impl Begin {
             walk,
         };
         let mut directions = directions(&applied, &rests.spans, options);
-        let named_calibrated = recording.is_calibrated;
-        let doubts = doubts(
-            &applied,
-            &rests.spans,
-            &directions,
-            named_calibrated,
-            options,
-        );
+        let doubts = doubts(&applied, &rests.spans, &directions, &recording, options);
         directions.extend(doubts.directions);
         findings.extend(doubts.findings);
         // Root of the sum of squares over the directions, mean of the axes.

@@ -14,6 +14,7 @@ use super::samples::Samples;
 use super::setup::Setup;
 use super::still::Rests;
 use crate::gravity::Gravity;
+use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, LineSpans};
 
 /// Gravity at rest that is off by less than this is not reported where nothing is
@@ -401,7 +402,16 @@ pub(super) fn misfit(misfit: &GravityMisfit) -> Option<Finding> {
 }
 
 /// Columns that may have been calibrated before.
-pub(super) fn already_calibrated() -> Finding {
+pub(super) fn already_calibrated(by_board: bool) -> Finding {
+    if by_board {
+        return Finding::new(
+            FindingKind::AlreadyCalibrated,
+            format!(
+                "{}: the calibration is applied for the second time, and the bands are widened by what it changes; leave out --calibration, or use a raw recording",
+                why_calibrated(true)
+            ),
+        );
+    }
     Finding::new(
         FindingKind::AlreadyCalibrated,
         "its columns are named as this program names calibrated ones, and gravity at the rests does not contradict it: the calibration may be applied for the second time, and the bands are widened by what it changes; leave out --calibration, or use the raw recording",

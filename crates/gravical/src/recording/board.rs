@@ -27,7 +27,7 @@ pub struct BoardSettings {
     pub low_pass_hz: u16,
     /// Sampling rate, Hz, as realised by the sensor's divider.
     pub rate_hz: f64,
-    /// 0: text in SI units, 1: text in counts, 2: binary.
+    /// 0: text in SI units, 1: text in counts, 2: binary, 3: text with calibrated values.
     pub format: u8,
     /// The sensor is an MPU-6500 or one of its relatives.
     pub is_mpu6500: bool,
@@ -61,6 +61,12 @@ impl BoardSettings {
         self.format == 1 || self.format == 2
     }
 
+    /// True if the board calibrates: m/s² and rad/s.
+    #[must_use]
+    pub fn is_calibrated(&self) -> bool {
+        self.format == 3
+    }
+
     /// Counts per g of a 16-bit converter with this range.
     #[must_use]
     pub fn lsb_per_g(&self) -> f64 {
@@ -91,11 +97,23 @@ impl BoardSettings {
 
 /// The last settings line before the header; `None` if values are not counts.
 pub(super) fn of_counts(metadata: &[String]) -> Option<BoardSettings> {
-    metadata
-        .iter()
-        .rev()
-        .find_map(|line| BoardSettings::parse(line))
-        .filter(|settings| settings.is_counts() && settings.accel_range_g > 0)
+    last(metadata).filter(|settings| settings.is_counts() && settings.accel_range_g > 0)
+}
+
+/// The last settings line before the header.
+pub(super) fn last(metadata: &[String]) -> Option<BoardSettings> {
+    let mut lines = metadata.iter().rev();
+    lines.find_map(|line| BoardSettings::parse(line))
+}
+
+/// Why a recording is taken for a calibrated one, for findings.
+pub(crate) fn why_calibrated(by_board: bool) -> &'static str {
+    match by_board {
+        true => {
+            "the board calibrated it, by its own line (`gravical log --format si` records raw values)"
+        }
+        false => "its columns have the names of calibrated columns",
+    }
 }
 
 #[cfg(test)]
@@ -204,6 +222,10 @@ mod tests {
         let recording = file(&two, false, HEADER);
         assert_eq!(recording.accel_scale.lsb_per_g, Some(8192.0));
         assert!(kinds(&recording).contains(&"range-mismatch"));
+        // A board that calibrates says so, whatever its columns are called.
+        let calibrated = file(&board(3), false, "t_us,ax,ay,az,temp,gx,gy,gz");
+        assert!(calibrated.is_calibrated && calibrated.is_calibrated_by_board);
+        assert!(!recording.is_calibrated);
         // A board that writes SI units, or a header with units.
         for (board, header) in [
             (board(0), HEADER),

@@ -79,6 +79,8 @@ pub(crate) struct About {
     pub column_names: Vec<String>,
     /// The accelerometer is read from columns with the names of calibrated ones.
     pub is_calibrated: bool,
+    /// The board says so.
+    pub is_calibrated_by_board: bool,
     /// Findings about the file.
     pub findings: Vec<Finding>,
 }
@@ -253,6 +255,7 @@ impl Collected<Columns> {
             serial: self.about.serial,
             column_names: self.about.column_names,
             is_calibrated: self.about.is_calibrated,
+            is_calibrated_by_board: self.about.is_calibrated_by_board,
             accel,
             gyro,
             gyro_file: None,
@@ -384,6 +387,7 @@ fn read_all<T: Sink>(
     let column_names = dialect.header.as_ref().map(|h| h.names.clone());
     let column_names = column_names.unwrap_or_default();
     let is_calibrated = file.format.layout.reads_calibrated(&column_names);
+    let is_calibrated_by_board = file.format.layout.calibrated_by_board;
     let read = file.finish(Treatment::Repaired)?;
     let about = About {
         name: name.to_owned(),
@@ -392,6 +396,7 @@ fn read_all<T: Sink>(
         serial,
         column_names,
         is_calibrated,
+        is_calibrated_by_board,
         findings: read.findings,
     };
     Ok(Collected {

@@ -186,8 +186,11 @@ pub struct Recording {
     pub serial: Option<String>,
     /// Names of the columns; empty without a header.
     pub column_names: Vec<String>,
-    /// The accelerometer is read from columns with the names that `gravical apply` writes.
+    /// The accelerometer is read from columns with the names that `gravical apply` writes, or a
+    /// board calibrated it.
     pub is_calibrated: bool,
+    /// The board's settings line says that it sends calibrated values.
+    pub is_calibrated_by_board: bool,
     /// Specific force along x, y, z in the unit of the file, less
     /// [`zero_offset`](Self::zero_offset).
     pub accel: [Vec<f64>; 3],

@@ -207,6 +207,11 @@ fn a_target_refuses_options_and_names_that_it_cannot_use() {
             ..ExportOptions::default()
         };
         assert_eq!(code(Target::Inav, options), "export-option");
+        let options = ExportOptions {
+            counts_per_deg_s: Some(bad),
+            ..ExportOptions::default()
+        };
+        assert_eq!(code(Target::Arduino, options), "export-option");
     }
     assert_eq!(
         code(Target::Kalibr, ExportOptions::default()),

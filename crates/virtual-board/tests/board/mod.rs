@@ -19,25 +19,39 @@ pub fn firmware() -> Option<&'static Path> {
             if let Some(given) = std::env::var_os("GRAVICAL_FIRMWARE") {
                 return Some(given.into());
             }
-            if Command::new("avr-gcc").arg("--version").output().is_err() {
-                return None;
-            }
-            let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
             // One folder a test binary: they run side by side.
             let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
                 .join(concat!("firmware-", env!("CARGO_CRATE_NAME")));
-            let done = Command::new(root.join("firmware/build"))
-                .arg(&folder)
-                .output()
-                .unwrap();
-            assert!(
-                done.status.success(),
-                "{}",
-                String::from_utf8_lossy(&done.stderr)
-            );
-            Some(folder.join("mpu6050_logger.elf"))
+            build_with(&folder, None).map(|(elf, _)| elf)
         })
         .as_deref()
+}
+
+/// The sketch, built in `folder`, with a header of a calibration or without; its program, and the
+/// line about its size. None, with a word, without a compiler.
+pub fn build_with(folder: &Path, header: Option<&Path>) -> Option<(PathBuf, String)> {
+    if Command::new("avr-gcc").arg("--version").output().is_err() {
+        eprintln!("skipped: no avr-gcc");
+        return None;
+    }
+    let done = build(folder, header);
+    let error = String::from_utf8_lossy(&done.stderr);
+    assert!(done.status.success(), "{error}");
+    let said = String::from_utf8(done.stdout).unwrap();
+    Some((folder.join("mpu6050_logger.elf"), said))
+}
+
+/// What the compiler says of a header that it has to refuse.
+pub fn build_refused(folder: &Path, header: &Path) -> String {
+    let done = build(folder, Some(header));
+    assert!(!done.status.success());
+    String::from_utf8(done.stderr).unwrap()
+}
+
+fn build(folder: &Path, header: Option<&Path>) -> std::process::Output {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let mut build = Command::new(root.join("firmware/build"));
+    build.arg(folder).args(header).output().unwrap()
 }
 
 /// A board, and what its sensor was fed, sample by sample.
@@ -52,18 +66,27 @@ pub fn board(options: SensorOptions) -> Option<Board> {
         eprintln!("skipped: neither GRAVICAL_FIRMWARE nor avr-gcc");
         return None;
     };
+    let rows = Rows::simulated("static", 5).unwrap();
+    Some(fed_by(elf, rows, options))
+}
+
+/// The program `elf` with a sensor that feels `reading`, a function of the time in s.
+pub fn on(elf: &Path, reading: impl Source + 'static) -> Board {
+    fed_by(elf, reading, SensorOptions::default())
+}
+
+fn fed_by(elf: &Path, mut source: impl Source + 'static, options: SensorOptions) -> Board {
     let fed = Rc::new(RefCell::new(Vec::new()));
     let log = Rc::clone(&fed);
-    let mut rows = Rows::simulated("static", 5).unwrap();
     let source = move |time_s: f64| {
-        let reading = rows.at(time_s);
+        let reading = source.at(time_s);
         log.borrow_mut().push(reading);
         reading
     };
-    Some(Board {
+    Board {
         uno: Uno::new(elf, Mpu6050::new(source, options)).unwrap(),
         fed,
-    })
+    }
 }
 
 /// As [`board`], with faults.

@@ -48,6 +48,8 @@ pub struct Layout {
     pub gyro_lsb_per_deg_s: Option<f64>,
     /// Temperatures are counts of the sensor of this board.
     pub temperature_counts: Option<BoardSettings>,
+    /// The board's settings line says that values are calibrated.
+    pub calibrated_by_board: bool,
     /// The header gives a unit for the temperature.
     pub temperature_claimed: bool,
     /// Some columns were assigned by their numbers alone.
@@ -82,14 +84,16 @@ pub(crate) fn has_calibrated(names: &[String]) -> bool {
 }
 
 impl Layout {
-    /// True if the accelerometer is read from columns with the names of calibrated ones.
+    /// True if the accelerometer is read from columns with the names of calibrated ones, or by the
+    /// board's own line.
     pub(crate) fn reads_calibrated(&self, names: &[String]) -> bool {
-        (0..3).all(|i| {
-            let field = self.field(Quantity::Accel(i));
-            field
-                .and_then(|f| names.get(f))
-                .is_some_and(|n| n == CALIBRATED[i])
-        })
+        self.calibrated_by_board
+            || (0..3).all(|i| {
+                let field = self.field(Quantity::Accel(i));
+                field
+                    .and_then(|f| names.get(f))
+                    .is_some_and(|n| n == CALIBRATED[i])
+            })
     }
 
     /// Field of a channel, from 0.
@@ -142,6 +146,7 @@ impl Layout {
     /// Completes the claims with the lines above the header: the range of counts, and the board's
     /// settings line, which says that values are counts.
     pub(super) fn apply_board_settings(&mut self, metadata: &[String]) {
+        self.calibrated_by_board = board::last(metadata).is_some_and(|b| b.is_calibrated());
         let Some(board) = board::of_counts(metadata) else {
             // For other counts a 16-bit converter is assumed unless gravity contradicts.
             if self.accel_claim.unit == Some(AccelUnit::Counts)

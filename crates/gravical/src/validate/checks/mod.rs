@@ -6,6 +6,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{AccelerometerSection, TiltSource};
 use crate::estimate::accelerometer::{Estimate, Method};
+use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::Placement;
 use crate::segment::face::{AxisMap, Claim, Face};
@@ -135,7 +136,10 @@ pub fn inputs(recordings: &[Recording]) -> Vec<Finding> {
             findings.push(
                 Finding::new(
                     FindingKind::AlreadyCalibrated,
-                    "its columns are named as this program names calibrated ones: a session needs raw recordings",
+                    format!(
+                        "{}: a session needs raw recordings",
+                        why_calibrated(recording.is_calibrated_by_board)
+                    ),
                 )
                 .in_file(&recording.name),
             );

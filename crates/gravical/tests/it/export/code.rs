@@ -94,6 +94,166 @@ fn the_arduino_header_compiles_and_calibrates_alike() {
     }
 }
 
+/// Raw values of the sensor's converter for a calibration that was made in SI units or in counts
+/// whose gyroscope does not say what they are.
+fn for_the_converter() -> ExportOptions {
+    ExportOptions {
+        counts_per_g: Some(16384.0),
+        counts_per_deg_s: Some(131.0),
+        ..ExportOptions::default()
+    }
+}
+
+#[test]
+fn counts_of_a_converter_stand_for_the_unit_of_the_recordings() {
+    // In counts of half the range, and in SI units: the same for a sketch that reads 16384 per g.
+    let mut half = made(8192.0 / G, 131.0);
+    half.accelerometer.input_unit = AccelUnit::Counts;
+    half.accelerometer.scale_deviation_percent = Some([1.2, -0.7, 2.1]);
+    half.gyroscope.as_mut().unwrap().input_unit = GyroUnit::Counts;
+    let calls = "gravical_apply(r, a); gravical_apply_gyro(g, a, w);";
+    for file in [in_counts(), half, in_g()] {
+        let header = export(&file, Target::Arduino, &for_the_converter()).unwrap();
+        assert!(!header.notes.iter().any(|n| n.contains("--counts-per-g")));
+        let main = main_in_c("#include \"cal.h\"", "int16_t", calls);
+        compiles_and_agrees(&in_counts(), &header.text, &main);
+    }
+    // A gyroscope in counts does not say of which range; its own scale shows that it is not that.
+    let other = ExportOptions {
+        counts_per_deg_s: Some(65.5),
+        ..for_the_converter()
+    };
+    let refused = export(&in_counts(), Target::Arduino, &other).unwrap_err();
+    assert_eq!(refused.code(), "export-unit");
+    let message = refused.to_string();
+    assert!(
+        message.contains("13") && message.contains("65.5"),
+        "{message}"
+    );
+    // What is not said is not assumed.
+    let told = export(&in_g(), Target::Arduino, &ExportOptions::default()).unwrap();
+    assert!(!told.text.contains("_apply_q") && told.notes[0].contains("--counts-per-g"));
+}
+
+/// The largest errors of both sensors in fixed point, m/s² and rad/s, over all counts that are
+/// ends of bytes and 10⁵ random ones, computed in C with a compiler that traps overflows.
+fn worst_of_fixed_point(file: &CalibrationFile, header: &str, folder: &Path) -> Option<[f64; 2]> {
+    let numbers = |m: &[[f64; 3]; 3]| -> String {
+        m.iter().flatten().map(|v| format!("{v:.17e}, ")).collect()
+    };
+    let one = |v: &[f64; 3]| -> String { v.iter().map(|v| format!("{v:.17e}, ")).collect() };
+    let (a, g) = (&file.accelerometer, file.gyroscope.as_ref().unwrap());
+    save(folder, "cal.h", header);
+    save(
+        folder,
+        "worst.c",
+        &format!(
+            r"#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include {include}
+static const double S[9] = {{ {} }}, o[3] = {{ {} }}, M[9] = {{ {} }}, b[3] = {{ {} }}, K[9] = {{ {} }};
+static double most[2];
+static void times(const double *m, const double *v, double *out) {{
+    for (int i = 0; i < 3; i++) out[i] = m[3*i] * v[0] + m[3*i+1] * v[1] + m[3*i+2] * v[2];
+}}
+static void one(const int16_t r[3], const int16_t w[3]) {{
+    int32_t a[3], g[3];
+    double u[3], f[3], k[3], q[3];
+    gravical_apply_q(r, a);
+    gravical_apply_gyro_q(w, r, g);
+    for (int i = 0; i < 3; i++) u[i] = r[i] - o[i];
+    times(S, u, f);
+    times(K, f, k);
+    for (int i = 0; i < 3; i++) u[i] = w[i] - b[i] - k[i];
+    times(M, u, q);
+    for (int i = 0; i < 3; i++) {{
+        most[0] = fmax(most[0], fabs(ldexp(a[i], -GRAVICAL_ACCEL_Q) - f[i]));
+        most[1] = fmax(most[1], fabs(ldexp(g[i], -GRAVICAL_GYRO_Q) - q[i]));
+    }}
+    if (GRAVICAL_ACCEL_FROM_Q != (float)ldexp(1.0, -GRAVICAL_ACCEL_Q)) abort();
+    if (GRAVICAL_GYRO_FROM_Q != (float)ldexp(1.0, -GRAVICAL_GYRO_Q)) abort();
+}}
+int main(void) {{
+    static const int16_t ends[4] = {{ -32768, -32513, 32512, 32767 }};
+    for (int n = 0; n < 4096; n++) {{
+        int16_t v[6];
+        for (int i = 0; i < 6; i++) v[i] = ends[n >> (2 * i) & 3];
+        one(v, v + 3);
+    }}
+    uint64_t state = 1;
+    for (long n = 0; n < 100000; n++) {{
+        int16_t v[6];
+        for (int i = 0; i < 6; i++) {{
+            state = state * 6364136223846793005u + 1442695040888963407u;
+            v[i] = (int16_t)(int)(state >> 48);
+        }}
+        one(v, v + 3);
+    }}
+    printf(EXPONENT EXPONENT, most[0], most[1]);
+    return 0;
+}}
+",
+            numbers(&a.matrix),
+            one(&a.bias),
+            numbers(&g.matrix),
+            one(&g.bias),
+            numbers(&g.g_sensitivity),
+            include = "\"cal.h\"",
+        )
+        .replace("EXPONENT", "\"%.9e \""),
+    );
+    let args = [
+        "-std=c99",
+        "-O1",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-pedantic",
+        "-fsanitize=undefined",
+        "-fno-sanitize-recover=all",
+        "-o",
+        "worst",
+        "worst.c",
+        "-lm",
+    ];
+    output("gcc", &args, folder, "")?;
+    let out = output(folder.join("worst").to_str().unwrap(), &[], folder, "").unwrap();
+    let both: Vec<f64> = out.split_whitespace().map(|w| w.parse().unwrap()).collect();
+    Some([both[0], both[1]])
+}
+
+/// The bound in the comment of a header, in `unit`.
+fn stated(header: &str, unit: &str) -> f64 {
+    let ending = format!(" {unit} at all counts");
+    let (before, _) = header.split_once(&ending).unwrap();
+    before.rsplit(' ').next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn fixed_point_is_as_close_as_the_header_says() {
+    let mut uncoupled = in_counts();
+    uncoupled.gyroscope.as_mut().unwrap().g_sensitivity = [[0.0; 3]; 3];
+    for file in [in_counts(), uncoupled] {
+        let folder = tempfile::tempdir().unwrap();
+        let header = export(&file, Target::Arduino, &for_the_converter())
+            .unwrap()
+            .text;
+        let Some(worst) = worst_of_fixed_point(&file, &header, folder.path()) else {
+            return;
+        };
+        for (worst, unit) in worst.into_iter().zip(["m/s^2", "rad/s"]) {
+            let stated = stated(&header, unit);
+            println!("{worst:.3e} {unit} of {stated:.1e}");
+            // A bound that is reached, to its two digits, at the ends of the bytes.
+            assert!(worst <= stated && worst > 0.85 * stated, "{worst} {stated}");
+        }
+        // A fiftieth of a count of the accelerometer, and of its rounding to 10⁻⁵ g.
+        assert!(worst[0] < 1.2e-5 && worst[1] < 2e-6, "{worst:?}");
+    }
+}
+
 #[test]
 fn rust_compiles_without_the_standard_library_and_calibrates_alike() {
     let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());

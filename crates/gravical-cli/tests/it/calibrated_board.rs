@@ -1,0 +1,61 @@
+//! Recordings of a board whose sketch calibrates: no command calibrates them again without a word.
+
+use std::path::Path;
+
+use crate::motion::line;
+use crate::support::*;
+
+/// What the sketch says of itself (docs/firmware.md).
+const BOARD: &str = "# gravical mpu6050_logger 1.1, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 3, calibrated 2026-01-01T00:00:00Z\n";
+
+/// `recording` as a board with `cal.json` would have sent it.
+fn by_the_board(folder: &Path, recording: &str, to: &str) {
+    let calibrate = format!("apply cal.json {recording} -o applied.csv --force --quiet");
+    assert_eq!(run_in(folder, words(&calibrate)).code, 0);
+    let rows = std::fs::read_to_string(folder.join("applied.csv")).unwrap();
+    write(folder, to, &format!("{BOARD}{rows}"));
+    // The line alone says it, too, where a program in between has changed the names.
+    let renamed = rows.replacen("ax_mps2,ay_mps2,az_mps2", "ax,ay,az", 1);
+    assert_ne!(renamed, rows);
+    write(
+        folder,
+        &format!("renamed-{to}"),
+        &format!("{BOARD}{renamed}"),
+    );
+}
+
+#[test]
+fn every_command_that_calibrates_says_that_the_board_did() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    by_the_board(path, "poses/poses.csv", "poses.csv");
+    by_the_board(path, "line/line.csv", "line.csv");
+    for name in ["", "renamed-"] {
+        for command in [
+            format!("calibrate {name}poses.csv --gravity 9.80665 -o {name}again.json"),
+            format!("check cal.json {name}poses.csv"),
+            format!("apply cal.json {name}line.csv -o {name}twice.csv"),
+            format!("motion {name}line.csv -c cal.json"),
+            format!("motion {name}line.csv -c cal.json --causal"),
+        ] {
+            let run = run_in(path, words(&format!("{command} --json --quiet")));
+            assert!(run.code == 0 || run.code == 4, "{command}\n{}", run.err);
+            let json = run.json();
+            let said = finding(&json, "already-calibrated")["message"]
+                .as_str()
+                .unwrap();
+            assert!(
+                said.contains("the board calibrated it"),
+                "{command}: {said}"
+            );
+            assert!(
+                said.contains("`gravical log --format si`"),
+                "{command}: {said}"
+            );
+        }
+        // Where nothing calibrates it again there is nothing to say.
+        let once = crate::motion::motion(path, &format!("{name}line.csv"), 0);
+        assert!(!kinds(&once).contains(&"already-calibrated".to_owned()));
+    }
+}

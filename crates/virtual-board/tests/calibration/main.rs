@@ -1,0 +1,284 @@
+//! A calibration on the board: the sketch with an exported header, and what the header's functions
+//! cost.
+#![cfg(feature = "emulator")]
+#![allow(clippy::unwrap_used)] // helpers of a test may panic as it does
+
+#[path = "../board/mod.rs"]
+mod board;
+mod cost;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use board::{build_with, notices, on, rows};
+use gravical::apply::{ApplyOptions, apply};
+use gravical::calibration_file::{CalibrationFile, from_imucal};
+use gravical::export::{ExportOptions, Target, export};
+use gravical::recording::board::BoardSettings;
+use gravical::recording::open::from_reader;
+use gravical::recording::{AccelUnit, GyroUnit, ReadOptions, read_bytes};
+use serde_json::json;
+use virtual_board::sensor::{Reading, Rows};
+
+const G: f64 = 9.80665;
+const LSB_PER_G: f64 = 16384.0;
+const LSB_PER_DEG_S: f64 = 65.5;
+
+/// A sensor with every kind of error, in counts of the sketch's ranges.
+fn calibration() -> CalibrationFile {
+    let per_mps2 = LSB_PER_G / G;
+    let times = |v: [f64; 3], by: f64| v.map(|x| x * by);
+    let diagonal = |v: [f64; 3]| [[v[0], 0.0, 0.0], [0.0, v[1], 0.0], [0.0, 0.0, v[2]]];
+    let k_ga = [
+        [0.01, 0.002, -0.003],
+        [0.0, -0.02, 0.004],
+        [0.001, 0.0, 0.015],
+    ];
+    let mut file = from_imucal(&json!({
+        "K_a": diagonal(times([1.012, 0.993, 1.021], per_mps2)),
+        "R_a": [[0.9998, 0.02, -0.01], [0.013, 0.9999, 0.007], [-0.016, 0.004, 0.9998]],
+        "b_a": times([0.31, -0.42, 0.55], per_mps2),
+        "K_g": diagonal(times([0.991, 1.004, 1.013], LSB_PER_DEG_S)),
+        "R_g": [[0.9999, -0.008, 0.011], [0.006, 0.9999, -0.012], [0.009, 0.003, 0.9999]],
+        "K_ga": k_ga.map(|row| times(row, LSB_PER_DEG_S)),
+        "b_g": times([1.3, -2.4, 0.7], LSB_PER_DEG_S),
+        "cal_type": "Ferraris",
+        "_format_version": "2.0.0"
+    }))
+    .unwrap();
+    file.accelerometer.input_unit = AccelUnit::Counts;
+    file.accelerometer.scale_deviation_percent = Some([1.2, -0.7, 2.1]);
+    file.gyroscope.as_mut().unwrap().input_unit = GyroUnit::Counts;
+    file
+}
+
+fn header(file: &CalibrationFile) -> String {
+    let options = ExportOptions {
+        counts_per_g: Some(LSB_PER_G),
+        counts_per_deg_s: Some(LSB_PER_DEG_S),
+        ..ExportOptions::default()
+    };
+    export(file, Target::Arduino, &options).unwrap().text
+}
+
+/// An empty folder of this test.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// The sketch with a header of `file`; none without a compiler.
+fn firmware(name: &str, file: &CalibrationFile) -> Option<PathBuf> {
+    let folder = folder(name);
+    let path = folder.join("mysensor.h");
+    std::fs::write(&path, header(file)).unwrap();
+    build_with(&folder, Some(&path)).map(|(elf, said)| {
+        eprintln!("{}", said.trim());
+        elf
+    })
+}
+
+/// Flat on the table for a second, then through both ranges to their ends.
+fn sweep(time_s: f64) -> Reading {
+    let s = time_s - 1.0;
+    if s < 0.0 {
+        return Reading::default();
+    }
+    let swing = |amplitude: f64, hz: f64| amplitude * (std::f64::consts::TAU * hz * s).sin();
+    Reading {
+        accel_mps2: [
+            swing(2.1 * G, 0.31),
+            swing(-1.9 * G, 0.43),
+            swing(1.5 * G, 0.57),
+        ],
+        gyro_deg_s: [swing(520.0, 0.37), swing(-480.0, 0.53), swing(300.0, 0.71)],
+        temperature_c: 25.0 + 0.1 * s,
+    }
+}
+
+/// Counts in the order of the board's columns.
+fn counts(reading: &Reading) -> [i16; 7] {
+    let count = |v: f64| v.round().clamp(-32768.0, 32767.0) as i16;
+    let [ax, ay, az] = reading.accel_mps2.map(|v| count(v / G * LSB_PER_G));
+    let [gx, gy, gz] = reading.gyro_deg_s.map(|v| count(v * LSB_PER_DEG_S));
+    let temperature = count((reading.temperature_c - 36.53) * 340.0);
+    [ax, ay, az, temperature, gx, gy, gz]
+}
+
+/// What `gravical apply` makes of counts that the board would have sent raw: specific force and
+/// angular rate.
+fn applied(file: &CalibrationFile, raw: &[[i16; 7]]) -> Vec<[f64; 6]> {
+    let mut text = String::from(
+        "# gravical mpu6050_logger 1.1, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, \
+         low-pass 44 Hz, rate 100.00 Hz, format 1\nTimestamp (ms),ax,ay,az,temp,gx,gy,gz\n",
+    );
+    for (i, [ax, ay, az, temp, gx, gy, gz]) in raw.iter().enumerate() {
+        text += &format!("{},{ax},{ay},{az},{temp},{gx},{gy},{gz}\n", 10 * i);
+    }
+    let input = from_reader(Box::new(std::io::Cursor::new(text.into_bytes())), false).unwrap();
+    let mut out = Vec::new();
+    // Of a sensor that is swung through its whole range gravity does not show the unit.
+    let options = ApplyOptions {
+        read: ReadOptions {
+            accel_unit: Some(AccelUnit::Counts),
+            ..ReadOptions::default()
+        },
+        ..ApplyOptions::default()
+    };
+    apply(file, input, "raw.csv", &mut out, &options).unwrap();
+    let text = String::from_utf8(out).unwrap();
+    let mut lines = text.lines().skip_while(|l| l.starts_with('#'));
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let columns = [
+        "ax_mps2", "ay_mps2", "az_mps2", "gx_rad_s", "gy_rad_s", "gz_rad_s",
+    ]
+    .map(|c| names.iter().position(|n| *n == c).unwrap());
+    lines
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            columns.map(|c| cells[c].parse().unwrap())
+        })
+        .collect()
+}
+
+#[test]
+fn board_and_host_calibrate_alike() {
+    let file = calibration();
+    let Some(elf) = firmware("calibrated", &file) else {
+        return;
+    };
+    let mut board = on(&elf, sweep);
+    let text = board.text(12.0);
+    let text = &text[..=text.rfind('\n').unwrap()];
+
+    let sent = rows(text);
+    assert!(sent.len() > 1100, "{}", sent.len());
+    let fed: Vec<[i16; 7]> = board.fed.borrow().iter().map(counts).collect();
+    // The first samples may have been ready before the settings were said. Where the swing is
+    // fast, one sample off would be a hundred times the tolerance.
+    let host = applied(&file, &fed);
+    let off = |first: usize| -> f64 {
+        let pairs = sent.iter().zip(&host[first..]);
+        pairs.map(|(b, h)| (b[1] - h[0]).abs()).fold(0.0, f64::max)
+    };
+    let first = (0..8).min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap();
+    let (mut accel, mut gyro) = (0.0_f64, 0.0_f64);
+    let mut largest = 0.0_f64;
+    for (board, host) in sent.iter().zip(&host[first..]) {
+        let norm = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let force = [0, 1, 2].map(|i| host[i]);
+        let apart = norm([0, 1, 2].map(|i| board[1 + i] - host[i]));
+        // Near free fall the last digit of the board's text is more than that.
+        let size = norm(force).max(0.5 * G);
+        accel = accel.max(apart / size);
+        largest = largest.max(norm(force));
+        for i in 0..3 {
+            gyro = gyro.max((board[5 + i] - host[3 + i]).abs());
+        }
+    }
+    eprintln!(
+        "board and host: {accel:.1e} of ||a||, {gyro:.1e} rad/s, {} rows, up to {largest:.1} m/s^2",
+        sent.len()
+    );
+    assert!(largest > 2.5 * G);
+    assert!(accel < 1e-5, "{accel}");
+    // 10⁻⁵ of ±500 °/s.
+    assert!(gyro < 1e-5 * 500_f64.to_radians(), "{gyro}");
+}
+
+#[test]
+fn the_reader_knows_that_the_board_calibrated() {
+    let Some(elf) = firmware("calibrated-at-rest", &calibration()) else {
+        return;
+    };
+    let mut board = on(&elf, Rows::simulated("static", 5).unwrap());
+    let text = board.text(6.0);
+    let text = &text[..=text.rfind('\n').unwrap()];
+    let said = notices(text);
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(said[0].contains(", format 3, calibrated 20"), "{said:?}");
+    let settings = BoardSettings::parse(said[0]).unwrap();
+    assert!(settings.is_calibrated() && !settings.is_counts());
+    let recording = read_bytes(text.as_bytes(), "board.csv", &ReadOptions::default()).unwrap();
+    assert!(recording.is_calibrated && recording.is_calibrated_by_board);
+    assert_eq!(recording.accel_scale.unit, AccelUnit::MetrePerSecondSquared);
+    let gyro = recording.gyro_scale.unwrap();
+    assert_eq!(gyro.unit, GyroUnit::RadianPerSecond);
+    let kinds: Vec<&str> = recording.findings.iter().map(|f| f.kind.name()).collect();
+    // The empty first line.
+    assert_eq!(kinds, ["blank-rows"]);
+}
+
+#[test]
+fn raw_values_are_still_sent_and_other_ranges_are_not_calibrated() {
+    let Some(elf) = firmware("calibrated-commands", &calibration()) else {
+        return;
+    };
+    let mut board = on(&elf, |_| Reading::default());
+    board.run(0.5);
+    let mut say = |command: &str| -> String {
+        board.uno.send(command.as_bytes());
+        board.text(0.8)
+    };
+    let refused = say("a4\n");
+    assert_eq!(
+        notices(&refused),
+        ["# no calibration for this range: raw values, f0 f1 f2, have all ranges"]
+    );
+    // Nothing has changed.
+    assert!(say("?\n").contains("accelerometer +-2 g, gyroscope +-500 deg/s"));
+    let raw = say("f1\n");
+    let raw = rows(raw.rsplit_once("gz\n").unwrap().1);
+    assert_eq!(raw[0][1..4], [0.0, 0.0, 16384.0]);
+    assert!(say("a4\n").contains("accelerometer +-4 g"));
+    assert!(say("f3\n").contains("# no calibration for this range"));
+    assert!(say("a2\n").contains("accelerometer +-2 g"));
+    assert!(say("f3\n").contains("format 3, calibrated "));
+}
+
+#[test]
+fn a_sketch_without_a_calibration_says_so() {
+    let Some(mut board) = board::board(Default::default()) else {
+        return;
+    };
+    board.run(0.5);
+    board.uno.send(b"f3\n");
+    let text = board.text(0.5);
+    assert_eq!(
+        notices(&text),
+        ["# no calibration in this sketch: f0 f1 f2"]
+    );
+    assert!(rows(text.split_once('\n').unwrap().1).len() > 30);
+}
+
+/// What the compiler says of a header that is not for the sketch.
+#[test]
+fn a_header_for_other_values_is_refused_with_what_to_do() {
+    if Command::new("avr-gcc").arg("--version").output().is_err() {
+        eprintln!("skipped: no avr-gcc");
+        return;
+    }
+    let refused = |name: &str, options: ExportOptions| -> String {
+        let folder = folder(name);
+        let text = export(&calibration(), Target::Arduino, &options)
+            .unwrap()
+            .text;
+        let path = folder.join("mysensor.h");
+        std::fs::write(&path, text).unwrap();
+        board::build_refused(&folder, &path)
+    };
+    let of_other_range = ExportOptions {
+        counts_per_g: Some(8192.0),
+        counts_per_deg_s: Some(LSB_PER_DEG_S),
+        ..ExportOptions::default()
+    };
+    let said = refused("other-range", of_other_range);
+    assert!(
+        said.contains("ACCEL_RANGE_G is not the range of the header"),
+        "{said}"
+    );
+    let said = refused("no-counts", ExportOptions::default());
+    assert!(said.contains("with --counts-per-g 16384"), "{said}");
+}
