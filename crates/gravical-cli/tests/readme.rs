@@ -10,13 +10,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const DOCUMENTS: [&str; 9] = [
+const DOCUMENTS: [&str; 10] = [
     "README.md",
     "docs/tutorial.md",
     "docs/reading-results.md",
     "docs/recording.md",
     "docs/method.md",
     "docs/denoise.md",
+    "docs/noise.md",
     "docs/file-formats.md",
     "docs/exports.md",
     "examples/simulated-six-position/README.md",

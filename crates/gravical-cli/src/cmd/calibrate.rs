@@ -10,6 +10,7 @@ use gravical::excerpt;
 use gravical::figure;
 use gravical::figure::calibration::Session;
 use gravical::live::folder::{calibrate_session, is_session};
+use gravical::noise::read_noise;
 use gravical::output::{is_special, path_word};
 use gravical::recording::Recording;
 use gravical::segment::SegmentOptions;
@@ -125,6 +126,9 @@ struct MethodArgs {
     /// repeatable for more poses [default: from the session if it spans more than 5 °C]
     #[arg(long, hide_short_help = true, value_name = "FILE")]
     thermal: Vec<PathBuf>,
+    /// Noise of the sensor by `gravical noise`, stored in the calibration
+    #[arg(long, value_name = "FILE")]
+    noise: Option<PathBuf>,
     /// Name or serial number of the sensor, stored in the calibration
     #[arg(long, hide_short_help = true, value_name = "TEXT")]
     sensor_id: Option<String>,
@@ -174,6 +178,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .chain(&args.gyro)
         .chain(&args.method.sections);
     let inputs = inputs.chain(&args.method.thermal);
+    let inputs = inputs.chain(&args.method.noise);
     check_outputs(
         args.output.as_deref(),
         &args.report,
@@ -182,6 +187,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         args.force,
     )?;
     let options = args.options()?;
+    let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
     let read_options = args.recording.read_options(true);
     // --sections and --rows name rows: the whole recording is needed.
     let by_rows = options.segment.sections.is_some() || options.segment.rows.is_some();
@@ -192,7 +198,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         [folder] if !by_rows && !thermal && gyro.is_none() => is_session(folder).then_some(folder),
         _ => None,
     };
-    let (file, segmentation, recordings) = match guided {
+    let (mut file, segmentation, recordings) = match guided {
         Some(folder) => {
             let gravity = args.gravity.given()?;
             let (recordings, done) = calibrate_session(folder, &read_options, &options, gravity)?;
@@ -211,6 +217,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             (file, segmentation, recordings)
         }
     };
+    if let Some((noise, input)) = noise {
+        file.noise = Some(noise.section());
+        file.inputs.push(input);
+    }
     if let Some(path) = &args.output {
         save(path, args.force, &file)?;
     }

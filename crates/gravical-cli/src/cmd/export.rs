@@ -47,6 +47,9 @@ pub struct Args {
     /// Counts per °/s of the sketch's raw values (arduino) [default: the unit of the recordings]
     #[arg(long, value_name = "N")]
     counts_per_deg_s: Option<f64>,
+    /// Take upper limits for noise parameters that are not determined (kalibr)
+    #[arg(long)]
+    upper_limit: bool,
     /// Overwrite an existing file
     #[arg(long)]
     force: bool,
@@ -100,6 +103,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         rotation: args.rotation.as_ref().map(|r| r.0),
         counts_per_g: args.counts_per_g,
         counts_per_deg_s: args.counts_per_deg_s,
+        upper_limit: args.upper_limit,
     };
     let written = export(&file, target, &options)?;
     match &args.output {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
+use gravical::export::kalibr;
 use gravical::figure::noise::figures;
 use gravical::noise::{NoiseOptions, NoiseResult, PARTS, Part, Spacing, Term, noise};
 use gravical::output::{path_text, write_atomic};
@@ -60,6 +61,12 @@ pub struct Args {
     /// bmi160
     #[arg(long, value_name = "PART", value_parser = part)]
     part: Option<&'static Part>,
+    /// Write the noise for another program to -o, or to stdout
+    #[arg(long, value_enum, value_name = "TARGET")]
+    to: Option<To>,
+    /// With --to: upper limits for parameters that are not determined
+    #[arg(long, requires = "to")]
+    upper_limit: bool,
     /// Overwrite existing files
     #[arg(long)]
     force: bool,
@@ -71,6 +78,13 @@ pub struct Args {
     pub json: bool,
     #[command(flatten)]
     recording: RecordingArgs,
+}
+
+/// A target of --to.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum To {
+    /// imu.yaml of Kalibr
+    Kalibr,
 }
 
 /// [`Spacing`] as an option.
@@ -129,17 +143,31 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let result = noise(&args.input, &read, &options_of(args))?;
     let figures = figures(&result);
     let document = with_origin(report::noise(&result, &figures), &result.inputs);
-    if let Some(path) = output {
-        write_result(path, args.force, &result)?;
+    let exported = match args.to {
+        Some(To::Kalibr) => Some(kalibr(&result.section(), None, args.upper_limit)?),
+        None => None,
+    };
+    match (output, &exported) {
+        (Some(path), Some(export)) => write_text(path, args.force, &export.text)?,
+        (Some(path), None) => write_text(path, args.force, &json(&result)?)?,
+        (None, Some(export)) if !args.json => text::print(&export.text)?,
+        (None, _) => {}
     }
     args.report.write(args.force, &document)?;
     args.figures.write(&figures, args.force, args.quiet)?;
     if args.json {
         text::print_json(&result)?;
     } else if !args.quiet {
-        text::print_report(&document.to_text(args.report.detail()))?;
+        let report = document.to_text(args.report.detail());
+        match exported.is_some() && output.is_none() {
+            true => text::say_report(report.trim_end()),
+            false => text::print_report(&report)?,
+        }
     }
     if !args.quiet {
+        for note in exported.iter().flat_map(|export| &export.notes) {
+            text::say(&format!("note: {note}"));
+        }
         if let Some(path) = output {
             text::say(&format!("Noise: {}", path_text(path)));
         }
@@ -167,9 +195,13 @@ fn options_of(args: &Args) -> NoiseOptions {
     options
 }
 
-fn write_result(path: &Path, force: bool, result: &NoiseResult) -> Result<()> {
-    let json = serde_json::to_string_pretty(result).map_err(|e| Error::io(path, e.into()))?;
+fn json(result: &NoiseResult) -> anyhow::Result<String> {
+    Ok(serde_json::to_string_pretty(result)? + "\n")
+}
+
+fn write_text(path: &Path, force: bool, text: &str) -> Result<()> {
     write_atomic(path, force, |out| {
-        writeln!(out, "{json}").map_err(|e| Error::io(path, e))
+        out.write_all(text.as_bytes())
+            .map_err(|e| Error::io(path, e))
     })
 }

@@ -5,7 +5,7 @@ mod args;
 use std::process::ExitCode;
 
 use gravical::output::{path_text, path_word};
-use gravical::simulate::{Scenario, Simulation, simulate, write};
+use gravical::simulate::{Scenario, Truth, simulate_to};
 
 use crate::text;
 use args::Shared;
@@ -19,14 +19,13 @@ pub use args::Args;
 /// An option out of range, an existing file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let (options, shared) = args.options();
-    let simulation = simulate(&options)?;
-    let written = write(&simulation, &shared.output, shared.force)?;
+    let (truth, written) = simulate_to(&options, &shared.output, shared.force)?;
     if shared.json {
-        text::print_json(&simulation.truth)?;
+        text::print_json(&truth)?;
     }
     if !shared.quiet {
         // The last path is the truth, which has no rows.
-        for (path, truth) in written.iter().zip(&simulation.truth.files) {
+        for (path, truth) in written.iter().zip(&truth.files) {
             text::say(&format!(
                 "wrote {} ({} rows{})",
                 path_text(path),
@@ -40,7 +39,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
                 path_text(path)
             ));
         }
-        let next = next(&simulation, &options.scenario, shared);
+        let next = next(&truth, &options.scenario, shared);
         text::say(&format!("next: {next}"));
     }
     Ok(ExitCode::SUCCESS)
@@ -54,11 +53,11 @@ fn clipped(rows: usize) -> String {
 }
 
 /// The command that makes most of what was written.
-fn next(simulation: &Simulation, scenario: &Scenario, shared: &Shared) -> String {
+fn next(truth: &Truth, scenario: &Scenario, shared: &Shared) -> String {
     let dir = path_word(&shared.output);
-    let file = simulation.files.first().map_or("", |f| f.name.as_str());
+    let file = truth.files.first().map_or("", |f| f.name.as_str());
     let file = path_word(&shared.output.join(file));
-    let gravity = simulation.truth.gravity_mps2;
+    let gravity = truth.gravity_mps2;
     match scenario {
         Scenario::SixPosition(o) if !o.continuous => {
             format!("gravical calibrate {dir} --gravity {gravity}")
@@ -66,6 +65,7 @@ fn next(simulation: &Simulation, scenario: &Scenario, shared: &Shared) -> String
         Scenario::SixPosition(_) | Scenario::Poses(_) => {
             format!("gravical calibrate {file} --gravity {gravity}")
         }
+        Scenario::Static(o) if o.duration_s >= 600.0 => format!("gravical noise {file}"),
         Scenario::Static(_) | Scenario::Line(_) => format!("gravical inspect {file}"),
     }
 }

@@ -57,6 +57,9 @@ impl CalibrationFile {
                 c.check("gyroscope.covariance", &[&twelve, &twelve[9..]])?;
             }
         }
+        if self.noise.as_ref().is_some_and(|noise| !noise.is_sound()) {
+            return Err(wrong("noise", "not a positive number".to_owned()));
+        }
         let unusable = |m: &super::TemperatureModel| !m.is_usable();
         if self.temperature_model.as_ref().is_some_and(unusable) {
             return Err(wrong(

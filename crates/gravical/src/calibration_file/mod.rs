@@ -8,6 +8,7 @@
 mod check;
 mod imucal;
 mod input;
+mod noise;
 mod nominal;
 mod syntax;
 mod temperature;
@@ -21,6 +22,7 @@ use crate::{Error, Result};
 
 pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
+pub use noise::*;
 use syntax::syntax;
 pub use temperature::*;
 pub use trust::*;

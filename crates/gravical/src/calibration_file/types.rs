@@ -7,7 +7,7 @@ use super::trust::{
     Budget, ContradictedPose, Deviations, FitQuality, KnownGravity, LeastConsistentPose, NextPose,
     UndetectedError, WorstDirection,
 };
-use super::{InputFile, TemperatureModel};
+use super::{InputFile, NoiseSection, TemperatureModel};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
 
@@ -46,6 +46,9 @@ pub struct CalibrationFile {
     /// Temperature drift of the readings; null if it was not measured.
     #[serde(default)]
     pub temperature_model: Option<TemperatureModel>,
+    /// Noise of the sensor (`calibrate --noise`); absent if it was not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<NoiseSection>,
 }
 
 /// The sensor that a calibration belongs to.

@@ -12,9 +12,12 @@ mod fixed;
 pub(crate) mod formula;
 mod fusion;
 mod header;
+mod kalibr;
 mod mpu6050;
 mod nominal;
 mod ros;
+
+pub use kalibr::kalibr;
 
 use crate::calibration_file::{CalibrationFile, to_imucal};
 use crate::output::shown_json;
@@ -76,6 +79,8 @@ pub struct ExportOptions {
     /// Counts per °/s of the sketch's raw values (`arduino`) [default: raw values are those of the
     /// recordings].
     pub counts_per_deg_s: Option<f64>,
+    /// Upper limits for noise parameters that are not determined (`kalibr`).
+    pub upper_limit: bool,
 }
 
 /// A written calibration.
@@ -154,8 +159,8 @@ impl Target {
             ),
             Target::Kalibr => (
                 "kalibr",
-                "imu.yaml: noise only, which a calibration file does not contain; refused",
-                &[],
+                "imu.yaml: noise density and random walk, of a calibration with noise (calibrate --noise)",
+                &["--upper-limit"],
             ),
             Target::Px4 => (
                 "px4",
@@ -226,6 +231,7 @@ impl Target {
             ("--rotation", options.rotation.is_some()),
             ("--counts-per-g", options.counts_per_g.is_some()),
             ("--counts-per-deg-s", options.counts_per_deg_s.is_some()),
+            ("--upper-limit", options.upper_limit),
         ];
         for (option, is_given) in given {
             if is_given && !about.options.contains(&option) {
@@ -285,13 +291,16 @@ pub fn export(file: &CalibrationFile, target: Target, options: &ExportOptions) -
         Target::Matlab => Ok(code::matlab(file, name.unwrap_or("gravical"))),
         Target::Ros => ros::ros(file),
         Target::Ros2 => ros::ros2(file, name.unwrap_or("imu_apply")),
-        Target::Kalibr => Err(Error::input(
-            "export-target",
-            "kalibr's imu.yaml holds noise densities and random walks only, and a calibration file contains neither",
-        )
-        .with_hint(
-            "apply the calibration before Kalibr reads the data, for example with --to ros, and take the noise from an Allan deviation",
-        )),
+        Target::Kalibr => match &file.noise {
+            Some(noise) => kalibr(noise, Some(file), options.upper_limit),
+            None => Err(Error::input(
+                "noise-unknown",
+                "kalibr's imu.yaml holds noise densities and random walks only, and this calibration contains neither",
+            )
+            .with_hint(
+                "take them from an Allan deviation: `gravical noise REST.csv --to kalibr -o imu.yaml`; or keep them in the calibration: `gravical calibrate … --noise noise.json`",
+            )),
+        },
         Target::Px4 => autopilot::px4(file, options),
         Target::ArduPilot => autopilot::ardupilot(file, options),
         Target::Inav => autopilot::inav(file, options),

@@ -4,9 +4,11 @@ use std::ops::Range;
 
 use gravical_core::motion::LEAST_FOR_BIAS_S;
 
+use super::MotionOptions;
 use super::leg::Anchor;
 use super::samples::{Samples, View};
 use super::still::Noise;
+use crate::finding::{Finding, FindingKind};
 
 /// Of a long rest so much counts, at the end where the leg begins, s: biases
 /// drift.
@@ -57,6 +59,37 @@ impl Walk {
             gyro: gyro.map_or(0.0, |n| walk(n).iter().sum::<f64>() / 3.0),
             rounding: [accel.map_or(0.0, left), gyro.map_or(0.0, left)],
         }
+    }
+
+    /// With N of an Allan deviation, as far as it is known, and a finding that says what was used.
+    pub fn with_noise(mut self, options: &MotionOptions) -> (Self, Option<Finding>) {
+        let Some(noise) = &options.noise else {
+            return (self, None);
+        };
+        let mut used = Vec::new();
+        let mut say = |sensor: &str, unit: &str, own: f64, rest: f64| {
+            used.push(format!(
+                "{sensor} {:.2e} {unit}, {:.2} times that of the rests",
+                own.sqrt(),
+                (own / rest).sqrt()
+            ));
+        };
+        if let Some(n) = noise.densities('a') {
+            let before = self.accel_mean();
+            self.accel = options.axes.to_case(n).map(|n| n * n);
+            say("accelerometer", "m/s²/√Hz", self.accel_mean(), before);
+        }
+        if let Some(n) = noise.densities('g') {
+            let before = self.gyro;
+            self.gyro = n.iter().map(|n| n * n).sum::<f64>() / 3.0;
+            say("gyroscope", "rad/s/√Hz", self.gyro, before);
+        }
+        let text = match used.is_empty() {
+            true => "the noise file does not know N of all axes: the bands use that of the rests"
+                .to_owned(),
+            false => format!("the bands use N of the noise file: {}", used.join("; ")),
+        };
+        (self, Some(Finding::new(FindingKind::NoiseUsed, text)))
     }
 
     /// The mean of the accelerometer's axes, m²/s³.

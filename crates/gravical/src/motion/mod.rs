@@ -185,6 +185,8 @@ fn compute(
     }
     let view = View::calibrated(&samples);
     let walk = Walk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
+    let (walk, noise_used) = walk.with_noise(options);
+    findings.extend(noise_used.map(|finding| finding.in_file(&recording.name)));
     let mut rests = found.spans.clone();
     let applied = Applied {
         file,

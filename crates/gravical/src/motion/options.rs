@@ -2,6 +2,7 @@
 
 use super::stance::StanceOptions;
 use super::still::RestOptions;
+use crate::calibration_file::NoiseSection;
 use crate::denoise::{Edge, FilterSpec};
 use crate::gravity::Gravity;
 use crate::segment::face::AxisMap;
@@ -47,6 +48,9 @@ pub struct MotionOptions {
     pub v0_mps: Option<[f64; 3]>,
     /// Position at the start, m. Default 0.
     pub p0_m: [f64; 3],
+    /// Noise of the sensor, for the bands; its N is used in place of what the rests show, where it
+    /// is known of all axes. Default: by the rests.
+    pub noise: Option<NoiseSection>,
     /// Local gravity, for judging the magnitude at rest. Default: that of the
     /// calibration, else standard.
     pub gravity: Option<Gravity>,
@@ -78,6 +82,7 @@ impl Default for MotionOptions {
             stance: StanceOptions::default(),
             v0_mps: None,
             p0_m: [0.0; 3],
+            noise: None,
             gravity: None,
             clock_error: 1e-3,
             tilt_change_deg: 0.5,

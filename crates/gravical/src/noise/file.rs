@@ -9,6 +9,14 @@ use crate::{Error, Result};
 /// Value of `format`.
 pub const NOISE_FORMAT: &str = "gravical-noise/1";
 
+impl NoiseResult {
+    /// JSON schema of the file.
+    #[must_use]
+    pub fn schema() -> serde_json::Value {
+        schemars::schema_for!(NoiseResult).to_value()
+    }
+}
+
 /// Reads the result that `gravical noise` wrote.
 ///
 /// # Errors

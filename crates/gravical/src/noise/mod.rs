@@ -49,7 +49,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration_file::{CHANNELS, InputFile};
+use crate::calibration_file::{CHANNELS, InputFile, NoiseParameters, NoiseSection};
 use crate::finding::{Finding, FindingKind};
 use crate::recording::{ReadOptions, Recording};
 use crate::segment::check_units;
@@ -154,6 +154,16 @@ impl NoiseResult {
     pub fn channel(&self, name: &str) -> Option<&ChannelNoise> {
         self.channels.iter().find(|c| c.channel == name)
     }
+
+    /// What a calibration file keeps.
+    #[must_use]
+    pub fn section(&self) -> NoiseSection {
+        NoiseSection {
+            rate_hz: self.rate_hz,
+            used_s: self.used_s,
+            channels: self.channels.iter().map(ChannelNoise::parameters).collect(),
+        }
+    }
 }
 
 /// Noise of one channel, in its [unit](Self::unit), seconds and hertz.
@@ -207,6 +217,18 @@ impl ChannelNoise {
     #[must_use]
     pub fn missing(&self, term: Term) -> Option<&NotObservable> {
         self.not_observable.iter().find(|t| t.term == term.symbol())
+    }
+
+    /// What a calibration file keeps.
+    fn parameters(&self) -> NoiseParameters {
+        let value = |term: Term| self.estimate(term).map(|e| e.value);
+        NoiseParameters {
+            channel: self.channel.clone(),
+            n: value(Term::N),
+            b: value(Term::B),
+            k: value(Term::K),
+            at_most: [Term::N, Term::B, Term::K].map(|term| self.missing(term)?.at_most),
+        }
     }
 
     fn is_gyroscope(&self) -> bool {

@@ -42,6 +42,7 @@ mod record;
 mod scenario;
 mod scenario_options;
 mod sensor;
+mod slow;
 #[cfg(test)]
 mod tests;
 mod truth;
@@ -57,12 +58,14 @@ pub use truth::{
     AccelerometerTruth, FileTruth, GyroscopeTruth, MoveTruth, PoseKind, PoseTruth, TRUTH_FORMAT,
     Truth, TurnTruth,
 };
-pub use write::write;
+pub use write::{simulate_to, write};
 
 use crate::Result;
 
-/// Largest number of rows (28 h at 100 Hz, 0.8 GB); more are assumed to be a mistake.
+/// Largest number of rows in memory (28 h at 100 Hz, 0.8 GB), and in files; more are assumed to be a
+/// mistake.
 const MOST_ROWS: usize = 10_000_000;
+const MOST_WRITTEN: usize = 1_000_000_000;
 
 /// Seconds between two recordings of one simulation; the part stays switched on and continues to
 /// warm up.
@@ -104,50 +107,84 @@ pub struct SimulatedFile {
 /// # Errors
 ///
 /// `simulate-option` (usage) for an option out of its range, or for more than ten million rows in
-/// total.
+/// total; [`simulate_to`] writes more.
 pub fn simulate(options: &SimulateOptions) -> Result<Simulation> {
+    let (sensor, plans) = planned(options, MOST_ROWS)?;
+    let mut files = Vec::with_capacity(plans.len());
+    let mut file_truths = Vec::with_capacity(plans.len());
+    let mut on_s = 0.0;
+    for (index, plan) in plans.into_iter().enumerate() {
+        let mut file = SimulatedFile::empty(&plan, record::row_count(&plan.path, options));
+        let recorded = record::record(&plan.path, &sensor, options, index, on_s, |row| {
+            file.push(row);
+            Ok(())
+        })?;
+        on_s += plan.path.duration_s() + BETWEEN_FILES_S;
+        file_truths.push(file_truth(plan, &recorded));
+        files.push(file);
+    }
+    let truth = truth_of(&sensor, options, file_truths);
+    Ok(Simulation { files, truth })
+}
+
+/// The sensor and the recordings, if these have no more than `most` rows together.
+fn planned(
+    options: &SimulateOptions,
+    most: usize,
+) -> Result<(sensor::Sensor, Vec<scenario::Plan>)> {
     options.validate()?;
     let plans = scenario::plan(options);
     let rows: usize = plans
         .iter()
         .map(|p| record::row_count(&p.path, options))
         .sum();
-    if rows > MOST_ROWS {
+    if rows > most {
         return Err(range::bad(format!(
-            "{rows} rows; {MOST_ROWS} at most: lower the rate or the duration"
+            "{rows} rows; {most} at most: lower the rate or the duration"
         )));
     }
-    let sensor = sensor::Sensor::draw(options);
-    let mut files = Vec::with_capacity(plans.len());
-    let mut file_truths = Vec::with_capacity(plans.len());
-    let mut on_s = 0.0;
-    for (index, plan) in plans.into_iter().enumerate() {
-        let columns = record::record(&plan.path, &sensor, options, index, on_s);
-        on_s += plan.path.duration_s() + BETWEEN_FILES_S;
-        file_truths.push(FileTruth {
-            name: plan.name.clone(),
-            rows: columns.t_s.len(),
-            dropped_rows: columns.dropped_rows,
-            clipped_rows: columns.clipped_rows,
-            first_stamp_ms: columns.first_stamp_ms,
-            temperature_mean_c: columns.temperature_mean_c,
-            poses: plan.poses,
-            turns: plan.turns,
-            moves: plan.moves,
-        });
-        files.push(SimulatedFile {
-            name: plan.name,
-            t_s: columns.t_s,
-            stamp_ms: columns.stamp_ms,
-            accel_mps2: columns.accel_mps2,
-            gyro_rad_s: columns.gyro_rad_s,
-            temperature_c: columns.temperature_c,
-            still: columns.still,
-            path: plan.path,
-        });
+    Ok((sensor::Sensor::draw(options), plans))
+}
+
+fn file_truth(plan: scenario::Plan, recorded: &record::Recorded) -> FileTruth {
+    FileTruth {
+        name: plan.name,
+        rows: recorded.rows,
+        dropped_rows: recorded.dropped_rows,
+        clipped_rows: recorded.clipped_rows,
+        first_stamp_ms: recorded.first_stamp_ms,
+        temperature_mean_c: recorded.temperature_mean_c,
+        poses: plan.poses,
+        turns: plan.turns,
+        moves: plan.moves,
     }
-    let truth = truth_of(&sensor, options, file_truths);
-    Ok(Simulation { files, truth })
+}
+
+impl SimulatedFile {
+    fn empty(plan: &scenario::Plan, rows: usize) -> Self {
+        let column = || Vec::with_capacity(rows);
+        SimulatedFile {
+            name: plan.name.clone(),
+            t_s: column(),
+            stamp_ms: Vec::with_capacity(rows),
+            accel_mps2: std::array::from_fn(|_| column()),
+            gyro_rad_s: std::array::from_fn(|_| column()),
+            temperature_c: column(),
+            still: Vec::with_capacity(rows),
+            path: plan.path.clone(),
+        }
+    }
+
+    fn push(&mut self, row: &record::Row) {
+        self.t_s.push(row.t_s);
+        self.stamp_ms.push(row.stamp_ms);
+        for axis in 0..3 {
+            self.accel_mps2[axis].push(row.reading.accel[axis]);
+            self.gyro_rad_s[axis].push(row.reading.gyro[axis]);
+        }
+        self.temperature_c.push(row.reading.temperature_c);
+        self.still.push(row.still);
+    }
 }
 
 fn truth_of(sensor: &sensor::Sensor, options: &SimulateOptions, files: Vec<FileTruth>) -> Truth {

@@ -127,6 +127,18 @@ pub struct SensorOptions {
     pub accel_noise_mps_rts: f64,
     /// Noise of the gyroscope, Allan N in °/√s. Default 0.005; range 0 to 1.
     pub gyro_noise_deg_rts: f64,
+    /// Bias instability of the accelerometer, B, m/s². Default 0; range 0 to 1.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub accel_bias_instability_mps2: f64,
+    /// Random walk of the accelerometer's bias, K, m/s²/√s. Default 0; range 0 to 0.1.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub accel_random_walk_mps2_rts: f64,
+    /// Bias instability of the gyroscope, B, °/h. Default 0; range 0 to 10 000.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub gyro_bias_instability_deg_h: f64,
+    /// Random walk of the gyroscope's bias, K, °/s/√s. Default 0; range 0 to 1.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub gyro_random_walk_deg_s_rts: f64,
     /// Standard deviation of a temperature reading, °C. Default 0.02; range 0
     /// to 1.
     pub temperature_noise_c: f64,
@@ -158,12 +170,21 @@ impl Default for SensorOptions {
             g_sensitivity_sd_deg_s_per_g: 0.1,
             accel_noise_mps_rts: 3.3e-3,
             gyro_noise_deg_rts: 0.005,
+            accel_bias_instability_mps2: 0.0,
+            accel_random_walk_mps2_rts: 0.0,
+            gyro_bias_instability_deg_h: 0.0,
+            gyro_random_walk_deg_s_rts: 0.0,
             temperature_noise_c: 0.02,
             temperature_rise_c: 1.5,
             temperature_time_s: 120.0,
             bias_drift_mg_per_c: 0.5,
         }
     }
+}
+
+/// Options that are off are not written: files of earlier versions stay as they are.
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 impl SensorOptions {
@@ -192,6 +213,10 @@ impl SensorOptions {
     pub fn with_noise_factor(mut self, factor: f64) -> Self {
         self.accel_noise_mps_rts *= factor;
         self.gyro_noise_deg_rts *= factor;
+        self.accel_bias_instability_mps2 *= factor;
+        self.accel_random_walk_mps2_rts *= factor;
+        self.gyro_bias_instability_deg_h *= factor;
+        self.gyro_random_walk_deg_s_rts *= factor;
         self.temperature_noise_c *= factor;
         self
     }
@@ -225,6 +250,34 @@ impl SensorOptions {
             ),
             ("accel-noise", self.accel_noise_mps_rts, 0.0, 1.0, "m/s/√s"),
             ("gyro-noise", self.gyro_noise_deg_rts, 0.0, 1.0, "°/√s"),
+            (
+                "accel-bias-instability",
+                self.accel_bias_instability_mps2,
+                0.0,
+                1.0,
+                "m/s²",
+            ),
+            (
+                "accel-random-walk",
+                self.accel_random_walk_mps2_rts,
+                0.0,
+                0.1,
+                "m/s²/√s",
+            ),
+            (
+                "gyro-bias-instability",
+                self.gyro_bias_instability_deg_h,
+                0.0,
+                1e4,
+                "°/h",
+            ),
+            (
+                "gyro-random-walk",
+                self.gyro_random_walk_deg_s_rts,
+                0.0,
+                1.0,
+                "°/s/√s",
+            ),
             (
                 "temperature-noise",
                 self.temperature_noise_c,

@@ -28,6 +28,8 @@ pub(super) struct Part {
     accel_sd: f64,
     gyro_sd: f64,
     step_s: f64,
+    /// Slow noise of the next reading.
+    pub slow: [f64; 6],
 }
 
 impl Part {
@@ -63,6 +65,7 @@ impl Part {
             accel_sd: o.accel_noise_mps_rts * per_step,
             gyro_sd: o.gyro_noise_deg_rts.to_radians() * per_step,
             step_s,
+            slow: [0.0; 6],
         }
     }
 
@@ -89,7 +92,9 @@ impl Part {
 
     /// The same, as read from the registers.
     pub(super) fn read(&mut self, path: &MotionPath, t_s: f64, warmth: Warmth) -> Reading {
-        let [ax, ay, az, gx, gy, gz] = self.update(path, t_s, warmth.drift_c);
+        let values = self.update(path, t_s, warmth.drift_c);
+        let slow = self.slow;
+        let [ax, ay, az, gx, gy, gz] = std::array::from_fn(|i| values[i] + slow[i]);
         let mut clipped = false;
         let quantise = self.options.quantise;
         let mut give = |value: f64, lsb: f64| {

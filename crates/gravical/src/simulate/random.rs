@@ -17,6 +17,7 @@ pub(super) enum Purpose {
     Stamps = 6,
     Drops = 7,
     Board = 8,
+    SlowNoise = 9,
 }
 
 /// The stream of `purpose` for the file with this index (0 for values common to all files).

@@ -12,19 +12,24 @@ use super::part::{Part, Reading};
 use super::path::MotionPath;
 use super::random::{Purpose, stream, uniform};
 use super::sensor::{START_TEMPERATURE_C, Sensor};
+use super::slow::SlowNoise;
+use crate::Result;
 
 /// The lowest rate of the internal simulation of the sensor, Hz.
 pub(super) const INSIDE_HZ: f64 = 1000.0;
 
-/// The columns of one recording; row 0 is at true time 0.
+/// A row of a recording; row 0 is at true time 0.
+pub(super) struct Row {
+    pub t_s: f64,
+    pub stamp_ms: u64,
+    pub reading: Reading,
+    pub still: bool,
+}
+
+/// What is known after the last row.
 #[derive(Debug, Default)]
-pub(super) struct Columns {
-    pub t_s: Vec<f64>,
-    pub stamp_ms: Vec<u64>,
-    pub accel_mps2: [Vec<f64>; 3],
-    pub gyro_rad_s: [Vec<f64>; 3],
-    pub temperature_c: Vec<f64>,
-    pub still: Vec<bool>,
+pub(super) struct Recorded {
+    pub rows: usize,
     pub first_stamp_ms: u64,
     pub dropped_rows: usize,
     pub clipped_rows: usize,
@@ -37,7 +42,7 @@ pub(super) fn row_count(path: &MotionPath, options: &SimulateOptions) -> usize {
     (path.duration_s() * options.rate_hz + 1e-6).floor() as usize
 }
 
-/// Records `path`. `file` is the index of the recording (their noise differs), `warm_s` the time
+/// Records `path`, each row by `each`. `file` is the index of the recording (their noise differs), `warm_s` the time
 /// that the part has been switched on at the start.
 pub(super) fn record(
     path: &MotionPath,
@@ -45,18 +50,19 @@ pub(super) fn record(
     options: &SimulateOptions,
     file: usize,
     warm_s: f64,
-) -> Columns {
+    mut each: impl FnMut(&Row) -> Result<()>,
+) -> Result<Recorded> {
     let rows = row_count(path, options);
     let per_row = (INSIDE_HZ / options.rate_hz).ceil() as usize;
     let step_s = 1.0 / (options.rate_hz * per_row as f64);
     let mut part = Part::new(sensor, options, step_s, file, path);
     let mut stamps = Stamps::new(options, file);
     let mut drops = stream(options.seed, Purpose::Drops, file);
-    let mut columns = Columns {
+    let mut slow = SlowNoise::new(options, path.duration_s(), file);
+    let mut recorded = Recorded {
         first_stamp_ms: stamps.first_ms,
-        ..Columns::default()
+        ..Recorded::default()
     };
-    columns.reserve(rows);
 
     // The state of the low-pass at row 0 must already be noise.
     let settle_steps = options
@@ -78,17 +84,25 @@ pub(super) fn record(
             let t_s = ((row - 1) * per_row + step) as f64 * step_s;
             part.update(path, t_s, warmth.drift_c);
         }
+        part.slow = slow.next();
         let reading = part.read(path, t_s, warmth);
         let stamp_ms = stamps.at(row);
         let lost = drops.random::<f64>() < options.dropped_fraction;
         if lost && row > 0 {
-            columns.dropped_rows += 1;
+            recorded.dropped_rows += 1;
             continue;
         }
-        columns.push(t_s, stamp_ms, &reading, path.is_still_at(t_s));
+        recorded.rows += 1;
+        recorded.clipped_rows += usize::from(reading.clipped);
+        each(&Row {
+            t_s,
+            stamp_ms,
+            reading,
+            still: path.is_still_at(t_s),
+        })?;
     }
-    columns.temperature_mean_c = START_TEMPERATURE_C + temperature_sum / rows.max(1) as f64;
-    columns
+    recorded.temperature_mean_c = START_TEMPERATURE_C + temperature_sum / rows.max(1) as f64;
+    Ok(recorded)
 }
 
 /// The board's clock in whole milliseconds.
@@ -117,29 +131,5 @@ impl<'a> Stamps<'a> {
         let board_ms = self.first_ms as f64 + true_ms * (1.0 + o.clock_error_ppm * 1e-6);
         // millis() truncates; the tolerance keeps 30 ms from becoming 29.
         (board_ms + jitter_ms + 1e-6).floor().max(0.0) as u64
-    }
-}
-
-impl Columns {
-    fn reserve(&mut self, rows: usize) {
-        self.t_s.reserve(rows);
-        self.stamp_ms.reserve(rows);
-        for channel in self.accel_mps2.iter_mut().chain(&mut self.gyro_rad_s) {
-            channel.reserve(rows);
-        }
-        self.temperature_c.reserve(rows);
-        self.still.reserve(rows);
-    }
-
-    fn push(&mut self, t_s: f64, stamp_ms: u64, reading: &Reading, still: bool) {
-        self.t_s.push(t_s);
-        self.stamp_ms.push(stamp_ms);
-        for axis in 0..3 {
-            self.accel_mps2[axis].push(reading.accel[axis]);
-            self.gyro_rad_s[axis].push(reading.gyro[axis]);
-        }
-        self.temperature_c.push(reading.temperature_c);
-        self.still.push(still);
-        self.clipped_rows += usize::from(reading.clipped);
     }
 }

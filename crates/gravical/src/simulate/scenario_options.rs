@@ -55,7 +55,7 @@ impl Scenario {
                 Ok(())
             }
             Self::Static(o) => {
-                within("duration", o.duration_s, 0.1, 86_400.0, "s")?;
+                within("duration", o.duration_s, 0.1, 2_592_000.0, "s")?;
                 o.soak.map_or(Ok(()), |soak| soak.validate())
             }
             Self::Line(o) => {
@@ -123,7 +123,7 @@ impl Default for PosesOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct StaticOptions {
-    /// Length of the recording, s. Default 10; range 0.1 to 86 400.
+    /// Length of the recording, s. Default 10; range 0.1 to 2 592 000 (30 days).
     pub duration_s: f64,
     /// Cooling and warming in a chamber. Default: warming up on a table.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -3,10 +3,12 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::options::FileFormat;
+use super::options::{FileFormat, FileOptions, SimulateOptions};
 use super::part::temperature_counts;
+use super::record::{Recorded, record};
+use super::sensor::Sensor;
 use super::truth::Truth;
-use super::{SimulatedFile, Simulation};
+use super::{BETWEEN_FILES_S, MOST_WRITTEN, Simulation, file_truth, planned, tool, truth_of};
 use crate::output::{check_target, make_folder, write_atomic};
 use crate::{Error, Result};
 
@@ -27,39 +29,83 @@ const RAW_HEADER: &str = "Timestamp (ms),ax,ay,az,temp,gx,gy,gz";
 /// `exists` (usage) if a target exists and `force` is false; otherwise errors of the file system,
 /// with the path.
 pub fn write(simulation: &Simulation, dir: &Path, force: bool) -> Result<Vec<PathBuf>> {
-    let truth_path = dir.join("truth.json");
-    let mut paths: Vec<_> = simulation.files.iter().map(|f| dir.join(&f.name)).collect();
-    for path in paths.iter().chain([&truth_path]) {
-        check_target(path, force)?;
-    }
-    make_folder(dir)?;
+    let names: Vec<&str> = simulation.files.iter().map(|f| f.name.as_str()).collect();
+    let mut paths = targets(&names, dir, force)?;
+    let options = &simulation.truth.options;
     for (file, path) in simulation.files.iter().zip(&paths) {
         write_atomic(path, force, |out| {
-            let io = |e| Error::io(path, e);
-            out.write_all(preamble(&simulation.truth, &file.name).as_bytes())
-                .map_err(io)?;
-            let mut text = String::with_capacity(96);
+            let mut lines = Lines::begin(path, options, &file.name, out)?;
             for row in 0..file.t_s.len() {
-                text.clear();
-                // Writing into a String cannot fail.
-                let _ = line(&mut text, file, row, &simulation.truth);
-                out.write_all(text.as_bytes()).map_err(io)?;
+                let of_row = |columns: &[Vec<f64>; 3]| columns.each_ref().map(|c| c[row]);
+                let (accel, gyro) = (of_row(&file.accel_mps2), of_row(&file.gyro_rad_s));
+                lines.write(file.stamp_ms[row], accel, file.temperature_c[row], gyro)?;
             }
             Ok(())
         })?;
     }
-    let json = serde_json::to_string_pretty(&simulation.truth)
-        .map_err(|e| Error::io(&truth_path, e.into()))?;
-    write_atomic(&truth_path, force, |out| {
-        writeln!(out, "{json}").map_err(|e| Error::io(&truth_path, e))
-    })?;
-    paths.push(truth_path);
+    paths.push(write_truth(&simulation.truth, dir, force)?);
     Ok(paths)
 }
 
+/// Simulates into files, row by row: recordings of any length, in constant memory. The files are
+/// those of [`write`]; returns the truth and their paths.
+///
+/// # Errors
+///
+/// Those of [`simulate`](super::simulate) and [`write`]; `simulate-option` (usage) for more than
+/// 10⁹ rows.
+pub fn simulate_to(
+    options: &SimulateOptions,
+    dir: &Path,
+    force: bool,
+) -> Result<(Truth, Vec<PathBuf>)> {
+    let (sensor, plans) = planned(options, MOST_WRITTEN)?;
+    let names: Vec<&str> = plans.iter().map(|plan| plan.name.as_str()).collect();
+    let mut paths = targets(&names, dir, force)?;
+    let mut files = Vec::with_capacity(plans.len());
+    let mut on_s = 0.0;
+    for (index, plan) in plans.into_iter().enumerate() {
+        let path = &paths[index];
+        let mut recorded = Recorded::default();
+        write_atomic(path, force, |out| {
+            let mut lines = Lines::begin(path, options, &plan.name, out)?;
+            recorded = record(&plan.path, &sensor, options, index, on_s, |row| {
+                let r = &row.reading;
+                lines.write(row.stamp_ms, r.accel, r.temperature_c, r.gyro)
+            })?;
+            Ok(())
+        })?;
+        on_s += plan.path.duration_s() + BETWEEN_FILES_S;
+        files.push(file_truth(plan, &recorded));
+    }
+    let truth = truth_of(&sensor, options, files);
+    paths.push(write_truth(&truth, dir, force)?);
+    Ok((truth, paths))
+}
+
+/// Paths of the recordings, after checking that all can be written.
+fn targets(names: &[&str], dir: &Path, force: bool) -> Result<Vec<PathBuf>> {
+    let paths: Vec<PathBuf> = names.iter().map(|name| dir.join(name)).collect();
+    for path in paths.iter().chain([&dir.join(TRUTH)]) {
+        check_target(path, force)?;
+    }
+    make_folder(dir)?;
+    Ok(paths)
+}
+
+const TRUTH: &str = "truth.json";
+
+fn write_truth(truth: &Truth, dir: &Path, force: bool) -> Result<PathBuf> {
+    let path = dir.join(TRUTH);
+    let json = serde_json::to_string_pretty(truth).map_err(|e| Error::io(&path, e.into()))?;
+    write_atomic(&path, force, |out| {
+        writeln!(out, "{json}").map_err(|e| Error::io(&path, e))
+    })?;
+    Ok(path)
+}
+
 /// Comment lines and header.
-fn preamble(truth: &Truth, name: &str) -> String {
-    let o = &truth.options;
+fn preamble(o: &SimulateOptions, name: &str) -> String {
     let s = &o.sensor;
     let low_pass = s
         .low_pass_hz
@@ -69,7 +115,7 @@ fn preamble(truth: &Truth, name: &str) -> String {
         FileFormat::TrueHeader => TRUE_HEADER,
         FileFormat::Raw => RAW_HEADER,
     };
-    let tool = &truth.tool;
+    let tool = tool();
     let scenario = o.scenario.name();
     format!(
         "# simulated by {tool}, not measured: {scenario}, {name}; what was put in is in truth.json\n\
@@ -90,28 +136,77 @@ fn preamble(truth: &Truth, name: &str) -> String {
     )
 }
 
-fn line(text: &mut String, file: &SimulatedFile, row: usize, truth: &Truth) -> std::fmt::Result {
-    let file_options = truth.options.file;
-    write!(text, "{}", file.stamp_ms[row])?;
-    let accel = file.accel_mps2.iter().map(|c| c[row]);
-    let gyro = file.gyro_rad_s.iter().map(|c| c[row]);
-    let temperature = file.temperature_c[row];
-    if file_options.format == FileFormat::Raw {
-        let accel_lsb = truth.accelerometer.lsb_mps2;
-        let gyro_lsb = truth.gyroscope.lsb_rad_s;
-        let counts = accel
-            .map(|v| v / accel_lsb)
-            .chain([temperature_counts(temperature)])
-            .chain(gyro.map(|v| v / gyro_lsb));
-        for value in counts {
-            // The values are exact multiples of one count.
-            write!(text, ",{}", value.round() as i16)?;
-        }
-    } else {
-        let decimals = usize::from(file_options.decimals);
-        for value in accel.chain([temperature]).chain(gyro) {
-            write!(text, ",{value:.decimals$}")?;
-        }
+/// Lines of a recording.
+struct Lines<'a, W: ?Sized> {
+    path: &'a Path,
+    file: FileOptions,
+    /// Counts per m/s² and rad/s.
+    counts: [f64; 2],
+    out: &'a mut W,
+    text: String,
+}
+
+impl<'a, W: std::io::Write + ?Sized> Lines<'a, W> {
+    /// Writes what is above the rows.
+    fn begin(
+        path: &'a Path,
+        options: &SimulateOptions,
+        name: &str,
+        out: &'a mut W,
+    ) -> Result<Self> {
+        out.write_all(preamble(options, name).as_bytes())
+            .map_err(|e| Error::io(path, e))?;
+        let sensor = Sensor::draw(options);
+        Ok(Lines {
+            path,
+            file: options.file,
+            counts: [sensor.accel_lsb, sensor.gyro_lsb],
+            out,
+            text: String::with_capacity(96),
+        })
     }
-    writeln!(text)
+
+    fn write(
+        &mut self,
+        stamp_ms: u64,
+        accel: [f64; 3],
+        temperature_c: f64,
+        gyro: [f64; 3],
+    ) -> Result<()> {
+        self.text.clear();
+        // Writing into a String cannot fail.
+        let _ = self.line(stamp_ms, accel, temperature_c, gyro);
+        self.out
+            .write_all(self.text.as_bytes())
+            .map_err(|e| Error::io(self.path, e))
+    }
+
+    fn line(
+        &mut self,
+        stamp_ms: u64,
+        accel: [f64; 3],
+        temperature_c: f64,
+        gyro: [f64; 3],
+    ) -> std::fmt::Result {
+        let text = &mut self.text;
+        write!(text, "{stamp_ms}")?;
+        if self.file.format == FileFormat::Raw {
+            let [accel_lsb, gyro_lsb] = self.counts;
+            let counts = accel
+                .map(|v| v / accel_lsb)
+                .into_iter()
+                .chain([temperature_counts(temperature_c)])
+                .chain(gyro.map(|v| v / gyro_lsb));
+            for value in counts {
+                // The values are exact multiples of one count.
+                write!(text, ",{}", value.round() as i16)?;
+            }
+        } else {
+            let decimals = usize::from(self.file.decimals);
+            for value in accel.into_iter().chain([temperature_c]).chain(gyro) {
+                write!(text, ",{value:.decimals$}")?;
+            }
+        }
+        writeln!(text)
+    }
 }

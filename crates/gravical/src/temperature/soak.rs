@@ -76,6 +76,7 @@ pub fn soak_alone(recordings: &[Recording], options: &CalibrateOptions) -> Resul
         verdict: verdict(model.any_corrected()),
         command: options.command.clone(),
         temperature_model: Some(model),
+        noise: None,
     })
 }
 

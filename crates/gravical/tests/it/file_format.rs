@@ -4,6 +4,7 @@ use std::path::Path;
 
 use gravical::calibration_file::{CalibrationFile, to_imucal};
 use gravical::live::Message;
+use gravical::noise::NoiseResult;
 use gravical::recording::AccelUnit;
 use serde_json::{Value, json};
 
@@ -19,6 +20,7 @@ fn the_schema_files_are_up_to_date() {
             CalibrationFile::schema(),
         ),
         ("gravical-live-1.schema.json", Message::schema()),
+        ("gravical-noise-1.schema.json", NoiseResult::schema()),
     ] {
         let text = serde_json::to_string_pretty(&schema).unwrap() + "\n";
         let path = docs.join(name);

@@ -8,6 +8,7 @@ use gravical::motion::stance::StanceOptions;
 use gravical::motion::still::{Intervals, RestOptions};
 use gravical::motion::truth::{TruthAlign, TruthColumns, TruthOptions};
 use gravical::motion::{GravityRemoval, MotionOptions};
+use gravical::noise::read_noise;
 use gravical::{Error, Result};
 
 use crate::figures::FigureArgs;
@@ -42,6 +43,9 @@ pub struct Args {
     /// Calibration file, of `gravical calibrate` or imucal
     #[arg(short, long, value_name = "CAL")]
     pub calibration: Option<PathBuf>,
+    /// Noise of the sensor by `gravical noise`, for the bands [default: that of the rests]
+    #[arg(long, value_name = "FILE", conflicts_with = "causal")]
+    noise: Option<PathBuf>,
     /// Gyroscope of the recording in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     pub gyro: Option<PathBuf>,
@@ -237,6 +241,7 @@ impl Args {
     /// `option-range` (usage).
     pub fn options(&self) -> Result<MotionOptions> {
         let m = &self.method;
+        let noise = self.noise.as_deref().map(read_noise).transpose()?;
         let preset = match m.procedure {
             Procedure::Default => MotionOptions::default(),
             Procedure::Report => MotionOptions::report(),
@@ -268,6 +273,7 @@ impl Args {
             },
             v0_mps: m.v0.map(|v| v.0),
             p0_m: m.p0.map_or(preset.p0_m, |p| p.0),
+            noise: noise.map(|(noise, _)| noise.section()),
             gravity: self.gravity.given()?,
             clock_error: m.clock_error.unwrap_or(preset.clock_error),
             tilt_change_deg: m.tilt_change.unwrap_or(preset.tilt_change_deg),
@@ -279,7 +285,12 @@ impl Args {
 
     /// All input files.
     pub fn files(&self) -> Vec<&Path> {
-        let others = [&self.calibration, &self.gyro, &self.truth.truth];
+        let others = [
+            &self.calibration,
+            &self.gyro,
+            &self.noise,
+            &self.truth.truth,
+        ];
         let others = others.into_iter().flatten();
         [&self.input]
             .into_iter()

@@ -208,6 +208,18 @@ struct Sensor {
     /// Noise of the gyroscope, Allan N, °/√s
     #[arg(long, value_name = "N", default_value_t = 0.005)]
     gyro_noise: f64,
+    /// Bias instability of the accelerometer, Allan B, m/s²
+    #[arg(long, value_name = "MPS2", default_value_t = 0.0)]
+    accel_bias_instability: f64,
+    /// Random walk of the accelerometer's bias, Allan K, m/s²/√s
+    #[arg(long, value_name = "K", default_value_t = 0.0)]
+    accel_random_walk: f64,
+    /// Bias instability of the gyroscope, Allan B, °/h
+    #[arg(long, value_name = "DEG_H", default_value_t = 0.0)]
+    gyro_bias_instability: f64,
+    /// Random walk of the gyroscope's bias, Allan K, °/s/√s
+    #[arg(long, value_name = "K", default_value_t = 0.0)]
+    gyro_random_walk: f64,
     /// Scale error of the accelerometer, % (standard deviation)
     #[arg(long, value_name = "PERCENT", default_value_t = 2.0)]
     scale_sd: f64,
@@ -354,6 +366,10 @@ impl Sensor {
             g_sensitivity_sd_deg_s_per_g: self.g_sensitivity,
             accel_noise_mps_rts: self.accel_noise,
             gyro_noise_deg_rts: self.gyro_noise,
+            accel_bias_instability_mps2: self.accel_bias_instability,
+            accel_random_walk_mps2_rts: self.accel_random_walk,
+            gyro_bias_instability_deg_h: self.gyro_bias_instability,
+            gyro_random_walk_deg_s_rts: self.gyro_random_walk,
             temperature_rise_c: self.temperature_rise,
             temperature_time_s: self.temperature_time,
             bias_drift_mg_per_c: self.temperature_drift,

@@ -1,0 +1,141 @@
+//! How accurate the noise parameters are, by experiment:
+//!
+//!     cargo run --release -p gravical --example noise_accuracy -- [RECORDINGS]
+//!
+//! It prints the tables of docs/accuracy-noise.md.
+
+use std::f64::consts::PI;
+use std::time::Instant;
+
+use gravical::noise::{Allan, ChannelNoise, NoiseOptions, Spacing, Term, noise_of_samples};
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution as _, StandardNormal};
+
+const PERIOD_S: f64 = 0.01;
+const TERMS: [Term; 3] = [Term::N, Term::B, Term::K];
+
+/// A simulated sensor: N, B, K in SI units, and hours of recording.
+struct Case {
+    name: &'static str,
+    truth: [f64; 3],
+    hours: f64,
+}
+
+const CASES: [Case; 4] = [
+    Case {
+        name: "3 h, N 3.3e-3, B 8e-4, K 6e-5",
+        truth: [3.3e-3, 8e-4, 6e-5],
+        hours: 3.0,
+    },
+    Case {
+        name: "1 h, the same",
+        truth: [3.3e-3, 8e-4, 6e-5],
+        hours: 1.0,
+    },
+    Case {
+        name: "1 h, white noise only",
+        truth: [3.3e-3, 0.0, 0.0],
+        hours: 1.0,
+    },
+    Case {
+        name: "10 min, N 3.3e-3, B 8e-4, K 6e-5",
+        truth: [3.3e-3, 8e-4, 6e-5],
+        hours: 1.0 / 6.0,
+    },
+];
+
+fn main() {
+    let mut args = std::env::args().skip(1);
+    let recordings: u64 = args.find_map(|a| a.parse().ok()).unwrap_or(200);
+    println!("| recording | term | known | rms error, % | mean error, % | 95 % intervals hold |");
+    println!("|---|---|---|---|---|---|");
+    for case in &CASES {
+        let results: Vec<ChannelNoise> = (0..recordings).map(|seed| run(case, seed)).collect();
+        for (term, truth) in TERMS.into_iter().zip(case.truth) {
+            print_row(case, &results, term, truth);
+        }
+    }
+    speed();
+}
+
+fn run(case: &Case, seed: u64) -> ChannelNoise {
+    let count = (case.hours * 3600.0 / PERIOD_S) as usize;
+    let samples = simulate(count, case.truth, seed);
+    noise_of_samples("ax", &samples, PERIOD_S, &NoiseOptions::default())
+}
+
+/// White noise, flicker noise as a sum of processes that forget exponentially, and a random walk.
+fn simulate(count: usize, [n, b, k]: [f64; 3], seed: u64) -> Vec<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let ratio = 10_f64.sqrt();
+    let each = b * (ratio.ln() / PI).sqrt();
+    let mut processes = Vec::new();
+    let mut constant_s = PERIOD_S;
+    while b > 0.0 && constant_s < 30.0 * count as f64 * PERIOD_S {
+        processes.push((each * normal(), (-PERIOD_S / constant_s).exp()));
+        constant_s *= ratio;
+    }
+    let mut walk = 0.0;
+    let mut out = Vec::with_capacity(count);
+    for _ in 0..count {
+        let mut value = n / PERIOD_S.sqrt() * normal() + walk;
+        walk += k * PERIOD_S.sqrt() * normal();
+        for (state, keep) in &mut processes {
+            value += *state;
+            *state = *keep * *state + each * (1.0 - *keep * *keep).sqrt() * normal();
+        }
+        out.push(value);
+    }
+    out
+}
+
+fn print_row(case: &Case, results: &[ChannelNoise], term: Term, truth: f64) {
+    let known: Vec<_> = results.iter().filter_map(|r| r.estimate(term)).collect();
+    let share = known.len() as f64 / results.len() as f64;
+    let name = format!(
+        "| {} | {} | {:.0} % |",
+        case.name,
+        term.symbol(),
+        100.0 * share
+    );
+    if truth == 0.0 || known.is_empty() {
+        let missing = results.iter().filter_map(|r| r.missing(term)?.at_most);
+        let (mut held, mut count) = (0, 0);
+        for limit in missing {
+            count += 1;
+            held += i32::from(truth <= limit);
+        }
+        let limits = 100.0 * f64::from(held) / f64::from(count.max(1));
+        println!("{name} – | – | limits hold in {limits:.0} % |");
+        return;
+    }
+    let count = known.len() as f64;
+    let error = |value: f64| value / truth - 1.0;
+    let rms = (known.iter().map(|e| error(e.value).powi(2)).sum::<f64>() / count).sqrt();
+    let mean = known.iter().map(|e| error(e.value)).sum::<f64>() / count;
+    let holds = known.iter().filter(|e| e.low <= truth && truth <= e.high);
+    let holds = holds.count() as f64 / count;
+    println!(
+        "{name} {:.2} | {:+.2} | {:.1} % |",
+        100.0 * rms,
+        100.0 * mean,
+        100.0 * holds
+    );
+}
+
+fn speed() {
+    let samples = simulate(10_000_000, [3.3e-3, 0.0, 0.0], 1);
+    println!("\n| 10⁷ samples, octaves | s |\n|---|---|");
+    for (name, full) in [("default", false), ("--full", true)] {
+        let start = Instant::now();
+        let mut allan = Allan::new(Spacing::Octave, full);
+        allan.push(&samples);
+        let points = allan.finish().0.len();
+        println!(
+            "| {name}, {points} points | {:.3} |",
+            start.elapsed().as_secs_f64()
+        );
+    }
+}

@@ -1,0 +1,54 @@
+//! Noise of the sensor, kept with its calibration.
+
+use serde::{Deserialize, Serialize};
+
+/// Noise parameters of a sensor, from an Allan deviation ([`crate::noise`]).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct NoiseSection {
+    /// Sampling rate of that recording, Hz.
+    pub rate_hz: f64,
+    /// Duration of the samples that were used, s.
+    pub used_s: f64,
+    /// The channels `ax` … `gz`.
+    pub channels: Vec<NoiseParameters>,
+}
+
+/// Noise parameters of one channel in SI units; null where the recording does not determine them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct NoiseParameters {
+    /// `ax` … `gz`.
+    pub channel: String,
+    /// Noise density as Allan deviation: m/s²/√Hz or rad/s/√Hz.
+    pub n: Option<f64>,
+    /// Bias instability: m/s² or rad/s.
+    pub b: Option<f64>,
+    /// Random walk: m/s²/√s or rad/s/√s.
+    pub k: Option<f64>,
+    /// Upper limits (95 %) of N, B and K where they are not determined.
+    pub at_most: [Option<f64>; 3],
+}
+
+impl NoiseSection {
+    /// N of the axes of the accelerometer (`a`) or the gyroscope (`g`); `None` unless all are
+    /// determined.
+    #[must_use]
+    pub fn densities(&self, sensor: char) -> Option<[f64; 3]> {
+        let axis = |axis: &str| {
+            let name = format!("{sensor}{axis}");
+            self.channels.iter().find(|c| c.channel == name)?.n
+        };
+        Some([axis("x")?, axis("y")?, axis("z")?])
+    }
+
+    /// True if all parameters are positive numbers.
+    pub(super) fn is_sound(&self) -> bool {
+        let each = self.channels.iter().flat_map(|c| {
+            let [n, b, k] = c.at_most;
+            [c.n, c.b, c.k, n, b, k]
+        });
+        let all = each.flatten().chain([self.rate_hz, self.used_s]);
+        all.into_iter().all(|v| v.is_finite() && v > 0.0)
+    }
+}
