@@ -13,6 +13,9 @@ import tempfile
 
 LIMIT_MIB = 64
 
+# A window, and a backward pass that looks a thousand samples ahead.
+FILTERS = ["--filter", "hampel:7,3", "--filter", "savgol:21,2", "--filter", "butter:4,5Hz"]
+
 
 def peak_mib(command):
     """Runs a command; its peak memory in MiB. Exit code 4 is a failed quality gate, which is a
@@ -47,6 +50,7 @@ def main():
             ["check", calibration, recording],
             ["apply", calibration, recording, "-o", "out.csv"],
             ["motion", recording, "--calibration", calibration, "--causal", "-o", "track.csv"],
+            ["denoise", recording, *FILTERS, "-o", "smooth.csv"],
         ]
         above = False
         for command in commands:

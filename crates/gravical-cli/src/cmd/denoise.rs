@@ -1,17 +1,14 @@
 //! `gravical denoise`: a filtered recording, and the effect on its noise.
 
-use std::io::{self, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use gravical::calibration_file::InputFile;
-use gravical::denoise::{Channels, DenoiseOptions, Denoised, Edge, FilterSpec, denoise, write};
+use gravical::Error;
+use gravical::denoise::{Channels, DenoiseOptions, Edge, FilterSpec, denoise_file};
 use gravical::output::one_line;
-use gravical::recording::{ReadOptions, Recording, open, read, read_bytes};
 use gravical::report;
 use gravical::segment::face::AxisMap;
-use gravical::{Error, Result};
 
 use crate::options::RecordingArgs;
 use crate::report::{ReportArgs, with_origin};
@@ -104,26 +101,22 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     args.output.check(&args.report, &[&args.input])?;
     let read_options = args.recording.read_options(args.report.is_wanted());
-    let source = Source::new(&args.input)?;
-    let recording = source.read(&read_options)?;
-    let inputs = InputFile::of(std::slice::from_ref(&recording));
-    let mut done = denoise(recording, &options)?;
-    done.summary.columns = args
+    let done = args
         .output
-        .write(|out| source.write(&done, &read_options, out))?;
-    let document = with_origin(report::denoise(&done.summary), &inputs);
+        .write(|out| denoise_file(&args.input, &read_options, &options, out))?;
+    let document = with_origin(report::denoise(&done.summary), &done.inputs);
     args.report.write(args.output.force, &document)?;
     if args.output.json {
         text::print_json(&done.summary)?;
     }
     if !args.output.quiet {
-        let done = format!(
+        let said = format!(
             "{}: {} rows filtered",
             one_line(&done.summary.input),
             done.summary.rows
         );
         args.output
-            .print_summary(&done, &document, args.report.detail());
+            .print_summary(&said, &document, args.report.detail());
         args.report.say();
     }
     Ok(ExitCode::SUCCESS)
@@ -144,56 +137,5 @@ fn options_of(args: &Args) -> DenoiseOptions {
             ChannelsArg::All => Channels::All,
         },
         ..DenoiseOptions::default()
-    }
-}
-
-/// A recording that is read twice: for its values, and for the text of its other columns.
-/// Input that can be read only once is kept in memory.
-struct Source<'a> {
-    path: &'a Path,
-    bytes: Option<Vec<u8>>,
-}
-
-impl<'a> Source<'a> {
-    fn new(path: &'a Path) -> Result<Self> {
-        if path.is_file() || (path != Path::new("-") && !path.exists()) {
-            return Ok(Source { path, bytes: None });
-        }
-        let mut bytes = Vec::new();
-        let mut reader: Box<dyn Read> = match path.to_str() {
-            Some("-") => Box::new(io::stdin().lock()),
-            // Refuses a folder.
-            _ => open::open(path, &ReadOptions::default())?.reader,
-        };
-        reader
-            .read_to_end(&mut bytes)
-            .map_err(|e| Error::io(path, e))?;
-        Ok(Source {
-            path,
-            bytes: Some(bytes),
-        })
-    }
-
-    fn read(&self, options: &ReadOptions) -> Result<Recording> {
-        match &self.bytes {
-            None => read(self.path, options),
-            Some(bytes) => read_bytes(bytes, &self.path.display().to_string(), options),
-        }
-    }
-
-    fn write(
-        &self,
-        done: &Denoised,
-        options: &ReadOptions,
-        out: &mut dyn Write,
-    ) -> Result<Vec<String>> {
-        let input = match &self.bytes {
-            None => open::open(self.path, options)?,
-            Some(bytes) => {
-                let reader = Box::new(io::Cursor::new(bytes.clone()));
-                open::from_reader(reader, false).map_err(|e| Error::io(self.path, e))?
-            }
-        };
-        write(done, input, options, out)
     }
 }

@@ -1,9 +1,5 @@
 //! Regularity of the time stamps: even steps, uneven steps and gaps.
 
-use std::ops::Range;
-
-use crate::recording::Recording;
-
 /// Steps that differ from the usual one by more than this share are uneven: it displaces a slope
 /// within a window by half of that share, which is small compared with noise.
 const EVEN_SHARE: f64 = 0.05;
@@ -11,6 +7,9 @@ const EVEN_SHARE: f64 = 0.05;
 /// For time stamps with a coarse resolution, steps that differ by more than this share are
 /// uneven: 1.5 steps are a lost sample.
 const UNEVEN_SHARE: f64 = 0.45;
+
+/// Number of time stamps from which their resolution is determined.
+pub(super) const FIRST_STAMPS: usize = 2000;
 
 /// The clock of a recording.
 #[derive(Debug, Clone, Copy)]
@@ -23,12 +22,20 @@ pub(super) struct Clock {
     pub gap_s: f64,
 }
 
-/// Consecutive samples without a gap.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Stretch {
-    pub rows: Range<usize>,
-    /// Rows, counted from the first, whose step from the row before is uneven.
-    pub uneven: Vec<usize>,
+/// A step between time stamps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Step {
+    Even,
+    Uneven,
+    Gap,
+    Backward,
+}
+
+impl Step {
+    /// Filters restart after it.
+    pub fn parts(self) -> bool {
+        matches!(self, Step::Gap | Step::Backward)
+    }
 }
 
 /// Numbers of gaps and of steps back.
@@ -39,19 +46,11 @@ pub(super) struct Splits {
 }
 
 impl Clock {
-    /// Steps longer than `gap_steps` usual steps are gaps.
-    pub fn of(recording: &Recording, gap_steps: f64) -> Self {
-        Self::new(
-            recording.timing.rate_hz(),
-            recording.time_s.as_deref(),
-            gap_steps,
-        )
-    }
-
-    /// From time stamps, of which the first 2000 are examined, and their rate, Hz.
-    pub fn new(rate_hz: Option<f64>, time_s: Option<&[f64]>, gap_steps: f64) -> Self {
+    /// From the first time stamps, `None` without any, and their rate, Hz. Steps longer than
+    /// `gap_steps` usual steps are gaps.
+    pub fn new(rate_hz: Option<f64>, first_s: Option<&[f64]>, gap_steps: f64) -> Self {
         let step_s = rate_hz.map_or(1.0, |rate| 1.0 / rate);
-        let digit_s = time_s.map_or(0.0, |t| digit_s(t, step_s));
+        let digit_s = first_s.map_or(0.0, |t| digit_s(t, step_s));
         Clock {
             step_s,
             tolerance_s: (EVEN_SHARE * step_s).max(digit_s.min(UNEVEN_SHARE * step_s)),
@@ -59,59 +58,29 @@ impl Clock {
         }
     }
 
-    /// Largest deviation of an even step, s.
-    pub fn even_s(&self) -> f64 {
+    /// The kind of the step from `before` to `now`, s.
+    pub fn step(&self, before: f64, now: f64) -> Step {
+        let step = now - before;
         // Allows for rounding of the time stamps.
-        self.tolerance_s * (1.0 + 1e-6)
-    }
-
-    /// Splits time stamps at gaps and steps back.
-    pub fn stretches(&self, time_s: &[f64], splits: &mut Splits) -> Vec<Stretch> {
-        let mut out = Vec::new();
-        let (mut from, mut uneven) = (0, Vec::new());
-        let tolerance = self.even_s();
-        for (i, pair) in time_s.windows(2).enumerate() {
-            let step = pair[1] - pair[0];
-            if (step - self.step_s).abs() <= tolerance {
-                continue;
-            }
-            let row = i + 1;
-            if step < 0.0 || step > self.gap_s {
-                splits.gaps += usize::from(step > 0.0);
-                splits.backward += usize::from(step < 0.0);
-                let uneven = std::mem::take(&mut uneven);
-                out.push(Stretch {
-                    rows: from..row,
-                    uneven,
-                });
-                from = row;
-            } else {
-                uneven.push(row - from);
-            }
+        if (step - self.step_s).abs() <= self.tolerance_s * (1.0 + 1e-6) {
+            Step::Even
+        } else if step < 0.0 {
+            Step::Backward
+        } else if step > self.gap_s {
+            Step::Gap
+        } else {
+            Step::Uneven
         }
-        if from < time_s.len() {
-            out.push(Stretch {
-                rows: from..time_s.len(),
-                uneven,
-            });
-        }
-        out
     }
 }
 
 /// Resolution of the time stamps, s: 1e-3 if all are whole milliseconds. A deviation from even
 /// spacing by no more than this is rounding. 0 if they are finer than 1 ns.
 fn digit_s(time_s: &[f64], step_s: f64) -> f64 {
-    let some: Vec<f64> = time_s
-        .iter()
-        .copied()
-        .filter(|t| t.is_finite())
-        .take(2000)
-        .collect();
     (0..=9)
         .map(|digits| 10.0_f64.powi(-digits))
         .find(|digit| {
-            some.iter().all(|t| {
+            time_s.iter().all(|t| {
                 let off = (t - digit * (t / digit).round()).abs();
                 off < 1e-4 * digit.min(step_s)
             })
@@ -119,31 +88,77 @@ fn digit_s(time_s: &[f64], step_s: f64) -> f64 {
         .unwrap_or(0.0)
 }
 
-/// Interpolates missing time stamps evenly between their neighbours; returns their number.
-pub(super) fn fill_stamps(time_s: &mut [f64], step_s: f64) -> usize {
-    let known: Vec<usize> = (0..time_s.len())
-        .filter(|i| time_s[*i].is_finite())
-        .collect();
-    let (Some(&first), Some(&last)) = (known.first(), known.last()) else {
-        for (i, t) in time_s.iter_mut().enumerate() {
-            *t = i as f64 * step_s;
+/// A row on its way to the filters; an empty cell is NaN.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row {
+    pub time_s: f64,
+    /// Accelerometer and gyroscope.
+    pub values: [f64; 6],
+    /// It does not continue the row before.
+    pub is_break: bool,
+}
+
+/// Interpolates missing time stamps evenly between their neighbours. Rows are held until the next
+/// time stamp.
+#[derive(Debug, Default)]
+pub(super) struct StampFiller {
+    step_s: f64,
+    /// Number of rows, and the last one with a time stamp.
+    rows: usize,
+    known: Option<(usize, f64)>,
+    held: Vec<Row>,
+    /// Number of time stamps that were missing.
+    pub filled: usize,
+}
+
+impl StampFiller {
+    /// `step_s`: the usual step, for rows before the first time stamp and after the last.
+    pub fn new(step_s: f64) -> Self {
+        StampFiller {
+            step_s,
+            ..StampFiller::default()
         }
-        return time_s.len();
-    };
-    for pair in known.windows(2) {
-        let (a, b) = (pair[0], pair[1]);
-        let slope = (time_s[b] - time_s[a]) / (b - a) as f64;
-        for i in a + 1..b {
-            time_s[i] = time_s[a] + (i - a) as f64 * slope;
+    }
+
+    /// Adds a row; returns the rows that have a time then.
+    pub fn push(&mut self, row: Row) -> impl Iterator<Item = Row> + use<> {
+        let at = self.rows;
+        self.rows += 1;
+        let mut held = Vec::new();
+        let mut this = Some(row);
+        if row.time_s.is_finite() {
+            let first = at - self.held.len();
+            let (from, from_s, step_s) = match self.known {
+                Some((from, t)) => (from, t, (row.time_s - t) / (at - from) as f64),
+                None => (at, row.time_s, self.step_s),
+            };
+            held = std::mem::take(&mut self.held);
+            fill(&mut held, first, (from, from_s), step_s);
+            self.filled += held.len();
+            self.known = Some((at, row.time_s));
+        } else {
+            self.held.extend(this.take());
         }
+        held.into_iter().chain(this)
     }
-    for i in 0..first {
-        time_s[i] = time_s[first] - (first - i) as f64 * step_s;
+
+    /// The rows after the last time stamp.
+    pub fn finish(&mut self) -> Vec<Row> {
+        let mut held = std::mem::take(&mut self.held);
+        let from = self.known.unwrap_or((0, 0.0));
+        let first = self.rows - held.len();
+        fill(&mut held, first, from, self.step_s);
+        self.filled += held.len();
+        held
     }
-    for i in last + 1..time_s.len() {
-        time_s[i] = time_s[last] + (i - last) as f64 * step_s;
+}
+
+/// Sets the times of `rows`, of which `first` is the number of the first one, at an even step from
+/// the row and the time `from`.
+fn fill(rows: &mut [Row], first: usize, from: (usize, f64), step_s: f64) {
+    for (i, row) in rows.iter_mut().enumerate() {
+        row.time_s = from.1 + ((first + i) as f64 - from.0 as f64) * step_s;
     }
-    time_s.len() - known.len()
 }
 
 #[cfg(test)]
@@ -159,15 +174,12 @@ mod tests {
     #[test]
     fn gaps_uneven_steps_and_steps_back_are_distinguished() {
         let time = [0.0, 0.01, 0.021, 0.05, 0.06, 0.3, 0.31, 0.2, 0.21, 0.21];
-        let mut splits = Splits::default();
-        let found = CLOCK.stretches(&time, &mut splits);
-        assert_eq!((splits.gaps, splits.backward), (1, 1));
-        let rows: Vec<_> = found.iter().map(|s| s.rows.clone()).collect();
-        assert_eq!(rows, [0..5, 5..7, 7..10]);
-        assert_eq!(found[0].uneven, [3]);
-        assert_eq!(found[1].uneven, [0; 0]);
-        assert_eq!(found[2].uneven, [2]);
-        assert!(CLOCK.stretches(&[], &mut splits).is_empty());
+        let steps: Vec<Step> = time.windows(2).map(|t| CLOCK.step(t[0], t[1])).collect();
+        use Step::{Backward, Even, Gap, Uneven};
+        assert_eq!(
+            steps,
+            [Even, Even, Uneven, Even, Gap, Even, Backward, Even, Uneven]
+        );
     }
 
     #[test]
@@ -182,16 +194,30 @@ mod tests {
         assert_eq!(digit_s(&fine, 1.0 / 3e9), 0.0);
     }
 
+    /// The times after filling, and the number of those that were missing.
+    fn filled(time: &[f64], step_s: f64) -> (Vec<f64>, usize) {
+        let mut filler = StampFiller::new(step_s);
+        let mut out = Vec::new();
+        for time_s in time {
+            let row = Row {
+                time_s: *time_s,
+                values: [0.0; 6],
+                is_break: false,
+            };
+            out.extend(filler.push(row));
+        }
+        out.extend(filler.finish());
+        (out.iter().map(|row| row.time_s).collect(), filler.filled)
+    }
+
     #[test]
     fn missing_time_stamps_are_interpolated() {
         let none = f64::NAN;
-        let mut time = [none, 1.0, none, none, 1.3, none];
-        assert_eq!(fill_stamps(&mut time, 0.1), 4);
+        let (time, missing) = filled(&[none, 1.0, none, none, 1.3, none], 0.1);
+        assert_eq!((time.len(), missing), (6, 4));
         for (t, want) in time.iter().zip([0.9, 1.0, 1.1, 1.2, 1.3, 1.4]) {
             assert!((t - want).abs() < 1e-12);
         }
-        let mut time = [none, none];
-        assert_eq!(fill_stamps(&mut time, 0.5), 2);
-        assert_eq!(time, [0.0, 0.5]);
+        assert_eq!(filled(&[none, none], 0.5), (vec![0.0, 0.5], 2));
     }
 }

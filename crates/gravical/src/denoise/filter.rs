@@ -7,9 +7,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::butterworth::Butterworth;
-use super::grid::{Gridded, on_grid};
 use super::hampel::hampel;
 use super::response::{Response, of_butterworth, of_weights};
+use super::samples::Samples;
 use super::savgol::{Edge, Savgol};
 use super::spec::FilterSpec;
 use crate::{Error, Result};
@@ -43,21 +43,24 @@ enum Kind {
     },
 }
 
-/// Treatment of samples with uneven time stamps.
+/// What a filter did, over all channels.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Treatment {
-    /// Rows whose polynomial was fitted over the time stamps.
+    /// All samples.
+    pub samples: usize,
+    /// Samples whose polynomial was fitted over the time stamps.
     pub fitted: usize,
-    /// Rows whose window has too few different time stamps for the order.
+    /// Samples whose window has too few different time stamps for the order.
     pub too_few: usize,
     /// Lost samples that were interpolated.
     pub filled: usize,
-    /// Rows that were interpolated to an even grid and back.
+    /// Samples that were interpolated to an even grid and back.
     pub resampled: usize,
-    /// Outliers that were replaced, over all channels.
+    /// Outliers that were replaced.
     pub replaced: usize,
-    /// Rows that were left unchanged because there are too few.
+    /// Samples that were left unchanged because there are too few, and their stretches.
     pub too_short: usize,
+    pub short_stretches: usize,
 }
 
 /// Number of normal random numbers for measuring the gain of a Hampel filter.
@@ -156,6 +159,28 @@ impl Filter {
         }
     }
 
+    /// Time between even samples, s; 1 if the rate is unknown.
+    pub(super) fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
+    /// The Butterworth filter, if it is one.
+    pub(super) fn butterworth(&self) -> Option<&Butterworth> {
+        match &self.kind {
+            Kind::Butterworth(butterworth) => Some(butterworth),
+            Kind::Savgol(_) | Kind::Hampel { .. } => None,
+        }
+    }
+
+    /// Number of samples that determine a value; 0 for a Butterworth filter.
+    pub(super) fn window(&self) -> usize {
+        match &self.kind {
+            Kind::Savgol(savgol) => savgol.window(),
+            Kind::Hampel { window, .. } => *window,
+            Kind::Butterworth(_) => 0,
+        }
+    }
+
     /// Number of samples on each side that affect a value: half a window, or a period of the
     /// lowest cutoff.
     pub(super) fn reach(&self) -> usize {
@@ -193,75 +218,62 @@ impl Filter {
     /// contains it, and all results of a Butterworth filter. [`denoise`](super::denoise) handles
     /// such samples.
     pub fn apply(&self, samples: &mut [f64]) -> usize {
+        let mut out = Vec::with_capacity(samples.len());
+        let all = 0..samples.len();
+        let mut replaced = 0;
         match &self.kind {
-            Kind::Savgol(savgol) => savgol.apply(samples),
-            Kind::Butterworth(butterworth) => butterworth.apply(samples),
-            Kind::Hampel { window, sigmas } => return hampel(samples, *window, *sigmas),
+            Kind::Butterworth(butterworth) => {
+                butterworth.apply(samples);
+                return 0;
+            }
+            Kind::Savgol(savgol) => savgol.filter(samples, all, &mut out),
+            Kind::Hampel { window, sigmas } => {
+                replaced = hampel(samples, *window, *sigmas, all, &mut out);
+            }
         }
-        0
+        samples.copy_from_slice(&out);
+        replaced
     }
 
-    /// Filters channels with the non-decreasing times `time_s`; `uneven` lists, in ascending
-    /// order, the rows whose step from the row before is uneven. Polynomials are fitted over the
-    /// time stamps only for the `wanted` rows.
-    pub(super) fn apply_at(
+    /// Filters the `rows` of samples over their [`window`](Self::window). If `samples` begin or end
+    /// within a stretch, they include a window more on that side.
+    pub(super) fn over_window(
         &self,
-        time_s: Option<&[f64]>,
-        uneven: &[usize],
-        channels: &mut [&mut [f64]],
-        wanted: Range<usize>,
-    ) -> Treatment {
-        let mut treatment = Treatment::default();
-        let rows = channels.first().map_or(0, |x| x.len());
-        if rows < self.shortest() {
-            treatment.too_short = rows;
-            return treatment;
-        }
-        let (Some(time_s), false) = (time_s, uneven.is_empty()) else {
-            for x in channels {
-                treatment.replaced += self.apply(x);
-            }
-            return treatment;
-        };
+        samples: &Samples,
+        rows: Range<usize>,
+        treatment: &mut Treatment,
+    ) -> Samples {
+        let mut out = samples.times(rows.clone());
+        let channels = samples.channels.iter().zip(&mut out.channels);
         match &self.kind {
             // Its weights do not depend on the time stamps.
             Kind::Savgol(savgol) if matches!(self.spec, FilterSpec::Mean { .. }) => {
-                channels.iter_mut().for_each(|x| savgol.apply(x));
+                channels.for_each(|(x, out)| savgol.filter(x, rows.clone(), out));
             }
             Kind::Savgol(savgol) => {
-                let any_within = |from: usize, to: usize| {
-                    let at = uneven.partition_point(|row| *row <= from);
-                    uneven.get(at).is_some_and(|row| *row <= to)
-                };
-                (treatment.fitted, treatment.too_few) =
-                    savgol.apply_at(time_s, any_within, channels, wanted);
-            }
-            Kind::Butterworth(butterworth) => {
-                let run = |even: &mut [f64]| butterworth.apply(even);
-                match on_grid(time_s, self.step_s, self.shortest(), channels, run) {
-                    Gridded::Filled(samples) => treatment.filled = samples,
-                    Gridded::Resampled => treatment.resampled = rows,
-                    Gridded::TooShort => treatment.too_short = rows,
-                }
+                let (fitted, too_few) = savgol.filter_stamped(samples, rows, &mut out.channels);
+                treatment.fitted += out.channels.len() * fitted;
+                treatment.too_few += out.channels.len() * too_few;
             }
             Kind::Hampel { window, sigmas } => {
-                for x in channels {
-                    treatment.replaced += hampel(x, *window, *sigmas);
+                for (x, out) in channels {
+                    treatment.replaced += hampel(x, *window, *sigmas, rows.clone(), out);
                 }
             }
+            Kind::Butterworth(_) => {}
         }
-        treatment
+        out
     }
 }
 
 /// A Hampel filter has no impulse response: its gain is measured on normal noise.
 fn gain_of_hampel(window: usize, sigmas: f64) -> f64 {
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let mut noise: Vec<f64> = (0..TRIAL)
+    let noise: Vec<f64> = (0..TRIAL)
         .map(|_| StandardNormal.sample(&mut random))
         .collect();
     let square = |x: &[f64]| x.iter().map(|v: &f64| v * v).sum::<f64>();
-    let before = square(&noise);
-    hampel(&mut noise, window, sigmas);
-    (square(&noise) / before).sqrt()
+    let mut filtered = Vec::with_capacity(TRIAL);
+    hampel(&noise, window, sigmas, 0..TRIAL, &mut filtered);
+    (square(&filtered) / square(&noise)).sqrt()
 }

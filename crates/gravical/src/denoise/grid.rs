@@ -1,4 +1,13 @@
-//! Interpolation of uneven samples to an even grid and back, for filters that need one.
+//! Butterworth filters over samples that may be uneven: interpolation to an even grid and back.
+//!
+//! If every step is a whole multiple of the usual one, the lost samples are added by linear
+//! interpolation. Otherwise the samples are interpolated linearly to an even grid and the result
+//! back to the time stamps. This alone smooths: white noise to 0.61 of its standard deviation if
+//! the grid is midway between the samples. Samples with equal time stamps are averaged.
+
+use super::butterworth::{Butterworth, Passing};
+use super::filter::Treatment;
+use super::samples::{Samples, keep};
 
 /// Steps that are whole multiples of the usual one within this share are due to lost samples;
 /// others are uneven sampling.
@@ -7,169 +16,239 @@ const WHOLE_SHARE: f64 = 0.25;
 /// Time stamps that differ by less than this share of the usual step are equal.
 const SAME_SHARE: f64 = 0.01;
 
-/// How uneven samples were put on an even grid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Gridded {
-    /// Lost samples between the others were interpolated: their number.
-    Filled(usize),
-    /// All samples were interpolated.
-    Resampled,
-    /// Not at all: the grid has fewer samples than the filter needs.
-    TooShort,
+/// True if a step fits on the grid of the usual one.
+pub(super) fn is_on_grid(step_s: f64, usual_s: f64) -> bool {
+    let steps = step_s / usual_s;
+    let off = (steps - steps.round()).abs();
+    // Two samples with one index must have equal time stamps.
+    off <= WHOLE_SHARE && (steps <= SAME_SHARE || steps.round() >= 1.0)
 }
 
-/// Runs `filter` over samples at the non-decreasing times `time_s` as if they were `step_s`
-/// apart.
-///
-/// If every step is a whole multiple of `step_s`, the lost samples are added by linear
-/// interpolation. Otherwise the samples are interpolated linearly to an even grid and the result
-/// back to the time stamps. This alone smooths: white noise to 0.61 of its standard deviation if
-/// the grid is midway between the samples. With a grid of fewer than `shortest` samples nothing
-/// is changed.
-pub(super) fn on_grid(
-    time_s: &[f64],
+/// The samples of a stretch on their way through the filter.
+#[derive(Debug, Clone)]
+pub(super) struct Grid {
     step_s: f64,
-    shortest: usize,
-    channels: &mut [&mut [f64]],
-    mut filter: impl FnMut(&mut [f64]),
-) -> Gridded {
-    if let Some(places) = places(time_s, step_s) {
-        let count = places.last().map_or(0, |last| last + 1);
-        if count < shortest {
-            return Gridded::TooShort;
+    /// All samples are interpolated; otherwise only the lost ones.
+    resampled: bool,
+    /// Number of samples, and the time of the first and the last one.
+    count: usize,
+    start_s: f64,
+    last_s: f64,
+    /// The last sample on the grid of the others.
+    place: usize,
+    /// Samples with the newest time stamp, and the mean of those with the one before.
+    newest: Option<Group>,
+    before: Option<Group>,
+    /// Number of different time stamps.
+    distinct: usize,
+    /// Number of points of the grid.
+    points: usize,
+    /// The filter has enough samples.
+    begun: bool,
+    /// Samples that were not returned; their values only until the filter has begun.
+    held: Samples,
+    /// Where they are on the grid.
+    at: Vec<f64>,
+    channels: Vec<Passing>,
+    /// Filtered points, and the number of the first one.
+    filtered: Vec<Vec<f64>>,
+    from: usize,
+}
+
+/// Samples with one time stamp.
+#[derive(Debug, Clone)]
+struct Group {
+    /// The time, or the index on the grid.
+    at: f64,
+    count: usize,
+    sums: Vec<f64>,
+}
+
+impl Group {
+    fn mean(&self, channel: usize) -> f64 {
+        self.sums[channel] / self.count as f64
+    }
+}
+
+impl Grid {
+    /// A stretch without samples yet. `resampled`: not all of its steps will be
+    /// [on the grid](is_on_grid).
+    pub fn new(filter: &Butterworth, step_s: f64, channels: usize, resampled: bool) -> Self {
+        Grid {
+            step_s,
+            resampled,
+            count: 0,
+            start_s: 0.0,
+            last_s: 0.0,
+            place: 0,
+            newest: None,
+            before: None,
+            distinct: 0,
+            points: 0,
+            begun: false,
+            held: Samples::new(channels),
+            at: Vec::new(),
+            channels: vec![filter.start(); channels],
+            filtered: vec![Vec::new(); channels],
+            from: 0,
         }
-        for x in channels.iter_mut() {
-            let mut even = filled(&places, x, count);
-            filter(&mut even);
-            for (value, place) in x.iter_mut().zip(&places) {
-                *value = even[*place];
+    }
+
+    /// Keeps the channels that are marked.
+    pub fn keep(&mut self, marked: &[bool]) {
+        for group in [&mut self.newest, &mut self.before].into_iter().flatten() {
+            keep(&mut group.sums, marked);
+        }
+        keep(&mut self.held.channels, marked);
+        keep(&mut self.channels, marked);
+        keep(&mut self.filtered, marked);
+    }
+
+    /// Adds `input`, the next samples, and returns those that are filtered: at the `end` of the
+    /// stretch all of them, otherwise only if at least `least` points are.
+    pub fn run(
+        &mut self,
+        filter: &Butterworth,
+        input: Samples,
+        end: bool,
+        least: usize,
+        treatment: &mut Treatment,
+    ) -> Samples {
+        for (i, t) in input.time_s.iter().enumerate() {
+            self.add(*t, input.channels.iter().map(|c| c[i]));
+        }
+        self.held.append(input);
+        if end {
+            self.close();
+            self.add_last_points();
+        }
+        let shortest = filter.shortest();
+        self.begun |= self.count >= shortest && self.points >= shortest;
+        let channels = self.channels.len();
+        if !self.begun {
+            if !end {
+                return Samples::new(channels);
             }
+            treatment.too_short += channels * self.count;
+            treatment.short_stretches += channels;
+            return std::mem::take(&mut self.held);
         }
-        let mut there = places;
-        there.dedup();
-        return Gridded::Filled(count - there.len());
-    }
-    let start = time_s[0];
-    let span = time_s[time_s.len() - 1] - start;
-    let count = (span / step_s).ceil() as usize + 1;
-    if count < shortest {
-        return Gridded::TooShort;
-    }
-    for x in channels.iter_mut() {
-        let (stamps, means) = distinct(time_s, x);
-        let mut even = interpolated(
-            &stamps,
-            &means,
-            (0..count).map(|k| start + k as f64 * step_s),
-        );
-        filter(&mut even);
-        let grid: Vec<f64> = (0..count).map(|k| k as f64).collect();
-        let back = interpolated(&grid, &even, time_s.iter().map(|t| (t - start) / step_s));
-        x.copy_from_slice(&back);
-    }
-    Gridded::Resampled
-}
-
-/// The index of each sample on a grid of `step_s`, if all samples are on it.
-fn places(time_s: &[f64], step_s: f64) -> Option<Vec<usize>> {
-    let mut places = Vec::with_capacity(time_s.len());
-    let mut place = 0;
-    places.push(place);
-    for pair in time_s.windows(2) {
-        let steps = (pair[1] - pair[0]) / step_s;
-        let off = (steps - steps.round()).abs();
-        // Two samples with one index must have equal time stamps.
-        if off > WHOLE_SHARE || (steps > SAME_SHARE && steps.round() < 1.0) {
-            return None;
+        if end && self.resampled {
+            treatment.resampled += channels * self.count;
+        } else if end {
+            treatment.filled += channels * (self.points - self.distinct);
         }
-        place += steps.round() as usize;
-        places.push(place);
-    }
-    Some(places)
-}
-
-/// The samples at their indices, with linear interpolation between them.
-fn filled(places: &[usize], x: &[f64], count: usize) -> Vec<f64> {
-    let places: Vec<f64> = places.iter().map(|p| *p as f64).collect();
-    let (stamps, values) = distinct(&places, x);
-    interpolated(&stamps, &values, (0..count).map(|k| k as f64))
-}
-
-/// Each time stamp once, with the mean of its samples.
-fn distinct(time_s: &[f64], x: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let (mut stamps, mut means) = (Vec::with_capacity(x.len()), Vec::with_capacity(x.len()));
-    let mut from = 0;
-    while from < x.len() {
-        let same = time_s[from..]
-            .iter()
-            .take_while(|t| **t == time_s[from])
-            .count();
-        // At least one sample.
-        let to = from + same.max(1);
-        stamps.push(time_s[from]);
-        means.push(x[from..to].iter().sum::<f64>() / (to - from) as f64);
-        from = to;
-    }
-    (stamps, means)
-}
-
-/// Linear interpolation at ascending times; constant beyond the ends.
-fn interpolated(stamps: &[f64], values: &[f64], at: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut after = 0;
-    at.map(|t| {
-        while after < stamps.len() && stamps[after] <= t {
-            after += 1;
+        self.held.channels.iter_mut().for_each(Vec::clear);
+        for (channel, filtered) in self.channels.iter_mut().zip(&mut self.filtered) {
+            filter.advance(channel, end, least, filtered);
         }
-        match (after.checked_sub(1), stamps.get(after)) {
-            (None, _) => values[0],
-            (Some(i), None) => values[i],
-            (Some(i), Some(next)) => {
-                let share = (t - stamps[i]) / (next - stamps[i]);
-                values[i] + share * (values[i + 1] - values[i])
+        self.take_filtered(end)
+    }
+
+    fn add(&mut self, time_s: f64, values: impl Iterator<Item = f64>) {
+        if self.count == 0 {
+            self.start_s = time_s;
+        } else {
+            self.place += ((time_s - self.last_s) / self.step_s).round() as usize;
+        }
+        self.count += 1;
+        self.last_s = time_s;
+        let (at, on_grid) = match self.resampled {
+            true => (time_s, (time_s - self.start_s) / self.step_s),
+            false => (self.place as f64, self.place as f64),
+        };
+        self.at.push(on_grid);
+        if let Some(newest) = self.newest.as_mut().filter(|n| n.at == at) {
+            newest.count += 1;
+            let sums = newest.sums.iter_mut();
+            sums.zip(values).for_each(|(sum, value)| *sum += value);
+            return;
+        }
+        self.close();
+        let mut sums = self.before.take().map_or_else(Vec::new, |before| {
+            // Its memory is used again.
+            let mut sums = before.sums;
+            sums.clear();
+            sums
+        });
+        sums.extend(values);
+        self.before = self.newest.take();
+        self.newest = Some(Group { at, count: 1, sums });
+        self.distinct += 1;
+    }
+
+    /// Time or index of a point of the grid.
+    fn point(&self, number: usize) -> f64 {
+        match self.resampled {
+            true => self.start_s + number as f64 * self.step_s,
+            false => number as f64,
+        }
+    }
+
+    /// The newest time stamp has all its samples: interpolates the points before it.
+    fn close(&mut self) {
+        let (Some(before), Some(newest)) = (&self.before, &self.newest) else {
+            return;
+        };
+        loop {
+            let point = self.point(self.points);
+            if point >= newest.at {
+                return;
             }
-        }
-    })
-    .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lost_samples_are_interpolated() {
-        let time = [0.0, 0.01, 0.02, 0.0501, 0.06, 0.06];
-        let mut x = [1.0, 2.0, 3.0, 6.0, 7.0, 9.0];
-        let mut seen = Vec::new();
-        let how = on_grid(&time, 0.01, 1, &mut [&mut x], |even| seen = even.to_vec());
-        assert_eq!(how, Gridded::Filled(2));
-        assert_eq!(seen, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]);
-        assert_eq!(x, [1.0, 2.0, 3.0, 6.0, 8.0, 8.0]);
-    }
-
-    #[test]
-    fn too_short_a_grid_changes_nothing() {
-        for time in [[0.0; 5], [0.0, 0.0, 0.004, 0.004, 0.01]] {
-            let mut x = [1.0, 2.0, 3.0, 4.0, 5.0];
-            let how = on_grid(&time, 0.01, 4, &mut [&mut x], |_| {
-                panic!("nothing to filter")
-            });
-            assert_eq!((how, x), (Gridded::TooShort, [1.0, 2.0, 3.0, 4.0, 5.0]));
+            let share = (point - before.at) / (newest.at - before.at);
+            for (i, channel) in self.channels.iter_mut().enumerate() {
+                let value = before.mean(i);
+                channel
+                    .samples
+                    .push(value + share * (newest.mean(i) - value));
+            }
+            self.points += 1;
         }
     }
 
-    #[test]
-    fn a_line_is_unchanged_by_resampling() {
-        let time: Vec<f64> = (0..50)
-            .map(|i| 0.01 * f64::from(i) + 0.004 * f64::from(i % 3))
-            .collect();
-        let line: Vec<f64> = time.iter().map(|t| 9.8 - 3.0 * t).collect();
-        let mut x = line.clone();
-        let how = on_grid(&time, 0.01, 1, &mut [&mut x], |_| {});
-        assert_eq!(how, Gridded::Resampled);
-        // The last grid point may be after the last time stamp.
-        for (a, b) in x.iter().zip(&line).take(49) {
-            assert!((a - b).abs() < 1e-12);
+    /// The points from the last sample on.
+    fn add_last_points(&mut self) {
+        let Some(newest) = &self.newest else { return };
+        let count = match self.resampled {
+            true => ((self.last_s - self.start_s) / self.step_s).ceil() as usize + 1,
+            false => self.place + 1,
+        };
+        for (i, channel) in self.channels.iter_mut().enumerate() {
+            let more = count.saturating_sub(self.points);
+            let samples = &mut channel.samples;
+            samples.resize(samples.len() + more, newest.mean(i));
         }
+        self.points = self.points.max(count);
+    }
+
+    /// The samples that lie between filtered points.
+    fn take_filtered(&mut self, end: bool) -> Samples {
+        let known = self.from + self.filtered.first().map_or(0, Vec::len);
+        let is_known = |at: &f64| {
+            let point = *at as usize;
+            point + 1 < known || point < known && (end || at.fract() == 0.0)
+        };
+        let ready = self.at.partition_point(is_known);
+        let mut out = self.held.times(0..ready);
+        for (filtered, out) in self.filtered.iter().zip(&mut out.channels) {
+            out.extend(self.at[..ready].iter().map(|at| {
+                let point = *at as usize - self.from;
+                let value = filtered[point];
+                match filtered.get(point + 1) {
+                    Some(next) if at.fract() > 0.0 => value + at.fract() * (next - value),
+                    _ => value,
+                }
+            }));
+        }
+        self.held.remove_first(ready);
+        self.at.drain(..ready);
+        let newest = known.saturating_sub(1);
+        let next = self.at.first().map_or(newest, |at| *at as usize);
+        let passed = next.min(newest).saturating_sub(self.from);
+        for filtered in &mut self.filtered {
+            filtered.drain(..passed);
+        }
+        self.from += passed;
+        out
     }
 }

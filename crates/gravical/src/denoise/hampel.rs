@@ -9,40 +9,44 @@
 //!
 //! At the ends the window is truncated. Time stamps are not used.
 
+use std::ops::Range;
+
 /// 1/Φ⁻¹(3/4).
 const FROM_MEDIAN: f64 = 1.482_602_218_505_602;
 /// √(π/2).
 const FROM_MEAN: f64 = 1.253_314_137_315_500_1;
 
-/// Replaces outliers of `x` and returns their number.
-pub(super) fn hampel(x: &mut [f64], window: usize, sigmas: f64) -> usize {
-    let n = x.len();
+/// Appends the `rows` of `x` with their outliers replaced; returns the number of outliers. A window
+/// that reaches beyond `x` is truncated.
+pub(super) fn hampel(
+    x: &[f64],
+    window: usize,
+    sigmas: f64,
+    rows: Range<usize>,
+    out: &mut Vec<f64>,
+) -> usize {
     let half = window / 2;
-    // Samples of the window, sorted and in time order.
+    // The samples of the window, except the newest one.
+    let first = rows.start.saturating_sub(half)..(rows.start + half).min(x.len());
     let mut sorted: Vec<f64> = Vec::with_capacity(window + 1);
-    let mut raw = std::collections::VecDeque::with_capacity(window + 1);
+    sorted.extend_from_slice(x.get(first).unwrap_or_default());
+    sorted.sort_unstable_by(f64::total_cmp);
     let mut replaced = 0;
-    for sample in x.iter().take(half) {
-        insert(&mut sorted, *sample);
-        raw.push_back(*sample);
-    }
-    for i in 0..n {
+    for i in rows.clone() {
         if let Some(sample) = x.get(i + half) {
             insert(&mut sorted, *sample);
-            raw.push_back(*sample);
         }
-        if i > half
-            && let Some(old) = raw.pop_front()
+        if i > rows.start
+            && let Some(old) = i.checked_sub(half + 1)
         {
-            remove(&mut sorted, old);
+            remove(&mut sorted, x[old]);
         }
         let median = middle_of(&sorted);
         let off = (x[i] - median).abs();
         // For most samples the first condition fails, so the spread is not computed.
-        if off > 0.0 && off > sigmas * spread(&sorted, median) {
-            x[i] = median;
-            replaced += 1;
-        }
+        let is_outlier = off > 0.0 && off > sigmas * spread(&sorted, median);
+        out.push(if is_outlier { median } else { x[i] });
+        replaced += usize::from(is_outlier);
     }
     replaced
 }
@@ -129,6 +133,12 @@ mod tests {
             .collect()
     }
 
+    fn filtered(x: &[f64], window: usize, sigmas: f64) -> (Vec<f64>, usize) {
+        let mut out = Vec::new();
+        let replaced = hampel(x, window, sigmas, 0..x.len(), &mut out);
+        (out, replaced)
+    }
+
     #[test]
     fn filter_equals_its_definition() {
         let mut state = 1_u32;
@@ -147,8 +157,7 @@ mod tests {
                 x[i] += if i % 2 == 0 { 50.0 } else { -3.0 };
             }
             for (window, sigmas) in [(3, 3.0), (7, 3.0), (11, 2.0), (21, 0.0), (601, 3.0)] {
-                let mut fast = x.clone();
-                let replaced = hampel(&mut fast, window, sigmas);
+                let (fast, replaced) = filtered(&x, window, sigmas);
                 assert_eq!(fast, by_definition(&x, window, sigmas), "{window} {sigmas}");
                 let changed = fast.iter().zip(&x).filter(|(a, b)| a != b).count();
                 assert_eq!(replaced, changed);
@@ -159,13 +168,10 @@ mod tests {
     #[test]
     fn constants_and_short_input() {
         for n in 0..6 {
-            let mut x = vec![9.81; n];
-            assert_eq!(hampel(&mut x, 5, 3.0), 0);
-            assert_eq!(x, vec![9.81; n]);
+            assert_eq!(filtered(&vec![9.81; n], 5, 3.0), (vec![9.81; n], 0));
         }
         let mut spike = vec![0.0; 9];
         spike[4] = 7.0;
-        assert_eq!(hampel(&mut spike, 7, 3.0), 1);
-        assert_eq!(spike, vec![0.0; 9]);
+        assert_eq!(filtered(&spike, 7, 3.0), (vec![0.0; 9], 1));
     }
 }

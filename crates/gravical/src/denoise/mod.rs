@@ -39,21 +39,27 @@
 mod butterworth;
 mod clock;
 mod convolve;
+mod file;
 mod filter;
 mod gram;
 mod grid;
 mod hampel;
+mod lane;
+mod noise;
+mod off_grid;
 mod parse;
 mod response;
 mod run;
+mod samples;
 mod savgol;
 mod spec;
+mod stage;
 mod summary;
 #[cfg(test)]
 mod tests;
-mod write;
 
 pub(crate) use butterworth::Butterworth;
+pub use file::{DenoisedFile, denoise_file};
 pub use filter::Filter;
 pub use response::Response;
 pub use savgol::Edge;
@@ -63,7 +69,6 @@ pub use spec::{Band, FilterSpec, Passes};
 #[doc(hidden)]
 pub use spec::{MAX_POLYNOMIAL, MAX_WINDOW};
 pub use summary::{DenoiseSummary, FilterOutcome, Sigmas};
-pub use write::write;
 
 use std::ops::Range;
 
@@ -73,8 +78,15 @@ use crate::segment::still::{StillOptions, find_stills};
 use crate::segment::turns::motions;
 use crate::{Error, Result};
 
-use run::Runner;
-use summary::{filter_findings, row_findings};
+use clock::{Clock, FIRST_STAMPS, Row, StampFiller};
+use lane::Setup;
+use noise::Noise;
+use off_grid::{GridScout, OffGrid};
+use run::{Done, Run};
+use summary::{Scales, findings};
+
+/// Number of rows that are filtered together.
+const BLOCK: usize = 1 << 12;
 
 /// The channels that are filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -117,6 +129,10 @@ impl DenoiseOptions {
         }
     }
 
+    fn gap_steps(&self) -> f64 {
+        self.gap_steps.unwrap_or(Self::GAP_STEPS)
+    }
+
     /// Checks ranges.
     ///
     /// # Errors
@@ -128,7 +144,7 @@ impl DenoiseOptions {
                 .with_hint(format!("--filter with one of: {}", spec::EXAMPLES)));
         }
         self.filters.iter().try_for_each(FilterSpec::validate)?;
-        let gap = self.gap_steps.unwrap_or(Self::GAP_STEPS);
+        let gap = self.gap_steps();
         if !(1.5..=1000.0).contains(&gap) {
             return Err(Error::usage(
                 "option-range",
@@ -165,6 +181,30 @@ pub struct Denoised {
 /// only the gyroscope is to be filtered and there is none.
 pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Denoised> {
     options.validate()?;
+    let begun = begin(&mut recording, options)?;
+    let (setup, mut begun) = begun.set_up(&recording, options);
+    let noise = std::mem::take(&mut begun.noise);
+    let done = filter_in_memory(&setup, noise, &mut recording)?;
+    Ok(Denoised {
+        summary: begun.finish(&setup, done),
+        recording,
+        channels: options.channels,
+    })
+}
+
+/// What is known before the filters run.
+struct Begun {
+    filters: Vec<Filter>,
+    channels: Vec<usize>,
+    summary: DenoiseSummary,
+    /// Of the recording before the filters and after each.
+    noise: Vec<Noise>,
+    scales: Scales,
+    duration_s: Option<f64>,
+}
+
+/// Designs the filters, and determines the static intervals and the unit of the gyroscope.
+fn begin(recording: &mut Recording, options: &DenoiseOptions) -> Result<Begun> {
     if options.channels == Channels::Gyro && recording.gyro.is_none() {
         return Err(
             Error::input("no-gyroscope", "the recording has no gyroscope")
@@ -172,32 +212,132 @@ pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Den
                 .with_hint("omit --channels, or name its columns with --columns"),
         );
     }
-    let rate_hz = recording.timing.rate_hz();
-    let filters: Vec<Filter> = options
-        .filters
-        .iter()
-        .map(|spec| Filter::design(spec, rate_hz, options.edge))
-        .collect::<Result<_>>()?;
-    let stills = find_stills(&recording, &options.still);
-    decide_gyro_unit(&mut recording, &stills.spans);
-    let runner = Runner::new(&recording, options);
-    let mut summary = DenoiseSummary::start(&recording, options, &stills.spans);
-    let (mut derivative, mut reach) = (0, 0);
+    let filters = design(recording, options)?;
+    let spans = find_stills(recording, &options.still).spans;
+    decide_gyro_unit(recording, &spans);
+    let in_file = |rows: &Range<usize>| {
+        let first = recording.row_in_file(rows.start);
+        first..first + recording.length(rows)
+    };
+    let stills: Vec<Range<usize>> = spans.iter().map(in_file).collect();
+    let mut noise = vec![Noise::new(stills.clone())];
+    let mut reach = 0;
     for filter in &filters {
-        let treatment = runner.run(filter, &mut recording, options.channels);
-        derivative += filter.spec().derivative();
         // A filter spreads motion into the ends of a static interval.
         reach += filter.reach();
-        let inner = inner_rows(&stills.spans, reach);
-        let sigma = Sigmas::of(&recording, options.channels, &inner);
-        summary.add(filter, &treatment, sigma, derivative, &recording);
+        noise.push(Noise::new(inner_rows(&stills, reach)));
     }
-    summary.finish(&runner, &recording);
-    Ok(Denoised {
-        recording,
-        summary,
-        channels: options.channels,
+    Ok(Begun {
+        channels: channels(recording, options),
+        summary: DenoiseSummary::start(recording, options, &stills),
+        noise,
+        scales: Scales::of(recording),
+        duration_s: recording.timing.duration_s,
+        filters,
     })
+}
+
+fn design(recording: &Recording, options: &DenoiseOptions) -> Result<Vec<Filter>> {
+    let rate_hz = recording.timing.rate_hz();
+    let filters = options.filters.iter();
+    filters
+        .map(|spec| Filter::design(spec, rate_hz, options.edge))
+        .collect()
+}
+
+/// Numbers of the channels that are filtered.
+fn channels(recording: &Recording, options: &DenoiseOptions) -> Vec<usize> {
+    let accel = (0..3).filter(|_| options.channels != Channels::Gyro);
+    let gyro = recording.gyro.is_some() && options.channels != Channels::Accel;
+    accel.chain((3..6).filter(|_| gyro)).collect()
+}
+
+impl Begun {
+    /// The setup for a recording in memory.
+    fn set_up(self, recording: &Recording, options: &DenoiseOptions) -> (Setup, Begun) {
+        let finite = |t: &&f64| t.is_finite();
+        let first_s = recording.time_s.as_ref().map(|time_s| {
+            let stamps = time_s.iter().filter(finite).take(FIRST_STAMPS);
+            stamps.copied().collect::<Vec<f64>>()
+        });
+        let clock = Clock::new(
+            recording.timing.rate_hz(),
+            first_s.as_deref(),
+            options.gap_steps(),
+        );
+        let mut off_grid = OffGrid::default();
+        if self.needs_grid() && first_s.is_some() {
+            let mut scout = GridScout::new(clock);
+            let mut filler = StampFiller::new(clock.step_s);
+            for row in rows(recording) {
+                filler.push(row).for_each(|row| scout.push(row));
+            }
+            filler.finish().into_iter().for_each(|row| scout.push(row));
+            off_grid = scout.finish();
+        }
+        self.with(recording, clock, off_grid)
+    }
+
+    /// Uneven samples must be put on a grid.
+    fn needs_grid(&self) -> bool {
+        self.filters.iter().any(|f| f.butterworth().is_some())
+    }
+
+    fn with(mut self, recording: &Recording, clock: Clock, off_grid: OffGrid) -> (Setup, Begun) {
+        let setup = Setup {
+            filters: std::mem::take(&mut self.filters),
+            clock,
+            off_grid,
+            stamped: recording.time_s.is_some(),
+            channels: std::mem::take(&mut self.channels),
+            block: BLOCK,
+        };
+        (setup, self)
+    }
+
+    fn finish(mut self, setup: &Setup, done: Done) -> DenoiseSummary {
+        self.summary
+            .finish(setup, done, self.scales, self.duration_s);
+        self.summary
+    }
+}
+
+/// The rows of a recording in memory.
+fn rows(recording: &Recording) -> impl Iterator<Item = Row> {
+    let mut breaks = recording.breaks.iter().peekable();
+    (0..recording.rows()).map(move |row| Row {
+        time_s: recording.time_s.as_ref().map_or(f64::NAN, |t| t[row]),
+        values: std::array::from_fn(|i| match (i, &recording.gyro) {
+            (0..3, _) => recording.accel[i][row],
+            (_, Some(gyro)) => gyro[i - 3][row],
+            (_, None) => f64::NAN,
+        }),
+        is_break: breaks.next_if_eq(&&row).is_some(),
+    })
+}
+
+/// Replaces the channels of a recording by filtered ones.
+fn filter_in_memory(setup: &Setup, noise: Vec<Noise>, recording: &mut Recording) -> Result<Done> {
+    let mut filtered: [Vec<f64>; 6] = Default::default();
+    let mut run = Run::new(setup, noise);
+    let mut receive = |cells: &[Vec<f64>; 6], rows: usize| {
+        for c in &setup.channels {
+            filtered[*c].extend_from_slice(&cells[*c][..rows]);
+        }
+        Ok(())
+    };
+    for row in rows(recording) {
+        run.push(row, &mut receive)?;
+    }
+    let done = run.finish(&mut receive)?;
+    let own = recording.accel.iter_mut();
+    let own = own.chain(recording.gyro.iter_mut().flatten());
+    for (i, (own, filtered)) in own.zip(filtered).enumerate() {
+        if setup.channels.contains(&i) {
+            *own = filtered;
+        }
+    }
+    Ok(done)
 }
 
 /// The unit of the gyroscope by the rule of all commands, with its findings: the summary states
@@ -235,21 +375,17 @@ pub(crate) fn smooth(
         ..DenoiseOptions::new(filters.iter().copied())
     };
     options.validate()?;
-    let rate_hz = recording.timing.rate_hz();
-    let runner = Runner::new(&recording, &options);
-    let mut findings = Vec::new();
-    for spec in filters {
-        let filter = Filter::design(spec, rate_hz, edge)?;
-        let outcome = runner.run(&filter, &mut recording, Channels::Accel);
-        let duration_s = recording.timing.duration_s;
-        findings.extend(filter_findings(&filter, &outcome, rate_hz, duration_s));
+    let (setup, begun) = Begun {
+        filters: design(&recording, &options)?,
+        channels: channels(&recording, &options),
+        summary: DenoiseSummary::start(&recording, &options, &[]),
+        noise: Vec::new(),
+        scales: Scales::of(&recording),
+        duration_s: recording.timing.duration_s,
     }
-    findings.extend(row_findings(
-        runner.splits,
-        runner.clock.gap_s,
-        runner.stamps_filled,
-        runner.empty,
-    ));
+    .set_up(&recording, &options);
+    let done = filter_in_memory(&setup, Vec::new(), &mut recording)?;
+    let findings = findings(&setup, &done.treatments, &done.counts, begun.duration_s);
     Ok((recording, findings))
 }
 

@@ -1,176 +1,166 @@
-//! Runs a filter over the channels of a recording: not across breaks and gaps, and around empty
-//! cells.
+//! Rows through the filters: not across breaks and gaps, and around empty cells.
 
-use std::borrow::Cow;
+use crate::Result;
 
-use crate::recording::Recording;
+use super::clock::{Row, Splits, StampFiller, Step};
+use super::filter::Treatment;
+use super::lane::{Lane, Output, Setup};
+use super::noise::Noise;
 
-use super::clock::{Clock, Splits, Stretch, fill_stamps};
-use super::filter::{Filter, Treatment};
-use super::{Channels, DenoiseOptions};
+/// Receives filtered rows: the first `rows` values of each filtered channel.
+pub(super) type Receiver<'a> = dyn FnMut(&[Vec<f64>; 6], usize) -> Result<()> + 'a;
 
-/// Data common to all filters.
-pub(super) struct Runner {
-    pub clock: Clock,
-    /// Time stamps of all rows; `None` without usable ones.
-    time_s: Option<Vec<f64>>,
-    /// Segments between breaks, each with its parts without gaps.
-    segments: Vec<(std::ops::Range<usize>, Vec<Stretch>)>,
+/// Rows on their way through the filters.
+pub(super) struct Run<'a> {
+    setup: &'a Setup,
+    filler: StampFiller,
+    lanes: Vec<Lane>,
+    out: Output,
+    /// Number of rows whose time is known, and the time of the last one.
+    rows: usize,
+    last_s: Option<f64>,
+    /// Row of the last break.
+    break_at: usize,
+    counts: Counts,
+}
+
+/// What was counted in all rows.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Counts {
+    /// Parts between breaks, gaps and steps back.
+    pub stretches: usize,
     /// Gaps and steps back between breaks.
     pub splits: Splits,
     /// Number of rows without a time stamp.
     pub stamps_filled: usize,
-    /// Number of empty cells, which is the same for all filters.
+    /// Number of empty cells.
     pub empty: usize,
 }
 
-/// Results of all channels.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Outcome {
-    /// Rows and samples, summed over channels.
-    pub treatment: Treatment,
-    /// Number of all samples, summed over channels.
-    pub samples: usize,
-    /// Number of parts, summed over channels, that were too short.
-    pub short_stretches: usize,
+/// Results, after the last row.
+pub(super) struct Done {
+    pub counts: Counts,
+    /// Of each filter.
+    pub treatments: Vec<Treatment>,
+    /// Before the filters and after each, if requested.
+    pub noise: Vec<Noise>,
 }
 
-impl Runner {
-    pub fn new(recording: &Recording, options: &DenoiseOptions) -> Self {
-        let gap_steps = options.gap_steps.unwrap_or(DenoiseOptions::GAP_STEPS);
-        let clock = Clock::of(recording, gap_steps);
-        let mut stamps_filled = 0;
-        let mut time_s = recording.time_s.clone();
-        if let Some(time) = &mut time_s
-            && time.iter().any(|t| !t.is_finite())
-        {
-            stamps_filled = fill_stamps(time, clock.step_s);
-        }
-        let mut splits = Splits::default();
-        let segments = recording
-            .segments()
-            .into_iter()
-            .map(|rows| {
-                let stretches = match &time_s {
-                    Some(time) => clock.stretches(&time[rows.clone()], &mut splits),
-                    None => vec![Stretch {
-                        rows: 0..rows.len(),
-                        uneven: Vec::new(),
-                    }],
-                };
-                (rows, stretches)
-            })
-            .collect();
-        let all = sensors(recording, options.channels);
-        let empty = all.flatten().flatten().filter(|v| !v.is_finite()).count();
-        Runner {
-            clock,
-            time_s,
-            segments,
-            splits,
-            stamps_filled,
-            empty,
+impl<'a> Run<'a> {
+    /// With `noise` before the filters and after each, or none.
+    pub fn new(setup: &'a Setup, noise: Vec<Noise>) -> Self {
+        Run {
+            filler: StampFiller::new(setup.clock.step_s),
+            lanes: vec![Lane::new(setup.channels.clone())],
+            out: Output {
+                first: 0,
+                cells: Default::default(),
+                treatments: vec![Treatment::default(); setup.filters.len()],
+                noise,
+            },
+            rows: 0,
+            last_s: None,
+            break_at: 0,
+            counts: Counts::default(),
+            setup,
         }
     }
 
-    pub fn stretches(&self) -> usize {
-        self.segments.iter().map(|(_, s)| s.len()).sum()
+    /// Adds a row, whose time is NaN if unknown.
+    ///
+    /// # Errors
+    ///
+    /// Those of `receive`.
+    pub fn push(&mut self, row: Row, receive: &mut Receiver<'_>) -> Result<()> {
+        if !self.setup.stamped {
+            return self.push_timed(row, receive);
+        }
+        for row in self.filler.push(row) {
+            self.push_timed(row, receive)?;
+        }
+        Ok(())
     }
 
-    /// Runs `filter` over the selected channels.
-    pub fn run(&self, filter: &Filter, recording: &mut Recording, channels: Channels) -> Outcome {
-        let mut outcome = Outcome::default();
-        if channels != Channels::Gyro {
-            self.run_sensor(filter, &mut recording.accel, &mut outcome);
+    fn push_timed(&mut self, mut row: Row, receive: &mut Receiver<'_>) -> Result<()> {
+        let setup = self.setup;
+        if row.is_break {
+            self.end_lanes();
+            self.lanes = vec![Lane::new(setup.channels.clone())];
+            (self.last_s, self.break_at) = (None, self.rows);
         }
-        if channels != Channels::Accel
-            && let Some(gyro) = &mut recording.gyro
-        {
-            self.run_sensor(filter, gyro, &mut outcome);
+        if !setup.stamped {
+            row.time_s = (self.rows - self.break_at) as f64 * setup.clock.step_s;
         }
-        outcome
-    }
-
-    fn run_sensor(&self, filter: &Filter, sensor: &mut [Vec<f64>; 3], outcome: &mut Outcome) {
-        for (rows, stretches) in &self.segments {
-            // Channels without empty cells share their time stamps and are processed together.
-            let (whole, incomplete): (Vec<_>, Vec<_>) = sensor
+        let step = self
+            .last_s
+            .map(|last_s| setup.clock.step(last_s, row.time_s));
+        self.last_s = Some(row.time_s);
+        self.counts.stretches += usize::from(step.is_none_or(Step::parts));
+        self.counts.splits.gaps += usize::from(step == Some(Step::Gap));
+        self.counts.splits.backward += usize::from(step == Some(Step::Backward));
+        let mut empty = 0;
+        for c in &setup.channels {
+            empty += usize::from(!row.values[*c].is_finite());
+            self.out.cells[*c].push(row.values[*c]);
+        }
+        self.counts.empty += empty;
+        if empty > 0 && empty < setup.channels.len() {
+            let split = self
+                .lanes
                 .iter_mut()
-                .map(|channel| &mut channel[rows.clone()])
-                .partition(|part| part.iter().all(|v| v.is_finite()));
-            let time_s = self.time_s.as_deref().map(|t| &t[rows.clone()]);
-            run_stretches(filter, time_s, stretches, whole, outcome);
-            for part in incomplete {
-                self.run_incomplete(filter, time_s, part, outcome);
+                .filter_map(|lane| lane.split(&row.values));
+            let split: Vec<Lane> = split.collect();
+            self.lanes.extend(split);
+        }
+        let mut split = Vec::new();
+        for lane in &mut self.lanes {
+            split.extend(lane.push(setup, self.rows, row.time_s, &row.values, &mut self.out));
+        }
+        self.lanes.append(&mut split);
+        self.rows += 1;
+        if self.rows.is_multiple_of(setup.block) {
+            for lane in &mut self.lanes {
+                lane.run(setup, false, &mut self.out);
             }
+            self.hand_on(receive)?;
+        }
+        Ok(())
+    }
+
+    fn end_lanes(&mut self) {
+        for lane in &mut self.lanes {
+            lane.end(self.setup, &mut self.out);
         }
     }
 
-    /// Filters a channel with empty cells: its values are treated as samples among which some are
-    /// missing.
-    fn run_incomplete(
-        &self,
-        filter: &Filter,
-        time_s: Option<&[f64]>,
-        part: &mut [f64],
-        outcome: &mut Outcome,
-    ) {
-        let there: Vec<usize> = (0..part.len()).filter(|i| part[*i].is_finite()).collect();
-        let mut values: Vec<f64> = there.iter().map(|i| part[*i]).collect();
-        let stamp = |i: &usize| match time_s {
-            Some(time) => time[*i],
-            None => *i as f64 * self.clock.step_s,
-        };
-        let time: Cow<'_, [f64]> = there.iter().map(stamp).collect();
-        // Gaps were counted before; only long runs of empty cells are additional.
-        let stretches = self.clock.stretches(&time, &mut Splits::default());
-        run_stretches(filter, Some(&time), &stretches, vec![&mut values], outcome);
-        for (i, value) in there.iter().zip(values) {
-            part[*i] = value;
+    /// Hands on the rows that are complete.
+    fn hand_on(&mut self, receive: &mut Receiver<'_>) -> Result<()> {
+        let first = self.lanes.iter().filter_map(Lane::first_row).min();
+        let rows = first.unwrap_or(self.rows) - self.out.first;
+        receive(&self.out.cells, rows)?;
+        for channel in &mut self.out.cells {
+            channel.drain(..rows.min(channel.len()));
         }
+        self.out.first += rows;
+        Ok(())
     }
-}
 
-fn run_stretches(
-    filter: &Filter,
-    time_s: Option<&[f64]>,
-    stretches: &[Stretch],
-    mut channels: Vec<&mut [f64]>,
-    outcome: &mut Outcome,
-) {
-    let count = channels.len();
-    if count == 0 {
-        return;
+    /// Filters the last rows.
+    ///
+    /// # Errors
+    ///
+    /// Those of `receive`.
+    pub fn finish(mut self, receive: &mut Receiver<'_>) -> Result<Done> {
+        for row in self.filler.finish() {
+            self.push_timed(row, receive)?;
+        }
+        self.end_lanes();
+        self.hand_on(receive)?;
+        self.counts.stamps_filled = self.filler.filled;
+        Ok(Done {
+            counts: self.counts,
+            treatments: self.out.treatments,
+            noise: self.out.noise,
+        })
     }
-    for stretch in stretches {
-        let mut parts: Vec<&mut [f64]> = channels
-            .iter_mut()
-            .map(|channel| &mut channel[stretch.rows.clone()])
-            .collect();
-        let time_s = time_s.map(|t| &t[stretch.rows.clone()]);
-        let treatment = filter.apply_at(time_s, &stretch.uneven, &mut parts, 0..stretch.rows.len());
-        outcome.samples += count * stretch.rows.len();
-        outcome.short_stretches += count * usize::from(treatment.too_short > 0);
-        let sum = &mut outcome.treatment;
-        sum.fitted += count * treatment.fitted;
-        sum.too_few += count * treatment.too_few;
-        sum.filled += count * treatment.filled;
-        sum.resampled += count * treatment.resampled;
-        sum.too_short += count * treatment.too_short;
-        // Outliers are already counted over all channels.
-        sum.replaced += treatment.replaced;
-    }
-}
-
-/// The selected sensors of the recording.
-pub(super) fn sensors(
-    recording: &Recording,
-    channels: Channels,
-) -> impl Iterator<Item = &[Vec<f64>; 3]> {
-    let accel = (channels != Channels::Gyro).then_some(&recording.accel);
-    let gyro = recording
-        .gyro
-        .as_ref()
-        .filter(|_| channels != Channels::Accel);
-    accel.into_iter().chain(gyro)
 }

@@ -5,10 +5,13 @@
 //! set of weights is used for all; otherwise the fit is computed for each sample from the time
 //! stamps.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::convolve::convolve;
 use super::gram::{Gram, even_points, half_width};
+use super::samples::Samples;
 use crate::{Error, Result};
 
 /// Values beyond the ends of a recording, for filters with a window.
@@ -172,7 +175,7 @@ impl Savgol {
     }
 
     /// Number of samples before and after each that are in its window.
-    pub fn reach(&self) -> (usize, usize) {
+    fn reach(&self) -> (usize, usize) {
         (self.left, self.window - 1 - self.left)
     }
 
@@ -185,41 +188,58 @@ impl Savgol {
         }
     }
 
-    /// Filters equally spaced samples in place; fewer than the window are left unchanged.
-    pub fn apply(&self, x: &mut [f64]) {
+    /// Appends the filtered `rows` of the equally spaced samples `x`; fewer than the window are
+    /// appended unchanged.
+    pub fn filter(&self, x: &[f64], rows: Range<usize>, out: &mut Vec<f64>) {
         let n = x.len();
         if n < self.window {
+            out.extend_from_slice(&x[rows]);
             return;
         }
         let [first, last] = self.edge_rows();
-        let (head, tail) = match self.edge {
-            Edge::Interp => (
-                self.polynomial(&x[..self.window], 0..first),
-                self.polynomial(&x[n - self.window..], self.window - last..self.window),
-            ),
-            _ => (self.padded(x, 0..first), self.padded(x, n - last..n)),
-        };
-        convolve(x, &self.weights, self.left);
-        x[..first].copy_from_slice(&head);
-        x[n - last..].copy_from_slice(&tail);
+        let head = rows.start..rows.end.min(first);
+        let tail = rows.start.max(n - last)..rows.end;
+        let inner = rows.start.max(first)..rows.end.min(n - last);
+        let start = n - self.window;
+        if !head.is_empty() {
+            match self.edge {
+                Edge::Interp => self.polynomial(&x[..self.window], head, out),
+                _ => self.padded(x, head, out),
+            }
+        }
+        if !inner.is_empty() {
+            let (left, right) = self.reach();
+            convolve(
+                &x[inner.start - left..inner.end + right],
+                &self.weights,
+                out,
+            );
+        }
+        if !tail.is_empty() {
+            match self.edge {
+                Edge::Interp => {
+                    self.polynomial(&x[start..], tail.start - start..tail.end - start, out);
+                }
+                _ => self.padded(x, tail, out),
+            }
+        }
     }
 
-    /// The fit to one window, evaluated at some of its samples.
-    fn polynomial(&self, samples: &[f64], at: std::ops::Range<usize>) -> Vec<f64> {
+    /// Appends the fit to one window at some of its samples.
+    fn polynomial(&self, samples: &[f64], at: Range<usize>, out: &mut Vec<f64>) {
         let fit = self.gram.project(samples);
         let half = half_width(self.window);
         let mut a = Vec::new();
-        at.map(|i| {
+        out.extend(at.map(|i| {
             let x = (i as f64 - 0.5 * (self.window as f64 - 1.0)) / half;
             self.gram.at(x, self.derivative, &mut a);
             let value: f64 = a.iter().zip(&fit).map(|(a, f)| a * f).sum();
             value * self.scale
-        })
-        .collect()
+        }));
     }
 
-    /// The weighted sums at these rows, with the values of `edge` beyond the ends.
-    fn padded(&self, x: &[f64], at: std::ops::Range<usize>) -> Vec<f64> {
+    /// Appends the weighted sums at these rows, with the values of `edge` beyond the ends.
+    fn padded(&self, x: &[f64], at: Range<usize>, out: &mut Vec<f64>) {
         let n = x.len() as isize;
         let sample = |i: isize| {
             let inside = match self.edge {
@@ -232,52 +252,47 @@ impl Savgol {
             };
             x[inside as usize]
         };
-        at.map(|row| {
+        out.extend(at.map(|row| {
             let from = row as isize - self.left as isize;
             let terms = self.weights.iter().zip(from..);
-            terms.map(|(w, i)| w * sample(i)).sum()
-        })
-        .collect()
+            terms.map(|(w, i)| w * sample(i)).sum::<f64>()
+        }));
     }
 
-    /// Filters samples with uneven time stamps, in several channels: if `is_uneven(from, to)`
-    /// says that the steps between these rows are not all equal, the polynomial is fitted over
-    /// the time stamps; otherwise as [`apply`](Self::apply). At the ends such rows use the fit to
-    /// the last full window, whatever `edge` is. Returns the number of such rows.
+    /// The same in several channels with uneven time stamps: where the steps within the window of a
+    /// row are not all even, the polynomial is fitted over the time stamps. At the ends such rows
+    /// use the fit to the last full window, whatever `edge` is. Returns the number of such rows.
     ///
-    /// Rows whose window has too few different time stamps for the order keep the result for
+    /// Rows whose window has too few different time stamps for the order get the result for
     /// equally spaced samples; the second number counts them.
-    ///
-    /// Only `rows` are processed in this way: the others are filtered as equally spaced and not
-    /// counted.
-    /// count.
-    pub fn apply_at(
+    pub fn filter_stamped(
         &self,
-        time_s: &[f64],
-        is_uneven: impl Fn(usize, usize) -> bool,
-        channels: &mut [&mut [f64]],
-        rows: std::ops::Range<usize>,
+        samples: &Samples,
+        rows: Range<usize>,
+        out: &mut [Vec<f64>],
     ) -> (usize, usize) {
-        let n = time_s.len();
-        if n < self.window {
+        for (x, out) in samples.channels.iter().zip(&mut *out) {
+            self.filter(x, rows.clone(), out);
+        }
+        let n = samples.len();
+        let is_even = samples.uneven.first() == samples.uneven.last();
+        if n < self.window || is_even {
             return (0, 0);
         }
-        let (left, _) = self.reach();
         let mut gram = Gram::new(self.order, self.window);
         let mut points = vec![0.0; self.window];
         let (mut a, mut weights) = (Vec::new(), vec![0.0; self.window]);
-        let raw: Vec<Vec<f64>> = channels.iter().map(|x| x.to_vec()).collect();
-        channels.iter_mut().for_each(|x| self.apply(x));
         let (mut exact, mut too_few) = (0, 0);
-        for row in rows.start..rows.end.min(n) {
+        for row in rows.clone() {
             // The full window nearest to the row.
-            let from = row.saturating_sub(left).min(n - self.window);
-            if !is_uneven(from, from + self.window - 1) {
+            let from = row.saturating_sub(self.left).min(n - self.window);
+            let within = from..from + self.window;
+            if samples.uneven[within.start] == samples.uneven[within.end - 1] {
                 continue;
             }
-            let stamps = &time_s[from..from + self.window];
+            let stamps = &samples.time_s[within.clone()];
             let half = 0.5 * (stamps[self.window - 1] - stamps[0]);
-            let here = time_s[row];
+            let here = samples.time_s[row];
             let middle = stamps[0] + half;
             for (point, t) in points.iter_mut().zip(stamps) {
                 *point = (t - middle) / half;
@@ -291,9 +306,10 @@ impl Savgol {
             a.iter_mut().for_each(|a| *a *= scale);
             gram.combine(&a, &mut weights);
             exact += 1;
-            for (x, raw) in channels.iter_mut().zip(&raw) {
-                let samples = &raw[from..from + self.window];
-                x[row] = samples.iter().zip(&weights).map(|(x, w)| x * w).sum();
+            for (x, out) in samples.channels.iter().zip(&mut *out) {
+                let at = out.len() - (rows.end - row);
+                let window = x[within.clone()].iter().zip(&weights);
+                out[at] = window.map(|(x, w)| x * w).sum();
             }
         }
         (exact, too_few)

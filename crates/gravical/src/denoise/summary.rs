@@ -6,12 +6,13 @@ use serde::Serialize;
 
 use crate::recording::{Finding, FindingKind, Recording};
 
-use super::clock::Splits;
-use super::filter::Filter;
+use super::filter::{Filter, Treatment};
+use super::lane::Setup;
+use super::noise::Noise;
 use super::response::Response;
-use super::run::{Outcome, Runner};
+use super::run::{Counts, Done};
 use super::spec::{FilterSpec, Passes};
-use super::{Channels, DenoiseOptions, Edge};
+use super::{DenoiseOptions, Edge};
 
 /// Result of [`denoise`](super::denoise).
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -77,44 +78,37 @@ pub struct Sigmas {
     pub gyroscope: Option<[f64; 3]>,
 }
 
+/// The scales of the channels to m/s² and rad/s, where they are known.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scales {
+    accel: Option<f64>,
+    gyro: Option<f64>,
+}
+
 impl Sigmas {
-    pub(super) fn of(recording: &Recording, channels: Channels, stills: &[Range<usize>]) -> Self {
-        let of = |sensor: &[Vec<f64>; 3], nominal: Option<f64>| {
-            let mut sigmas = [0.0; 3];
-            for (sigma, channel) in sigmas.iter_mut().zip(sensor) {
-                *sigma = pooled(channel, stills)? / nominal.unwrap_or(1.0);
-            }
-            Some(sigmas)
+    fn of(mut noise: Noise, scales: Scales) -> Self {
+        let mut sensor = |first: usize, nominal: Option<f64>| {
+            let sigmas = noise.sigma(first)?;
+            Some(sigmas.map(|sigma| sigma / nominal.unwrap_or(1.0)))
         };
-        let gyro = recording.gyro.as_ref();
         Sigmas {
-            accelerometer: (channels != Channels::Gyro)
-                .then(|| of(&recording.accel, recording.accel_scale.nominal()))
-                .flatten(),
-            gyroscope: gyro
-                .filter(|_| channels != Channels::Accel)
-                .and_then(|g| of(g, recording.gyro_scale.and_then(|s| s.nominal()))),
+            accelerometer: sensor(0, scales.accel),
+            gyroscope: sensor(3, scales.gyro),
         }
     }
 }
 
-/// √(Σ(x − mean of its interval)²/Σ(n − 1)).
-fn pooled(channel: &[f64], stills: &[Range<usize>]) -> Option<f64> {
-    let (mut squares, mut freedom) = (0.0, 0.0);
-    for rows in stills {
-        let there = || channel[rows.clone()].iter().filter(|v| v.is_finite());
-        let n = there().count() as f64;
-        if n < 2.0 {
-            continue;
+impl Scales {
+    pub fn of(recording: &Recording) -> Self {
+        Scales {
+            accel: recording.accel_scale.nominal(),
+            gyro: recording.gyro_scale.and_then(|s| s.nominal()),
         }
-        let mean = there().sum::<f64>() / n;
-        squares += there().map(|v| (v - mean) * (v - mean)).sum::<f64>();
-        freedom += n - 1.0;
     }
-    (freedom > 0.0).then(|| (squares / freedom).sqrt())
 }
 
 impl DenoiseSummary {
+    /// What is known before the filters run; `stills`: the rows of the static intervals.
     pub(super) fn start(
         recording: &Recording,
         options: &DenoiseOptions,
@@ -123,7 +117,7 @@ impl DenoiseSummary {
         DenoiseSummary {
             input: recording.name.clone(),
             description: recording.description.clone(),
-            rows: recording.rows(),
+            rows: recording.rows_in_file(),
             rate_hz: recording.timing.rate_hz(),
             segments: 0,
             edge: options.edge,
@@ -137,43 +131,44 @@ impl DenoiseSummary {
                 Some(scale) if scale.nominal().is_none() => scale.unit.name(),
                 _ => "rad/s",
             },
-            recorded: Sigmas::of(recording, options.channels, stills),
+            recorded: Sigmas::default(),
             filters: Vec::new(),
             columns: Vec::new(),
             findings: recording.findings.clone(),
         }
     }
 
-    pub(super) fn add(
+    /// Adds the results of the filters.
+    pub(super) fn finish(
         &mut self,
-        filter: &Filter,
-        outcome: &Outcome,
-        sigma: Sigmas,
-        derivative: usize,
-        recording: &Recording,
+        setup: &Setup,
+        done: Done,
+        scales: Scales,
+        duration_s: Option<f64>,
     ) {
-        let spec = filter.spec();
-        self.filters.push(FilterOutcome {
-            filter: spec.to_string(),
-            response: filter.response().clone(),
-            derivative,
-            keeps_constants: spec.keeps_constants(),
-            replaced: matches!(spec, FilterSpec::Hampel { .. })
-                .then_some(outcome.treatment.replaced),
-            sigma,
-        });
-        let findings = filter_findings(filter, outcome, self.rate_hz, recording.timing.duration_s);
-        self.findings.extend(findings);
-    }
-
-    pub(super) fn finish(&mut self, runner: &Runner, recording: &Recording) {
-        self.segments = runner.stretches();
-        self.findings.extend(row_findings(
-            runner.splits,
-            runner.clock.gap_s,
-            runner.stamps_filled,
-            runner.empty,
-        ));
+        let mut noise = done.noise.into_iter();
+        let mut sigmas = || {
+            noise
+                .next()
+                .map_or_else(Sigmas::default, |n| Sigmas::of(n, scales))
+        };
+        self.recorded = sigmas();
+        self.segments = done.counts.stretches;
+        let mut derivative = 0;
+        for (filter, treatment) in setup.filters.iter().zip(&done.treatments) {
+            let spec = filter.spec();
+            derivative += spec.derivative();
+            self.filters.push(FilterOutcome {
+                filter: spec.to_string(),
+                response: filter.response().clone(),
+                derivative,
+                keeps_constants: spec.keeps_constants(),
+                replaced: matches!(spec, FilterSpec::Hampel { .. }).then_some(treatment.replaced),
+                sigma: sigmas(),
+            });
+        }
+        self.findings
+            .extend(findings(setup, &done.treatments, &done.counts, duration_s));
         if self.static_intervals == 0 {
             self.findings.push(Finding::new(
                 FindingKind::NeverStatic,
@@ -181,21 +176,34 @@ impl DenoiseSummary {
             ));
         }
         for finding in &mut self.findings {
-            finding.file = Some(recording.name.clone());
+            finding.file = Some(self.input.clone());
         }
     }
 }
 
+/// Findings of all filters, and about rows.
+pub(super) fn findings(
+    setup: &Setup,
+    treatments: &[Treatment],
+    counts: &Counts,
+    duration_s: Option<f64>,
+) -> Vec<Finding> {
+    let filters = setup.filters.iter().zip(treatments);
+    let of_filters = filters.flat_map(|(f, treatment)| filter_findings(f, treatment, duration_s));
+    let mut all: Vec<Finding> = of_filters.collect();
+    all.extend(row_findings(counts, setup.clock.gap_s));
+    all
+}
+
 /// Findings about samples that needed special treatment.
-pub(super) fn filter_findings(
+fn filter_findings(
     filter: &Filter,
-    outcome: &Outcome,
-    rate_hz: Option<f64>,
+    treatment: &Treatment,
     duration_s: Option<f64>,
 ) -> Vec<Finding> {
     let mut out = Vec::new();
-    let (spec, treatment) = (filter.spec(), &outcome.treatment);
-    let share = |n: usize| 100.0 * n as f64 / outcome.samples.max(1) as f64;
+    let spec = filter.spec();
+    let share = |n: usize| 100.0 * n as f64 / treatment.samples.max(1) as f64;
     if treatment.fitted > 0 {
         out.push(
             Finding::new(
@@ -240,7 +248,7 @@ pub(super) fn filter_findings(
                 format!(
                     "{spec}: {:.2} % of the samples are unevenly spaced; they were interpolated to {:.6} Hz and back, which also smooths (white noise to 0.6 at worst)",
                     share(treatment.resampled),
-                    rate_hz.unwrap_or(f64::NAN)
+                    1.0 / filter.step_s()
                 ),
             )
             .counting(treatment.resampled as u64),
@@ -252,7 +260,7 @@ pub(super) fn filter_findings(
                 FindingKind::NotFiltered,
                 format!(
                     "{spec}: {} parts of channels are shorter than the {} samples it needs; their {} samples are left unchanged",
-                    outcome.short_stretches,
+                    treatment.short_stretches,
                     filter.shortest(),
                     treatment.too_short
                 ),
@@ -292,12 +300,13 @@ pub(super) fn filter_findings(
 }
 
 /// Findings about rows: where filters restart, interpolated time stamps, empty cells.
-pub(super) fn row_findings(
-    splits: Splits,
-    gap_s: f64,
-    stamps_filled: usize,
-    empty: usize,
-) -> Vec<Finding> {
+fn row_findings(counts: &Counts, gap_s: f64) -> Vec<Finding> {
+    let Counts {
+        splits,
+        stamps_filled,
+        empty,
+        ..
+    } = *counts;
     let mut out = Vec::new();
     if splits.gaps + splits.backward > 0 {
         let mut why = Vec::new();

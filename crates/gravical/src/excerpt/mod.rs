@@ -58,6 +58,9 @@ struct Bounds {
     motions: usize,
     motion_rows: usize,
     motion_s: f64,
+    /// The caller reads all rows again: it needs no labels, and of static intervals and motions
+    /// only where they are.
+    ahead: bool,
 }
 
 const BOUNDS: Bounds = Bounds {
@@ -69,6 +72,7 @@ const BOUNDS: Bounds = Bounds {
     motions: 500,
     motion_rows: 100_000,
     motion_s: 60.0,
+    ahead: false,
 };
 
 /// Reads the recording at `path` (`-` is standard input): completely, or, if it is long, only its
@@ -96,7 +100,27 @@ const BOUNDS: Bounds = Bounds {
 pub fn read(path: &Path, options: &ReadOptions, still: &StillOptions) -> Result<Recording> {
     options.validate()?;
     let name = path.display().to_string();
-    read_from(Reopenable::of(path), &name, options, still, BOUNDS)
+    read_from(&mut Reopenable::of(path), &name, options, still, BOUNDS)
+}
+
+/// The same for a caller that reads all rows of `source` again: rows and labels that are left out
+/// do not matter to it.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(crate) fn read_ahead(
+    source: &mut Reopenable,
+    name: &str,
+    options: &ReadOptions,
+    still: &StillOptions,
+) -> Result<Recording> {
+    options.validate()?;
+    let bounds = Bounds {
+        ahead: true,
+        ..BOUNDS
+    };
+    read_from(source, name, options, still, bounds)
 }
 
 /// Reads as [`read`], and then all rows of a long recording by the fold that `make` returns; that
@@ -184,7 +208,7 @@ fn time_by_rows_of_the_file(recording: &mut Recording, even_hz: Option<f64>) {
 }
 
 fn read_from(
-    mut source: Reopenable,
+    source: &mut Reopenable,
     name: &str,
     options: &ReadOptions,
     still: &StillOptions,
@@ -209,6 +233,11 @@ fn read_known(
     let survey = |rate: Option<f64>| {
         move |layout: &Layout, facts: &Facts| {
             let columns = Columns::new(layout, facts);
+            // Labels refer to all rows.
+            let whole = match columns.has_labels() && !bounds.ahead {
+                true => usize::MAX,
+                false => whole,
+            };
             Survey::new(columns, whole, bounds.blocks, still, rate)
         }
     };
@@ -455,7 +484,7 @@ fn findings_about_rows_left_out(
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     let rows = recording.rows_in_file();
-    if let Some((count, most)) = plan.shortened {
+    if let Some((count, most)) = plan.shortened.filter(|_| !bounds.ahead) {
         let seconds = most as f64 / rate;
         findings.push(
             Finding::new(
@@ -482,7 +511,7 @@ fn findings_about_rows_left_out(
             .counting(left_out as u64),
         );
     }
-    if !plan.motions_left_out.is_empty() {
+    if !plan.motions_left_out.is_empty() && !bounds.ahead {
         let mut lines = LineSpans::default();
         let map = recording.excerpt.as_ref().map(|e| &e.rows);
         let line = |row: usize| Some(recording.line(map?.row(row as u64)?));

@@ -57,12 +57,7 @@ impl Survey {
         rate: Option<f64>,
     ) -> Self {
         Survey {
-            // Labels refer to all rows.
-            whole: if columns.has_labels() {
-                usize::MAX
-            } else {
-                whole
-            },
+            whole,
             columns,
             long: None,
             blocks,

@@ -45,7 +45,14 @@ fn whole((name, text): &(String, String)) -> Recording {
 
 fn excerpt((name, text): &(String, String), still: &StillOptions, bounds: Bounds) -> Recording {
     let source = Reopenable::Memory(text.as_bytes().into());
-    let recording = read_from(source, name, &ReadOptions::default(), still, bounds).unwrap();
+    let recording = read_from(
+        &mut { source },
+        name,
+        &ReadOptions::default(),
+        still,
+        bounds,
+    )
+    .unwrap();
     assert!(recording.is_excerpt());
     recording
 }
@@ -327,7 +334,7 @@ fn a_pipe_is_read_again_from_its_copy() {
     let path = folder.path().join(name);
     std::fs::write(&path, &text).unwrap();
     let (still, options) = (StillOptions::default(), ReadOptions::default());
-    let read = |source| read_from(source, "-", &options, &still, SMALL).unwrap();
+    let read = |source| read_from(&mut { source }, "-", &options, &still, SMALL).unwrap();
     let pipe = read(Reopenable::Spooled(path.clone(), None));
     assert!(pipe.is_excerpt());
     assert_eq!(inspected(&pipe), inspected(&read(Reopenable::of(&path))));

@@ -248,6 +248,13 @@ impl Collected<Columns> {
                     Some(rate_hz) => (0..rows).map(|row| row as f64 / rate_hz).collect(),
                     None => self.rows.time_s,
                 });
+        // When the rows are read again, they have the same times.
+        let mut known = self.facts;
+        if let Some(reading) = &mut known.stamp_reading
+            && let (Some(own_hz), Some(rate_hz)) = (&mut reading.even_hz, even_hz(&found))
+        {
+            *own_hz = rate_hz;
+        }
         Recording {
             name: self.about.name,
             sha256: self.about.sha256,
@@ -275,7 +282,10 @@ impl Collected<Columns> {
             ledger: self.finished.ledger,
             findings,
             line_map: lines,
-            facts: self.facts,
+            known: Known {
+                facts: known,
+                zeros_from: self.zeros_from,
+            },
             excerpt: None,
         }
     }
@@ -362,7 +372,7 @@ pub(crate) fn collect_again<T: Sink>(
 }
 
 /// What a recording is read with a second time.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Known {
     pub facts: Facts,
     /// The line from which all rows are zero.

@@ -233,8 +233,8 @@ pub struct Recording {
     /// Faults found.
     pub findings: Vec<Finding>,
     pub(crate) line_map: RowMap,
-    /// What the rows were read with.
-    pub(crate) facts: monitor::Facts,
+    /// What to read the rows with again.
+    pub(crate) known: collect::Known,
     /// Set if only some rows of a long recording are in memory.
     pub(crate) excerpt: Option<excerpt::Excerpt>,
 }

@@ -250,12 +250,6 @@ impl<S: Source> Rows<S> {
         self
     }
 
-    /// Removes rows of zeros at the end, however many: for callers that keep all rows in memory.
-    pub fn without_hold_limit(mut self) -> Self {
-        self.most_held = usize::MAX;
-        self
-    }
-
     /// Sets the largest number of rows held back.
     pub fn hold_at_most(&mut self, rows: usize) {
         self.most_held = rows;
@@ -548,6 +542,11 @@ impl<S: Source> Rows<S> {
         Ok(())
     }
 
+    /// Breaks since the last row.
+    pub fn trailing(&self) -> &[Aside] {
+        &self.pending_breaks
+    }
+
     /// The monitor of all rows so far.
     pub fn monitor(&self) -> &Monitor {
         &self.monitor
@@ -747,7 +746,9 @@ mod tests {
         let tail = done.zeros.iter().find(|f| f.kind == "zero-tail").unwrap();
         assert_eq!((tail.count, &tail.lines[..]), (40, &[[51, 90]][..]));
         // With all rows in memory there is no limit.
-        assert_eq!(returned(&mut rows(&list).without_hold_limit()).len(), 50);
+        let mut some = rows(&list);
+        some.hold_at_most(usize::MAX);
+        assert_eq!(returned(&mut some).len(), 50);
         // They are no tail if the gyroscope reads.
         list[70] = UNREAD;
         let mut some = rows(&list);

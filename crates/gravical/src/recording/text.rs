@@ -180,12 +180,6 @@ impl OpenFile {
         self.head.channels(self.rows.facts())
     }
 
-    /// Removes rows of zeros at the end, however many.
-    pub fn without_hold_limit(mut self) -> Self {
-        self.rows = self.rows.without_hold_limit();
-        self
-    }
-
     /// Provides the byte ranges of all fields with every row.
     pub fn with_spans(mut self) -> Self {
         self.rows.source_mut().with_spans = true;
