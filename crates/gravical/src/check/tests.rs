@@ -210,7 +210,7 @@ fn a_temperature_model_is_taken_off() {
     );
     // 0.02 m/s² per °C on z, known at 15 °C: the recording is at 25.
     let channel = serde_json::json!({
-        "channel": "az", "input_unit": "m/s^2", "verdict": "accepted", "reason": "",
+        "channel": "az", "input_unit": "m/s^2", "verdict": "corrected", "reason": "",
         "order": 1, "drift_rms": 0.1, "coefficients": [0.02], "scale_coefficients": [],
         "scale_observed": false
     });

@@ -214,7 +214,7 @@ fn read_from(
     still: &StillOptions,
     bounds: Bounds,
 ) -> Result<Recording> {
-    Ok(read_known(&mut source, name, options, still, bounds)?.0)
+    Ok(read_known(source, name, options, still, bounds)?.0)
 }
 
 /// The recording, and what it can be read again with.

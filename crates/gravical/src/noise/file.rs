@@ -9,6 +9,7 @@ use crate::{Error, Result};
 /// Value of `format`.
 pub const NOISE_FORMAT: &str = "gravical-noise/1";
 
+#[cfg(feature = "schema")]
 impl NoiseResult {
     /// JSON schema of the file.
     #[must_use]

@@ -388,7 +388,7 @@ fn plan(recording: &Recording, options: &NoiseOptions) -> Result<Plan> {
         most_variance: (options.still.noise_factor * stills.noise).powi(2),
         width: block_rows(rate_hz, &options.still),
         zero_offset: recording.zero_offset,
-        celsius: recording.facts.celsius,
+        celsius: recording.known.facts.celsius,
     })
 }
 

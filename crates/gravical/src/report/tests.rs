@@ -238,8 +238,8 @@ fn six_faces_show_no_figure_that_proves_nothing() {
     assert_eq!(
         figures,
         [
-            "error of the magnitude at rest in the worst direction (2σ)",
-            "standard uncertainty of the magnitude at rest, over all directions (1σ)"
+            "error of ‖a‖ in the worst direction (2σ)",
+            "predicted error of ‖a‖ (1σ, over all directions)"
         ]
     );
     assert!(verdict.next[0].starts_with("Record one more pose"));

@@ -128,10 +128,7 @@ pub fn simulate(options: &SimulateOptions) -> Result<Simulation> {
 }
 
 /// The sensor and the recordings, if these have no more than `most` rows together.
-fn planned(
-    options: &SimulateOptions,
-    most: usize,
-) -> Result<(sensor::Sensor, Vec<scenario::Plan>)> {
+fn planned(options: &SimulateOptions, most: usize) -> Result<(sensor::Sensor, Vec<builder::Plan>)> {
     options.validate()?;
     let plans = scenario::plan(options);
     let rows: usize = plans
@@ -146,7 +143,7 @@ fn planned(
     Ok((sensor::Sensor::draw(options), plans))
 }
 
-fn file_truth(plan: scenario::Plan, recorded: &record::Recorded) -> FileTruth {
+fn file_truth(plan: builder::Plan, recorded: &record::Recorded) -> FileTruth {
     FileTruth {
         name: plan.name,
         rows: recorded.rows,
@@ -161,7 +158,7 @@ fn file_truth(plan: scenario::Plan, recorded: &record::Recorded) -> FileTruth {
 }
 
 impl SimulatedFile {
-    fn empty(plan: &scenario::Plan, rows: usize) -> Self {
+    fn empty(plan: &builder::Plan, rows: usize) -> Self {
         let column = || Vec::with_capacity(rows);
         SimulatedFile {
             name: plan.name.clone(),

@@ -46,6 +46,7 @@ fn step(spec: &FilterSpec, rate_hz: f64) -> Result<Step> {
             "not-causal",
             format!("{spec} needs later samples, which a causal computation does not have"),
         )
+        .of_option("causal")
         .with_hint(hint))
     };
     match *spec {
