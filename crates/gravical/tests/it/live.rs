@@ -716,18 +716,23 @@ fn the_poses_of_airbrakes_are_those_that_calibrate_finds() {
         println!("{name}: accepted {accepted:?}, rejected {rejected:?}");
         let found = found(text);
         assert_eq!(found.len(), 1, "{name}");
-        // A hand drifts by more than a guided capture allows; that is the only reason.
+        // A hand drifts by more than a guided capture allows: then it is rejected, or no rest
+        // begins; or the rest is taken in two parts. Never is it another face.
         let by_hand = !name.starts_with('z');
+        let is_named = |faces: &[String]| faces.iter().all(|f| f == face);
+        assert!(is_named(&accepted), "{name}: {accepted:?}");
         assert!(
-            rejected.iter().all(|r| *r == Rejection::Moved && by_hand),
+            by_hand || (accepted.len() == 1 && rejected.is_empty()),
+            "{name}"
+        );
+        assert!(
+            rejected.iter().all(|r| *r == Rejection::Moved),
             "{name}: {rejected:?}"
         );
-        if accepted.is_empty() && by_hand {
-            continue;
+        for pose in poses {
+            let angle = angle_deg(pose, found[0].mean);
+            assert!(angle < 1.0, "{name}: {angle}°");
         }
-        assert_eq!(accepted, [face], "{name}");
-        let angle = angle_deg(poses[0], found[0].mean);
-        assert!(angle < 0.5, "{name}: {angle}°");
     }
     // In the order of their time stamps they are one recording, with gaps. Its noise at rest is
     // that of the table, and a hand moves ten times as much: neither takes x and y for rests.
