@@ -25,10 +25,10 @@ impl Way {
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
         let mut file = options.open(&path)?;
         let way = Way(path);
-        write!(
+        writeln!(
             file,
             "<!doctype html><meta charset=\"utf-8\"><title>gravical live</title>\
-             <meta http-equiv=\"refresh\" content=\"0;url={url}\"><a href=\"{url}\">gravical live</a>\n"
+             <meta http-equiv=\"refresh\" content=\"0;url={url}\"><a href=\"{url}\">gravical live</a>"
         )?;
         Ok(way)
     }
