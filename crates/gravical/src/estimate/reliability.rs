@@ -284,20 +284,18 @@ mod tests {
 
     #[test]
     fn the_best_test_leaves_least_to_hide_and_is_a_new_pose() {
-        // The bias of x, read along +x only: the same direction again would test it best, and
-        // among the new ones one as near to ±x as it may be.
+        // The bias of x, read along +x only: what reads it as well, and is new, is −x. The nearest
+        // of 100 directions is within 15°.
         let fit = repeated(4);
         let noise = 1.0;
         let recorded = [[1.0, 0.0, 0.0]];
         let best = fit.best_test(&ONE, &recorded, noise, 9.81).unwrap();
-        assert!(angle_deg(best, recorded[0]) > APART_DEG);
+        assert!(angle_deg(best, [-1.0, 0.0, 0.0]) < 15.0, "{best:?}");
         let effect = |n| {
             let more = fit.with_pose(&ONE, n, noise, 9.81);
             more.undetected(&ONE, 9.81).unwrap().effect_mps2
         };
-        for n in sphere(50).filter(|n| angle_deg(*n, recorded[0]) > APART_DEG + 10.0) {
-            assert!(effect(best) <= effect(n) + 1e-3, "{best:?} {n:?}");
-        }
+        assert!(effect(best) < effect([0.0, 1.0, 0.0]));
         // Everything is recorded: no direction is left.
         let all: Vec<[f64; 3]> = sphere(50).collect();
         assert!(fit.best_test(&ONE, &all, noise, 9.81).is_none());
