@@ -28,6 +28,7 @@ mod motion;
 mod motion_causal;
 mod motion_faults;
 mod motion_real;
+mod noise;
 mod outputs;
 mod recordings;
 mod report;
