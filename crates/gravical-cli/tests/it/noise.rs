@@ -26,7 +26,7 @@ fn noise_of_a_recording_at_rest_and_its_uses() {
     )
     .out;
     assert!(text.starts_with("static.csv: accelerometer N "), "{text}");
-    assert!(text.contains("noise density (N), µg/√Hz"), "{text}");
+    assert!(text.contains("N by data sheet, µg/√Hz"), "{text}");
     assert!(
         text.contains("not observable in 5.0 min: record at least"),
         "{text}"

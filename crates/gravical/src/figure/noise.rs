@@ -27,10 +27,10 @@ pub fn figures(result: &NoiseResult) -> Vec<Figure> {
         if own.is_empty() {
             return None;
         }
-        let caption = "Allan deviation σ over the averaging time τ, with its 95 % band, and the fitted curve. Dotted lines: its terms, white noise N (falling), bias instability B (level) and random walk K (rising), as far as they are part of the curve.";
+        let caption = "Allan deviation σ over the averaging time τ, with its 95 % band, and the fitted curve. Thin lines: its terms, white noise N (falling), bias instability B (level) and random walk K (rising), as far as they are part of the curve.";
         let sheet = match own.iter().find_map(|c| c.data_sheet.as_ref()) {
             Some(sheet) => format!(
-                " Black: white noise by the data sheet of the {}.",
+                " Dotted: white noise by the data sheet of the {}.",
                 sheet.part
             ),
             None => String::new(),

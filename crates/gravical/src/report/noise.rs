@@ -55,12 +55,17 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
         if own.is_empty() {
             continue;
         }
-        section = section.with(parameters(sensor, &own));
+        section = section
+            .with(parameters(sensor, &own))
+            .full(intervals(sensor, &own));
         let missing = missing(&own);
         if !missing.is_empty() {
             section = section.with(Block::List(missing));
         }
     }
+    section = section.with(Block::note(
+        "N: noise density, B: bias instability, K: random walk; ± 1σ, < upper limit (95 %). N by density: from the power spectral density at 1 to 10 Hz.",
+    ));
     document = document.with(section);
     let mut curves = Section::new("allan", "Allan deviation").figures(figures);
     curves = curves
@@ -119,39 +124,46 @@ fn span(term: Term, gyroscope: bool, own: &[&ChannelNoise]) -> String {
     format!("{} {range} {name}{of}", term.symbol())
 }
 
+/// The terms that were asked for, each with its usual unit.
+fn terms(own: &[(usize, &ChannelNoise)], gyroscope: bool) -> Vec<(Term, Unit)> {
+    let wanted =
+        |c: &ChannelNoise, term: Term| c.estimate(term).is_some() || c.missing(term).is_some();
+    let terms = Term::ALL.into_iter();
+    terms
+        .filter(|term| own.iter().any(|(_, c)| wanted(c, *term)))
+        .map(|term| (term, Unit::of(term, gyroscope)))
+        .collect()
+}
+
+fn of_channels(caption: String, own: &[(usize, &ChannelNoise)]) -> Table {
+    Table::new(caption)
+        .columns([Column::left("")])
+        .columns(own.iter().map(|(_, c)| Column::number(&c.channel)))
+}
+
 fn parameters(sensor: &str, own: &[(usize, &ChannelNoise)]) -> Table {
     let gyroscope = sensor == "gyroscope";
-    let mut table = Table::new(sensor).columns([Column::left("")]);
-    table = table.columns(own.iter().map(|(_, c)| Column::number(&c.channel)));
-    for (_, channel) in own {
-        table = table.columns([Column::number(&channel.channel)
-            .below("95 % interval")
-            .full()]);
-    }
-    for term in Term::ALL {
-        let wanted = |c: &ChannelNoise| c.estimate(term).is_some() || c.missing(term).is_some();
-        if !own.iter().any(|(_, c)| wanted(c)) {
-            continue;
-        }
-        let Unit { name, factor } = Unit::of(term, gyroscope);
-        let label = format!("{} ({}), {name}", term.name(), term.symbol());
+    let mut table = of_channels(sensor.to_owned(), own);
+    for (term, Unit { name, factor }) in terms(own, gyroscope) {
+        let label = format!("{}, {name}", term.symbol());
         let values = own.iter().map(|(i, c)| value(*i, c, term, factor));
-        let intervals = own.iter().map(|(_, c)| interval(c.estimate(term), factor));
-        table = table.row(Row::from(
-            std::iter::once(Cell::text(label))
-                .chain(values)
-                .chain(intervals),
-        ));
+        table = table.row(std::iter::once(Cell::text(label)).chain(values));
     }
     table = table
         .row(in_si(own, gyroscope))
         .row(by_density(own, gyroscope));
-    if own.iter().any(|(_, c)| c.data_sheet.is_some()) {
-        table = table.row(by_data_sheet(own, gyroscope));
+    match own.iter().any(|(_, c)| c.data_sheet.is_some()) {
+        true => table.row(by_data_sheet(own, gyroscope)),
+        false => table,
     }
-    let width = 1 + own.len() * 2;
-    for row in &mut table.rows {
-        row.cells.resize_with(width, || Cell::text(""));
+}
+
+fn intervals(sensor: &str, own: &[(usize, &ChannelNoise)]) -> Table {
+    let mut table = of_channels(format!("{sensor}: 95 % intervals"), own);
+    for (term, Unit { name, factor }) in terms(own, sensor == "gyroscope") {
+        let label = format!("{}, {name}", term.symbol());
+        let values = own.iter().map(|(_, c)| interval(c.estimate(term), factor));
+        table = table.row(std::iter::once(Cell::text(label)).chain(values));
     }
     table
 }
@@ -202,24 +214,18 @@ fn by_density(own: &[(usize, &ChannelNoise)], gyroscope: bool) -> Row {
         let key = format!("/channels/{i}/density/n");
         Cell::maybe(key, known.map(|d| d.n), |n| small(factor * n, 3))
     });
-    let label = format!("N by density at 1 to 10 Hz, {name}");
+    let label = format!("N by density, {name}");
     std::iter::once(Cell::text(label)).chain(n).into()
 }
 
 fn by_data_sheet(own: &[(usize, &ChannelNoise)], gyroscope: bool) -> Row {
     let Unit { name, factor } = Unit::of(Term::N, gyroscope);
-    let part = own
-        .iter()
-        .find_map(|(_, c)| Some(c.data_sheet.as_ref()?.part.clone()));
     let n = own.iter().map(|(i, c)| {
         let sheet = c.data_sheet.as_ref();
         let key = format!("/channels/{i}/data_sheet/n");
         Cell::maybe(key, sheet.map(|s| s.n), |n| small(factor * n, 3))
     });
-    let label = format!(
-        "N of the {} by data sheet, {name}",
-        part.unwrap_or_default()
-    );
+    let label = format!("N by data sheet, {name}");
     std::iter::once(Cell::text(label)).chain(n).into()
 }
 
