@@ -292,7 +292,7 @@ fn fixed_code<const N: usize>(
     // Two digits that are no less than the value.
     let error = 1.05 * fixed.error;
     format!(
-        "/* Fixed point. {inputs}; out: {unit} times 2^{bits}, right to {error:.1e} {unit} at all counts.\n * (float)out[i] * {prefix}_FROM_Q is in {unit}. */\n#define {prefix}_Q {bits}\n#define {prefix}_FROM_Q {:.8e}f\nstatic inline void {function}\n{{\n{body}}}\n",
+        "/* Fixed point. {inputs};\n * out: {unit} times 2^{bits}, right to {error:.1e} {unit} at all counts;\n * (float)out[i] * {prefix}_FROM_Q is in {unit}. */\n#define {prefix}_Q {bits}\n#define {prefix}_FROM_Q {:.8e}f\nstatic inline void {function}\n{{\n{body}}}\n",
         (-f64::from(bits)).exp2()
     )
 }

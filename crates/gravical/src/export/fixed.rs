@@ -2,8 +2,8 @@
 //!
 //! `out · 2^-bits = constant + Σ coarse · count + 2 · Σ fine · (count >> 8)`: the coefficients are
 //! rounded to whole units of the result, and seven more bits of each act on the upper byte of its
-//! count. On an 8-bit processor those cost a fifth of the time, and without them the rounding of
-//! the coefficients alone would be an error of a count.
+//! count. On an 8-bit processor those cost a sixth of the time; without them the rounding of the
+//! coefficients alone could be an error of a count.
 
 /// Largest magnitude of an `int16_t` and of its upper byte.
 const MOST_COUNT: f64 = 32768.0;

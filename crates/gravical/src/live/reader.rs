@@ -150,6 +150,13 @@ impl Reader {
             self.next_try = enough;
             return Ok(false);
         }
+        if file.format.layout.calibrated_by_board {
+            return Err(Error::input(
+                "already-calibrated",
+                "the board sends calibrated values, by its own line: a calibration needs raw ones",
+            )
+            .with_hint("gravical live --format si; the sketch sends raw values for it, too"));
+        }
         queue.0.borrow_mut().extend(&self.head[self.examined..]);
         self.queue = queue;
         self.file = Some(Box::new(file));
@@ -234,12 +241,13 @@ impl Reader {
             return Err(Error::input("no-rows", "no row was received yet"));
         };
         let dialect = &file.format.dialect;
-        let header = dialect.header.as_ref();
+        let column_names = self.column_names();
         let about = About {
             name: self.name.clone(),
             description: dialect.description(),
             serial: metadata::serial(&dialect.metadata),
-            column_names: header.map(|h| h.names.clone()).unwrap_or_default(),
+            is_calibrated: file.format.layout.reads_calibrated(&column_names),
+            column_names,
             ..About::default()
         };
         let finished = Finished::so_far(summary, file.rows.monitor().resolution());

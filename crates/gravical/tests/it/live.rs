@@ -298,6 +298,19 @@ fn rows(from: u32, count: u32, at: [f64; 3]) -> String {
     (from..from + count).map(row).collect()
 }
 
+#[test]
+fn a_board_that_calibrates_is_refused_with_what_to_do() {
+    let mut session = Session::new("recording.csv", LiveOptions::default());
+    let board = "# gravical mpu6050_logger 1.1, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 3, calibrated 2026-01-01T00:00:00Z";
+    let rows: String = (0..300)
+        .map(|i| format!("{},0.1,0.2,9.8{}\n", 10 * i, i % 7))
+        .collect();
+    let text = format!("{board}\nt_ms,ax_mps2,ay_mps2,az_mps2\n{rows}");
+    let error = session.bytes(text.as_bytes()).unwrap_err();
+    assert_eq!(error.code(), "already-calibrated");
+    assert!(error.hint().unwrap().contains("gravical live --format si"));
+}
+
 /// A session of rows at 100 Hz, without their time.
 fn session_of_rows(columns: &str, rows: impl Iterator<Item = String>) -> (Session, Vec<Message>) {
     let mut session = Session::new("recording.csv", LiveOptions::default());

@@ -10,7 +10,7 @@ mod cost;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use board::{build_with, notices, on, rows};
+use board::{build_with, line, notices, on, report, rows, text};
 use gravical::apply::{ApplyOptions, apply};
 use gravical::calibration_file::{CalibrationFile, from_imucal};
 use gravical::export::{ExportOptions, Target, export};
@@ -196,6 +196,8 @@ fn the_reader_knows_that_the_board_calibrated() {
     let mut board = on(&elf, Rows::simulated("static", 5).unwrap());
     let text = board.text(6.0);
     let text = &text[..=text.rfind('\n').unwrap()];
+    let first: Vec<&str> = text.lines().take(5).collect();
+    eprintln!("{}", first.join("\n"));
     let said = notices(text);
     assert_eq!(said.len(), 1, "{said:?}");
     assert!(said[0].contains(", format 3, calibrated 20"), "{said:?}");
@@ -281,4 +283,29 @@ fn a_header_for_other_values_is_refused_with_what_to_do() {
     );
     let said = refused("no-counts", ExportOptions::default());
     assert!(said.contains("with --counts-per-g 16384"), "{said}");
+}
+
+#[test]
+#[ignore = "prints the figures of docs/firmware.md"]
+fn figures() {
+    let Some(elf) = firmware("calibrated-figures", &calibration()) else {
+        return;
+    };
+    for rate in [100, 150, 166, 200, 250] {
+        let mut board = on(&elf, sweep);
+        board.run(0.5);
+        board.uno.send(format!("r{rate}\n").as_bytes());
+        board.run(0.5);
+        board.uno.take_bus();
+        let (all, lost) = board.uno.sensor().samples();
+        let sent = board.run(4.0);
+        let (all_now, lost_now) = board.uno.sensor().samples();
+        let text = text(&sent);
+        let rows = rows(text.split_once('\n').unwrap().1);
+        let stamps: Vec<f64> = rows.iter().map(|r| r[0] * 1e3).collect();
+        let (rate_hz, sd_us) = line(&stamps);
+        let [lost, all] = [lost_now - lost, all_now - all];
+        let what = format!("format 3 rate {rate}: {lost} of {all} lost");
+        report(&mut board, &what, rate_hz, sd_us, sent.len(), 4.0);
+    }
 }

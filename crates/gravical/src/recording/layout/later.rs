@@ -121,6 +121,17 @@ pub(in crate::recording) fn corresponding(
     metadata: Vec<String>,
 ) -> Result<Correspondence, String> {
     let known = first.dialect.header.as_ref();
+    if let Some(board) = board::last(&metadata)
+        && board.is_calibrated() != first.layout.calibrated_by_board
+    {
+        let [now, before] = match board.is_calibrated() {
+            true => ["calibrated", "raw"],
+            false => ["raw", "calibrated"],
+        };
+        return Err(format!(
+            "follows a line of the board that announces {now} values, and those before are {before}"
+        ));
+    }
     let mut later = later.clone();
     if let Some(known) = known
         && later.units.is_empty()

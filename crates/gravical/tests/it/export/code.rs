@@ -249,8 +249,12 @@ fn fixed_point_is_as_close_as_the_header_says() {
             // A bound that is reached, to its two digits, at the ends of the bytes.
             assert!(worst <= stated && worst > 0.85 * stated, "{worst} {stated}");
         }
-        // A fiftieth of a count of the accelerometer, and of its rounding to 10⁻⁵ g.
-        assert!(worst[0] < 1.2e-5 && worst[1] < 2e-6, "{worst:?}");
+        // Small parts of a count.
+        let (force, rate) = (G / 16384.0, 1_f64.to_radians() / 131.0);
+        assert!(
+            worst[0] < force / 50.0 && worst[1] < rate / 25.0,
+            "{worst:?}"
+        );
     }
 }
 
