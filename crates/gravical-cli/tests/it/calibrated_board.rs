@@ -39,7 +39,7 @@ fn every_command_that_calibrates_says_that_the_board_did() {
             format!("motion {name}line.csv -c cal.json"),
             format!("motion {name}line.csv -c cal.json --causal"),
         ] {
-            let run = run_in(path, words(&format!("{command} --json --quiet")));
+            let run = run_in(path, words(&format!("{command} --json")));
             assert!(run.code == 0 || run.code == 4, "{command}\n{}", run.err);
             let json = run.json();
             let said = finding(&json, "already-calibrated")["message"]

@@ -217,28 +217,6 @@ mod tests {
     }
 
     #[test]
-    fn raw_and_calibrated_rows_are_not_mixed() {
-        let part = |format: u8, header: &str| {
-            let rows = |i: i64| format!("{},0.1,0.2,9.8,25,0,0,0\n", 10 * i);
-            let rows: String = (0..300).map(rows).collect();
-            format!("{}\nTimestamp (ms),{header}\n{rows}", board(format))
-        };
-        let raw = "aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)";
-        let own = "ax_mps2,ay_mps2,az_mps2,Temp (C),gx_rad_s,gy_rad_s,gz_rad_s";
-        let read = |parts: [String; 2]| {
-            let text = parts.concat();
-            read_bytes(text.as_bytes(), "board.csv", &ReadOptions::default())
-        };
-        for parts in [[part(0, raw), part(3, own)], [part(3, own), part(0, raw)]] {
-            let error = read(parts).unwrap_err();
-            assert_eq!(error.code(), "header-differs");
-            assert!(error.to_string().contains("calibrated"), "{error}");
-        }
-        assert!(!read([part(0, raw), part(0, raw)]).unwrap().is_calibrated);
-        assert!(read([part(3, own), part(3, own)]).unwrap().is_calibrated);
-    }
-
-    #[test]
     fn gravity_and_headers_override_the_board() {
         let two = board(2).replace("+-4 g", "+-2 g");
         let recording = file(&two, false, HEADER);

@@ -139,3 +139,27 @@ fn a_short_recording_before_a_wider_one_is_read() {
     assert_eq!(recording.rows(), 100 + ROWS);
     finding(&recording, "header-changed");
 }
+
+#[test]
+fn raw_and_calibrated_rows_are_not_mixed() {
+    let part = |format: u8, header: &str| {
+        let rows = |i: i64| format!("{},0.1,0.2,9.8,25,0,0,0\n", 10 * i);
+        let rows: String = (0..300).map(rows).collect();
+        format!(
+            "# gravical mpu6050_logger 1.1, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 100.00 Hz, format {format}\nTimestamp (ms),{header}\n{rows}"
+        )
+    };
+    let raw = "aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)";
+    let own = "ax_mps2,ay_mps2,az_mps2,Temp (C),gx_rad_s,gy_rad_s,gz_rad_s";
+    let read = |parts: [String; 2]| {
+        let text = parts.concat();
+        read_bytes(text.as_bytes(), "board.csv", &ReadOptions::default())
+    };
+    for parts in [[part(0, raw), part(3, own)], [part(3, own), part(0, raw)]] {
+        let error = read(parts).unwrap_err();
+        assert_eq!(error.code(), "header-differs");
+        assert!(error.to_string().contains("calibrated"), "{error}");
+    }
+    assert!(!read([part(0, raw), part(0, raw)]).unwrap().is_calibrated);
+    assert!(read([part(3, own), part(3, own)]).unwrap().is_calibrated);
+}
