@@ -292,7 +292,7 @@ fn figures() {
         return;
     };
     for rate in [100, 150, 166, 200, 250] {
-        let mut board = on(&elf, sweep);
+        let mut board = on(&elf, Rows::simulated("static", 5).unwrap());
         board.run(0.5);
         board.uno.send(format!("r{rate}\n").as_bytes());
         board.run(0.5);
