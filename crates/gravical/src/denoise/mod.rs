@@ -3,16 +3,17 @@
 //! # Overview
 //!
 //! A [`FilterSpec`] specifies a filter (`savgol:5,2`, `butter:4,5Hz` …), a [`Filter`] is designed
-//! for a sampling rate, and [`denoise`] runs several filters over a recording: not across breaks
-//! and gaps, over the time stamps if sampling is uneven, and around empty cells. It reports the
-//! effect of each filter on white noise ([`Response`]) and on the noise of this recording at rest
-//! ([`DenoiseSummary`]).
+//! for a sampling rate, and [`denoise`] runs several filters over a recording in memory,
+//! [`denoise_file`] over a file of any size: not across breaks and gaps, over the time stamps if
+//! sampling is uneven, and around empty cells. It reports the effect of each filter on white noise
+//! ([`Response`]) and on the noise of this recording at rest ([`DenoiseSummary`]).
 //!
 //! - `savgol`, `gram`, `convolve`: polynomials over a window (Savitzky–Golay), and the moving
 //!   average, which is the one of order 0.
 //! - `butterworth`: second-order sections of `gravical-core`, one pass or two.
 //! - `hampel`: outliers.
-//! - `clock`, `grid`: uneven sampling.
+//! - `clock`, `grid`, `off_grid`: uneven sampling.
+//! - `run`, `lane`, `stage`: rows through the filters, block by block.
 //!
 //! Smoothing makes plots readable. It does not improve integration: the noise it removes would
 //! have averaged out in the integral, and an offset passes every low-pass filter unchanged.
