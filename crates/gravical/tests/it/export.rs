@@ -215,7 +215,7 @@ fn a_target_refuses_options_and_names_that_it_cannot_use() {
     }
     assert_eq!(
         code(Target::Kalibr, ExportOptions::default()),
-        "export-target"
+        "noise-unknown"
     );
 }
 
