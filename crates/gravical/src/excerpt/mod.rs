@@ -138,7 +138,11 @@ pub(crate) fn read_twice<T: Sink>(
     options.validate()?;
     let name = path.display().to_string();
     let mut source = Reopenable::of(path);
-    let (recording, known) = read_known(&mut source, &name, options, still, BOUNDS)?;
+    let bounds = Bounds {
+        ahead: true,
+        ..BOUNDS
+    };
+    let (recording, known) = read_known(&mut source, &name, options, still, bounds)?;
     let fold = make(&recording)?;
     if !recording.is_excerpt() {
         return Ok((recording, fold));
