@@ -43,9 +43,20 @@ fn may_be_recording(path: &Path) -> bool {
 }
 
 fn no_recordings(folder: &Path) -> Error {
+    let inside = left_out_folders(folder).unwrap_or_default();
+    let inside = inside.first().and_then(|f| f.file.as_deref());
+    let hint = match inside {
+        Some(inside) => format!(
+            "folders inside are not read; name one: {}",
+            path_word(Path::new(inside))
+        ),
+        None => {
+            "recordings are text files that end in .csv, .txt, .tsv, .log, .dat or .gz".to_owned()
+        }
+    };
     Error::input("no-recordings", "there is no recording in this folder")
         .at(folder, None)
-        .with_hint("recordings are text files that end in .csv, .txt, .tsv, .log, .dat or .gz")
+        .with_hint(hint)
 }
 
 /// The same with what each file is instead.
@@ -66,23 +77,12 @@ fn none_among(folder: &Path, left_out: &[Finding], gyroscopes: &[&PathBuf]) -> E
     }
     let error = no_recordings(folder);
     let message = format!("{} ({})", error.message(), all.join("; "));
-    let inner = left_out
-        .iter()
-        .find(|f| f.kind == FindingKind::FolderLeftOut)
-        .and_then(|f| f.file.as_deref());
-    let hint = match inner {
-        Some(inner) => format!(
-            "folders inside are not read; name one: {}",
-            path_word(Path::new(inner))
-        ),
-        None => format!(
-            "{}; `gravical inspect` says of each file what helps",
-            error.hint().unwrap_or_default()
-        ),
-    };
     Error::input("no-recordings", message)
         .at(folder, None)
-        .with_hint(hint)
+        .with_hint(format!(
+            "{}; `gravical inspect` says of each file what helps",
+            error.hint().unwrap_or_default()
+        ))
 }
 
 /// Folders in `folder` that hold what may be recordings: named, not read.

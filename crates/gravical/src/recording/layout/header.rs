@@ -52,14 +52,23 @@ fn instead_of_gyro(columns: &mut Vec<Named>, header: &Header) {
         .enumerate()
         .filter_map(|(field, name)| Some((field, axis_in_g(name)?)))
         .collect();
+    let readings = || in_g.iter().filter(|(_, c)| !is_spread(&c.sensor));
     let axes = |i| {
-        let is = |(_, c): &&Named| c.quantity == Quantity::Accel(i);
-        in_g.iter().filter(is).count() == 1
+        readings()
+            .filter(|(_, c)| c.quantity == Quantity::Accel(i))
+            .count()
+            == 1
     };
     if columns.iter().all(|(_, c)| !accel(c)) && (0..3).all(axes) {
         columns.retain(|(field, _)| in_g.iter().all(|(f, _)| f != field));
-        columns.extend(in_g);
+        columns.extend(readings().cloned());
     }
+}
+
+/// `sd_x_g` beside `mean_x_g`: the scatter of the rows that a mean is of.
+fn is_spread(sensor: &str) -> bool {
+    let spread = |word: &str| matches!(word, "sd" | "std" | "stdev" | "sigma" | "var" | "se");
+    sensor.split(' ').any(spread)
 }
 
 fn bare(
