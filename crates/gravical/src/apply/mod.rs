@@ -130,7 +130,7 @@ pub struct ApplySummary {
 /// Lines that are not rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct SetAside {
-    /// Reason; in JSON its name, as in [`Ledger`](crate::recording::ledger::Ledger).
+    /// Reason; in JSON its name, as in the counts of `inspect`.
     #[serde(serialize_with = "by_name")]
     pub reason: Aside,
     /// Number of lines.

@@ -118,7 +118,7 @@ pub struct DenoiseOptions {
 }
 
 impl DenoiseOptions {
-    /// Default of [`gap_steps`](Self::gap_steps).
+    /// Usual steps beyond which a step between time stamps is a gap.
     pub const GAP_STEPS: f64 = 10.0;
 
     /// Options with these filters and defaults otherwise.
@@ -169,7 +169,7 @@ pub struct Denoised {
 
 /// Replaces the channels of a recording by filtered ones.
 ///
-/// No filter runs across a break, a gap ([`DenoiseOptions::gap_steps`]) or a step back of the
+/// No filter runs across a break, a gap ([`DenoiseOptions::GAP_STEPS`]) or a step back of the
 /// time stamps. Empty cells stay empty, and the samples around them are filtered as if one were
 /// lost. If time stamps are uneven (a step differs from the usual one by more than 5 % of it and
 /// by more than the resolution of the time stamps), polynomials are fitted over the time stamps,

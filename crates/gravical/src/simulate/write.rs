@@ -48,11 +48,11 @@ pub fn write(simulation: &Simulation, dir: &Path, force: bool) -> Result<Vec<Pat
 }
 
 /// Simulates into files, row by row: recordings of any length, in constant memory. The files are
-/// those of [`write`]; returns the truth and their paths.
+/// those of [`write()`]; returns the truth and their paths.
 ///
 /// # Errors
 ///
-/// Those of [`simulate`](super::simulate) and [`write`]; `simulate-option` (usage) for more than
+/// Those of [`simulate`](super::simulate) and [`write()`]; `simulate-option` (usage) for more than
 /// 10⁹ rows.
 pub fn simulate_to(
     options: &SimulateOptions,
