@@ -344,7 +344,13 @@ fn with_claims(fields: Vec<(Quantity, usize)>, dialect: &Dialect, columns: &[Nam
             return Vec::new();
         };
         let name = header.names.get(*field).map_or("", String::as_str);
-        let own = understand(name).and_then(|c| c.unit);
+        let read = columns
+            .iter()
+            .find(|(at, c)| at == field && c.quantity == of);
+        let own = match read {
+            Some((_, column)) => column.unit.clone(),
+            None => understand(name).and_then(|c| c.unit),
+        };
         let bare = || bare_axis(name).and_then(|(_, unit)| unit);
         let below = header.unit(*field).map(str::to_owned);
         own.or_else(bare).into_iter().chain(below).collect()
