@@ -54,6 +54,8 @@ pub mod denoise;
 pub mod document;
 mod error;
 #[doc(hidden)]
+pub mod escape;
+#[doc(hidden)]
 pub mod estimate;
 #[doc(hidden)]
 pub mod excerpt;
@@ -70,8 +72,13 @@ pub mod noise;
 pub mod numfmt;
 #[doc(hidden)]
 pub mod output;
+mod polynomial;
+#[doc(hidden)]
+pub mod predicted;
 pub mod recording;
 pub mod report;
+#[doc(hidden)]
+pub mod resolution;
 #[doc(hidden)]
 pub mod scan;
 pub mod segment;

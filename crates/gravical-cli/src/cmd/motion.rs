@@ -9,13 +9,14 @@ use std::process::ExitCode;
 use anyhow::Context;
 
 use gravical::calibration_file::InputFile;
+use gravical::escape::one_line;
 use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{
     Calibrated, Motion, MotionJudgement, MotionOptions, MotionResult, Table, motion, motion_into,
     write_table,
 };
-use gravical::output::{one_line, write_atomic};
+use gravical::output::write_atomic;
 use gravical::recording::{Recording, join_gyroscope, read};
 use gravical::report;
 use gravical::{Error, Result};

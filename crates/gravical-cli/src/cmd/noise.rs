@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
+use gravical::escape::path_text;
 use gravical::export::kalibr;
 use gravical::figure::noise::figures;
 use gravical::noise::{NoiseOptions, NoiseResult, PARTS, Part, Spacing, Term, noise};
-use gravical::output::{path_text, write_atomic};
+use gravical::output::write_atomic;
 use gravical::report;
 use gravical::segment::face::AxisMap;
 use gravical::{Error, Result};

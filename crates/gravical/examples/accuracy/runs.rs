@@ -4,7 +4,7 @@ use gravical::estimate::Reading;
 use gravical::estimate::joint::{
     JointFit, JointOptions, JointPose, Preset, PresetOptions, Role, joint, preset,
 };
-use gravical::estimate::predicted;
+use gravical::predicted;
 use gravical::segment::face::Face;
 use gravical::simulate::means::{Errors, MeanReading, MeansOptions, Part, Planned, Scores};
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};

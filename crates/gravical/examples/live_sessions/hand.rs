@@ -1,9 +1,9 @@
 //! A simulated sensor in a hand that follows the events of a session.
 
 use gravical::calibration_file::{CalibrationFile, Grade};
-use gravical::estimate::predicted::sphere;
 use gravical::live::event::{Event, Loss, Message, Rejection, SourceKind, Wanted};
 use gravical::live::{Command, LiveOptions, Session};
+use gravical::predicted::sphere;
 use gravical::segment::face::Face;
 use gravical::simulate::{
     InHand, InHandReading, LineOptions, Scenario, SensorOptions, SimulateOptions, StaticOptions,

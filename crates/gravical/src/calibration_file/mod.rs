@@ -17,7 +17,8 @@ mod types;
 
 use std::path::Path;
 
-use crate::output::{shown_json, write_atomic};
+use crate::escape::shown_json;
+use crate::output::write_atomic;
 use crate::{Error, Result};
 
 pub use imucal::{from_imucal, to_imucal};

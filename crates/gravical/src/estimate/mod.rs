@@ -10,8 +10,6 @@ pub mod joint;
 mod observability;
 #[doc(hidden)]
 pub mod pose_noise;
-#[doc(hidden)]
-pub mod predicted;
 mod reading;
 #[doc(hidden)]
 pub mod reliability;

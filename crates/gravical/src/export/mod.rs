@@ -20,7 +20,7 @@ mod ros;
 pub use kalibr::kalibr;
 
 use crate::calibration_file::{CalibrationFile, to_imucal};
-use crate::output::shown_json;
+use crate::escape::shown_json;
 use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 

@@ -90,7 +90,6 @@ pub use stance::StanceOptions;
 pub use still::{Intervals, RestOptions};
 pub use stream::{Streamed, motion_stream};
 pub use table::{Table, write_table};
-pub use verdict::{MotionJudgement, MotionVerdict};
 
 /// Motion of a recording: the result, and the table behind it.
 #[derive(Debug, Clone)]

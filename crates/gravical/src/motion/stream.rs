@@ -20,10 +20,10 @@ use gravical_core::still::{Plan, RestNoise};
 use super::anchors::Walk;
 use super::assumed::{Applied, directions, doubts};
 use super::prepare::{Prepared, gap_s, prepare, times};
+use super::result::MotionVerdict;
 use super::samples::Samples;
 use super::still::{Rests, find_rests};
 use super::table::time_decimals;
-use super::verdict::MotionVerdict;
 use super::{
     Calibrated, GravityMisfit, GravityRemoval, MotionOptions, MotionResult, NoiseAtRest, Rates,
     words,

@@ -52,8 +52,6 @@ pub mod names;
 pub mod open;
 pub(crate) mod range_end;
 #[doc(hidden)]
-pub mod resolution;
-#[doc(hidden)]
 pub mod row;
 pub(crate) mod rows;
 pub(crate) mod text;

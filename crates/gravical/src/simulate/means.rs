@@ -19,7 +19,7 @@ use nalgebra::{Rotation3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 use crate::estimate::joint::JointFit;
-use crate::estimate::predicted;
+use crate::predicted;
 use crate::segment::face::{Face, angle_deg};
 
 use super::poses::{spread_directions, tangents};

@@ -90,7 +90,7 @@ fn bring_to_reference(placement: &mut Placement, model: &TemperatureModel, zero_
 }
 
 /// The finding that lists accepted and refused channels.
-pub(super) fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
+pub(crate) fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
     let list = |accepted: bool| -> Vec<&str> {
         let some = model.channels.iter();
         some.filter(|c| c.is_corrected() == accepted)

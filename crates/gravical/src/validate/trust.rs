@@ -16,8 +16,8 @@ use crate::gravity::Gravity;
 use crate::stats::{median, standard_deviation};
 use crate::uncertainty::{Covariance12, invariant_derivatives, of_gravity, sum};
 
-use crate::estimate::predicted;
 use crate::estimate::reliability::Reliability;
+use crate::predicted;
 
 /// Free poses that are proposed.
 const PROPOSED: usize = 3;

@@ -296,7 +296,7 @@ fn three_proposed_poses_are_worth_more_than_three_of_chance() {
                 let fit = joint(&poses(&means, true), &options(Some(1.0))).unwrap();
                 let matrix = matrix3::inverse(&fit.model).unwrap();
                 let noise = MeansOptions::default().noise_mps2;
-                gravical::estimate::predicted::propose(&matrix, &fit.covariance, G, noise, 3)
+                gravical::predicted::propose(&matrix, &fit.covariance, G, noise, 3)
                     .into_iter()
                     .map(|(n, _)| Planned::Free(n))
                     .collect()
