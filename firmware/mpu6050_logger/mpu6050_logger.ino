@@ -65,7 +65,7 @@ static_assert(FORMAT <= 3, "FORMAT: 0, 1, 2 or 3");
 #include GRAVICAL_CALIBRATION
 #if !defined(GRAVICAL_ACCEL_COUNTS_PER_G) \
     || (defined(GRAVICAL_GYRO) && !defined(GRAVICAL_GYRO_COUNTS_PER_DEG_S))
-#error "The header is not for the counts of the sensor. Export it without --name, with --counts-per-g 16384 (range 2 g; 8192, 4096, 2048: 4, 8, 16 g) and --counts-per-deg-s 65.5 (500 deg/s; 131, 32.75, 16.375: 250, 1000, 2000)"
+#error "The header is not for the counts of the sensor. Export it without --name, with --counts-per-g 16384 (range 2 g; 8192, 4096, 2048: 4, 8, 16 g) and --counts-per-deg-s 65.5 (500 deg/s; 131, 32.8, 16.4: 250, 1000, 2000)"
 #endif
 // The data sheet rounds its sensitivities, hence the margin.
 constexpr bool near(double is, double wanted) {
@@ -422,8 +422,9 @@ void printText(uint32_t ms, const int16_t *v) {
       at = isMpu6500(whoAmI) ? appendFixed(at, scaled(v[i], 19629, 16) + 2100, 2)
                              : appendFixed(at, scaled(v[i], 19275, 16) + 3653, 2);
     } else {
-      // 1/131 degrees/s in 10^-3, times 2^12.
-      at = appendFixed(at, scaled(v[i], 31267, 12 - g), 3);
+      // 1/131 degrees/s in 10^-3, times 2^12; the data sheet rounds 131/4 and 131/8 to 32.8 and
+      // 16.4.
+      at = appendFixed(at, scaled(v[i], g < 2 ? 31267 : 31220, 12 - g), 3);
     }
   }
   *at++ = '\n';

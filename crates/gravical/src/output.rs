@@ -173,8 +173,15 @@ pub fn is_special(path: &Path) -> bool {
 ///
 /// # Errors
 ///
-/// `no-folder` (usage), with the error of the file system.
+/// `no-folder` (usage), with the error of the file system; `stdout-target` (usage) for `-`.
 pub fn make_folder(path: &Path) -> Result<()> {
+    if path == Path::new("-") {
+        return Err(Error::usage(
+            "stdout-target",
+            "several files are written into a folder, which standard output is not",
+        )
+        .with_hint("name a folder (one that is called - is ./-)"));
+    }
     std::fs::create_dir_all(path).map_err(|e| {
         Error::usage("no-folder", format!("the folder cannot be created: {e}"))
             .at(path, None)
@@ -325,6 +332,15 @@ const PREFIX: &str = ".gravical-";
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn standard_output_is_neither_a_file_nor_a_folder() {
+        let stdout = Path::new("-");
+        let code = |result: Result<()>| result.unwrap_err().code().to_owned();
+        assert_eq!(code(check_target(stdout, true)), "stdout-target");
+        assert_eq!(code(make_folder(stdout)), "stdout-target");
+        assert!(!stdout.exists());
+    }
 
     #[test]
     fn an_existing_file_is_kept_unless_forced() {

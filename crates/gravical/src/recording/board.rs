@@ -14,6 +14,7 @@
 //! # Ok::<(), &str>(())
 //! ```
 
+use gravical_core::unit::mpu6050_gyroscope_lsb_per_deg_s;
 use serde::Serialize;
 
 /// Settings of the firmware.
@@ -84,14 +85,10 @@ impl BoardSettings {
         }
     }
 
-    /// Counts per °/s (MPU-6000 and MPU-6050 Product Specification 3.4, section 6.1); `None` for
-    /// a range that the sensor does not have.
+    /// Counts per °/s; `None` for a range that the sensor does not have.
     #[must_use]
     pub fn lsb_per_deg_s(&self) -> Option<f64> {
-        [(250, 131.0), (500, 65.5), (1000, 32.8), (2000, 16.4)]
-            .into_iter()
-            .find(|(range, _)| *range == self.gyro_range_deg_s)
-            .map(|(_, lsb)| lsb)
+        mpu6050_gyroscope_lsb_per_deg_s(self.gyro_range_deg_s)
     }
 }
 
