@@ -39,10 +39,10 @@ const uint16_t RATE_HZ = 100;            // 4 to 1000; without loss up to 150 in
 
 // Calibrated values: write a header beside this sketch,
 //
-//   gravical export cal.json --to arduino --counts-per-g 16384 --counts-per-deg-s 65.5 
-//       -o firmware/mpu6050_logger/mysensor.h
+//   gravical export cal.json --to arduino -o firmware/mpu6050_logger/mysensor.h --counts-per-g 16384 --counts-per-deg-s 65.5
 //
-// (counts of the ranges above: 32768 per full scale in g, 32750 in degrees/s), and
+// (counts of the ranges above: 8192, 4096, 2048 for 4, 8, 16 g; 131, 32.8, 16.4 for 250,
+// 1000, 2000 degrees/s), and
 // take away the two slashes. Raw values are still sent for f0, f1, f2.
 //#define GRAVICAL_CALIBRATION "mysensor.h"
 

@@ -16,6 +16,7 @@ use gravical::motion::{
     Calibrated, Motion, MotionJudgement, MotionOptions, MotionResult, Table, motion, motion_into,
     write_table,
 };
+use gravical::noise::read_noise;
 use gravical::output::write_atomic;
 use gravical::recording::{Recording, join_gyroscope, read};
 use gravical::report;
@@ -48,7 +49,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         &args.files(),
         args.force,
     )?;
-    let options = args.options()?;
+    let noise = args.noise.as_deref().map(read_noise).transpose()?;
+    let options = args.options(noise.as_ref().map(|(result, _)| result.section()))?;
     options.validate()?;
     let truth = args.truth()?;
     let calibration = args
@@ -83,6 +85,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let calibration = calibration.iter().map(|(_, input)| input.clone());
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
     inputs.extend(calibration);
+    inputs.extend(noise.map(|(_, input)| input));
     if let Some((path, truth)) = truth {
         let reference = read_reference(path, truth.columns.as_ref(), &recording, &args.input)?;
         add_comparison(&mut motion, &reference, &truth)?;

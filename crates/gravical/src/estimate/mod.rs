@@ -10,6 +10,8 @@ pub mod joint;
 mod observability;
 #[doc(hidden)]
 pub mod pose_noise;
+#[doc(hidden)]
+pub mod proposal;
 mod reading;
 #[doc(hidden)]
 pub mod reliability;

@@ -107,7 +107,7 @@ pub(super) fn last(metadata: &[String]) -> Option<BoardSettings> {
 pub(crate) fn why_calibrated(by_board: bool) -> &'static str {
     match by_board {
         true => {
-            "the board calibrated it, by its own line (`gravical log --format si` records raw values)"
+            "the board calibrated it, as the line with its settings says (`gravical log --format si` records raw values)"
         }
         false => "its columns have the names of calibrated columns",
     }

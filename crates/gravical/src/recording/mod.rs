@@ -54,6 +54,7 @@ pub(crate) mod range_end;
 #[doc(hidden)]
 pub mod row;
 pub(crate) mod rows;
+pub(crate) mod sample;
 pub(crate) mod text;
 #[doc(hidden)]
 pub mod timing;

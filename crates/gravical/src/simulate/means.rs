@@ -82,6 +82,15 @@ pub enum Planned {
 }
 
 impl Planned {
+    /// Direction of the specific force, axes of the case.
+    #[must_use]
+    pub fn direction(&self) -> [f64; 3] {
+        match self {
+            Planned::Face { face, .. } => face.direction(),
+            Planned::Free(direction) => *direction,
+        }
+    }
+
     /// The six faces once, +x −x +y −y +z −z.
     #[must_use]
     pub fn six_faces() -> Vec<Planned> {
