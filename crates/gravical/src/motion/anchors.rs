@@ -29,7 +29,7 @@ pub(super) enum Side {
 /// Noise as it walks: N of the accelerometer along each axis of the sensor and of
 /// the gyroscope.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Walk {
+pub(super) struct RandomWalk {
     /// N², m²/s³.
     pub accel: [f64; 3],
     /// N_g², rad²/s; the mean of the axes.
@@ -39,7 +39,7 @@ pub(super) struct Walk {
     pub rounding: [f64; 2],
 }
 
-impl Walk {
+impl RandomWalk {
     /// N² = σ²·VIF·Σw²/Σw over samples of the weights w that the trapezoid gives
     /// them, half of the time between their neighbours: with even stamps σ²·VIF·h.
     pub fn new(accel: Option<&Noise>, gyro: Option<&Noise>, samples: &Samples) -> Self {
@@ -54,7 +54,7 @@ impl Walk {
         let step = if sum > 0.0 { squares / sum } else { 0.0 };
         let walk = |noise: &Noise| noise.sigma.map(|s| s * s * noise.vif * step);
         let left = |noise: &Noise| noise.rounding.iter().map(|r| r * r).sum::<f64>() / 3.0;
-        Walk {
+        RandomWalk {
             accel: accel.map_or([0.0; 3], walk),
             gyro: gyro.map_or(0.0, |n| walk(n).iter().sum::<f64>() / 3.0),
             rounding: [accel.map_or(0.0, left), gyro.map_or(0.0, left)],
@@ -119,11 +119,11 @@ impl Walk {
 /// The rests of a recording, asked for what they say.
 pub(super) struct Anchors<'a> {
     view: View<'a>,
-    walk: Walk,
+    walk: RandomWalk,
 }
 
 impl<'a> Anchors<'a> {
-    pub fn new(view: View<'a>, walk: Walk) -> Self {
+    pub fn new(view: View<'a>, walk: RandomWalk) -> Self {
         Anchors { view, walk }
     }
 

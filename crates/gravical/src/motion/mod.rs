@@ -73,7 +73,7 @@ use crate::calibration_file::CalibrationFile;
 use crate::denoise::smooth;
 use crate::recording::{Finding, Recording};
 
-use anchors::Walk;
+use anchors::RandomWalk;
 use assumed::{Applied, force_at_rest, initial_mean, local_gravity};
 use hidden::Hidden;
 use path::Known;
@@ -183,7 +183,7 @@ fn compute(
         samples.clipped = clipped;
     }
     let view = View::calibrated(&samples);
-    let walk = Walk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
+    let walk = RandomWalk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
     let (walk, noise_used) = walk.with_noise(options);
     findings.extend(noise_used.map(|finding| finding.in_file(&recording.name)));
     let mut rests = found.spans.clone();

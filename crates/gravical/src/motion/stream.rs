@@ -17,7 +17,7 @@ use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::motion::{FirstRest, Motion as Core, MotionConfig, Removal};
 use gravical_core::still::{Plan, RestNoise};
 
-use super::anchors::Walk;
+use super::anchors::RandomWalk;
 use super::assumed::{Applied, directions, doubts};
 use super::prepare::{Prepared, gap_s, prepare, times};
 use super::result::MotionVerdict;
@@ -170,7 +170,7 @@ impl Begin {
             ..
         } = prepare(&mut recording.clone(), calibration, options)?;
         let rests = find_rests(&samples, &options.rests);
-        let walk = Walk::new(rests.accel.as_ref(), rests.gyro.as_ref(), &samples);
+        let walk = RandomWalk::new(rests.accel.as_ref(), rests.gyro.as_ref(), &samples);
         let applied = Applied {
             file: calibration.map(|c| c.file),
             scales: &scales,
