@@ -1,6 +1,8 @@
 //! Text format of a recording: delimiter, header, first data line. Determined from the beginning
 //! of the file.
 
+use std::borrow::Cow;
+
 use crate::scan::{parse_field, parse_field_decimal_comma};
 
 use super::names::{Quantity, understand};
@@ -193,7 +195,12 @@ fn candidates(lines: &[HeadLine<'_>], min_columns: usize) -> Option<Candidate> {
     for (delimiter, decimal_comma) in DELIMITERS {
         let mut counts: Vec<(usize, usize, usize)> = Vec::new();
         for line in lines {
-            let cells = cells(line.text, delimiter, decimal_comma);
+            let fields = split(line.text, delimiter);
+            // Most delimiters do not occur: nothing has to be parsed.
+            if fields.len() < min_columns {
+                continue;
+            }
+            let cells = parsed(&fields, decimal_comma);
             if is_data(&cells, min_columns) {
                 let is_number = |c: &&Cell| matches!(**c, Cell::Number(_));
                 let numbers = cells.iter().filter(is_number).count();
@@ -242,8 +249,12 @@ fn is_data(cells: &[Cell], min_columns: usize) -> bool {
 }
 
 fn cells(line: &[u8], delimiter: Delimiter, decimal_comma: bool) -> Vec<Cell> {
-    split(line, delimiter)
-        .into_iter()
+    parsed(&split(line, delimiter), decimal_comma)
+}
+
+fn parsed(fields: &[Cow<'_, [u8]>], decimal_comma: bool) -> Vec<Cell> {
+    fields
+        .iter()
         .map(|field| {
             let field = field.trim_ascii();
             if field.is_empty() || field.eq_ignore_ascii_case(b"nan") || field == b"\"\"" {
@@ -263,19 +274,19 @@ fn cells(line: &[u8], delimiter: Delimiter, decimal_comma: bool) -> Vec<Cell> {
 }
 
 /// Splits a line into fields; quoted fields as in [`super::row::RowScanner`].
-fn split(line: &[u8], delimiter: Delimiter) -> Vec<Vec<u8>> {
+fn split(line: &[u8], delimiter: Delimiter) -> Vec<Cow<'_, [u8]>> {
     match delimiter {
         Delimiter::Whitespace => line
             .split(|b| *b == b' ' || *b == b'\t')
             .filter(|f| !f.is_empty())
-            .map(<[u8]>::to_vec)
+            .map(Cow::Borrowed)
             .collect(),
         Delimiter::Byte(d) if line.contains(&b'"') => split_quoted(line, d),
-        Delimiter::Byte(d) => line.split(|b| *b == d).map(<[u8]>::to_vec).collect(),
+        Delimiter::Byte(d) => line.split(|b| *b == d).map(Cow::Borrowed).collect(),
     }
 }
 
-fn split_quoted(line: &[u8], delimiter: u8) -> Vec<Vec<u8>> {
+fn split_quoted(line: &[u8], delimiter: u8) -> Vec<Cow<'_, [u8]>> {
     let mut fields = Vec::new();
     let mut at = 0;
     loop {
@@ -295,10 +306,10 @@ fn split_quoted(line: &[u8], delimiter: u8) -> Vec<Vec<u8>> {
 }
 
 /// A field without its quotes; `""` inside them is one quote.
-fn unquote(field: &[u8]) -> Vec<u8> {
+fn unquote(field: &[u8]) -> Cow<'_, [u8]> {
     let field = field.trim_ascii();
     let [b'"', inner @ .., b'"'] = field else {
-        return field.to_vec();
+        return Cow::Borrowed(field);
     };
     let mut text = Vec::with_capacity(inner.len());
     let mut bytes = inner.iter().peekable();
@@ -308,14 +319,18 @@ fn unquote(field: &[u8]) -> Vec<u8> {
             bytes.next_if(|next| **next == b'"');
         }
     }
-    text
+    Cow::Owned(text)
 }
 
 fn finish(best: Candidate, lines: &[HeadLine<'_>]) -> Dialect {
     let cut = |text: &[u8]| cells(text, best.delimiter, best.decimal_comma);
     let row = |line: &HeadLine<'_>| {
-        let cells = cut(line.text);
-        (cells.len() == best.fields && is_data(&cells, best.fields.min(3))).then(|| {
+        let fields = split(line.text, best.delimiter);
+        if fields.len() != best.fields {
+            return None;
+        }
+        let cells = parsed(&fields, best.decimal_comma);
+        is_data(&cells, best.fields.min(3)).then(|| {
             cells
                 .into_iter()
                 .map(|c| match c {

@@ -25,7 +25,7 @@ pub(super) fn take_out(channels: &mut [Vec<f64>; 3], step: [f64; 3]) -> usize {
     let rows = channels[0].len();
     let mut spike = vec![false; rows];
     for (channel, step) in channels.iter().zip(step) {
-        let local: Vec<[f64; 2]> = (0..rows).map(|row| neighbourhood(channel, row)).collect();
+        let local = neighbourhoods(channel);
         let mut spreads: Vec<f64> = local.iter().map(|[_, spread]| *spread).collect();
         spreads.retain(|v| v.is_finite());
         // 1.4826 makes the median deviation that of a normal distribution.
@@ -48,25 +48,99 @@ pub(super) fn take_out(channels: &mut [Vec<f64>; 3], step: [f64; 3]) -> usize {
     count
 }
 
-/// Deviation of a sample from the median of its neighbourhood, and the median absolute
+/// Of each sample its deviation from the median of its neighbourhood, and the median absolute
 /// deviation of the neighbourhood. The latter and not the former gives the scale: behind a
 /// low-pass most samples are the median of their neighbours, but not all neighbours are alike.
-fn neighbourhood(channel: &[f64], row: usize) -> [f64; 2] {
-    let around = row.saturating_sub(REACH)..(row + REACH + 1).min(channel.len());
-    let mut near = [0.0; 2 * REACH + 1];
-    let mut count = 0;
-    for v in channel[around].iter().filter(|v| v.is_finite()) {
-        near[count] = *v;
-        count += 1;
+fn neighbourhoods(channel: &[f64]) -> Vec<[f64; 2]> {
+    let mut near = Near::default();
+    channel.iter().take(REACH).for_each(|v| near.insert(*v));
+    let rows = 0..channel.len();
+    rows.map(|row| {
+        if let Some(next) = channel.get(row + REACH) {
+            near.insert(*next);
+        }
+        if let Some(past) = row.checked_sub(REACH + 1) {
+            near.remove(channel[past]);
+        }
+        match near.median() {
+            Some(median) => [channel[row] - median, near.deviation(median)],
+            None => [f64::NAN; 2],
+        }
+    })
+    .collect()
+}
+
+/// The finite values of a neighbourhood in order: from one sample to the next two of them change.
+#[derive(Default)]
+struct Near {
+    // One more than a neighbourhood: the next is inserted before the last is removed.
+    sorted: [f64; 2 * REACH + 2],
+    count: usize,
+}
+
+impl Near {
+    fn insert(&mut self, value: f64) {
+        if !value.is_finite() {
+            return;
+        }
+        let mut at = self.count;
+        while at > 0 && self.sorted[at - 1].total_cmp(&value).is_gt() {
+            self.sorted[at] = self.sorted[at - 1];
+            at -= 1;
+        }
+        self.sorted[at] = value;
+        self.count += 1;
     }
-    let near = &mut near[..count];
-    let Some(middle) = median(near) else {
-        return [f64::NAN; 2];
-    };
-    for v in near.iter_mut() {
-        *v = (*v - middle).abs();
+
+    fn remove(&mut self, value: f64) {
+        let values = &self.sorted[..self.count];
+        if let Some(at) = values.iter().position(|v| v.total_cmp(&value).is_eq()) {
+            self.sorted.copy_within(at + 1..self.count, at);
+            self.count -= 1;
+        }
     }
-    [channel[row] - middle, median(near).unwrap_or(f64::NAN)]
+
+    /// None without values.
+    fn median(&self) -> Option<f64> {
+        let middle = self.count / 2;
+        match self.count {
+            0 => None,
+            n if n.is_multiple_of(2) => Some(0.5 * (self.sorted[middle - 1] + self.sorted[middle])),
+            _ => Some(self.sorted[middle]),
+        }
+    }
+
+    /// Median of the distances from `median`: they rise from the middle to both sides.
+    fn deviation(&self, median: f64) -> f64 {
+        let values = &self.sorted[..self.count];
+        let mut above = self.count / 2;
+        let mut below = above;
+        let mut last = [f64::NAN; 2];
+        for _ in 0..=self.count / 2 {
+            let down = below.checked_sub(1).map(|i| median - values[i]);
+            let up = values.get(above).map(|v| v - median);
+            let next = match (down, up) {
+                (Some(down), Some(up)) if down < up => {
+                    below -= 1;
+                    down
+                }
+                (_, Some(up)) => {
+                    above += 1;
+                    up
+                }
+                (Some(down), None) => {
+                    below -= 1;
+                    down
+                }
+                (None, None) => break,
+            };
+            last = [last[1], next];
+        }
+        match self.count.is_multiple_of(2) {
+            true => 0.5 * (last[0] + last[1]),
+            false => last[1],
+        }
+    }
 }
 
 #[cfg(test)]
@@ -83,6 +157,39 @@ mod tests {
     fn mean(values: &[f64]) -> f64 {
         let some = || values.iter().filter(|v| v.is_finite());
         some().sum::<f64>() / some().count() as f64
+    }
+
+    #[test]
+    fn neighbourhoods_are_those_of_their_definition() {
+        let mut rng = ChaCha8Rng::seed_from_u64(9);
+        let [mut channel, ..] = noise(&mut rng, 400);
+        for (row, v) in channel.iter_mut().enumerate() {
+            // Equal values, empty cells one by one, and all of a neighbourhood empty.
+            *v = if row % 7 == 3 || (200..215).contains(&row) {
+                f64::NAN
+            } else {
+                (3.0 * *v).round() / 8.0
+            };
+        }
+        for rows in [0, 1, 4, 11, 400] {
+            let found = neighbourhoods(&channel[..rows]);
+            for (row, [off, spread]) in found.iter().enumerate() {
+                let around = row.saturating_sub(REACH)..(row + REACH + 1).min(rows);
+                let finite = channel[around].iter().copied().filter(|v| v.is_finite());
+                let mut near: Vec<f64> = finite.collect();
+                let Some(middle) = median(&mut near) else {
+                    assert!(off.is_nan() && spread.is_nan());
+                    continue;
+                };
+                near.iter_mut().for_each(|v| *v = (*v - middle).abs());
+                let wanted = [channel[row] - middle, median(&mut near).unwrap()];
+                let same = |a: f64, b: f64| a == b || a.is_nan() && b.is_nan();
+                assert!(
+                    same(*off, wanted[0]) && same(*spread, wanted[1]),
+                    "{row} of {rows}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -1,5 +1,8 @@
 //! Dates and times of day as stamps.
 
+/// No date is longer: fifteen digits after the seconds, zone, and spaces between the parts.
+const LONGEST: usize = 64;
+
 /// Parses a date and time of day as seconds since 1970 (in UTC; only differences are used), or a
 /// time of day alone as seconds since midnight.
 ///
@@ -10,8 +13,8 @@
 #[must_use]
 pub fn parse_date(text: &[u8]) -> Option<f64> {
     let text = text.trim_ascii();
-    // Fast rejection of words: a header can have many.
-    if !text.first()?.is_ascii_digit() || text.len() < 4 {
+    // Fast rejection of words, of which a header can have many, and of whole lines.
+    if !text.first()?.is_ascii_digit() || !(4..=LONGEST).contains(&text.len()) {
         return None;
     }
     let text = std::str::from_utf8(text).ok()?;
