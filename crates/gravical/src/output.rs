@@ -1,5 +1,6 @@
 //! Safe writing of files: never over an existing file without permission, and never partially.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
@@ -100,9 +101,20 @@ fn exists(path: &Path) -> Error {
 /// Those of [`check_target`]; `no-folder`, `same-target`, and `target-is-input`, the last two
 /// independent of `force` (all usage).
 pub fn check_targets(targets: &[PathBuf], inputs: &[PathBuf], force: bool) -> Result<()> {
-    let mut results: Vec<PathBuf> = Vec::new();
-    let read: Vec<PathBuf> = inputs.iter().map(|p| place(p)).collect();
+    let mut results: HashSet<PathBuf> = HashSet::new();
+    let read: HashSet<PathBuf> = inputs.iter().map(|p| place(p)).collect();
     for path in targets {
+        // Before `exists`: --force would not help.
+        check_target(path, true)?;
+        let own = place(path);
+        if !is_special(path) && read.contains(&own) {
+            return Err(Error::usage(
+                "target-is-input",
+                "this is an input file and would be replaced by its result",
+            )
+            .at(path, None)
+            .with_hint("name another file for the result"));
+        }
         check_target(path, force)?;
         let folder = folder_of(path);
         if !folder.is_dir() {
@@ -111,23 +123,13 @@ pub fn check_targets(targets: &[PathBuf], inputs: &[PathBuf], force: bool) -> Re
         if is_special(path) {
             continue;
         }
-        let own = place(path);
-        if read.contains(&own) {
-            return Err(Error::usage(
-                "target-is-input",
-                "this is an input file and would be replaced by its result",
-            )
-            .at(path, None)
-            .with_hint("name another file for the result"));
-        }
-        if results.contains(&own) {
+        if !results.insert(own) {
             return Err(
                 Error::usage("same-target", "two results would be written to this file")
                     .at(path, None)
                     .with_hint("name a separate file for each"),
             );
         }
-        results.push(own);
     }
     Ok(())
 }
