@@ -2,7 +2,9 @@
 
 mod cmd;
 mod colour;
+mod crash;
 mod device;
+mod each;
 mod failure;
 mod figures;
 mod options;
@@ -53,6 +55,7 @@ enum Verb {
 }
 
 fn main() -> ExitCode {
+    crash::watch();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {

@@ -1,6 +1,7 @@
-//! A progress bar on a terminal when reading takes longer than a second.
+//! A progress bar on a terminal when reading, or a run over many sessions, takes longer than a second.
 
 use std::io::{self, IsTerminal as _};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock};
 use std::thread;
 use std::time::Duration;
@@ -21,6 +22,45 @@ enum Shown {
     Bar(ProgressBar),
     /// Something was printed: no bar any more.
     Over,
+}
+
+/// The items of a run over many sessions.
+struct Count {
+    total: u64,
+    done: AtomicU64,
+    /// Those that failed among them.
+    failed: AtomicU64,
+}
+
+static COUNT: OnceLock<Count> = OnceLock::new();
+
+/// From now on items are counted, `total` of them, in place of bytes.
+pub fn count(total: u64) {
+    let (done, failed) = (AtomicU64::new(0), AtomicU64::new(0));
+    COUNT.get_or_init(|| Count {
+        total,
+        done,
+        failed,
+    });
+}
+
+/// One more item is done.
+pub fn counted(failed: bool) {
+    if let Some(count) = COUNT.get() {
+        count.done.fetch_add(1, Ordering::Relaxed);
+        count.failed.fetch_add(u64::from(failed), Ordering::Relaxed);
+    }
+}
+
+/// Prints something while the bar stays.
+pub fn aside<T>(print: impl FnOnce() -> T) -> T {
+    let Ok(shown) = SHOWN.lock() else {
+        return print();
+    };
+    match &*shown {
+        Shown::Bar(bar) => bar.suspend(print),
+        Shown::NotYet | Shown::Over => print(),
+    }
 }
 
 /// Counts the bytes read from all recordings.
@@ -58,7 +98,7 @@ fn refresh() -> bool {
     };
     let now = meter().progress();
     // Nothing is being read.
-    if now.name.is_empty() {
+    if now.name.is_empty() && COUNT.get().is_none() {
         return !matches!(*shown, Shown::Over);
     }
     if let Shown::NotYet = *shown {
@@ -68,6 +108,20 @@ fn refresh() -> bool {
     let Shown::Bar(bar) = &*shown else {
         return false;
     };
+    if let Some(count) = COUNT.get() {
+        let failed = match count.failed.load(Ordering::Relaxed) {
+            0 => String::new(),
+            n => format!(", {n} failed"),
+        };
+        bar.set_length(count.total);
+        draw(
+            bar,
+            "{bar:24}  {pos} of {len}{msg}, {eta} left",
+            failed,
+            count.done.load(Ordering::Relaxed),
+        );
+        return true;
+    }
     let (template, message) = match now.total {
         Some(total) if now.read < total => {
             bar.set_length(total);
@@ -82,11 +136,15 @@ fn refresh() -> bool {
             one_line(&now.name).into_owned(),
         ),
     };
+    draw(bar, template, message, now.read);
+    true
+}
+
+fn draw(bar: &ProgressBar, template: &str, message: String, position: u64) {
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.progress_chars("█▌░"));
     }
     bar.set_message(message);
-    bar.set_position(now.read);
+    bar.set_position(position);
     bar.tick();
-    true
 }

@@ -45,6 +45,11 @@ impl ReportArgs {
         }
     }
 
+    /// Whether everything is printed.
+    pub fn is_verbose(&self) -> bool {
+        self.verbose
+    }
+
     /// Whether a report is requested.
     pub fn is_wanted(&self) -> bool {
         self.report.is_some()

@@ -14,7 +14,7 @@ use gravical::segment::still::StillOptions;
 use gravical::{Error, Result};
 
 /// Endings of files in a folder that may be recordings.
-const ENDINGS: [&str; 6] = ["csv", "txt", "tsv", "log", "dat", "gz"];
+pub const ENDINGS: [&str; 6] = ["csv", "txt", "tsv", "log", "dat", "gz"];
 
 /// Files of a folder that may be recordings, in the order of their names.
 ///
@@ -37,7 +37,8 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-fn may_be_recording(path: &Path) -> bool {
+/// True for a name with such an ending.
+pub fn may_be_recording(path: &Path) -> bool {
     path.extension()
         .is_some_and(|e| ENDINGS.iter().any(|x| e.eq_ignore_ascii_case(x)))
 }

@@ -15,7 +15,7 @@ use crate::text;
 pub struct TableArgs {
     /// File to write; - writes to stdout [default: stdout if it is not a terminal]
     #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    pub output: Option<PathBuf>,
     /// Overwrite existing files
     #[arg(long)]
     pub force: bool,

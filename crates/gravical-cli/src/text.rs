@@ -21,6 +21,26 @@ pub fn print(text: &str) -> Result<()> {
     written.and_then(|()| out.flush()).map_err(not_printed)
 }
 
+/// Prints a line on stdout, control characters escaped; a progress bar stays.
+///
+/// # Errors
+///
+/// As [`print`].
+pub fn print_line(line: &str) -> Result<()> {
+    progress::aside(|| {
+        let mut out = io::stdout().lock();
+        let written = writeln!(out, "{}", shown(line));
+        written.and_then(|()| out.flush()).map_err(not_printed)
+    })
+}
+
+/// Prints `text` on stderr while a progress bar stays.
+pub fn note(text: &str) {
+    progress::aside(|| {
+        let _ = writeln!(io::stderr(), "{}", shown(text));
+    });
+}
+
 fn not_printed(error: io::Error) -> Error {
     Error::io(Path::new("standard output"), error)
 }

@@ -1,14 +1,19 @@
 //! `gravical apply`: a calibrated recording.
 
+mod each;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply, apply_with_gyroscope};
+use gravical::apply::{
+    ApplyOptions, ApplySummary, GyroscopeOutcome, OutputUnit, apply, apply_with_gyroscope,
+};
 use gravical::document::{Block, Document, Remark, Section};
 use gravical::escape::one_line;
 use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, read};
-use gravical::{Error, Result};
+use gravical::{Error, Result, numfmt};
 
+use crate::each::EachArgs;
 use crate::options::{RecordingArgs, SWAPPED, read_calibration};
 use crate::report::ReportArgs;
 use crate::table::TableArgs;
@@ -23,15 +28,23 @@ use crate::text;
     after_help = "\
 Example: gravical apply cal.json ride.csv -o ride-calibrated.csv
 How a recording is read (units, columns, rate): options in `gravical apply --help`.",
-    after_long_help = "Example: gravical apply cal.json ride.csv -o ride-calibrated.csv"
+    after_long_help = "\
+Example: gravical apply cal.json ride.csv -o ride-calibrated.csv
+
+Many recordings: gravical apply cal.json rides/*.csv -o calibrated/
+With --each a folder stands for its recordings. Each result has the name of its
+recording; one that fails does not stop the others. After Ctrl-C, --resume continues.
+
+Exit codes: 0 done, 3 bad input; of many recordings: 4 one of them failed, 130
+interrupted."
 )]
 pub struct Args {
     /// Calibration file, of `gravical calibrate` or imucal
     #[arg(value_name = "CAL")]
     calibration: PathBuf,
-    /// Recording, plain or .gz; - reads standard input
-    #[arg(value_name = "INPUT")]
-    input: PathBuf,
+    /// Recording, plain or .gz; - reads standard input. Several recordings need -o DIR
+    #[arg(required = true, value_name = "INPUT")]
+    inputs: Vec<PathBuf>,
     /// Gyroscope of the recording in a second file, joined by time; its calibrated rate is appended.
     /// The recording is then held in memory
     #[arg(long, value_name = "FILE")]
@@ -41,11 +54,26 @@ pub struct Args {
     /// Keep the raw columns and append the calibrated ones
     #[arg(long)]
     keep_raw: bool,
+    /// Unit of the calibrated acceleration
+    #[arg(long, value_enum, value_name = "UNIT", default_value = "m/s^2")]
+    output_unit: OutputUnitArg,
     /// Print all findings
     #[arg(short, long)]
     verbose: bool,
     #[command(flatten)]
+    each: EachArgs,
+    #[command(flatten)]
     recording: RecordingArgs,
+}
+
+/// Units of calibrated acceleration, as options.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum OutputUnitArg {
+    /// metres per second squared
+    #[value(name = "m/s^2", alias = "m/s2", alias = "mps2")]
+    Mps2,
+    /// standard gravity, 9.80665 m/s²
+    G,
 }
 
 /// Runs the command.
@@ -54,27 +82,27 @@ pub struct Args {
 ///
 /// A calibration in another unit, a file that cannot be read, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let mut inputs = vec![args.input.as_path(), args.calibration.as_path()];
+    let input = match &args.inputs[..] {
+        [one] if !args.each.each => {
+            args.each.refuse_alone()?;
+            one
+        }
+        _ => return each::run(args),
+    };
+    let mut inputs = vec![input.as_path(), args.calibration.as_path()];
     inputs.extend(args.gyro.as_deref());
     args.output.check(&ReportArgs::default(), &inputs)?;
-    let (calibration, _) = read_calibration(&args.calibration, Some(&args.input), SWAPPED)?;
+    let (calibration, _) = read_calibration(&args.calibration, Some(input), SWAPPED)?;
     let read_options = args.recording.read_options(false);
-    let options = ApplyOptions {
-        read: match args.gyro {
-            Some(_) => read_options.beside_gyroscope_file(),
-            None => read_options.clone(),
-        },
-        keep_raw: args.keep_raw,
-        axes: args.recording.axes.0,
-    };
+    let options = args.options(&read_options);
     options.read.validate()?;
     let joined = args
         .gyro
         .as_deref()
-        .map(|gyro| join(args, gyro, &read_options));
+        .map(|gyro| join(input, gyro, &read_options));
     let joined = joined.transpose()?;
-    let input = open::open(&args.input, &options.read)?;
-    let name = args.input.display().to_string();
+    let name = input.display().to_string();
+    let input = open::open(input, &options.read)?;
     let summary = args.output.write(|out| match &joined {
         Some(joined) => apply_with_gyroscope(&calibration, input, &name, out, &options, joined),
         None => apply(&calibration, input, &name, out, &options),
@@ -95,20 +123,37 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+impl Args {
+    fn options(&self, read: &ReadOptions) -> ApplyOptions {
+        ApplyOptions {
+            read: match self.gyro {
+                Some(_) => read.beside_gyroscope_file(),
+                None => read.clone(),
+            },
+            keep_raw: self.keep_raw,
+            axes: self.recording.axes.0,
+            output_unit: match self.output_unit {
+                OutputUnitArg::Mps2 => OutputUnit::MetrePerSecondSquared,
+                OutputUnitArg::G => OutputUnit::StandardGravity,
+            },
+        }
+    }
+}
+
 /// The whole recording with the gyroscope of a second file.
 ///
 /// # Errors
 ///
 /// `gyro-stdin` (usage); those of [`read`] and [`join_gyroscope`].
-fn join(args: &Args, gyro: &Path, options: &ReadOptions) -> Result<Recording> {
-    if args.input == Path::new("-") {
+fn join(input: &Path, gyro: &Path, options: &ReadOptions) -> Result<Recording> {
+    if input == Path::new("-") {
         return Err(Error::usage(
             "gyro-stdin",
             "--gyro: the recording is read twice, which standard input does not allow",
         )
         .with_hint("give the recording as a file"));
     }
-    let mut recording = read(&args.input, &options.beside_gyroscope_file())?;
+    let mut recording = read(input, &options.beside_gyroscope_file())?;
     join_gyroscope(&mut recording, gyro, options)?;
     Ok(recording)
 }
@@ -126,7 +171,11 @@ fn document(summary: &ApplySummary) -> Document<'static> {
         summary.accelerometer.unit.name(),
         origin(summary.accelerometer.origin),
     );
-    fact("accelerometer", format!("{unit} ({how}) → m/s²{quiet}"));
+    let written = numfmt::unit(summary.output_unit.name());
+    fact(
+        "accelerometer",
+        format!("{unit} ({how}) → {written}{quiet}"),
+    );
     match summary.gyroscope {
         GyroscopeOutcome::Calibrated(unit) => fact("gyroscope", format!("{} → rad/s", unit.name())),
         GyroscopeOutcome::Kept => {

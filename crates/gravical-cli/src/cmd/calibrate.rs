@@ -1,10 +1,11 @@
 //! `gravical calibrate`: a calibration from recordings of static poses.
 
+mod each;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use gravical::calibrate::soak_alone;
-use gravical::calibrate::{CalibrateOptions, calibrate};
+use gravical::calibrate::{CalibrateOptions, calibrate, soak_alone};
 use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, SensorInfo};
 use gravical::escape::path_word;
 use gravical::estimate::accelerometer::{self, EstimateOptions};
@@ -12,14 +13,15 @@ use gravical::excerpt;
 use gravical::figure;
 use gravical::figure::calibration::Session;
 use gravical::live::folder::{calibrate_session, is_session};
-use gravical::noise::read_noise;
+use gravical::noise::{NoiseResult, read_noise};
 use gravical::output::is_special;
-use gravical::recording::Recording;
-use gravical::segment::SegmentOptions;
+use gravical::recording::{ReadOptions, Recording};
 use gravical::segment::sections::read_sections_with_input;
 use gravical::segment::still::StillOptions;
+use gravical::segment::{SegmentOptions, Segmentation};
 use gravical::{Error, Result, report};
 
+use crate::each::EachArgs;
 use crate::failure::QUALITY;
 use crate::figures::FigureArgs;
 use crate::options::command_line;
@@ -42,17 +44,23 @@ session (`gravical live`), one file per axis with
 blank rows between the two directions, one file with a label column, one file
 with --sections, or one continuous recording in which the poses are found.
 
+Many sessions: gravical calibrate --each sessions/ -o calibrations/ --summary all.csv
+Each path is a session then; of a folder, each of its entries. A pattern in quotes
+stands for its paths, @LIST for those in a file. A line for each session, in order;
+a session that fails does not stop the others. After Ctrl-C, --resume continues.
+
 Exit codes: 0 calibrated; 3 the parameters cannot be determined (nothing is
-written); 4 calibrated, but the verdict is poor (the file is still written)."
+written); 4 calibrated, but the verdict is poor (the file is still written); with
+--each: 4 a session is poor or has no result, 130 interrupted."
 )]
 pub struct Args {
-    /// Recordings of the session: files, or one folder; - reads standard input
+    /// Recordings of the session: files, or one folder; - reads standard input. With --each, sessions
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
     /// Gyroscope of the recording in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     gyro: Option<PathBuf>,
-    /// Calibration file to write (JSON)
+    /// Calibration file to write (JSON); with --each, a folder for one of each session
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -66,6 +74,8 @@ pub struct Args {
     /// Print errors only
     #[arg(short, long)]
     quiet: bool,
+    #[command(flatten)]
+    each: EachArgs,
     #[command(flatten)]
     figures: FigureArgs,
     #[command(flatten)]
@@ -172,6 +182,10 @@ enum FacesFrom {
 
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    if args.each.each {
+        return each::run(args);
+    }
+    args.each.refuse_alone()?;
     // Checked before the work starts.
     let inputs = args
         .inputs
@@ -190,38 +204,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let options = args.options()?;
     let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
     let read_options = args.recording.read_options(true);
-    // --sections and --rows name rows: the whole recording is needed.
-    let by_rows = options.segment.sections.is_some() || options.segment.rows.is_some();
-    let still = (!by_rows).then_some(&options.segment.still);
-    let gyro = args.gyro.as_deref();
-    let thermal = matches!(args.method.method, Method::Thermal);
-    let guided = match &args.inputs[..] {
-        [folder] if !by_rows && !thermal && gyro.is_none() => is_session(folder).then_some(folder),
-        _ => None,
-    };
-    let (mut file, segmentation, recordings) = match guided {
-        Some(folder) => {
-            let gravity = args.gravity.given()?;
-            let (recordings, done) = calibrate_session(folder, &read_options, &options, gravity)?;
-            (done.file, Some(done.segmentation), recordings)
-        }
-        None => {
-            let (recordings, left_out) = read_session(&args.inputs, gyro, &read_options, still)?;
-            let (mut file, segmentation) = match args.method.method {
-                Method::Thermal => (soak_alone(&recordings, &options)?, None),
-                _ => {
-                    let done = calibrate(&recordings, &options)?;
-                    (done.file, Some(done.segmentation))
-                }
-            };
-            file.findings.extend(left_out);
-            (file, segmentation, recordings)
-        }
-    };
-    if let Some((noise, input)) = noise {
-        file.noise = Some(noise.section());
-        file.inputs.push(input);
-    }
+    let computed = compute(args, &args.inputs, &read_options, &options, noise.as_ref())?;
+    let Computed {
+        file,
+        segmentation,
+        recordings,
+    } = computed;
     if let Some(path) = &args.output {
         save(path, args.force, &file)?;
     }
@@ -256,6 +244,64 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(match file.verdict.grade {
         Grade::Poor => ExitCode::from(QUALITY),
         _ => ExitCode::SUCCESS,
+    })
+}
+
+/// A calibration and what it was computed from.
+struct Computed {
+    file: CalibrationFile,
+    segmentation: Option<Segmentation>,
+    recordings: Vec<Recording>,
+}
+
+/// The calibration of one session.
+///
+/// # Errors
+///
+/// Those of reading and of the library.
+fn compute(
+    args: &Args,
+    inputs: &[PathBuf],
+    read_options: &ReadOptions,
+    options: &CalibrateOptions,
+    noise: Option<&(NoiseResult, InputFile)>,
+) -> Result<Computed> {
+    // --sections and --rows name rows: the whole recording is needed.
+    let by_rows = options.segment.sections.is_some() || options.segment.rows.is_some();
+    let still = (!by_rows).then_some(&options.segment.still);
+    let gyro = args.gyro.as_deref();
+    let thermal = matches!(args.method.method, Method::Thermal);
+    let guided = match inputs {
+        [folder] if !by_rows && !thermal && gyro.is_none() => is_session(folder).then_some(folder),
+        _ => None,
+    };
+    let (mut file, segmentation, recordings) = match guided {
+        Some(folder) => {
+            let gravity = args.gravity.given()?;
+            let (recordings, done) = calibrate_session(folder, read_options, options, gravity)?;
+            (done.file, Some(done.segmentation), recordings)
+        }
+        None => {
+            let (recordings, left_out) = read_session(inputs, gyro, read_options, still)?;
+            let (mut file, segmentation) = match args.method.method {
+                Method::Thermal => (soak_alone(&recordings, options)?, None),
+                _ => {
+                    let done = calibrate(&recordings, options)?;
+                    (done.file, Some(done.segmentation))
+                }
+            };
+            file.findings.extend(left_out);
+            (file, segmentation, recordings)
+        }
+    };
+    if let Some((noise, input)) = noise {
+        file.noise = Some(noise.section());
+        file.inputs.push(input.clone());
+    }
+    Ok(Computed {
+        file,
+        segmentation,
+        recordings,
     })
 }
 

@@ -1,12 +1,16 @@
 //! `gravical check`: test whether a calibration still fits.
 
+mod each;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use gravical::calibration_file::InputFile;
-use gravical::check::{CheckOptions, Judgement, check};
-use gravical::report;
+use gravical::calibration_file::{CalibrationFile, InputFile};
+use gravical::check::{CheckOptions, CheckReport, Judgement, check};
+use gravical::recording::{ReadOptions, Recording};
+use gravical::{Result, report};
 
+use crate::each::EachArgs;
 use crate::failure::QUALITY;
 use crate::options::{GravityArgs, RecordingArgs, SWAPPED, read_calibration};
 use crate::report::{ReportArgs, with_origin};
@@ -29,14 +33,20 @@ Example: gravical check cal.json today.csv
 
 One static interval in any pose is enough; more poses test more of the calibration.
 
+Many recordings, such as those of a production line:
+  gravical check cal.json --each tests/ --summary tests.csv
+A line for each of them; one that cannot be tested does not stop the others.
+
 Exit codes: 0 fits, or cannot be decided; 3 no static interval, or another unit;
-4 does not fit any more (p < 0.01)."
+4 does not fit any more (p < 0.01); with --each: 4 one of them does not fit or cannot
+be tested, 130 interrupted."
 )]
 pub struct Args {
     /// Calibration file, of `gravical calibrate` or imucal
     #[arg(value_name = "CAL")]
     calibration: PathBuf,
-    /// Recordings of the sensor at rest: files, or one folder; - reads standard input
+    /// Recordings of the sensor at rest: files, or one folder; - reads standard input. With --each,
+    /// sessions
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// Gyroscope of the recording in a second file, joined by time
@@ -50,6 +60,11 @@ pub struct Args {
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
+    /// With --each: print only what does not fit or cannot be tested
+    #[arg(short, long, requires = "each")]
+    quiet: bool,
+    #[command(flatten)]
+    each: EachArgs,
     #[command(flatten)]
     gravity: GravityArgs,
     #[command(flatten)]
@@ -58,11 +73,11 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let options = CheckOptions {
-        gravity: args.gravity.given()?,
-        axes: args.recording.axes.0,
-        ..CheckOptions::default()
-    };
+    if args.each.each {
+        return each::run(args);
+    }
+    args.each.refuse_alone()?;
+    let options = args.options()?;
     let inputs: Vec<&Path> = args
         .recordings
         .iter()
@@ -77,15 +92,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         SWAPPED,
     )?;
     let read_options = args.recording.read_options(true);
-    let (recordings, left_out) = read_session(
+    let (result, recordings) = compute(
+        args,
+        &calibration,
         &args.recordings,
-        args.gyro.as_deref(),
         &read_options,
-        Some(&options.still),
+        &options,
     )?;
-    let name = args.calibration.display().to_string();
-    let mut result = check(&calibration, &name, &recordings, &options)?;
-    result.findings.extend(left_out);
     let mut inputs = InputFile::of(&recordings);
     inputs.push(input);
     let document = with_origin(report::check(&result), &inputs);
@@ -100,4 +113,38 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Judgement::DoesNotFit => ExitCode::from(QUALITY),
         Judgement::Fits | Judgement::Undecided => ExitCode::SUCCESS,
     })
+}
+
+/// The check of one session, and its recordings.
+///
+/// # Errors
+///
+/// Those of reading and of the library.
+fn compute(
+    args: &Args,
+    calibration: &CalibrationFile,
+    inputs: &[PathBuf],
+    read_options: &ReadOptions,
+    options: &CheckOptions,
+) -> Result<(CheckReport, Vec<Recording>)> {
+    let (recordings, left_out) = read_session(
+        inputs,
+        args.gyro.as_deref(),
+        read_options,
+        Some(&options.still),
+    )?;
+    let name = args.calibration.display().to_string();
+    let mut result = check(calibration, &name, &recordings, options)?;
+    result.findings.extend(left_out);
+    Ok((result, recordings))
+}
+
+impl Args {
+    fn options(&self) -> Result<CheckOptions> {
+        Ok(CheckOptions {
+            gravity: self.gravity.given()?,
+            axes: self.recording.axes.0,
+            ..CheckOptions::default()
+        })
+    }
 }

@@ -21,7 +21,23 @@ use std::process::ExitCode;
 
 use clap::CommandFactory;
 
+use crate::each::Words;
 use crate::{Cli, Verb};
+
+/// The options of this run in words.
+///
+/// # Errors
+///
+/// None: they were parsed before.
+fn words() -> anyhow::Result<Words> {
+    let command = Cli::command();
+    let matches = command.clone().try_get_matches_from(std::env::args_os())?;
+    let parsed = matches.subcommand().and_then(|(name, options)| {
+        let verb = command.find_subcommand(name)?;
+        Some(Words::of(verb, options))
+    });
+    parsed.ok_or_else(|| anyhow::anyhow!("no command"))
+}
 
 impl Verb {
     /// Runs the command.

@@ -12,6 +12,7 @@ mod compare_check;
 mod control;
 mod demo;
 mod denoise;
+mod each;
 mod every_recording;
 mod export;
 mod figures;

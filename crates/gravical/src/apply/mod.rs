@@ -47,6 +47,7 @@ mod joined;
 mod judge;
 pub(crate) mod plan;
 pub(crate) mod sensor;
+mod unit;
 
 #[cfg(test)]
 mod tests;
@@ -70,6 +71,7 @@ use crate::recording::{
 use crate::segment::face::AxisMap;
 
 pub use drift::TemperatureOutcome;
+pub use unit::OutputUnit;
 
 use drift::Drift;
 use joined::Joined;
@@ -90,6 +92,8 @@ pub struct ApplyOptions {
     /// Orientation of the board in its case: the calibrated vectors are written in the axes of
     /// the case. Default: those of the board.
     pub axes: AxisMap,
+    /// Unit of the calibrated specific force. Default: m/s².
+    pub output_unit: OutputUnit,
 }
 
 /// Result of [`apply`].
@@ -111,6 +115,8 @@ pub struct ApplySummary {
     pub accelerometer: AccelScale,
     /// Input unit of the accelerometer's calibration.
     pub calibration_unit: AccelUnit,
+    /// Unit of the calibrated specific force.
+    pub output_unit: OutputUnit,
     /// Treatment of the gyroscope.
     pub gyroscope: GyroscopeOutcome,
     /// Result of the temperature correction; null if the calibration has no drift or the
@@ -159,7 +165,7 @@ pub enum GyroscopeOutcome {
 /// Memory use is a few MiB, whatever the size of the recording. The unit is determined from the
 /// first 256 KiB, so nothing is written before they have been read.
 ///
-/// Values have six decimals. The delimiter is that of the input; white space becomes a tab.
+/// Values have six decimals, in the unit of the options. The delimiter is that of the input; white space becomes a tab.
 /// Decimal commas are kept.
 ///
 /// # Errors
@@ -250,6 +256,7 @@ fn run(
     let mut plan = Plan::new(
         &format.dialect,
         &format.layout,
+        options.output_unit,
         gyro_unit.is_some(),
         options.keep_raw,
     );
@@ -260,11 +267,12 @@ fn run(
     out.bytes.extend_from_slice(&plan.header());
     let mut without_acceleration = 0;
     while let Some(row) = file.rows.next_row()? {
-        let calibrated = match &mut joined {
+        let mut calibrated = match &mut joined {
             Some(joined) => sensor.calibrate(&joined.fill(row.values, row.line), row.line),
             None => sensor.calibrate(row.values, row.line),
         };
         without_acceleration += u64::from(calibrated[0].is_nan());
+        options.output_unit.convert(&mut calibrated[..3]);
         write_breaks(row.before, &mut out.bytes);
         plan.write_row(row.text.bytes, row.text.spans, &calibrated, &mut out.bytes);
         out.write_if_full()?;
@@ -300,6 +308,7 @@ fn run(
             .collect(),
         accelerometer: judged.accel,
         calibration_unit: calibration.accelerometer.input_unit,
+        output_unit: options.output_unit,
         gyroscope: match gyro_unit {
             Some(unit) => GyroscopeOutcome::Calibrated(unit),
             None if format.layout.has_gyro() => GyroscopeOutcome::Kept,

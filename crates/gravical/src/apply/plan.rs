@@ -9,10 +9,10 @@ use crate::recording::row::{Delimiter, Span};
 use crate::recording::{Finding, FindingKind};
 use crate::scan::write_fixed;
 
-/// Names of the calibrated channels.
-const CALIBRATED: [&str; 6] = [
-    "ax_mps2", "ay_mps2", "az_mps2", "gx_rad_s", "gy_rad_s", "gz_rad_s",
-];
+use super::unit::OutputUnit;
+
+/// Names of the calibrated channels of the gyroscope.
+const RATES: [&str; 3] = ["gx_rad_s", "gy_rad_s", "gz_rad_s"];
 
 /// Decimals of a calibrated value.
 const DECIMALS: u32 = 6;
@@ -40,9 +40,18 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    pub fn new(dialect: &Dialect, layout: &Layout, with_gyro: bool, keep_raw: bool) -> Self {
-        let calibrated = if with_gyro { 6 } else { 3 };
-        let names = from_fn(|i| (i < calibrated).then(|| CALIBRATED[i].to_owned()));
+    /// The calibrated channels under their names.
+    pub fn new(
+        dialect: &Dialect,
+        layout: &Layout,
+        unit: OutputUnit,
+        with_gyro: bool,
+        keep_raw: bool,
+    ) -> Self {
+        let names = from_fn(|i| match i {
+            0..3 => Some(unit.columns()[i].to_owned()),
+            _ => with_gyro.then(|| RATES[i - 3].to_owned()),
+        });
         Self::with_names(dialect, layout, &names, keep_raw)
     }
 

@@ -632,6 +632,7 @@ mod tests {
             ("x_acc", Accel(0), None),
             ("acceleration_y [m/s²]", Accel(1), Some("m/s²")),
             ("ax_mps2", Accel(0), Some("mps2")),
+            ("ax_calibrated_g", Accel(0), Some("g")),
             ("acc_z_mg", Accel(2), Some("mg")),
             ("linear_acceleration.z", Accel(2), None),
             ("gX (°/s)", Gyro(0), Some("°/s")),

@@ -256,3 +256,47 @@ fn rows_under_a_different_header_are_converted_to_the_first() {
     assert_eq!(error.code(), "header-differs");
     assert_eq!(error.location().and_then(|l| l.line), Some(42));
 }
+
+#[test]
+fn calibrated_in_g_is_recognised_as_calibrated() {
+    let text = still("t_ms,ax,ay,az", 300, |i| {
+        format!("{},0.1,-0.2,9.81", 10 * i)
+    });
+    let in_g = ApplyOptions {
+        output_unit: OutputUnit::StandardGravity,
+        ..options()
+    };
+    let (si_text, _) = run(&si(), &text);
+    let (out, summary) = run_with(&si(), text.as_bytes(), &in_g).unwrap();
+    assert_eq!(summary.output_unit.name(), "g");
+    assert!(out.starts_with("t_ms,ax_calibrated_g,ay_calibrated_g,az_calibrated_g\n"));
+    let z = |text: &str| cells(text.lines().nth(1).unwrap())[3];
+    assert!((z(&out) * 9.80665 - z(&si_text)).abs() < 1e-5);
+    // Again: recognised, in its unit.
+    let read = read_bytes(out.as_bytes(), "g.csv", &ReadOptions::default()).unwrap();
+    assert!(read.is_result() && read.is_calibrated);
+    assert_eq!(read.accel_scale.unit, AccelUnit::StandardGravity);
+    let again = run_with(
+        &calibration(Some("g"), 0.101972, [0.0; 3]),
+        out.as_bytes(),
+        &in_g,
+    );
+    finding(&again.unwrap().1, "already-calibrated");
+    // What loggers call ax_g is no result.
+    let raw = out.replace("_calibrated_g", "_g");
+    let read = read_bytes(raw.as_bytes(), "raw.csv", &ReadOptions::default()).unwrap();
+    assert!(!read.is_result() && !read.is_calibrated);
+    // With the raw columns: the way to the calibrated ones is named.
+    let both = ApplyOptions {
+        keep_raw: true,
+        ..in_g
+    };
+    let (out, _) = run_with(&si(), text.as_bytes(), &both).unwrap();
+    let read = read_bytes(out.as_bytes(), "both.csv", &ReadOptions::default()).unwrap();
+    let named = |f: &Finding| f.message.contains("ax=ax_calibrated_g");
+    assert!(
+        read.is_result() && read.findings.iter().any(named),
+        "{:?}",
+        read.findings
+    );
+}

@@ -75,12 +75,22 @@ pub struct Request<'a> {
     pub file: &'a str,
 }
 
-/// Names of the columns of calibrated specific force that this program writes.
-const CALIBRATED: [&str; 3] = ["ax_mps2", "ay_mps2", "az_mps2"];
+/// Names of the columns of calibrated specific force that this program writes, in m/s² and in g.
+/// Loggers use `ax_g` for what they measure.
+pub(crate) const CALIBRATED: [[&str; 3]; 2] = [
+    ["ax_mps2", "ay_mps2", "az_mps2"],
+    ["ax_calibrated_g", "ay_calibrated_g", "az_calibrated_g"],
+];
+
+/// The names of calibrated columns, if there are all three.
+fn calibrated_names(names: &[String]) -> Option<[&'static str; 3]> {
+    let has = |own: &&[&str; 3]| own.iter().all(|own| names.iter().any(|n| n == own));
+    CALIBRATED.iter().find(has).copied()
+}
 
 /// True if there are columns with the names of calibrated ones.
 pub(crate) fn has_calibrated(names: &[String]) -> bool {
-    CALIBRATED.iter().all(|own| names.iter().any(|n| n == own))
+    calibrated_names(names).is_some()
 }
 
 impl Layout {
@@ -88,11 +98,13 @@ impl Layout {
     /// board's own line.
     pub(crate) fn reads_calibrated(&self, names: &[String]) -> bool {
         self.calibrated_by_board
-            || (0..3).all(|i| {
-                let field = self.field(Quantity::Accel(i));
-                field
-                    .and_then(|f| names.get(f))
-                    .is_some_and(|n| n == CALIBRATED[i])
+            || CALIBRATED.iter().any(|own| {
+                (0..3).all(|i| {
+                    let field = self.field(Quantity::Accel(i));
+                    field
+                        .and_then(|f| names.get(f))
+                        .is_some_and(|n| n == own[i])
+                })
             })
     }
 
@@ -229,18 +241,15 @@ pub(super) fn find(
         sensor = name.map_or_else(String::new, |c| c.sensor);
         fields.extend((0..3).map(|i| (Quantity::Accel(i), accel[i])));
         // A table of `motion`, or of `apply --keep-raw`.
-        let raw = names
-            .get(accel[0])
-            .is_some_and(|name| name != CALIBRATED[0]);
-        if raw
-            && has_calibrated(names)
+        let read = names.get(accel[0]).map_or("", String::as_str);
+        if let Some([x, y, z]) = calibrated_names(names)
+            && read != x
             && let Some(finding) = findings
                 .iter_mut()
                 .find(|f| f.kind == FindingKind::SeveralSensors)
         {
             finding.message = format!(
-                "a table of this program with raw and calibrated columns: the raw ones ({} …) are read; --columns ax=ax_mps2,ay=ay_mps2,az=az_mps2 reads the calibrated ones",
-                names.get(accel[0]).map_or("", String::as_str)
+                "a table of this program with raw and calibrated columns: the raw ones ({read} …) are read; --columns ax={x},ay={y},az={z} reads the calibrated ones"
             );
         }
     }

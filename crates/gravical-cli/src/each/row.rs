@@ -1,0 +1,176 @@
+//! What is said of an item: one row.
+
+use gravical::recording::{Finding, Severity};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// The row of an item: common to all commands, and `values` of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Row<V> {
+    /// Name of the item.
+    pub name: String,
+    /// Its path as given.
+    pub path: String,
+    /// In one word.
+    pub status: Status,
+    /// The verdict of the command; null without a result.
+    pub verdict: Option<String>,
+    /// Why: reasons of the verdict, or the message of the error.
+    pub reason: Option<String>,
+    /// Code of the error.
+    pub error_code: Option<String>,
+    /// What to do about it.
+    pub hint: Option<String>,
+    /// Name of an item before this one with the same content.
+    pub same_content_as: Option<String>,
+    /// File of the result.
+    pub result: Option<String>,
+    /// SHA-256 of the content; null if it could not be read.
+    pub sha256: Option<String>,
+    /// What the command measured; absent without a result. Some field of it is always there.
+    #[serde(flatten)]
+    pub values: Option<V>,
+}
+
+/// What became of an item.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// A result that can be used: the command alone would end with 0.
+    Done,
+    /// A result that failed its quality gate: 4.
+    Poor,
+    /// No result.
+    Error,
+}
+
+/// The result of an item.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome<V> {
+    /// The verdict as it is printed.
+    pub verdict: String,
+    /// Whether it failed its quality gate.
+    pub is_poor: bool,
+    /// Reasons of the verdict, the main one first.
+    pub reasons: Vec<String>,
+    /// What was measured.
+    pub values: V,
+}
+
+/// Values of a command, as columns of a table.
+pub trait Columns: Serialize + DeserializeOwned + Send {
+    /// The fields, in order; none of them is nested.
+    const NAMES: &'static [&'static str];
+}
+
+/// The kinds of the warnings among `findings`, each once.
+pub fn kinds(findings: &[Finding]) -> String {
+    let warnings = findings.iter().filter(|f| f.severity == Severity::Warning);
+    let mut kinds: Vec<String> = warnings.map(|f| f.kind.to_string()).collect();
+    kinds.sort();
+    kinds.dedup();
+    kinds.join(" ")
+}
+
+/// The columns that all commands have, in front of their own.
+pub const COMMON: [&str; 10] = [
+    "name",
+    "path",
+    "status",
+    "verdict",
+    "reason",
+    "error_code",
+    "hint",
+    "same_content_as",
+    "result",
+    "sha256",
+];
+
+impl<V: Columns> Row<V> {
+    /// The names of all columns.
+    pub fn columns() -> Vec<&'static str> {
+        [&COMMON[..], V::NAMES].concat()
+    }
+
+    /// The fields of a table; empty where nothing is known.
+    ///
+    /// # Errors
+    ///
+    /// Those of serde, which a row does not cause.
+    pub fn fields(&self) -> serde_json::Result<Vec<String>> {
+        let row = serde_json::to_value(self)?;
+        let field = |name: &&str| match row.get(name) {
+            None | Some(Value::Null) => String::new(),
+            Some(Value::String(text)) => text.clone(),
+            Some(other) => other.to_string(),
+        };
+        Ok(Self::columns().iter().map(field).collect())
+    }
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    pub struct Length {
+        pub length_m: f64,
+    }
+
+    impl Columns for Length {
+        const NAMES: &'static [&'static str] = &["length_m"];
+    }
+
+    pub fn row(name: &str, length_m: Option<f64>) -> Row<Length> {
+        Row {
+            name: name.to_owned(),
+            path: format!("in/{name}.csv"),
+            status: Status::Done,
+            verdict: Some("good".to_owned()),
+            reason: None,
+            error_code: None,
+            hint: None,
+            same_content_as: None,
+            result: None,
+            sha256: Some("00".to_owned()),
+            values: length_m.map(|length_m| Length { length_m }),
+        }
+    }
+
+    /// The names of `values` are its fields, in order.
+    pub fn assert_columns<V: Columns>(values: &V) {
+        let text = serde_json::to_string(values).unwrap();
+        let at = V::NAMES
+            .iter()
+            .map(|name| text.find(&format!("\"{name}\":")).unwrap());
+        assert!(at.is_sorted(), "{text}");
+        let fields = serde_json::to_value(values).unwrap();
+        assert_eq!(fields.as_object().unwrap().len(), V::NAMES.len());
+        assert!(
+            fields
+                .as_object()
+                .unwrap()
+                .values()
+                .all(|v| !v.is_object() && !v.is_array())
+        );
+    }
+
+    #[test]
+    fn columns_are_the_fields() {
+        let one = row("a", Some(0.5));
+        let value = serde_json::to_value(&one).unwrap();
+        let mut fields: Vec<&String> = value.as_object().unwrap().keys().collect();
+        let mut columns = Row::<Length>::columns();
+        fields.sort();
+        columns.sort_unstable();
+        assert_eq!(fields, columns);
+        assert_eq!(one.fields().unwrap()[10], "0.5");
+        assert_eq!(one.fields().unwrap()[4], "");
+        // As the journal reads it, with and without values.
+        for row in [one, row("b", None)] {
+            let text = serde_json::to_string(&row).unwrap();
+            assert_eq!(serde_json::from_str::<Row<Length>>(&text).unwrap(), row);
+        }
+    }
+}
