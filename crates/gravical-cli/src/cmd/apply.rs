@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use anyhow::Context as _;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply, apply_with_gyroscope};
 use gravical::document::{Block, Document, Remark, Section};
 use gravical::output::one_line;
 use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, read};
 use gravical::{Error, Result};
 
-use crate::options::{RecordingArgs, SWAPPED, read_calibration};
+use crate::options::{RecordingArgs, SWAPPED};
 use crate::report::ReportArgs;
+use crate::store::StoreArgs;
 use crate::table::TableArgs;
 use crate::text;
 
@@ -23,12 +25,16 @@ use crate::text;
     after_help = "\
 Example: gravical apply cal.json ride.csv -o ride-calibrated.csv
 How a recording is read (units, columns, rate): options in `gravical apply --help`.",
-    after_long_help = "Example: gravical apply cal.json ride.csv -o ride-calibrated.csv"
+    after_long_help = "\
+Examples:
+  gravical apply cal.json ride.csv -o ride-calibrated.csv
+  gravical apply --store cals ride.csv -o ride-calibrated.csv",
+    allow_missing_positional = true
 )]
 pub struct Args {
-    /// Calibration file, of `gravical calibrate` or imucal
-    #[arg(value_name = "CAL")]
-    calibration: PathBuf,
+    /// Calibration file, of `gravical calibrate` or imucal; left out with --store
+    #[arg(value_name = "CAL", required_unless_present = "store")]
+    calibration: Option<PathBuf>,
     /// Recording, plain or .gz; - reads standard input
     #[arg(value_name = "INPUT")]
     input: PathBuf,
@@ -45,6 +51,8 @@ pub struct Args {
     #[arg(short, long)]
     verbose: bool,
     #[command(flatten)]
+    store: StoreArgs,
+    #[command(flatten)]
     recording: RecordingArgs,
 }
 
@@ -54,11 +62,18 @@ pub struct Args {
 ///
 /// A calibration in another unit, a file that cannot be read, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let mut inputs = vec![args.input.as_path(), args.calibration.as_path()];
+    let mut inputs = vec![args.input.as_path()];
+    inputs.extend(args.calibration.as_deref());
     inputs.extend(args.gyro.as_deref());
     args.output.check(&ReportArgs::default(), &inputs)?;
-    let (calibration, _) = read_calibration(&args.calibration, Some(&args.input), SWAPPED)?;
     let read_options = args.recording.read_options(false);
+    let named = args.calibration.as_deref();
+    let recordings = std::slice::from_ref(&args.input);
+    let taken = args.store.take(named, recordings, &read_options, SWAPPED)?;
+    let taken = taken.context("neither a calibration nor a store is given")?;
+    inputs.push(&taken.path);
+    args.output.check(&ReportArgs::default(), &inputs)?;
+    let calibration = &taken.file;
     let options = ApplyOptions {
         read: match args.gyro {
             Some(_) => read_options.beside_gyroscope_file(),
@@ -76,11 +91,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let input = open::open(&args.input, &options.read)?;
     let name = args.input.display().to_string();
     let summary = args.output.write(|out| match &joined {
-        Some(joined) => apply_with_gyroscope(&calibration, input, &name, out, &options, joined),
-        None => apply(&calibration, input, &name, out, &options),
+        Some(joined) => apply_with_gyroscope(calibration, input, &name, out, &options, joined),
+        None => apply(calibration, input, &name, out, &options),
     })?;
     if args.output.json {
-        text::print_json(&summary)?;
+        text::print_json(&taken.with(&summary))?;
     }
     if !args.output.quiet {
         let done = format!(
@@ -89,8 +104,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             summary.rows
         );
         let detail = ReportArgs::detail_of(args.verbose);
-        args.output
-            .print_summary(&done, &document(&summary), detail);
+        let mut document = document(&summary);
+        taken.add_to(&mut document);
+        args.output.print_summary(&done, &document, detail);
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -25,6 +25,7 @@ use crate::options::command_line;
 use crate::options::{GravityArgs, RecordingArgs};
 use crate::report::{ReportArgs, check_outputs};
 use crate::session::read_session;
+use crate::store::{StoreTarget, filed};
 use crate::text;
 
 /// Calibrate a sensor from recordings of static poses
@@ -54,6 +55,8 @@ pub struct Args {
     /// Calibration file to write (JSON)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    store: StoreTarget,
     #[command(flatten)]
     report: ReportArgs,
     /// Overwrite existing files
@@ -221,9 +224,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         file.noise = Some(noise.section());
         file.inputs.push(input);
     }
+    args.store.check(&file)?;
     if let Some(path) = &args.output {
         save(path, args.force, &file)?;
     }
+    let added = args.store.add(&file)?;
+    let saved = args.output.as_deref();
+    let saved = saved.or(added.as_ref().map(|added| added.path.as_path()));
     let session = segmentation.as_ref().map(|segmentation| Session {
         recordings: &recordings,
         segmentation,
@@ -234,10 +241,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         false => Vec::new(),
     };
     args.figures.write(&figures, args.force, args.quiet)?;
-    let document = report::calibration(&file, args.output.as_deref(), &figures);
+    let document = report::calibration(&file, saved, &figures);
     args.report.write(args.force, &document)?;
     if !args.quiet {
         args.report.say();
+        added.iter().for_each(|added| text::say(&filed(added)));
     }
     if args.json {
         text::print_json(&file)?;
@@ -250,7 +258,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
     } else {
         text::print_report(&document.to_text(args.report.detail()))?;
-        text::print(&next_step(args, &file))?;
+        text::print(&next_step(saved, &file))?;
     }
     Ok(match file.verdict.grade {
         Grade::Poor => ExitCode::from(QUALITY),
@@ -300,6 +308,7 @@ impl Args {
                 id: m.sensor_id.clone(),
                 model: m.sensor_model.clone(),
             },
+            recorded: self.store.recorded,
             command: Some(command_line()),
             other_inputs: list.into_iter().collect(),
             thermal: self.thermal()?,
@@ -337,8 +346,8 @@ pub fn save(path: &Path, force: bool, file: &CalibrationFile) -> Result<InputFil
     Ok(input)
 }
 
-fn next_step(args: &Args, file: &CalibrationFile) -> String {
-    match &args.output {
+fn next_step(saved: Option<&Path>, file: &CalibrationFile) -> String {
+    match saved {
         Some(path) => {
             let caution = if file.verdict.grade == Grade::Poor { " (but fix what the verdict names first)" } else { "" };
             format!(

@@ -18,6 +18,7 @@ mod types;
 use std::path::Path;
 
 use crate::output::{shown_json, write_atomic};
+use crate::utc::UtcTime;
 use crate::{Error, Result};
 
 pub use imucal::{from_imucal, to_imucal};
@@ -147,12 +148,5 @@ impl CalibrationFile {
 /// Time for `created`: the current time, or SOURCE_DATE_EPOCH.
 #[must_use]
 pub fn creation_time() -> String {
-    let epoch = std::env::var("SOURCE_DATE_EPOCH")
-        .ok()
-        .and_then(|s| s.trim().parse::<i64>().ok())
-        .and_then(|s| jiff::Timestamp::from_second(s).ok());
-    let now = epoch.unwrap_or_else(jiff::Timestamp::now);
-    // Whole seconds are enough.
-    let whole = jiff::Timestamp::from_second(now.as_second()).unwrap_or(now);
-    whole.to_string()
+    UtcTime::now().to_string()
 }

@@ -2,7 +2,7 @@
 
 use gravical_core::matrix3::identity;
 
-use crate::calibrate::CalibrateOptions;
+use crate::calibrate::{CalibrateOptions, recorded};
 use crate::calibration_file::{
     AccelerometerSection, CalibrationFile, FORMAT, Grade, GyroscopeSection, TemperatureRange,
     Verdict, creation_time,
@@ -54,6 +54,7 @@ pub fn soak_alone(recordings: &[Recording], options: &CalibrateOptions) -> Resul
         format: FORMAT.to_owned(),
         created: creation_time(),
         tool: concat!("gravical ", env!("CARGO_PKG_VERSION")).to_owned(),
+        recorded: recorded(recordings, options),
         sensor: options.sensor.clone(),
         gravity_mps2: options.gravity.value_mps2,
         gravity_source: options.gravity.source,
