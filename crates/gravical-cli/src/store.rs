@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::document::Document;
-use gravical::output::path_text;
+use gravical::output::{path_text, path_word, shell_word};
 use gravical::recording::{ReadOptions, Recording, read_head};
 use gravical::report;
 use gravical::store::{Added, Choice, Query, QueryTimeSource, Store};
@@ -58,6 +58,15 @@ impl StoreTarget {
             return Ok(None);
         };
         Store::create(folder)?.add(file).map(Some)
+    }
+
+    /// The command that uses what was filed.
+    pub fn next(&self, file: &CalibrationFile) -> Option<String> {
+        let folder = path_word(self.store.as_deref()?);
+        let id = shell_word(file.sensor.id.as_deref()?);
+        Some(format!(
+            "gravical apply --store {folder} --sensor-id {id} RECORDING.csv -o calibrated.csv"
+        ))
     }
 }
 

@@ -29,15 +29,16 @@ How a recording is read (units, columns, rate): options in `gravical apply --hel
 Examples:
   gravical apply cal.json ride.csv -o ride-calibrated.csv
   gravical apply --store cals ride.csv -o ride-calibrated.csv",
-    allow_missing_positional = true
+    override_usage = "gravical apply [OPTIONS] <CAL> <INPUT>
+       gravical apply [OPTIONS] --store <DIR> <INPUT>"
 )]
 pub struct Args {
     /// Calibration file, of `gravical calibrate` or imucal; left out with --store
-    #[arg(value_name = "CAL", required_unless_present = "store")]
-    calibration: Option<PathBuf>,
+    #[arg(value_name = "CAL")]
+    calibration: PathBuf,
     /// Recording, plain or .gz; - reads standard input
-    #[arg(value_name = "INPUT")]
-    input: PathBuf,
+    #[arg(value_name = "INPUT", required_unless_present = "store")]
+    input: Option<PathBuf>,
     /// Gyroscope of the recording in a second file, joined by time; its calibrated rate is appended.
     /// The recording is then held in memory
     #[arg(long, value_name = "FILE")]
@@ -62,13 +63,17 @@ pub struct Args {
 ///
 /// A calibration in another unit, a file that cannot be read, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let mut inputs = vec![args.input.as_path()];
-    inputs.extend(args.calibration.as_deref());
+    // With a store the only argument is the recording.
+    let (named, path) = match &args.input {
+        Some(input) => (Some(args.calibration.as_path()), input),
+        None => (None, &args.calibration),
+    };
+    let mut inputs = vec![path.as_path()];
+    inputs.extend(named);
     inputs.extend(args.gyro.as_deref());
     args.output.check(&ReportArgs::default(), &inputs)?;
     let read_options = args.recording.read_options(false);
-    let named = args.calibration.as_deref();
-    let recordings = std::slice::from_ref(&args.input);
+    let recordings = std::slice::from_ref(path);
     let taken = args.store.take(named, recordings, &read_options, SWAPPED)?;
     let taken = taken.context("neither a calibration nor a store is given")?;
     inputs.push(&taken.path);
@@ -86,10 +91,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let joined = args
         .gyro
         .as_deref()
-        .map(|gyro| join(args, gyro, &read_options));
+        .map(|gyro| join(path, gyro, &read_options));
     let joined = joined.transpose()?;
-    let input = open::open(&args.input, &options.read)?;
-    let name = args.input.display().to_string();
+    let input = open::open(path, &options.read)?;
+    let name = path.display().to_string();
     let summary = args.output.write(|out| match &joined {
         Some(joined) => apply_with_gyroscope(calibration, input, &name, out, &options, joined),
         None => apply(calibration, input, &name, out, &options),
@@ -116,15 +121,15 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 /// # Errors
 ///
 /// `gyro-stdin` (usage); those of [`read`] and [`join_gyroscope`].
-fn join(args: &Args, gyro: &Path, options: &ReadOptions) -> Result<Recording> {
-    if args.input == Path::new("-") {
+fn join(path: &Path, gyro: &Path, options: &ReadOptions) -> Result<Recording> {
+    if path == Path::new("-") {
         return Err(Error::usage(
             "gyro-stdin",
             "--gyro: the recording is read twice, which standard input does not allow",
         )
         .with_hint("give the recording as a file"));
     }
-    let mut recording = read(&args.input, &options.beside_gyroscope_file())?;
+    let mut recording = read(path, &options.beside_gyroscope_file())?;
     join_gyroscope(&mut recording, gyro, options)?;
     Ok(recording)
 }

@@ -229,8 +229,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         save(path, args.force, &file)?;
     }
     let added = args.store.add(&file)?;
-    let saved = args.output.as_deref();
-    let saved = saved.or(added.as_ref().map(|added| added.path.as_path()));
+    let stored = added.as_ref().map(|added| added.path.as_path());
+    let saved = args.output.as_deref().or(stored);
     let session = segmentation.as_ref().map(|segmentation| Session {
         recordings: &recordings,
         segmentation,
@@ -258,7 +258,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
     } else {
         text::print_report(&document.to_text(args.report.detail()))?;
-        text::print(&next_step(saved, &file))?;
+        text::print(&next_step(args, &file))?;
     }
     Ok(match file.verdict.grade {
         Grade::Poor => ExitCode::from(QUALITY),
@@ -346,18 +346,22 @@ pub fn save(path: &Path, force: bool, file: &CalibrationFile) -> Result<InputFil
     Ok(input)
 }
 
-fn next_step(saved: Option<&Path>, file: &CalibrationFile) -> String {
-    match saved {
-        Some(path) => {
-            let caution = if file.verdict.grade == Grade::Poor { " (but fix what the verdict names first)" } else { "" };
+fn next_step(args: &Args, file: &CalibrationFile) -> String {
+    let caution = match file.verdict.grade {
+        Grade::Poor => " (but fix what the verdict names first)",
+        _ => "",
+    };
+    match (&args.output, args.store.next(file)) {
+        (Some(path), _) => {
             format!(
                 "\nSaved to {p}.\nNext: gravical apply {p} RECORDING.csv -o calibrated.csv{caution}\n",
                 p = path_word(path)
             )
         }
-        None if file.verdict.grade == Grade::Poor => {
+        (None, Some(next)) => format!("\nNext: {next}{caution}\n"),
+        (None, None) if file.verdict.grade == Grade::Poor => {
             "\nNothing was saved. Fix what the verdict names first;\n-o cal.json saves it anyway.\n".to_owned()
         }
-        None => "\nNothing was saved. Next: the same command with -o cal.json, then\n`gravical apply cal.json RECORDING.csv -o calibrated.csv`\n".to_owned(),
+        (None, None) => "\nNothing was saved. Next: the same command with -o cal.json, then\n`gravical apply cal.json RECORDING.csv -o calibrated.csv`\n".to_owned(),
     }
 }

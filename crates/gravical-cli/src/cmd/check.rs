@@ -34,7 +34,9 @@ Examples:
 One static interval in any pose is enough; more poses test more of the calibration.
 
 Exit codes: 0 fits, or cannot be decided; 3 no static interval, or another unit;
-4 does not fit any more (p < 0.01)."
+4 does not fit any more (p < 0.01).",
+    override_usage = "gravical check [OPTIONS] <CAL> <RECORDING>...
+       gravical check [OPTIONS] --store <DIR> <RECORDING>..."
 )]
 pub struct Args {
     /// Calibration file, of `gravical calibrate` or imucal; left out with --store

@@ -35,6 +35,7 @@ mod report;
 mod reports;
 mod sessions;
 mod shell;
+mod store;
 mod support;
 mod terminal;
 mod thermal;

@@ -5,6 +5,9 @@ use crate::store::SensorHistory;
 
 use super::{Axis, Figure, Panel, Role, Series};
 
+/// Names of the figures.
+pub const NAMES: [&str; 2] = ["bias-history", "scale-history"];
+
 /// The figures of a history: bias and scale over time. Empty for less than two calibrations with
 /// parameters.
 #[must_use]
@@ -21,9 +24,9 @@ pub fn figures(history: &SensorHistory) -> Vec<Figure> {
         Some(panels?.into_iter().fold(figure, Figure::with))
     };
     [
-        figure("bias-history", "Bias over time", "Bias", "bias", "m/s²"),
+        figure(NAMES[0], "Bias over time", "Bias", "bias", "m/s²"),
         figure(
-            "scale-history",
+            NAMES[1],
             "Scale over time",
             "Deviation of the scale from nominal",
             "scale",

@@ -238,10 +238,7 @@ fn calibrations(h: &SensorHistory) -> Section<'static> {
     let table = Table::new("")
         .columns(["time (UTC)", "verdict"].map(Column::left))
         .columns([Column::number("°C")])
-        .columns([
-            Column::number("‖a‖").below("p against the one before"),
-            Column::number("frame").below("p against the one before"),
-        ])
+        .columns(["p of ‖a‖", "p of frame"].map(Column::number))
         .columns([
             Column::left("method").full(),
             Column::number("g, m/s²").full(),
@@ -252,6 +249,9 @@ fn calibrations(h: &SensorHistory) -> Section<'static> {
     Section::new("calibrations", "Calibrations")
         .opening()
         .with(table)
+        .with(Block::note(
+            "p: against the tested calibration before, as by `gravical compare`: what changes ‖a‖, and the rotation of the frame.",
+        ))
 }
 
 /// A table of three parameters over time.
@@ -369,15 +369,12 @@ fn tests(h: &SensorHistory) -> Section<'static> {
     }
     let table = Table::new("")
         .columns([Column::left("")])
-        .columns(["χ²", "dof"].map(|c| Column::number(c).below("about the mean")))
-        .columns([
-            Column::left("between").below("largest step"),
-            Column::number("χ²").below("largest step"),
-        ])
-        .columns([Column::number("p")])
+        .columns(["χ²", "of"].map(Column::number))
+        .columns([Column::left("largest step")])
+        .columns(["its χ²", "p"].map(Column::number))
         .rows(rows);
     section.with(table).with(Block::note(
-        "p: probability of both tests together if nothing changed; below 0.005 it is a change. A sensor that does not change is said to have changed in 1 % of histories at most.",
+        "χ²: about the weighted mean, with that many degrees of freedom. p: probability of both together if nothing changed; below 0.005 it is a change. Of sensors that do not change 1 % at most are said to have changed.",
     ))
 }
 

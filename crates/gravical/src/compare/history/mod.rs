@@ -442,7 +442,7 @@ fn sentence(what: &str, have: &str, test: &ChangeTest) -> String {
     let whole = test.whole.statistic();
     if test.p_value >= PART_SIGNIFICANCE {
         return format!(
-            "{what} {have} not changed by more than the uncertainty: {p}, a change is below {PART_SIGNIFICANCE} (about the mean {whole})"
+            "{what} {have} not changed by more than the uncertainty: {p}, a change would be below {PART_SIGNIFICANCE} ({whole} about the mean)"
         );
     }
     let step = test.step.as_ref().map_or(String::new(), |step| {
@@ -462,7 +462,7 @@ fn sentence(what: &str, have: &str, test: &ChangeTest) -> String {
         )
     });
     format!(
-        "{what} {have} changed by more than the uncertainty: {p}, below {PART_SIGNIFICANCE} (about the mean {whole}{step})"
+        "{what} {have} changed by more than the uncertainty: {p}, below {PART_SIGNIFICANCE} ({whole} about the mean{step})"
     )
 }
 

@@ -130,6 +130,7 @@ fn what_cannot_be_tested_is_left_out_with_its_reason() {
     };
     files[5].inputs = vec![input.clone()];
     files.push(file(1e-4));
+    files[6].accelerometer.bias[1] += 1e-6;
     files[6].inputs = vec![input];
     let result = of(&files);
     let why = |i: usize| result.entries[i].not_tested.as_deref().unwrap_or("");
@@ -154,7 +155,13 @@ fn the_error_of_an_assumed_gravity_counts_between_places_only() {
     let mut files = sessions(&[0.0, 0.1, 0.2]);
     for f in &mut files {
         f.gravity_source = GravitySource::Standard;
-        f.accelerometer.gravity_sd_mps2 = 0.015;
+        let a = &mut f.accelerometer;
+        a.gravity_sd_mps2 = 0.015;
+        let model = gravical_core::matrix3::inverse(&a.matrix).unwrap();
+        let own = crate::uncertainty::of_gravity(&model, 0.015, f.gravity_mps2);
+        for (row, own) in a.covariance.as_mut().unwrap().values.iter_mut().zip(own) {
+            row.iter_mut().zip(own).for_each(|(c, own)| *c += own);
+        }
     }
     // A scale that differs by 1 ‰, ten σ, within one gravity.
     let scaled = |f: &mut CalibrationFile, by: f64| {
