@@ -113,11 +113,23 @@ pub struct Limits {
     #[arg(long, hide_short_help = true, requires = "store")]
     nearest: bool,
     /// Largest time between calibration and recording, days [default: any]
-    #[arg(long, hide_short_help = true, value_name = "DAYS", requires = "store")]
+    #[arg(
+        long,
+        hide_short_help = true,
+        value_name = "DAYS",
+        requires = "store",
+        allow_negative_numbers = true
+    )]
     max_age: Option<f64>,
     /// How far the temperatures of the recording may be outside those of the calibration, °C
     /// [default: 10]
-    #[arg(long, hide_short_help = true, value_name = "C", requires = "store")]
+    #[arg(
+        long,
+        hide_short_help = true,
+        value_name = "C",
+        requires = "store",
+        allow_negative_numbers = true
+    )]
     max_temperature_difference: Option<f64>,
 }
 

@@ -64,6 +64,13 @@ impl UtcTime {
         self.0.to_string().chars().take(10).collect()
     }
 
+    /// Date and time of day to the minute: `2026-03-09 10:15`.
+    #[must_use]
+    pub fn minute(self) -> String {
+        let text: String = self.0.to_string().chars().take(16).collect();
+        text.replace('T', " ")
+    }
+
     /// For the name of a file: `2026-03-09T10-15-00Z`.
     pub(crate) fn in_file_name(self) -> String {
         self.0.to_string().replace(':', "-")
@@ -128,6 +135,7 @@ mod tests {
         assert_eq!(time.to_string(), "2026-01-01T00:00:00Z");
         assert_eq!(time.in_file_name(), "2026-01-01T00-00-00Z");
         assert_eq!(time.date(), "2026-01-01");
+        assert_eq!(time.minute(), "2026-01-01 00:00");
     }
 
     #[test]

@@ -330,10 +330,7 @@ fn a_history_is_tested_and_drawn() {
     let shown = does(path, "store show left --store cals --at 2026-07-01 --json").json();
     assert_eq!(shown["choice"]["time"], "2026-06-09T00:00:00Z");
     assert_eq!(shown["calibration"]["sensor"]["id"], "left");
-    let shown = does(
-        path,
-        "store show left --store cals --at 2026-07-01 --verbose",
-    );
+    let shown = does(path, "store show left --store cals --at 2026-07-01");
     narrow(&shown.out);
     assert!(shown.out.contains("made 22.0 days before"), "{}", shown.out);
 }

@@ -211,7 +211,7 @@ fn calibrations(h: &SensorHistory) -> Section<'static> {
             None => c.grade.name().to_owned(),
         };
         Row::from([
-            Cell::text(c.time.to_string()),
+            Cell::text(c.time.minute()),
             Cell::text(verdict),
             Cell::maybe(
                 format!("/calibrations/{i}/temperature_c/mean"),

@@ -222,7 +222,13 @@ impl Stored {
     /// As [`of`](Self::of).
     pub fn history(&self, sensor_id: &str) -> Result<SensorHistory> {
         let own = self.of(sensor_id)?;
-        let names: Vec<String> = own.iter().map(|c| c.time.to_string()).collect();
+        // Dates are enough unless two are alike.
+        let one_a_day = own.windows(2).all(|w| w[0].time.date() != w[1].time.date());
+        let name = |c: &StoredCalibration| match one_a_day {
+            true => c.time.date(),
+            false => c.time.to_string(),
+        };
+        let names: Vec<String> = own.iter().map(name).collect();
         let files: Vec<_> = own
             .iter()
             .map(|c| &c.file)

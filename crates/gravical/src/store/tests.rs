@@ -362,8 +362,12 @@ fn a_recording_gives_sensor_time_unit_and_temperature() {
 fn a_history_has_the_times_as_names() {
     let (_folder, store) = filled(&["2026-01-01", "2026-02-01"]);
     let history = store.read().unwrap().history("A").unwrap();
-    let name = &history.history.entries[1].name;
-    assert_eq!(name, "2026-02-01T00:00:00Z");
+    assert_eq!(history.history.entries[1].name, "2026-02-01");
+    store
+        .add(&calibration("A", "2026-02-01T08:00Z", 7.0))
+        .unwrap();
+    let history = store.read().unwrap().history("A").unwrap();
+    assert_eq!(history.history.entries[2].name, "2026-02-01T08:00:00Z");
     assert_eq!(history.calibrations.len(), 2);
     // Six means have no covariance.
     assert_eq!(history.history.tested, 0);
