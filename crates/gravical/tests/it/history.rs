@@ -24,46 +24,53 @@ struct Case {
     methods: [Method; 2],
     sessions: usize,
     gravity_given: bool,
+    /// Share of alarms that is allowed.
+    most: f64,
 }
 
-const CASES: [Case; 4] = [
-    Case {
-        name: "six faces, joint and ferraris by turns",
-        free: None,
-        tilt_deg: 1.0,
-        tilt_given: true,
-        methods: [Method::Joint, Method::Ferraris],
-        sessions: 4,
-        gravity_given: true,
-    },
-    Case {
-        name: "six faces and six free poses, tilt estimated",
-        free: Some(6),
-        tilt_deg: 1.0,
-        tilt_given: false,
-        methods: [Method::Joint, Method::Joint],
-        sessions: 3,
-        gravity_given: true,
-    },
-    Case {
-        name: "the same, every second with an assumed gravity",
-        free: Some(6),
-        tilt_deg: 0.3,
-        tilt_given: false,
-        methods: [Method::Joint, Method::Joint],
-        sessions: 4,
-        gravity_given: false,
-    },
-    Case {
-        name: "six faces in a jig",
-        free: None,
-        tilt_deg: 0.1,
-        tilt_given: true,
-        methods: [Method::Joint, Method::Joint],
-        sessions: 6,
-        gravity_given: true,
-    },
-];
+const SIX_FACES: Case = Case {
+    name: "six faces, joint",
+    free: None,
+    tilt_deg: 1.0,
+    tilt_given: true,
+    methods: [Method::Joint, Method::Joint],
+    sessions: 4,
+    gravity_given: true,
+    most: 0.01,
+};
+/// Faces that are tilted by 1° are taken for exact.
+const EXACT: Case = Case {
+    name: "six faces, ferraris",
+    methods: [Method::Ferraris, Method::Ferraris],
+    most: 0.025,
+    ..SIX_FACES
+};
+const MIXED: Case = Case {
+    name: "six faces, joint and ferraris by turns",
+    methods: [Method::Joint, Method::Ferraris],
+    most: 0.025,
+    ..SIX_FACES
+};
+const FREE: Case = Case {
+    name: "six faces and six free poses, tilt estimated",
+    free: Some(6),
+    tilt_given: false,
+    sessions: 3,
+    ..SIX_FACES
+};
+const ASSUMED: Case = Case {
+    name: "the same at 0.3°, gravity assumed in every second session",
+    tilt_deg: 0.3,
+    sessions: 4,
+    gravity_given: false,
+    ..FREE
+};
+const JIG: Case = Case {
+    name: "six faces in a jig",
+    tilt_deg: 0.1,
+    sessions: 6,
+    ..SIX_FACES
+};
 
 /// The sessions of one sensor; from the middle on its z bias is larger by `shift_mps2`.
 fn sessions(case: &Case, seed: u64, shift_mps2: f64) -> Vec<CalibrationFile> {
@@ -116,6 +123,7 @@ fn judged(case: &Case, seed: u64, shift_mps2: f64) -> History {
     history(&named)
 }
 
+/// Number of sensors.
 fn count(of: u64) -> u64 {
     let given = std::env::var("GRAVICAL_HISTORIES").ok();
     given.and_then(|n| n.parse().ok()).unwrap_or(of)
@@ -123,26 +131,21 @@ fn count(of: u64) -> u64 {
 
 #[test]
 fn sensors_that_do_not_change_seldom_alarm() {
-    for case in CASES {
-        let n = count(60);
+    for case in [SIX_FACES, EXACT, MIXED, FREE, ASSUMED, JIG] {
+        let n = count(40);
         let all: Vec<History> = (1..=n).map(|seed| judged(&case, seed, 0.0)).collect();
-        let changed = |h: &&History| h.verdict.judgement == Stability::Changed;
         let tested: usize = all.iter().map(|h| h.tested).sum();
-        let alarms = all.iter().filter(changed).count();
-        let below = |of: fn(&History) -> Option<f64>| {
-            let p = || all.iter().filter_map(of);
-            p().filter(|p| *p < 0.05).count() as f64 / p().count() as f64
-        };
+        let changed = |h: &&History| h.verdict.judgement == Stability::Changed;
+        let alarms = all.iter().filter(changed).count() as f64;
         println!(
-            "{}: {alarms} of {n} changed, {:.1} sessions tested each; p < 0.05 in {:.3} (‖a‖) and {:.3} (rotation)",
+            "{}: {alarms} of {n} changed, {:.1} sessions tested each",
             case.name,
-            tested as f64 / n as f64,
-            below(|h| h.magnitude.as_ref().map(|t| t.p_value)),
-            below(|h| h.orientation.as_ref().map(|t| t.p_value)),
+            tested as f64 / n as f64
         );
-        // 1 % at most; of 60 more than 3 have a probability of 0.3 %.
+        // Three standard deviations of a Poisson number.
+        let expected = case.most * n as f64;
         assert!(
-            alarms as f64 <= 0.01 * n as f64 + 3.0 * (0.01 * n as f64).sqrt().max(0.8),
+            alarms <= expected + 3.0 * expected.sqrt().max(0.7),
             "{alarms}"
         );
         assert!(tested as f64 > 0.8 * n as f64 * case.sessions as f64);
@@ -151,7 +154,7 @@ fn sensors_that_do_not_change_seldom_alarm() {
 
 #[test]
 fn a_bias_that_steps_by_eight_sigma_is_found_and_placed() {
-    for case in [CASES[1], CASES[3]] {
+    for case in [FREE, JIG] {
         let n = count(20);
         let (mut found, mut placed) = (0, 0);
         for seed in 1..=n {
