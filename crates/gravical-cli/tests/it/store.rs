@@ -401,6 +401,19 @@ fn a_folder_of_imucal_is_a_store() {
     let choice = &run.json()["store"];
     assert_eq!(choice["time"], "2020-08-12T13:21:00Z");
     assert_eq!(choice["time_source"], "file-name");
+    // Filed under an id, it has that and the given time.
+    let mut line = words("store add --store cals --sensor-id b --json");
+    line.push(own.join("a45f_2020-08-12_13-21.json").display().to_string());
+    let undated = run_in(path, &line);
+    assert_eq!(
+        (undated.code, undated.error_code().as_str()),
+        (2, "date-missing")
+    );
+    line.extend(words("--recorded 2022-01-01"));
+    assert_eq!(run_in(path, &line).code, 0);
+    let list = does(path, "store list --store cals --json").json();
+    assert_eq!(list["sensors"][1]["sensor_id"], "b", "{list}");
+    assert_eq!(list["left_out"].as_array().unwrap().len(), 0, "{list}");
     let history = does(path, "store history a45f --store cals --json").json();
     assert_eq!(history["history"]["verdict"]["judgement"], "undecided");
     assert_eq!(

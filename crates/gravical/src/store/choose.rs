@@ -94,13 +94,14 @@ pub struct Rejected {
     pub reasons: Vec<String>,
 }
 
-/// Why one calibration is rejected: what would admit it is for the hint.
+/// How one calibration fits.
 #[derive(Debug, Default)]
 struct Judged {
     fits: Vec<String>,
     rejects: Vec<(Ground, String)>,
 }
 
+/// Why it is rejected, as far as an option would admit it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ground {
     Later,

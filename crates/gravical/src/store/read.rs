@@ -95,8 +95,8 @@ fn stored(store: &Path, path: &Path) -> Result<StoredCalibration> {
         .flat_map(|p| p.iter())
         .map(|f| f.to_string_lossy().into_owned())
         .collect();
-    let by_imucal = file.tool == "imucal";
-    if by_imucal {
+    // One that was filed here knows its sensor and time.
+    if file.tool == "imucal" && file.recorded.is_none() {
         let (id, time) = imucal_name(&name).ok_or_else(|| {
             Error::input(
                 "calibration-format",

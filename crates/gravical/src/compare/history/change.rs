@@ -230,7 +230,7 @@ fn welch(measured: &[Measured], chi2: f64) -> (f64, Option<f64>) {
     let doubt: f64 = known
         .filter_map(|(w, m)| Some((1.0 - w / all).powi(2) / m.freedom?))
         .sum();
-    if !(doubt > 0.0) {
+    if doubt <= 0.0 {
         return (chi2, None);
     }
     let square = n * n - 1.0;

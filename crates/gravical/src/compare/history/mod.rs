@@ -95,16 +95,16 @@ pub fn history(files: &[(&CalibrationFile, &str)]) -> History {
         listed(0, &(0..NINE).map(value).collect::<Vec<_>>(), None, 0.0)
     });
     let differs = |p: &Point<'_>| (p.side.gravity / gravity - 1.0).abs() > SAME_GRAVITY;
-    let at_one_gravity = points.iter().any(differs).then(|| {
-        let change = magnitude(&points, gravity, true)?;
-        Some(described(&change, &points, 0, gravity))
-    });
+    let at_one_gravity = match points.iter().any(differs) {
+        true => magnitude(&points, gravity, true).map(|c| described(&c, &points, 0, gravity)),
+        false => None,
+    };
     let magnitude = change.map(|c| described(&c, &points, 0, gravity));
     let orientation = orientation(&points);
     let verdict = verdict(
         &points,
         magnitude.as_ref(),
-        at_one_gravity.as_ref().and_then(Option::as_ref),
+        at_one_gravity.as_ref(),
         &orientation,
     );
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
@@ -113,7 +113,7 @@ pub fn history(files: &[(&CalibrationFile, &str)]) -> History {
         entries,
         mean,
         magnitude,
-        magnitude_at_one_gravity: at_one_gravity.flatten(),
+        magnitude_at_one_gravity: at_one_gravity,
         orientation: orientation.test,
         findings,
         verdict,
