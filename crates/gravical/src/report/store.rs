@@ -254,60 +254,46 @@ fn calibrations(h: &SensorHistory) -> Section<'static> {
         ))
 }
 
+/// The parameters of one kind, with their places in the list.
+fn of_kind<'h>(
+    entry: &'h HistoryEntry,
+    kind: &'h str,
+) -> impl Iterator<Item = (usize, &'h HistoryParameter)> {
+    let all = entry.parameters.iter().enumerate();
+    all.filter(move |(_, p)| p.name.starts_with(kind))
+}
+
 /// A table of three parameters over time.
 fn over_time(h: &SensorHistory, kind: &str, caption: &str) -> Option<Table> {
-    let own = |entry: &HistoryEntry| -> Vec<(usize, HistoryParameter)> {
-        let named = |p: &&(usize, HistoryParameter)| p.1.name.starts_with(kind);
-        let all: Vec<_> = entry.parameters.iter().cloned().enumerate().collect();
-        all.iter().filter(named).cloned().collect()
-    };
-    let rows: Vec<_> = h
-        .calibrations
-        .iter()
-        .zip(&h.history.entries)
-        .enumerate()
+    let entries = &h.history.entries;
+    let all = || entries.iter().flat_map(|entry| of_kind(entry, kind));
+    let sigmas = all().filter_map(|(_, p)| p.sigma).filter(|s| *s > 0.0);
+    let least = sigmas.min_by(f64::total_cmp);
+    let digits = least.map_or(4, |least| decimals_by(Some(least), 1.0));
+    let names: Vec<&str> = all()
+        .take(3)
+        .filter_map(|(_, p)| p.name.split('_').nth(1))
         .collect();
-    let names: Vec<String> = rows
-        .iter()
-        .map(|(_, (_, entry))| own(entry))
-        .find(|p| !p.is_empty())?
-        .iter()
-        .map(|(_, p)| {
-            p.name
-                .trim_start_matches(kind)
-                .trim_start_matches('_')
-                .to_owned()
-        })
-        .collect();
-    let sigmas = rows
-        .iter()
-        .flat_map(|(_, (_, e))| own(e))
-        .filter_map(|(_, p)| p.sigma);
-    let least = sigmas.filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
-    let digits = match least.is_finite() {
-        true => decimals_by(Some(least), 1.0),
-        false => 4,
-    };
+    if names.is_empty() {
+        return None;
+    }
     let table = Table::new(caption.to_owned())
         .columns([Column::left("time (UTC)")])
         .columns(names.into_iter().map(Column::number));
-    let row = |(i, (c, entry)): &(usize, (&crate::store::HistoryCalibration, &HistoryEntry))| {
-        let cells = own(entry).into_iter().map(|(k, p)| {
-            let key = |field: &str| format!("/history/entries/{i}/parameters/{k}/{field}");
+    let row = |(i, entry): (usize, &HistoryEntry)| {
+        let key = |k: usize, field: &str| format!("/history/entries/{i}/parameters/{k}/{field}");
+        let cells = of_kind(entry, kind).map(|(k, p)| {
             let sigma = p
                 .sigma
-                .map(|s| Quantity::new(key("sigma"), s, fixed(s, digits)));
-            Cell::number(key("value"), p.value, signed(p.value, digits)).plus_minus(sigma)
+                .map(|s| Quantity::new(key(k, "sigma"), s, fixed(s, digits)));
+            let value = Cell::number(key(k, "value"), p.value, signed(p.value, digits));
+            value.plus_minus(sigma)
         });
-        let mut cells: Vec<Cell> = std::iter::once(Cell::text(c.time.date()))
-            .chain(cells)
-            .collect();
-        while cells.len() < 4 {
-            cells.push(Cell::none());
-        }
-        Row::from(cells)
+        let name = std::iter::once(Cell::text(&entry.name));
+        let none = std::iter::repeat_with(Cell::none);
+        Row::from(name.chain(cells).chain(none).take(4).collect::<Vec<_>>())
     };
-    Some(table.rows(rows.iter().map(row)))
+    Some(table.rows(entries.iter().enumerate().map(row)))
 }
 
 /// The tests over all calibrations.

@@ -440,10 +440,14 @@ impl Stored {
         if has(Ground::Temperature) {
             hints.push("--max-temperature-difference sets that limit".to_owned());
         }
-        let last = own.last().map_or_else(String::new, |c| path_word(&c.path));
-        hints.push(format!(
-            "calibrate again, or name the file in place of --store: {last}"
-        ));
+        hints.push(match own.last() {
+            // One of another unit or verdict would not help.
+            Some(last) if !grounds.is_empty() => format!(
+                "calibrate again, or name a file in place of --store: {}",
+                path_word(&last.path)
+            ),
+            _ => "calibrate this sensor as it was in the recording".to_owned(),
+        });
         Error::input("no-calibration", format!("{what}: {}", each.join("; ")))
             .at(&self.folder, None)
             .with_hint(hints.join("; "))

@@ -368,7 +368,7 @@ fn a_history_has_the_times_as_names() {
         .unwrap();
     let history = store.read().unwrap().history("A").unwrap();
     assert_eq!(history.history.entries[2].name, "2026-02-01T08:00:00Z");
-    assert_eq!(history.calibrations.len(), 2);
+    assert_eq!(history.calibrations.len(), 3);
     // Six means have no covariance.
     assert_eq!(history.history.tested, 0);
 }

@@ -71,7 +71,11 @@ impl Change {
         let step = (1..n).filter_map(|before| normal.step(measured, before, &constant));
         Some(Change {
             whole,
-            step: step.min_by(|a, b| a.test.p_value.total_cmp(&b.test.p_value)),
+            // Probabilities below the smallest number are zero.
+            step: step.min_by(|a, b| {
+                let p = a.test.p_value.total_cmp(&b.test.p_value);
+                p.then(b.test.chi2.total_cmp(&a.test.chi2))
+            }),
             mean: constant.solution.rows(0, normal.size).into_owned(),
         })
     }
@@ -270,6 +274,13 @@ mod tests {
         assert!((step.difference[0] - 2.0).abs() < 1e-12);
         assert!((step.covariance[(0, 0)] - 1.0).abs() < 1e-12);
         assert!((change.p_value(4) - (6.0 * step.test.p_value).min(1.0)).abs() < 0.5);
+    }
+
+    #[test]
+    fn the_largest_of_steps_beyond_all_probability_is_named() {
+        let at = |v: f64| measured(&[v], 1e-3);
+        let change = Change::of(&[at(0.0), at(1.0), at(1.0), at(9.0)]).unwrap();
+        assert_eq!(change.step.unwrap().before, 3);
     }
 
     #[test]

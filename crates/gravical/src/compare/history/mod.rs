@@ -178,10 +178,13 @@ fn read<'a>(
         if let Some((kind, why)) = &left_out[index] {
             findings.push(Finding::new(*kind, format!("not tested: {why}")).in_file(name));
         }
-        let parameters = side.as_ref().map_or_else(
-            |_| Vec::new(),
-            |side| parameters(file, side, points.first().map(|p| &p.side)),
-        );
+        // Without enough faces the frame is a convention.
+        let oriented = |p: &&Point<'_>| orientation_is_known(p.file);
+        let oriented = points.iter().find(oriented).map(|p| &p.side);
+        let oriented = oriented.filter(|_| orientation_is_known(file));
+        let parameters = side
+            .as_ref()
+            .map_or_else(|_| Vec::new(), |side| parameters(file, side, oriented));
         entries.push(HistoryEntry {
             name: (*name).to_owned(),
             not_tested: left_out[index].as_ref().map(|(_, why)| why.clone()),
@@ -212,7 +215,7 @@ fn gravity_share(file: &CalibrationFile) -> f64 {
     file.accelerometer.gravity_sd_mps2 / file.gravity_mps2
 }
 
-/// Parameters of one calibration; the rotation is that against `first`.
+/// Parameters of one calibration; the rotation is that against `first`, if there is one.
 fn parameters(file: &CalibrationFile, side: &Side, first: Option<&Side>) -> Vec<HistoryParameter> {
     let (values, jacobian) = invariants(side);
     let covariance = side.covariance.as_ref().map(|c| {
