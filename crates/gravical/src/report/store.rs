@@ -79,7 +79,7 @@ pub fn choice(choice: &Choice) -> Section<'static> {
     let source = match choice.recording_time_source {
         QueryTimeSource::Given => "given",
         QueryTimeSource::TimeStamps => "by its time stamps",
-        QueryTimeSource::Now => "now; it gives no date of its own",
+        QueryTimeSource::Now => "now: no date is given",
     };
     let mut facts = vec![
         ("calibration", choice.path.clone()),

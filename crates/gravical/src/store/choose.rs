@@ -347,8 +347,9 @@ impl Stored {
         query.validate()?;
         let id = query.sensor_id.as_deref().map(str::trim).unwrap_or("");
         if id.is_empty() {
-            let what = format!("the recording names no sensor ({})", self.ids(""));
-            return Err(id_missing(&what).at(&self.folder, None));
+            let what = "the recording names no sensor, and the store is kept by sensor";
+            let what = format!("{what}: {}", self.ids(""));
+            return Err(id_missing(what).at(&self.folder, None));
         }
         let own = self.of(id)?;
         let mut fitting: Vec<(&StoredCalibration, Vec<String>)> = Vec::new();

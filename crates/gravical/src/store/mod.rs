@@ -111,7 +111,9 @@ impl Store {
     pub fn add(&self, file: &CalibrationFile) -> Result<Added> {
         let id = file.sensor.id.as_deref().map(str::trim).unwrap_or("");
         if id.is_empty() {
-            return Err(id_missing("the calibration names no sensor"));
+            return Err(id_missing(
+                "the calibration names no sensor, and a store is kept by sensor",
+            ));
         }
         let (time, _) = time_of(file)?;
         let fingerprint = fingerprint(file)?;
@@ -150,12 +152,8 @@ impl Store {
 }
 
 /// No sensor is named.
-pub(crate) fn id_missing(what: &str) -> Error {
-    Error::usage(
-        "sensor-id-missing",
-        format!("{what}, and a store is kept by sensor"),
-    )
-    .with_hint("name it: --sensor-id NAME")
+fn id_missing(what: impl Into<String>) -> Error {
+    Error::usage("sensor-id-missing", what).with_hint("name it: --sensor-id NAME")
 }
 
 /// A calibration with these contents in the folder of its sensor.
