@@ -39,10 +39,10 @@ const uint16_t RATE_HZ = 100;            // 4 to 1000; without loss up to 150 in
 
 // Calibrated values: write a header beside this sketch,
 //
-//   gravical export cal.json --to arduino --counts-per-g 16384 --counts-per-deg-s 65.5 
-//       -o firmware/mpu6050_logger/mysensor.h
+//   gravical export cal.json --to arduino -o firmware/mpu6050_logger/mysensor.h --counts-per-g 16384 --counts-per-deg-s 65.5
 //
-// (counts of the ranges above: 32768 per full scale in g, 32750 in degrees/s), and
+// (counts of the ranges above: 8192, 4096, 2048 for 4, 8, 16 g; 131, 32.8, 16.4 for 250,
+// 1000, 2000 degrees/s), and
 // take away the two slashes. Raw values are still sent for f0, f1, f2.
 //#define GRAVICAL_CALIBRATION "mysensor.h"
 
@@ -65,7 +65,7 @@ static_assert(FORMAT <= 3, "FORMAT: 0, 1, 2 or 3");
 #include GRAVICAL_CALIBRATION
 #if !defined(GRAVICAL_ACCEL_COUNTS_PER_G) \
     || (defined(GRAVICAL_GYRO) && !defined(GRAVICAL_GYRO_COUNTS_PER_DEG_S))
-#error "The header is not for the counts of the sensor. Export it without --name, with --counts-per-g 16384 (range 2 g; 8192, 4096, 2048: 4, 8, 16 g) and --counts-per-deg-s 65.5 (500 deg/s; 131, 32.75, 16.375: 250, 1000, 2000)"
+#error "The header is not for the counts of the sensor. Export it without --name, with --counts-per-g 16384 (range 2 g; 8192, 4096, 2048: 4, 8, 16 g) and --counts-per-deg-s 65.5 (500 deg/s; 131, 32.8, 16.4: 250, 1000, 2000)"
 #endif
 // The data sheet rounds its sensitivities, hence the margin.
 constexpr bool near(double is, double wanted) {
@@ -422,8 +422,9 @@ void printText(uint32_t ms, const int16_t *v) {
       at = isMpu6500(whoAmI) ? appendFixed(at, scaled(v[i], 19629, 16) + 2100, 2)
                              : appendFixed(at, scaled(v[i], 19275, 16) + 3653, 2);
     } else {
-      // 1/131 degrees/s in 10^-3, times 2^12.
-      at = appendFixed(at, scaled(v[i], 31267, 12 - g), 3);
+      // 1/131 degrees/s in 10^-3, times 2^12; the data sheet rounds 131/4 and 131/8 to 32.8 and
+      // 16.4.
+      at = appendFixed(at, scaled(v[i], g < 2 ? 31267 : 31220, 12 - g), 3);
     }
   }
   *at++ = '\n';

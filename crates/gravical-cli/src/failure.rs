@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::error::{ContextKind, ContextValue};
 use gravical::Category;
 use gravical::document::paragraph;
-use gravical::output::{one_line, shown, shown_json};
+use gravical::escape::{one_line, shown, shown_json};
 
 /// Exit code when a result failed a quality check.
 pub const QUALITY: u8 = 4;

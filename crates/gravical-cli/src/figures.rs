@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use gravical::escape::path_text;
 use gravical::figure::{Figure, Formats, check_figures, write_figures};
-use gravical::output::path_text;
 use gravical::{Error, Result};
 
 use crate::text;

@@ -5,7 +5,7 @@ use std::sync::{Mutex, OnceLock};
 use std::thread;
 use std::time::Duration;
 
-use gravical::output::one_line;
+use gravical::escape::one_line;
 use gravical::recording::Meter;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 

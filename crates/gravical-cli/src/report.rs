@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use gravical::calibration_file::InputFile;
 use gravical::document::{Block, Detail, Document};
+use gravical::escape::path_text;
 use gravical::figure::{Figure, Formats, check_figures, write_figures};
-use gravical::output::{check_targets, path_text, write_atomic};
+use gravical::output::{check_targets, write_atomic};
 use gravical::report::{Provenance, TOOL};
 use gravical::{Error, Result};
 

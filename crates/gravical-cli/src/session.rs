@@ -3,8 +3,8 @@
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use gravical::escape::path_word;
 use gravical::excerpt;
-use gravical::output::path_word;
 use gravical::recording::{
     Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
     is_named_gyroscope, is_prose, join_gyroscope, read,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::document::Document;
-use gravical::output::{path_text, path_word, shell_word};
+use gravical::escape::{path_text, path_word, shell_word};
 use gravical::recording::{ReadOptions, Recording, read_head};
 use gravical::report;
 use gravical::store::{Added, Choice, Query, QueryTimeSource, Store};

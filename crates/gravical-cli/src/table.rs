@@ -4,7 +4,8 @@ use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
 
 use gravical::document::{Detail, Document};
-use gravical::output::{path_text, write_atomic};
+use gravical::escape::path_text;
+use gravical::output::write_atomic;
 use gravical::{Error, Result};
 
 use crate::report::ReportArgs;

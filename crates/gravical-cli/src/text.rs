@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal as _, Write};
 use std::path::Path;
 
-use gravical::output::{shown, shown_json};
+use gravical::escape::{shown, shown_json};
 use gravical::{Error, Result};
 use serde::Serialize;
 

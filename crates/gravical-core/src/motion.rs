@@ -43,7 +43,7 @@ mod tests;
 use crate::Real;
 use crate::matrix3::{add, norm, scaled, sub};
 use crate::still::{Detector, Event, Plan, TooFewSamples};
-use crate::strapdown::{level, levelling_error, times, turn};
+use crate::strapdown::{from_rotation_vector, level, levelling_error, quat_mul};
 
 pub use config::{FirstRest, MotionConfig, Removal};
 use course::Course;
@@ -463,8 +463,8 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         self.course.gravity = norm(&force);
         if self.config.removal != Removal::InitialMean {
             let attitude = if self.bias_known {
-                times(
-                    &turn(&levelling_error(&self.arrived, &force)),
+                quat_mul(
+                    &from_rotation_vector(&levelling_error(&self.arrived, &force)),
                     &self.arrived,
                 )
             } else {

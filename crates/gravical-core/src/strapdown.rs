@@ -4,14 +4,14 @@
 //! the sensor into the frame of reference, whose z points up.
 //!
 //! ```
-//! use gravical_core::strapdown::{level, rotate, turn, times};
+//! use gravical_core::strapdown::{level, rotate, from_rotation_vector, quat_mul};
 //!
 //! // A sensor that lies with x up, turned a quarter about its y: z is up then.
 //! let q = level([9.81_f64, 0.0, 0.0], 0.0);
 //! let up = rotate(&q, &[1.0, 0.0, 0.0]);
 //! assert!((up[2] - 1.0).abs() < 1e-12);
 //! let half = core::f64::consts::FRAC_PI_2;
-//! let q = times(&q, &turn(&[0.0, half, 0.0]));
+//! let q = quat_mul(&q, &from_rotation_vector(&[0.0, half, 0.0]));
 //! assert!((rotate(&q, &[0.0, 0.0, 1.0])[2] - 1.0).abs() < 1e-12);
 //! ```
 
@@ -24,7 +24,7 @@ const SERIES: f64 = 0.0625;
 /// The quaternion of a rotation vector, rad.
 #[inline]
 #[must_use]
-pub fn turn<T: Real>(vector: &[T; 3]) -> [T; 4] {
+pub fn from_rotation_vector<T: Real>(vector: &[T; 3]) -> [T; 4] {
     let c = T::from_f64;
     let squared = c(0.25) * matrix3::dot(vector, vector);
     let (cosine, factor) = if squared < c(SERIES) {
@@ -61,7 +61,7 @@ pub fn turn<T: Real>(vector: &[T; 3]) -> [T; 4] {
 #[must_use]
 pub fn step<T: Real>(from: &[T; 3], to: &[T; 3], h_s: T) -> [T; 4] {
     let (a, b) = (T::from_f64(0.5) * h_s, h_s * h_s * T::from_f64(1.0 / 12.0));
-    turn(&[
+    from_rotation_vector(&[
         a * (from[0] + to[0]) + b * (from[1] * to[2] - from[2] * to[1]),
         a * (from[1] + to[1]) + b * (from[2] * to[0] - from[0] * to[2]),
         a * (from[2] + to[2]) + b * (from[0] * to[1] - from[1] * to[0]),
@@ -71,7 +71,7 @@ pub fn step<T: Real>(from: &[T; 3], to: &[T; 3], h_s: T) -> [T; 4] {
 /// The product of two quaternions: first `b`, then `a`.
 #[inline]
 #[must_use]
-pub fn times<T: Real>(a: &[T; 4], b: &[T; 4]) -> [T; 4] {
+pub fn quat_mul<T: Real>(a: &[T; 4], b: &[T; 4]) -> [T; 4] {
     [
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
         a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
@@ -107,7 +107,7 @@ pub fn rotate<T: Real>(q: &[T; 4], v: &[T; 3]) -> [T; 3] {
 /// A quaternion of length one again: rounding leaves a product of many off.
 #[inline]
 #[must_use]
-pub fn made_unit<T: Real>(q: &[T; 4]) -> [T; 4] {
+pub fn normalize<T: Real>(q: &[T; 4]) -> [T; 4] {
     let length = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
     q.map(|v| v / length)
 }
@@ -136,7 +136,7 @@ pub fn level<T: Real>(force: [T; 3], yaw_rad: T) -> [T; 4] {
     let y = matrix3::cross(&up, &x);
     let half = yaw_rad * T::from_f64(0.5);
     let yaw = [half.cos(), T::zero(), T::zero(), half.sin()];
-    times(&yaw, &from_matrix(&[x, y, up]))
+    quat_mul(&yaw, &from_matrix(&[x, y, up]))
 }
 
 /// The unit quaternion of a rotation matrix (Shepperd 1978), w not negative.
@@ -172,7 +172,7 @@ pub fn from_matrix<T: Real>(m: &[[T; 3]; 3]) -> [T; 4] {
         q[1 + k] = (m[k][i] + m[i][k]) * s;
         q
     };
-    let q = made_unit(&q);
+    let q = normalize(&q);
     if q[0] < T::zero() { q.map(|v| -v) } else { q }
 }
 
@@ -229,7 +229,7 @@ impl<T: Real> Strapdown<T> {
     #[inline]
     pub fn update(&mut self, rate_rad_s: [T; 3], h_s: T) -> [T; 4] {
         if self.started {
-            let q = times(&self.q, &step(&self.rate, &rate_rad_s, h_s));
+            let q = quat_mul(&self.q, &step(&self.rate, &rate_rad_s, h_s));
             // One step of Newton's method keeps the length at one.
             let squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
             let factor = T::from_f64(1.5) - T::from_f64(0.5) * squared;
@@ -296,7 +296,7 @@ mod tests {
         let q = level([0.3, -0.2, 9.0], 0.4);
         let force = [1.5_f64, 2.0, 7.0];
         let delta = levelling_error(&q, &force);
-        let q = times(&turn(&delta), &q);
+        let q = quat_mul(&from_rotation_vector(&delta), &q);
         let seen = rotate(&q, &force);
         assert!(seen[0].abs() < 1e-12 && seen[1].abs() < 1e-12 && seen[2] > 0.0);
         assert_eq!(
@@ -313,7 +313,7 @@ mod tests {
             [0.0, 3.1, 0.1],
             [0.3, 0.2, -3.0],
         ] {
-            let q = turn(&vector);
+            let q = from_rotation_vector(&vector);
             let q = if q[0] < 0.0 { q.map(|v| -v) } else { q };
             close(&from_matrix(&matrix(&q)), &q, 1e-12);
         }
@@ -349,8 +349,8 @@ mod tests {
         stream.update(rates[0], 0.0);
         for pair in rates.windows(2) {
             stream.update(pair[1], 0.01);
-            q = times(&q, &step(&pair[0], &pair[1], 0.01));
+            q = quat_mul(&q, &step(&pair[0], &pair[1], 0.01));
         }
-        close(&stream.attitude(), &made_unit(&q), 1e-12);
+        close(&stream.attitude(), &normalize(&q), 1e-12);
     }
 }

@@ -22,6 +22,8 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
+mod soak;
+
 use gravical_core::matrix3;
 
 use crate::calibration_file::{
@@ -39,6 +41,7 @@ use crate::validate::{checks, errors, trust, verdict};
 use crate::{Error, Result};
 
 pub use crate::estimate::accelerometer::{EstimateOptions, Method};
+pub use soak::soak_alone;
 
 /// How to calibrate.
 #[derive(Debug, Clone, Default)]

@@ -6,8 +6,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::escape::{one_line, path_word};
 use crate::finding::{Finding, FindingKind};
-use crate::output::{one_line, path_word};
 
 /// Shorthand for results of this library.
 pub type Result<T, E = Error> = std::result::Result<T, E>;

@@ -56,6 +56,8 @@ pub mod denoise;
 pub mod document;
 mod error;
 #[doc(hidden)]
+pub mod escape;
+#[doc(hidden)]
 pub mod estimate;
 #[doc(hidden)]
 pub mod excerpt;
@@ -72,8 +74,13 @@ pub mod noise;
 pub mod numfmt;
 #[doc(hidden)]
 pub mod output;
+mod polynomial;
+#[doc(hidden)]
+pub mod predicted;
 pub mod recording;
 pub mod report;
+#[doc(hidden)]
+pub mod resolution;
 #[doc(hidden)]
 pub mod scan;
 pub mod segment;

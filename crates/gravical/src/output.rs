@@ -1,6 +1,5 @@
 //! Safe writing of files: never over an existing file without permission, and never partially.
 
-use std::borrow::Cow;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
@@ -170,86 +169,19 @@ pub fn is_special(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|m| !m.is_dir() && (of_system || !m.is_file()))
 }
 
-/// A character that controls a terminal or the direction of text: C0 except tab, DEL, C1,
-/// bidirectional marks, and Unicode line separators.
-fn is_control(c: char) -> bool {
-    (c.is_control() && c != '\t')
-        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-}
-
-fn escaped(text: &str, stays: impl Fn(char) -> bool, write: fn(char) -> String) -> Cow<'_, str> {
-    let is_escaped = |c: char| is_control(c) && !stays(c);
-    if text.is_ascii() && !text.bytes().any(|b| is_escaped(char::from(b)))
-        || !text.contains(is_escaped)
-    {
-        return Cow::Borrowed(text);
-    }
-    let mut out = String::with_capacity(text.len() + 16);
-    for c in text.chars() {
-        match is_escaped(c) {
-            true => out.push_str(&write(c)),
-            false => out.push(c),
-        }
-    }
-    Cow::Owned(out)
-}
-
-/// Text that is safe for a terminal, whatever recordings, file names and calibrations it
-/// contains: characters that control the terminal are written as `\u{1b}`. Line ends are kept.
-/// All text output passes through this function.
-#[must_use]
-pub fn shown(text: &str) -> Cow<'_, str> {
-    escaped(text, |c| c == '\n', |c| c.escape_unicode().to_string())
-}
-
-/// The same for a part of a line, such as a file name or a label: line ends are escaped too.
-#[must_use]
-pub fn one_line(text: &str) -> Cow<'_, str> {
-    escaped(text, |_| false, |c| c.escape_unicode().to_string())
-}
-
-/// The path as text of one line.
-#[must_use]
-pub fn path_text(path: &Path) -> String {
-    one_line(&path.to_string_lossy()).into_owned()
-}
-
-/// Equivalent JSON with such characters escaped; they can only occur in strings.
-#[must_use]
-pub fn shown_json(text: &str) -> Cow<'_, str> {
-    escaped(text, |c| c == '\n', |c| format!("\\u{:04x}", u32::from(c)))
-}
-
-/// A word of a command line for a shell, with quotes if necessary.
-#[must_use]
-pub fn shell_word(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "_./+-:=,@%".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
-        return text.to_owned();
-    }
-    // Double quotes work in every shell if nothing inside is special.
-    if text.contains(['"', '$', '`', '\\', '!']) {
-        return format!("'{}'", text.replace('\'', "'\\''"));
-    }
-    format!("\"{text}\"")
-}
-
-/// The same for a path; `./` is added if it begins with a dash, so that it is not an option.
-#[must_use]
-pub fn path_word(path: &Path) -> String {
-    let text = path_text(path);
-    match text.strip_prefix('-') {
-        Some(rest) if !rest.is_empty() => shell_word(&format!("./{text}")),
-        _ => shell_word(&text),
-    }
-}
-
 /// Creates a folder and its parents if necessary.
 ///
 /// # Errors
 ///
-/// `no-folder` (usage), with the error of the file system.
+/// `no-folder` (usage), with the error of the file system; `stdout-target` (usage) for `-`.
 pub fn make_folder(path: &Path) -> Result<()> {
+    if path == Path::new("-") {
+        return Err(Error::usage(
+            "stdout-target",
+            "several files are written into a folder, which standard output is not",
+        )
+        .with_hint("name a folder (one that is called - is ./-)"));
+    }
     std::fs::create_dir_all(path).map_err(|e| {
         Error::usage("no-folder", format!("the folder cannot be created: {e}"))
             .at(path, None)
@@ -402,6 +334,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn standard_output_is_neither_a_file_nor_a_folder() {
+        let stdout = Path::new("-");
+        let code = |result: Result<()>| result.unwrap_err().code().to_owned();
+        assert_eq!(code(check_target(stdout, true)), "stdout-target");
+        assert_eq!(code(make_folder(stdout)), "stdout-target");
+        assert!(!stdout.exists());
+    }
+
+    #[test]
     fn an_existing_file_is_kept_unless_forced() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
@@ -416,34 +357,6 @@ mod tests {
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "one");
         put("two", true).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "two");
-    }
-
-    #[test]
-    fn control_characters_are_escaped() {
-        let text = "a\tb\n\u{1b}[31m\r\u{9b}1m\u{202e}x\u{7f}é";
-        let expected = "a\tb\n\\u{1b}[31m\\u{d}\\u{9b}1m\\u{202e}x\\u{7f}é";
-        assert_eq!(shown(text), expected);
-        assert_eq!(one_line(text), expected.replace('\n', "\\u{a}"));
-        assert!(matches!(shown("plain\n"), Cow::Borrowed(_)));
-        let json = serde_json::to_string(text).unwrap();
-        let safe = shown_json(&json);
-        assert_eq!(serde_json::from_str::<String>(&safe).unwrap(), text);
-        assert!(!safe.contains(is_control));
-    }
-
-    #[test]
-    fn words_are_quoted_for_a_shell() {
-        for (text, word) in [
-            ("cal.json", "cal.json"),
-            ("my file.csv", "\"my file.csv\""),
-            ("-x", "-x"),
-            ("it's $5", "'it'\\''s $5'"),
-            ("", "\"\""),
-        ] {
-            assert_eq!(shell_word(text), word);
-        }
-        assert_eq!(path_word(Path::new("-x.csv")), "./-x.csv");
-        assert_eq!(path_word(Path::new("-")), "-");
     }
 
     #[test]

@@ -190,7 +190,7 @@ pub(crate) fn invariant_derivatives(m: &[[f64; 3]; 3]) -> [[f64; 12]; 9] {
 }
 
 /// The second-order part of how ‖a‖ at rest along `n` follows errors d of the
-/// parameters, d ↦ dᵀ Q d; the first is [`crate::estimate::predicted::sensitivity`].
+/// parameters, d ↦ dᵀ Q d; the first is [`crate::predicted::sensitivity`].
 ///
 /// With x = A (dM a + db) and a = g n the calibrated vector moves by
 /// −x + A dM x, and its length to second order by
@@ -326,7 +326,7 @@ mod tests {
             let c = gravical_core::matrix3::mul_vec(&a2, &off);
             gravical_core::matrix3::norm(&c)
         };
-        let h = crate::estimate::predicted::sensitivity(&a, n, g);
+        let h = crate::predicted::sensitivity(&a, n, g);
         let q = norm_curvature(&a, n, g);
         for theta in 0..12 {
             let slope = (length(theta, 1e-6) - length(theta, -1e-6)) / 2e-6;

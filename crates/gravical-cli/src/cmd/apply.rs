@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply, apply_with_gyroscope};
 use gravical::document::{Block, Document, Remark, Section};
-use gravical::output::one_line;
+use gravical::escape::one_line;
 use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, read};
 use gravical::{Error, Result};
 

@@ -3,20 +3,21 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use gravical::calibrate::soak_alone;
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, SensorInfo};
+use gravical::escape::path_word;
 use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::excerpt;
 use gravical::figure;
 use gravical::figure::calibration::Session;
 use gravical::live::folder::{calibrate_session, is_session};
 use gravical::noise::read_noise;
-use gravical::output::{is_special, path_word};
+use gravical::output::is_special;
 use gravical::recording::Recording;
 use gravical::segment::SegmentOptions;
 use gravical::segment::sections::read_sections_with_input;
 use gravical::segment::still::StillOptions;
-use gravical::temperature::soak_alone;
 use gravical::{Error, Result, report};
 
 use crate::failure::QUALITY;

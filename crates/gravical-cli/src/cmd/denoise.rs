@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use gravical::Error;
 use gravical::denoise::{Channels, DenoiseOptions, Edge, FilterSpec, denoise_file};
-use gravical::output::one_line;
+use gravical::escape::one_line;
 use gravical::report;
 use gravical::segment::face::AxisMap;
 

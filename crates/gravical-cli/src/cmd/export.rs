@@ -1,6 +1,6 @@
 //! `gravical export`: a calibration in the format of another program.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
@@ -107,11 +107,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let written = export(&file, target, &options)?;
     match &args.output {
-        Some(path) => write_atomic(path, args.force, |w| {
+        Some(path) if path != Path::new("-") => write_atomic(path, args.force, |w| {
             w.write_all(written.text.as_bytes())
                 .map_err(|e| Error::io(path, e))
         })?,
-        None => text::print(&written.text)?,
+        _ => text::print(&written.text)?,
     }
     for note in &written.notes {
         text::say(&format!("note: {note}"));

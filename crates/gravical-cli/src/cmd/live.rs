@@ -16,11 +16,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
 
 use gravical::calibration_file::SensorInfo;
+use gravical::escape::path_word;
 use gravical::gravity::Gravity;
 use gravical::live::event::SourceKind;
 use gravical::live::folder::{Journal, RECORDING};
 use gravical::live::{LiveOptions, Session};
-use gravical::output::{check_target, make_folder, path_word};
+use gravical::output::{check_target, make_folder};
 use gravical::recording::ReadOptions;
 use gravical::{Error, Result};
 

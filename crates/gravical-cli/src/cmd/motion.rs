@@ -9,13 +9,15 @@ use std::process::ExitCode;
 use anyhow::Context;
 
 use gravical::calibration_file::InputFile;
+use gravical::escape::one_line;
 use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{
     Calibrated, Motion, MotionJudgement, MotionOptions, MotionResult, Table, motion, motion_into,
     write_table,
 };
-use gravical::output::{one_line, write_atomic};
+use gravical::noise::read_noise;
+use gravical::output::write_atomic;
 use gravical::recording::{Recording, join_gyroscope, read};
 use gravical::report;
 use gravical::{Error, Result};
@@ -47,7 +49,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         &args.files(),
         args.force,
     )?;
-    let options = args.options()?;
+    let noise = args.noise.as_deref().map(read_noise).transpose()?;
+    let options = args.options(noise.as_ref().map(|(result, _)| result.section()))?;
     options.validate()?;
     let truth = args.truth()?;
     // A report lists the checksum of its input.
@@ -83,6 +86,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let calibration = taken.iter().map(|taken| taken.input.clone());
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
     inputs.extend(calibration);
+    inputs.extend(noise.map(|(_, input)| input));
     if let Some((path, truth)) = truth {
         let reference = read_reference(path, truth.columns.as_ref(), &recording, &args.input)?;
         add_comparison(&mut motion, &reference, &truth)?;

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
+use gravical::escape::path_text;
 use gravical::export::kalibr;
 use gravical::figure::noise::figures;
 use gravical::noise::{NoiseOptions, NoiseResult, PARTS, Part, Spacing, Term, noise};
-use gravical::output::{path_text, write_atomic};
+use gravical::output::write_atomic;
 use gravical::report;
 use gravical::segment::face::AxisMap;
 use gravical::{Error, Result};
@@ -57,8 +58,7 @@ pub struct Args {
     /// Further terms of the model; repeatable
     #[arg(long = "term", value_enum, value_name = "TERM")]
     terms: Vec<TermArg>,
-    /// Part to compare N with, by its data sheet: mpu6050, mpu6500, mpu9250, icm20948, icm42688p,
-    /// bmi160
+    /// Part whose data sheet N is compared with: MPU6050, MPU9250 or ICM42688P
     #[arg(long, value_name = "PART", value_parser = part)]
     part: Option<&'static Part>,
     /// Write the noise for another program to -o, or to stdout
@@ -130,6 +130,14 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .into());
     }
     let output = args.output.as_deref();
+    if args.to.is_some() && args.json && output.is_none() {
+        return Err(Error::usage(
+            "json-needs-output",
+            "--json and --to would both write to stdout",
+        )
+        .with_hint("name the file of --to with -o")
+        .into());
+    }
     check_outputs(
         output,
         &args.report,
@@ -143,35 +151,40 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let result = noise(&args.input, &read, &options_of(args))?;
     let figures = figures(&result);
     let document = with_origin(report::noise(&result, &figures), &result.inputs);
-    let exported = match args.to {
-        Some(To::Kalibr) => Some(kalibr(&result.section(), None, args.upper_limit)?),
-        None => None,
-    };
-    match (output, &exported) {
-        (Some(path), Some(export)) => write_text(path, args.force, &export.text)?,
-        (Some(path), None) => write_text(path, args.force, &json(&result)?)?,
-        (None, Some(export)) if !args.json => text::print(&export.text)?,
-        (None, _) => {}
-    }
     args.report.write(args.force, &document)?;
     args.figures.write(&figures, args.force, args.quiet)?;
     if args.json {
         text::print_json(&result)?;
     } else if !args.quiet {
         let report = document.to_text(args.report.detail());
-        match exported.is_some() && output.is_none() {
+        match args.to.is_some() && output.is_none() {
             true => text::say_report(report.trim_end()),
             false => text::print_report(&report)?,
         }
-    }
-    if !args.quiet {
-        for note in exported.iter().flat_map(|export| &export.notes) {
-            text::say(&format!("note: {note}"));
-        }
-        if let Some(path) = output {
-            text::say(&format!("Noise: {}", path_text(path)));
-        }
         args.report.say();
+    }
+    // What is refused here does not take the analysis away.
+    let written = match args.to {
+        Some(To::Kalibr) => {
+            let export = kalibr(&result.section(), None, args.upper_limit)?;
+            if !args.quiet {
+                for note in &export.notes {
+                    text::say(&format!("note: {note}"));
+                }
+            }
+            export.text
+        }
+        None => json(&result)?,
+    };
+    match output {
+        Some(path) => {
+            write_text(path, args.force, &written)?;
+            if !args.quiet {
+                text::say(&format!("Noise: {}", path_text(path)));
+            }
+        }
+        None if args.to.is_some() => text::print(&written)?,
+        None => {}
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -4,7 +4,7 @@ mod args;
 
 use std::process::ExitCode;
 
-use gravical::output::{path_text, path_word};
+use gravical::escape::{path_text, path_word};
 use gravical::simulate::{Scenario, Truth, simulate_to};
 
 use crate::text;

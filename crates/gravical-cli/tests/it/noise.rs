@@ -46,7 +46,7 @@ fn noise_of_a_recording_at_rest_and_its_uses() {
         assert!((n / truth - 1.0).abs() < 0.08, "{channel}");
     }
     let schema: Value = gravical::noise::NoiseResult::schema();
-    assert!(schema["properties"]["channels"].is_object());
+    jsonschema::validate(&schema, &json).unwrap();
 
     // Kalibr: refused without K, then with limits; the same from a calibration.
     let refused = run(path, "noise rest/static.csv --to kalibr -o imu.yaml", 3);
@@ -65,10 +65,7 @@ fn noise_of_a_recording_at_rest_and_its_uses() {
         0,
     );
     let yaml = run(path, "export cal.json --to kalibr --upper-limit", 0).out;
-    assert!(
-        yaml.contains("# calibrated") || yaml.contains("calibrated = matrix"),
-        "{yaml}"
-    );
+    assert!(yaml.contains("calibrated = matrix"), "{yaml}");
     run(path, "export cal.json --to c --upper-limit", 2);
 
     // The bands of a move follow N.
@@ -103,11 +100,7 @@ fn what_is_no_rest_is_refused() {
     let path = folder.path();
     run(path, "simulate static -o rest --duration 5 --quiet", 0);
     let refused = run(path, "noise rest/static.csv", 3);
-    assert!(
-        refused.err.contains("not-at-rest") || refused.err.contains("static interval"),
-        "{}",
-        refused.err
-    );
+    assert!(refused.err.contains("not-at-rest"), "{}", refused.err);
     let refused = run(path, "motion rest/static.csv --noise rest/truth.json", 3);
     assert!(refused.err.contains("gravical noise"), "{}", refused.err);
 }

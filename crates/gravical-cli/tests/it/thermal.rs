@@ -222,6 +222,21 @@ fn a_model_of_a_soak_is_added_and_taken_off_again() {
             close(*mean, middle, 4e-3);
         }
     }
+
+    // No target but gravical's own holds it, and each says so.
+    for target in gravical::export::Target::ALL {
+        let name = target.name();
+        if matches!(name, "gravical" | "kalibr") {
+            continue;
+        }
+        let run = run_in(at, words(&format!("export cal.json --to {name}")));
+        assert_eq!(run.code, 0, "{name}: {}", run.err);
+        assert!(
+            run.err.contains("drift with temperature"),
+            "{name}: {}",
+            run.err
+        );
+    }
 }
 
 #[test]

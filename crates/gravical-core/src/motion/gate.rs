@@ -1,7 +1,7 @@
 //! How far the velocity may be off, for telling a rest from constant speed.
 
 use crate::Real;
-use crate::strapdown::times;
+use crate::strapdown::quat_mul;
 
 /// Standard deviations from zero that a velocity at rest may have.
 pub const FAR: f64 = 4.0;
@@ -58,6 +58,6 @@ impl<T: Real> OpenNoise<T> {
 #[inline]
 pub(super) fn angle<T: Real>(from: &[T; 4], to: &[T; 4]) -> T {
     let back = [from[0], -from[1], -from[2], -from[3]];
-    let [_, x, y, z] = times(to, &back);
+    let [_, x, y, z] = quat_mul(to, &back);
     T::from_f64(2.0) * (x * x + y * y + z * z).sqrt()
 }

@@ -1,10 +1,11 @@
 //! Parts, placements and estimators, many at a time.
 
+use gravical::core::unit::STANDARD_GRAVITY_MPS2;
 use gravical::estimate::Reading;
 use gravical::estimate::joint::{
     JointFit, JointOptions, JointPose, Preset, PresetOptions, Role, joint, preset,
 };
-use gravical::estimate::predicted;
+use gravical::estimate::proposal::Proposals;
 use gravical::segment::face::Face;
 use gravical::simulate::means::{Errors, MeanReading, MeansOptions, Part, Planned, Scores};
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
@@ -99,8 +100,19 @@ impl Session {
         {
             let noise = self.means.noise_mps2;
             let g = self.means.gravity_mps2;
-            let next = predicted::propose(&matrix, &fit.covariance, g, noise, count);
-            let next: Vec<Planned> = next.into_iter().map(|(n, _)| Planned::Free(n)).collect();
+            let proposals = Proposals {
+                matrix,
+                covariance: fit.covariance,
+                reliability: fit.reliability.clone(),
+                recorded: planned.iter().map(Planned::direction).collect(),
+                noise,
+                gravity: g,
+                good_mps2: 5e-3 * STANDARD_GRAVITY_MPS2,
+            };
+            let next: Vec<Planned> = proposals
+                .take(count)
+                .map(|p| Planned::Free(p.direction))
+                .collect();
             means.extend(part.place(&next));
         }
         means

@@ -1,12 +1,13 @@
 //! A simulated sensor in a hand that follows the events of a session.
 
 use gravical::calibration_file::{CalibrationFile, Grade};
-use gravical::estimate::predicted::sphere;
 use gravical::live::event::{Event, Loss, Message, Rejection, SourceKind, Wanted};
 use gravical::live::{Command, LiveOptions, Session};
+use gravical::predicted::sphere;
 use gravical::segment::face::Face;
 use gravical::simulate::{
-    InHand, InHandReading, LineOptions, Scenario, SensorOptions, SimulateOptions, StaticOptions,
+    InteractiveReading, InteractiveSensor, LineOptions, Scenario, SensorOptions, SimulateOptions,
+    StaticOptions,
 };
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -65,13 +66,13 @@ pub struct Ended {
     pub good_s: Option<f64>,
     /// The recording.
     pub text: String,
-    pub sensor: InHand,
+    pub sensor: InteractiveSensor,
 }
 
 /// A session of a sensor with this seed, by a hand that follows what is asked for.
 pub struct Hand {
     rng: ChaCha8Rng,
-    sensor: InHand,
+    sensor: InteractiveSensor,
     session: Session,
     clumsiness: Clumsiness,
     now_s: f64,
@@ -107,11 +108,11 @@ impl Hand {
         };
         let mut session = Session::new("recording.csv", live);
         let messages = session.begin(SourceKind::Simulate, "simulated MPU6050", None);
-        let text = InHandReading::HEADER.to_owned();
+        let text = InteractiveReading::HEADER.to_owned();
         session.bytes(text.as_bytes()).unwrap();
         Hand {
             rng: ChaCha8Rng::seed_from_u64(seed),
-            sensor: InHand::new(&options).unwrap(),
+            sensor: InteractiveSensor::new(&options).unwrap(),
             session,
             clumsiness,
             now_s: 0.0,

@@ -48,8 +48,11 @@ const CASES: [Case; 4] = [
 fn main() {
     let mut args = std::env::args().skip(1);
     let recordings: u64 = args.find_map(|a| a.parse().ok()).unwrap_or(200);
-    println!("| recording | term | known | rms error, % | mean error, % | 95 % intervals hold |");
-    println!("|---|---|---|---|---|---|");
+    println!("{recordings} recordings each");
+    println!(
+        "| recording | term | known | rms error, % | mean error, % | 95 % intervals hold | upper limits hold |"
+    );
+    println!("|---|---|---|---|---|---|---|");
     for case in &CASES {
         let results: Vec<ChannelNoise> = (0..recordings).map(|seed| run(case, seed)).collect();
         for (term, truth) in TERMS.into_iter().zip(case.truth) {
@@ -100,29 +103,36 @@ fn print_row(case: &Case, results: &[ChannelNoise], term: Term, truth: f64) {
         term.symbol(),
         100.0 * share
     );
+    let limits: Vec<f64> = results
+        .iter()
+        .filter_map(|r| r.missing(term)?.at_most)
+        .collect();
+    let limits = held(&limits, |limit| truth <= *limit);
     if truth == 0.0 || known.is_empty() {
-        let missing = results.iter().filter_map(|r| r.missing(term)?.at_most);
-        let (mut held, mut count) = (0, 0);
-        for limit in missing {
-            count += 1;
-            held += i32::from(truth <= limit);
-        }
-        let limits = 100.0 * f64::from(held) / f64::from(count.max(1));
-        println!("{name} – | – | limits hold in {limits:.0} % |");
+        println!("{name} – | – | – | {limits} |");
         return;
     }
     let count = known.len() as f64;
     let error = |value: f64| value / truth - 1.0;
     let rms = (known.iter().map(|e| error(e.value).powi(2)).sum::<f64>() / count).sqrt();
     let mean = known.iter().map(|e| error(e.value)).sum::<f64>() / count;
-    let holds = known.iter().filter(|e| e.low <= truth && truth <= e.high);
-    let holds = holds.count() as f64 / count;
     println!(
-        "{name} {:.2} | {:+.2} | {:.1} % |",
+        "{name} {:.2} | {:+.2} | {} | {limits} |",
         100.0 * rms,
         100.0 * mean,
-        100.0 * holds
+        held(&known, |e| e.low <= truth && truth <= e.high)
     );
+}
+
+/// The share for which it holds.
+fn held<T>(all: &[T], holds: impl Fn(&T) -> bool) -> String {
+    match all.len() {
+        0 => "–".to_owned(),
+        n => {
+            let held = all.iter().filter(|one| holds(one)).count();
+            format!("{:.1} %", 100.0 * held as f64 / n as f64)
+        }
+    }
 }
 
 fn speed() {

@@ -3,8 +3,8 @@
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade};
-use gravical::estimate::predicted::sphere;
 use gravical::gravity::Gravity;
+use gravical::predicted::sphere;
 use gravical::recording::{ReadOptions, Recording, SampleColumns};
 use gravical::simulate::means::{MeanReading, MeansOptions, Part, Planned};
 use gravical_core::matrix3;

@@ -17,7 +17,8 @@ mod types;
 
 use std::path::Path;
 
-use crate::output::{shown_json, write_atomic};
+use crate::escape::shown_json;
+use crate::output::write_atomic;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 

@@ -26,8 +26,12 @@ pub struct NoiseParameters {
     pub b: Option<f64>,
     /// Random walk: m/s²/√s or rad/s/√s.
     pub k: Option<f64>,
-    /// Upper limits (95 %) of N, B and K where they are not determined.
-    pub at_most: [Option<f64>; 3],
+    /// Upper limit (95 %) of N where it is not determined.
+    pub n_at_most: Option<f64>,
+    /// The same of B.
+    pub b_at_most: Option<f64>,
+    /// The same of K.
+    pub k_at_most: Option<f64>,
 }
 
 impl NoiseSection {
@@ -44,10 +48,8 @@ impl NoiseSection {
 
     /// True if all parameters are positive numbers.
     pub(super) fn is_sound(&self) -> bool {
-        let each = self.channels.iter().flat_map(|c| {
-            let [n, b, k] = c.at_most;
-            [c.n, c.b, c.k, n, b, k]
-        });
+        let values = |c: &NoiseParameters| [c.n, c.b, c.k, c.n_at_most, c.b_at_most, c.k_at_most];
+        let each = self.channels.iter().flat_map(values);
         let all = each.flatten().chain([self.rate_hz, self.used_s]);
         all.into_iter().all(|v| v.is_finite() && v > 0.0)
     }

@@ -183,7 +183,7 @@ impl TemperatureModel {
         let gains = self.channels.iter().all(|c| {
             (0..=20).all(|i| {
                 let t_c = low + (high - low) * f64::from(i) / 20.0;
-                crate::temperature::evaluate(&c.scale_coefficients, t_c - self.reference_c).abs()
+                crate::polynomial::evaluate(&c.scale_coefficients, t_c - self.reference_c).abs()
                     < 0.5
             })
         });

@@ -5,8 +5,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, SMatrix, SVector};
 
 use super::rests::Rest;
 use crate::calibration_file::AccelerometerSection;
-use crate::estimate::predicted::{sensitivity, variance};
 use crate::gravity::Gravity;
+use crate::predicted::{sensitivity, variance};
 use crate::uncertainty::{Covariance12, norm_curvature};
 use crate::validate::trust::DRIFT_MPS2_PER_C;
 

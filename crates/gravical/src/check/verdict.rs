@@ -87,7 +87,7 @@ fn by_chance(e: &Evidence<'_>, test: ChiSquare) -> String {
             let limit = match e.judgement {
                 Judgement::DoesNotFit => format!("below {SIGNIFICANCE}"),
                 Judgement::Fits | Judgement::Undecided => {
-                    format!("it would not fit below {SIGNIFICANCE}")
+                    format!("the limit is {SIGNIFICANCE}")
                 }
             };
             format!(

@@ -6,7 +6,7 @@ use gravical_core::matrix3::{mul_vec, norm};
 use super::types::GyroscopeDifference;
 use super::unit::Side;
 use crate::calibration_file::{CalibrationFile, GyroscopeSection};
-use crate::estimate::predicted::{sensitivity, sphere, variance};
+use crate::predicted::{sensitivity, sphere, variance};
 
 /// Directions that are looked at.
 const DIRECTIONS: usize = 400;

@@ -76,7 +76,7 @@ fn part(words: [&str; 3], judgement: Agreement, test: Option<ChiSquare>, why: &s
         Agreement::Agree => {
             format!(
                 "{what} {agrees} within the uncertainty{}",
-                numbers("they would differ below")
+                numbers("the limit is")
             )
         }
         Agreement::Differ => {

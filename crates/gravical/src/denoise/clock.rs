@@ -1,5 +1,7 @@
 //! Regularity of the time stamps: even steps, uneven steps and gaps.
 
+use crate::recording::sample::Sample;
+
 /// Steps that differ from the usual one by more than this share are uneven: it displaces a slope
 /// within a window by half of that share, which is small compared with noise.
 const EVEN_SHARE: f64 = 0.05;
@@ -88,16 +90,6 @@ fn digit_s(time_s: &[f64], step_s: f64) -> f64 {
         .unwrap_or(0.0)
 }
 
-/// A row on its way to the filters; an empty cell is NaN.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Row {
-    pub time_s: f64,
-    /// Accelerometer and gyroscope.
-    pub values: [f64; 6],
-    /// It does not continue the row before.
-    pub is_break: bool,
-}
-
 /// Interpolates missing time stamps evenly between their neighbours. Rows are held until the next
 /// time stamp.
 #[derive(Debug, Default)]
@@ -106,7 +98,7 @@ pub(super) struct StampFiller {
     /// Number of rows, and the last one with a time stamp.
     rows: usize,
     known: Option<(usize, f64)>,
-    held: Vec<Row>,
+    held: Vec<Sample>,
     /// Number of time stamps that were missing.
     pub filled: usize,
 }
@@ -121,7 +113,7 @@ impl StampFiller {
     }
 
     /// Adds a row; returns the rows that have a time then.
-    pub fn push(&mut self, row: Row) -> impl Iterator<Item = Row> + use<> {
+    pub fn push(&mut self, row: Sample) -> impl Iterator<Item = Sample> + use<> {
         let at = self.rows;
         self.rows += 1;
         let mut held = Vec::new();
@@ -143,7 +135,7 @@ impl StampFiller {
     }
 
     /// The rows after the last time stamp.
-    pub fn finish(&mut self) -> Vec<Row> {
+    pub fn finish(&mut self) -> Vec<Sample> {
         let mut held = std::mem::take(&mut self.held);
         let from = self.known.unwrap_or((0, 0.0));
         let first = self.rows - held.len();
@@ -155,7 +147,7 @@ impl StampFiller {
 
 /// Sets the times of `rows`, of which `first` is the number of the first one, at an even step from
 /// the row and the time `from`.
-fn fill(rows: &mut [Row], first: usize, from: (usize, f64), step_s: f64) {
+fn fill(rows: &mut [Sample], first: usize, from: (usize, f64), step_s: f64) {
     for (i, row) in rows.iter_mut().enumerate() {
         row.time_s = from.1 + ((first + i) as f64 - from.0 as f64) * step_s;
     }
@@ -199,9 +191,10 @@ mod tests {
         let mut filler = StampFiller::new(step_s);
         let mut out = Vec::new();
         for time_s in time {
-            let row = Row {
+            let row = Sample {
                 time_s: *time_s,
                 values: [0.0; 6],
+                temperature_c: f64::NAN,
                 is_break: false,
             };
             out.extend(filler.push(row));

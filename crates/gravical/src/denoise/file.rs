@@ -5,22 +5,21 @@ use std::collections::VecDeque;
 use std::io::Write;
 use std::path::Path;
 
+use crate::Result;
 use crate::apply::plan::{Plan, channel_field, input_name};
 use crate::calibration_file::InputFile;
 use crate::excerpt::read_ahead;
 use crate::output::BlockWriter;
-use crate::recording::collect::{Known, Sink, collect_again};
+use crate::recording::collect::{Known, Rereader, Sink};
 use crate::recording::dialect::Dialect;
 use crate::recording::layout::Layout;
-use crate::recording::names::Role;
 use crate::recording::open::Reopenable;
-use crate::recording::row::{ACCEL, GYRO, Span};
+use crate::recording::row::Span;
 use crate::recording::rows::{self, Rows, Source};
-use crate::recording::text::open_rows;
+use crate::recording::sample::Sample;
 use crate::recording::{ReadOptions, Recording};
-use crate::{Error, Result};
 
-use super::clock::{Clock, FIRST_STAMPS, Row, StampFiller};
+use super::clock::{Clock, FIRST_STAMPS, StampFiller};
 use super::lane::Setup;
 use super::off_grid::GridScout;
 use super::run::Run;
@@ -62,17 +61,9 @@ pub fn denoise_file(
     let mut source = Reopenable::of(path);
     let mut recording = read_ahead(&mut source, &name, read, &options.still)?;
     let inputs = InputFile::of(std::slice::from_ref(&recording));
-    let unhashed = ReadOptions {
-        hash: false,
-        ..read.clone()
-    };
     let mut file = File {
-        source,
-        name,
-        read: unhashed,
+        again: Rereader::new(&mut source, &name, read, recording.known),
         rows: recording.rows_in_file(),
-        known: recording.known,
-        zero_offset: recording.zero_offset,
     };
     let begun = begin(&mut recording, options)?;
     let begun = match recording.is_excerpt() {
@@ -89,29 +80,12 @@ pub fn denoise_file(
 }
 
 /// The file, to be read again.
-struct File {
-    source: Reopenable,
-    name: String,
-    read: ReadOptions,
+struct File<'a> {
+    again: Rereader<'a>,
     rows: usize,
-    known: Known,
-    zero_offset: f64,
 }
 
-/// Row `number` of a file.
-fn row(row: &rows::Row<'_>, number: usize, known: &Known, zero_offset: f64) -> Row {
-    let even_hz = known.facts.stamp_reading.and_then(|s| s.even_hz);
-    Row {
-        time_s: even_hz.map_or(row.t_s, |rate_hz| number as f64 / rate_hz),
-        values: from_fn(|i| match i {
-            0..3 => row.values[ACCEL + i] - zero_offset,
-            _ => row.values[GYRO + i - 3],
-        }),
-        is_break: row.is_break(),
-    }
-}
-
-impl File {
+impl File<'_> {
     /// The setup for a recording of which not all rows are in memory.
     fn set_up(
         &mut self,
@@ -120,7 +94,7 @@ impl File {
         options: &DenoiseOptions,
     ) -> Result<(Setup, Begun)> {
         let first_s = match recording.time_s {
-            Some(_) => Some(self.collect(FirstStamps(Vec::new()))?.0),
+            Some(_) => Some(self.again.collect(|_, _| FirstStamps(Vec::new()))?.0),
             None => None,
         };
         let clock = Clock::new(
@@ -133,22 +107,11 @@ impl File {
             let scout = ScoutedRows {
                 scout: GridScout::new(clock),
                 filler: StampFiller::new(clock.step_s),
-                known: self.known,
+                known: self.again.known,
             };
-            off_grid = self.collect(scout)?.scout.finish();
+            off_grid = self.again.collect(|_, _| scout)?.scout.finish();
         }
         Ok(begun.with(recording, clock, off_grid))
-    }
-
-    fn collect<T: Sink>(&mut self, sink: T) -> Result<T> {
-        let Self {
-            source,
-            name,
-            read,
-            known,
-            ..
-        } = self;
-        collect_again(source, name, read, *known, |_, _| sink)?.ok_or_else(|| self.changed(None))
     }
 
     /// Filters and writes all rows; returns the names of the columns, too.
@@ -158,21 +121,16 @@ impl File {
         mut run: Run<'_>,
         out: &mut dyn Write,
     ) -> Result<(super::run::Done, Vec<String>)> {
-        let input = self.source.reopen(&self.read)?;
-        let input = input.ok_or_else(|| self.changed(None))?;
-        let facts = Some(self.known.facts);
-        let file = open_rows(input, &self.name, Role::Recording, &self.read, facts)?.with_spans();
-        let mut rows = file
-            .rows
-            .with_zeros_from(self.known.zeros_from)
-            .times_only();
+        let known = self.again.known;
+        let file = self.again.open()?.with_spans();
+        let mut rows = file.rows;
         let (dialect, layout) = (&file.format.dialect, &file.format.layout);
         let plan = Plan::with_names(dialect, layout, &names(setup, dialect, layout), false);
         let mut out = BlockWriter::new(out);
         out.bytes.extend_from_slice(&plan.header());
         // A filter that removes constants also removes the offset.
         let kept = setup.filters.iter().all(|f| f.spec().keeps_constants());
-        let offset = if kept { self.zero_offset } else { 0.0 };
+        let offset = if kept { known.facts.zero_offset } else { 0.0 };
         let mut texts = Texts::default();
         let mut receive = |texts: &mut Texts, cells: &[Vec<f64>; 6], rows: usize| {
             texts.take(rows, |i, line, fields, breaks| {
@@ -191,40 +149,18 @@ impl File {
             // Otherwise it is refused below.
             if number < self.rows {
                 texts.push(&next);
-                let row = row(&next, number, &self.known, self.zero_offset);
-                run.push(row, &mut |cells, rows| receive(&mut texts, cells, rows))?;
+                let sample = Sample::of_row(&next, number, &known);
+                run.push(sample, &mut |cells, rows| receive(&mut texts, cells, rows))?;
             }
             number += 1;
         }
         if number != self.rows {
-            return Err(self.changed(Some(number)));
+            return Err(self.again.changed());
         }
         let done = run.finish(&mut |cells, rows| receive(&mut texts, cells, rows))?;
         rows.trailing().iter().for_each(|_| out.bytes.push(b'\n'));
         out.finish()?;
         Ok((done, plan.names))
-    }
-
-    /// The second time there were `rows`; `None` if it cannot be read again.
-    fn changed(&self, rows: Option<usize>) -> Error {
-        let here = Path::new(&self.name);
-        match rows {
-            Some(rows) => Error::input(
-                "changed",
-                format!(
-                    "{} rows were read the first time and {rows} the second time: the file changed",
-                    self.rows
-                ),
-            )
-            .at(here, None)
-            .with_hint("wait until no program writes to it"),
-            None => Error::input(
-                "changed",
-                "it has to be read twice, and there was no room for a temporary copy of it",
-            )
-            .at(here, None)
-            .with_hint("write the data of a pipe to a file first"),
-        }
     }
 }
 
@@ -254,14 +190,14 @@ impl Sink for ScoutedRows {
     fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
         let mut number = 0;
         while let Some(next) = rows.next_row()? {
-            let row = row(&next, number, &self.known, 0.0);
-            self.filler.push(row).for_each(|row| self.scout.push(row));
+            let sample = Sample::of_row(&next, number, &self.known);
+            self.filler.push(sample).for_each(|s| self.scout.push(s));
             number += 1;
         }
         self.filler
             .finish()
             .into_iter()
-            .for_each(|row| self.scout.push(row));
+            .for_each(|sample| self.scout.push(sample));
         Ok(())
     }
 }

@@ -79,7 +79,7 @@ use crate::segment::still::{StillOptions, find_stills};
 use crate::segment::turns::motions;
 use crate::{Error, Result};
 
-use clock::{Clock, FIRST_STAMPS, Row, StampFiller};
+use clock::{Clock, FIRST_STAMPS, StampFiller};
 use lane::Setup;
 use noise::Noise;
 use off_grid::{GridScout, OffGrid};
@@ -147,9 +147,9 @@ impl DenoiseOptions {
         self.filters.iter().try_for_each(FilterSpec::validate)?;
         let gap = self.gap_steps();
         if !(1.5..=1000.0).contains(&gap) {
-            return Err(Error::usage(
-                "option-range",
-                format!("gap_steps has to be between 1.5 and 1000, not {gap}"),
+            return Err(Error::range(
+                "gap_steps",
+                format!("{gap} is not between 1.5 and 1000"),
             ));
         }
         Ok(())
@@ -270,7 +270,7 @@ impl Begun {
         if self.needs_grid() && first_s.is_some() {
             let mut scout = GridScout::new(clock);
             let mut filler = StampFiller::new(clock.step_s);
-            for row in rows(recording) {
+            for row in recording.samples() {
                 filler.push(row).for_each(|row| scout.push(row));
             }
             filler.finish().into_iter().for_each(|row| scout.push(row));
@@ -303,20 +303,6 @@ impl Begun {
     }
 }
 
-/// The rows of a recording in memory.
-fn rows(recording: &Recording) -> impl Iterator<Item = Row> {
-    let mut breaks = recording.breaks.iter().peekable();
-    (0..recording.rows()).map(move |row| Row {
-        time_s: recording.time_s.as_ref().map_or(f64::NAN, |t| t[row]),
-        values: std::array::from_fn(|i| match (i, &recording.gyro) {
-            (0..3, _) => recording.accel[i][row],
-            (_, Some(gyro)) => gyro[i - 3][row],
-            (_, None) => f64::NAN,
-        }),
-        is_break: breaks.next_if_eq(&&row).is_some(),
-    })
-}
-
 /// Replaces the channels of a recording by filtered ones.
 fn filter_in_memory(setup: &Setup, noise: Vec<Noise>, recording: &mut Recording) -> Result<Done> {
     let mut filtered: [Vec<f64>; 6] = Default::default();
@@ -327,7 +313,7 @@ fn filter_in_memory(setup: &Setup, noise: Vec<Noise>, recording: &mut Recording)
         }
         Ok(())
     };
-    for row in rows(recording) {
+    for row in recording.samples() {
         run.push(row, &mut receive)?;
     }
     let done = run.finish(&mut receive)?;

@@ -1,7 +1,8 @@
 //! Which stretches are off an even grid: known before they are filtered.
 
-use super::clock::{Clock, Row, Step};
+use super::clock::{Clock, Step};
 use super::grid::is_on_grid;
+use crate::recording::sample::Sample;
 
 /// The stretches with steps that are no whole multiples of the usual one, of each channel, by their
 /// first rows.
@@ -42,7 +43,7 @@ impl GridScout {
     }
 
     /// Adds a row, whose time is known.
-    pub fn push(&mut self, row: Row) {
+    pub fn push(&mut self, row: Sample) {
         for (channel, stretch) in self.stretches.iter_mut().enumerate() {
             let found = &mut self.found.0[channel];
             if row.is_break {

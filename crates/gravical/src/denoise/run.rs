@@ -1,8 +1,9 @@
 //! Rows through the filters: not across breaks and gaps, and around empty cells.
 
 use crate::Result;
+use crate::recording::sample::Sample;
 
-use super::clock::{Row, Splits, StampFiller, Step};
+use super::clock::{Splits, StampFiller, Step};
 use super::filter::Treatment;
 use super::lane::{Lane, Output, Setup};
 use super::noise::Noise;
@@ -71,7 +72,7 @@ impl<'a> Run<'a> {
     /// # Errors
     ///
     /// Those of `receive`.
-    pub fn push(&mut self, row: Row, receive: &mut Receiver<'_>) -> Result<()> {
+    pub fn push(&mut self, row: Sample, receive: &mut Receiver<'_>) -> Result<()> {
         if !self.setup.stamped {
             return self.push_timed(row, receive);
         }
@@ -81,7 +82,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn push_timed(&mut self, mut row: Row, receive: &mut Receiver<'_>) -> Result<()> {
+    fn push_timed(&mut self, mut row: Sample, receive: &mut Receiver<'_>) -> Result<()> {
         let setup = self.setup;
         if row.is_break {
             self.end_lanes();

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use crate::escape::one_line;
 use crate::finding::{Finding, Severity, format_spans};
-use crate::output::one_line;
 
 /// A finding with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use super::inline::{self, Part};
 use super::{Block, Cell, Detail, Document, Remark, Section, Table, Verdict};
-use crate::output::one_line;
+use crate::escape::one_line;
 
 impl Document<'_> {
     /// The whole document. A figure NAME is a link to `folder`/NAME.svg; without a folder

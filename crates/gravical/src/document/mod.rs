@@ -23,7 +23,6 @@ mod html;
 mod inline;
 mod markdown;
 mod model;
-#[doc(hidden)]
 mod text;
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::{Block, Cell, Column, Detail, Document, Remark, Row, Section, Snippet, Table, Verdict};
-use crate::output::one_line;
+use crate::escape::one_line;
 
 /// Width of a line.
 const WIDTH: usize = 80;

@@ -11,7 +11,7 @@ mod observability;
 #[doc(hidden)]
 pub mod pose_noise;
 #[doc(hidden)]
-pub mod predicted;
+pub mod proposal;
 mod reading;
 #[doc(hidden)]
 pub mod reliability;

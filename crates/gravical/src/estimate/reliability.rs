@@ -17,7 +17,7 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::predicted::{self, sensitivity, sphere};
+use crate::predicted::{self, sensitivity, sphere};
 use crate::segment::face::angle_deg;
 use crate::uncertainty::Covariance12;
 

@@ -24,8 +24,9 @@ mod tests;
 use std::ops::Range;
 use std::path::Path;
 
+use crate::Result;
 use crate::finding::{Finding, FindingKind, LineSpans};
-use crate::recording::collect::{Columns, Known, Sink, collect, collect_again, collect_from};
+use crate::recording::collect::{Columns, Known, Rereader, Sink, collect, collect_from};
 use crate::recording::excerpt::Excerpt;
 use crate::recording::layout::Layout;
 use crate::recording::monitor::Facts;
@@ -36,7 +37,6 @@ use crate::recording::timing::Timing;
 use crate::recording::{ReadOptions, Recording, RowMap, between};
 use crate::still::{Levels, StillOptions, Stills, TemperatureCutter, block_rows};
 use crate::temperature::LEAST_SPAN_C;
-use crate::{Error, Result};
 
 use plan::{Plan, find_quiet};
 use survey::{Long, QuietRows, Survey};
@@ -81,7 +81,7 @@ const BOUNDS: Bounds = Bounds {
 /// # Errors
 ///
 /// As [`recording::read`](crate::recording::read); `changed` for a file that has fewer rows when
-/// it is read again, and for a pipe that could not be copied.
+/// it is read again.
 ///
 /// # Example
 ///
@@ -121,40 +121,6 @@ pub(crate) fn read_ahead(
         ..BOUNDS
     };
     read_from(source, name, options, still, bounds)
-}
-
-/// Reads as [`read`], and then all rows of a long recording by the fold that `make` returns; that
-/// of a recording that is in memory as a whole is returned as it was made.
-///
-/// # Errors
-///
-/// As [`read`], and those of `make`.
-pub(crate) fn read_twice<T: Sink>(
-    path: &Path,
-    options: &ReadOptions,
-    still: &StillOptions,
-    make: impl FnOnce(&Recording) -> Result<T>,
-) -> Result<(Recording, T)> {
-    options.validate()?;
-    let name = path.display().to_string();
-    let mut source = Reopenable::of(path);
-    let bounds = Bounds {
-        ahead: true,
-        ..BOUNDS
-    };
-    let (recording, known) = read_known(&mut source, &name, options, still, bounds)?;
-    let fold = make(&recording)?;
-    if !recording.is_excerpt() {
-        return Ok((recording, fold));
-    }
-    let mut rereader = Rereader {
-        source: &mut source,
-        name: &name,
-        options,
-        known,
-    };
-    let fold = rereader.collect(|_, _| fold)?;
-    Ok((recording, fold))
 }
 
 /// Reads the recording at `path`: completely, or, if it is long, only the rows `wanted` of the
@@ -218,17 +184,6 @@ fn read_from(
     still: &StillOptions,
     bounds: Bounds,
 ) -> Result<Recording> {
-    Ok(read_known(source, name, options, still, bounds)?.0)
-}
-
-/// The recording, and what it can be read again with.
-fn read_known(
-    source: &mut Reopenable,
-    name: &str,
-    options: &ReadOptions,
-    still: &StillOptions,
-    bounds: Bounds,
-) -> Result<(Recording, Known)> {
     let input = source.open(options)?;
     let whole = match source.is_reopenable() {
         true => bounds.whole,
@@ -262,7 +217,7 @@ fn read_known(
         zeros_from: read.zeros_from,
     };
     let Some(long) = survey.long else {
-        return Ok((read.with(survey.columns).1.into_recording(), known));
+        return Ok(read.with(survey.columns).1.into_recording());
     };
     let temperature_c = long.temperature_c();
     let Long {
@@ -275,12 +230,7 @@ fn read_known(
         marks,
         ..
     } = long;
-    let mut rereader = Rereader {
-        source,
-        name,
-        options,
-        known,
-    };
+    let mut rereader = Rereader::new(source, name, options, known);
 
     // Find the quiet runs …
     let wanted = [still.clone(), StillOptions::unsteady()];
@@ -343,31 +293,7 @@ fn read_known(
     }
     let left_out = findings_about_rows_left_out(&recording, &plan, &bounds, rate);
     recording.findings.extend(left_out);
-    Ok((recording, known))
-}
-
-/// Reads a recording again.
-struct Rereader<'a> {
-    source: &'a mut Reopenable,
-    name: &'a str,
-    options: &'a ReadOptions,
-    known: Known,
-}
-
-impl Rereader<'_> {
-    fn collect<T: Sink>(&mut self, sink: impl FnOnce(&Layout, &Facts) -> T) -> Result<T> {
-        let read = collect_again(self.source, self.name, self.options, self.known, sink)?;
-        read.ok_or_else(|| self.changed())
-    }
-
-    fn changed(&self) -> Error {
-        Error::input(
-            "changed",
-            "too long for memory, and it had fewer rows when it was read again",
-        )
-        .at(Path::new(self.name), None)
-        .with_hint("wait until no program writes to it; write the data of a pipe to a file first")
-    }
+    Ok(recording)
 }
 
 /// The last pass: stores the planned rows.

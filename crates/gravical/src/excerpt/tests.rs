@@ -369,7 +369,7 @@ fn sections_of_a_long_recording_name_rows_of_the_file() {
         let mut file = calibrate(std::slice::from_ref(recording), &options)?.file;
         file.created = String::new();
         file.inputs = Vec::new();
-        serde_json::to_value(file).map_err(|e| Error::input("json", e.to_string()))
+        serde_json::to_value(file).map_err(|e| crate::Error::input("json", e.to_string()))
     };
     assert_eq!(
         file(&all, &stills[2..11]).unwrap(),

@@ -109,7 +109,7 @@ mod tests {
         ];
         let constants = [-0.31, 0.0, 0.55];
         let fixed = Fixed::new(&rows, &constants).unwrap();
-        // 20.7 m/s² need five bits, the sign one: 2^26 would not fit beside the roundings.
+        // 20.7 m/s² need five bits, the sign one: 2^27 would not fit beside the roundings.
         assert_eq!(fixed.bits, 26);
         let unit = f64::from(fixed.bits).exp2();
         // Both ends of both bytes.

@@ -76,7 +76,8 @@ fn largest(
     let mut most = (0.0, false);
     for channel in &own {
         let known = [channel.n, channel.b, channel.k][term];
-        let limit = channel.at_most[term].filter(|_| upper_limit);
+        let limit =
+            [channel.n_at_most, channel.b_at_most, channel.k_at_most][term].filter(|_| upper_limit);
         let value = match (known, limit) {
             (Some(value), _) => (value, false),
             (None, Some(limit)) => (limit, true),
@@ -125,7 +126,9 @@ mod tests {
             n: Some(1e-3 * (i + 1) as f64),
             b: None,
             k,
-            at_most: [None, None, Some(2e-4)],
+            n_at_most: None,
+            b_at_most: None,
+            k_at_most: Some(2e-4),
         };
         NoiseSection {
             rate_hz: 100.0,

@@ -20,7 +20,7 @@ mod ros;
 pub use kalibr::kalibr;
 
 use crate::calibration_file::{CalibrationFile, to_imucal};
-use crate::output::shown_json;
+use crate::escape::shown_json;
 use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 
@@ -307,7 +307,10 @@ pub fn export(file: &CalibrationFile, target: Target, options: &ExportOptions) -
         Target::Betaflight => autopilot::betaflight(file, options),
         Target::Fusion => Ok(fusion::fusion(file, name.unwrap_or("gravical"))),
         Target::Mpu6050 => mpu6050::mpu6050(file, name.unwrap_or("gravical")),
-        Target::Imucal => to_imucal(file).map(|text| plain(shown_json(&text).into_owned())),
+        Target::Imucal => Ok(Export {
+            text: shown_json(&to_imucal(file)?).into_owned(),
+            notes: header::without_drift(file),
+        }),
         Target::Gravical => file.to_json().map(plain),
     }
 }

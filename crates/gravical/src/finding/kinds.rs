@@ -709,7 +709,7 @@ kinds! {
             "nothing; many of them: another place, another time of day";
         NoiseGaps "noise-gaps" Note
             "`noise`: missing rows or breaks within a static interval"
-            "each ends a segment; the segments are pooled by their degrees of freedom"
+            "each ends a segment; the segments are pooled by their numbers of differences"
             "nothing, unless long averaging times are wanted";
         NoiseSamplesFilled "noise-samples-filled" Either
             "`noise`: up to eight consecutive samples are missing; a warning from 5 % of the samples"

@@ -1,7 +1,7 @@
 //! Attitude for the drawing: the gyroscope turns it, gravity levels it.
 
 use gravical_core::matrix3::norm;
-use gravical_core::strapdown::{made_unit, rotate, times, turn};
+use gravical_core::strapdown::{from_rotation_vector, normalize, quat_mul, rotate};
 
 /// Share of the angle to gravity that is corrected, 1/s, with a gyroscope.
 const LEVELLING_PER_S: f64 = 2.0;
@@ -30,7 +30,7 @@ impl Attitude {
         let first = self.last_s.replace(t_s).is_none();
         let mut share = 1.0;
         if let Some(rate) = rate_rad_s.filter(|r| r.iter().all(|v| v.is_finite()) && !first) {
-            self.q = times(&self.q, &turn(&rate.map(|v| v * step_s)));
+            self.q = quat_mul(&self.q, &from_rotation_vector(&rate.map(|v| v * step_s)));
             share = 1.0 - (-LEVELLING_PER_S * step_s).exp();
         }
         let length = norm(&force);
@@ -47,7 +47,7 @@ impl Attitude {
             // Upside down: any horizontal axis.
             false => [angle, 0.0, 0.0],
         };
-        self.q = made_unit(&times(&turn(&level), &self.q));
+        self.q = normalize(&quat_mul(&from_rotation_vector(&level), &self.q));
     }
 }
 

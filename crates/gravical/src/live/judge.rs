@@ -16,9 +16,6 @@ use super::{LiveOptions, Pose, mg};
 
 /// Share of the rows of a capture that may be missing.
 const MOST_MISSING: f64 = 0.05;
-/// The halves of a capture may differ by this multiple of what the noise explains. Samples behind
-/// a low-pass are correlated: that is a variance inflation factor of 4 at four standard errors.
-const HALVES: f64 = 8.0;
 /// A magnitude further from gravity than these factors is another unit, or another scale.
 const OTHER_UNIT: f64 = 2.0;
 const MOST_OFF: f64 = 0.35;
@@ -183,7 +180,7 @@ impl Capture<'_> {
             .or_else(|| self.frozen(means))
             .or_else(|| self.clipped())
             .or_else(|| self.magnitude(means))
-            .or_else(|| self.moved(means))
+            .or_else(|| self.turning(means))
             .or_else(|| self.temperature(means))
     }
 
@@ -282,23 +279,8 @@ impl Capture<'_> {
         None
     }
 
-    fn moved(&self, means: &Means) -> Option<Fault> {
-        let (first, second) = self.samples.split_at(self.samples.len() / 2);
-        let halves = [first, second].map(|half| mean(half, Sample::accel));
-        let drift = norm(&sub(&halves[0], &halves[1]));
-        // Two means of half of the rows each.
-        let noise = HALVES * means.sigma * 2.0 / (self.samples.len() as f64).sqrt();
-        let limit = self.options.most_drift_mg + self.mg(noise);
-        if self.mg(drift) > limit {
-            return Some(Fault::new(
-                Rejection::Moved,
-                format!(
-                    "it moved slowly: {:.1} mg between both halves of the capture, limit {limit:.1} mg",
-                    self.mg(drift)
-                ),
-                LET_GO,
-            ));
-        }
+    /// A turn about the vertical leaves gravity where it is.
+    fn turning(&self, means: &Means) -> Option<Fault> {
         // Its bias is only known from other poses: the first one is not tested.
         let nominal = self.units.gyro_nominal?;
         let n = self.poses.len() as f64;

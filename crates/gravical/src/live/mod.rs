@@ -74,9 +74,6 @@ pub struct LiveOptions {
     pub capture_s: f64,
     /// … and its smallest number of rows. Default 50.
     pub least_rows: usize,
-    /// The means of both halves of a capture differ by at most this beyond their noise, mg.
-    /// Default 5.
-    pub most_drift_mg: f64,
     /// Up to this tilt a face is noted as tilted less, degrees. Default 10.
     pub fine_tilt_deg: f64,
     /// Beyond this tilt a pose is no face, degrees. Default 25.
@@ -102,7 +99,6 @@ impl Default for LiveOptions {
             settle_s: 0.5,
             capture_s: 2.5,
             least_rows: 50,
-            most_drift_mg: 5.0,
             fine_tilt_deg: 10.0,
             most_tilt_deg: MOST_FACE_ANGLE_DEG,
             apart_deg: 25.0,

@@ -153,9 +153,9 @@ impl Reader {
         if file.format.layout.calibrated_by_board {
             return Err(Error::input(
                 "already-calibrated",
-                "the board sends calibrated values, by its own line: a calibration needs raw ones",
+                "the board sends calibrated values, as the line with its settings says: a calibration needs raw ones",
             )
-            .with_hint("gravical live --format si; the sketch sends raw values for it, too"));
+            .with_hint("gravical live --format si: with it the sketch sends raw values"));
         }
         queue.0.borrow_mut().extend(&self.head[self.examined..]);
         self.queue = queue;

@@ -29,7 +29,7 @@ pub(super) enum Side {
 /// Noise as it walks: N of the accelerometer along each axis of the sensor and of
 /// the gyroscope.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Walk {
+pub(super) struct RandomWalk {
     /// N², m²/s³.
     pub accel: [f64; 3],
     /// N_g², rad²/s; the mean of the axes.
@@ -39,7 +39,7 @@ pub(super) struct Walk {
     pub rounding: [f64; 2],
 }
 
-impl Walk {
+impl RandomWalk {
     /// N² = σ²·VIF·Σw²/Σw over samples of the weights w that the trapezoid gives
     /// them, half of the time between their neighbours: with even stamps σ²·VIF·h.
     pub fn new(accel: Option<&Noise>, gyro: Option<&Noise>, samples: &Samples) -> Self {
@@ -54,7 +54,7 @@ impl Walk {
         let step = if sum > 0.0 { squares / sum } else { 0.0 };
         let walk = |noise: &Noise| noise.sigma.map(|s| s * s * noise.vif * step);
         let left = |noise: &Noise| noise.rounding.iter().map(|r| r * r).sum::<f64>() / 3.0;
-        Walk {
+        RandomWalk {
             accel: accel.map_or([0.0; 3], walk),
             gyro: gyro.map_or(0.0, |n| walk(n).iter().sum::<f64>() / 3.0),
             rounding: [accel.map_or(0.0, left), gyro.map_or(0.0, left)],
@@ -66,29 +66,31 @@ impl Walk {
         let Some(noise) = &options.noise else {
             return (self, None);
         };
-        let mut used = Vec::new();
-        let mut say = |sensor: &str, unit: &str, own: f64, rest: f64| {
-            used.push(format!(
-                "{sensor} {:.2e} {unit}, {:.2} times that of the rests",
-                own.sqrt(),
-                (own / rest).sqrt()
-            ));
+        let say = |sensor: &str, unit: &str, own: f64, rest: f64| {
+            let ratio = match rest > 0.0 {
+                true => format!(", {:.2} times that of the rests", (own / rest).sqrt()),
+                false => String::new(),
+            };
+            format!("{sensor} {:.2e} {unit}{ratio}", own.sqrt())
         };
-        if let Some(n) = noise.densities('a') {
-            let before = self.accel_mean();
-            self.accel = options.axes.to_case(n).map(|n| n * n);
-            say("accelerometer", "m/s²/√Hz", self.accel_mean(), before);
-        }
-        if let Some(n) = noise.densities('g') {
-            let before = self.gyro;
-            self.gyro = n.iter().map(|n| n * n).sum::<f64>() / 3.0;
-            say("gyroscope", "rad/s/√Hz", self.gyro, before);
-        }
-        let text = match used.is_empty() {
-            true => "the noise file does not know N of all axes: the bands use that of the rests"
-                .to_owned(),
-            false => format!("the bands use N of the noise file: {}", used.join("; ")),
+        let (accel, gyro) = (self.accel_mean(), self.gyro);
+        let of_rests =
+            |sensor: &str| format!("{sensor} that of the rests, as N of an axis is not determined");
+        let of_accel = match noise.densities('a') {
+            Some(n) => {
+                self.accel = options.axes.to_case(n).map(|n| n * n);
+                say("accelerometer", "m/s²/√Hz", self.accel_mean(), accel)
+            }
+            None => of_rests("accelerometer"),
         };
+        let of_gyro = match noise.densities('g') {
+            Some(n) => {
+                self.gyro = n.iter().map(|n| n * n).sum::<f64>() / 3.0;
+                say("gyroscope", "rad/s/√Hz", self.gyro, gyro)
+            }
+            None => of_rests("gyroscope"),
+        };
+        let text = format!("the bands use N of the noise file: {of_accel}; {of_gyro}");
         (self, Some(Finding::new(FindingKind::NoiseUsed, text)))
     }
 
@@ -117,11 +119,11 @@ impl Walk {
 /// The rests of a recording, asked for what they say.
 pub(super) struct Anchors<'a> {
     view: View<'a>,
-    walk: Walk,
+    walk: RandomWalk,
 }
 
 impl<'a> Anchors<'a> {
-    pub fn new(view: View<'a>, walk: Walk) -> Self {
+    pub fn new(view: View<'a>, walk: RandomWalk) -> Self {
         Anchors { view, walk }
     }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use gravical_core::matrix3::norm;
 
-use super::anchors::{Anchors, Side, Walk};
+use super::anchors::{Anchors, RandomWalk, Side};
 use super::misfit::GravityMisfit;
 use super::nominal::Nominal;
 use super::options::{GravityRemoval, MotionOptions};
@@ -22,7 +22,7 @@ use crate::uncertainty::{Covariance12, covariance_at_its_gravity, covariance_of}
 pub(super) fn force_at_rest(
     samples: &Samples,
     rests: &[Range<usize>],
-    walk: Walk,
+    walk: RandomWalk,
 ) -> Option<[f64; 3]> {
     (!rests.is_empty()).then(|| {
         Anchors::new(View::calibrated(samples), walk)
@@ -38,7 +38,7 @@ pub(super) struct Applied<'a> {
     pub samples: &'a Samples,
     /// The samples by nominal scales alone; none without a calibration.
     pub nominal: Option<&'a Nominal>,
-    pub walk: Walk,
+    pub walk: RandomWalk,
 }
 
 /// Which parameters may be off, and by how much, before the rests are asked.
@@ -149,7 +149,7 @@ pub(super) fn local_gravity(file: Option<&CalibrationFile>, options: &MotionOpti
 }
 
 /// Mean of the first rows, and the seconds that it is over.
-pub(super) fn initial_mean(view: View<'_>, rows: usize, walk: Walk) -> ([f64; 3], f64) {
+pub(super) fn initial_mean(view: View<'_>, rows: usize, walk: RandomWalk) -> ([f64; 3], f64) {
     let rows = 0..rows.min(view.samples.len());
     let anchors = Anchors::new(view, walk);
     let seconds = anchors.seconds(&rows);

@@ -58,17 +58,21 @@ impl Tested {
 
     /// What widens the band; none where nothing does.
     pub fn reason(&self) -> Option<String> {
-        if self.velocity <= IMPROBABLE && self.tilt <= FAR {
-            return None;
-        }
-        let (what, sigmas) = if self.tilt > self.velocity {
-            ("tilt", self.tilt)
-        } else {
-            ("velocity", self.velocity)
-        };
-        Some(format!(
-            "the {what} at its end is {sigmas:.1} times its uncertainty from what the rest shows: the band is widened by that"
-        ))
+        let beyond = [
+            ("velocity", self.velocity, IMPROBABLE),
+            ("tilt", self.tilt, FAR),
+        ]
+        .map(|(what, ratio, limit)| {
+            (ratio > limit)
+                .then(|| format!("the {what} at its end is {ratio:.1} times its uncertainty"))
+        });
+        let named: Vec<String> = beyond.into_iter().flatten().collect();
+        (!named.is_empty()).then(|| {
+            format!(
+                "{} from what the rest shows: the band is widened by that",
+                named.join(" and ")
+            )
+        })
     }
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use super::anchors::Walk;
+use super::anchors::RandomWalk;
 use super::samples::Samples;
 use super::still::may_hide_m;
 
@@ -39,7 +39,7 @@ pub(super) struct Hidden {
 }
 
 impl Hidden {
-    pub fn new(walk: &Walk, samples: &Samples, rests: &[Range<usize>]) -> Self {
+    pub fn new(walk: &RandomWalk, samples: &Samples, rests: &[Range<usize>]) -> Self {
         let length = |r: &Range<usize>| samples.t_s[r.end - 1] - samples.t_s[r.start];
         Hidden {
             accel: walk.accel_mean(),

@@ -10,7 +10,7 @@ use std::ops::Range;
 use gravical_core::integrate::Trapezoid;
 use gravical_core::matrix3::{add, cross, norm, scaled, sub};
 use gravical_core::motion::Propagator;
-use gravical_core::strapdown::{levelling_error, times, turn};
+use gravical_core::strapdown::{from_rotation_vector, levelling_error, quat_mul};
 
 use super::parameters::Direction;
 use super::samples::View;
@@ -52,7 +52,10 @@ impl Removal {
     pub fn levelled(&self, attitude: &[f64; 4], force: &[f64; 3]) -> [f64; 4] {
         match self {
             Removal::Mean(_) => [1.0, 0.0, 0.0, 0.0],
-            _ => times(&turn(&levelling_error(attitude, force)), attitude),
+            _ => quat_mul(
+                &from_rotation_vector(&levelling_error(attitude, force)),
+                attitude,
+            ),
         }
     }
 }
@@ -194,9 +197,12 @@ impl Leg<'_> {
                 columns.position[k] = way.position();
             }
             for (q, tau) in columns.attitude.iter_mut().zip(&columns.tau) {
-                *q = times(&turn(&upright.vector(*tau)), q);
+                *q = quat_mul(&from_rotation_vector(&upright.vector(*tau)), q);
             }
-            out.attitude = times(&turn(&upright.vector(self.total())), &out.attitude);
+            out.attitude = quat_mul(
+                &from_rotation_vector(&upright.vector(self.total())),
+                &out.attitude,
+            );
             out.left_over = way.velocity();
         }
         if !self.stances.is_empty() {

@@ -8,7 +8,7 @@ use std::ops::Range;
 use gravical_core::matrix3::{dot, norm};
 use serde::Serialize;
 
-use super::anchors::{Anchors, Side, Walk};
+use super::anchors::{Anchors, RandomWalk, Side};
 use super::parameters::{self, Assumed, Direction};
 use super::samples::View;
 
@@ -43,7 +43,7 @@ impl GravityMisfit {
     pub(super) fn worst(
         view: View<'_>,
         rests: &[Range<usize>],
-        walk: Walk,
+        walk: RandomWalk,
         directions: &[Direction],
         gravity_mps2: f64,
     ) -> Option<Self> {

@@ -73,7 +73,7 @@ use crate::calibration_file::CalibrationFile;
 use crate::denoise::smooth;
 use crate::recording::{Finding, Recording};
 
-use anchors::Walk;
+use anchors::RandomWalk;
 use assumed::{Applied, force_at_rest, initial_mean, local_gravity};
 use hidden::Hidden;
 use path::Known;
@@ -90,7 +90,6 @@ pub use stance::StanceOptions;
 pub use still::{Intervals, RestOptions};
 pub use stream::{Streamed, motion_stream};
 pub use table::{Table, write_table};
-pub use verdict::{MotionJudgement, MotionVerdict};
 
 /// Motion of a recording: the result, and the table behind it.
 #[derive(Debug, Clone)]
@@ -184,7 +183,7 @@ fn compute(
         samples.clipped = clipped;
     }
     let view = View::calibrated(&samples);
-    let walk = Walk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
+    let walk = RandomWalk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
     let (walk, noise_used) = walk.with_noise(options);
     findings.extend(noise_used.map(|finding| finding.in_file(&recording.name)));
     let mut rests = found.spans.clone();

@@ -8,7 +8,6 @@ use serde::Serialize;
 use super::hidden::VisibleMove;
 use super::misfit::GravityMisfit;
 use super::still::Rests;
-use super::verdict::MotionVerdict;
 use crate::recording::Finding;
 
 /// Motion of one recording.
@@ -57,6 +56,49 @@ pub struct MotionResult {
     pub truth: Option<Comparison>,
     /// What is odd.
     pub findings: Vec<Finding>,
+}
+
+/// The verdict on a motion, with its reasons.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MotionVerdict {
+    /// In a word.
+    pub judgement: MotionJudgement,
+    /// Why.
+    pub reasons: Vec<String>,
+}
+
+/// The verdict in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum MotionJudgement {
+    /// Every move is between two rests, which limits the drift.
+    Bounded,
+    /// At least one move has a rest at one end only.
+    PartlyOpen,
+    /// Some moves cannot be used.
+    PartlyUsable,
+    /// Gravity at rest contradicts the calibration; bands are widened by it.
+    CalibrationInDoubt,
+    /// No move can be used.
+    NotUsable,
+    /// No move was found.
+    AtRest,
+}
+
+impl MotionJudgement {
+    /// As it is written.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            MotionJudgement::Bounded => "bounded",
+            MotionJudgement::PartlyOpen => "partly open",
+            MotionJudgement::PartlyUsable => "partly usable",
+            MotionJudgement::CalibrationInDoubt => "calibration in doubt",
+            MotionJudgement::NotUsable => "not usable",
+            MotionJudgement::AtRest => "at rest",
+        }
+    }
 }
 
 /// Sampling rates, Hz.

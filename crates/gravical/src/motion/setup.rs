@@ -6,7 +6,7 @@ use gravical_core::matrix3::{diagonal, dot, mul, norm, sub, transpose};
 use gravical_core::motion::OpenNoise;
 use gravical_core::strapdown::{level, matrix, rotate};
 
-use super::anchors::Walk;
+use super::anchors::RandomWalk;
 use super::bands::LegNoise;
 use super::hidden::Hidden;
 use super::leg::{Anchor, Closing, Leg, Removal};
@@ -30,7 +30,7 @@ pub(super) struct Setup<'a> {
     pub view: View<'a>,
     /// Stances of a walk, in order.
     pub stances: &'a [Range<usize>],
-    pub walk: Walk,
+    pub walk: RandomWalk,
     /// Stretches that are quiet at a speed, m/s.
     pub rides: &'a [(Range<usize>, f64)],
     pub directions: &'a [Direction],

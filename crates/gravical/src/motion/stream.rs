@@ -17,13 +17,13 @@ use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::motion::{FirstRest, Motion as Core, MotionConfig, Removal};
 use gravical_core::still::{Plan, RestNoise};
 
-use super::anchors::Walk;
+use super::anchors::RandomWalk;
 use super::assumed::{Applied, directions, doubts};
 use super::prepare::{Prepared, gap_s, prepare, times};
+use super::result::MotionVerdict;
 use super::samples::Samples;
 use super::still::{Rests, find_rests};
 use super::table::time_decimals;
-use super::verdict::MotionVerdict;
 use super::{
     Calibrated, GravityMisfit, GravityRemoval, MotionOptions, MotionResult, NoiseAtRest, Rates,
     words,
@@ -170,7 +170,7 @@ impl Begin {
             ..
         } = prepare(&mut recording.clone(), calibration, options)?;
         let rests = find_rests(&samples, &options.rests);
-        let walk = Walk::new(rests.accel.as_ref(), rests.gyro.as_ref(), &samples);
+        let walk = RandomWalk::new(rests.accel.as_ref(), rests.gyro.as_ref(), &samples);
         let applied = Applied {
             file: calibration.map(|c| c.file),
             scales: &scales,

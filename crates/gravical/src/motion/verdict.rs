@@ -1,54 +1,10 @@
 //! What can be determined from a recording of motion, and why.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use serde::Serialize;
 
 use super::misfit::GravityMisfit;
-use super::result::{Ends, FinalState, Move};
+use super::result::{Ends, FinalState, MotionJudgement, MotionVerdict, Move};
 use crate::numfmt::decimals_for;
-
-/// The verdict on a motion, with its reasons.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct MotionVerdict {
-    /// In a word.
-    pub judgement: MotionJudgement,
-    /// Why.
-    pub reasons: Vec<String>,
-}
-
-/// The verdict in a word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum MotionJudgement {
-    /// Every move is between two rests, which limits the drift.
-    Bounded,
-    /// At least one move has a rest at one end only.
-    PartlyOpen,
-    /// Some moves cannot be used.
-    PartlyUsable,
-    /// Gravity at rest contradicts the calibration; bands are widened by it.
-    CalibrationInDoubt,
-    /// No move can be used.
-    NotUsable,
-    /// No move was found.
-    AtRest,
-}
-
-impl MotionJudgement {
-    /// As it is written.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            MotionJudgement::Bounded => "bounded",
-            MotionJudgement::PartlyOpen => "partly open",
-            MotionJudgement::PartlyUsable => "partly usable",
-            MotionJudgement::CalibrationInDoubt => "calibration in doubt",
-            MotionJudgement::NotUsable => "not usable",
-            MotionJudgement::AtRest => "at rest",
-        }
-    }
-}
 
 impl MotionVerdict {
     pub(super) fn of(moves: &[Move], end: &FinalState, misfit: Option<GravityMisfit>) -> Self {

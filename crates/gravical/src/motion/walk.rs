@@ -90,7 +90,7 @@ mod tests {
     use crate::motion::hidden::Hidden;
     use crate::motion::options::GravityRemoval;
     use crate::motion::samples::{Samples, View};
-    use crate::motion::{MotionOptions, anchors::Walk};
+    use crate::motion::{MotionOptions, anchors::RandomWalk};
 
     /// 3 s of rest, six steps of a second with swings of `peak` rad/s, a pause of
     /// `pause` samples, half a second of shuffling, 3 s of rest; rests as they would
@@ -120,7 +120,7 @@ mod tests {
         let setup = Setup {
             view: View::calibrated(&samples),
             stances: &[],
-            walk: Walk::default(),
+            walk: RandomWalk::default(),
             rides: &[],
             directions: &[],
             removal: GravityRemoval::Strapdown,
@@ -129,7 +129,7 @@ mod tests {
             clock_error: 0.0,
             v0: [0.0; 3],
             p0: [0.0; 3],
-            hidden: Hidden::new(&Walk::default(), &samples, &[]),
+            hidden: Hidden::new(&RandomWalk::default(), &samples, &[]),
             bands: false,
         };
         let mut rests = vec![0..300, walked..walked + pause, end..n];

@@ -16,7 +16,12 @@ const SPAN: usize = 64;
 /// Phases that are processed together.
 const BATCH: usize = 2048;
 /// Longest averaging time, samples: 2⁴⁰ samples take 35 years at 1 kHz.
-const LONGEST: usize = 1 << 40;
+const LONGEST: usize = 1
+    << (if usize::BITS > 40 {
+        40
+    } else {
+        usize::BITS - 1
+    });
 
 /// Averaging times that are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -43,7 +48,8 @@ impl Spacing {
                 })
                 .collect(),
             Spacing::Decade => (0..12)
-                .flat_map(|decade| [1, 2, 5].map(|k| k * 10_usize.pow(decade)))
+                .filter_map(|decade| 10_usize.checked_pow(decade))
+                .flat_map(|decade| [1, 2, 5].map(|k| decade.saturating_mul(k)))
                 .chain(octaves)
                 .collect(),
         };
@@ -231,16 +237,18 @@ impl Allan {
         }
     }
 
-    /// Processes a level, and those above it if they have enough phases or `all`.
+    /// Processes a level, and those above it if they have enough phases or `all`: one without new
+    /// phases may have some above it.
     fn process(&mut self, at: usize, all: bool) {
         if at + 1 == self.levels.len() {
             self.levels.push(Level::new(self.spacing, at + 1));
         }
-        if let [level, next, ..] = &mut self.levels[at..] {
+        if let [level, next, above @ ..] = &mut self.levels[at..] {
             level.process();
             level.advance(next);
             let new = next.phases.len() - next.done;
-            if next.phases.len() >= BATCH || all && new > 0 && next.phases.len() > 1 {
+            let more = !above.is_empty() || new > 0 && next.phases.len() > 1;
+            if next.phases.len() >= BATCH || all && more {
                 self.process(at + 1, all);
             }
         }
@@ -361,6 +369,27 @@ mod tests {
                         assert_eq!((a.m, a.terms), (b.m, b.terms));
                         assert!((a.squares / b.squares - 1.0).abs() < 1e-10);
                     }
+                }
+            }
+        }
+    }
+
+    /// Where a level ends without new phases, those above it have some all the same.
+    #[test]
+    fn no_averaging_time_is_lost_whatever_the_number_of_samples() {
+        let x = wave(1 << 16);
+        let lengths = [1 << 11, 1 << 12, 1 << 13, 1 << 16, 4095, 4097, 20 * 1024];
+        for n in lengths {
+            for part in [20, 2048, n] {
+                let mut allan = Allan::new(Spacing::Octave, false);
+                x[..n].chunks(part).for_each(|part| allan.push(part));
+                let (sums, _) = allan.finish();
+                let all = Spacing::Octave.factors(n.div_ceil(2) + 1);
+                let fit = all.into_iter().filter(|m| 2 * m <= n);
+                assert!(sums.iter().map(|s| s.m).eq(fit), "{n} {part}");
+                for s in sums {
+                    let places = (n - 2 * s.m) / s.stride + 1;
+                    assert_eq!(s.terms, places as u64, "{n} {part} {s:?}");
                 }
             }
         }

@@ -7,9 +7,9 @@ use super::allan::Allan;
 use super::density::Density;
 use crate::Result;
 use crate::recording::Recording;
-use crate::recording::collect::Sink;
-use crate::recording::row::{ACCEL, GYRO, TEMPERATURE};
+use crate::recording::collect::{Known, Sink};
 use crate::recording::rows::{Rows, Source};
+use crate::recording::sample::Sample;
 use crate::still::moments;
 
 /// Up to this many consecutive samples that are missing are replaced by earlier ones.
@@ -19,24 +19,16 @@ const BACK: usize = 64;
 /// Length of the means that are compared with the temperature, s.
 pub(super) const MEAN_S: f64 = 1.0;
 
-/// One row.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Sample {
-    /// Accelerometer, gyroscope.
-    pub values: [f64; 6],
-    pub t_s: f64,
-    pub temperature_c: f64,
-    pub is_break: bool,
-}
-
 /// Sums of one channel.
 #[derive(Debug, Clone)]
 pub(super) struct Channel {
     pub allan: Allan,
     pub density: Density,
     pub trend: Trend,
-    /// Number of samples that were replaced, and of segments that end at missing ones.
+    pub scatter: Scatter,
+    /// Number of samples that were replaced, and of gaps where too many are missing.
     pub filled: u64,
+    pub gaps: u64,
     /// The latest samples of the segment, in a ring.
     recent: Vec<f64>,
     at: usize,
@@ -51,7 +43,9 @@ impl Channel {
             allan: Allan::new(options.spacing, options.full),
             density: Density::new(period_s),
             trend: Trend::default(),
+            scatter: Scatter::new(period_s),
             filled: 0,
+            gaps: 0,
             recent: Vec::with_capacity(BACK),
             at: 0,
             missing: 0,
@@ -87,6 +81,9 @@ impl Channel {
     fn hand_on(&mut self) {
         self.allan.push(&self.ready);
         self.density.push(&self.ready);
+        self.ready
+            .iter()
+            .for_each(|value| self.scatter.push(*value));
         self.ready.clear();
     }
 
@@ -95,6 +92,7 @@ impl Channel {
     fn fill(&mut self) {
         if self.missing > MOST_FILLED || self.recent.is_empty() {
             if !self.recent.is_empty() {
+                self.gaps += 1;
                 self.hand_on();
                 self.split();
             }
@@ -112,9 +110,59 @@ impl Channel {
     pub fn split(&mut self) {
         self.allan.split();
         self.density.split();
+        self.scatter.split();
         self.recent.clear();
         self.at = 0;
         self.missing = 0;
+    }
+}
+
+/// Scatter of the samples about their means over a second.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scatter {
+    /// Samples of a second.
+    length: f64,
+    count: f64,
+    mean: f64,
+    squares: f64,
+    /// Sum of squares and degrees of freedom of the seconds so far.
+    total: [f64; 2],
+}
+
+impl Scatter {
+    fn new(period_s: f64) -> Self {
+        Scatter {
+            length: (1.0 / period_s).max(2.0),
+            count: 0.0,
+            mean: 0.0,
+            squares: 0.0,
+            total: [0.0; 2],
+        }
+    }
+
+    fn push(&mut self, value: f64) {
+        self.count += 1.0;
+        let off = value - self.mean;
+        self.mean += off / self.count;
+        self.squares += off * (value - self.mean);
+        if self.count >= self.length {
+            self.split();
+        }
+    }
+
+    /// The next sample does not continue the last one.
+    fn split(&mut self) {
+        if self.count > 1.0 {
+            self.total[0] += self.squares;
+            self.total[1] += self.count - 1.0;
+        }
+        (self.count, self.mean, self.squares) = (0.0, 0.0, 0.0);
+    }
+
+    /// Variance; NaN without two samples that follow each other.
+    pub fn variance(mut self) -> f64 {
+        self.split();
+        self.total[0] / self.total[1]
     }
 }
 
@@ -170,8 +218,7 @@ pub(super) struct Fold {
     at: usize,
     row: usize,
     period_s: f64,
-    zero_offset: f64,
-    celsius: bool,
+    known: Known,
     /// A block with a larger variance, sum of the axes, is not quiet.
     most_variance: f64,
     width: usize,
@@ -179,6 +226,8 @@ pub(super) struct Fold {
     /// Stamps that repeat, and are made up for by the next gap.
     repeated: usize,
     block: [Vec<f64>; 6],
+    /// Rows of the block; it also has the samples that are missing between them.
+    block_rows: u64,
     temperature: (f64, f64),
     /// Sums of the means towards the next point of the trend: temperature, channels, weight.
     towards: (f64, [f64; 6], f64),
@@ -195,9 +244,8 @@ pub(super) struct Plan {
     pub channels: usize,
     pub most_variance: f64,
     pub width: usize,
-    pub zero_offset: f64,
-    /// Temperatures are in °C.
-    pub celsius: bool,
+    /// The recording, as it is read again.
+    pub known: Known,
 }
 
 impl Fold {
@@ -208,13 +256,13 @@ impl Fold {
             at: 0,
             row: 0,
             period_s: plan.period_s,
-            zero_offset: plan.zero_offset,
-            celsius: plan.celsius,
+            known: plan.known,
             most_variance: plan.most_variance,
             width: plan.width,
             last_t_s: f64::NAN,
             repeated: 0,
             block: Default::default(),
+            block_rows: 0,
             temperature: (0.0, 0.0),
             towards: (0.0, [0.0; 6], 0.0),
             channels: vec![channel; plan.channels],
@@ -237,23 +285,13 @@ impl Fold {
 
     /// Takes the rows of a recording that is in memory as a whole.
     pub fn take_recording(&mut self, recording: &Recording) {
-        let mut breaks = recording.breaks.iter().peekable();
-        for row in 0..recording.rows() {
-            let is_break = breaks.next_if_eq(&&row).is_some();
-            let gyro = recording.gyro.as_ref();
-            let value = |i: usize| match i {
-                0..3 => recording.accel[i][row],
-                _ => gyro.map_or(f64::NAN, |g| g[i - 3][row]),
-            };
-            let or_nan = |column: &Option<Vec<f64>>| column.as_ref().map_or(f64::NAN, |c| c[row]);
-            self.push(Sample {
-                values: std::array::from_fn(value),
-                t_s: or_nan(&recording.time_s),
-                temperature_c: or_nan(&recording.temperature_c),
-                is_break,
-            });
-        }
-        self.end();
+        recording.samples().for_each(|sample| self.push(sample));
+        self.split();
+    }
+
+    /// All rows that are used were there.
+    pub fn is_complete(&self) -> bool {
+        self.at == self.ranges.len()
     }
 
     /// Takes the next row of the file.
@@ -272,15 +310,16 @@ impl Fold {
             self.counts.gaps += u64::from(!first);
             self.split();
         } else {
-            self.step(sample.t_s - self.last_t_s);
+            self.step(sample.time_s - self.last_t_s);
         }
-        self.last_t_s = sample.t_s;
+        self.last_t_s = sample.time_s;
         self.counts.rows += 1;
+        self.block_rows += 1;
         for (channel, value) in self.block.iter_mut().zip(sample.values) {
             channel.push(value);
         }
         let t_c = sample.temperature_c;
-        if self.celsius && t_c.is_finite() {
+        if self.known.facts.celsius && t_c.is_finite() {
             self.temperature.0 += t_c;
             self.temperature.1 += 1.0;
             let [low, high] = self.counts.temperature_c.unwrap_or([t_c; 2]);
@@ -340,7 +379,7 @@ impl Fold {
         };
         let (_, variance) = moments(accel, 0..rows);
         if variance > self.most_variance {
-            self.counts.disturbed += rows as u64;
+            self.counts.disturbed += self.block_rows;
             self.counts.bumps += 1;
             self.channels.iter_mut().for_each(Channel::split);
         } else {
@@ -350,6 +389,7 @@ impl Fold {
             self.compare_with_temperature();
         }
         self.temperature = (0.0, 0.0);
+        self.block_rows = 0;
         self.block.iter_mut().for_each(Vec::clear);
     }
 
@@ -359,7 +399,7 @@ impl Fold {
             return;
         }
         let (towards_c, towards, weight) = &mut self.towards;
-        *towards_c += sum_c / count * count;
+        *towards_c += sum_c;
         for (sum, values) in towards.iter_mut().zip(&self.block) {
             let finite = values.iter().filter(|v| v.is_finite());
             let (n, total) = finite.fold((0.0, 0.0), |(n, total), v| (n + 1.0, total + v));
@@ -375,11 +415,6 @@ impl Fold {
             self.towards = (0.0, [0.0; 6], 0.0);
         }
     }
-
-    /// Ends the last segment.
-    fn end(&mut self) {
-        self.split();
-    }
 }
 
 impl Sink for Fold {
@@ -388,19 +423,9 @@ impl Sink for Fold {
         while self.at < self.ranges.len()
             && let Some(row) = rows.next_row()?
         {
-            let value = |i: usize| match i {
-                0..3 => row.values[ACCEL + i] - self.zero_offset,
-                _ => row.values[GYRO + i - 3],
-            };
-            let sample = Sample {
-                values: std::array::from_fn(value),
-                t_s: row.t_s,
-                temperature_c: row.values[TEMPERATURE],
-                is_break: row.is_break(),
-            };
-            self.push(sample);
+            self.push(Sample::of_row(&row, self.row, &self.known));
         }
-        self.end();
+        self.split();
         Ok(())
     }
 }

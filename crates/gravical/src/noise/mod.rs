@@ -50,24 +50,27 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::{CHANNELS, InputFile, NoiseParameters, NoiseSection};
+use crate::excerpt::read_ahead;
 use crate::finding::{Finding, FindingKind};
+use crate::recording::collect::Rereader;
+use crate::recording::open::Reopenable;
 use crate::recording::{ReadOptions, Recording};
 use crate::segment::check_units;
 use crate::segment::gyro_unit::{Claims, Evidence, decide};
 use crate::segment::still::{StillOptions, block_rows, find_stills};
 use crate::segment::turns::motions;
-use crate::{Error, Result, excerpt};
+use crate::{Error, Result};
 
 pub use allan::{Allan, AllanSums, Lengths, Spacing};
 pub use file::{NOISE_FORMAT, read_noise};
 pub use fit::{Estimate, NotObservable};
 pub use model::Term;
 pub use parts::{DataSheet, PARTS, Part};
-pub use words::{Unit, hours};
+pub use words::{Unit, duration_text};
 
 use density::Density;
 use fit::{Fit, Outcome, Points, chi_square_factors, fit};
-use fold::{Channel, Fold, Plan, Trend};
+use fold::{Channel, Fold, MEAN_S, Plan, Trend};
 use model::Model;
 
 /// Shortest static interval whose noise is analysed, s.
@@ -80,8 +83,10 @@ const STEADY_C: f64 = 0.5;
 /// Share of slow changes that the temperature explains, and the deviation from no dependence.
 const EXPLAINED: f64 = 0.5;
 const SIGNIFICANT: f64 = 5.0;
-/// The density may differ from that of the model by this share of its power.
+/// The density may differ from that of the model by this share of its power, and by so many
+/// standard deviations.
 const DENSITY_SHARE: f64 = 0.15;
+const DENSITY_SIGMAS: f64 = 4.0;
 /// Noise before rounding below this share of the resolution does not average it away
 /// ([`gravical_core::rounding`]).
 const LEAST_OF_RESOLUTION: f64 = 0.34;
@@ -222,16 +227,21 @@ impl ChannelNoise {
     /// What a calibration file keeps.
     fn parameters(&self) -> NoiseParameters {
         let value = |term: Term| self.estimate(term).map(|e| e.value);
+        let most = |term: Term| self.missing(term)?.at_most;
         NoiseParameters {
             channel: self.channel.clone(),
             n: value(Term::N),
             b: value(Term::B),
             k: value(Term::K),
-            at_most: [Term::N, Term::B, Term::K].map(|term| self.missing(term)?.at_most),
+            n_at_most: most(Term::N),
+            b_at_most: most(Term::B),
+            k_at_most: most(Term::K),
         }
     }
 
-    fn is_gyroscope(&self) -> bool {
+    /// True for an axis of the gyroscope.
+    #[must_use]
+    pub fn is_gyroscope(&self) -> bool {
         self.channel.starts_with('g')
     }
 }
@@ -294,6 +304,8 @@ pub struct DensityCheck {
     pub band_hz: [f64; 2],
     /// Power in the band over that of the fitted curve.
     pub ratio: f64,
+    /// Standard deviation of the ratio by chance.
+    pub ratio_sd: f64,
 }
 
 /// Dependence of the slow changes on the temperature.
@@ -311,11 +323,20 @@ pub struct TemperatureDrift {
 /// # Errors
 ///
 /// As [`recording::read`](crate::recording::read); `unit-unknown`; `rate-unknown` (usage) without
-/// time stamps and rate; `not-at-rest` without a static interval of ten seconds.
+/// time stamps and rate; `not-at-rest` without a static interval of ten seconds; `changed` if a long
+/// file has fewer rows when it is read again.
 pub fn noise(path: &Path, read: &ReadOptions, options: &NoiseOptions) -> Result<NoiseResult> {
-    let plan = |recording: &Recording| Ok(Fold::new(plan(recording, options)?, options));
-    let (recording, mut fold) = excerpt::read_twice(path, read, &options.still, plan)?;
-    if !recording.is_excerpt() {
+    let name = path.display().to_string();
+    let mut source = Reopenable::of(path);
+    let recording = read_ahead(&mut source, &name, read, &options.still)?;
+    let mut fold = Fold::new(plan(&recording, options)?, options);
+    if recording.is_excerpt() {
+        let mut again = Rereader::new(&mut source, &name, read, recording.known);
+        fold = again.collect(|_, _| fold)?;
+        if !fold.is_complete() {
+            return Err(again.changed());
+        }
+    } else {
         fold.take_recording(&recording);
     }
     finish(&recording, fold, options)
@@ -387,8 +408,7 @@ fn plan(recording: &Recording, options: &NoiseOptions) -> Result<Plan> {
         channels: if recording.gyro.is_some() { 6 } else { 3 },
         most_variance: (options.still.noise_factor * stills.noise).powi(2),
         width: block_rows(rate_hz, &options.still),
-        zero_offset: recording.zero_offset,
-        celsius: recording.known.facts.celsius,
+        known: recording.known,
     })
 }
 
@@ -418,7 +438,8 @@ fn finish(recording: &Recording, fold: Fold, options: &NoiseOptions) -> Result<N
         .with_hint("give the range: --accel-range 2")
     })?;
     let gyro_per_si = gyro_scale(recording, options, &mut findings);
-    let counts = fold.counts.clone();
+    let mut counts = fold.counts.clone();
+    counts.gaps += fold.channels.iter().map(|c| c.gaps).max().unwrap_or(0);
     let ranges = fold.ranges().to_vec();
     let mut channels = Vec::new();
     let mut filled = 0;
@@ -432,20 +453,22 @@ fn finish(recording: &Recording, fold: Fold, options: &NoiseOptions) -> Result<N
         let Some(per_si) = per_si else { continue };
         filled = filled.max(sums.filled);
         let step = recording.resolution[i] / per_si;
+        let deviation = sums.scatter.variance().sqrt() / per_si;
         segments = segments.max(sums.allan.segments());
         let mut channel = channel_noise(CHANNELS[i], sums, period_s, per_si, options);
         if channel.adev.is_empty() {
             findings.push(words::without_values(&channel));
             continue;
         }
-        findings.extend(words::judge(&mut channel, step, period_s));
+        findings.extend(words::judge(&mut channel, step, deviation, period_s));
+        channel.data_sheet = data_sheet(&channel, options.part);
         channels.push(channel);
     }
     let recorded_s = recording
         .timing
         .duration_s
         .unwrap_or(recording.rows_in_file() as f64 * period_s);
-    let used_s = (counts.rows - counts.disturbed) as f64 * period_s;
+    let used_s = counts.rows.saturating_sub(counts.disturbed) as f64 * period_s;
     findings.extend(words::of_recording(
         recording, &ranges, &counts, filled, period_s,
     ));
@@ -563,18 +586,22 @@ fn channel_noise(
     } else {
         words::nothing_fitted(&mut channel, &options.terms, &variance);
     }
-    channel.data_sheet = options.part.map(|part| {
-        let n = match channel.is_gyroscope() {
-            true => part.gyro_n(),
-            false => part.accel_n(),
-        };
-        DataSheet {
-            part: part.name.to_owned(),
-            n,
-            ratio: channel.n.map(|e| e.value / n),
-        }
-    });
+    channel.data_sheet = data_sheet(&channel, options.part);
     channel
+}
+
+/// N beside that of the data sheet.
+fn data_sheet(channel: &ChannelNoise, part: Option<&Part>) -> Option<DataSheet> {
+    let part = part?;
+    let n = match channel.is_gyroscope() {
+        true => part.gyro_n(),
+        false => part.accel_n(),
+    };
+    Some(DataSheet {
+        part: part.name.to_owned(),
+        n,
+        ratio: channel.n.map(|e| e.value / n),
+    })
 }
 
 fn allan_points(
@@ -638,12 +665,13 @@ fn take_fit(channel: &mut ChannelNoise, fit: &Fit, points: &Points<'_>, longest_
 }
 
 fn density_check(density: &Density, fit: &Fit, per_si2: f64) -> Option<DensityCheck> {
-    let (ratio, _, band_hz) = density.ratio(|hz| fit.model.density(hz) * per_si2)?;
+    let (ratio, ratio_sd, band_hz) = density.ratio(|hz| fit.model.density(hz) * per_si2)?;
     let n = fit.model.squares[Term::N as usize].sqrt();
     Some(DensityCheck {
         n: n * ratio.sqrt(),
         band_hz,
         ratio,
+        ratio_sd,
     })
 }
 
@@ -656,10 +684,10 @@ fn temperature_drift(
     if trend.count < 10.0 {
         return None;
     }
-    // White noise of the means is no slow change.
+    // White noise of the means is no slow change; its sum of squares is known up to chance.
     let white = channel.n.map_or(0.0, |n| n.value.powi(2)) / MEAN_S;
     let squares = trend.squares / (per_si * per_si);
-    let slow = (squares - white * trend.count).max(0.0);
+    let slow = (squares - white * trend.count).max(white * (2.0 * trend.count).sqrt());
     let slope = trend.slope() / per_si;
     let by_temperature = slope * slope * trend.squares_c;
     let significant = by_temperature.sqrt() > SIGNIFICANT * white.sqrt();
@@ -669,9 +697,6 @@ fn temperature_drift(
         explained,
     })
 }
-
-/// Length of the means that are compared with the temperature, s.
-const MEAN_S: f64 = fold::MEAN_S;
 
 #[cfg(test)]
 mod tests;

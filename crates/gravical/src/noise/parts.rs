@@ -18,7 +18,8 @@ pub struct Part {
     pub gyro_deg_s_rthz: f64,
 }
 
-/// The parts that are known, with typical values.
+/// The parts whose data sheets were read, with typical values: MPU-6000/MPU-6050 revision 3.4 (at
+/// 10 Hz), MPU-9250 revision 1.0 (low-noise mode), ICM-42688-P revision 1.7.
 pub const PARTS: &[Part] = &[
     Part {
         name: "MPU6050",
@@ -26,29 +27,14 @@ pub const PARTS: &[Part] = &[
         gyro_deg_s_rthz: 0.005,
     },
     Part {
-        name: "MPU6500",
-        accel_ug_rthz: 300.0,
-        gyro_deg_s_rthz: 0.01,
-    },
-    Part {
         name: "MPU9250",
         accel_ug_rthz: 300.0,
         gyro_deg_s_rthz: 0.01,
     },
     Part {
-        name: "ICM20948",
-        accel_ug_rthz: 230.0,
-        gyro_deg_s_rthz: 0.015,
-    },
-    Part {
         name: "ICM42688P",
         accel_ug_rthz: 70.0,
         gyro_deg_s_rthz: 0.0028,
-    },
-    Part {
-        name: "BMI160",
-        accel_ug_rthz: 180.0,
-        gyro_deg_s_rthz: 0.007,
     },
 ];
 

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::fold::Counts;
 use super::{
-    ChannelNoise, DENSITY_SHARE, LEAST_OF_RESOLUTION, MOST_FILLED_SHARE, NotObservable, STEADY_C,
-    Term,
+    ChannelNoise, DENSITY_SHARE, DENSITY_SIGMAS, LEAST_OF_RESOLUTION, MOST_FILLED_SHARE,
+    NotObservable, STEADY_C, Term,
 };
 use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::recording::Recording;
@@ -61,7 +61,7 @@ impl Unit {
 
 /// A duration with two or three digits: `45 s`, `12 min`, `2.5 h`, `3.1 d`.
 #[must_use]
-pub fn hours(seconds: f64) -> String {
+pub fn duration_text(seconds: f64) -> String {
     let (value, unit) = match seconds {
         s if s < 120.0 => (s, "s"),
         s if s < 5400.0 => (s / 60.0, "min"),
@@ -76,10 +76,13 @@ pub fn hours(seconds: f64) -> String {
 
 /// Why a term is not observable.
 pub(super) fn not_observable(term: Term, longest_s: f64, record_s: Option<f64>) -> String {
-    let what = format!("not observable in {}", hours(longest_s));
+    let what = format!("not observable in {}", duration_text(longest_s));
     match (record_s, term) {
-        (Some(s), Term::Q) => format!("{what}: record for {}, or at a higher rate", hours(s)),
-        (Some(s), _) => format!("{what}: record at least {}", hours(s)),
+        (Some(s), Term::Q) => format!(
+            "{what}: record for {}, or at a higher rate",
+            duration_text(s)
+        ),
+        (Some(s), _) => format!("{what}: record at least {}", duration_text(s)),
         (None, _) => format!("{what}, nor in a thousand times that"),
     }
 }
@@ -96,6 +99,7 @@ pub(super) fn nothing_fitted(channel: &mut ChannelNoise, terms: &[Term], varianc
 fn all_missing(channel: &mut ChannelNoise, terms: &[Term], reason: &str, most_n: Option<f64>) {
     (channel.n, channel.b, channel.k) = (None, None, None);
     (channel.q, channel.r) = (None, None);
+    (channel.fit, channel.density) = (None, None);
     channel.not_observable = terms
         .iter()
         .map(|term| NotObservable {
@@ -118,12 +122,17 @@ pub(super) fn without_values(channel: &ChannelNoise) -> Finding {
     )
 }
 
-/// What is odd about a channel. Noise below the resolution is taken out of the result.
-pub(super) fn judge(channel: &mut ChannelNoise, step: f64, period_s: f64) -> Vec<Finding> {
+/// What is odd about a channel whose samples have that resolution and standard deviation. Noise
+/// below the resolution is taken out of the result.
+pub(super) fn judge(
+    channel: &mut ChannelNoise,
+    step: f64,
+    deviation: f64,
+    period_s: f64,
+) -> Vec<Finding> {
     let mut findings = Vec::new();
     let name = channel.channel.clone();
-    let sample = channel.adev.first().map_or(f64::NAN, |point| point.sigma);
-    let before = (sample * sample - step * step / 12.0).max(0.0).sqrt();
+    let before = (deviation * deviation - step * step / 12.0).max(0.0).sqrt();
     let terms: Vec<Term> = Term::ALL
         .into_iter()
         .filter(|t| channel.estimate(*t).is_some() || channel.missing(*t).is_some())
@@ -138,7 +147,7 @@ pub(super) fn judge(channel: &mut ChannelNoise, step: f64, period_s: f64) -> Vec
         all_missing(channel, &terms, &reason, Some(most));
         findings.push(Finding::warning(
             FindingKind::NoiseBelowResolution,
-            format!("{name}: {reason}; only an upper limit of N is known"),
+            format!("{name}: {reason}; only an upper limit of N is known, for noise that no low-pass has reduced"),
         ));
         return findings;
     }
@@ -159,13 +168,13 @@ pub(super) fn judge(channel: &mut ChannelNoise, step: f64, period_s: f64) -> Vec
             FindingKind::NoiseMisfit,
             format!(
                 "{name}: at an averaging time of {} the Allan variance is {:.2} times that of the model: vibration or another disturbance adds to the noise",
-                hours(misfit.tau_s),
+                duration_text(misfit.tau_s),
                 misfit.ratio
             ),
         ));
     }
     if let Some(density) = channel.density.filter(|_| channel.n.is_some())
-        && (density.ratio - 1.0).abs() > DENSITY_SHARE
+        && (density.ratio - 1.0).abs() > DENSITY_SHARE.max(DENSITY_SIGMAS * density.ratio_sd)
     {
         findings.push(Finding::warning(
             FindingKind::NoiseDensityDiffers,
@@ -210,8 +219,8 @@ pub(super) fn of_recording(
                 FindingKind::NoiseFromRests,
                 format!(
                     "the sensor moved: {interval} used, {} of {}",
-                    hours(rest as f64 * period_s),
-                    hours(rows as f64 * period_s)
+                    duration_text(rest as f64 * period_s),
+                    duration_text(rows as f64 * period_s)
                 ),
             )
             .at_lines(&lines),
@@ -224,7 +233,7 @@ pub(super) fn of_recording(
                 format!(
                     "{} disturbances of together {}, left out like gaps",
                     counts.bumps,
-                    hours(counts.disturbed as f64 * period_s)
+                    duration_text(counts.disturbed as f64 * period_s)
                 ),
             )
             .counting(counts.disturbed),
@@ -312,7 +321,7 @@ mod tests {
             (86400.0, "24 h"),
             (604_800.0, "7.0 d"),
         ] {
-            assert_eq!(hours(s), text);
+            assert_eq!(duration_text(s), text);
         }
     }
 

@@ -14,6 +14,7 @@
 //! # Ok::<(), &str>(())
 //! ```
 
+use gravical_core::unit::mpu6050_gyroscope_lsb_per_deg_s;
 use serde::Serialize;
 
 /// Settings of the firmware.
@@ -84,14 +85,10 @@ impl BoardSettings {
         }
     }
 
-    /// Counts per °/s (MPU-6000 and MPU-6050 Product Specification 3.4, section 6.1); `None` for
-    /// a range that the sensor does not have.
+    /// Counts per °/s; `None` for a range that the sensor does not have.
     #[must_use]
     pub fn lsb_per_deg_s(&self) -> Option<f64> {
-        [(250, 131.0), (500, 65.5), (1000, 32.8), (2000, 16.4)]
-            .into_iter()
-            .find(|(range, _)| *range == self.gyro_range_deg_s)
-            .map(|(_, lsb)| lsb)
+        mpu6050_gyroscope_lsb_per_deg_s(self.gyro_range_deg_s)
     }
 }
 
@@ -110,7 +107,7 @@ pub(super) fn last(metadata: &[String]) -> Option<BoardSettings> {
 pub(crate) fn why_calibrated(by_board: bool) -> &'static str {
     match by_board {
         true => {
-            "the board calibrated it, by its own line (`gravical log --format si` records raw values)"
+            "the board calibrated it, as the line with its settings says (`gravical log --format si` records raw values)"
         }
         false => "its columns have the names of calibrated columns",
     }

@@ -367,32 +367,78 @@ pub(crate) fn collect_from<T: Sink>(
     }
 }
 
-/// Reads a recording again, with known facts, until `sink` has the rows it needs; `None` if it
-/// cannot be opened again.
-///
-/// # Errors
-///
-/// As [`read`].
-pub(crate) fn collect_again<T: Sink>(
-    source: &mut Reopenable,
-    name: &str,
-    options: &ReadOptions,
-    known: Known,
-    sink: impl FnOnce(&Layout, &Facts) -> T,
-) -> Result<Option<T>> {
-    let unhashed = ReadOptions {
-        hash: false,
-        ..options.clone()
-    };
-    let Some(input) = source.reopen(&unhashed)? else {
-        return Ok(None);
-    };
-    let facts = Some(known.facts);
-    let mut file = open_rows(input, name, Role::Recording, options, facts)?;
-    file.rows = file.rows.with_zeros_from(known.zeros_from).times_only();
-    let mut sink = sink(&file.format.layout, &known.facts);
-    sink.collect(&mut file.rows)?;
-    Ok(Some(sink))
+/// Reads a recording again, with what is known of it.
+pub(crate) struct Rereader<'a> {
+    source: &'a mut Reopenable,
+    name: &'a str,
+    options: ReadOptions,
+    pub known: Known,
+}
+
+impl<'a> Rereader<'a> {
+    pub fn new(
+        source: &'a mut Reopenable,
+        name: &'a str,
+        options: &ReadOptions,
+        known: Known,
+    ) -> Self {
+        let options = ReadOptions {
+            hash: false,
+            ..options.clone()
+        };
+        Rereader {
+            source,
+            name,
+            options,
+            known,
+        }
+    }
+
+    /// The rows again; they have a time, and no further statistics.
+    ///
+    /// # Errors
+    ///
+    /// As [`read`]; `changed` (input) for a pipe that could not be copied.
+    pub fn open(&mut self) -> Result<OpenFile> {
+        let input = self.source.reopen(&self.options)?;
+        let input = input.ok_or_else(|| {
+            Error::input(
+                "changed",
+                "it has to be read twice, and there was no room for a temporary copy of it",
+            )
+            .at(Path::new(self.name), None)
+            .with_hint("write the data of a pipe to a file first")
+        })?;
+        let facts = Some(self.known.facts);
+        let mut file = open_rows(input, self.name, Role::Recording, &self.options, facts)?;
+        file.rows = file
+            .rows
+            .with_zeros_from(self.known.zeros_from)
+            .times_only();
+        Ok(file)
+    }
+
+    /// Passes rows to `sink` until it has those it needs.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`].
+    pub fn collect<T: Sink>(&mut self, sink: impl FnOnce(&Layout, &Facts) -> T) -> Result<T> {
+        let mut file = self.open()?;
+        let mut sink = sink(&file.format.layout, &self.known.facts);
+        sink.collect(&mut file.rows)?;
+        Ok(sink)
+    }
+
+    /// It had other rows than the first time.
+    pub fn changed(&self) -> Error {
+        Error::input(
+            "changed",
+            "it did not have the same rows when it was read again: the file changed",
+        )
+        .at(Path::new(self.name), None)
+        .with_hint("wait until no program writes to it")
+    }
 }
 
 /// What a recording is read with a second time.

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::dialect::Dialect;
-use crate::output::path_word;
+use crate::escape::path_word;
 use crate::{Error, Result};
 
 /// Of a text without a table at most one line in this many looks like a row.

@@ -21,8 +21,9 @@ use super::open::{self, Input};
 use super::row::{GYRO, SLOTS, TIME};
 use super::text::open_rows;
 use super::timing::{self, BreakKind, Claims, TimeUnit, Treatment};
-use super::{ReadOptions, Recording, RowMap, metadata, resolution};
+use super::{ReadOptions, Recording, RowMap, metadata};
 use crate::finding::{Finding, FindingKind, LineSpans};
+use crate::resolution::resolution;
 
 /// File that was joined to a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -100,7 +101,7 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
 /// True for a file named after a gyroscope and not also after an accelerometer.
 #[must_use]
 pub fn is_named_gyroscope(path: &Path) -> bool {
-    let stem = crate::segment::stem(&path.display().to_string()).to_lowercase();
+    let stem = open::stem(&path.display().to_string()).to_lowercase();
     stem.contains("gyr") && !stem.contains("acc")
 }
 
@@ -200,7 +201,7 @@ fn join_input(
     let own = absolute(recording.time_s.clone(), recording.time_origin_s);
     // From the measured values, before interpolation.
     let [.., x, y, z] = &mut recording.resolution;
-    [*x, *y, *z] = resolution::resolution(&gyro.channels);
+    [*x, *y, *z] = resolution(&gyro.channels);
     let joined = match (own, gyro.stamps_s.take()) {
         (Some(own), Some(other)) if own == other => gyro.channels,
         (Some(own), Some(other)) => {

@@ -52,10 +52,9 @@ pub mod names;
 pub mod open;
 pub(crate) mod range_end;
 #[doc(hidden)]
-pub mod resolution;
-#[doc(hidden)]
 pub mod row;
 pub(crate) mod rows;
+pub(crate) mod sample;
 pub(crate) mod text;
 #[doc(hidden)]
 pub mod timing;

@@ -16,6 +16,18 @@ use crate::{Error, Result};
 /// Number of bytes that are examined to determine the format.
 pub(crate) const HEAD: usize = 1 << 18;
 
+/// Name of a file without folder and endings (`.csv.gz` is two).
+pub(crate) fn stem(name: &str) -> String {
+    let file = Path::new(name)
+        .file_name()
+        .map_or_else(|| name.into(), |f| f.to_string_lossy());
+    let mut stem = file.as_ref();
+    for ending in [".gz", ".csv", ".txt", ".tsv", ".log", ".dat"] {
+        stem = stem.strip_suffix(ending).unwrap_or(stem);
+    }
+    stem.to_owned()
+}
+
 /// Bytes of a recording, unpacked, and converted to UTF-8 if it has another encoding.
 pub struct Input {
     /// The bytes to read.

@@ -9,9 +9,9 @@ use crate::calibration_file::{
 use crate::document::{
     self, Block, Cell, Column, Document, KeyFigure, Quantity, Row, Section, Table, Verdict,
 };
+use crate::escape::path_word;
 use crate::figure::Figure;
 use crate::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, unit};
-use crate::output::path_word;
 use crate::recording::Finding;
 use crate::temperature::short;
 

@@ -117,7 +117,6 @@ fn verdict(result: &MotionResult) -> Verdict {
     }
 }
 
-/// Why the calibration is in doubt.
 /// Displacement of the only move, calibrated and uncalibrated.
 fn single(result: &MotionResult) -> Option<KeyFigure> {
     let [only] = &result.moves[..] else {

@@ -2,7 +2,7 @@
 
 use crate::document::{Block, Cell, Column, Document, Quantity, Row, Section, Table};
 use crate::figure::Figure;
-use crate::noise::{ChannelNoise, Estimate, NoiseResult, Term, Unit, hours};
+use crate::noise::{ChannelNoise, Estimate, NoiseResult, Term, Unit, duration_text};
 use crate::numfmt::{decimals_for, fixed, small, unit};
 
 use super::short_name;
@@ -30,8 +30,8 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
             "at rest".to_owned(),
             format!(
                 "{} of {}, {spans}{segments}, {} Hz",
-                hours(result.used_s),
-                hours(result.recorded_s),
+                duration_text(result.used_s),
+                duration_text(result.recorded_s),
                 fixed(result.rate_hz, 2)
             ),
         ),

@@ -6,9 +6,9 @@ use crate::compare::{ChangeTest, HistoryEntry, HistoryParameter, SincePrevious, 
 use crate::document::{
     Block, Cell, Column, Document, Grade, Quantity, Row, Section, Table, Verdict,
 };
+use crate::escape::path_text;
 use crate::figure::Figure;
 use crate::numfmt::{decimals_by, fixed, mg, signed};
-use crate::output::path_text;
 use crate::store::{
     Choice, LeftOutFile, QueryTimeSource, SensorHistory, StoreList, StoredTimeSource,
 };

@@ -4,6 +4,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::*;
+use crate::calibrate::soak_alone;
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::{CalibrationFile, Grade, InputFile, InputRole};
 use crate::check::CheckOptions;
@@ -18,7 +19,6 @@ use crate::segment::face::AxisMap;
 use crate::simulate::{
     PosesOptions, Scenario, SimulateOptions, SoakOptions, StaticOptions, simulate, write,
 };
-use crate::temperature::soak_alone;
 
 fn simulated(scenario: Scenario) -> Recording {
     let folder = tempfile::tempdir().unwrap();

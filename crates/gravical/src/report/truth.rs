@@ -38,7 +38,7 @@ pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
         .row(row("end error, m", "end_error_m", Some(c.end_error_m), 2))
         .row(row("RMSE, m", "rmse_m", Some(c.rmse_m), 2))
         .row(row(
-            "end-point error, % of the path",
+            "end error, % of the path",
             "percent_of_path",
             c.percent_of_path,
             2,

@@ -66,7 +66,7 @@ pub(super) fn in_recording(
     if alone && (holds.is_empty() || (held * 50 < recording.rows_in_file() && holds.len() < 6)) {
         return Err(never_still(&recording.name, 1));
     }
-    let stem = stem(&recording.name);
+    let stem = crate::recording::open::stem(&recording.name);
     let segments = recording.segments();
     // A name with a sign speaks of one placement; with two stretches in the
     // file it can speak of neither.
@@ -326,18 +326,6 @@ pub(super) fn never_still(name: &str, files: usize) -> Error {
     .with_hint(
         "lay the sensor down for 3 s or more in each position; `gravical inspect` shows the static intervals",
     )
-}
-
-/// Name of a file without folder and endings (`.csv.gz` is two).
-pub(crate) fn stem(name: &str) -> String {
-    let file = Path::new(name)
-        .file_name()
-        .map_or_else(|| name.into(), |f| f.to_string_lossy());
-    let mut stem = file.as_ref();
-    for ending in [".gz", ".csv", ".txt", ".tsv", ".log", ".dat"] {
-        stem = stem.strip_suffix(ending).unwrap_or(stem);
-    }
-    stem.to_owned()
 }
 
 /// A stretch without a still: its rows when it is too short to judge, else none

@@ -13,9 +13,9 @@ use std::ops::Range;
 use super::face::angle_deg;
 use super::turns::{Motion, residual_deg, steps};
 use crate::calibration_file::GyroscopeSection;
-use crate::recording::resolution::resolution;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, FindingKind, Recording};
+use crate::resolution::resolution;
 use crate::still::floors;
 use crate::still::moments;
 

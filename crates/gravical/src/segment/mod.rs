@@ -21,7 +21,7 @@ pub mod still;
 #[doc(hidden)]
 pub mod turns;
 
-pub(crate) use found::{is_too_short, stem};
+pub(crate) use found::is_too_short;
 
 use std::borrow::Cow;
 use std::ops::Range;

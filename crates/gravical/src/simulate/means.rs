@@ -19,7 +19,7 @@ use nalgebra::{Rotation3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 use crate::estimate::joint::JointFit;
-use crate::estimate::predicted;
+use crate::predicted;
 use crate::segment::face::{Face, angle_deg};
 
 use super::poses::{spread_directions, tangents};
@@ -82,6 +82,15 @@ pub enum Planned {
 }
 
 impl Planned {
+    /// Direction of the specific force, axes of the case.
+    #[must_use]
+    pub fn direction(&self) -> [f64; 3] {
+        match self {
+            Planned::Face { face, .. } => face.direction(),
+            Planned::Free(direction) => *direction,
+        }
+    }
+
     /// The six faces once, +x −x +y −y +z −z.
     #[must_use]
     pub fn six_faces() -> Vec<Planned> {

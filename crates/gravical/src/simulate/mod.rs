@@ -28,7 +28,7 @@
 
 mod builder;
 mod chamber;
-mod in_hand;
+mod interactive;
 mod low_pass;
 #[doc(hidden)]
 pub mod means;
@@ -48,7 +48,7 @@ mod tests;
 mod truth;
 mod write;
 
-pub use in_hand::{InHand, InHandReading};
+pub use interactive::{InteractiveReading, InteractiveSensor};
 pub use options::{FileFormat, FileOptions, SensorOptions, SimulateOptions};
 pub use path::{MotionPath, PathState};
 pub use scenario_options::{

@@ -1,5 +1,6 @@
 //! Options of the virtual sensor, with unit, default and range.
 
+use gravical_core::unit::mpu6050_gyroscope_lsb_per_deg_s;
 use serde::{Deserialize, Serialize};
 
 use super::range::{bad, within};
@@ -221,12 +222,17 @@ impl SensorOptions {
         self
     }
 
+    /// Counts per °/s; `None` for a range that the part does not have.
+    pub(super) fn gyro_lsb_per_deg_s(&self) -> Option<f64> {
+        mpu6050_gyroscope_lsb_per_deg_s(u16::try_from(self.gyro_range_deg_s).ok()?)
+    }
+
     fn validate(&self) -> Result<()> {
         if ![2, 4, 8, 16].contains(&self.accel_range_g) {
             let given = self.accel_range_g;
             return Err(bad(format!("range {given} g: the part has 2, 4, 8, 16 g")));
         }
-        if ![250, 500, 1000, 2000].contains(&self.gyro_range_deg_s) {
+        if self.gyro_lsb_per_deg_s().is_none() {
             let given = self.gyro_range_deg_s;
             return Err(bad(format!(
                 "gyro-range {given} °/s: the part has 250, 500, 1000, 2000 °/s"

@@ -70,7 +70,7 @@ impl Sensor {
             gyro_drift_per_c,
             g_sensitivity,
             accel_lsb: STANDARD_GRAVITY_MPS2 / (32768.0 / f64::from(o.accel_range_g)),
-            gyro_lsb: (1.0 / gyro_lsb_per_deg_s(o.gyro_range_deg_s)).to_radians(),
+            gyro_lsb: (1.0 / o.gyro_lsb_per_deg_s().unwrap_or(f64::NAN)).to_radians(),
         }
     }
 
@@ -125,16 +125,6 @@ impl Sensor {
             noise_rad_rts: options.sensor.gyro_noise_deg_rts.to_radians(),
             lsb_rad_s: self.gyro_lsb,
         }
-    }
-}
-
-/// Sensitivity according to the data sheet.
-fn gyro_lsb_per_deg_s(range_deg_s: u32) -> f64 {
-    match range_deg_s {
-        250 => 131.0,
-        500 => 65.5,
-        1000 => 32.8,
-        _ => 16.4,
     }
 }
 

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use super::options::{FileFormat, FileOptions, SimulateOptions};
 use super::part::temperature_counts;
 use super::record::{Recorded, record};
-use super::sensor::Sensor;
 use super::truth::Truth;
 use super::{BETWEEN_FILES_S, MOST_WRITTEN, Simulation, file_truth, planned, tool, truth_of};
 use crate::output::{check_target, make_folder, write_atomic};
@@ -31,10 +30,12 @@ const RAW_HEADER: &str = "Timestamp (ms),ax,ay,az,temp,gx,gy,gz";
 pub fn write(simulation: &Simulation, dir: &Path, force: bool) -> Result<Vec<PathBuf>> {
     let names: Vec<&str> = simulation.files.iter().map(|f| f.name.as_str()).collect();
     let mut paths = targets(&names, dir, force)?;
-    let options = &simulation.truth.options;
+    let truth = &simulation.truth;
+    let options = &truth.options;
+    let lsb = [truth.accelerometer.lsb_mps2, truth.gyroscope.lsb_rad_s];
     for (file, path) in simulation.files.iter().zip(&paths) {
         write_atomic(path, force, |out| {
-            let mut lines = Lines::begin(path, options, &file.name, out)?;
+            let mut lines = Lines::begin(path, options, &file.name, lsb, out)?;
             for row in 0..file.t_s.len() {
                 let of_row = |columns: &[Vec<f64>; 3]| columns.each_ref().map(|c| c[row]);
                 let (accel, gyro) = (of_row(&file.accel_mps2), of_row(&file.gyro_rad_s));
@@ -64,11 +65,12 @@ pub fn simulate_to(
     let mut paths = targets(&names, dir, force)?;
     let mut files = Vec::with_capacity(plans.len());
     let mut on_s = 0.0;
+    let lsb = [sensor.accel_lsb, sensor.gyro_lsb];
     for (index, plan) in plans.into_iter().enumerate() {
         let path = &paths[index];
         let mut recorded = Recorded::default();
         write_atomic(path, force, |out| {
-            let mut lines = Lines::begin(path, options, &plan.name, out)?;
+            let mut lines = Lines::begin(path, options, &plan.name, lsb, out)?;
             recorded = record(&plan.path, &sensor, options, index, on_s, |row| {
                 let r = &row.reading;
                 lines.write(row.stamp_ms, r.accel, r.temperature_c, r.gyro)
@@ -140,8 +142,8 @@ fn preamble(o: &SimulateOptions, name: &str) -> String {
 struct Lines<'a, W: ?Sized> {
     path: &'a Path,
     file: FileOptions,
-    /// Counts per m/s² and rad/s.
-    counts: [f64; 2],
+    /// m/s² and rad/s of one count.
+    lsb: [f64; 2],
     out: &'a mut W,
     text: String,
 }
@@ -152,15 +154,15 @@ impl<'a, W: std::io::Write + ?Sized> Lines<'a, W> {
         path: &'a Path,
         options: &SimulateOptions,
         name: &str,
+        lsb: [f64; 2],
         out: &'a mut W,
     ) -> Result<Self> {
         out.write_all(preamble(options, name).as_bytes())
             .map_err(|e| Error::io(path, e))?;
-        let sensor = Sensor::draw(options);
         Ok(Lines {
             path,
             file: options.file,
-            counts: [sensor.accel_lsb, sensor.gyro_lsb],
+            lsb,
             out,
             text: String::with_capacity(96),
         })
@@ -191,7 +193,7 @@ impl<'a, W: std::io::Write + ?Sized> Lines<'a, W> {
         let text = &mut self.text;
         write!(text, "{stamp_ms}")?;
         if self.file.format == FileFormat::Raw {
-            let [accel_lsb, gyro_lsb] = self.counts;
+            let [accel_lsb, gyro_lsb] = self.lsb;
             let counts = accel
                 .map(|v| v / accel_lsb)
                 .into_iter()

@@ -6,7 +6,7 @@ use gravical_core::matrix3::norm;
 
 use super::block::Block;
 use super::{Levels, StillOptions, block_rows, distance};
-use crate::recording::resolution::AxisValues;
+use crate::resolution::AxisValues;
 
 /// Blocks that are kept at most: an hour and more at 100 Hz.
 const MOST_BLOCKS: usize = 20_000;

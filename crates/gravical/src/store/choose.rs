@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::calibrate::common_serial;
 use crate::calibration_file::{Grade, TemperatureRange};
-use crate::output::path_word;
+use crate::escape::path_word;
 use crate::recording::{AccelScale, AccelUnit, GyroScale, GyroUnit, Recording};
 use crate::utc::UtcTime;
 use crate::{Error, Result};

@@ -89,39 +89,39 @@ fn bring_to_reference(placement: &mut Placement, model: &TemperatureModel, zero_
     }
 }
 
-/// The finding that lists accepted and refused channels.
-pub(super) fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
-    let list = |accepted: bool| -> Vec<&str> {
+/// The finding that lists the channels that are corrected, and the others.
+pub(crate) fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
+    let list = |corrected: bool| -> Vec<&str> {
         let some = model.channels.iter();
-        some.filter(|c| c.is_corrected() == accepted)
+        some.filter(|c| c.is_corrected() == corrected)
             .map(|c| c.channel.as_str())
             .collect()
     };
     let [low, high] = model.range_c;
-    let (accepted, refused) = (list(true).join(", "), list(false).join(", "));
-    if accepted.is_empty() {
+    let (corrected, others) = (list(true).join(", "), list(false).join(", "));
+    if corrected.is_empty() {
         return Finding::new(
             FindingKind::TemperatureRefused,
             format!(
-                "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable ({refused}): none is subtracted"
+                "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable ({others}): none is subtracted"
             ),
         );
     }
-    let idle = !with_gyro && accepted.contains('g');
+    let idle = !with_gyro && corrected.contains('g');
     let idle = if idle {
         " (for the gyroscope only after it is calibrated)"
     } else {
         ""
     };
-    let rest = if refused.is_empty() {
+    let rest = if others.is_empty() {
         String::new()
     } else {
-        format!("; that of {refused} is not predictable or not significant")
+        format!("; that of {others} is not predictable or not significant")
     };
     Finding::new(
         FindingKind::TemperatureModel,
         format!(
-            "the temperature drift of {accepted} is subtracted{idle} between {low:.1} and {high:.1} °C{rest}"
+            "the temperature drift of {corrected} is subtracted{idle} between {low:.1} and {high:.1} °C{rest}"
         ),
     )
 }

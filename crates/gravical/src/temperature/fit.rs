@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::polynomial::evaluate;
+use crate::polynomial::evaluate;
 
 /// One mean of one channel.
 #[derive(Debug, Clone, Copy)]

@@ -10,7 +10,7 @@
 //! the cause of their drift.
 //!
 //! The result is a [`TemperatureModel`]; [`for_calibration`] adds it to the parameters of a
-//! session, [`soak_alone`] computes a calibration from it alone.
+//! session, [`crate::calibrate::soak_alone`] computes a calibration from it alone.
 //!
 //! # Example
 //!
@@ -38,9 +38,7 @@ mod attach;
 mod channel;
 mod fit;
 pub(crate) mod intervals;
-mod polynomial;
 mod reason;
-mod soak;
 mod sweeps;
 mod tested;
 #[cfg(test)]
@@ -56,11 +54,10 @@ use crate::segment::check_units;
 use crate::stats::median;
 use crate::{Error, Result};
 
-pub(crate) use attach::cost_text;
+pub use crate::polynomial::evaluate;
 pub use attach::for_calibration;
-pub use polynomial::evaluate;
+pub(crate) use attach::{cost_text, summary_finding};
 pub(crate) use reason::{in_unit, r2_text, short};
-pub use soak::soak_alone;
 pub use tested::LEAST_R2;
 
 use channel::Common;
@@ -87,7 +84,7 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
 
 /// The same, with the reading of each channel at the reference temperature (over all poses, so it
 /// is meaningful only for a gyroscope).
-fn study_with_levels(recordings: &[Recording]) -> Result<(TemperatureModel, [f64; 6])> {
+pub(crate) fn study_with_levels(recordings: &[Recording]) -> Result<(TemperatureModel, [f64; 6])> {
     if recordings.len() > 1 {
         check_units(recordings)?;
     }
@@ -252,7 +249,7 @@ impl TemperatureModel {
         let by = reference_c - self.reference_c;
         for channel in &mut self.channels {
             let (drift, gain) =
-                polynomial::about(&channel.coefficients, &channel.scale_coefficients, by);
+                crate::polynomial::about(&channel.coefficients, &channel.scale_coefficients, by);
             channel.coefficients = drift;
             channel.scale_coefficients = gain;
         }

@@ -2,7 +2,7 @@
 
 use super::fit::Shape;
 
-/// A drift is accepted if each direction explains this share of the variance of the other.
+/// A drift is corrected if each direction explains this share of the variance of the other.
 pub const LEAST_R2: f64 = 0.7;
 
 /// Result of the test of one shape.

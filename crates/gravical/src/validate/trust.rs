@@ -16,8 +16,8 @@ use crate::gravity::Gravity;
 use crate::stats::{median, standard_deviation};
 use crate::uncertainty::{Covariance12, invariant_derivatives, of_gravity, sum};
 
-use crate::estimate::predicted;
-use crate::estimate::reliability::Reliability;
+use crate::estimate::proposal::Proposals;
+use crate::predicted;
 
 /// Free poses that are proposed.
 const PROPOSED: usize = 3;
@@ -217,41 +217,22 @@ fn next_poses(estimate: &Estimate, gravity: f64, gravity_sd: f64) -> Vec<NextPos
     let scale = matrix3::row_norms(&estimate.model)[0];
     let mut noises: Vec<f64> = estimate.noise.noise.iter().flatten().copied().collect();
     let noise = median(&mut noises).unwrap_or(0.0).hypot(fit.model_error) / scale;
-    let mut reliability = fit.reliability.clone();
-    let mut covariance = *covariance;
-    let mut recorded: Vec<[f64; 3]> = estimate.uses.iter().filter_map(|u| u.direction).collect();
-    let good_mps2 = GOOD_MG * STANDARD_GRAVITY_MPS2 / 1000.0;
-    let effect = |reliability: &Option<Reliability>| {
-        let undetected = reliability
-            .as_ref()
-            .and_then(|r| r.undetected(matrix, gravity));
-        undetected.map_or(f64::INFINITY, |u| u.effect_mps2)
+    let proposals = Proposals {
+        matrix: *matrix,
+        covariance: *covariance,
+        reliability: fit.reliability.clone(),
+        recorded: estimate.uses.iter().filter_map(|u| u.direction).collect(),
+        noise,
+        gravity,
+        good_mps2: GOOD_MG * STANDARD_GRAVITY_MPS2 / 1000.0,
     };
-    let mut undetected = effect(&reliability);
-    (0..PROPOSED)
-        .map_while(|_| {
-            // What is known least; once that is good, what tests the poses best.
-            let (weakest, sd) = predicted::weakest(matrix, &covariance, gravity);
-            let known = COVERAGE * sd <= good_mps2;
-            let direction = reliability
-                .as_ref()
-                .filter(|_| known && undetected > good_mps2)
-                .and_then(|r| r.best_test(matrix, &recorded, noise, gravity))
-                .unwrap_or(weakest);
-            let h = predicted::sensitivity(matrix, direction, gravity);
-            predicted::read_along(&mut covariance, &h, noise);
-            let error = predicted::norm_error(matrix, &covariance, gravity)?;
-            recorded.push(direction);
-            reliability = reliability
-                .as_ref()
-                .map(|r| r.with_pose(matrix, direction, noise, gravity));
-            undetected = effect(&reliability);
-            Some(NextPose {
-                direction,
-                hint: in_words(direction),
-                predicted_norm_error_mps2: error.hypot(gravity_sd),
-                undetected_effect_mps2: Some(undetected).filter(|effect| effect.is_finite()),
-            })
+    proposals
+        .take(PROPOSED)
+        .map(|p| NextPose {
+            direction: p.direction,
+            hint: in_words(p.direction),
+            predicted_norm_error_mps2: p.norm_error_mps2.hypot(gravity_sd),
+            undetected_effect_mps2: Some(p.undetected_mps2).filter(|effect| effect.is_finite()),
         })
         .collect()
 }

@@ -14,6 +14,7 @@ use gravical::estimate::joint::{
     JointError, JointFit, JointOptions, JointPose, Preset, PresetOptions, Role, TiltFrom, joint,
     preset,
 };
+use gravical::estimate::proposal::Proposals;
 use gravical::segment::face::{Face, angle_deg};
 use gravical::simulate::means::{Errors, MeanReading, MeansOptions, Part, Planned};
 use gravical_core::matrix3;
@@ -296,9 +297,21 @@ fn three_proposed_poses_are_worth_more_than_three_of_chance() {
                 let fit = joint(&poses(&means, true), &options(Some(1.0))).unwrap();
                 let matrix = matrix3::inverse(&fit.model).unwrap();
                 let noise = MeansOptions::default().noise_mps2;
-                gravical::estimate::predicted::propose(&matrix, &fit.covariance, G, noise, 3)
-                    .into_iter()
-                    .map(|(n, _)| Planned::Free(n))
+                let proposals = Proposals {
+                    matrix,
+                    covariance: fit.covariance,
+                    reliability: fit.reliability.clone(),
+                    recorded: Planned::six_faces()
+                        .iter()
+                        .map(Planned::direction)
+                        .collect(),
+                    noise,
+                    gravity: G,
+                    good_mps2: 5.0 / MG,
+                };
+                proposals
+                    .take(3)
+                    .map(|p| Planned::Free(p.direction))
                     .collect()
             } else {
                 part.random_poses(3)

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::str::FromStr;
 
 use gravical::segment::face::Face;
-use gravical::simulate::{InHand, LineOptions, SimulateOptions, Truth};
+use gravical::simulate::{InteractiveSensor, LineOptions, SimulateOptions, Truth};
 use gravical::{Error, Result};
 
 use super::source::{Reading, Source};
@@ -63,7 +63,7 @@ pub struct Hands {
 }
 
 struct World {
-    sensor: InHand,
+    sensor: InteractiveSensor,
     /// World's time at which the board's readings began.
     began_s: f64,
     last_s: f64,
@@ -74,14 +74,14 @@ impl Hands {
     ///
     /// # Errors
     ///
-    /// Those of [`InHand::new`].
+    /// Those of [`InteractiveSensor::new`].
     pub fn new(options: &SimulateOptions) -> Result<Self> {
         let mut options = options.clone();
         // The counts are made by the model of the registers.
         options.sensor.quantise = false;
         Ok(Self {
             world: Rc::new(RefCell::new(World {
-                sensor: InHand::new(&options)?,
+                sensor: InteractiveSensor::new(&options)?,
                 began_s: 0.0,
                 last_s: 0.0,
             })),

@@ -136,6 +136,7 @@ pub struct Logger {
     child: Child,
     keyboard: File,
     events: Receiver<String>,
+    rejected: Vec<Value>,
 }
 
 impl Logger {
@@ -170,6 +171,7 @@ impl Logger {
             events: lines(child.stdout.take().unwrap()),
             child,
             keyboard,
+            rejected: Vec::new(),
         }
     }
 
@@ -201,11 +203,18 @@ impl Logger {
         });
     }
 
-    /// It ends well; the sum of it.
+    /// It ends well, and at most the end of a line is rejected, as the port may be opened in the
+    /// middle of one; its summary.
     pub fn ended(&mut self) -> Value {
-        let sum = self.wait_for("ended");
+        let summary = self.wait_for("ended");
         assert!(self.child.wait().unwrap().success());
-        sum
+        let rejected = &self.rejected;
+        assert_eq!(summary["rejected"], rejected.len(), "{rejected:?}");
+        assert!(
+            rejected.len() <= 1 && rejected.iter().all(|line| line["reason"] == "half"),
+            "{rejected:?}"
+        );
+        summary
     }
 
     fn wait(&mut self, what: &str, mut is: impl FnMut(&Value) -> bool) -> Value {
@@ -217,6 +226,9 @@ impl Logger {
                 panic!("waited for {what}; came: {seen:#?}");
             };
             let event: Value = serde_json::from_str(&line).unwrap();
+            if event["type"] == "rejected" {
+                self.rejected.push(event.clone());
+            }
             if is(&event) {
                 return event;
             }

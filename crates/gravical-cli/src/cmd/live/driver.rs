@@ -10,12 +10,12 @@ use std::time::{Duration, Instant};
 
 use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::{CalibrationFile, Grade};
+use gravical::escape::path_word;
 use gravical::live::Session;
 use gravical::live::event::{
     Command, EndReason, Event, Message, Rejection, SourceKind, WarningKind,
 };
 use gravical::live::folder::calibrate_session;
-use gravical::output::path_word;
 use gravical::recording::{ReadOptions, Recording, read};
 use gravical::segment::Segmentation;
 use gravical::{Error, Result, figure, report};

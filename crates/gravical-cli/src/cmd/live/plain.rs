@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::{self, IsTerminal as _, Write};
 use std::path::Path;
 
+use gravical::escape::{one_line, shown_json};
 use gravical::live::event::{Event, Fit, Message, PortInfo, Status, Wanted};
-use gravical::output::{one_line, shown_json};
 use gravical::{Error, Result};
 
 use super::driver::Renderer;

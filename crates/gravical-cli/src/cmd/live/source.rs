@@ -14,7 +14,8 @@ use gravical::recording::ReadOptions;
 use gravical::recording::open::{Input, open};
 use gravical::segment::face::Face;
 use gravical::simulate::{
-    InHand, InHandReading, LineOptions, Scenario, SimulateOptions, StaticOptions, Truth,
+    InteractiveReading, InteractiveSensor, LineOptions, Scenario, SimulateOptions, StaticOptions,
+    Truth,
 };
 use gravical::{Error, Result};
 
@@ -119,7 +120,7 @@ impl Source for Replay {
 
 /// A simulated sensor that is moved by commands. Its rows are written to a file.
 pub struct Simulated {
-    sensor: InHand,
+    sensor: InteractiveSensor,
     files: Files,
     path: PathBuf,
     header: bool,
@@ -159,7 +160,7 @@ impl Simulated {
             false => 0.0,
         };
         Ok(Simulated {
-            sensor: InHand::new(&options)?,
+            sensor: InteractiveSensor::new(&options)?,
             files,
             path: path.to_owned(),
             header: resumes,
@@ -193,7 +194,7 @@ impl Source for Simulated {
         let mut text = String::new();
         if !std::mem::replace(&mut self.header, true) {
             text.push_str("# simulated, not measured\n");
-            text.push_str(InHandReading::HEADER);
+            text.push_str(InteractiveReading::HEADER);
         }
         while (self.rows as f64) < due_s * RATE_HZ {
             let t_s = self.rows as f64 / RATE_HZ;

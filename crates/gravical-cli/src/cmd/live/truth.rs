@@ -1,9 +1,9 @@
 //! The true errors of a simulated sensor beside the result.
 
 use gravical::calibration_file::CalibrationFile;
-use gravical::estimate::predicted::sphere;
 use gravical::live::Event;
 use gravical::live::event::TruthRow;
+use gravical::predicted::sphere;
 use gravical::simulate::Truth;
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;

@@ -44,7 +44,7 @@ pub struct Page {
     url: String,
     port: u16,
     /// The file that leads the browser to it, kept as long as the page.
-    way: OnceLock<Option<open::Way>>,
+    redirect: OnceLock<Option<open::Redirect>>,
 }
 
 impl Page {
@@ -97,13 +97,13 @@ impl Page {
             hub,
             url,
             port,
-            way: OnceLock::new(),
+            redirect: OnceLock::new(),
         })
     }
 
     /// Opens it in the browser of this computer, once; not over ssh.
     pub fn open(&self) {
-        self.way.get_or_init(|| match open::tunnel(self.port) {
+        self.redirect.get_or_init(|| match open::tunnel(self.port) {
             None => open::open(&self.url),
             Some(_) => None,
         });

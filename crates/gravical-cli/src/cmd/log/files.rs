@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use gravical::output::path_text;
+use gravical::escape::path_text;
 use gravical::{Error, Result};
 
 use crate::device::board::{Settings, Wanted};

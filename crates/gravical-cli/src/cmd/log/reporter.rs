@@ -4,7 +4,7 @@
 use std::io::{self, IsTerminal as _};
 use std::process::ExitCode;
 
-use gravical::output::{shown, shown_json};
+use gravical::escape::{shown, shown_json};
 use gravical::segment::face::{AXES, Face};
 
 use super::outlet::Outlet;

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use gravical::calibration_file::NoiseSection;
 use gravical::denoise::{Edge, FilterSpec};
 use gravical::motion::stance::StanceOptions;
 use gravical::motion::still::{Intervals, RestOptions};
 use gravical::motion::truth::{TruthAlign, TruthColumns, TruthOptions};
 use gravical::motion::{GravityRemoval, MotionOptions};
-use gravical::noise::read_noise;
 use gravical::{Error, Result};
 
 use crate::figures::FigureArgs;
@@ -46,7 +46,7 @@ pub struct Args {
     pub calibration: Option<PathBuf>,
     /// Noise of the sensor by `gravical noise`, for the bands [default: that of the rests]
     #[arg(long, value_name = "FILE", conflicts_with = "causal")]
-    noise: Option<PathBuf>,
+    pub noise: Option<PathBuf>,
     /// Gyroscope of the recording in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     pub gyro: Option<PathBuf>,
@@ -237,14 +237,13 @@ fn vector(text: &str) -> std::result::Result<Vector, String> {
 }
 
 impl Args {
-    /// The options of the library: the preset, changed by the options given.
+    /// The options of the library: the preset, changed by the options given, and the noise.
     ///
     /// # Errors
     ///
     /// `option-range` (usage).
-    pub fn options(&self) -> Result<MotionOptions> {
+    pub fn options(&self, noise: Option<NoiseSection>) -> Result<MotionOptions> {
         let m = &self.method;
-        let noise = self.noise.as_deref().map(read_noise).transpose()?;
         let preset = match m.procedure {
             Procedure::Default => MotionOptions::default(),
             Procedure::Report => MotionOptions::report(),
@@ -276,7 +275,7 @@ impl Args {
             },
             v0_mps: m.v0.map(|v| v.0),
             p0_m: m.p0.map_or(preset.p0_m, |p| p.0),
-            noise: noise.map(|(noise, _)| noise.section()),
+            noise,
             gravity: self.gravity.given()?,
             clock_error: m.clock_error.unwrap_or(preset.clock_error),
             tilt_change_deg: m.tilt_change.unwrap_or(preset.tilt_change_deg),

@@ -4,6 +4,7 @@ use super::*;
 use crate::denoise::clock::{Clock, Step};
 use crate::denoise::filter::Treatment;
 use crate::denoise::samples::Samples;
+use crate::recording::sample::Sample;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -28,7 +29,7 @@ const FILTERS: [&[&str]; 10] = [
 ];
 
 /// Rows in which faults of random kinds are more or less frequent.
-fn random_rows(seed: u64) -> Vec<Row> {
+fn random_rows(seed: u64) -> Vec<Sample> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let count = random.random_range(1..900);
     let mut shares = [0.0; 8];
@@ -60,12 +61,13 @@ fn random_rows(seed: u64) -> Vec<Row> {
                     _ => false,
                 });
             }
-            Row {
+            Sample {
                 time_s: if is[6] { f64::NAN } else { time_s },
                 values: std::array::from_fn(|c| match mask[c] {
                     true => f64::NAN,
                     false => 10.0 * random.random::<f64>().powi(9) + random.random::<f64>(),
                 }),
+                temperature_c: f64::NAN,
                 is_break: is[7] && shares[7] < 0.1,
             }
         })
@@ -73,7 +75,7 @@ fn random_rows(seed: u64) -> Vec<Row> {
 }
 
 /// The times of all rows, with missing ones interpolated.
-fn times(rows: &[Row]) -> Vec<f64> {
+fn times(rows: &[Sample]) -> Vec<f64> {
     let known: Vec<usize> = (0..rows.len())
         .filter(|i| rows[*i].time_s.is_finite())
         .collect();
@@ -96,7 +98,7 @@ fn times(rows: &[Row]) -> Vec<f64> {
 }
 
 /// Rows of the stretches of a channel.
-fn stretches(rows: &[Row], time: &[f64], channel: usize) -> Vec<Vec<usize>> {
+fn stretches(rows: &[Sample], time: &[f64], channel: usize) -> Vec<Vec<usize>> {
     let mut all: Vec<Vec<usize>> = vec![Vec::new()];
     for (i, row) in rows.iter().enumerate() {
         let last = all.last_mut().unwrap();
@@ -206,7 +208,7 @@ fn by_definition(filter: &Filter, time: &[f64], x: &mut Vec<f64>, treatment: &mu
 }
 
 /// All rows, each stretch at once.
-fn whole(filters: &[Filter], rows: &[Row]) -> ([Vec<f64>; 6], Vec<Treatment>) {
+fn whole(filters: &[Filter], rows: &[Sample]) -> ([Vec<f64>; 6], Vec<Treatment>) {
     let time = times(rows);
     let mut treatments = vec![Treatment::default(); filters.len()];
     let channels = std::array::from_fn(|c| {
@@ -225,7 +227,7 @@ fn whole(filters: &[Filter], rows: &[Row]) -> ([Vec<f64>; 6], Vec<Treatment>) {
     (channels, treatments)
 }
 
-fn in_blocks(setup: &Setup, rows: &[Row]) -> ([Vec<f64>; 6], Done) {
+fn in_blocks(setup: &Setup, rows: &[Sample]) -> ([Vec<f64>; 6], Done) {
     let mut out: [Vec<f64>; 6] = Default::default();
     let mut run = Run::new(setup, Vec::new());
     let mut receive = |cells: &[Vec<f64>; 6], rows: usize| {
@@ -241,7 +243,7 @@ fn in_blocks(setup: &Setup, rows: &[Row]) -> ([Vec<f64>; 6], Done) {
     (out, done)
 }
 
-fn setup(filters: &[&str], edge: Edge, rows: &[Row], block: usize) -> Setup {
+fn setup(filters: &[&str], edge: Edge, rows: &[Sample], block: usize) -> Setup {
     let mut scout = GridScout::new(CLOCK);
     let mut filler = StampFiller::new(CLOCK.step_s);
     rows.iter()

@@ -2,8 +2,8 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use crate::escape::shown;
 use crate::figure::svg;
-use crate::output::shown;
 
 /// Nothing is loaded, whatever a file name or label contains.
 const POLICY: &str =

@@ -162,7 +162,7 @@ fn quality(fit: &JointFit, model: &[[f64; 3]; 3], prior: bool) -> FitQuality {
 
 /// True when `name` is the label of a placement, its face (`+x`: all poses on it), or its file.
 fn is_called(placement: &Placement, name: &str) -> bool {
-    let stem = crate::segment::stem(&placement.source);
+    let stem = crate::recording::open::stem(&placement.source);
     let file = std::path::Path::new(&placement.source).file_name();
     placement.label == name
         || placement.face.is_some_and(|face| face.name() == name)

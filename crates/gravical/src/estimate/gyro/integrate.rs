@@ -17,7 +17,7 @@
 //! seen from the start, so that running sums of A and of its products with y
 //! hold all derivatives.
 
-use gravical_core::strapdown::{made_unit, matrix, step, times};
+use gravical_core::strapdown::{matrix, normalize, quat_mul, step};
 
 /// Rate in rad/s by the nominal scale, and the time to the next sample, s.
 pub(super) type Sample = [f64; 4];
@@ -51,10 +51,10 @@ pub(super) fn attitude(samples: &[Sample], e: &Matrix, beta: [f64; 3]) -> Matrix
     let mut h = first[3];
     for s in &samples[1..] {
         let (_, now) = rate(e, beta, s);
-        q = times(&q, &step(&before, &now, h));
+        q = quat_mul(&q, &step(&before, &now, h));
         (before, h) = (now, s[3]);
     }
-    matrix(&made_unit(&q))
+    matrix(&normalize(&q))
 }
 
 /// The attitude and the sums for its derivatives.
@@ -80,13 +80,13 @@ pub(super) fn turned(samples: &[Sample], e: &Matrix, beta: [f64; 3]) -> Turned {
         let last = samples.len() - 1;
         for (i, s) in samples.iter().enumerate().skip(1) {
             let (y, now) = rate(e, beta, s);
-            q = times(&q, &step(&before, &now, h));
+            q = quat_mul(&q, &step(&before, &now, h));
             a = matrix(&q);
             let next = if i < last { s[3] } else { 0.0 };
             add(&a, y, 0.5 * (h + next));
             (before, h) = (now, next);
         }
-        a = matrix(&made_unit(&q));
+        a = matrix(&normalize(&q));
     }
     Turned { attitude: a, sums }
 }

@@ -3,8 +3,8 @@
 use gravical_core::matrix3;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use crate::estimate::predicted;
 use crate::estimate::reliability::{USUAL_CHI2, USUAL_FREEDOM};
+use crate::predicted;
 use crate::segment::face::angle_deg;
 
 use super::Held;

@@ -2,8 +2,8 @@
 
 use gravical_core::matrix3;
 
-use crate::estimate::predicted;
 use crate::estimate::solve::Problem;
+use crate::predicted;
 use crate::segment::face::angle_deg;
 
 use super::fit::{Fit, Held, Pose, axes_of, rough_fit, roughly};

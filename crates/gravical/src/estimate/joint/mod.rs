@@ -52,7 +52,7 @@ mod types;
 use gravical_core::matrix3;
 
 use crate::estimate::observability::{condition, span};
-use crate::estimate::predicted;
+use crate::predicted;
 use crate::segment::face::Face;
 use crate::stats::median;
 

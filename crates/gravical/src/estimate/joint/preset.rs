@@ -35,7 +35,8 @@ use gravical_core::matrix3;
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimate::observability::{coverage, settling, undetermined};
-use crate::estimate::{Reading, predicted, reading, solve};
+use crate::estimate::{Reading, reading, solve};
+use crate::predicted;
 use crate::segment::face::{Face, angle_deg};
 use crate::stats::median;
 use crate::{Error, Result};
@@ -408,7 +409,7 @@ mod tests {
     use rand_distr::StandardNormal;
 
     use super::*;
-    use crate::estimate::predicted::sphere;
+    use crate::predicted::sphere;
 
     const G: f64 = 9.81;
     /// The upper triangle of the convention.

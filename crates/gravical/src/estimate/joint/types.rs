@@ -3,8 +3,8 @@
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::{Role, Source};
-use crate::estimate::predicted;
 use crate::estimate::reliability::Reliability;
+use crate::predicted;
 use crate::segment::face::Face;
 use crate::uncertainty::freedom_of_sum;
 

@@ -1,9 +1,9 @@
 //! What each placement shows: magnitude, error, tilt.
 
 use crate::calibration_file::{CalibrationFile, PoseResult, TiltSource};
-use crate::estimate::predicted::{sensitivity, variance};
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
 use crate::numfmt::milli_g;
+use crate::predicted::{sensitivity, variance};
 use crate::uncertainty::covariance_of;
 
 use super::{Scale, norm_of, places};

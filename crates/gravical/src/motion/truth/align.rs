@@ -140,7 +140,7 @@ mod tests {
     }
 
     fn turned(points: &[[f64; 3]], vector: [f64; 3]) -> Vec<[f64; 3]> {
-        let q = strapdown::turn(&vector);
+        let q = strapdown::from_rotation_vector(&vector);
         points.iter().map(|p| strapdown::rotate(&q, p)).collect()
     }
 

@@ -37,8 +37,8 @@ impl<'a> Line<'a> {
 
     /// Interpolates at times that never fall; across gaps up to `gap_s`, or what
     /// is a gap by the line's own rate.
-    pub fn walk(&self, gap_s: f64) -> Walk<'a> {
-        Walk {
+    pub fn walk(&self, gap_s: f64) -> LineCursor<'a> {
+        LineCursor {
             line: *self,
             next: 0,
             gap_s: gap_s.max(GAP_S).max(GAP_STEPS * self.median_step_s()),
@@ -47,13 +47,13 @@ impl<'a> Line<'a> {
 }
 
 /// A place on a [`Line`] that only moves forwards.
-pub(super) struct Walk<'a> {
+pub(super) struct LineCursor<'a> {
     line: Line<'a>,
     next: usize,
     gap_s: f64,
 }
 
-impl Walk<'_> {
+impl LineCursor<'_> {
     /// Position at `t_s`; none outside, across a gap, and where it is not known.
     pub fn at(&mut self, t_s: f64) -> Option<[f64; 3]> {
         let stamps = self.line.t_s;

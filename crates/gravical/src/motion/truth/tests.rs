@@ -95,7 +95,7 @@ fn motion(rate_hz: f64) -> Motion {
 /// What a camera sees: at its own rate, from its own origin, turned, and with a
 /// clock that shows `ahead_s` more.
 fn seen(rate_hz: f64, ahead_s: f64, vector: [f64; 3]) -> Reference {
-    let q = strapdown::turn(&vector);
+    let q = strapdown::from_rotation_vector(&vector);
     let t_s: Vec<f64> = (0..(13.0 * rate_hz) as usize)
         .map(|i| 0.2 + i as f64 / rate_hz)
         .collect();

@@ -18,7 +18,7 @@ pub(super) fn understand_all(header: &Header, file: &str, role: Role) -> Vec<Nam
         .filter_map(|(i, n)| Some((i, understand(n)?)))
         .collect();
     if role == Role::Recording {
-        instead_of_gyro(&mut columns, header);
+        instead_of_gyro(&mut columns, header, file);
     }
     let wanted = match role {
         Role::Recording => Quantity::Accel(0),
@@ -43,8 +43,12 @@ pub(super) fn understand_all(header: &Header, file: &str, role: Role) -> Vec<Nam
     columns
 }
 
-/// Without an accelerometer, a `g` that ends the names of three axes is their unit.
-fn instead_of_gyro(columns: &mut Vec<Named>, header: &Header) {
+/// Without an accelerometer, a `g` that ends the names of three axes is their unit, unless the
+/// file is named after a gyroscope.
+fn instead_of_gyro(columns: &mut Vec<Named>, header: &Header, file: &str) {
+    if matches!(sensor_of_file(file), Some(SensorKind::Gyroscope)) {
+        return;
+    }
     let accel = |c: &ColumnName| matches!(c.quantity, Quantity::Accel(_));
     let in_g: Vec<Named> = header
         .names

@@ -14,7 +14,6 @@ use std::path::Path;
 use super::cells::{CellCounts, CellRules, Channels};
 use super::layout::Layout;
 use super::names::Quantity;
-use super::resolution::AxisValues;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
 use super::timing::{
     BreakKind, Claims, ClockMonitor, Follower, RowTime, StampReading, Timing, Treatment, untimed,
@@ -23,6 +22,7 @@ use super::unit_choice::{UnitDoubt, decide_accel};
 use super::units::{AccelScale, GyroScale, GyroUnit, Origin};
 use super::{POSSIBLE_C, ReadOptions, Recording};
 use crate::finding::{Finding, FindingKind};
+use crate::resolution::AxisValues;
 use crate::stats::{Thinned, median};
 use crate::{Error, Result};
 

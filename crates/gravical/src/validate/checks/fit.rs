@@ -3,7 +3,7 @@
 use crate::calibration_file::{AccelerometerSection, TiltSource};
 use crate::estimate::accelerometer::{Estimate, UNUSUAL_TILT};
 use crate::estimate::joint::JointFit;
-use crate::estimate::predicted::{sensitivity, variance};
+use crate::predicted::{sensitivity, variance};
 use crate::recording::{Finding, FindingKind};
 use crate::segment::Placement;
 use crate::segment::face::{Claim, Face};
@@ -62,7 +62,7 @@ pub(super) fn findings(
                         "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose (--face-pose {} keeps it)",
                         placements[k].label,
                         placements[k].angle_deg,
-                        crate::output::shell_word(&placements[k].label)
+                        crate::escape::shell_word(&placements[k].label)
                     ),
                 )
                 .in_file(&placements[k].source),

@@ -1,6 +1,6 @@
 //! Sessions as other people record them: repeats, leans, one hold more.
 
-use gravical::estimate::predicted;
+use gravical::predicted;
 use gravical::segment::face::Face;
 
 use super::*;

@@ -1,4 +1,4 @@
-//! The way of the user to the page: the browser, or a tunnel.
+//! How the user gets to the page: the browser, or a tunnel.
 
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal as _, Write as _};
@@ -7,15 +7,15 @@ use std::process::{Command, Stdio};
 use std::{env, fs};
 
 /// A file that leads a browser to the page. It is removed when it is dropped.
-pub struct Way(PathBuf);
+pub struct Redirect(PathBuf);
 
-impl Drop for Way {
+impl Drop for Redirect {
     fn drop(&mut self) {
         let _ = fs::remove_file(&self.0);
     }
 }
 
-impl Way {
+impl Redirect {
     /// Writes it into `folder`, readable by this user only.
     fn new(folder: &Path, url: &str) -> io::Result<Self> {
         let path = folder.join(format!("gravical-live-{}.html", std::process::id()));
@@ -24,13 +24,13 @@ impl Way {
         #[cfg(unix)]
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
         let mut file = options.open(&path)?;
-        let way = Way(path);
+        let redirect = Redirect(path);
         writeln!(
             file,
             "<!doctype html><meta charset=\"utf-8\"><title>gravical live</title>\
              <meta http-equiv=\"refresh\" content=\"0;url={url}\"><a href=\"{url}\">gravical live</a>"
         )?;
-        Ok(way)
+        Ok(redirect)
     }
 }
 
@@ -42,18 +42,18 @@ impl Way {
 /// the page. It is in the home directory, because browsers in a sandbox see no other place; where
 /// it cannot be written, the address remains to be copied. On Windows other users do not see the
 /// arguments.
-pub fn open(url: &str) -> Option<Way> {
+pub fn open(url: &str) -> Option<Redirect> {
     if !io::stderr().is_terminal() {
         return None;
     }
     let (program, arguments) = opener()?;
-    let way = match cfg!(windows) {
+    let redirect = match cfg!(windows) {
         true => None,
-        false => Some(Way::new(&env::home_dir()?, url).ok()?),
+        false => Some(Redirect::new(&env::home_dir()?, url).ok()?),
     };
-    let target = way
+    let target = redirect
         .as_ref()
-        .map_or(OsStr::new(url), |way| way.0.as_os_str());
+        .map_or(OsStr::new(url), |redirect| redirect.0.as_os_str());
     let spawned = Command::new(program)
         .args(arguments)
         .arg(target)
@@ -64,7 +64,7 @@ pub fn open(url: &str) -> Option<Way> {
     if let Ok(mut child) = spawned {
         std::thread::spawn(move || child.wait());
     }
-    way
+    redirect
 }
 
 /// The program that opens addresses, and its first arguments.
@@ -115,8 +115,8 @@ mod tests {
         use std::os::unix::fs::MetadataExt as _;
         let folder = tempfile::tempdir().unwrap();
         let url = "http://127.0.0.1:1/?token=0123";
-        let way = Way::new(folder.path(), url).unwrap();
-        let path = way.0.clone();
+        let redirect = Redirect::new(folder.path(), url).unwrap();
+        let path = redirect.0.clone();
         assert_eq!(fs::metadata(&path).unwrap().mode() & 0o777, 0o600);
         assert!(
             fs::read_to_string(&path)
@@ -124,8 +124,8 @@ mod tests {
                 .contains(&format!("url={url}\""))
         );
         // What is there already is not written to.
-        assert!(Way::new(folder.path(), url).is_err());
-        drop(way);
+        assert!(Redirect::new(folder.path(), url).is_err());
+        drop(redirect);
         assert!(!path.exists());
     }
 

@@ -29,16 +29,16 @@ const PAUSE_S: f64 = 2.0;
 ///
 /// ```
 /// use gravical::segment::face::Face;
-/// use gravical::simulate::{InHand, Scenario, SimulateOptions, StaticOptions};
+/// use gravical::simulate::{InteractiveSensor, Scenario, SimulateOptions, StaticOptions};
 ///
 /// let options = SimulateOptions::new(Scenario::Static(StaticOptions::default()));
-/// let mut sensor = InHand::new(&options)?;
+/// let mut sensor = InteractiveSensor::new(&options)?;
 /// assert!((sensor.at(1.0).accel_mps2[2] - 9.8).abs() < 1.0);
 /// sensor.lay(Face::all()[1]);
 /// assert!((sensor.at(5.0).accel_mps2[0] + 9.8).abs() < 1.0, "-x is up");
 /// # Ok::<(), gravical::Error>(())
 /// ```
-pub struct InHand {
+pub struct InteractiveSensor {
     options: SimulateOptions,
     sensor: Sensor,
     part: Part,
@@ -46,12 +46,12 @@ pub struct InHand {
     draws: Draws,
     /// Number of completed internal time steps.
     steps: u64,
-    last: InHandReading,
+    last: InteractiveReading,
 }
 
 /// A reading of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InHandReading {
+pub struct InteractiveReading {
     /// Acceleration x, y, z, m/s².
     pub accel_mps2: [f64; 3],
     /// Angular rate about x, y, z, rad/s.
@@ -62,7 +62,7 @@ pub struct InHandReading {
     pub still: bool,
 }
 
-impl InHandReading {
+impl InteractiveReading {
     /// Columns of [`row`](Self::row), with a line end.
     pub const HEADER: &str = "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)\n";
 
@@ -79,7 +79,7 @@ impl InHandReading {
     }
 }
 
-impl InHand {
+impl InteractiveSensor {
     /// Starts with z up and a random tilt.
     ///
     /// Of `options` only seed, gravity, tilt and sensor are used. The sensor is read when
@@ -107,27 +107,27 @@ impl InHand {
         for _ in 0..settle {
             part.update(&builder.path, 0.0, 0.0);
         }
-        let mut in_hand = Self {
+        let mut sensor = Self {
             options: options.clone(),
             sensor,
             part,
             builder,
             draws,
             steps: 0,
-            last: InHandReading {
+            last: InteractiveReading {
                 accel_mps2: [0.0; 3],
                 gyro_rad_s: [0.0; 3],
                 temperature_c: 0.0,
                 still: true,
             },
         };
-        in_hand.read();
-        Ok(in_hand)
+        sensor.read();
+        Ok(sensor)
     }
 
     /// The reading `t_s` seconds after the start, updated every millisecond. For a time before
     /// the latest reading, the latest one is returned.
-    pub fn at(&mut self, t_s: f64) -> InHandReading {
+    pub fn at(&mut self, t_s: f64) -> InteractiveReading {
         // Tolerance for rounding, so that 10 ms are ten steps.
         let due = (t_s * INSIDE_HZ + 1e-6).floor();
         while (self.steps as f64) + 1.0 < due {
@@ -244,7 +244,7 @@ impl InHand {
             drift_c: warm_c,
         };
         let reading = self.part.read(&self.builder.path, t_s, warmth);
-        self.last = InHandReading {
+        self.last = InteractiveReading {
             accel_mps2: reading.accel,
             gyro_rad_s: reading.gyro,
             temperature_c: reading.temperature_c,
@@ -268,7 +268,7 @@ mod tests {
 
     #[test]
     fn the_sensor_rests_on_the_face_it_was_laid_on() {
-        let mut sensor = InHand::new(&SimulateOptions {
+        let mut sensor = InteractiveSensor::new(&SimulateOptions {
             tilt_sd_deg: 0.0,
             ..options(SensorOptions::ideal())
         })
@@ -293,7 +293,7 @@ mod tests {
 
     #[test]
     fn a_push_moves_the_given_distance_along_y() {
-        let mut sensor = InHand::new(&SimulateOptions {
+        let mut sensor = InteractiveSensor::new(&SimulateOptions {
             tilt_sd_deg: 0.0,
             ..options(SensorOptions::ideal())
         })
@@ -326,7 +326,7 @@ mod tests {
 
     #[test]
     fn commands_given_at_once_are_executed_in_order() {
-        let mut sensor = InHand::new(&options(SensorOptions::default())).unwrap();
+        let mut sensor = InteractiveSensor::new(&options(SensorOptions::default())).unwrap();
         let first_s = sensor.lay(Face::all()[0]);
         let second_s = sensor.lay(Face::all()[3]);
         assert!(second_s > first_s + PAUSE_S);
@@ -352,7 +352,7 @@ mod tests {
     fn parameters_and_noise_equal_those_of_a_recording() {
         let options = options(SensorOptions::default());
         let recorded = simulate(&options).unwrap();
-        let mut sensor = InHand::new(&options).unwrap();
+        let mut sensor = InteractiveSensor::new(&options).unwrap();
         let truth = sensor.truth();
         assert_eq!(truth.accelerometer, recorded.truth.accelerometer);
         assert_eq!(truth.gyroscope, recorded.truth.gyroscope);

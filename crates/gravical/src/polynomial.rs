@@ -13,7 +13,7 @@ pub fn evaluate(coefficients: &[f64], x: f64) -> f64 {
 }
 
 /// The same polynomial in x' = x − `by`: its value at x = `by`, and the coefficients of the rest.
-pub(super) fn shifted(coefficients: &[f64], by: f64) -> (f64, Vec<f64>) {
+fn shifted(coefficients: &[f64], by: f64) -> (f64, Vec<f64>) {
     // Taylor's shift by repeated synthetic division.
     let mut c = vec![0.0];
     c.extend_from_slice(coefficients);
@@ -32,7 +32,7 @@ pub(super) fn shifted(coefficients: &[f64], by: f64) -> (f64, Vec<f64>) {
 /// raw = drift + (1 + gain) · u, with u the reading at the reference. With u' the reading at the
 /// new one, u = (u' − drift₁)/(1 + gain₁), so that gain' = (gain − gain₁)/(1 + gain₁) and drift'
 /// = drift − drift₁ (1 + gain'): polynomials of the same order.
-pub(super) fn about(drift: &[f64], gain: &[f64], by: f64) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn about(drift: &[f64], gain: &[f64], by: f64) -> (Vec<f64>, Vec<f64>) {
     let (drift_1, mut drift) = shifted(drift, by);
     let (gain_1, mut gain) = shifted(gain, by);
     for c in &mut gain {

@@ -2,7 +2,6 @@
 
 use gravical_core::matrix3::identity;
 
-use crate::calibrate::{CalibrateOptions, recorded};
 use crate::calibration_file::{
     AccelerometerSection, CalibrationFile, FORMAT, Grade, GyroscopeSection, TemperatureRange,
     Verdict, creation_time,
@@ -11,8 +10,8 @@ use crate::recording::{Finding, FindingKind, Recording, Severity};
 use crate::segment::check_units;
 use crate::{Error, Result};
 
-use super::attach::summary_finding;
-use super::study_with_levels;
+use super::{CalibrateOptions, recorded};
+use crate::temperature::{study_with_levels, summary_finding};
 
 /// A calibration that subtracts the temperature drift, from recordings of a sensor at rest while
 /// its temperature falls and rises.
@@ -23,7 +22,7 @@ use super::study_with_levels;
 ///
 /// # Errors
 ///
-/// Those of [`super::study`]; `unit-unknown`, `units-differ`, `no-recordings`.
+/// Those of [`crate::temperature::study`]; `unit-unknown`, `units-differ`, `no-recordings`.
 pub fn soak_alone(recordings: &[Recording], options: &CalibrateOptions) -> Result<CalibrationFile> {
     let Some(first) = recordings.first() else {
         return Err(Error::input("no-recordings", "there is no recording"));

@@ -88,29 +88,6 @@ pub(crate) fn read_along(covariance: &mut [[f64; 12]; 12], h: &[f64; 12], noise:
     }
 }
 
-/// Directions whose readings would help most, the best first, and the predicted
-/// error of ‖a‖ once each has been read too, m/s². Greedy: the direction in which
-/// ‖a‖ is known least; then the same with a free pose read there, whose length is
-/// worth h hᵀ/σ² of information on (M, b), σ = `noise` in m/s².
-#[must_use]
-pub fn propose(
-    matrix: &[[f64; 3]; 3],
-    covariance: &[[f64; 12]; 12],
-    gravity: f64,
-    noise: f64,
-    count: usize,
-) -> Vec<([f64; 3], f64)> {
-    let mut c = *covariance;
-    (0..count)
-        .map_while(|_| {
-            let (direction, _) = weakest(matrix, &c, gravity);
-            let h = sensitivity(matrix, direction, gravity);
-            read_along(&mut c, &h, noise);
-            Some((direction, norm_error(matrix, &c, gravity)?))
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,0 +1,56 @@
+//! One row as numbers, for folds over a recording in memory or over its file.
+
+use std::array::from_fn;
+
+use super::Recording;
+use super::collect::Known;
+use super::row::{ACCEL, GYRO, TEMPERATURE};
+use super::rows;
+
+/// A row. What is missing is NaN.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sample {
+    /// Time since the first row, s.
+    pub time_s: f64,
+    /// Accelerometer, without the offset of unsigned counts, and gyroscope.
+    pub values: [f64; 6],
+    pub temperature_c: f64,
+    /// It does not continue the row before.
+    pub is_break: bool,
+}
+
+impl Sample {
+    /// Row `number` of a file that is read again.
+    pub fn of_row(row: &rows::Row<'_>, number: usize, known: &Known) -> Self {
+        let even_hz = known.facts.stamp_reading.and_then(|s| s.even_hz);
+        Sample {
+            time_s: even_hz.map_or(row.t_s, |rate_hz| number as f64 / rate_hz),
+            values: from_fn(|i| match i {
+                0..3 => row.values[ACCEL + i] - known.facts.zero_offset,
+                _ => row.values[GYRO + i - 3],
+            }),
+            temperature_c: row.values[TEMPERATURE],
+            is_break: row.is_break(),
+        }
+    }
+}
+
+impl Recording {
+    /// Its rows.
+    pub(crate) fn samples(&self) -> impl Iterator<Item = Sample> {
+        let mut breaks = self.breaks.iter().peekable();
+        let or_nan = |column: &Option<Vec<f64>>, row: usize| {
+            column.as_ref().map_or(f64::NAN, |column| column[row])
+        };
+        (0..self.rows()).map(move |row| Sample {
+            time_s: or_nan(&self.time_s, row),
+            values: from_fn(|i| match (i, &self.gyro) {
+                (0..3, _) => self.accel[i][row],
+                (_, Some(gyro)) => gyro[i - 3][row],
+                (_, None) => f64::NAN,
+            }),
+            temperature_c: or_nan(&self.temperature_c, row),
+            is_break: breaks.next_if_eq(&&row).is_some(),
+        })
+    }
+}
