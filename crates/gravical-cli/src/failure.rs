@@ -83,8 +83,8 @@ fn in_flags(error: &gravical::Error) -> String {
 
 /// The option of the command line for a field of the library's options: its name without the unit.
 fn flag(option: &str) -> String {
-    const UNITS: [&str; 9] = [
-        "_mps2", "_mps", "_rad_s", "_deg_s", "_deg", "_hz", "_s", "_g", "_m",
+    const UNITS: [&str; 11] = [
+        "_mps2", "_mps", "_rad_s", "_deg_s", "_deg", "_hz", "_days", "_s", "_g", "_m", "_c",
     ];
     let name = match option {
         "face" => "face-pose",

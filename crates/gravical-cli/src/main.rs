@@ -11,6 +11,7 @@ mod options;
 mod progress;
 mod report;
 mod session;
+mod store;
 mod table;
 mod text;
 
@@ -45,6 +46,7 @@ enum Verb {
     Demo(cmd::demo::Args),
     Check(Box<cmd::check::Args>),
     Compare(cmd::compare::Args),
+    Store(cmd::store::Args),
     Export(cmd::export::Args),
     Live(Box<cmd::live::Args>),
     Log(Box<cmd::log::Args>),

@@ -10,7 +10,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const DOCUMENTS: [&str; 11] = [
+const DOCUMENTS: [&str; 12] = [
     "README.md",
     "docs/tutorial.md",
     "docs/reading-results.md",
@@ -19,6 +19,7 @@ const DOCUMENTS: [&str; 11] = [
     "docs/denoise.md",
     "docs/many.md",
     "docs/noise.md",
+    "docs/store.md",
     "docs/file-formats.md",
     "docs/exports.md",
     "examples/simulated-six-position/README.md",

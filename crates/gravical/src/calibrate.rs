@@ -27,8 +27,8 @@ mod soak;
 use gravical_core::matrix3;
 
 use crate::calibration_file::{
-    AccelerometerSection, CalibrationFile, Covariance, FORMAT, InputFile, SensorInfo,
-    TemperatureRange, creation_time,
+    AccelerometerSection, CalibrationFile, Covariance, FORMAT, InputFile, RecordingTime,
+    RecordingTimeSource, SensorInfo, TemperatureRange, creation_time,
 };
 use crate::estimate::accelerometer::{Session, accelerometer};
 use crate::estimate::{ferraris, gyro};
@@ -36,6 +36,7 @@ use crate::gravity::Gravity;
 use crate::recording::{AccelUnit, Finding, FindingKind, Recording, Severity};
 use crate::segment::{SegmentOptions, Segmentation, segment};
 use crate::temperature::for_calibration;
+use crate::utc::UtcTime;
 use crate::validate::{checks, errors, trust, verdict};
 use crate::{Error, Result};
 
@@ -53,6 +54,8 @@ pub struct CalibrateOptions {
     pub estimate: EstimateOptions,
     /// Which sensor it is.
     pub sensor: SensorInfo,
+    /// When the session was recorded; default: the first time stamp, if it is a date.
+    pub recorded: Option<UtcTime>,
     /// The command line, for the record.
     pub command: Option<String>,
     /// Files beside the recordings that these options come from, as a section list;
@@ -107,7 +110,7 @@ pub struct Calibrated {
 /// # Errors
 ///
 /// `sensors-differ` where they name several.
-fn common_serial(recordings: &[Recording]) -> Result<Option<String>> {
+pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> {
     let named = || {
         recordings
             .iter()
@@ -281,6 +284,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         format: FORMAT.to_owned(),
         created: creation_time(),
         tool: concat!("gravical ", env!("CARGO_PKG_VERSION")).to_owned(),
+        recorded: recorded(recordings, options),
         sensor: SensorInfo {
             id: sensor_id,
             model: options.sensor.model.clone(),
@@ -298,6 +302,22 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         noise: None,
     };
     Ok(Calibrated { file, segmentation })
+}
+
+/// When a session was recorded, as far as that is known.
+pub(crate) fn recorded(
+    recordings: &[Recording],
+    options: &CalibrateOptions,
+) -> Option<RecordingTime> {
+    if let Some(time) = options.recorded {
+        let source = RecordingTimeSource::Given;
+        return Some(RecordingTime { time, source });
+    }
+    let first = recordings.iter().filter_map(Recording::recorded_at).min();
+    first.map(|time| RecordingTime {
+        time,
+        source: RecordingTimeSource::TimeStamps,
+    })
 }
 
 fn temperature(some: &[f64]) -> Option<TemperatureRange> {

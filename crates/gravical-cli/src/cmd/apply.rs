@@ -5,6 +5,7 @@ mod each;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use anyhow::Context as _;
 use gravical::apply::{
     ApplyOptions, ApplySummary, GyroscopeOutcome, OutputUnit, apply, apply_with_gyroscope,
 };
@@ -14,8 +15,9 @@ use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, 
 use gravical::{Error, Result, numfmt};
 
 use crate::each::EachArgs;
-use crate::options::{RecordingArgs, SWAPPED, read_calibration};
+use crate::options::{RecordingArgs, SWAPPED};
 use crate::report::ReportArgs;
+use crate::store::StoreArgs;
 use crate::table::TableArgs;
 use crate::text;
 
@@ -29,21 +31,25 @@ use crate::text;
 Example: gravical apply cal.json ride.csv -o ride-calibrated.csv
 How a recording is read (units, columns, rate): options in `gravical apply --help`.",
     after_long_help = "\
-Example: gravical apply cal.json ride.csv -o ride-calibrated.csv
+Examples:
+  gravical apply cal.json ride.csv -o ride-calibrated.csv
+  gravical apply --store cals ride.csv -o ride-calibrated.csv
 
 Many recordings: gravical apply cal.json rides/*.csv -o calibrated/
 With --each a folder stands for its recordings. Each result has the name of its
 recording; one that fails does not stop the others. After Ctrl-C, --resume continues.
 
 Exit codes: 0 done, 3 bad input; of many recordings: 4 one of them failed, 130
-interrupted."
+interrupted.",
+    override_usage = "gravical apply [OPTIONS] <CAL> <INPUT>...
+       gravical apply [OPTIONS] --store <DIR> <INPUT>"
 )]
 pub struct Args {
-    /// Calibration file, of `gravical calibrate` or imucal
+    /// Calibration file, of `gravical calibrate` or imucal; left out with --store
     #[arg(value_name = "CAL")]
     calibration: PathBuf,
     /// Recording, plain or .gz; - reads standard input. Several recordings need -o DIR
-    #[arg(required = true, value_name = "INPUT")]
+    #[arg(required_unless_present = "store", value_name = "INPUT")]
     inputs: Vec<PathBuf>,
     /// Gyroscope of the recording in a second file, joined by time; its calibrated rate is appended.
     /// The recording is then held in memory
@@ -62,6 +68,8 @@ pub struct Args {
     verbose: bool,
     #[command(flatten)]
     each: EachArgs,
+    #[command(flatten)]
+    store: StoreArgs,
     #[command(flatten)]
     recording: RecordingArgs,
 }
@@ -82,33 +90,43 @@ enum OutputUnitArg {
 ///
 /// A calibration in another unit, a file that cannot be read, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let input = match &args.inputs[..] {
-        [one] if !args.each.each => {
+    // With a store the first argument is the recording.
+    let (named, recordings) = match args.store.is_given() {
+        true => (None, std::slice::from_ref(&args.calibration)),
+        false => (Some(args.calibration.as_path()), &args.inputs[..]),
+    };
+    let path = match recordings {
+        [one] if !args.each.each && (named.is_some() || args.inputs.is_empty()) => {
             args.each.refuse_alone()?;
             one
         }
         _ => return each::run(args),
     };
-    let mut inputs = vec![input.as_path(), args.calibration.as_path()];
+    let mut inputs = vec![path.as_path()];
+    inputs.extend(named);
     inputs.extend(args.gyro.as_deref());
     args.output.check(&ReportArgs::default(), &inputs)?;
-    let (calibration, _) = read_calibration(&args.calibration, Some(input), SWAPPED)?;
     let read_options = args.recording.read_options(false);
+    let taken = args.store.take(named, recordings, &read_options, SWAPPED)?;
+    let taken = taken.context("neither a calibration nor a store is given")?;
+    inputs.push(&taken.path);
+    args.output.check(&ReportArgs::default(), &inputs)?;
+    let calibration = &taken.file;
     let options = args.options(&read_options);
     options.read.validate()?;
     let joined = args
         .gyro
         .as_deref()
-        .map(|gyro| join(input, gyro, &read_options));
+        .map(|gyro| join(path, gyro, &read_options));
     let joined = joined.transpose()?;
-    let name = input.display().to_string();
-    let input = open::open(input, &options.read)?;
+    let input = open::open(path, &options.read)?;
+    let name = path.display().to_string();
     let summary = args.output.write(|out| match &joined {
-        Some(joined) => apply_with_gyroscope(&calibration, input, &name, out, &options, joined),
-        None => apply(&calibration, input, &name, out, &options),
+        Some(joined) => apply_with_gyroscope(calibration, input, &name, out, &options, joined),
+        None => apply(calibration, input, &name, out, &options),
     })?;
     if args.output.json {
-        text::print_json(&summary)?;
+        text::print_json(&taken.with(&summary))?;
     }
     if !args.output.quiet {
         let done = format!(
@@ -117,8 +135,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             summary.rows
         );
         let detail = ReportArgs::detail_of(args.verbose);
-        args.output
-            .print_summary(&done, &document(&summary), detail);
+        let mut document = document(&summary);
+        taken.add_to(&mut document);
+        args.output.print_summary(&done, &document, detail);
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -145,15 +164,15 @@ impl Args {
 /// # Errors
 ///
 /// `gyro-stdin` (usage); those of [`read`] and [`join_gyroscope`].
-fn join(input: &Path, gyro: &Path, options: &ReadOptions) -> Result<Recording> {
-    if input == Path::new("-") {
+fn join(path: &Path, gyro: &Path, options: &ReadOptions) -> Result<Recording> {
+    if path == Path::new("-") {
         return Err(Error::usage(
             "gyro-stdin",
             "--gyro: the recording is read twice, which standard input does not allow",
         )
         .with_hint("give the recording as a file"));
     }
-    let mut recording = read(input, &options.beside_gyroscope_file())?;
+    let mut recording = read(path, &options.beside_gyroscope_file())?;
     join_gyroscope(&mut recording, gyro, options)?;
     Ok(recording)
 }

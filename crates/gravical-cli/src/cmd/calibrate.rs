@@ -28,6 +28,7 @@ use crate::options::command_line;
 use crate::options::{GravityArgs, RecordingArgs};
 use crate::report::{ReportArgs, check_outputs};
 use crate::session::read_session;
+use crate::store::{StoreTarget, filed};
 use crate::text;
 
 /// Calibrate a sensor from recordings of static poses
@@ -63,6 +64,8 @@ pub struct Args {
     /// Calibration file to write (JSON); with --each, a folder for one of each session
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    store: StoreTarget,
     #[command(flatten)]
     report: ReportArgs,
     /// Overwrite existing files
@@ -210,9 +213,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         segmentation,
         recordings,
     } = computed;
+    args.store.check(&file)?;
     if let Some(path) = &args.output {
         save(path, args.force, &file)?;
     }
+    let added = args.store.add(&file)?;
+    let stored = added.as_ref().map(|added| added.path.as_path());
+    let saved = args.output.as_deref().or(stored);
     let session = segmentation.as_ref().map(|segmentation| Session {
         recordings: &recordings,
         segmentation,
@@ -223,10 +230,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         false => Vec::new(),
     };
     args.figures.write(&figures, args.force, args.quiet)?;
-    let document = report::calibration(&file, args.output.as_deref(), &figures);
+    let document = report::calibration(&file, saved, &figures);
     args.report.write(args.force, &document)?;
     if !args.quiet {
         args.report.say();
+        added.iter().for_each(|added| text::say(&filed(added)));
     }
     if args.json {
         text::print_json(&file)?;
@@ -347,6 +355,7 @@ impl Args {
                 id: m.sensor_id.clone(),
                 model: m.sensor_model.clone(),
             },
+            recorded: self.store.recorded,
             command: Some(command_line()),
             other_inputs: list.into_iter().collect(),
             thermal: self.thermal()?,
@@ -385,17 +394,21 @@ pub fn save(path: &Path, force: bool, file: &CalibrationFile) -> Result<InputFil
 }
 
 fn next_step(args: &Args, file: &CalibrationFile) -> String {
-    match &args.output {
-        Some(path) => {
-            let caution = if file.verdict.grade == Grade::Poor { " (but fix what the verdict names first)" } else { "" };
+    let caution = match file.verdict.grade {
+        Grade::Poor => " (but fix what the verdict names first)",
+        _ => "",
+    };
+    match (&args.output, args.store.next(file)) {
+        (Some(path), _) => {
             format!(
                 "\nSaved to {p}.\nNext: gravical apply {p} RECORDING.csv -o calibrated.csv{caution}\n",
                 p = path_word(path)
             )
         }
-        None if file.verdict.grade == Grade::Poor => {
+        (None, Some(next)) => format!("\nNext: {next}{caution}\n"),
+        (None, None) if file.verdict.grade == Grade::Poor => {
             "\nNothing was saved. Fix what the verdict names first;\n-o cal.json saves it anyway.\n".to_owned()
         }
-        None => "\nNothing was saved. Next: the same command with -o cal.json, then\n`gravical apply cal.json RECORDING.csv -o calibrated.csv`\n".to_owned(),
+        (None, None) => "\nNothing was saved. Next: the same command with -o cal.json, then\n`gravical apply cal.json RECORDING.csv -o calibrated.csv`\n".to_owned(),
     }
 }

@@ -5,6 +5,7 @@ mod each;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use anyhow::Context as _;
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::check::{CheckOptions, CheckReport, Judgement, check};
 use gravical::recording::{ReadOptions, Recording};
@@ -12,9 +13,10 @@ use gravical::{Result, report};
 
 use crate::each::EachArgs;
 use crate::failure::QUALITY;
-use crate::options::{GravityArgs, RecordingArgs, SWAPPED, read_calibration};
+use crate::options::{GravityArgs, RecordingArgs, SWAPPED};
 use crate::report::{ReportArgs, with_origin};
 use crate::session::read_session;
+use crate::store::StoreArgs;
 use crate::text;
 
 /// Test whether a calibration still fits new recordings at rest
@@ -29,7 +31,9 @@ How a recording is read (units, columns, rate): options in `gravical check --hel
 
 Exit codes: 0 fits or cannot be decided, 3 bad input, 4 does not fit (p < 0.01).",
     after_long_help = "\
-Example: gravical check cal.json today.csv
+Examples:
+  gravical check cal.json today.csv
+  gravical check --store cals today.csv
 
 One static interval in any pose is enough; more poses test more of the calibration.
 
@@ -39,15 +43,17 @@ A line for each of them; one that cannot be tested does not stop the others.
 
 Exit codes: 0 fits, or cannot be decided; 3 no static interval, or another unit;
 4 does not fit any more (p < 0.01); with --each: 4 one of them does not fit or cannot
-be tested, 130 interrupted."
+be tested, 130 interrupted.",
+    override_usage = "gravical check [OPTIONS] <CAL> <RECORDING>...
+       gravical check [OPTIONS] --store <DIR> <RECORDING>..."
 )]
 pub struct Args {
-    /// Calibration file, of `gravical calibrate` or imucal
+    /// Calibration file, of `gravical calibrate` or imucal; left out with --store
     #[arg(value_name = "CAL")]
     calibration: PathBuf,
     /// Recordings of the sensor at rest: files, or one folder; - reads standard input. With --each,
     /// sessions
-    #[arg(required = true, value_name = "RECORDING")]
+    #[arg(required_unless_present = "store", value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// Gyroscope of the recording in a second file, joined by time
     #[arg(long, value_name = "FILE")]
@@ -66,6 +72,8 @@ pub struct Args {
     #[command(flatten)]
     each: EachArgs,
     #[command(flatten)]
+    store: StoreArgs,
+    #[command(flatten)]
     gravity: GravityArgs,
     #[command(flatten)]
     recording: RecordingArgs,
@@ -78,33 +86,34 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     args.each.refuse_alone()?;
     let options = args.options()?;
-    let inputs: Vec<&Path> = args
-        .recordings
-        .iter()
-        .chain([&args.calibration])
-        .chain(&args.gyro)
-        .map(PathBuf::as_path)
-        .collect();
-    args.report.check(None, &inputs, args.force)?;
-    let (calibration, input) = read_calibration(
-        &args.calibration,
-        args.recordings.first().map(PathBuf::as_path),
-        SWAPPED,
-    )?;
+    let first = std::iter::once(&args.calibration);
+    let inputs: Vec<PathBuf> = first.chain(&args.recordings).cloned().collect();
+    let files = inputs.iter().chain(&args.gyro).map(PathBuf::as_path);
+    args.report
+        .check(None, &files.collect::<Vec<_>>(), args.force)?;
     let read_options = args.recording.read_options(true);
+    // With a store the first argument is a recording, too.
+    let (named, inputs) = match args.store.is_given() {
+        true => (None, &inputs[..]),
+        false => (Some(args.calibration.as_path()), &args.recordings[..]),
+    };
+    let taken = args.store.take(named, inputs, &read_options, SWAPPED)?;
+    let taken = taken.context("neither a calibration nor a store is given")?;
     let (result, recordings) = compute(
         args,
-        &calibration,
-        &args.recordings,
+        &taken.file,
+        &taken.path,
+        inputs,
         &read_options,
         &options,
     )?;
     let mut inputs = InputFile::of(&recordings);
-    inputs.push(input);
-    let document = with_origin(report::check(&result), &inputs);
+    inputs.push(taken.input.clone());
+    let mut document = with_origin(report::check(&result), &inputs);
+    taken.add_to(&mut document);
     args.report.write(args.force, &document)?;
     if args.json {
-        text::print_json(&result)?;
+        text::print_json(&taken.with(&result))?;
     } else {
         text::print_report(&document.to_text(args.report.detail()))?;
     }
@@ -123,6 +132,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 fn compute(
     args: &Args,
     calibration: &CalibrationFile,
+    path: &Path,
     inputs: &[PathBuf],
     read_options: &ReadOptions,
     options: &CheckOptions,
@@ -133,7 +143,7 @@ fn compute(
         read_options,
         Some(&options.still),
     )?;
-    let name = args.calibration.display().to_string();
+    let name = path.display().to_string();
     let mut result = check(calibration, &name, &recordings, options)?;
     result.findings.extend(left_out);
     Ok((result, recordings))

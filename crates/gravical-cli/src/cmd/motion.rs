@@ -23,8 +23,8 @@ use gravical::report;
 use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
-use crate::options::read_calibration;
 use crate::report::{check_outputs, with_origin};
+use crate::store::{Taken, WithChoice};
 use crate::table::Target;
 use crate::text;
 
@@ -53,21 +53,22 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let options = args.options(noise.as_ref().map(|(result, _)| result.section()))?;
     options.validate()?;
     let truth = args.truth()?;
-    let calibration = args
-        .calibration
-        .as_deref()
-        .map(|path| read_calibration(path, Some(&args.input), "the arguments are swapped: the recording is the argument, the calibration belongs to -c"))
-        .transpose()?;
-    let calibrated = calibration.as_ref().map(|(file, input)| Calibrated {
-        file,
-        name: &input.path,
+    // A report lists the checksum of its input.
+    let read_options = args.recording.read_options(args.report.is_wanted());
+    let taken = args.store.take(
+        args.calibration.as_deref(),
+        std::slice::from_ref(&args.input),
+        &read_options,
+        "the arguments are swapped: the recording is the argument, the calibration belongs to -c",
+    )?;
+    let calibrated = taken.as_ref().map(|taken| Calibrated {
+        file: &taken.file,
+        name: &taken.input.path,
     });
 
     if args.causal {
-        return causal::run(args, target, calibrated, &options);
+        return causal::run(args, target, calibrated, taken.as_ref(), &options);
     }
-    // A report lists the checksum of its input.
-    let read_options = args.recording.read_options(args.report.is_wanted());
     let mut recording = match &args.gyro {
         Some(path) => {
             let mut recording = read(&args.input, &read_options.beside_gyroscope_file())?;
@@ -79,10 +80,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let whole = truth.is_some() || args.report.is_wanted() || args.figures.figures.is_some();
     if !whole {
         let result = samples_away(args, target, &mut recording, calibrated, &options)?;
-        return tell(args, &result, &recording);
+        return tell(args, &result, taken.as_ref(), &recording);
     }
     let mut motion = motion(&recording, calibrated, &options)?;
-    let calibration = calibration.iter().map(|(_, input)| input.clone());
+    let calibration = taken.iter().map(|taken| taken.input.clone());
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
     inputs.extend(calibration);
     inputs.extend(noise.map(|(_, input)| input));
@@ -104,11 +105,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     args.figures.write(&figures, args.force, args.quiet)?;
     if args.report.is_wanted() {
-        let document = report::motion(&motion.result, &recording, &figures);
+        let mut document = report::motion(&motion.result, &recording, &figures);
+        taken.iter().for_each(|taken| taken.add_to(&mut document));
         args.report
             .write(args.force, &with_origin(document, &inputs))?;
     }
-    tell(args, &motion.result, &recording)
+    tell(args, &motion.result, taken.as_ref(), &recording)
 }
 
 /// The result, its table written sample by sample without keeping the track.
@@ -158,9 +160,15 @@ pub fn save(path: &Path, force: bool, motion: &Motion) -> Result<()> {
 }
 
 /// Prints the result.
-fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Result<ExitCode> {
+fn tell(
+    args: &Args,
+    result: &MotionResult,
+    taken: Option<&Taken>,
+    recording: &Recording,
+) -> anyhow::Result<ExitCode> {
     if args.json {
-        text::print_json(result)?;
+        let store = taken.and_then(|taken| taken.choice.as_ref());
+        text::print_json(&WithChoice { result, store })?;
     }
     if !args.quiet {
         let target = Target::of(args.output.as_deref());
@@ -170,7 +178,8 @@ fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Re
         };
         let input = one_line(&result.input);
         text::say(&format!("{input}: {} rows{to}", result.rows));
-        let document = report::motion(result, recording, &[]);
+        let mut document = report::motion(result, recording, &[]);
+        taken.iter().for_each(|taken| taken.add_to(&mut document));
         text::say_report(document.to_text(args.report.detail()).trim_end());
         if target == Target::Nowhere && !args.json {
             text::say(target.hint().trim_end());

@@ -36,6 +36,7 @@ mod report;
 mod reports;
 mod sessions;
 mod shell;
+mod store;
 mod support;
 mod terminal;
 mod thermal;

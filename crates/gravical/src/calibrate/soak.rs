@@ -10,7 +10,7 @@ use crate::recording::{Finding, FindingKind, Recording, Severity};
 use crate::segment::check_units;
 use crate::{Error, Result};
 
-use super::CalibrateOptions;
+use super::{CalibrateOptions, recorded};
 use crate::temperature::{study_with_levels, summary_finding};
 
 /// A calibration that subtracts the temperature drift, from recordings of a sensor at rest while
@@ -53,6 +53,7 @@ pub fn soak_alone(recordings: &[Recording], options: &CalibrateOptions) -> Resul
         format: FORMAT.to_owned(),
         created: creation_time(),
         tool: concat!("gravical ", env!("CARGO_PKG_VERSION")).to_owned(),
+        recorded: recorded(recordings, options),
         sensor: options.sensor.clone(),
         gravity_mps2: options.gravity.value_mps2,
         gravity_source: options.gravity.source,

@@ -111,6 +111,7 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
         format: FORMAT.to_owned(),
         created: creation_time(),
         tool: "imucal".to_owned(),
+        recorded: None,
         sensor: SensorInfo::default(),
         gravity_mps2: STANDARD_GRAVITY_MPS2,
         gravity_source: GravitySource::Standard,

@@ -19,6 +19,7 @@ use std::path::Path;
 
 use crate::escape::shown_json;
 use crate::output::write_atomic;
+use crate::utc::UtcTime;
 use crate::{Error, Result};
 
 pub use imucal::{from_imucal, to_imucal};
@@ -148,12 +149,5 @@ impl CalibrationFile {
 /// Time for `created`: the current time, or SOURCE_DATE_EPOCH.
 #[must_use]
 pub fn creation_time() -> String {
-    let epoch = std::env::var("SOURCE_DATE_EPOCH")
-        .ok()
-        .and_then(|s| s.trim().parse::<i64>().ok())
-        .and_then(|s| jiff::Timestamp::from_second(s).ok());
-    let now = epoch.unwrap_or_else(jiff::Timestamp::now);
-    // Whole seconds are enough.
-    let whole = jiff::Timestamp::from_second(now.as_second()).unwrap_or(now);
-    whole.to_string()
+    UtcTime::now().to_string()
 }

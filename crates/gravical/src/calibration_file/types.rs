@@ -10,6 +10,7 @@ use super::trust::{
 use super::{InputFile, NoiseSection, TemperatureModel};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
+use crate::utc::UtcTime;
 
 /// A calibration of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -22,6 +23,9 @@ pub struct CalibrationFile {
     pub created: String,
     /// Name and version of the program.
     pub tool: String,
+    /// When the session was recorded; absent if neither the recordings nor the user said so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recorded: Option<RecordingTime>,
     /// The sensor it belongs to.
     pub sensor: SensorInfo,
     /// Local gravity that the scale is based on, m/s².
@@ -49,6 +53,28 @@ pub struct CalibrationFile {
     /// Noise of the sensor (`calibrate --noise`); absent if it was not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<NoiseSection>,
+}
+
+/// When a session was recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct RecordingTime {
+    /// The time, RFC 3339, UTC.
+    pub time: UtcTime,
+    /// Source of the time.
+    pub source: RecordingTimeSource,
+}
+
+/// Source of the time of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum RecordingTimeSource {
+    /// Given by the user.
+    Given,
+    /// The first time stamp of the recordings, which are dates or seconds since 1970. A date
+    /// without a zone counts as UTC.
+    TimeStamps,
 }
 
 /// The sensor that a calibration belongs to.

@@ -7,7 +7,7 @@ use crate::segment::face::AXES;
 
 /// Sessions further apart than this were at different temperatures, °C: half of
 /// it moves an MPU6050's bias by less than a milli-g and a half.
-const TEMPERATURE_STEP_C: f64 = 3.0;
+pub(super) const TEMPERATURE_STEP_C: f64 = 3.0;
 
 /// What an MPU6050's bias may move, mg per °C: ±35 mg (x, y) and ±60 mg (z) over
 /// 0 to 70 °C (product specification, 6.2).
@@ -57,6 +57,12 @@ pub(super) fn independence(
         ),
     ));
     Independence::SharedRecordings
+}
+
+/// True if a recording of one is a recording of the other, too.
+pub(super) fn shared_recording(a: &CalibrationFile, b: &CalibrationFile) -> bool {
+    a.recordings()
+        .any(|i| i.sha256.is_some() && b.recordings().any(|j| j.sha256 == i.sha256))
 }
 
 /// Sensor, gravity, temperature, quality.

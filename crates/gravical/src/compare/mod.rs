@@ -6,10 +6,13 @@
 //! changes ‖a‖ (bias, scale, angles between the axes: M Mᵀ and b of u = M a + b),
 //! and the rotation between the frames.
 //!
+//! [`history`] does the same with any number of calibrations of one sensor.
+//!
 //! It rests on the covariances of both files. What they leave out (drift with
 //! temperature, another gravity, shared recordings) is reported as a finding.
 
 mod findings;
+mod history;
 mod norms;
 mod parameters;
 mod types;
@@ -28,6 +31,7 @@ use findings::{Independence, SAME_GRAVITY, circumstances, independence, orientat
 use parameters::{Jacobian, PAIRS, Turn, invariants, propagate, second_order, turn};
 use unit::{Side, sides};
 
+pub use history::*;
 pub use types::*;
 
 /// Probability at which two calibrations that do not differ are said to: the

@@ -40,6 +40,23 @@ pub(super) fn sides(
     names: [&str; 2],
     findings: &mut Vec<Finding>,
 ) -> Result<[Side; 2]> {
+    // Two sessions that rest on one and the same gravity share its error.
+    let shared = a.gravity_mps2 == b.gravity_mps2 && a.gravity_source == b.gravity_source;
+    sides_with(a, b, names, shared, findings)
+}
+
+/// The same; with `without_gravity` the covariances leave out the error of gravity.
+///
+/// # Errors
+///
+/// As [`sides`].
+pub(super) fn sides_with(
+    a: &CalibrationFile,
+    b: &CalibrationFile,
+    names: [&str; 2],
+    without_gravity: bool,
+    findings: &mut Vec<Finding>,
+) -> Result<[Side; 2]> {
     let [sa, sb] = [&a.accelerometer, &b.accelerometer];
     let (per_a, per_b) = match (sa.nominal_per_mps2(), sb.nominal_per_mps2()) {
         (Some(na), Some(nb)) => (na, nb),
@@ -94,11 +111,9 @@ pub(super) fn sides(
             "one calibration takes unsigned counts, the other signed ones: 32768 was taken off its bias",
         ));
     }
-    // Two sessions that rest on one and the same gravity share its error.
-    let shared = a.gravity_mps2 == b.gravity_mps2 && a.gravity_source == b.gravity_source;
     Ok([
-        side(a, per_a, offsets[0], shared, names[0])?,
-        side(b, per_b, offsets[1], shared, names[1])?,
+        side(a, per_a, offsets[0], without_gravity, names[0])?,
+        side(b, per_b, offsets[1], without_gravity, names[1])?,
     ])
 }
 
@@ -106,11 +121,11 @@ fn side(
     file: &CalibrationFile,
     per_mps2: f64,
     offset: f64,
-    gravity_is_shared: bool,
+    without_gravity: bool,
     name: &str,
 ) -> Result<Side> {
     let section = &file.accelerometer;
-    let covariance = if gravity_is_shared {
+    let covariance = if without_gravity {
         covariance_at_its_gravity(section, file.gravity_mps2)
     } else {
         covariance_of(section)

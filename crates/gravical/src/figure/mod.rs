@@ -25,6 +25,7 @@
 
 pub mod calibration;
 mod csv;
+pub mod history;
 mod model;
 pub mod motion;
 pub mod noise;

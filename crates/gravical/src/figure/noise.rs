@@ -4,22 +4,20 @@ use crate::noise::{ChannelNoise, NoiseResult, Term};
 
 use super::{Axis, Figure, Panel, Role, Series};
 
+/// Names of the figures.
+pub const NAMES: [&str; 2] = ["allan-accelerometer", "allan-gyroscope"];
+
 /// The figures of a result: accelerometer, gyroscope.
 #[must_use]
 pub fn figures(result: &NoiseResult) -> Vec<Figure> {
     let sensors = [
         (
             'a',
-            "allan-accelerometer",
+            NAMES[0],
             "Allan deviation of the accelerometer",
             "m/s²",
         ),
-        (
-            'g',
-            "allan-gyroscope",
-            "Allan deviation of the gyroscope",
-            "rad/s",
-        ),
+        ('g', NAMES[1], "Allan deviation of the gyroscope", "rad/s"),
     ];
     let figure = |(letter, name, title, unit): (char, &str, &str, &str)| {
         let own = result.channels.iter();

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use crate::output::write_atomic;
 use crate::{Error, Result};
 
-use super::{Figure, calibration, motion, svg, write_csv};
+use super::{Figure, calibration, history, motion, noise, svg, write_csv};
 
 /// What is written of each figure besides the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -112,6 +112,7 @@ fn figures_in(folder: &Path) -> Result<Vec<PathBuf>> {
 fn is_figure(name: &str) -> bool {
     name.split_once('.').is_some_and(|(stem, ending)| {
         let known = calibration::NAMES.iter().chain(&motion::NAMES);
+        let known = known.chain(&noise::NAMES).chain(&history::NAMES);
         ["svg", "csv", "png"].contains(&ending) && known.into_iter().any(|n| *n == stem)
     })
 }

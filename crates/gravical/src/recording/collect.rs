@@ -1,6 +1,7 @@
 //! Reading of a recording into columns in memory.
 
 use std::collections::HashMap;
+use std::io::Read as _;
 use std::path::Path;
 
 use crate::{Error, Result};
@@ -10,7 +11,7 @@ use super::layout::Layout;
 use super::monitor::Facts;
 use super::names::Quantity;
 use super::names::Role;
-use super::open::{Input, Reopenable};
+use super::open::{HEAD, Input, Reopenable, open};
 use super::row::{ACCEL, GYRO, TEMPERATURE};
 use super::rows::{Finished, Row, Rows, Source};
 use super::text::{OpenFile, open_rows};
@@ -41,6 +42,29 @@ pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Rec
     options.validate()?;
     let mut source = Reopenable::Memory(bytes.into());
     Ok(collect(&mut source, name, options, Columns::new)?.into_recording())
+}
+
+/// Reads the first 256 KiB of the recording at `path`: unit, range, first time stamp, serial number
+/// and the temperature in it, before all rows are read.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
+    let options = ReadOptions {
+        hash: false,
+        meter: None,
+        ..options.clone()
+    };
+    let mut bytes = Vec::new();
+    let reader = open(path, &options)?.reader;
+    let read = reader.take(HEAD as u64).read_to_end(&mut bytes);
+    read.map_err(|e| Error::io(path, e))?;
+    if bytes.len() == HEAD {
+        let end = bytes.iter().rposition(|b| matches!(b, b'\n' | b'\r'));
+        bytes.truncate(end.map_or(HEAD, |at| at + 1));
+    }
+    read_bytes(&bytes, &path.display().to_string(), &options)
 }
 
 /// Consumer of the rows of a recording.

@@ -63,7 +63,8 @@ mod unit_choice;
 pub mod units;
 
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
-pub use collect::{read, read_bytes};
+use crate::utc::UtcTime;
+pub use collect::{read, read_bytes, read_head};
 pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
 pub use layout::ColumnsSpec;
 pub use memory::SampleColumns;
@@ -222,7 +223,7 @@ pub struct Recording {
     pub header_unit: Option<AccelUnit>,
     /// Unit of the gyroscope; `None` without a gyroscope.
     pub gyro_scale: Option<GyroScale>,
-    /// Resolution of ax, ay, az, gx, gy, gz, each in its own unit ([`resolution`]); 0 where it is
+    /// Resolution of ax, ay, az, gx, gy, gz, each in its own unit ([`crate::resolution`]); 0 where it is
     /// unknown.
     pub resolution: [f64; 6],
     /// Rates, gaps, jitter.
@@ -255,6 +256,13 @@ impl Recording {
     #[must_use]
     pub fn rows(&self) -> usize {
         self.accel[0].len()
+    }
+
+    /// When it starts, if its time stamps are dates or seconds since 1970; a date without a zone
+    /// counts as UTC.
+    #[must_use]
+    pub fn recorded_at(&self) -> Option<UtcTime> {
+        self.time_origin_s.and_then(UtcTime::of_stamp)
     }
 
     /// Line number in the file, from 1, of row `row` (from 0).

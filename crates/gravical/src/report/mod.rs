@@ -14,6 +14,7 @@ mod noise;
 mod paste;
 mod placements;
 mod provenance;
+mod store;
 mod temperature;
 mod truth;
 
@@ -30,6 +31,7 @@ pub use inspection::inspection;
 pub use motion::motion;
 pub use noise::noise;
 pub use provenance::{Provenance, TOOL};
+pub use store::{choice, history, store_list, stored};
 
 use crate::document::short_name;
 

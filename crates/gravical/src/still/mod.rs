@@ -11,7 +11,7 @@
 //!    differs from that of the neighbouring static intervals.
 //!
 //! There are no constants in m/s², so that the method works for any sensor in any unit. Noise is
-//! never assumed to be less than that of rounding ([`crate::recording::resolution`]): values of
+//! never assumed to be less than that of rounding ([`crate::resolution`]): values of
 //! two decimals may be constant at rest.
 //!
 //! The ends of these intervals are accurate to a block. The beginning and end of a rest in a

@@ -22,7 +22,10 @@ use crate::table::write_file;
 /// What concerns all of them: options, the calibration, targets; `each-option` (usage) without a
 /// folder for the results.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    EachArgs::refuse_beside(&[("--gyro", args.gyro.is_some())])?;
+    EachArgs::refuse_beside(&[
+        ("--gyro", args.gyro.is_some()),
+        ("--store", args.store.is_given()),
+    ])?;
     let Some(output) = args.output.output.as_deref() else {
         return Err(Error::usage(
             "each-option",

@@ -23,6 +23,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         ("--gyro", args.gyro.is_some()),
         ("--report", args.report.is_wanted()),
         ("--figures", args.figures.figures.is_some()),
+        ("--store, --recorded", args.store.is_given()),
     ])?;
     let options = CalibrateOptions {
         // Of each session its own.

@@ -22,6 +22,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     EachArgs::refuse_beside(&[
         ("--gyro", args.gyro.is_some()),
         ("--report", args.report.is_wanted()),
+        ("--store", args.store.is_given()),
     ])?;
     let read = ReadOptions {
         meter: None,
@@ -67,6 +68,7 @@ impl Job for Checks<'_> {
         let (report, _) = compute(
             self.args,
             &self.calibration,
+            &self.args.calibration,
             &input,
             &self.read,
             &self.options,

@@ -14,6 +14,7 @@ use gravical::{Error, Result};
 use crate::figures::FigureArgs;
 use crate::options::{GravityArgs, RecordingArgs};
 use crate::report::ReportArgs;
+use crate::store::StoreArgs;
 
 /// Compute velocity and position with error bands
 ///
@@ -70,6 +71,8 @@ pub struct Args {
     pub figures: FigureArgs,
     #[command(flatten)]
     method: MethodArgs,
+    #[command(flatten)]
+    pub store: StoreArgs,
     #[command(flatten)]
     truth: TruthArgs,
     #[command(flatten)]

@@ -1,0 +1,150 @@
+//! Times in UTC, to the second: when a session was recorded, when a result was computed.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result};
+
+const DAY_S: f64 = 86_400.0;
+
+/// Time stamps from here on are dates; below they count from the start of a board.
+const EARLIEST_S: i64 = 946_684_800; // 2000-01-01
+const LATEST_S: i64 = 4_102_444_800; // 2100-01-01
+
+/// A time, to the second. Text and JSON: RFC 3339 in UTC, `2026-03-09T10:15:00Z`.
+///
+/// ```
+/// use gravical::utc::UtcTime;
+///
+/// let time: UtcTime = "2026-03-09T12:15:00+02:00".parse()?;
+/// assert_eq!(time.to_string(), "2026-03-09T10:15:00Z");
+/// // Without a zone it is UTC; a date alone is its midnight.
+/// assert_eq!("2026-03-09".parse::<UtcTime>()?.days_until(time), 10.25 / 24.0);
+/// # Ok::<(), gravical::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(with = "String"))]
+#[serde(try_from = "String", into = "String")]
+pub struct UtcTime(jiff::Timestamp);
+
+impl UtcTime {
+    /// The current time, or SOURCE_DATE_EPOCH.
+    #[must_use]
+    pub fn now() -> Self {
+        let epoch = std::env::var("SOURCE_DATE_EPOCH")
+            .ok()
+            .and_then(|s| s.trim().parse::<i64>().ok())
+            .and_then(|s| jiff::Timestamp::from_second(s).ok());
+        whole(epoch.unwrap_or_else(jiff::Timestamp::now))
+    }
+
+    /// Of a time stamp in seconds since 1970; none unless it is from 2000 to 2099, since most
+    /// boards count from their start.
+    #[must_use]
+    pub fn of_stamp(since_1970_s: f64) -> Option<Self> {
+        let second = since_1970_s.floor() as i64;
+        if !(EARLIEST_S..LATEST_S).contains(&second) {
+            return None;
+        }
+        jiff::Timestamp::from_second(second).ok().map(UtcTime)
+    }
+
+    /// Days from this time to `later`; negative if that is earlier.
+    #[must_use]
+    pub fn days_until(self, later: UtcTime) -> f64 {
+        (later.0.as_second() - self.0.as_second()) as f64 / DAY_S
+    }
+
+    /// The date: `2026-03-09`.
+    #[must_use]
+    pub fn date(self) -> String {
+        self.0.to_string().chars().take(10).collect()
+    }
+
+    /// Date and time of day to the minute: `2026-03-09 10:15`.
+    #[must_use]
+    pub fn minute(self) -> String {
+        let text: String = self.0.to_string().chars().take(16).collect();
+        text.replace('T', " ")
+    }
+
+    /// For the name of a file: `2026-03-09T10-15-00Z`.
+    pub(crate) fn in_file_name(self) -> String {
+        self.0.to_string().replace(':', "-")
+    }
+}
+
+/// Whole seconds are enough.
+fn whole(time: jiff::Timestamp) -> UtcTime {
+    UtcTime(jiff::Timestamp::from_second(time.as_second()).unwrap_or(time))
+}
+
+impl fmt::Display for UtcTime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl FromStr for UtcTime {
+    type Err = Error;
+
+    /// # Errors
+    ///
+    /// `date-syntax` (usage).
+    fn from_str(text: &str) -> Result<Self> {
+        let text = text.trim();
+        let zoned = text.parse::<jiff::Timestamp>().ok();
+        let plain = || {
+            let civil: jiff::civil::DateTime = text.parse().ok()?;
+            Some(civil.to_zoned(jiff::tz::TimeZone::UTC).ok()?.timestamp())
+        };
+        zoned.or_else(plain).map(whole).ok_or_else(|| {
+            Error::usage("date-syntax", format!("\"{text}\" is not a date"))
+                .with_hint("write 2026-03-09 or 2026-03-09T10:15:00Z; without a zone it is UTC")
+        })
+    }
+}
+
+impl TryFrom<String> for UtcTime {
+    type Error = Error;
+
+    fn try_from(text: String) -> Result<Self> {
+        text.parse()
+    }
+}
+
+impl From<UtcTime> for String {
+    fn from(time: UtcTime) -> Self {
+        time.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stamps_of_boards_are_no_dates() {
+        assert_eq!(UtcTime::of_stamp(16.2), None);
+        assert_eq!(UtcTime::of_stamp(f64::NAN), None);
+        assert_eq!(UtcTime::of_stamp(1e18), None);
+        let time = UtcTime::of_stamp(1_767_225_600.9).unwrap();
+        assert_eq!(time.to_string(), "2026-01-01T00:00:00Z");
+        assert_eq!(time.in_file_name(), "2026-01-01T00-00-00Z");
+        assert_eq!(time.date(), "2026-01-01");
+        assert_eq!(time.minute(), "2026-01-01 00:00");
+    }
+
+    #[test]
+    fn other_words_are_refused() {
+        for text in ["", "yesterday", "2026-13-01", "09.03.2026", "1767225600"] {
+            let error = text.parse::<UtcTime>().unwrap_err();
+            assert_eq!(error.code(), "date-syntax", "{text}");
+        }
+        let time: UtcTime = "2026-03-09 10:15".parse().unwrap();
+        assert_eq!(time.to_string(), "2026-03-09T10:15:00Z");
+    }
+}
