@@ -90,7 +90,7 @@ pub(super) fn judge(case: &Case<'_>, findings: &mut Vec<Finding>) -> Result<Judg
 fn all_zero_error(rows: u64, name: &str) -> Error {
     Error::input(
         "all-zero",
-        format!("the accelerometer reads zero in all {rows} rows: it did not answer"),
+        format!("the accelerometer reads zero or nothing in all {rows} rows: it did not answer"),
     )
     .at(Path::new(name), None)
     .with_hint("check the wiring (SDA, SCL, power) and that the sketch wakes the sensor")

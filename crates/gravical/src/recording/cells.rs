@@ -117,9 +117,11 @@ impl CellCounts {
         empty.iter().position(|n| *n == self.rows)
     }
 
-    /// True if that sensor reads zero in all rows.
+    /// True if that sensor reads zero wherever it has a value.
     pub fn is_all_zero(&self, first: usize) -> bool {
-        self.zeros[usize::from(first == GYRO)] == self.rows
+        let zeros = self.zeros[usize::from(first == GYRO)];
+        let empty = &self.empty[first - ACCEL..first - ACCEL + 3];
+        empty.iter().all(|empty| empty + zeros == self.rows)
     }
 
     /// Rules for filling cells, from all rows so far.

@@ -629,7 +629,7 @@ impl<S: Source> Rows<S> {
             };
             return Err(Error::input(
                 "all-zero",
-                format!("the {sensor} reads zero in all {rows} rows: it did not answer"),
+                format!("the {sensor} reads zero or nothing in all {rows} rows: it did not answer"),
             )
             .at(here, None)
             .with_hint(hint));
