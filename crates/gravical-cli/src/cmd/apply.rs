@@ -90,13 +90,13 @@ enum OutputUnitArg {
 ///
 /// A calibration in another unit, a file that cannot be read, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    // With a store the first argument is the recording.
-    let (named, recordings) = match args.store.is_given() {
-        true => (None, std::slice::from_ref(&args.calibration)),
-        false => (Some(args.calibration.as_path()), &args.inputs[..]),
+    // With a store the only argument is the recording.
+    let (named, recordings) = match &args.inputs[..] {
+        [] => (None, std::slice::from_ref(&args.calibration)),
+        inputs => (Some(args.calibration.as_path()), inputs),
     };
     let path = match recordings {
-        [one] if !args.each.each && (named.is_some() || args.inputs.is_empty()) => {
+        [one] if !args.each.each => {
             args.each.refuse_alone()?;
             one
         }
