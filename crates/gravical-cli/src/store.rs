@@ -219,7 +219,7 @@ fn store_and_file(path: &Path) -> Error {
         "a calibration file is given, and --store, which chooses one",
     )
     .at(path, None)
-    .with_hint("leave out one of the two; --store is for one recording at a time")
+    .with_hint("leave out one of the two; --store is for one session at a time")
 }
 
 /// The first rows of the recordings: files, or one folder.
