@@ -262,8 +262,8 @@ class Live(Check):
             board.unplug()
             try:
                 with self.session("--port", str(board.port), "--folder", "s") as where:
-                    self.until("return state.ports?.tried")
-                    assert "no such port" in browser.run("return document.querySelector('#sentence').textContent")
+                    # The page is drawn some milliseconds after its state.
+                    self.until("return state.ports?.tried && document.querySelector('#sentence').textContent.includes('no such port')")
                     self.picture("port-absent")
                     # What is no port of this computer is refused, wherever it comes from.
                     browser.run("choosePort('/etc/passwd')")

@@ -133,7 +133,7 @@ class WholeWay(Live):
                     uno.say("unplug")
                     self.until("return document.body.dataset.state === 'lost'", 30)
                     assert browser.run("return state.poses.size") == count - 1
-                    assert f"{count - 1} poses are safe" in browser.run("return document.querySelector('#sentence').textContent")
+                    self.until(f"return document.querySelector('#sentence').textContent.includes('{count - 1} poses are safe')")
                     self.picture("uno-lost")
                     uno.say("plug")
                     self.until("return document.body.dataset.state !== 'lost'", 30)

@@ -103,7 +103,6 @@ fn json_stands_alone_and_beside_a_file() {
     let result = motion(path, "line/line.csv -c cal.json", 0);
     assert_eq!(result["rows"], 1200);
     close(result["rate_hz"]["true"].as_f64().unwrap(), 100.0, 0.1);
-    assert_eq!(result["moves"].as_array().unwrap().len(), 1);
     let moved = &result["moves"][0];
     let (way, sigma) = (
         numbers(&moved["displacement_m"]),
@@ -285,4 +284,26 @@ fn a_table_of_motion_says_which_of_its_columns_are_read() {
     let raw = raw.as_str().unwrap();
     assert!(raw.contains("raw ones (raw_ax_mps2 …) are read"), "{raw}");
     assert!(!kinds(&again).contains(&"already-calibrated".to_owned()));
+}
+
+/// A board whose clock is set in the middle; the search for slow moves once went through all the
+/// years.
+#[test]
+fn a_clock_that_is_set_by_thirty_years_is_a_gap() {
+    let folder = tempfile::tempdir().unwrap();
+    line(folder.path());
+    let text = std::fs::read_to_string(folder.path().join("line/line.csv")).unwrap();
+    let later = |(i, row): (usize, &str)| match row.split_once(',') {
+        Some((stamp, rest)) if i > 700 => {
+            format!(
+                "{},{rest}\n",
+                stamp.parse::<u64>().unwrap() + 1_000_000_000_000
+            )
+        }
+        _ => format!("{row}\n"),
+    };
+    let text: String = text.lines().enumerate().map(later).collect();
+    std::fs::write(folder.path().join("set.csv"), text).unwrap();
+    let result = motion(folder.path(), "set.csv -c cal.json", 0);
+    finding(&result, "gap");
 }

@@ -162,8 +162,10 @@ impl Search<'_> {
         let mut all = Vec::new();
         let mut quiet = Vec::new();
         let mut free_s = f64::NEG_INFINITY;
-        for k in 0..=count {
-            let from_s = first + k as f64 * stride;
+        let mut next = 0;
+        while next <= count {
+            let from_s = first + next as f64 * stride;
+            next = self.behind_gap(next + 1, *first, stride, seconds);
             let Some(one) = self.fit(from_s, seconds) else {
                 continue;
             };
@@ -185,6 +187,19 @@ impl Search<'_> {
             all.retain(|f| f.gain > DOUBTED);
         }
         all
+    }
+
+    /// The first place from the `k`-th on whose `seconds` hold a block: a gap may be years long, where
+    /// a clock was set.
+    fn behind_gap(&self, k: usize, first_s: f64, stride: f64, seconds: f64) -> usize {
+        let t = &self.blocks.t_s;
+        let from_s = first_s + k as f64 * stride;
+        match t.get(t.partition_point(|t| *t < from_s)) {
+            Some(block_s) if *block_s > from_s + seconds => {
+                k.max(((block_s - seconds - first_s) / stride) as usize)
+            }
+            _ => k,
+        }
     }
 
     fn inside(&self, from_s: f64, to_s: f64) -> &[bool] {
