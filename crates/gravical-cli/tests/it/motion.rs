@@ -294,7 +294,7 @@ fn a_clock_that_is_set_by_thirty_years_is_a_gap() {
     line(folder.path());
     let text = std::fs::read_to_string(folder.path().join("line/line.csv")).unwrap();
     let later = |(i, row): (usize, &str)| match row.split_once(',') {
-        Some((stamp, rest)) if i > 700 => {
+        Some((stamp, rest)) if i > 900 => {
             format!(
                 "{},{rest}\n",
                 stamp.parse::<u64>().unwrap() + 1_000_000_000_000
