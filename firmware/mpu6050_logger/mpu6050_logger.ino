@@ -120,7 +120,7 @@ struct Counters {
 };
 
 Counters counters = {0, 0, 0};
-Counters told = {0, 0, 0};
+Counters reported = {0, 0, 0};
 
 uint8_t address = 0x68;   // 0x69 with AD0 high
 uint8_t whoAmI = WHO_AM_I_MPU6050;
@@ -491,10 +491,10 @@ void printSettings() {
 }
 
 void tellCounters() {
-  const bool same = counters.overruns == told.overruns && counters.i2cErrors == told.i2cErrors
-      && counters.restarts == told.restarts;
+  const bool same = counters.overruns == reported.overruns && counters.i2cErrors == reported.i2cErrors
+      && counters.restarts == reported.restarts;
   if (same || !noticeDue()) return;
-  told = counters;
+  reported = counters;
   Line line;
   line.print(F("# overruns "));
   line.print(counters.overruns);

@@ -54,7 +54,7 @@ fn too_fast_is_said() {
         let (all, lost) = (all - samples, lost - unread);
         let (first, last) = (reported[0], reported[reported.len() - 1]);
         eprintln!("{commands:?}: {lost} of {all} lost, reported {first} to {last}");
-        // Told once a second: the first and the last are up to a second apart from
+        // Reported once a second: the first and the last are up to a second apart from
         // the ends.
         let share = (last - first) as f64 / lost as f64;
         assert!((0.5..1.05).contains(&share), "{share}");

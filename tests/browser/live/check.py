@@ -303,7 +303,7 @@ class Check:
         print("follower, refusal, gravity, focus, no answer, sound")
 
     def half_an_hour(self):
-        """Frames a second with half an hour of history; told, not judged."""
+        """Frames a second with half an hour of history; printed, not asserted."""
         self.open(scenes()["accept"])
         rate = self.browser.call("POST", f"{self.browser.session}/execute/async", {"args": [], "script": """
           const done = arguments[0], template = structuredClone(state.status);

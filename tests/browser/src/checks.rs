@@ -203,11 +203,11 @@ pub async fn the_cursor_tells_what_is_drawn(browser: &Browser) {
     for share in [0.13, 0.5, 0.77] {
         let (x, y) = (left + share * width, top + height / 2.0);
         browser.mouse("mouseMoved", x, y, json!({})).await;
-        let told = browser
+        let described = browser
             .eval("return [...f.querySelectorAll('output b, output span')].map(e => e.textContent)")
             .await;
-        let told: Vec<String> = serde_json::from_value(told).unwrap();
-        assert!(told.len() > 1, "nothing is told: {told:?}");
+        let described: Vec<String> = serde_json::from_value(described).unwrap();
+        assert!(described.len() > 1, "no description: {described:?}");
         let truth = browser
             .eval(
                 "const c = f.querySelector('.cursor').getBoundingClientRect(), at = c.left + c.width / 2;
@@ -255,7 +255,7 @@ pub async fn the_cursor_tells_what_is_drawn(browser: &Browser) {
             if number(4).is_none_or(|near| near > 1.0) {
                 continue;
             }
-            let said = told
+            let said = described
                 .iter()
                 .filter_map(|t| number_in(t.strip_prefix(name)?.rsplit(':').next()?))
                 .map(|said| (low - said).max(said - high))
@@ -263,7 +263,7 @@ pub async fn the_cursor_tells_what_is_drawn(browser: &Browser) {
             if said.is_finite() {
                 assert!(
                     said < 0.01 * span,
-                    "{name}: {said} off {low} to {high}; {told:?}"
+                    "{name}: {said} off {low} to {high}; {described:?}"
                 );
                 checked += 1;
             }

@@ -81,7 +81,7 @@ def worst(a, b):
 
 
 def savgol():
-    cases, told = [], []
+    cases, offsets = [], []
     for window, order, derivative in [
         (1, 0, 0), (3, 0, 0), (3, 1, 0), (5, 2, 0), (5, 3, 0), (5, 2, 1), (5, 4, 2), (7, 2, 0),
         (7, 6, 0), (9, 4, 3), (11, 2, 0), (11, 3, 1), (15, 5, 2), (21, 2, 0), (21, 4, 1),
@@ -96,7 +96,7 @@ def savgol():
         case = dict(window=window, order=order, derivative=derivative)
         if off > 2e-13:
             # scipy's own weights are not good enough to be held against.
-            told.append(case | dict(off=off))
+            offsets.append(case | dict(off=off))
             n = 2 * window - 40 if window > 60 else 70
             cases.append(case | dict(edge="interp", n=n, y=exact_filter(window, order, derivative, n)))
             continue
@@ -107,7 +107,7 @@ def savgol():
             for n in sorted(lengths):
                 y = signal.savgol_filter(X[:n], window, order, derivative, STEP_S, mode=edge)
                 cases.append(case | dict(edge=edge, n=n, y=list(y)))
-    return cases, told
+    return cases, offsets
 
 
 def mean():
@@ -168,14 +168,14 @@ def butter():
     return cases
 
 
-filtered, told = savgol()
+filtered, offsets = savgol()
 json.dump(
     dict(
         scipy=scipy.__version__,
         rate_hz=RATE_HZ,
         x=X,
         savgol=filtered,
-        scipy_weights_off=told,
+        scipy_weights_off=offsets,
         mean=mean(),
         butter=butter(),
     ),

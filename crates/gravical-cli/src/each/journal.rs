@@ -2,7 +2,7 @@
 //!
 //! A result is known by three things: the content of the item, the options and the version; the
 //! last two are in the line with which a run begins. A line is written before a result and one
-//! after it, so that whenever a run ends, a file of its own is told from that of somebody else.
+//! after it, so that whenever a run ends, a file of its own is distinguished from that of somebody else.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{File, TryLockError};

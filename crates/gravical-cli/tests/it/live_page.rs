@@ -434,7 +434,7 @@ fn the_first_tab_leads_and_the_next_one_when_it_is_closed() {
     for other in &mut others {
         assert_eq!(other.next().unwrap()["type"], "follower");
     }
-    // A browser would have no connection left for commands: the fifth is told so, and its stream
+    // A browser would have no connection left for commands: the fifth gets a message, and its stream
     // ends, so that it asks again.
     let mut fifth = served.tab();
     assert_eq!(fifth.next().unwrap()["type"], "full");

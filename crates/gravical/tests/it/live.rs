@@ -640,7 +640,7 @@ fn replayed(path: &std::path::Path, capture_s: f64, floor_s: f64) -> (Session, V
 
 #[test]
 fn poses_of_real_recordings_are_those_that_calibrate_finds() {
-    // Holds of 1 s suffice to calibrate; a guided capture takes what is told here.
+    // Holds of 1 s suffice to calibrate; a guided capture takes what is set here.
     let Some(folder) = data() else { return };
     for (file, capture_s) in REAL {
         let path = folder.join(file);

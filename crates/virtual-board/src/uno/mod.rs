@@ -47,7 +47,7 @@ pub struct Uno {
     twi_vector: *mut ffi::avr_int_vector_t,
     incoming: VecDeque<u8>,
     next_byte: u64,
-    /// Where the program hangs, and what stood there.
+    /// Where the program hangs, and the instruction there.
     hung: Option<(usize, [u8; 2])>,
     hang_due: bool,
     /// When faults were looked at last, on their own time.

@@ -33,7 +33,7 @@ const STEPS: i32 = 60;
 /// Poses that lie anywhere, by chance near axes, raise the logarithm of the
 /// likelihood by less than this.
 const NO_FACES: f64 = 5.0;
-/// Tilt of a deliberate lean off the face that it is named after, rad.
+/// Angle of a deliberate tilt off the face that a pose is named after, rad.
 const LEAN: f64 = 10.0 / DEG;
 /// Shares of the named poses that lie on their face, of which the likeliest is
 /// taken: all but one in twenty, most, and half.
@@ -147,7 +147,7 @@ impl Habit {
 /// Sorts the poses again by a fit: each is a face where that is likelier than
 /// that it is none. Faces have the spread that makes all angles together
 /// likeliest: an estimate from what was taken for faces would grow with every
-/// deliberate lean among them. `least` is a tilt that was given.
+/// deliberate tilt among them. `least` is a tilt that was given.
 pub(super) fn sort(poses: &[JointPose], work: &mut [Pose], found: &Fit, least: f64) {
     let Some(inverse) = matrix3::inverse(&found.state.m) else {
         return;

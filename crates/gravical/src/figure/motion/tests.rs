@@ -131,9 +131,9 @@ fn at_rest_the_drift_is_the_one_of_the_result() {
     assert_eq!(track.sigma_m.last(), Some(&reported.predicted_sigma_m));
     assert!(track.sigma_m.windows(2).all(|w| w[0][0] <= w[1][0]));
     // Not kept where nobody asked.
-    let lean = crate::motion::motion(&recording, None, &MotionOptions::default()).unwrap();
-    assert!(lean.track.static_drift.is_none());
-    assert_eq!(lean.result.static_drift, motion.result.static_drift);
+    let plain = crate::motion::motion(&recording, None, &MotionOptions::default()).unwrap();
+    assert!(plain.track.static_drift.is_none());
+    assert_eq!(plain.result.static_drift, motion.result.static_drift);
 }
 
 #[test]

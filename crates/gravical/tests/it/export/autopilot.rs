@@ -154,7 +154,7 @@ fn settings(text: &str) -> HashMap<String, String> {
 
 #[test]
 fn inav_corrects_to_half_a_step_of_its_integers() {
-    // The calibration was made at ±2 g; the firmware reads ±16 g, or what it is told.
+    // The calibration was made at ±2 g; the firmware reads ±16 g, or what its parameter says.
     for per_g in [2048.0, 4096.0] {
         let file = in_counts();
         let options = ExportOptions {

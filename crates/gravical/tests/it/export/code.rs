@@ -131,8 +131,8 @@ fn counts_of_a_converter_stand_for_the_unit_of_the_recordings() {
         "{message}"
     );
     // What is not said is not assumed.
-    let told = export(&in_g(), Target::Arduino, &ExportOptions::default()).unwrap();
-    assert!(!told.text.contains("_apply_q") && told.notes[0].contains("--counts-per-g"));
+    let written = export(&in_g(), Target::Arduino, &ExportOptions::default()).unwrap();
+    assert!(!written.text.contains("_apply_q") && written.notes[0].contains("--counts-per-g"));
 }
 
 /// The largest errors of both sensors in fixed point, m/s² and rad/s, over all counts that are

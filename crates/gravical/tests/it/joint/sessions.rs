@@ -5,8 +5,8 @@ use gravical::segment::face::Face;
 
 use super::*;
 
-/// Leaned off `face` by `angle_deg`, towards `azimuth`.
-fn lean(face: Face, angle_deg: f64, azimuth: f64) -> [f64; 3] {
+/// Tilted off `face` by `angle_deg`, towards `azimuth`.
+fn tilted(face: Face, angle_deg: f64, azimuth: f64) -> [f64; 3] {
     let (sine, cosine) = (angle_deg / DEG).sin_cos();
     let mut n = face.direction().map(|v| v * cosine);
     n[(face.axis + 1) % 3] += sine * azimuth.cos();
@@ -32,13 +32,13 @@ fn predicted_mg(fit: &JointFit) -> f64 {
 enum Seventh {
     Again,
     Left,
-    Leaned,
+    Tilted,
 }
 
 #[test]
 fn one_hold_more_is_never_worse_than_six_faces() {
     for tilt in [0.3, 1.0, 2.0] {
-        for seventh in [Seventh::Again, Seventh::Left, Seventh::Leaned] {
+        for seventh in [Seventh::Again, Seventh::Left, Seventh::Tilted] {
             let (mut six, mut seven, mut z) = (Vec::new(), Vec::new(), Vec::new());
             let mut said = Vec::new();
             for index in 0..40 {
@@ -52,7 +52,7 @@ fn one_hold_more_is_never_worse_than_six_faces() {
                         turned_rad: 0.0,
                     },
                     Seventh::Left => Planned::Free(means[face.index()].direction),
-                    Seventh::Leaned => Planned::Free(lean(face, 12.0, index as f64)),
+                    Seventh::Tilted => Planned::Free(tilted(face, 12.0, index as f64)),
                 };
                 means.extend(part.place(&[planned]));
                 let after = fitted(&poses(&means, false));
@@ -102,7 +102,7 @@ fn leans_beside_exact_faces_are_poses() {
                     // 4 to 13°, or 6 to 13° where faces scatter by a degree.
                     let least = if tilt < 1.0 { 4.0 } else { 6.0 };
                     let angle = least + (13.0 - least) * ((7 * index + 5 * k) % 31) as f64 / 30.0;
-                    let direction = lean(face, angle, (11 * index + 3 * k) as f64);
+                    let direction = tilted(face, angle, (11 * index + 3 * k) as f64);
                     means.extend(part.place(&[Planned::Free(direction)]));
                 }
                 let best = fitted(&poses(&means, true));
@@ -150,7 +150,7 @@ fn repeats_share_a_tilt_pair_by_pair() {
         let odd = Face::all()[index % 6];
         means[6 + odd.index()] = MeanReading {
             face: Some(odd),
-            ..part.place(&[Planned::Free(lean(odd, 4.0, index as f64))])[0]
+            ..part.place(&[Planned::Free(tilted(odd, 4.0, index as f64))])[0]
         };
         let fit = fitted(&poses(&means, true));
         let apart = |face: Face| {

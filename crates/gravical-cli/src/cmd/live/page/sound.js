@@ -6,7 +6,7 @@ const sound = {
   silent: false,
   toggle() {
     this.silent = !this.silent;
-    // A browser may be told to keep nothing.
+    // A browser may be set to store nothing.
     try { localStorage.setItem("gravical-silent", this.silent ? "1" : "0"); } catch { /* for this page only */ }
     this.label();
     if (!this.silent) this.play([[660, 0.08]]);
