@@ -20,7 +20,7 @@ pub fn watch() {
             return;
         }
         print(panic);
-        process::abort();
+        process::exit(1);
     }));
 }
 

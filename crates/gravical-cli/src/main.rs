@@ -8,6 +8,7 @@ mod each;
 mod failure;
 mod figures;
 mod options;
+mod outlet;
 mod progress;
 mod report;
 mod session;

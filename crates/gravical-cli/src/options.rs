@@ -69,7 +69,7 @@ pub struct RecordingArgs {
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "Local gravity")]
 pub struct GravityArgs {
-    /// Local gravity in m/s² [default: that of the calibration if one is given, else 9.80665 ± 0.15 %]
+    /// Local gravity in m/s² [default: that of the calibration where one is used, else 9.80665 ± 0.15 %]
     #[arg(long, value_name = "MPS2", conflicts_with = "latitude")]
     gravity: Option<f64>,
     /// Latitude in degrees, to compute local gravity

@@ -138,6 +138,11 @@ pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result
         Form::Markdown(folder) => {
             let figures = figures_of(document);
             if figures.is_empty() {
+                if folder.is_dir() {
+                    // Those of an earlier report of this name.
+                    write_figures(figures, &folder, Formats::default(), force)?;
+                    std::fs::remove_dir(&folder).map_err(|e| Error::io(&folder, e))?;
+                }
                 document.to_markdown(None)
             } else {
                 write_figures(figures, &folder, Formats::default(), force)?;

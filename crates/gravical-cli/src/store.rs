@@ -216,10 +216,10 @@ impl StoreArgs {
 fn store_and_file(path: &Path) -> Error {
     Error::usage(
         "store-and-file",
-        "a calibration file is given, and --store, which chooses one",
+        "--store chooses the calibration: with one recording, this is a file too many",
     )
     .at(path, None)
-    .with_hint("leave out one of the two; --store is for one session at a time")
+    .with_hint("leave out --store, or this file; --store takes one session at a time")
 }
 
 /// The first rows of the recordings: files, or one folder.

@@ -97,6 +97,14 @@ pub fn unit(name: &str) -> String {
     }
 }
 
+/// A number of things: `1 pose`, `2 poses`.
+#[must_use]
+pub fn count(n: impl std::fmt::Display, word: &str) -> String {
+    let n = n.to_string();
+    let ending = if n == "1" { "" } else { "s" };
+    format!("{n} {word}{ending}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

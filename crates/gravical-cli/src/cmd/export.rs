@@ -8,7 +8,7 @@ use clap::builder::PossibleValue;
 use gravical::Error;
 use gravical::calibration_file::CalibrationFile;
 use gravical::export::{ExportOptions, Target, export};
-use gravical::output::write_atomic;
+use gravical::output::{check_targets, write_atomic};
 
 use crate::options::AxisMapArg;
 use crate::text;
@@ -96,6 +96,15 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let hint = format!("gravical export cal.json --to {}", target.name());
         return Err(error.with_hint(hint).into());
     };
+    let output = args
+        .output
+        .as_ref()
+        .filter(|p| p.as_path() != Path::new("-"));
+    check_targets(
+        output.map(std::slice::from_ref).unwrap_or_default(),
+        std::slice::from_ref(calibration),
+        args.force,
+    )?;
     let file = CalibrationFile::read(calibration)?;
     let options = ExportOptions {
         name: args.name.clone(),
@@ -106,12 +115,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         upper_limit: args.upper_limit,
     };
     let written = export(&file, target, &options)?;
-    match &args.output {
-        Some(path) if path != Path::new("-") => write_atomic(path, args.force, |w| {
+    match output {
+        Some(path) => write_atomic(path, args.force, |w| {
             w.write_all(written.text.as_bytes())
                 .map_err(|e| Error::io(path, e))
         })?,
-        _ => text::print(&written.text)?,
+        None => text::print(&written.text)?,
     }
     for note in &written.notes {
         text::say(&format!("note: {note}"));

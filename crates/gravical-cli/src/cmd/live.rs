@@ -21,7 +21,7 @@ use gravical::gravity::Gravity;
 use gravical::live::event::SourceKind;
 use gravical::live::folder::{Journal, RECORDING};
 use gravical::live::{LiveOptions, Session};
-use gravical::output::{check_target, make_folder};
+use gravical::output::{check_targets, make_folder};
 use gravical::recording::ReadOptions;
 use gravical::{Error, Result};
 
@@ -61,10 +61,10 @@ Exit codes: 0 saved, 2 usage, 3 no calibration or unreadable rows, 4 the verdict
 poor, 5 board or port, 130 interrupted; --resume goes on.")]
 pub struct Args {
     /// Guide with a recording in place of a board
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["simulate", "port", "resume"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["simulate", "resume", "port", "wait", "baud", "range", "gyro_range", "low_pass", "format"])]
     replay: Option<PathBuf>,
     /// A simulated sensor, moved by commands
-    #[arg(long, conflicts_with = "port")]
+    #[arg(long, conflicts_with_all = ["port", "wait", "baud", "columns", "range", "gyro_range", "rate", "low_pass", "format"])]
     simulate: bool,
     /// Seed of the simulated sensor [default: drawn]
     #[arg(long, value_name = "N", requires = "simulate")]
@@ -123,20 +123,18 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.speed.is_some_and(|s| !(0.0..=1e6).contains(&s)) {
         return Err(Error::usage("option-range", "--speed must be 0 to 1000000").into());
     }
-    for path in args
-        .output
-        .iter()
-        .chain(args.events.iter().filter(|p| p.as_path() != Path::new("-")))
-    {
-        check_target(path, false)?;
+    if args.speed.is_some() && args.replay.is_none() && !args.simulate && args.resume.is_none() {
+        let error = Error::usage("usage", "--speed is for a replay or a simulated sensor");
+        return Err(error.with_hint("a board sets its own pace: --rate").into());
     }
+    args.check_targets()?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
     let place = args.folder()?;
-    let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Plain::new())];
+    let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Plain::new(args.speed() > 0.0))];
     if let Some(path) = &args.events {
-        renderers.push(Box::new(EventLines::open(path)?));
+        renderers.push(Box::new(EventLines::open(path, args.speed() > 0.0)?));
     }
     let (sender, entries) = sync_channel(ENTRIES);
     #[cfg(feature = "live")]
@@ -271,6 +269,17 @@ impl Args {
         driver.run(kind, &name, journal.is_some())
     }
 
+    /// Checks what will be written, before the poses are.
+    fn check_targets(&self) -> Result<()> {
+        let events = self.events.iter().filter(|p| p.as_path() != Path::new("-"));
+        let targets: Vec<PathBuf> = self.output.iter().chain(events).cloned().collect();
+        let inputs: Vec<PathBuf> = self.replay.iter().cloned().collect();
+        check_targets(&targets, &inputs, false).map_err(|error| match error.code() {
+            "exists" => error.with_hint("name another file"),
+            _ => error,
+        })
+    }
+
     /// Times real time; 0 is as fast as possible.
     fn speed(&self) -> f64 {
         let default = if self.replay.is_some() { 0.0 } else { 1.0 };
@@ -330,6 +339,11 @@ impl Args {
     fn read_options(&self) -> ReadOptions {
         ReadOptions {
             columns: self.board.columns.clone(),
+            rate_hz: self
+                .board
+                .rate
+                .filter(|_| self.replay.is_some())
+                .map(f64::from),
             hash: true,
             ..ReadOptions::default()
         }

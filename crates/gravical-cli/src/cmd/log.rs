@@ -2,7 +2,6 @@
 
 pub mod files;
 mod keys;
-mod outlet;
 pub mod reporter;
 pub mod session;
 mod summary;
@@ -85,7 +84,7 @@ pub struct BoardArgs {
     gyro_range: Option<u16>,
     /// Sampling rate in Hz: 4 to 150, with counts to 250, with binary to 1000 (about 500 arrive)
     #[arg(long, value_name = "HZ")]
-    rate: Option<u16>,
+    pub rate: Option<u16>,
     /// Low-pass of the sensor in Hz: 184, 94, 44, 21, 10, 5
     #[arg(long, value_name = "HZ")]
     low_pass: Option<u16>,

@@ -174,6 +174,8 @@ struct Rests {
     last_row_s: f64,
     /// Poses that the stills no longer hold.
     earlier: Poses,
+    /// The row up to which a free pose, which still lasts, is among them.
+    counted_to: Option<usize>,
 }
 
 impl Rests {
@@ -184,6 +186,7 @@ impl Rests {
             switches: Vec::new(),
             last_row_s: f64::NAN,
             earlier: Poses::default(),
+            counted_to: None,
         }
     }
 
@@ -200,7 +203,9 @@ impl Rests {
         }
         self.stills.push(accel);
         if self.stills.is_full() {
-            self.earlier = self.state().2;
+            let (rests, face, earlier) = self.state();
+            self.counted_to = (rests && face.is_none()).then(|| self.stills.rows());
+            self.earlier = earlier;
             self.stills.forget();
             self.switches = vec![(self.stills.rows(), stored)];
         }
@@ -220,6 +225,7 @@ impl Rests {
             if duration_s >= POSE_S {
                 match face.and_then(|face| poses.faces_s.get_mut(face.index())) {
                     Some(face_s) => *face_s += duration_s,
+                    None if self.counted_to == Some(still.rows.start) => {}
                     None => poses.free += 1,
                 }
             }

@@ -278,18 +278,20 @@ fn named(
         *uses.entry(key(stem, path)).or_default() += 1;
     }
     let (mut taken, mut renamed) = (HashSet::new(), Vec::new());
+    // The number that a name has reached: with thousands of one name, none is tried twice.
+    let mut numbers: HashMap<String, usize> = HashMap::new();
     for (stem, path) in stems.iter_mut().zip(&paths) {
         let shared = uses[&key(stem, path)] > 1;
         if shared && let Some(folder) = folder_name(path) {
             *stem = format!("{folder}-{stem}");
         }
         let plain = stem.clone();
-        let mut number = 1;
+        let number = numbers.entry(key(&plain, path)).or_insert(1);
         // A name that others have from the start stays theirs.
         while taken.contains(&key(stem, path))
             || (*stem != plain || shared) && uses.contains_key(&key(stem, path))
         {
-            number += 1;
+            *number += 1;
             *stem = format!("{plain}-{number}");
         }
         taken.insert(key(stem, path));

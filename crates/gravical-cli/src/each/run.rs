@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use gravical::escape::{one_line, path_text, shown_json};
+use gravical::numfmt::count;
 use gravical::output::{check_target, check_targets, make_folder};
 use gravical::{Error, Result};
 
@@ -468,9 +469,13 @@ impl<'a, J: Job> Run<'a, J> {
             text::say(&format!("Summary: {}", path_text(path)));
         }
         if let [first, ..] = &tally.doubles[..] {
-            let number = tally.doubles.len();
+            let item = match self.plan.kind {
+                Kind::Sessions => "session",
+                Kind::Recordings | Kind::Named => "recording",
+            };
             text::say(&format!(
-                "note: {number} with the content of another one, {} the first: same_content_as in --summary or --json",
+                "note: {} with the content of an earlier one, the first is {} (same_content_as in --summary or --json)",
+                count(tally.doubles.len(), item),
                 one_line(first)
             ));
         }

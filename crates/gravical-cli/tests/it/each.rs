@@ -149,7 +149,10 @@ fn the_number_of_threads_changes_nothing() {
             "calibrate --each fleet -o out-{threads} --summary all-{threads}.csv --threads {threads} --json"
         );
         let (out, err) = ends_with(at, &line, 4);
-        assert!(err.contains("1 with the content of another one"), "{err}");
+        assert!(
+            err.contains("1 session with the content of an earlier one"),
+            "{err}"
+        );
         let same = |text: String| text.replace(&format!("out-{threads}"), "out");
         let mut files = results(&at.join(format!("out-{threads}")));
         for (_, bytes) in &mut files {

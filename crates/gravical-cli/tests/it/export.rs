@@ -42,6 +42,13 @@ fn a_file_is_written_once_and_what_is_lost_goes_to_standard_error() {
     assert_eq!(printed.out, text);
     assert_eq!(run_in(path, words(line)).code, 2);
     assert_eq!(run_in(path, words(&format!("{line} --force"))).code, 0);
+    // Nothing replaces the calibration that it is made from.
+    let own = run_in(path, words("export cal.json --to c -o cal.json --force"));
+    assert!(
+        own.code == 2 && own.err.contains("target-is-input"),
+        "{}",
+        own.err
+    );
     let refused = run_in(path, words("export cal.json --to kalibr"));
     assert_eq!(refused.code, 3);
     assert!(refused.err.contains("gravical noise"), "{}", refused.err);

@@ -294,3 +294,64 @@ fn a_replay_without_poses_says_so() {
         run.err
     );
 }
+
+#[test]
+fn what_a_session_cannot_use_or_write_is_refused_before_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::write(path.join("r.csv"), "ax,ay,az\n0.1,0.2,9.8\n").unwrap();
+    fs::write(path.join("cal.json"), "mine").unwrap();
+    for (line, what) in [
+        ("live --simulate --rate 200", "--rate"),
+        ("live --replay r.csv --baud 9600", "--baud"),
+        ("live --speed 2 --plain", "--speed is for a replay"),
+        ("live --replay r.csv -o none/cal.json", "no-folder"),
+        (
+            "live --replay r.csv -o cal.json",
+            "try: name another file\n",
+        ),
+    ] {
+        let run = run_in(path, words(line));
+        assert!(
+            run.code == 2 && run.err.contains(what),
+            "{line}: {}",
+            run.err
+        );
+    }
+}
+
+#[test]
+fn a_replay_without_stamps_has_the_rate_that_is_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = "ax,ay,az\n".to_owned();
+    for i in 0..1200 {
+        let noise = f64::from(i * 7919 % 61) * 1e-3;
+        text += &format!("{noise:.3},0.1,{:.3}\n", 9.8 + noise);
+    }
+    fs::write(folder.path().join("r.csv"), text).unwrap();
+    let line = "live --replay r.csv --rate 50 --plain --events e.jsonl";
+    let run = run_in(folder.path(), words(line));
+    assert!(!run.err.contains("no --rate"), "{}", run.err);
+    let seen = events(&fs::read_to_string(folder.path().join("e.jsonl")).unwrap());
+    assert_eq!(of_type(&seen, "status").last().unwrap()["rate_hz"], 50.0);
+}
+
+/// What is written fills a pipe that nobody reads; the session reaches its end all the same.
+#[test]
+fn a_reader_that_does_not_read_stops_no_session() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = "live --simulate --seed 4 --speed 200 --folder s --plain --events -";
+    let mut child = start(folder.path(), line);
+    type_in(&mut child, &WHOLE);
+    drop(child.stdin.take());
+    let until = Instant::now() + PATIENCE;
+    let code = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status.code();
+        }
+        assert!(Instant::now() < until, "it waits for its reader");
+        std::thread::sleep(Duration::from_millis(50));
+    };
+    assert_eq!(code, Some(0));
+    assert!(json(&folder.path().join("s/calibration.json")).is_object());
+}

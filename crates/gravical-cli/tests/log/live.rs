@@ -6,7 +6,7 @@ use rustix::process::Signal;
 use serde_json::Value;
 
 use super::board::Board;
-use super::logger::{Logger, until};
+use super::logger::{Logger, Terminal, until};
 use super::recording;
 
 #[test]
@@ -69,4 +69,20 @@ fn a_guided_session_survives_an_unplugged_cable_and_an_interruption() {
     let recording = recording(&folder.path().join("s").join(RECORDING));
     assert_eq!(journal(1).sections(&recording).unwrap().len(), 1);
     assert!(recording.breaks.len() >= 2, "{:?}", recording.breaks);
+}
+
+/// What is typed is done while a board is silent, too.
+#[test]
+fn a_silent_board_does_not_keep_the_user() {
+    let folder = tempfile::tempdir().unwrap();
+    let board = Board::new(folder.path());
+    let line = format!(
+        "live --port {} --folder s --wait --plain --events -",
+        board.port()
+    );
+    let mut terminal = Terminal::new();
+    let mut live = Logger::start_in(folder.path(), &line, &terminal);
+    live.wait_for("session");
+    terminal.press("stop\n");
+    assert_eq!(live.gone(), Some(3));
 }

@@ -25,16 +25,24 @@ impl AccelerometerSection {
 
     /// The offset of unsigned counts, where the bias shows that it contains one.
     pub(crate) fn zero_offset(&self) -> f64 {
-        let unsigned = self.input_unit == AccelUnit::Counts
-            && self
-                .bias
-                .iter()
-                .all(|b| (b / UNSIGNED_OFFSET - 1.0).abs() < 0.25);
-        if unsigned { UNSIGNED_OFFSET } else { 0.0 }
+        zero_offset(self.input_unit == AccelUnit::Counts, &self.bias)
+    }
+}
+
+fn zero_offset(is_counts: bool, bias: &[f64; 3]) -> f64 {
+    let near = |b: &f64| (b / UNSIGNED_OFFSET - 1.0).abs() < 0.25;
+    match is_counts && bias.iter().all(near) {
+        true => UNSIGNED_OFFSET,
+        false => 0.0,
     }
 }
 
 impl GyroscopeSection {
+    /// The offset of unsigned counts, where the bias shows that it contains one.
+    pub(crate) fn zero_offset(&self) -> f64 {
+        zero_offset(self.input_unit == GyroUnit::Counts, &self.bias)
+    }
+
     /// Input units per rad/s by definition; the file does not give that of counts.
     pub(crate) fn nominal_per_rad_s(&self) -> Option<f64> {
         match self.input_unit {

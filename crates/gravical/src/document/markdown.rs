@@ -58,7 +58,11 @@ fn block_markdown(block: &Block<'_>, title: &str, folder: Option<&str>) -> Strin
         Block::List(points) => list(points),
         Block::Facts(facts) => facts
             .iter()
-            .map(|(name, text)| format!("- {}: {}\n", escaped(name), escaped(text)))
+            .map(|(name, text)| match name.as_str() {
+                // It continues the fact before.
+                "" => format!("  {}\n", escaped(text)),
+                name => format!("- {}: {}\n", escaped(name), escaped(text)),
+            })
             .collect(),
         Block::Table(table) => table_markdown(table, title),
         Block::Figure(figure) => folder.map_or_else(String::new, |folder| {

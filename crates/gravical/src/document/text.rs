@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use super::{Block, Cell, Column, Detail, Document, Remark, Row, Section, Snippet, Table, Verdict};
 use crate::escape::one_line;
+use crate::numfmt::count;
 
 /// Width of a line.
 const WIDTH: usize = 80;
@@ -107,16 +108,9 @@ fn findings_text(remarks: &[Remark], detail: Detail) -> String {
     let mut out: String = shown.iter().map(Remark::to_text).collect();
     if !more.is_empty() {
         let warnings = more.iter().filter(|r| r.warning).count();
-        let counted = |n: usize, word: &str| match n {
-            0 => None,
-            1 => Some(format!("1 {word}")),
-            n => Some(format!("{n} {word}s")),
-        };
-        let parts = [
-            counted(warnings, "warning"),
-            counted(more.len() - warnings, "note"),
-        ];
-        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        let parts = [(warnings, "warning"), (more.len() - warnings, "note")];
+        let parts = parts.iter().filter(|(n, _)| *n > 0);
+        let parts: Vec<String> = parts.map(|(n, word)| count(n, word)).collect();
         out.push_str(&format!("  … and {} (--verbose)\n", parts.join(", ")));
     }
     out

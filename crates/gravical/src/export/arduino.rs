@@ -75,6 +75,14 @@ fn written(counts: f64) -> f64 {
     (counts * 1000.0).round() / 1000.0
 }
 
+/// What is unsigned does not fit into 16 bits with a sign: it is given less its offset.
+fn less(unit: String, zero_offset: f64) -> String {
+    match zero_offset == 0.0 {
+        true => unit,
+        false => format!("{unit}, less {zero_offset}"),
+    }
+}
+
 fn accelerometer(file: &CalibrationFile, options: &ExportOptions) -> Result<Sensor> {
     let a = &file.accelerometer;
     let zero = a.zero_offset();
@@ -84,15 +92,10 @@ fn accelerometer(file: &CalibrationFile, options: &ExportOptions) -> Result<Sens
         Some(n) => format!("counts, {} per g", written(n)),
         None => a.input_unit.name().to_owned(),
     };
-    // What is unsigned does not fit into 16 bits with a sign.
-    let unit = match zero {
-        0.0 => unit,
-        zero => format!("{unit}, less {zero}"),
-    };
     let sensor = Sensor {
         matrix: a.matrix,
         bias: a.bias.map(|b| b - zero),
-        unit,
+        unit: less(unit, zero),
         counts,
         per_unit,
     };
@@ -108,10 +111,11 @@ fn gyroscope(file: &CalibrationFile, options: &ExportOptions) -> Result<Option<(
         return Ok(None);
     };
     let counts = g.input_unit == GyroUnit::Counts;
+    let zero = g.zero_offset();
     let sensor = Sensor {
         matrix: g.matrix,
-        bias: g.bias,
-        unit: g.input_unit.name().to_owned(),
+        bias: g.bias.map(|b| b - zero),
+        unit: less(g.input_unit.name().to_owned(), zero),
         counts,
         per_unit: g.nominal_per_rad_s().map(|n| n * RADIANS_PER_DEGREE),
     };

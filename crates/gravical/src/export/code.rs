@@ -7,31 +7,40 @@ use super::{Export, Target};
 use crate::calibration_file::CalibrationFile;
 use crate::recording::units::{AccelUnit, GyroUnit};
 
-/// A header for C and C++: a function a sensor, and for counts another that takes int16_t.
+/// The type of 16-bit counts in C and in Rust: without a sign where the bias contains their offset.
+fn counts_type(zero_offset: f64) -> [&'static str; 2] {
+    match zero_offset == 0.0 {
+        true => ["int16_t", "i16"],
+        false => ["uint16_t", "u16"],
+    }
+}
+
+/// A header for C and C++: a function a sensor, and for counts another that takes integers.
 pub(super) fn c(file: &CalibrationFile, name: &str) -> Export {
     let notes = without_drift(file);
     let variables = ["raw", "accel", "out"];
     let a = &file.accelerometer;
+    let counts = |is_counts: bool, offset: f64| is_counts.then(|| counts_type(offset)[0]);
     let mut sensors = vec![(
         Formula::accelerometer(file, format!("{name}_accel"), variables),
-        a.input_unit == AccelUnit::Counts,
+        counts(a.input_unit == AccelUnit::Counts, a.zero_offset()),
     )];
     if let Some(g) = &file.gyroscope {
         sensors.push((
             Formula::gyroscope(g, format!("{name}_gyro"), variables, true),
-            g.input_unit == GyroUnit::Counts,
+            counts(g.input_unit == GyroUnit::Counts, g.zero_offset()),
         ));
     }
-    let counts = sensors.iter().any(|(_, counts)| *counts);
+    let integers = sensors.iter().any(|(_, counts)| counts.is_some());
     let mut functions = Vec::new();
     for (mut formula, counts) in sensors {
         functions.push(formula.code(Language::Header { raw: "float" }));
-        if counts {
+        if let Some(raw) = counts {
             formula.function += "_counts";
-            functions.push(formula.code(Language::Header { raw: "int16_t" }));
+            functions.push(formula.code(Language::Header { raw }));
         }
     }
-    let include = if counts {
+    let include = if integers {
         "#include <stdint.h>\n\n"
     } else {
         ""
@@ -76,12 +85,14 @@ pub(super) fn rows<const N: usize>(
 pub(super) fn rust(file: &CalibrationFile, name: Option<&str>) -> Export {
     let notes = without_drift(file);
     let a = &file.accelerometer;
-    let raw = |counts: bool| if counts { "i16" } else { "f32" };
-    let value = |counts: bool| if counts { "raw.map(f32::from)" } else { "raw" };
+    let types = |is_counts: bool, offset: f64| match is_counts {
+        true => (counts_type(offset)[1], "raw.map(f32::from)"),
+        false => ("f32", "raw"),
+    };
     let table = |about: &str, of: &str, numbers: String, columns: usize| {
         format!("/// {about}\npub const {of}: [[f32; {columns}]; 3] = [\n{numbers}];\n")
     };
-    let counts = a.input_unit == AccelUnit::Counts;
+    let (raw, value) = types(a.input_unit == AccelUnit::Counts, a.zero_offset());
     let mut parts = vec![
         table(
             &format!(
@@ -93,14 +104,12 @@ pub(super) fn rust(file: &CalibrationFile, name: Option<&str>) -> Export {
             4,
         ),
         format!(
-            "/// Specific force, m/s², of a reading of the accelerometer, {}.\n#[inline]\n#[must_use]\npub fn apply(raw: [{}; 3]) -> [f32; 3] {{\n    affine(&ACCEL, {})\n}}\n",
-            a.input_unit.name(),
-            raw(counts),
-            value(counts)
+            "/// Specific force, m/s², of a reading of the accelerometer, {}.\n#[inline]\n#[must_use]\npub fn apply(raw: [{raw}; 3]) -> [f32; 3] {{\n    affine(&ACCEL, {value})\n}}\n",
+            a.input_unit.name()
         ),
     ];
     if let Some(g) = &file.gyroscope {
-        let counts = g.input_unit == GyroUnit::Counts;
+        let (raw, value) = types(g.input_unit == GyroUnit::Counts, g.zero_offset());
         parts.push(table(
             &format!(
                 "Gyroscope: rad/s per {}, and in the fourth column rad/s.",
@@ -117,10 +126,8 @@ pub(super) fn rust(file: &CalibrationFile, name: Option<&str>) -> Export {
             3,
         ));
         parts.push(format!(
-            "/// Angular rate, rad/s, of a reading of the gyroscope, {}, and the calibrated\n/// acceleration, m/s².\n#[inline]\n#[must_use]\npub fn apply_gyro(raw: [{}; 3], accel: [f32; 3]) -> [f32; 3] {{\n    let mut rate = affine(&GYRO, {});\n    for (rate, k) in rate.iter_mut().zip(&GYRO_ACCEL) {{\n        *rate += k[0] * accel[0] + k[1] * accel[1] + k[2] * accel[2];\n    }}\n    rate\n}}\n",
-            g.input_unit.name(),
-            raw(counts),
-            value(counts)
+            "/// Angular rate, rad/s, of a reading of the gyroscope, {}, and the calibrated\n/// acceleration, m/s².\n#[inline]\n#[must_use]\npub fn apply_gyro(raw: [{raw}; 3], accel: [f32; 3]) -> [f32; 3] {{\n    let mut rate = affine(&GYRO, {value});\n    for (rate, k) in rate.iter_mut().zip(&GYRO_ACCEL) {{\n        *rate += k[0] * accel[0] + k[1] * accel[1] + k[2] * accel[2];\n    }}\n    rate\n}}\n",
+            g.input_unit.name()
         ));
     }
     parts.push("#[inline]\nfn affine(rows: &[[f32; 4]; 3], r: [f32; 3]) -> [f32; 3] {\n    rows.map(|m| m[0] * r[0] + m[1] * r[1] + m[2] * r[2] + m[3])\n}\n".to_owned());

@@ -88,7 +88,7 @@ pub struct ExportOptions {
 pub struct Export {
     /// The file.
     pub text: String,
-    /// What the target cannot hold, and what has to be done that it is used.
+    /// What the target cannot hold, and what to do so that it takes effect.
     pub notes: Vec<String>,
 }
 

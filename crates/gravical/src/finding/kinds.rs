@@ -755,7 +755,7 @@ kinds! {
             "give a calibration of another session";
         SameRecordings "same-recordings" Warning
             "both calibrations share recordings, or `check` was given a recording of the calibration"
-            "agreement proves nothing; `check` does not count the intervals that the calibration was fitted to; alone they give `cannot be decided`"
+            "agreement proves nothing; `check` does not count the intervals that the calibration was fitted to; alone they give `undecided`"
             "make a new recording";
         SensorDiffers "sensor-differs" Warning
             "`compare`, `store history`: the sensor names or types differ"

@@ -1,6 +1,6 @@
 //! Rows of a recording that grows, by the ordinary reader.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::io::{self, Read};
 use std::rc::Rc;
@@ -59,11 +59,23 @@ impl Sample {
 
 /// Bytes that were received and not read yet.
 #[derive(Debug, Clone, Default)]
-struct Queue(Rc<RefCell<VecDeque<u8>>>);
+struct Queue {
+    bytes: Rc<RefCell<VecDeque<u8>>>,
+    /// More was asked for than there is.
+    is_exhausted: Rc<Cell<bool>>,
+}
+
+impl Queue {
+    fn extend(&self, bytes: &[u8]) {
+        self.bytes.borrow_mut().extend(bytes);
+    }
+}
 
 impl Read for Queue {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        match self.0.borrow_mut().read(buffer)? {
+        let n = self.bytes.borrow_mut().read(buffer)?;
+        self.is_exhausted.set(n == 0);
+        match n {
             // Not the end: the call is repeated when there is more.
             0 => Err(io::ErrorKind::WouldBlock.into()),
             n => Ok(n),
@@ -110,7 +122,7 @@ impl Reader {
     /// Those of reading, once enough rows show that it is not a recording.
     pub fn push(&mut self, bytes: &[u8]) -> Result<()> {
         if self.file.is_some() {
-            self.queue.0.borrow_mut().extend(bytes);
+            self.queue.extend(bytes);
             return Ok(());
         }
         self.head.extend_from_slice(bytes);
@@ -131,7 +143,7 @@ impl Reader {
     /// Determines the format from the lines so far; false if more are needed.
     fn open(&mut self) -> Result<bool> {
         let queue = Queue::default();
-        queue.0.borrow_mut().extend(&self.head[..self.examined]);
+        queue.extend(&self.head[..self.examined]);
         let input = Input::growing(Box::new(queue.clone()), self.examined);
         let file = match open_rows(input, &self.name, Role::Recording, &self.options, None) {
             Ok(file) => file,
@@ -157,7 +169,7 @@ impl Reader {
             )
             .with_hint("gravical live --format si: with it the sketch sends raw values"));
         }
-        queue.0.borrow_mut().extend(&self.head[self.examined..]);
+        queue.extend(&self.head[self.examined..]);
         self.queue = queue;
         self.file = Some(Box::new(file));
         self.head = Vec::new();
@@ -175,6 +187,7 @@ impl Reader {
         };
         let zero_offset = file.rows.facts().zero_offset;
         let rate = self.options.rate_hz.unwrap_or(Recording::ASSUMED_RATE_HZ);
+        self.queue.is_exhausted.set(false);
         match file.rows.next_row() {
             Ok(Some(row)) => {
                 let untimed = row.t_s.is_nan();
@@ -194,7 +207,7 @@ impl Reader {
                 Ok(Some(sample))
             }
             Ok(None) => Ok(None),
-            Err(_) if self.queue.0.borrow().is_empty() => Ok(None),
+            Err(_) if self.queue.is_exhausted.get() => Ok(None),
             Err(error) => Err(error),
         }
     }
@@ -277,4 +290,38 @@ pub(super) fn keep(columns: &mut Columns, sample: &Sample, is_break: bool) -> Re
         restarted: false,
     };
     columns.push(&row, is_break)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows_of(reader: &mut Reader) -> Result<usize> {
+        let mut rows = 0;
+        while reader.next()?.is_some() {
+            rows += 1;
+        }
+        Ok(rows)
+    }
+
+    /// A board that starts again with other settings: its rows mean something else, and that is not
+    /// "no row yet".
+    #[test]
+    fn an_error_in_the_last_bytes_is_an_error() {
+        let mut reader = Reader::new("board", ReadOptions::default());
+        reader.push(b"t_s,ax_g,ay_g,az_g\n").unwrap();
+        for i in 0..300 {
+            let row = format!("{},0.0{},0.01,1.0{}\n", f64::from(i) / 100.0, i % 7, i % 3);
+            reader.push(row.as_bytes()).unwrap();
+        }
+        assert_eq!(rows_of(&mut reader).unwrap(), 300);
+        // Half a line is no error: the rest arrives.
+        reader.push(b"3.0,0.02,").unwrap();
+        assert_eq!(rows_of(&mut reader).unwrap(), 0);
+        reader.push(b"0.01,1.01\n").unwrap();
+        assert_eq!(rows_of(&mut reader).unwrap(), 1);
+        reader.push(b"t_s,ax_g,ay_g,temperature_c\n3.1,0.02,0.01,25.0\n").unwrap();
+        let error = rows_of(&mut reader).unwrap_err();
+        assert_eq!(error.code(), "header-differs");
+    }
 }

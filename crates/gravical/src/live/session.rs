@@ -27,7 +27,7 @@ use super::fit::FULL_FIT;
 use super::judge::{Accepted, Units, mean};
 use super::reader::{Reader, Sample};
 use super::rows::SessionRows;
-use super::{LiveOptions, mg, words};
+use super::{LiveOptions, mg};
 
 /// Direction and magnitude are means over this time, s.
 const SMOOTH_S: f64 = 0.2;
@@ -296,7 +296,7 @@ impl Session {
         match self.poses.len() {
             0 => String::new(),
             1 => "1 pose is safe.".to_owned(),
-            n => format!("{} are safe.", words::poses(n)),
+            n => format!("{n} poses are safe."),
         }
     }
 

@@ -21,14 +21,6 @@ pub(super) fn any_of(faces: &[Face]) -> String {
     }
 }
 
-/// `1 pose`, `7 poses`.
-pub(super) fn poses(count: usize) -> String {
-    match count {
-        1 => "1 pose".to_owned(),
-        n => format!("{n} poses"),
-    }
-}
-
 /// The verdict in a sentence.
 pub(super) fn verdict(file: &CalibrationFile) -> String {
     let worst = file.accelerometer.worst_direction.as_ref();

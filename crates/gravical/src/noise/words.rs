@@ -8,6 +8,7 @@ use super::{
     NotObservable, STEADY_C, Term,
 };
 use crate::finding::{Finding, FindingKind, LineSpans};
+use crate::numfmt::count;
 use crate::recording::Recording;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
@@ -231,8 +232,8 @@ pub(super) fn of_recording(
             Finding::note(
                 FindingKind::NoiseBumps,
                 format!(
-                    "{} disturbances of together {}, left out like gaps",
-                    counts.bumps,
+                    "{}, {} in total, left out like gaps",
+                    count(counts.bumps, "disturbance"),
                     duration_text(counts.disturbed as f64 * period_s)
                 ),
             )

@@ -12,7 +12,6 @@ use crate::document::{
 use crate::escape::path_word;
 use crate::figure::Figure;
 use crate::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, unit};
-use crate::recording::Finding;
 use crate::temperature::short;
 
 use super::gyroscope::gyroscope;
@@ -384,7 +383,7 @@ fn how(method: &str) -> &'static str {
 fn assumptions(file: &CalibrationFile) -> Vec<String> {
     let a = &file.accelerometer;
     let mut lines = vec![format!(
-        "Local gravity is {} m/s²; a relative error of it is a relative error of the scale.",
+        "Local gravity is {} m/s²; an error of 0.1 % in it is an error of 0.1 % in the scale.",
         file.gravity_mps2
     )];
     if let Some(tilt) = a.pose_tilt_deg {
@@ -428,7 +427,7 @@ fn assumptions(file: &CalibrationFile) -> Vec<String> {
 /// Poses that were not used, with the reason.
 fn rejected(file: &CalibrationFile) -> Vec<String> {
     let left = file.accelerometer.poses.iter().filter(|p| !p.fitted);
-    let mut lines: Vec<String> = left.map(|p| rejection(p, &file.findings)).collect();
+    let mut lines: Vec<String> = left.map(|p| rejection(p, file)).collect();
     let more = lines.len().saturating_sub(document::ROWS);
     if more > 0 {
         lines.truncate(document::ROWS);
@@ -437,19 +436,18 @@ fn rejected(file: &CalibrationFile) -> Vec<String> {
     lines
 }
 
-fn rejection(position: &PoseResult, findings: &[Finding]) -> String {
-    let label = position.label.as_str();
-    // The whole label: "pose 3" does not match "pose 30".
-    let names_it = |f: &&Finding| {
-        let mut found = f.message.match_indices(label);
-        found.any(|(at, _)| {
-            let edge = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric());
-            let (before, after) = (&f.message[..at], &f.message[at + label.len()..]);
-            edge(before.chars().next_back()) && edge(after.chars().next())
-        })
-    };
-    let about = findings.iter().find(names_it).map(|f| f.message.as_str());
-    format!("{label}: {}", about.unwrap_or("see its findings"))
+fn rejection(pose: &PoseResult, file: &CalibrationFile) -> String {
+    // With its lines: several poses may have one label.
+    let own = format!("{}: ", pose.called());
+    let finding = file.findings.iter().find(|f| f.message.starts_with(&own));
+    match (finding, pose.kind) {
+        (Some(finding), _) => finding.message.clone(),
+        (None, PoseKind::Free) => format!(
+            "{own}it is on no face, and {} uses face poses only",
+            file.accelerometer.method
+        ),
+        (None, PoseKind::Face) => format!("{own}see the findings"),
+    }
 }
 
 fn budget(file: &CalibrationFile) -> Option<Table> {

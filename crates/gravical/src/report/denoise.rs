@@ -2,7 +2,7 @@
 
 use crate::denoise::{DenoiseSummary, FilterOutcome, Sigmas};
 use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
-use crate::numfmt::{decimals_of, fixed, small, unit};
+use crate::numfmt::{count, decimals_of, fixed, small, unit};
 
 use super::short_name;
 
@@ -15,7 +15,7 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
         Some(rate) => format!("{rate:.2} Hz"),
         None => "rate unknown".to_owned(),
     };
-    let stretches = count(summary.segments, "segment", "segments");
+    let stretches = count(summary.segments, "segment");
     let edge = summary.edge.name();
     let mut facts = vec![
         ("read as".to_owned(), summary.description.clone()),
@@ -25,11 +25,7 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
         ),
     ];
     if summary.static_intervals > 0 {
-        let spans = count(
-            summary.static_intervals,
-            "static interval",
-            "static intervals",
-        );
+        let spans = count(summary.static_intervals, "static interval");
         let rows = summary.static_rows;
         facts.push(("at rest".to_owned(), format!("{spans}, {rows} rows")));
     }
@@ -56,13 +52,6 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
         .with(reading.with(Block::Facts(facts)))
         .with(filters.with(Block::paragraph(NO_DRIFT)))
         .with_findings(&summary.findings, false)
-}
-
-fn count(n: usize, one: &str, many: &str) -> String {
-    match n {
-        1 => format!("1 {one}"),
-        n => format!("{n} {many}"),
-    }
 }
 
 /// σ of one sensor's axes.

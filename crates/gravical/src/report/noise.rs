@@ -3,7 +3,7 @@
 use crate::document::{Block, Cell, Column, Document, Quantity, Row, Section, Table};
 use crate::figure::Figure;
 use crate::noise::{ChannelNoise, Estimate, NoiseResult, Term, Unit, duration_text};
-use crate::numfmt::{decimals_for, fixed, small, unit};
+use crate::numfmt::{count, decimals_for, fixed, small, unit};
 
 use super::short_name;
 
@@ -16,10 +16,7 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
         subject: vec![format!("{name}: {}", conclusion(result))],
         ..Document::new(format!("Noise of {name}"))
     };
-    let spans = match result.static_intervals {
-        1 => "1 static interval".to_owned(),
-        n => format!("{n} static intervals"),
-    };
+    let spans = count(result.static_intervals, "static interval");
     let segments = match result.segments {
         1 => String::new(),
         n => format!(", {n} segments between gaps"),

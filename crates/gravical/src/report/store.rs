@@ -8,7 +8,7 @@ use crate::document::{
 };
 use crate::escape::path_text;
 use crate::figure::Figure;
-use crate::numfmt::{decimals_by, fixed, mg, signed};
+use crate::numfmt::{count, decimals_by, fixed, mg, signed};
 use crate::store::{
     Choice, LeftOutFile, QueryTimeSource, SensorHistory, StoreList, StoredTimeSource,
 };
@@ -20,11 +20,7 @@ use super::short_name;
 #[must_use]
 pub fn store_list(list: &StoreList) -> Document<'static> {
     let name = path_text(Path::new(&list.store));
-    let count = |n: usize, what: &str| match n {
-        1 => format!("1 {what}"),
-        n => format!("{n} {what}s"),
-    };
-    let all = list.sensors.iter().map(|s| s.calibrations).sum();
+    let all: usize = list.sensors.iter().map(|s| s.calibrations).sum();
     let table = Table::new("")
         .columns([Column::left("sensor"), Column::number("calibrations")])
         .columns(["first", "last", "last verdict"].map(Column::left))
@@ -88,10 +84,7 @@ pub fn choice(choice: &Choice) -> Section<'static> {
             format!(
                 "{}, {} in the store",
                 choice.sensor_id,
-                match choice.candidates {
-                    1 => "1 calibration".to_owned(),
-                    n => format!("{n} calibrations"),
-                }
+                count(choice.candidates, "calibration")
             ),
         ),
         (
@@ -360,7 +353,7 @@ fn tests(h: &SensorHistory) -> Section<'static> {
         .columns(["its χ²", "p"].map(Column::number))
         .rows(rows);
     section.with(table).with(Block::note(
-        "χ²: about the weighted mean, with that many degrees of freedom. p: probability of both together if nothing changed; below 0.005 it is a change. Of sensors that do not change 1 % at most are said to have changed.",
+        "χ²: about the weighted mean, with that many degrees of freedom. p: probability of both together if nothing changed; below 0.005 it is a change. At most 1 % of unchanged sensors are reported as changed.",
     ))
 }
 

@@ -2,7 +2,7 @@
 
 use crate::calibration_file::{ChannelDrift, SweepDirection, TemperatureModel};
 use crate::document::{Block, Cell, Column, Row, Section, Table};
-use crate::numfmt::unit;
+use crate::numfmt::{count, unit};
 use crate::temperature::{r2_text, short};
 
 /// Sweeps that are listed one by one.
@@ -12,10 +12,7 @@ const LISTED: usize = 4;
 /// the model.
 pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel, base: &str) -> Section<'a> {
     let [low, high] = model.range_c;
-    let poses = match model.poses {
-        1 => "one pose".to_owned(),
-        n => format!("{n} poses"),
-    };
+    let poses = count(model.poses, "pose");
     let columns = [
         Column::left("channel"),
         Column::number("slope, per °C"),

@@ -6,6 +6,7 @@ use serde_json::Value;
 use super::*;
 use crate::calibrate::soak_alone;
 use crate::calibrate::{CalibrateOptions, calibrate};
+use crate::calibration_file::PoseKind;
 use crate::calibration_file::{CalibrationFile, Grade, InputFile, InputRole};
 use crate::check::CheckOptions;
 use crate::compare::compare;
@@ -428,30 +429,37 @@ fn names_are_no_markup() {
 }
 
 #[test]
-fn a_placement_that_took_no_part_says_why() {
+fn a_pose_that_was_not_used_says_why() {
     let mut file = faces();
     let method = |file: &CalibrationFile| calibration(file, None, &[]).to_markdown(None);
     assert!(method(&file).contains("All poses were used in the fit."));
-    for (at, label) in [(0, "still 3"), (1, "still 30"), (2, "+x")] {
-        file.accelerometer.poses[at].label = label.to_owned();
-        file.accelerometer.poses[at].fitted = false;
+    for (at, lines, kind) in [
+        (0, Some([1, 40]), PoseKind::Face),
+        (1, Some([41, 80]), PoseKind::Face),
+        (2, None, PoseKind::Free),
+    ] {
+        let pose = &mut file.accelerometer.poses[at];
+        "+z".clone_into(&mut pose.label);
+        (pose.lines, pose.kind, pose.fitted) = (lines, kind, false);
     }
-    let moved = "still 30: 52 mg off, moved while it was held";
-    let clipped = "still 3 reaches the end of the range";
+    let moved = "+z in lines 41-80: reads +52 mg off the magnitude that all others agree on";
     file.findings = vec![
-        Finding::note(FindingKind::Other, "all of it is fine"),
-        Finding::warning(FindingKind::Other, moved),
-        Finding::new(FindingKind::ClippedPose, clipped),
+        // That it is named says nothing of why it was not used.
+        Finding::new(FindingKind::MissingFace, "+z and -z were both up twice"),
+        Finding::new(FindingKind::BadPose, moved),
     ];
     let text = method(&file);
-    assert!(!text.contains("Every placement took part"));
+    assert!(!text.contains("All poses were used in the fit."));
     for line in [
-        // The label as a whole, wherever it stands in the list.
-        format!("- still 3: {clipped}\n"),
-        format!("- still 30: {moved}\n"),
-        "- \\+x: see its findings\n".to_owned(),
+        "- +z in lines 1-40: see the findings\n".to_owned(),
+        format!("- {moved}\n"),
+        "- +z: it is on no face, and joint uses face poses only\n".to_owned(),
     ] {
-        assert!(text.contains(&line), "{line} in {text}");
+        let escaped = line.replace("- +z", "- \\+z").replace(" +52", " +52");
+        assert!(
+            text.contains(&line) || text.contains(&escaped),
+            "{line} in {text}"
+        );
     }
     // By the thousand they are cut.
     let one = file.accelerometer.poses[0].clone();

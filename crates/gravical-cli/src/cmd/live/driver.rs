@@ -16,6 +16,7 @@ use gravical::live::event::{
     Command, EndReason, Event, Message, Rejection, SourceKind, WarningKind,
 };
 use gravical::live::folder::calibrate_session;
+use gravical::numfmt::count;
 use gravical::recording::{ReadOptions, Recording, read};
 use gravical::segment::Segmentation;
 use gravical::{Error, Result, figure, report};
@@ -33,13 +34,6 @@ const HAND_S: f64 = 8.0;
 
 /// Bytes of the recording that are read at once when a session is resumed.
 const AT_ONCE: usize = 1 << 16;
-
-fn poses(count: usize) -> String {
-    match count {
-        1 => "1 pose".to_owned(),
-        n => format!("{n} poses"),
-    }
-}
 
 /// Shows events.
 pub trait Renderer {
@@ -130,8 +124,9 @@ impl Driver<'_> {
     /// Those of the source and of the disk.
     pub fn run(mut self, kind: SourceKind, name: &str, resumes: bool) -> anyhow::Result<ExitCode> {
         // A simulated sensor is left alone until its noise is known.
+        let is_moved = kind == SourceKind::Simulate;
         let mut hand = Hand {
-            busy_until_s: HAND_S,
+            busy_until_s: if is_moved { HAND_S } else { 0.0 },
             ..Hand::default()
         };
         let folder = self.folder.as_ref().map(|f| f.display().to_string());
@@ -139,7 +134,9 @@ impl Driver<'_> {
         self.show(begun, &mut hand, resumes)?;
         if resumes {
             self.restore(&mut hand)?;
-            hand.busy_until_s = hand.now_s + HAND_S;
+            if is_moved {
+                hand.busy_until_s = hand.now_s + HAND_S;
+            }
         }
         let started = Instant::now();
         let reason = loop {
@@ -196,7 +193,7 @@ impl Driver<'_> {
                 // What is no recording is refused as by every command.
                 read(Path::new(name), &self.read)?;
             }
-            let poses = poses(self.session.poses().count());
+            let poses = count(self.session.poses().count(), "pose");
             self.end(reason, &format!("the rows ended after {poses}"), &mut hand)?;
             let hint = match &self.folder {
                 Some(folder) => format!("gravical live --resume {} goes on", path_word(folder)),
@@ -204,7 +201,7 @@ impl Driver<'_> {
                     "--any-pose accepts every steady hold, and --capture 1 shorter ones".to_owned()
                 }
             };
-            let what = format!("the session ended after {poses}: they determine no calibration");
+            let what = format!("the session ended after {poses}, too few for a calibration");
             return Err(Error::input("too-few-poses", what).with_hint(hint).into());
         }
         self.save(&mut hand)
@@ -337,7 +334,7 @@ impl Driver<'_> {
             self.show(messages, hand, false)?;
         }
         let grade = file.verdict.grade;
-        let poses = poses(self.session.poses().count());
+        let poses = count(self.session.poses().count(), "pose");
         let message = format!("{poses}, verdict {}{unsaved}", grade.name());
         self.end(EndReason::Finished, &message, hand)?;
         Ok(match grade {

@@ -1,7 +1,7 @@
 //! Events for a terminal, and for scripts.
 
 use std::fs::File;
-use std::io::{self, IsTerminal as _, Write};
+use std::io::{self, IsTerminal as _};
 use std::path::Path;
 
 use gravical::escape::{one_line, shown_json};
@@ -9,21 +9,27 @@ use gravical::live::event::{Event, Fit, Message, PortInfo, Status, Wanted};
 use gravical::{Error, Result};
 
 use super::driver::Renderer;
+use crate::outlet::{Outlet, Sink};
 
 /// Cells of the bar of progress.
 const BAR: usize = 10;
 
 /// One line an event on standard error, and a status line that is overwritten.
 pub struct Plain {
+    out: Sink,
     terminal: bool,
     in_status: bool,
     last_hint: Option<String>,
 }
 
 impl Plain {
-    /// For standard error.
-    pub fn new() -> Self {
+    /// For standard error; `real_time`: a session that waits for nobody.
+    pub fn new(real_time: bool) -> Self {
         Plain {
+            out: match real_time {
+                true => Sink::Queued(Outlet::new(io::stderr())),
+                false => Sink::Waiting(Box::new(io::stderr())),
+            },
             terminal: io::stderr().is_terminal(),
             in_status: false,
             last_hint: None,
@@ -33,14 +39,13 @@ impl Plain {
     fn line(&mut self, text: &str) {
         let clear = if self.in_status { "\r\x1b[K" } else { "" };
         self.in_status = false;
-        // A terminal that is gone does not stop the session.
-        let _ = writeln!(io::stderr(), "{clear}{}", one_line(text));
+        self.out.send(format!("{clear}{}\n", one_line(text)));
     }
 
     fn status(&mut self, t_s: f64, status: &Status) {
         if self.terminal {
-            let _ = write!(io::stderr(), "\r{}\x1b[K", one_line(&status_line(status)));
-            let _ = io::stderr().flush();
+            let line = status_line(status);
+            self.out.status(format!("\r{}\x1b[K", one_line(&line)));
             self.in_status = true;
         } else if status.hint.is_some() && status.hint != self.last_hint {
             // Without a terminal there is no status line; what hinders is said once.
@@ -239,19 +244,23 @@ fn fit_line(fit: &Fit) -> String {
 
 /// Events as JSON, one object a line.
 pub struct EventLines {
-    out: Box<dyn Write>,
+    out: Sink,
 }
 
 impl EventLines {
-    /// Into a new file; `-` is standard output.
+    /// Into a new file; `-` is standard output. `real_time`: the session waits for no reader.
     ///
     /// # Errors
     ///
     /// Those of the file system.
-    pub fn open(path: &Path) -> Result<Self> {
-        let out: Box<dyn Write> = match path == Path::new("-") {
-            true => Box::new(io::stdout()),
-            false => Box::new(File::create_new(path).map_err(|e| Error::io(path, e))?),
+    pub fn open(path: &Path, real_time: bool) -> Result<Self> {
+        let out = match (path == Path::new("-"), real_time) {
+            (true, true) => Sink::Queued(Outlet::new(io::stdout())),
+            (true, false) => Sink::Waiting(Box::new(io::stdout())),
+            (false, _) => {
+                let file = File::create_new(path).map_err(|e| Error::io(path, e))?;
+                Sink::Waiting(Box::new(file))
+            }
         };
         Ok(EventLines { out })
     }
@@ -260,9 +269,11 @@ impl EventLines {
 impl Renderer for EventLines {
     fn show(&mut self, message: &Message) {
         if let Ok(text) = serde_json::to_string(message) {
-            // A reader that is gone does not stop the session.
-            let _ = writeln!(self.out, "{}", shown_json(&text));
-            let _ = self.out.flush();
+            let line = format!("{}\n", shown_json(&text));
+            match message.event.is_status() {
+                true => self.out.status(line),
+                false => self.out.send(line),
+            }
         }
     }
 }

@@ -7,11 +7,11 @@ use std::process::ExitCode;
 use gravical::escape::{shown, shown_json};
 use gravical::segment::face::{AXES, Face};
 
-use super::outlet::Outlet;
 use crate::device::board::Settings;
 use crate::device::event::Event;
 use crate::device::item::Reason;
 use crate::failure::RenderedError;
+use crate::outlet::Outlet;
 
 /// Version of the events.
 const VERSION: u32 = 1;

@@ -1,5 +1,7 @@
 //! The summary at the end, for people.
 
+use gravical::escape::shell_word;
+
 use crate::device::event::Event;
 
 /// Counts of rows and lines, and the poses.
@@ -69,6 +71,6 @@ pub fn summary(file: &str, ended: &Event) -> String {
     if !poses.is_empty() {
         text.push_str(&format!("  recorded poses: {}\n", poses.join(", ")));
     }
-    text.push_str(&format!("Next: gravical inspect {file}"));
+    text.push_str(&format!("Next: gravical inspect {}", shell_word(file)));
     text
 }

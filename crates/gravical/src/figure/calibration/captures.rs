@@ -125,8 +125,11 @@ pub(super) fn captures(session: Session<'_>, scale: &Scale) -> Option<Figure> {
         "captures",
         "Recorded poses",
         format!(
-            "Raw recording, nominal scale. The {} shaded intervals are the poses whose means were used.",
-            windows.len()
+            "Raw recording, nominal scale. Shaded: {}.",
+            match windows.len() {
+                1 => "the pose whose mean was used".to_owned(),
+                n => format!("the {n} poses whose means were used"),
+            }
         ),
     );
     if session.recordings.iter().any(Recording::is_excerpt) {

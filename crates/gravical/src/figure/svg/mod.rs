@@ -10,7 +10,7 @@
 //!   g.panel[data-plot="x y w h"][data-view="x0 x1 y0 y1"][data-x][data-xu][data-y][data-yu]
 //!       rect.frame, g.grid, g.ticks.tx, g.ticks.ty, text.label.lx, text.label.ly, text.panel-title
 //!     svg.plot                clips to the plot; its own units are dots from its corner
-//!       g.stretches[data-name] > g.data > rect.stretch
+//!       g.segments[data-name] > g.data > rect.stretch
 //!       g.series.ROLE[data-name][data-mark][data-samples]
 //!         g.data              scaled when zooming: paths with class s (stroke) or f (fill)
 //!         g.at[data-x][data-y]   symbols, which keep their size; in dots; a text in it

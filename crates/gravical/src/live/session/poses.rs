@@ -138,7 +138,7 @@ impl Session {
                 .filter(|_| tilt_deg > self.options.fine_tilt_deg)
                 .map(|face| {
                     let name = face.name();
-                    format!("{tilt_deg:.0}° from {name}: a flatter one would say more of the axes")
+                    format!("{tilt_deg:.0}° from {name}: a pose nearer to the face determines the axes better")
                 }),
         };
         if let Err(error) = self.accept(pose) {

@@ -7,6 +7,7 @@ use crate::live::event::{Event, Fit, Pose, State, Wanted, WarningKind};
 use crate::live::fit::{FIRST_FIT, FULL_FIT, fit, section_label};
 use crate::live::judge::Accepted;
 use crate::live::{mg, words};
+use crate::numfmt::count;
 use crate::segment::sections::Section;
 
 use super::Session;
@@ -117,7 +118,7 @@ impl Session {
             self.fit();
         }
         let Some(file) = &self.file else {
-            let what = words::poses(self.poses.len());
+            let what = count(self.poses.len(), "pose");
             self.refuse(&format!(
                 "with {what} nothing is determined yet: at least {FIRST_FIT} are needed, better six faces and three free poses"
             ));

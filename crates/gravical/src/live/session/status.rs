@@ -41,7 +41,7 @@ impl Session {
         let status = Status {
             state: self.state,
             sentence: self.sentence(face, is_face, welcome),
-            hint: self.hint(face, welcome),
+            hint: self.hint(up, welcome),
             up,
             attitude: self.attitude.q,
             norm_g: finite(norm(&self.reading()) / nominal),
@@ -122,7 +122,7 @@ impl Session {
     }
 
     /// Which test fails, after some time without progress.
-    fn hint(&self, face: Face, welcome: Welcome) -> Option<String> {
+    fn hint(&self, up: [f64; 3], welcome: Welcome) -> Option<String> {
         let waits = matches!(self.state, State::Wait | State::Floor);
         if !waits || self.now_s - self.progress_s < self.options.hint_after_s {
             return None;
@@ -131,10 +131,10 @@ impl Session {
         if last.run.is_some() {
             let over = self.hold.as_ref().is_some_and(|h| h.over);
             return match welcome {
-                Welcome::Duplicate if over => Some(format!(
-                    "it rests on {}, which is done",
-                    words::attitude(face)
-                )),
+                Welcome::Duplicate if over => Some(match self.face_up(up) {
+                    Some(face) => format!("it rests on {}, which is done", words::attitude(face)),
+                    None => "this pose is done".to_owned(),
+                }),
                 Welcome::Between if over => Some("it lies between two faces".to_owned()),
                 _ => None,
             };

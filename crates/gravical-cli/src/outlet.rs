@@ -14,6 +14,42 @@ const ROOM_FOR_STATUS: usize = 50;
 /// At the end a reader who reads nothing for this time is not waited for.
 const PATIENCE: Duration = Duration::from_secs(2);
 
+/// Where messages of a session go.
+pub enum Sink {
+    /// As fast as possible: the reader sets the pace.
+    Waiting(Box<dyn Write>),
+    /// In real time, which does not wait for a reader.
+    Queued(Outlet),
+}
+
+impl Sink {
+    /// Writes a message; one that cannot be written does not stop the session.
+    pub fn send(&mut self, message: String) {
+        match self {
+            Sink::Waiting(to) => {
+                let _ = to.write_all(message.as_bytes()).and_then(|()| to.flush());
+            }
+            Sink::Queued(outlet) => outlet.send(message.into_bytes()),
+        }
+    }
+
+    /// Writes a status, of which another follows soon.
+    pub fn status(&mut self, message: String) {
+        match self {
+            Sink::Waiting(_) => self.send(message),
+            Sink::Queued(outlet) => outlet.status(message.into_bytes()),
+        }
+    }
+}
+
+impl Drop for Sink {
+    fn drop(&mut self) {
+        if let Sink::Queued(outlet) = self {
+            outlet.drain();
+        }
+    }
+}
+
 /// A queue of messages, and the thread that writes them.
 pub struct Outlet {
     queue: SyncSender<Vec<u8>>,
