@@ -320,7 +320,9 @@ mod tests {
         assert_eq!(rows_of(&mut reader).unwrap(), 0);
         reader.push(b"0.01,1.01\n").unwrap();
         assert_eq!(rows_of(&mut reader).unwrap(), 1);
-        reader.push(b"t_s,ax_g,ay_g,temperature_c\n3.1,0.02,0.01,25.0\n").unwrap();
+        reader
+            .push(b"t_s,ax_g,ay_g,temperature_c\n3.1,0.02,0.01,25.0\n")
+            .unwrap();
         let error = rows_of(&mut reader).unwrap_err();
         assert_eq!(error.code(), "header-differs");
     }
