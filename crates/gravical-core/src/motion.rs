@@ -10,9 +10,9 @@
 //!
 //! What a later rest tells of the move before it cannot be had here but for one
 //! thing: the velocity that is left at a rest is an error that has grown on the way
-//! to it, and where it grew evenly, v τ/2 of the way is its work. That is taken off
+//! to it, and where it grew evenly, v τ/2 of the displacement is its work. That is taken off
 //! the position, which steps there. The tilt that is missing at a rest is put right
-//! from there on, not for the way that was. `gravical motion` corrects from both
+//! from there on, not for the move before. `gravical motion` corrects from both
 //! ends and is the better one wherever a recording is there as a whole.
 //!
 //! # Example
@@ -154,7 +154,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         let zero = [T::zero(); 3];
         let unit = [T::one(), T::zero(), T::zero(), T::zero()];
         let mut forward = Propagator::new(unit, config.removal == Removal::Strapdown, zero);
-        forward.place(config.velocity_mps, config.position_m);
+        forward.set_velocity_position(config.velocity_mps, config.position_m);
         Ok(Motion {
             config,
             smooth,
@@ -255,7 +255,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         }
         self.course
             .forward
-            .place(self.config.velocity_mps, self.config.position_m);
+            .set_velocity_position(self.config.velocity_mps, self.config.position_m);
     }
 
     /// Where it stands.
@@ -360,7 +360,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
             .level(self.course.forward.attitude(), mean);
         self.course
             .forward
-            .place(sub(&v, &scaled(&off, t)), sub(&p, &scaled(&off, half)));
+            .set_velocity_position(sub(&v, &scaled(&off, t)), sub(&p, &scaled(&off, half)));
         self.course.forward.update(now.force, now.rate, T::zero());
         self.course.gravity = norm(&mean);
         self.course.rested_s = t;
@@ -368,7 +368,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         if self.config.zero_velocity && given.unwrap_or(self.is_still()) {
             self.course
                 .forward
-                .place([T::zero(); 3], self.config.position_m);
+                .set_velocity_position([T::zero(); 3], self.config.position_m);
             self.settle(now, given.is_some());
         }
     }
@@ -570,7 +570,9 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         } else {
             [T::zero(); 3]
         };
-        self.course.forward.place(velocity, self.config.position_m);
+        self.course
+            .forward
+            .set_velocity_position(velocity, self.config.position_m);
         self.settle(now, given);
     }
 

@@ -24,7 +24,7 @@ pub struct OpenNoise<T> {
     /// σ_A², variance of the gyroscope's bias, rad²/s².
     pub bias: T,
     /// σ_w², constant tilt that sets in with the motion, rad².
-    pub wobble: T,
+    pub tilt_change: T,
     /// g, m/s².
     pub gravity: T,
     /// T₀, length of the rest, s.
@@ -37,7 +37,8 @@ impl<T: Real> OpenNoise<T> {
     pub fn velocity(&self, tau: T) -> [T; 2] {
         let c = T::from_f64;
         let t2 = tau * tau;
-        let tilt = self.gyro * t2 * tau / c(3.0) + self.bias * t2 * t2 / c(4.0) + self.wobble * t2;
+        let tilt =
+            self.gyro * t2 * tau / c(3.0) + self.bias * t2 * t2 / c(4.0) + self.tilt_change * t2;
         [tau + t2 / self.rest_s, self.gravity * self.gravity * tilt]
     }
 
@@ -48,7 +49,7 @@ impl<T: Real> OpenNoise<T> {
         let (t2, t3) = (tau * tau, tau * tau * tau);
         let tilt = self.gyro * t2 * t3 / c(20.0)
             + self.bias * t3 * t3 / c(36.0)
-            + self.wobble * t2 * t2 / c(4.0);
+            + self.tilt_change * t2 * t2 / c(4.0);
         let noise = t3 / c(3.0) + t2 * t2 / (c(4.0) * self.rest_s);
         [noise, self.gravity * self.gravity * tilt]
     }

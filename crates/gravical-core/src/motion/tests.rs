@@ -95,7 +95,7 @@ fn what_came_before_the_mean_was_known_is_not_lost() {
     for f in &rows[..100] {
         mean = add(&mean, &scaled(f, 0.01));
     }
-    let mut way = Trapezoid::new([0.1, 0.0, 0.0], [1.0, 0.0, 0.0]);
+    let mut integral = Trapezoid::new([0.1, 0.0, 0.0], [1.0, 0.0, 0.0]);
     let config = MotionConfig {
         velocity_mps: [0.1, 0.0, 0.0],
         position_m: [1.0, 0.0, 0.0],
@@ -104,13 +104,13 @@ fn what_came_before_the_mean_was_known_is_not_lost() {
     let mut motion = Motion::<f64, (), 0>::new(config, ()).unwrap();
     for (i, f) in rows.iter().enumerate() {
         let h = if i % 3 == 0 { 0.004 } else { 0.011 };
-        way.update(sub(f, &mean), h);
+        integral.update(sub(f, &mean), h);
         motion.update(*f, [0.0; 3], h);
         assert_eq!(motion.velocity_mps()[0].is_nan(), i < 99);
     }
     for (a, b) in [
-        (motion.velocity_mps(), way.velocity()),
-        (motion.position_m(), way.position()),
+        (motion.velocity_mps(), integral.velocity()),
+        (motion.position_m(), integral.position()),
     ] {
         let off = norm(&sub(&a, &b));
         assert!(off < 1e-12, "{a:?} {b:?}");

@@ -185,16 +185,16 @@ impl Leg<'_> {
             };
             let g = forward.propagator.gravity()[2];
             let more = closing.magnitude_gain * (norm(&end) - g);
-            let mut way = Trapezoid::new(self.v0, [0.0; 3]);
+            let mut integral = Trapezoid::new(self.v0, [0.0; 3]);
             let mut before = 0.0;
             for (k, a) in columns.acceleration.iter_mut().enumerate() {
                 let tau = columns.tau[k];
                 let turned = upright.apply(tau, &[a[0], a[1], a[2] + g]);
                 *a = [turned[0], turned[1], turned[2] - g - self.share(tau) * more];
-                way.update(*a, tau - before);
+                integral.update(*a, tau - before);
                 before = tau;
-                columns.velocity[k] = way.velocity();
-                columns.position[k] = way.position();
+                columns.velocity[k] = integral.velocity();
+                columns.position[k] = integral.position();
             }
             for (q, tau) in columns.attitude.iter_mut().zip(&columns.tau) {
                 *q = quat_mul(&from_rotation_vector(&upright.vector(*tau)), q);
@@ -203,7 +203,7 @@ impl Leg<'_> {
                 &from_rotation_vector(&upright.vector(self.total())),
                 &out.attitude,
             );
-            out.left_over = way.velocity();
+            out.left_over = integral.velocity();
         }
         if !self.stances.is_empty() {
             self.stand(columns);
@@ -300,7 +300,7 @@ impl<'a> Forward<'a> {
         };
         let attitude = leg.removal.levelled(&leg.attitude, &start);
         let mut propagator = Propagator::new(attitude, leg.removal.follows(), gravity);
-        propagator.place(leg.v0, [0.0; 3]);
+        propagator.set_velocity_position(leg.v0, [0.0; 3]);
         Forward {
             leg,
             change,

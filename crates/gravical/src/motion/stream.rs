@@ -246,11 +246,27 @@ impl Begin {
             FirstRest::Found
         };
         if wanted && rests.is_none() && given.is_none() {
+            let (why, what_next) = match fits {
+                true => (
+                    format!(
+                        "the sensor does not rest in the first {} rows, from which its noise is estimated",
+                        self.recording.rows()
+                    ),
+                    "hold it still for 2 s before the first move",
+                ),
+                false => (
+                    format!(
+                        "--causal finds no rests at {:.0} Hz, since it keeps {} samples, less than the second that it needs",
+                        self.rate_hz,
+                        sink::KEPT
+                    ),
+                    "leave --causal out, give the rests with --rests, or record at 2 kHz or less",
+                ),
+            };
             findings.push(Finding::new(
                 FindingKind::NoStaticInterval,
                 format!(
-                    "the sensor does not rest in the first {} rows, from which its noise is estimated: the first {} count as one rest, others are not found, and nothing corrects the drift; hold it still for 2 s before the first move",
-                    self.recording.rows(),
+                    "{why}: the first {} rows count as one rest, others are not found, and nothing corrects the drift; {what_next}",
                     options.initial_rows
                 ),
             ));
@@ -286,6 +302,7 @@ impl Begin {
         };
         let decimals = table.then_some(self.time_decimals);
         let mut pipeline = Pipeline::new(state, self.gap_s, self.gyro.is_some(), decimals);
+        pipeline.usual_step_s = 1.0 / self.rate_hz;
         pipeline.starts_at_rest = !initial_mean && first_rest != FirstRest::Found;
         pipeline.knows_rests = pipeline.starts_at_rest || rests.is_some() || given.is_some();
         pipeline.given = given;

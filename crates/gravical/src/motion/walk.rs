@@ -10,6 +10,11 @@ use super::options::MotionOptions;
 use super::setup::Setup;
 use super::stance::{LONGEST_STEP_S, StanceOptions};
 
+/// A rest in a walk is told by the steps before and after it within so many seconds: three of
+/// the longest, and their stances.
+const LOOKED_BACK_S: f64 = 30.0;
+const LOOKED_ON_S: f64 = 10.0;
+
 /// Stances of a walking foot between `rests` and after the last.
 ///
 /// A rest between others that is shorter than 1 s, and comes within 3 s after a stance
@@ -31,24 +36,26 @@ pub(super) fn stances(
     while options.rests.given_s.is_none() && k + 1 < rests.len() {
         let rest = rests[k].clone();
         if t[rest.end - 1] - t[rest.start] < LEAST_FOR_BIAS_S {
-            let mut others = rests.clone();
-            others.remove(k);
+            rests.remove(k);
             let recent = |t_s: f64| t[rest.start] - t_s <= LONGEST_STEP_S;
+            // Of a long walk its last steps are enough.
+            let near = t[rest.start] - LOOKED_BACK_S;
+            let near = t.partition_point(|t_s| *t_s < near)..rest.end + legs.samples(LOOKED_ON_S);
             // The leg that the rest would lie in, and those before it that reach as far.
             let walked = (0..k)
                 .rev()
-                .take_while(|&j| j + 1 == k || recent(t[others[j + 1].start]))
-                .flat_map(|j| legs.stances(&others, j))
+                .take_while(|&j| j + 1 == k || recent(t[rests[j + 1].start]))
+                .flat_map(|j| legs.stances(rests, j, &near))
                 .any(|s| s.start < rest.end && recent(t[s.start]));
             if walked {
-                *rests = others;
                 continue;
             }
+            rests.insert(k, rest);
         }
         k += 1;
     }
     (0..rests.len())
-        .flat_map(|k| legs.stances(rests, k))
+        .flat_map(|k| legs.stances(rests, k, &(0..t.len())))
         .collect()
 }
 
@@ -61,8 +68,18 @@ struct Legs<'a> {
 }
 
 impl Legs<'_> {
-    /// Stances after rest `k` of `rests`; none across a break.
-    fn stances(&self, rests: &[Range<usize>], k: usize) -> Vec<Range<usize>> {
+    /// So many samples are so many seconds.
+    fn samples(&self, seconds: f64) -> usize {
+        (seconds / self.step_s) as usize
+    }
+
+    /// Stances after rest `k` of `rests`, in that part of the recording; none across a break.
+    fn stances(
+        &self,
+        rests: &[Range<usize>],
+        k: usize,
+        within: &Range<usize>,
+    ) -> Vec<Range<usize>> {
         let samples = self.setup.view.samples;
         let next = rests.get(k + 1).map_or(samples.len(), |r| r.start + 1);
         let leg = rests[k].end - 1..next;
@@ -70,6 +87,7 @@ impl Legs<'_> {
         if samples.breaks.get(at).is_some_and(|b| *b < leg.end) {
             return Vec::new();
         }
+        let leg = leg.start.max(within.start)..leg.end.min(within.end);
         let anchor = self.anchors.at(rests, k, Side::Last);
         super::stance::stances(
             samples,

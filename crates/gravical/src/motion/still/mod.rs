@@ -8,7 +8,7 @@
 //!    recording backwards likewise: where the mean over 0.2, 0.5 or 1 s leaves
 //!    that of the seconds before ([`gravical_core::still::Statistic`]), the
 //!    rest has ended (`run`). When it ended, a ramp in all channels says
-//!    (`onset`).
+//!    ([`gravical_core::still::onset`]).
 //! 3. What either direction saw moving parts the rests (`join`).
 //! 4. Rests that only a knock parts are one; stretches of constant acceleration
 //!    between two rests are none (`merge`, `agree`).

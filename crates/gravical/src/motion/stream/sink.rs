@@ -4,6 +4,7 @@ use gravical_core::motion::{Motion, Phase};
 
 use super::smooth::Chain;
 use super::tracker::{MotionState, MoveTracker};
+use crate::motion::plan::missing_s;
 use crate::motion::table::{ATTITUDE_DECIMALS, DECIMALS};
 use crate::recording::LineSpans;
 use crate::recording::rows::Row;
@@ -42,6 +43,8 @@ pub(super) struct Pipeline {
     pub starts_at_rest: bool,
     /// A longer step is a gap, s.
     pub gap_s: f64,
+    /// From a sample to the next, s.
+    pub usual_step_s: f64,
     /// Without a gyroscope its values count nothing.
     pub with_gyro: bool,
     /// Decimals of the time in the table; none without a table.
@@ -56,6 +59,7 @@ impl Pipeline {
             knows_rests: false,
             starts_at_rest: false,
             gap_s,
+            usual_step_s: f64::NAN,
             with_gyro,
             table,
         }
@@ -128,7 +132,7 @@ impl Pipeline {
         if state.samples == 0 {
             state.first_s = t_s;
         } else if state.parted || h_s > self.gap_s {
-            state.tracker.lose(h_s);
+            state.tracker.lose(h_s, missing_s(h_s, self.usual_step_s));
             state.motion.interrupt();
         }
         (state.parted, state.last_s) = (false, t_s);

@@ -105,6 +105,30 @@ fn ride(cruise_s: f64) -> Vec<u8> {
 }
 
 #[test]
+fn above_two_kilohertz_it_says_that_no_rest_is_found() {
+    let mut text = "t_s,ax_mps2,ay_mps2,az_mps2\n".to_owned();
+    for i in 0..12_000 {
+        let noise = 0.02 * f64::from(i * 7919 % 61) / 61.0;
+        text += &format!(
+            "{:.5},{noise:.5},{:.5},{:.5}\n",
+            f64::from(i) / 4000.0,
+            -noise,
+            9.8 + noise
+        );
+    }
+    let result = stream(text.as_bytes(), &MotionOptions::default())
+        .unwrap()
+        .0
+        .result;
+    let mut said = result.findings.iter().map(|f| &f.message);
+    assert!(
+        said.any(|m| m.contains("--causal finds no rests at 4000 Hz") && m.contains("--rests")),
+        "{:?}",
+        result.findings
+    );
+}
+
+#[test]
 fn a_ride_at_constant_speed_is_none_for_long() {
     let options = MotionOptions::default();
     let said = |result: &MotionResult| {

@@ -47,7 +47,7 @@ pub struct SlowMove {
     /// When it ended, s.
     pub end_s: f64,
     /// How far it went, by the shape that fits best, m.
-    pub way_m: f64,
+    pub distance_m: f64,
     /// How far it stands out from the noise, as a χ² with three degrees of freedom.
     pub chi2: f64,
 }
@@ -79,7 +79,7 @@ pub(super) fn take_out(
             doubts.push(SlowMove {
                 start_s: found.from_s,
                 end_s: found.to_s,
-                way_m: gravical_core::matrix3::norm(&found.way_m),
+                distance_m: gravical_core::matrix3::norm(&found.displacement_m),
                 chi2: found.gain,
             });
         }
