@@ -68,12 +68,6 @@ impl<T: Real> Trapezoid<T> {
         self.position
     }
 
-    /// Rest: the velocity is zero from the last sample on.
-    pub fn stop(&mut self) {
-        self.velocity = [T::zero(); 3];
-        self.acceleration = [T::zero(); 3];
-    }
-
     /// Starts anew.
     pub fn reset(&mut self, velocity: [T; 3], position: [T; 3]) {
         *self = Self::new(velocity, position);
@@ -111,17 +105,5 @@ mod tests {
         }
         let gain = integral.velocity()[0] * w - 1.0;
         assert!((gain + 0.00033).abs() < 1e-5, "{gain}");
-    }
-
-    #[test]
-    fn stopped_it_stays() {
-        let mut integral = Trapezoid::new([1.0_f32; 3], [0.5; 3]);
-        integral.update([1.0; 3], 0.0);
-        integral.stop();
-        integral.update([0.0; 3], 0.1);
-        assert_eq!(
-            (integral.velocity(), integral.position()),
-            ([0.0; 3], [0.5; 3])
-        );
     }
 }

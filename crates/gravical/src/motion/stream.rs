@@ -284,10 +284,11 @@ impl Begin {
             ..MotionConfig::strapdown()
         };
         let chain = Chain::design(&options.smooth, self.rate_hz)?;
-        let motion = Core::new(config, chain)
-            .map_err(|few| Error::usage("option-range", few.to_string()))?;
+        let motion =
+            Core::new(config).map_err(|few| Error::usage("option-range", few.to_string()))?;
         let state = State {
             motion: Box::new(motion),
+            smooth: chain,
             step_s: match file.rows.facts().stamp_reading {
                 Some(_) => None,
                 None => Some(self.step_s()?),

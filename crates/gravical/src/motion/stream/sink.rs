@@ -19,7 +19,8 @@ const HEADER: &str = "t_s,ax_mps2,ay_mps2,az_mps2,still,qw,qx,qy,qz,\
 
 /// What goes on from row to row.
 pub(super) struct State {
-    pub motion: Box<Motion<f64, Chain, KEPT>>,
+    pub motion: Box<Motion<f64, KEPT>>,
+    pub smooth: Chain,
     /// Seconds from row to row, where they have no time of their own.
     pub step_s: Option<f64>,
     pub rows: u64,
@@ -134,6 +135,7 @@ impl Pipeline {
         } else if state.parted || h_s > self.gap_s {
             state.tracker.lose(h_s, missing_s(h_s, self.usual_step_s));
             state.motion.interrupt();
+            state.smooth.reset();
         }
         (state.parted, state.last_s) = (false, t_s);
         state.samples += 1;
@@ -141,9 +143,11 @@ impl Pipeline {
             .given
             .as_ref()
             .map(|spans| spans.iter().any(|(from, to)| t_s >= *from && t_s <= *to));
+        let force = [a, b, c];
+        let smoothed = state.smooth.update(force);
         state
             .motion
-            .update_calibrated([a, b, c], rate, h_s, given_rest);
+            .update_calibrated(force, smoothed, rate, h_s, given_rest);
         let phase = state.motion.phase();
         state.tracker.see(&MotionState {
             t_s,
