@@ -12,7 +12,7 @@ use crate::{Error, Result};
 use super::face::{Claim, angle_deg, claim};
 use super::named::first_rows;
 use super::spikes;
-use super::still::{StillOptions, Stills, find_stills};
+use super::still::{StillOptions, Stills, find_stills, unsteady};
 use super::{Draft, SegmentOptions, Selection};
 use crate::still::moments;
 
@@ -403,23 +403,14 @@ fn tell_unsteady(
     stills: &Stills,
     findings: &mut Vec<Finding>,
 ) {
-    for span in spans {
-        let (mean, variance) = moments(&recording.accel, span.clone());
-        let gravity = mean.iter().map(|m| m * m).sum::<f64>().sqrt();
-        findings.push(
-            Finding::new(
-                FindingKind::UnsteadyPose,
-                format!(
-                    "{label}: never quite at rest; the quietest part, lines {} to {}, moves by {:.0} mg rms (its quietest blocks by {:.0}) and is used",
-                    recording.line(span.start),
-                    recording.line(span.end - 1),
-                    1000.0 * variance.sqrt() / gravity,
-                    1000.0 * stills.noise / gravity
-                ),
-            )
-            .in_file(&recording.name),
+    findings.extend(spans.iter().map(|span| {
+        let gravity = matrix3::norm(&moments(&recording.accel, span.clone()).0);
+        let others = format!(
+            " (its quietest blocks by {:.0})",
+            1000.0 * stills.noise / gravity
         );
-    }
+        unsteady(recording, span, &format!("{label}: "), &others)
+    }));
 }
 
 /// Says how much of a file is motion or a shorter still, and thus not in the
