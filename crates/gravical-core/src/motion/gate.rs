@@ -1,7 +1,7 @@
 //! How far the velocity may be off, for telling a rest from constant speed.
 
 use crate::Real;
-use crate::strapdown::quat_mul;
+use crate::strapdown::{conjugate, quat_mul};
 
 /// Standard deviations from zero that a velocity at rest may have.
 pub const FAR: f64 = 4.0;
@@ -58,7 +58,6 @@ impl<T: Real> OpenNoise<T> {
 /// The angle between two attitudes, rad, to within the third order of it.
 #[inline]
 pub(super) fn angle<T: Real>(from: &[T; 4], to: &[T; 4]) -> T {
-    let back = [from[0], -from[1], -from[2], -from[3]];
-    let [_, x, y, z] = quat_mul(to, &back);
+    let [_, x, y, z] = quat_mul(to, &conjugate(from));
     T::from_f64(2.0) * (x * x + y * y + z * z).sqrt()
 }

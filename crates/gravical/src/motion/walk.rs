@@ -8,7 +8,7 @@ use gravical_core::motion::LEAST_FOR_BIAS_S;
 use super::anchors::{Anchors, Side};
 use super::options::MotionOptions;
 use super::setup::Setup;
-use super::stance::{LONGEST_STEP_S, StanceOptions};
+use super::stance::LONGEST_STEP_S;
 
 /// A rest in a walk is told by the steps before and after it within so many seconds: three of
 /// the longest, and their stances.
@@ -25,15 +25,18 @@ pub(super) fn stances(
     rests: &mut Vec<Range<usize>>,
     options: &MotionOptions,
 ) -> Vec<Range<usize>> {
+    let Some(rate_rad_s) = options.stance_rate_rad_s else {
+        return Vec::new();
+    };
     let t = &setup.view.samples.t_s;
     let legs = Legs {
         setup,
         anchors: Anchors::new(setup.view, setup.walk),
         step_s: setup.view.samples.median_step_s(),
-        options: &options.stance,
+        rate_rad_s,
     };
     let mut k = 1;
-    while options.rests.given_s.is_none() && k + 1 < rests.len() {
+    while options.rests_s.is_none() && k + 1 < rests.len() {
         let rest = rests[k].clone();
         if t[rest.end - 1] - t[rest.start] < LEAST_FOR_BIAS_S {
             rests.remove(k);
@@ -64,7 +67,7 @@ struct Legs<'a> {
     setup: &'a Setup<'a>,
     anchors: Anchors<'a>,
     step_s: f64,
-    options: &'a StanceOptions,
+    rate_rad_s: f64,
 }
 
 impl Legs<'_> {
@@ -95,7 +98,7 @@ impl Legs<'_> {
             &anchor.bias,
             norm(&anchor.force),
             self.step_s,
-            self.options,
+            self.rate_rad_s,
         )
     }
 }

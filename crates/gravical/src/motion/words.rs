@@ -181,7 +181,7 @@ const LONG_REST_S: f64 = 14.0;
 
 /// Moves that are too slow to be distinguished from rest, and those that may hide in one.
 pub(super) fn slow(found: &Rests, options: &MotionOptions) -> Vec<Finding> {
-    if !options.zero_velocity || options.rests.given_s.is_some() {
+    if !options.zero_velocity || options.rests_s.is_some() {
         return Vec::new();
     }
     found
@@ -251,7 +251,7 @@ pub(super) fn unfounded(
     options: &MotionOptions,
 ) -> Option<String> {
     let throughout = matches!(rests, [one] if one.len() == samples.len());
-    if !options.zero_velocity || options.rests.given_s.is_some() || throughout {
+    if !options.zero_velocity || options.rests_s.is_some() || throughout {
         return None;
     }
     let length = |r: &Range<usize>| samples.t_s[r.end - 1] - samples.t_s[r.start];

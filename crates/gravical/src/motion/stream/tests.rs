@@ -4,7 +4,6 @@ use gravical_core::matrix3::{norm, sub};
 
 use super::*;
 use crate::motion::result::Ends;
-use crate::motion::still::RestOptions;
 use crate::motion::{Motion, motion};
 use crate::recording::open::from_reader;
 use crate::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
@@ -183,9 +182,7 @@ fn strapdown_after_a_first_rest_that_is_given_is_the_batch() {
     let bytes = line(2);
     let options = MotionOptions {
         zero_velocity: false,
-        rests: RestOptions {
-            given_s: Some(vec![(0.0, 4.5)]),
-        },
+        rests_s: Some(vec![(0.0, 4.5)]),
         v0_mps: Some([0.1, -0.2, 0.0]),
         p0_m: [1.0, 2.0, 3.0],
         ..MotionOptions::default()
@@ -221,9 +218,7 @@ fn between_given_rests_what_is_left_of_the_velocity_comes_off_as_in_the_batch() 
     let options = MotionOptions {
         gravity_removal: GravityRemoval::InitialMean,
         initial_rows: 400,
-        rests: RestOptions {
-            given_s: Some(vec![(0.0, 4.8), (7.3, f64::INFINITY)]),
-        },
+        rests_s: Some(vec![(0.0, 4.8), (7.3, f64::INFINITY)]),
         ..MotionOptions::default()
     };
     let batch = batch(&bytes, &options);
