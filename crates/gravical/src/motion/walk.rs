@@ -43,7 +43,10 @@ pub(super) fn stances(
             let recent = |t_s: f64| t[rest.start] - t_s <= LONGEST_STEP_S;
             // Of a long walk its last steps are enough.
             let near = t[rest.start] - LOOKED_BACK_S;
-            let near = t.partition_point(|t_s| *t_s < near)..rest.end + legs.samples(LOOKED_ON_S);
+            let until = rest
+                .end
+                .saturating_add((LOOKED_ON_S / legs.step_s) as usize);
+            let near = t.partition_point(|t_s| *t_s < near)..until;
             // The leg that the rest would lie in, and those before it that reach as far.
             let walked = (0..k)
                 .rev()
@@ -71,11 +74,6 @@ struct Legs<'a> {
 }
 
 impl Legs<'_> {
-    /// So many samples are so many seconds.
-    fn samples(&self, seconds: f64) -> usize {
-        (seconds / self.step_s) as usize
-    }
-
     /// Stances after rest `k` of `rests`, in that part of the recording; none across a break.
     fn stances(
         &self,
