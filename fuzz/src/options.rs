@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use gravical::denoise::{DenoiseOptions, Edge, Filter, FilterSpec, Passes, denoise};
-use gravical::motion::still::{Intervals, RestOptions};
+use gravical::motion::Intervals;
 use gravical::motion::{Motion, MotionOptions, motion};
 use gravical::recording::{ReadOptions, Recording, read_bytes};
 
@@ -138,9 +138,7 @@ pub fn intervals(data: &[u8]) {
         assert!(start.is_finite() && start < end, "{intervals:?}");
     }
     let options = MotionOptions {
-        rests: RestOptions {
-            given_s: Some(intervals.0.clone()),
-        },
+        rests_s: Some(intervals.0.clone()),
         ..plain()
     };
     let Ok(motion) = motion(push(), None, &options) else {

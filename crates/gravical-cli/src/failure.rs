@@ -91,7 +91,6 @@ fn flag(option: &str) -> String {
         "free" => "free-pose",
         "height_m" => "altitude",
         "offset_s" => "truth-offset",
-        "stance.rate_rad_s" => "stance-rate",
         other => UNITS
             .iter()
             .find_map(|unit| other.strip_suffix(unit))

@@ -98,27 +98,6 @@ impl<T: Real> Calibration<T> {
             bias: matrix3::mul_vec(&self.matrix, &self.bias).map(|x| -x),
         })
     }
-
-    /// The 3 × 4 matrix `[S, −S · o]`, row-major, that takes `[raw; 1]` to the
-    /// calibrated sample: nine products and nine sums on a microcontroller.
-    ///
-    /// Columns 0 to 2 are calibrated unit per raw unit, column 3 is in the
-    /// calibrated unit.
-    ///
-    /// ```
-    /// use gravical_core::calibration::Calibration;
-    ///
-    /// let calibration = Calibration { bias: [0.5, 0.0, 0.0], ..Calibration::identity() };
-    /// assert_eq!(calibration.to_affine()[0], [1.0, 0.0, 0.0, -0.5]);
-    /// ```
-    #[must_use]
-    pub fn to_affine(&self) -> [[T; 4]; 3] {
-        let constant = matrix3::mul_vec(&self.matrix, &self.bias);
-        core::array::from_fn(|r| {
-            let [x, y, z] = self.matrix[r];
-            [x, y, z, -constant[r]]
-        })
-    }
 }
 
 /// The calibration of a gyroscope:
@@ -232,15 +211,6 @@ mod tests {
         ) {
             let both = inner.then(&outer).unwrap();
             prop_assert!(close(both.apply(raw), outer.apply(inner.apply(raw)), 1e-13));
-        }
-
-        #[test]
-        fn the_affine_form_agrees(c in calibration(), raw in vector(20.0)) {
-            let [x, y, z] = raw;
-            let affine = c.to_affine().map(|[sx, sy, sz, constant]| {
-                sx * x + sy * y + sz * z + constant
-            });
-            prop_assert!(close(affine, c.apply(raw), 1e-13));
         }
     }
 

@@ -11,13 +11,13 @@ use crate::Real;
 /// ```
 /// use gravical_core::integrate::Trapezoid;
 ///
-/// let mut way = Trapezoid::new([0.0; 3], [0.0; 3]);
-/// way.update([2.0, 0.0, 0.0], 0.0);
+/// let mut integral = Trapezoid::new([0.0; 3], [0.0; 3]);
+/// integral.update([2.0, 0.0, 0.0], 0.0);
 /// for _ in 0..100 {
-///     way.update([2.0, 0.0, 0.0], 0.01);
+///     integral.update([2.0, 0.0, 0.0], 0.01);
 /// }
-/// assert!((way.velocity()[0] - 2.0_f64).abs() < 1e-12);
-/// assert!((way.position()[0] - 1.0).abs() < 1e-12);
+/// assert!((integral.velocity()[0] - 2.0_f64).abs() < 1e-12);
+/// assert!((integral.position()[0] - 1.0).abs() < 1e-12);
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Trapezoid<T> {
@@ -68,12 +68,6 @@ impl<T: Real> Trapezoid<T> {
         self.position
     }
 
-    /// Rest: the velocity is zero from the last sample on.
-    pub fn stop(&mut self) {
-        self.velocity = [T::zero(); 3];
-        self.acceleration = [T::zero(); 3];
-    }
-
     /// Starts anew.
     pub fn reset(&mut self, velocity: [T; 3], position: [T; 3]) {
         *self = Self::new(velocity, position);
@@ -87,38 +81,29 @@ mod tests {
     #[test]
     fn uneven_steps_of_a_straight_line_are_exact() {
         // a = 6t: v = 3t², by trapezoids exactly.
-        let mut way = Trapezoid::new([0.0, 1.0, 0.0], [0.0; 3]);
+        let mut integral = Trapezoid::new([0.0, 1.0, 0.0], [0.0; 3]);
         let mut t = 0.0_f64;
-        way.update([0.0; 3], 7.0);
+        integral.update([0.0; 3], 7.0);
         for i in 0..200 {
             let h = if i % 3 == 0 { 0.004 } else { 0.011 };
             t += h;
-            way.update([6.0 * t, 0.0, 0.0], h);
+            integral.update([6.0 * t, 0.0, 0.0], h);
         }
-        assert!((way.velocity()[0] - 3.0 * t * t).abs() < 1e-12);
-        assert!((way.velocity()[1] - 1.0).abs() < 1e-15);
-        assert!((way.position()[1] - t).abs() < 1e-12);
+        assert!((integral.velocity()[0] - 3.0 * t * t).abs() < 1e-12);
+        assert!((integral.velocity()[1] - 1.0).abs() < 1e-15);
+        assert!((integral.position()[1] - t).abs() < 1e-12);
         // Twice: off by h²/2 of the cubic's curvature at the most.
-        assert!((way.position()[0] - t.powi(3)).abs() < 3e-4);
+        assert!((integral.position()[0] - t.powi(3)).abs() < 3e-4);
     }
 
     #[test]
     fn the_gain_at_one_hertz() {
         let (w, h) = (core::f64::consts::TAU, 0.01_f64);
-        let mut way = Trapezoid::new([0.0; 3], [0.0; 3]);
+        let mut integral = Trapezoid::new([0.0; 3], [0.0; 3]);
         for i in 0..=25 {
-            way.update([(w * h * f64::from(i)).cos(), 0.0, 0.0], h);
+            integral.update([(w * h * f64::from(i)).cos(), 0.0, 0.0], h);
         }
-        let gain = way.velocity()[0] * w - 1.0;
+        let gain = integral.velocity()[0] * w - 1.0;
         assert!((gain + 0.00033).abs() < 1e-5, "{gain}");
-    }
-
-    #[test]
-    fn stopped_it_stays() {
-        let mut way = Trapezoid::new([1.0_f32; 3], [0.5; 3]);
-        way.update([1.0; 3], 0.0);
-        way.stop();
-        way.update([0.0; 3], 0.1);
-        assert_eq!((way.velocity(), way.position()), ([0.0; 3], [0.5; 3]));
     }
 }

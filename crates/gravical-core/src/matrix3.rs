@@ -36,12 +36,6 @@ pub fn norm<T: Real>(v: &[T; 3]) -> T {
     dot(v, v).sqrt()
 }
 
-/// The Euclidean norm of row `row` (0, 1 or 2) of `m`, or `None` for another row.
-#[must_use]
-pub fn row_norm<T: Real>(m: &[[T; 3]; 3], row: usize) -> Option<T> {
-    m.get(row).map(norm)
-}
-
 /// The Euclidean norms of the three rows of `m`.
 #[must_use]
 pub fn row_norms<T: Real>(m: &[[T; 3]; 3]) -> [T; 3] {
@@ -208,12 +202,6 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn rows_that_do_not_exist_have_no_norm() {
-        assert_eq!(row_norm(&M, 2), Some(61.0_f64.sqrt()));
-        assert_eq!(row_norm(&M, 3), None);
     }
 
     fn matrix() -> impl Strategy<Value = [[f64; 3]; 3]> {

@@ -2,17 +2,16 @@
 //!
 //! # Overview
 //!
-//! Each sample is calibrated, filtered if asked for (`smooth`), freed of gravity,
-//! integrated by the trapezoidal rule with its own step, and stopped where the
+//! Each sample is calibrated, freed of gravity, integrated by the trapezoidal rule with its own step, and stopped where the
 //! sensor rests ([`crate::still::Detector`], held against the velocity and its
 //! uncertainty by `gate`). A rest levels the attitude and shows the bias of the
 //! gyroscope anew (`mean`).
 //!
 //! What a later rest tells of the move before it cannot be had here but for one
 //! thing: the velocity that is left at a rest is an error that has grown on the way
-//! to it, and where it grew evenly, v τ/2 of the way is its work. That is taken off
+//! to it, and where it grew evenly, v τ/2 of the displacement is its work. That is taken off
 //! the position, which steps there. The tilt that is missing at a rest is put right
-//! from there on, not for the way that was. `gravical motion` corrects from both
+//! from there on, not for the move before. `gravical motion` corrects from both
 //! ends and is the better one wherever a recording is there as a whole.
 //!
 //! # Example
@@ -21,7 +20,7 @@
 //! use gravical_core::motion::{Motion, MotionConfig};
 //!
 //! // The mean of the first ten samples is gravity.
-//! let mut motion = Motion::<f64, (), 0>::new(MotionConfig::initial_mean(10), ())?;
+//! let mut motion = Motion::<f64, 0>::new(MotionConfig::initial_mean(10))?;
 //! for i in 0..110 {
 //!     let pushed = if i >= 10 { 1.0 } else { 0.0 };
 //!     motion.update([pushed, 0.0, 9.81], [0.0; 3], 0.01);
@@ -36,7 +35,6 @@ mod course;
 mod gate;
 mod mean;
 mod propagator;
-mod smooth;
 #[cfg(test)]
 mod tests;
 
@@ -50,7 +48,6 @@ use course::Course;
 pub use gate::{FAR, FLOOR_MPS, OpenNoise};
 use mean::RestMean;
 pub use propagator::Propagator;
-pub use smooth::{LowPass, Smooth};
 
 /// A shorter rest corrects velocity and tilt, not the gyroscope's bias, s.
 pub const LEAST_FOR_BIAS_S: f64 = 1.0;
@@ -87,15 +84,14 @@ pub enum Phase {
 }
 
 /// The pipeline and its state. `N` samples are kept: [`Detector`] says how many it
-/// takes; 0 without one. `F` is the filter, `()` for none.
+/// takes; 0 without one.
 ///
 /// Of what `gravical motion` does to a whole recording these are left out: the tilt
 /// and the velocity corrected along a move from its far end, rests found backwards,
 /// rests against the odds, moves before the first rest, uncertainties.
 #[derive(Debug, Clone)]
-pub struct Motion<T, F, const N: usize> {
+pub struct Motion<T, const N: usize> {
     config: MotionConfig<T>,
-    smooth: F,
     detector: Option<Detector<T, N>>,
     /// The last samples, by number.
     kept: [Kept<T>; N],
@@ -139,14 +135,14 @@ impl<T: Real> Kept<T> {
     }
 }
 
-impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
+impl<T: Real, const N: usize> Motion<T, N> {
     /// A pipeline at its start.
     ///
     /// # Errors
     ///
     /// Where `N` samples are too few for the rests that are looked for: one second and one more
     /// at the sampling rate of their plan.
-    pub fn new(config: MotionConfig<T>, smooth: F) -> Result<Self, TooFewSamples> {
+    pub fn new(config: MotionConfig<T>) -> Result<Self, TooFewSamples> {
         let detector = match config.rests {
             Some((plan, noise)) => Some(Detector::new(plan, noise)?),
             None => None,
@@ -154,10 +150,9 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         let zero = [T::zero(); 3];
         let unit = [T::one(), T::zero(), T::zero(), T::zero()];
         let mut forward = Propagator::new(unit, config.removal == Removal::Strapdown, zero);
-        forward.place(config.velocity_mps, config.position_m);
+        forward.set_velocity_position(config.velocity_mps, config.position_m);
         Ok(Motion {
             config,
-            smooth,
             detector,
             kept: [Kept::none(); N],
             samples: 0,
@@ -184,35 +179,34 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
     /// finite is left out, and the next step goes over it: then it gives false.
     #[inline]
     pub fn update(&mut self, accel: [T; 3], gyro: [T; 3], h_s: T) -> bool {
-        self.update_told(accel, gyro, h_s, None)
-    }
-
-    /// As [`update`](Self::update), with rest or motion given.
-    #[inline]
-    pub fn update_told(
-        &mut self,
-        accel: [T; 3],
-        gyro: [T; 3],
-        h_s: T,
-        rests: Option<bool>,
-    ) -> bool {
         let force = self.config.accelerometer.apply(accel);
         let rate = self.config.gyroscope.apply(gyro, force);
-        self.update_calibrated(force, rate, h_s, rests)
+        self.update_calibrated(force, force, rate, h_s, None)
     }
 
-    /// As [`update_told`](Self::update_told), from specific force, m/s², and angular
-    /// rate, rad/s.
+    /// As [`update`](Self::update), from specific force, m/s², and angular rate, rad/s, with
+    /// rest or motion given, where it is known. `smoothed` is the force that is integrated:
+    /// rests are found in the other one. A filter has to keep a constant; what it delays,
+    /// velocity is late by.
     #[inline]
     pub fn update_calibrated(
         &mut self,
         force: [T; 3],
+        smoothed: [T; 3],
         rate: [T; 3],
         h_s: T,
         rests: Option<bool>,
     ) -> bool {
         let h_s = h_s + self.pending_s;
-        let sum = force[0] + force[1] + force[2] + rate[0] + rate[1] + rate[2];
+        let sum = force[0]
+            + force[1]
+            + force[2]
+            + smoothed[0]
+            + smoothed[1]
+            + smoothed[2]
+            + rate[0]
+            + rate[1]
+            + rate[2];
         if !(sum + h_s).is_finite() {
             if h_s.is_finite() {
                 self.pending_s = h_s;
@@ -221,7 +215,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         }
         self.pending_s = T::zero();
         let now = Kept {
-            force: self.smooth.update(force),
+            force: smoothed,
             rate,
             h_s,
         };
@@ -244,7 +238,6 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         if let Some(detector) = &mut self.detector {
             detector.reset();
         }
-        self.smooth.reset();
         self.pending_s = T::zero();
         (self.samples, self.count) = (0, 0);
         self.place_known = false;
@@ -255,7 +248,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         }
         self.course
             .forward
-            .place(self.config.velocity_mps, self.config.position_m);
+            .set_velocity_position(self.config.velocity_mps, self.config.position_m);
     }
 
     /// Where it stands.
@@ -360,7 +353,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
             .level(self.course.forward.attitude(), mean);
         self.course
             .forward
-            .place(sub(&v, &scaled(&off, t)), sub(&p, &scaled(&off, half)));
+            .set_velocity_position(sub(&v, &scaled(&off, t)), sub(&p, &scaled(&off, half)));
         self.course.forward.update(now.force, now.rate, T::zero());
         self.course.gravity = norm(&mean);
         self.course.rested_s = t;
@@ -368,7 +361,7 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         if self.config.zero_velocity && given.unwrap_or(self.is_still()) {
             self.course
                 .forward
-                .place([T::zero(); 3], self.config.position_m);
+                .set_velocity_position([T::zero(); 3], self.config.position_m);
             self.settle(now, given.is_some());
         }
     }
@@ -570,7 +563,9 @@ impl<T: Real, F: Smooth<T>, const N: usize> Motion<T, F, N> {
         } else {
             [T::zero(); 3]
         };
-        self.course.forward.place(velocity, self.config.position_m);
+        self.course
+            .forward
+            .set_velocity_position(velocity, self.config.position_m);
         self.settle(now, given);
     }
 

@@ -100,25 +100,6 @@ impl fmt::Display for SixPositionError {
 
 impl core::error::Error for SixPositionError {}
 
-/// Whether the axes of a sensor form a right-handed system, as they should.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Handedness {
-    /// det R > 0.
-    Right,
-    /// det R ≤ 0: two files were swapped, or a turn went the other way round.
-    Left,
-}
-
-impl Handedness {
-    fn of<T: Real>(orientation: &[[T; 3]; 3]) -> Self {
-        if matrix3::det(orientation) > T::zero() {
-            Self::Right
-        } else {
-            Self::Left
-        }
-    }
-}
-
 /// The accelerometer model u = K R a + b, a in m/s².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccelerometerParameters<T> {
@@ -150,17 +131,11 @@ impl<T: Real> AccelerometerParameters<T> {
     }
 
     /// det R: near 1 for a sensor with nearly orthogonal axes, negative where
-    /// two files were swapped.
+    /// two files were swapped. A left-handed R fits its own placements perfectly, so
+    /// nothing else gives a swap of two files away.
     #[must_use]
     pub fn orientation_determinant(&self) -> T {
         matrix3::det(&self.orientation)
-    }
-
-    /// Whether R is right-handed. A left-handed R fits its own placements
-    /// perfectly, so nothing else gives a swap of two files away.
-    #[must_use]
-    pub fn handedness(&self) -> Handedness {
-        Handedness::of(&self.orientation)
     }
 }
 
@@ -180,7 +155,7 @@ impl<T: Real> AccelerometerParameters<T> {
 ///
 /// [`SixPositionError`] when a value is not finite, gravity is not positive, a
 /// channel does not react, or two react alike. Swapped files are *not* an
-/// error here: see [`AccelerometerParameters::handedness`].
+/// error here: see [`AccelerometerParameters::orientation_determinant`].
 ///
 /// ```
 /// use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};

@@ -104,6 +104,13 @@ pub fn rotate<T: Real>(q: &[T; 4], v: &[T; 3]) -> [T; 3] {
     matrix3::mul_vec(&matrix(q), v)
 }
 
+/// The rotation back.
+#[inline]
+#[must_use]
+pub fn conjugate<T: Real>(q: &[T; 4]) -> [T; 4] {
+    [q[0], -q[1], -q[2], -q[3]]
+}
+
 /// A quaternion of length one again: rounding leaves a product of many off.
 #[inline]
 #[must_use]

@@ -29,20 +29,6 @@ pub const MPU6050_ACCELEROMETER_LSB_PER_G: [(u16, f64); 4] =
 pub const MPU6050_GYROSCOPE_LSB_PER_DEG_S: [(u16, f64); 4] =
     [(250, 131.0), (500, 65.5), (1000, 32.8), (2000, 16.4)];
 
-/// The MPU6050's nominal accelerometer sensitivity in LSB per g at the
-/// full-scale range of ±`range_g`; `None` for a range that it does not have.
-///
-/// ```
-/// use gravical_core::unit::mpu6050_accelerometer_lsb_per_g;
-///
-/// assert_eq!(mpu6050_accelerometer_lsb_per_g(8), Some(4096.0));
-/// assert_eq!(mpu6050_accelerometer_lsb_per_g(3), None);
-/// ```
-#[must_use]
-pub fn mpu6050_accelerometer_lsb_per_g(range_g: u16) -> Option<f64> {
-    look_up(&MPU6050_ACCELEROMETER_LSB_PER_G, range_g)
-}
-
 /// The MPU6050's nominal gyroscope sensitivity in LSB per °/s at the full-scale
 /// range of ±`range_deg_s`; `None` for a range that it does not have.
 ///
@@ -54,13 +40,9 @@ pub fn mpu6050_accelerometer_lsb_per_g(range_g: u16) -> Option<f64> {
 /// ```
 #[must_use]
 pub fn mpu6050_gyroscope_lsb_per_deg_s(range_deg_s: u16) -> Option<f64> {
-    look_up(&MPU6050_GYROSCOPE_LSB_PER_DEG_S, range_deg_s)
-}
-
-fn look_up(table: &[(u16, f64)], range: u16) -> Option<f64> {
-    table
+    MPU6050_GYROSCOPE_LSB_PER_DEG_S
         .iter()
-        .find(|(candidate, _)| *candidate == range)
+        .find(|(range, _)| *range == range_deg_s)
         .map(|(_, sensitivity)| *sensitivity)
 }
 

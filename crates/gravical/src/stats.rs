@@ -37,6 +37,72 @@ pub(crate) fn standard_deviation(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
 }
 
+/// The values of a window in order: from one sample to the next few of them change.
+#[derive(Debug, Clone)]
+pub(crate) struct SortedWindow(Vec<f64>);
+
+impl SortedWindow {
+    pub fn new(values: impl Iterator<Item = f64>) -> Self {
+        let mut sorted: Vec<f64> = values.collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        SortedWindow(sorted)
+    }
+
+    pub fn values(&self) -> &[f64] {
+        &self.0
+    }
+
+    fn place(&self, value: f64) -> usize {
+        self.0.partition_point(|v| v.total_cmp(&value).is_lt())
+    }
+
+    pub fn insert(&mut self, value: f64) {
+        self.0.insert(self.place(value), value);
+    }
+
+    /// Takes out a value that is there.
+    pub fn remove(&mut self, value: f64) {
+        let at = self.place(value);
+        if at < self.0.len() {
+            self.0.remove(at);
+        }
+    }
+
+    /// None without values.
+    pub fn median(&self) -> Option<f64> {
+        let middle = self.0.len() / 2;
+        let above = *self.0.get(middle)?;
+        Some(match self.0.len().is_multiple_of(2) {
+            true => 0.5 * (self.0[middle - 1] + above),
+            false => above,
+        })
+    }
+
+    /// Median of the distances from `median`: they rise from the middle to both sides.
+    pub fn median_deviation(&self, median: f64) -> f64 {
+        let n = self.0.len();
+        let (mut below, mut above) = (n / 2, n / 2);
+        let (mut last, mut before) = (f64::NAN, f64::NAN);
+        for _ in 0..(n / 2 + 1).min(n) {
+            before = last;
+            let down = below.checked_sub(1).map(|i| median - self.0[i]);
+            let down = down.unwrap_or(f64::INFINITY);
+            let up = self.0.get(above).map_or(f64::INFINITY, |v| v - median);
+            if down < up {
+                last = down;
+                below -= 1;
+            } else {
+                last = up;
+                above += 1;
+            }
+        }
+        match n.is_multiple_of(2) {
+            true => 0.5 * (before + last),
+            false => last,
+        }
+    }
+}
+
 /// Items evenly distributed over a stream of unknown length: every nth item is stored, n a power
 /// of two, so that between half of `MOST` and `MOST` items of a long stream are stored.
 #[derive(Debug, Clone)]

@@ -197,7 +197,7 @@ pub extern "C" fn probe_rest(
 /// One sample of both sensors through the whole pipeline; gives the position.
 #[unsafe(no_mangle)]
 pub extern "C" fn probe_motion(
-    motion: &mut Motion<f32, [SavitzkyGolay<f32, 5>; 3], 128>,
+    motion: &mut Motion<f32, 128>,
     accel: &[f32; 3],
     gyro: &[f32; 3],
     step_s: f32,

@@ -1,4 +1,4 @@
-//! A way from a rest on, and whether it can have come to rest again.
+//! A move from a rest on, and whether it can have come to rest again.
 
 use super::gate::{FAR, FLOOR_MPS, OpenNoise, angle};
 use super::{Kept, MotionConfig, Propagator, Removal};
@@ -79,7 +79,7 @@ impl<T: Real> Course<T> {
         self.since_s - self.quiet.get_or_insert(now).0
     }
 
-    /// It rests: the velocity is zero, and what was left of it comes off the way, as if
+    /// It rests: the velocity is zero, and what was left of it comes off the position, as if
     /// it had grown evenly. Where it was `quiet` for long before that was believed, it
     /// had grown until then, and has not moved since.
     pub fn arrive(&mut self, after_quiet: bool) {
@@ -91,7 +91,7 @@ impl<T: Real> Course<T> {
         let (since_s, left, position) = self.quiet.filter(|_| after_quiet).unwrap_or(now);
         let half = T::from_f64(0.5) * since_s;
         self.forward
-            .place([T::zero(); 3], sub(&position, &scaled(&left, half)));
+            .set_velocity_position([T::zero(); 3], sub(&position, &scaled(&left, half)));
     }
 
     /// True where the velocity is as near to zero as it can be known.
@@ -118,7 +118,7 @@ impl<T: Real> Course<T> {
         let open = OpenNoise {
             gyro,
             bias: gyro / rest_s,
-            wobble: only(!follows, config.tilt_change_rad * config.tilt_change_rad),
+            tilt_change: only(!follows, config.tilt_change_rad * config.tilt_change_rad),
             gravity: self.gravity,
             rest_s,
         };

@@ -1,7 +1,7 @@
 //! How far the velocity may be off, for telling a rest from constant speed.
 
 use crate::Real;
-use crate::strapdown::quat_mul;
+use crate::strapdown::{conjugate, quat_mul};
 
 /// Standard deviations from zero that a velocity at rest may have.
 pub const FAR: f64 = 4.0;
@@ -24,7 +24,7 @@ pub struct OpenNoise<T> {
     /// σ_A², variance of the gyroscope's bias, rad²/s².
     pub bias: T,
     /// σ_w², constant tilt that sets in with the motion, rad².
-    pub wobble: T,
+    pub tilt_change: T,
     /// g, m/s².
     pub gravity: T,
     /// T₀, length of the rest, s.
@@ -37,7 +37,8 @@ impl<T: Real> OpenNoise<T> {
     pub fn velocity(&self, tau: T) -> [T; 2] {
         let c = T::from_f64;
         let t2 = tau * tau;
-        let tilt = self.gyro * t2 * tau / c(3.0) + self.bias * t2 * t2 / c(4.0) + self.wobble * t2;
+        let tilt =
+            self.gyro * t2 * tau / c(3.0) + self.bias * t2 * t2 / c(4.0) + self.tilt_change * t2;
         [tau + t2 / self.rest_s, self.gravity * self.gravity * tilt]
     }
 
@@ -48,7 +49,7 @@ impl<T: Real> OpenNoise<T> {
         let (t2, t3) = (tau * tau, tau * tau * tau);
         let tilt = self.gyro * t2 * t3 / c(20.0)
             + self.bias * t3 * t3 / c(36.0)
-            + self.wobble * t2 * t2 / c(4.0);
+            + self.tilt_change * t2 * t2 / c(4.0);
         let noise = t3 / c(3.0) + t2 * t2 / (c(4.0) * self.rest_s);
         [noise, self.gravity * self.gravity * tilt]
     }
@@ -57,7 +58,6 @@ impl<T: Real> OpenNoise<T> {
 /// The angle between two attitudes, rad, to within the third order of it.
 #[inline]
 pub(super) fn angle<T: Real>(from: &[T; 4], to: &[T; 4]) -> T {
-    let back = [from[0], -from[1], -from[2], -from[3]];
-    let [_, x, y, z] = quat_mul(to, &back);
+    let [_, x, y, z] = quat_mul(to, &conjugate(from));
     T::from_f64(2.0) * (x * x + y * y + z * z).sqrt()
 }

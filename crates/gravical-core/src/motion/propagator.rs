@@ -28,7 +28,7 @@ pub struct Propagator<T> {
     rotation: [[T; 3]; 3],
     gravity: [T; 3],
     acceleration: [T; 3],
-    way: Trapezoid<T>,
+    integral: Trapezoid<T>,
 }
 
 impl<T: Real> Propagator<T> {
@@ -43,7 +43,7 @@ impl<T: Real> Propagator<T> {
             rotation: matrix(&attitude),
             gravity,
             acceleration: zero,
-            way: Trapezoid::new(zero, zero),
+            integral: Trapezoid::new(zero, zero),
         }
     }
 
@@ -56,7 +56,7 @@ impl<T: Real> Propagator<T> {
             self.rotation = matrix(&self.attitude);
         }
         self.acceleration = sub(&mul_vec(&self.rotation, &force), &self.gravity);
-        self.way.update(self.acceleration, h_s);
+        self.integral.update(self.acceleration, h_s);
     }
 
     /// Starts anew at the next sample with an attitude and gravity; velocity and
@@ -71,9 +71,9 @@ impl<T: Real> Propagator<T> {
     }
 
     /// Starts anew at the next sample with a velocity, m/s, and a position, m.
-    pub fn place(&mut self, velocity: [T; 3], position: [T; 3]) {
+    pub fn set_velocity_position(&mut self, velocity: [T; 3], position: [T; 3]) {
         self.acceleration = [T::zero(); 3];
-        self.way.reset(velocity, position);
+        self.integral.reset(velocity, position);
     }
 
     /// Attitude at the last sample, sensor → frame.
@@ -97,12 +97,12 @@ impl<T: Real> Propagator<T> {
     /// Velocity at the last sample, m/s.
     #[must_use]
     pub fn velocity(&self) -> [T; 3] {
-        self.way.velocity()
+        self.integral.velocity()
     }
 
     /// Position at the last sample, m.
     #[must_use]
     pub fn position(&self) -> [T; 3] {
-        self.way.position()
+        self.integral.position()
     }
 }

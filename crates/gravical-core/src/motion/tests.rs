@@ -1,7 +1,6 @@
 use std::vec::Vec;
 
 use super::*;
-use crate::integrate::Trapezoid;
 use crate::still::RestNoise;
 
 fn noise() -> RestNoise<f64> {
@@ -33,8 +32,8 @@ fn line(i: usize, draw: &mut Draw) -> ([f64; 3], [f64; 3]) {
     (force, core::array::from_fn(|_| 0.01 + 1e-3 * draw.next()))
 }
 
-fn run<T: Real>(config: MotionConfig<T>, rows: usize) -> (Motion<T, (), 128>, Vec<Phase>) {
-    let mut motion = Motion::new(config, ()).unwrap();
+fn run<T: Real>(config: MotionConfig<T>, rows: usize) -> (Motion<T, 128>, Vec<Phase>) {
+    let mut motion = Motion::new(config).unwrap();
     let mut draw = Draw(1);
     let mut phases = Vec::new();
     for i in 0..rows {
@@ -88,83 +87,8 @@ fn single_precision_goes_the_same_way() {
 }
 
 #[test]
-fn what_came_before_the_mean_was_known_is_not_lost() {
-    let mut draw = Draw(3);
-    let rows: Vec<_> = (0..300).map(|i| line(i, &mut draw).0).collect();
-    let mut mean = [0.0; 3];
-    for f in &rows[..100] {
-        mean = add(&mean, &scaled(f, 0.01));
-    }
-    let mut way = Trapezoid::new([0.1, 0.0, 0.0], [1.0, 0.0, 0.0]);
-    let config = MotionConfig {
-        velocity_mps: [0.1, 0.0, 0.0],
-        position_m: [1.0, 0.0, 0.0],
-        ..MotionConfig::initial_mean(100)
-    };
-    let mut motion = Motion::<f64, (), 0>::new(config, ()).unwrap();
-    for (i, f) in rows.iter().enumerate() {
-        let h = if i % 3 == 0 { 0.004 } else { 0.011 };
-        way.update(sub(f, &mean), h);
-        motion.update(*f, [0.0; 3], h);
-        assert_eq!(motion.velocity_mps()[0].is_nan(), i < 99);
-    }
-    for (a, b) in [
-        (motion.velocity_mps(), way.velocity()),
-        (motion.position_m(), way.position()),
-    ] {
-        let off = norm(&sub(&a, &b));
-        assert!(off < 1e-12, "{a:?} {b:?}");
-    }
-}
-
-#[test]
-fn constant_speed_is_no_rest() {
-    // Half the sine: it goes on at 0.5 m/s.
-    let config = MotionConfig {
-        rests: Some((Plan::new(100.0), noise())),
-        ..MotionConfig::strapdown()
-    };
-    let mut motion = Motion::<f64, (), 128>::new(config, ()).unwrap();
-    let mut draw = Draw(5);
-    for i in 0..900 {
-        let (mut force, rate) = line(i, &mut draw);
-        if (500..=600).contains(&i) {
-            force[0] = 0.02 * draw.next();
-        }
-        motion.update(force, rate, 0.01);
-        assert!(i < 600 || motion.phase() == Phase::Moving, "{i}");
-    }
-    // Four standard deviations: 0.005 m/s by noise, 0.005 by the mean at rest, 0.006
-    // each by noise and bias of the gyroscope.
-    let v = motion.velocity_mps()[0];
-    assert!((v - 0.5).abs() < 0.045, "{v}");
-}
-
-#[test]
-fn a_gap_takes_the_position_and_a_rest_gives_the_velocity() {
-    let config = MotionConfig {
-        rests: Some((Plan::new(100.0), noise())),
-        ..MotionConfig::strapdown()
-    };
-    let mut motion = Motion::<f64, (), 128>::new(config, ()).unwrap();
-    let mut draw = Draw(5);
-    for i in 0..1000 {
-        if i == 450 {
-            motion.interrupt();
-        }
-        let (force, rate) = line(i, &mut draw);
-        motion.update(force, rate, 0.01);
-        if (450..600).contains(&i) {
-            assert!(motion.velocity_mps()[0].is_nan());
-        }
-    }
-    assert_eq!(motion.velocity_mps(), [0.0; 3]);
-    assert!(motion.position_m()[0].is_nan());
-}
-
-#[test]
 fn a_sample_that_is_no_number_is_stepped_over() {
-    let mut whole = Motion::<f64, (), 0>::new(MotionConfig::initial_mean(2), ()).unwrap();
+    let mut whole = Motion::<f64, 0>::new(MotionConfig::initial_mean(2)).unwrap();
     let mut holed = whole.clone();
     for i in 0..20 {
         let force = [f64::from(i), 0.0, 9.8];
@@ -178,13 +102,10 @@ fn a_sample_that_is_no_number_is_stepped_over() {
     let (a, b) = (holed.velocity_mps()[0], whole.velocity_mps()[0]);
     assert!((a - b).abs() < 1e-12, "{a} {b}");
     assert!(
-        Motion::<f64, (), 50>::new(
-            MotionConfig {
-                rests: Some((Plan::new(100.0), noise())),
-                ..MotionConfig::strapdown()
-            },
-            ()
-        )
+        Motion::<f64, 50>::new(MotionConfig {
+            rests: Some((Plan::new(100.0), noise())),
+            ..MotionConfig::strapdown()
+        })
         .is_err()
     );
 }

@@ -3,7 +3,7 @@
 
 use core::array::from_fn;
 
-use super::{Handedness, SixPositionError, SixPositionMeans, check_gravity, check_means, split};
+use super::{SixPositionError, SixPositionMeans, check_gravity, check_means, split};
 use crate::Real;
 use crate::calibration::{GyroscopeCalibration, rate_left};
 use crate::matrix3;
@@ -40,21 +40,6 @@ impl<T: Real> GyroscopeParameters<T> {
             g_sensitivity: self.g_sensitivity,
         })
     }
-
-    /// det R: near 1 for a sensor with nearly orthogonal axes that was turned
-    /// the way that was asked for, near −1 where it was turned the other way.
-    #[must_use]
-    pub fn orientation_determinant(&self) -> T {
-        matrix3::det(&self.orientation)
-    }
-
-    /// Whether R is right-handed. It is left-handed after an odd number of
-    /// turns the wrong way; two wrong turns show only as negative elements on
-    /// the diagonal of R.
-    #[must_use]
-    pub fn handedness(&self) -> Handedness {
-        Handedness::of(&self.orientation)
-    }
 }
 
 /// The gyroscope's reaction to acceleration, S = (U_g₊ − U_g₋)/2g.
@@ -88,9 +73,9 @@ pub fn g_sensitivity<T: Real>(
 /// With W the matrix whose *columns* are the turns, M = W (angle · I)⁻¹, K =
 /// the norms of its rows, R = K⁻¹M.
 ///
-/// An error of the angle is an error of the scale in the same proportion, and
-/// turns the other way round give R the wrong sign: see
-/// [`GyroscopeParameters::handedness`].
+/// An error of the angle is an error of the scale in the same proportion. A turn the
+/// other way round gives R the wrong sign: det R is near −1 after an odd number of them;
+/// two show only as negative elements on the diagonal of R.
 ///
 /// # Errors
 ///
@@ -197,11 +182,6 @@ impl<T: Real> TurnIntegral<T> {
     pub fn finish(self) -> [T; 3] {
         self.sum
     }
-
-    /// Back to zero for the next turn, with the same bias and g-sensitivity.
-    pub fn reset(&mut self) {
-        *self = Self::new(self.bias, self.g_sensitivity);
-    }
 }
 
 #[cfg(test)]
@@ -280,12 +260,11 @@ mod tests {
     #[test]
     fn turns_the_other_way_are_left_handed() {
         let asked = estimate::<f64>([-TAU; 3]);
-        assert_eq!(asked.handedness(), Handedness::Right);
-        assert!((asked.orientation_determinant() - 1.0).abs() < 0.01);
+        let determinant = |p: &GyroscopeParameters<f64>| matrix3::det(&p.orientation);
+        assert!((determinant(&asked) - 1.0).abs() < 0.01);
 
         let other = estimate::<f64>([TAU; 3]);
-        assert_eq!(other.handedness(), Handedness::Left);
-        assert!((other.orientation_determinant() + 1.0).abs() < 0.01);
+        assert!((determinant(&other) + 1.0).abs() < 0.01);
         for i in 0..3 {
             assert!((other.orientation[i][i] + 1.0).abs() < 0.01);
             // The values that were asked for all the same: the scale is right.
@@ -294,7 +273,7 @@ mod tests {
 
         // Two wrong turns leave the determinant positive: look at the diagonal.
         let two = estimate::<f64>([TAU, TAU, -TAU]);
-        assert_eq!(two.handedness(), Handedness::Right);
+        assert!(determinant(&two) > 0.0);
         assert!(two.orientation[0][0] < 0.0 && two.orientation[1][1] < 0.0);
     }
 
@@ -342,8 +321,6 @@ mod tests {
             plain += 0.1 * 0.001;
         }
         let compensated = integral.finish();
-        integral.reset();
-        assert_eq!(integral.finish(), [0.0; 3]);
         assert!((compensated[0] - 100.0).abs() < 1e-4, "{compensated:?}");
         assert!((plain - 100.0).abs() > 0.01, "{plain}");
     }

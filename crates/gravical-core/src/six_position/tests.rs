@@ -92,7 +92,7 @@ fn the_report() {
         [-0.05108319, 0.00527653, 0.99868046],
         1e-3,
     );
-    assert_eq!(parameters.handedness(), Handedness::Right);
+    assert!((parameters.orientation_determinant() - 1.0).abs() < 0.01);
 }
 
 #[test]
@@ -157,7 +157,6 @@ fn swapped_files_are_left_handed() {
         let mut swapped = REPORT;
         core::mem::swap(&mut swapped.plus[axis], &mut swapped.minus[axis]);
         let parameters = ferraris_accelerometer(&swapped, 9.81).unwrap();
-        assert_eq!(parameters.handedness(), Handedness::Left);
         assert!((parameters.orientation_determinant() + 1.0).abs() < 0.01);
 
         // Two axes taken for one another.
@@ -165,7 +164,7 @@ fn swapped_files_are_left_handed() {
         swapped.plus.swap(axis, (axis + 1) % 3);
         swapped.minus.swap(axis, (axis + 1) % 3);
         let parameters = ferraris_accelerometer(&swapped, 9.81).unwrap();
-        assert_eq!(parameters.handedness(), Handedness::Left);
+        assert!((parameters.orientation_determinant() + 1.0).abs() < 0.01);
     }
 }
 

@@ -96,22 +96,6 @@ impl<T: Real, const N: usize> Detector<T, N> {
         matches!(self.state, State::Still { .. })
     }
 
-    /// Samples taken so far.
-    #[must_use]
-    pub fn samples(&self) -> usize {
-        self.next
-    }
-
-    /// Mean of the reference while it rests: gravity and the bias of the gyroscope;
-    /// none before there is one.
-    #[must_use]
-    pub fn reference(&self) -> Option<[T; CHANNELS]> {
-        match &self.state {
-            State::Still { statistic, .. } => statistic.reference(),
-            State::Moving { .. } => None,
-        }
-    }
-
     /// Forgets everything but the noise.
     pub fn reset(&mut self) {
         self.next = 0;
@@ -260,7 +244,7 @@ mod tests {
             let shake = if i % 2 == 0 { 0.2 } else { -0.2 };
             assert_eq!(detector.update([shake, 0.0, 9.81], None), None);
         }
-        assert!(!detector.is_still() && detector.reference().is_none());
+        assert!(!detector.is_still());
     }
 
     #[test]
@@ -293,8 +277,6 @@ mod tests {
         }
         assert_eq!(events.len(), 3, "{events:?}");
         assert!(matches!(events[2], Event::Began { since } if (500..506).contains(&since)));
-        let reference = detector.reference().unwrap();
-        assert!((reference[0] - 9.81).abs() < 1e-9);
     }
 
     #[test]

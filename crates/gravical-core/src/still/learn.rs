@@ -56,12 +56,6 @@ impl<T: Real> Learner<T> {
         self
     }
 
-    /// Whole blocks so far.
-    #[must_use]
-    pub fn blocks(&self) -> usize {
-        self.blocks
-    }
-
     /// Takes a sample: specific force, m/s², and angular rate, rad/s. One with a
     /// value that is not finite is left out.
     pub fn update(&mut self, force_mps2: [T; 3], rate_rad_s: Option<[T; 3]>) {
@@ -149,7 +143,6 @@ mod tests {
             let v = if i % 2 == 0 { 0.1 } else { -0.1 };
             learner.update([v, v, 9.81 + v], None);
         }
-        assert_eq!(learner.blocks(), 20);
         let noise = learner.noise().unwrap();
         assert!(noise.variance[..3].iter().all(|v| (v - 0.01).abs() < 1e-4));
         assert!((noise.mean_variance[0][2] - noise.variance[2]).abs() < 1e-9);

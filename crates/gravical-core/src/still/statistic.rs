@@ -87,12 +87,6 @@ impl<T: Real> Statistic<T> {
         }
     }
 
-    /// Samples of the rest so far.
-    #[must_use]
-    pub fn samples(&self) -> usize {
-        self.samples
-    }
-
     /// The reference of the shortest window, once there is one.
     #[must_use]
     pub fn reference(&self) -> Option<[T; CHANNELS]> {

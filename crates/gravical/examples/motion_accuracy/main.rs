@@ -65,8 +65,10 @@ fn main() -> Result<(), AnyError> {
 
 /// Cells whose errors are reported.
 fn errors() -> Vec<Cell> {
-    let mut by_hand = MotionOptions::default();
-    by_hand.rests.given_s = Some(vec![(0.0, 5.0), (7.01, 13.0)]);
+    let by_hand = MotionOptions {
+        rests_s: Some(vec![(0.0, 5.0), (7.01, 13.0)]),
+        ..MotionOptions::default()
+    };
     let wobble = Cell {
         tilt_change_deg: 3.0,
         ..line()

@@ -11,6 +11,8 @@
 
 use std::ops::Range;
 
+use crate::stats::SortedWindow;
+
 /// 1/Φ⁻¹(3/4).
 const FROM_MEDIAN: f64 = 1.482_602_218_505_602;
 /// √(π/2).
@@ -28,20 +30,19 @@ pub(super) fn hampel(
     let half = window / 2;
     // The samples of the window, except the newest one.
     let first = rows.start.saturating_sub(half)..(rows.start + half).min(x.len());
-    let mut sorted: Vec<f64> = Vec::with_capacity(window + 1);
-    sorted.extend_from_slice(x.get(first).unwrap_or_default());
-    sorted.sort_unstable_by(f64::total_cmp);
+    let first = x.get(first).unwrap_or_default();
+    let mut sorted = SortedWindow::new(first.iter().copied());
     let mut replaced = 0;
     for i in rows.clone() {
         if let Some(sample) = x.get(i + half) {
-            insert(&mut sorted, *sample);
+            sorted.insert(*sample);
         }
         if i > rows.start
             && let Some(old) = i.checked_sub(half + 1)
         {
-            remove(&mut sorted, x[old]);
+            sorted.remove(x[old]);
         }
-        let median = middle_of(&sorted);
+        let median = sorted.median().unwrap_or(f64::NAN);
         let off = (x[i] - median).abs();
         // For most samples the first condition fails, so the spread is not computed.
         let is_outlier = off > 0.0 && off > sigmas * spread(&sorted, median);
@@ -51,58 +52,15 @@ pub(super) fn hampel(
     replaced
 }
 
-fn insert(sorted: &mut Vec<f64>, value: f64) {
-    let at = sorted.partition_point(|v| v.total_cmp(&value).is_lt());
-    sorted.insert(at, value);
-}
-
-fn remove(sorted: &mut Vec<f64>, value: f64) {
-    let at = sorted.partition_point(|v| v.total_cmp(&value).is_lt());
-    if at < sorted.len() {
-        sorted.remove(at);
-    }
-}
-
-fn middle_of(sorted: &[f64]) -> f64 {
-    let half = sorted.len() / 2;
-    match sorted.len() % 2 {
-        1 => sorted[half],
-        _ if half > 0 => 0.5 * (sorted[half - 1] + sorted[half]),
-        _ => f64::NAN,
-    }
-}
-
-/// Robust standard deviation of a sorted window.
-fn spread(sorted: &[f64], median: f64) -> f64 {
-    let n = sorted.len();
-    // Deviations in ascending order: away from the median on both sides.
-    let mut below = sorted.partition_point(|v| *v <= median);
-    let mut above = below;
-    let (mut last, mut before) = (0.0, 0.0);
-    for _ in 0..=n / 2 {
-        before = last;
-        let down = below
-            .checked_sub(1)
-            .map_or(f64::INFINITY, |i| median - sorted[i]);
-        let up = sorted.get(above).map_or(f64::INFINITY, |v| v - median);
-        if down <= up {
-            last = down;
-            below -= 1;
-        } else {
-            last = up;
-            above += 1;
-        }
-    }
-    let typical = if n % 2 == 1 {
-        last
-    } else {
-        0.5 * (before + last)
-    };
+/// Robust standard deviation of a window.
+fn spread(window: &SortedWindow, median: f64) -> f64 {
+    let typical = window.median_deviation(median);
     if typical > 0.0 {
         return FROM_MEDIAN * typical;
     }
-    let mean = sorted.iter().map(|v| (v - median).abs()).sum::<f64>() / n as f64;
-    FROM_MEAN * mean
+    let values = window.values();
+    let sum = values.iter().map(|v| (v - median).abs()).sum::<f64>();
+    FROM_MEAN * (sum / values.len() as f64)
 }
 
 #[cfg(test)]

@@ -650,7 +650,7 @@ kinds! {
             "computed forwards from the last rest without drift correction"
             "rest after the last move";
         RowsLeftOut "rows-left-out" Note
-            "incomplete rows, or rows whose time stamp does not advance"
+            "incomplete rows, or rows whose time stamp is before that of the row before"
             "skipped; the time step spans them"
             "nothing";
         V0NotUsed "v0-not-used" Warning

@@ -71,11 +71,13 @@ impl RandomWalk {
                 true => format!(", {:.2} times that of the rests", (own / rest).sqrt()),
                 false => String::new(),
             };
-            format!("{sensor} {:.2e} {unit}{ratio}", own.sqrt())
+            let n = own.sqrt();
+            format!("N of the noise file for the {sensor} ({n:.2e} {unit}{ratio})")
         };
         let (accel, gyro) = (self.accel_mean(), self.gyro);
-        let of_rests =
-            |sensor: &str| format!("{sensor} that of the rests, as N of an axis is not determined");
+        let of_rests = |sensor: &str| {
+            format!("for the {sensor} N of the rests, because the file lacks N of an axis")
+        };
         let of_accel = match noise.densities('a') {
             Some(n) => {
                 self.accel = options.axes.to_case(n).map(|n| n * n);
@@ -90,7 +92,7 @@ impl RandomWalk {
             }
             None => of_rests("gyroscope"),
         };
-        let text = format!("the bands use N of the noise file: {of_accel}; {of_gyro}");
+        let text = format!("the bands use {of_accel}; {of_gyro}");
         (self, Some(Finding::new(FindingKind::NoiseUsed, text)))
     }
 

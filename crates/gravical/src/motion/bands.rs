@@ -25,7 +25,7 @@ const STANCE_MPS: f64 = 0.02;
 pub(super) struct LegNoise {
     /// N² along the axes of the frame, m²/s³.
     pub accel: [f64; 3],
-    /// The rest at its start, the gyroscope, and a wobble without one.
+    /// The rest at its start, the gyroscope, and a change of tilt without one.
     pub open: OpenNoise<f64>,
     /// Variance of the tilt at the first rest, rad².
     pub level_near: f64,
@@ -141,8 +141,8 @@ impl LegNoise {
         };
         let g2 = self.open.gravity.powi(2);
         let moving = (tau - t0).max(0.0);
-        let tilt_v = g2 * self.open.wobble * moving * moving;
-        let tilt_p = g2 * self.open.wobble * moving.powi(4) / 4.0;
+        let tilt_v = g2 * self.open.tilt_change * moving * moving;
+        let tilt_p = g2 * self.open.tilt_change * moving.powi(4) / 4.0;
         (
             Variances {
                 noise: self.accel.map(|n| n * v.max(0.0)),
@@ -266,7 +266,7 @@ mod tests {
             open: OpenNoise {
                 gyro: 0.0,
                 bias: 0.0,
-                wobble: 0.0,
+                tilt_change: 0.0,
                 gravity: 1.0,
                 rest_s: REST,
             },
@@ -342,9 +342,16 @@ mod tests {
         let draw = |rng: &mut ChaCha8Rng, n: usize| -> Vec<f64> {
             (0..n).map(|_| white(rng) / H.sqrt()).collect()
         };
+        let none = Noise {
+            bias: 0.0,
+            level: 0.0,
+            accel: 1.0,
+            seen: 1.0,
+        };
+        let smoother = Smoother::new(T, 1.0, none, none, |_, _| (0.0, 0.0));
         compare(draw, true, |tau| {
-            let (t, n) = (T, tau);
-            (n * (t - n) / t, n.powi(3) / 3.0 - n.powi(4) / (4.0 * t))
+            let (v, p) = unit.between(&smoother, tau, &Unmodelled::default());
+            (v.noise[2], p.noise[2])
         });
         let with_mean = |rng: &mut ChaCha8Rng, n: usize| -> Vec<f64> {
             let mean = white(rng) / REST.sqrt();

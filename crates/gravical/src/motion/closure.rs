@@ -18,7 +18,7 @@
 
 use std::ops::Range;
 
-use gravical_core::strapdown::rotate;
+use gravical_core::strapdown::{conjugate, rotate};
 
 use super::bands::Unmodelled;
 use super::course::Course;
@@ -219,8 +219,7 @@ impl Setup<'_> {
         ] {
             // In the sensor's axes; before the move and after it, it is less the velocity
             // that is left.
-            let back = [attitude[0], -attitude[1], -attitude[2], -attitude[3]];
-            let gained = rotate(&back, &closure.velocity.map(|v| -v));
+            let gained = rotate(&conjugate(attitude), &closure.velocity.map(|v| -v));
             self.add_slowly(rest, late, &gained, leg.seconds(), &mut out);
         }
         out

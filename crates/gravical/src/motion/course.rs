@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use gravical_core::matrix3::{mul_vec, sub};
-use gravical_core::strapdown::quat_mul;
+use gravical_core::strapdown::{conjugate, quat_mul};
 
 use super::bands::{LegNoise, Steps, Unmodelled};
 use super::leg::{Closure, Columns, Forward, Leg, Removal};
@@ -184,6 +184,5 @@ impl<'a> Course<'a> {
 /// How far the first attitude is turned about the vertical against the second,
 /// rad; small.
 fn heading(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    let back = [b[0], -b[1], -b[2], -b[3]];
-    2.0 * quat_mul(a, &back)[3]
+    2.0 * quat_mul(a, &conjugate(b))[3]
 }

@@ -77,7 +77,7 @@ pub(super) fn static_drift(setup: &Setup<'_>) -> Option<(StaticDrift, DriftTrack
     }
     // Nothing moves, so nothing tilts.
     let mut noise = setup.noise(&leg);
-    (noise.open.wobble, noise.open.rest_s) = (0.0, start.seconds);
+    (noise.open.tilt_change, noise.open.rest_s) = (0.0, start.seconds);
     track.sigma_m = track
         .t_s
         .iter()

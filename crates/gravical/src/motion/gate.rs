@@ -20,10 +20,11 @@ pub(super) use gravical_core::motion::FAR;
 use gravical_core::strapdown::level;
 
 use super::anchors::{Anchors, Side};
-use super::leg::Forward;
+use super::leg::{Forward, Leg};
 use super::parameters::{Direction, STEP};
 use super::setup::Setup;
 use super::still::Noise;
+use super::unfollowed::missed_rad;
 
 /// A velocity that an error of the acceleration of this size explains is no
 /// motion when nothing after it comes to rest, m/s².
@@ -343,8 +344,15 @@ impl Gate<'_> {
         let start = anchors.at(self.candidates, from, Side::Last);
         let far = setup.view.samples.len() - 1;
         let leg = setup.leg(near, far, start, None, level(start.force, 0.0));
-        let noise = setup.noise(&leg);
-        let wobble = noise.open.wobble * noise.open.gravity.powi(2);
+        // Of the rest alone: what is missed on the way comes with each hop.
+        let alone = Leg {
+            far: near,
+            ..leg.clone()
+        };
+        let mut noise = setup.noise(&alone);
+        // Turn that was missed so far, rad, and the sample up to which.
+        let (mut missed, mut told) = (0.0, near);
+        let wobble = noise.open.tilt_change * noise.open.gravity.powi(2);
         let mut nominal = Forward::new(&leg, Direction::NONE);
         // Most rests are so near to zero that noise alone allows it.
         let mut changed: Vec<Forward<'_>> = Vec::new();
@@ -386,6 +394,10 @@ impl Gate<'_> {
                 let count = span.start + at - near + 1;
                 nominal.advance_to(count);
                 let velocity = nominal.propagator.velocity();
+                let here = span.start + at + 1;
+                missed += missed_rad(setup.view.samples, told..here);
+                told = here;
+                noise.open.gyro = setup.tilt_density(missed, inside[at] - t_s[near]);
                 let (by_noise, _) = noise.open(inside[at] - t_s[near]);
                 let mut variance: [f64; 3] =
                     std::array::from_fn(|i| by_noise.noise[i] + by_noise.tilt[i] + floor * floor);
@@ -428,5 +440,83 @@ impl Gate<'_> {
             out.push(judged);
         }
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::motion::anchors::RandomWalk;
+    use crate::motion::hidden::Hidden;
+    use crate::motion::options::GravityRemoval;
+    use crate::motion::samples::{Samples, View};
+
+    /// 100 Hz for 200 s: swings to and fro about y for 2 s from each of `starts` on, 2.5 rad/s
+    /// of which the gyroscope tells 2.4; at rest before, between and after them.
+    fn judged(starts: &[usize]) -> Vec<Judged> {
+        const N: usize = 20_000;
+        let (most, end) = (2.5, 2.4);
+        let since = |i: usize| {
+            starts
+                .iter()
+                .find(|s| (**s..**s + 200).contains(&i))
+                .map(|s| i - s)
+        };
+        let phase = |i: usize| since(i).map_or(0.0, |k| PI * 0.01 * k as f64);
+        let rate = |i: usize| most * phase(i).sin();
+        let angle = |i: usize| most / PI * (1.0 - phase(i).cos());
+        let samples = Samples {
+            t_s: (0..N).map(|i| 0.01 * i as f64).collect(),
+            force_mps2: [
+                (0..N).map(|i| -9.81 * angle(i).sin()).collect(),
+                vec![0.0; N],
+                (0..N).map(|i| 9.81 * angle(i).cos()).collect(),
+            ],
+            rate_rad_s: Some([
+                vec![0.0; N],
+                (0..N).map(|i| rate(i).clamp(-end, end)).collect(),
+                vec![0.0; N],
+            ]),
+            clipped: (0..N).filter(|i| rate(*i).abs() >= end).collect(),
+            ..Samples::default()
+        };
+        let setup = Setup {
+            view: View::calibrated(&samples),
+            stances: &[],
+            walk: RandomWalk::default(),
+            rides: &[],
+            directions: &[],
+            removal: GravityRemoval::Strapdown,
+            mean: None,
+            wobble: 0.0,
+            clock_error: 0.0,
+            v0: [0.0; 3],
+            p0: [0.0; 3],
+            hidden: Hidden::new(&RandomWalk::default(), &samples, &[]),
+            bands: false,
+        };
+        let mut rests = Vec::new();
+        let mut from = 0;
+        for start in starts {
+            rests.push(from..*start);
+            from = start + 201;
+        }
+        rests.push(from..N);
+        judge(&setup, &rests, None)
+    }
+
+    #[test]
+    fn a_hop_allows_for_the_turn_that_it_missed_itself() {
+        // However long it rests afterwards.
+        let one = judged(&[500]);
+        assert!(norm(&one[1].velocity) > 0.1, "{:?}", one[1]);
+        assert!(one[1].rest && !one[1].overruled, "{:?}", one[1]);
+        // A third of g φ T at the least, and no more for what swings later.
+        assert!(one[1].sigma[0] > norm(&one[1].velocity) / 3.0);
+        let many = judged(&[500, 5000, 6000, 7000, 8000, 9000]);
+        assert_eq!(many[1].sigma, one[1].sigma);
+        assert!(many.iter().all(|j| j.rest && !j.overruled));
     }
 }

@@ -8,9 +8,9 @@
 use std::ops::Range;
 
 use gravical_core::integrate::Trapezoid;
-use gravical_core::matrix3::{add, cross, norm, scaled, sub};
+use gravical_core::matrix3::{add, norm, scaled, sub};
 use gravical_core::motion::Propagator;
-use gravical_core::strapdown::{from_rotation_vector, levelling_error, quat_mul};
+use gravical_core::strapdown::{from_rotation_vector, levelling_error, quat_mul, rotate};
 
 use super::parameters::Direction;
 use super::samples::View;
@@ -185,25 +185,22 @@ impl Leg<'_> {
             };
             let g = forward.propagator.gravity()[2];
             let more = closing.magnitude_gain * (norm(&end) - g);
-            let mut way = Trapezoid::new(self.v0, [0.0; 3]);
+            let mut integral = Trapezoid::new(self.v0, [0.0; 3]);
             let mut before = 0.0;
             for (k, a) in columns.acceleration.iter_mut().enumerate() {
                 let tau = columns.tau[k];
-                let turned = upright.apply(tau, &[a[0], a[1], a[2] + g]);
+                let turned = rotate(&upright.rotation(tau), &[a[0], a[1], a[2] + g]);
                 *a = [turned[0], turned[1], turned[2] - g - self.share(tau) * more];
-                way.update(*a, tau - before);
+                integral.update(*a, tau - before);
                 before = tau;
-                columns.velocity[k] = way.velocity();
-                columns.position[k] = way.position();
+                columns.velocity[k] = integral.velocity();
+                columns.position[k] = integral.position();
             }
             for (q, tau) in columns.attitude.iter_mut().zip(&columns.tau) {
-                *q = quat_mul(&from_rotation_vector(&upright.vector(*tau)), q);
+                *q = quat_mul(&upright.rotation(*tau), q);
             }
-            out.attitude = quat_mul(
-                &from_rotation_vector(&upright.vector(self.total())),
-                &out.attitude,
-            );
-            out.left_over = way.velocity();
+            out.attitude = quat_mul(&upright.rotation(self.total()), &out.attitude);
+            out.left_over = integral.velocity();
         }
         if !self.stances.is_empty() {
             self.stand(columns);
@@ -300,7 +297,7 @@ impl<'a> Forward<'a> {
         };
         let attitude = leg.removal.levelled(&leg.attitude, &start);
         let mut propagator = Propagator::new(attitude, leg.removal.follows(), gravity);
-        propagator.place(leg.v0, [0.0; 3]);
+        propagator.set_velocity_position(leg.v0, [0.0; 3]);
         Forward {
             leg,
             change,
@@ -376,34 +373,13 @@ struct Upright<'a> {
 }
 
 impl Upright<'_> {
-    /// Its rotation vector, rad.
     #[inline]
-    fn vector(&self, tau: f64) -> [f64; 3] {
+    fn rotation(&self, tau: f64) -> [f64; 4] {
         let [of_tilt, of_velocity] = self.smoother.tilt_gain(tau);
         // An error φ of the attitude turns gravity into g (φ_y, −φ_x); what is
         // missing is −φ.
         let x = -of_tilt * self.missing[1] + of_velocity * self.left[0];
         let y = of_tilt * self.missing[0] + of_velocity * self.left[1];
-        [y, -x, 0.0]
-    }
-
-    /// `v`, turned (Rodrigues).
-    #[inline]
-    fn apply(&self, tau: f64, v: &[f64; 3]) -> [f64; 3] {
-        let r = self.vector(tau);
-        let squared = r[0] * r[0] + r[1] * r[1];
-        // sin φ/φ and (1 − cos φ)/φ²; the series to 1e-11 where it is taken.
-        let (sine, versine) = if squared < 0.09 {
-            (
-                1.0 - squared / 6.0 * (1.0 - squared / 20.0 * (1.0 - squared / 42.0)),
-                0.5 - squared / 24.0 * (1.0 - squared / 30.0 * (1.0 - squared / 56.0)),
-            )
-        } else {
-            let angle = squared.sqrt();
-            (angle.sin() / angle, (1.0 - angle.cos()) / squared)
-        };
-        let first = cross(&r, v);
-        let second = cross(&r, &first);
-        std::array::from_fn(|i| v[i] + sine * first[i] + versine * second[i])
+        from_rotation_vector(&[y, -x, 0.0])
     }
 }

@@ -80,14 +80,13 @@ use path::Known;
 use prepare::{Prepared, prepare, with_scales};
 use samples::View;
 use setup::Setup;
-use still::Noise;
+use still::{Noise, check_inside};
 
 pub use hidden::VisibleMove;
 pub use misfit::GravityMisfit;
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
-pub use stance::StanceOptions;
-pub use still::{Intervals, RestOptions};
+pub use still::Intervals;
 pub use stream::{Streamed, motion_stream};
 pub use table::{Table, write_table};
 
@@ -169,7 +168,7 @@ fn compute(
     findings.extend(words::rows_left_out(&left_out));
 
     // Where does it rest, and which of the quiet stretches is a rest?
-    options.rests.validate_for(&samples)?;
+    check_inside(&samples, options.rests_s.as_deref().unwrap_or_default())?;
     let by_mean = options.gravity_removal == GravityRemoval::InitialMean;
     let found = opening::rests(&samples, options);
     let file = calibration.map(|c| c.file);
@@ -212,7 +211,7 @@ fn compute(
         bands: options.bands && (by_mean || !rests.is_empty()),
     };
     let mut rides = Vec::new();
-    if options.zero_velocity && options.rests.given_s.is_none() {
+    if options.zero_velocity && options.rests_s.is_none() {
         (rests, rides) = gated(&setup, &rests, found.accel.as_ref(), &mut findings);
     }
     // The first that was quiet may be no rest: then gravity is another one's.
@@ -254,7 +253,7 @@ fn compute(
         plan::whole(&samples)
     } else if !options.zero_velocity
         && options.v0_mps.is_some()
-        && options.rests.given_s.is_none()
+        && options.rests_s.is_none()
         && !rests.is_empty()
     {
         // What moves from the start is no rest; it levels all the same.

@@ -1,7 +1,7 @@
 //! How motion is computed.
 
-use super::stance::StanceOptions;
-use super::still::RestOptions;
+use super::stance::STANCE_RATE_RAD_S;
+use super::still::check_intervals;
 use crate::calibration_file::NoiseSection;
 use crate::denoise::{Edge, FilterSpec};
 use crate::gravity::Gravity;
@@ -38,10 +38,12 @@ pub struct MotionOptions {
     pub edge: Edge,
     /// Whether velocity is zero at rests. Default true.
     pub zero_velocity: bool,
-    /// How rests are found, or where they are.
-    pub rests: RestOptions,
-    /// How the stances of a walking foot are found between rests.
-    pub stance: StanceOptions,
+    /// Rests given by hand, s; then none are searched. Default none; each has to end after it
+    /// starts, the last may end at infinity.
+    pub rests_s: Option<Vec<(f64, f64)>>,
+    /// Angular rate that a walking foot in stance stays under, rad/s; without one stances are not
+    /// looked for. Default 0.6; range 0.01 to 5.
+    pub stance_rate_rad_s: Option<f64>,
     /// Velocity at the start, m/s, in the frame of the result; used where
     /// nothing rests, and without zero velocity. Default: it starts at rest, or its
     /// velocity follows from the first rest.
@@ -78,8 +80,8 @@ impl Default for MotionOptions {
             smooth: Vec::new(),
             edge: Edge::default(),
             zero_velocity: true,
-            rests: RestOptions::default(),
-            stance: StanceOptions::default(),
+            rests_s: None,
+            stance_rate_rad_s: Some(STANCE_RATE_RAD_S),
             v0_mps: None,
             p0_m: [0.0; 3],
             noise: None,
@@ -116,14 +118,15 @@ impl MotionOptions {
     pub fn rests_at_start(&self) -> bool {
         self.gravity_removal == GravityRemoval::InitialMean
             && !self.zero_velocity
-            && self.rests.given_s.is_none()
+            && self.rests_s.is_none()
     }
 
     /// Checks ranges.
     ///
     /// # Errors
     ///
-    /// `option-range` (usage).
+    /// `option-range` (usage); `rests-syntax` (usage) for a rest that is no number or ends before
+    /// it starts.
     pub fn validate(&self) -> Result<()> {
         let wrong = |option, what: String| Err(Error::range(option, what));
         if self.initial_rows < 2 {
@@ -156,8 +159,15 @@ impl MotionOptions {
                 );
             }
         }
-        self.rests.validate()?;
-        self.stance.validate()?;
+        check_intervals(self.rests_s.as_deref().unwrap_or_default())?;
+        if let Some(rate) = self.stance_rate_rad_s
+            && !(0.01..=5.0).contains(&rate)
+        {
+            return wrong(
+                "stance_rate_rad_s",
+                format!("{rate} is not possible; 0.01 to 5 is"),
+            );
+        }
         let start = self.v0_mps.unwrap_or_default();
         if !start.iter().chain(&self.p0_m).all(|v| v.is_finite()) {
             let option = if self.p0_m.iter().all(|v| v.is_finite()) {

@@ -20,7 +20,7 @@ pub(super) enum Stretch {
     },
     /// Samples between two rests of which something is missing.
     Lost { from: usize, to: usize, why: Loss },
-    /// A gap while at rest: nothing moved.
+    /// A gap while at rest: nothing moved. Zero where nothing tells how long it is.
     QuietGap { gap_s: f64 },
 }
 
@@ -39,9 +39,10 @@ pub(super) fn plan(samples: &Samples, rests: &[Range<usize>], zero_velocity: boo
     let Some(first) = rests.first() else {
         return without_rest(samples);
     };
+    let gaps = Gaps::new(samples);
     let mut out = Vec::new();
     if first.start > 0 {
-        match broken(samples, 0, first.start) {
+        match gaps.within(0, first.start) {
             Some(gap_s) => out.push(Stretch::Lost {
                 from: 0,
                 to: first.start,
@@ -65,7 +66,7 @@ pub(super) fn plan(samples: &Samples, rests: &[Range<usize>], zero_velocity: boo
             None if from < last => (last, Ends::FromRest, None),
             None => break,
         };
-        match broken(samples, from, to) {
+        match gaps.within(from, to) {
             None => out.push(Stretch::Leg {
                 from,
                 to,
@@ -127,7 +128,7 @@ fn without_rest(samples: &Samples) -> Vec<Stretch> {
             from: end,
             to: last,
             why: Loss::Gap {
-                seconds: broken(samples, end, last).unwrap_or(f64::NAN),
+                seconds: Gaps::new(samples).within(end, last).unwrap_or(0.0),
             },
         });
     }
@@ -144,14 +145,40 @@ pub(super) fn whole(samples: &Samples) -> Vec<Stretch> {
     out
 }
 
-/// The longest gap at a break after `from` and up to `to`, s; none without a
-/// break.
-fn broken(samples: &Samples, from: usize, to: usize) -> Option<f64> {
-    let start = samples.breaks.partition_point(|b| *b <= from);
-    let inside = samples.breaks[start..].iter().take_while(|b| **b <= to);
-    inside
-        .map(|b| samples.t_s[*b] - samples.t_s[b - 1])
-        .reduce(f64::max)
+/// What is missing between two samples that do not follow each other, `seconds` apart, where
+/// usual ones are `step_s` apart, s: zero where no stamp shows a gap.
+pub(super) fn missing_s(seconds: f64, step_s: f64) -> f64 {
+    if seconds <= 1.5 * step_s {
+        0.0
+    } else {
+        seconds
+    }
+}
+
+/// Breaks, and how much is missing at each.
+struct Gaps<'a> {
+    samples: &'a Samples,
+    step_s: f64,
+}
+
+impl<'a> Gaps<'a> {
+    fn new(samples: &'a Samples) -> Self {
+        let step_s = match samples.breaks.is_empty() {
+            true => f64::NAN,
+            false => samples.median_step_s(),
+        };
+        Gaps { samples, step_s }
+    }
+
+    /// The longest gap at a break after `from` and up to `to`, s; none without a break.
+    fn within(&self, from: usize, to: usize) -> Option<f64> {
+        let Samples { t_s, breaks, .. } = self.samples;
+        let start = breaks.partition_point(|b| *b <= from);
+        let inside = breaks[start..].iter().take_while(|b| **b <= to);
+        inside
+            .map(|b| missing_s(t_s[*b] - t_s[b - 1], self.step_s))
+            .reduce(f64::max)
+    }
 }
 
 fn same_pose(samples: &Samples, a: &Range<usize>, b: &Range<usize>) -> bool {
@@ -169,6 +196,7 @@ fn same_pose(samples: &Samples, a: &Range<usize>, b: &Range<usize>) -> bool {
 // One rest is a range in a list.
 #[allow(clippy::single_range_in_vec_init)]
 mod tests {
+    use super::super::result::Move;
     use super::*;
 
     /// 1 Hz at rest, with a gap before each break.
@@ -247,6 +275,15 @@ mod tests {
             }
         );
         assert_eq!(all[3], leg(59, 80, Ends::RestToRest, Some(1), Some(2)));
+        let unstamped = plan(&samples(100, &[30], 1.0), &rests, true);
+        let Stretch::Lost { why, .. } = unstamped[1] else {
+            panic!("{unstamped:?}");
+        };
+        let reason = Move::lost(0.2, 0.4, why).reason.unwrap();
+        assert!(
+            reason.starts_with("the recording is interrupted in it:"),
+            "{reason}"
+        );
     }
 
     #[test]
@@ -255,6 +292,11 @@ mod tests {
         assert_eq!(
             plan(&s, &[0..20, 20..40], true)[1],
             Stretch::QuietGap { gap_s: 5.0 }
+        );
+        // Where no stamp tells how long it is, too.
+        assert_eq!(
+            plan(&samples(40, &[20], 1.0), &[0..20, 20..40], true)[1],
+            Stretch::QuietGap { gap_s: 0.0 }
         );
         s.force_mps2[0][20..].fill(1.0);
         assert_eq!(

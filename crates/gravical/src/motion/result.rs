@@ -177,16 +177,16 @@ pub struct Move {
     pub end_s: f64,
     /// What lies at its ends.
     pub ends: Ends,
-    /// From its own start to its own end, m; null when it is not usable.
+    /// From its own start to its own end, m; null where something is missing in it, or its
+    /// attitude is not known. Without a rest to believe it is given, though it is not usable.
     pub displacement_m: Option<[f64; 3]>,
     /// Standard uncertainty of it, m; null without bands.
     pub sigma_m: Option<[f64; 3]>,
     /// The displacement computed without the calibration, m; null without one.
     pub uncalibrated_m: Option<[f64; 3]>,
-    /// Highest speed, m/s; null when it is not usable.
+    /// Highest speed, m/s; null where something is missing in it, or its attitude is not known.
     pub peak_speed_mps: Option<f64>,
-    /// Length of the path: the integral of the speed, m; null when it is not
-    /// usable.
+    /// Length of the path: the integral of the speed, m; null where the peak is.
     pub path_m: Option<f64>,
     /// Velocity that the zero-velocity correction took off at its end, m/s; null
     /// where nothing was taken off.
@@ -207,7 +207,7 @@ pub struct Move {
 }
 
 impl Move {
-    /// One of which `gap_s` seconds are missing, or in which the recording is parted.
+    /// One of which `gap_s` seconds are missing, or in which the recording is interrupted.
     pub(super) fn lost(start_s: f64, end_s: f64, why: Loss) -> Self {
         Move {
             start_s,
@@ -227,7 +227,7 @@ impl Move {
                     format!("{seconds:.2} s are missing in it: how far it went then is not known")
                 }
                 Loss::Gap { .. } => {
-                    "the recording is parted in it: how far it went then is not known".to_owned()
+                    "the recording is interrupted in it: how far it went then is not known".to_owned()
                 }
                 Loss::Turn { radians } if radians.is_finite() => format!(
                     "it turns faster than the range of the gyroscope, which misses up to {:.0}° of it: the attitude is not known; record at a wider range",
@@ -244,7 +244,7 @@ impl Move {
 /// What is missing in a move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Loss {
-    /// Samples: the longest gap, s; zero where the recording is parted without one.
+    /// Samples: the longest gap, s; zero where nothing tells how long it is.
     Gap { seconds: f64 },
     /// A turn faster than the range of the gyroscope: so much of it, rad.
     Turn { radians: f64 },

@@ -1,5 +1,6 @@
 //! What a leg is made of: its anchors, the smoother between them, its noise.
 
+use std::f64::consts::PI;
 use std::ops::Range;
 
 use gravical_core::matrix3::{diagonal, dot, mul, norm, sub, transpose};
@@ -189,16 +190,21 @@ impl<'a> Setup<'a> {
             .fold(0.0, |most, (_, speed)| speed.max(most))
     }
 
-    /// Density of the tilt's walk along a leg, rad²/s: by the gyroscope's noise, and what it may
-    /// have missed at the end of its range, at an unknown moment.
+    /// Density of the tilt's walk along a leg, rad²/s.
     fn gyro_density(&self, near: usize, far: usize) -> f64 {
         let t_s = self.view.t_s();
-        let seconds = (t_s[far] - t_s[near]).abs();
         let missed = missed_rad(self.view.samples, near.min(far)..near.max(far) + 1);
-        if missed.is_finite() && seconds > 0.0 {
-            self.walk.gyro + missed * missed / seconds
-        } else {
-            self.walk.gyro
+        self.tilt_density(missed, (t_s[far] - t_s[near]).abs())
+    }
+
+    /// Density of the tilt's walk over `seconds`, rad²/s: by the gyroscope's noise, and by the
+    /// turn that it `missed` at the end of its range, rad, at an unknown moment. No tilt is off
+    /// by more than half a turn. Zero without a gyroscope that is followed.
+    pub(super) fn tilt_density(&self, missed: f64, seconds: f64) -> f64 {
+        match (self.removal().follows(), seconds > 0.0) {
+            (false, _) => 0.0,
+            (true, false) => self.walk.gyro,
+            (true, true) => self.walk.gyro + missed.min(PI).powi(2) / seconds,
         }
     }
 
@@ -213,9 +219,9 @@ impl<'a> Setup<'a> {
         LegNoise {
             accel: [spread[0][0], spread[1][1], spread[2][2]],
             open: OpenNoise {
-                gyro: only(follows, self.gyro_density(leg.near, leg.far)),
+                gyro: self.gyro_density(leg.near, leg.far),
                 bias: only(follows, leg.start.bias_variance),
-                wobble: only(!follows, self.wobble.powi(2)),
+                tilt_change: only(!follows, self.wobble.powi(2)),
                 gravity: g,
                 rest_s: match (leg.removal, self.mean) {
                     (Removal::Mean(_), Some((_, seconds))) => seconds,

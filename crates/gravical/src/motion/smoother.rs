@@ -308,7 +308,7 @@ mod tests {
         let by_formula = gravical_core::motion::OpenNoise {
             gyro: ng,
             bias: ng / rest,
-            wobble: 0.0,
+            tilt_change: 0.0,
             gravity: G,
             rest_s: rest,
         };

@@ -16,54 +16,13 @@ use std::ops::Range;
 use gravical_core::matrix3::{dot, norm, sub};
 
 use super::samples::Samples;
-use crate::{Error, Result};
-
-/// How stances are found.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StanceOptions {
-    /// Whether they are looked for. Default true.
-    pub search: bool,
-    /// Root mean square of the angular rate over the window that a foot in stance
-    /// stays under, rad/s. Default 0.6; range 0.01 to 5.
-    pub rate_rad_s: f64,
-    /// How far the specific force, averaged over the window, may be off gravity,
-    /// m/s². Default 2; range 0.01 to 50.
-    pub force_mps2: f64,
-    /// Window, s. Default 0.1; range 0.01 to 1.
-    pub window_s: f64,
-}
-
-impl Default for StanceOptions {
-    fn default() -> Self {
-        StanceOptions {
-            search: true,
-            rate_rad_s: 0.6,
-            force_mps2: 2.0,
-            window_s: 0.1,
-        }
-    }
-}
-
-impl StanceOptions {
-    /// Checks ranges.
-    ///
-    /// # Errors
-    ///
-    /// `option-range` (usage).
-    pub fn validate(&self) -> Result<()> {
-        for (name, value, low, high) in [
-            ("stance.rate_rad_s", self.rate_rad_s, 0.01, 5.0),
-            ("stance.force_mps2", self.force_mps2, 0.01, 50.0),
-            ("stance.window_s", self.window_s, 0.01, 1.0),
-        ] {
-            if !(low..=high).contains(&value) {
-                let what = format!("{value} is not possible; {low} to {high} is");
-                return Err(Error::range(name, what));
-            }
-        }
-        Ok(())
-    }
-}
+/// Root mean square of the angular rate over the window that a foot in stance stays under,
+/// rad/s.
+pub const STANCE_RATE_RAD_S: f64 = 0.6;
+/// How far the specific force, averaged over the window, may be off gravity, m/s².
+const FORCE_MPS2: f64 = 2.0;
+/// The window, s.
+const WINDOW_S: f64 = 0.1;
 
 /// Between two stances the foot turns faster than this, rad/s: a slow walk has 3,
 /// hands that carry something rarely 2.
@@ -76,19 +35,19 @@ pub const LONGEST_STEP_S: f64 = 3.0;
 const LEAST: usize = 3;
 
 /// Stances in `rows`, two samples each; `bias` is the gyroscope's, `gravity` the magnitude at rest,
-/// `step_s` the median step of the samples.
+/// `step_s` the median step of the samples, `rate_rad_s` as [`STANCE_RATE_RAD_S`].
 pub(super) fn stances(
     samples: &Samples,
     rows: Range<usize>,
     bias: &[f64; 3],
     gravity: f64,
     step_s: f64,
-    options: &StanceOptions,
+    rate_rad_s: f64,
 ) -> Vec<Range<usize>> {
-    if !options.search || samples.rate_rad_s.is_none() || rows.len() < 3 || step_s.is_nan() {
+    if samples.rate_rad_s.is_none() || rows.len() < 3 || step_s.is_nan() {
         return Vec::new();
     }
-    let half = ((0.5 * options.window_s / step_s).round() as usize).max(1);
+    let half = ((0.5 * WINDOW_S / step_s).round() as usize).max(1);
     let n = rows.len();
     // Running sums of ‖ω‖² and ‖f‖.
     let (mut turning, mut force) = (vec![0.0; n + 1], vec![0.0; n + 1]);
@@ -105,7 +64,7 @@ pub(super) fn stances(
         let count = window.len() as f64;
         let square = (turning[window.end] - turning[window.start]) / count;
         let off = (force[window.end] - force[window.start]) / count;
-        square < options.rate_rad_s.powi(2) && off.abs() < options.force_mps2
+        square < rate_rad_s.powi(2) && off.abs() < FORCE_MPS2
     };
     let mut found: Vec<Range<usize>> = Vec::new();
     let mut k = 0;
@@ -207,7 +166,7 @@ mod tests {
             &bias,
             9.8,
             0.01,
-            &StanceOptions::default(),
+            STANCE_RATE_RAD_S,
         )
     }
 

@@ -23,7 +23,7 @@ use super::prepare::{Prepared, gap_s, prepare, times};
 use super::result::MotionVerdict;
 use super::samples::Samples;
 use super::still::{Rests, find_rests};
-use super::table::time_decimals;
+use super::table::{Layout, time_decimals};
 use super::{
     Calibrated, GravityMisfit, GravityRemoval, MotionOptions, MotionResult, NoiseAtRest, Rates,
     words,
@@ -39,7 +39,7 @@ use crate::recording::timing::Treatment;
 use crate::recording::{Finding, FindingKind, ReadOptions, Recording, read_bytes};
 use crate::{Error, Result};
 
-use sink::{Pipeline, State};
+use sink::Pipeline;
 use smooth::Chain;
 use tracker::MoveTracker;
 
@@ -91,7 +91,9 @@ pub fn motion_stream(
     let mut sensor = Sensor::of(begin.accel, begin.gyro, options.axes).with_drift(drift);
     let mut nowhere = std::io::sink();
     let mut out = BlockWriter::new(out.unwrap_or(&mut nowhere));
-    out.bytes.extend_from_slice(pipeline.header());
+    if let Some(layout) = pipeline.table {
+        layout.header(&mut out.bytes);
+    }
     while let Some(row) = file.rows.next_row()? {
         let calibrated = sensor.calibrate(row.values, row.line);
         pipeline.row(&row, calibrated, &mut out.bytes);
@@ -169,7 +171,7 @@ impl Begin {
             scales,
             ..
         } = prepare(&mut recording.clone(), calibration, options)?;
-        let rests = find_rests(&samples, &options.rests);
+        let rests = find_rests(&samples, options.rests_s.as_deref());
         let walk = RandomWalk::new(rests.accel.as_ref(), rests.gyro.as_ref(), &samples);
         let applied = Applied {
             file: calibration.map(|c| c.file),
@@ -232,7 +234,7 @@ impl Begin {
             GravityRemoval::Strapdown | GravityRemoval::ConstantTilt => Removal::ConstantTilt,
         };
         let initial_mean = removal == Removal::InitialMean;
-        let given = options.rests.given_s.clone();
+        let given = options.rests_s.clone();
         let plan = Plan::new(self.rate_hz);
         let fits = plan.onset_samples() < sink::KEPT;
         let searched = given.is_none() && self.rested && fits;
@@ -246,11 +248,27 @@ impl Begin {
             FirstRest::Found
         };
         if wanted && rests.is_none() && given.is_none() {
+            let (why, what_next) = match fits {
+                true => (
+                    format!(
+                        "the sensor does not rest in the first {} rows, from which its noise is estimated",
+                        self.recording.rows()
+                    ),
+                    "hold it still for 2 s before the first move",
+                ),
+                false => (
+                    format!(
+                        "--causal finds no rests at {:.0} Hz, since it keeps {} samples, less than the second that it needs",
+                        self.rate_hz,
+                        sink::KEPT
+                    ),
+                    "leave --causal out, give the rests with --rests, or record at 2 kHz or less",
+                ),
+            };
             findings.push(Finding::new(
                 FindingKind::NoStaticInterval,
                 format!(
-                    "the sensor does not rest in the first {} rows, from which its noise is estimated: the first {} count as one rest, others are not found, and nothing corrects the drift; hold it still for 2 s before the first move",
-                    self.recording.rows(),
+                    "{why}: the first {} rows count as one rest, others are not found, and nothing corrects the drift; {what_next}",
                     options.initial_rows
                 ),
             ));
@@ -268,45 +286,51 @@ impl Begin {
             ..MotionConfig::strapdown()
         };
         let chain = Chain::design(&options.smooth, self.rate_hz)?;
-        let motion = Core::new(config, chain)
-            .map_err(|few| Error::usage("option-range", few.to_string()))?;
-        let state = State {
-            motion: Box::new(motion),
+        let motion =
+            Core::new(config).map_err(|few| Error::usage("option-range", few.to_string()))?;
+        let starts_at_rest = !initial_mean && first_rest != FirstRest::Found;
+        Ok(Pipeline {
+            knows_rests: starts_at_rest || rests.is_some() || given.is_some(),
+            starts_at_rest,
+            given,
+            gap_s: self.gap_s,
+            usual_step_s: 1.0 / self.rate_hz,
+            with_gyro: self.gyro.is_some(),
+            table: table.then_some(Layout {
+                raw: false,
+                bands: false,
+                time_decimals: self.time_decimals,
+            }),
             step_s: match file.rows.facts().stamp_reading {
                 Some(_) => None,
                 None => Some(self.step_s()?),
             },
-            rows: 0,
+            motion: Box::new(motion),
+            smooth: chain,
             tracker: MoveTracker::new(options.p0_m),
-            last_s: 0.0,
-            first_s: 0.0,
+            rows: 0,
             samples: 0,
+            first_s: 0.0,
+            last_s: 0.0,
             parted: false,
             left_out: Default::default(),
-        };
-        let decimals = table.then_some(self.time_decimals);
-        let mut pipeline = Pipeline::new(state, self.gap_s, self.gyro.is_some(), decimals);
-        pipeline.starts_at_rest = !initial_mean && first_rest != FirstRest::Found;
-        pipeline.knows_rests = pipeline.starts_at_rest || rests.is_some() || given.is_some();
-        pipeline.given = given;
-        Ok(pipeline)
+        })
     }
 
     fn result(
         &self,
-        sink: Pipeline,
+        done: Pipeline,
         read: &ReadFile,
         calibration: Option<Calibrated<'_>>,
         options: &MotionOptions,
         mut findings: Vec<Finding>,
     ) -> MotionResult {
-        let state = sink.state;
-        findings.extend(words::rows_left_out(&state.left_out));
+        findings.extend(words::rows_left_out(&done.left_out));
         findings.extend(words::causal_rests(
-            state.tracker.taken_back,
-            &state.tracker.rests_at_speed,
+            done.tracker.taken_back,
+            &done.tracker.rests_at_speed,
         ));
-        let (still, moves, end) = state.tracker.finish();
+        let (still, moves, end) = done.tracker.finish();
         let lost = moves.iter().filter(|m| !m.usable).count();
         if lost > 0 {
             findings.push(
@@ -325,7 +349,7 @@ impl Begin {
             finding.file.get_or_insert_with(|| recording.name.clone());
         }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
-        let duration_s = state.last_s - state.first_s;
+        let duration_s = done.last_s - done.first_s;
         let stamp_reading = read.finished.facts.stamp_reading;
         let stamped = stamp_reading.is_some_and(|b| b.even_hz.is_none()) && duration_s > 0.0;
         MotionResult {
@@ -335,11 +359,11 @@ impl Begin {
             procedure: words::causal_procedure(options, self.gyro.is_some()),
             rate_hz: Rates {
                 nominal: recording.timing.nominal_rate_hz,
-                r#true: stamped.then(|| (state.samples.max(1) - 1) as f64 / duration_s),
+                r#true: stamped.then(|| (done.samples.max(1) - 1) as f64 / duration_s),
             },
             duration_s,
             rows: read.finished.ledger.rows,
-            rows_left_out: state.left_out.count(),
+            rows_left_out: done.left_out.count(),
             frame: words::frame(options, false),
             rests: still,
             noise: self.noise,

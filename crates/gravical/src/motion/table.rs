@@ -11,23 +11,69 @@ use std::io::{self, Write};
 use super::{MotionSample, MotionSink, Track};
 use crate::scan::write_fixed;
 
-/// Names of the columns that are always there.
-const COLUMNS: &str = "t_s,raw_ax_mps2,raw_ay_mps2,raw_az_mps2,ax_mps2,ay_mps2,az_mps2,still,\
-    qw,qx,qy,qz,lin_ax_mps2,lin_ay_mps2,lin_az_mps2,vx_mps,vy_mps,vz_mps,px_m,py_m,pz_m";
+/// Names of the columns by the nominal scale alone, which a stream does not have.
+const RAW: &str = ",raw_ax_mps2,raw_ay_mps2,raw_az_mps2";
+
+/// Names of those that are always there, after the time.
+const COLUMNS: &str = ",ax_mps2,ay_mps2,az_mps2,still,qw,qx,qy,qz,\
+    lin_ax_mps2,lin_ay_mps2,lin_az_mps2,vx_mps,vy_mps,vz_mps,px_m,py_m,pz_m";
 
 /// Names of those that come with bands.
 const BANDS: &str = ",sigma_vx_mps,sigma_vy_mps,sigma_vz_mps,sigma_px_m,sigma_py_m,sigma_pz_m";
 
 /// Decimals of accelerations, velocities and positions: 1 µm is below any
 /// uncertainty there is.
-pub(super) const DECIMALS: u32 = 6;
+const DECIMALS: u32 = 6;
 
 /// Decimals of the attitude. Whoever turns gravity with it makes an error of
 /// g · 1e-8, 5 µm in 10 s.
-pub(super) const ATTITUDE_DECIMALS: u32 = 8;
+const ATTITUDE_DECIMALS: u32 = 8;
 
 /// How much text is gathered before it is written.
 const CHUNK: usize = 1 << 18;
+
+/// Which columns there are, and how they are written.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Layout {
+    pub raw: bool,
+    pub bands: bool,
+    pub time_decimals: u32,
+}
+
+impl Layout {
+    pub fn header(&self, text: &mut Vec<u8>) {
+        text.extend_from_slice(b"t_s");
+        let parts = [(self.raw, RAW), (true, COLUMNS), (self.bands, BANDS)];
+        for (_, names) in parts.iter().filter(|(there, _)| *there) {
+            text.extend_from_slice(names.as_bytes());
+        }
+        text.push(b'\n');
+    }
+
+    /// One line; `still` is empty where nothing tells.
+    #[inline]
+    pub fn row(&self, text: &mut Vec<u8>, sample: &MotionSample, still: Option<bool>) {
+        write_fixed(text, sample.t_s, self.time_decimals);
+        if self.raw {
+            put(text, &sample.raw_mps2, DECIMALS);
+        }
+        put(text, &sample.force_mps2, DECIMALS);
+        text.extend_from_slice(match still {
+            Some(true) => b",1",
+            Some(false) => b",0",
+            None => b",",
+        });
+        put(text, &sample.attitude, ATTITUDE_DECIMALS);
+        put(text, &sample.acceleration_mps2, DECIMALS);
+        put(text, &sample.velocity_mps, DECIMALS);
+        put(text, &sample.position_m, DECIMALS);
+        if self.bands {
+            put(text, &sample.sigma_velocity_mps, DECIMALS);
+            put(text, &sample.sigma_position_m, DECIMALS);
+        }
+        text.push(b'\n');
+    }
+}
 
 /// The table of a motion as CSV with a header, written as the samples come.
 ///
@@ -36,8 +82,7 @@ const CHUNK: usize = 1 << 18;
 pub struct Table<'w> {
     out: &'w mut dyn Write,
     text: Vec<u8>,
-    bands: bool,
-    time_decimals: u32,
+    layout: Layout,
     /// What `out` said first; nothing is written after it.
     failed: Option<io::Error>,
 }
@@ -48,8 +93,11 @@ impl<'w> Table<'w> {
         Table {
             out,
             text: Vec::with_capacity(CHUNK + 1024),
-            bands: false,
-            time_decimals: 9,
+            layout: Layout {
+                raw: true,
+                bands: false,
+                time_decimals: 9,
+            },
             failed: None,
         }
     }
@@ -77,31 +125,15 @@ impl<'w> Table<'w> {
 
 impl MotionSink for Table<'_> {
     fn begin(&mut self, t_s: &[f64], _breaks: &[usize], bands: bool) {
-        self.bands = bands;
-        self.time_decimals = time_decimals(t_s);
-        self.text.extend_from_slice(COLUMNS.as_bytes());
-        if bands {
-            self.text.extend_from_slice(BANDS.as_bytes());
-        }
-        self.text.push(b'\n');
+        self.layout.bands = bands;
+        self.layout.time_decimals = time_decimals(t_s);
+        self.layout.header(&mut self.text);
     }
 
     fn sample(&mut self, sample: &MotionSample) {
-        let text = &mut self.text;
-        write_fixed(text, sample.t_s, self.time_decimals);
-        put(text, &sample.raw_mps2, DECIMALS);
-        put(text, &sample.force_mps2, DECIMALS);
-        text.extend_from_slice(if sample.still { b",1" } else { b",0" });
-        put(text, &sample.attitude, ATTITUDE_DECIMALS);
-        put(text, &sample.acceleration_mps2, DECIMALS);
-        put(text, &sample.velocity_mps, DECIMALS);
-        put(text, &sample.position_m, DECIMALS);
-        if self.bands {
-            put(text, &sample.sigma_velocity_mps, DECIMALS);
-            put(text, &sample.sigma_position_m, DECIMALS);
-        }
-        text.push(b'\n');
-        if text.len() >= CHUNK {
+        let still = Some(sample.still);
+        self.layout.row(&mut self.text, sample, still);
+        if self.text.len() >= CHUNK {
             self.write();
         }
     }

@@ -8,7 +8,12 @@ use gravical_core::motion::LEAST_FOR_BIAS_S;
 use super::anchors::{Anchors, Side};
 use super::options::MotionOptions;
 use super::setup::Setup;
-use super::stance::{LONGEST_STEP_S, StanceOptions};
+use super::stance::LONGEST_STEP_S;
+
+/// A rest in a walk is told by the steps before and after it within so many seconds: three of
+/// the longest, and their stances.
+const LOOKED_BACK_S: f64 = 30.0;
+const LOOKED_ON_S: f64 = 10.0;
 
 /// Stances of a walking foot between `rests` and after the last.
 ///
@@ -20,35 +25,43 @@ pub(super) fn stances(
     rests: &mut Vec<Range<usize>>,
     options: &MotionOptions,
 ) -> Vec<Range<usize>> {
+    let Some(rate_rad_s) = options.stance_rate_rad_s else {
+        return Vec::new();
+    };
     let t = &setup.view.samples.t_s;
     let legs = Legs {
         setup,
         anchors: Anchors::new(setup.view, setup.walk),
         step_s: setup.view.samples.median_step_s(),
-        options: &options.stance,
+        rate_rad_s,
     };
     let mut k = 1;
-    while options.rests.given_s.is_none() && k + 1 < rests.len() {
+    while options.rests_s.is_none() && k + 1 < rests.len() {
         let rest = rests[k].clone();
         if t[rest.end - 1] - t[rest.start] < LEAST_FOR_BIAS_S {
-            let mut others = rests.clone();
-            others.remove(k);
+            rests.remove(k);
             let recent = |t_s: f64| t[rest.start] - t_s <= LONGEST_STEP_S;
+            // Of a long walk its last steps are enough.
+            let near = t[rest.start] - LOOKED_BACK_S;
+            let until = rest
+                .end
+                .saturating_add((LOOKED_ON_S / legs.step_s) as usize);
+            let near = t.partition_point(|t_s| *t_s < near)..until;
             // The leg that the rest would lie in, and those before it that reach as far.
             let walked = (0..k)
                 .rev()
-                .take_while(|&j| j + 1 == k || recent(t[others[j + 1].start]))
-                .flat_map(|j| legs.stances(&others, j))
+                .take_while(|&j| j + 1 == k || recent(t[rests[j + 1].start]))
+                .flat_map(|j| legs.stances(rests, j, &near))
                 .any(|s| s.start < rest.end && recent(t[s.start]));
             if walked {
-                *rests = others;
                 continue;
             }
+            rests.insert(k, rest);
         }
         k += 1;
     }
     (0..rests.len())
-        .flat_map(|k| legs.stances(rests, k))
+        .flat_map(|k| legs.stances(rests, k, &(0..t.len())))
         .collect()
 }
 
@@ -57,12 +70,17 @@ struct Legs<'a> {
     setup: &'a Setup<'a>,
     anchors: Anchors<'a>,
     step_s: f64,
-    options: &'a StanceOptions,
+    rate_rad_s: f64,
 }
 
 impl Legs<'_> {
-    /// Stances after rest `k` of `rests`; none across a break.
-    fn stances(&self, rests: &[Range<usize>], k: usize) -> Vec<Range<usize>> {
+    /// Stances after rest `k` of `rests`, in that part of the recording; none across a break.
+    fn stances(
+        &self,
+        rests: &[Range<usize>],
+        k: usize,
+        within: &Range<usize>,
+    ) -> Vec<Range<usize>> {
         let samples = self.setup.view.samples;
         let next = rests.get(k + 1).map_or(samples.len(), |r| r.start + 1);
         let leg = rests[k].end - 1..next;
@@ -70,6 +88,7 @@ impl Legs<'_> {
         if samples.breaks.get(at).is_some_and(|b| *b < leg.end) {
             return Vec::new();
         }
+        let leg = leg.start.max(within.start)..leg.end.min(within.end);
         let anchor = self.anchors.at(rests, k, Side::Last);
         super::stance::stances(
             samples,
@@ -77,7 +96,7 @@ impl Legs<'_> {
             &anchor.bias,
             norm(&anchor.force),
             self.step_s,
-            self.options,
+            self.rate_rad_s,
         )
     }
 }

@@ -66,7 +66,7 @@ pub(super) fn causal_procedure(options: &MotionOptions, gyro: bool) -> String {
         }
     };
     let ends = if options.zero_velocity {
-        "velocity zero at rests, the way corrected there"
+        "velocity zero at rests, the position corrected there"
     } else {
         "no zero-velocity correction"
     };
@@ -102,7 +102,7 @@ pub(super) fn rows_left_out(lines: &LineSpans) -> Option<Finding> {
     (!lines.is_empty()).then(|| {
         Finding::new(
             FindingKind::RowsLeftOut,
-            "rows without a complete sample, or whose stamp does not advance; the steps go over them",
+            "rows without a complete sample, or whose time stamp is before that of the row before; the steps go over them",
         )
         .at_lines(lines)
     })
@@ -142,27 +142,33 @@ pub(super) fn gate(samples: &Samples, judged: &[Judged]) -> Vec<Finding> {
 pub(super) fn causal_rests(taken_back: u32, at_speed: &[f64]) -> Vec<Finding> {
     let mut out = Vec::new();
     if taken_back > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::RestTakenBack,
-                format!(
-                    "{taken_back} short rests were none, as the velocity at the next rest shows; each was taken back there, and the moves on either side of it are one"
-                ),
-            )
-            .counting(u64::from(taken_back)),
-        );
+        let text = match taken_back {
+            1 => "1 short rest was withdrawn: as the velocity at the next rest shows, it was none; the moves on either side of it are one".to_owned(),
+            _ => format!(
+                "{taken_back} short rests were withdrawn: as the velocity at the next rest shows, they were none; the moves on either side of each are one"
+            ),
+        };
+        out.push(Finding::new(FindingKind::RestTakenBack, text).counting(u64::from(taken_back)));
     }
     if let Some(first) = at_speed.first() {
-        out.push(
-            Finding::new(
-                FindingKind::RestAtSpeed,
+        let (when, what, moves) = match at_speed.len() {
+            1 => (
+                format!("static once, until {first:.2} s, at a velocity that is not zero"),
+                "a rest",
+                "move before it",
+            ),
+            n => (
                 format!(
-                    "quiet at {} times, first up to {first:.2} s, where the integrated velocity is not zero; taken for rests since it stays quiet: the acceleration drifted, or the sensor went on at constant speed; how far the moves before them went may be far off",
-                    at_speed.len()
+                    "static {n} times, first until {first:.2} s, at velocities that are not zero"
                 ),
-            )
-            .counting(at_speed.len() as u64),
+                "rests",
+                "moves before them",
+            ),
+        };
+        let text = format!(
+            "{when}; taken for {what} since it stays static: the acceleration drifted, or the sensor went on at constant speed; how far the {moves} went may be far off"
         );
+        out.push(Finding::new(FindingKind::RestAtSpeed, text).counting(at_speed.len() as u64));
     }
     out
 }
@@ -175,7 +181,7 @@ const LONG_REST_S: f64 = 14.0;
 
 /// Moves that are too slow to be distinguished from rest, and those that may hide in one.
 pub(super) fn slow(found: &Rests, options: &MotionOptions) -> Vec<Finding> {
-    if !options.zero_velocity || options.rests.given_s.is_some() {
+    if !options.zero_velocity || options.rests_s.is_some() {
         return Vec::new();
     }
     found
@@ -186,7 +192,7 @@ pub(super) fn slow(found: &Rests, options: &MotionOptions) -> Vec<Finding> {
                 FindingKind::SlowMoveDoubted,
                 format!(
                     "from {:.1} to {:.1} s the force changes as in a move by {:.1} m, by more than chance and by too little to be certain (χ² {:.0}); taken for rest, so the position may be off by that much (--rests sets the rests by hand)",
-                    d.start_s, d.end_s, d.way_m, d.chi2
+                    d.start_s, d.end_s, d.distance_m, d.chi2
                 ),
             )
         })
@@ -245,7 +251,7 @@ pub(super) fn unfounded(
     options: &MotionOptions,
 ) -> Option<String> {
     let throughout = matches!(rests, [one] if one.len() == samples.len());
-    if !options.zero_velocity || options.rests.given_s.is_some() || throughout {
+    if !options.zero_velocity || options.rests_s.is_some() || throughout {
         return None;
     }
     let length = |r: &Range<usize>| samples.t_s[r.end - 1] - samples.t_s[r.start];
@@ -320,7 +326,13 @@ pub(super) fn circumstances(
         if let Stretch::QuietGap { gap_s } = stretch {
             out.push(Finding::new(
                 FindingKind::GapAtRest,
-                format!("{gap_s:.2} s are missing while the sensor rests in one pose: taken as not moved"),
+                format!(
+                    "{} while the sensor rests in one pose: taken as not moved",
+                    match *gap_s > 0.0 {
+                        true => format!("{gap_s:.2} s are missing"),
+                        false => "the recording is interrupted".to_owned(),
+                    }
+                ),
             ));
         }
     }
@@ -456,4 +468,33 @@ pub(super) fn start_velocity(options: &MotionOptions, rests: bool) -> Option<Fin
             "--v0 is not used: velocity is zero at the rests, and what comes before the first follows from it; --zero-velocity off integrates from the start",
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_rest_is_told_in_the_singular() {
+        let texts = |taken_back: u32, at_speed: &[f64]| -> Vec<String> {
+            let found = causal_rests(taken_back, at_speed);
+            found.into_iter().map(|f| f.message).collect()
+        };
+        let one = texts(1, &[12.3]);
+        assert!(one[0].starts_with("1 short rest was withdrawn:"), "{one:?}");
+        assert!(
+            one[1].starts_with("static once, until 12.30 s, at a velocity that is not zero;"),
+            "{one:?}"
+        );
+        let two = texts(2, &[12.3, 20.0]);
+        assert!(
+            two[0].starts_with("2 short rests were withdrawn:"),
+            "{two:?}"
+        );
+        assert!(
+            two[1].starts_with("static 2 times, first until 12.30 s,"),
+            "{two:?}"
+        );
+        assert!(texts(0, &[]).is_empty());
+    }
 }

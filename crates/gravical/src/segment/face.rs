@@ -3,6 +3,7 @@
 
 mod names;
 
+use gravical_core::matrix3::{cross, dot, norm};
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
@@ -84,13 +85,7 @@ pub const AXES: [char; 3] = ['x', 'y', 'z'];
 #[must_use]
 #[doc(hidden)]
 pub fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let cross = [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ];
-    let sine = cross.iter().map(|c| c * c).sum::<f64>().sqrt();
-    let cosine: f64 = a.iter().zip(b).map(|(x, y)| x * y).sum();
+    let (sine, cosine) = (norm(&cross(&a, &b)), dot(&a, &b));
     if sine == 0.0 && cosine == 0.0 {
         return 90.0;
     }

@@ -12,7 +12,7 @@ use crate::{Error, Result};
 use super::face::{Claim, angle_deg, claim};
 use super::named::first_rows;
 use super::spikes;
-use super::still::{StillOptions, Stills, find_stills};
+use super::still::{StillOptions, Stills, find_stills, unsteady};
 use super::{Draft, SegmentOptions, Selection};
 use crate::still::moments;
 
@@ -24,7 +24,7 @@ use crate::still::moments;
 ///
 /// # Errors
 ///
-/// `never-static` for a lone recording without a hold, or for a few rows that are
+/// `never-static` for a lone recording that is nowhere, or hardly ever, at rest, or for a few rows that are
 /// neither a hold nor a table of means.
 pub(super) fn in_recording(
     index: usize,
@@ -63,8 +63,15 @@ pub(super) fn in_recording(
         }
     }
     let held: usize = holds.iter().map(|h| recording.length(h)).sum();
-    if alone && (holds.is_empty() || (held * 50 < recording.rows_in_file() && holds.len() < 6)) {
+    if alone && holds.is_empty() {
         return Err(never_still(&recording.name, 1));
+    }
+    if alone && held * 50 < recording.rows_in_file() && holds.len() < 6 {
+        return Err(hardly_still(
+            recording,
+            held,
+            directions(recording, &holds, None).len(),
+        ));
     }
     let stem = crate::recording::open::stem(&recording.name);
     let segments = recording.segments();
@@ -328,6 +335,31 @@ pub(super) fn never_still(name: &str, files: usize) -> Error {
     )
 }
 
+/// So little of a recording is at rest, and in so few poses, that most of it is something else.
+fn hardly_still(recording: &Recording, held: usize, poses: usize) -> Error {
+    let (rate, _) = recording.working_rate_hz();
+    let seconds = |rows: usize| match rows as f64 / rate {
+        short if short < 10.0 => format!("{short:.1}"),
+        long => format!("{long:.0}"),
+    };
+    Error::input(
+        "never-static",
+        format!(
+            "at rest for {} s of {} s, in {}: too little for a calibration",
+            seconds(held),
+            seconds(recording.rows_in_file()),
+            match poses {
+                1 => "1 pose".to_owned(),
+                n => format!("{n} poses"),
+            },
+        ),
+    )
+    .at(Path::new(&recording.name), None)
+    .with_hint(
+        "lay the sensor down for 3 s or more in each of six poses or more, or cut the file to the part with the poses; `gravical inspect` shows the static intervals",
+    )
+}
+
 /// A stretch without a still: its rows when it is too short to judge, else none
 /// and a warning.
 fn without_still(
@@ -371,23 +403,14 @@ fn tell_unsteady(
     stills: &Stills,
     findings: &mut Vec<Finding>,
 ) {
-    for span in spans {
-        let (mean, variance) = moments(&recording.accel, span.clone());
-        let gravity = mean.iter().map(|m| m * m).sum::<f64>().sqrt();
-        findings.push(
-            Finding::new(
-                FindingKind::UnsteadyPose,
-                format!(
-                    "{label}: never quite at rest; the quietest part, lines {} to {}, moves by {:.0} mg rms (its quietest blocks by {:.0}) and is used",
-                    recording.line(span.start),
-                    recording.line(span.end - 1),
-                    1000.0 * variance.sqrt() / gravity,
-                    1000.0 * stills.noise / gravity
-                ),
-            )
-            .in_file(&recording.name),
+    findings.extend(spans.iter().map(|span| {
+        let gravity = matrix3::norm(&moments(&recording.accel, span.clone()).0);
+        let others = format!(
+            " (its quietest blocks by {:.0})",
+            1000.0 * stills.noise / gravity
         );
-    }
+        unsteady(recording, span, &format!("{label}: "), &others)
+    }));
 }
 
 /// Says how much of a file is motion or a shorter still, and thus not in the

@@ -1,6 +1,6 @@
 //! Samples that differ from their neighbours: transmission errors, not motion.
 
-use crate::stats::median;
+use crate::stats::{SortedWindow, median};
 
 /// Neighbours on either side that a sample is compared with: what lasts longer than these
 /// is motion, and the blocks of a mean leave it out ([`super::hold`]).
@@ -52,95 +52,24 @@ pub(super) fn take_out(channels: &mut [Vec<f64>; 3], step: [f64; 3]) -> usize {
 /// deviation of the neighbourhood. The latter and not the former gives the scale: behind a
 /// low-pass most samples are the median of their neighbours, but not all neighbours are alike.
 fn neighbourhoods(channel: &[f64]) -> Vec<[f64; 2]> {
-    let mut near = Near::default();
-    channel.iter().take(REACH).for_each(|v| near.insert(*v));
+    let first = channel.iter().copied().take(REACH);
+    let mut near = SortedWindow::new(first.filter(|v| v.is_finite()));
     let rows = 0..channel.len();
     rows.map(|row| {
-        if let Some(next) = channel.get(row + REACH) {
+        let next = channel.get(row + REACH).filter(|v| v.is_finite());
+        let past = row.checked_sub(REACH + 1).map(|past| channel[past]);
+        if let Some(next) = next {
             near.insert(*next);
         }
-        if let Some(past) = row.checked_sub(REACH + 1) {
-            near.remove(channel[past]);
+        if let Some(past) = past.filter(|v| v.is_finite()) {
+            near.remove(past);
         }
         match near.median() {
-            Some(median) => [channel[row] - median, near.deviation(median)],
+            Some(median) => [channel[row] - median, near.median_deviation(median)],
             None => [f64::NAN; 2],
         }
     })
     .collect()
-}
-
-/// The finite values of a neighbourhood in order: from one sample to the next two of them change.
-#[derive(Default)]
-struct Near {
-    // One more than a neighbourhood: the next is inserted before the last is removed.
-    sorted: [f64; 2 * REACH + 2],
-    count: usize,
-}
-
-impl Near {
-    fn insert(&mut self, value: f64) {
-        if !value.is_finite() {
-            return;
-        }
-        let mut at = self.count;
-        while at > 0 && self.sorted[at - 1].total_cmp(&value).is_gt() {
-            self.sorted[at] = self.sorted[at - 1];
-            at -= 1;
-        }
-        self.sorted[at] = value;
-        self.count += 1;
-    }
-
-    fn remove(&mut self, value: f64) {
-        let values = &self.sorted[..self.count];
-        if let Some(at) = values.iter().position(|v| v.total_cmp(&value).is_eq()) {
-            self.sorted.copy_within(at + 1..self.count, at);
-            self.count -= 1;
-        }
-    }
-
-    /// None without values.
-    fn median(&self) -> Option<f64> {
-        let middle = self.count / 2;
-        match self.count {
-            0 => None,
-            n if n.is_multiple_of(2) => Some(0.5 * (self.sorted[middle - 1] + self.sorted[middle])),
-            _ => Some(self.sorted[middle]),
-        }
-    }
-
-    /// Median of the distances from `median`: they rise from the middle to both sides.
-    fn deviation(&self, median: f64) -> f64 {
-        let values = &self.sorted[..self.count];
-        let mut above = self.count / 2;
-        let mut below = above;
-        let mut last = [f64::NAN; 2];
-        for _ in 0..=self.count / 2 {
-            let down = below.checked_sub(1).map(|i| median - values[i]);
-            let up = values.get(above).map(|v| v - median);
-            let next = match (down, up) {
-                (Some(down), Some(up)) if down < up => {
-                    below -= 1;
-                    down
-                }
-                (_, Some(up)) => {
-                    above += 1;
-                    up
-                }
-                (Some(down), None) => {
-                    below -= 1;
-                    down
-                }
-                (None, None) => break,
-            };
-            last = [last[1], next];
-        }
-        match self.count.is_multiple_of(2) {
-            true => 0.5 * (last[0] + last[1]),
-            false => last[1],
-        }
-    }
 }
 
 #[cfg(test)]

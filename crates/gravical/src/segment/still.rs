@@ -52,21 +52,25 @@ pub(crate) fn find_calmest(
     if (held as f64) < LEAST_CALM * recording.rows_in_file() as f64 {
         return Vec::new();
     }
-    for span in &spans {
-        findings.push(
-            Finding::new(
-                FindingKind::UnsteadyPose,
-                format!(
-                    "never quite at rest; the quietest part, lines {} to {}, moves by {:.0} mg rms and is used",
-                    recording.line(span.start),
-                    recording.line(span.end - 1),
-                    1000.0 * shake(recording, span)
-                ),
-            )
-            .in_file(&recording.name),
-        );
-    }
+    let told = spans.iter().map(|rows| unsteady(recording, rows, "", ""));
+    findings.extend(told);
     spans
+}
+
+/// Says that `rows` were taken although they shake: `of_what`, and how much less others do.
+pub(super) fn unsteady(
+    recording: &Recording,
+    rows: &Range<usize>,
+    of_what: &str,
+    others: &str,
+) -> Finding {
+    let text = format!(
+        "{of_what}never quite at rest; the quietest part, lines {} to {}, moves by {:.0} mg rms{others} and is used",
+        recording.line(rows.start),
+        recording.line(rows.end - 1),
+        1000.0 * shake(recording, rows)
+    );
+    Finding::new(FindingKind::UnsteadyPose, text).in_file(&recording.name)
 }
 
 /// Standard deviation of the rows, the three axes together, over their mean

@@ -3,6 +3,8 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
+use gravical_core::strapdown::{from_rotation_vector, rotate};
+
 use crate::recording::Recording;
 use crate::recording::units::GyroScale;
 
@@ -169,29 +171,10 @@ pub(super) fn residual_deg(steps: &[[f64; 3]], motion: &Motion, nominal: f64) ->
     angle_deg(turned, motion.gravity[1])
 }
 
-/// A direction fixed in space, seen from a sensor that turns by `step` (rad):
-/// it turns the other way (Rodrigues' formula).
+/// A direction fixed in space, seen from a sensor that turns by `step` (rad): it turns the
+/// other way.
 fn rotate_back(v: [f64; 3], step: [f64; 3]) -> [f64; 3] {
-    let square = step.iter().map(|s| s * s).sum::<f64>();
-    // sin θ/θ and (1 − cos θ)/θ²; by their series where these are exact to 1e-12.
-    let (sinc, versed) = if square < 2.5e-3 {
-        (
-            1.0 - square / 6.0 * (1.0 - square / 20.0),
-            0.5 - square / 24.0 * (1.0 - square / 30.0),
-        )
-    } else {
-        let angle = square.sqrt();
-        let (sine, cosine) = angle.sin_cos();
-        (sine / angle, (1.0 - cosine) / square)
-    };
-    let cross = [
-        v[1] * step[2] - v[2] * step[1],
-        v[2] * step[0] - v[0] * step[2],
-        v[0] * step[1] - v[1] * step[0],
-    ];
-    let along: f64 = step.iter().zip(v).map(|(s, v)| s * v).sum();
-    let cosine = 1.0 - versed * square;
-    std::array::from_fn(|i| v[i] * cosine + cross[i] * sinc + step[i] * along * versed)
+    rotate(&from_rotation_vector(&step.map(|s| -s)), &v)
 }
 
 /// Integral of the angular rate over `rows`, less the bias that the stills show,

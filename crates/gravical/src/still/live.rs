@@ -36,9 +36,13 @@ impl LiveStill {
     }
 }
 
-/// Finds stills while rows arrive, by the rules of this module: blocks are kept, not rows,
-/// and each call of [`static_intervals`](Self::stills) judges all of them anew, since a quieter
-/// block later lowers the level of noise.
+/// Finds stills while rows arrive: blocks are kept, not rows, and each call of
+/// [`stills`](Self::stills) judges all of them anew, since a quieter block later lowers the
+/// level of noise.
+///
+/// Of the rules of this module one is left out: an interval in which the sensor turns evenly
+/// about the vertical, at a rate that may as well be the bias of the gyroscope, is a still here.
+/// In a whole recording such a rate is compared with those of the other intervals.
 ///
 /// ```
 /// use gravical::still::{LiveStills, StillOptions};
@@ -110,8 +114,8 @@ impl LiveStills {
         self.push_with_gyro(accel, None);
     }
 
-    /// The same with the angular rate, in any unit: what turns is not still. True if the row
-    /// completes a block.
+    /// The same with the angular rate, in any unit: a rate that changes is not still. True if
+    /// the row completes a block.
     pub fn push_with_gyro(&mut self, accel: [f64; 3], gyro: Option<[f64; 3]>) -> bool {
         self.values.observe(accel);
         for (channel, value) in self.accel.iter_mut().zip(accel) {

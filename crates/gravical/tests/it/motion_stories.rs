@@ -297,8 +297,10 @@ fn a_bias_that_drifts_in_the_rest_after_a_move_shows_as_tilt() {
 
 #[test]
 fn rests_by_hand_are_believed() {
-    let mut options = MotionOptions::default();
-    options.rests.given_s = Some(vec![(0.0, 4.9), (7.0, 9.0), (12.2, f64::INFINITY)]);
+    let options = MotionOptions {
+        rests_s: Some(vec![(0.0, 4.9), (7.0, 9.0), (12.2, f64::INFINITY)]),
+        ..MotionOptions::default()
+    };
     let recording = record(20.0, ride(6.0), true, |_| true);
     let result = motion(&recording, None, &options).unwrap().result;
     assert_eq!(result.moves.len(), 2);

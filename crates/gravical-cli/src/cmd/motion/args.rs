@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use gravical::calibration_file::NoiseSection;
 use gravical::denoise::{Edge, FilterSpec};
-use gravical::motion::stance::StanceOptions;
-use gravical::motion::still::{Intervals, RestOptions};
+use gravical::motion::Intervals;
 use gravical::motion::truth::{TruthAlign, TruthColumns, TruthOptions};
 use gravical::motion::{GravityRemoval, MotionOptions};
 use gravical::{Error, Result};
@@ -265,13 +264,10 @@ impl Args {
             zero_velocity: m
                 .zero_velocity
                 .map_or(preset.zero_velocity, |s| s == Switch::On),
-            rests: RestOptions {
-                given_s: m.rests.as_ref().map(|i| i.0.clone()),
-            },
-            stance: StanceOptions {
-                search: m.stances != Some(Switch::Off),
-                rate_rad_s: m.stance_rate.unwrap_or(preset.stance.rate_rad_s),
-                ..preset.stance
+            rests_s: m.rests.as_ref().map(|i| i.0.clone()),
+            stance_rate_rad_s: match m.stances {
+                Some(Switch::Off) => None,
+                _ => m.stance_rate.or(preset.stance_rate_rad_s),
             },
             v0_mps: m.v0.map(|v| v.0),
             p0_m: m.p0.map_or(preset.p0_m, |p| p.0),

@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
+use gravical_core::matrix3::norm;
 use gravical_core::still::Plan;
-use nalgebra::{Rotation3, Vector3};
+use gravical_core::strapdown::{from_rotation_vector, rotate};
 
 use super::merge::Context;
 use super::view::{Six, mean_of};
@@ -33,10 +34,10 @@ impl Context<'_> {
             return 0.0;
         }
         // A force fixed in space turns the other way round in the sensor.
-        let f = Vector3::new(mean_a[0], mean_a[1], mean_a[2]);
-        let predicted = Rotation3::new(-Vector3::from(turn.vector)) * f;
+        let force = [mean_a[0], mean_a[1], mean_a[2]];
+        let predicted = rotate(&from_rotation_vector(&turn.vector.map(|v| -v)), &force);
         let wander = self.levels.wander;
-        let g = f.norm();
+        let g = norm(&force);
         let slack = (TURN_ERROR * turn.path * g).powi(2) + turn.variance * g * g;
         let (va, vb) = (
             &self.level(before).noise.mean_variance[0],
@@ -59,7 +60,7 @@ impl Context<'_> {
         let (n_a, n_b) = (a.len() as f64, b.len() as f64);
         let (mean_a, mean_b) = (mean_of(self.samples, a), mean_of(self.samples, b));
         let turn = self.turn(before.end - 1, after.start, &mean_a, &mean_b, n_a, n_b);
-        Vector3::from(turn.vector).norm()
+        norm(&turn.vector)
     }
 
     /// The turn between two samples, its bias that of the rests around.

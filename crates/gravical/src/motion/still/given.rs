@@ -58,7 +58,11 @@ fn interval(text: &str) -> Result<(f64, f64)> {
 }
 
 /// Refuses intervals that cannot be meant.
-pub(super) fn check(intervals: &[(f64, f64)]) -> Result<()> {
+///
+/// # Errors
+///
+/// `rests-syntax` (usage) for one that is no number or ends before it starts.
+pub(in crate::motion) fn check_intervals(intervals: &[(f64, f64)]) -> Result<()> {
     for &(start, end) in intervals {
         if start.is_nan() || end.is_nan() || end <= start {
             return Err(Error::usage(
@@ -75,7 +79,11 @@ pub(super) fn check(intervals: &[(f64, f64)]) -> Result<()> {
 }
 
 /// Refuses intervals in which the recording has no sample.
-pub(super) fn check_inside(samples: &Samples, intervals: &[(f64, f64)]) -> Result<()> {
+///
+/// # Errors
+///
+/// `rests-outside` (usage).
+pub(in crate::motion) fn check_inside(samples: &Samples, intervals: &[(f64, f64)]) -> Result<()> {
     let (Some(first), Some(last)) = (samples.t_s.first(), samples.t_s.last()) else {
         return Ok(());
     };

@@ -5,15 +5,12 @@ use std::ops::Range;
 use gravical_core::rounding;
 use gravical_core::still::{Plan, RestNoise};
 
-use super::noise::{Pooled, mean, pooled, variances};
+use super::noise::{Pooled, beyond_chance, mean, pooled, variances};
 use super::view::{Six, channel};
 use crate::motion::samples::Samples;
-use crate::stats::median;
 
 /// Lower quartile of χ² with three degrees of freedom.
 const QUARTILE_CHI2_3: f64 = 1.212_533;
-/// Its median.
-const MEDIAN_CHI2_3: f64 = 2.365_974;
 /// A rest that has more than so many times the variance of the quietest one is
 /// held in a hand, or lies on something that shakes.
 const HELD: f64 = 3.0;
@@ -204,13 +201,9 @@ fn wander(samples: &Samples, rests: &[Coarse], plan: &Plan) -> f64 {
             chi2.push(sum);
         }
     }
-    let n = chi2.len() as f64;
-    match median(&mut chi2) {
-        Some(middle) if long >= 5 => {
-            // The median of χ² with three degrees of freedom scatters by 1.1/√n.
-            (middle / MEDIAN_CHI2_3 / (1.0 + 2.2 / n.sqrt())).max(1.0)
-        }
-        _ => 1.0,
+    match long >= 5 {
+        true => beyond_chance(&mut chi2),
+        false => 1.0,
     }
 }
 

@@ -8,7 +8,7 @@
 //!    recording backwards likewise: where the mean over 0.2, 0.5 or 1 s leaves
 //!    that of the seconds before ([`gravical_core::still::Statistic`]), the
 //!    rest has ended (`run`). When it ended, a ramp in all channels says
-//!    (`onset`).
+//!    ([`gravical_core::still::onset`]).
 //! 3. What either direction saw moving parts the rests (`join`).
 //! 4. Rests that only a knock parts are one; stretches of constant acceleration
 //!    between two rests are none (`merge`, `agree`).
@@ -35,10 +35,10 @@ use std::ops::Range;
 use gravical_core::still::Plan;
 
 use super::samples::Samples;
-use crate::Result;
 use crate::still::{self as blocks, Channels, StillOptions};
 
 pub use given::Intervals;
+pub(super) use given::{check_inside, check_intervals};
 pub use slow::SlowMove;
 pub(super) use slow::may_hide_m;
 
@@ -67,50 +67,18 @@ pub struct Rests {
     pub doubts: Vec<SlowMove>,
 }
 
-/// How rests are found.
-#[derive(Debug, Clone, Default)]
-pub struct RestOptions {
-    /// Rests given by hand, s; then nothing is searched. Default none; each has to
-    /// end after it starts, the last may end at infinity.
-    pub given_s: Option<Vec<(f64, f64)>>,
-}
-
-impl RestOptions {
-    /// Checks every field against its range.
-    ///
-    /// # Errors
-    ///
-    /// `rests-syntax` (usage) for an interval that is no number or ends before it
-    /// starts.
-    pub fn validate(&self) -> Result<()> {
-        given::check(self.given_s.as_deref().unwrap_or_default())
-    }
-
-    /// The same, and holds rests given by hand against the recording.
-    ///
-    /// # Errors
-    ///
-    /// As [`RestOptions::validate`]; `rests-outside` (usage) for a rest in which the
-    /// recording has no sample.
-    pub fn validate_for(&self, samples: &Samples) -> Result<()> {
-        self.validate()?;
-        given::check_inside(samples, self.given_s.as_deref().unwrap_or_default())
-    }
-}
-
 /// Blocks that a rest has to last, as 0.15 s of 0.2 s.
 const LEAST_REST: f64 = 0.75;
 
-/// Finds the rests, or takes those that are given.
+/// Finds the rests, or takes those that are `given`, s.
 ///
-/// Without any rest the list is empty and there is no noise. Options that
-/// [`RestOptions::validate`] refuses give no rests where they make no sense.
+/// Without any rest the list is empty and there is no noise.
 #[must_use]
-pub fn find_rests(samples: &Samples, options: &RestOptions) -> Rests {
+pub fn find_rests(samples: &Samples, given: Option<&[(f64, f64)]>) -> Rests {
     let Some(plan) = plan(samples) else {
         return Rests::default();
     };
-    let (spans, doubts) = match &options.given_s {
+    let (spans, doubts) = match given {
         Some(given) => (given::spans(samples, given), Vec::new()),
         None => search(samples, &plan),
     };

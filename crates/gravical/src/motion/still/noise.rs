@@ -173,6 +173,15 @@ const FEWEST_STEPS: usize = 6;
 /// Median of χ² with three degrees of freedom.
 const MEDIAN_CHI2_3: f64 = 2.365_974;
 
+/// How much larger than χ² with three degrees of freedom values are, by their median; 1 where
+/// that can be chance: it scatters by 1.1/√n of itself.
+pub(super) fn beyond_chance(chi2: &mut [f64]) -> f64 {
+    let error = 1.1 / (chi2.len() as f64).sqrt();
+    median(chi2).map_or(1.0, |middle| {
+        (middle / MEDIAN_CHI2_3 / (1.0 + 2.0 * error)).max(1.0)
+    })
+}
+
 /// VIF by the median step between neighbouring means of 0.2 s: a move changes few of
 /// them much. None where there are too few.
 fn inflation_by_steps(

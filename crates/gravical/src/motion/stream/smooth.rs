@@ -1,7 +1,6 @@
 //! Filters without look-ahead, by the names of `denoise`.
 
 use gravical_core::filter::biquad::Biquad;
-use gravical_core::motion::Smooth;
 
 use crate::denoise::{Butterworth, FilterSpec, Passes, causal_coefficients};
 use crate::{Error, Result};
@@ -80,9 +79,11 @@ fn step(spec: &FilterSpec, rate_hz: f64) -> Result<Step> {
     }
 }
 
-impl Smooth<f64> for Chain {
+impl Chain {
+    /// The next sample in, the filtered one out; the first counts as if it had been there
+    /// for ever.
     #[inline]
-    fn update(&mut self, input: [f64; 3]) -> [f64; 3] {
+    pub fn update(&mut self, input: [f64; 3]) -> [f64; 3] {
         let mut value = input;
         for step in &mut self.0 {
             value = step.update(value);
@@ -90,7 +91,8 @@ impl Smooth<f64> for Chain {
         value
     }
 
-    fn reset(&mut self) {
+    /// Forgets what was put in.
+    pub fn reset(&mut self) {
         for step in &mut self.0 {
             match step {
                 Step::Sections { started, .. } => *started = false,

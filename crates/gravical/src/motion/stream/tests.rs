@@ -4,7 +4,6 @@ use gravical_core::matrix3::{norm, sub};
 
 use super::*;
 use crate::motion::result::Ends;
-use crate::motion::still::RestOptions;
 use crate::motion::{Motion, motion};
 use crate::recording::open::from_reader;
 use crate::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
@@ -105,6 +104,30 @@ fn ride(cruise_s: f64) -> Vec<u8> {
 }
 
 #[test]
+fn above_two_kilohertz_it_says_that_no_rest_is_found() {
+    let mut text = "t_s,ax_mps2,ay_mps2,az_mps2\n".to_owned();
+    for i in 0..12_000 {
+        let noise = 0.02 * f64::from(i * 7919 % 61) / 61.0;
+        text += &format!(
+            "{:.5},{noise:.5},{:.5},{:.5}\n",
+            f64::from(i) / 4000.0,
+            -noise,
+            9.8 + noise
+        );
+    }
+    let result = stream(text.as_bytes(), &MotionOptions::default())
+        .unwrap()
+        .0
+        .result;
+    let mut said = result.findings.iter().map(|f| &f.message);
+    assert!(
+        said.any(|m| m.contains("--causal finds no rests at 4000 Hz") && m.contains("--rests")),
+        "{:?}",
+        result.findings
+    );
+}
+
+#[test]
 fn a_ride_at_constant_speed_is_none_for_long() {
     let options = MotionOptions::default();
     let said = |result: &MotionResult| {
@@ -159,9 +182,7 @@ fn strapdown_after_a_first_rest_that_is_given_is_the_batch() {
     let bytes = line(2);
     let options = MotionOptions {
         zero_velocity: false,
-        rests: RestOptions {
-            given_s: Some(vec![(0.0, 4.5)]),
-        },
+        rests_s: Some(vec![(0.0, 4.5)]),
         v0_mps: Some([0.1, -0.2, 0.0]),
         p0_m: [1.0, 2.0, 3.0],
         ..MotionOptions::default()
@@ -197,9 +218,7 @@ fn between_given_rests_what_is_left_of_the_velocity_comes_off_as_in_the_batch() 
     let options = MotionOptions {
         gravity_removal: GravityRemoval::InitialMean,
         initial_rows: 400,
-        rests: RestOptions {
-            given_s: Some(vec![(0.0, 4.8), (7.3, f64::INFINITY)]),
-        },
+        rests_s: Some(vec![(0.0, 4.8), (7.3, f64::INFINITY)]),
         ..MotionOptions::default()
     };
     let batch = batch(&bytes, &options);

@@ -190,8 +190,9 @@ impl MoveTracker {
         });
     }
 
-    /// Something is missing after the last sample.
-    pub fn lose(&mut self, gap_s: f64) {
+    /// Something is missing between the last sample and the next, `gap_s` later: `missing_s`,
+    /// which is zero where nothing tells.
+    pub fn lose(&mut self, gap_s: f64, missing_s: f64) {
         let moving = self.before == Phase::Moving;
         if self.before == Phase::Resting {
             self.rests.push(Span {
@@ -201,7 +202,7 @@ impl MoveTracker {
         }
         let start_s = if moving { self.since_s } else { self.last_s };
         let end_s = self.last_s + gap_s.max(0.0);
-        let why = Loss::Gap { seconds: gap_s };
+        let why = Loss::Gap { seconds: missing_s };
         self.moves.push(Move::lost(start_s, end_s, why));
         self.before = Phase::Waiting;
         self.before_rest = None;

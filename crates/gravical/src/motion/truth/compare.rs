@@ -316,16 +316,16 @@ fn path(points: &Points) -> f64 {
 
 /// Every usable move whose ends the reference sees, and how many are left out.
 fn by_move(motion: &Motion, points: &Points) -> (Vec<MoveComparison>, usize) {
-    let line = Line::new(&points.t_s, &points.reference);
-    let result = Line::new(&points.t_s, &points.result);
+    // The moves come in order.
+    let mut reference = Line::new(&points.t_s, &points.reference).walk(0.0);
+    let mut result = Line::new(&points.t_s, &points.result).walk(0.0);
     let all = &motion.result.moves;
     let compared: Vec<MoveComparison> = all
         .iter()
         .filter_map(|m| {
             let displacement = m.displacement_m?;
-            let at = |line: &Line<'_>, t| line.walk(0.0).at(t);
-            let (start, end) = (at(&line, m.start_s)?, at(&line, m.end_s)?);
-            let own_start = at(&result, m.start_s)?;
+            let (start, own_start) = (reference.at(m.start_s), result.at(m.start_s));
+            let (start, end, own_start) = (start?, reference.at(m.end_s)?, own_start?);
             let from = points.t_s.partition_point(|t| *t < m.start_s);
             let to = points.t_s.partition_point(|t| *t <= m.end_s);
             let (mut squares, mut n) = (0.0, 0.0);

@@ -24,7 +24,7 @@ pub(super) struct Fit {
     pub from_s: f64,
     pub to_s: f64,
     /// How far it went, each axis of the sensor, m.
-    pub way_m: [f64; 3],
+    pub displacement_m: [f64; 3],
     /// χ² with three degrees of freedom that the move explains.
     pub gain: f64,
     /// The same against the accelerometer's noise alone, …
@@ -135,7 +135,7 @@ pub(super) fn fit(
     let mut out = Fit {
         from_s,
         to_s: from_s + seconds,
-        way_m: [0.0; 3],
+        displacement_m: [0.0; 3],
         gain: 0.0,
         white: 0.0,
         left_by_step: 0.0,
@@ -150,7 +150,7 @@ pub(super) fn fit(
         out.gain += product * product / (variance[c] * energy + tilt * across);
         out.white += product * product / (variance[c] * energy);
         out.left += y.iter().map(|y| y * y).sum::<f64>() / variance[c];
-        out.way_m[c] = product / energy * seconds * seconds;
+        out.displacement_m[c] = product / energy * seconds * seconds;
     }
     out.left -= out.white;
     // Nobody asks for it of what is no more than noise.

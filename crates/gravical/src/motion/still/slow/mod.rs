@@ -17,8 +17,8 @@ use std::ops::Range;
 use gravical_core::still::Plan;
 
 use super::levels::Levels;
+use super::noise::beyond_chance;
 use crate::motion::samples::Samples;
-use crate::stats::median;
 use blocks::Blocks;
 use fit::{Fit, fit};
 
@@ -26,8 +26,6 @@ use fit::{Fit, fit};
 const SEEN: f64 = 37.661_609_22;
 /// At 1 − 10⁻⁵: that much is reported.
 const DOUBTED: f64 = 25.901_749_75;
-/// Median of χ² with three degrees of freedom.
-const MEDIAN_CHI2_3: f64 = 2.365_974;
 /// Durations, s: each a quarter longer than the one before.
 const DURATIONS_S: [f64; 13] = [
     1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 6.3, 8.0, 10.0, 12.5, 16.0, 20.0,
@@ -47,7 +45,7 @@ pub struct SlowMove {
     /// When it ended, s.
     pub end_s: f64,
     /// How far it went, by the shape that fits best, m.
-    pub way_m: f64,
+    pub distance_m: f64,
     /// How far it stands out from the noise, as a χ² with three degrees of freedom.
     pub chi2: f64,
 }
@@ -79,7 +77,7 @@ pub(super) fn take_out(
             doubts.push(SlowMove {
                 start_s: found.from_s,
                 end_s: found.to_s,
-                way_m: gravical_core::matrix3::norm(&found.way_m),
+                distance_m: gravical_core::matrix3::norm(&found.displacement_m),
                 chi2: found.gain,
             });
         }
@@ -178,11 +176,8 @@ impl Search<'_> {
             }
         }
         // More than noise: the bias wanders, or the floor moves.
-        let n = quiet.len();
-        if n >= FEWEST
-            && let Some(middle) = median(&mut quiet)
-        {
-            let more = (middle / MEDIAN_CHI2_3 / (1.0 + 2.2 / (n as f64).sqrt())).max(1.0);
+        if quiet.len() >= FEWEST {
+            let more = beyond_chance(&mut quiet);
             all.iter_mut().for_each(|f| f.gain /= more);
             all.retain(|f| f.gain > DOUBTED);
         }

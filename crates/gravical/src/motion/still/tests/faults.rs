@@ -37,10 +37,7 @@ fn noisy(rate_hz: f64, seconds: f64, sigma: f64, motion_s: Range<f64>) -> Sample
 #[test]
 fn hardly_anything() {
     let nothing = Samples::default();
-    assert_eq!(
-        find_rests(&nothing, &RestOptions::default()),
-        Rests::default()
-    );
+    assert_eq!(find_rests(&nothing, None), Rests::default());
     for n in [1, 2, 5, 14, 30] {
         let few = noisy(100.0, n as f64 / 100.0 + 1e-6, 0.03, 9.0..9.0);
         assert_eq!(few.len(), n);
@@ -140,31 +137,22 @@ fn a_turn_about_the_vertical_parts_two_rests() {
 fn given_by_hand() {
     let samples = noisy(100.0, 10.0, 0.03, 0.0..0.0);
     let given = |list: &[(f64, f64)]| {
-        let options = RestOptions {
-            given_s: Some(list.to_vec()),
-        };
         (
-            options.validate().map_err(|e| e.code()),
-            find_rests(&samples, &options).spans,
+            check_intervals(list).map_err(|e| e.code()),
+            find_rests(&samples, Some(list)).spans,
         )
     };
     let (valid, spans) = given(&[(7.0, f64::INFINITY), (-1.0, 2.0), (1.5, 3.0)]);
     assert_eq!((valid, spans), (Ok(()), vec![0..301, 700..1000]));
     assert_eq!(given(&[(20.0, 30.0)]), (Ok(()), vec![]));
-    let outside = RestOptions {
-        given_s: Some(vec![(0.0, 1.0), (20.0, 30.0)]),
-    };
-    let error = outside.validate_for(&samples).unwrap_err();
+    let error = check_inside(&samples, &[(0.0, 1.0), (20.0, 30.0)]).unwrap_err();
     assert_eq!(error.code(), "rests-outside");
     for bad in [(3.0, 2.0), (2.0, 2.0), (f64::NAN, 1.0), (1.0, f64::NAN)] {
         assert_eq!(given(&[bad]).0, Err("rests-syntax"), "{bad:?}");
     }
     let mut broken = samples.clone();
     broken.breaks = vec![100];
-    let options = RestOptions {
-        given_s: Some(vec![(0.5, 1.5)]),
-    };
-    let rests = find_rests(&broken, &options);
+    let rests = find_rests(&broken, Some(&[(0.5, 1.5)]));
     assert_eq!(rests.spans, [50..100, 100..151]);
     assert!((rests.accel.unwrap().sigma[0] - 0.03).abs() < 0.01);
 }

@@ -148,7 +148,7 @@ fn without_a_gyroscope() {
         let mut samples = samples_of(&line(seed, 2.0, |_| {}));
         samples.rate_rad_s = None;
         assert_eq!(found(&samples).len(), 2, "seed {seed}");
-        let rests = find_rests(&samples, &RestOptions::default());
+        let rests = find_rests(&samples, None);
         assert!(rests.gyro.is_none() && rests.accel.is_some());
     }
 }
@@ -164,7 +164,7 @@ fn an_hour_and_more_of_rest_is_one_rest() {
             options.seed = seed;
             options.sensor.low_pass_hz = Some(low_pass_hz);
             let samples = samples_of(&simulate(&options).unwrap());
-            let rests = find_rests(&samples, &RestOptions::default());
+            let rests = find_rests(&samples, None);
             assert_eq!(rests.spans, [0..samples.len()], "{low_pass_hz} Hz");
             for noise in [rests.accel.unwrap(), rests.gyro.unwrap()] {
                 assert!((noise.vif / vif - 1.0).abs() < 0.08, "{noise:?}");
@@ -178,7 +178,7 @@ fn the_noise_is_that_of_the_sensor() {
     let mut ratios = Vec::new();
     for seed in 0..40 {
         let samples = samples_of(&line(seed, 2.0, |_| {}));
-        let noise = find_rests(&samples, &RestOptions::default()).accel.unwrap();
+        let noise = find_rests(&samples, None).accel.unwrap();
         // Allan N from σ and VIF.
         let mean = noise.sigma.iter().map(|s| s * s).sum::<f64>() / 3.0;
         ratios.push((mean * noise.vif * 0.01).sqrt() / 3.3e-3);

@@ -54,7 +54,7 @@ fn line(seed: u64, move_time_s: f64, change: impl Fn(&mut SimulateOptions)) -> S
 }
 
 fn found(samples: &Samples) -> Vec<Range<usize>> {
-    let rests = find_rests(samples, &RestOptions::default()).spans;
+    let rests = find_rests(samples, None).spans;
     for pair in rests.windows(2) {
         assert!(pair[0].end <= pair[1].start, "{rests:?}");
     }

@@ -56,7 +56,7 @@ fn recorded(path: &str, gyro: Option<&str>, counts: f64) -> Option<Samples> {
 
 /// Start and end of the rests, s.
 fn seconds(samples: &Samples) -> Vec<(f64, f64)> {
-    println!("{:?}", find_rests(samples, &RestOptions::default()).doubts);
+    println!("{:?}", find_rests(samples, None).doubts);
     let rests: Vec<(f64, f64)> = found(samples)
         .iter()
         .map(|r| (samples.t_s[r.start], samples.t_s[r.end - 1]))
@@ -154,7 +154,7 @@ fn placed_by_hand() {
         let Some(samples) = recorded(path, gyro, counts) else {
             return;
         };
-        println!("{:?}", find_rests(&samples, &RestOptions::default()).doubts);
+        println!("{:?}", find_rests(&samples, None).doubts);
         let rests = found(&samples);
         let plan = plan(&samples).unwrap();
         let coarse = coarse(&samples, &plan);

@@ -64,7 +64,7 @@ fn moves_of_other_shapes_are_one_too() {
 
 /// Seconds that are no rest, and doubts.
 fn disturbed(samples: &Samples) -> (f64, usize) {
-    let rests = find_rests(samples, &RestOptions::default());
+    let rests = find_rests(samples, None);
     let rest: usize = rests.spans.iter().map(Range::len).sum();
     (0.01 * (samples.len() - rest) as f64, rests.doubts.len())
 }
