@@ -147,7 +147,7 @@ impl Drift {
     /// The accelerometer at temperature `t_c` without its drift; unchanged without a temperature.
     pub fn accel_at(&self, accel: [f64; 3], t_c: f64) -> [f64; 3] {
         match t_c.is_finite() {
-            true => from_fn(|axis| self.model.to_reference(axis, t_c, accel[axis])),
+            true => from_fn(|axis| self.model.at_reference(axis, t_c, accel[axis])),
             false => accel,
         }
     }

@@ -182,13 +182,13 @@ impl TemperatureModel {
 
     /// A reading of channel `channel` (0 to 5: ax to gz) at `t_c`, as it would be at the reference
     /// temperature.
-    pub(crate) fn to_reference(&self, channel: usize, t_c: f64, raw: f64) -> f64 {
+    pub(crate) fn at_reference(&self, channel: usize, t_c: f64, raw: f64) -> f64 {
         let (drift, gain) = self.drift_at(CHANNELS[channel], t_c);
         (raw - drift) / (1.0 + gain)
     }
 
-    /// The inverse of [`to_reference`](Self::to_reference).
-    pub(crate) fn from_reference(&self, channel: usize, t_c: f64, value: f64) -> f64 {
+    /// The inverse of [`at_reference`](Self::at_reference).
+    pub(crate) fn at_temperature(&self, channel: usize, t_c: f64, value: f64) -> f64 {
         let (drift, gain) = self.drift_at(CHANNELS[channel], t_c);
         value * (1.0 + gain) + drift
     }

@@ -33,9 +33,9 @@ pub(super) fn take_off(
             continue;
         };
         for axis in 0..3 {
-            rest.mean[axis] = model.to_reference(axis, t_c, rest.mean[axis]);
+            rest.mean[axis] = model.at_reference(axis, t_c, rest.mean[axis]);
             if let Some((gyro, _)) = &mut rest.gyro {
-                gyro[axis] = model.to_reference(3 + axis, t_c, gyro[axis]);
+                gyro[axis] = model.at_reference(3 + axis, t_c, gyro[axis]);
             }
         }
     }

@@ -180,7 +180,7 @@ fn samples(
         }
         let drift = &nominal.drift;
         let at_reference = |channel: usize, raw: f64| match drift {
-            Some(d) => d.model.to_reference(channel, d.held_c[row], raw),
+            Some(d) => d.model.at_reference(channel, d.held_c[row], raw),
             None => raw,
         };
         let raw = std::array::from_fn(|c| at_reference(c, force[c][row] + recording.zero_offset));

@@ -78,7 +78,7 @@ fn bring_to_reference(placement: &mut Placement, model: &TemperatureModel, zero_
         return;
     };
     for (axis, mean) in placement.mean.iter_mut().enumerate() {
-        *mean = model.to_reference(axis, t_c, *mean + zero_offset) - zero_offset;
+        *mean = model.at_reference(axis, t_c, *mean + zero_offset) - zero_offset;
     }
     if let Some((sum, rows)) = &mut placement.gyro_sum {
         for (axis, name) in CHANNELS[3..].iter().enumerate() {
