@@ -77,12 +77,13 @@ fn a_sparse_file_may_write_null() {
     for word in ["", "nan", "null", "NA", "-"] {
         let mut text = "t_ms,ax,ay,az,gx,gy,gz,temp\n".to_owned();
         for i in 0..200 {
-            let accel = format!("0.1,0.2,9.8{}", i % 5);
-            let cells = match i % 2 {
-                0 => format!("{accel},{word},{word},{word},{word}"),
-                _ => format!("{word},{word},{word},{word},{word},{word},25.1"),
+            let values = ["0.1", "0.2", "9.8", "0.01", "0.02", "0.03", "25.1"];
+            let cell = |channel: usize| match i % 7 == channel {
+                true => values[channel],
+                false => word,
             };
-            writeln!(text, "{},{cells}", 10 * i).unwrap();
+            let cells: Vec<&str> = (0..7).map(cell).collect();
+            writeln!(text, "{},{}", 10 * i, cells.join(",")).unwrap();
         }
         let recording = read(text.as_bytes());
         assert_eq!(recording.rows(), 200, "{word}");
