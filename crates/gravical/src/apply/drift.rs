@@ -3,16 +3,17 @@
 #[cfg(test)]
 mod tests;
 
+use std::array::from_fn;
+
 use serde::Serialize;
 
 use crate::calibration_file::{CHANNELS, CalibrationFile, TemperatureModel};
 use crate::recording::layout::Layout;
-use crate::recording::monitor::is_celsius;
 use crate::recording::names::Quantity;
 use crate::recording::row::{ACCEL, TEMPERATURE, Values};
 use crate::recording::text::HeadChannels;
-use crate::recording::{Finding, FindingKind, LineSpans, POSSIBLE_C};
-use crate::temperature::{cost_text, evaluate};
+use crate::recording::{Finding, FindingKind, LineSpans};
+use crate::temperature::cost_text;
 
 /// Temperatures outside the range by no more than this are not reported, °C: thermometers are
 /// noisy.
@@ -39,26 +40,12 @@ pub(crate) struct Drift {
     applied: Vec<usize>,
     /// Last known temperature; NaN before the first.
     now_c: f64,
-    /// Correction at this temperature.
-    at: Correction,
+    /// Drift and gain of each channel at this temperature.
+    at: [(f64, f64); 6],
     outside_range_c: [f64; 2],
     outside: LineSpans,
     held: LineSpans,
     without: LineSpans,
-}
-
-/// For each channel: the drift that is subtracted, and the divisor of the rest.
-#[derive(Clone, Copy)]
-struct Correction {
-    drift: [f64; 6],
-    divisor: [f64; 6],
-}
-
-impl Correction {
-    const NONE: Self = Correction {
-        drift: [0.0; 6],
-        divisor: [1.0; 6],
-    };
 }
 
 impl Drift {
@@ -69,6 +56,7 @@ impl Drift {
         calibration: &CalibrationFile,
         head: &HeadChannels,
         layout: &Layout,
+        celsius: bool,
         with_gyro: bool,
         findings: &mut Vec<Finding>,
     ) -> Option<Self> {
@@ -91,9 +79,7 @@ impl Drift {
         }
         let why = match layout.field(Quantity::Temperature) {
             None => Some("the recording has no temperatures"),
-            Some(_) if !is_celsius(&head.temperature, findings) => {
-                Some("the recording's temperatures are not in °C")
-            }
+            Some(_) if !celsius => Some("the recording's temperatures are not in °C"),
             Some(_) => None,
         };
         if let Some(why) = why {
@@ -110,14 +96,14 @@ impl Drift {
             model: model.clone(),
             applied,
             now_c: f64::NAN,
-            at: Correction::NONE,
+            at: [(0.0, 0.0); 6],
             outside_range_c: [f64::INFINITY, f64::NEG_INFINITY],
             outside: LineSpans::default(),
             held: LineSpans::default(),
             without: LineSpans::default(),
         };
         // Rows before the first temperature use that temperature.
-        if let Some(first) = head.temperature.iter().find(|t| POSSIBLE_C.contains(*t)) {
+        if let Some(first) = head.temperature.iter().find(|t| t.is_finite()) {
             drift.set_temperature(*first);
         }
         Some(drift)
@@ -125,27 +111,14 @@ impl Drift {
 
     fn set_temperature(&mut self, t_c: f64) {
         self.now_c = t_c;
-        self.at = self.correction(t_c);
-    }
-
-    fn correction(&self, t_c: f64) -> Correction {
-        let [low, high] = self.model.range_c;
-        let x = t_c.clamp(low, high) - self.model.reference_c;
-        let mut out = Correction::NONE;
-        for &i in &self.applied {
-            if let Some(channel) = self.model.channel(CHANNELS[i]) {
-                out.drift[i] = evaluate(&channel.coefficients, x);
-                out.divisor[i] = 1.0 + evaluate(&channel.scale_coefficients, x);
-            }
-        }
-        out
+        self.at = CHANNELS.map(|name| self.model.drift_at(name, t_c));
     }
 
     /// The readings of a row converted to the reference temperature.
     #[inline]
     pub fn subtract(&mut self, values: &Values, line: u64) -> Values {
         let t_c = values[TEMPERATURE];
-        if POSSIBLE_C.contains(&t_c) {
+        if t_c.is_finite() {
             if t_c != self.now_c {
                 self.set_temperature(t_c);
             }
@@ -165,25 +138,18 @@ impl Drift {
             }
         }
         let mut out = *values;
-        for ((v, drift), divisor) in out[ACCEL..ACCEL + 6]
-            .iter_mut()
-            .zip(self.at.drift)
-            .zip(self.at.divisor)
-        {
-            *v = (*v - drift) / divisor;
+        for (value, (drift, gain)) in out[ACCEL..ACCEL + 6].iter_mut().zip(self.at) {
+            *value = (*value - drift) / (1.0 + gain);
         }
         out
     }
 
     /// The accelerometer at temperature `t_c` without its drift; unchanged without a temperature.
-    pub fn accel_at(&self, mut accel: [f64; 3], t_c: f64) -> [f64; 3] {
-        if POSSIBLE_C.contains(&t_c) {
-            let at = self.correction(t_c);
-            for ((v, drift), divisor) in accel.iter_mut().zip(at.drift).zip(at.divisor) {
-                *v = (*v - drift) / divisor;
-            }
+    pub fn accel_at(&self, accel: [f64; 3], t_c: f64) -> [f64; 3] {
+        match t_c.is_finite() {
+            true => from_fn(|axis| self.model.at_reference(axis, t_c, accel[axis])),
+            false => accel,
         }
-        accel
     }
 
     /// Adds the findings and returns the result; to be called after the last row.

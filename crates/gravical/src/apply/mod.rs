@@ -64,7 +64,6 @@ use crate::recording::monitor::refuse_unit_change;
 use crate::recording::names::Role;
 use crate::recording::open::Input;
 use crate::recording::text::open_rows;
-use crate::recording::timing::Treatment;
 use crate::recording::{
     AccelScale, AccelUnit, Aside, Finding, FindingKind, GyroUnit, ReadOptions, Recording,
 };
@@ -218,7 +217,14 @@ fn run(
     let mut findings = std::mem::take(&mut file.findings);
     let (format, head) = (file.format.clone(), file.head());
     let with_gyro = joined.is_some() || format.layout.has_gyro();
-    let drift = Drift::new(calibration, &head, &format.layout, with_gyro, &mut findings);
+    let drift = Drift::new(
+        calibration,
+        &head,
+        &format.layout,
+        file.rows.facts().celsius,
+        with_gyro,
+        &mut findings,
+    );
     let case = Case {
         calibration,
         head: &head,
@@ -233,6 +239,7 @@ fn run(
     let joined = joined.map(|r| Joined::new(calibration, r, &mut findings));
     let mut joined = joined.transpose()?;
     let gyro_unit = joined.as_ref().map(|j| j.unit).or(judged.gyro);
+    let has_drift = calibration.drift_model().is_some();
     let assumed = *file.rows.facts();
     if calibration.verdict.grade == Grade::Poor {
         findings.push(Finding::new(
@@ -277,14 +284,17 @@ fn run(
         plan.write_row(row.text.bytes, row.text.spans, &calibrated, &mut out.bytes);
         out.write_if_full()?;
     }
-    let mut read = file.finish(Treatment::Kept)?;
-    refuse_unit_change(&read.finished.found, &options.read, name)?;
+    let mut read = file.finish()?;
+    refuse_unit_change(&read.finished.summary.found, &options.read, name)?;
     write_breaks(&read.finished.trailing, &mut out.bytes);
     out.finish()?;
     findings.append(&mut read.findings);
-    let found = read.finished.found;
-    findings.extend(assumed.contradicted_by(&read.finished.facts));
+    let found = read.finished.summary.found;
+    findings.extend(assumed.contradicted_by(&read.finished.summary.facts));
     findings.extend(read.finished.zeros);
+    // Counts are the calibration's own unit; temperatures matter to its drift.
+    let temperature = |f: &Finding| f.kind == FindingKind::TemperatureUnit && has_drift;
+    findings.extend(found.channels.into_iter().filter(temperature));
     findings.extend(found.clock);
     findings.extend(found.cells);
     // The unit itself was checked above.
@@ -322,8 +332,7 @@ fn run(
     })
 }
 
-/// Writes breaks as blank lines; many programs cannot read comments.
+/// Writes each line that is a break as a blank line; many programs cannot read comments.
 fn write_breaks(before: &[Aside], out: &mut Vec<u8>) {
-    let stays = |reason: &&Aside| matches!(reason, Aside::Blank | Aside::NamedGap);
-    before.iter().filter(stays).for_each(|_| out.push(b'\n'));
+    out.extend(before.iter().map(|_| b'\n'));
 }

@@ -63,7 +63,9 @@ impl Plan {
         names: &[Option<String>; 6],
         keep_raw: bool,
     ) -> Self {
-        let taken: Vec<&str> = names.iter().flatten().map(String::as_str).collect();
+        // Names of the values, and of the other columns of the input.
+        let mut taken: Vec<String> = names.iter().flatten().cloned().collect();
+        taken.extend((0..dialect.fields).map(|field| input_name(dialect, layout, field)));
         let mut plan = Plan {
             names: Vec::new(),
             findings: Vec::new(),
@@ -85,7 +87,7 @@ impl Plan {
                 Some((i, Some(name))) if !keep_raw => plan.value(i, name),
                 _ => {
                     let name = input_name(dialect, layout, field);
-                    let name = plan.unused_name(name, &taken);
+                    let name = plan.unused_name(name, names, &taken);
                     plan.keep(field, name);
                 }
             }
@@ -106,12 +108,21 @@ impl Plan {
         self.pieces.push(Piece::Value(i));
     }
 
-    /// Renames a copied column that has the name of a calibrated one.
-    fn unused_name(&mut self, name: String, taken: &[&str]) -> String {
-        if !taken.contains(&name.as_str()) {
+    /// Renames a copied column that has the name of a calibrated one, to a name that no other
+    /// column has.
+    fn unused_name(
+        &mut self,
+        name: String,
+        values: &[Option<String>; 6],
+        taken: &[String],
+    ) -> String {
+        if !values.iter().flatten().any(|value| *value == name) {
             return name;
         }
-        let free = format!("input_{name}");
+        let mut free = format!("input_{name}");
+        while taken.contains(&free) || self.names.contains(&free) {
+            free.insert_str(0, "input_");
+        }
         self.findings.push(Finding::new(
             FindingKind::RenamedColumn,
             format!("the input has a column {name}; it is written as {free}"),

@@ -47,7 +47,10 @@ impl CalibrationFile {
         ] {
             if value.is_some_and(|v| !(0.0..MOST).contains(&v)) {
                 let field = format!("accelerometer.{field}");
-                return Err(wrong(&field, "not a valid error size".to_owned()));
+                return Err(wrong(
+                    &field,
+                    "it has to be 0 or more and below 1e9".to_owned(),
+                ));
             }
         }
         if let Some(g) = &self.gyroscope {
@@ -60,12 +63,10 @@ impl CalibrationFile {
         if self.noise.as_ref().is_some_and(|noise| !noise.is_sound()) {
             return Err(wrong("noise", "not a positive number".to_owned()));
         }
-        let unusable = |m: &super::TemperatureModel| !m.is_usable();
-        if self.temperature_model.as_ref().is_some_and(unusable) {
-            return Err(wrong(
-                "temperature_model",
-                "it cannot be applied: a number is not finite, its range is reversed, its gain reaches a half, or a channel is unknown or duplicated".to_owned(),
-            ));
+        let model = self.temperature_model.as_ref();
+        if let Some(why) = model.and_then(super::TemperatureModel::fault) {
+            let why = format!("it cannot be applied: {why}");
+            return Err(wrong("temperature_model", why));
         }
         Ok(())
     }

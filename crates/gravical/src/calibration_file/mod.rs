@@ -14,6 +14,7 @@ mod syntax;
 mod temperature;
 mod trust;
 mod types;
+mod unit;
 
 use std::path::Path;
 
@@ -29,6 +30,7 @@ use syntax::syntax;
 pub use temperature::*;
 pub use trust::*;
 pub use types::*;
+pub(crate) use unit::{Applied, judge_unit};
 
 /// Value of `format`.
 pub const FORMAT: &str = "gravical-calibration/1";

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::InputFile;
+use super::{CalibrationFile, InputFile};
+use crate::polynomial::evaluate;
 
 /// Drift of a sensor's readings with its temperature T.
 ///
@@ -165,32 +166,73 @@ impl TemperatureModel {
         self.channels.iter().any(ChannelDrift::is_corrected)
     }
 
-    /// True if every number can be applied: finite, the range in order, the gain far from −1 in
-    /// the range, channels known and unique.
-    pub(super) fn is_usable(&self) -> bool {
+    /// Drift (input unit) and gain (relative) of channel `name` at `t_c`; outside the range those
+    /// at the nearer edge. Zero for a channel that is not corrected.
+    #[must_use]
+    pub fn drift_at(&self, name: &str, t_c: f64) -> (f64, f64) {
+        let x = t_c.clamp(self.range_c[0], self.range_c[1]) - self.reference_c;
+        let channel = self.channel(name).filter(|c| c.is_corrected());
+        channel.map_or((0.0, 0.0), |c| {
+            (
+                evaluate(&c.coefficients, x),
+                evaluate(&c.scale_coefficients, x),
+            )
+        })
+    }
+
+    /// A reading of channel `channel` (0 to 5: ax to gz) at `t_c`, as it would be at the reference
+    /// temperature.
+    pub(crate) fn at_reference(&self, channel: usize, t_c: f64, raw: f64) -> f64 {
+        let (drift, gain) = self.drift_at(CHANNELS[channel], t_c);
+        (raw - drift) / (1.0 + gain)
+    }
+
+    /// The inverse of [`at_reference`](Self::at_reference).
+    pub(crate) fn at_temperature(&self, channel: usize, t_c: f64, value: f64) -> f64 {
+        let (drift, gain) = self.drift_at(CHANNELS[channel], t_c);
+        value * (1.0 + gain) + drift
+    }
+
+    /// Why it cannot be applied; `None` if it can.
+    pub(super) fn fault(&self) -> Option<String> {
         let [low, high] = self.range_c;
-        let numbers = self
-            .channels
-            .iter()
-            .flat_map(|c| c.coefficients.iter().chain(&c.scale_coefficients))
-            .chain([&self.reference_c, &low, &high]);
-        let known = |c: &ChannelDrift| CHANNELS.contains(&c.channel.as_str());
-        let once = self
-            .channels
-            .iter()
-            .enumerate()
-            .all(|(i, c)| self.channels[..i].iter().all(|b| b.channel != c.channel));
-        let gains = self.channels.iter().all(|c| {
-            (0..=20).all(|i| {
-                let t_c = low + (high - low) * f64::from(i) / 20.0;
-                crate::polynomial::evaluate(&c.scale_coefficients, t_c - self.reference_c).abs()
-                    < 0.5
-            })
-        });
-        low <= high
-            && once
-            && gains
-            && self.channels.iter().all(known)
-            && numbers.clone().all(|v| v.is_finite())
+        if ![self.reference_c, low, high].iter().all(|v| v.is_finite()) {
+            return Some("its reference or its range is not finite".to_owned());
+        }
+        if low > high {
+            return Some(format!("its range is reversed: {low} to {high} °C"));
+        }
+        self.channels.iter().enumerate().find_map(|(i, c)| {
+            let name = &c.channel;
+            let mut numbers = c.coefficients.iter().chain(&c.scale_coefficients);
+            let gain = |share: i32| {
+                let t_c = low + (high - low) * f64::from(share) / 20.0;
+                evaluate(&c.scale_coefficients, t_c - self.reference_c)
+            };
+            if !CHANNELS.contains(&name.as_str()) {
+                Some(format!("there is no channel {name}"))
+            } else if self.channels[..i]
+                .iter()
+                .any(|before| before.channel == *name)
+            {
+                Some(format!("the channel {name} is there twice"))
+            } else if !numbers.all(|v| v.is_finite()) {
+                Some(format!("a coefficient of {name} is not finite"))
+            } else if !(0..=20).all(|share| gain(share).abs() < 0.5) {
+                Some(format!(
+                    "the gain of {name} reaches a half within its range"
+                ))
+            } else {
+                None
+            }
+        })
+    }
+}
+
+impl CalibrationFile {
+    /// The temperature model, if it corrects a channel.
+    pub(crate) fn drift_model(&self) -> Option<&TemperatureModel> {
+        let model = self.temperature_model.as_ref();
+        model.filter(|m| m.any_corrected())
     }
 }

@@ -1,7 +1,6 @@
 //! What has to be known to read a check.
 
 use super::CheckOptions;
-use super::drift;
 use super::rests::Rest;
 use super::types::{Cause, Explanation};
 use crate::calibration_file::{CalibrationFile, Grade, GravitySource, InputFile};
@@ -147,7 +146,7 @@ pub(super) fn circumstances(
 
 fn temperature(calibration: &CalibrationFile, rests: &[Rest]) -> Option<Finding> {
     // Within the range of a temperature model the drift is taken off.
-    let (least, most, what) = match (drift::accepted(calibration), calibration.temperature_c) {
+    let (least, most, what) = match (calibration.drift_model(), calibration.temperature_c) {
         (Some(model), _) => (
             model.range_c[0],
             model.range_c[1],

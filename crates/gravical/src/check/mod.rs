@@ -17,7 +17,6 @@ mod gyroscope;
 mod rests;
 mod types;
 mod uncertainty;
-mod unit;
 mod verdict;
 
 use gravical_core::matrix3::norm;
@@ -25,17 +24,15 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use nalgebra::DVector;
 
 use crate::Result;
-use crate::calibration_file::CalibrationFile;
+use crate::calibration_file::{CalibrationFile, judge_unit};
 use crate::gravity::Gravity;
 use crate::recording::{Finding, Recording};
 use crate::segment::face::{AxisMap, Face};
 use crate::segment::still::StillOptions;
 use crate::uncertainty::{chi_square, covariance_at_its_gravity, covariance_of};
 
-pub(crate) use drift::{accepted as accepted_model, at_reference, at_temperature};
 use rests::{Rest, rests};
 use uncertainty::{Place, assumed, at_another_time, spread};
-pub(crate) use unit::judge as judge_unit;
 use verdict::Evidence;
 
 #[doc(hidden)]
@@ -134,7 +131,7 @@ pub fn check(
             .map(|(_, a)| norm(a))
             .collect();
         if !norms.is_empty() {
-            unit::judge(calibration, recording, &mut norms, g, &mut findings)?;
+            judge_unit(calibration, recording, &mut norms, g, &mut findings)?;
         }
     }
     findings::circumstances(
@@ -147,7 +144,7 @@ pub fn check(
     );
 
     // Which readings count, where they stand, and how far they are off.
-    let differs = drift::accepted(calibration).is_none()
+    let differs = calibration.drift_model().is_none()
         && (calibration.temperature_c.is_none() || rests.iter().any(|r| r.temperature_c.is_none()));
     // Held against its own gravity, the error of that counts once, with the stills.
     let known = match options.gravity {

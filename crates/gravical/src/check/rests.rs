@@ -218,7 +218,7 @@ fn measure(draft: Draft, recordings: &[Recording], noise: &Noise, gyro_noise: &N
     let accel = gathered(&recording.accel, &draft.rows);
     let (mean, standard_error, count) = noise.mean(&accel, recording);
     let clipped = (0..3)
-        .map(|i| full_scale::clipped_rows(&accel[i], &recording.accel_scale).len())
+        .map(|i| full_scale::clipped_count(&accel[i], &recording.accel_scale))
         .sum();
     let gyro = recording.gyro.as_ref().and_then(|g| {
         let (mean, error, _) = gyro_noise.mean(&gathered(g, &draft.rows), recording);

@@ -30,6 +30,7 @@ use crate::recording::collect::{Columns, Known, Rereader, Sink, collect, collect
 use crate::recording::excerpt::Excerpt;
 use crate::recording::layout::Layout;
 use crate::recording::monitor::Facts;
+use crate::recording::names::Role;
 use crate::recording::open::Reopenable;
 use crate::recording::row::TEMPERATURE;
 use crate::recording::rows::{Mark, Rows, Source};
@@ -152,11 +153,18 @@ fn read_rows_from(
         to_end: true,
         ..StoredRows::new(layout, facts, wanted.clone())
     };
-    let (stored, read) = collect(&mut source, &name, options, sink)?.with(());
+    let (stored, read) = collect(&mut source, &name, Role::Recording, options, sink)?.with(());
     if stored.row <= whole {
-        return Ok(collect(&mut source, &name, options, Columns::new)?.into_recording());
+        return Ok(
+            collect(&mut source, &name, Role::Recording, options, Columns::new)?.into_recording(),
+        );
     }
-    let even_hz = read.finished.facts.stamp_reading.and_then(|s| s.even_hz);
+    let even_hz = read
+        .finished
+        .summary
+        .facts
+        .stamp_reading
+        .and_then(|s| s.even_hz);
     let mut recording = read.with(stored.columns).1.into_recording();
     recording.excerpt = Some(Excerpt {
         rows: stored.rows,
@@ -200,16 +208,23 @@ fn read_from(
             Survey::new(columns, whole, bounds.blocks, still, rate)
         }
     };
-    let mut read = collect_from(input, source, name, options, survey(None))?;
+    let mut read = collect_from(input, source, name, Role::Recording, options, survey(None))?;
     let rate_hz = |timing: &Timing| timing.rate_hz().unwrap_or(Recording::ASSUMED_RATE_HZ);
-    let mut rate = rate_hz(&read.finished.timing);
+    let mut rate = rate_hz(&read.finished.summary.timing);
     let width = read.rows.long.as_ref().map(|long| long.width);
     // The first rows may give another rate than all of them.
     if width.is_some_and(|width| width != block_rows(rate, still))
         && let Some(input) = source.reopen(options)?
     {
-        read = collect_from(input, source, name, options, survey(Some(rate)))?;
-        rate = rate_hz(&read.finished.timing);
+        read = collect_from(
+            input,
+            source,
+            name,
+            Role::Recording,
+            options,
+            survey(Some(rate)),
+        )?;
+        rate = rate_hz(&read.finished.summary.timing);
     }
     let (survey, read) = read.with(());
     let known = Known {
@@ -239,7 +254,7 @@ fn read_from(
             block_s: still.block_s,
             ..options.clone()
         };
-        let steps = &read.finished.facts.resolution;
+        let steps = &read.finished.summary.facts.resolution;
         Levels::of(&blocks.groups, rate, steps, &options)
     });
     let mut quiet = Default::default();
@@ -270,7 +285,12 @@ fn read_from(
     if stored.complete < stored.wanted.len() {
         return Err(rereader.changed());
     }
-    let even_hz = read.finished.facts.stamp_reading.and_then(|s| s.even_hz);
+    let even_hz = read
+        .finished
+        .summary
+        .facts
+        .stamp_reading
+        .and_then(|s| s.even_hz);
     let mut recording = read.with(stored.columns).1.into_recording();
     recording.restarted |= restarted;
     recording.excerpt = Some(Excerpt {
@@ -434,7 +454,7 @@ fn findings_about_rows_left_out(
             Finding::new(
                 FindingKind::IntervalsLeftOut,
                 format!(
-                    "{} static intervals, too many for memory: the longest {stored} in all directions are used",
+                    "{} static intervals, too many for memory: of each direction the longest are used, {stored} in all",
                     stored + left_out
                 ),
             )

@@ -7,7 +7,6 @@ use crate::recording::collect::{Columns, Sink};
 use crate::recording::monitor::Facts;
 use crate::recording::row::{ACCEL, GYRO, TEMPERATURE, Values};
 use crate::recording::rows::{Mark, Rows, Source};
-use crate::recording::timing::Treatment;
 use crate::stats::Thinned;
 use crate::still::{Block, Levels, StillOptions, block_rows};
 
@@ -89,7 +88,7 @@ impl Sink for Survey {
             self.columns.push(&row, row.is_break())?;
             self.mark(rows, self.columns.rows());
         }
-        let so_far = || rows.monitor().finish(Treatment::Repaired).timing.rate_hz();
+        let so_far = || rows.monitor().finish().timing.rate_hz();
         let rate = self.rate.or_else(so_far);
         let width = block_rows(rate.unwrap_or(Recording::ASSUMED_RATE_HZ), &self.still);
         let zero_offset = rows.facts().zero_offset;

@@ -79,11 +79,11 @@ kinds! {
             "nothing";
         BlankRows "blank-rows" Note
             "empty lines, or lines of delimiters only"
-            "taken as a break between poses, but for a single line where the clock goes on"
+            "taken as a break between poses, except a single line across which the clock continues"
             "nothing, if a break was meant";
         RepeatedHeader "repeated-header" Warning
             "the header once more in the middle"
-            "skipped; a break"
+            "skipped; a break unless the clock continues"
             "check whether two recordings are in one file";
         HeaderChanged "header-changed" Warning
             "a header in mid-file names other columns, another order or another unit than the first"
@@ -298,7 +298,7 @@ kinds! {
             "used anyway"
             "read no faster than the sensor measures";
         EmptyCells "empty-cells" Warning
-            "cells without a value"
+            "cells without a value, and temperatures that no sensor can have (below −60 or above 150 °C)"
             "left empty and not part of means; if each channel is written when it arrives, the last value is held"
             "nothing, or record whole rows";
         TemperatureModel "temperature-model" Note

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use gravical_core::matrix3::{norm, sub};
 
-use crate::recording::full_scale::clipped_rows;
+use crate::recording::full_scale::clipped_count;
 use crate::recording::units::AccelScale;
 use crate::segment::face::{AXES, Face};
 use crate::stats::standard_deviation;
@@ -245,7 +245,7 @@ impl Capture<'_> {
     fn clipped(&self) -> Option<Fault> {
         let axis = (0..3).find(|&axis| {
             let values: Vec<f64> = self.samples.iter().map(|s| s.accel()[axis]).collect();
-            !clipped_rows(&values, &self.units.scale).is_empty()
+            clipped_count(&values, &self.units.scale) > 0
         })?;
         Some(Fault::new(
             Rejection::Clipped,

@@ -12,7 +12,6 @@ use crate::recording::open::Input;
 use crate::recording::row::{ACCEL, GYRO, TEMPERATURE, Values};
 use crate::recording::rows::{Finished, Row, Text};
 use crate::recording::text::{OpenFile, open_rows};
-use crate::recording::timing::Treatment;
 use crate::recording::{ReadOptions, Recording, metadata};
 use crate::{Error, Result};
 
@@ -215,7 +214,7 @@ impl Reader {
     /// What all rows so far say of units, clock and faults.
     pub fn summary(&self) -> Option<MonitorSummary> {
         let file = self.file.as_ref()?;
-        Some(file.rows.monitor().finish(Treatment::Repaired))
+        Some(file.rows.monitor().finish())
     }
 
     /// Resolution of ax … gz, in their units.
@@ -250,7 +249,7 @@ impl Reader {
     ///
     /// `no-rows` before the format is known.
     pub fn recording(&self, columns: Columns) -> Result<Recording> {
-        let (Some(file), Some(summary)) = (&self.file, self.summary()) else {
+        let Some(file) = &self.file else {
             return Err(Error::input("no-rows", "no row was received yet"));
         };
         let dialect = &file.format.dialect;
@@ -263,7 +262,7 @@ impl Reader {
             column_names,
             ..About::default()
         };
-        let finished = Finished::so_far(summary, file.rows.monitor().resolution());
+        let finished = Finished::so_far(file.rows.monitor());
         let read = Collected {
             rows: columns,
             about,

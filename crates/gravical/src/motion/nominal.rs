@@ -34,7 +34,7 @@ impl Nominal {
     /// A raw value as it was read at sample `i`.
     fn with_drift(&self, i: usize, channel: usize, value: f64) -> f64 {
         match &self.drift {
-            Some(d) => crate::check::at_temperature(&d.model, channel, d.held_c[i], value),
+            Some(d) => d.model.at_temperature(channel, d.held_c[i], value),
             None => value,
         }
     }

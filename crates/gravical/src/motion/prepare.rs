@@ -120,7 +120,7 @@ impl Drift {
         file: &CalibrationFile,
         findings: &mut Vec<Finding>,
     ) -> Option<Self> {
-        let model = crate::check::accepted_model(file)?;
+        let model = file.drift_model()?;
         let mut held_c = recording.temperature_c.take().unwrap_or_default();
         let Some(mut now) = held_c.iter().copied().find(|t| t.is_finite()) else {
             let what = match held_c.is_empty() {
@@ -180,7 +180,7 @@ fn samples(
         }
         let drift = &nominal.drift;
         let at_reference = |channel: usize, raw: f64| match drift {
-            Some(d) => crate::check::at_reference(&d.model, channel, d.held_c[row], raw),
+            Some(d) => d.model.at_reference(channel, d.held_c[row], raw),
             None => raw,
         };
         let raw = std::array::from_fn(|c| at_reference(c, force[c][row] + recording.zero_offset));

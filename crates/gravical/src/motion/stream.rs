@@ -35,7 +35,6 @@ use crate::recording::monitor::refuse_unit_change;
 use crate::recording::names::Role;
 use crate::recording::open::Input;
 use crate::recording::text::{OpenFile, ReadFile, open_rows};
-use crate::recording::timing::Treatment;
 use crate::recording::{Finding, FindingKind, ReadOptions, Recording, read_bytes};
 use crate::{Error, Result};
 
@@ -81,6 +80,7 @@ pub fn motion_stream(
             c.file,
             &file.head(),
             layout,
+            file.rows.facts().celsius,
             layout.has_gyro(),
             &mut Vec::new(),
         )
@@ -99,11 +99,11 @@ pub fn motion_stream(
         pipeline.row(&row, calibrated, &mut out.bytes);
         out.write_if_full()?;
     }
-    let mut done = file.finish(Treatment::Repaired)?;
-    refuse_unit_change(&done.finished.found, read, name)?;
+    let mut done = file.finish()?;
+    refuse_unit_change(&done.finished.summary.found, read, name)?;
     out.finish()?;
     let mut all_findings = std::mem::take(&mut done.findings);
-    all_findings.extend(assumed.contradicted_by(&done.finished.facts));
+    all_findings.extend(assumed.contradicted_by(&done.finished.summary.facts));
     all_findings.extend(done.finished.findings());
     all_findings.append(&mut findings);
     let drift = sensor.drift.as_ref();
@@ -350,7 +350,7 @@ impl Begin {
         }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
         let duration_s = done.last_s - done.first_s;
-        let stamp_reading = read.finished.facts.stamp_reading;
+        let stamp_reading = read.finished.summary.facts.stamp_reading;
         let stamped = stamp_reading.is_some_and(|b| b.even_hz.is_none()) && duration_s > 0.0;
         MotionResult {
             input: recording.name.clone(),

@@ -2,9 +2,13 @@
 //!
 //! A recorder that writes each channel when it arrives leaves most cells empty; in such a file
 //! the last value of a channel is held until the next one. In other files an empty cell stays
-//! empty. If an accelerometer reads exactly zero on all axes, it was not read: the row is treated
+//! empty. A temperature that no sensor can have (a driver's -999 for a failed read) is an empty
+//! cell. If an accelerometer reads exactly zero on all axes, it was not read: the row is treated
 //! as empty, and at the end of a file it is removed.
 
+use std::ops::Range;
+
+use super::POSSIBLE_C;
 use super::row::{ACCEL, GYRO, TEMPERATURE, Values};
 use crate::finding::{Finding, FindingKind, LineSpans};
 
@@ -22,14 +26,18 @@ pub(super) const ZEROS_IN_A_ROW: u64 = 5;
 /// Channels of a recording.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Channels {
+    /// `false` for a gyroscope in a file of its own.
+    pub accel: bool,
     pub gyro: bool,
+    /// In °C.
     pub temperature: bool,
 }
 
 impl Channels {
-    /// Number of channels of accelerometer and gyroscope.
-    fn count(self) -> usize {
-        if self.gyro { 6 } else { 3 }
+    /// Slots of accelerometer and gyroscope.
+    pub fn slots(self) -> Range<usize> {
+        let from = if self.accel { ACCEL } else { GYRO };
+        from..if self.gyro { GYRO + 3 } else { GYRO }
     }
 
     /// The accelerometer reads zero on every axis.
@@ -56,7 +64,9 @@ pub(crate) struct CellCounts {
     incomplete: [u64; 2],
     /// Number of rows in which the accelerometer, the gyroscope reads zero on all axes.
     zeros: [u64; 2],
-    /// Lines of the incomplete rows of either sensor.
+    /// Number of temperatures that no sensor can have; they count as empty cells.
+    impossible: u64,
+    /// Lines of the incomplete rows of either sensor, and of impossible temperatures.
     lines: LineSpans,
 }
 
@@ -72,9 +82,9 @@ impl CellCounts {
     #[inline]
     pub fn observe(&mut self, values: &Values, line: u64) {
         self.rows += 1;
-        let count = self.channels.count();
-        let sum: f64 = values[ACCEL..ACCEL + count].iter().sum();
-        if sum.is_nan() || (self.channels.temperature && values[TEMPERATURE].is_nan()) {
+        let sum: f64 = values[self.channels.slots()].iter().sum();
+        if sum.is_nan() || (self.channels.temperature && !POSSIBLE_C.contains(&values[TEMPERATURE]))
+        {
             self.count_empty(values, line);
         }
         if values[ACCEL] == 0.0 && self.channels.accel_is_zero(values) {
@@ -87,23 +97,26 @@ impl CellCounts {
 
     #[cold]
     fn count_empty(&mut self, values: &Values, line: u64) {
-        let count = self.channels.count();
-        for (empty, value) in self.empty.iter_mut().zip(&values[ACCEL..ACCEL + count]) {
-            *empty += u64::from(value.is_nan());
+        for slot in self.channels.slots() {
+            self.empty[slot - ACCEL] += u64::from(values[slot].is_nan());
         }
         let is_incomplete = |first: usize| values[first..first + 3].iter().any(|v| v.is_nan());
         let incomplete = [
-            is_incomplete(ACCEL),
+            self.channels.accel && is_incomplete(ACCEL),
             self.channels.gyro && is_incomplete(GYRO),
         ];
         for (count, is_incomplete) in self.incomplete.iter_mut().zip(incomplete) {
             *count += u64::from(is_incomplete);
         }
-        if incomplete != [false; 2] {
+        let impossible = self.channels.temperature
+            && !values[TEMPERATURE].is_nan()
+            && !POSSIBLE_C.contains(&values[TEMPERATURE]);
+        if incomplete != [false; 2] || impossible {
             self.lines.push(line);
         }
+        self.impossible += u64::from(impossible);
         if self.channels.temperature {
-            self.empty[6] += u64::from(values[TEMPERATURE].is_nan());
+            self.empty[6] += u64::from(values[TEMPERATURE].is_nan() || impossible);
         }
     }
 
@@ -126,6 +139,10 @@ impl CellCounts {
 
     /// Rules for filling cells, from all rows so far.
     pub fn rules(&self, without_gravity: bool) -> CellRules {
+        if !self.channels.accel {
+            // Values of a gyroscope that is joined are interpolated; none are held before.
+            return CellRules::default();
+        }
         let sparse = |incomplete: u64| self.rows >= SPARSE_ROWS && 5 * incomplete > self.rows;
         let distance = |empty: u64| self.rows as f64 / (self.rows - empty).max(1) as f64;
         let mut longest = [0.0; 6];
@@ -148,10 +165,18 @@ impl CellCounts {
     pub fn finding(&self, rules: &CellRules) -> Option<Finding> {
         let names = ["ax", "ay", "az", "gx", "gy", "gz", "temperature"];
         let some = names.iter().zip(self.empty).filter(|(_, empty)| *empty > 0);
-        let parts: Vec<String> = some
+        let mut parts: Vec<String> = some
             .map(|(name, empty)| format!("{name} {empty}"))
             .collect();
+        if self.impossible > 0 {
+            let (n, low, high) = (self.impossible, POSSIBLE_C.start(), POSSIBLE_C.end());
+            parts.push(format!("{n} of them outside {low} to {high} °C"));
+        }
         let total: u64 = self.empty.iter().sum();
+        let (sensor, incomplete) = match self.channels.accel {
+            true => ("accelerometer", self.incomplete[0]),
+            false => ("gyroscope", self.incomplete[1]),
+        };
         // If cells are empty throughout the file, their lines are of no use.
         let lines = match rules.holds_any() {
             true => &LineSpans::default(),
@@ -161,9 +186,8 @@ impl CellCounts {
             Finding::new(
                 FindingKind::EmptyCells,
                 format!(
-                    "{total} empty cells ({}); {} of {} rows lack a value of the accelerometer{}",
+                    "{total} empty cells ({}); {incomplete} of {} rows lack a value of the {sensor}{}",
                     parts.join(", "),
-                    self.incomplete[0],
                     self.rows,
                     if rules.holds() {
                         ": each channel is written when it arrives; the last value of the others is held"
@@ -249,6 +273,9 @@ impl CellFiller {
     /// Fills or empties the cells of a row; `unread`: the accelerometer was not read.
     #[inline]
     pub fn fill(&mut self, values: &mut Values, unread: bool, line: u64) {
+        if !(self.channels.temperature && POSSIBLE_C.contains(&values[TEMPERATURE])) {
+            values[TEMPERATURE] = f64::NAN;
+        }
         // Such a row stays empty: the sensor did not answer.
         if unread && self.rules.zeros_are_empty {
             self.empty(values, line);
@@ -259,8 +286,8 @@ impl CellFiller {
 
     /// Fills empty cells with the last values.
     fn hold(&mut self, values: &mut Values) {
-        let channels = values[ACCEL..ACCEL + self.channels.count()].iter_mut();
-        for (i, value) in channels.enumerate() {
+        for slot in self.channels.slots() {
+            let (i, value) = (slot - ACCEL, &mut values[slot]);
             if !value.is_nan() {
                 (self.last[i], self.held[i]) = (*value, 0.0);
             } else if self.held[i] < self.rules.longest[i] {
@@ -301,6 +328,7 @@ mod tests {
     #[test]
     fn the_gyroscope_is_held_for_a_few_rows_only() {
         let channels = Channels {
+            accel: true,
             gyro: true,
             temperature: false,
         };

@@ -15,7 +15,6 @@ use super::open::{HEAD, Input, Reopenable, open};
 use super::row::{ACCEL, GYRO, TEMPERATURE};
 use super::rows::{Finished, Row, Rows, Source};
 use super::text::{OpenFile, open_rows};
-use super::timing::Treatment;
 use super::{AccelUnit, Finding, Labels, ReadOptions, Recording, RowMap, metadata};
 
 /// Reads the recording at `path`; `-` is standard input.
@@ -29,7 +28,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
     let mut source = Reopenable::of(path);
     let name = path.display().to_string();
-    let read = collect(&mut source, &name, options, Columns::new)?;
+    let read = collect(&mut source, &name, Role::Recording, options, Columns::new)?;
     Ok(read.into_recording())
 }
 
@@ -41,7 +40,8 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
 pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
     let mut source = Reopenable::Memory(bytes.into());
-    Ok(collect(&mut source, name, options, Columns::new)?.into_recording())
+    let read = collect(&mut source, name, Role::Recording, options, Columns::new);
+    read.map(Collected::into_recording)
 }
 
 /// Reads the first 256 KiB of the recording at `path`: unit, range, first time stamp, serial number
@@ -250,14 +250,14 @@ impl Collected<Columns> {
             lines,
             ..
         } = self.rows;
-        let contradicted = self.facts.contradicted_by(&self.finished.facts);
+        let contradicted = self.facts.contradicted_by(&self.finished.summary.facts);
         let mut findings = self.about.findings;
         findings.extend(contradicted);
         findings.extend(self.finished.findings());
         for finding in &mut findings {
             finding.file = Some(self.about.name.clone());
         }
-        let found = self.finished.facts;
+        let found = self.finished.summary.facts;
         let rows = self.rows.time_s.len();
         let even_hz = |facts: &Facts| {
             facts
@@ -292,17 +292,17 @@ impl Collected<Columns> {
             gyro_file: None,
             temperature_c: temperature,
             time_s,
-            time_origin_s: self.finished.origin_s,
+            time_origin_s: self.finished.summary.origin_s,
             restarted: self.rows.restarted,
             labels,
             breaks,
             zero_offset: self.facts.zero_offset,
             accel_scale: found.accel,
-            unit_doubt: self.finished.unit_doubt,
+            unit_doubt: self.finished.summary.unit_doubt,
             header_unit: self.rows.header_unit,
             gyro_scale: found.gyro,
             resolution: found.resolution,
-            timing: self.finished.timing,
+            timing: self.finished.summary.timing,
             ledger: self.finished.ledger,
             findings,
             line_map: lines,
@@ -323,11 +323,12 @@ impl Collected<Columns> {
 pub(crate) fn collect<T: Sink>(
     source: &mut Reopenable,
     name: &str,
+    role: Role,
     options: &ReadOptions,
     sink: impl Fn(&Layout, &Facts) -> T,
 ) -> Result<Collected<T>> {
     let input = source.open(options)?;
-    collect_from(input, source, name, options, sink)
+    collect_from(input, source, name, role, options, sink)
 }
 
 /// The same, with `source` already open.
@@ -339,17 +340,18 @@ pub(crate) fn collect_from<T: Sink>(
     mut input: Input,
     source: &mut Reopenable,
     name: &str,
+    role: Role,
     options: &ReadOptions,
     sink: impl Fn(&Layout, &Facts) -> T,
 ) -> Result<Collected<T>> {
     let (mut known, mut zeros_from) = (None, None);
     let mut passes = 1;
     loop {
-        let mut file = open_rows(input, name, Role::Recording, options, known)?;
+        let mut file = open_rows(input, name, role, options, known)?;
         file.rows = file.rows.with_zeros_from(zeros_from);
         let mut read = read_all(file, name, &sink)?;
         read.zeros_from = zeros_from;
-        let wrong_facts = !read.finished.facts.agrees(&read.facts);
+        let wrong_facts = !read.finished.summary.facts.agrees(&read.facts);
         if passes > 1 || !wrong_facts && read.finished.zeros_from.is_none() {
             return Ok(read);
         }
@@ -357,7 +359,7 @@ pub(crate) fn collect_from<T: Sink>(
             return Ok(read);
         };
         known = Some(if wrong_facts {
-            read.finished.facts
+            read.finished.summary.facts
         } else {
             read.facts
         });
@@ -468,7 +470,7 @@ fn read_all<T: Sink>(
     let column_names = column_names.unwrap_or_default();
     let is_calibrated = file.format.layout.reads_calibrated(&column_names);
     let is_calibrated_by_board = file.format.layout.calibrated_by_board;
-    let read = file.finish(Treatment::Repaired)?;
+    let read = file.finish()?;
     let about = About {
         name: name.to_owned(),
         sha256: read.sha256,

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use crate::scan::{parse_field, parse_field_decimal_comma};
 
 use super::names::{Quantity, understand};
-use super::row::{Delimiter, quoted_end};
+use super::row::{Delimiter, is_missing_value, quoted_end};
 use super::timing::parse_date;
 use super::units::is_unit;
 
@@ -257,7 +257,11 @@ fn parsed(fields: &[Cow<'_, [u8]>], decimal_comma: bool) -> Vec<Cell> {
         .iter()
         .map(|field| {
             let field = field.trim_ascii();
-            if field.is_empty() || field.eq_ignore_ascii_case(b"nan") || field == b"\"\"" {
+            let inner = match field {
+                [b'"', inner @ .., b'"'] => inner.trim_ascii(),
+                other => other,
+            };
+            if inner.is_empty() || is_missing_value(inner) {
                 return Cell::Empty;
             }
             let number = if decimal_comma {

@@ -61,7 +61,8 @@ pub struct SampleFrame {
     pub time_us: u32,
     /// Specific force along x, y, z, counts of the range in the board's settings line.
     pub accel: [i16; 3],
-    /// Temperature, counts: °C = counts / 340 + 36.53.
+    /// Temperature, counts; the conversion to °C is that of the sensor in the board's settings
+    /// line ([`BoardSettings::celsius`](super::board::BoardSettings::celsius)).
     pub temperature: i16,
     /// Angular rate about x, y, z, counts of the range in the board's settings line.
     pub gyro: [i16; 3],

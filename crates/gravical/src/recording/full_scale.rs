@@ -10,7 +10,7 @@ const FULL_SCALES_G: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 
 /// Full scales of gyroscopes on the market, °/s; those of the sensitivities in [`LSB_PER_DEG_S`]
 /// are added.
-const FULL_SCALES_DEG_S: [f64; 6] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0];
+pub(super) const FULL_SCALES_DEG_S: [f64; 7] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
 
 /// Smallest count at the end of a 16-bit converter: some end a few counts early.
 const LARGEST_COUNT: f64 = 32764.0;
@@ -142,13 +142,18 @@ impl Clipping {
         }
     }
 
-    /// The finding; `None` without clipping.
-    pub fn finding(&self, channel: &str) -> Option<Finding> {
+    /// Number of clipped values.
+    fn count(&self) -> u64 {
         let shown = match self.full.counts {
             true => self.largest <= END_OF_COUNTS,
             false => self.repeats >= 3,
         };
-        (shown && !self.lines.is_empty()).then(|| {
+        if shown { self.lines.count() } else { 0 }
+    }
+
+    /// The finding; `None` without clipping.
+    pub fn finding(&self, channel: &str) -> Option<Finding> {
+        (self.count() > 0).then(|| {
             Finding::new(
                 FindingKind::Clipped,
                 format!(
@@ -161,22 +166,11 @@ impl Clipping {
     }
 }
 
-/// Rows at which a channel is clipped. In physical units a single value at a full scale can be a
-/// coincidence; clipping shows as repeats of one value.
-pub(crate) fn clipped_rows(values: &[f64], scale: &AccelScale) -> Vec<usize> {
-    let full = FullScale::of_accel(scale);
-    let at_end: Vec<usize> = values
-        .iter()
-        .enumerate()
-        .filter(|(_, v)| full.is_at_end(v.abs()))
-        .map(|(i, _)| i)
-        .collect();
-    if scale.unit == AccelUnit::Counts {
-        return at_end;
+/// Number of values of a channel at rest that are clipped.
+pub(crate) fn clipped_count(values: &[f64], scale: &AccelScale) -> usize {
+    let mut clipping = Clipping::new(FullScale::of_accel(scale));
+    for (value, line) in values.iter().zip(1..) {
+        clipping.observe(*value, line);
     }
-    let repeats = at_end
-        .windows(2)
-        .filter(|w| values[w[0]] == values[w[1]])
-        .count();
-    if repeats >= 3 { at_end } else { Vec::new() }
+    clipping.count() as usize
 }

@@ -5,7 +5,6 @@ use crate::Result;
 use super::monitor::{Facts, RecordingClaims};
 use super::row::{ACCEL, GYRO, SLOTS, TEMPERATURE, Values};
 use super::rows::{Item, Rows, Source};
-use super::timing::Treatment;
 
 /// Largest number of passes over the head.
 const MOST_PASSES: u32 = 3;
@@ -17,7 +16,6 @@ const USUAL_LINES: usize = 1 << 13;
 #[derive(Debug, Clone)]
 pub(crate) struct Head {
     claims: RecordingClaims,
-    keeps_zero_tail: bool,
     lines: Vec<(u64, Item, Values)>,
 }
 
@@ -52,7 +50,7 @@ impl HeadChannels {
 
 impl Head {
     /// Reads all lines of `source`, up to an error.
-    pub fn read(mut source: impl Source, claims: &RecordingClaims, keeps_zero_tail: bool) -> Self {
+    pub fn read(mut source: impl Source, claims: &RecordingClaims) -> Self {
         let mut lines = Vec::with_capacity(USUAL_LINES);
         let mut values = [f64::NAN; SLOTS];
         while let Ok(Some(item)) = source.next(&mut values) {
@@ -60,7 +58,6 @@ impl Head {
         }
         Head {
             claims: claims.clone(),
-            keeps_zero_tail,
             lines,
         }
     }
@@ -72,7 +69,7 @@ impl Head {
 
     /// Channels of its rows.
     pub fn channels(&self, facts: &Facts) -> HeadChannels {
-        let channels = self.claims.channels();
+        let channels = self.claims.channels(facts);
         let mut out = HeadChannels {
             gyro: channels.gyro.then(Default::default),
             ..HeadChannels::default()
@@ -95,11 +92,7 @@ impl Head {
             lines: &self.lines,
             next: 0,
         };
-        let rows = Rows::new(source, "", self.claims.clone(), facts);
-        match self.keeps_zero_tail {
-            true => rows.keep_zero_tail(),
-            false => rows,
-        }
+        Rows::new(source, "", self.claims.clone(), facts)
     }
 }
 
@@ -112,7 +105,7 @@ pub(super) fn determine_facts<S: Source>(rows: impl Fn(Facts) -> Rows<S>) -> Fac
     loop {
         let mut rows = rows(facts);
         while let Ok(Some(_)) = rows.next_row() {}
-        let found = rows.monitor().finish(Treatment::Repaired).facts;
+        let found = rows.monitor().finish().facts;
         passes += 1;
         if found.agrees(&facts) || passes == MOST_PASSES {
             return Facts {

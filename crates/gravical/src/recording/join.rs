@@ -9,21 +9,18 @@
 //! Files stamped by different clocks cannot be joined correctly: the directions of gravity then
 //! do not match the turns, which the fit of the gyroscope reports.
 
+use std::cell::Cell;
 use std::path::Path;
 
 use crate::{Error, Result};
 
-use super::ledger::Aside;
-use super::monitor::{Defects, GyroCounts, gyro_by_claim};
-use super::names::Quantity;
-use super::names::Role;
-use super::open::{self, Input};
-use super::row::{GYRO, SLOTS, TIME};
-use super::text::open_rows;
-use super::timing::{self, BreakKind, Claims, TimeUnit, Treatment};
-use super::{ReadOptions, Recording, RowMap, metadata};
+use super::collect::{Collected, Columns, collect, collect_from};
+use super::layout::Layout;
+use super::monitor::Facts;
+use super::names::{Quantity, Role};
+use super::open::{self, Reopenable};
+use super::{ReadOptions, Recording};
 use crate::finding::{Finding, FindingKind, LineSpans};
-use crate::resolution::resolution;
 
 /// File that was joined to a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -54,9 +51,8 @@ const GAP_PERIODS: f64 = 4.5;
 /// `gyro-overlap` if the time ranges do not overlap, `gyro-length` if rows must be joined one by
 /// one and their numbers differ, `gyro-restart` if a clock restarted; and the errors of reading.
 pub fn join_gyroscope(recording: &mut Recording, path: &Path, options: &ReadOptions) -> Result<()> {
-    refuse_second(recording)?;
-    let input = open::open(path, options)?;
-    join_input(recording, input, &path.display().to_string(), options)
+    let name = path.display().to_string();
+    join_source(recording, &mut Reopenable::of(path), &name, options)
 }
 
 /// As [`join_gyroscope`], from bytes; `name` is used in messages.
@@ -70,11 +66,12 @@ pub fn join_gyroscope_bytes(
     name: &str,
     options: &ReadOptions,
 ) -> Result<()> {
-    refuse_second(recording)?;
-    let reader = Box::new(std::io::Cursor::new(bytes.to_vec()));
-    let input =
-        open::from_reader(reader, options.hash).map_err(|e| Error::io(Path::new(name), e))?;
-    join_input(recording, input, name, options)
+    join_source(
+        recording,
+        &mut Reopenable::Memory(bytes.into()),
+        name,
+        options,
+    )
 }
 
 /// True for a file that contains a gyroscope and no accelerometer, by its column names, or, if
@@ -82,20 +79,19 @@ pub fn join_gyroscope_bytes(
 #[must_use]
 pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
     let name = path.display().to_string();
-    let opened = open::open(path, &ReadOptions::default())
-        .and_then(|input| open_rows(input, &name, Role::Gyroscope, options, None));
-    let Ok(mut file) = opened else { return false };
-    let header = file.format.dialect.header.clone();
-    let readable = loop {
-        match file.rows.next_row() {
-            Ok(Some(_)) => {}
-            Ok(None) => break file.finish(Treatment::Repaired).is_ok(),
-            Err(_) => break false,
-        }
+    let options = ReadOptions {
+        hash: false,
+        meter: None,
+        ..options.clone()
     };
+    let source = &mut Reopenable::of(path);
+    let read = collect(source, &name, Role::Gyroscope, &options, Columns::new);
     let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
-    let named = header.is_some_and(|h| !h.names.iter().any(bare));
-    readable && (named || is_named_gyroscope(path))
+    read.is_ok_and(|read| {
+        let names = read.about.column_names;
+        let named = !names.is_empty() && !names.iter().any(bare);
+        named || is_named_gyroscope(path)
+    })
 }
 
 /// True for a file named after a gyroscope and not also after an accelerometer.
@@ -119,136 +115,85 @@ fn refuse_second(recording: &Recording) -> Result<()> {
     ))
 }
 
-/// Rows of a gyroscope with their times.
-struct Gyro {
-    channels: [Vec<f64>; 3],
-    /// Seconds on the recorder's clock.
-    stamps_s: Option<Vec<f64>>,
-    period_s: f64,
-    /// Rows before which samples are missing.
-    breaks: Vec<usize>,
-}
-
-fn join_input(
+fn join_source(
     recording: &mut Recording,
-    input: Input,
+    source: &mut Reopenable,
     name: &str,
     options: &ReadOptions,
 ) -> Result<()> {
-    let mut file = open_rows(input, name, Role::Gyroscope, options, None)?;
-    let layout = file.format.layout.clone();
-    let stamped = layout.field(Quantity::Time).is_some();
-    let mut channels: [Vec<f64>; 3] = Default::default();
-    let mut stamps = Vec::new();
-    let mut discontinuities: Vec<(usize, BreakKind)> = Vec::new();
-    let mut lines = RowMap::default();
-    let mut counted = GyroCounts::default();
-    while let Some(row) = file.rows.next_row()? {
-        let rate = [row.values[GYRO], row.values[GYRO + 1], row.values[GYRO + 2]];
-        counted.observe(rate);
-        let how = row
-            .before
-            .iter()
-            .filter_map(|reason: &Aside| BreakKind::of(*reason));
-        discontinuities.extend(how.max().map(|how| (channels[0].len(), how)));
-        for (channel, value) in channels.iter_mut().zip(rate) {
-            channel.push(value);
-        }
-        if stamped {
-            stamps.push(row.values[TIME]);
-        }
-        lines.push(row.line);
+    refuse_second(recording)?;
+    let mut gyro = read_beside(recording, source, name, options)?;
+    if gyro.restarted {
+        let restart = |f: &&Finding| f.kind == FindingKind::RestartedTime;
+        let line = gyro.findings.iter().find(restart);
+        return Err(restarted(
+            name,
+            line.and_then(|f| Some(f.lines.first()?[0])),
+        ));
     }
-    let metadata_rate_hz = metadata::rate_hz(&file.format.dialect.metadata);
-    let read = file.finish(Treatment::Repaired)?;
-    let mut findings = read.findings;
-    let claims = Claims {
-        unit: options
-            .time_unit
-            .or(layout.time_claim)
-            .or_else(|| unit_of(recording, &stamps)),
-        nominal_rate_hz: options.rate_hz.or(metadata_rate_hz),
-        temperature_span_c: 0.0,
-    };
-    let (rate_hz, stamps_s) = if stamped {
-        let break_kind = |row: usize| {
-            let at = discontinuities.binary_search_by_key(&row, |(at, _)| *at);
-            at.ok().map(|i| discontinuities[i].1)
-        };
-        let timed = timing::judge(
-            &stamps,
-            &claims,
-            |row| lines.number(row).unwrap_or_default(),
-            break_kind,
-        );
-        if let Some(row) = timed.restarts.first() {
-            return Err(restarted(name, lines.number(*row)));
-        }
-        findings.extend(timed.findings);
-        (
-            timed.timing.rate_hz(),
-            absolute(timed.time_s, timed.origin_s),
-        )
-    } else {
-        (claims.nominal_rate_hz, None)
-    };
-    let mut gyro = Gyro {
-        channels,
-        stamps_s,
-        period_s: rate_hz.map_or(f64::NAN, |r| 1.0 / r),
-        breaks: discontinuities.iter().map(|(row, _)| *row).collect(),
-    };
+    let channels = gyro.gyro.take().unwrap_or_default();
     let own = absolute(recording.time_s.clone(), recording.time_origin_s);
-    // From the measured values, before interpolation.
-    let [.., x, y, z] = &mut recording.resolution;
-    [*x, *y, *z] = resolution(&gyro.channels);
-    let joined = match (own, gyro.stamps_s.take()) {
-        (Some(own), Some(other)) if own == other => gyro.channels,
+    let stamps_s = absolute(gyro.time_s.take(), gyro.time_origin_s);
+    let mut findings = Vec::new();
+    let joined = match (own, stamps_s) {
+        (Some(own), Some(other)) if own == other => channels,
         (Some(own), Some(other)) => {
             if recording.restarted {
                 return Err(restarted(&recording.name, None));
             }
-            by_stamps(recording, &own, &gyro, &other, name, &mut findings)?
+            by_stamps(recording, &own, &gyro, &channels, &other, &mut findings)?
         }
-        _ => row_by_row(recording, gyro, name, &mut findings)?,
+        _ => row_by_row(recording, channels, name, &mut findings)?,
     };
-    recording.gyro_scale = Some(gyro_by_claim(counted, &layout, options));
+    // Of the measured values, before interpolation.
+    recording.resolution[3..].copy_from_slice(&gyro.gyro_resolution());
+    recording.gyro_scale = gyro.gyro_scale;
     recording.gyro = Some(joined);
     recording.gyro_file = Some(JoinedFile {
         name: name.to_owned(),
-        sha256: read.sha256,
+        sha256: gyro.sha256,
     });
-    findings.extend(defects(recording));
-    for finding in &mut findings {
+    recording.findings.append(&mut gyro.findings);
+    for mut finding in findings {
         finding.file.get_or_insert_with(|| name.to_owned());
+        recording.findings.push(finding);
     }
-    recording.findings.extend(findings);
     Ok(())
 }
 
-/// Faults of the joined samples.
-fn defects(recording: &Recording) -> Vec<Finding> {
-    let [.., x, y, z] = recording.resolution;
-    let resolution = [0.0, 0.0, 0.0, x, y, z];
-    let mut defects = Defects::new(recording.accel_scale, 0.0, resolution, recording.gyro_scale);
-    let mut values = [f64::NAN; SLOTS];
-    for row in 0..recording.rows() {
-        for (i, channel) in recording.gyro.iter().flatten().enumerate() {
-            values[GYRO + i] = channel[row];
-        }
-        defects.observe(&values, recording.line(row));
-    }
-    defects.finish(false)
-}
-
-/// The unit of the accelerometer's stamps, if it gives the gyroscope a rate of similar size.
-fn unit_of(recording: &Recording, time: &[f64]) -> Option<TimeUnit> {
-    let unit = recording.timing.unit?;
-    let rate = recording.timing.rate_hz()?;
-    let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
-    steps.retain(|d| *d > 0.0);
-    let period = crate::stats::median(&mut steps)? * unit.seconds();
-    (0.02..50.0).contains(&(period * rate)).then_some(unit)
+/// The gyroscope in `source`, read as any recording. Without a unit of its stamps from the header
+/// or the user they are in the unit of those of `recording`, if that gives it a rate of similar
+/// size.
+fn read_beside(
+    recording: &Recording,
+    source: &mut Reopenable,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<Recording> {
+    let unit_is_open = Cell::new(false);
+    let sink = |layout: &Layout, facts: &Facts| {
+        let stamped = layout.field(Quantity::Time).is_some();
+        unit_is_open.set(stamped && layout.time_claim.is_none() && options.time_unit.is_none());
+        Columns::new(layout, facts)
+    };
+    let read = collect(source, name, Role::Gyroscope, options, sink);
+    let own = read.map(Collected::into_recording)?;
+    let other = |unit: &_| unit_is_open.get() && own.timing.unit != Some(*unit);
+    let Some(unit) = recording.timing.unit.filter(other) else {
+        return Ok(own);
+    };
+    let options = ReadOptions {
+        time_unit: Some(unit),
+        ..options.clone()
+    };
+    let Some(input) = source.reopen(&options)? else {
+        return Ok(own);
+    };
+    let read = collect_from(input, source, name, Role::Gyroscope, &options, Columns::new);
+    let by_unit = read.map(Collected::into_recording)?;
+    let rates = recording.timing.rate_hz().zip(by_unit.timing.rate_hz());
+    let similar = rates.is_some_and(|(accel, gyro)| (0.02..50.0).contains(&(accel / gyro)));
+    Ok(if similar { by_unit } else { own })
 }
 
 fn absolute(time_s: Option<Vec<f64>>, origin_s: Option<f64>) -> Option<Vec<f64>> {
@@ -270,11 +215,11 @@ fn restarted(file: &str, line: Option<u64>) -> Error {
 
 fn row_by_row(
     recording: &Recording,
-    gyro: Gyro,
+    channels: [Vec<f64>; 3],
     name: &str,
     findings: &mut Vec<Finding>,
 ) -> Result<[Vec<f64>; 3]> {
-    let (own, other) = (recording.rows(), gyro.channels[0].len());
+    let (own, other) = (recording.rows(), channels[0].len());
     if own != other {
         return Err(Error::input(
             "gyro-length",
@@ -287,7 +232,7 @@ fn row_by_row(
         FindingKind::GyroRowByRow,
         "one of the files has no time stamps: joined row by row",
     ));
-    Ok(gyro.channels)
+    Ok(channels)
 }
 
 /// Source of the rate for one row of the accelerometer.
@@ -300,9 +245,9 @@ enum Cover {
 fn by_stamps(
     recording: &Recording,
     own: &[f64],
-    gyro: &Gyro,
+    gyro: &Recording,
+    channels: &[Vec<f64>; 3],
     stamps: &[f64],
-    name: &str,
     findings: &mut Vec<Finding>,
 ) -> Result<[Vec<f64>; 3]> {
     // Interpolation needs increasing times: repeated stamps and steps back, reported by the
@@ -319,7 +264,8 @@ fn by_stamps(
         (Some(&a), Some(&b)) => (stamps[a], stamps[b]),
         _ => (f64::NAN, f64::NAN),
     };
-    let near = SAME_STAMP * gyro.period_s;
+    let period_s = gyro.timing.rate_hz().map_or(f64::NAN, f64::recip);
+    let near = SAME_STAMP * period_s;
     let mut joined: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::with_capacity(own.len()));
     let mut uncovered = LineSpans::default();
     let mut between = 0_u64;
@@ -339,17 +285,17 @@ fn by_stamps(
             (_, Some(r)) if stamps[r] - t <= near => Cover::Same(r),
             (Some(r), _) if t - stamps[r] <= near => Cover::Same(r),
             (Some(a), Some(b))
-                if stamps[b] - stamps[a] < GAP_PERIODS * gyro.period_s
-                    && !gyro.breaks.iter().any(|x| (a + 1..=b).contains(x)) =>
+                if stamps[b] - stamps[a] < GAP_PERIODS * period_s
+                    && !gyro.is_broken(&(a..b + 1)) =>
             {
                 Cover::Between(a, b, (t - stamps[a]) / (stamps[b] - stamps[a]))
             }
             _ => Cover::Nothing,
         };
         let value = |axis: usize| match cover {
-            Cover::Same(r) => gyro.channels[axis][r],
+            Cover::Same(r) => channels[axis][r],
             Cover::Between(a, b, share) => {
-                let (from, to) = (gyro.channels[axis][a], gyro.channels[axis][b]);
+                let (from, to) = (channels[axis][a], channels[axis][b]);
                 from + share * (to - from)
             }
             Cover::Nothing => f64::NAN,
@@ -365,7 +311,7 @@ fn by_stamps(
     }
     let rows = own.len() as u64;
     if uncovered.count() == rows {
-        return Err(no_overlap(recording, own, [first, last], name));
+        return Err(no_overlap(recording, own, [first, last], &gyro.name));
     }
     if !uncovered.is_empty() {
         findings.push(
@@ -375,7 +321,7 @@ fn by_stamps(
                     "{} of {rows} rows of the accelerometer ({:.1} %) have no reading of the gyroscope within {:.0} ms: before it starts, after it ends, or in its gaps; left empty there",
                     uncovered.count(),
                     100.0 * uncovered.count() as f64 / rows as f64,
-                    1e3 * GAP_PERIODS * gyro.period_s
+                    1e3 * GAP_PERIODS * period_s
                 ),
             )
             .at_lines(&uncovered)

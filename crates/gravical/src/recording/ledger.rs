@@ -154,14 +154,6 @@ impl Ledger {
         }
     }
 
-    /// Moves rows that were counted to a reason (a tail of zeros is only known at the end).
-    pub fn move_rows_aside(&mut self, reason: Aside, lines: impl Iterator<Item = u64>) {
-        for line in lines {
-            self.rows -= 1;
-            self.aside[reason as usize].push(line);
-        }
-    }
-
     /// Lines set aside for `reason`.
     #[must_use]
     pub fn lines_aside(&self, reason: Aside) -> &LineSpans {
@@ -232,12 +224,9 @@ mod tests {
         ledger.aside(Aside::TornLine, 4, b"1,");
         assert!(ledger.balances());
         assert_eq!(ledger.sum(), "4 lines = 2 rows + 1 header + 1 torn-line");
-        ledger.move_rows_aside(Aside::ZeroTail, [3].into_iter());
-        assert!(ledger.balances());
-        assert_eq!(ledger.findings().len(), 2);
         ledger.aside(Aside::Metadata, 5, b"# a comment");
-        assert_eq!(ledger.findings().len(), 2);
+        assert_eq!(ledger.findings().len(), 1);
         ledger.aside(Aside::Metadata, 6, b"Device: x");
-        assert_eq!(ledger.findings().len(), 3);
+        assert_eq!(ledger.findings().len(), 2);
     }
 }

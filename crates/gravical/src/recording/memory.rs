@@ -9,7 +9,6 @@ use super::monitor::RecordingClaims;
 use super::names::Quantity;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
 use super::rows::{Item, Rows, Source};
-use super::timing::Treatment;
 use super::{ReadOptions, Recording};
 
 /// Samples of one sensor as columns of equal length; missing values are NaN.
@@ -105,7 +104,7 @@ impl Recording {
         let mut rows = rows(facts);
         let mut columns = Columns::new(&samples.layout(), &facts);
         columns.collect(&mut rows)?;
-        let finished = rows.finish(Treatment::Repaired)?;
+        let finished = rows.finish()?;
         let about = About {
             name: name.to_owned(),
             description: "samples in memory".to_owned(),

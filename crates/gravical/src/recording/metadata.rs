@@ -9,8 +9,25 @@ fn words(line: &str) -> Vec<&str> {
         .collect()
 }
 
+/// Words for the sampling rate.
+const NAMES: [&str; 5] = ["fs", "rate", "odr", "sampling", "frequency"];
+/// Words before `rate` that make it another one.
+const OTHER_RATES: [&str; 4] = ["baud", "bit", "heart", "data"];
+/// Words before a number that make it a property of a filter.
+const OF_FILTER: [&str; 8] = [
+    "cutoff",
+    "cut",
+    "off",
+    "corner",
+    "bandwidth",
+    "filter",
+    "pass",
+    "lowpass",
+];
+
 /// The sampling rate in the metadata, Hz: `Fs,100`, `# rate: 62.5 Hz`, `Sample Rate:,128,Hz`, `//
-/// Update Rate: 40.0Hz`, `… at 100 Hz Filter Normal`.
+/// Update Rate: 40.0Hz`, `# output data rate: 104 Hz`, `… at 100 Hz Filter Normal`. A frequency and
+/// the word `sampling` need the unit; those of a filter and of other rates are ignored.
 pub(crate) fn rate_hz(metadata: &[String]) -> Option<f64> {
     metadata.iter().find_map(|line| {
         let line = line.to_lowercase();
@@ -19,13 +36,22 @@ pub(crate) fn rate_hz(metadata: &[String]) -> Option<f64> {
             let rate: f64 = word.strip_suffix("hz").unwrap_or(word).parse().ok()?;
             POSSIBLE.contains(&rate).then_some(rate)
         };
-        let foreign = |word: &str| ["baud", "bit", "heart", "data"].contains(&word);
         (0..words.len()).find_map(|i| {
-            let names_it = ["fs", "rate", "odr", "sampling", "frequency"].contains(&words[i])
-                && !(i > 0 && foreign(words[i - 1]));
-            if names_it {
+            if NAMES.contains(&words[i]) {
                 // The number follows, possibly after its unit or another word.
-                return words[i + 1..].iter().take(3).find_map(|w| number(w));
+                let at = (i + 1..words.len().min(i + 4)).find(|at| number(words[*at]).is_some())?;
+                let beside = &words[i.saturating_sub(2)..at];
+                let before = &words[i.saturating_sub(2)..i];
+                let other_rate = match before {
+                    ["output", "data"] => false,
+                    [.., last] => OTHER_RATES.contains(last),
+                    [] => false,
+                };
+                let of_filter = beside.iter().any(|w| OF_FILTER.contains(w));
+                let with_unit = words[at].ends_with("hz")
+                    || words[i + 1..words.len().min(at + 2)].contains(&"hz");
+                let clear = with_unit || !matches!(words[i], "sampling" | "frequency");
+                return number(words[at]).filter(|_| clear && !of_filter && !other_rate);
             }
             // `at 100 Hz`: only with the unit.
             let rate = words.get(i + 1).filter(|_| words[i] == "at")?;
@@ -113,7 +139,16 @@ mod tests {
                 "------- Data File Created By ActiGraph at 100 Hz Filter Normal -----",
                 Some(100.0),
             ),
+            ("# output data rate: 104 Hz", Some(104.0)),
+            ("# Sampling frequency (Hz): 100", Some(100.0)),
+            ("# rate 100 Hz, low-pass corner 44 Hz", Some(100.0)),
+            ("# low-pass cutoff frequency: 44 Hz", None),
+            ("# cut-off frequency: 44 Hz", None),
+            ("# bandwidth: frequency 44 Hz", None),
+            ("# sampling filter 5 taps", None),
+            ("# sampling interval: 10 ms", None),
             ("Baud rate: 115", None),
+            ("Data rate: 115200", None),
             ("Look at 5 trees", None),
         ] {
             assert_eq!(of(rate_hz, line), rate, "{line}");

@@ -1,9 +1,7 @@
 //! Where a gyroscope stands at the end of its range.
 
+use super::full_scale::FULL_SCALES_DEG_S;
 use super::units::{GyroScale, GyroUnit};
-
-/// Full scales in use, °/s.
-const FULL_SCALES_DEG_S: [f64; 7] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
 
 /// Values of a channel at and beyond which it is clipped; none when it never
 /// is. The end of the range is known where the unit is; everywhere it shows as

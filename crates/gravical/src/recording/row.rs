@@ -231,6 +231,7 @@ impl RowScanner {
         let mut any = false;
         let mut field = 0;
         let mut fraction = 0.0;
+        let mut is_of_sensor = true;
         loop {
             at = skip_spaces(line, at, delimiter);
             // White space at the end of a line does not begin another field.
@@ -265,7 +266,7 @@ impl RowScanner {
                 if slot == LABEL {
                     *label = (from as u32, end as u32);
                 } else if slot == INSTANCE {
-                    self.check_instance(&line[at..end])?;
+                    is_of_sensor = self.is_of_sensor(&line[at..end])?;
                 } else if slot == FRACTION {
                     fraction = Self::below_a_second(&line[at..end]);
                 }
@@ -291,7 +292,11 @@ impl RowScanner {
         if let Some(board) = self.temperature_counts {
             values[TEMPERATURE] = board.celsius(values[TEMPERATURE]);
         }
-        if any { Ok(()) } else { Err(RowDefect::Blank) }
+        match (any, is_of_sensor) {
+            (false, _) => Err(RowDefect::Blank),
+            (true, false) => Err(RowDefect::OtherSensor),
+            (true, true) => Ok(()),
+        }
     }
 
     #[inline]
@@ -309,11 +314,11 @@ impl RowScanner {
         }
     }
 
-    /// Empty fields are accepted here: a blank row is detected at its end.
-    fn check_instance(&self, field: &[u8]) -> Result<(), RowDefect> {
+    /// Without a number the row may be blank, which is detected at its end.
+    fn is_of_sensor(&self, field: &[u8]) -> Result<bool, RowDefect> {
         match parse_field(field) {
             Some(value) if value != self.instance => Err(RowDefect::OtherSensor),
-            _ => Ok(()),
+            number => Ok(number.is_some()),
         }
     }
 
@@ -400,7 +405,7 @@ pub(super) fn quoted_end(line: &[u8], from: usize, delimiter: u8) -> usize {
 }
 
 /// Words that programs write for a missing value.
-fn is_missing_value(text: &[u8]) -> bool {
+pub(super) fn is_missing_value(text: &[u8]) -> bool {
     [
         "nan",
         "na",

@@ -11,10 +11,9 @@ use crate::{Error, Result};
 
 use super::cells::{CellFiller, Channels, ZEROS_IN_A_ROW};
 use super::ledger::{Aside, Ledger};
-use super::monitor::{Facts, Monitor, MonitorFindings, MonitorSummary, RecordingClaims};
+use super::monitor::{Facts, Monitor, MonitorSummary, RecordingClaims};
 use super::row::{ACCEL, GYRO, SLOTS, Span, TIME, Values};
-use super::timing::{BreakKind, Follower, RowTime, Timing, Treatment, is_usual_step};
-use super::unit_choice::UnitDoubt;
+use super::timing::{BreakKind, Follower, RowTime, is_usual_step};
 use crate::finding::{Finding, FindingKind, LineSpans};
 
 /// Largest number of rows held back if memory must not grow with the recording.
@@ -153,8 +152,6 @@ pub(crate) struct Rows<S> {
     any_reading: bool,
     /// Lines of zero rows that were too many to hold back and may be the end of the data.
     unresolved: LineSpans,
-    /// Zero rows at the end are kept as measurements.
-    keeps_zero_tail: bool,
     /// The line from which all rows are zero, if known.
     zeros_from: Option<u64>,
     /// Results of all rows are known from an earlier reading.
@@ -166,14 +163,8 @@ pub(crate) struct Rows<S> {
 /// Results, available after the last row.
 pub(crate) struct Finished {
     pub ledger: Ledger,
-    /// Facts determined from all rows, whatever facts they were read with.
-    pub facts: Facts,
-    pub timing: Timing,
-    /// The first time stamp, s.
-    pub origin_s: Option<f64>,
-    /// Why the unit of the accelerometer is unknown.
-    pub unit_doubt: Option<UnitDoubt>,
-    pub found: MonitorFindings,
+    /// Of all rows, whatever facts they were read with.
+    pub summary: MonitorSummary,
     /// About rows of zeros.
     pub zeros: Vec<Finding>,
     /// Breaks after the last row.
@@ -185,17 +176,10 @@ pub(crate) struct Finished {
 
 impl Finished {
     /// Results of the rows so far, of which more may follow: without the account of lines.
-    pub fn so_far(summary: MonitorSummary, resolution: [f64; 6]) -> Self {
+    pub fn so_far(monitor: &Monitor) -> Self {
         Finished {
             ledger: Ledger::default(),
-            facts: Facts {
-                resolution,
-                ..summary.facts
-            },
-            timing: summary.timing,
-            origin_s: summary.origin_s,
-            unit_doubt: summary.unit_doubt,
-            found: summary.found,
+            summary: monitor.finish_with_resolution(),
             zeros: Vec::new(),
             trailing: Vec::new(),
             zeros_from: None,
@@ -204,7 +188,7 @@ impl Finished {
 
     /// Findings about cells and time stamps, then about units and samples.
     pub fn findings(&mut self) -> Vec<Finding> {
-        let found = std::mem::take(&mut self.found);
+        let found = std::mem::take(&mut self.summary.found);
         let mut all = found.channels;
         all.extend(found.clock);
         all.extend(found.cells);
@@ -218,7 +202,7 @@ impl Finished {
 impl<S: Source> Rows<S> {
     /// Rows of `source`, read with `facts`; `name` is used in messages.
     pub fn new(source: S, name: &str, claims: RecordingClaims, facts: Facts) -> Self {
-        let channels = claims.channels();
+        let channels = claims.channels(&facts);
         Rows {
             source,
             name: name.to_owned(),
@@ -236,18 +220,11 @@ impl<S: Source> Rows<S> {
             zeros: 0,
             any_reading: false,
             unresolved: LineSpans::default(),
-            keeps_zero_tail: false,
             zeros_from: None,
             times_known: false,
             current: None,
             values: [f64::NAN; SLOTS],
         }
-    }
-
-    /// Keeps rows of zeros at the end: a gyroscope may read zero at rest.
-    pub fn keep_zero_tail(mut self) -> Self {
-        self.keeps_zero_tail = true;
-        self
     }
 
     /// Sets the largest number of rows held back.
@@ -316,9 +293,7 @@ impl<S: Source> Rows<S> {
                     if values[TIME].is_finite() {
                         self.last_stamp = values[TIME];
                     }
-                    let zero = values[ACCEL] == 0.0
-                        && !self.keeps_zero_tail
-                        && self.channels.accel_is_zero(&values);
+                    let zero = values[ACCEL] == 0.0 && self.channels.accel_is_zero(&values);
                     if !zero && self.held.is_empty() {
                         self.zeros = 0;
                         self.any_reading = true;
@@ -557,13 +532,8 @@ impl<S: Source> Rows<S> {
     /// # Errors
     ///
     /// `no-rows`, `no-values`, `all-zero` if the sensor delivered no data.
-    pub fn finish(&mut self, treatment: Treatment) -> Result<Finished> {
+    pub fn finish(&mut self) -> Result<Finished> {
         self.check_for_values()?;
-        let summary = self.monitor.finish(treatment);
-        let mut found = summary.found;
-        if treatment == Treatment::Kept {
-            self.monitor.keep_stamps(&mut found.clock);
-        }
         let mut zeros = Vec::new();
         if !self.unresolved.is_empty() {
             zeros.push(
@@ -580,14 +550,7 @@ impl<S: Source> Rows<S> {
         zeros.extend(self.filler.finding());
         Ok(Finished {
             ledger: std::mem::take(&mut self.ledger),
-            facts: Facts {
-                resolution: self.monitor.resolution(),
-                ..summary.facts
-            },
-            timing: summary.timing,
-            origin_s: summary.origin_s,
-            unit_doubt: summary.unit_doubt,
-            found,
+            summary: self.monitor.finish_with_resolution(),
             zeros,
             trailing: std::mem::take(&mut self.pending_breaks),
             zeros_from: self.unresolved.first(),
@@ -605,9 +568,9 @@ impl<S: Source> Rows<S> {
                     .with_hint("a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces; --columns assigns the columns"),
             );
         }
-        let (first, letter, sensor) = match self.keeps_zero_tail {
-            false => (ACCEL, "a", "accelerometer"),
-            true => (GYRO, "g", "gyroscope"),
+        let (first, letter, sensor) = match self.channels.accel {
+            true => (ACCEL, "a", "accelerometer"),
+            false => (GYRO, "g", "gyroscope"),
         };
         if let Some(axis) = cells.axis_without_values(first) {
             return Err(Error::input(
@@ -623,9 +586,9 @@ impl<S: Source> Rows<S> {
             ));
         }
         if cells.is_all_zero(first) {
-            let hint = match self.keeps_zero_tail {
-                false => "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor",
-                true => "check that the sketch wakes the gyroscope, or leave --gyro out",
+            let hint = match self.channels.accel {
+                true => "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor",
+                false => "check that the sketch wakes the gyroscope, or leave --gyro out",
             };
             return Err(Error::input(
                 "all-zero",
@@ -706,7 +669,7 @@ mod tests {
             (4, false, false),
         ];
         assert_eq!(returned(&mut some), expected);
-        let done = some.finish(Treatment::Repaired).unwrap();
+        let done = some.finish().unwrap();
         assert_eq!((done.ledger.lines, done.ledger.rows), (7, 4));
         assert_eq!(done.ledger.lines_aside(Aside::ZeroTail).count(), 3);
         // A single row can be a measurement of a sensor that was not read.
@@ -740,9 +703,9 @@ mod tests {
         let all = returned(&mut some);
         assert_eq!(all.len(), 90);
         assert!(all[50..].iter().all(|r| r.1 && r.2));
-        let done = some.finish(Treatment::Kept).unwrap();
+        let done = some.finish().unwrap();
         // They do not count as half of the rows, which would make zero a valid reading.
-        assert!(done.facts.cells == CellRules::default());
+        assert!(done.summary.facts.cells == CellRules::default());
         let tail = done.zeros.iter().find(|f| f.kind == "zero-tail").unwrap();
         assert_eq!((tail.count, &tail.lines[..]), (40, &[[51, 90]][..]));
         // With all rows in memory there is no limit.
@@ -754,7 +717,7 @@ mod tests {
         let mut some = rows(&list);
         some.hold_at_most(10);
         assert_eq!(returned(&mut some).len(), 90);
-        let done = some.finish(Treatment::Kept).unwrap();
+        let done = some.finish().unwrap();
         let tail = done.zeros.iter().find(|f| f.kind == "zero-tail").unwrap();
         assert_eq!(tail.lines, [[72, 90]]);
         // A later row ends the tail.
@@ -762,7 +725,7 @@ mod tests {
         let mut some = rows(&list);
         some.hold_at_most(10);
         assert_eq!(returned(&mut some).len(), 91);
-        let done = some.finish(Treatment::Kept).unwrap();
+        let done = some.finish().unwrap();
         assert!(!done.zeros.iter().any(|f| f.kind == "zero-tail"));
     }
 }

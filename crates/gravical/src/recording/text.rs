@@ -7,7 +7,6 @@ use crate::scan::{Line, Lines};
 use crate::{Error, Result};
 
 use super::ReadOptions;
-use super::cells::CellRules;
 use super::dialect::{Dialect, sniff, terminator};
 use super::foreign;
 use super::format::Format;
@@ -22,7 +21,6 @@ use super::names::Role;
 use super::open::Input;
 use super::row::{RowDefect, RowScanner, RowStamps, Span, Values};
 use super::rows::{Finished, Item, Rows, Source, Text};
-use super::timing::Treatment;
 use crate::finding::{Finding, FindingKind, LineSpans};
 
 /// Beginning of the line in which a logger reports missing rows. After it the clock of the board
@@ -106,24 +104,16 @@ pub(crate) fn open_rows(
         layout: format.layout.clone(),
         options: options.clone(),
     };
-    let keeps_zero_tail = role == Role::Gyroscope;
     let of_head = Lines::new(&clean[..]).with_terminator(terminator(&clean));
     let of_head = TextRows::new(of_head, name, &format, !whole);
-    let head = Head::read(of_head, &claims, keeps_zero_tail);
-    let mut facts = facts.unwrap_or_else(|| head.facts());
-    if keeps_zero_tail {
-        // Its values are interpolated later; cells must not be filled before.
-        facts.cells = CellRules::default();
-    }
-    let mut rows = Rows::new(
+    let head = Head::read(of_head, &claims);
+    let facts = facts.unwrap_or_else(|| head.facts());
+    let rows = Rows::new(
         TextRows::new(lines, name, &format, false),
         name,
         claims,
         facts,
     );
-    if keeps_zero_tail {
-        rows = rows.keep_zero_tail();
-    }
     Ok(OpenFile {
         rows,
         format,
@@ -191,8 +181,8 @@ impl OpenFile {
     /// # Errors
     ///
     /// As [`Rows::finish`].
-    pub fn finish(mut self, treatment: Treatment) -> Result<ReadFile> {
-        let finished = self.rows.finish(treatment)?;
+    pub fn finish(mut self) -> Result<ReadFile> {
+        let finished = self.rows.finish()?;
         let mut findings = self.findings;
         if self.input.is_cut_off() {
             let rows = finished.ledger.rows;

@@ -211,18 +211,19 @@ fn warn_if_range_disagrees(
     if !differ(stated, measured) {
         return;
     }
-    let (who, used) = match given {
-        Some(_) => ("was given", "the given range is used"),
-        None => ("is the range of the board", "that of gravity is used"),
-    };
-    findings.push(Finding::new(
-        FindingKind::RangeMismatch,
-        format!(
-            "±{} g {who}, but the magnitude at rest corresponds to ±{} g; {used}",
+    let message = match given {
+        Some(_) => format!(
+            "±{} g was given, but the magnitude at rest corresponds to ±{} g; the given range is used",
             short(32768.0 / stated),
             short(32768.0 / measured)
         ),
-    ));
+        None => format!(
+            "the file claims {} counts per g, the magnitude at rest is that of {}; that of gravity is used",
+            short(stated),
+            short(measured)
+        ),
+    };
+    findings.push(Finding::new(FindingKind::RangeMismatch, message));
 }
 
 /// Explanation of a magnitude that differs from gravity by a power of two: the converter ran at

@@ -20,7 +20,7 @@ const BYTE_ORDER_MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Line<'a> {
     /// The line without terminator, without one or two `\r` at its end, without NUL
-    /// bytes; at most [`MAX_LINE`] bytes.
+    /// bytes; at most [`MAX_LINE`] bytes, the rest is skipped.
     pub bytes: &'a [u8],
     /// Line number, from 1.
     pub number: u64,
@@ -28,8 +28,6 @@ pub struct Line<'a> {
     pub terminated: bool,
     /// Number of NUL bytes that were removed; a crash of the logger can leave them.
     pub nul_bytes: usize,
-    /// The line was longer than [`MAX_LINE`]; the rest of it was skipped.
-    pub truncated: bool,
 }
 
 /// Reads a byte stream line by line.
@@ -68,7 +66,6 @@ pub struct Lines<R> {
     number: u64,
     /// Range of the line that was returned last.
     lent: std::ops::Range<usize>,
-    bytes_read: u64,
     at_start: bool,
     at_end: bool,
 }
@@ -102,7 +99,6 @@ impl<R: Read> Lines<R> {
             nul_bytes: 0,
             number: 0,
             lent: 0..0,
-            bytes_read: 0,
             at_start: true,
             at_end: false,
         }
@@ -114,13 +110,6 @@ impl<R: Read> Lines<R> {
     pub fn with_terminator(mut self, terminator: u8) -> Self {
         self.terminator = terminator;
         self
-    }
-
-    /// Number of bytes read so far, including a byte order mark and bytes that are still in the
-    /// buffer.
-    #[must_use]
-    pub fn bytes_read(&self) -> u64 {
-        self.bytes_read
     }
 
     /// The next `n` bytes, without consuming them; fewer at the end of the input and beyond
@@ -166,7 +155,6 @@ impl<R: Read> Lines<R> {
                 end -= 1;
             }
         }
-        let truncated = end - start > self.max_line;
         self.start = found.next;
         self.number += 1;
         self.lent = start..end.min(start + self.max_line);
@@ -175,7 +163,6 @@ impl<R: Read> Lines<R> {
             number: self.number,
             terminated: found.terminated,
             nul_bytes: std::mem::take(&mut self.nul_bytes),
-            truncated,
         }))
     }
 
@@ -251,7 +238,6 @@ impl<R: Read> Lines<R> {
         };
         let block = self.end..self.end + count;
         self.end = block.end;
-        self.bytes_read += count as u64;
         self.at_end = count == 0;
         if memchr(0, &self.buffer[block]).is_some() {
             self.nul_end = self.end;

@@ -431,7 +431,7 @@ fn measure(
         Selection::Found => robust_mean(&channels, noise, rate),
     };
     let clipped = (0..3)
-        .map(|i| full_scale::clipped_rows(&gathered[i], &recording.accel_scale).len())
+        .map(|i| full_scale::clipped_count(&gathered[i], &recording.accel_scale))
         .sum();
     let gyro_sum = recording.gyro.as_ref().map(|gyro| {
         let mut sum = [0.0; 3];

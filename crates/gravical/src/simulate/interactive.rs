@@ -7,7 +7,7 @@ use super::chamber::{Warmth, warming};
 use super::options::SimulateOptions;
 use super::part::Part;
 use super::path::Law;
-use super::poses::{Draws, face};
+use super::poses::{Draws, Z_UP};
 use super::range::bad;
 use super::record::INSIDE_HZ;
 use super::scenario_options::{LineOptions, Scenario};
@@ -95,7 +95,7 @@ impl InteractiveSensor {
             return Err(bad("a soak is not simulated here: leave `soak` out"));
         }
         let mut draws = Draws::new(options.seed, options.tilt_sd_deg);
-        let (nominal, up) = draws.face_pose(2, true);
+        let (nominal, up) = draws.face_pose(Z_UP);
         let mut builder = Builder::new(options, up);
         builder.rest(nominal, 1.0 / INSIDE_HZ);
         let sensor = Sensor::draw(options);
@@ -151,7 +151,7 @@ impl InteractiveSensor {
     /// Moves the sensor by hand and lays it down with `face` up and a new random tilt. Returns
     /// the seconds until it rests.
     pub fn lay(&mut self, face_up: Face) -> f64 {
-        let (_, up) = self.draws.face_pose(face_up.axis, face_up.up);
+        let (_, up) = self.draws.face_pose(face_up);
         self.carry(up)
     }
 
@@ -209,7 +209,8 @@ impl InteractiveSensor {
             now_s
         };
         if begins_s > free_s {
-            self.builder.rest(face(2, true), begins_s - free_s);
+            self.builder
+                .rest(Vector3::from(Z_UP.direction()), begins_s - free_s);
         }
     }
 

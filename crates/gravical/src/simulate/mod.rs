@@ -29,7 +29,6 @@
 mod builder;
 mod chamber;
 mod interactive;
-mod low_pass;
 #[doc(hidden)]
 pub mod means;
 mod options;

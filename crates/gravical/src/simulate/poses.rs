@@ -4,16 +4,8 @@ use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 use super::random::{Purpose, normal, stream};
-
-/// Axis, positive, label, in the order of the faces.
-pub(super) const FACES: [(usize, bool, &str); 6] = [
-    (0, true, "+x"),
-    (0, false, "-x"),
-    (1, true, "+y"),
-    (1, false, "-y"),
-    (2, true, "+z"),
-    (2, false, "-z"),
-];
+use crate::predicted::sphere;
+use crate::segment::face::Face;
 
 /// Standard deviation of a free pose from the planned one, per component, rad.
 const FREE_POSE_SD: f64 = 5.0 * std::f64::consts::PI / 180.0;
@@ -33,23 +25,15 @@ impl Draws {
     }
 
     /// Nominal and true direction of up for a pose on a face.
-    pub(super) fn face_pose(
-        &mut self,
-        axis: usize,
-        positive: bool,
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let nominal = face(axis, positive);
+    pub(super) fn face_pose(&mut self, face: Face) -> (Vector3<f64>, Vector3<f64>) {
+        let nominal = Vector3::from(face.direction());
         let tilted = tilted(nominal, &mut self.tilts, self.tilt_sd);
         (nominal, tilted)
     }
 }
 
-/// Unit vector up in the sensor frame when that face is up.
-pub(super) fn face(axis: usize, positive: bool) -> Vector3<f64> {
-    let mut up = Vector3::zeros();
-    up[axis] = if positive { 1.0 } else { -1.0 };
-    up
-}
+/// The face with z up.
+pub(super) const Z_UP: Face = Face { axis: 2, up: true };
 
 /// Rotates `direction` by two random normal components tangent to it, sd in rad each.
 fn tilted(direction: Vector3<f64>, rng: &mut ChaCha8Rng, sd: f64) -> Vector3<f64> {
@@ -104,8 +88,10 @@ pub(super) fn shortest_turn(from: Vector3<f64>, to: Vector3<f64>) -> UnitQuatern
 /// Fibonacci sphere that is farthest from all before, with a random error of some degrees as by
 /// hand.
 pub(super) fn spread_directions(count: usize, seed: u64) -> Vec<Vector3<f64>> {
-    let candidates = fibonacci_sphere(400);
-    let mut taken: Vec<_> = FACES.iter().map(|f| face(f.0, f.1)).collect();
+    let candidates: Vec<_> = sphere(400).map(Vector3::from).collect();
+    let mut taken = Face::all()
+        .map(|face| Vector3::from(face.direction()))
+        .to_vec();
     let mut rng = stream(seed, Purpose::FreePoses, 0);
     let mut found = Vec::with_capacity(count);
     for _ in 0..count {
@@ -126,19 +112,6 @@ pub(super) fn spread_directions(count: usize, seed: u64) -> Vec<Vector3<f64>> {
     found
 }
 
-/// Nearly evenly distributed directions on the unit sphere.
-fn fibonacci_sphere(count: u32) -> Vec<Vector3<f64>> {
-    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    (0..count)
-        .map(|i| {
-            let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
-            let (sin, cos) = (golden * f64::from(i)).sin_cos();
-            let r = (1.0 - z * z).sqrt();
-            Vector3::new(r * cos, r * sin, z)
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -149,8 +122,8 @@ mod tests {
         let mut count = 0.0;
         for seed in 0..400 {
             let mut draws = Draws::new(seed, 1.0);
-            for (axis, positive, _) in FACES {
-                let (nominal, up) = draws.face_pose(axis, positive);
+            for face in Face::all() {
+                let (nominal, up) = draws.face_pose(face);
                 assert!((up.norm() - 1.0).abs() < 1e-12);
                 let (a, b) = tangents(nominal);
                 sums[0] += a.dot(&up).asin().to_degrees().powi(2);

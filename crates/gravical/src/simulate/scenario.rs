@@ -5,11 +5,12 @@ use nalgebra::Vector3;
 use super::builder::{Builder, Plan};
 use super::options::SimulateOptions;
 use super::path::Law;
-use super::poses::{Draws, FACES, spread_directions};
+use super::poses::{Draws, Z_UP, spread_directions};
 use super::scenario_options::{
     LineOptions, PosesOptions, Scenario, SixPositionOptions, StaticOptions,
 };
 use super::truth::PoseKind;
+use crate::segment::face::Face;
 
 /// The recordings of `options.scenario`.
 pub(super) fn plan(options: &SimulateOptions) -> Vec<Plan> {
@@ -25,12 +26,12 @@ pub(super) fn plan(options: &SimulateOptions) -> Vec<Plan> {
 
 fn six_files(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws) -> Vec<Plan> {
     let mut plans = Vec::with_capacity(6);
-    for (axis, positive, label) in FACES {
-        let (nominal, up) = draws.face_pose(axis, positive);
+    for face in Face::all() {
+        let (nominal, up) = draws.face_pose(face);
         let mut build = Builder::new(options, up);
-        build.hold(label, PoseKind::Face, Some(nominal), o.hold_s);
-        let letter = ["x", "y", "z"][axis];
-        let sign = if positive { "pos" } else { "neg" };
+        build.hold(&face.name(), PoseKind::Face, Some(nominal), o.hold_s);
+        let letter = ["x", "y", "z"][face.axis];
+        let sign = if face.up { "pos" } else { "neg" };
         plans.push(build.finish(format!("{letter}_axis_{sign}.csv")));
     }
     plans
@@ -39,7 +40,7 @@ fn six_files(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draw
 fn session(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws) -> Plan {
     let mut build = faces(options, o.hold_s, draws);
     for (axis, label) in ["x", "y", "z"].into_iter().enumerate() {
-        let (nominal, up) = draws.face_pose(axis, true);
+        let (nominal, up) = draws.face_pose(Face { axis, up: true });
         build.move_to(up);
         build.rest(nominal, o.rest_s);
         build.turn(label, up, o.turn_angle_deg, o.turn_time_s);
@@ -62,29 +63,29 @@ fn poses(options: &SimulateOptions, o: &PosesOptions, draws: &mut Draws) -> Plan
 
 /// The six faces one after the other, moved by hand.
 fn faces(options: &SimulateOptions, hold_s: f64, draws: &mut Draws) -> Builder {
-    let placed = FACES.map(|(axis, positive, label)| {
-        let (nominal, up) = draws.face_pose(axis, positive);
-        (nominal, up, label)
+    let placed = Face::all().map(|face| {
+        let (nominal, up) = draws.face_pose(face);
+        (nominal, up, face.name())
     });
     let mut build = Builder::new(options, placed[0].1);
     for (nominal, up, label) in placed {
         if !build.path.pieces.is_empty() {
             build.move_to(up);
         }
-        build.hold(label, PoseKind::Face, Some(nominal), hold_s);
+        build.hold(&label, PoseKind::Face, Some(nominal), hold_s);
     }
     build
 }
 
 fn still(options: &SimulateOptions, o: &StaticOptions, draws: &mut Draws) -> Plan {
-    let (nominal, up) = draws.face_pose(2, true);
+    let (nominal, up) = draws.face_pose(Z_UP);
     let mut build = Builder::new(options, up);
     build.hold("+z", PoseKind::Face, Some(nominal), o.duration_s);
     build.finish("static.csv".to_owned())
 }
 
 fn line(options: &SimulateOptions, o: &LineOptions, draws: &mut Draws) -> Plan {
-    let (nominal, up) = draws.face_pose(2, true);
+    let (nominal, up) = draws.face_pose(Z_UP);
     let mut build = Builder::new(options, up);
     build.rest(nominal, o.rest_s);
     let displacement = Vector3::new(o.offset_m, o.distance_m, 0.0);
@@ -99,7 +100,6 @@ fn line(options: &SimulateOptions, o: &LineOptions, draws: &mut Draws) -> Plan {
 mod tests {
     use nalgebra::UnitQuaternion;
 
-    use super::super::poses::face;
     use super::*;
 
     #[test]
@@ -125,7 +125,7 @@ mod tests {
             assert!(pose.tilt_deg.unwrap() < 1e-5, "{:?}", pose.tilt_deg);
         }
         for (turn, axis) in session.turns.iter().zip(0..) {
-            assert!((Vector3::from(turn.axis) - face(axis, true)).norm() < 1e-12);
+            assert!((Vector3::from(turn.axis) - Vector3::ith(axis, 1.0)).norm() < 1e-12);
         }
         for m in &session.moves {
             assert!((1.0..=2.1).contains(&(m.end_s - m.start_s)));

@@ -122,7 +122,7 @@ fn preamble(o: &SimulateOptions, name: &str) -> String {
     format!(
         "# simulated by {tool}, not measured: {scenario}, {name}; what was put in is in truth.json\n\
          # seed {}, rate {} Hz, range {} g and {} °/s, low-pass {low_pass}, noise {} m/s/√s and {} °/√s\n\
-         # gravity {} m/s², placement tilt {}°, clock {} ppm, jitter {} ms, lost rows {}\n\
+         # gravity {} m/s², tilt of the poses {}°, clock {} ppm, jitter {} ms, lost rows {}\n\
          {header}\n",
         o.seed,
         o.rate_hz,

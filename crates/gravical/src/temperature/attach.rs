@@ -77,10 +77,8 @@ fn bring_to_reference(placement: &mut Placement, model: &TemperatureModel, zero_
     let Some(t_c) = placement.temperature_c else {
         return;
     };
-    for (axis, name) in CHANNELS[..3].iter().enumerate() {
-        let (drift, gain) = model.drift_at(name, t_c);
-        let in_file = placement.mean[axis] + zero_offset;
-        placement.mean[axis] = (in_file - drift) / (1.0 + gain) - zero_offset;
+    for (axis, mean) in placement.mean.iter_mut().enumerate() {
+        *mean = model.at_reference(axis, t_c, *mean + zero_offset) - zero_offset;
     }
     if let Some((sum, rows)) = &mut placement.gyro_sum {
         for (axis, name) in CHANNELS[3..].iter().enumerate() {

@@ -256,17 +256,4 @@ impl TemperatureModel {
         self.reference_c = reference_c;
         self
     }
-
-    /// Drift (input unit) and gain (relative) of channel `name` at `t_c`; outside the range those
-    /// at the nearer edge.
-    #[must_use]
-    pub fn drift_at(&self, name: &str, t_c: f64) -> (f64, f64) {
-        let x = t_c.clamp(self.range_c[0], self.range_c[1]) - self.reference_c;
-        self.channel(name).map_or((0.0, 0.0), |c| {
-            (
-                evaluate(&c.coefficients, x),
-                evaluate(&c.scale_coefficients, x),
-            )
-        })
-    }
 }

@@ -78,7 +78,7 @@ pub(super) fn accepted(tested: &Tested, scale_unknown: bool) -> String {
 
 pub(super) fn no_drift(rms: f64, noise: f64, unit: &str) -> String {
     format!(
-        "no drift beyond the noise: it varies by {} rms, the means by {}; nothing to subtract",
+        "no drift beyond the noise: the readings vary by {} rms, and the standard error of their means is {}",
         in_unit(rms, unit),
         short(noise)
     )

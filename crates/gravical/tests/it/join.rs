@@ -180,3 +180,32 @@ fn both_files_are_in_the_inputs() {
     let hashes: Vec<_> = inputs.iter().map(|i| i.sha256.clone().unwrap()).collect();
     assert!(hashes.iter().all(|h| h.len() == 64) && hashes[0] != hashes[1]);
 }
+
+#[test]
+fn faults_of_the_gyroscope_are_found_in_its_own_lines() {
+    let mut recording = accel(5.0, 300);
+    let noise = |t: f64, k: f64| (t * k * 1e4).sin();
+    let gyro = four_columns(4.0, 500, |t| {
+        let frozen = (6.0..7.5).contains(&t);
+        let y = if frozen { 0.5 } else { noise(t, 1.7) };
+        [noise(t, 1.3), y, noise(t, 2.9)]
+    });
+    join(&mut recording, &gyro).unwrap();
+    let frozen = finding(&recording, "frozen-axis");
+    assert_eq!(frozen.file.as_deref(), Some("gyro.txt"));
+    assert_eq!(frozen.lines, [[201, 350]]);
+}
+
+#[test]
+fn stamps_of_the_gyroscope_are_in_the_unit_of_the_accelerometer() {
+    // 1000 Hz in microseconds; the gyroscope at 2 Hz would be milliseconds by itself.
+    let text = |step: i64, rows: i64, values: &str| -> String {
+        let row = |i| format!("{} {values}{}\n", step * i, i % 7);
+        (0..rows).map(row).collect()
+    };
+    let accel = format!("t_us ax ay az\n{}", text(1000, 4000, "0.1 0.2 9.8"));
+    let mut recording = read(accel.as_bytes());
+    join(&mut recording, &text(50_000, 80, "1 2 3.")).unwrap();
+    let z = &rates(&recording)[2];
+    assert!(z[..3950].iter().all(|v| v.is_finite()));
+}

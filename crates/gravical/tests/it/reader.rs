@@ -1,6 +1,7 @@
 //! Faults of real recordings, one at a time: each is reported with its lines, every line is
 //! accounted for, and the mean is unaffected.
 
+mod cells;
 mod headers;
 mod stamps;
 mod units;

@@ -201,3 +201,40 @@ fn files_without_rows_are_refused_before_writing() {
     assert_eq!((error.code(), out.len()), ("no-values", 0));
     assert_eq!(refused(&si(), "", &options()).code(), "empty-file");
 }
+
+#[test]
+fn breaks_at_a_repeated_header_stay_breaks() {
+    let pose = |z: &str| {
+        (0..20)
+            .map(|i| format!("0.1,0.{},{z}\n", i % 3))
+            .collect::<String>()
+    };
+    let text = format!("ax,ay,az\n{}ax,ay,az\n{}", pose("9.8"), pose("-9.8"));
+    let (out, _) = run(&si(), &text);
+    assert_eq!(
+        read_bytes(out.as_bytes(), "", &Default::default())
+            .unwrap()
+            .breaks,
+        [20]
+    );
+}
+
+#[test]
+fn kept_columns_get_names_of_their_own() {
+    let options = ApplyOptions {
+        keep_raw: true,
+        ..options()
+    };
+    let mut text = still("t_ms,ax,ay,az", 40, |i| {
+        format!("{},0.1,0.{},9.8", 10 * i, i % 3)
+    });
+    for times in 1..=3 {
+        let (out, _) = run_with(&si(), text.as_bytes(), &options).unwrap();
+        let names: Vec<&str> = out.lines().next().unwrap().split(',').collect();
+        let mut once = names.clone();
+        once.sort_unstable();
+        once.dedup();
+        assert_eq!(names.len(), once.len(), "{times}: {names:?}");
+        text = out.clone();
+    }
+}

@@ -176,7 +176,7 @@ fn stamps(raw: &mut Raw) -> Option<Vec<f64>> {
     let line = |row: usize| raw.lines.get(row).copied().unwrap_or(0);
     let timed = judge(&time, &claims, line, |_| None);
     raw.findings.extend(timed.findings);
-    let origin = timed.origin_s?;
+    let origin = timed.summary.origin_s?;
     Some(timed.time_s?.iter().map(|t| t + origin).collect())
 }
 

@@ -149,6 +149,7 @@ pub(super) fn instance(
         let mut values: Vec<f64> = sample
             .iter()
             .filter_map(|row| row.get(field).copied())
+            .filter(|value| value.is_finite())
             .collect();
         let changes = values.windows(2).filter(|w| w[0] != w[1]).count();
         let rows = values.len();

@@ -1,6 +1,9 @@
 //! Faults of the samples: frozen axes, clipping, repeated rows.
 
+use std::ops::Range;
+
 use crate::finding::{Finding, FindingKind, LineSpans};
+use crate::recording::cells::Channels;
 use crate::recording::full_scale::{Clipping, FullScale};
 use crate::recording::row::{ACCEL, Values};
 use crate::recording::units::{AccelScale, GyroScale};
@@ -21,8 +24,8 @@ pub(crate) struct Defects {
     resolution: [f64; 6],
     /// Smallest magnitude that may be clipped: of the accelerometer, of the gyroscope.
     least_clipped: [f64; 2],
-    /// Three, or six with a gyroscope.
-    channels: usize,
+    /// Slots of the channels in a row.
+    slots: Range<usize>,
     rows: u64,
     last_line: u64,
     previous: [f64; 6],
@@ -48,15 +51,15 @@ struct Run {
 }
 
 impl Defects {
-    /// `resolution`: of the channels, from the first rows; `gyro`: scale of the gyroscope, if
-    /// there is one.
+    /// `resolution`: of the channels, from the first rows.
     pub fn new(
+        channels: Channels,
         accel: AccelScale,
         zero_offset: f64,
         resolution: [f64; 6],
         gyro: Option<GyroScale>,
     ) -> Self {
-        let with_gyro = gyro.is_some();
+        let gyro = gyro.filter(|_| channels.gyro);
         let ends = [
             FullScale::of_accel(&accel),
             gyro.map_or_else(|| FullScale::of_accel(&accel), |g| FullScale::of_gyro(&g)),
@@ -66,8 +69,12 @@ impl Defects {
             resolution,
             least_clipped: ends.each_ref().map(FullScale::least),
             clipped: std::array::from_fn(|i| Clipping::new(ends[i / 3].clone())),
-            channels: if with_gyro { 6 } else { 3 },
-            present: if with_gyro { 0b11_1111 } else { 0b111 },
+            slots: channels.slots(),
+            present: match (channels.accel, channels.gyro) {
+                (true, true) => 0b11_1111,
+                (true, false) => 0b111,
+                (false, _) => 0b11_1000,
+            },
             unchanged: 0,
             rows: 0,
             last_line: 0,
@@ -84,7 +91,8 @@ impl Defects {
     #[inline]
     pub fn observe(&mut self, values: &Values, line: u64) {
         let mut now = [0.0; 6];
-        now[..self.channels].copy_from_slice(&values[ACCEL..ACCEL + self.channels]);
+        let channels = self.slots.start - ACCEL..self.slots.end - ACCEL;
+        now[channels].copy_from_slice(&values[self.slots.clone()]);
         let mut unchanged = 0;
         for (i, (now, before)) in now.iter().zip(&self.previous).enumerate() {
             unchanged |= u8::from(now == before) << i;
@@ -138,7 +146,7 @@ impl Defects {
             self.repeated.repeat(line);
         } else if self.repeated.is_open() {
             let jumps = |i: usize| is_jump(self.previous[i], now[i], self.resolution[i]);
-            self.repeated.end((0..self.channels).any(jumps));
+            self.repeated.end((0..CHANNELS.len()).any(jumps));
         }
     }
 
@@ -147,7 +155,7 @@ impl Defects {
         for (i, clipped) in self.clipped.iter_mut().enumerate() {
             let offset = if i < 3 { self.zero_offset } else { 0.0 };
             let value = now[i] - offset;
-            if value.abs() >= self.least_clipped[i / 3] && i < self.channels {
+            if value.abs() >= self.least_clipped[i / 3] && self.present >> i & 1 == 1 {
                 clipped.observe(value, line);
             }
         }

@@ -16,7 +16,7 @@ use super::layout::Layout;
 use super::names::Quantity;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
 use super::timing::{
-    BreakKind, Claims, ClockMonitor, Follower, RowTime, StampReading, Timing, Treatment, untimed,
+    BreakKind, Claims, ClockMonitor, Follower, RowTime, StampReading, Timing, untimed,
 };
 use super::unit_choice::{UnitDoubt, decide_accel};
 use super::units::{AccelScale, GyroScale, GyroUnit, Origin};
@@ -47,11 +47,17 @@ pub(crate) struct RecordingClaims {
 }
 
 impl RecordingClaims {
-    pub fn channels(&self) -> Channels {
+    /// `facts`: whether the temperatures are in °C.
+    pub fn channels(&self, facts: &Facts) -> Channels {
         Channels {
+            accel: self.layout.field(Quantity::Accel(0)).is_some(),
             gyro: self.layout.has_gyro(),
-            temperature: self.layout.field(Quantity::Temperature).is_some(),
+            temperature: facts.celsius && self.has_temperature(),
         }
+    }
+
+    fn has_temperature(&self) -> bool {
+        self.layout.field(Quantity::Temperature).is_some()
     }
 
     /// Zero of the counts: by the user's option, or the middle of unsigned 16-bit values.
@@ -164,7 +170,7 @@ pub(crate) struct Monitor {
     watch: UnitWatch,
     /// Of ax … gz.
     axes: AxisValues<6>,
-    temperature: Temperatures,
+    temperature: Option<Temperatures>,
     /// Magnitudes; only if the columns were guessed.
     norms: Option<Thinned<f64, SAMPLE>>,
     defects: Defects,
@@ -198,7 +204,7 @@ pub(crate) struct MonitorSummary {
 
 impl Monitor {
     pub fn new(claims: RecordingClaims, facts: Facts) -> Self {
-        let channels = claims.channels();
+        let channels = claims.channels(&facts);
         let stamped = claims.layout.field(Quantity::Time).is_some();
         Monitor {
             facts,
@@ -210,13 +216,14 @@ impl Monitor {
             quiet: QuietBlocks::default(),
             watch: UnitWatch::default(),
             axes: AxisValues::default(),
-            temperature: Temperatures::default(),
+            temperature: claims.has_temperature().then(Temperatures::default),
             norms: claims.layout.guessed.then(Thinned::default),
             defects: Defects::new(
+                channels,
                 facts.accel,
                 facts.zero_offset,
                 facts.resolution,
-                facts.gyro.filter(|_| channels.gyro),
+                facts.gyro,
             ),
             claims,
         }
@@ -248,8 +255,8 @@ impl Monitor {
         }
         let ([ax, ay, az], [gx, gy, gz]) = (accel, rate);
         self.axes.observe([ax, ay, az, gx, gy, gz]);
-        if self.channels.temperature {
-            self.temperature.observe(values[TEMPERATURE]);
+        if let Some(temperature) = &mut self.temperature {
+            temperature.observe(raw[TEMPERATURE]);
         }
         self.defects.observe(values, line);
         self.observe_time(raw, line, break_kind)
@@ -296,9 +303,8 @@ impl Monitor {
         [a, b, c, d, e, f]
     }
 
-    /// Results, after the last row, except the [resolution](Self::resolution). `treatment`:
-    /// whether time stamps that wrap or restart were made continuous.
-    pub fn finish(&self, treatment: Treatment) -> MonitorSummary {
+    /// Results, after the last row, except the [resolution](Self::resolution).
+    pub fn finish(&self) -> MonitorSummary {
         let mut found = MonitorFindings::default();
         let options = &self.claims.options;
         let unsigned = options.zero_offset.is_none() && self.unsigned.is_unsigned();
@@ -308,22 +314,19 @@ impl Monitor {
                 "unsigned 16-bit values around 32768, which is subtracted; the range is unknown",
             ));
         }
-        let celsius =
-            !self.channels.temperature || self.temperature.is_celsius(&mut found.channels);
-        let span_c = if celsius {
-            self.temperature.span_c()
-        } else {
-            0.0
-        };
+        let temperature = self.temperature.as_ref();
+        let celsius = temperature.is_none_or(|t| t.is_celsius(&mut found.channels));
+        let span_c = temperature.map_or(0.0, Temperatures::span_c);
         let clock_claims = self.claims.clock(span_c);
         let (timing, stamp_reading, origin_s) = match &self.clock {
             Some(clock) => {
-                let summary = clock.finish(&clock_claims, treatment, &mut found.clock);
+                let summary = clock.finish(&clock_claims, &mut found.clock);
                 (summary.timing, summary.stamp_reading, summary.origin_s)
             }
             None => (untimed(self.cells.rows(), &clock_claims), None, None),
         };
-        if timing.rate_hz().is_none() && self.cells.rows() >= LEAST_ROWS {
+        let has_accel = self.channels.accel;
+        if has_accel && timing.rate_hz().is_none() && self.cells.rows() >= LEAST_ROWS {
             found.clock.push(Finding::new(
                 FindingKind::RateUnknown,
                 format!(
@@ -341,6 +344,9 @@ impl Monitor {
             options,
             &mut found.unit,
         );
+        if !has_accel {
+            found.unit.clear();
+        }
         found.unit.extend(self.watch.finding());
         let held = self.facts.cells.holds();
         found.values = self.defects.clone().finish(held);
@@ -366,21 +372,11 @@ impl Monitor {
         }
     }
 
-    /// Keeps only the findings about the clock that apply to time stamps left as they are in the
-    /// file.
-    pub fn keep_stamps(&self, clock: &mut Vec<Finding>) {
-        if self.facts.stamp_reading.is_some() {
-            clock.clear();
-        }
-        clock.retain(|f| {
-            matches!(
-                f.kind,
-                FindingKind::FrozenTime | FindingKind::TimeUnitUnknown
-            )
-        });
-        if let Some(monitor) = &self.clock {
-            monitor.report(Treatment::Kept, clock);
-        }
+    /// Results with the resolution.
+    pub fn finish_with_resolution(&self) -> MonitorSummary {
+        let mut summary = self.finish();
+        summary.facts.resolution = self.resolution();
+        summary
     }
 
     /// Reports columns that were taken for an accelerometer by their numbers alone and do not
@@ -422,18 +418,34 @@ impl Default for Temperatures {
 impl Temperatures {
     #[inline]
     fn observe(&mut self, value: f64) {
-        self.low = self.low.min(value);
-        self.high = self.high.max(value);
+        if POSSIBLE_C.contains(&value) {
+            self.low = self.low.min(value);
+            self.high = self.high.max(value);
+        }
         self.some.push_with(|| value);
     }
 
+    /// Range of the possible ones, °C; 0 without any.
     fn span_c(&self) -> f64 {
         (self.high - self.low).max(0.0)
     }
 
     /// True if the values can be °C; raw counts are reported.
     fn is_celsius(&self, findings: &mut Vec<Finding>) -> bool {
-        is_celsius(self.some.items(), findings)
+        let some = self.some.items().iter().copied().filter(|t| t.is_finite());
+        let Some(middle) = median(&mut some.collect::<Vec<f64>>()) else {
+            return true;
+        };
+        let fits = POSSIBLE_C.contains(&middle);
+        if !fits {
+            findings.push(Finding::new(
+                FindingKind::TemperatureUnit,
+                format!(
+                    "the temperature column is around {middle:.0}, not °C (raw counts?); it is not used"
+                ),
+            ));
+        }
+        fits
     }
 }
 
@@ -460,24 +472,6 @@ pub(crate) fn refuse_unit_change(
                 "split the file before line {line} and read the parts separately; --accel-unit UNIT reads all rows in one unit regardless"
             ))),
     }
-}
-
-/// True if the values can be °C; raw counts are reported.
-pub(crate) fn is_celsius(temperature: &[f64], findings: &mut Vec<Finding>) -> bool {
-    let some = temperature.iter().copied().filter(|t| t.is_finite());
-    let Some(middle) = median(&mut some.collect::<Vec<f64>>()) else {
-        return true;
-    };
-    let fits = POSSIBLE_C.contains(&middle);
-    if !fits {
-        findings.push(Finding::new(
-            FindingKind::TemperatureUnit,
-            format!(
-                "the temperature column is around {middle:.0}, not °C (raw counts?); it is not used"
-            ),
-        ));
-    }
-    fits
 }
 
 /// The gyroscope's unit before any turn was evaluated.

@@ -11,15 +11,8 @@ const BLOCK: usize = 20;
 /// Largest number of blocks stored; half of them are enough for a median.
 const MOST: usize = 1 << 12;
 
-/// Median magnitude of the quietest third of the blocks of 20 rows, and whether all values are
-/// whole numbers. The sensor need not be at rest: gravity dominates the mean of a quiet block.
-/// `None` without a complete row.
-#[must_use]
-pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
-    quiet(accel).map(|q| (q.norm, q.integers))
-}
-
-/// The quietest third of the blocks of a recording.
+/// The quietest third of the blocks of 20 rows of a recording. The sensor need not be at rest:
+/// gravity dominates the mean of a quiet block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Quiet {
     /// Median of the mean magnitudes of the blocks, in the unit of the values.
@@ -28,6 +21,13 @@ pub(crate) struct Quiet {
     pub spread: f64,
     /// All values of the recording are whole numbers.
     pub integers: bool,
+}
+
+/// Median magnitude of the quietest third of the blocks, and whether all values are whole numbers.
+/// `None` without a complete row.
+#[must_use]
+pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
+    quiet(accel).map(|q| (q.norm, q.integers))
 }
 
 /// As [`quiet_norm`], with the standard deviation.
@@ -337,8 +337,8 @@ mod tests {
             accel[1].push(shake);
             accel[2].push(9.81 + shake);
         }
-        let (norm, integers) = quiet_norm(&accel).unwrap();
-        assert!((norm - 9.81).abs() < 1e-9 && !integers);
+        let quiet = quiet(&accel).unwrap();
+        assert!((quiet.norm - 9.81).abs() < 1e-9 && !quiet.integers);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Checks time stamps one by one: wraps, restarts, repeats, steps back and gaps.
 
-use super::odd::{Faults, Treatment};
+use super::odd::Faults;
 use super::{PAUSE, is_usual_step};
 use crate::finding::Finding;
 use crate::recording::ledger::Aside;
@@ -69,9 +69,9 @@ impl Follower {
     }
 
     /// Adds the findings.
-    pub(crate) fn report(&self, treatment: Treatment, findings: &mut Vec<Finding>) {
+    pub(crate) fn report(&self, findings: &mut Vec<Finding>) {
         let stamps = &self.stamps;
-        stamps.faults.report(findings, stamps.rows, treatment);
+        stamps.faults.report(findings, stamps.rows);
     }
 }
 

@@ -15,7 +15,6 @@ use crate::finding::{Finding, FindingKind};
 
 pub(crate) use clock::{BreakKind, Clock, Follower};
 pub use date::parse_date;
-pub(crate) use odd::Treatment;
 use steps::Steps;
 pub use unit::TimeUnit;
 use unit::guess_unit;
@@ -27,7 +26,8 @@ pub struct Timing {
     pub unit: Option<TimeUnit>,
     /// The claimed sampling rate (metadata, `--rate`), in Hz.
     pub nominal_rate_hz: Option<f64>,
-    /// One over the median step, in Hz.
+    /// One over the mean of the steps within half of the median step, in Hz. If the stamps are
+    /// times of arrival in bursts, the mean rate.
     pub median_rate_hz: Option<f64>,
     /// Number of rows over the recorded time without pauses, in Hz.
     pub mean_rate_hz: Option<f64>,
@@ -109,7 +109,6 @@ pub(crate) struct ClockMonitor {
     rows: u64,
     /// Rows with a time stamp.
     stamped: u64,
-    first: f64,
     /// The first finite time stamp.
     origin: f64,
     before: f64,
@@ -152,7 +151,6 @@ impl ClockMonitor {
             corrected: Steps::default(),
             rows: 0,
             stamped: 0,
-            first: f64::NAN,
             origin: f64::NAN,
             before: f64::NAN,
             latest_s: f64::NEG_INFINITY,
@@ -166,9 +164,7 @@ impl ClockMonitor {
         let first = self.rows == 0;
         self.before = stamp;
         self.rows += 1;
-        if first {
-            self.first = stamp;
-        } else {
+        if !first {
             self.steps.push(step);
         }
         if stamp.is_finite() {
@@ -228,7 +224,7 @@ impl ClockMonitor {
             }
             None => {
                 let steps = self.steps.count() as usize;
-                let Some(unit) = guess_unit(self.first, steps, period, claims, findings) else {
+                let Some(unit) = guess_unit(self.origin, steps, period, claims, findings) else {
                     findings.push(Finding::new(
                         FindingKind::TimeUnitUnknown,
                         format!("steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used (give --time-unit)"),
@@ -253,12 +249,7 @@ impl ClockMonitor {
 
     /// Results, after the last row. Rates and gaps are right if the usual step that was assumed
     /// [agrees](StampReading::agrees) with the one that was determined.
-    pub fn finish(
-        &self,
-        claims: &Claims,
-        treatment: Treatment,
-        findings: &mut Vec<Finding>,
-    ) -> ClockSummary {
+    pub fn finish(&self, claims: &Claims, findings: &mut Vec<Finding>) -> ClockSummary {
         let Some((unit, usual)) = self.judge_unit(claims, findings) else {
             return ClockSummary {
                 timing: untimed(self.rows, claims),
@@ -280,7 +271,7 @@ impl ClockMonitor {
                 origin_s,
             };
         };
-        follower.report(treatment, findings);
+        follower.report(findings);
         let coarse = self.steps.coarse_rate(PAUSE * usual);
         let mean_rate = coarse
             .map(|rate| rate / per_s)
@@ -316,13 +307,6 @@ impl ClockMonitor {
             timing,
             stamp_reading: Some(stamp_reading),
             origin_s,
-        }
-    }
-
-    /// Adds the findings about the time stamps.
-    pub fn report(&self, treatment: Treatment, findings: &mut Vec<Finding>) {
-        if let Some(follower) = &self.follower {
-            follower.report(treatment, findings);
         }
     }
 
@@ -376,13 +360,9 @@ pub(crate) fn untimed(rows: u64, claims: &Claims) -> Timing {
 
 /// Results for time stamps in memory.
 pub(crate) struct Timed {
-    pub timing: Timing,
+    pub summary: ClockSummary,
     /// Seconds since the first row; `None` if the stamps cannot be used.
     pub time_s: Option<Vec<f64>>,
-    /// The first time stamp, s: where `time_s` is 0.
-    pub origin_s: Option<f64>,
-    /// Rows at which the clock restarted.
-    pub restarts: Vec<usize>,
     pub findings: Vec<Finding>,
 }
 
@@ -400,21 +380,17 @@ pub(crate) fn judge(
     loop {
         let mut clock = ClockMonitor::new(stamp_reading);
         let mut time_s = Vec::with_capacity(raw.len());
-        let mut restarts = Vec::new();
         for (row, &stamp) in raw.iter().enumerate() {
             let time = clock.observe(stamp, line(row), break_kind(row));
             time_s.push(time.t_s);
-            restarts.extend(time.restarted.then_some(row));
         }
         let mut findings = Vec::new();
-        let summary = clock.finish(claims, Treatment::Repaired, &mut findings);
+        let summary = clock.finish(claims, &mut findings);
         let known = stamp_reading.is_some_and(|b| b.even_hz.is_some());
         if stamp_reading == summary.stamp_reading || known {
             return Timed {
-                timing: summary.timing,
                 time_s: summary.stamp_reading.map(|_| time_s),
-                origin_s: summary.origin_s,
-                restarts,
+                summary,
                 findings,
             };
         }

@@ -2,15 +2,6 @@
 
 use crate::finding::{Finding, FindingKind, LineSpans};
 
-/// Treatment of time stamps that wrap or restart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Treatment {
-    /// They are made continuous.
-    Repaired,
-    /// They are left as in the file.
-    Kept,
-}
-
 /// Lines of each kind of fault, and durations.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Faults {
@@ -27,7 +18,7 @@ pub(super) struct Faults {
 }
 
 impl Faults {
-    pub fn report(&self, findings: &mut Vec<Finding>, rows: u64, treatment: Treatment) {
+    pub fn report(&self, findings: &mut Vec<Finding>, rows: u64) {
         let share = |spans: &LineSpans| 100.0 * spans.count() as f64 / rows.max(1) as f64;
         let mut add = |spans: &LineSpans, finding: Finding| {
             if !spans.is_empty() {
@@ -38,28 +29,14 @@ impl Faults {
             &self.wrapped,
             Finding::new(
                 FindingKind::WrappedTime,
-                match treatment {
-                    Treatment::Repaired => {
-                        "the 32-bit counter of the time stamps wrapped; unwrapped"
-                    }
-                    Treatment::Kept => {
-                        "the 32-bit counter of the time stamps wrapped; kept as recorded"
-                    }
-                },
+                "the clock of the time stamps begins again (a counter overflows, or a day ends)",
             ),
         );
         add(
             &self.restarted,
             Finding::new(
                 FindingKind::RestartedTime,
-                match treatment {
-                    Treatment::Repaired => {
-                        "the time stamps restart (the board was reset); treated as a break, and the clock continues from the row before"
-                    }
-                    Treatment::Kept => {
-                        "the time stamps restart (the board was reset); kept as recorded"
-                    }
-                },
+                "the time stamps restart (the board was reset); a break",
             ),
         );
         add(

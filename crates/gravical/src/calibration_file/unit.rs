@@ -1,0 +1,158 @@
+//! Is a recording in the unit and range that a calibration takes? One rule for every command.
+
+use std::path::Path;
+
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+use super::CalibrationFile;
+use crate::recording::{AccelScale, AccelUnit, Finding, FindingKind, Origin, Recording};
+use crate::{Error, Result};
+
+/// Largest relative deviation of calibrated gravity, or of counts per g: far beyond any sensor
+/// error, far below the ratio of two ranges.
+pub(crate) const TOLERANCE: f64 = 0.2;
+
+/// A recording that a calibration is applied to.
+pub(crate) struct Applied<'a> {
+    pub calibration: &'a CalibrationFile,
+    /// Path of the recording.
+    pub name: &'a str,
+    pub scale: AccelScale,
+    /// The user gave the unit: what contradicts it is a finding, not an error.
+    pub given: bool,
+    /// Calibrated magnitude at rest, m/s²; `None` if no row is complete.
+    pub norm_mps2: Option<f64>,
+    pub gravity_mps2: f64,
+    /// What rests: `its static intervals`.
+    pub at_rest: &'a str,
+    /// The sensor moves, and its magnitude need not be gravity.
+    pub moves: bool,
+}
+
+impl Applied<'_> {
+    /// True if the calibrated magnitude at rest is gravity.
+    pub fn measures_gravity(&self) -> bool {
+        let norm = self.norm_mps2.unwrap_or(f64::NAN);
+        (norm / self.gravity_mps2 - 1.0).abs() <= TOLERANCE
+    }
+
+    /// Compares unit, counts per g and gravity.
+    ///
+    /// # Errors
+    ///
+    /// `unit-mismatch` (input). With a unit that the user gave, a wrong range or size is a finding
+    /// of that kind.
+    pub fn judge(&self, findings: &mut Vec<Finding>) -> Result<()> {
+        let (unit, wanted) = (self.scale.unit, self.calibration.accelerometer.input_unit);
+        let unknown = unit == AccelUnit::Unknown || wanted == AccelUnit::Unknown;
+        if !unknown && unit != wanted {
+            let source = match self.scale.origin {
+                Origin::Given => "according to --accel-unit",
+                Origin::Data => "according to gravity",
+                Origin::Header => "according to its header",
+                Origin::Assumed => "assumed",
+            };
+            let (unit, wanted) = (unit.name(), wanted.name());
+            return self.refuse(
+                format!("the recording is in {unit} ({source}), the calibration is for {wanted}"),
+                &format!("a calibration from recordings in {unit}"),
+            );
+        }
+        let measured = match self.norm_mps2 {
+            Some(norm) => format!("calibrated, {} measure {norm:.2} m/s²", self.at_rest),
+            None => "no row is complete".to_owned(),
+        };
+        let wrong = if let Some([lsb, expected]) = self.other_range() {
+            Some((
+                format!(
+                    "the recording has {lsb:.0} counts per g, the calibration is for {expected:.0}: another range"
+                ),
+                "a calibration for this range",
+            ))
+        } else if self.norm_mps2.is_some() && !self.moves && !self.measures_gravity() {
+            Some((
+                format!(
+                    "{measured}, gravity is {:.2}: another sensor, range or unit",
+                    self.gravity_mps2
+                ),
+                "the calibration of this sensor at this setting",
+            ))
+        } else {
+            None
+        };
+        match wrong {
+            Some((message, other)) if !self.given => return self.refuse(message, other),
+            Some((message, _)) => {
+                // Already reported if the given unit itself has the wrong size.
+                let same = |f: &Finding| {
+                    let file = f.file.as_deref();
+                    f.kind == FindingKind::UnitMismatch && file.is_none_or(|f| f == self.name)
+                };
+                if !findings.iter().any(same) {
+                    let finding = Finding::new(FindingKind::UnitMismatch, message);
+                    findings.push(finding.in_file(self.name));
+                }
+            }
+            None if unknown => findings.push(
+                Finding::new(
+                    FindingKind::UnitUnverified,
+                    format!(
+                        "the recording is in {}, the calibration for {}; taken as the same: {measured}",
+                        unit.name(),
+                        wanted.name()
+                    ),
+                )
+                .in_file(self.name),
+            ),
+            None => {}
+        }
+        Ok(())
+    }
+
+    /// Counts per g of the recording and of the calibration, if they differ.
+    fn other_range(&self) -> Option<[f64; 2]> {
+        let section = &self.calibration.accelerometer;
+        let counts = section.input_unit == AccelUnit::Counts;
+        let lsb = self.scale.lsb_per_g.filter(|_| counts)?;
+        let expected = section.scale.iter().sum::<f64>() / 3.0 * STANDARD_GRAVITY_MPS2;
+        ((lsb / expected - 1.0).abs() > TOLERANCE).then_some([lsb, expected])
+    }
+
+    fn refuse(&self, message: String, other: &str) -> Result<()> {
+        let wanted = match self.calibration.accelerometer.input_unit {
+            AccelUnit::Unknown => "UNIT",
+            known => known.name(),
+        };
+        Err(Error::input("unit-mismatch", message)
+            .at(Path::new(self.name), None)
+            .with_hint(format!(
+                "use {other}, or --accel-unit {wanted} to apply this one regardless"
+            )))
+    }
+}
+
+/// The same for a recording that is read as a whole; `norms` are the calibrated magnitudes of its
+/// static intervals.
+///
+/// # Errors
+///
+/// As [`Applied::judge`].
+pub(crate) fn judge_unit(
+    calibration: &CalibrationFile,
+    recording: &Recording,
+    norms: &mut [f64],
+    gravity_mps2: f64,
+    findings: &mut Vec<Finding>,
+) -> Result<()> {
+    let applied = Applied {
+        calibration,
+        name: &recording.name,
+        scale: recording.accel_scale,
+        given: recording.accel_scale.origin == Origin::Given,
+        norm_mps2: crate::stats::median(norms),
+        gravity_mps2,
+        at_rest: "its static intervals",
+        moves: false,
+    };
+    applied.judge(findings)
+}
