@@ -1,8 +1,8 @@
 //! The whole method, in order: read this first.
 //!
-//! Recordings are cut into placements, the parameters estimated from the faces
-//! and free poses among them, the result held against everything that can show
-//! it wrong, and reported with its uncertainty.
+//! Recordings are divided into poses, the parameters are estimated from face poses and free
+//! poses, the result is tested against poses that the fit did not use, and reported with its
+//! uncertainty.
 //!
 //! # Example
 //!
@@ -138,7 +138,7 @@ pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> 
 /// # Errors
 ///
 /// Input errors with the next thing to do: those of [`segment`] and
-/// [`accelerometer`], `missing-gyro`, `rate-unknown`, `not-finite`. A result
+/// [`accelerometer`], `missing-gyro`, `rate-unknown`. A result
 /// that fails a quality gate is no error: its verdict is `poor`.
 pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result<Calibrated> {
     options.validate()?;

@@ -1,5 +1,6 @@
 //! The nominal scale of a channel: what a value means before calibration.
 
+use gravical_core::matrix3;
 use gravical_core::unit::{RADIANS_PER_DEGREE, STANDARD_GRAVITY_MPS2};
 
 use super::{AccelerometerSection, GyroscopeSection};
@@ -25,12 +26,17 @@ impl AccelerometerSection {
 
     /// The offset of unsigned counts, where the bias shows that it contains one.
     pub(crate) fn zero_offset(&self) -> f64 {
-        let unsigned = self.input_unit == AccelUnit::Counts
-            && self
-                .bias
-                .iter()
-                .all(|b| (b / UNSIGNED_OFFSET - 1.0).abs() < 0.25);
-        if unsigned { UNSIGNED_OFFSET } else { 0.0 }
+        let counts = self.input_unit == AccelUnit::Counts;
+        unsigned_offset(self.bias, counts)
+    }
+}
+
+fn unsigned_offset(bias: [f64; 3], counts: bool) -> f64 {
+    let around = |b: f64| (b / UNSIGNED_OFFSET - 1.0).abs() < 0.25;
+    if counts && bias.into_iter().all(around) {
+        UNSIGNED_OFFSET
+    } else {
+        0.0
     }
 }
 
@@ -42,5 +48,13 @@ impl GyroscopeSection {
             GyroUnit::DegreePerSecond => Some(1.0 / RADIANS_PER_DEGREE),
             GyroUnit::Counts | GyroUnit::Unknown => None,
         }
+    }
+
+    /// The bias as an angular rate about the axes of the case, °/s, without the offset of
+    /// unsigned counts.
+    pub(crate) fn bias_deg_s(&self) -> [f64; 3] {
+        let counts = matches!(self.input_unit, GyroUnit::Counts | GyroUnit::Unknown);
+        let offset = unsigned_offset(self.bias, counts);
+        matrix3::mul_vec(&self.matrix, &self.bias.map(|b| b - offset)).map(f64::to_degrees)
     }
 }

@@ -1,6 +1,6 @@
 //! Which directions the static intervals test, and which they do not.
 
-use gravical_core::matrix3::{dot, norm};
+use gravical_core::matrix3::norm;
 
 use super::types::Coverage;
 use crate::segment::face::{AXES, Face, angle_deg};
@@ -72,8 +72,7 @@ fn text(directions: &[[f64; 3]], apart: usize, untested: &[String], one_way: &[S
         } else {
             format!("does not test {}", nothing(untested))
         };
-        let alone = dot(&middle, &middle) > 0.0 && count > 1;
-        return if alone {
+        return if count > 1 {
             format!("{count} static intervals, all {place}: {what}")
         } else {
             format!("1 static interval, {place}: {what}")

@@ -148,9 +148,6 @@ pub struct Estimate {
     pub findings: Vec<Finding>,
 }
 
-/// Tilt of a box on a table, degrees (sd of each component).
-pub const ASSUMED_TILT_DEG: f64 = 1.0;
-
 /// So many times the assumed tilt is more than chance and a good board explain.
 pub const UNUSUAL_TILT: f64 = 1.6;
 

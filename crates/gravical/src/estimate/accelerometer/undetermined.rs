@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::estimate::joint::JointError;
 use crate::estimate::observability::{coverage, in_words, span};
+use crate::numfmt::milli_g;
 use crate::segment::Placement;
 use crate::segment::face::{AXES, Face};
 
@@ -49,7 +50,7 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
                 message.push_str(&format!(
                     ": ‖a‖ with {} up would be known to ±{:.0} mg only",
                     nearest_axis(direction),
-                    1000.0 * sd / session.gravity
+                    milli_g(sd)
                 ));
             }
             let next = if spanned < 3 {

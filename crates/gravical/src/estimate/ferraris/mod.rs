@@ -84,7 +84,7 @@ impl AccelerometerFit {
 ///
 /// # Errors
 ///
-/// `not-finite`, `singular`; `left-handed` when the faces were taken from names
+/// `singular`; `left-handed` when the faces were taken from names
 /// and contradict each other.
 pub fn accelerometer(
     faces: &Faces,

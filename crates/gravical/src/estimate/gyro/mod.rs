@@ -181,11 +181,11 @@ fn fit_of(parts: &[Part<'_>], accelerometer: &Calibration<f64>, options: &GyroOp
         (0..3).for_each(|i| sample[i] *= per_unit);
     }
     let size = per_unit.abs();
-    let mean_square = |v: [f64; 3]| (v.iter().map(|x| x * x).sum::<f64>() / 3.0).sqrt() * size;
+    let root_mean_square = |v: [f64; 3]| (v.iter().map(|x| x * x).sum::<f64>() / 3.0).sqrt() * size;
     let known = fit::Known {
         spread,
-        noise: mean_square(rest.noise),
-        drift: mean_square(rest.local_sd),
+        noise: root_mean_square(rest.noise),
+        drift: root_mean_square(rest.local_sd),
         beta_sigma: rest.bias_error.map(|s| (s * size).max(1e-9)),
     };
     let setup = fit::Setup::new(&motions, &known);

@@ -16,7 +16,11 @@
 //! between them (cross-axis, 2 % each) and of the bias (0.6 m/s²): of nothing
 //! that depends on how the board sits in its case.
 //!
-//! # What is found out on the way, in this order, until nothing changes
+//! # What is found out on the way
+//!
+//! Model error, tilt and the roles of the poses, repeatedly until none of them changes; then
+//! repeats that lay the same way, once; then bad poses, one by one. After each of these two
+//! the first three are found out again.
 //!
 //! 1. *Model error*: real sensors miss the model by more than the noise of
 //!    their means. A variance is added to every mean until χ² equals its degrees
@@ -63,12 +67,12 @@ pub use roles::Role;
 pub use sources::Source;
 pub use types::*;
 
-/// σ_tilt of a box on a table, rad.
-pub const ASSUMED_TILT: f64 = 1.0 / DEG;
+/// σ_tilt of a box on a table (sd of each of two components), degrees.
+pub const ASSUMED_TILT_DEG: f64 = 1.0;
 /// Tilts are estimated from at least so many well-determined components.
 const LEAST_GAMMA: f64 = 4.0;
 /// Limits of an estimated tilt, rad.
-const TILT_RANGE: [f64; 2] = [0.02 / DEG, 10.0 / DEG];
+const TILT_RANGE: [f64; 2] = [0.02_f64.to_radians(), 10.0_f64.to_radians()];
 /// ‖a‖ that is less well known than this share of gravity in some direction is
 /// not known: the data sheet alone says as much.
 const UNKNOWN: f64 = 0.028;
@@ -77,7 +81,6 @@ const UNKNOWN: f64 = 0.028;
 const MOST_CONDITION: f64 = 1e10;
 /// Rounds in which tilt and model error have to settle.
 const MOST_ROUNDS: i32 = 60;
-const DEG: f64 = 180.0 / std::f64::consts::PI;
 
 /// Fits M and b.
 ///
@@ -116,9 +119,7 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
         last = search.settle(&mut work)?;
     };
     let mut fit = search.finish(&work, &bad)?;
-    for k in disputed {
-        fit.poses[k].disputed = true;
-    }
+    fit.disputed = disputed;
     Ok(fit)
 }
 
@@ -172,7 +173,10 @@ impl<'a> Search<'a> {
             held: Held {
                 gravity: options.gravity,
                 // Tilts of exactly 0 are `linear12`; this is as good.
-                tilt: options.tilt.unwrap_or(ASSUMED_TILT).max(1e-7),
+                tilt: options
+                    .tilt
+                    .unwrap_or(ASSUMED_TILT_DEG.to_radians())
+                    .max(1e-7),
                 // A nominal scale that gravity contradicts is a wrong unit or
                 // range: no knowledge.
                 prior: options
@@ -252,7 +256,7 @@ impl<'a> Search<'a> {
         }
         if found.gamma < LEAST_GAMMA {
             self.tilt_from = TiltFrom::Assumed;
-            return ASSUMED_TILT;
+            return ASSUMED_TILT_DEG.to_radians();
         }
         self.tilt_from = TiltFrom::Estimated;
         (found.tilt_squares / found.gamma)
@@ -320,7 +324,6 @@ impl<'a> Search<'a> {
                     direction,
                     tilt,
                     bad: bad[k],
-                    disputed: false,
                     left_out_error: left_out[k].map(|l| l.error),
                     left_out_sd: left_out[k].map(|l| l.sd),
                 }
@@ -358,6 +361,7 @@ impl<'a> Search<'a> {
             bias,
             covariance,
             poses: results,
+            disputed: Vec::new(),
             tilt: self.held.tilt,
             tilt_from: self.tilt_from,
             gamma: found.gamma,

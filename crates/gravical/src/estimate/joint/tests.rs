@@ -20,7 +20,11 @@ fn sensor(rng: &mut ChaCha8Rng) -> Sensor {
     for i in 0..3 {
         let k = 1.0 + 0.02 * normal(rng);
         for j in 0..3 {
-            let r = if i == j { 1.0 } else { normal(rng) / DEG };
+            let r = if i == j {
+                1.0
+            } else {
+                normal(rng).to_radians()
+            };
             m[i][j] = k * r;
         }
     }
@@ -91,12 +95,12 @@ fn faces_and_free_poses_give_the_magnitude() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     for _ in 0..20 {
         let sensor = sensor(&mut rng);
-        let poses = session(&sensor, 12, 1.0 / DEG, &mut rng);
+        let poses = session(&sensor, 12, 1.0_f64.to_radians(), &mut rng);
         let found = joint(&poses, &OPTIONS).unwrap();
         let error = norm_error(&sensor, &found);
         println!(
             "{error:.3} mg, tilt {:.2}°, gamma {:.1}",
-            found.tilt * DEG,
+            found.tilt.to_degrees(),
             found.gamma
         );
         assert!(error < 0.6, "{error}");

@@ -59,9 +59,6 @@ pub struct Position {
     pub tilt: Option<(f64, f64)>,
     /// Left out as a bad one: the probability that a good one misses as much.
     pub bad: Option<f64>,
-    /// Contradicts other poses of its direction, and nothing tells which of them
-    /// are right.
-    pub disputed: bool,
     /// ‖a‖ − g when it and its neighbours within 25° are left out, m/s².
     pub left_out_error: Option<f64>,
     /// Standard deviation that this error should have, by the fit without them
@@ -85,6 +82,9 @@ pub struct JointFit {
     pub reliability: Option<Reliability>,
     /// For every pose.
     pub poses: Vec<Position>,
+    /// Of each disputed direction the poses that contradict each other, on two sides: nothing
+    /// tells which are right, and all of them count.
+    pub disputed: Vec<[Vec<usize>; 2]>,
     /// σ_tilt, rad.
     pub tilt: f64,
     /// How it is known.
