@@ -3,6 +3,7 @@
 use gravical_core::matrix3::norm;
 
 use super::types::Coverage;
+use crate::estimate::accelerometer::distinct;
 use crate::segment::face::{AXES, Face, angle_deg};
 
 /// Poses nearer to each other than this are one direction, degrees.
@@ -13,15 +14,7 @@ pub(super) const TESTED_COSINE: f64 = 0.5;
 
 /// Coverage by unit vectors in axes of the case.
 pub(super) fn coverage(directions: &[[f64; 3]]) -> Coverage {
-    let mut apart: Vec<[f64; 3]> = Vec::new();
-    for &n in directions {
-        if apart
-            .iter()
-            .all(|other| angle_deg(*other, n) > SAME_DIRECTION_DEG)
-        {
-            apart.push(n);
-        }
-    }
+    let apart = distinct(directions);
     let ways: Vec<(bool, bool)> = (0..3)
         .map(|k| {
             (
@@ -39,8 +32,8 @@ pub(super) fn coverage(directions: &[[f64; 3]]) -> Coverage {
     let untested = named(|(up, down)| !up && !down);
     let one_way = named(|(up, down)| up != down);
     Coverage {
-        text: text(directions, apart.len(), &untested, &one_way),
-        directions: apart.len() as u32,
+        text: text(directions, apart, &untested, &one_way),
+        directions: apart as u32,
         untested_axes: untested,
         one_way_axes: one_way,
     }

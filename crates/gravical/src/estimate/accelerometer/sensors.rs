@@ -157,6 +157,8 @@ mod tests {
         tilt: None,
         quantisation: [0.0; 3],
         start: None,
+        elements: None,
+        find_bad: true,
     };
 
     /// Recordings of `parts`, twelve or six placements each, the biases moved by

@@ -13,7 +13,7 @@ use crate::segment::face::{AXES, AxisMap, Face, angle_deg};
 use crate::{Error, Result};
 
 pub use faces::{Faces, sort_into_faces};
-pub use gyroscope::{GyroscopeFit, gyroscope};
+pub use gyroscope::gyroscope;
 
 /// A fitted accelerometer.
 #[derive(Debug, Clone)]

@@ -55,19 +55,15 @@ struct Deletion {
 /// test of the deletion against what remains, with Bonferroni's correction for
 /// having picked the worst. Repeats that contradict each other stay where nothing
 /// tells which of them are right.
-pub(super) fn worst(work: &[Pose], found: &Fit, bad: &[Option<f64>]) -> Misfits {
+pub(super) fn worst(work: &[Pose], found: &Fit, held: &Held, bad: &[Option<f64>]) -> Misfits {
     let gone = bad.iter().filter(|b| b.is_some()).count();
     if (gone + 1) as f64 > MOST_SHARE * work.len() as f64 {
         return Misfits::default();
     }
-    // Without a model error and with tilts that scatter as they do.
+    // Without a model error.
     let held = Held {
-        gravity: found.model.gravity,
-        tilt: found.model.tilt,
-        prior: found.model.prior,
         model_error: 0.0,
-        scatter: found.model.scatter,
-        lengths: None,
+        ..*held
     };
     match rough_fit(work, &held, &found.start()) {
         Some(whole) if whole.freedom >= LEAST_FREEDOM => judge(work, &whole, &held),

@@ -43,7 +43,6 @@ mod curvature;
 mod fit;
 mod leave_out;
 mod model;
-mod preset;
 mod reduced;
 mod repeats;
 mod roles;
@@ -55,13 +54,14 @@ mod types;
 
 use gravical_core::matrix3;
 
+use crate::calibration_file::TiltSource;
 use crate::estimate::observability::{condition, span};
 use crate::predicted;
 use crate::segment::face::Face;
 use crate::stats::median;
 
 use fit::{Fit, Held, Pose, Start, fit, rough_fit};
-pub use preset::*;
+pub use model::Elements;
 use reduced::Reduced;
 pub use roles::Role;
 pub use sources::Source;
@@ -89,12 +89,13 @@ const MOST_ROUNDS: i32 = 60;
 /// [`JointError`].
 pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, JointError> {
     let start = start(poses, options).ok_or(JointError::NoPoses)?;
+    let alike = alike(poses, options.elements);
     let mut work: Vec<Pose> = poses
         .iter()
         .enumerate()
         .map(|(group, pose)| Pose {
             mean: pose.mean,
-            sd: pose.standard_error,
+            sd: alike.unwrap_or(pose.standard_error),
             face: None,
             group,
             left_out: false,
@@ -103,13 +104,18 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
     roles::first(poses, &mut work, start);
     let mut search = Search::new(poses, options, start);
     let mut last = search.settle(&mut work)?;
-    if let Some(scatter) = repeats::group(&mut work, &last, search.held.tilt) {
+    if options.elements.is_none()
+        && let Some(scatter) = repeats::group(&mut work, &last, search.held.tilt)
+    {
         search.held.scatter = scatter;
         last = search.settle(&mut work)?;
     }
     let mut bad = vec![None; poses.len()];
     let disputed = loop {
-        let misfits = bad::worst(&work, &last, &bad);
+        if !options.find_bad {
+            break Vec::new();
+        }
+        let misfits = bad::worst(&work, &last, &search.held, &bad);
         let Some((worst, chance)) = misfits.bad else {
             break misfits.disputed;
         };
@@ -121,6 +127,14 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
     let mut fit = search.finish(&work, &bad)?;
     fit.disputed = disputed;
     Ok(fit)
+}
+
+/// The standard error of every mean where only lengths are fitted: all count alike, since real
+/// sensors miss the model by more than the noise of their means.
+fn alike(poses: &[JointPose], elements: Option<Elements>) -> Option<[f64; 3]> {
+    elements.filter(|e| *e != Elements::All)?;
+    let squares = poses.iter().flat_map(|p| p.standard_error).map(|s| s * s);
+    Some([(squares.sum::<f64>() / (3 * poses.len()) as f64).sqrt(); 3])
 }
 
 /// M and b to start with: the nominal scale (or the one that readings of usual
@@ -157,7 +171,7 @@ struct Search<'a> {
     options: &'a JointOptions,
     held: Held,
     start: Start,
-    tilt_from: TiltFrom,
+    tilt_from: TiltSource,
 }
 
 impl<'a> Search<'a> {
@@ -172,7 +186,7 @@ impl<'a> Search<'a> {
             options,
             held: Held {
                 gravity: options.gravity,
-                // Tilts of exactly 0 are `linear12`; this is as good.
+                // Faces that are exact; a tilt of exactly 0 would divide by it.
                 tilt: options
                     .tilt
                     .unwrap_or(ASSUMED_TILT_DEG.to_radians())
@@ -184,7 +198,7 @@ impl<'a> Search<'a> {
                     .filter(|n| options.prior && (0.8..1.25).contains(&(usual / n))),
                 model_error: 0.0,
                 scatter: 0.0,
-                lengths: None,
+                elements: options.elements,
             },
             start: Start {
                 m,
@@ -192,8 +206,8 @@ impl<'a> Search<'a> {
                 at: Vec::new(),
             },
             tilt_from: match options.tilt {
-                Some(_) => TiltFrom::Given,
-                None => TiltFrom::Assumed,
+                Some(_) => TiltSource::Given,
+                None => TiltSource::Assumed,
             },
         }
     }
@@ -251,14 +265,14 @@ impl<'a> Search<'a> {
     }
 
     fn next_tilt(&mut self, found: &Fit) -> f64 {
-        if self.tilt_from == TiltFrom::Given {
+        if self.tilt_from == TiltSource::Given {
             return self.held.tilt;
         }
         if found.gamma < LEAST_GAMMA {
-            self.tilt_from = TiltFrom::Assumed;
+            self.tilt_from = TiltSource::Assumed;
             return ASSUMED_TILT_DEG.to_radians();
         }
-        self.tilt_from = TiltFrom::Estimated;
+        self.tilt_from = TiltSource::Estimated;
         (found.tilt_squares / found.gamma)
             .sqrt()
             .clamp(TILT_RANGE[0], TILT_RANGE[1])
@@ -288,10 +302,15 @@ impl<'a> Search<'a> {
     fn finish(self, work: &[Pose], bad: &[Option<f64>]) -> Result<JointFit, JointError> {
         let found = fit(work, &self.held, &self.start).ok_or_else(|| self.open(work))?;
         let mut covariance = found.full_covariance().ok_or_else(|| self.open(work))?;
-        let second = curvature::second_order(&found).ok_or_else(|| self.open(work))?;
-        let curved = second.covariance(&found.state.m);
+        // Given elements mean the least squares of other programs: the maximum itself.
+        let (mut model, mut bias) = (found.state.m, found.state.b);
+        let mut curved = [[0.0; 12]; 12];
+        if self.options.elements.is_none() {
+            let second = curvature::second_order(&found).ok_or_else(|| self.open(work))?;
+            curved = second.covariance(&model);
+            (model, bias) = second.mean(&model, &bias);
+        }
         add(&mut covariance, &curved);
-        let (model, bias) = second.mean(&found.state.m, &found.state.b);
         let inverse = matrix3::inverse(&model).ok_or(JointError::NotConverged)?;
         let (direction, sd) = predicted::weakest(&inverse, &covariance, self.held.gravity);
         let reduced = Reduced::new(&found);
@@ -319,7 +338,7 @@ impl<'a> Search<'a> {
                     let [p, q] = found.tilt_variance[place]?;
                     Some((d[0].hypot(d[1]), (0.5 * (p + q)).sqrt()))
                 });
-                Position {
+                FittedPose {
                     face: place.and_then(|place| found.model.places[place].face),
                     direction,
                     tilt,
@@ -381,11 +400,14 @@ fn add(sum: &mut [[f64; 12]; 12], more: &[[f64; 12]; 12]) {
     }
 }
 
-/// Singular values of the derivatives of ‖a‖ by the nine parameters of an upper
-/// triangular M, largest over smallest.
+/// Singular values of the derivatives of ‖a‖ by the parameters that it depends on, largest
+/// over smallest: the nine of an upper triangular M, or the six of a diagonal one.
 fn magnitude_condition(found: &Fit) -> f64 {
     let places = found.model.places.len();
-    let elements = model::Elements::Triangular.list();
+    let elements = match found.model.elements {
+        Elements::Diagonal => Elements::Diagonal.list(),
+        Elements::All | Elements::Triangular => Elements::Triangular.list(),
+    };
     let Some(upper) = fit::upper(&found.state.m).filter(|_| places >= elements.len()) else {
         return f64::INFINITY;
     };

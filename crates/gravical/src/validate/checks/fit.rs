@@ -1,7 +1,7 @@
 //! What the joint fit itself shows to be odd.
 
 use crate::calibration_file::{AccelerometerSection, TiltSource};
-use crate::estimate::accelerometer::{Estimate, UNUSUAL_TILT};
+use crate::estimate::accelerometer::{Estimate, Method, UNUSUAL_TILT};
 use crate::numfmt::milli_g;
 use crate::predicted::{sensitivity, variance};
 use crate::recording::{Finding, FindingKind};
@@ -74,6 +74,15 @@ pub(super) fn findings(
         .and_then(|f| f.condition)
         .filter(|c| *c > CONDITION_NOTE);
     let Some(fit) = &estimate.joint else {
+        return findings;
+    };
+    if estimate.noise.assumed {
+        findings.push(Finding::new(
+            FindingKind::NoiseAssumed,
+            "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty",
+        ));
+    }
+    if estimate.method != Method::Joint {
         findings.extend(weak.map(|condition| {
             Finding::warning(
                 FindingKind::IllConditioned,
@@ -88,7 +97,7 @@ pub(super) fn findings(
             ));
         }
         return findings;
-    };
+    }
     findings.extend(fit.disputed.iter().map(|sides| disputed(section, sides)));
     findings.extend(face_twice(estimate, placements).or_else(|| missing_face(estimate, gravity)));
     if let Some(quality) = &section.fit {
@@ -110,12 +119,6 @@ pub(super) fn findings(
                 ),
             ));
         }
-    }
-    if estimate.noise.assumed {
-        findings.push(Finding::new(
-            FindingKind::NoiseAssumed,
-            "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty",
-        ));
     }
     if !fit.oriented {
         findings.push(orientation_open(
