@@ -119,8 +119,7 @@ mod counted {
             nominal: Some(1.0),
             prior: true,
             tilt: None,
-            quantisation: [0.0; 3],
-            start: None,
+            ..JointOptions::default()
         };
         let done = joint(black_box(&poses), &options).is_ok();
         assert!(done);

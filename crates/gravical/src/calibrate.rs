@@ -1,8 +1,8 @@
 //! The whole method, in order: read this first.
 //!
-//! Recordings are cut into placements, the parameters estimated from the faces
-//! and free poses among them, the result held against everything that can show
-//! it wrong, and reported with its uncertainty.
+//! Recordings are divided into poses, the parameters are estimated from face poses and free
+//! poses, the result is tested against poses that the fit did not use, and reported with its
+//! uncertainty.
 //!
 //! # Example
 //!
@@ -27,8 +27,8 @@ mod soak;
 use gravical_core::matrix3;
 
 use crate::calibration_file::{
-    AccelerometerSection, CalibrationFile, Covariance, FORMAT, InputFile, RecordingTime,
-    RecordingTimeSource, SensorInfo, TemperatureRange, creation_time,
+    AccelerometerSection, CalibrationFile, FORMAT, InputFile, RecordingTime, RecordingTimeSource,
+    SensorInfo, TemperatureRange, creation_time,
 };
 use crate::estimate::accelerometer::{Session, accelerometer};
 use crate::estimate::{ferraris, gyro};
@@ -138,7 +138,7 @@ pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> 
 /// # Errors
 ///
 /// Input errors with the next thing to do: those of [`segment`] and
-/// [`accelerometer`], `missing-gyro`, `rate-unknown`, `not-finite`. A result
+/// [`accelerometer`], `missing-gyro`, `rate-unknown`. A result
 /// that fails a quality gate is no error: its verdict is `poor`.
 pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result<Calibrated> {
     options.validate()?;
@@ -178,16 +178,13 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
             options.segment.turn_angle_deg.to_radians(),
             &options.segment.axes,
         )?,
-        None => ferraris::GyroscopeFit::default(),
+        None => gyro::GyroFit::default(),
     };
     // … else from the motions between the stills.
     let gyroscope = if turns.section.is_some() {
-        gyro::GyroFit {
-            section: turns.section,
-            findings: turns.findings,
-        }
+        turns
     } else {
-        gyro::of_session(recordings, &segmentation, &estimate.calibration)?.or_after(turns.findings)
+        gyro::of_session(recordings, &segmentation, &estimate.calibration).or_after(turns.findings)
     };
 
     // What do the placements say of the result, and what can they not say?
@@ -201,13 +198,6 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     );
     let temperatures: Vec<f64> = placements.iter().filter_map(|p| p.temperature_c).collect();
     let range = temperature(&temperatures);
-    let trust = trust::trust(
-        &estimate,
-        &poses,
-        &options.gravity,
-        range.as_ref(),
-        &temperatures,
-    );
     let nominal = recordings.first().and_then(|r| r.accel_scale.nominal());
     let scale = matrix3::row_norms(&estimate.model);
     let accelerometer = AccelerometerSection {
@@ -222,28 +212,19 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         matrix: estimate.calibration.matrix,
         scale,
         orientation: matrix3::scale_rows(&estimate.model, &scale.map(|k| 1.0 / k)),
-        covariance: trust.covariance.as_ref().map(|c| Covariance {
-            parameters: Covariance::parameter_names(),
-            values: c.iter().map(|row| row.to_vec()).collect(),
-        }),
-        gravity_sd_mps2: options.gravity.uncertainty_mps2(),
         errors: errors::fit_errors(&poses),
         poses,
         scale_deviation_percent: nominal.map(|n| scale.map(|k| 100.0 * (k / n - 1.0))),
         degrees_of_freedom: estimate.degrees_of_freedom,
-        leave_one_out_rms_mps2: trust.leave_one_out,
-        predicted_norm_error_mps2: trust.predicted,
-        worst_direction: trust.worst_direction,
-        undetected: trust.undetected,
-        contradicted: trust.contradicted,
-        pose_tilt_deg: estimate.tilt,
-        deviations: trust.deviations,
-        fit: trust.fit,
-        least_consistent_pose: trust.worst,
-        next_poses: trust.next,
-        known_gravity: trust.known_gravity,
-        budget: trust.budget,
+        ..AccelerometerSection::default()
     };
+    let accelerometer = trust::trust(
+        accelerometer,
+        &estimate,
+        &options.gravity,
+        range.as_ref(),
+        &temperatures,
+    );
 
     // Everything odd, gathered; the verdict follows from it.
     let mut findings: Vec<Finding> = recordings

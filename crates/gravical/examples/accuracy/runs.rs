@@ -1,12 +1,8 @@
 //! Parts, placements and estimators, many at a time.
 
 use gravical::core::unit::STANDARD_GRAVITY_MPS2;
-use gravical::estimate::Reading;
-use gravical::estimate::joint::{
-    JointFit, JointOptions, JointPose, Preset, PresetOptions, Role, joint, preset,
-};
+use gravical::estimate::joint::{Elements, JointFit, JointOptions, JointPose, Role, joint};
 use gravical::estimate::proposal::Proposals;
-use gravical::segment::face::Face;
 use gravical::simulate::means::{Errors, MeanReading, MeansOptions, Part, Planned, Scores};
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
 
@@ -74,8 +70,7 @@ impl Session {
             nominal: Some(1.0),
             prior: true,
             tilt: self.tilt_given.then_some(self.means.tilt_sd_rad),
-            quantisation: [0.0; 3],
-            start: None,
+            ..JointOptions::default()
         }
     }
 
@@ -164,39 +159,48 @@ impl Session {
     }
 }
 
-fn readings(means: &[MeanReading], noise: f64) -> Vec<Reading> {
-    means
-        .iter()
-        .map(|m| Reading {
-            mean: m.mean,
-            standard_error: Some([noise; 3]),
-        })
-        .collect()
-}
-
 /// Least squares with the faces taken as exact.
 pub fn linear(means: &[MeanReading], options: &MeansOptions) -> Option<Parameters> {
-    let faces: Vec<Face> = means.iter().filter_map(|m| m.face).collect();
-    by_preset(means, options, Preset::Linear12(&faces))
+    assuming(means, options, Elements::All)
 }
 
 /// By the length of gravity, six parameters.
 pub fn magnitude6(means: &[MeanReading], options: &MeansOptions) -> Option<Parameters> {
-    by_preset(means, options, Preset::Magnitude6)
+    assuming(means, options, Elements::Diagonal)
 }
 
 /// … and nine.
 pub fn magnitude9(means: &[MeanReading], options: &MeansOptions) -> Option<Parameters> {
-    by_preset(means, options, Preset::Magnitude9)
+    assuming(means, options, Elements::Triangular)
 }
 
-fn by_preset(means: &[MeanReading], options: &MeansOptions, of: Preset<'_>) -> Option<Parameters> {
-    let options_of_fit = PresetOptions {
-        preset: of,
+fn assuming(
+    means: &[MeanReading],
+    options: &MeansOptions,
+    elements: Elements,
+) -> Option<Parameters> {
+    let role = |m: &MeanReading| match m.face {
+        Some(face) if elements == Elements::All => Role::Face(face),
+        _ => Role::Free,
+    };
+    let poses: Vec<JointPose> = means
+        .iter()
+        .map(|m| JointPose {
+            mean: m.mean,
+            standard_error: [options.noise_mps2; 3],
+            role: role(m),
+        })
+        .collect();
+    let assumed = JointOptions {
         gravity: options.gravity_mps2,
         nominal: Some(1.0),
+        prior: false,
+        tilt: Some(0.0),
+        elements: Some(elements),
+        find_bad: false,
+        ..JointOptions::default()
     };
-    let found = preset(&readings(means, options.noise_mps2), &options_of_fit).ok()?;
+    let found = joint(&poses, &assumed).ok()?;
     Some((found.model, found.bias))
 }
 

@@ -1,5 +1,6 @@
 //! The nominal scale of a channel: what a value means before calibration.
 
+use gravical_core::matrix3;
 use gravical_core::unit::{RADIANS_PER_DEGREE, STANDARD_GRAVITY_MPS2};
 
 use super::{AccelerometerSection, GyroscopeSection};
@@ -25,22 +26,25 @@ impl AccelerometerSection {
 
     /// The offset of unsigned counts, where the bias shows that it contains one.
     pub(crate) fn zero_offset(&self) -> f64 {
-        zero_offset(self.input_unit == AccelUnit::Counts, &self.bias)
+        let counts = self.input_unit == AccelUnit::Counts;
+        unsigned_offset(self.bias, counts)
     }
 }
 
-fn zero_offset(is_counts: bool, bias: &[f64; 3]) -> f64 {
-    let near = |b: &f64| (b / UNSIGNED_OFFSET - 1.0).abs() < 0.25;
-    match is_counts && bias.iter().all(near) {
-        true => UNSIGNED_OFFSET,
-        false => 0.0,
+fn unsigned_offset(bias: [f64; 3], counts: bool) -> f64 {
+    let around = |b: f64| (b / UNSIGNED_OFFSET - 1.0).abs() < 0.25;
+    if counts && bias.into_iter().all(around) {
+        UNSIGNED_OFFSET
+    } else {
+        0.0
     }
 }
 
 impl GyroscopeSection {
     /// The offset of unsigned counts, where the bias shows that it contains one.
     pub(crate) fn zero_offset(&self) -> f64 {
-        zero_offset(self.input_unit == GyroUnit::Counts, &self.bias)
+        let counts = matches!(self.input_unit, GyroUnit::Counts | GyroUnit::Unknown);
+        unsigned_offset(self.bias, counts)
     }
 
     /// Input units per rad/s by definition; the file does not give that of counts.
@@ -50,5 +54,12 @@ impl GyroscopeSection {
             GyroUnit::DegreePerSecond => Some(1.0 / RADIANS_PER_DEGREE),
             GyroUnit::Counts | GyroUnit::Unknown => None,
         }
+    }
+
+    /// The bias as an angular rate about the axes of the case, °/s, without the offset of
+    /// unsigned counts.
+    pub(crate) fn bias_deg_s(&self) -> [f64; 3] {
+        let offset = self.zero_offset();
+        matrix3::mul_vec(&self.matrix, &self.bias.map(|b| b - offset)).map(f64::to_degrees)
     }
 }

@@ -1,8 +1,9 @@
 //! Which directions the static intervals test, and which they do not.
 
-use gravical_core::matrix3::{dot, norm};
+use gravical_core::matrix3::norm;
 
 use super::types::Coverage;
+use crate::estimate::accelerometer::distinct;
 use crate::segment::face::{AXES, Face, angle_deg};
 
 /// Poses nearer to each other than this are one direction, degrees.
@@ -13,15 +14,7 @@ pub(super) const TESTED_COSINE: f64 = 0.5;
 
 /// Coverage by unit vectors in axes of the case.
 pub(super) fn coverage(directions: &[[f64; 3]]) -> Coverage {
-    let mut apart: Vec<[f64; 3]> = Vec::new();
-    for &n in directions {
-        if apart
-            .iter()
-            .all(|other| angle_deg(*other, n) > SAME_DIRECTION_DEG)
-        {
-            apart.push(n);
-        }
-    }
+    let apart = distinct(directions);
     let ways: Vec<(bool, bool)> = (0..3)
         .map(|k| {
             (
@@ -39,8 +32,8 @@ pub(super) fn coverage(directions: &[[f64; 3]]) -> Coverage {
     let untested = named(|(up, down)| !up && !down);
     let one_way = named(|(up, down)| up != down);
     Coverage {
-        text: text(directions, apart.len(), &untested, &one_way),
-        directions: apart.len() as u32,
+        text: text(directions, apart, &untested, &one_way),
+        directions: apart as u32,
         untested_axes: untested,
         one_way_axes: one_way,
     }
@@ -72,8 +65,7 @@ fn text(directions: &[[f64; 3]], apart: usize, untested: &[String], one_way: &[S
         } else {
             format!("does not test {}", nothing(untested))
         };
-        let alone = dot(&middle, &middle) > 0.0 && count > 1;
-        return if alone {
+        return if count > 1 {
             format!("{count} static intervals, all {place}: {what}")
         } else {
             format!("1 static interval, {place}: {what}")

@@ -5,6 +5,7 @@ use super::rests::Rest;
 use super::types::{Cause, Explanation};
 use crate::calibration_file::{CalibrationFile, Grade, GravitySource, InputFile};
 use crate::gravity::Gravity;
+use crate::numfmt::milli_g;
 use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, Recording};
 
@@ -126,19 +127,20 @@ pub(super) fn circumstances(
         );
     }
     findings.extend(temperature(calibration, rests));
-    let ratio = gravity.value_mps2 / calibration.gravity_mps2 - 1.0;
-    if options.gravity.is_some() && ratio.abs() > SAME_GRAVITY {
+    let off = gravity.value_mps2 - calibration.gravity_mps2;
+    if options.gravity.is_some() && off.abs() > SAME_GRAVITY * calibration.gravity_mps2 {
         findings.push(Finding::new(
             FindingKind::GravityDiffers,
             format!(
-                "the calibration's scale rests on {:.5} m/s²{}, here gravity is {:.5}: made in this place, it would be off by {:+.1} mg everywhere for that alone",
+                "the calibration was computed with g = {:.5} m/s²{}, here g = {:.5}: if it was made here, that alone makes every ‖a‖ {:.1} mg too {}",
                 calibration.gravity_mps2,
                 match calibration.gravity_source {
                     GravitySource::Standard => " (assumed)",
                     GravitySource::Given | GravitySource::Latitude => "",
                 },
                 gravity.value_mps2,
-                -1000.0 * ratio
+                milli_g(off.abs()),
+                if off > 0.0 { "small" } else { "large" }
             ),
         ));
     }

@@ -177,13 +177,13 @@ pub fn check(
         .as_ref()
         .and_then(|s| chi_square(&s.errors, &s.covariance, s.freedom))
         .map(|(test, _)| test);
-    let mean_square = |squares: f64| (squares / used.len() as f64).sqrt();
-    let rms = mean_square(errors.norm_squared());
+    let root_mean_square = |squares: f64| (squares / used.len() as f64).sqrt();
+    let rms = root_mean_square(errors.norm_squared());
     let predicted: Option<f64> = counted
         .iter()
         .map(|i| stills[*i].sigma_mps2.map(|s| s * s))
         .sum::<Option<f64>>()
-        .map(mean_square);
+        .map(root_mean_square);
 
     let board: Vec<[f64; 3]> = used.iter().map(|p| p.direction).collect();
     let limit = LIMIT_WITHOUT_COVARIANCE_MG * STANDARD_GRAVITY_MPS2 / 1000.0;

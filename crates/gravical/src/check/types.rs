@@ -122,7 +122,7 @@ pub struct Explanation {
     pub bias_mps2: Option<[f64; 3]>,
     /// Change of the scale or of gravity, %; null for a bias.
     pub share_percent: Option<f64>,
-    /// Standard deviation of the change (m/s² or %), of each component.
+    /// Standard deviation of the change (m/s² or %); of the biases of three axes the largest.
     pub sigma: f64,
     /// p of what is left when it is taken off; null when nothing is left to
     /// test.

@@ -28,8 +28,8 @@ use crate::segment::face::AXES;
 use crate::uncertainty::{chi_square, freedom_of_sum};
 
 use findings::{Independence, SAME_GRAVITY, circumstances, independence, orientation_is_known};
-use parameters::{Jacobian, PAIRS, Turn, invariants, propagate, second_order, turn};
-use unit::{Side, sides};
+use parameters::{Jacobian, PAIRS, Rotation, invariants, propagate, rotation, second_order};
+use unit::{NominalModel, sides};
 
 pub use history::*;
 pub use types::*;
@@ -76,17 +76,17 @@ struct Difference {
 }
 
 impl Difference {
-    fn new(a: &Side, b: &Side, turn: Option<&Turn>) -> Self {
+    fn new(a: &NominalModel, b: &NominalModel, rotation: Option<&Rotation>) -> Self {
         let ((va, ja), (vb, jb)) = (invariants(a), invariants(b));
-        let count = if turn.is_some() { 12 } else { 9 };
-        let values = DVector::from_fn(count, |i, _| match turn {
-            Some(turn) if i >= 9 => turn.vector[i - 9],
+        let count = if rotation.is_some() { 12 } else { 9 };
+        let values = DVector::from_fn(count, |i, _| match rotation {
+            Some(rotation) if i >= 9 => rotation.vector[i - 9],
             _ => vb[i] - va[i],
         });
         // Rows of both kinds, with the sign of their side in the difference.
         let rows = |j: &Jacobian<9>, sign: f64, which: usize| -> Jacobian<12> {
-            Jacobian::<12>::from_fn(|r, c| match turn {
-                Some(turn) if r >= 9 => turn.jacobians[which][(r - 9, c)],
+            Jacobian::<12>::from_fn(|r, c| match rotation {
+                Some(rotation) if r >= 9 => rotation.jacobians[which][(r - 9, c)],
                 None if r >= 9 => 0.0,
                 _ => sign * j[(r, c)],
             })
@@ -199,7 +199,7 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
     let [side_a, side_b] = sides(a, b, names, &mut findings)?;
     let independence = independence(a, b, &mut findings);
     circumstances(a, b, names, &mut findings);
-    let turned = turn(&side_a, &side_b);
+    let turned = rotation(&side_a, &side_b);
     let difference = Difference::new(&side_a, &side_b, turned.as_ref());
     let gravity = side_a.gravity;
 
@@ -209,7 +209,7 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
     let test_at_one_gravity = ((ratio - 1.0).abs() > SAME_GRAVITY)
         .then(|| {
             let same = side_b.at_gravity(side_a.gravity);
-            let turned = turn(&side_a, &same);
+            let turned = rotation(&side_a, &same);
             Difference::new(&side_a, &same, turned.as_ref()).test(0, 9, gravity)
         })
         .flatten()
@@ -245,7 +245,6 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
         parameters: difference.listed(),
         magnitude,
         orientation,
-        overall: difference.test(0, 12, gravity).map(|(test, _)| test),
         gyroscope: norms::gyroscope(a, b),
         findings,
         verdict,
@@ -268,22 +267,25 @@ fn tell_outside(test: Option<(ChiSquare, f64)>, what: &str, findings: &mut Vec<F
         findings.push(Finding::new(
             FindingKind::UndeterminedDirection,
             format!(
-                "in some combinations of {what} neither file states an uncertainty, because its data do not determine them; there the two differ by {:.2} ‰, which is not tested ({} directions are)",
+                "neither file determines some combinations of {what}; the difference in them, {:.2} ‰, is not tested. {}",
                 1000.0 * outside,
-                test.degrees_of_freedom
+                match test.degrees_of_freedom {
+                    1 => "1 combination is tested".to_owned(),
+                    n => format!("{n} combinations are tested"),
+                }
             ),
         ));
     }
 }
 
 fn orientation(
-    turn: &Turn,
+    rotation: &Rotation,
     test: Option<(ChiSquare, f64)>,
     known: bool,
     independence: Independence,
     findings: &mut Vec<Finding>,
 ) -> OrientationDifference {
-    let length = gravical_core::matrix3::norm(&turn.vector);
+    let length = gravical_core::matrix3::norm(&rotation.vector);
     if known {
         tell_outside(test, "rotation", findings);
     } else {
@@ -295,7 +297,7 @@ fn orientation(
     let test = test.map(|(test, _)| test).filter(|_| known);
     OrientationDifference {
         angle_deg: length.to_degrees(),
-        axis: turn
+        axis: rotation
             .vector
             .map(|v| if length > 0.0 { v / length } else { 0.0 }),
         judgement: judge(test, independence),

@@ -4,8 +4,8 @@
 use gravical_core::matrix3::{mul_vec, norm};
 
 use super::types::GyroscopeDifference;
-use super::unit::Side;
-use crate::calibration_file::{CalibrationFile, GyroscopeSection};
+use super::unit::NominalModel;
+use crate::calibration_file::CalibrationFile;
 use crate::predicted::{sensitivity, sphere, variance};
 
 /// Directions that are looked at.
@@ -21,7 +21,7 @@ pub(super) struct Norms {
 
 /// ‖a‖ by B less ‖a‖ by A for readings that A calls rest, in every direction;
 /// and its standard deviation by both covariances.
-pub(super) fn difference(a: &Side, b: &Side) -> Norms {
+pub(super) fn difference(a: &NominalModel, b: &NominalModel) -> Norms {
     let (mut squares, mut variances) = (0.0, Some(0.0));
     let (mut largest, mut at, mut variance_at) = (0.0_f64, [0.0; 3], None);
     for n in sphere(DIRECTIONS) {
@@ -55,12 +55,12 @@ pub(super) fn difference(a: &Side, b: &Side) -> Norms {
     }
 }
 
-impl Side {
+impl NominalModel {
     /// The same calibration with its scale resting on another gravity.
-    pub fn at_gravity(&self, gravity: f64) -> Side {
+    pub fn at_gravity(&self, gravity: f64) -> NominalModel {
         let ratio = self.gravity / gravity;
         let factor = |i: usize| if i < 9 { ratio } else { 1.0 };
-        Side {
+        NominalModel {
             model: self.model.map(|row| row.map(|v| v * ratio)),
             matrix: self.matrix.map(|row| row.map(|v| v / ratio)),
             bias: self.bias,
@@ -73,14 +73,11 @@ impl Side {
     }
 }
 
-/// Bias and scale of both gyroscopes, without a judgement: a gyroscope's bias
-/// moves with every start, and its file states no uncertainty.
+/// Bias and scale of both gyroscopes, without a judgement: a gyroscope's bias moves with every
+/// start by more than the uncertainty of its file says.
 pub(super) fn gyroscope(a: &CalibrationFile, b: &CalibrationFile) -> Option<GyroscopeDifference> {
     let (ga, gb) = (a.gyroscope.as_ref()?, b.gyroscope.as_ref()?);
-    let bias = |g: &GyroscopeSection| -> [f64; 3] {
-        std::array::from_fn(|i| (g.bias[i] / g.scale[i]).to_degrees())
-    };
-    let (bias_a, bias_b) = (bias(ga), bias(gb));
+    let (bias_a, bias_b) = (ga.bias_deg_s(), gb.bias_deg_s());
     let ratios: [f64; 3] = std::array::from_fn(|i| 100.0 * (gb.scale[i] / ga.scale[i] - 1.0));
     // Counts of two ranges are no scale difference.
     let same = ga.input_unit == gb.input_unit && ratios.iter().all(|r| r.abs() < 20.0);

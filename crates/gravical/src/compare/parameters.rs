@@ -8,7 +8,7 @@
 use gravical_core::matrix3::{dot, inverse, mul};
 use nalgebra::{DMatrix, Matrix3, Rotation3, SMatrix, UnitQuaternion, Vector3};
 
-use super::unit::Side;
+use super::unit::NominalModel;
 
 /// Derivatives by M (row by row) and b.
 pub(super) type Jacobian<const N: usize> = SMatrix<f64, N, 12>;
@@ -18,7 +18,7 @@ pub(super) const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
 /// Bias (m/s²), scale (share of nominal) and angle beyond 90° between the
 /// sensor's axes (rad), with their derivatives.
-pub(super) fn invariants(side: &Side) -> ([f64; 9], Jacobian<9>) {
+pub(super) fn invariants(side: &NominalModel) -> ([f64; 9], Jacobian<9>) {
     invariants_of(&side.model, &side.bias)
 }
 
@@ -48,7 +48,7 @@ fn invariants_of(model: &[[f64; 3]; 3], bias: &[f64; 3]) -> ([f64; 9], Jacobian<
 }
 
 /// The rotation between two frames.
-pub(super) struct Turn {
+pub(super) struct Rotation {
     /// Rotation vector of Q, rad: a_A = Q a_B but for what changes ‖a‖.
     pub vector: [f64; 3],
     /// Derivatives by the parameters of the first and the second calibration.
@@ -58,7 +58,7 @@ pub(super) struct Turn {
 /// Polar decomposition T = M_A⁻¹ M_B = Q P. From T + dT follows Q (1 + \[ω\]) with
 /// (tr P − P) ω = vee(Qᵀ dT − dTᵀ Q). None when one frame is the mirror image of
 /// the other: no rotation leads from one to the other.
-pub(super) fn turn(a: &Side, b: &Side) -> Option<Turn> {
+pub(super) fn rotation(a: &NominalModel, b: &NominalModel) -> Option<Rotation> {
     let to_matrix = |m: &[[f64; 3]; 3]| Matrix3::from_fn(|r, c| m[r][c]);
     let t = to_matrix(&mul(&a.matrix, &b.model));
     // The decomposition may never end on what is not finite.
@@ -86,7 +86,7 @@ pub(super) fn turn(a: &Side, b: &Side) -> Option<Turn> {
     // By the quaternion: exact for the smallest turns, where a cosine is not.
     let vector =
         UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(q)).scaled_axis();
-    Some(Turn {
+    Some(Rotation {
         vector: vector.into(),
         jacobians,
     })
@@ -112,7 +112,7 @@ const STEP: f64 = 1e-4;
 /// A row of M that is known to 2° across itself is longer than it seems by
 /// 0.06 %, many times what the first order says of its length.
 pub(super) fn second_order(
-    side: &Side,
+    side: &NominalModel,
     covariance: &crate::uncertainty::Covariance12,
 ) -> DMatrix<f64> {
     let c = SMatrix::<f64, 12, 12>::from_fn(|r, k| covariance[r][k]);
@@ -145,8 +145,8 @@ pub(super) fn second_order(
 mod tests {
     use super::*;
 
-    fn side(model: [[f64; 3]; 3], bias: [f64; 3]) -> Side {
-        Side {
+    fn side(model: [[f64; 3]; 3], bias: [f64; 3]) -> NominalModel {
+        NominalModel {
             model,
             matrix: inverse(&model).unwrap(),
             bias,
@@ -172,7 +172,7 @@ mod tests {
         for (x, y) in va.iter().zip(vb) {
             assert!((x - y).abs() < 1e-12, "{va:?} {vb:?}");
         }
-        let found = turn(&a, &b).unwrap();
+        let found = rotation(&a, &b).unwrap();
         for i in 0..3 {
             assert!(
                 (found.vector[i] - by[i]).abs() < 1e-12,
@@ -188,7 +188,7 @@ mod tests {
         let bias = [0.1, -0.2, 0.3];
         let (a, b) = (side(M, bias), side(other, bias));
         let (_, j) = invariants(&a);
-        let found = turn(&a, &b).unwrap();
+        let found = rotation(&a, &b).unwrap();
         let step = 1e-6;
         for theta in 0..9 {
             let moved = |m: [[f64; 3]; 3], by: f64| {
@@ -204,12 +204,15 @@ mod tests {
                 let slope = (up[row] - down[row]) / (2.0 * step);
                 assert!((slope - j[(row, theta)]).abs() < 1e-6, "{row} {theta}");
             }
-            // The turn is small here: ω and the change of the vector agree to
+            // The rotation is small here: ω and the change of the vector agree to
             // first order in it.
-            let by_a = [turn(&moved(M, step), &b), turn(&moved(M, -step), &b)];
+            let by_a = [
+                rotation(&moved(M, step), &b),
+                rotation(&moved(M, -step), &b),
+            ];
             let by_b = [
-                turn(&a, &moved(other, step)),
-                turn(&a, &moved(other, -step)),
+                rotation(&a, &moved(other, step)),
+                rotation(&a, &moved(other, -step)),
             ];
             for (which, [up, down]) in [by_a, by_b].into_iter().enumerate() {
                 let (up, down) = (up.unwrap().vector, down.unwrap().vector);
@@ -230,6 +233,6 @@ mod tests {
         let mirror = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
         let a = side(M, [0.0; 3]);
         let b = side(mul(&M, &mirror), [0.0; 3]);
-        assert!(turn(&a, &b).is_none());
+        assert!(rotation(&a, &b).is_none());
     }
 }

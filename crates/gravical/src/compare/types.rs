@@ -24,8 +24,6 @@ pub struct Comparison {
     /// How the frames are turned against each other; null when one is the
     /// mirror image of the other.
     pub orientation: Option<OrientationDifference>,
-    /// All of it together.
-    pub overall: Option<ChiSquare>,
     /// Bias and scale of the gyroscopes; null unless both files have one.
     pub gyroscope: Option<GyroscopeDifference>,
     /// What has to be known to read the result.
@@ -138,13 +136,13 @@ pub struct OrientationDifference {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GyroscopeDifference {
-    /// Bias in A, °/s.
+    /// Bias in A as an angular rate about the axes of the case, °/s.
     pub bias_a_deg_s: [f64; 3],
     /// Bias in B, °/s.
     pub bias_b_deg_s: [f64; 3],
     /// B − A, °/s.
     pub bias_difference_deg_s: [f64; 3],
-    /// Scale of B against A, %; null where the input units differ.
+    /// Scale of each channel of B against A, %; null where the input units differ.
     pub scale_difference_percent: Option<[f64; 3]>,
 }
 

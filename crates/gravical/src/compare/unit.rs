@@ -12,7 +12,7 @@ use crate::{Error, Result};
 const SAME_SCALE: f64 = 0.2;
 
 /// One calibration: u = M a + b with u in nominal m/s².
-pub(super) struct Side {
+pub(super) struct NominalModel {
     /// M, near 1.
     pub model: [[f64; 3]; 3],
     /// M⁻¹.
@@ -39,7 +39,7 @@ pub(super) fn sides(
     b: &CalibrationFile,
     names: [&str; 2],
     findings: &mut Vec<Finding>,
-) -> Result<[Side; 2]> {
+) -> Result<[NominalModel; 2]> {
     // Two sessions that rest on one and the same gravity share its error.
     let shared = a.gravity_mps2 == b.gravity_mps2 && a.gravity_source == b.gravity_source;
     sides_with(a, b, names, shared, findings)
@@ -56,7 +56,7 @@ pub(super) fn sides_with(
     names: [&str; 2],
     without_gravity: bool,
     findings: &mut Vec<Finding>,
-) -> Result<[Side; 2]> {
+) -> Result<[NominalModel; 2]> {
     let [sa, sb] = [&a.accelerometer, &b.accelerometer];
     let (per_a, per_b) = match (sa.nominal_per_mps2(), sb.nominal_per_mps2()) {
         (Some(na), Some(nb)) => (na, nb),
@@ -123,7 +123,7 @@ fn side(
     offset: f64,
     without_gravity: bool,
     name: &str,
-) -> Result<Side> {
+) -> Result<NominalModel> {
     let section = &file.accelerometer;
     let covariance = if without_gravity {
         covariance_at_its_gravity(section, file.gravity_mps2)
@@ -138,7 +138,7 @@ fn side(
         )
         .at(name.as_ref(), None)
     })?;
-    Ok(Side {
+    Ok(NominalModel {
         model,
         matrix,
         bias: section.bias.map(|b| (b - offset) / per_mps2),

@@ -12,11 +12,9 @@ mod observability;
 pub mod pose_noise;
 #[doc(hidden)]
 pub mod proposal;
-mod reading;
 #[doc(hidden)]
 pub mod reliability;
 #[doc(hidden)]
 pub mod solve;
 
 pub use observability::in_words;
-pub use reading::Reading;

@@ -1,7 +1,9 @@
 //! Which parameters poses leave open, and which pose would determine them, in words.
 
+use gravical_core::matrix3;
 use nalgebra::{DMatrix, DVector};
 
+use crate::predicted::sensitivity;
 use crate::segment::face::{AXES, Face};
 
 use super::solve::singular_values;
@@ -31,41 +33,6 @@ pub(super) fn span(directions: &[[f64; 3]]) -> (usize, [f64; 3]) {
     (spanned, [weakest[0], weakest[1], weakest[2]])
 }
 
-/// What rows leave open of the parameters that they are derivatives by.
-pub(super) struct Undetermined {
-    /// Unit vectors of the parameters that nothing determines.
-    pub open: Vec<DVector<f64>>,
-    /// Largest over smallest singular value, columns of length one.
-    pub condition: f64,
-}
-
-/// What is open where an error of a row may be enlarged so many times; none where a row is
-/// not finite. Columns are to be of the size of one.
-pub(super) fn undetermined(rows: &[DVector<f64>], most_enlarged: f64) -> Option<Undetermined> {
-    let n = rows.len();
-    let p = rows.first().map_or(0, DVector::len);
-    // As many rows as columns at least, so that there are as many singular values.
-    let mut stacked = DMatrix::zeros(n.max(p), p);
-    for (k, row) in rows.iter().enumerate() {
-        stacked.set_row(k, &row.transpose());
-    }
-    // The decomposition may never end on what is not finite.
-    if stacked.iter().any(|v| !v.is_finite()) {
-        return None;
-    }
-    let svd = stacked.clone().svd(false, true);
-    let limit = (n as f64).sqrt() / most_enlarged;
-    let v_t = svd.v_t.as_ref()?;
-    let open = (0..p)
-        .filter(|&i| svd.singular_values[i] < limit)
-        .map(|i| v_t.row(i).transpose())
-        .collect();
-    Some(Undetermined {
-        open,
-        condition: condition(stacked),
-    })
-}
-
 /// Largest over smallest singular value of a matrix whose columns are brought to length
 /// one; infinite when one is empty.
 pub(super) fn condition(mut rows: DMatrix<f64>) -> f64 {
@@ -81,6 +48,11 @@ pub(super) fn condition(mut rows: DMatrix<f64>) -> f64 {
 
 /// Names at the most so many poses.
 const MOST_NAMED: usize = 3;
+
+/// Error of parameters that nothing determines, over that of a reading; and of an ‖a‖ that
+/// counts as open.
+const UNKNOWN: f64 = 1000.0;
+const OPEN: f64 = 30.0;
 
 /// A pose on an edge or corner has to determine so much more than one on a face.
 const HARDER: f64 = 1.3;
@@ -99,44 +71,46 @@ fn candidates(faces_only: bool) -> Vec<[i8; 3]> {
     all
 }
 
-/// Poses that would determine the directions `open` of the parameters, the best
-/// first. `row` is the derivative of a reading (in any direction n) by the
-/// parameters, in the same units as `open`.
-pub(super) fn settling(
-    open: &[DVector<f64>],
+/// Poses that would determine what `directions` leave open of these elements of M and b, as
+/// far as ‖a‖ depends on them, the best first; faces only, if nothing else is fitted.
+pub(super) fn poses_to_add(
+    directions: &[[f64; 3]],
+    elements: &[usize],
     faces_only: bool,
-    row: impl Fn([f64; 3]) -> DVector<f64>,
 ) -> Vec<String> {
-    let mut basis = DMatrix::from_columns(open);
-    let poses = candidates(faces_only);
-    let rows: Vec<DVector<f64>> = poses
-        .iter()
-        .map(|n| {
-            let n = n.map(f64::from);
-            let length = n.iter().map(|v| v * v).sum::<f64>().sqrt();
-            row(n.map(|v| v / length))
-        })
-        .collect();
+    // In shares of the scale and of gravity all derivatives are of the size of one.
+    let derivatives = |n: [f64; 3]| {
+        let h = sensitivity(&matrix3::identity(), n, 1.0);
+        DVector::from_iterator(elements.len(), elements.iter().map(|&e| h[e]))
+    };
+    let row = |pose: [i8; 3]| {
+        let n = pose.map(f64::from);
+        derivatives(n.map(|v| v / matrix3::norm(&n)))
+    };
+    let size = elements.len();
+    let mut information = DMatrix::identity(size, size) / UNKNOWN.powi(2);
+    for n in directions {
+        let h = derivatives(*n);
+        information.ger(1.0, &h, &h, 1.0);
+    }
     let mut out = Vec::new();
-    for _ in 0..open.len().min(MOST_NAMED) {
-        let mut best = (0, 1e-9);
-        for (k, row) in rows.iter().enumerate() {
-            let seen = basis.tr_mul(row).norm();
-            let harder = axes(&poses[k]) > axes(&poses[best.0]);
-            if seen > best.1 * if harder { HARDER } else { 1.0 + 1e-6 } {
-                best = (k, seen);
+    while out.len() < MOST_NAMED {
+        let Some(known) = information.clone().cholesky() else {
+            break;
+        };
+        let (mut best, mut largest): (Option<[i8; 3]>, f64) = (None, OPEN);
+        for pose in candidates(faces_only) {
+            let h = row(pose);
+            let error = h.dot(&known.solve(&h)).sqrt();
+            let harder = best.is_some_and(|other| axes(&pose) > axes(&other));
+            if error > largest * if harder { HARDER } else { 1.0 + 1e-6 } {
+                (best, largest) = (Some(pose), error);
             }
         }
-        let seen = basis.tr_mul(&rows[best.0]);
-        let length = seen.norm();
-        if length < 1e-9 {
-            break;
-        }
-        out.push(in_words(poses[best.0].map(f64::from)));
-        // What that pose determines is open no more.
-        let along = seen / length;
-        let gone = &basis * &along;
-        basis -= gone * along.transpose();
+        let Some(pose) = best else { break };
+        let h = row(pose);
+        information.ger(1.0, &h, &h, 1.0);
+        out.push(in_words(pose.map(f64::from)));
     }
     out
 }
@@ -228,15 +202,18 @@ mod tests {
     }
 
     #[test]
-    fn the_pose_that_helps_is_named() {
-        // A plane through +x, +y and +z: any opposite face settles it.
-        let open = [DVector::from_vec(vec![0.5, 0.5, 0.5, -0.5])];
-        let row = |n: [f64; 3]| DVector::from_vec(vec![n[0], n[1], n[2], 1.0]);
-        let named = settling(&open, true, row);
-        assert!(named.len() == 1 && named[0].ends_with(" down"), "{named:?}");
-        // Two open directions: two poses that distinguish them.
-        let open = [0, 1].map(|i| DVector::from_fn(4, |k, _| f64::from(k == i)));
-        let named = settling(&open, true, row);
-        assert_eq!(named, ["x up", "y up"]);
+    fn poses_that_help_are_named() {
+        let faces = Face::all().map(Face::direction);
+        let triangular = [0, 1, 2, 4, 5, 8, 9, 10, 11];
+        let diagonal = [0, 4, 8, 9, 10, 11];
+        // Six faces say nothing of the angles between the axes: edges do.
+        let named = poses_to_add(&faces, &triangular, false);
+        assert_eq!(named.len(), 3, "{named:?}");
+        assert!(named.iter().all(|n| n.contains("tilted 45°")), "{named:?}");
+        assert!(poses_to_add(&faces, &diagonal, false).is_empty());
+        assert_eq!(poses_to_add(&faces[1..], &diagonal, false), ["x up"]);
+        let corner = [faces[0], faces[2], faces[4]];
+        let named = poses_to_add(&corner, &triangular, true);
+        assert!(named.iter().all(|n| n.ends_with(" down")), "{named:?}");
     }
 }

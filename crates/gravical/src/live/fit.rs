@@ -1,6 +1,6 @@
 //! The calibration of a session, as an event.
 
-use gravical_core::matrix3::{mul_vec, norm};
+use gravical_core::matrix3::norm;
 
 use crate::Result;
 use crate::calibrate::{CalibrateOptions, calibrate};
@@ -82,14 +82,10 @@ impl Fit {
             leave_one_out_mg: section.leave_one_out_rms_mps2.map(mg),
             undetected_mg: section.undetected.as_ref().map(|u| mg(u.effect_mps2)),
             grade: file.verdict.grade,
-            gyroscope: file.gyroscope.as_ref().map(|gyro| {
-                // M maps rad/s to units; its inverse is the matrix.
-                let bias = mul_vec(&gyro.matrix, &gyro.bias).map(f64::to_degrees);
-                GyroFit {
-                    method: gyro.method.clone(),
-                    bias_deg_s: (gyro.input_unit != GyroUnit::Unknown).then_some(bias),
-                    motions: gyro.motions.map_or(0, |m| m.used),
-                }
+            gyroscope: file.gyroscope.as_ref().map(|gyro| GyroFit {
+                method: gyro.method.clone(),
+                bias_deg_s: (gyro.input_unit != GyroUnit::Unknown).then(|| gyro.bias_deg_s()),
+                motions: gyro.motions.map_or(0, |m| m.used),
             }),
             poses: section.poses.iter().zip(poses).map(fitted).collect(),
             suspect: suspect.and_then(|c| called(&c.label)),

@@ -98,16 +98,33 @@ pub struct Rejected {
 #[derive(Debug, Default)]
 struct Judged {
     fits: Vec<String>,
-    rejects: Vec<(Ground, String)>,
+    rejects: Vec<String>,
+    grounds: Vec<Ground>,
 }
 
 /// Why it is rejected, as far as an option would admit it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Ground {
     Later,
-    Age,
-    Temperature,
+    /// So many days away.
+    Age(f64),
+    /// So many °C outside.
+    Temperature(f64),
     Other,
+}
+
+impl Ground {
+    /// The option that admits it.
+    fn option(self) -> Option<String> {
+        match self {
+            Ground::Later => Some("--nearest".to_owned()),
+            Ground::Age(days) => Some(format!("--max-age {}", days.ceil())),
+            Ground::Temperature(outside_c) => {
+                Some(format!("--max-temperature-difference {}", outside_c.ceil()))
+            }
+            Ground::Other => None,
+        }
+    }
 }
 
 impl Query {
@@ -175,10 +192,10 @@ impl Query {
 
     fn judge(&self, stored: &StoredCalibration) -> Judged {
         let mut judged = Judged::default();
+        self.judge_time(stored, &mut judged);
         if stored.file.verdict.grade == Grade::Poor {
             judged.reject(Ground::Other, "its verdict is poor".to_owned());
         }
-        self.judge_time(stored, &mut judged);
         self.judge_accelerometer(stored, &mut judged);
         self.judge_gyroscope(stored, &mut judged);
         self.judge_temperature(stored, &mut judged);
@@ -188,20 +205,21 @@ impl Query {
     fn judge_time(&self, stored: &StoredCalibration, judged: &mut Judged) {
         let days = stored.time.days_until(self.time);
         let words = apart(days);
+        let mut text = format!("made {words} the recording");
         if days < 0.0 && !self.nearest {
-            judged.reject(Ground::Later, format!("made {words} the recording"));
+            judged.grounds.push(Ground::Later);
         }
         match self.max_age_days {
             Some(most) if days.abs() > most => {
-                judged.reject(
-                    Ground::Age,
-                    format!("made {words} the recording, the limit is {most} days"),
-                );
+                judged.grounds.push(Ground::Age(days.abs()));
+                text.push_str(&format!(", the limit is {most} days"));
             }
-            Some(most) => judged
-                .fits
-                .push(format!("made {words} the recording, within {most} days")),
-            None => judged.fits.push(format!("made {words} the recording")),
+            Some(most) => text.push_str(&format!(", within {most} days")),
+            None => {}
+        }
+        match judged.grounds.is_empty() {
+            true => judged.fits.push(text),
+            false => judged.rejects.push(text),
         }
     }
 
@@ -284,7 +302,7 @@ impl Query {
         );
         match outside > most {
             true => judged.reject(
-                Ground::Temperature,
+                Ground::Temperature(outside),
                 format!("{text}: {outside:.1} °C outside, the limit is {most} °C"),
             ),
             false => judged.fits.push(text),
@@ -294,7 +312,8 @@ impl Query {
 
 impl Judged {
     fn reject(&mut self, ground: Ground, why: String) {
-        self.rejects.push((ground, why));
+        self.grounds.push(ground);
+        self.rejects.push(why);
     }
 
     /// Counts of one size, if both are known.
@@ -361,13 +380,13 @@ impl Stored {
                 fitting.push((stored, judged.fits));
                 continue;
             }
-            let only = |ground| judged.rejects.iter().all(|(g, _)| *g == ground);
-            let all = [Ground::Later, Ground::Age, Ground::Temperature];
-            grounds.extend(all.into_iter().filter(|g| only(*g)));
+            if !judged.grounds.contains(&Ground::Other) {
+                grounds.push((stored.time, judged.grounds));
+            }
             rejected.push(Rejected {
                 path: stored.path.display().to_string(),
                 time: stored.time,
-                reasons: judged.rejects.into_iter().map(|(_, why)| why).collect(),
+                reasons: judged.rejects,
             });
         }
         // The last of equally near ones: they are in order of time, and of their computation.
@@ -385,15 +404,19 @@ impl Stored {
             return Err(self.none_fits(id, own, &rejected, &grounds));
         };
         let mut reasons = fits.clone();
-        let others = fitting.len() - 1;
-        if others > 0 {
-            let s = if others == 1 {
-                " fits, too, and is"
-            } else {
-                " fit, too, and are"
-            };
-            reasons.push(format!("{others} more{s} further away in time"));
-        }
+        let as_near = |(c, _): &&(&StoredCalibration, _)| distance(c) == distance(chosen);
+        let as_near = fitting.iter().filter(as_near).count() - 1;
+        let mut tell = |others: usize, one: &str, several: &str| match others {
+            0 => {}
+            1 => reasons.push(format!("1 more fits, too, and {one}")),
+            n => reasons.push(format!("{n} more fit, too, and {several}")),
+        };
+        tell(as_near, "was computed earlier", "were computed earlier");
+        tell(
+            fitting.len() - 1 - as_near,
+            "is further away in time",
+            "are further away in time",
+        );
         let choice = Choice {
             store: self.folder.display().to_string(),
             path: chosen.path.display().to_string(),
@@ -416,7 +439,7 @@ impl Stored {
         id: &str,
         own: &[StoredCalibration],
         rejected: &[Rejected],
-        grounds: &[Ground],
+        grounds: &[(UtcTime, Vec<Ground>)],
     ) -> Error {
         let count = own.len();
         let each = rejected.iter().rev().take(LISTED);
@@ -430,16 +453,19 @@ impl Stored {
             1 => format!("the one calibration of sensor \"{id}\" does not fit"),
             n => format!("none of the {n} calibrations of sensor \"{id}\" fits"),
         };
-        let has = |ground| grounds.contains(&ground);
-        let mut hints = Vec::new();
-        if has(Ground::Later) {
-            hints.push("--nearest takes one made after the recording, too".to_owned());
-        }
-        if has(Ground::Age) {
-            hints.push("a larger --max-age admits an older one".to_owned());
-        }
-        if has(Ground::Temperature) {
-            hints.push("--max-temperature-difference sets that limit".to_owned());
+        let mut hints: Vec<String> = Vec::new();
+        // Of each set of options the one that admits the last calibration.
+        let mut known: Vec<Vec<std::mem::Discriminant<Ground>>> = Vec::new();
+        for (time, own) in grounds.iter().rev() {
+            let kinds: Vec<_> = own.iter().map(std::mem::discriminant).collect();
+            let options: Vec<String> = own.iter().filter_map(|g| g.option()).collect();
+            if !known.contains(&kinds) {
+                hints.push(format!(
+                    "{} takes the one of {time}",
+                    options.join(" with ")
+                ));
+                known.push(kinds);
+            }
         }
         hints.push(match own.last() {
             // One of another unit or verdict would not help.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::calibration_file::{CalibrationFile, InputFile, InputRole};
+use crate::calibration_file::{CalibrationFile, GyroscopeSection, InputFile, InputRole};
 use crate::compare::history;
 use crate::{Error, Result};
 
@@ -242,11 +242,7 @@ impl Stored {
             grade: c.file.verdict.grade,
             gravity_mps2: c.file.gravity_mps2,
             temperature_c: c.file.temperature_c,
-            gyroscope_bias_deg_s: c
-                .file
-                .gyroscope
-                .as_ref()
-                .map(|g| std::array::from_fn(|i| (g.bias[i] / g.scale[i]).to_degrees())),
+            gyroscope_bias_deg_s: c.file.gyroscope.as_ref().map(GyroscopeSection::bias_deg_s),
         };
         Ok(SensorHistory {
             store: self.folder.display().to_string(),

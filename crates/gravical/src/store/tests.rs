@@ -207,6 +207,39 @@ fn the_age_has_a_limit() {
 }
 
 #[test]
+fn options_that_admit_it_together_are_named() {
+    let (_folder, store) = filled(&["2026-02-15"]);
+    let early = Query {
+        max_age_days: Some(10.0),
+        ..query("2026-01-01")
+    };
+    let said = chosen(&store, &early).unwrap_err();
+    assert_eq!(said.matches("45.0 days after").count(), 1, "{said}");
+    assert!(said.contains("--nearest with --max-age 45 takes"), "{said}");
+    let admitted = Query {
+        nearest: true,
+        max_age_days: Some(45.0),
+        ..early
+    };
+    assert_eq!(chosen(&store, &admitted), Ok(0.0));
+}
+
+#[test]
+fn of_two_calibrations_of_one_session_the_last_is_taken() {
+    let (_folder, store) = filled(&["2026-01-01"]);
+    let mut again = calibration("A", "2026-01-01", 7.0);
+    again.created = "2099-01-01T00:00:00Z".to_owned();
+    store.add(&again).unwrap();
+    let stored = store.read().unwrap();
+    let (best, choice) = stored.choose(&query("2026-01-02")).unwrap();
+    assert_eq!(best.file.accelerometer.bias[0], 7.0);
+    assert_eq!(
+        choice.reasons.last().unwrap(),
+        "1 more fits, too, and was computed earlier"
+    );
+}
+
+#[test]
 fn units_ranges_and_temperatures_have_to_fit() {
     let (_folder, store) = store();
     let mut in_counts = calibration("A", "2026-01-01", 0.0);

@@ -5,11 +5,11 @@ use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{
-    Budget, ContradictedPose, Contribution, Deviations, FitQuality, GOOD_MG, GravitySource,
-    KnownGravity, LeastConsistentPose, NextPose, PoseResult, TemperatureRange, UndetectedError,
-    WorstDirection,
+    AccelerometerSection, Budget, ContradictedPose, Contribution, Covariance, Deviations, GOOD_MG,
+    GravitySource, KnownGravity, LeastConsistentPose, NextPose, PoseResult, TemperatureRange,
+    UndetectedError, WorstDirection,
 };
-use crate::estimate::accelerometer::Estimate;
+use crate::estimate::accelerometer::{Estimate, Method};
 use crate::estimate::in_words;
 use crate::estimate::joint::{NORMAL_95, Source};
 use crate::gravity::Gravity;
@@ -27,44 +27,17 @@ pub(crate) const DRIFT_MPS2_PER_C: f64 = 0.4e-3 * STANDARD_GRAVITY_MPS2;
 /// k of the expanded uncertainty.
 const COVERAGE: f64 = 2.0;
 
-/// What follows from the covariance and from poses left out.
-#[derive(Debug, Clone, Default)]
-pub struct Trust {
-    /// Of M and b: by the readings, and by gravity that nobody gave.
-    pub covariance: Option<Covariance12>,
-    /// Standard uncertainty of ‖a‖ over all directions, m/s².
-    pub predicted: Option<f64>,
-    /// The direction in which ‖a‖ is known least.
-    pub worst_direction: Option<WorstDirection>,
-    /// What an undetected error of one pose could do.
-    pub undetected: Option<UndetectedError>,
-    /// The pose that the others contradict.
-    pub contradicted: Option<ContradictedPose>,
-    /// Standard deviations of bias and scale.
-    pub deviations: Option<Deviations>,
-    /// RMS of the leave-one-out errors of ‖a‖, m/s².
-    pub leave_one_out: Option<f64>,
-    /// Quality of the fit.
-    pub fit: Option<FitQuality>,
-    /// The least consistent pose.
-    pub worst: Option<LeastConsistentPose>,
-    /// Poses that lower the predicted error most.
-    pub next: Vec<NextPose>,
-    /// What knowing gravity would bring.
-    pub known_gravity: Option<KnownGravity>,
-    /// The budget.
-    pub budget: Option<Budget>,
-}
-
-/// Judges an estimate.
+/// The section with all that follows from the covariance and from poses left out; its poses and
+/// degrees of freedom are there.
 #[must_use]
 pub fn trust(
+    section: AccelerometerSection,
     estimate: &Estimate,
-    poses: &[PoseResult],
     gravity: &Gravity,
     temperature: Option<&TemperatureRange>,
     temperatures: &[f64],
-) -> Trust {
+) -> AccelerometerSection {
+    let poses = &section.poses;
     let g = gravity.value_mps2;
     let matrix = &estimate.calibration.matrix;
     let gravity_sd = gravity.uncertainty_mps2();
@@ -81,9 +54,13 @@ pub fn trust(
         .filter_map(|u| u.left_out_error)
         .collect();
     let reliability = estimate.joint.as_ref().and_then(|f| f.reliability.as_ref());
-    Trust {
-        covariance,
-        predicted,
+    AccelerometerSection {
+        covariance: covariance.as_ref().map(|c| Covariance {
+            parameters: Covariance::parameter_names(),
+            values: c.iter().map(|row| row.to_vec()).collect(),
+        }),
+        gravity_sd_mps2: gravity_sd,
+        predicted_norm_error_mps2: predicted,
         worst_direction: covariance
             .as_ref()
             .map(|c| worst_direction(estimate, c, g))
@@ -105,14 +82,16 @@ pub fn trust(
                 excess,
             }),
         deviations: covariance.as_ref().map(|c| deviations(estimate, c)),
-        leave_one_out: rms(&left_out),
+        leave_one_out_rms_mps2: rms(&left_out),
         fit: estimate.quality,
-        worst: worst(estimate, poses, rms(&left_out)),
-        next: next_poses(estimate, g, gravity_sd),
+        least_consistent_pose: worst(estimate, poses, rms(&left_out)),
+        next_poses: next_poses(estimate, g, gravity_sd),
         known_gravity: by_readings
             .zip(predicted)
             .and_then(|(by_readings, now)| known_gravity(gravity, by_readings, now)),
         budget: budget(estimate, by_readings, gravity, temperature, temperatures),
+        pose_tilt_deg: estimate.tilt,
+        ..section
     }
 }
 
@@ -255,7 +234,10 @@ fn budget(
         });
     };
     let tilt = estimate.tilt.map_or_else(
-        || "no faces".to_owned(),
+        || match estimate.method {
+            Method::Linear12 => "faces taken as exactly level".to_owned(),
+            _ => "no faces".to_owned(),
+        },
         |t| format!("σ of {:.2}° in each of two components", t.value),
     );
     match &estimate.joint {

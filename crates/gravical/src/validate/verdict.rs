@@ -238,7 +238,7 @@ fn tested_by(section: &AccelerometerSection, now_mps2: f64) -> Option<String> {
 
 /// The method tests each pose against the others.
 fn tests_poses(section: &AccelerometerSection) -> bool {
-    section.method == Method::Joint.name()
+    section.method != Method::Ferraris.name()
 }
 
 /// The grade by the error that is predicted in the worst direction, by the leave-one-out

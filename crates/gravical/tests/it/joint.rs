@@ -9,10 +9,9 @@
 mod identities;
 mod sessions;
 
-use gravical::estimate::Reading;
+use gravical::calibration_file::TiltSource;
 use gravical::estimate::joint::{
-    JointError, JointFit, JointOptions, JointPose, Preset, PresetOptions, Role, TiltFrom, joint,
-    preset,
+    Elements, JointError, JointFit, JointOptions, JointPose, Role, joint,
 };
 use gravical::estimate::proposal::Proposals;
 use gravical::segment::face::{Face, angle_deg};
@@ -65,8 +64,7 @@ fn options(tilt_deg: Option<f64>) -> JointOptions {
         nominal: Some(1.0),
         prior: true,
         tilt: tilt_deg.map(|t| t / DEG),
-        quantisation: [0.0; 3],
-        start: None,
+        ..JointOptions::default()
     }
 }
 
@@ -225,7 +223,7 @@ fn the_tilt_is_estimated() {
         let mut found: Vec<f64> = runs(60, &parts(tilt), &planned, None, true)
             .iter()
             .map(|r| {
-                assert_eq!(r.fit.tilt_from, TiltFrom::Estimated);
+                assert_eq!(r.fit.tilt_from, TiltSource::Estimated);
                 r.fit.tilt * DEG
             })
             .collect();

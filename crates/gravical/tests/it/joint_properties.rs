@@ -14,8 +14,7 @@ fn options(nominal: f64) -> JointOptions {
         nominal: Some(nominal),
         prior: true,
         tilt: None,
-        quantisation: [0.0; 3],
-        start: None,
+        ..JointOptions::default()
     }
 }
 

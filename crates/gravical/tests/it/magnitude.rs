@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use gravical::estimate::Reading;
-use gravical::estimate::joint::{Preset, PresetFit, PresetOptions, preset, preset_left_out};
+use gravical::estimate::joint::{Elements, JointFit, JointOptions, JointPose, Role, joint};
 use gravical::recording::{ReadOptions, Recording, read};
 use gravical::segment::hold::{plain_mean, pooled_noise, robust_mean};
 use gravical::segment::still::{StillOptions, find_stills};
@@ -16,7 +15,7 @@ fn slices<'a>(recording: &'a Recording, rows: &Range<usize>) -> [&'a [f64]; 3] {
 }
 
 /// Means and standard errors of stretches of rows.
-fn readings(recording: &Recording, spans: &[Range<usize>], robust: bool) -> Vec<Reading> {
+fn readings(recording: &Recording, spans: &[Range<usize>], robust: bool) -> Vec<JointPose> {
     let holds: Vec<_> = spans.iter().map(|s| slices(recording, s)).collect();
     let noise = pooled_noise(&holds, [0.0; 3]);
     let (rate, _) = recording.working_rate_hz();
@@ -28,26 +27,36 @@ fn readings(recording: &Recording, spans: &[Range<usize>], robust: bool) -> Vec<
             } else {
                 plain_mean(hold, &noise, rate)
             };
-            Reading {
+            JointPose {
                 mean: mean.mean,
-                standard_error: mean.standard_error,
+                standard_error: mean.standard_error.unwrap(),
+                role: Role::Free,
             }
         })
         .collect()
 }
 
-fn options(recording: &Recording, gravity: f64, preset: Preset<'static>) -> PresetOptions<'static> {
-    PresetOptions {
-        preset,
+fn options(recording: &Recording, gravity: f64, elements: Elements) -> JointOptions {
+    JointOptions {
         gravity,
         nominal: recording.accel_scale.nominal(),
+        prior: false,
+        elements: Some(elements),
+        find_bad: false,
+        ..JointOptions::default()
     }
 }
 
+/// ‖a‖ − g, m/s².
+fn off(fit: &JointFit, pose: &JointPose, gravity: f64) -> f64 {
+    let matrix = matrix3::inverse(&fit.model).unwrap();
+    let force = matrix3::mul_vec(&matrix, &matrix3::sub(&pose.mean, &fit.bias));
+    matrix3::norm(&force) - gravity
+}
+
 /// Of ‖a‖ − g, m/s².
-fn rms_mps2(fit: &PresetFit, readings: &[Reading], gravity: f64) -> f64 {
-    let square = |r: &Reading| (matrix3::norm(&fit.calibrated(r.mean)) - gravity).powi(2);
-    let squares: Vec<f64> = readings.iter().map(square).collect();
+fn rms_mps2(fit: &JointFit, poses: &[JointPose], gravity: f64) -> f64 {
+    let squares: Vec<f64> = poses.iter().map(|p| off(fit, p, gravity).powi(2)).collect();
     mean(&squares).sqrt()
 }
 
@@ -81,22 +90,31 @@ fn moving_variance_stills(recording: &Recording, factor: f64) -> Vec<Range<usize
     spans
 }
 
-fn left_out_mg(
-    readings: &[Reading],
-    options: &PresetOptions<'_>,
-    neighbour_deg: Option<f64>,
-) -> f64 {
-    let errors = preset_left_out(readings, options, neighbour_deg).unwrap();
-    let squares: Vec<f64> = errors.into_iter().map(|e| e.unwrap().powi(2)).collect();
+/// Of poses that the fit knows neither themselves nor those within 25° of.
+fn left_out_mg(poses: &[JointPose], options: &JointOptions) -> f64 {
+    let fit = joint(poses, options).unwrap();
+    let errors = fit.poses.iter().map(|p| p.left_out_error.unwrap().powi(2));
+    1000.0 * mean(&errors.collect::<Vec<f64>>()).sqrt() / options.gravity
+}
+
+/// Of poses that the fit does not know, but their neighbours.
+fn left_out_alone_mg(poses: &[JointPose], options: &JointOptions) -> f64 {
+    let squares: Vec<f64> = (0..poses.len())
+        .map(|k| {
+            let mut rest = poses.to_vec();
+            let alone = rest.remove(k);
+            off(&joint(&rest, options).unwrap(), &alone, options.gravity).powi(2)
+        })
+        .collect();
     1000.0 * mean(&squares).sqrt() / options.gravity
 }
 
 /// Largest differences to what imu_tk publishes for its Xsens recording: bias in
 /// counts, scale relative, off-diagonals of T in A = T K.
-fn off_imu_tk(fit: &PresetFit) -> [f64; 3] {
+fn off_imu_tk(fit: &JointFit) -> [f64; 3] {
     let bias = [33124.1826, 33275.1794, 32364.4156].map(|b| b - 32768.0);
     let scale = [0.00241278463, 0.00242712280, 0.00241168028];
-    let a = fit.matrix;
+    let a = matrix3::inverse(&fit.model).unwrap();
     let t = [a[0][1] / a[1][1], a[0][2] / a[2][2], a[1][2] / a[2][2]];
     let published = [-0.00335929903, -0.00890639474, -0.0213341192];
     let worst = |d: [f64; 3]| d.into_iter().map(f64::abs).fold(0.0, f64::max);
@@ -129,8 +147,8 @@ fn imu_tks_stills_give_imu_tks_parameters() {
     let mut spans = moving_variance_stills(&recording, 6.0);
     assert_eq!(spans.len(), 38);
     spans.iter_mut().for_each(|s| s.end = s.start + 100);
-    let options = options(&recording, XSENS_GRAVITY, Preset::Magnitude9);
-    let fit = preset(&readings(&recording, &spans, false), &options).unwrap();
+    let options = options(&recording, XSENS_GRAVITY, Elements::Triangular);
+    let fit = joint(&readings(&recording, &spans, false), &options).unwrap();
     let [bias, scale, t] = off_imu_tk(&fit);
     assert!(bias < 0.05 && scale < 1e-5 && t < 1e-4);
     assert_eq!(fit.freedom, 29.0);
@@ -142,26 +160,26 @@ fn whole_stills_give_nearly_the_same() {
     let spans = find_stills(&recording, &StillOptions::default()).spans;
     assert_eq!(spans.len(), 38);
     let whole = readings(&recording, &spans, true);
-    let nine = options(&recording, XSENS_GRAVITY, Preset::Magnitude9);
-    let fit = preset(&whole, &nine).unwrap();
+    let nine = options(&recording, XSENS_GRAVITY, Elements::Triangular);
+    let fit = joint(&whole, &nine).unwrap();
     let [bias, scale, t] = off_imu_tk(&fit);
     assert!(bias < 1.0 && scale < 1e-4 && t < 5e-4);
     assert!(rms_mps2(&fit, &whole, XSENS_GRAVITY) < 1.12e-3);
     // The first 100 rows of our stills; a still of ours begins some rows before
     // or after one of imu_tk's, and the sensor still settles then.
     let first: Vec<_> = spans.iter().map(|s| s.start..s.start + 100).collect();
-    let fit = preset(&readings(&recording, &first, false), &nine).unwrap();
+    let fit = joint(&readings(&recording, &first, false), &nine).unwrap();
     let [bias, scale, t] = off_imu_tk(&fit);
     assert!(bias < 0.1 && scale < 2e-5 && t < 3e-4);
 
     // What was published of these 38 poses leaves each out alone; most have a
     // neighbour within 25°, without which six parameters fare worse still.
-    let six = options(&recording, XSENS_GRAVITY, Preset::Magnitude6);
+    let six = options(&recording, XSENS_GRAVITY, Elements::Diagonal);
     let figures = [
-        left_out_mg(&whole, &nine, Some(0.0)),
-        left_out_mg(&whole, &nine, None),
-        left_out_mg(&whole, &six, Some(0.0)),
-        left_out_mg(&whole, &six, None),
+        left_out_alone_mg(&whole, &nine),
+        left_out_mg(&whole, &nine),
+        left_out_alone_mg(&whole, &six),
+        left_out_mg(&whole, &six),
     ];
     println!("left out: {figures:.3?} mg");
     assert!((0.146..0.152).contains(&figures[0]), "{figures:?}");
@@ -192,14 +210,14 @@ fn an_mpu6050_on_its_published_stills() {
         .collect();
     assert_eq!(spans.len(), 10);
     let poses = readings(&recording, &spans, false);
-    let with = |preset| options(&recording, 9.80665, preset);
-    let six = left_out_mg(&poses, &with(Preset::Magnitude6), None);
-    let nine = left_out_mg(&poses, &with(Preset::Magnitude9), None);
+    let with = |elements| options(&recording, 9.80665, elements);
+    let six = left_out_mg(&poses, &with(Elements::Diagonal));
+    let nine = left_out_mg(&poses, &with(Elements::Triangular));
     println!("left out: six {six:.3} mg, nine {nine:.3} mg");
     close(six, 2.2, 0.01);
     close(nine, 0.62, 0.01);
     // Ten poses for nine parameters: a few poses carry the result.
-    let fit = preset(&poses, &with(Preset::Magnitude9)).unwrap();
+    let fit = joint(&poses, &with(Elements::Triangular)).unwrap();
     assert!(fit.condition > 50.0 && fit.freedom == 1.0);
 }
 
@@ -215,8 +233,8 @@ fn three_mpu9150_in_the_hand() {
         let recording = read(&path, &options).unwrap();
         let spans = find_stills(&recording, &StillOptions::default()).spans;
         let poses = readings(&recording, &spans, true);
-        let nine = self::options(&recording, 9.81, Preset::Magnitude9);
-        let fit = preset(&poses, &nine).unwrap();
+        let nine = self::options(&recording, 9.81, Elements::Triangular);
+        let fit = joint(&poses, &nine).unwrap();
         let rms = rms_mps2(&fit, &poses, 9.81);
         println!(
             "imu{k}: {} poses, b {:.4?}, rms {:.2} mm/s²",
@@ -231,8 +249,9 @@ fn three_mpu9150_in_the_hand() {
             for (got, want) in fit.bias.iter().zip([0.1027, 0.0967, 0.3444]) {
                 close(*got, want, 3e-3);
             }
+            let matrix = matrix3::inverse(&fit.model).unwrap();
             for (i, want) in [0.0036, 0.0032, 0.0065].into_iter().enumerate() {
-                close(1.0 - fit.matrix[i][i], want, 5e-4);
+                close(1.0 - matrix[i][i], want, 5e-4);
             }
         }
     }

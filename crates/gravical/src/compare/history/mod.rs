@@ -15,9 +15,9 @@ use crate::recording::{Finding, FindingKind};
 use crate::uncertainty::{ChiSquare, covariance_of};
 
 use super::findings::{SAME_GRAVITY, TEMPERATURE_STEP_C, orientation_is_known, shared_recording};
-use super::parameters::{invariants, propagate, second_order, turn};
+use super::parameters::{invariants, propagate, rotation, second_order};
 use super::types::ParameterKind;
-use super::unit::{Side, sides_with};
+use super::unit::{NominalModel, sides_with};
 use super::{PART_SIGNIFICANCE, compare, names};
 
 use change::{Change, Measured};
@@ -35,7 +35,7 @@ struct Point<'a> {
     index: usize,
     name: &'a str,
     file: &'a CalibrationFile,
-    side: Side,
+    side: NominalModel,
     /// The files that rest on one gravity share its error.
     group: usize,
 }
@@ -216,7 +216,11 @@ fn gravity_share(file: &CalibrationFile) -> f64 {
 }
 
 /// Parameters of one calibration; the rotation is that against `first`, if there is one.
-fn parameters(file: &CalibrationFile, side: &Side, first: Option<&Side>) -> Vec<HistoryParameter> {
+fn parameters(
+    file: &CalibrationFile,
+    side: &NominalModel,
+    first: Option<&NominalModel>,
+) -> Vec<HistoryParameter> {
     let (values, jacobian) = invariants(side);
     let covariance = side.covariance.as_ref().map(|c| {
         let mut sum = propagate(&jacobian, c) + second_order(side, c);
@@ -229,11 +233,11 @@ fn parameters(file: &CalibrationFile, side: &Side, first: Option<&Side>) -> Vec<
     let deviations = file.accelerometer.deviations;
     let factor = deviations.map_or(COVERAGE_95, |d| d.coverage_factor_95);
     let mut all = listed(0, &values, covariance.as_ref(), factor);
-    let turned = first.map(|first| (turn(first, side), first));
-    if let Some((Some(turn), _)) = turned {
+    let turned = first.map(|first| (rotation(first, side), first));
+    if let Some((Some(rotation), _)) = turned {
         let covariance = side.covariance.as_ref();
-        let covariance = covariance.map(|c| propagate(&turn.jacobians[1], c));
-        all.extend(listed(NINE, &turn.vector, covariance.as_ref(), factor));
+        let covariance = covariance.map(|c| propagate(&rotation.jacobians[1], c));
+        all.extend(listed(NINE, &rotation.vector, covariance.as_ref(), factor));
     }
     all
 }
@@ -347,13 +351,16 @@ fn orientation(points: &[Point<'_>]) -> Orientation {
             mirrored: false,
         };
     };
-    let turns: Vec<_> = known.iter().map(|p| turn(&first.side, &p.side)).collect();
+    let turns: Vec<_> = known
+        .iter()
+        .map(|p| rotation(&first.side, &p.side))
+        .collect();
     let mirrored = turns.iter().any(Option::is_none);
-    let measured = |(p, turn): (&&Point<'_>, Option<super::parameters::Turn>)| {
-        let turn = turn?;
+    let measured = |(p, rotation): (&&Point<'_>, Option<super::parameters::Rotation>)| {
+        let rotation = rotation?;
         Some(Measured {
-            values: DVector::from_column_slice(&turn.vector),
-            covariance: propagate(&turn.jacobians[1], p.side.covariance.as_ref()?),
+            values: DVector::from_column_slice(&rotation.vector),
+            covariance: propagate(&rotation.jacobians[1], p.side.covariance.as_ref()?),
             shared: None,
             freedom: p.side.tilt_degrees_of_freedom,
         })

@@ -3,7 +3,6 @@
 
 mod faces;
 mod poses;
-mod presets;
 mod sensors;
 mod undetermined;
 
@@ -19,7 +18,8 @@ use crate::segment::{Placement, Segmentation};
 pub use sensors::one_sensor;
 
 use super::ferraris;
-use super::joint::{JointFit, Preset};
+pub use super::joint::ASSUMED_TILT_DEG;
+use super::joint::JointFit;
 use super::pose_noise::{PoseNoise, pose_noise};
 
 /// How the accelerometer is estimated.
@@ -140,16 +140,13 @@ pub struct Estimate {
     pub face_angle_rms_deg: Option<f64>,
     /// What a fit shows of itself.
     pub quality: Option<FitQuality>,
-    /// What the joint fit says beyond that.
+    /// What the joint fit, or a method with assumptions in place of it, says beyond that.
     pub joint: Option<JointFit>,
     /// Uncertainty of the means.
     pub noise: PoseNoise,
     /// What is odd.
     pub findings: Vec<Finding>,
 }
-
-/// Tilt of a box on a table, degrees (sd of each component).
-pub const ASSUMED_TILT_DEG: f64 = 1.0;
 
 /// So many times the assumed tilt is more than chance and a good board explain.
 pub const UNUSUAL_TILT: f64 = 1.6;
@@ -196,20 +193,7 @@ pub fn accelerometer(session: &Session<'_>, options: &EstimateOptions) -> Result
     }
     match options.method {
         Method::Ferraris => faces::by_ferraris(session, options, noise),
-        Method::Joint => poses::by_joint(session, options, noise, nominal),
-        Method::Linear12 => presets::by_linear(session, noise, nominal),
-        Method::Magnitude9 => presets::by_magnitude(
-            session,
-            (options.method, Preset::Magnitude9),
-            noise,
-            nominal,
-        ),
-        Method::Magnitude6 => presets::by_magnitude(
-            session,
-            (options.method, Preset::Magnitude6),
-            noise,
-            nominal,
-        ),
+        _ => poses::by_joint(session, options, noise, nominal),
     }
 }
 

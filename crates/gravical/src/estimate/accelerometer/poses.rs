@@ -1,12 +1,13 @@
-//! The joint fit.
+//! The joint fit, and the methods that assume what it finds out.
 
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 
-use crate::calibration_file::{FitQuality, PoseTilt, TiltSource};
+use crate::calibration_file::{FitQuality, PoseTilt};
 use crate::estimate::ferraris;
-use crate::estimate::joint::{JointFit, JointOptions, JointPose, Role, TiltFrom, joint};
+use crate::estimate::joint::{Elements, JointFit, JointOptions, JointPose, Role, joint};
 use crate::estimate::pose_noise::PoseNoise;
+use crate::recording::{Finding, FindingKind};
 use crate::segment::Placement;
 use crate::segment::face::{AxisMap, Claim, Face};
 use crate::{Error, Result};
@@ -42,8 +43,59 @@ pub(super) fn joint_problem(
         tilt: options.pose_tilt_deg.map(f64::to_radians),
         quantisation: noise.quantisation,
         start,
+        elements: None,
+        find_bad: true,
     };
     (poses, joint_options)
+}
+
+/// A pose that nobody names is no face for a method that takes faces as exact when it lies
+/// further off, degrees (bias included).
+const MOST_OFF_DEG: f64 = 12.0;
+
+/// The face that a pose is taken for by a method that takes faces as exact: what it is named,
+/// unless another side is up; else the nearest, where that is near.
+fn exact_face(placement: &Placement) -> Option<Face> {
+    match placement.claim {
+        Some(Claim::Face(named)) if placement.face.is_none_or(|f| f == named) => Some(named),
+        _ => placement
+            .face
+            .filter(|_| placement.angle_deg <= MOST_OFF_DEG),
+    }
+}
+
+/// Puts the assumptions of a method in place of what the joint fit finds out; a pose without a
+/// role is not fitted.
+fn assume(
+    method: Method,
+    (mut poses, mut options): (Vec<JointPose>, JointOptions),
+    session: &Session<'_>,
+) -> Result<(Vec<Option<JointPose>>, JointOptions)> {
+    if method == Method::Joint {
+        return Ok((poses.into_iter().map(Some).collect(), options));
+    }
+    (options.prior, options.find_bad) = (false, false);
+    options.elements = Some(match method {
+        Method::Magnitude6 => Elements::Diagonal,
+        Method::Magnitude9 => Elements::Triangular,
+        _ => Elements::All,
+    });
+    if method != Method::Linear12 {
+        poses.iter_mut().for_each(|p| p.role = Role::Free);
+        return Ok((poses.into_iter().map(Some).collect(), options));
+    }
+    options.tilt = Some(0.0);
+    let on_face = |(mut pose, placement): (JointPose, &Placement)| {
+        pose.role = Role::Face(session.axes.face_to_board(exact_face(placement)?));
+        Some(pose)
+    };
+    let placements = &session.segmentation.placements;
+    let poses: Vec<_> = poses.into_iter().zip(placements).map(on_face).collect();
+    if poses.iter().all(Option::is_none) {
+        return Err(Error::input("missing-face", "no pose lies on a face")
+            .with_hint("linear12 needs faces; leave --method out for poses of any kind"));
+    }
+    Ok((poses, options))
 }
 
 pub(super) fn by_joint(
@@ -55,16 +107,24 @@ pub(super) fn by_joint(
     let placements = &session.segmentation.placements;
     check_names(placements, options)?;
     let faces = ferraris::sort_into_faces(placements, session.recordings).ok();
+    let method = options.method;
+    let exact = method == Method::Linear12;
     if session.faces_by_name
+        && (exact || method == Method::Joint)
         && let Some(faces) = &faces
     {
         // Names that contradict each other, or --axes, are refused in the words
         // of the closed form.
         ferraris::accelerometer(faces, session.gravity, Some(session.axes))?;
     }
-    let (poses, joint_options) = joint_problem(session, options, &noise, nominal);
-    let fit =
-        joint(&poses, &joint_options).map_err(|e| undetermined::explain(e, placements, session))?;
+    let problem = joint_problem(session, options, &noise, nominal);
+    let (roles, joint_options) = assume(method, problem, session)?;
+    let (of, poses): (Vec<usize>, Vec<JointPose>) = (0..)
+        .zip(&roles)
+        .filter_map(|(k, p)| Some((k, (*p)?)))
+        .unzip();
+    let fit = joint(&poses, &joint_options)
+        .map_err(|e| undetermined::explain(e, &of, method, session))?;
     let turned = matrix3::scale_rows(&fit.model, &matrix3::row_norms(&fit.model).map(|k| 1.0 / k));
     let hand = matrix3::det(&turned);
     if hand <= 0.0 {
@@ -91,27 +151,30 @@ pub(super) fn by_joint(
     if let Some(reliability) = &mut fit.reliability {
         axes.columns_to_case(&mut reliability.covariance);
         for test in &mut reliability.tests {
+            test.pose = of[test.pose];
             for row in 0..3 {
                 let of = &mut test.influence[3 * row..3 * row + 3];
                 of.copy_from_slice(&axes.to_case([of[0], of[1], of[2]]));
             }
         }
     }
-    let uses = fit
-        .poses
-        .iter()
-        .map(|pose| Use {
+    let mut uses = vec![Use::default(); placements.len()];
+    for (&k, pose) in of.iter().zip(&fit.poses) {
+        uses[k] = Use {
             face: pose.face.map(|f| axes.face_to_case(f)),
             fitted: pose.bad.is_none(),
-            tilt_deg: pose
-                .tilt
-                .map(|(tilt, sd)| (tilt.to_degrees(), Some(sd.to_degrees()))),
+            tilt_deg: match exact {
+                true => Some((placements[k].angle_deg, None)),
+                false => pose
+                    .tilt
+                    .map(|(tilt, sd)| (tilt.to_degrees(), Some(sd.to_degrees()))),
+            },
             direction: Some(axes.to_case(pose.direction)),
             left_out_error: pose.left_out_error,
             left_out_sd: pose.left_out_sd,
             bad: pose.bad,
-        })
-        .collect();
+        };
+    }
     let fitted: Vec<[f64; 3]> = fit
         .poses
         .iter()
@@ -119,8 +182,19 @@ pub(super) fn by_joint(
         .map(|p| p.direction)
         .collect();
     let has_faces = fit.poses.iter().any(|p| p.face.is_some());
+    let left_over = match method {
+        Method::Joint => (distinct(&fitted) as u32).saturating_sub(MAGNITUDE_PARAMETERS),
+        Method::Linear12 => (poses.len() as u32).saturating_sub(6),
+        _ => fit.freedom as u32,
+    };
+    let faces_exact = || {
+        Finding::new(
+            FindingKind::FacesExact,
+            "linear12 takes every face as exactly level: a tilt of 1° costs about 10 mg, and it is not in the uncertainty. Without a precise fixture, leave --method out",
+        )
+    };
     Ok(Estimate {
-        method: Method::Joint,
+        method,
         model,
         bias: fit.bias,
         calibration: Calibration {
@@ -129,21 +203,21 @@ pub(super) fn by_joint(
         },
         covariance: Some(covariance),
         uses,
-        tilt: has_faces.then_some(PoseTilt {
+        tilt: (has_faces && !exact).then_some(PoseTilt {
             value: fit.tilt.to_degrees(),
-            source: match fit.tilt_from {
-                TiltFrom::Given => TiltSource::Given,
-                TiltFrom::Estimated => TiltSource::Estimated,
-                TiltFrom::Assumed => TiltSource::Assumed,
-            },
+            source: fit.tilt_from,
         }),
-        degrees_of_freedom: (distinct(&fitted) as u32).saturating_sub(MAGNITUDE_PARAMETERS),
+        degrees_of_freedom: left_over,
         faces,
         face_angle_rms_deg: None,
-        quality: Some(quality(&fit, &model, options.prior && nominal.is_some())),
+        quality: Some(quality(
+            &fit,
+            &model,
+            joint_options.prior && nominal.is_some(),
+        )),
         joint: Some(fit),
         noise,
-        findings: Vec::new(),
+        findings: exact.then(faces_exact).into_iter().collect(),
     })
 }
 

@@ -4,6 +4,7 @@ use gravical_core::matrix3;
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimate::joint::{JointFit, JointOptions, JointPose, joint};
+use crate::numfmt::milli_g;
 use crate::uncertainty::{chi_square, invariant_derivatives, invariants};
 use crate::{Error, Result};
 
@@ -134,7 +135,7 @@ fn apart(alone: &[(usize, JointFit)], worst: usize, differ: &[bool]) -> ([f64; 2
                 range.fold(0.0_f64, |m, e| m.max((own[e] - other[e]).abs() / unit(e)))
             };
             let scale = 100.0 * far(0..3, &|e| own[e]);
-            let bias = 1000.0 * far(6..9, &|e| own[e - 6]) / 9.80665;
+            let bias = milli_g(far(6..9, &|e| own[e - 6]));
             ([scale, bias], i)
         })
         .max_by(|a, b| (a.0[0] + a.0[1]).total_cmp(&(b.0[0] + b.0[1])))
@@ -156,6 +157,8 @@ mod tests {
         tilt: None,
         quantisation: [0.0; 3],
         start: None,
+        elements: None,
+        find_bad: true,
     };
 
     /// Recordings of `parts`, twelve or six placements each, the biases moved by

@@ -1,15 +1,25 @@
 //! Why the joint fit failed, and what to do next.
 
 use crate::Error;
-use crate::estimate::joint::JointError;
-use crate::estimate::observability::{coverage, in_words, span};
+use crate::estimate::joint::{Elements, JointError};
+use crate::estimate::observability::{coverage, in_words, poses_to_add, span};
+use crate::numfmt::milli_g;
 use crate::segment::Placement;
 use crate::segment::face::{AXES, Face};
 
-use super::{Session, distinct};
+use super::{Method, Session, distinct};
 
-/// The error for a fit that failed.
-pub(super) fn explain(error: JointError, placements: &[Placement], session: &Session<'_>) -> Error {
+/// The error for a fit of the poses `of` that failed.
+pub(super) fn explain(
+    error: JointError,
+    of: &[usize],
+    method: Method,
+    session: &Session<'_>,
+) -> Error {
+    let placements: Vec<&Placement> = of
+        .iter()
+        .map(|&k| &session.segmentation.placements[k])
+        .collect();
     let directions: Vec<[f64; 3]> = placements
         .iter()
         .filter(|p| p.mean.iter().all(|v| v.is_finite()))
@@ -24,7 +34,7 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
         // Poses all alike may not even converge.
         JointError::NotConverged if count > 0 && span(&directions).0 < 3 => {
             JointError::Undetermined {
-                direction: session.axes.to_board(span(&directions).1),
+                direction: [0.0; 3],
                 sd: f64::INFINITY,
             }
         }
@@ -39,6 +49,12 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
         )
         .with_hint("`gravical inspect` lists the poses; leave out one that moved, or name faces with --face-pose"),
         JointError::Undetermined { direction, sd } => {
+            let direction = session.axes.to_case(direction);
+            let exact = method == Method::Linear12;
+            let elements = match method {
+                Method::Magnitude6 => Elements::Diagonal,
+                _ => Elements::Triangular,
+            };
             let (spanned, missing) = span(&directions);
             let poses = match count {
                 1 => "1 pose".to_owned(),
@@ -49,9 +65,10 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
                 message.push_str(&format!(
                     ": ‖a‖ with {} up would be known to ±{:.0} mg only",
                     nearest_axis(direction),
-                    1000.0 * sd / session.gravity
+                    milli_g(sd)
                 ));
             }
+            let open = poses_to_add(&directions, elements.list(), exact);
             let next = if spanned < 3 {
                 let axes = uncovered(&directions, missing);
                 let poses: Vec<String> = axes
@@ -62,13 +79,18 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
                     "record {} too, at rest for 3 s or more each, and calibrate again with all poses",
                     poses.join(", ")
                 )
+            } else if sd.is_infinite() && !open.is_empty() {
+                format!(
+                    "record {} too, at rest for 3 s or more each, and calibrate again with all poses",
+                    open.join("; ")
+                )
             } else {
                 format!(
                     "add a pose ({}), at rest for 3 s or more, and calibrate again with all of them",
                     in_words(direction)
                 )
             };
-            let warmed = temperature_span(placements) > MOST_TEMPERATURE_SPAN_C;
+            let warmed = temperature_span(&placements) > MOST_TEMPERATURE_SPAN_C;
             Error::input("underdetermined", message).with_hint(if warmed {
                 format!("{next}; for the drift with temperature alone, --method thermal")
             } else {
@@ -85,7 +107,7 @@ pub(super) fn explain(error: JointError, placements: &[Placement], session: &Ses
 /// Sessions that span more than this are soaks, °C.
 const MOST_TEMPERATURE_SPAN_C: f64 = 5.0;
 
-fn temperature_span(placements: &[Placement]) -> f64 {
+fn temperature_span(placements: &[&Placement]) -> f64 {
     let all = || placements.iter().filter_map(|p| p.temperature_c);
     all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
 }

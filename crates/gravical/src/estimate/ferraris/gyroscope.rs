@@ -7,21 +7,13 @@ use gravical_core::six_position::{
 
 use super::Faces;
 use crate::calibration_file::GyroscopeSection;
+use crate::estimate::gyro::GyroFit;
 use crate::recording::units::{GyroScale, GyroUnit};
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::face::{AXES, AxisMap, Face};
 use crate::segment::turns::sample_period_s;
 use crate::segment::{Placement, Segmentation};
 use crate::{Error, Result};
-
-/// A gyroscope, or why there is none.
-#[derive(Debug, Default)]
-pub struct GyroscopeFit {
-    /// The parameters; none without a turn about each axis.
-    pub section: Option<GyroscopeSection>,
-    /// What is odd.
-    pub findings: Vec<Finding>,
-}
 
 /// Fits the gyroscope from its readings at rest and the turns by `angle_rad`.
 ///
@@ -37,8 +29,8 @@ pub fn gyroscope(
     gravity: f64,
     angle_rad: f64,
     axes: &AxisMap,
-) -> Result<GyroscopeFit> {
-    let mut fit = GyroscopeFit::default();
+) -> Result<GyroFit> {
+    let mut fit = GyroFit::default();
     if session.turns.is_empty() {
         return Ok(fit);
     }

@@ -13,7 +13,7 @@ use crate::segment::face::{AXES, AxisMap, Face, angle_deg};
 use crate::{Error, Result};
 
 pub use faces::{Faces, sort_into_faces};
-pub use gyroscope::{GyroscopeFit, gyroscope};
+pub use gyroscope::gyroscope;
 
 /// A fitted accelerometer.
 #[derive(Debug, Clone)]
@@ -84,7 +84,7 @@ impl AccelerometerFit {
 ///
 /// # Errors
 ///
-/// `not-finite`, `singular`; `left-handed` when the faces were taken from names
+/// `singular`; `left-handed` when the faces were taken from names
 /// and contradict each other.
 pub fn accelerometer(
     faces: &Faces,

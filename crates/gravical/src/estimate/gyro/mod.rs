@@ -25,7 +25,7 @@
 //!
 //! It fails where the sensor never turns about one of its axes while that axis
 //! is level: a turn about the vertical leaves gravity where it is. Then
-//! [`from_motions`] refuses and returns the bias alone.
+//! [`of_session`] returns the bias alone.
 
 mod bias;
 mod determined;
@@ -41,11 +41,10 @@ mod tests;
 
 use std::ops::Range;
 
-use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::Result;
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::units::{GyroScale, GyroUnit};
 use crate::recording::{Finding, FindingKind, Recording};
@@ -85,13 +84,6 @@ impl Still {
     }
 }
 
-/// What is known beforehand.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct GyroOptions {
-    /// Unit and nominal scale; without a nominal scale the motions give it.
-    pub scale: Option<GyroScale>,
-}
-
 /// A gyroscope, or why there is none.
 #[derive(Debug, Clone, Default)]
 pub struct GyroFit {
@@ -117,36 +109,21 @@ impl GyroFit {
 /// Motions whose typical residual is above this do not fit at all, degrees.
 const MISFIT_DEG: f64 = 3.0;
 
-/// Fits the gyroscope of one recording from the motions between its stills, which
-/// are in the order of its rows.
-///
-/// `accelerometer` calibrates the values of [`Recording::accel`] (its zero
-/// offset taken off) to m/s²; its axes become those of the gyroscope. Every
-/// still needs readings of both sensors.
-///
-/// The covariance is that of noise, drift and what else the residuals show; an
-/// error of the accelerometer's calibration is in it only as far as the
-/// residuals show it.
-///
-/// # Errors
-///
-/// None today: what cannot be determined is a finding, and the bias remains.
-pub fn from_motions(
-    recording: &Recording,
-    stills: &[Still],
-    accelerometer: &Calibration<f64>,
-    options: &GyroOptions,
-) -> Result<GyroFit> {
-    Ok(fit_of(&[(recording, stills)], accelerometer, options))
-}
-
 /// A recording and its stills.
 type Part<'a> = (&'a Recording, &'a [Still]);
 
-/// Fits one gyroscope to the motions of all `parts`.
-fn fit_of(parts: &[Part<'_>], accelerometer: &Calibration<f64>, options: &GyroOptions) -> GyroFit {
+/// Fits one gyroscope to the motions of all `parts`; without a nominal `scale` the motions give
+/// it.
+///
+/// The covariance is that of noise, drift and what else the residuals show; an error of the
+/// accelerometer's calibration is in it only as far as the residuals show it.
+fn fit_of(
+    parts: &[Part<'_>],
+    accelerometer: &Calibration<f64>,
+    scale: Option<GyroScale>,
+) -> GyroFit {
     let mut out = GyroFit::default();
-    let Some(prepared) = Prepared::new(parts, accelerometer, options, &mut out.findings) else {
+    let Some(prepared) = Prepared::new(parts, accelerometer, scale, &mut out.findings) else {
         return out;
     };
     // What concerns several recordings stands in no file.
@@ -161,8 +138,8 @@ fn fit_of(parts: &[Part<'_>], accelerometer: &Calibration<f64>, options: &GyroOp
         spread,
         ..
     } = prepared;
-    let unit = options.scale.map_or(GyroUnit::Unknown, |s| s.unit);
-    let nominal = options.scale.and_then(|s| s.nominal());
+    let unit = scale.map_or(GyroUnit::Unknown, |s| s.unit);
+    let nominal = scale.and_then(|s| s.nominal());
     let bias_only = |findings: &mut Vec<Finding>| {
         let (section, found) = bias::section(&rest, unit, nominal);
         findings.extend(found.map(file));
@@ -181,11 +158,11 @@ fn fit_of(parts: &[Part<'_>], accelerometer: &Calibration<f64>, options: &GyroOp
         (0..3).for_each(|i| sample[i] *= per_unit);
     }
     let size = per_unit.abs();
-    let mean_square = |v: [f64; 3]| (v.iter().map(|x| x * x).sum::<f64>() / 3.0).sqrt() * size;
+    let root_mean_square = |v: [f64; 3]| (v.iter().map(|x| x * x).sum::<f64>() / 3.0).sqrt() * size;
     let known = fit::Known {
         spread,
-        noise: mean_square(rest.noise),
-        drift: mean_square(rest.local_sd),
+        noise: root_mean_square(rest.noise),
+        drift: root_mean_square(rest.local_sd),
         beta_sigma: rest.bias_error.map(|s| (s * size).max(1e-9)),
     };
     let setup = fit::Setup::new(&motions, &known);
@@ -229,19 +206,18 @@ fn fit_of(parts: &[Part<'_>], accelerometer: &Calibration<f64>, options: &GyroOp
 }
 
 /// The gyroscope of a session without three known turns: from the motions of all
-/// its recordings, or the bias alone where they do not determine more. Neither section nor finding where there is no gyroscope.
+/// its recordings, or the bias alone where they do not determine more: what cannot be
+/// determined is a finding. Neither section nor finding where there is no gyroscope.
 ///
-/// # Errors
-///
-/// As [`from_motions`].
+/// `accelerometer` calibrates the values of [`Recording::accel`] (its zero offset taken off) to
+/// m/s²; its axes become those of the gyroscope.
+#[must_use]
 pub fn of_session(
     recordings: &[Recording],
     session: &Segmentation,
     accelerometer: &Calibration<f64>,
-) -> Result<GyroFit> {
-    let options = GyroOptions {
-        scale: session.gyro_scale,
-    };
+) -> GyroFit {
+    let scale = session.gyro_scale;
     let stills: Vec<Vec<Still>> = (0..recordings.len())
         .map(|index| Still::of(&session.placements, index))
         .collect();
@@ -250,12 +226,12 @@ pub fn of_session(
         .zip(&stills)
         .map(|(recording, stills)| (recording, &stills[..]));
     if recordings.len() == 1 {
-        return Ok(fit_of(&parts.collect::<Vec<_>>(), accelerometer, &options));
+        return fit_of(&parts.collect::<Vec<_>>(), accelerometer, scale);
     }
     // Files of one placement each, or of two that blank rows part, hold no motions:
     // nothing is missing in them.
     let moving: Vec<Part<'_>> = parts.filter(|part| moves(*part)).collect();
-    let mut fit = fit_of(&moving, accelerometer, &options);
+    let mut fit = fit_of(&moving, accelerometer, scale);
     if fit.section.as_ref().is_none_or(|s| s.method != "motion") {
         let bias = at_rest(recordings, &session.placements, session.gyro_scale);
         fit.findings
@@ -263,7 +239,7 @@ pub fn of_session(
         fit.findings.extend(bias.findings);
         fit.section = bias.section;
     }
-    Ok(fit)
+    fit
 }
 
 /// True where a still follows another without a break between them.
@@ -285,7 +261,7 @@ impl Prepared {
     fn new(
         parts: &[Part<'_>],
         accelerometer: &Calibration<f64>,
-        options: &GyroOptions,
+        scale: Option<GyroScale>,
         findings: &mut Vec<Finding>,
     ) -> Option<Prepared> {
         let mut stills: Vec<rest::Rested<'_>> = Vec::new();
@@ -325,7 +301,7 @@ impl Prepared {
                 let source = motions::Source {
                     recording,
                     gyro,
-                    scale: options.scale,
+                    scale,
                     stills: &stills[range.clone()],
                     index,
                     first: range.start,
@@ -366,39 +342,4 @@ fn direction_covariance(
     // nalgebra's arrays are columns.
     let to_direction = across * Matrix3::from(accelerometer.matrix).transpose() / a.norm();
     to_direction * Matrix3::from_diagonal(&error.component_mul(&error)) * to_direction.transpose()
-}
-
-/// How far gravity, turned by a calibrated gyroscope, is off after each motion
-/// between stills, in degrees; none for motions with a gap or clipped samples
-/// left out. To compare calibrations on the same motions.
-#[must_use]
-pub fn motion_residuals_deg(
-    recording: &Recording,
-    stills: &[Still],
-    accelerometer: &Calibration<f64>,
-    gyroscope: &GyroscopeCalibration<f64>,
-    options: &GyroOptions,
-) -> Vec<f64> {
-    let prepared = Prepared::new(
-        &[(recording, stills)],
-        accelerometer,
-        options,
-        &mut Vec::new(),
-    );
-    let (Some(mut prepared), Some(gyro)) = (prepared, &recording.gyro) else {
-        return Vec::new();
-    };
-    let motions = &mut prepared.motions;
-    for (sample, &row) in motions.samples.iter_mut().zip(&motions.rows) {
-        let rate = gyroscope.apply(
-            [gyro[0][row], gyro[1][row], gyro[2][row]],
-            accelerometer.apply(recording.accel_at(row)),
-        );
-        *sample = [rate[0], rate[1], rate[2], sample[3]];
-    }
-    motions
-        .list
-        .iter()
-        .map(|m| result::chord_deg(problem::residual(motions, m, &problem::State::start()).norm()))
-        .collect()
 }

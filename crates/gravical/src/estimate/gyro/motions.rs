@@ -36,8 +36,6 @@ pub(super) struct Motions {
     pub list: Vec<Motion>,
     /// Rates less bias and reaction to gravity, units of the file, and steps.
     pub samples: Vec<Sample>,
-    /// The row of each sample.
-    pub rows: Vec<usize>,
     /// Motions left out: gaps, clipped samples.
     pub left_out: usize,
     pub findings: Vec<Finding>,
@@ -108,7 +106,6 @@ pub(super) fn gather(source: &Source<'_>, motions: &mut Motions) {
         }
         if !whole || clipped > 0 {
             motions.samples.truncate(from);
-            motions.rows.truncate(from);
             if whole {
                 with_clip += 1;
                 clips.push_range(lines.0, lines.1, clipped);
@@ -200,7 +197,6 @@ fn push(source: &Source<'_>, rows: Range<usize>, still: usize, motions: &mut Mot
             sample[3] = step;
         }
         motions.samples.push([rate[0], rate[1], rate[2], 0.0]);
-        motions.rows.push(row);
         before = row;
     }
     seconds(before, last).abs() < GAP_PERIODS * period_s

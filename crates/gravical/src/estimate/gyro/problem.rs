@@ -5,7 +5,7 @@
 use gravical_core::matrix3;
 use nalgebra::{DMatrix, Matrix2x3, Matrix3, SMatrix, SVector, Vector3};
 
-use super::integrate::{attitude, turned};
+use super::integrate::turned;
 use super::motions::{Motion, Motions};
 use crate::estimate::solve::{Jacobian, Loss, Problem, Shape};
 
@@ -47,19 +47,11 @@ impl State {
     }
 }
 
-/// Gravity as it was, turned into the sensor after the motion, less gravity as
-/// it is there.
-pub(super) fn residual(motions: &Motions, motion: &Motion, state: &State) -> Vector3<f64> {
-    let samples = &motions.samples[motion.samples.clone()];
-    let a = attitude(samples, &state.e, state.beta);
-    let back = matrix3::mul_vec(&matrix3::transpose(&a), &motion.gravity[0]);
-    Vector3::from(back) - Vector3::from(motion.gravity[1])
-}
-
 /// A motion's residual, its derivatives, and the rotation from the sensor
 /// before to the sensor after.
 #[derive(Debug, Clone)]
 pub(super) struct Linear {
+    /// Gravity as it was, turned into the sensor after the motion, less gravity as it is there.
     pub residual: Vector3<f64>,
     pub jacobian: SMatrix<f64, 3, PARAMETERS>,
     pub rotation: Matrix3<f64>,
@@ -67,7 +59,7 @@ pub(super) struct Linear {
 
 impl Linear {
     /// dr = C (v₀ × ψ), C the rotation, ψ the turn seen from the start.
-    fn of(motions: &Motions, motion: &Motion, state: &State) -> Linear {
+    pub(super) fn of(motions: &Motions, motion: &Motion, state: &State) -> Linear {
         let samples = &motions.samples[motion.samples.clone()];
         let at = turned(samples, &state.e, state.beta);
         // nalgebra's arrays are columns: this is the transpose already.

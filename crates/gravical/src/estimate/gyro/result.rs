@@ -111,7 +111,9 @@ pub(super) fn tell_outliers(
             spans.push_range(from, to, to - from + 1);
             count += 1;
             worst = worst.max(chord_deg(
-                problem::residual(motions, motion, &fit.state).norm(),
+                problem::Linear::of(motions, motion, &fit.state)
+                    .residual
+                    .norm(),
             ));
         }
         if count == 0 {

@@ -57,7 +57,7 @@ fn fitted(simulation: &Simulation, recording: &Recording) -> GyroFit {
 
 fn fitted_to_all(simulation: &Simulation, recordings: &[Recording]) -> GyroFit {
     let session = segment(recordings, &SegmentOptions::default()).unwrap();
-    of_session(recordings, &session, &true_accelerometer(simulation)).unwrap()
+    of_session(recordings, &session, &true_accelerometer(simulation))
 }
 
 fn kinds(fit: &GyroFit) -> Vec<&str> {
@@ -333,11 +333,12 @@ fn too_few_motions_leave_the_bias() {
     let recording = recording(&simulation, |_, g| g);
     let session = segment(std::slice::from_ref(&recording), &SegmentOptions::default()).unwrap();
     let stills = Still::of(&session.placements, 0);
-    let options = GyroOptions {
-        scale: session.gyro_scale,
-    };
     let accelerometer = true_accelerometer(&simulation);
-    let fit = from_motions(&recording, &stills[..4], &accelerometer, &options).unwrap();
+    let fit = fit_of(
+        &[(&recording, &stills[..4])],
+        &accelerometer,
+        session.gyro_scale,
+    );
     let section = fit.section.clone().unwrap();
     assert_eq!(section.method, "bias");
     assert_eq!(kinds(&fit), ["gyro-undetermined"]);
@@ -346,8 +347,7 @@ fn too_few_motions_leave_the_bias() {
         assert!((section.bias[i] - simulation.truth.gyroscope.bias_rad_s[i]).abs() < 5e-3);
     }
     // Without a unit there is not even a matrix.
-    let nothing = GyroOptions { scale: None };
-    let fit = from_motions(&recording, &stills[..1], &accelerometer, &nothing).unwrap();
+    let fit = fit_of(&[(&recording, &stills[..1])], &accelerometer, None);
     assert!(fit.section.is_none());
     assert_eq!(kinds(&fit), ["gyro-scale-unknown"]);
 }
@@ -409,10 +409,8 @@ fn tipped() -> (Recording, Vec<Still>) {
 #[test]
 fn an_axis_that_never_turned_is_named() {
     let (recording, stills) = tipped();
-    let options = GyroOptions {
-        scale: recording.gyro_scale,
-    };
-    let fit = from_motions(&recording, &stills, &Calibration::identity(), &options).unwrap();
+    let parts = [(&recording, &stills[..])];
+    let fit = fit_of(&parts, &Calibration::identity(), recording.gyro_scale);
     assert_eq!(fit.section.unwrap().method, "bias");
     let message = &fit.findings[0].message;
     assert!(

@@ -36,9 +36,9 @@ const MOST_SHARE: f64 = 0.2;
 pub(super) struct Misfits {
     /// The worst, and the chance that a good one misses as much.
     pub bad: Option<(usize, f64)>,
-    /// Poses of one direction that contradict each other, where nothing tells
-    /// which are right: all of them stay.
-    pub disputed: Vec<usize>,
+    /// Of each disputed direction the poses that contradict each other, on two sides:
+    /// nothing tells which are right, and all of them stay.
+    pub disputed: Vec<[Vec<usize>; 2]>,
 }
 
 /// A pose, tried without.
@@ -55,19 +55,15 @@ struct Deletion {
 /// test of the deletion against what remains, with Bonferroni's correction for
 /// having picked the worst. Repeats that contradict each other stay where nothing
 /// tells which of them are right.
-pub(super) fn worst(work: &[Pose], found: &Fit, bad: &[Option<f64>]) -> Misfits {
+pub(super) fn worst(work: &[Pose], found: &Fit, held: &Held, bad: &[Option<f64>]) -> Misfits {
     let gone = bad.iter().filter(|b| b.is_some()).count();
     if (gone + 1) as f64 > MOST_SHARE * work.len() as f64 {
         return Misfits::default();
     }
-    // Without a model error and with tilts that scatter as they do.
+    // Without a model error.
     let held = Held {
-        gravity: found.model.gravity,
-        tilt: found.model.tilt,
-        prior: found.model.prior,
         model_error: 0.0,
-        scatter: found.model.scatter,
-        lengths: None,
+        ..*held
     };
     match rough_fit(work, &held, &found.start()) {
         Some(whole) if whole.freedom >= LEAST_FREEDOM => judge(work, &whole, &held),
@@ -99,8 +95,17 @@ fn judge(work: &[Pose], whole: &Fit, held: &Held) -> Misfits {
         if one.chance >= CHANCE {
             break;
         }
-        if let Some(both) = dispute(work, whole, held, one.pose) {
-            out.disputed.extend(both);
+        if out
+            .disputed
+            .iter()
+            .flatten()
+            .flatten()
+            .any(|&k| k == one.pose)
+        {
+            continue;
+        }
+        if let Some(sides) = dispute(work, whole, held, one.pose) {
+            out.disputed.push(sides);
             continue;
         }
         let next = tried.get(at + 1).map_or(1.0, |next| next.chance);
@@ -109,15 +114,13 @@ fn judge(work: &[Pose], whole: &Fit, held: &Held) -> Misfits {
         }
         break;
     }
-    out.disputed.sort_unstable();
-    out.disputed.dedup();
     out
 }
 
-/// Every pose in the direction of `pose` where those that do not share its error
-/// are no majority, and the poses of other directions do not tell who is right.
+/// The poses in the direction of `pose` that share its error and those that do not, where
+/// these are no majority, and the poses of other directions do not tell who is right.
 /// None when `pose` is the one that does not fit.
-fn dispute(work: &[Pose], whole: &Fit, held: &Held, pose: usize) -> Option<Vec<usize>> {
+fn dispute(work: &[Pose], whole: &Fit, held: &Held, pose: usize) -> Option<[Vec<usize>; 2]> {
     let inverse = matrix3::inverse(&whole.state.m)?;
     let force = |k: usize| {
         let force = matrix3::sub(&work[k].mean, &whole.state.b);
@@ -141,7 +144,7 @@ fn dispute(work: &[Pose], whole: &Fit, held: &Held, pose: usize) -> Option<Vec<u
             Some(off - square_off(work, &rest, &others)? > 2.0 * CLEARLY.ln())
         })
         .unwrap_or(false);
-    (!agrees).then_some(here)
+    (!agrees).then_some([like, others])
 }
 
 /// Squared error of ‖a‖, mean of a few poses that the fit does not know, over its

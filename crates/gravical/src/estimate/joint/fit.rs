@@ -33,9 +33,8 @@ pub(super) struct Held {
     /// Standard deviation of poses of one group about their tilt, rad for each
     /// of two components.
     pub scatter: f64,
-    /// Only the length of gravity counts, alike in all poses: these elements are
-    /// fitted to calibrated values.
-    pub lengths: Option<Elements>,
+    /// Elements to be fitted; none: all, or what poses on too few faces determine.
+    pub elements: Option<Elements>,
 }
 
 /// Where a search starts.
@@ -81,20 +80,15 @@ pub(super) fn axes_of(faces: impl Iterator<Item = Face>) -> usize {
 /// Fits M, b and the directions, to all digits. None when nothing finite comes
 /// of it.
 pub(super) fn fit(poses: &[Pose], held: &Held, start: &Start) -> Option<Fit> {
-    fit_with(&EXACT, poses, held, start)
+    fit_to(&EXACT, poses, held, start)
 }
 
 /// The same to a thousandth of a standard deviation, to decide by.
 pub(super) fn rough_fit(poses: &[Pose], held: &Held, start: &Start) -> Option<Fit> {
-    fit_with(&ROUGH, poses, held, start)
+    fit_to(&ROUGH, poses, held, start)
 }
 
-pub(super) fn fit_with(
-    options: &Options,
-    poses: &[Pose],
-    held: &Held,
-    start: &Start,
-) -> Option<Fit> {
+fn fit_to(options: &Options, poses: &[Pose], held: &Held, start: &Start) -> Option<Fit> {
     let (model, state, place_of) = placed(poses, held, start)?;
     let (state, summary) = solve(&model, state, options);
     let factor = Factor::new(&model, &state)?;
@@ -133,7 +127,7 @@ type Placed = (Model, State, Vec<Option<usize>>);
 fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
     // Without faces on two axes nothing holds the frame to the case.
     let faces = poses.iter().filter(|p| !p.left_out).filter_map(|p| p.face);
-    let elements = held.lengths.unwrap_or(if axes_of(faces) < 2 {
+    let elements = held.elements.unwrap_or(if axes_of(faces) < 2 {
         Elements::Triangular
     } else {
         Elements::All
@@ -209,10 +203,8 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
         places,
         gravity: held.gravity,
         tilt: held.tilt,
-        scatter: held.scatter,
         prior: held.prior,
         elements,
-        calibrated: held.lengths.is_some(),
     };
     Some((model, State { m, b, at }, place_of))
 }
@@ -268,12 +260,9 @@ impl Fit {
                 self.chi2 += r * r;
                 self.chi2_slope += (r / sd).powi(2);
             }
-            if let Direction::Tilted(d) = self.state.at[k]
-                && shape.local > 0
-            {
+            if let Direction::Tilted(d) = self.state.at[k] {
                 faces += 1;
                 self.tilt_squares += d[0] * d[0] + d[1] * d[1];
-                // Every place is a block with two local parameters, or none of them is.
                 let Some(own) = factor.local_covariance(k, values) else {
                     return;
                 };

@@ -16,7 +16,11 @@
 //! between them (cross-axis, 2 % each) and of the bias (0.6 m/s²): of nothing
 //! that depends on how the board sits in its case.
 //!
-//! # What is found out on the way, in this order, until nothing changes
+//! # What is found out on the way
+//!
+//! Model error, tilt and the roles of the poses, repeatedly until none of them changes; then
+//! repeats that lay the same way, once; then bad poses, one by one. After each of these two
+//! the first three are found out again.
 //!
 //! 1. *Model error*: real sensors miss the model by more than the noise of
 //!    their means. A variance is added to every mean until χ² equals its degrees
@@ -39,7 +43,6 @@ mod curvature;
 mod fit;
 mod leave_out;
 mod model;
-mod preset;
 mod reduced;
 mod repeats;
 mod roles;
@@ -51,24 +54,25 @@ mod types;
 
 use gravical_core::matrix3;
 
+use crate::calibration_file::TiltSource;
 use crate::estimate::observability::{condition, span};
 use crate::predicted;
 use crate::segment::face::Face;
 use crate::stats::median;
 
 use fit::{Fit, Held, Pose, Start, fit, rough_fit};
-pub use preset::*;
+pub use model::Elements;
 use reduced::Reduced;
 pub use roles::Role;
 pub use sources::Source;
 pub use types::*;
 
-/// σ_tilt of a box on a table, rad.
-pub const ASSUMED_TILT: f64 = 1.0 / DEG;
+/// σ_tilt of a box on a table (sd of each of two components), degrees.
+pub const ASSUMED_TILT_DEG: f64 = 1.0;
 /// Tilts are estimated from at least so many well-determined components.
 const LEAST_GAMMA: f64 = 4.0;
 /// Limits of an estimated tilt, rad.
-const TILT_RANGE: [f64; 2] = [0.02 / DEG, 10.0 / DEG];
+const TILT_RANGE: [f64; 2] = [0.02_f64.to_radians(), 10.0_f64.to_radians()];
 /// ‖a‖ that is less well known than this share of gravity in some direction is
 /// not known: the data sheet alone says as much.
 const UNKNOWN: f64 = 0.028;
@@ -77,7 +81,6 @@ const UNKNOWN: f64 = 0.028;
 const MOST_CONDITION: f64 = 1e10;
 /// Rounds in which tilt and model error have to settle.
 const MOST_ROUNDS: i32 = 60;
-const DEG: f64 = 180.0 / std::f64::consts::PI;
 
 /// Fits M and b.
 ///
@@ -86,12 +89,13 @@ const DEG: f64 = 180.0 / std::f64::consts::PI;
 /// [`JointError`].
 pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, JointError> {
     let start = start(poses, options).ok_or(JointError::NoPoses)?;
+    let alike = alike(poses, options.elements);
     let mut work: Vec<Pose> = poses
         .iter()
         .enumerate()
         .map(|(group, pose)| Pose {
             mean: pose.mean,
-            sd: pose.standard_error,
+            sd: alike.unwrap_or(pose.standard_error),
             face: None,
             group,
             left_out: false,
@@ -100,13 +104,18 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
     roles::first(poses, &mut work, start);
     let mut search = Search::new(poses, options, start);
     let mut last = search.settle(&mut work)?;
-    if let Some(scatter) = repeats::group(&mut work, &last, search.held.tilt) {
+    if options.elements.is_none()
+        && let Some(scatter) = repeats::group(&mut work, &last, search.held.tilt)
+    {
         search.held.scatter = scatter;
         last = search.settle(&mut work)?;
     }
     let mut bad = vec![None; poses.len()];
     let disputed = loop {
-        let misfits = bad::worst(&work, &last, &bad);
+        if !options.find_bad {
+            break Vec::new();
+        }
+        let misfits = bad::worst(&work, &last, &search.held, &bad);
         let Some((worst, chance)) = misfits.bad else {
             break misfits.disputed;
         };
@@ -116,10 +125,16 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
         last = search.settle(&mut work)?;
     };
     let mut fit = search.finish(&work, &bad)?;
-    for k in disputed {
-        fit.poses[k].disputed = true;
-    }
+    fit.disputed = disputed;
     Ok(fit)
+}
+
+/// The standard error of every mean where only lengths are fitted: all count alike, since real
+/// sensors miss the model by more than the noise of their means.
+fn alike(poses: &[JointPose], elements: Option<Elements>) -> Option<[f64; 3]> {
+    elements.filter(|e| *e != Elements::All)?;
+    let squares = poses.iter().flat_map(|p| p.standard_error).map(|s| s * s);
+    Some([(squares.sum::<f64>() / (3 * poses.len()) as f64).sqrt(); 3])
 }
 
 /// M and b to start with: the nominal scale (or the one that readings of usual
@@ -156,7 +171,7 @@ struct Search<'a> {
     options: &'a JointOptions,
     held: Held,
     start: Start,
-    tilt_from: TiltFrom,
+    tilt_from: TiltSource,
 }
 
 impl<'a> Search<'a> {
@@ -171,8 +186,11 @@ impl<'a> Search<'a> {
             options,
             held: Held {
                 gravity: options.gravity,
-                // Tilts of exactly 0 are `linear12`; this is as good.
-                tilt: options.tilt.unwrap_or(ASSUMED_TILT).max(1e-7),
+                // Faces that are exact; a tilt of exactly 0 would divide by it.
+                tilt: options
+                    .tilt
+                    .unwrap_or(ASSUMED_TILT_DEG.to_radians())
+                    .max(1e-7),
                 // A nominal scale that gravity contradicts is a wrong unit or
                 // range: no knowledge.
                 prior: options
@@ -180,7 +198,7 @@ impl<'a> Search<'a> {
                     .filter(|n| options.prior && (0.8..1.25).contains(&(usual / n))),
                 model_error: 0.0,
                 scatter: 0.0,
-                lengths: None,
+                elements: options.elements,
             },
             start: Start {
                 m,
@@ -188,8 +206,8 @@ impl<'a> Search<'a> {
                 at: Vec::new(),
             },
             tilt_from: match options.tilt {
-                Some(_) => TiltFrom::Given,
-                None => TiltFrom::Assumed,
+                Some(_) => TiltSource::Given,
+                None => TiltSource::Assumed,
             },
         }
     }
@@ -247,14 +265,14 @@ impl<'a> Search<'a> {
     }
 
     fn next_tilt(&mut self, found: &Fit) -> f64 {
-        if self.tilt_from == TiltFrom::Given {
+        if self.tilt_from == TiltSource::Given {
             return self.held.tilt;
         }
         if found.gamma < LEAST_GAMMA {
-            self.tilt_from = TiltFrom::Assumed;
-            return ASSUMED_TILT;
+            self.tilt_from = TiltSource::Assumed;
+            return ASSUMED_TILT_DEG.to_radians();
         }
-        self.tilt_from = TiltFrom::Estimated;
+        self.tilt_from = TiltSource::Estimated;
         (found.tilt_squares / found.gamma)
             .sqrt()
             .clamp(TILT_RANGE[0], TILT_RANGE[1])
@@ -284,10 +302,15 @@ impl<'a> Search<'a> {
     fn finish(self, work: &[Pose], bad: &[Option<f64>]) -> Result<JointFit, JointError> {
         let found = fit(work, &self.held, &self.start).ok_or_else(|| self.open(work))?;
         let mut covariance = found.full_covariance().ok_or_else(|| self.open(work))?;
-        let second = curvature::second_order(&found).ok_or_else(|| self.open(work))?;
-        let curved = second.covariance(&found.state.m);
+        // Given elements mean the least squares of other programs: the maximum itself.
+        let (mut model, mut bias) = (found.state.m, found.state.b);
+        let mut curved = [[0.0; 12]; 12];
+        if self.options.elements.is_none() {
+            let second = curvature::second_order(&found).ok_or_else(|| self.open(work))?;
+            curved = second.covariance(&model);
+            (model, bias) = second.mean(&model, &bias);
+        }
         add(&mut covariance, &curved);
-        let (model, bias) = second.mean(&found.state.m, &found.state.b);
         let inverse = matrix3::inverse(&model).ok_or(JointError::NotConverged)?;
         let (direction, sd) = predicted::weakest(&inverse, &covariance, self.held.gravity);
         let reduced = Reduced::new(&found);
@@ -315,12 +338,11 @@ impl<'a> Search<'a> {
                     let [p, q] = found.tilt_variance[place]?;
                     Some((d[0].hypot(d[1]), (0.5 * (p + q)).sqrt()))
                 });
-                Position {
+                FittedPose {
                     face: place.and_then(|place| found.model.places[place].face),
                     direction,
                     tilt,
                     bad: bad[k],
-                    disputed: false,
                     left_out_error: left_out[k].map(|l| l.error),
                     left_out_sd: left_out[k].map(|l| l.sd),
                 }
@@ -358,6 +380,7 @@ impl<'a> Search<'a> {
             bias,
             covariance,
             poses: results,
+            disputed: Vec::new(),
             tilt: self.held.tilt,
             tilt_from: self.tilt_from,
             gamma: found.gamma,
@@ -377,11 +400,14 @@ fn add(sum: &mut [[f64; 12]; 12], more: &[[f64; 12]; 12]) {
     }
 }
 
-/// Singular values of the derivatives of ‖a‖ by the nine parameters of an upper
-/// triangular M, largest over smallest.
+/// Singular values of the derivatives of ‖a‖ by the parameters that it depends on, largest
+/// over smallest: the nine of an upper triangular M, or the six of a diagonal one.
 fn magnitude_condition(found: &Fit) -> f64 {
     let places = found.model.places.len();
-    let elements = model::Elements::Triangular.list();
+    let elements = match found.model.elements {
+        Elements::Diagonal => Elements::Diagonal.list(),
+        Elements::All | Elements::Triangular => Elements::Triangular.list(),
+    };
     let Some(upper) = fit::upper(&found.state.m).filter(|_| places >= elements.len()) else {
         return f64::INFINITY;
     };

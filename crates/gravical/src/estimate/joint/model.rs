@@ -39,19 +39,13 @@ pub(super) struct Place {
 pub(super) struct Model {
     pub places: Vec<Place>,
     pub gravity: f64,
-    /// sd of each component of a placement's tilt, rad; 0: faces are exact.
+    /// sd of each component of a placement's tilt, rad.
     pub tilt: f64,
-    /// … of placements that lay the same way about the tilt that they share,
-    /// rad.
-    pub scatter: f64,
     /// Nominal scale (input unit per m/s²), for the prior; none switches it
     /// off.
     pub prior: Option<f64>,
     /// Which of the twelve parameters are fitted.
     pub elements: Elements,
-    /// Residuals are those of calibrated values, M⁻¹(u − b) − g n in m/s², and
-    /// not of readings.
-    pub calibrated: bool,
 }
 
 /// M, b and the direction of every place.
@@ -73,7 +67,8 @@ pub(super) enum Direction {
 
 /// Elements of (M, b) that are fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Elements {
+pub enum Elements {
+    /// All twelve.
     All,
     /// The orientation is free: M is kept upper triangular.
     Triangular,
@@ -192,11 +187,6 @@ impl Model {
         out
     }
 
-    /// Whether the direction of a place is held: a face without a tilt.
-    fn is_exact(&self, place: &Place) -> bool {
-        place.face.is_some() && self.tilt == 0.0
-    }
-
     /// Direction of place `k`.
     pub fn direction(&self, state: &State, k: usize) -> [f64; 3] {
         match (state.at[k], self.places[k].face) {
@@ -263,40 +253,6 @@ impl Model {
         out
     }
 
-    /// The same for residuals of calibrated values: dr = −M⁻¹(dM f + db) − g dn with
-    /// f = M⁻¹(u − b).
-    fn evaluate_calibrated(
-        &self,
-        state: &State,
-        place: &Place,
-        (n, derivative): ([f64; 3], [[f64; 3]; 2]),
-        r: &mut [f64],
-        mut jacobian: Option<Jacobian<'_>>,
-    ) {
-        let inverse = matrix3::inverse(&state.m).unwrap_or([[f64::NAN; 3]; 3]);
-        let elements = self.elements.list();
-        for (at, reading) in place.readings.iter().enumerate() {
-            let f = matrix3::mul_vec(&inverse, &matrix3::sub(&reading.mean, &state.b));
-            for i in 0..3 {
-                let row = 3 * at + i;
-                let s = reading.sd[i];
-                r[row] = (f[i] - self.gravity * n[i]) / s;
-                let Some(j) = jacobian.as_mut() else { continue };
-                let shared = &mut j.shared[row * elements.len()..][..elements.len()];
-                for (slot, &element) in shared.iter_mut().zip(elements) {
-                    *slot = if element < 9 {
-                        -inverse[i][element / 3] * f[element % 3] / s
-                    } else {
-                        -inverse[i][element - 9] / s
-                    };
-                }
-                for (k, d) in derivative.iter().enumerate() {
-                    j.local[2 * row + k] = -self.gravity * d[i] / s;
-                }
-            }
-        }
-    }
-
     fn prior(&self, state: &State, nominal: f64, r: &mut [f64], jacobian: Option<Jacobian<'_>>) {
         let m = &state.m;
         let k = matrix3::row_norms(m);
@@ -342,14 +298,10 @@ impl Problem for Model {
 
     fn shape(&self, block: usize) -> Shape {
         match self.places.get(block) {
-            Some(place) => {
-                let exact = self.is_exact(place);
-                let tilted = place.face.is_some() && !exact;
-                Shape {
-                    residuals: 3 * place.readings.len() + if tilted { 2 } else { 0 },
-                    local: if exact { 0 } else { 2 },
-                }
-            }
+            Some(place) => Shape {
+                residuals: 3 * place.readings.len() + if place.face.is_some() { 2 } else { 0 },
+                local: 2,
+            },
             None => Shape {
                 residuals: 9,
                 local: 0,
@@ -377,11 +329,6 @@ impl Problem for Model {
             (Direction::Tilted(_), None) => ([f64::NAN; 3], [[f64::NAN; 3]; 2]),
         };
         let elements = self.elements.list();
-        if self.calibrated {
-            self.evaluate_calibrated(state, place, (n, derivative), r, jacobian);
-            return;
-        }
-        let exact = self.is_exact(place);
         let force = [0, 1, 2].map(|i| g * matrix3::dot(&state.m[i], &n));
         let along = derivative.map(|d| [0, 1, 2].map(|i| g * matrix3::dot(&state.m[i], &d)));
         for (at, reading) in place.readings.iter().enumerate() {
@@ -400,15 +347,11 @@ impl Problem for Model {
                         0.0
                     };
                 }
-                if !exact {
-                    j.local[2 * row] = along[0][i] / s;
-                    j.local[2 * row + 1] = along[1][i] / s;
-                }
+                j.local[2 * row] = along[0][i] / s;
+                j.local[2 * row + 1] = along[1][i] / s;
             }
         }
-        if let Direction::Tilted(d) = state.at[block]
-            && !exact
-        {
+        if let Direction::Tilted(d) = state.at[block] {
             let row = 3 * place.readings.len();
             for i in 0..2 {
                 r[row + i] = d[i] / self.tilt;
@@ -428,9 +371,7 @@ impl Problem for Model {
                 out.b[element - 9] += step;
             }
         }
-        let free = self.places.iter().map(|place| !self.is_exact(place));
-        let free = out.at.iter_mut().zip(free).filter(|(_, free)| *free);
-        for ((at, _), step) in free.zip(local.chunks_exact(2)) {
+        for (at, step) in out.at.iter_mut().zip(local.chunks_exact(2)) {
             match at {
                 Direction::Tilted(d) => {
                     d[0] += step[0];
@@ -474,10 +415,8 @@ mod tests {
             ],
             gravity: 9.81,
             tilt: 0.02,
-            scatter: 0.0,
             prior: Some(1.0),
             elements: Elements::All,
-            calibrated: false,
         };
         let state = State {
             m: [[1.01, 0.02, -0.01], [0.015, 0.98, 0.03], [0.0, -0.02, 1.02]],
@@ -493,24 +432,11 @@ mod tests {
     #[test]
     fn derivatives_equal_differences() {
         let (model, state) = state();
-        let with = |elements, tilt: f64, calibrated| {
-            let mut model = model.clone();
-            (model.elements, model.tilt, model.calibrated) = (elements, tilt, calibrated);
-            if calibrated {
-                model.places.remove(0);
-                model.prior = None;
-            }
-            model
-        };
-        for model in [
-            with(Elements::All, 0.02, false),
-            with(Elements::Triangular, 0.02, false),
-            with(Elements::All, 0.0, false),
-            with(Elements::Triangular, 0.0, true),
-            with(Elements::Diagonal, 0.0, true),
-        ] {
-            let mut state = state.clone();
-            state.at.drain(..2 - model.places.len());
+        for elements in [Elements::All, Elements::Triangular, Elements::Diagonal] {
+            let model = Model {
+                elements,
+                ..model.clone()
+            };
             let locals: Vec<usize> = (0..model.blocks()).map(|b| model.shape(b).local).collect();
             for block in 0..model.blocks() {
                 let exact = model.rows(&state, block);

@@ -7,7 +7,7 @@ use gravical_core::matrix3;
 use crate::segment::face::{Face, angle_deg};
 
 use super::fit::{Fit, Pose};
-use super::{ASSUMED_TILT, DEG, JointPose};
+use super::{ASSUMED_TILT_DEG, JointPose};
 
 /// What is known of a pose's direction, in axes of the board.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,18 +23,18 @@ pub enum Role {
 }
 
 /// Beyond this nothing is a face, rad.
-const MOST: f64 = 25.0 / DEG;
+const MOST: f64 = 25.0_f64.to_radians();
 /// Tilts of placements on faces, rad, between which their spread is looked for.
 /// More is a pose in the hand; less is finer than any fixture, and a face that
 /// lies as well as this is one whatever the others do.
-const SPREAD: [f64; 2] = [0.1 / DEG, 3.5 / DEG];
+const SPREAD: [f64; 2] = [0.1_f64.to_radians(), 3.5_f64.to_radians()];
 /// Steps between these.
 const STEPS: i32 = 60;
 /// Poses that lie anywhere, by chance near axes, raise the logarithm of the
 /// likelihood by less than this.
 const NO_FACES: f64 = 5.0;
 /// Angle of a deliberate tilt off the face that a pose is named after, rad.
-const LEAN: f64 = 10.0 / DEG;
+const OFF_FACE: f64 = 10.0_f64.to_radians();
 /// Shares of the named poses that lie on their face, of which the likeliest is
 /// taken: all but one in twenty, most, and half.
 const SHARES: [f64; 3] = [0.95, 0.8, 0.5];
@@ -42,7 +42,7 @@ const SHARES: [f64; 3] = [0.95, 0.8, 0.5];
 /// Angle of a reading to the face, rad, under M and b.
 fn off(mean: [f64; 3], inverse: &[[f64; 3]; 3], b: &[f64; 3], face: Face) -> f64 {
     let force = matrix3::mul_vec(inverse, &matrix3::sub(&mean, b));
-    angle_deg(force, face.direction()) / DEG
+    angle_deg(force, face.direction()).to_radians()
 }
 
 /// First roles: of the poses that may be a face the nearest to it, however far
@@ -81,22 +81,22 @@ fn candidate(pose: &JointPose, inverse: &[[f64; 3]; 3], b: &[f64; 3]) -> Option<
         Role::Open => {
             let force = matrix3::mul_vec(inverse, &matrix3::sub(&pose.mean, b));
             let (face, angle_deg) = Face::nearest(force);
-            Some((face, angle_deg / DEG))
+            Some((face, angle_deg.to_radians()))
         }
         Role::Face(_) | Role::Free => None,
     }
 }
 
-/// How placements lie in a session.
+/// How the poses near the faces are distributed: face poses and others.
 #[derive(Debug, Clone, Copy)]
-struct Habit {
+struct FaceMixture {
     /// Standard deviation of each component of a face's tilt, rad.
     spread: f64,
     /// Share of the named poses that are meant to be faces.
     share: f64,
 }
 
-impl Habit {
+impl FaceMixture {
     /// Density of a pose `angle` from a face with this tilt, and of one that is
     /// none, each times its share. Named, that one leans off its face; else it
     /// points anywhere, while faces have a sixth of the sphere each.
@@ -105,7 +105,7 @@ impl Habit {
         if named {
             [
                 self.share * normal(self.spread),
-                (1.0 - self.share) * normal(LEAN),
+                (1.0 - self.share) * normal(OFF_FACE),
             ]
         } else {
             [0.5 * normal(self.spread) / 6.0, 0.5 / (4.0 * PI)]
@@ -113,34 +113,34 @@ impl Habit {
     }
 
     /// Of poses that are named, where nothing else tells.
-    const USUAL: Habit = Habit {
-        spread: ASSUMED_TILT,
+    const USUAL: FaceMixture = FaceMixture {
+        spread: ASSUMED_TILT_DEG.to_radians(),
         share: SHARES[0],
     };
 
     /// The likeliest for poses with these angles, named or not, as a mixture of
     /// both kinds; none where nothing looks like a face.
-    fn likeliest(poses: &[(f64, bool)]) -> Option<Habit> {
+    fn likeliest(poses: &[(f64, bool)]) -> Option<FaceMixture> {
         let [low, high] = SPREAD;
         let spreads = (0..=STEPS).map(|i| low * (high / low).powf(f64::from(i) / f64::from(STEPS)));
         spreads
-            .flat_map(|spread| SHARES.map(|share| Habit { spread, share }))
-            .map(|habit| {
+            .flat_map(|spread| SHARES.map(|share| FaceMixture { spread, share }))
+            .map(|mixture| {
                 // Against none being a face.
                 let gain = |(angle, named): &(f64, bool)| {
-                    let [face, none] = habit.densities(*angle, *named);
+                    let [face, none] = mixture.densities(*angle, *named);
                     let alone = if *named {
-                        none / (1.0 - habit.share)
+                        none / (1.0 - mixture.share)
                     } else {
                         2.0 * none
                     };
                     ((face + none) / alone).ln()
                 };
-                (habit, poses.iter().map(gain).sum::<f64>())
+                (mixture, poses.iter().map(gain).sum::<f64>())
             })
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .filter(|(_, likelihood)| *likelihood > NO_FACES)
-            .map(|(habit, _)| habit)
+            .map(|(mixture, _)| mixture)
     }
 }
 
@@ -161,14 +161,14 @@ pub(super) fn sort(poses: &[JointPose], work: &mut [Pose], found: &Fit, least: f
         .filter(|&k| !work[k].left_out)
         .filter_map(|k| Some((candidates[k]?.1, named(k))))
         .collect();
-    let found = Habit::likeliest(&there);
-    let mut habit = found.unwrap_or(Habit::USUAL);
-    habit.spread = habit.spread.max(least);
+    let found = FaceMixture::likeliest(&there);
+    let mut mixture = found.unwrap_or(FaceMixture::USUAL);
+    mixture.spread = mixture.spread.max(least);
     for k in 0..poses.len() {
         work[k].face = match (poses[k].role, candidates[k]) {
             (Role::Face(face), _) => Some(face),
             (_, Some((face, angle))) => {
-                let [is_face, none] = habit.densities(angle, named(k));
+                let [is_face, none] = mixture.densities(angle, named(k));
                 // Among poses that lie anywhere some are near an axis by chance.
                 let some_are_faces = found.is_some() || named(k);
                 (some_are_faces && angle <= MOST && is_face > none).then_some(face)

@@ -20,7 +20,11 @@ fn sensor(rng: &mut ChaCha8Rng) -> Sensor {
     for i in 0..3 {
         let k = 1.0 + 0.02 * normal(rng);
         for j in 0..3 {
-            let r = if i == j { 1.0 } else { normal(rng) / DEG };
+            let r = if i == j {
+                1.0
+            } else {
+                normal(rng).to_radians()
+            };
             m[i][j] = k * r;
         }
     }
@@ -70,6 +74,8 @@ const OPTIONS: JointOptions = JointOptions {
     tilt: None,
     quantisation: [0.0; 3],
     start: None,
+    elements: None,
+    find_bad: true,
 };
 
 /// RMS over the sphere of ‖a‖ − g, mg.
@@ -91,14 +97,46 @@ fn faces_and_free_poses_give_the_magnitude() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     for _ in 0..20 {
         let sensor = sensor(&mut rng);
-        let poses = session(&sensor, 12, 1.0 / DEG, &mut rng);
+        let poses = session(&sensor, 12, 1.0_f64.to_radians(), &mut rng);
         let found = joint(&poses, &OPTIONS).unwrap();
         let error = norm_error(&sensor, &found);
         println!(
             "{error:.3} mg, tilt {:.2}°, gamma {:.1}",
-            found.tilt * DEG,
+            found.tilt.to_degrees(),
             found.gamma
         );
         assert!(error < 0.6, "{error}");
     }
+}
+
+/// Nothing but the poses of these faces tells of +x and −y, and two of each contradict each
+/// other.
+#[test]
+fn each_disputed_direction_has_two_sides_of_its_own() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let sensor = sensor(&mut rng);
+    let disputed = [(0, true), (1, false)].map(|(axis, up)| Face { axis, up });
+    let mut poses = Vec::new();
+    let mut expected = Vec::new();
+    for face in Face::all() {
+        let first = poses.len();
+        let pair = disputed.contains(&face);
+        for k in 0..if pair { 2 } else { 10 } {
+            let d = [0.0, 0.0].map(|_: f64| 0.1_f64.to_radians() * normal(&mut rng));
+            let longer = if pair && k == 1 { 1.0 + 0.06 / G } else { 1.0 };
+            let n = model::tilted(face, d).0.map(|v| v * longer);
+            poses.push(JointPose {
+                mean: sensor.read(n, 1.24e-3, &mut rng),
+                standard_error: [1.24e-3; 3],
+                role: Role::Face(face),
+            });
+        }
+        if pair {
+            expected.push([vec![first], vec![first + 1]]);
+        }
+    }
+    let mut found = joint(&poses, &OPTIONS).unwrap().disputed;
+    found.iter_mut().for_each(|sides| sides.sort_unstable());
+    found.sort_unstable();
+    assert_eq!(found, expected);
 }

@@ -1,8 +1,10 @@
 //! What goes into the joint fit, and what comes out.
 
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::{Role, Source};
+use super::{Elements, Role, Source};
+use crate::calibration_file::TiltSource;
 use crate::estimate::reliability::Reliability;
 use crate::predicted;
 use crate::segment::face::Face;
@@ -35,22 +37,31 @@ pub struct JointOptions {
     pub quantisation: [f64; 3],
     /// M at the start, for a board that does not sit straight.
     pub start: Option<[[f64; 3]; 3]>,
+    /// Which parameters are fitted; none: all, or what poses on too few faces determine.
+    pub elements: Option<Elements>,
+    /// Leave out poses that do not fit.
+    pub find_bad: bool,
 }
 
-/// How σ_tilt came about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TiltFrom {
-    /// It was given.
-    Given,
-    /// By the scatter of the faces.
-    Estimated,
-    /// The faces say too little: 1°.
-    Assumed,
+impl Default for JointOptions {
+    /// Standard gravity, everything found out; no range is known.
+    fn default() -> Self {
+        JointOptions {
+            gravity: STANDARD_GRAVITY_MPS2,
+            nominal: None,
+            prior: true,
+            tilt: None,
+            quantisation: [0.0; 3],
+            start: None,
+            elements: None,
+            find_bad: true,
+        }
+    }
 }
 
 /// What became of a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Position {
+pub struct FittedPose {
     /// The face it was fitted as.
     pub face: Option<Face>,
     /// Unit vector of specific force, board axes.
@@ -59,9 +70,6 @@ pub struct Position {
     pub tilt: Option<(f64, f64)>,
     /// Left out as a bad one: the probability that a good one misses as much.
     pub bad: Option<f64>,
-    /// Contradicts other poses of its direction, and nothing tells which of them
-    /// are right.
-    pub disputed: bool,
     /// ‖a‖ − g when it and its neighbours within 25° are left out, m/s².
     pub left_out_error: Option<f64>,
     /// Standard deviation that this error should have, by the fit without them
@@ -84,11 +92,14 @@ pub struct JointFit {
     /// freedom.
     pub reliability: Option<Reliability>,
     /// For every pose.
-    pub poses: Vec<Position>,
+    pub poses: Vec<FittedPose>,
+    /// Of each disputed direction the poses that contradict each other, on two sides: nothing
+    /// tells which are right, and all of them count.
+    pub disputed: Vec<[Vec<usize>; 2]>,
     /// σ_tilt, rad.
     pub tilt: f64,
     /// How it is known.
-    pub tilt_from: TiltFrom,
+    pub tilt_from: TiltSource,
     /// Well-determined tilt components (degrees of freedom of σ_tilt).
     pub gamma: f64,
     /// Standard deviation added to every mean, input unit.
@@ -118,7 +129,7 @@ impl JointFit {
     /// Welch and Satterthwaite (JCGM 100:2008, G.4); the normal quantile else.
     #[must_use]
     pub fn coverage_factor_95(&self, h: &[f64; 12]) -> f64 {
-        if self.tilt_from != TiltFrom::Estimated {
+        if self.tilt_from != TiltSource::Estimated {
             return NORMAL_95;
         }
         let (mut tilt, mut all) = (0.0, 0.0);
@@ -147,7 +158,7 @@ impl JointFit {
             .iter()
             .map(|(source, part)| {
                 let known_by = match source {
-                    Source::Tilt if self.tilt_from == TiltFrom::Estimated => Some(self.gamma),
+                    Source::Tilt if self.tilt_from == TiltSource::Estimated => Some(self.gamma),
                     Source::ModelError => Some(self.freedom.max(1.0)),
                     _ => None,
                 };

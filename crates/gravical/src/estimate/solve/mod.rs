@@ -14,7 +14,7 @@
 //! the length of a whole block, which is then kept or distrusted as one.
 //!
 //! [`solve`] returns the state and a [`Summary`]; [`Factor`] of the solution
-//! answers what follows from it: rank, condition, covariance, leverage.
+//! answers what follows from it: rank, condition, covariance.
 //!
 //! Sources: Marquardt, SIAM J. Appl. Math. 11 (1963) 431; Nielsen, Damping
 //! parameter in Marquardt's method, IMM-REP-1999-05; Demmel et al., Square root

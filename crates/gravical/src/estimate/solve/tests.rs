@@ -43,51 +43,6 @@ impl Problem for Line {
     }
 }
 
-#[test]
-fn elimination_equals_the_dense_solution() {
-    let y = vec![[0.3, 1.2], [2.9, 3.1], [4.4, 5.6], [6.2, 7.7]];
-    let n = y.len();
-    let problem = Line { y: y.clone() };
-    let start = (vec![0.0; 2], vec![0.0; n]);
-    let (state, summary) = solve(&problem, start, &Options::default());
-    assert!(summary.converged(), "{summary:?}");
-
-    // The same with all unknowns in one matrix.
-    let mut a = nalgebra::DMatrix::zeros(3 * n, 2 + n);
-    let mut b = nalgebra::DVector::zeros(3 * n);
-    for i in 0..n {
-        for k in 0..2 {
-            a[(3 * i + k, 0)] = 1.0;
-            a[(3 * i + k, 1)] = (2 * i + k) as f64;
-            a[(3 * i + k, 2 + i)] = 1.0;
-            b[3 * i + k] = y[i][k];
-        }
-        a[(3 * i + 2, 2 + i)] = 1.0;
-    }
-    let normal = a.tr_mul(&a);
-    let c = normal.try_inverse().unwrap();
-    let x = &c * a.tr_mul(&b);
-    for j in 0..2 {
-        assert!((state.0[j] - x[j]).abs() < 1e-12);
-    }
-    for i in 0..n {
-        assert!((state.1[i] - x[2 + i]).abs() < 1e-12);
-    }
-    let factor = Factor::new(&problem, &state).unwrap();
-    let covariance = factor.covariance();
-    assert_eq!(covariance.rank, 2);
-    let shared = covariance.values.unwrap();
-    for i in 0..2 {
-        for j in 0..2 {
-            assert!((shared[i][j] - c[(i, j)]).abs() < 1e-12);
-        }
-    }
-    for i in 0..n {
-        let local = factor.local_covariance(i, &shared).unwrap();
-        assert!((local[0][0] - c[(2 + i, 2 + i)]).abs() < 1e-12);
-    }
-}
-
 /// Distances to points on a line: the position across it has two answers, and
 /// along a third axis none.
 struct Constant {

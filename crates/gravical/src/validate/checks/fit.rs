@@ -1,8 +1,8 @@
 //! What the joint fit itself shows to be odd.
 
 use crate::calibration_file::{AccelerometerSection, TiltSource};
-use crate::estimate::accelerometer::{Estimate, UNUSUAL_TILT};
-use crate::estimate::joint::JointFit;
+use crate::estimate::accelerometer::{Estimate, Method, UNUSUAL_TILT};
+use crate::numfmt::milli_g;
 use crate::predicted::{sensitivity, variance};
 use crate::recording::{Finding, FindingKind};
 use crate::segment::Placement;
@@ -47,7 +47,7 @@ pub(super) fn findings(
                     format!(
                         "{}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?",
                         section.poses[k].called(),
-                        1000.0 * (magnitude(section, k) / 9.80665)
+                        milli_g(magnitude(section, k))
                     ),
                 )
                 .in_file(&placements[k].source),
@@ -74,6 +74,15 @@ pub(super) fn findings(
         .and_then(|f| f.condition)
         .filter(|c| *c > CONDITION_NOTE);
     let Some(fit) = &estimate.joint else {
+        return findings;
+    };
+    if estimate.noise.assumed {
+        findings.push(Finding::new(
+            FindingKind::NoiseAssumed,
+            "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty",
+        ));
+    }
+    if estimate.method != Method::Joint {
         findings.extend(weak.map(|condition| {
             Finding::warning(
                 FindingKind::IllConditioned,
@@ -88,8 +97,8 @@ pub(super) fn findings(
             ));
         }
         return findings;
-    };
-    findings.extend(disputed(section, fit));
+    }
+    findings.extend(fit.disputed.iter().map(|sides| disputed(section, sides)));
     findings.extend(face_twice(estimate, placements).or_else(|| missing_face(estimate, gravity)));
     if let Some(quality) = &section.fit {
         if let Some(condition) = weak {
@@ -110,12 +119,6 @@ pub(super) fn findings(
                 ),
             ));
         }
-    }
-    if estimate.noise.assumed {
-        findings.push(Finding::new(
-            FindingKind::NoiseAssumed,
-            "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty",
-        ));
     }
     if !fit.oriented {
         findings.push(orientation_open(
@@ -164,27 +167,21 @@ fn orientation_open(why: &str) -> Finding {
     )
 }
 
-/// Repeats that contradict each other with nothing to tell which are right.
-fn disputed(section: &AccelerometerSection, fit: &JointFit) -> Option<Finding> {
-    let (more, less): (Vec<usize>, Vec<usize>) = (0..section.poses.len())
-        .filter(|&k| fit.poses[k].disputed)
-        .partition(|&k| magnitude(section, k) > 0.0);
-    let error_mg = |k: &usize| 1000.0 * magnitude(section, *k) / 9.80665;
-    let most = more.iter().map(error_mg).reduce(f64::max)?;
-    let least = less.iter().map(error_mg).reduce(f64::min)?;
-    let called = |side: &[usize]| {
+/// Repeats of one direction that contradict each other with nothing to tell which are right.
+fn disputed(section: &AccelerometerSection, sides: &[Vec<usize>; 2]) -> Finding {
+    let errors = || sides.iter().flatten().map(|&k| magnitude(section, k));
+    let range = errors().fold(f64::NEG_INFINITY, f64::max) - errors().fold(f64::INFINITY, f64::min);
+    let [some, others] = sides.each_ref().map(|side| {
         let names = side.iter().map(|&k| section.poses[k].called());
         names.collect::<Vec<_>>().join(", ")
-    };
-    Some(Finding::new(
+    });
+    Finding::new(
         FindingKind::RepeatsContradict,
         format!(
-            "poses of one direction differ by up to {:.1} mg in magnitude ({} against {}), and nothing tells which are right: all of them count, and the uncertainty is the larger for it. Was the sensor still warming up, or was one of them moved? Record that side again",
-            most - least,
-            called(&more),
-            called(&less),
+            "poses of one direction differ by up to {:.1} mg in magnitude ({some} against {others}), and nothing tells which are right: all of them count, and the uncertainty is the larger for it. Was the sensor still warming up, or was one of them moved? Record that side again",
+            milli_g(range),
         ),
-    ))
+    )
 }
 
 /// A face that was recorded twice in place of another one, which is missing: by
@@ -254,7 +251,7 @@ fn missing_face(estimate: &Estimate, gravity: f64) -> Option<Finding> {
         .map(|face| {
             let h = sensitivity(&estimate.calibration.matrix, face.direction(), gravity);
             let sd = variance(c, &h).max(0.0).sqrt();
-            format!("{} up: ±{:.0} mg", face.name(), 1000.0 * sd / gravity)
+            format!("{} up: ±{:.0} mg", face.name(), milli_g(sd))
         })
         .collect();
     Some(Finding::new(

@@ -9,41 +9,44 @@ fn apart(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3], sd: f64) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn readings(means: &[MeanReading]) -> Vec<Reading> {
-    means
-        .iter()
-        .map(|m| Reading {
-            mean: m.mean,
-            standard_error: Some([MeansOptions::default().noise_mps2; 3]),
-        })
-        .collect()
+fn free(means: &[MeanReading]) -> Vec<JointPose> {
+    let free = |pose| JointPose {
+        role: Role::Free,
+        ..pose
+    };
+    poses(means, true).into_iter().map(free).collect()
 }
 
-fn with(preset: Preset<'_>) -> PresetOptions<'_> {
-    PresetOptions {
-        preset,
-        gravity: G,
-        nominal: Some(1.0),
+fn assuming(elements: Elements) -> JointOptions {
+    JointOptions {
+        prior: false,
+        elements: Some(elements),
+        find_bad: false,
+        ..options(Some(0.0))
     }
 }
 
 #[test]
 fn without_tilt_it_is_linear_least_squares() {
-    let flat = JointOptions {
-        prior: false,
-        ..options(Some(0.0))
-    };
     for index in 0..10 {
         let mut part = Part::draw(&parts(0.0), 12, index);
         let means = part.place(&each_face(2));
-        let fit = joint(&poses(&means, true), &flat).unwrap();
-        let faces: Vec<Face> = means.iter().map(|m| m.face.unwrap()).collect();
-        let linear = preset(&readings(&means), &with(Preset::Linear12(&faces))).unwrap();
-        // An element's standard deviation is 1.24e-3/(2 g) = 6e-5.
-        let off = apart(&fit.model, &linear.model, 6e-5);
-        assert!(off < 1e-3, "{index}: {off}");
+        let fit = joint(&poses(&means, true), &assuming(Elements::All)).unwrap();
+        // An exact face is one of 1e-7 rad, 1e-3 of a standard deviation.
+        assert!((fit.freedom - 24.0).abs() < 1e-4, "{}", fit.freedom);
+        // Pairs of faces: b is the mean of all, a column half of the difference over g. An
+        // element's standard deviation is 1.24e-3/(2 g) = 6e-5.
+        let mean = |of: &dyn Fn(&MeanReading) -> bool, i: usize| {
+            let some: Vec<f64> = means.iter().filter(|m| of(m)).map(|m| m.mean[i]).collect();
+            some.iter().sum::<f64>() / some.len() as f64
+        };
         for i in 0..3 {
-            assert!((fit.bias[i] - linear.bias[i]).abs() < 1e-6, "{index}");
+            assert!((fit.bias[i] - mean(&|_| true, i)).abs() < 1e-6, "{index}");
+            for axis in 0..3 {
+                let on = |up| move |m: &MeanReading| m.face == Some(Face { axis, up });
+                let column = (mean(&on(true), i) - mean(&on(false), i)) / (2.0 * G);
+                assert!((fit.model[i][axis] - column).abs() < 6e-8, "{index}");
+            }
         }
     }
 }
@@ -52,19 +55,14 @@ fn without_tilt_it_is_linear_least_squares() {
 fn with_any_tilt_it_is_the_magnitude_alone() {
     let flat = JointOptions {
         prior: false,
+        find_bad: false,
         ..options(Some(57.0))
     };
     let gram = |m: &[[f64; 3]; 3]| matrix3::mul(m, &matrix3::transpose(m));
     for index in 0..10 {
         let mut part = Part::draw(&parts(1.0), 12, index);
-        let mut means = part.place(&faces_and(Planned::spread(9, 4)));
-        // Lengths count alike in m/s² and poses by their readings: the same where these
-        // are calibrated.
-        let first = preset(&readings(&means), &with(Preset::Magnitude9)).unwrap();
-        means
-            .iter_mut()
-            .for_each(|m| m.mean = first.calibrated(m.mean));
-        let by_length = preset(&readings(&means), &with(Preset::Magnitude9)).unwrap();
+        let means = part.place(&faces_and(Planned::spread(9, 4)));
+        let by_length = joint(&free(&means), &assuming(Elements::Triangular)).unwrap();
         let fit = joint(&poses(&means, true), &flat).unwrap();
         // Standard deviations are above 1e-4 and 5e-4.
         let off = apart(&gram(&fit.model), &gram(&by_length.model), 1e-4);
@@ -160,10 +158,12 @@ fn six_magnitudes_are_fitted_exactly() {
     for index in 0..100 {
         let mut part = Part::draw(&parts(0.1), 15, index);
         let means = part.place(&Planned::six_faces());
-        let fit = preset(&readings(&means), &with(Preset::Magnitude6)).unwrap();
-        let off = means
-            .iter()
-            .map(|m| matrix3::norm(&fit.calibrated(m.mean)) - G);
+        let fit = joint(&free(&means), &assuming(Elements::Diagonal)).unwrap();
+        let matrix = matrix3::inverse(&fit.model).unwrap();
+        let off = means.iter().map(|m| {
+            let force = matrix3::mul_vec(&matrix, &matrix3::sub(&m.mean, &fit.bias));
+            matrix3::norm(&force) - G
+        });
         let worst = off.fold(0.0_f64, |worst, off| worst.max(off.abs()));
         assert!(worst < 1e-9, "{index}: {worst}");
     }

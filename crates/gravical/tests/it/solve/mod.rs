@@ -1,7 +1,6 @@
-//! The solver against certified values, another solver and dense algebra.
+//! The solver against certified values and dense algebra.
 
 mod dense;
 mod dual;
-mod minpack;
 mod nist;
 mod problems;
