@@ -10,7 +10,6 @@ mod figures;
 mod options;
 mod progress;
 mod report;
-mod session;
 mod store;
 mod table;
 mod text;

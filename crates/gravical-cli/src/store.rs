@@ -13,7 +13,7 @@ use gravical::{Error, Result};
 use serde::Serialize;
 
 use crate::options::read_calibration;
-use crate::session::{files_in, is_something_else};
+use gravical::session::{files_in, is_something_else};
 
 /// Where `calibrate` files its result.
 #[derive(Debug, Default, clap::Args)]

@@ -15,9 +15,9 @@ use crate::each::EachArgs;
 use crate::failure::QUALITY;
 use crate::options::{GravityArgs, RecordingArgs, SWAPPED};
 use crate::report::{ReportArgs, with_origin};
-use crate::session::read_session;
 use crate::store::StoreArgs;
 use crate::text;
+use gravical::session::read_session;
 
 /// Test whether a calibration still fits new recordings at rest
 ///

@@ -12,8 +12,8 @@ use gravical::segment::still::StillOptions;
 
 use crate::options::RecordingArgs;
 use crate::report::{ReportArgs, with_origin};
-use crate::session::{files_in, is_something_else, read_for, read_listed, several_with_gyro};
 use crate::{failure, text};
+use gravical::session::{files_in, is_something_else, read_for, read_listed, several_with_gyro};
 
 /// Show what is in a recording: columns, units, rate, defects, static intervals
 #[derive(clap::Args)]

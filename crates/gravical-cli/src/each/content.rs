@@ -11,7 +11,7 @@ use gravical::{Error, Result};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use crate::session::files_in;
+use gravical::session::files_in;
 
 /// Bytes that are hashed at a time.
 const PIECE: usize = 1 << 16;

@@ -10,7 +10,7 @@ use gravical::live::folder::is_session;
 use gravical::{Error, Result};
 
 use super::content::not_twice;
-use crate::session::{ENDINGS, may_be_recording};
+use gravical::session::{ENDINGS, may_be_recording};
 
 /// What the items are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -19,9 +19,9 @@ use super::summary::{Counts, Form, Writer};
 use super::words::Words;
 use super::workers::in_order;
 use crate::failure::{self, RenderedError};
-use crate::session::files_in;
 use crate::table::write_file;
 use crate::{crash, progress, text};
+use gravical::session::files_in;
 
 /// Widest column of names on the screen.
 const WIDEST: usize = 40;

@@ -88,7 +88,7 @@ pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
 pub use stance::StanceOptions;
 pub use still::{Intervals, RestOptions};
-pub use stream::{Streamed, motion_stream};
+pub use stream::{MotionStepper, Readings, Streamed, motion_stream};
 pub use table::{Table, write_table};
 
 /// Motion of a recording: the result, and the table behind it.

@@ -7,6 +7,7 @@
 
 mod sink;
 mod smooth;
+mod stepper;
 #[cfg(test)]
 mod tests;
 mod tracker;
@@ -38,6 +39,8 @@ use crate::recording::text::{OpenFile, ReadFile, open_rows};
 use crate::recording::timing::Treatment;
 use crate::recording::{Finding, FindingKind, ReadOptions, Recording, read_bytes};
 use crate::{Error, Result};
+
+pub use stepper::{MotionStepper, Readings};
 
 use sink::{Pipeline, State};
 use smooth::Chain;
@@ -86,8 +89,9 @@ pub fn motion_stream(
         )
     });
     let mut findings = begin.findings.clone();
-    let mut pipeline = begin.pipeline(&file, options, out.is_some(), &mut findings)?;
     let assumed = *file.rows.facts();
+    let stamped = assumed.stamp_reading.is_some();
+    let mut pipeline = begin.pipeline(stamped, options, out.is_some(), &mut findings)?;
     let mut sensor = Sensor::of(begin.accel, begin.gyro, options.axes).with_drift(drift);
     let mut nowhere = std::io::sink();
     let mut out = BlockWriter::new(out.unwrap_or(&mut nowhere));
@@ -161,7 +165,14 @@ impl Begin {
         options: &MotionOptions,
     ) -> Result<Self> {
         let head = whole_lines(&file.head_bytes, file.whole);
-        let mut recording = read_bytes(head, name, read)?;
+        Self::of(read_bytes(head, name, read)?, calibration, options)
+    }
+
+    fn of(
+        mut recording: Recording,
+        calibration: Option<Calibrated<'_>>,
+        options: &MotionOptions,
+    ) -> Result<Self> {
         let Prepared {
             samples,
             nominal,
@@ -221,7 +232,7 @@ impl Begin {
 
     fn pipeline(
         &self,
-        file: &OpenFile,
+        stamped: bool,
         options: &MotionOptions,
         table: bool,
         findings: &mut Vec<Finding>,
@@ -272,9 +283,9 @@ impl Begin {
             .map_err(|few| Error::usage("option-range", few.to_string()))?;
         let state = State {
             motion: Box::new(motion),
-            step_s: match file.rows.facts().stamp_reading {
-                Some(_) => None,
-                None => Some(self.step_s()?),
+            step_s: match stamped {
+                true => None,
+                false => Some(self.step_s()?),
             },
             rows: 0,
             tracker: MoveTracker::new(options.p0_m),

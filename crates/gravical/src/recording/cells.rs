@@ -5,6 +5,8 @@
 //! empty. If an accelerometer reads exactly zero on all axes, it was not read: the row is treated
 //! as empty, and at the end of a file it is removed.
 
+use serde::{Deserialize, Serialize};
+
 use super::row::{ACCEL, GYRO, TEMPERATURE, Values};
 use crate::finding::{Finding, FindingKind, LineSpans};
 
@@ -181,7 +183,7 @@ impl CellCounts {
 }
 
 /// Rules for filling empty cells.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CellRules {
     /// Number of rows for which the last value of each channel is held.
     longest: [f64; 6],

@@ -11,6 +11,8 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Error, Result};
 
 use super::ledger::Aside;
@@ -26,7 +28,7 @@ use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::resolution::resolution;
 
 /// File that was joined to a recording.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct JoinedFile {
     /// Path of the file as given.
     pub name: String,

@@ -89,7 +89,7 @@ fn put(out: &mut Vec<u8>, values: &[f64], decimals: u32) {
     }
 }
 
-fn resting(phase: Phase, starts_at_rest: bool) -> bool {
+pub(super) fn resting(phase: Phase, starts_at_rest: bool) -> bool {
     phase == Phase::Resting || (phase == Phase::Start && starts_at_rest)
 }
 
