@@ -18,7 +18,7 @@ mod _gravical {
     #[pymodule_export]
     use crate::calibration::{Calibration, calibrate_paths, calibrate_recordings, export_targets};
     #[pymodule_export]
-    use crate::motion::{Stepper, motion, motion_file};
+    use crate::motion::{Stepper, motion};
     #[pymodule_export]
     use crate::outcome::Outcome;
     #[pymodule_export]

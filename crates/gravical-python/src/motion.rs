@@ -6,8 +6,6 @@ use std::sync::{Arc, Mutex};
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{self as library, Calibrated, MotionSample, MotionStepper, Readings, Track};
-use gravical::output::{check_targets, write_atomic};
-use gravical::recording::open;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -16,7 +14,7 @@ use pyo3::prelude::*;
 use crate::calibration::{Calibration, noise_of};
 use crate::options::Options;
 use crate::outcome::{Kind, Outcome};
-use crate::recording::{Recording, findings_json, json};
+use crate::recording::{Recording, findings_json};
 use crate::task;
 
 /// Velocity and position of a recording.
@@ -49,41 +47,6 @@ pub fn motion(
         }
         Ok(Outcome::new(Kind::Motion(Arc::new(motion), rows), inputs))
     })
-}
-
-/// Sample by sample from file to file, as `--causal`; the result as JSON.
-#[pyfunction]
-pub fn motion_file(
-    py: Python<'_>,
-    path: PathBuf,
-    output: Option<PathBuf>,
-    force: bool,
-    calibration: Option<&Bound<'_, Calibration>>,
-    name: String,
-    options: Options<'_>,
-) -> PyResult<String> {
-    let wanted = options.motion()?;
-    let (read, meter) = options.read(false)?;
-    let file = calibration.map(|c| c.get().file.clone());
-    let result = task::run(py, &meter, move || {
-        let calibrated = file.as_deref().map(|file| Calibrated { file, name: &name });
-        let input = path.display().to_string();
-        let pass = |out: Option<&mut dyn std::io::Write>| {
-            let opened = open::open(&path, &read)?;
-            library::motion_stream(opened, &input, &read, calibrated, &wanted, out)
-        };
-        let Some(output) = output else {
-            return Ok(Some(pass(None)?.result));
-        };
-        check_targets(&[output.clone()], &[path.clone()], force)?;
-        let mut result = None;
-        write_atomic(&output, force, |out| {
-            result = Some(pass(Some(out))?.result);
-            Ok(())
-        })?;
-        Ok(result)
-    })?;
-    json(&result)
 }
 
 /// Columns of the table, by name; their memory is that of the motion.

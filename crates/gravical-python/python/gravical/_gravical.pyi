@@ -139,11 +139,3 @@ def motion(
     noise: Outcome | _Path | None,
     options: _Options,
 ) -> Outcome: ...
-def motion_file(
-    path: _Path,
-    output: _Path | None,
-    force: bool,
-    calibration: Calibration | None,
-    name: str,
-    options: _Options,
-) -> str: ...

@@ -78,11 +78,12 @@ class MotionResult(Judged):
     ``"calibration-in-doubt"``, ``"not-usable"`` or ``"at-rest"``.
     """
 
-    _arrays: dict[str, Floats]
+    _arrays: dict[str, Any]
 
     def _track(self, name: str, width: int) -> Floats:
         if not isinstance(self._native, _gravical.Outcome):
-            return self._arrays[name]
+            kept: Floats = self._arrays[name]
+            return kept
         flat = self._native.track(name)
         return flat if width == 1 else flat.reshape(-1, width)
 
@@ -132,7 +133,8 @@ class MotionResult(Judged):
     def still(self) -> npt.NDArray[np.bool_]:
         """True at rest, shape (n,)."""
         if not isinstance(self._native, _gravical.Outcome):
-            return self._arrays["still"].astype(bool)
+            still: npt.NDArray[np.bool_] = self._arrays["still"]
+            return still
         return self._native.track_rests()[0]
 
     @property
@@ -181,7 +183,9 @@ class MotionResult(Judged):
         return _tables.arrow_table(self._columns()).__arrow_c_stream__(requested_schema)
 
     def __getstate__(self) -> dict[str, Any]:
-        arrays = {name: np.array(self._track(name, width)) for name, width in _TRACK.items()}
+        arrays: dict[str, Any] = {
+            name: np.array(self._track(name, width)) for name, width in _TRACK.items()
+        }
         arrays["still"] = np.array(self.still)
         return {**super().__getstate__(), "_arrays": arrays}
 

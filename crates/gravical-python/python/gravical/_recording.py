@@ -369,7 +369,8 @@ def read(
             raise usage("gyro= joins two files", "put the gyroscope into the table")
         return Recording.from_table(source, name=name or "table", **reading)
     if hasattr(source, "read"):
-        source, name = source.read(), name or str(getattr(source, "name", "file"))
+        file: Any = source
+        source, name = file.read(), name or str(getattr(file, "name", "file"))
     if isinstance(source, (bytes, bytearray, memoryview)):
         if gyro is not None:
             raise usage("gyro= joins two files", "write the recording to a file first")
@@ -391,7 +392,7 @@ def path_of(source: Any) -> Path:
 
 
 def session_of(
-    session: Any, reading: Mapping[str, Any]
+    session: Any, reading: Reading
 ) -> tuple[list[Path] | None, list[_gravical.Recording] | None]:
     """The recordings of a session: paths, or what is in memory."""
     if isinstance(session, (str, os.PathLike)):
@@ -406,14 +407,13 @@ def session_of(
     except TypeError:
         all_of = []
     if not all_of:
-        path_of(None if session is None else session) if not isinstance(session, (list, tuple)) else None
+        if not isinstance(session, (list, tuple)):
+            path_of(session)
         raise usage("the session is empty", "give the recordings of the sensor at rest")
     if all(isinstance(one, (str, os.PathLike)) for one in all_of):
         return all_of, None
-    made = [
-        read(one, **({} if isinstance(one, Recording) else reading))._native for one in all_of
-    ]
-    return None, made
+    made = [one if isinstance(one, Recording) else read(one, **reading) for one in all_of]
+    return None, [one._native for one in made]
 
 
 def _is_columns(mapping: Mapping[Any, Any]) -> bool:
@@ -435,6 +435,6 @@ def _poses(session: Mapping[Any, Any]) -> list[tuple[Any, Any]]:
     for key, value in session.items():
         if isinstance(value, np.ndarray) or isinstance(value, list):
             xyz = _tables.vectors(value, str(key))
-            value = {axis: np.ascontiguousarray(xyz[:, i]) for i, axis in enumerate(("ax", "ay", "az"))}
+            value = {"ax": xyz[:, 0], "ay": xyz[:, 1], "az": xyz[:, 2]}
         out.append((key, value))
     return out

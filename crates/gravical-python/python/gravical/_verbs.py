@@ -22,6 +22,7 @@ from ._results import (
     Inspection,
     NoiseResult,
     Result,
+    _FORMATS,
     _Kept,
 )
 from ._types import Floats, Path, Reading, Source, options
@@ -107,7 +108,8 @@ class Applied(Result):
         table: Any,
     ) -> None:
         line = f"{document['input']}: {document['rows']} rows calibrated"
-        super().__init__(_Kept([], dict.fromkeys(("summary", "text", "markdown", "html"), line)), document)
+        texts: dict[str, str] = dict.fromkeys(_FORMATS, line)
+        super().__init__(_Kept([], texts), document)
         self.t = t
         self.columns = columns
         self.table = table
@@ -203,7 +205,7 @@ def apply(
     rows = read(recording, gyro=gyro, **reading)
     accel, rates, summary = _gravical.apply_recording(native, rows._native, given)
     document = json.loads(summary)
-    columns = dict(zip(document["columns"], [*accel, *(rates or [])]))
+    columns: dict[str, Floats] = dict(zip(document["columns"], [*accel, *(rates or [])]))
     table = None
     if not isinstance(recording, Recording) and _tables.is_table(recording):
         names, raw, _ = _tables.table_columns(recording)

@@ -18,7 +18,7 @@ OPTIONS = frozenset(
     output force keep-raw output-unit
     filter edge channels
     calibration procedure gravity-removal initial-rows smooth zero-velocity rests stances
-    stance-rate v0 p0 clock-error tilt-change no-bands causal
+    stance-rate v0 p0 clock-error tilt-change no-bands
     truth truth-columns truth-align truth-offset
     full spacing term part
     to name device-id rotation counts-per-g counts-per-deg-s upper-limit
@@ -46,6 +46,7 @@ _COMMAND = re.compile(r"`gravical ([a-z]+)((?: [^`]*)?)`")
 
 def in_python(text: str) -> str:
     """The text with keyword arguments in place of options, and functions in place of commands."""
+    text = text.replace("motion --causal", "gravical.Motion")
     return _OPTION.sub(_keyword, _COMMAND.sub(_call, text))
 
 
