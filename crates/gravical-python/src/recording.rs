@@ -116,7 +116,7 @@ impl Recording {
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = py.detach(|| rmp_serde::to_vec(&*self.shared));
+        let bytes = py.detach(|| rmp_serde::to_vec_named(&*self.shared));
         let bytes = bytes.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
         Ok(PyBytes::new(py, &bytes))
     }

@@ -72,9 +72,3 @@ def line() -> gravical.Recording:
 @pytest.fixture(scope="session")
 def calibration(poses: gravical.Recording) -> gravical.Calibration:
     return gravical.calibrate(poses, gravity=9.80665)
-
-
-@pytest.fixture(autouse=True)
-def _doctests(doctest_namespace: dict[str, Any], calibration: gravical.Calibration) -> None:
-    doctest_namespace["gravical"] = gravical
-    doctest_namespace["calibration"] = calibration

@@ -80,7 +80,7 @@ def test_ctrl_c_ends_the_wait(tmp_path: Path) -> None:
 import gravical, sys, time
 print("begun", flush=True)
 try:
-    gravical.simulate("static", duration=3e6, output={str(tmp_path / "long")!r})
+    gravical.simulate("static", duration=2.5e6, output={str(tmp_path / "long")!r})
 except KeyboardInterrupt:
     print("interrupted", flush=True)
     import os

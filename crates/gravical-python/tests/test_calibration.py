@@ -16,7 +16,7 @@ def test_the_truth_is_within_the_uncertainty(calibration: gravical.Calibration) 
     covariance = calibration.covariance
     assert covariance is not None and covariance.shape == (12, 12)
     names = calibration.covariance_parameters
-    sd = np.sqrt(np.diag(covariance))[[names.index(f"b_{axis}") for axis in "xyz"]]
+    sd = np.sqrt(np.diag(covariance))[[names.index(f"bias_{axis}") for axis in "xyz"]]
     assert (np.abs(calibration.bias - truth["bias_mps2"]) < 4 * sd).all()
 
 
@@ -111,7 +111,7 @@ def test_imucal_in_and_out(calibration: gravical.Calibration, line: gravical.Rec
     assert isinstance(theirs, imucal.CalibrationInfo)
     gyro = line.gyro
     assert gyro is not None
-    accel, rate = theirs.calibrate(line.accel, np.degrees(gyro), "m/s^2", "deg/s")
+    accel, rate = theirs.calibrate(line.accel, gyro, "m/s^2", "rad/s")
     own = gravical.apply(calibration, line)
     assert np.allclose(accel, own.accel, rtol=0, atol=1e-9)
     back = gravical.Calibration.from_imucal(theirs)

@@ -9,6 +9,7 @@ use anyhow::Context as _;
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::check::{CheckOptions, CheckReport, Judgement, check};
 use gravical::recording::{ReadOptions, Recording};
+use gravical::session::read_session;
 use gravical::{Result, report};
 
 use crate::each::EachArgs;
@@ -17,7 +18,6 @@ use crate::options::{GravityArgs, RecordingArgs, SWAPPED};
 use crate::report::{ReportArgs, with_origin};
 use crate::store::StoreArgs;
 use crate::text;
-use gravical::session::read_session;
 
 /// Test whether a calibration still fits new recordings at rest
 ///

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use gravical::escape::{one_line, path_text, shown_json};
 use gravical::output::{check_target, check_targets, make_folder};
+use gravical::session::files_in;
 use gravical::{Error, Result};
 
 use super::args::EachArgs;
@@ -21,7 +22,6 @@ use super::workers::in_order;
 use crate::failure::{self, RenderedError};
 use crate::table::write_file;
 use crate::{crash, progress, text};
-use gravical::session::files_in;
 
 /// Widest column of names on the screen.
 const WIDEST: usize = 40;

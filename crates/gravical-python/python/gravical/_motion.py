@@ -130,6 +130,11 @@ class MotionResult(Judged):
         return np.stack([self._track(f"force_{axis}", 1) for axis in "xyz"], axis=1)
 
     @property
+    def raw(self) -> Floats:
+        """Specific force by the nominal scale alone, m/s², shape (n, 3): a new array."""
+        return np.stack([self._track(f"raw_{axis}", 1) for axis in "xyz"], axis=1)
+
+    @property
     def still(self) -> npt.NDArray[np.bool_]:
         """True at rest, shape (n,)."""
         if not isinstance(self._native, _gravical.Outcome):
@@ -160,6 +165,7 @@ class MotionResult(Judged):
             if values is not None:
                 columns.update({name: values[:, i] for i, name in enumerate(names.split())})
 
+        add("raw_ax_mps2 raw_ay_mps2 raw_az_mps2", self.raw)
         add("ax_mps2 ay_mps2 az_mps2", self.force)
         columns["still"] = self.still
         add("qw qx qy qz", self.attitude)
@@ -198,6 +204,9 @@ _TRACK = {
     "attitude": 4,
     "sigma_position": 3,
     "sigma_velocity": 3,
+    "raw_x": 1,
+    "raw_y": 1,
+    "raw_z": 1,
     "force_x": 1,
     "force_y": 1,
     "force_z": 1,

@@ -93,10 +93,10 @@ def _array(values: Any) -> np.ndarray[Any, Any]:
     if dtype.startswith(("Int", "UInt", "Float", "boolean")) and hasattr(values, "iloc"):
         # Pandas' own types with missing values.
         return np.asarray(values.to_numpy(dtype=np.float64, na_value=np.nan))
-    if "datetime64" in dtype and hasattr(values, "tz_convert"):
-        return np.asarray(values.tz_convert(None) if values.tz is not None else values)
-    if "datetime64" in dtype and hasattr(values, "dt") and values.dt.tz is not None:
-        return np.asarray(values.dt.tz_convert(None))
+    if dtype.startswith("datetime64") and "," in dtype:
+        # A zone: an index has tz_convert itself, a series below dt.
+        dates = values.dt if hasattr(values, "dt") else values
+        return np.asarray(dates.tz_convert(None))
     if hasattr(values, "to_numpy"):
         return np.asarray(values.to_numpy())
     return np.asarray(values)
