@@ -14,7 +14,7 @@ from ._errors import usage
 from ._findings import Verdict
 from ._recording import session_of
 from ._results import Judged, NoiseResult
-from ._types import Floats, Path, Reading, Source, options
+from ._types import Floats, Path, Reading, Source, options, text
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -253,12 +253,12 @@ class Calibration(Judged):
             counts_per_deg_s=counts_per_deg_s,
             upper_limit=upper_limit,
         )
-        text, notes = self._native.export(to, given)
+        written, notes = self._native.export(text(to, "to"), given)
         for note in notes:
             warnings.warn(note, ExportWarning, stacklevel=2)
         if output is not None:
-            _gravical.write_text(output, text, force)
-        return text
+            _gravical.write_text(output, written, force)
+        return written
 
     @classmethod
     def from_imucal(cls, calibration: Any) -> Calibration:

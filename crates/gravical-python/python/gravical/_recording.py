@@ -12,7 +12,7 @@ import numpy as np
 from . import _gravical, _tables
 from ._errors import usage
 from ._findings import Finding
-from ._types import Floats, Path, Reading, Source, options
+from ._types import Floats, Path, Reading, Source, options, text
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -98,6 +98,7 @@ class Recording:
         >>> recording.rows, recording.rate_hz
         (200, 100.0)
         """
+        text(name, "name")
         xyz = _tables.vectors(accel, "accel")
         names, columns = ["ax", "ay", "az"], list(xyz.T)
         if gyro is not None:
@@ -113,7 +114,10 @@ class Recording:
                 reading["time_unit"] = "s"
         given: list[Any] = [_tables.floats(column) for column in columns]
         if labels is not None:
-            texts = [str(label) for label in labels]
+            try:
+                texts = [str(label) for label in labels]
+            except TypeError:
+                raise usage("labels= is no list of texts") from None
             if len(texts) != len(xyz):
                 raise usage(
                     f"labels= has {len(texts)} texts, accel= has {len(xyz)} samples",
@@ -158,6 +162,7 @@ class Recording:
         'g'
         """
         names, columns, dated = _tables.table_columns(table)
+        text(name, "name")
         if dated and reading.get("time_unit") is None:
             reading["time_unit"] = "s"
         return cls(_gravical.Recording.from_table(name, names, columns, options(reading)))
@@ -357,6 +362,8 @@ def read(
     >>> gravical.read(text)
     <Recording 'bytes': 3 rows, 100 Hz, m/s^2>
     """
+    if name is not None:
+        text(name, "name")
     if isinstance(source, Recording):
         if reading or gyro is not None:
             raise usage(
@@ -376,7 +383,8 @@ def read(
             raise usage("gyro= joins two files", "write the recording to a file first")
         given = options(reading)
         return Recording(_gravical.read_bytes(bytes(source), name or "bytes", given))
-    recording = _gravical.read(path_of(source), gyro, options(reading))
+    beside = None if gyro is None else path_of(gyro)
+    recording = _gravical.read(path_of(source), beside, options(reading))
     return Recording(recording if name is None else recording.named(name))
 
 

@@ -103,7 +103,7 @@ def _array(values: Any) -> np.ndarray[Any, Any]:
 
 
 def _missing(value: Any) -> bool:
-    return value is None or value != value or value is getattr(value, "NA", False)
+    return value is None or str(value) in ("nan", "NaT", "<NA>")
 
 
 def floats(values: Any) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Union
 
 import numpy as np
@@ -82,7 +82,11 @@ def several(value: Any) -> list[Any]:
     """One value, or a list of them."""
     if isinstance(value, (str, bytes, os.PathLike)) or not isinstance(value, Iterable):
         return [value]
-    return list(value)
+    try:
+        return list(value)
+    except TypeError:
+        # An array without axes.
+        return [value]
 
 
 def _columns(columns: Any) -> str:
@@ -108,12 +112,20 @@ def _rests(rests: Any) -> str:
     if isinstance(rests, str):
         return rests
     spans: list[str] = []
-    for span in rests:
-        if not isinstance(span, Sequence) or len(span) != 2:
+    for span in several(rests):
+        try:
+            start, end = (None if t is None else float(t) for t in span)
+        except (TypeError, ValueError):
             raise usage(
                 f"rests=: {span!r} is not a pair of times",
                 "give pairs of seconds, None for the end: rests=[(0, 5), (7.2, None)]",
-            )
-        start, end = (None if t is None else float(t) for t in span)
-        spans.append(f"{start!r}-{'' if end is None else repr(end)}")
+            ) from None
+        spans.append(f"{'' if start is None else repr(start)}-{'' if end is None else repr(end)}")
     return ",".join(spans)
+
+
+def text(value: Any, name: str) -> str:
+    """A text."""
+    if isinstance(value, str):
+        return value
+    raise usage(f"{name}= is a {type(value).__name__}, not a text")

@@ -72,8 +72,8 @@ def inspect(
     Examples
     --------
     >>> line = gravical.simulate("line", seed=3).recordings["line.csv"]
-    >>> gravical.inspect(line).to_dict()["rows"]
-    1200
+    >>> len(gravical.inspect(line).to_dict()["static_intervals"])
+    2
     """
     if _is_path(recording):
         given = options(reading, axes=axes)
@@ -196,7 +196,7 @@ def apply(
     """
     native, _ = calibration_of(calibration)
     given = options(
-        reading, keep_raw=keep_raw or None, output_unit=output_unit, axes=axes
+        reading, keep_raw=keep_raw, output_unit=output_unit, axes=axes
     )
     if output is not None:
         path = _needs_file("output", recording)
@@ -207,12 +207,13 @@ def apply(
     document = json.loads(summary)
     columns: dict[str, Floats] = dict(zip(document["columns"], [*accel, *(rates or [])]))
     table = None
+    keep = given.get("keep_raw", False)
     if not isinstance(recording, Recording) and _tables.is_table(recording):
         names, raw, _ = _tables.table_columns(recording)
         fields = _gravical.Recording.table_fields("table", names, raw, options(reading))
         channels = ("ax", "ay", "az", "gx", "gy", "gz")
         values: dict[str, Any] = dict(zip(channels, columns.items()))
-        table = _tables.replaced(recording, fields, values, keep_raw)
+        table = _tables.replaced(recording, fields, values, bool(keep))
     return Applied(document, rows.t, columns, table)
 
 
@@ -329,7 +330,7 @@ def noise(
     >>> n["low"] < 3.3e-3 < n["high"]
     True
     """
-    own = {"full": full or None, "spacing": spacing, "term": term, "part": part}
+    own = {"full": full, "spacing": spacing, "term": term, "part": part}
     if _is_path(recording):
         return NoiseResult._of(_gravical.noise_path(recording, options(reading, **own)))
     rows = read(recording, **reading)
@@ -462,9 +463,11 @@ def simulate(
     >>> gravical.simulate("poses", free=8, seed=3)
     <Simulation: poses.csv>
     """
-    known = _SCENARIOS.get(scenario, frozenset()) | _SHARED
+    if not isinstance(scenario, str) or scenario not in _SCENARIOS:
+        raise usage(f"{scenario!r} is no scenario", f"one of {', '.join(_SCENARIOS)}")
+    known = _SCENARIOS[scenario] | _SHARED
     unknown = sorted(set(simulated) - known)
-    if unknown and scenario in _SCENARIOS:
+    if unknown:
         raise TypeError(
             f"unexpected keyword argument {unknown[0]!r}; {scenario} takes "
             + ", ".join(sorted(known))
