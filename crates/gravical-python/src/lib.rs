@@ -1,6 +1,7 @@
 //! The native part of the Python package `gravical`: arguments in, arrays and JSON out. What a
 //! Python user reads, signatures, docstrings and results, is Python, in `python/gravical`.
 
+mod arrays;
 mod calibration;
 mod error;
 mod motion;
@@ -15,6 +16,8 @@ use pyo3::prelude::*;
 /// The module `gravical._gravical`.
 #[pymodule]
 mod _gravical {
+    #[pymodule_export]
+    use crate::arrays::{filter_channels, noise_of_channel};
     #[pymodule_export]
     use crate::calibration::{Calibration, calibrate_paths, calibrate_recordings, export_targets};
     #[pymodule_export]

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use gravical::apply::{ApplyOptions, OutputUnit};
 use gravical::calibrate::{CalibrateOptions, EstimateOptions, Method};
 use gravical::calibration_file::SensorInfo;
-use gravical::denoise::{Channels, DenoiseOptions, FilterSpec};
+use gravical::denoise::{Channels, DenoiseOptions, Edge, FilterSpec};
 use gravical::excerpt;
 use gravical::export::ExportOptions;
 use gravical::gravity::Gravity;
@@ -300,6 +300,12 @@ impl<'py> Options<'py> {
         };
         let filters = texts.iter().filter(|t| *t != "none").map(|t| t.parse());
         filters.collect::<Result<_>>().map(Some).or_raise(self.py())
+    }
+
+    /// Filters, and how ends are padded.
+    pub fn filter_chain(&self) -> PyResult<(Vec<FilterSpec>, Edge)> {
+        let filters = self.filters("filter")?.unwrap_or_default();
+        Ok((filters, self.parsed("edge")?.unwrap_or_default()))
     }
 
     /// How to filter.

@@ -46,7 +46,7 @@ def array(r: random.Random) -> Any:
         except (TypeError, ValueError):
             pass
     if r.random() < 0.3 and values.dtype.kind == "f" and values.size:
-        values.flat[r.randrange(values.size)] = r.choice([np.nan, np.inf, -np.inf, 1e308])
+        values.flat[r.randrange(values.size)] = r.choice([np.nan, np.inf, -np.inf, 1e30])
     if r.random() < 0.2 and values.ndim:
         values = values[:: r.choice([-1, 2, 3])]
     if r.random() < 0.1:
@@ -155,32 +155,36 @@ def calls(
     """A call, drawn at random."""
     verb = r.choice([*OWN, "arrays", "use", "stream", "compare", "load"])
     if verb == "arrays":
-        names = r.sample(["t", "gyro", "temperature", "labels", "unit", "name"], r.randrange(0, 4))
-        given = {n: numbers(r) if r.random() < 0.3 else array(r) for n in names}
+        names: list[str] = r.sample(["t", "gyro", "temperature", "labels", "unit", "name"], r.randrange(0, 4))
+        kept: dict[str, Any] = {n: numbers(r) if r.random() < 0.3 else array(r) for n in names}
         accel = array(r) if r.random() < 0.9 else numbers(r)
-        return verb, lambda: gravical.Recording.from_arrays(accel=accel, **given)
+        return verb, lambda: gravical.Recording.from_arrays(accel=accel, **kept)
     if verb == "use":
         raw, other = array(r), array(r)
-        return verb, r.choice(
-            [
+        target: Any = r.choice(["x.docx", "", folder, "\0.html", folder / "no/such/x.json"])
+        uses: list[Callable[[], Any]] = [
                 lambda: calibration.apply(raw),
                 lambda: calibration.apply_gyro(raw, other),
                 lambda: calibration.export(str(numbers(r)), name=numbers(r)),
                 lambda: calibration.export("c", **{r.choice(["name", "rotation", "counts_per_g"]): numbers(r)}),
-                lambda: calibration.report(r.choice([folder / "x.docx", "", folder, "\0.html"])),
-                lambda: calibration.save(r.choice([folder, "", "\0", folder / "no/such/x.json"])),
-            ]
-        )
+                lambda: calibration.report(target),
+                lambda: calibration.save(target),
+                lambda: gravical.filtered(raw, numbers(r), rate=numbers(r)),
+                lambda: gravical.filtered(raw, "butter:4,5Hz", rate=100),
+                lambda: gravical.allan(raw, rate=numbers(r)),
+                lambda: gravical.allan(raw, rate=100),
+        ]
+        return verb, r.choice(uses)
     if verb == "stream":
         live = gravical.Motion(line, calibration)
         of_stream = options(r, "motion")
         for name in ("noise", "truth"):
             of_stream.pop(name, None)
-        given = [numbers(r) for _ in range(3)]
+        sample = [numbers(r) for _ in range(3)]
         chunk = [array(r) for _ in range(3)]
         return verb, r.choice(
             [
-                lambda: live.update(*given),
+                lambda: live.update(*sample),
                 lambda: live.extend(*chunk),
                 lambda: gravical.Motion(source(r, folder, line), calibration, **of_stream),
             ]
@@ -200,8 +204,10 @@ def calls(
         own = _SCENARIOS.get(scenario, frozenset()) | _SHARED
         given = {k: v for k, v in given.items() if k in own}
         # Not hours of it.
-        given = {k: v for k, v in given.items() if not isinstance(v, float) or v < 1e3}
-        return verb, lambda: gravical.simulate(scenario, **given)
+        some: dict[str, Any] = {
+            k: v for k, v in given.items() if not isinstance(v, float) or v < 1e3
+        }
+        return verb, lambda: gravical.simulate(scenario, **some)
     what = source(r, folder, line)
     if "output" in given:
         given["output"] = r.choice([folder / f"{r.randrange(10**9)}.out", folder, "\0", what])
@@ -210,7 +216,7 @@ def calls(
         with_what = calibration if r.random() < 0.8 else source(r, folder, calibration)
         return verb, lambda: function(with_what, what, **given)
     if verb == "denoise":
-        filters = r.choice(["butter:4,5Hz", "mean:5", "savgol:1e9,2", "x", ["hampel:7,3", 3], numbers(r)])
+        filters: Any = r.choice(["butter:4,5Hz", "mean:5", "savgol:1e9,2", "x", ["hampel:7,3", 3], numbers(r)])
         return verb, lambda: gravical.denoise(what, filters, **given)
     return verb, lambda: getattr(gravical, verb)(what, **given)
 

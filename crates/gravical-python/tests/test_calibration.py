@@ -129,3 +129,23 @@ def test_noise_goes_into_a_calibration(poses: gravical.Recording, tmp_path: Path
     by_path = gravical.calibrate(poses, noise=tmp_path / "noise.json").to_dict()
     assert by_object["noise"] == by_path["noise"] and by_object["noise"]["channels"]
     assert "accelerometer_noise_density" in noise.to_kalibr(upper_limit=True)
+
+
+def test_arrays_are_filtered_as_recordings(line: gravical.Recording) -> None:
+    for spec in ("savgol:11,2", "hampel:7,3", "butter:4,5Hz"):
+        own = gravical.filtered(line.accel, spec, rate=100.0)
+        theirs = gravical.denoise(line, spec).recording
+        assert theirs is not None and own.shape == (1200, 3)
+        assert np.allclose(own, theirs.accel, rtol=0, atol=1e-4), spec
+        assert np.array_equal(gravical.filtered(line.ax, spec, rate=100.0), own[:, 0])
+
+
+def test_the_allan_deviation_of_an_array() -> None:
+    samples = np.random.default_rng(5).normal(0, 0.05, 20_000)
+    found = gravical.allan(samples, rate=50.0, full=True)
+    for point in found["adev"][:6]:
+        m = round(point["tau_s"] * 50.0)
+        sums = np.concatenate([[0.0], np.cumsum(samples)])
+        means = (sums[m:] - sums[:-m]) / m
+        expected = np.sqrt(0.5 * np.mean((means[m:] - means[:-m]) ** 2))
+        assert abs(point["sigma"] / expected - 1) < 1e-9

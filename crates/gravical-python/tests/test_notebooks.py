@@ -23,9 +23,8 @@ def executed(name: str) -> Any:
     nbclient.NotebookClient(notebook, timeout=300, kernel_name="python3").execute()
     target = os.environ.get("GRAVICAL_NOTEBOOKS")
     if target:
-        from nbconvert import HTMLExporter
-
-        page, _ = HTMLExporter().from_notebook_node(notebook)
+        nbconvert = pytest.importorskip("nbconvert")
+        page, _ = nbconvert.HTMLExporter().from_notebook_node(notebook)
         Path(target).mkdir(parents=True, exist_ok=True)
         (Path(target) / f"{name}.html").write_text(page)
     return notebook

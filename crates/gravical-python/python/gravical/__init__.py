@@ -15,6 +15,7 @@ in the ``findings`` of a result.
 
 from __future__ import annotations
 
+from ._arrays import allan, filtered
 from ._calibration import Calibration, ExportWarning, calibrate, export_targets
 from ._errors import (
     Error,
@@ -80,12 +81,14 @@ __all__ = [
     "UsageError",
     "Verdict",
     "__version__",
+    "allan",
     "apply",
     "calibrate",
     "check",
     "compare",
     "denoise",
     "export_targets",
+    "filtered",
     "inspect",
     "motion",
     "noise",

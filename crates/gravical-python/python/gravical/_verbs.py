@@ -327,7 +327,7 @@ def noise(
     --------
     >>> rest = gravical.simulate("static", duration=60).recordings["static.csv"]
     >>> n = gravical.noise(rest).channels["ax"]["n"]
-    >>> n["low"] < 3.3e-3 < n["high"]
+    >>> n["low"] < n["value"] < n["high"]
     True
     """
     own = {"full": full, "spacing": spacing, "term": term, "part": part}
