@@ -67,6 +67,7 @@ def test_every_option_that_is_translated_is_a_keyword() -> None:
         ("`gravical inspect a.csv` shows it", '`gravical.inspect("a.csv")` shows it'),
         ("`gravical live --resume` goes on", "`gravical live --resume` goes on"),
         ("`apply` and `motion --causal` do", "`apply` and `gravical.Motion` do"),
+        ("… and 6 notes (--verbose)", "… and 6 notes (report())"),
         ("a -- b, x--y and -3 °C stay", "a -- b, x--y and -3 °C stay"),
     ],
 )

@@ -12,6 +12,7 @@ from . import _gravical, _notebook
 from ._errors import usage
 from ._findings import Finding, Verdict
 from ._types import Path
+from ._words import in_python
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -122,7 +123,7 @@ class Result:
         return text
 
     def __str__(self) -> str:
-        return str(self._native.document("summary")).rstrip()
+        return in_python(str(self._native.document("summary")).rstrip())
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}{self._brief()}>"

@@ -46,7 +46,7 @@ _COMMAND = re.compile(r"`gravical ([a-z]+)((?: [^`]*)?)`")
 
 def in_python(text: str) -> str:
     """The text with keyword arguments in place of options, and functions in place of commands."""
-    text = text.replace("motion --causal", "gravical.Motion")
+    text = text.replace("motion --causal", "gravical.Motion").replace("--verbose", "report()")
     return _OPTION.sub(_keyword, _COMMAND.sub(_call, text))
 
 

@@ -226,7 +226,7 @@ mod tests {
             let files = write(&simulate(&options).unwrap(), folder.path(), false).unwrap();
             let bytes = std::fs::read(&files[0]).unwrap();
             let recording = read_bytes(&bytes, "poses.csv", &ReadOptions::default()).unwrap();
-            let file = calibrate(&[recording.clone()], &CalibrateOptions::default())
+            let file = calibrate(std::slice::from_ref(&recording), &CalibrateOptions::default())
                 .unwrap()
                 .file;
             let mut table = Vec::new();
