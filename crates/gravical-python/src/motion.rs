@@ -76,6 +76,13 @@ pub struct Stepper {
     stepper: Mutex<MotionStepper>,
 }
 
+/// What is known after each sample, whether it rests, and whether it was taken.
+type States<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<bool>>,
+);
+
 /// Numbers of a sample: t, force, attitude, acceleration, velocity, position.
 const WIDTH: usize = 1 + 3 + 4 + 3 + 3 + 3;
 
@@ -123,11 +130,7 @@ impl Stepper {
         py: Python<'py>,
         rows: PyReadonlyArray2<'py, f64>,
         timed: bool,
-    ) -> PyResult<(
-        Bound<'py, PyArray2<f64>>,
-        Bound<'py, PyArray1<bool>>,
-        Bound<'py, PyArray1<bool>>,
-    )> {
+    ) -> PyResult<States<'py>> {
         let rows = rows.as_array();
         let count = rows.nrows();
         let mut out = Vec::with_capacity(count * WIDTH);

@@ -226,9 +226,12 @@ mod tests {
             let files = write(&simulate(&options).unwrap(), folder.path(), false).unwrap();
             let bytes = std::fs::read(&files[0]).unwrap();
             let recording = read_bytes(&bytes, "poses.csv", &ReadOptions::default()).unwrap();
-            let file = calibrate(std::slice::from_ref(&recording), &CalibrateOptions::default())
-                .unwrap()
-                .file;
+            let file = calibrate(
+                std::slice::from_ref(&recording),
+                &CalibrateOptions::default(),
+            )
+            .unwrap()
+            .file;
             let mut table = Vec::new();
             let options = ApplyOptions::default();
             let input = from_reader(Box::new(std::io::Cursor::new(bytes)), false).unwrap();

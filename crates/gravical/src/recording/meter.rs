@@ -55,6 +55,16 @@ impl Meter {
 
     /// Ends reading: what is being read, and what is opened later, fails with `io`. For a user who
     /// does not want to wait.
+    ///
+    /// ```
+    /// use gravical::recording::{Meter, ReadOptions, read_bytes};
+    ///
+    /// let meter = Meter::default();
+    /// let options = ReadOptions { meter: Some(meter.clone()), ..ReadOptions::default() };
+    /// meter.stop();
+    /// let text = b"t,ax,ay,az\n0.00,0,0,9.8\n0.01,0,0,9.8\n";
+    /// assert!(read_bytes(text, "desk.csv", &options).is_err());
+    /// ```
     pub fn stop(&self) {
         self.0.stopped.store(true, Ordering::Relaxed);
     }
