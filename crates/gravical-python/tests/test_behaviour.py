@@ -114,7 +114,7 @@ def test_other_threads_go_on(poses: gravical.Recording) -> None:
     done.set()
     thread.join()
     # A held interpreter would let it tick a few times only.
-    assert count > 50 * took
+    assert count > 10 * took
 
 
 def test_several_threads_calibrate(
