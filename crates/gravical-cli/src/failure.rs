@@ -42,7 +42,7 @@ impl RenderedError {
             Category::Device => DEVICE,
         });
         // Our own errors are complete; others print their chain of causes.
-        let message = known.map_or_else(|| format!("{error:#}"), in_flags);
+        let message = known.map_or_else(|| format!("{error:#}"), gravical::Error::in_flags);
         let object = serde_json::json!({
             "code": known.map_or("internal", gravical::Error::code),
             "message": message,
@@ -70,33 +70,6 @@ fn hint_and_code(error: &gravical::Error) -> String {
         .hint()
         .map_or(String::new(), |hint| line("  try: ", hint));
     format!("{hint}  code: {}\n", error.code())
-}
-
-/// The message with the option of the command line in place of the field of the library.
-fn in_flags(error: &gravical::Error) -> String {
-    let text = error.to_string();
-    match error.option() {
-        Some(option) => text.replacen(&format!("{option}: "), &format!("{}: ", flag(option)), 1),
-        None => text,
-    }
-}
-
-/// The option of the command line for a field of the library's options: its name without the unit.
-fn flag(option: &str) -> String {
-    const UNITS: [&str; 11] = [
-        "_mps2", "_mps", "_rad_s", "_deg_s", "_deg", "_hz", "_days", "_s", "_g", "_m", "_c",
-    ];
-    let name = match option {
-        "face" => "face-pose",
-        "free" => "free-pose",
-        "height_m" => "altitude",
-        "offset_s" => "truth-offset",
-        other => UNITS
-            .iter()
-            .find_map(|unit| other.strip_suffix(unit))
-            .unwrap_or(other),
-    };
-    format!("--{}", name.replace('_', "-"))
 }
 
 /// Prints `error` and returns its exit code.
@@ -172,7 +145,7 @@ fn refused(error: &clap::Error) -> Option<(serde_json::Value, String)> {
     let (code, message, hint) = match own {
         Some(own) => (
             own.code(),
-            format!("{option}: {}", in_flags(own)),
+            format!("{option}: {}", own.in_flags()),
             own.hint(),
         ),
         None if number => (

@@ -11,7 +11,6 @@ mod options;
 mod outlet;
 mod progress;
 mod report;
-mod session;
 mod store;
 mod table;
 mod text;

@@ -7,13 +7,13 @@ use gravical::document::Document;
 use gravical::escape::{path_text, path_word, shell_word};
 use gravical::recording::{ReadOptions, Recording, read_head};
 use gravical::report;
+use gravical::session::{files_in, is_something_else};
 use gravical::store::{Added, Choice, Query, QueryTimeSource, Store};
 use gravical::utc::UtcTime;
 use gravical::{Error, Result};
 use serde::Serialize;
 
 use crate::options::read_calibration;
-use crate::session::{files_in, is_something_else};
 
 /// Where `calibrate` files its result.
 #[derive(Debug, Default, clap::Args)]

@@ -237,6 +237,37 @@ impl Error {
         self.0.option
     }
 
+    /// The option of the program for [`option`](Self::option): its name without the unit.
+    #[must_use]
+    pub fn flag(&self) -> Option<String> {
+        const UNITS: [&str; 11] = [
+            "_mps2", "_mps", "_rad_s", "_deg_s", "_deg", "_hz", "_days", "_s", "_g", "_m", "_c",
+        ];
+        let name = match self.0.option? {
+            "face" => "face-pose",
+            "free" => "free-pose",
+            "height_m" => "altitude",
+            "offset_s" => "truth-offset",
+            other => UNITS
+                .iter()
+                .find_map(|unit| other.strip_suffix(unit))
+                .unwrap_or(other),
+        };
+        Some(format!("--{}", name.replace('_', "-")))
+    }
+
+    /// The whole text with the option of the program in place of the field of the library.
+    #[must_use]
+    pub fn in_flags(&self) -> String {
+        let text = self.to_string();
+        match (self.0.option, self.flag()) {
+            (Some(option), Some(flag)) => {
+                text.replacen(&format!("{option}: "), &format!("{flag}: "), 1)
+            }
+            _ => text,
+        }
+    }
+
     /// The hint, if any.
     #[must_use]
     pub fn hint(&self) -> Option<&str> {

@@ -100,7 +100,7 @@ impl Finding {
 
 /// Line numbers gathered into ranges; memory stays flat on any file because
 /// only the first ranges are kept, while all lines are counted.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LineSpans {
     spans: Vec<[u64; 2]>,
     last: u64,

@@ -84,6 +84,7 @@ pub mod resolution;
 #[doc(hidden)]
 pub mod scan;
 pub mod segment;
+pub mod session;
 pub mod simulate;
 mod stats;
 #[doc(hidden)]

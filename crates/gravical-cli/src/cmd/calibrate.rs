@@ -5,20 +5,20 @@ mod each;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use gravical::calibrate::{CalibrateOptions, calibrate, soak_alone};
+use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, SensorInfo};
 use gravical::escape::path_word;
 use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::excerpt;
 use gravical::figure;
 use gravical::figure::calibration::Session;
-use gravical::live::folder::{calibrate_session, is_session};
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::output::is_special;
 use gravical::recording::{ReadOptions, Recording};
+use gravical::segment::SegmentOptions;
 use gravical::segment::sections::read_sections_with_input;
 use gravical::segment::still::StillOptions;
-use gravical::segment::{SegmentOptions, Segmentation};
+use gravical::session::{self, SessionCalibration};
 use gravical::{Error, Result, report};
 
 use crate::each::EachArgs;
@@ -27,7 +27,6 @@ use crate::figures::FigureArgs;
 use crate::options::command_line;
 use crate::options::{GravityArgs, RecordingArgs};
 use crate::report::{ReportArgs, check_outputs};
-use crate::session::read_session;
 use crate::store::{StoreTarget, filed};
 use crate::text;
 
@@ -208,7 +207,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
     let read_options = args.recording.read_options(true);
     let computed = compute(args, &args.inputs, &read_options, &options, noise.as_ref())?;
-    let Computed {
+    let SessionCalibration {
         file,
         segmentation,
         recordings,
@@ -255,13 +254,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     })
 }
 
-/// A calibration and what it was computed from.
-struct Computed {
-    file: CalibrationFile,
-    segmentation: Option<Segmentation>,
-    recordings: Vec<Recording>,
-}
-
 /// The calibration of one session.
 ///
 /// # Errors
@@ -273,44 +265,21 @@ fn compute(
     read_options: &ReadOptions,
     options: &CalibrateOptions,
     noise: Option<&(NoiseResult, InputFile)>,
-) -> Result<Computed> {
-    // --sections and --rows name rows: the whole recording is needed.
-    let by_rows = options.segment.sections.is_some() || options.segment.rows.is_some();
-    let still = (!by_rows).then_some(&options.segment.still);
-    let gyro = args.gyro.as_deref();
-    let thermal = matches!(args.method.method, Method::Thermal);
-    let guided = match inputs {
-        [folder] if !by_rows && !thermal && gyro.is_none() => is_session(folder).then_some(folder),
-        _ => None,
+) -> Result<SessionCalibration> {
+    let session = session::Session {
+        inputs,
+        gyro: args.gyro.as_deref(),
+        read: read_options,
+        options,
+        gravity: args.gravity.given()?,
+        soak_alone: matches!(args.method.method, Method::Thermal),
     };
-    let (mut file, segmentation, recordings) = match guided {
-        Some(folder) => {
-            let gravity = args.gravity.given()?;
-            let (recordings, done) = calibrate_session(folder, read_options, options, gravity)?;
-            (done.file, Some(done.segmentation), recordings)
-        }
-        None => {
-            let (recordings, left_out) = read_session(inputs, gyro, read_options, still)?;
-            let (mut file, segmentation) = match args.method.method {
-                Method::Thermal => (soak_alone(&recordings, options)?, None),
-                _ => {
-                    let done = calibrate(&recordings, options)?;
-                    (done.file, Some(done.segmentation))
-                }
-            };
-            file.findings.extend(left_out);
-            (file, segmentation, recordings)
-        }
-    };
+    let mut done = session.calibrate()?;
     if let Some((noise, input)) = noise {
-        file.noise = Some(noise.section());
-        file.inputs.push(input.clone());
+        done.file.noise = Some(noise.section());
+        done.file.inputs.push(input.clone());
     }
-    Ok(Computed {
-        file,
-        segmentation,
-        recordings,
-    })
+    Ok(done)
 }
 
 impl Args {

@@ -9,13 +9,13 @@ use anyhow::Context as _;
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::check::{CheckOptions, CheckReport, Judgement, check};
 use gravical::recording::{ReadOptions, Recording};
+use gravical::session::read_session;
 use gravical::{Result, report};
 
 use crate::each::EachArgs;
 use crate::failure::QUALITY;
 use crate::options::{GravityArgs, RecordingArgs, SWAPPED};
 use crate::report::{ReportArgs, with_origin};
-use crate::session::read_session;
 use crate::store::StoreArgs;
 use crate::text;
 

@@ -9,10 +9,10 @@ use gravical::inspect::inspect;
 use gravical::recording::join_gyroscope;
 use gravical::report;
 use gravical::segment::still::StillOptions;
+use gravical::session::{files_in, is_something_else, read_for, read_listed, several_with_gyro};
 
 use crate::options::RecordingArgs;
 use crate::report::{ReportArgs, with_origin};
-use crate::session::{files_in, is_something_else, read_for, read_listed, several_with_gyro};
 use crate::{failure, text};
 
 /// Show what is in a recording: columns, units, rate, defects, static intervals

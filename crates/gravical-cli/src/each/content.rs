@@ -7,11 +7,10 @@ use std::time::UNIX_EPOCH;
 
 use gravical::live::folder::JOURNAL;
 use gravical::output::is_special;
+use gravical::session::files_in;
 use gravical::{Error, Result};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
-
-use crate::session::files_in;
 
 /// Bytes that are hashed at a time.
 const PIECE: usize = 1 << 16;

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use gravical::escape::path_text;
 use gravical::live::folder::is_session;
+use gravical::session::{ENDINGS, may_be_recording};
 use gravical::{Error, Result};
 
 use super::content::not_twice;
-use crate::session::{ENDINGS, may_be_recording};
 
 /// What the items are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use gravical::escape::{one_line, path_text, shown_json};
 use gravical::numfmt::count;
 use gravical::output::{check_target, check_targets, make_folder};
+use gravical::session::files_in;
 use gravical::{Error, Result};
 
 use super::args::EachArgs;
@@ -20,7 +21,6 @@ use super::summary::{Counts, Form, Writer};
 use super::words::Words;
 use super::workers::in_order;
 use crate::failure::{self, RenderedError};
-use crate::session::files_in;
 use crate::table::write_file;
 use crate::{crash, progress, text};
 

@@ -45,6 +45,7 @@
 pub(crate) mod drift;
 mod joined;
 mod judge;
+pub(crate) mod memory;
 pub(crate) mod plan;
 pub(crate) mod sensor;
 mod unit;
@@ -65,11 +66,12 @@ use crate::recording::names::Role;
 use crate::recording::open::Input;
 use crate::recording::text::open_rows;
 use crate::recording::{
-    AccelScale, AccelUnit, Aside, Finding, FindingKind, GyroUnit, ReadOptions, Recording,
+    AccelScale, AccelUnit, Aside, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Recording,
 };
 use crate::segment::face::AxisMap;
 
 pub use drift::TemperatureOutcome;
+pub use memory::{Applied, apply_recording};
 pub use unit::OutputUnit;
 
 use drift::Drift;
@@ -241,25 +243,12 @@ fn run(
     let gyro_unit = joined.as_ref().map(|j| j.unit).or(judged.gyro);
     let has_drift = calibration.drift_model().is_some();
     let assumed = *file.rows.facts();
-    if calibration.verdict.grade == Grade::Poor {
-        findings.push(Finding::new(
-            FindingKind::PoorCalibration,
-            format!(
-                "the calibration's own verdict is poor: {}",
-                calibration.verdict.reasons.join("; ")
-            ),
-        ));
-    }
     let names = format.dialect.header.as_ref().map_or(&[][..], |h| &h.names);
-    if format.layout.reads_calibrated(names) {
-        findings.push(Finding::new(
-            FindingKind::AlreadyCalibrated,
-            format!(
-                "{}: calibrating again would apply the correction twice",
-                why_calibrated(format.layout.calibrated_by_board)
-            ),
-        ));
-    }
+    findings.extend(about_calibration(
+        calibration,
+        format.layout.reads_calibrated(names),
+        format.layout.calibrated_by_board,
+    ));
     let mut plan = Plan::new(
         &format.dialect,
         &format.layout,
@@ -312,24 +301,59 @@ fn run(
         lines: ledger.lines,
         rows: ledger.rows,
         rows_without_acceleration: without_acceleration,
-        set_aside: ledger
-            .reasons()
-            .map(|(reason, lines)| SetAside { reason, lines })
-            .collect(),
+        set_aside: set_aside(&ledger),
         accelerometer: judged.accel,
         calibration_unit: calibration.accelerometer.input_unit,
         output_unit: options.output_unit,
-        gyroscope: match gyro_unit {
-            Some(unit) => GyroscopeOutcome::Calibrated(unit),
-            None if format.layout.has_gyro() => GyroscopeOutcome::Kept,
-            None => GyroscopeOutcome::Absent,
-        },
+        gyroscope: gyroscope_outcome(gyro_unit, format.layout.has_gyro()),
         temperature,
         quiet_norm_mps2: judged.quiet_norm_mps2,
         gravity_mps2: calibration.gravity_mps2,
         columns: plan.names,
         findings,
     })
+}
+
+/// What is odd about applying this calibration to this recording.
+fn about_calibration(
+    calibration: &CalibrationFile,
+    already: bool,
+    by_board: bool,
+) -> impl Iterator<Item = Finding> {
+    let poor = (calibration.verdict.grade == Grade::Poor).then(|| {
+        Finding::new(
+            FindingKind::PoorCalibration,
+            format!(
+                "the calibration's own verdict is poor: {}",
+                calibration.verdict.reasons.join("; ")
+            ),
+        )
+    });
+    let twice = already.then(|| {
+        Finding::new(
+            FindingKind::AlreadyCalibrated,
+            format!(
+                "{}: calibrating again would apply the correction twice",
+                why_calibrated(by_board)
+            ),
+        )
+    });
+    poor.into_iter().chain(twice)
+}
+
+fn set_aside(ledger: &Ledger) -> Vec<SetAside> {
+    let reasons = ledger.reasons();
+    reasons
+        .map(|(reason, lines)| SetAside { reason, lines })
+        .collect()
+}
+
+fn gyroscope_outcome(calibrated: Option<GyroUnit>, recorded: bool) -> GyroscopeOutcome {
+    match calibrated {
+        Some(unit) => GyroscopeOutcome::Calibrated(unit),
+        None if recorded => GyroscopeOutcome::Kept,
+        None => GyroscopeOutcome::Absent,
+    }
 }
 
 /// Writes each line that is a break as a blank line; many programs cannot read comments.

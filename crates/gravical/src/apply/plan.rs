@@ -12,7 +12,7 @@ use crate::scan::write_fixed;
 use super::unit::OutputUnit;
 
 /// Names of the calibrated channels of the gyroscope.
-const RATES: [&str; 3] = ["gx_rad_s", "gy_rad_s", "gz_rad_s"];
+pub(super) const RATES: [&str; 3] = ["gx_rad_s", "gy_rad_s", "gz_rad_s"];
 
 /// Decimals of a calibrated value.
 const DECIMALS: u32 = 6;

@@ -87,7 +87,7 @@ pub use misfit::GravityMisfit;
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
 pub use still::Intervals;
-pub use stream::{Streamed, motion_stream};
+pub use stream::{MotionStepper, Readings, Streamed, motion_stream};
 pub use table::{Table, write_table};
 
 /// Motion of a recording: the result, and the table behind it.

@@ -7,6 +7,7 @@
 
 mod sink;
 mod smooth;
+mod stepper;
 #[cfg(test)]
 mod tests;
 mod tracker;
@@ -37,6 +38,8 @@ use crate::recording::open::Input;
 use crate::recording::text::{OpenFile, ReadFile, open_rows};
 use crate::recording::{Finding, FindingKind, ReadOptions, Recording, read_bytes};
 use crate::{Error, Result};
+
+pub use stepper::{MotionStepper, Readings};
 
 use sink::Pipeline;
 use smooth::Chain;
@@ -86,8 +89,9 @@ pub fn motion_stream(
         )
     });
     let mut findings = begin.findings.clone();
-    let mut pipeline = begin.pipeline(&file, options, out.is_some(), &mut findings)?;
     let assumed = *file.rows.facts();
+    let stamped = assumed.stamp_reading.is_some();
+    let mut pipeline = begin.pipeline(stamped, options, out.is_some(), &mut findings)?;
     let mut sensor = Sensor::of(begin.accel, begin.gyro, options.axes).with_drift(drift);
     let mut nowhere = std::io::sink();
     let mut out = BlockWriter::new(out.unwrap_or(&mut nowhere));
@@ -163,7 +167,14 @@ impl Begin {
         options: &MotionOptions,
     ) -> Result<Self> {
         let head = whole_lines(&file.head_bytes, file.whole);
-        let mut recording = read_bytes(head, name, read)?;
+        Self::of(read_bytes(head, name, read)?, calibration, options)
+    }
+
+    fn of(
+        mut recording: Recording,
+        calibration: Option<Calibrated<'_>>,
+        options: &MotionOptions,
+    ) -> Result<Self> {
         let Prepared {
             samples,
             nominal,
@@ -223,7 +234,7 @@ impl Begin {
 
     fn pipeline(
         &self,
-        file: &OpenFile,
+        stamped: bool,
         options: &MotionOptions,
         table: bool,
         findings: &mut Vec<Finding>,
@@ -301,9 +312,9 @@ impl Begin {
                 bands: false,
                 time_decimals: self.time_decimals,
             }),
-            step_s: match file.rows.facts().stamp_reading {
-                Some(_) => None,
-                None => Some(self.step_s()?),
+            step_s: match stamped {
+                true => None,
+                false => Some(self.step_s()?),
             },
             motion: Box::new(motion),
             smooth: chain,

@@ -348,12 +348,7 @@ pub fn noise(path: &Path, read: &ReadOptions, options: &NoiseOptions) -> Result<
 ///
 /// As [`noise`]; `excerpt` (usage) if rows of the file are left out.
 pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseResult> {
-    if recording.is_excerpt() {
-        return Err(
-            Error::usage("excerpt", "only a part of this recording is in memory")
-                .with_hint("use `noise`, which reads the file"),
-        );
-    }
+    recording.refuse_excerpt("use `noise`, which reads the file")?;
     let mut fold = Fold::new(plan(recording, options)?, options);
     fold.take_recording(recording);
     finish(recording, fold, options)

@@ -8,6 +8,8 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::POSSIBLE_C;
 use super::row::{ACCEL, GYRO, TEMPERATURE, Values};
 use crate::finding::{Finding, FindingKind, LineSpans};
@@ -205,7 +207,7 @@ impl CellCounts {
 }
 
 /// Rules for filling empty cells.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CellRules {
     /// Number of rows for which the last value of each channel is held.
     longest: [f64; 6],

@@ -4,6 +4,8 @@ use std::collections::HashMap;
 use std::io::Read as _;
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Error, Result};
 
 use super::dialect::decode;
@@ -444,7 +446,7 @@ impl<'a> Rereader<'a> {
 }
 
 /// What a recording is read with a second time.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Known {
     pub facts: Facts,
     /// The line from which all rows are zero.

@@ -12,6 +12,8 @@
 use std::cell::Cell;
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Error, Result};
 
 use super::collect::{Collected, Columns, collect, collect_from};
@@ -23,7 +25,7 @@ use super::{ReadOptions, Recording};
 use crate::finding::{Finding, FindingKind, LineSpans};
 
 /// File that was joined to a recording.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct JoinedFile {
     /// Path of the file as given.
     pub name: String,

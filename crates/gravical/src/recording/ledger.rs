@@ -121,7 +121,7 @@ pub(crate) fn is_comment(text: &[u8]) -> bool {
 }
 
 /// Counts of all lines: `lines = rows + Σ aside`.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Ledger {
     /// Lines of the file, the last one without a newline included.
     pub lines: u64,

@@ -1,14 +1,16 @@
 //! Recordings from samples in memory.
 
+use crate::finding::Finding;
 use crate::{Error, Result};
 
 use super::collect::{About, Collected, Columns, Sink};
 use super::head::determine_facts;
-use super::layout::Layout;
+use super::layout::{Layout, table_layout};
+use super::ledger::Aside;
 use super::monitor::RecordingClaims;
 use super::names::Quantity;
-use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
-use super::rows::{Item, Rows, Source};
+use super::row::{ACCEL, GYRO, RowStamps, TEMPERATURE, TIME, Values};
+use super::rows::{Item, Rows, Source, Text};
 use super::{ReadOptions, Recording};
 
 /// Samples of one sensor as columns of equal length; missing values are NaN.
@@ -38,18 +40,55 @@ impl SampleColumns<'_> {
     }
 
     fn layout(&self) -> Layout {
-        let accel = (0..3).map(Quantity::Accel);
-        let gyro = (0..3).map(Quantity::Gyro).filter(|_| self.gyro.is_some());
-        let time = self.time.map(|_| Quantity::Time);
-        let temperature = self.temperature_c.map(|_| Quantity::Temperature);
-        let all = time.into_iter().chain(accel).chain(gyro);
+        let quantities = self.columns().into_iter().map(|(quantity, _)| quantity);
         Layout {
-            fields: all
-                .chain(temperature)
+            fields: quantities
                 .enumerate()
                 .map(|(field, quantity)| (quantity, field))
                 .collect(),
             ..Layout::default()
+        }
+    }
+
+    fn columns(&self) -> Vec<(Quantity, &[f64])> {
+        let accel = (0..3).map(|i| (Quantity::Accel(i), self.accel[i]));
+        let gyro = self.gyro.into_iter();
+        let gyro = gyro.flat_map(|g| (0..3).map(move |i| (Quantity::Gyro(i), g[i])));
+        let time = self.time.map(|c| (Quantity::Time, c));
+        let temperature = self.temperature_c.map(|c| (Quantity::Temperature, c));
+        let all = time.into_iter().chain(accel).chain(gyro);
+        all.chain(temperature).collect()
+    }
+}
+
+/// A column of a table in memory.
+#[derive(Debug, Clone, Copy)]
+pub enum TableColumn<'a> {
+    /// Numbers; missing ones are NaN.
+    Numbers(&'a [f64]),
+    /// Texts, such as the labels of poses.
+    Texts(&'a [String]),
+}
+
+impl<'a> TableColumn<'a> {
+    fn len(self) -> usize {
+        match self {
+            TableColumn::Numbers(values) => values.len(),
+            TableColumn::Texts(texts) => texts.len(),
+        }
+    }
+
+    fn number(self, row: usize) -> f64 {
+        match self {
+            TableColumn::Numbers(values) => values[row],
+            TableColumn::Texts(_) => f64::NAN,
+        }
+    }
+
+    fn numbers(self) -> Option<&'a [f64]> {
+        match self {
+            TableColumn::Numbers(values) => Some(values),
+            TableColumn::Texts(_) => None,
         }
     }
 }
@@ -93,60 +132,273 @@ impl Recording {
             .at(name.as_ref(), None)
             .with_hint("give one value of each for every sample, NaN where there is none"));
         }
-        let claims = RecordingClaims {
-            layout: samples.layout(),
-            options: options.clone(),
-            metadata_rate_hz: None,
-        };
-        // Facts are determined from all samples.
-        let rows = |facts| Rows::new(ColumnRows { samples, next: 0 }, name, claims.clone(), facts);
-        let facts = determine_facts(rows);
-        let mut rows = rows(facts);
-        let mut columns = Columns::new(&samples.layout(), &facts);
-        columns.collect(&mut rows)?;
-        let finished = rows.finish()?;
+        let columns = samples.columns();
         let about = About {
-            name: name.to_owned(),
             description: "samples in memory".to_owned(),
             ..About::default()
         };
-        let read = Collected {
-            rows: columns,
-            about,
-            finished,
-            facts,
-            zeros_from: None,
+        let rows = ColumnRows {
+            slots: columns
+                .iter()
+                .filter_map(|(quantity, column)| Some((slot(*quantity)?, *column)))
+                .collect(),
+            rows: samples.len(),
+            ..ColumnRows::default()
         };
-        Ok(read.into_recording())
+        collect(name, samples.layout(), options, about, &rows)
+    }
+
+    /// Creates a recording from a table in memory, such as a data frame: `columns` are recognised
+    /// by `names`, as those of a file by its header, or, with no names, by their numbers. A "line"
+    /// is a row of the table, from 1.
+    ///
+    /// # Errors
+    ///
+    /// `samples-length` (usage) for columns of different lengths; `no-accelerometer`,
+    /// `columns-unknown`, `columns-missing` and what else [`read`](super::read) says of columns
+    /// that are not recognised; `no-rows`, `no-values`, `all-zero`.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use gravical::recording::{ReadOptions, Recording, TableColumn};
+    ///
+    /// let time: Vec<f64> = (0..100).map(|i| 10.0 * f64::from(i)).collect();
+    /// let (x, z) = ([0.01; 100], [1.0; 100]);
+    /// let columns = [&time[..], &x, &x, &z].map(TableColumn::Numbers);
+    /// let names = ["t [ms]", "acc_x", "acc_y", "acc_z"].map(str::to_owned);
+    /// let recording = Recording::from_table("desk", &names, &columns, &ReadOptions::default())?;
+    /// assert_eq!(recording.accel_scale.unit.name(), "g");
+    /// assert_eq!(recording.timing.median_rate_hz.map(f64::round), Some(100.0));
+    /// # Ok::<(), gravical::Error>(())
+    /// ```
+    pub fn from_table(
+        name: &str,
+        names: &[String],
+        columns: &[TableColumn<'_>],
+        options: &ReadOptions,
+    ) -> Result<Self> {
+        let (layout, findings) = recognised(name, names, columns, options)?;
+        let rows = columns.first().map_or(0, |c| c.len());
+        let numbers = |field: usize| columns.get(field).and_then(|c| c.numbers());
+        let mut slots = Vec::new();
+        for (quantity, field) in &layout.fields {
+            match (slot(*quantity), numbers(*field)) {
+                (Some(slot), Some(column)) => slots.push((slot, column)),
+                (Some(_), None) => {
+                    return Err(Error::input(
+                        "no-values",
+                        format!("column {} holds texts, not numbers", field + 1),
+                    )
+                    .at(name.as_ref(), None)
+                    .with_hint(
+                        "convert it to numbers, or name other columns: --columns t=…,ax=…",
+                    ));
+                }
+                (None, _) => {}
+            }
+        }
+        let label = layout
+            .field(Quantity::Label)
+            .and_then(|field| match columns.get(field) {
+                Some(TableColumn::Texts(texts)) => Some(*texts),
+                _ => None,
+            });
+        let with = |of: Option<(usize, f64)>| of.and_then(|(field, x)| Some((numbers(field)?, x)));
+        let source = ColumnRows {
+            slots,
+            label,
+            fraction: with(layout.fraction),
+            instance: with(layout.instance),
+            stamps: layout.stamps(),
+            rows,
+            next: 0,
+        };
+        let about = About {
+            description: "table in memory".to_owned(),
+            column_names: names.to_vec(),
+            is_calibrated: layout.reads_calibrated(names),
+            findings,
+            ..About::default()
+        };
+        collect(name, layout, options, about, &source)
     }
 }
 
+impl Recording {
+    /// The channels of a table in memory (`t`, `ax` … `gz`, `temperature`), each with its column
+    /// from 0, as [`from_table`](Self::from_table) recognises them.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`from_table`](Self::from_table) about columns.
+    pub fn table_fields(
+        name: &str,
+        names: &[String],
+        columns: &[TableColumn<'_>],
+        options: &ReadOptions,
+    ) -> Result<Vec<(&'static str, usize)>> {
+        const CHANNELS: [&str; 8] = ["t", "ax", "ay", "az", "gx", "gy", "gz", "temperature"];
+        const SLOTS: [usize; 8] = [
+            TIME,
+            ACCEL,
+            ACCEL + 1,
+            ACCEL + 2,
+            GYRO,
+            GYRO + 1,
+            GYRO + 2,
+            TEMPERATURE,
+        ];
+        let (layout, _) = recognised(name, names, columns, options)?;
+        let channel = |(quantity, field): &(Quantity, usize)| {
+            let slot = slot(*quantity)?;
+            let at = SLOTS.iter().position(|s| *s == slot)?;
+            Some((CHANNELS[at], *field))
+        };
+        Ok(layout.fields.iter().filter_map(channel).collect())
+    }
+}
+
+/// The columns of a table by what they hold.
+fn recognised(
+    name: &str,
+    names: &[String],
+    columns: &[TableColumn<'_>],
+    options: &ReadOptions,
+) -> Result<(Layout, Vec<Finding>)> {
+    options.validate()?;
+    let rows = columns.first().map_or(0, |c| c.len());
+    let named = names.is_empty() || names.len() == columns.len();
+    if columns.iter().any(|c| c.len() != rows) || !named {
+        return Err(Error::usage(
+            "samples-length",
+            "the columns of the table have different lengths",
+        )
+        .at(name.as_ref(), None)
+        .with_hint(
+            "give every column one value for each row, NaN where there is none, and one name",
+        ));
+    }
+    let sample = (0..rows.min(SAMPLE)).map(|row| columns.iter().map(|c| c.number(row)).collect());
+    let mut findings = Vec::new();
+    let layout = table_layout(name, names, sample.collect(), options, &mut findings)?;
+    Ok((layout, findings))
+}
+
+/// Number of rows by which columns without names are recognised, as of a file.
+const SAMPLE: usize = 200;
+
+/// The place of a channel among the values of a row.
+fn slot(quantity: Quantity) -> Option<usize> {
+    match quantity {
+        Quantity::Time => Some(TIME),
+        Quantity::Accel(i) => Some(ACCEL + i),
+        Quantity::Gyro(i) => Some(GYRO + i),
+        Quantity::Temperature => Some(TEMPERATURE),
+        _ => None,
+    }
+}
+
+fn collect(
+    name: &str,
+    layout: Layout,
+    options: &ReadOptions,
+    about: About,
+    source: &ColumnRows<'_>,
+) -> Result<Recording> {
+    let claims = RecordingClaims {
+        layout,
+        options: options.clone(),
+        metadata_rate_hz: None,
+    };
+    // Facts are determined from all samples.
+    let rows = |facts| Rows::new(source.clone(), name, claims.clone(), facts);
+    let facts = determine_facts(rows);
+    let mut rows = rows(facts);
+    let mut columns = Columns::new(&claims.layout, &facts);
+    columns.collect(&mut rows)?;
+    let finished = rows.finish()?;
+    let read = Collected {
+        rows: columns,
+        about: About {
+            name: name.to_owned(),
+            ..about
+        },
+        finished,
+        facts,
+        zeros_from: None,
+    };
+    Ok(read.into_recording())
+}
+
 /// Source of rows.
+#[derive(Clone)]
 struct ColumnRows<'a> {
-    samples: &'a SampleColumns<'a>,
+    slots: Vec<(usize, &'a [f64])>,
+    label: Option<&'a [String]>,
+    /// The fraction of a second of the time stamp, and its unit in s.
+    fraction: Option<(&'a [f64], f64)>,
+    /// Only rows with this value are of the sensor.
+    instance: Option<(&'a [f64], f64)>,
+    stamps: RowStamps,
+    rows: usize,
     next: usize,
+}
+
+impl Default for ColumnRows<'_> {
+    fn default() -> Self {
+        ColumnRows {
+            slots: Vec::new(),
+            label: None,
+            fraction: None,
+            instance: None,
+            stamps: RowStamps::new(false),
+            rows: 0,
+            next: 0,
+        }
+    }
 }
 
 impl Source for ColumnRows<'_> {
     fn next(&mut self, values: &mut Values) -> Result<Option<Item>> {
         let row = self.next;
-        if row >= self.samples.len() {
+        if row >= self.rows {
             return Ok(None);
         }
-        let samples = self.samples;
-        let one = |column: Option<&[f64]>| column.map_or(f64::NAN, |c| c[row]);
-        values[TIME] = one(samples.time);
-        for i in 0..3 {
-            values[ACCEL + i] = samples.accel[i][row];
-            values[GYRO + i] = one(samples.gyro.map(|g| g[i]));
-        }
-        values[TEMPERATURE] = one(samples.temperature_c);
         self.next += 1;
+        if self
+            .instance
+            .is_some_and(|(column, value)| column[row] != value)
+        {
+            return Ok(Some(Item::Aside(Aside::OtherSensor)));
+        }
+        values.fill(f64::NAN);
+        for (slot, column) in &self.slots {
+            // An infinite number is no reading, as in a file.
+            values[*slot] = if column[row].is_finite() {
+                column[row]
+            } else {
+                f64::NAN
+            };
+        }
+        if let Some((column, unit_s)) = self.fraction {
+            values[TIME] += column[row] * unit_s;
+        }
+        self.stamps.stamp(values);
         Ok(Some(Item::Row))
     }
 
     fn number(&self) -> u64 {
         self.next as u64
+    }
+
+    fn text(&self) -> Text<'_> {
+        let row = self.next.wrapping_sub(1);
+        let label = self.label.and_then(|texts| texts.get(row));
+        Text {
+            label: label.map_or(&[], |text| text.as_bytes()),
+            ..Text::default()
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Progress of reading.
 
 use std::io::{self, Read};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// Counts the bytes of recordings as they are read. Give a clone to
@@ -27,6 +27,7 @@ struct State {
     /// Size of the file in bytes; 0 if unknown.
     total: AtomicU64,
     read: AtomicU64,
+    stopped: AtomicBool,
 }
 
 /// Progress of the file that was opened last.
@@ -50,6 +51,22 @@ impl Meter {
             read: self.0.read.load(Ordering::Relaxed),
             total: (total > 0).then_some(total),
         }
+    }
+
+    /// Ends reading: what is being read, and what is opened later, fails with `io`. For a user who
+    /// does not want to wait.
+    ///
+    /// ```
+    /// use gravical::recording::{Meter, ReadOptions, read_bytes};
+    ///
+    /// let meter = Meter::default();
+    /// let options = ReadOptions { meter: Some(meter.clone()), ..ReadOptions::default() };
+    /// meter.stop();
+    /// let text = b"t,ax,ay,az\n0.00,0,0,9.8\n0.01,0,0,9.8\n";
+    /// assert!(read_bytes(text, "desk.csv", &options).is_err());
+    /// ```
+    pub fn stop(&self) {
+        self.0.stopped.store(true, Ordering::Relaxed);
     }
 
     /// Wraps `reader` and counts its bytes from the beginning.
@@ -78,6 +95,9 @@ struct Metered {
 
 impl Read for Metered {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.meter.0.stopped.load(Ordering::Relaxed) {
+            return Err(io::Error::other("reading was stopped"));
+        }
         let n = self.inner.read(buffer)?;
         self.meter.0.read.fetch_add(n as u64, Ordering::Relaxed);
         Ok(n)

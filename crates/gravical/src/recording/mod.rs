@@ -67,8 +67,9 @@ use crate::utc::UtcTime;
 pub use collect::{read, read_bytes, read_head};
 pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
 pub use layout::ColumnsSpec;
-pub use memory::SampleColumns;
+pub use memory::{SampleColumns, TableColumn};
 pub use meter::{Meter, Progress};
+use serde::{Deserialize, Serialize, Serializer};
 pub use timing::{TimeUnit, Timing};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 #[doc(hidden)]
@@ -164,7 +165,7 @@ impl ReadOptions {
 }
 
 /// Labels of the rows of a recording that has a label column.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Labels {
     /// The different labels in order of appearance.
     pub names: Vec<String>,
@@ -174,7 +175,9 @@ pub struct Labels {
 
 /// A recording in columns. All channels have the same number of rows; an empty
 /// cell is NaN.
-#[derive(Debug, Clone)]
+///
+/// It can be serialised in formats that hold NaN (JSON does not), if all its rows are in memory.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Recording {
     /// Path of the file as given, `-` for standard input.
     pub name: String,
@@ -236,7 +239,21 @@ pub struct Recording {
     /// What to read the rows with again.
     pub(crate) known: collect::Known,
     /// Set if only some rows of a long recording are in memory.
+    #[serde(skip_deserializing, serialize_with = "whole")]
     pub(crate) excerpt: Option<excerpt::Excerpt>,
+}
+
+/// A recording of which rows are left out is a view of its file, and not stored.
+fn whole<S: Serializer>(
+    excerpt: &Option<excerpt::Excerpt>,
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    match excerpt {
+        None => serializer.serialize_none(),
+        Some(_) => Err(serde::ser::Error::custom(
+            "only a part of this recording is in memory; read it as a whole",
+        )),
+    }
 }
 
 /// Ranges between `breaks` in `0..len`, without empty ones.
@@ -275,6 +292,22 @@ impl Recording {
     #[must_use]
     pub fn is_excerpt(&self) -> bool {
         self.excerpt.is_some()
+    }
+
+    /// Refuses a recording of which rows are left out; `hint`: what to do instead.
+    ///
+    /// # Errors
+    ///
+    /// `excerpt` (usage).
+    pub(crate) fn refuse_excerpt(&self, hint: &str) -> crate::Result<()> {
+        match self.excerpt {
+            None => Ok(()),
+            Some(_) => Err(crate::Error::usage(
+                "excerpt",
+                "only a part of this recording is in memory",
+            )
+            .with_hint(hint)),
+        }
     }
 
     /// Number of rows of the file.
@@ -411,7 +444,7 @@ impl Recording {
 
 /// Map from rows to line numbers, or to row numbers in the file. Stored as runs, since lines are
 /// left out in few places.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct RowMap {
     runs: Vec<(usize, u64)>,
     next: (usize, u64),

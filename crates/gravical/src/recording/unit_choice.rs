@@ -1,6 +1,8 @@
 //! Choice of the accelerometer's unit: by option, by the magnitude at rest, by the header, in
 //! this order.
 
+use serde::{Deserialize, Serialize};
+
 use super::ReadOptions;
 use super::units::{AccelScale, AccelUnit, Evidence, MOST_OFF, Origin, accel_evidence};
 use crate::finding::{Finding, FindingKind};
@@ -26,7 +28,7 @@ impl From<AccelUnit> for AccelClaim {
 }
 
 /// Why a unit is unknown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum UnitDoubt {
     /// Gravity was removed from the acceleration.
     WithoutGravity,

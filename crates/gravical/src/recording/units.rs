@@ -241,7 +241,7 @@ pub enum Origin {
 }
 
 /// Unit and sensitivity of the accelerometer.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AccelScale {
     /// The unit.
     pub unit: AccelUnit,
@@ -266,7 +266,7 @@ impl AccelScale {
 }
 
 /// Unit and sensitivity of the gyroscope.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GyroScale {
     /// The unit.
     pub unit: GyroUnit,

@@ -44,6 +44,15 @@ pub(super) struct Pipeline {
 }
 
 impl Pipeline {
+    /// Whether the sensor rests after the last row.
+    pub fn rests(&self) -> bool {
+        match self.motion.phase() {
+            Phase::Resting => true,
+            Phase::Start => self.starts_at_rest,
+            _ => false,
+        }
+    }
+
     /// A row, calibrated; its line of the table goes to `out`.
     #[inline]
     pub fn row(&mut self, row: &Row<'_>, calibrated: [f64; 6], out: &mut Vec<u8>) {
@@ -84,7 +93,7 @@ impl Pipeline {
         self.motion
             .update_calibrated(force, smoothed, rate, h_s, given_rest);
         let phase = self.motion.phase();
-        let rests = phase == Phase::Resting || (phase == Phase::Start && self.starts_at_rest);
+        let rests = self.rests();
         let (velocity, position) = (self.motion.velocity_mps(), self.motion.position_m());
         self.tracker.see(&MotionState {
             t_s,

@@ -31,6 +31,7 @@ use header::understand_all;
 pub use spec::{Column, ColumnsSpec};
 use spec::{Given, list_columns};
 pub use stream::stream_layout;
+pub(super) use stream::table_layout;
 
 /// Field and meaning of a column.
 type Named = (usize, ColumnName);

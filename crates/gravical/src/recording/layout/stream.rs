@@ -4,6 +4,8 @@ use super::clock::{self, first_column_rises};
 use super::spec::Given;
 use super::{ColumnsSpec, Layout, Request, find, understand_all};
 use crate::Result;
+use crate::finding::Finding;
+use crate::recording::ReadOptions;
 use crate::recording::dialect::{Dialect, Header};
 use crate::recording::names::{Quantity, Role};
 use crate::recording::row::Delimiter;
@@ -25,7 +27,44 @@ pub fn stream_layout(
     sample: &[Vec<f64>],
     columns: Option<&ColumnsSpec>,
 ) -> Result<Layout> {
-    let dialect = Dialect {
+    let dialect = of_columns(fields, names, sample.to_vec());
+    let request = Request {
+        columns,
+        ..Request::default()
+    };
+    match find(Role::Recording, &dialect, request, &mut Vec::new()) {
+        Err(error) if error.is_usage() => Err(error),
+        Err(_) => time_alone(&dialect, columns),
+        found => found,
+    }
+}
+
+/// The columns of a table in memory, as those of a file; none of the `names` for a table without.
+///
+/// # Errors
+///
+/// As [`find`].
+pub(in crate::recording) fn table_layout(
+    file: &str,
+    names: &[String],
+    sample: Vec<Vec<f64>>,
+    options: &ReadOptions,
+    findings: &mut Vec<Finding>,
+) -> Result<Layout> {
+    let fields = sample.first().map_or(names.len(), Vec::len);
+    let dialect = of_columns(fields, Some(names).filter(|n| !n.is_empty()), sample);
+    let request = Request {
+        columns: options.columns.as_ref(),
+        sensor: options.sensor.as_deref(),
+        file,
+    };
+    let found = find(Role::Recording, &dialect, request, findings);
+    found.map_err(|error| error.in_file(file.as_ref()))
+}
+
+/// What is not read from a file.
+fn of_columns(fields: usize, names: Option<&[String]>, sample: Vec<Vec<f64>>) -> Dialect {
+    Dialect {
         delimiter: Delimiter::Byte(b','),
         decimal_comma: false,
         fields,
@@ -39,16 +78,7 @@ pub fn stream_layout(
         metadata: Vec::new(),
         regular_blanks: 0,
         misfit: None,
-        sample: sample.to_vec(),
-    };
-    let request = Request {
-        columns,
-        ..Request::default()
-    };
-    match find(Role::Recording, &dialect, request, &mut Vec::new()) {
-        Err(error) if error.is_usage() => Err(error),
-        Err(_) => time_alone(&dialect, columns),
-        found => found,
+        sample,
     }
 }
 

@@ -11,6 +11,8 @@ mod unit;
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use super::cells::{CellCounts, CellRules, Channels};
 use super::layout::Layout;
 use super::names::Quantity;
@@ -81,7 +83,7 @@ impl RecordingClaims {
 }
 
 /// Properties of a recording that must be known while its rows are read.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Facts {
     /// How to read its time stamps; `None` if they cannot be used.
     pub stamp_reading: Option<StampReading>,

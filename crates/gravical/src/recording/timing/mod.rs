@@ -8,7 +8,7 @@ mod steps;
 mod tests;
 mod unit;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::POSSIBLE;
 use crate::finding::{Finding, FindingKind};
@@ -20,7 +20,7 @@ pub use unit::TimeUnit;
 use unit::guess_unit;
 
 /// Timing of a recording.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
     /// Unit of the time stamps; `None` without time stamps.
     pub unit: Option<TimeUnit>,
@@ -72,7 +72,7 @@ const RAREST_BURST: u64 = 20;
 const FEWEST_BURSTS: u64 = 5;
 
 /// How time stamps are read.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct StampReading {
     /// Unit of the stamps.
     pub unit: TimeUnit,

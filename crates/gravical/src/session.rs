@@ -3,15 +3,105 @@
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use gravical::escape::path_word;
-use gravical::excerpt;
-use gravical::recording::{
+use crate::calibrate::{CalibrateOptions, calibrate, soak_alone};
+use crate::calibration_file::CalibrationFile;
+use crate::escape::path_word;
+use crate::excerpt;
+use crate::gravity::Gravity;
+use crate::live::folder::{calibrate_session, is_session};
+use crate::recording::{
     Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
     is_named_gyroscope, is_prose, join_gyroscope, read,
 };
-use gravical::segment::face::{Claim, claim};
-use gravical::segment::still::StillOptions;
-use gravical::{Error, Result};
+use crate::segment::Segmentation;
+use crate::segment::face::{Claim, claim};
+use crate::segment::still::StillOptions;
+use crate::{Error, Result};
+
+/// What a session is calibrated from, and how.
+#[derive(Debug, Clone, Copy)]
+pub struct Session<'a> {
+    /// Files of the session, one folder, or the folder of a guided session.
+    pub inputs: &'a [PathBuf],
+    /// The gyroscope of the one recording, in a second file.
+    pub gyro: Option<&'a Path>,
+    /// How the files are read.
+    pub read: &'a ReadOptions,
+    /// How the session is calibrated.
+    pub options: &'a CalibrateOptions,
+    /// Gravity, if it is given: that of a guided session is then not used.
+    pub gravity: Option<Gravity>,
+    /// The drift with temperature alone, from a recording at rest that warms or cools.
+    pub soak_alone: bool,
+}
+
+/// A calibration and what it was computed from.
+#[derive(Debug, Clone)]
+pub struct SessionCalibration {
+    /// The calibration, with what was left out of a folder among its findings.
+    pub file: CalibrationFile,
+    /// The poses; none from a soak alone.
+    pub segmentation: Option<Segmentation>,
+    /// The recordings. Of a long one only the rows that were needed are in memory.
+    pub recordings: Vec<Recording>,
+}
+
+impl Session<'_> {
+    /// Reads the files and calibrates.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`read_session`], [`calibrate`], [`soak_alone`] and of a guided session.
+    pub fn calibrate(&self) -> Result<SessionCalibration> {
+        let segment = &self.options.segment;
+        // Sections and numbers of rows name rows: the whole recording is needed.
+        let by_rows = segment.sections.is_some() || segment.rows.is_some();
+        let guided = match self.inputs {
+            [folder] if !by_rows && !self.soak_alone && self.gyro.is_none() => {
+                is_session(folder).then_some(folder)
+            }
+            _ => None,
+        };
+        if let Some(folder) = guided {
+            let (recordings, done) =
+                calibrate_session(folder, self.read, self.options, self.gravity)?;
+            return Ok(SessionCalibration {
+                file: done.file,
+                segmentation: Some(done.segmentation),
+                recordings,
+            });
+        }
+        let still = (!by_rows).then_some(&segment.still);
+        let (recordings, left_out) = read_session(self.inputs, self.gyro, self.read, still)?;
+        let mut done = calibrate_recordings(recordings, self.options, self.soak_alone)?;
+        done.file.findings.extend(left_out);
+        Ok(done)
+    }
+}
+
+/// The calibration of recordings in memory; with `from_soak` of the drift with temperature alone.
+///
+/// # Errors
+///
+/// Those of [`calibrate`] and [`soak_alone`].
+pub fn calibrate_recordings(
+    recordings: Vec<Recording>,
+    options: &CalibrateOptions,
+    from_soak: bool,
+) -> Result<SessionCalibration> {
+    let (file, segmentation) = match from_soak {
+        true => (soak_alone(&recordings, options)?, None),
+        false => {
+            let done = calibrate(&recordings, options)?;
+            (done.file, Some(done.segmentation))
+        }
+    };
+    Ok(SessionCalibration {
+        file,
+        segmentation,
+        recordings,
+    })
+}
 
 /// Endings of files in a folder that may be recordings.
 pub const ENDINGS: [&str; 6] = ["csv", "txt", "tsv", "log", "dat", "gz"];

@@ -1,0 +1,134 @@
+"""Filters and noise of plain arrays."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from . import _gravical, _tables
+from ._errors import usage
+from ._types import Floats, options
+
+
+def filtered(
+    samples: Any,
+    filter: str | Sequence[str],
+    *,
+    rate: float | None = None,
+    edge: Literal["interp", "nearest", "mirror", "constant"] | None = None,
+) -> Floats:
+    """Filter an array: evenly spaced samples without gaps.
+
+    :func:`gravical.denoise` filters recordings, with their gaps, uneven time stamps and empty cells,
+    and says what that did to the noise.
+
+    Parameters
+    ----------
+    samples : array of shape (n,) or (n, k)
+        Each column is filtered, several at a time. All have to be finite.
+    filter : str or list of str
+        As of :func:`gravical.denoise`.
+    rate : float, optional
+        Sampling rate, Hz; filters in Hz need it.
+    edge : str, optional
+        As of :func:`gravical.denoise`.
+
+    Returns
+    -------
+    array of the same shape
+        A column that is too short for a filter is left as it is by it.
+
+    Raises
+    ------
+    UsageError
+        ``rate-unknown``, ``filter-range``, ``not-finite``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> noise = np.random.default_rng(1).normal(size=(1000, 3))
+    >>> smooth = gravical.filtered(noise, "butter:4,5Hz", rate=100)
+    >>> bool(smooth.std() < 0.4)
+    True
+    """
+    array = _finite(samples)
+    if array.ndim not in (1, 2):
+        raise usage(
+            f"samples has the shape {array.shape}", "give an array of shape (n,) or (n, k)"
+        )
+    given = options({}, filter=filter, rate=rate, edge=edge)
+    channels = np.ascontiguousarray(np.atleast_2d(array.T))
+    out = _gravical.filter_channels(channels, given)
+    return out[0] if array.ndim == 1 else out.T
+
+
+def allan(
+    samples: Any,
+    *,
+    rate: float,
+    channel: str = "ax",
+    full: bool = False,
+    spacing: Literal["octave", "dense", "decade"] | None = None,
+    term: str | Sequence[str] | None = None,
+) -> dict[str, Any]:
+    """The overlapping Allan deviation of an array, and the noise that it shows.
+
+    :func:`gravical.noise` takes recordings: it finds the rests, and knows units and gaps.
+
+    Parameters
+    ----------
+    samples : array of shape (n,)
+        Evenly spaced samples at rest in m/s² or rad/s. All have to be finite.
+    rate : float
+        Sampling rate, Hz.
+    channel : str
+        Its name: one that begins with ``g`` is a gyroscope's.
+    full, spacing, term
+        As of :func:`gravical.noise`.
+
+    Returns
+    -------
+    dict
+        ``adev``: averaging times ``tau_s`` with ``sigma`` and its 95 % interval ``low``, ``high``;
+        ``n``, ``b``, ``k``: noise density, bias instability and random walk with their intervals,
+        None where the samples do not determine them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> noise = np.random.default_rng(1).normal(0, 0.01, 50_000)
+    >>> found = gravical.allan(noise, rate=100)
+    >>> round(found["n"]["value"], 4)
+    0.001
+    """
+    array = _finite(samples)
+    if array.ndim != 1:
+        raise usage(f"samples has the shape {array.shape}", "give one channel: shape (n,)")
+    try:
+        hz = float(rate)
+    except (TypeError, ValueError):
+        hz = 0.0
+    if not 1e-6 <= hz <= 1e9:
+        raise usage(f"rate=: {rate!r} is not possible; 1e-6 to 1e9 is", code="option-range")
+    given = options({}, full=full, spacing=spacing, term=term)
+    found: dict[str, Any] = json.loads(
+        _gravical.noise_of_channel(str(channel), array, hz, given)
+    )
+    return found
+
+
+def _finite(samples: Any) -> Floats:
+    try:
+        array = _tables.floats(samples)
+    except (TypeError, ValueError) as error:
+        raise usage(f"samples is no array of numbers: {error}") from None
+    if not np.isfinite(array).all():
+        raise usage(
+            f"{np.count_nonzero(~np.isfinite(array))} of the samples are not finite",
+            "denoise and noise take recordings with empty cells: Recording.from_arrays(…)",
+            code="not-finite",
+        )
+    return array

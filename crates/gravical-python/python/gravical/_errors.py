@@ -1,0 +1,112 @@
+"""Exceptions: what happened, where, and what to do next."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ._words import in_python
+
+
+class Error(Exception):
+    """Base class of all errors of this package.
+
+    Attributes
+    ----------
+    code : str
+        Stable name for programs: ``missing-face``, ``unit-unknown`` …; all of them are in
+        ``docs/recording.md``.
+    message : str
+        What happened and where, with the numbers.
+    hint : str or None
+        What to do next.
+    file : str or None
+        The file or the name of the recording.
+    line, column : int or None
+        The place in it, from 1.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        code: str = "internal",
+        hint: str | None = None,
+        file: str | None = None,
+        line: int | None = None,
+        column: int | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.code = code
+        self.hint = hint
+        self.file = file
+        self.line = line
+        self.column = column
+
+    def __str__(self) -> str:
+        hint = f"\n  try: {self.hint}" if self.hint else ""
+        return f"{self.message}{hint}\n  code: {self.code}"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        fields = (self.message, self.code, self.hint, self.file, self.line, self.column)
+        return _unpickled, (type(self), *fields)
+
+
+class UsageError(Error, ValueError):
+    """An argument that is not possible, or that does not fit the others."""
+
+
+class InputError(Error, ValueError):
+    """The recording or file does not hold what is needed."""
+
+
+class NotFoundError(InputError, FileNotFoundError):
+    """There is no such file."""
+
+
+class ExistsError(UsageError, FileExistsError):
+    """A file is there already, and ``force=True`` is not given."""
+
+
+class MachineError(Error, OSError):
+    """The machine: disk, permissions, memory."""
+
+
+_CLASSES: dict[str, type[Error]] = {
+    "usage": UsageError,
+    "input": InputError,
+    "system": MachineError,
+}
+_BY_CODE: dict[str, type[Error]] = {"not-found": NotFoundError, "exists": ExistsError}
+
+
+def raised(
+    category: str,
+    code: str,
+    message: str,
+    hint: str | None,
+    file: str | None,
+    line: int | None,
+    column: int | None,
+) -> Error:
+    """The exception for an error of the native part."""
+    kind = _BY_CODE.get(code) or _CLASSES.get(category, Error)
+    words = in_python(hint) if hint else None
+    return kind(in_python(message), code=code, hint=words, file=file, line=line, column=column)
+
+
+def usage(message: str, hint: str | None = None, code: str = "usage") -> UsageError:
+    """A wrong argument."""
+    return UsageError(message, code=code, hint=hint)
+
+
+def _unpickled(
+    kind: type[Error],
+    message: str,
+    code: str,
+    hint: str | None,
+    file: str | None,
+    line: int | None,
+    column: int | None,
+) -> Error:
+    return kind(message, code=code, hint=hint, file=file, line=line, column=column)

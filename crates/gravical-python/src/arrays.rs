@@ -1,0 +1,76 @@
+//! Filters and noise of plain arrays: evenly spaced samples without gaps, nothing else is known.
+
+use gravical::denoise::{Edge, Filter, FilterSpec};
+use gravical::noise::noise_of_samples;
+use gravical::{Error, Result};
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::error::OrRaise;
+use crate::options::Options;
+use crate::recording::json;
+use crate::task;
+
+/// Filters each row of `channels`, several at a time.
+#[pyfunction]
+pub fn filter_channels<'py>(
+    py: Python<'py>,
+    channels: PyReadonlyArray2<'py, f64>,
+    options: Options<'py>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (specs, edge) = options.filter_chain()?;
+    let rate = options.number("rate")?;
+    let filters = designed(&specs, rate, edge).or_raise(py)?;
+    let channels = channels.as_array();
+    let (rows, length) = channels.dim();
+    let mut out: Vec<f64> = channels.iter().copied().collect();
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let each = length.max(1) * rows.div_ceil(threads).max(1);
+    py.detach(|| {
+        std::thread::scope(|scope| {
+            for some in out.chunks_mut(each) {
+                let filters = &filters;
+                scope.spawn(move || {
+                    for channel in some.chunks_mut(length.max(1)) {
+                        for filter in filters {
+                            filter.apply(channel);
+                        }
+                    }
+                });
+            }
+        });
+    });
+    let out = Array2::from_shape_vec((rows, length), out);
+    Ok(out
+        .map_err(|e| PyValueError::new_err(e.to_string()))?
+        .into_pyarray(py))
+}
+
+fn designed(specs: &[FilterSpec], rate: Option<f64>, edge: Edge) -> Result<Vec<Filter>> {
+    if specs.is_empty() {
+        return Err(Error::usage("no-filter", "no filter was given")
+            .with_hint("--filter with one of: savgol:11,2, butter:4,5Hz, hampel:7,3, mean:5"));
+    }
+    specs
+        .iter()
+        .map(|spec| Filter::design(spec, rate, edge))
+        .collect()
+}
+
+/// Noise of one channel, as JSON.
+#[pyfunction]
+pub fn noise_of_channel(
+    py: Python<'_>,
+    channel: String,
+    samples: PyReadonlyArray1<'_, f64>,
+    rate: f64,
+    options: Options<'_>,
+) -> PyResult<String> {
+    let wanted = options.noise()?;
+    let samples: Vec<f64> = samples.as_array().iter().copied().collect();
+    let (_, meter) = options.read(false)?;
+    let run = move || Ok(noise_of_samples(&channel, &samples, 1.0 / rate, &wanted));
+    json(&task::run(py, &meter, run)?)
+}

@@ -1,0 +1,57 @@
+//! Errors of the library as exceptions of the package.
+
+use gravical::{Category, Error};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+
+/// The exception for an error. Its class is chosen in `_errors.py`.
+pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
+    let category = match error.category() {
+        Category::Usage => "usage",
+        Category::Input => "input",
+        Category::System => "system",
+        Category::Device => "device",
+    };
+    let place = error.location();
+    let arguments = (
+        category,
+        error.code(),
+        error.in_flags(),
+        error.hint(),
+        place.map(|p| p.path.display().to_string()),
+        place.and_then(|p| p.line),
+        place.and_then(|p| p.column),
+    );
+    let made = py
+        .import("gravical._errors")
+        .and_then(|module| module.getattr("raised"))
+        .and_then(|raised| raised.call1(arguments));
+    match made {
+        Ok(exception) => PyErr::from_value(exception),
+        Err(error) => error,
+    }
+}
+
+/// A panic is a fault of this package, and no reason to end the interpreter.
+pub fn panicked(panic: &(dyn std::any::Any + Send)) -> PyErr {
+    let what = panic
+        .downcast_ref::<String>()
+        .map(String::as_str)
+        .or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or("unknown");
+    PyRuntimeError::new_err(format!(
+        "gravical failed internally: {what}; please report it with what it was called with"
+    ))
+}
+
+/// Shorthand.
+pub trait OrRaise<T> {
+    /// The value, or the exception.
+    fn or_raise(self, py: Python<'_>) -> PyResult<T>;
+}
+
+impl<T> OrRaise<T> for gravical::Result<T> {
+    fn or_raise(self, py: Python<'_>) -> PyResult<T> {
+        self.map_err(|error| raised(py, &error))
+    }
+}

@@ -1,0 +1,180 @@
+//! Motion: of a whole recording, and sample by sample.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+use gravical::calibration_file::{CalibrationFile, InputFile};
+use gravical::motion::truth::{add_comparison, read_reference};
+use gravical::motion::{self as library, Calibrated, MotionSample, MotionStepper, Readings, Track};
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::calibration::{Calibration, noise_of};
+use crate::options::Options;
+use crate::outcome::{Kind, Outcome};
+use crate::recording::{Recording, findings_json};
+use crate::task;
+
+/// Velocity and position of a recording.
+#[pyfunction]
+pub fn motion(
+    py: Python<'_>,
+    recording: &Bound<'_, Recording>,
+    calibration: Option<&Bound<'_, Calibration>>,
+    name: String,
+    noise: Option<Bound<'_, PyAny>>,
+    options: Options<'_>,
+) -> PyResult<Outcome> {
+    let mut wanted = options.motion()?;
+    let truth = options.truth()?;
+    let noise = noise_of(py, noise.as_ref())?;
+    wanted.noise = noise.as_ref().map(|(result, _)| result.section());
+    let (_, meter) = options.read(false)?;
+    let rows = recording.get().shared.clone();
+    let file: Option<Arc<CalibrationFile>> = calibration.map(|c| c.get().file.clone());
+    task::run(py, &meter, move || {
+        let calibrated = file.as_deref().map(|file| Calibrated { file, name: &name });
+        let mut motion = library::motion(&rows, calibrated, &wanted)?;
+        let mut inputs = InputFile::of(std::slice::from_ref(&*rows));
+        inputs.extend(noise.and_then(|(_, input)| input));
+        if let Some((path, truth)) = truth {
+            let here = PathBuf::from(&rows.name);
+            let reference = read_reference(&path, truth.columns.as_ref(), &rows, &here)?;
+            add_comparison(&mut motion, &reference, &truth)?;
+            inputs.push(reference.input());
+        }
+        Ok(Outcome::new(Kind::Motion(Arc::new(motion), rows), inputs))
+    })
+}
+
+/// Columns of the table, by name; their memory is that of the motion.
+pub fn column<'a>(track: &'a Track, name: &str) -> Option<&'a [f64]> {
+    let of = |columns: &'a Vec<[f64; 3]>| columns.as_flattened();
+    Some(match name {
+        "t" => &track.t_s,
+        "attitude" => track.attitude.as_flattened(),
+        "acceleration" => of(&track.acceleration_mps2),
+        "velocity" => of(&track.velocity_mps),
+        "position" => of(&track.position_m),
+        "sigma_velocity" => of(&track.sigma_velocity_mps),
+        "sigma_position" => of(&track.sigma_position_m),
+        "raw_x" => &track.raw_mps2[0],
+        "raw_y" => &track.raw_mps2[1],
+        "raw_z" => &track.raw_mps2[2],
+        "force_x" => &track.force_mps2[0],
+        "force_y" => &track.force_mps2[1],
+        "force_z" => &track.force_mps2[2],
+        _ => return None,
+    })
+}
+
+/// Motion sample by sample.
+#[pyclass(frozen, module = "gravical._gravical")]
+pub struct Stepper {
+    stepper: Mutex<MotionStepper>,
+}
+
+/// What is known after each sample, whether it rests, and whether it was taken.
+type States<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<bool>>,
+);
+
+/// Numbers of a sample: t, force, attitude, acceleration, velocity, position.
+const WIDTH: usize = 1 + 3 + 4 + 3 + 3 + 3;
+
+fn numbers(sample: &MotionSample) -> [f64; WIDTH] {
+    let mut all = [sample.t_s; WIDTH];
+    all[1..4].copy_from_slice(&sample.force_mps2);
+    all[4..8].copy_from_slice(&sample.attitude);
+    all[8..11].copy_from_slice(&sample.acceleration_mps2);
+    all[11..14].copy_from_slice(&sample.velocity_mps);
+    all[14..17].copy_from_slice(&sample.position_m);
+    all
+}
+
+fn busy<T>(_: T) -> PyErr {
+    PyRuntimeError::new_err("another thread failed while it used this object; make a new one")
+}
+
+#[pymethods]
+impl Stepper {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        first: &Bound<'_, Recording>,
+        calibration: Option<&Bound<'_, Calibration>>,
+        name: String,
+        options: Options<'_>,
+    ) -> PyResult<Self> {
+        let wanted = options.motion()?;
+        let (_, meter) = options.read(false)?;
+        let rows = first.get().shared.clone();
+        let file = calibration.map(|c| c.get().file.clone());
+        let stepper = task::run(py, &meter, move || {
+            let calibrated = file.as_deref().map(|file| Calibrated { file, name: &name });
+            MotionStepper::new(&rows, calibrated, &wanted)
+        })?;
+        Ok(Stepper {
+            stepper: Mutex::new(stepper),
+        })
+    }
+
+    /// Takes rows of t, ax, ay, az, gx, gy, gz, temperature, with NaN for what there is not; returns
+    /// what is known after each, whether it rests, and whether it was taken.
+    fn update<'py>(
+        &self,
+        py: Python<'py>,
+        rows: PyReadonlyArray2<'py, f64>,
+        timed: bool,
+    ) -> PyResult<States<'py>> {
+        let rows = rows.as_array();
+        let count = rows.nrows();
+        let mut out = Vec::with_capacity(count * WIDTH);
+        let (mut still, mut taken) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut run = || -> PyResult<()> {
+            let mut stepper = self.stepper.lock().map_err(busy)?;
+            for row in rows.rows() {
+                let was = stepper.update(&Readings {
+                    t_s: timed.then_some(row[0]),
+                    accel: [row[1], row[2], row[3]],
+                    gyro: [row[4], row[5], row[6]],
+                    temperature_c: row[7],
+                });
+                taken.push(was);
+                still.push(stepper.now().still);
+                out.extend(numbers(stepper.now()));
+            }
+            Ok(())
+        };
+        py.detach(&mut run)?;
+        let out = Array2::from_shape_vec((count, WIDTH), out);
+        let out = out.map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Ok((
+            out.into_pyarray(py),
+            still.into_pyarray(py),
+            taken.into_pyarray(py),
+        ))
+    }
+
+    fn interrupt(&self) -> PyResult<()> {
+        self.stepper.lock().map_err(busy)?.interrupt();
+        Ok(())
+    }
+
+    #[getter]
+    fn samples(&self) -> PyResult<u64> {
+        Ok(self.stepper.lock().map_err(busy)?.samples())
+    }
+
+    fn findings_json(&self) -> PyResult<String> {
+        findings_json(self.stepper.lock().map_err(busy)?.findings())
+    }
+
+    fn __repr__(&self) -> PyResult<String> {
+        Ok(format!("<Stepper after {} samples>", self.samples()?))
+    }
+}

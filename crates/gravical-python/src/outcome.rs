@@ -1,0 +1,177 @@
+//! Results that are presented: as JSON, as a report, as figures.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use gravical::Error;
+use gravical::calibration_file::{InputFile, creation_time};
+use gravical::check::CheckReport;
+use gravical::compare::Comparison;
+use gravical::denoise::DenoiseSummary;
+use gravical::document::{Detail, Document};
+use gravical::export::kalibr;
+use gravical::figure::{self, Figure, svg};
+use gravical::inspect::Inspection;
+use gravical::motion::{Motion, write_table};
+use gravical::noise::NoiseResult;
+use gravical::output::write_atomic;
+use gravical::recording::Recording;
+use gravical::report::{self, Provenance, TOOL};
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::error::OrRaise;
+use crate::motion::column;
+use crate::recording::{json, view};
+
+/// Name, title, caption and SVG.
+pub type Drawn = (String, String, String, String);
+
+/// The result of a verb.
+#[derive(Clone)]
+pub enum Kind {
+    /// Of `inspect`.
+    Inspection(Box<Inspection>),
+    /// Of `check`.
+    Check(Box<CheckReport>),
+    /// Of `compare`.
+    Comparison(Box<Comparison>),
+    /// Of `noise`.
+    Noise(Box<NoiseResult>),
+    /// Of `denoise`.
+    Denoise(Box<DenoiseSummary>),
+    /// Of `motion`, with what is said of its recording.
+    Motion(Arc<Motion>, Arc<Recording>),
+}
+
+/// A result and its files.
+#[pyclass(frozen, module = "gravical._gravical")]
+pub struct Outcome {
+    /// What was found.
+    pub kind: Kind,
+    inputs: Vec<InputFile>,
+}
+
+impl Outcome {
+    /// A result of these files.
+    pub fn new(kind: Kind, inputs: Vec<InputFile>) -> Self {
+        Outcome { kind, inputs }
+    }
+
+    fn drawn(&self) -> Vec<Figure> {
+        match &self.kind {
+            Kind::Noise(result) => figure::noise::figures(result),
+            Kind::Motion(motion, _) => figure::motion::figures(motion),
+            _ => Vec::new(),
+        }
+    }
+
+    fn presented<'a>(&'a self, figures: &'a [Figure]) -> Document<'a> {
+        let document = match &self.kind {
+            Kind::Inspection(result) => report::inspection(result),
+            Kind::Check(result) => report::check(result),
+            Kind::Comparison(result) => report::comparison(result),
+            Kind::Noise(result) => report::noise(result, figures),
+            Kind::Denoise(result) => report::denoise(result),
+            Kind::Motion(motion, recording) => report::motion(&motion.result, recording, figures),
+        };
+        document.with_provenance(&Provenance {
+            tool: TOOL,
+            command: None,
+            created: &creation_time(),
+            inputs: &self.inputs,
+        })
+    }
+}
+
+/// The figures as names and SVG.
+pub fn svgs(figures: &[Figure]) -> Vec<Drawn> {
+    let drawn = figures.iter().map(|f| {
+        let svg = svg::standalone(f);
+        (f.name.clone(), f.title.clone(), f.caption.clone(), svg)
+    });
+    drawn.collect()
+}
+
+/// A document in one of three formats.
+pub fn rendered(document: &Document<'_>, format: &str) -> PyResult<String> {
+    match format {
+        "html" => Ok(document.to_html()),
+        "markdown" => Ok(document.to_markdown(None)),
+        "text" => Ok(document.to_text(Detail::Full)),
+        "summary" => Ok(document.to_text(Detail::Summary)),
+        _ => Err(PyValueError::new_err(format!("no format {format:?}"))),
+    }
+}
+
+#[pymethods]
+impl Outcome {
+    fn json(&self) -> PyResult<String> {
+        match &self.kind {
+            Kind::Inspection(result) => json(result),
+            Kind::Check(result) => json(result),
+            Kind::Comparison(result) => json(result),
+            Kind::Noise(result) => json(result),
+            Kind::Denoise(result) => json(result),
+            Kind::Motion(motion, _) => json(&motion.result),
+        }
+    }
+
+    fn figures(&self, py: Python<'_>) -> Vec<Drawn> {
+        py.detach(|| svgs(&self.drawn()))
+    }
+
+    fn document(&self, py: Python<'_>, format: &str) -> PyResult<String> {
+        py.detach(|| {
+            let figures = self.drawn();
+            rendered(&self.presented(&figures), format)
+        })
+    }
+
+    /// Writes the table of a motion.
+    fn table(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
+        let Kind::Motion(motion, _) = &self.kind else {
+            return Err(PyValueError::new_err("this is not a result of motion"));
+        };
+        let write = || {
+            write_atomic(&path, force, |out| {
+                write_table(&motion.track, out).map_err(|e| Error::io(&path, e))
+            })
+        };
+        py.detach(write).or_raise(py)
+    }
+
+    /// The noise for Kalibr, and what is to be known of it.
+    fn kalibr(&self, py: Python<'_>, upper_limit: bool) -> PyResult<(String, Vec<String>)> {
+        let Kind::Noise(result) = &self.kind else {
+            return Err(PyValueError::new_err("this is not a result of noise"));
+        };
+        let written = kalibr(&result.section(), None, upper_limit).or_raise(py)?;
+        Ok((written.text, written.notes))
+    }
+
+    /// A column of a motion's track, flat.
+    fn track<'py>(this: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let Kind::Motion(motion, _) = &this.get().kind else {
+            return Err(PyValueError::new_err("this is not a result of motion"));
+        };
+        let values = column(&motion.track, name);
+        let values = values.ok_or_else(|| PyKeyError::new_err(name.to_owned()))?;
+        Ok(view(values, this.clone().into_any()))
+    }
+
+    /// True at rest, and the samples before which others are missing.
+    fn track_rests<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyArray1<bool>>, Vec<usize>, bool)> {
+        let Kind::Motion(motion, _) = &self.kind else {
+            return Err(PyValueError::new_err("this is not a result of motion"));
+        };
+        let track = &motion.track;
+        let still = PyArray1::from_slice(py, &track.still);
+        still.readwrite().make_nonwriteable();
+        Ok((still, track.breaks.clone(), track.bands))
+    }
+}

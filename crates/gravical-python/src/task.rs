@@ -1,0 +1,47 @@
+//! Work beside the interpreter: other Python threads go on, and Ctrl-C ends the wait.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+use gravical::recording::Meter;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+
+use crate::error::{OrRaise, panicked};
+
+/// How often signals are looked at.
+const EVERY: Duration = Duration::from_millis(50);
+
+/// Runs `work` in a thread of its own. After Ctrl-C the meter stops what is read; what is computed
+/// then ends in the background, and its result is dropped.
+pub fn run<T: Send + 'static>(
+    py: Python<'_>,
+    meter: &Meter,
+    work: impl FnOnce() -> gravical::Result<T> + Send + 'static,
+) -> PyResult<T> {
+    let (sender, receiver) = channel();
+    std::thread::Builder::new()
+        .name("gravical".to_owned())
+        // That of a main thread.
+        .stack_size(8 << 20)
+        .spawn(move || {
+            // The receiver is gone after Ctrl-C.
+            let _ = sender.send(catch_unwind(AssertUnwindSafe(work)));
+        })?;
+    let receiver = std::sync::Mutex::new(receiver);
+    loop {
+        // A receiver may not be shared between threads, and none is.
+        let wait = || receiver.lock().ok().map(|r| r.recv_timeout(EVERY));
+        match py.detach(wait) {
+            Some(Ok(Ok(result))) => return result.or_raise(py),
+            Some(Ok(Err(panic))) => return Err(panicked(panic.as_ref())),
+            Some(Err(RecvTimeoutError::Timeout)) => {
+                py.check_signals().inspect_err(|_| meter.stop())?;
+            }
+            Some(Err(RecvTimeoutError::Disconnected)) | None => {
+                return Err(PyRuntimeError::new_err("gravical failed internally"));
+            }
+        }
+    }
+}

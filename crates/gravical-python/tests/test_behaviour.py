@@ -1,0 +1,143 @@
+"""Beside the numbers: Ctrl-C, other threads, and the words of Python."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import gravical
+import pytest
+from gravical._types import READING
+from gravical._verbs import _SCENARIOS, _SHARED
+from gravical._words import OPTIONS, in_python
+
+#: Options that only the program has: what it prints, stores, draws, and its other commands.
+PROGRAM_ONLY = {
+    "json", "store", "nearest", "max-age", "max-temperature-difference", "figures", "format",
+    "causal", "resume", "png", "help", "verbose", "report", "quiet", "each", "summary", "threads",
+    # Not options of the program: of cargo, of MATLAB and of CSS.
+    "features", "locked", "test", "release", "bin", "example",
+}  # fmt: skip
+
+
+def keywords() -> set[str]:
+    functions = [getattr(gravical, name) for name in gravical.__all__]
+    functions = [f for f in functions if inspect.isfunction(f)]
+    functions += [gravical.Calibration.export, gravical.NoiseResult.to_kalibr]
+    found = set(READING) | set(gravical.MotionOptions.__annotations__) | _SHARED
+    found = found.union(*_SCENARIOS.values())
+    for function in functions:
+        found |= set(inspect.signature(function).parameters)
+    return found
+
+
+def test_every_option_in_texts_of_the_library_is_a_keyword(root: Path) -> None:
+    named: dict[str, str] = {}
+    for path in sorted((root / "crates/gravical/src").rglob("*.rs")):
+        text = path.read_text().split("#[cfg(test)]")[0]
+        text = re.sub(r"(?m)^\s*//.*$", "", text)
+        for literal in re.findall(r'"(?:[^"\\]|\\.)*"', text):
+            for option in re.findall(r"(?<![\w-])--([a-z][a-z0-9-]+)", literal):
+                named.setdefault(option, f"{path.name}: {literal[:80]}")
+    assert len(named) > 30
+    missing = {k: v for k, v in named.items() if k not in OPTIONS | PROGRAM_ONLY}
+    assert not missing, missing
+
+
+def test_every_option_that_is_translated_is_a_keyword() -> None:
+    missing = {option for option in OPTIONS if option.replace("-", "_") not in keywords()}
+    assert not missing
+
+
+@pytest.mark.parametrize(
+    ("program", "python"),
+    [
+        ("give the rate: --rate 100", "give the rate: rate=100"),
+        ("with --rate HZ, or --time-unit where", "with rate=HZ, or time_unit= where"),
+        ("--accel-unit m/s^2 to use it", 'accel_unit="m/s^2" to use it'),
+        ("give a calibration with -c", "give a calibration with calibration="),
+        ("--pose-tilt: 20° is too much", "pose_tilt=: 20° is too much"),
+        ("`gravical inspect a.csv` shows it", '`gravical.inspect("a.csv")` shows it'),
+        ("`gravical live --resume` goes on", "`gravical live --resume` goes on"),
+        ("`apply` and `motion --causal` do", "`apply` and `gravical.Motion` do"),
+        ("… and 6 notes (--verbose)", "… and 6 notes (report())"),
+        ("a -- b, x--y and -3 °C stay", "a -- b, x--y and -3 °C stay"),
+    ],
+)
+def test_words(program: str, python: str) -> None:
+    assert in_python(program) == python
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+def test_ctrl_c_ends_the_wait(tmp_path: Path) -> None:
+    code = f"""
+import gravical, sys, time
+print("begun", flush=True)
+try:
+    gravical.simulate("static", duration=2.5e6, output={str(tmp_path / "long")!r})
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+    import os
+    os._exit(7)
+"""
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline() == "begun\n"
+    time.sleep(1.0)
+    begun = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=30)
+    assert process.returncode == 7 and "interrupted" in out
+    assert time.monotonic() - begun < 5.0
+
+
+def test_other_threads_go_on(poses: gravical.Recording) -> None:
+    count, done = 0, threading.Event()
+
+    def tick() -> None:
+        nonlocal count
+        while not done.is_set():
+            count += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    begun = time.monotonic()
+    gravical.simulate("static", duration=3000)
+    took = time.monotonic() - begun
+    done.set()
+    thread.join()
+    # A held interpreter would let it tick a few times only.
+    assert count > 10 * took
+
+
+def test_several_threads_calibrate(
+    poses: gravical.Recording, calibration: gravical.Calibration
+) -> None:
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(4) as pool:
+        made = list(pool.map(lambda _: gravical.calibrate(poses, gravity=9.80665), range(8)))
+    assert all((one.bias == calibration.bias).all() for one in made)
+
+
+def test_the_version_is_that_of_the_crate(root: Path) -> None:
+    manifest = (root / "Cargo.toml").read_text()
+    assert f'version = "{gravical.__version__}"' in manifest
+
+
+def test_unknown_keywords_are_refused(line: gravical.Recording) -> None:
+    for call in (
+        lambda: gravical.read("x.csv", acel_unit="g"),  # type: ignore[call-arg]
+        lambda: gravical.motion(line, smoth="mean:5"),  # type: ignore[call-arg]
+        lambda: gravical.simulate("line", free=8),
+        lambda: gravical.calibrate(line, methd="joint"),  # type: ignore[call-arg]
+    ):
+        with pytest.raises(TypeError, match="unexpected keyword argument"):
+            call()

@@ -1,0 +1,248 @@
+"""Recordings: arrays that share memory, tables of other libraries, pickles."""
+
+from __future__ import annotations
+
+import gc
+import io
+import pickle
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import gravical
+import numpy as np
+import pandas as pd
+import polars as pl
+import pyarrow as pa
+import pytest
+
+
+def test_arrays_are_views_that_live_on(line: gravical.Recording) -> None:
+    ax = line.ax
+    assert np.shares_memory(ax, line["ax"]) and np.shares_memory(ax, line.columns["ax"])
+    assert not ax.flags.writeable and not ax.flags.owndata
+    with pytest.raises(ValueError):
+        ax[0] = 1.0
+    with pytest.raises(ValueError):
+        ax.flags.writeable = True
+    own = gravical.simulate("static", duration=5).recordings["static.csv"]
+    view, copy = own.az, own.az.copy()
+    del own
+    gc.collect()
+    [np.zeros(500) for _ in range(100)]
+    assert np.array_equal(view, copy)
+    with pytest.raises(KeyError):
+        line["mx"]
+
+
+def test_a_motion_is_a_view_too(
+    line: gravical.Recording, calibration: gravical.Calibration
+) -> None:
+    moved = gravical.motion(line, calibration)
+    assert moved.position.shape == (1200, 3) and not moved.position.flags.writeable
+    assert np.shares_memory(moved.position, moved.position)
+    position, copy = moved.position, moved.position.copy()
+    del moved
+    gc.collect()
+    [np.zeros(3600) for _ in range(100)]
+    assert np.array_equal(position, copy)
+
+
+def arrays(recording: gravical.Recording) -> dict[str, Any]:
+    return {
+        "t": recording.t,
+        "accel": recording.accel,
+        "gyro": recording.gyro,
+        "temperature": recording.temperature,
+    }
+
+
+def test_from_arrays_calibrates_as_the_file(
+    poses: gravical.Recording, calibration: gravical.Calibration
+) -> None:
+    own = gravical.Recording.from_arrays(**arrays(poses), unit="m/s^2", gyro_unit="rad/s")
+    again = gravical.calibrate(own, gravity=9.80665)
+    assert np.allclose(again.bias, calibration.bias, rtol=0, atol=1e-9)
+    assert np.allclose(again.matrix, calibration.matrix, rtol=0, atol=1e-9)
+    assert again.verdict == calibration.verdict
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda a: np.asfortranarray(a),
+        lambda a: np.repeat(a, 2, axis=0)[::2],
+        lambda a: a[:, ::-1][:, ::-1],
+        lambda a: tuple(a.T),
+        lambda a: a.astype(object),
+        lambda a: a.tolist(),
+        lambda a: a.astype(">f8"),
+    ],
+)
+def test_any_layout_of_memory_gives_the_same(
+    change: Callable[[Any], Any], line: gravical.Recording
+) -> None:
+    own = gravical.Recording.from_arrays(t=line.t, accel=change(line.accel))
+    assert np.array_equal(own.ax, line.ax) and np.array_equal(own.az, line.az)
+    assert own.accel_unit == "m/s^2"
+
+
+def test_integers_are_counts() -> None:
+    counts = np.zeros((300, 3), dtype=np.int16)
+    counts[:, 2] = 16384 + np.arange(300) % 7
+    own = gravical.Recording.from_arrays(t=np.arange(300) / 100, accel=counts)
+    assert own.accel_unit == "counts" and own.az[1] == 16385.0
+
+
+def test_what_is_not_a_number_is_missing(line: gravical.Recording) -> None:
+    accel = line.accel
+    accel[100] = np.nan
+    accel[200] = np.inf
+    own = gravical.Recording.from_arrays(t=line.t, accel=accel)
+    assert np.isnan(own.ax[[100, 200]]).all()
+    assert "empty-cells" in [finding.kind for finding in own.findings]
+
+
+def tables(recording: gravical.Recording) -> dict[str, Any]:
+    assert recording.t is not None
+    columns = {
+        "Timestamp (ms)": 1000 * recording.t,
+        "acc_x": recording.ax,
+        "acc_y": recording.ay,
+        "acc_z": recording.az,
+        "gyr_x": recording.gx,
+        "gyr_y": recording.gy,
+        "gyr_z": recording.gz,
+        "note": ["as it was"] * len(recording),
+    }
+    return {
+        "dict": columns,
+        "pandas": pd.DataFrame(columns),
+        "polars": pl.DataFrame(columns),
+        "arrow": pa.table(columns),
+    }
+
+
+@pytest.mark.parametrize("kind", ["dict", "pandas", "polars", "arrow"])
+def test_columns_in_columns_out(
+    kind: str, line: gravical.Recording, calibration: gravical.Calibration
+) -> None:
+    table = tables(line)[kind]
+    own = gravical.read(table)
+    assert np.array_equal(own.ay, line.ay) and own.gyro is not None
+    assert own.rate_hz == pytest.approx(line.rate_hz, rel=1e-6)
+    applied = gravical.apply(calibration, table, gyro_unit="rad/s")
+    out = applied.table
+    assert type(out) is type(table)
+    names = list(out.columns) if kind in ("pandas", "polars") else list(
+        out if kind == "dict" else out.column_names
+    )
+    rates = ["gx_rad_s", "gy_rad_s", "gz_rad_s"]
+    assert names == ["Timestamp (ms)", "ax_mps2", "ay_mps2", "az_mps2", *rates, "note"]
+    expected = gravical.apply(calibration, line).accel
+    assert np.allclose(np.asarray(out["ax_mps2"]), expected[:, 0], rtol=0, atol=1e-12)
+    assert list(np.asarray(out["note"]))[:1] == ["as it was"]
+    kept = gravical.apply(calibration, table, keep_raw=True, gyro_unit="rad/s").table
+    assert np.array_equal(np.asarray(kept["acc_x"]), line.ax)
+
+
+def test_out_to_pandas_polars_and_arrow(line: gravical.Recording) -> None:
+    frame, polars = line.to_pandas(), line.to_polars()
+    assert list(frame) == polars.columns == list(line.columns)
+    table = pa.table(line)
+    assert table.column_names == list(line.columns)
+    # Arrow shares the memory.
+    chunk = table.column("ax").chunk(0).to_numpy(zero_copy_only=True)
+    assert np.shares_memory(chunk, line.ax) or np.array_equal(chunk, line.ax)
+    assert pl.DataFrame(pa.table(line)).equals(polars)
+
+
+def test_dates_are_times() -> None:
+    z = np.tile([0.0, 0.0, 9.81], (200, 1))
+    stamps = np.datetime64("2026-03-01T10:00:00") + np.arange(200) * np.timedelta64(20, "ms")
+    own = gravical.Recording.from_arrays(t=stamps, accel=z)
+    assert own.rate_hz == pytest.approx(50.0)
+    assert own.recorded is not None and own.recorded.startswith("2026-03-01T10:00:00")
+    index = pd.DatetimeIndex(stamps, tz="Europe/Berlin")
+    frame = pd.DataFrame(z, columns=["ax", "ay", "az"], index=index)
+    assert gravical.read(frame).rate_hz == pytest.approx(50.0)
+    frame = pd.DataFrame({"time": stamps, "ax": z[:, 0], "ay": z[:, 1], "az": z[:, 2]})
+    assert gravical.read(frame).rate_hz == pytest.approx(50.0)
+    assert gravical.read(pl.DataFrame(frame)).rate_hz == pytest.approx(50.0)
+
+
+def test_missing_values_of_pandas() -> None:
+    frame = pd.DataFrame({"ax": [0, 1] * 50, "ay": [0, 1] * 50, "az": [8192] * 100})
+    frame = frame.astype("Int64")
+    frame.loc[10, "az"] = pd.NA
+    own = gravical.read(frame, rate=100)
+    assert np.isnan(own.az[10]) and own.az[11] == 8192.0
+
+
+def test_labels_of_a_table_are_poses(poses: gravical.Recording) -> None:
+    means = {
+        "+x": (10.20, -0.04, -0.10), "-x": (-9.43, -0.27, 0.92), "+y": (0.29, 9.73, 0.49),
+        "-y": (0.46, -9.99, 0.39), "+z": (0.83, -0.18, 10.42), "-z": (-0.05, -0.08, -9.54),
+    }  # fmt: skip
+    frame = pd.DataFrame([(k, *v) for k, v in means.items()], columns=["label", "ax", "ay", "az"])
+    own = gravical.read(frame)
+    assert own.labels == list(means)
+    calibration = gravical.calibrate(frame, gravity=9.81, method="ferraris")
+    assert calibration.bias[0] == pytest.approx(0.385, abs=1e-12)
+    by_pose = {name: np.tile(mean, (50, 1)) for name, mean in means.items()}
+    again = gravical.calibrate(by_pose, gravity=9.81, method="ferraris", rate=100)
+    assert np.allclose(again.bias, calibration.bias, rtol=0, atol=1e-9)
+
+
+def test_bytes_and_files(examples: Path) -> None:
+    path = examples / "demo/line/line.csv"
+    own = gravical.read(path)
+    assert np.array_equal(gravical.read(path.read_bytes()).ax, own.ax)
+    with path.open("rb") as file:
+        assert np.array_equal(gravical.read(file).ax, own.ax)
+    assert gravical.read(io.BytesIO(path.read_bytes()), name="here").name == "here"
+
+
+def test_pickles_are_the_same(
+    poses: gravical.Recording, line: gravical.Recording, calibration: gravical.Calibration
+) -> None:
+    again = pickle.loads(pickle.dumps(poses))
+    assert again.columns.keys() == poses.columns.keys()
+    for name, values in poses.columns.items():
+        assert np.array_equal(again[name], values, equal_nan=True)
+    assert again.findings == poses.findings and repr(again) == repr(poses)
+    # What is computed from it is the same, too.
+    own = gravical.calibrate(again, gravity=9.80665).to_dict()
+    assert own["accelerometer"] == calibration.to_dict()["accelerometer"]
+    loaded = pickle.loads(pickle.dumps(calibration))
+    assert loaded == calibration and np.array_equal(loaded.matrix, calibration.matrix)
+    moved = gravical.motion(line, calibration)
+    kept = pickle.loads(pickle.dumps(moved))
+    assert kept.to_dict() == moved.to_dict() and str(kept) == str(moved)
+    assert np.array_equal(kept.position, moved.position, equal_nan=True)
+    assert np.array_equal(kept.still, moved.still)
+    assert kept.figures == moved.figures
+    error = pickle.loads(pickle.dumps(caught(lambda: gravical.read("no-such-file.csv"))))
+    assert isinstance(error, gravical.NotFoundError) and error.code == "not-found" and error.hint
+
+
+def caught(call: Callable[[], Any]) -> gravical.Error:
+    with pytest.raises(gravical.Error) as error:
+        call()
+    return error.value
+
+
+def bias_of(recording: gravical.Recording) -> list[float]:
+    return list(gravical.calibrate(recording, gravity=9.80665).bias)
+
+
+def test_a_process_pool_takes_recordings(
+    poses: gravical.Recording, calibration: gravical.Calibration
+) -> None:
+    import multiprocessing
+
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(2, mp_context=context) as pool:
+        biases = list(pool.map(bias_of, [poses, poses]))
+    assert biases == [list(calibration.bias)] * 2
