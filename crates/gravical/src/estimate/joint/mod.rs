@@ -314,8 +314,11 @@ impl<'a> Search<'a> {
         let inverse = matrix3::inverse(&model).ok_or(JointError::NotConverged)?;
         let (direction, sd) = predicted::weakest(&inverse, &covariance, self.held.gravity);
         let reduced = Reduced::new(&found);
-        // What only the prior knows is open, too.
-        if !(sd <= UNKNOWN * self.held.gravity && reduced.condition() < MOST_CONDITION) {
+        // What only the prior knows is open, too. Faces that are said to be exact are enough
+        // however badly they fit.
+        let exact = self.options.elements == Some(Elements::All);
+        let known = exact || sd <= UNKNOWN * self.held.gravity;
+        if !(known && reduced.condition() < MOST_CONDITION) {
             return Err(JointError::Undetermined { direction, sd });
         }
         let left_out = leave_out::errors(work, &found, &reduced, &self.held);

@@ -52,6 +52,16 @@ fn without_tilt_it_is_linear_least_squares() {
 }
 
 #[test]
+fn faces_that_are_said_to_be_exact_are_fitted_however_they_lie() {
+    for index in 0..20 {
+        let mut part = Part::draw(&parts(3.0), 12, index);
+        let means = part.place(&Planned::six_faces());
+        let fit = joint(&poses(&means, true), &assuming(Elements::All)).unwrap();
+        assert!((fit.freedom - 6.0).abs() < 1e-4, "{}", fit.freedom);
+    }
+}
+
+#[test]
 fn with_any_tilt_it_is_the_magnitude_alone() {
     let flat = JointOptions {
         prior: false,
