@@ -220,19 +220,19 @@ fn wrong_calls_say_what_to_do() {
         &format!("apply {file} line/line.csv {both} -o x.csv"),
         "store-and-file",
         2,
-        "leave out one",
+        "leave out --store",
     );
     refused(
         &format!("check {file} line/line.csv {both}"),
         "store-and-file",
         2,
-        "leave out one",
+        "leave out --store",
     );
     refused(
         &format!("motion line/line.csv -c {file} {both}"),
         "store-and-file",
         2,
-        "leave out one",
+        "leave out --store",
     );
     refused("apply line/line.csv -o x.csv", "usage", 2, "<INPUT>");
     refused("check line/line.csv", "usage", 2, "RECORDING");

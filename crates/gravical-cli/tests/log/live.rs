@@ -84,5 +84,7 @@ fn a_silent_board_does_not_keep_the_user() {
     let mut live = Logger::start_in(folder.path(), &line, &terminal);
     live.wait_for("session");
     terminal.press("stop\n");
-    assert_eq!(live.gone(), Some(3));
+    assert_eq!(live.wait_for("warning")["kind"], "refused");
+    live.signal(Signal::INT);
+    assert_eq!(live.gone(), Some(130));
 }
