@@ -142,6 +142,14 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
     };
     let inverse = matrix3::inverse(&m)?;
     let face_of = |pose: &Pose| pose.face.filter(|_| elements == Elements::All);
+    // Lengths count alike in m/s², not in the unit of each channel.
+    let k = matrix3::row_norms(&m);
+    let weight = match held.elements {
+        Some(Elements::Triangular | Elements::Diagonal) => {
+            k.map(|k_i| 3.0 * k_i / k.iter().sum::<f64>())
+        }
+        Some(Elements::All) | None => [1.0; 3],
+    };
     // Face poses of one group and face: how many there are, and their place.
     let mut groups: HashMap<(usize, usize), (usize, Option<usize>)> = HashMap::new();
     for pose in poses.iter().filter(|p| !p.left_out) {
@@ -172,7 +180,7 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
                     let known = pose.sd[i].hypot(held.model_error);
                     match face {
                         Some(face) if face.axis != i => known.hypot(across),
-                        _ => known,
+                        _ => known * weight[i],
                     }
                 }),
             };

@@ -6,7 +6,7 @@ use crate::estimate::solve::Problem;
 use crate::predicted;
 use crate::segment::face::angle_deg;
 
-use super::fit::{Fit, Held, Pose, axes_of, rough_fit, roughly};
+use super::fit::{Fit, Held, Pose, axes_of, fit, rough_fit, roughly};
 use super::model::{self, Elements};
 use super::reduced::Reduced;
 
@@ -140,6 +140,13 @@ fn refit(
     let stretch: [[f64; 3]; 3] =
         std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (relative[i][j] + relative[j][i])));
     let off = matrix3::mul_vec(&inverse, &matrix3::sub(&moved.b, &found.state.b));
+    if held.elements.is_some() {
+        // Given elements may miss the poses by much, and a linear step errs by its share of
+        // gravity. The second search has the weights of the first one's result.
+        let first = fit(&rest(), held, &found.start())?;
+        let second = fit(&rest(), held, &first.start())?;
+        return second.converged.then_some((second.state.m, second.state.b));
+    }
     let small = (0..3).all(|i| {
         off[i].abs() <= SMALL_STEP * held.gravity
             && (0..3).all(|j| (stretch[i][j] - f64::from(i == j)).abs() <= SMALL_STEP)

@@ -76,6 +76,9 @@ const TILT_RANGE: [f64; 2] = [0.02_f64.to_radians(), 10.0_f64.to_radians()];
 /// ‖a‖ that is less well known than this share of gravity in some direction is
 /// not known: the data sheet alone says as much.
 const UNKNOWN: f64 = 0.028;
+/// The same where elements are given: whoever assumes gets a result, poor as it may be, unless a
+/// direction is as good as not there.
+const UNKNOWN_ASSUMED: f64 = 0.25;
 /// Poses determine nothing where the condition of the fit without a prior is worse:
 /// rounding alone makes as much.
 const MOST_CONDITION: f64 = 1e10;
@@ -314,11 +317,12 @@ impl<'a> Search<'a> {
         let inverse = matrix3::inverse(&model).ok_or(JointError::NotConverged)?;
         let (direction, sd) = predicted::weakest(&inverse, &covariance, self.held.gravity);
         let reduced = Reduced::new(&found);
-        // What only the prior knows is open, too. Faces that are said to be exact are enough
-        // however badly they fit.
-        let exact = self.options.elements == Some(Elements::All);
-        let known = exact || sd <= UNKNOWN * self.held.gravity;
-        if !(known && reduced.condition() < MOST_CONDITION) {
+        // What only the prior knows is open, too.
+        let unknown = match self.options.elements {
+            Some(_) => UNKNOWN_ASSUMED,
+            None => UNKNOWN,
+        };
+        if !(sd <= unknown * self.held.gravity && reduced.condition() < MOST_CONDITION) {
             return Err(JointError::Undetermined { direction, sd });
         }
         let left_out = leave_out::errors(work, &found, &reduced, &self.held);

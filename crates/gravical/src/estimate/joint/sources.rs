@@ -76,7 +76,10 @@ pub(super) fn by_source(
                 let known = work[members[row / 3]].sd[axis].powi(2);
                 let steps = quantisation[axis].powi(2).min(known);
                 // The scatter of repeats about their tilt is what is left.
-                let total = model.places[block].readings[row / 3].sd[axis].powi(2);
+                let total = match model.places[block].face {
+                    Some(_) => model.places[block].readings[row / 3].sd[axis].powi(2),
+                    None => known + model_error.powi(2),
+                };
                 add(0, (known - steps) / total);
                 add(1, steps / total);
                 add(2, model_error.powi(2) / total);
