@@ -185,7 +185,9 @@ fn whole_stills_give_nearly_the_same() {
     assert!((0.146..0.152).contains(&figures[0]), "{figures:?}");
     assert!((0.146..0.160).contains(&figures[1]), "{figures:?}");
     close(figures[2], 3.98, 0.02);
-    close(figures[3], 7.58, 0.02);
+    // Readings are fitted, as noise is in them; by calibrated lengths, which six parameters
+    // miss by a hundredth of gravity here, it were 7.58.
+    close(figures[3], 7.52, 0.02);
 }
 
 #[test]
