@@ -53,6 +53,7 @@ mod tests;
 mod types;
 
 use gravical_core::matrix3;
+use nalgebra::{DMatrix, DVector};
 
 use crate::calibration_file::TiltSource;
 use crate::estimate::observability::{condition, span};
@@ -141,7 +142,8 @@ fn alike(poses: &[JointPose], elements: Option<Elements>) -> Option<[f64; 3]> {
 }
 
 /// M and b to start with: the nominal scale (or the one that readings of usual
-/// length have), and no bias.
+/// length have), and no bias. Where lengths alone are fitted, the centre of the readings: no
+/// data sheet says that the bias of such a sensor is small.
 fn start(poses: &[JointPose], options: &JointOptions) -> Option<([[f64; 3]; 3], [f64; 3])> {
     let finite = |p: &JointPose| {
         matrix3::norm(&p.mean).is_finite()
@@ -151,15 +153,44 @@ fn start(poses: &[JointPose], options: &JointOptions) -> Option<([[f64; 3]; 3], 
         return None;
     }
     let usual = usual_scale(poses, options.gravity);
-    let m = options.start.unwrap_or_else(|| {
-        // A nominal scale that is far off is a wrong unit, not a start.
-        let scale = options
-            .nominal
-            .filter(|n| (0.5..2.0).contains(&(usual / n)))
-            .unwrap_or(usual);
-        matrix3::diagonal([scale; 3])
+    // A nominal scale that is far off is a wrong unit, not a start.
+    let near = |scale: f64| (0.5..2.0).contains(&(usual / scale));
+    let nominal = options.nominal.filter(|n| near(*n));
+    let m = options
+        .start
+        .unwrap_or_else(|| matrix3::diagonal([nominal.unwrap_or(usual); 3]));
+    let lengths = options.elements.is_some_and(|e| e != Elements::All);
+    let sphere = nearest_sphere(poses).filter(|_| lengths && options.start.is_none());
+    let (m, b) = match sphere {
+        Some((centre, radius)) => (matrix3::diagonal([radius / options.gravity; 3]), centre),
+        None => (m, [0.0; 3]),
+    };
+    (usual > 0.0).then_some((m, b))
+}
+
+/// Centre and radius of the sphere nearest to the readings: ‖u‖² = 2 b·u + (r² − ‖b‖²) is linear in
+/// b and the bracket. None where the poses do not determine it.
+fn nearest_sphere(poses: &[JointPose]) -> Option<([f64; 3], f64)> {
+    let usual = usual_scale(poses, 1.0);
+    let rows = DMatrix::from_fn(poses.len(), 4, |k, j| match j {
+        3 => 1.0,
+        j => 2.0 * poses[k].mean[j] / usual,
     });
-    (usual > 0.0).then_some((m, [0.0; 3]))
+    let right = DVector::from_fn(poses.len(), |k, _| {
+        (matrix3::norm(&poses[k].mean) / usual).powi(2)
+    });
+    // The decomposition may never end on what is not finite.
+    if poses.len() < 4 || rows.iter().chain(&right).any(|v| !v.is_finite()) {
+        return None;
+    }
+    let svd = rows.svd(true, true);
+    if svd.singular_values.min() < svd.singular_values.max() / 100.0 {
+        return None;
+    }
+    let x = svd.solve(&right, 0.0).ok()?;
+    let centre = [x[0], x[1], x[2]];
+    let square = x[3] + centre.iter().map(|v| v * v).sum::<f64>();
+    (square > 0.0).then(|| (centre.map(|v| v * usual), square.sqrt() * usual))
 }
 
 /// Scale by the usual length of a reading; NaN without readings.

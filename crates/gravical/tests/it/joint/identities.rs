@@ -91,6 +91,22 @@ fn with_any_tilt_it_is_the_magnitude_alone() {
     }
 }
 
+/// An analog sensor whose zero is not subtracted reads gravity about a centre of several g.
+#[test]
+fn a_bias_of_several_g_moves_with_its_readings() {
+    for elements in [Elements::Triangular, Elements::Diagonal] {
+        for index in 0..10 {
+            let mut part = Part::draw(&parts(1.0), 12, index);
+            let mut means = part.place(&faces_and(Planned::spread(9, 4)));
+            let near = joint(&free(&means), &assuming(elements)).unwrap();
+            means.iter_mut().for_each(|m| m.mean[0] += 50.0);
+            let far = joint(&free(&means), &assuming(elements)).unwrap();
+            let moved = far.bias[0] - near.bias[0];
+            assert!((moved - 50.0).abs() < 1e-4, "{elements:?} {index}: {moved}");
+        }
+    }
+}
+
 #[test]
 fn six_faces_without_a_prior_are_ferraris() {
     let flat = JointOptions {
