@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{self as library, Calibrated, MotionSample, MotionStepper, Readings, Track};
+use gravical::motion::{self as library, Calibrated, MotionSample, MotionStepper, Readings};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -46,27 +46,6 @@ pub fn motion(
             inputs.push(reference.input());
         }
         Ok(Outcome::new(Kind::Motion(Arc::new(motion), rows), inputs))
-    })
-}
-
-/// Columns of the table, by name; their memory is that of the motion.
-pub fn column<'a>(track: &'a Track, name: &str) -> Option<&'a [f64]> {
-    let of = |columns: &'a Vec<[f64; 3]>| columns.as_flattened();
-    Some(match name {
-        "t" => &track.t_s,
-        "attitude" => track.attitude.as_flattened(),
-        "acceleration" => of(&track.acceleration_mps2),
-        "velocity" => of(&track.velocity_mps),
-        "position" => of(&track.position_m),
-        "sigma_velocity" => of(&track.sigma_velocity_mps),
-        "sigma_position" => of(&track.sigma_position_m),
-        "raw_x" => &track.raw_mps2[0],
-        "raw_y" => &track.raw_mps2[1],
-        "raw_z" => &track.raw_mps2[2],
-        "force_x" => &track.force_mps2[0],
-        "force_y" => &track.force_mps2[1],
-        "force_z" => &track.force_mps2[2],
-        _ => return None,
     })
 }
 

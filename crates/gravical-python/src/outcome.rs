@@ -12,7 +12,7 @@ use gravical::document::{Detail, Document};
 use gravical::export::kalibr;
 use gravical::figure::{self, Figure, svg};
 use gravical::inspect::Inspection;
-use gravical::motion::{Motion, write_table};
+use gravical::motion::{Motion, Track, write_table};
 use gravical::noise::NoiseResult;
 use gravical::output::write_atomic;
 use gravical::recording::Recording;
@@ -22,7 +22,6 @@ use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::error::OrRaise;
-use crate::motion::column;
 use crate::recording::{json, view};
 
 /// Name, title, caption and SVG.
@@ -174,4 +173,25 @@ impl Outcome {
         still.readwrite().make_nonwriteable();
         Ok((still, track.breaks.clone(), track.bands))
     }
+}
+
+/// Columns of the table, by name; their memory is that of the motion.
+fn column<'a>(track: &'a Track, name: &str) -> Option<&'a [f64]> {
+    let of = |columns: &'a Vec<[f64; 3]>| columns.as_flattened();
+    Some(match name {
+        "t" => &track.t_s,
+        "attitude" => track.attitude.as_flattened(),
+        "acceleration" => of(&track.acceleration_mps2),
+        "velocity" => of(&track.velocity_mps),
+        "position" => of(&track.position_m),
+        "sigma_velocity" => of(&track.sigma_velocity_mps),
+        "sigma_position" => of(&track.sigma_position_m),
+        "raw_x" => &track.raw_mps2[0],
+        "raw_y" => &track.raw_mps2[1],
+        "raw_z" => &track.raw_mps2[2],
+        "force_x" => &track.force_mps2[0],
+        "force_y" => &track.force_mps2[1],
+        "force_z" => &track.force_mps2[2],
+        _ => return None,
+    })
 }

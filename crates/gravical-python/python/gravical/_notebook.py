@@ -1,4 +1,4 @@
-"""Results in a notebook: the report in short, what was found, the figures."""
+"""Results in a notebook: the report in short, and the figures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from html import escape
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ._findings import Finding
     from ._results import Figure
 
 _BLOCK = (
@@ -17,9 +16,7 @@ _BLOCK = (
 )
 
 
-def page(
-    kind: str, text: str, findings: Iterable[Finding], figures: Iterable[Figure]
-) -> str:
+def page(kind: str, text: str, figures: Iterable[Figure]) -> str:
     """HTML without scripts; figures are images, which cannot disturb the page around them."""
     parts = [f'<pre style="{_BLOCK}">{escape(text)}</pre>']
     parts += [_figure(figure) for figure in figures]

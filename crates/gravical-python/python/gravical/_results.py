@@ -132,7 +132,7 @@ class Result:
         return ""
 
     def _repr_html_(self) -> str:
-        return _notebook.page(type(self).__name__, str(self), self.findings, self.figures)
+        return _notebook.page(type(self).__name__, str(self), self.figures)
 
     def __getstate__(self) -> dict[str, Any]:
         texts = {name: self._native.document(name) for name in _FORMATS}
