@@ -154,15 +154,18 @@ fn start(poses: &[JointPose], options: &JointOptions) -> Option<([[f64; 3]; 3], 
     }
     let usual = usual_scale(poses, options.gravity);
     // A nominal scale that is far off is a wrong unit, not a start.
-    let near = |scale: f64| (0.5..2.0).contains(&(usual / scale));
-    let nominal = options.nominal.filter(|n| near(*n));
+    let near = |scale: f64, to: f64| (0.5..2.0).contains(&(scale / to));
+    let nominal = options.nominal.filter(|n| near(usual, *n));
     let m = options
         .start
         .unwrap_or_else(|| matrix3::diagonal([nominal.unwrap_or(usual); 3]));
     let lengths = options.elements.is_some_and(|e| e != Elements::All);
-    let sphere = nearest_sphere(poses).filter(|_| lengths && options.start.is_none());
+    let sphere = nearest_sphere(poses)
+        .filter(|_| lengths && options.start.is_none())
+        .map(|(centre, radius)| (centre, radius / options.gravity))
+        .filter(|(_, scale)| nominal.is_none_or(|n| near(*scale, n)));
     let (m, b) = match sphere {
-        Some((centre, radius)) => (matrix3::diagonal([radius / options.gravity; 3]), centre),
+        Some((centre, scale)) => (matrix3::diagonal([scale; 3]), centre),
         None => (m, [0.0; 3]),
     };
     (usual > 0.0).then_some((m, b))
