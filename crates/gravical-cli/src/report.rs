@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use gravical::TOOL;
 use gravical::calibration_file::InputFile;
 use gravical::document::{Block, Detail, Document};
 use gravical::escape::path_text;
 use gravical::figure::{Figure, Formats, check_figures, write_figures};
 use gravical::output::{check_targets, write_atomic};
-use gravical::report::{Provenance, TOOL};
+use gravical::report::Provenance;
 use gravical::{Error, Result};
 
 use crate::figures::FigureArgs;
@@ -53,6 +54,13 @@ impl ReportArgs {
     /// Whether a report is requested.
     pub fn is_wanted(&self) -> bool {
         self.report.is_some()
+    }
+
+    /// The folder that the report is going to be in.
+    pub fn folder(&self) -> Option<PathBuf> {
+        let folder = self.report.as_deref()?.parent()?;
+        let here = folder.as_os_str().is_empty();
+        Some(if here { ".".into() } else { folder.to_owned() })
     }
 
     /// # Errors

@@ -264,7 +264,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let file = CalibrationFile {
         format: FORMAT.to_owned(),
         created: creation_time(),
-        tool: concat!("gravical ", env!("CARGO_PKG_VERSION")).to_owned(),
+        tool: crate::TOOL.to_owned(),
         recorded: recorded(recordings, options),
         sensor: SensorInfo {
             id: sensor_id,

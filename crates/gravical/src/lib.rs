@@ -51,6 +51,8 @@ pub mod apply;
 pub mod calibrate;
 pub mod calibration_file;
 pub mod check;
+#[doc(hidden)]
+pub mod cohort;
 pub mod compare;
 pub mod denoise;
 pub mod document;
@@ -96,6 +98,9 @@ mod uncertainty;
 pub mod utc;
 #[doc(hidden)]
 pub mod validate;
+
+/// Name and version of the program, as results state it.
+pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));
 
 pub use error::{Category, Error, Location, Result};
 /// The part that runs on a microcontroller, too: calibrations and filters of one sample, rests and

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use serde::Serialize;
 
 use gravical::Result;
+use gravical::TOOL;
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, InputFile, creation_time};
 use gravical::document::paragraph;
@@ -15,7 +16,7 @@ use gravical::inspect::inspect;
 use gravical::motion::{Calibrated, Motion, MotionOptions, motion};
 use gravical::output::{check_target, make_folder};
 use gravical::recording::{ReadOptions, Recording, Severity, read};
-use gravical::report::{self, Provenance, TOOL};
+use gravical::report::{self, Provenance};
 use gravical::segment::face::AxisMap;
 use gravical::simulate::{
     FileFormat, FileOptions, LineOptions, PosesOptions, Scenario, SimulateOptions, Simulation,

@@ -3,6 +3,7 @@
 pub mod apply;
 pub mod calibrate;
 pub mod check;
+pub mod collect;
 pub mod compare;
 pub mod completions;
 pub mod demo;
@@ -56,6 +57,7 @@ impl Verb {
             Verb::Noise(args) => noise::run(args),
             Verb::Demo(args) => demo::run(args),
             Verb::Check(args) => check::run(args),
+            Verb::Collect(args) => collect::run(args),
             Verb::Compare(args) => compare::run(args),
             Verb::Store(args) => store::run(args),
             Verb::Export(args) => export::run(args),
@@ -79,6 +81,7 @@ impl Verb {
             Verb::Noise(args) => args.json,
             Verb::Demo(args) => args.json,
             Verb::Check(args) => args.json,
+            Verb::Collect(args) => args.json,
             Verb::Compare(args) => args.json,
             Verb::Store(args) => args.json(),
             Verb::Log(args) => args.json,

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use gravical::cohort::Shard;
 use gravical::{Error, Result};
 
 #[derive(Debug, Default, clap::Args)]
@@ -16,6 +17,12 @@ pub struct EachArgs {
     /// Continue an interrupted run: what is done with the same content and options is skipped
     #[arg(long, hide_short_help = true)]
     pub resume: bool,
+    /// Part of the sessions for this run, of several with the same arguments: 1/8 to 8/8
+    #[arg(long, hide_short_help = true, value_name = "I/N")]
+    pub shard: Option<Shard>,
+    /// How often a session is tried again after an error of the file system
+    #[arg(long, hide_short_help = true, value_name = "N", default_value_t = 0)]
+    pub retries: u8,
     /// Number of sessions at a time [default: one for each core]
     #[arg(
         long,
@@ -36,6 +43,8 @@ impl EachArgs {
         let given = [
             ("--summary", self.summary.is_some()),
             ("--resume", self.resume),
+            ("--shard", self.shard.is_some()),
+            ("--retries", self.retries > 0),
             ("--threads", self.threads.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {

@@ -5,12 +5,11 @@ use std::fs;
 use std::io::{self, BufRead as _, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use gravical::cohort::{Item, not_twice};
 use gravical::escape::path_text;
 use gravical::live::folder::is_session;
 use gravical::session::{ENDINGS, may_be_recording};
 use gravical::{Error, Result};
-
-use super::content::not_twice;
 
 /// What the items are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,17 +20,6 @@ pub enum Kind {
     Recordings,
     /// Recordings: files, as they are named; a folder is none.
     Named,
-}
-
-/// One of many.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Item {
-    /// What it is called: unique among all, whatever the case of its letters.
-    pub name: String,
-    /// Where it is.
-    pub path: PathBuf,
-    /// File of its result, in the folder of the results.
-    pub file: Option<String>,
 }
 
 /// The items of a run.

@@ -10,18 +10,15 @@
 //!                                                                       → lines, summary
 //! ```
 //!
-//! An item ([`items`]) is a session or a recording. Its result depends only on its content
-//! ([`content`]), the options ([`words`]) and the version of the program; the journal
-//! ([`journal`]) stores these three with its row ([`row`]), which is how `--resume` knows what is
+//! An item ([`items`]) is a session or a recording. Its result depends only on its content,
+//! the options ([`words`]) and the version of the program; the journal
+//! ([`gravical::cohort`]) stores these three with its row, which is how `--resume` knows what is
 //! done. Rows are taken in the order of the items, whatever the number of threads ([`workers`]),
 //! and none is kept: memory does not grow with the number of results. [`run`](run::run) is the
 //! loop around all this; a command adds its [`Job`].
 
 mod args;
-mod content;
 mod items;
-mod journal;
-mod row;
 mod run;
 mod summary;
 mod words;
@@ -29,8 +26,31 @@ mod workers;
 
 pub use args::EachArgs;
 pub use items::Kind;
-#[cfg(test)]
-pub use row::tests::assert_columns;
-pub use row::{Columns, Outcome, kinds};
-pub use run::{Job, Plan, Work, run};
+pub use run::{Job, Outcome, Plan, Work, run};
+pub use summary::write_table;
 pub use words::Words;
+
+#[cfg(test)]
+pub mod tests {
+    use gravical::cohort::{Columns, Row, Status};
+    use serde::{Deserialize, Serialize};
+
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    pub struct Length {
+        pub length_m: f64,
+    }
+
+    impl Columns for Length {
+        const NAMES: &'static [&'static str] = &["length_m"];
+    }
+
+    pub fn row(name: &str, length_m: Option<f64>) -> Row<Length> {
+        Row {
+            path: format!("in/{name}.csv"),
+            verdict: Some("good".to_owned()),
+            sha256: Some("00".to_owned()),
+            values: length_m.map(|length_m| Length { length_m }),
+            ..Row::of(name, Status::Done)
+        }
+    }
+}

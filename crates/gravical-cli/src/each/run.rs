@@ -5,7 +5,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+use std::time::Duration;
 
+use gravical::cohort::{
+    Beginning, Columns, Content, Item, Journal, Origin, Row, Status, journal_name, sha256_of,
+};
 use gravical::escape::{one_line, path_text, shown_json};
 use gravical::numfmt::count;
 use gravical::output::{check_target, check_targets, make_folder};
@@ -13,10 +18,7 @@ use gravical::session::files_in;
 use gravical::{Error, Result};
 
 use super::args::EachArgs;
-use super::content::{Content, sha256_of};
-use super::items::{Item, Items, Kind};
-use super::journal::{Journal, Origin};
-use super::row::{Columns, Outcome, Row, Status};
+use super::items::{Items, Kind};
 use super::summary::{Counts, Form, Writer};
 use super::words::Words;
 use super::workers::in_order;
@@ -28,8 +30,27 @@ use crate::{crash, progress, text};
 const WIDEST: usize = 40;
 /// Between reasons, which have semicolons of their own.
 const SEPARATOR: &str = " / ";
+/// Codes of errors that may be gone at the next attempt: of the file system, of memory, of a file that
+/// was being written.
+const TRANSIENT: [&str; 3] = ["io", "no-memory", "changed"];
+/// Pause before the second attempt; each one after it is twice as long.
+const FIRST_PAUSE: Duration = Duration::from_secs(1);
+const LONGEST_PAUSE: Duration = Duration::from_secs(60);
 /// Most codes in the sentence about errors.
 const MOST_CODES: usize = 4;
+
+/// The result of an item.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome<V> {
+    /// The verdict as it is printed.
+    pub verdict: String,
+    /// Whether it failed its quality gate.
+    pub is_poor: bool,
+    /// Reasons of the verdict, the main one first.
+    pub reasons: Vec<String>,
+    /// What was measured.
+    pub values: V,
+}
 
 /// What a command does with one item.
 pub trait Job: Sync {
@@ -105,7 +126,7 @@ pub fn run<J: Job>(plan: &Plan<'_>, job: &J) -> anyhow::Result<ExitCode> {
             run.say_summary(path, false)?;
             let form = Form::of(path)?;
             let tally = write_file(path, plan.force || own, |out| {
-                let mut writer = Writer::new::<J::Values>(path, form, &plan.words, out)?;
+                let mut writer = Writer::new(path, form, &plan.words, J::Values::NAMES, out)?;
                 let tally = run.all(&interrupted, Some(&mut writer))?;
                 writer.finish(&tally.counts)?;
                 Ok(tally)
@@ -150,6 +171,25 @@ struct Run<'a, J> {
     journal: Option<Journal>,
     /// Items that were done before.
     skipped: AtomicU64,
+}
+
+/// What became of an item.
+struct Attempt<V> {
+    row: Row<V>,
+    /// Its result, if this or an earlier run wrote it.
+    own: Option<PathBuf>,
+    /// It was done before.
+    is_of_earlier_run: bool,
+}
+
+impl<V> Attempt<V> {
+    fn new(row: Row<V>) -> Self {
+        Attempt {
+            row,
+            own: None,
+            is_of_earlier_run: false,
+        }
+    }
 }
 
 /// What became of all items.
@@ -198,12 +238,19 @@ impl<'a, J: Job> Run<'a, J> {
         outputs.extend(each.summary.as_deref());
         outputs.extend(journal.as_deref());
         let ending = plan.ending.filter(|_| plan.output.is_some());
-        let items = Items::of(plan.inputs, plan.kind, &outputs, ending)?;
+        let mut items = Items::of(plan.inputs, plan.kind, &outputs, ending)?;
+        let all = items.all.len();
+        if let Some(shard) = each.shard {
+            let mut index = 0..;
+            let own = |_: &Item| index.next().is_some_and(|i| shard.takes(i));
+            items.all.retain(own);
+        }
         let hashes = plan.files.iter().map(|path| {
             let sha256 = sha256_of(path)?;
             Ok((path.display().to_string(), sha256))
         });
-        let origin = Origin::new(&plan.words, hashes.collect::<Result<_>>()?);
+        let (verb, options) = (&plan.words.verb, &plan.words.options);
+        let origin = Origin::new(verb, options, hashes.collect::<Result<_>>()?);
         let run = Run {
             plan,
             job,
@@ -224,7 +271,13 @@ impl<'a, J: Job> Run<'a, J> {
             }
         }
         check_targets(&targets, &read, may_exist).map_err(with_resume_hint)?;
-        let journal = journal.map(|path| Journal::open(&path, &origin, each.resume, plan.force));
+        let beginning = Beginning {
+            origin,
+            shard: each.shard,
+            all,
+            items: &run.items.all,
+        };
+        let journal = journal.map(|path| Journal::open(&path, &beginning, each.resume, plan.force));
         let journal = journal.transpose()?;
         if let Some(path) = &each.summary {
             let own = journal.as_ref().is_some_and(|j| j.is_own_summary(path));
@@ -256,7 +309,7 @@ impl<'a, J: Job> Run<'a, J> {
         let mut tally = Tally::default();
         let mut contents: HashMap<String, usize> = HashMap::new();
         let results_are_kept = self.journal.is_some();
-        let work = |i: usize| self.row(&all[i]);
+        let work = |i: usize| self.row(&all[i], stop);
         let taken = in_order(all.len(), self.plan.each.workers(), stop, work, |i, row| {
             let mut row = row?;
             if let Some(sha256) = &row.sha256 {
@@ -287,43 +340,56 @@ impl<'a, J: Job> Run<'a, J> {
         Ok(tally)
     }
 
-    /// Works on one item.
+    /// Works on one item, as often as `--retries` allows. After `stop` nothing is tried again.
     ///
     /// # Errors
     ///
     /// Those of the journal.
-    fn row(&self, item: &Item) -> Result<Row<J::Values>> {
+    fn row(&self, item: &Item, stop: &AtomicBool) -> Result<Row<J::Values>> {
+        let mut pause = FIRST_PAUSE;
+        for _ in 0..self.plan.each.retries {
+            let attempt = self.attempt(item)?;
+            let code = attempt.row.error_code.as_deref().unwrap_or_default();
+            if !TRANSIENT.contains(&code) || stop.load(Ordering::SeqCst) {
+                return self.end(item, attempt);
+            }
+            thread::sleep(pause);
+            pause = (2 * pause).min(LONGEST_PAUSE);
+        }
+        let attempt = self.attempt(item)?;
+        self.end(item, attempt)
+    }
+
+    /// Works on one item once.
+    ///
+    /// # Errors
+    ///
+    /// Those of the journal.
+    fn attempt(&self, item: &Item) -> Result<Attempt<J::Values>> {
         let mut row = Row {
-            name: item.name.clone(),
             path: item.path.display().to_string(),
-            status: Status::Done,
-            verdict: None,
-            reason: None,
-            error_code: None,
-            hint: None,
-            same_content_as: None,
-            result: None,
-            sha256: None,
-            values: None,
+            ..Row::of(&item.name, Status::Done)
         };
         let result = self.result(item);
         let content = match Content::of(&item.path) {
             Ok(content) => content,
             Err(error) => {
-                row.set_error(&error.into());
-                return self.end(item, None, row);
+                set_error(&mut row, &error.into());
+                return Ok(Attempt::new(row));
             }
         };
         row.sha256 = Some(content.sha256.clone());
         let before = self.journal.as_ref().filter(|_| self.plan.each.resume);
         let before = before.and_then(|j| j.done(item, &content.sha256, result.as_deref()));
         if let Some(mut before) = before {
-            self.skipped.fetch_add(1, Ordering::Relaxed);
             before.path = row.path;
             before.result = result.as_deref().map(path_text);
-            return Ok(before);
+            return Ok(Attempt {
+                is_of_earlier_run: true,
+                ..Attempt::new(before)
+            });
         }
-        let own = result.as_deref().filter(|result| self.is_own(item, result));
+        let own = result.clone().filter(|result| self.is_own(item, result));
         match self.outcome(item, result.as_deref(), own.is_some(), &content)? {
             Ok(outcome) => {
                 row.status = match outcome.is_poor {
@@ -334,16 +400,23 @@ impl<'a, J: Job> Run<'a, J> {
                 row.reason = Some(outcome.reasons.join(SEPARATOR)).filter(|r| !r.is_empty());
                 row.result = result.as_deref().map(path_text);
                 row.values = Some(outcome.values);
-                self.end(item, result.as_deref(), row)
+                Ok(Attempt {
+                    own: result,
+                    ..Attempt::new(row)
+                })
             }
             Err(error) => {
-                row.set_error(&error);
-                if let (Some(reason), Some(own)) = (&mut row.reason, own.filter(|own| own.exists()))
+                set_error(&mut row, &error);
+                if let (Some(reason), Some(own)) = (&mut row.reason, own.as_ref())
+                    && own.exists()
                 {
                     let own = path_text(own);
                     reason.push_str(&format!("{SEPARATOR}{own} is still that of an earlier run"));
                 }
-                self.end(item, own, row)
+                Ok(Attempt {
+                    own,
+                    ..Attempt::new(row)
+                })
             }
         }
     }
@@ -385,14 +458,16 @@ impl<'a, J: Job> Run<'a, J> {
         }))
     }
 
-    fn end(
-        &self,
-        item: &Item,
-        result: Option<&Path>,
-        row: Row<J::Values>,
-    ) -> Result<Row<J::Values>> {
-        if let Some(journal) = &self.journal {
-            journal.end(item, result, &row)?;
+    fn end(&self, item: &Item, attempt: Attempt<J::Values>) -> Result<Row<J::Values>> {
+        let Attempt {
+            row,
+            own,
+            is_of_earlier_run,
+        } = attempt;
+        if is_of_earlier_run {
+            self.skipped.fetch_add(1, Ordering::Relaxed);
+        } else if let Some(journal) = &self.journal {
+            journal.end(item, own.as_deref(), &row)?;
         }
         Ok(row)
     }
@@ -521,26 +596,24 @@ impl Tally {
     }
 }
 
-impl<V> Row<V> {
-    fn set_error(&mut self, error: &anyhow::Error) {
-        let rendered = RenderedError::of(error);
-        let text = |key: &str| Some(rendered.as_ref()?.object[key].as_str()?.to_owned());
-        self.status = Status::Error;
-        self.error_code = text("code").or_else(|| Some("internal".to_owned()));
-        self.reason = text("message").or_else(|| Some(format!("{error:#}")));
-        self.hint = text("hint");
-    }
+fn set_error<V>(row: &mut Row<V>, error: &anyhow::Error) {
+    let rendered = RenderedError::of(error);
+    let text = |key: &str| Some(rendered.as_ref()?.object[key].as_str()?.to_owned());
+    row.status = Status::Error;
+    row.error_code = text("code").or_else(|| Some("internal".to_owned()));
+    row.reason = text("message").or_else(|| Some(format!("{error:#}")));
+    row.hint = text("hint");
 }
 
 /// The journal is beside the results, or beside the summary where there are none.
 fn journal_path(plan: &Plan<'_>) -> Option<PathBuf> {
     let verb = &plan.words.verb;
     if let Some(folder) = plan.output {
-        return Some(folder.join(format!("{verb}.journal.ndjson")));
+        return Some(folder.join(journal_name(verb, plan.each.shard)));
     }
     let summary = plan.each.summary.as_ref()?;
     let stem = summary.file_stem()?.to_string_lossy();
-    Some(summary.with_file_name(format!("{stem}.journal.ndjson")))
+    Some(summary.with_file_name(journal_name(&stem, plan.each.shard)))
 }
 
 fn with_resume_hint(error: Error) -> Error {
@@ -554,7 +627,7 @@ fn with_resume_hint(error: Error) -> Error {
 
 #[cfg(test)]
 mod tests {
-    use super::super::row::tests::Length;
+    use super::super::tests::Length;
     use super::*;
 
     /// Fails in three ways.

@@ -3,14 +3,13 @@
 use std::io::Write;
 use std::path::Path;
 
+use gravical::cohort::{Cohort, FORMAT, Gathered, Row, columns};
 use gravical::escape::shown_json;
-use gravical::report::TOOL;
-use gravical::{Error, Result};
+use gravical::{Error, Result, TOOL};
 use serde::Serialize;
 
-use super::journal::FORMAT;
-use super::row::{Columns, Row};
 use super::words::Words;
+use crate::table::write_file;
 
 /// Format of a summary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,6 +50,7 @@ pub struct Counts {
 /// Writes rows as they come.
 pub struct Writer<'a> {
     path: &'a Path,
+    columns: Vec<&'static str>,
     inner: Inner<'a>,
 }
 
@@ -60,21 +60,24 @@ enum Inner<'a> {
 }
 
 impl<'a> Writer<'a> {
-    /// Begins the summary of a run with these options.
+    /// Begins the summary of a run with these options, and with the columns `own` behind the
+    /// common ones.
     ///
     /// # Errors
     ///
     /// Errors of writing.
-    pub fn new<V: Columns>(
+    pub fn new(
         path: &'a Path,
         form: Form,
         words: &Words,
+        own: &[&'static str],
         out: &'a mut dyn Write,
     ) -> Result<Self> {
+        let columns = columns(own);
         let inner = match form {
             Form::Csv => {
                 let mut csv = csv::Writer::from_writer(out);
-                let header = csv.write_record(Row::<V>::columns());
+                let header = csv.write_record(&columns);
                 header.map_err(|e| Error::io(path, e.into()))?;
                 Inner::Csv(Box::new(csv))
             }
@@ -91,7 +94,11 @@ impl<'a> Writer<'a> {
                 Inner::Json { out, rows: 0 }
             }
         };
-        Ok(Writer { path, inner })
+        Ok(Writer {
+            path,
+            columns,
+            inner,
+        })
     }
 
     /// Writes the row of the next item.
@@ -99,11 +106,13 @@ impl<'a> Writer<'a> {
     /// # Errors
     ///
     /// Errors of writing.
-    pub fn row<V: Columns>(&mut self, row: &Row<V>) -> Result<()> {
+    pub fn row<V: Serialize>(&mut self, row: &Row<V>) -> Result<()> {
         let path = self.path;
         match &mut self.inner {
             Inner::Csv(csv) => {
-                let fields = row.fields().map_err(|e| Error::io(path, e.into()))?;
+                let fields = row
+                    .fields(&self.columns)
+                    .map_err(|e| Error::io(path, e.into()))?;
                 csv.write_record(fields)
                     .map_err(|e| Error::io(path, e.into()))
             }
@@ -132,6 +141,29 @@ impl<'a> Writer<'a> {
     }
 }
 
+/// Writes what many runs did as one summary.
+///
+/// # Errors
+///
+/// `summary-target`; errors of reading and writing.
+pub fn write_table(path: &Path, force: bool, gathered: &Gathered) -> anyhow::Result<Cohort> {
+    let form = Form::of(path)?;
+    let words = Words {
+        verb: gathered.table().command.to_owned(),
+        options: gathered.options().to_vec(),
+    };
+    write_file(path, force, |out| {
+        let mut writer = Writer::new(path, form, &words, gathered.table().names, out)?;
+        let cohort = gathered.summarise(|row| writer.row(row))?;
+        writer.finish(&Counts {
+            done: cohort.counts.done,
+            poor: cohort.counts.poor,
+            error: cohort.counts.error + cohort.counts.missing - cohort.counts.unnamed,
+        })?;
+        Ok(cohort)
+    })
+}
+
 /// On one line, control characters escaped.
 fn json(value: &impl Serialize, path: &Path) -> Result<String> {
     let text = serde_json::to_string(value).map_err(|e| Error::io(path, e.into()))?;
@@ -142,7 +174,9 @@ fn json(value: &impl Serialize, path: &Path) -> Result<String> {
 mod tests {
     use serde_json::Value;
 
-    use super::super::row::tests::{Length, row};
+    use gravical::cohort::Columns as _;
+
+    use super::super::tests::{Length, row};
     use super::*;
 
     fn written(form: Form) -> String {
@@ -152,7 +186,7 @@ mod tests {
         };
         let mut out = Vec::new();
         let path = Path::new("s");
-        let mut writer = Writer::new::<Length>(path, form, &words, &mut out).unwrap();
+        let mut writer = Writer::new(path, form, &words, Length::NAMES, &mut out).unwrap();
         writer.row(&row("a, b", Some(0.1))).unwrap();
         writer.row(&row("c", None)).unwrap();
         let counts = Counts {

@@ -8,8 +8,9 @@ use clap::{ArgMatches, Command};
 use gravical::escape::{path_word, shell_word};
 
 /// Options that say where to write and how to run, and not what to compute.
-const OF_THE_RUN: [&str; 9] = [
-    "each", "summary", "resume", "threads", "output", "force", "quiet", "json", "verbose",
+const OF_THE_RUN: [&str; 11] = [
+    "each", "summary", "resume", "shard", "retries", "threads", "output", "force", "quiet", "json",
+    "verbose",
 ];
 
 /// The options of a command, as they were given, in the order of its help.

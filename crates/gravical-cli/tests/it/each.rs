@@ -11,7 +11,7 @@ use serde_json::Value;
 use crate::support::*;
 
 /// Sessions of `count` sensors: `fleet/unit-1.csv` …, a few kilobytes each.
-fn fleet(count: u64) -> tempfile::TempDir {
+pub fn fleet(count: u64) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     fs::create_dir(at.join("fleet")).unwrap();
@@ -29,7 +29,7 @@ fn fleet(count: u64) -> tempfile::TempDir {
 }
 
 /// The program with a fixed time, so that results can be compared byte for byte.
-fn gravical(folder: &Path, line: &str) -> Command {
+pub fn gravical(folder: &Path, line: &str) -> Command {
     let mut command = Command::new(program());
     command
         .args(words(line))
@@ -38,7 +38,7 @@ fn gravical(folder: &Path, line: &str) -> Command {
     command
 }
 
-fn ends_with(folder: &Path, line: &str, code: i32) -> (String, String) {
+pub fn ends_with(folder: &Path, line: &str, code: i32) -> (String, String) {
     let output = gravical(folder, line).output().unwrap();
     let (out, err) = (
         String::from_utf8(output.stdout).unwrap(),
@@ -49,14 +49,14 @@ fn ends_with(folder: &Path, line: &str, code: i32) -> (String, String) {
 }
 
 /// The rows of a summary.
-fn rows(path: &Path) -> Vec<Value> {
+pub fn rows(path: &Path) -> Vec<Value> {
     let text = fs::read_to_string(path).unwrap();
     let value: Value = serde_json::from_str(&text).unwrap();
     value["rows"].as_array().unwrap().clone()
 }
 
 /// Files of a folder with their bytes, without the journal.
-fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
+pub fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut all: Vec<(String, Vec<u8>)> = fs::read_dir(folder)
         .unwrap()
         .map(|e| e.unwrap().path())
@@ -344,6 +344,9 @@ fn what_makes_no_sense_is_said_before_the_work() {
             "target-is-input",
         ),
         ("calibrate --each fleet --threads 0", "usage"),
+        ("calibrate --each fleet --shard 3/2", "usage"),
+        ("calibrate fleet/unit-1.csv --shard 1/2", "each-option"),
+        ("noise fleet/unit-1.csv mine.csv", "one-recording"),
     ] {
         let run = run_in(at, words(&format!("{line} --json")));
         assert_eq!((run.code, run.error_code().as_str()), (2, code), "{line}");

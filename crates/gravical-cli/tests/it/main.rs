@@ -8,6 +8,7 @@
 
 mod bad_input;
 mod calibrated_board;
+mod cohort;
 mod compare_check;
 mod control;
 mod demo;

@@ -52,7 +52,7 @@ pub fn soak_alone(recordings: &[Recording], options: &CalibrateOptions) -> Resul
     Ok(CalibrationFile {
         format: FORMAT.to_owned(),
         created: creation_time(),
-        tool: concat!("gravical ", env!("CARGO_PKG_VERSION")).to_owned(),
+        tool: crate::TOOL.to_owned(),
         recorded: recorded(recordings, options),
         sensor: options.sensor.clone(),
         gravity_mps2: options.gravity.value_mps2,

@@ -145,6 +145,7 @@ fn line(cells: impl Iterator<Item = String>) -> String {
 fn cell(cell: &Cell) -> String {
     match cell {
         Cell::Text(text) => escaped(text),
+        Cell::Link(text, target) => format!("[{}]({target})", escaped(text)),
         // Backticks would end the code span.
         Cell::Code(text) => format!("`{}`", text.replace(['`', '|'], "?")),
         Cell::Number(..) => number_text(&cell.plain()),

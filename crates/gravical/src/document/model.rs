@@ -166,6 +166,8 @@ pub struct Row {
 pub enum Cell {
     /// Words.
     Text(String),
+    /// Words that lead to a file: where it is, from the document or as a URL.
+    Link(String, String),
     /// Machine-readable text: a checksum.
     Code(String),
     /// A number and its standard uncertainty.

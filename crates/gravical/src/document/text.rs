@@ -304,7 +304,9 @@ impl Printed {
     fn new<'c>(column: &Column, cells: impl Iterator<Item = &'c Cell>, layout: Layout) -> Self {
         let cells: Vec<Vec<String>> = cells
             .map(|cell| match (cell, layout.room) {
-                (Cell::Text(text), Some(room)) if !column.numbers => lines(&one_line(text), room),
+                (Cell::Text(text) | Cell::Link(text, _), Some(room)) if !column.numbers => {
+                    lines(&one_line(text), room)
+                }
                 (Cell::Number(q, Some(sd)), _) if layout.below => {
                     vec![q.text.clone(), format!("± {}", sd.text)]
                 }
@@ -406,7 +408,7 @@ impl Cell {
     /// The text of the cell in one line.
     pub(super) fn plain(&self) -> String {
         match self {
-            Cell::Text(text) | Cell::Code(text) => text.clone(),
+            Cell::Text(text) | Cell::Code(text) | Cell::Link(text, _) => text.clone(),
             Cell::Number(q, None) => q.text.clone(),
             Cell::Number(q, Some(sd)) => format!("{} ± {}", q.text, sd.text),
         }

@@ -24,6 +24,8 @@
 //! ```
 
 pub mod calibration;
+#[doc(hidden)]
+pub mod cohort;
 mod csv;
 pub mod history;
 mod model;

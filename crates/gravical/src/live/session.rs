@@ -142,7 +142,7 @@ impl Session {
             source,
             name: name.to_owned(),
             folder,
-            tool: concat!("gravical ", env!("CARGO_PKG_VERSION")).to_owned(),
+            tool: crate::TOOL.to_owned(),
             gravity_mps2: self.options.gravity.value_mps2,
             gravity_source: self.options.gravity.source,
             capture_s: self.options.capture_s,

@@ -470,7 +470,7 @@ fn finish(recording: &Recording, fold: Fold, options: &NoiseOptions) -> Result<N
     findings.extend(words::of_temperature(&channels, counts.temperature_c));
     Ok(NoiseResult {
         format: NOISE_FORMAT.to_owned(),
-        tool: concat!("gravical ", env!("CARGO_PKG_VERSION")).to_owned(),
+        tool: crate::TOOL.to_owned(),
         inputs: InputFile::of(std::slice::from_ref(recording)),
         description: recording.description.clone(),
         rate_hz: 1.0 / period_s,

@@ -3,6 +3,7 @@
 
 mod calibration;
 mod check;
+mod cohort;
 mod compare;
 mod denoise;
 mod gyroscope;
@@ -25,12 +26,13 @@ use crate::figure::Figure;
 
 pub use calibration::calibration;
 pub use check::check;
+pub use cohort::cohort;
 pub use compare::comparison;
 pub use denoise::denoise;
 pub use inspection::inspection;
 pub use motion::motion;
 pub use noise::noise;
-pub use provenance::{Provenance, TOOL};
+pub use provenance::Provenance;
 pub use store::{choice, history, store_list, stored};
 
 use crate::document::short_name;

@@ -16,9 +16,6 @@ pub struct Provenance<'a> {
     pub inputs: &'a [InputFile],
 }
 
-/// This program.
-pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));
-
 impl Document<'_> {
     /// Adds the date below the title and a section with the provenance.
     #[must_use]

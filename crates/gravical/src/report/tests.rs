@@ -175,7 +175,9 @@ fn holds(document: &Document<'_>, json: &Value) -> usize {
                     said.push(row.note.clone());
                     for cell in &row.cells {
                         said.push(match cell {
-                            Cell::Text(text) | Cell::Code(text) => text.clone(),
+                            Cell::Text(text) | Cell::Code(text) | Cell::Link(text, _) => {
+                                text.clone()
+                            }
                             Cell::Number(q, sd) => {
                                 let sd = sd.as_ref().map_or(String::new(), &mut quantity);
                                 format!("{} {sd}", quantity(q))

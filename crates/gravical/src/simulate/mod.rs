@@ -198,5 +198,5 @@ fn truth_of(sensor: &sensor::Sensor, options: &SimulateOptions, files: Vec<FileT
 
 /// Name and version, as written to files.
 fn tool() -> String {
-    concat!("gravical ", env!("CARGO_PKG_VERSION")).to_owned()
+    crate::TOOL.to_owned()
 }

@@ -55,7 +55,8 @@ use crate::output::make_folder;
 use crate::{Error, Result};
 
 use name::{file_ending, file_name, folder_name};
-use read::{is_json, time_of};
+use read::is_json;
+pub(crate) use read::time_of;
 
 pub use choose::{Choice, Query, QueryTimeSource, Rejected};
 pub use read::Stored;

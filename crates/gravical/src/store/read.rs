@@ -139,7 +139,7 @@ fn stored(store: &Path, path: &Path) -> Result<StoredCalibration> {
 /// # Errors
 ///
 /// `date-syntax` if the file gives no valid time.
-pub(super) fn time_of(file: &CalibrationFile) -> Result<(UtcTime, StoredTimeSource)> {
+pub(crate) fn time_of(file: &CalibrationFile) -> Result<(UtcTime, StoredTimeSource)> {
     match file.recorded {
         Some(recorded) => Ok((recorded.time, StoredTimeSource::Recording)),
         None => Ok((file.created.parse()?, StoredTimeSource::Calibration)),

@@ -6,12 +6,12 @@ use std::process::ExitCode;
 use gravical::Error;
 use gravical::apply::{ApplyOptions, ApplySummary, apply};
 use gravical::calibration_file::CalibrationFile;
+use gravical::cohort::{ApplyValues, kinds};
 use gravical::recording::{ReadOptions, open};
-use serde::{Deserialize, Serialize};
 
 use super::Args;
 use crate::cmd::words;
-use crate::each::{self, Columns, EachArgs, Job, Kind, Outcome, Plan, Work};
+use crate::each::{self, EachArgs, Job, Kind, Outcome, Plan, Work};
 use crate::options::{SWAPPED, read_calibration};
 use crate::table::write_file;
 
@@ -80,9 +80,9 @@ struct Applications {
 }
 
 impl Job for Applications {
-    type Values = Values;
+    type Values = ApplyValues;
 
-    fn run(&self, work: &Work<'_>) -> anyhow::Result<Outcome<Values>> {
+    fn run(&self, work: &Work<'_>) -> anyhow::Result<Outcome<ApplyValues>> {
         let name = work.path.display().to_string();
         let input = open::open(work.path, &self.options.read)?;
         let result = work
@@ -98,62 +98,22 @@ impl Job for Applications {
             verdict: "done".to_owned(),
             is_poor: false,
             reasons: vec![reason(&summary)],
-            values: Values::of(&summary),
+            values: ApplyValues::from(&summary),
         })
     }
 }
 
 fn reason(summary: &ApplySummary) -> String {
     let rows = format!("{} rows", summary.rows);
-    match each::kinds(&summary.findings) {
+    match kinds(&summary.findings) {
         none if none.is_empty() => rows,
         kinds => format!("{rows}; {kinds}"),
-    }
-}
-
-/// The numbers of an application.
-#[derive(Debug, Default, Serialize, Deserialize)]
-struct Values {
-    input_unit: String,
-    lines: u64,
-    rows: u64,
-    rows_without_acceleration: u64,
-    quiet_norm_mps2: Option<f64>,
-    findings: String,
-}
-
-impl Columns for Values {
-    const NAMES: &'static [&'static str] = &[
-        "input_unit",
-        "lines",
-        "rows",
-        "rows_without_acceleration",
-        "quiet_norm_mps2",
-        "findings",
-    ];
-}
-
-impl Values {
-    fn of(summary: &ApplySummary) -> Self {
-        Values {
-            input_unit: summary.accelerometer.unit.name().to_owned(),
-            lines: summary.lines,
-            rows: summary.rows,
-            rows_without_acceleration: summary.rows_without_acceleration,
-            quiet_norm_mps2: summary.quiet_norm_mps2,
-            findings: each::kinds(&summary.findings),
-        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn columns_are_the_fields() {
-        each::assert_columns(&Values::default());
-    }
 
     #[test]
     fn results_are_not_packed() {

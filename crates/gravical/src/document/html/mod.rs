@@ -182,6 +182,7 @@ fn row(r: &Row, columns: &[Column]) -> Markup {
 fn cell(c: &Cell, numbers: bool) -> Markup {
     match c {
         Cell::Text(text) => html! { td class=[numbers.then_some("n")] { (text) } },
+        Cell::Link(..) => html! { td { (cell_text(c)) } },
         Cell::Code(_) => html! { td.hash { (cell_text(c)) } },
         Cell::Number(q, None) => {
             html! { td.n data-k=[key(q)] data-v=[known(q)] { (shown(&q.text)) } }
@@ -193,6 +194,7 @@ fn cell(c: &Cell, numbers: bool) -> Markup {
 fn cell_text(c: &Cell) -> Markup {
     match c {
         Cell::Text(text) => html! { (text) },
+        Cell::Link(text, target) => html! { a href=(target) { (text) } },
         Cell::Code(text) => html! { code { (text) } },
         Cell::Number(q, sd) => html! {
             (number(q, ""))

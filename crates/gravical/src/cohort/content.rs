@@ -5,12 +5,14 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
-use gravical::live::folder::JOURNAL;
-use gravical::output::is_special;
-use gravical::session::files_in;
-use gravical::{Error, Result};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
+
+use crate::hash::hex;
+use crate::live::folder::JOURNAL;
+use crate::output::is_special;
+use crate::session::files_in;
+use crate::{Error, Result};
 
 /// Bytes that are hashed at a time.
 const PIECE: usize = 1 << 16;
@@ -130,11 +132,6 @@ pub fn sha256_of(path: &Path) -> Result<String> {
     of_file(path).map(|(sha256, _)| sha256)
 }
 
-/// SHA-256 of a text.
-pub fn sha256_of_text(text: &str) -> String {
-    hex(&Sha256::digest(text))
-}
-
 /// Standard input or a pipe in place of a file.
 pub fn not_twice(path: &Path) -> Error {
     Error::usage(
@@ -143,10 +140,6 @@ pub fn not_twice(path: &Path) -> Error {
     )
     .at(path, None)
     .with_hint("save it to a file first; @LIST reads the paths from a file, @- from standard input")
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
 //! What is said of an item: one row.
 
-use gravical::recording::{Finding, Severity};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+
+use crate::finding::{Finding, Severity};
 
 /// The row of an item: common to all commands, and `values` of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -45,19 +46,6 @@ pub enum Status {
     Error,
 }
 
-/// The result of an item.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Outcome<V> {
-    /// The verdict as it is printed.
-    pub verdict: String,
-    /// Whether it failed its quality gate.
-    pub is_poor: bool,
-    /// Reasons of the verdict, the main one first.
-    pub reasons: Vec<String>,
-    /// What was measured.
-    pub values: V,
-}
-
 /// Values of a command, as columns of a table.
 pub trait Columns: Serialize + DeserializeOwned + Send {
     /// The fields, in order; none of them is nested.
@@ -87,26 +75,47 @@ pub const COMMON: [&str; 10] = [
     "sha256",
 ];
 
-impl<V: Columns> Row<V> {
-    /// The names of all columns.
-    pub fn columns() -> Vec<&'static str> {
-        [&COMMON[..], V::NAMES].concat()
+impl<V> Row<V> {
+    /// The row of an item of which nothing else is known.
+    #[must_use]
+    pub fn of(name: &str, status: Status) -> Self {
+        Row {
+            name: name.to_owned(),
+            path: String::new(),
+            status,
+            verdict: None,
+            reason: None,
+            error_code: None,
+            hint: None,
+            same_content_as: None,
+            result: None,
+            sha256: None,
+            values: None,
+        }
     }
+}
 
-    /// The fields of a table; empty where nothing is known.
+impl<V: Serialize> Row<V> {
+    /// The fields of a table with these columns; empty where nothing is known.
     ///
     /// # Errors
     ///
     /// Those of serde, which a row does not cause.
-    pub fn fields(&self) -> serde_json::Result<Vec<String>> {
+    pub fn fields(&self, columns: &[&str]) -> serde_json::Result<Vec<String>> {
         let row = serde_json::to_value(self)?;
         let field = |name: &&str| match row.get(name) {
             None | Some(Value::Null) => String::new(),
             Some(Value::String(text)) => text.clone(),
             Some(other) => other.to_string(),
         };
-        Ok(Self::columns().iter().map(field).collect())
+        Ok(columns.iter().map(field).collect())
     }
+}
+
+/// The columns of a table: the common ones, then `own`.
+#[must_use]
+pub fn columns(own: &[&'static str]) -> Vec<&'static str> {
+    [&COMMON[..], own].concat()
 }
 
 #[cfg(test)]
@@ -124,49 +133,31 @@ pub mod tests {
 
     pub fn row(name: &str, length_m: Option<f64>) -> Row<Length> {
         Row {
-            name: name.to_owned(),
             path: format!("in/{name}.csv"),
-            status: Status::Done,
             verdict: Some("good".to_owned()),
-            reason: None,
-            error_code: None,
-            hint: None,
-            same_content_as: None,
-            result: None,
             sha256: Some("00".to_owned()),
             values: length_m.map(|length_m| Length { length_m }),
+            ..Row::of(name, Status::Done)
         }
-    }
-
-    /// The names of `values` are its fields, in order.
-    pub fn assert_columns<V: Columns>(values: &V) {
-        let text = serde_json::to_string(values).unwrap();
-        let at = V::NAMES
-            .iter()
-            .map(|name| text.find(&format!("\"{name}\":")).unwrap());
-        assert!(at.is_sorted(), "{text}");
-        let fields = serde_json::to_value(values).unwrap();
-        assert_eq!(fields.as_object().unwrap().len(), V::NAMES.len());
-        assert!(
-            fields
-                .as_object()
-                .unwrap()
-                .values()
-                .all(|v| !v.is_object() && !v.is_array())
-        );
     }
 
     #[test]
     fn columns_are_the_fields() {
         let one = row("a", Some(0.5));
         let value = serde_json::to_value(&one).unwrap();
-        let mut fields: Vec<&String> = value.as_object().unwrap().keys().collect();
-        let mut columns = Row::<Length>::columns();
-        fields.sort();
-        columns.sort_unstable();
-        assert_eq!(fields, columns);
-        assert_eq!(one.fields().unwrap()[10], "0.5");
-        assert_eq!(one.fields().unwrap()[4], "");
+        let mut fields: Vec<&str> = value
+            .as_object()
+            .unwrap()
+            .keys()
+            .map(String::as_str)
+            .collect();
+        let columns = columns(Length::NAMES);
+        let mut sorted = columns.clone();
+        fields.sort_unstable();
+        sorted.sort_unstable();
+        assert_eq!(fields, sorted);
+        assert_eq!(one.fields(&columns).unwrap()[10], "0.5");
+        assert_eq!(one.fields(&columns).unwrap()[4], "");
         // As the journal reads it, with and without values.
         for row in [one, row("b", None)] {
             let text = serde_json::to_string(&row).unwrap();
