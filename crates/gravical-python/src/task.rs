@@ -26,7 +26,7 @@ pub fn run<T: Send + 'static>(
     work: impl FnOnce() -> gravical::Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let (sender, receiver) = channel();
-    std::thread::Builder::new()
+    let thread = std::thread::Builder::new()
         .name("gravical".to_owned())
         // That of a main thread.
         .stack_size(8 << 20)
@@ -39,8 +39,14 @@ pub fn run<T: Send + 'static>(
         // A receiver may not be shared between threads, and none is.
         let wait = |time| receiver.lock().ok().map(|r| r.recv_timeout(time));
         match py.detach(|| wait(EVERY)) {
-            Some(Ok(Ok(result))) => return result.or_raise(py),
-            Some(Ok(Err(panic))) => return Err(panicked(panic.as_ref())),
+            Some(Ok(done)) => {
+                // The allocator gives the memory of a thread that has ended to the next one.
+                let _ = py.detach(|| thread.join());
+                return match done {
+                    Ok(result) => result.or_raise(py),
+                    Err(panic) => Err(panicked(panic.as_ref())),
+                };
+            }
             Some(Err(RecvTimeoutError::Timeout)) => {
                 if let Err(signal) = py.check_signals() {
                     meter.stop();

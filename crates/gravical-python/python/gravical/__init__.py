@@ -15,7 +15,7 @@ in the ``findings`` of a result.
 
 from __future__ import annotations
 
-from ._arrays import allan, filtered
+from ._arrays import Ferraris, allan, ferraris, filtered
 from ._calibration import Calibration, ExportWarning, calibrate, export_targets
 from ._errors import (
     Error,
@@ -62,6 +62,7 @@ __all__ = [
     "Error",
     "ExistsError",
     "ExportWarning",
+    "Ferraris",
     "Figure",
     "Finding",
     "InputError",
@@ -88,6 +89,7 @@ __all__ = [
     "compare",
     "denoise",
     "export_targets",
+    "ferraris",
     "filtered",
     "inspect",
     "motion",

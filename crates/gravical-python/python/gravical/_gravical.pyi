@@ -139,6 +139,9 @@ def motion(
     noise: Outcome | _Path | None,
     options: _Options,
 ) -> Outcome: ...
+def ferraris(
+    names: Sequence[str], arrays: Sequence[_Floats], options: _Options
+) -> tuple[tuple[_Floats, _Floats], tuple[tuple[_Floats, _Floats], _Floats] | None]: ...
 def filter_channels(channels: _Floats, options: _Options) -> _Floats: ...
 def noise_of_channel(
     channel: str, samples: _Floats, rate: float, options: _Options

@@ -69,10 +69,10 @@ use std::path::Path;
 
 use gravical_core::matrix3::norm;
 
-use crate::{Error, Result};
 use crate::calibration_file::CalibrationFile;
 use crate::denoise::smooth;
 use crate::recording::{Finding, Recording};
+use crate::{Error, Result};
 
 use anchors::RandomWalk;
 use assumed::{Applied, force_at_rest, initial_mean, local_gravity};

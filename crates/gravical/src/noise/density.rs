@@ -54,7 +54,10 @@ impl Density {
             let wave = |k: usize| {
                 let window = window(k);
                 let angles = cycles.map(|c| TAU * c * k as f64 / samples as f64);
-                [angles.map(|a| window * a.cos()), angles.map(|a| window * a.sin())]
+                [
+                    angles.map(|a| window * a.cos()),
+                    angles.map(|a| window * a.sin()),
+                ]
             };
             hz = cycles.map(|c| c * resolution_hz).to_vec();
             waves = (0..samples).map(wave).collect();

@@ -152,7 +152,10 @@ impl Columns {
     #[cold]
     fn reserve(&mut self, rows: usize) -> Result<()> {
         let held = self.rows() as u64;
-        let labels = self.labels.as_mut().map(|l| l.of_row.try_reserve_exact(rows));
+        let labels = self
+            .labels
+            .as_mut()
+            .map(|l| l.of_row.try_reserve_exact(rows));
         self.numbers()
             .try_for_each(|column| column.try_reserve_exact(rows))
             .and(labels.unwrap_or(Ok(())))
