@@ -3,7 +3,7 @@
 
 use gravical::denoise::{Edge, Filter, FilterSpec};
 use gravical::estimate::ferraris::{NamedSamples, of_samples};
-use gravical::noise::noise_of_samples;
+use gravical::noise::{Spacing, noise_of_samples, overlapping};
 use gravical::segment::SegmentOptions;
 use gravical::{Error, Result};
 use numpy::ndarray::{Array2, arr2};
@@ -28,7 +28,11 @@ pub fn filter_channels<'py>(
     let filters = designed(&specs, rate, edge).or_raise(py)?;
     let channels = channels.as_array();
     let (rows, length) = channels.dim();
-    let mut out: Vec<f64> = channels.iter().copied().collect();
+    // The one copy: the rows may be columns of what was given.
+    let mut out: Vec<f64> = Vec::with_capacity(channels.len());
+    for channel in channels.rows() {
+        out.extend(channel.iter());
+    }
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let each = length.max(1) * rows.div_ceil(threads).max(1);
     py.detach(|| {
@@ -97,6 +101,30 @@ pub fn ferraris<'py>(
         (own, square(&g.g_sensitivity))
     });
     Ok((both(&accelerometer.bias, &accelerometer.matrix), gyroscope))
+}
+
+/// Averaging times, s, and Allan deviations; of octaves without `taus`.
+#[pyfunction]
+pub fn allan_deviation<'py>(
+    py: Python<'py>,
+    samples: PyReadonlyArray1<'py, f64>,
+    rate: f64,
+    taus: Option<Vec<f64>>,
+) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+    let samples = samples.as_slice()?;
+    let m = match taus {
+        Some(taus) => taus
+            .iter()
+            .map(|tau| (tau * rate).round() as usize)
+            .collect(),
+        None => Spacing::Octave.factors(samples.len() / 2 + 1),
+    };
+    let (tau, sigma): (Vec<f64>, Vec<f64>) = py.detach(|| {
+        let sums = overlapping(samples, &m).into_iter();
+        sums.map(|s| (s.m as f64 / rate, s.variance().sqrt()))
+            .unzip()
+    });
+    Ok((tau.into_pyarray(py), sigma.into_pyarray(py)))
 }
 
 /// Noise of one channel, as JSON.

@@ -15,7 +15,14 @@ in the ``findings`` of a result.
 
 from __future__ import annotations
 
-from ._arrays import Ferraris, allan, ferraris, filtered
+from ._arrays import (
+    AllanDeviation,
+    Ferraris,
+    allan,
+    allan_deviation,
+    ferraris,
+    filtered,
+)
 from ._calibration import Calibration, ExportWarning, calibrate, export_targets
 from ._errors import (
     Error,
@@ -53,6 +60,7 @@ from ._verbs import (
 )
 
 __all__ = [
+    "AllanDeviation",
     "Applied",
     "ApplySummary",
     "Calibration",
@@ -83,6 +91,7 @@ __all__ = [
     "Verdict",
     "__version__",
     "allan",
+    "allan_deviation",
     "apply",
     "calibrate",
     "check",

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _gravical, _tables
 from ._errors import usage
-from ._types import Floats, options
+from ._types import Floats, options, several
 
 
 def filtered(
@@ -60,8 +60,7 @@ def filtered(
             f"samples has the shape {array.shape}", "give an array of shape (n,) or (n, k)"
         )
     given = options({}, filter=filter, rate=rate, edge=edge)
-    channels = np.ascontiguousarray(np.atleast_2d(array.T))
-    out = _gravical.filter_channels(channels, given)
+    out = _gravical.filter_channels(np.atleast_2d(array.T), given)
     return out[0] if array.ndim == 1 else out.T
 
 
@@ -104,15 +103,54 @@ def allan(
     >>> round(found["n"]["value"], 4)
     0.001
     """
-    array = _finite(samples)
-    if array.ndim != 1:
-        raise usage(f"samples has the shape {array.shape}", "give one channel: shape (n,)")
+    array = _channel(samples)
     hz = _hz(rate)
     given = options({}, full=full, spacing=spacing, term=term)
     found: dict[str, Any] = json.loads(
         _gravical.noise_of_channel(str(channel), array, hz, given)
     )
     return found
+
+
+class AllanDeviation(NamedTuple):
+    """What :func:`gravical.allan_deviation` computes: ``tau``, averaging times in s, and ``adev``, the
+    deviation at each, in the unit of the samples."""
+
+    tau: Floats
+    adev: Floats
+
+
+def allan_deviation(
+    samples: Any, *, rate: float, taus: Sequence[float] | None = None
+) -> AllanDeviation:
+    """The overlapping Allan deviation of an array, and nothing else.
+
+    By every second difference. :func:`gravical.allan` adds intervals and the noise that it shows.
+
+    Parameters
+    ----------
+    samples : array of shape (n,)
+        Evenly spaced samples. All have to be finite.
+    rate : float
+        Sampling rate, Hz.
+    taus : sequence of float, optional
+        Averaging times, s, each taken to the nearest number of samples; those that do not fit twice
+        into the samples are left out. By default 1, 2, 4, 8 … samples.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> noise = np.random.default_rng(1).normal(0, 0.01, 50_000)
+    >>> found = gravical.allan_deviation(noise, rate=100, taus=[1.0])
+    >>> found.tau, found.adev.round(3)
+    (array([1.]), array([0.001]))
+    """
+    array = _channel(samples)
+    try:
+        times = None if taus is None else [float(tau) for tau in several(taus)]
+    except (TypeError, ValueError):
+        raise usage(f"taus=: {taus!r} is no list of seconds") from None
+    return AllanDeviation(*_gravical.allan_deviation(array, _hz(rate), times))
 
 
 class Ferraris(NamedTuple):
@@ -205,6 +243,13 @@ def ferraris(
         return Ferraris(bias, matrix, None, None, None)
     (gyro_bias, gyro_matrix), sensitivity = gyro
     return Ferraris(bias, matrix, gyro_bias, gyro_matrix, sensitivity)
+
+
+def _channel(samples: Any) -> Floats:
+    array = _finite(samples)
+    if array.ndim != 1:
+        raise usage(f"samples has the shape {array.shape}", "give one channel: shape (n,)")
+    return array
 
 
 def _hz(rate: Any) -> float:

@@ -61,7 +61,7 @@ use crate::segment::still::{StillOptions, block_rows, find_stills};
 use crate::segment::turns::motions;
 use crate::{Error, Result};
 
-pub use allan::{Allan, AllanSums, Lengths, Spacing};
+pub use allan::{Allan, AllanSums, Lengths, Spacing, overlapping};
 pub use file::{NOISE_FORMAT, read_noise};
 pub use fit::{Estimate, NotObservable};
 pub use model::Term;
