@@ -1,10 +1,13 @@
-//! Filters and noise of plain arrays: evenly spaced samples without gaps, nothing else is known.
+//! Filters, noise and the closed form of plain arrays: evenly spaced samples without gaps, nothing
+//! else is known.
 
 use gravical::denoise::{Edge, Filter, FilterSpec};
-use gravical::noise::noise_of_samples;
+use gravical::estimate::ferraris::{NamedSamples, of_samples};
+use gravical::noise::{Spacing, noise_of_samples, overlapping};
+use gravical::segment::SegmentOptions;
 use gravical::{Error, Result};
-use numpy::ndarray::Array2;
-use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::ndarray::{Array2, arr2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -25,7 +28,11 @@ pub fn filter_channels<'py>(
     let filters = designed(&specs, rate, edge).or_raise(py)?;
     let channels = channels.as_array();
     let (rows, length) = channels.dim();
-    let mut out: Vec<f64> = channels.iter().copied().collect();
+    // The one copy: the rows may be columns of what was given.
+    let mut out: Vec<f64> = Vec::with_capacity(channels.len());
+    for channel in channels.rows() {
+        out.extend(channel.iter());
+    }
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let each = length.max(1) * rows.div_ceil(threads).max(1);
     py.detach(|| {
@@ -57,6 +64,67 @@ fn designed(specs: &[FilterSpec], rate: Option<f64>, edge: Edge) -> Result<Vec<F
         .iter()
         .map(|spec| Filter::design(spec, rate, edge))
         .collect()
+}
+
+/// Bias and matrix of the accelerometer.
+type Accelerometer<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+/// … of the gyroscope, and its reaction to acceleration.
+type Gyroscope<'py> = (Accelerometer<'py>, Bound<'py, PyArray2<f64>>);
+
+/// The closed form of named arrays with three or six columns.
+#[pyfunction]
+pub fn ferraris<'py>(
+    py: Python<'py>,
+    names: Vec<String>,
+    arrays: Vec<PyReadonlyArray2<'py, f64>>,
+    options: Options<'py>,
+) -> PyResult<(Accelerometer<'py>, Option<Gyroscope<'py>>)> {
+    let gravity = options.gravity()?.unwrap_or_default().value_mps2;
+    let turn = options.number("turn_angle")?;
+    let turn = turn.unwrap_or(SegmentOptions::default().turn_angle_deg);
+    let period_s = options.number("rate")?.map(f64::recip);
+    let mut samples = Vec::with_capacity(arrays.len());
+    for (name, array) in names.iter().zip(&arrays) {
+        samples.push(NamedSamples {
+            name,
+            rows: array.as_slice()?,
+            width: array.as_array().ncols(),
+        });
+    }
+    let run = || of_samples(&samples, gravity, turn.to_radians(), period_s);
+    let found = py.detach(run).or_raise(py)?;
+    let square = |m: &[[f64; 3]; 3]| PyArray2::from_owned_array(py, arr2(m));
+    let both = |bias: &[f64; 3], m: &[[f64; 3]; 3]| (PyArray1::from_slice(py, bias), square(m));
+    let accelerometer = &found.accelerometer.calibration;
+    let gyroscope = found.gyroscope.map(|(_, g)| {
+        let own = both(&g.bias, &g.matrix);
+        (own, square(&g.g_sensitivity))
+    });
+    Ok((both(&accelerometer.bias, &accelerometer.matrix), gyroscope))
+}
+
+/// Averaging times, s, and Allan deviations; of octaves without `taus`.
+#[pyfunction]
+pub fn allan_deviation<'py>(
+    py: Python<'py>,
+    samples: PyReadonlyArray1<'py, f64>,
+    rate: f64,
+    taus: Option<Vec<f64>>,
+) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+    let samples = samples.as_slice()?;
+    let m = match taus {
+        Some(taus) => taus
+            .iter()
+            .map(|tau| (tau * rate).round() as usize)
+            .collect(),
+        None => Spacing::Octave.factors(samples.len() / 2 + 1),
+    };
+    let (tau, sigma): (Vec<f64>, Vec<f64>) = py.detach(|| {
+        let sums = overlapping(samples, &m).into_iter();
+        sums.map(|s| (s.m as f64 / rate, s.variance().sqrt()))
+            .unzip()
+    });
+    Ok((tau.into_pyarray(py), sigma.into_pyarray(py)))
 }
 
 /// Noise of one channel, as JSON.

@@ -32,6 +32,7 @@ pub fn motion(
     let noise = noise_of(py, noise.as_ref())?;
     wanted.noise = noise.as_ref().map(|(result, _)| result.section());
     let (_, meter) = options.read(false)?;
+    wanted.meter = Some(meter.clone());
     let rows = recording.get().shared.clone();
     let file: Option<Arc<CalibrationFile>> = calibration.map(|c| c.get().file.clone());
     task::run(py, &meter, move || {

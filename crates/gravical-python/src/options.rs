@@ -324,7 +324,7 @@ impl<'py> Options<'py> {
         Ok(options)
     }
 
-    /// How to compute motion; the noise of the sensor is added by the caller.
+    /// How to compute motion; the noise of the sensor and the meter are added by the caller.
     pub fn motion(&self) -> PyResult<MotionOptions> {
         let preset = self
             .word("procedure", &[("default", false), ("report", true)])?
@@ -363,6 +363,7 @@ impl<'py> Options<'py> {
             bands: !self.switch("no_bands")?,
             keep_uncalibrated: true,
             axes: self.axes()?,
+            meter: None,
         };
         options.validate().or_raise(self.py())?;
         Ok(options)

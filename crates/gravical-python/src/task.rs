@@ -1,4 +1,4 @@
-//! Work beside the interpreter: other Python threads go on, and Ctrl-C ends the wait.
+//! Work beside the interpreter: other Python threads go on, and Ctrl-C ends the work.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -13,15 +13,20 @@ use crate::error::{OrRaise, panicked};
 /// How often signals are looked at.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// Runs `work` in a thread of its own. After Ctrl-C the meter stops what is read; what is computed
-/// then ends in the background, and its result is dropped.
+/// How long it is waited for work that was stopped: what is read and a motion end within a fraction
+/// of that, and nobody wants to wait for the rest.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Runs `work` in a thread of its own. After Ctrl-C the meter stops what is read, and a motion that
+/// has it, and the thread ends. Work without the meter that takes longer than [`PATIENCE`] goes on
+/// to its end, and its result is dropped.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
     meter: &Meter,
     work: impl FnOnce() -> gravical::Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let (sender, receiver) = channel();
-    std::thread::Builder::new()
+    let thread = std::thread::Builder::new()
         .name("gravical".to_owned())
         // That of a main thread.
         .stack_size(8 << 20)
@@ -32,12 +37,22 @@ pub fn run<T: Send + 'static>(
     let receiver = std::sync::Mutex::new(receiver);
     loop {
         // A receiver may not be shared between threads, and none is.
-        let wait = || receiver.lock().ok().map(|r| r.recv_timeout(EVERY));
-        match py.detach(wait) {
-            Some(Ok(Ok(result))) => return result.or_raise(py),
-            Some(Ok(Err(panic))) => return Err(panicked(panic.as_ref())),
+        let wait = |time| receiver.lock().ok().map(|r| r.recv_timeout(time));
+        match py.detach(|| wait(EVERY)) {
+            Some(Ok(done)) => {
+                // The allocator gives the memory of a thread that has ended to the next one.
+                let _ = py.detach(|| thread.join());
+                return match done {
+                    Ok(result) => result.or_raise(py),
+                    Err(panic) => Err(panicked(panic.as_ref())),
+                };
+            }
             Some(Err(RecvTimeoutError::Timeout)) => {
-                py.check_signals().inspect_err(|_| meter.stop())?;
+                if let Err(signal) = py.check_signals() {
+                    meter.stop();
+                    py.detach(|| wait(PATIENCE));
+                    return Err(signal);
+                }
             }
             Some(Err(RecvTimeoutError::Disconnected)) | None => {
                 return Err(PyRuntimeError::new_err("gravical failed internally"));

@@ -97,6 +97,46 @@ except KeyboardInterrupt:
     assert time.monotonic() - begun < 5.0
 
 
+@pytest.mark.skipif(not os.path.isdir("/proc/self/task"), reason="threads by their names")
+@pytest.mark.parametrize("work", ["gravical.read(path)", "gravical.motion(rows)"])
+def test_ctrl_c_ends_what_is_read_and_a_motion(tmp_path: Path, work: str) -> None:
+    code = f"""
+import glob, sys
+import numpy as np
+import gravical
+
+def working():
+    names = [open(path).read() for path in glob.glob("/proc/self/task/*/comm")]
+    return [name for name in names if name == "gravical\\n"]
+
+n = 1_500_000
+g = np.random.default_rng(1)
+t = np.arange(n) / 100
+accel = g.normal(0, 0.03, (n, 3)) + [0, 0, 9.81]
+phase = t % 20
+accel[:, 1] += np.where((phase > 10) & (phase < 12), np.sin(np.pi * (phase - 10)), 0)
+rows = gravical.Recording.from_arrays(t=t, accel=accel, gyro=g.normal(0, 1e-3, (n, 3)), unit="m/s^2", gyro_unit="rad/s")
+path = {str(tmp_path / "long.csv")!r}
+with open(path, "w") as file:
+    file.write("t,ax,ay,az\\n")
+    for part in range(30 if "read" in {work!r} else 0):
+        some = slice(part * n // 30, (part + 1) * n // 30)
+        np.savetxt(file, np.column_stack([t[some], accel[some]]), fmt="%.9f", delimiter=",")
+print("begun", flush=True)
+try:
+    while True:
+        {work}
+except KeyboardInterrupt:
+    print("interrupted", working(), flush=True)
+"""
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline() == "begun\n"
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=60)
+    assert out == "interrupted []\n"
+
+
 def test_other_threads_go_on(poses: gravical.Recording) -> None:
     count, done = 0, threading.Event()
 

@@ -15,7 +15,14 @@ in the ``findings`` of a result.
 
 from __future__ import annotations
 
-from ._arrays import allan, filtered
+from ._arrays import (
+    AllanDeviation,
+    Ferraris,
+    allan,
+    allan_deviation,
+    ferraris,
+    filtered,
+)
 from ._calibration import Calibration, ExportWarning, calibrate, export_targets
 from ._errors import (
     Error,
@@ -53,6 +60,7 @@ from ._verbs import (
 )
 
 __all__ = [
+    "AllanDeviation",
     "Applied",
     "ApplySummary",
     "Calibration",
@@ -62,6 +70,7 @@ __all__ = [
     "Error",
     "ExistsError",
     "ExportWarning",
+    "Ferraris",
     "Figure",
     "Finding",
     "InputError",
@@ -82,12 +91,14 @@ __all__ = [
     "Verdict",
     "__version__",
     "allan",
+    "allan_deviation",
     "apply",
     "calibrate",
     "check",
     "compare",
     "denoise",
     "export_targets",
+    "ferraris",
     "filtered",
     "inspect",
     "motion",

@@ -1,16 +1,16 @@
-"""Filters and noise of plain arrays."""
+"""Filters, noise and the closed form of plain arrays."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from typing import Any, Literal
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from . import _gravical, _tables
 from ._errors import usage
-from ._types import Floats, options
+from ._types import Floats, options, several
 
 
 def filtered(
@@ -60,8 +60,7 @@ def filtered(
             f"samples has the shape {array.shape}", "give an array of shape (n,) or (n, k)"
         )
     given = options({}, filter=filter, rate=rate, edge=edge)
-    channels = np.ascontiguousarray(np.atleast_2d(array.T))
-    out = _gravical.filter_channels(channels, given)
+    out = _gravical.filter_channels(np.atleast_2d(array.T), given)
     return out[0] if array.ndim == 1 else out.T
 
 
@@ -104,20 +103,163 @@ def allan(
     >>> round(found["n"]["value"], 4)
     0.001
     """
+    array = _channel(samples)
+    hz = _hz(rate)
+    given = options({}, full=full, spacing=spacing, term=term)
+    found: dict[str, Any] = json.loads(
+        _gravical.noise_of_channel(str(channel), array, hz, given)
+    )
+    return found
+
+
+class AllanDeviation(NamedTuple):
+    """What :func:`gravical.allan_deviation` computes: ``tau``, averaging times in s, and ``adev``, the
+    deviation at each, in the unit of the samples."""
+
+    tau: Floats
+    adev: Floats
+
+
+def allan_deviation(
+    samples: Any, *, rate: float, taus: Sequence[float] | None = None
+) -> AllanDeviation:
+    """The overlapping Allan deviation of an array, and nothing else.
+
+    By every second difference. :func:`gravical.allan` adds intervals and the noise that it shows.
+
+    Parameters
+    ----------
+    samples : array of shape (n,)
+        Evenly spaced samples. All have to be finite.
+    rate : float
+        Sampling rate, Hz.
+    taus : sequence of float, optional
+        Averaging times, s, each taken to the nearest number of samples; those that do not fit twice
+        into the samples are left out. By default 1, 2, 4, 8 … samples.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> noise = np.random.default_rng(1).normal(0, 0.01, 50_000)
+    >>> found = gravical.allan_deviation(noise, rate=100, taus=[1.0])
+    >>> found.tau, found.adev.round(3)
+    (array([1.]), array([0.001]))
+    """
+    array = _channel(samples)
+    try:
+        times = None if taus is None else [float(tau) for tau in several(taus)]
+    except (TypeError, ValueError):
+        raise usage(f"taus=: {taus!r} is no list of seconds") from None
+    return AllanDeviation(*_gravical.allan_deviation(array, _hz(rate), times))
+
+
+class Ferraris(NamedTuple):
+    """What :func:`gravical.ferraris` computes; calibrated = matrix · (raw − bias).
+
+    ``bias`` and ``matrix``: of the accelerometer, shapes (3,) and (3, 3), in m/s². ``gyro_bias``,
+    ``gyro_matrix``: of the gyroscope, in rad/s; ``g_sensitivity``: its reaction to acceleration,
+    shape (3, 3), raw unit per m/s²; all three None without turns.
+    """
+
+    bias: Floats
+    matrix: Floats
+    gyro_bias: Floats | None
+    gyro_matrix: Floats | None
+    g_sensitivity: Floats | None
+
+
+def ferraris(
+    poses: Mapping[str, Any],
+    *,
+    gravity: float | None = None,
+    latitude: float | None = None,
+    altitude: float | None = None,
+    turn_angle: float | None = None,
+    rate: float | None = None,
+) -> Ferraris:
+    """The six-position calibration of Ferraris et al. in closed form, of arrays.
+
+    The formula and nothing else: no sample is left out, and there is no uncertainty, test or verdict.
+    :func:`gravical.calibrate` with ``method="ferraris"`` gives the same parameters with all of that;
+    its default method is more accurate, since it allows for faces that are tilted.
+
+    Parameters
+    ----------
+    poses : mapping from names to arrays of shape (n, 3) or (n, 6)
+        Samples of each face (``"+x"``, ``"-x"`` …, or ``"x_p"``, ``"x_a"``) and, for the gyroscope,
+        of a turn about each axis (``"x_rot"`` …): specific force along x, y, z, then angular rate, in
+        any unit.
+    gravity, latitude, altitude : float, optional
+        As of :func:`gravical.calibrate`.
+    turn_angle : float, optional
+        Signed angle of the turns about each axis, degrees. By default −360.
+    rate : float, optional
+        Sampling rate, Hz; the turns need it.
+
+    Returns
+    -------
+    Ferraris
+
+    Raises
+    ------
+    InputError
+        ``missing-face``, ``missing-gyro``; ``singular``, also for a value that is not finite.
+    UsageError
+        ``rate-unknown``, ``option-range``, and for names and shapes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> up = 9.81 * np.eye(3)
+    >>> poses = {f"{sign}{axis}": np.tile(float(f"{sign}1") * up[i] + 0.1, (100, 1))
+    ...          for i, axis in enumerate("xyz") for sign in "+-"}
+    >>> gravical.ferraris(poses, gravity=9.81).bias.round(6)
+    array([0.1, 0.1, 0.1])
+    """
+    if not isinstance(poses, Mapping):
+        raise usage("poses is no mapping", "give names and arrays: {'+x': array of shape (n, 3), …}")
+    arrays: list[Floats] = []
+    for name, samples in poses.items():
+        try:
+            array = _tables.floats(samples)
+        except (TypeError, ValueError) as error:
+            raise usage(f"{name!r} is no array of numbers: {error}") from None
+        if array.ndim != 2 or array.shape[1] not in (3, 6):
+            raise usage(
+                f"{name!r} has the shape {array.shape}; (n, 3) or (n, 6) is needed",
+                "one row for each sample: x, y and z of the force, then of the angular rate",
+            )
+        arrays.append(array)
+    given = options(
+        {},
+        gravity=gravity,
+        latitude=latitude,
+        altitude=altitude,
+        turn_angle=turn_angle,
+        rate=None if rate is None else _hz(rate),
+    )
+    (bias, matrix), gyro = _gravical.ferraris([str(name) for name in poses], arrays, given)
+    if gyro is None:
+        return Ferraris(bias, matrix, None, None, None)
+    (gyro_bias, gyro_matrix), sensitivity = gyro
+    return Ferraris(bias, matrix, gyro_bias, gyro_matrix, sensitivity)
+
+
+def _channel(samples: Any) -> Floats:
     array = _finite(samples)
     if array.ndim != 1:
         raise usage(f"samples has the shape {array.shape}", "give one channel: shape (n,)")
+    return array
+
+
+def _hz(rate: Any) -> float:
     try:
         hz = float(rate)
     except (TypeError, ValueError):
         hz = 0.0
     if not 1e-6 <= hz <= 1e9:
         raise usage(f"rate=: {rate!r} is not possible; 1e-6 to 1e9 is", code="option-range")
-    given = options({}, full=full, spacing=spacing, term=term)
-    found: dict[str, Any] = json.loads(
-        _gravical.noise_of_channel(str(channel), array, hz, given)
-    )
-    return found
+    return hz
 
 
 def _finite(samples: Any) -> Floats:

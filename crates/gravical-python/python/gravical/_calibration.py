@@ -37,7 +37,7 @@ class Calibration(Judged):
                 "a calibration is not made of this",
                 "use gravical.calibrate(…) or Calibration.load(path)",
             )
-        super().__init__(native, json.loads(native.json()))
+        super().__init__(native)
 
     @classmethod
     def load(cls, path: Path) -> Calibration:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import dataclass
+from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -68,15 +69,20 @@ class Result:
     """
 
     _native: Any
-    _dict: dict[str, Any]
 
-    def __init__(self, native: Any, document: dict[str, Any]) -> None:
+    def __init__(self, native: Any, document: dict[str, Any] | None = None) -> None:
         self._native = native
-        self._dict = document
+        if document is not None:
+            self._dict = document
+
+    @cached_property
+    def _dict(self) -> dict[str, Any]:
+        document: dict[str, Any] = json.loads(self._native.json())
+        return document
 
     @classmethod
     def _of(cls, outcome: _gravical.Outcome) -> Self:
-        return cls(outcome, json.loads(outcome.json()))
+        return cls(outcome)
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the program (``--json``): same names, same numbers, same texts."""
@@ -137,7 +143,7 @@ class Result:
     def __getstate__(self) -> dict[str, Any]:
         texts = {name: self._native.document(name) for name in _FORMATS}
         kept = _Kept(self._native.figures(), texts)
-        return {**self.__dict__, "_native": kept}
+        return {**self.__dict__, "_dict": self._dict, "_native": kept}
 
 
 class Judged(Result):

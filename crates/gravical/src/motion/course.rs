@@ -9,6 +9,7 @@ use super::bands::{LegNoise, Steps, Unmodelled};
 use super::leg::{Closure, Columns, Forward, Leg, Removal};
 use super::parameters::{Direction, STEP};
 use super::setup::Setup;
+use crate::recording::Meter;
 
 /// Samples of a leg that are computed at a time where nothing is known of its end.
 const CHUNK: usize = 4096;
@@ -28,6 +29,7 @@ pub(super) struct Course<'a> {
     pub steps: Option<Steps>,
     /// Those of the parameters; none without bands.
     pub directions: &'a [Direction],
+    meter: Option<&'a Meter>,
     nominal: Forward<'a>,
     /// A pass for each direction; none where its effect is in proportion to the way.
     changed: Vec<Forward<'a>>,
@@ -59,6 +61,7 @@ impl<'a> Course<'a> {
             noise,
             steps: None,
             directions,
+            meter: setup.meter,
             nominal: Forward::new(leg, Direction::NONE),
             changed: match in_proportion {
                 true => Vec::new(),
@@ -103,6 +106,9 @@ impl<'a> Course<'a> {
             sums.resize(n, [0.0; 3]);
         }
         for k in 0..self.directions.len() {
+            if self.meter.is_some_and(Meter::is_stopped) {
+                break;
+            }
             self.add_direction(k, places.clone(), before);
         }
     }

@@ -337,6 +337,9 @@ impl Gate<'_> {
     /// velocity.
     fn onward(&self, from: usize) -> Vec<Judged> {
         let setup = self.setup;
+        if setup.is_stopped() {
+            return Vec::new();
+        }
         let t_s = setup.view.t_s();
         let own = &self.candidates[from];
         let near = own.end - 1;
@@ -496,6 +499,7 @@ mod tests {
             p0: [0.0; 3],
             hidden: Hidden::new(&RandomWalk::default(), &samples, &[]),
             bands: false,
+            meter: None,
         };
         let mut rests = Vec::new();
         let mut from = 0;

@@ -65,13 +65,14 @@ mod walk;
 mod words;
 
 use std::ops::Range;
+use std::path::Path;
 
 use gravical_core::matrix3::norm;
 
-use crate::Result;
 use crate::calibration_file::CalibrationFile;
 use crate::denoise::smooth;
 use crate::recording::{Finding, Recording};
+use crate::{Error, Result};
 
 use anchors::RandomWalk;
 use assumed::{Applied, force_at_rest, initial_mean, local_gravity};
@@ -209,10 +210,20 @@ fn compute(
         hidden: Hidden::new(&walk, &samples, &rests),
         // Without a rest nothing tells the noise, nor how far the tilt is off.
         bands: options.bands && (by_mean || !rests.is_empty()),
+        meter: options.meter.as_ref(),
     };
+    let go_on = || match setup.is_stopped() {
+        true => Err(Error::io(
+            Path::new(&recording.name),
+            std::io::Error::other("its motion was stopped"),
+        )),
+        false => Ok(()),
+    };
+    go_on()?;
     let mut rides = Vec::new();
     if options.zero_velocity && options.rests_s.is_none() {
         (rests, rides) = gated(&setup, &rests, found.accel.as_ref(), &mut findings);
+        go_on()?;
     }
     // The first that was quiet may be no rest: then gravity is another one's.
     let mut directions = if rests.first() == found.spans.first() {
@@ -289,6 +300,7 @@ fn compute(
         }
         None => setup.follow(&plan, &legs_from, None),
     };
+    go_on()?;
     if let Some(reason) = &unfounded {
         for one in path.moves.iter_mut().filter(|m| m.usable) {
             (one.usable, one.reason) = (false, Some(reason.clone()));
@@ -329,7 +341,10 @@ fn compute(
         }
         // One plan, hence the same moves.
         let other = if options.keep_uncalibrated {
-            let mut track = UncalibratedTrack::default();
+            let mut track = UncalibratedTrack {
+                velocity_mps: Vec::with_capacity(samples.len()),
+                position_m: Vec::with_capacity(samples.len()),
+            };
             let mut keep = |_: usize, known: &Known| {
                 track.velocity_mps.push(known.velocity);
                 track.position_m.push(known.position);
@@ -348,6 +363,7 @@ fn compute(
             velocity_mps: other.end.velocity_mps,
         }
     });
+    go_on()?;
 
     findings.extend(words::circumstances(
         &setup,

@@ -5,6 +5,7 @@ use super::still::check_intervals;
 use crate::calibration_file::NoiseSection;
 use crate::denoise::{Edge, FilterSpec};
 use crate::gravity::Gravity;
+use crate::recording::Meter;
 use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 
@@ -70,6 +71,8 @@ pub struct MotionOptions {
     pub keep_uncalibrated: bool,
     /// How the board sits in its case. Default: as the case.
     pub axes: AxisMap,
+    /// Ends the computation when it is [stopped](Meter::stop), with `io`. Default none.
+    pub meter: Option<Meter>,
 }
 
 impl Default for MotionOptions {
@@ -91,6 +94,7 @@ impl Default for MotionOptions {
             bands: true,
             keep_uncalibrated: false,
             axes: AxisMap::default(),
+            meter: None,
         }
     }
 }

@@ -171,6 +171,9 @@ impl Setup<'_> {
         };
         let mut moves: Vec<Move> = Vec::new();
         for (index, stretch) in plan.iter().enumerate() {
+            if self.is_stopped() {
+                break;
+            }
             match stretch {
                 Stretch::Rest(k) => {
                     let force = anchors.at(rests, *k, Side::First).force;
@@ -293,6 +296,9 @@ impl Setup<'_> {
                     let k = if leg.is_backwards() { n - 1 - j } else { j };
                     out.put(leg.sample(from + k), self.known(&course, state, k));
                 }
+            }
+            if self.is_stopped() {
+                break;
             }
         }
         let end = course.end();

@@ -462,7 +462,25 @@ impl MotionSink for Track {
     fn begin(&mut self, t_s: &[f64], breaks: &[usize], bands: bool) {
         self.breaks = breaks.to_vec();
         self.bands = bands;
-        self.t_s.reserve(t_s.len());
+        // No more than that: of a long recording they are most of the memory.
+        let rows = t_s.len();
+        self.still.reserve_exact(rows);
+        self.attitude.reserve_exact(rows);
+        let three = self.raw_mps2.iter_mut().chain(&mut self.force_mps2);
+        three
+            .chain([&mut self.t_s])
+            .for_each(|column| column.reserve_exact(rows));
+        let vectors = [
+            &mut self.acceleration_mps2,
+            &mut self.velocity_mps,
+            &mut self.position_m,
+        ];
+        let sigmas = [&mut self.sigma_velocity_mps, &mut self.sigma_position_m];
+        let sigmas = sigmas.into_iter().filter(|_| bands);
+        vectors
+            .into_iter()
+            .chain(sigmas)
+            .for_each(|column| column.reserve_exact(rows));
     }
 
     fn sample(&mut self, sample: &MotionSample) {

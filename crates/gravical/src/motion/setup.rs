@@ -16,6 +16,7 @@ use super::parameters::Direction;
 use super::samples::View;
 use super::smoother::{Noise, Smoother};
 use super::unfollowed::missed_rad;
+use crate::recording::Meter;
 
 /// Errors of scale and alignment turn the attitude one way while the sensor turns
 /// one way: so long, s.
@@ -47,9 +48,16 @@ pub(super) struct Setup<'a> {
     /// What moves without being seen.
     pub hidden: Hidden,
     pub bands: bool,
+    /// Tells when nobody waits for the result any more.
+    pub meter: Option<&'a Meter>,
 }
 
 impl<'a> Setup<'a> {
+    /// Nobody waits any more: what is computed from here on is dropped.
+    pub(super) fn is_stopped(&self) -> bool {
+        self.meter.is_some_and(Meter::is_stopped)
+    }
+
     pub(super) fn removal(&self) -> Removal {
         match (self.removal, self.mean) {
             (GravityRemoval::InitialMean, Some((mean, _))) => Removal::Mean(mean),

@@ -150,6 +150,7 @@ mod tests {
             p0: [0.0; 3],
             hidden: Hidden::new(&RandomWalk::default(), &samples, &[]),
             bands: false,
+            meter: None,
         };
         let mut rests = vec![0..300, walked..walked + pause, end..n];
         stances(&setup, &mut rests, &MotionOptions::default());

@@ -38,7 +38,8 @@ pub enum Spacing {
 impl Spacing {
     /// Averaging times in samples, in order, below `end`. The octaves are always among them: the
     /// fit uses them.
-    fn factors(self, end: usize) -> Vec<usize> {
+    #[must_use]
+    pub fn factors(self, end: usize) -> Vec<usize> {
         let octaves = (0..LONGEST.ilog2()).map(|octave| 1_usize << octave);
         let mut all: Vec<usize> = match self {
             Spacing::Octave => octaves.collect(),
@@ -199,6 +200,40 @@ fn sum_of_squares(phases: &[f64], m: usize, from: usize) -> f64 {
     sum
 }
 
+/// The sums of samples in memory by every second difference, for these averaging times in samples;
+/// those that do not fit are left out.
+///
+/// # Example
+///
+/// ```
+/// use gravical::noise::overlapping;
+///
+/// let sums = overlapping(&[1.0, 2.0, 1.0, 2.0, 1.0], &[1, 2, 3]);
+/// let variances: Vec<f64> = sums.iter().map(|s| s.variance()).collect();
+/// assert_eq!(variances, [0.5, 0.0]);
+/// ```
+#[must_use]
+pub fn overlapping(samples: &[f64], m: &[usize]) -> Vec<AllanSums> {
+    let reference = samples.first().copied().unwrap_or(0.0);
+    let mut phases = Vec::with_capacity(samples.len() + 1);
+    let mut phase = 0.0;
+    phases.push(phase);
+    for value in samples {
+        phase += value - reference;
+        phases.push(phase);
+    }
+    let fits = |m: &&usize| (1..=samples.len() / 2).contains(*m);
+    m.iter()
+        .filter(fits)
+        .map(|&m| AllanSums {
+            m,
+            stride: 1,
+            terms: (phases.len() - 2 * m) as u64,
+            squares: sum_of_squares(&phases, m, 2 * m),
+        })
+        .collect()
+}
+
 impl Allan {
     /// Without samples. With `full` every second difference is taken: memory then grows by eight
     /// bytes for each sample of a segment.
@@ -351,6 +386,10 @@ mod tests {
                 let (sums, lengths) = at_once.finish();
                 assert_eq!(lengths[0].samples, x.len() as f64);
                 assert!(sums.len() > 13 && sums.windows(2).all(|w| w[0].m < w[1].m));
+                if full {
+                    let m: Vec<usize> = sums.iter().map(|s| s.m).chain([0, 10_006]).collect();
+                    assert_eq!(overlapping(&x, &m), sums);
+                }
                 for s in &sums {
                     let (terms, squares) = plain(&x, s.m, s.stride);
                     assert_eq!(s.terms, terms, "{s:?}");

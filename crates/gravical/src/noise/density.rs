@@ -19,16 +19,22 @@ const MOST_SEGMENTS: usize = 1 << 10;
 /// Samples of a segment at which the sums stay cheap.
 const MOST_SAMPLES: usize = 1 << 14;
 
+/// One value for each frequency.
+type Wave = [f64; FREQUENCIES];
+
 /// Periodograms of one channel.
 #[derive(Debug, Clone)]
 pub(super) struct Density {
-    /// Frequencies, Hz, each with cosine and sine under the window, one pair for each sample.
-    waves: Vec<(f64, Vec<[f64; 2]>)>,
+    /// Frequencies, Hz; none if the rate is too low.
+    hz: Vec<f64>,
+    /// For each sample their cosines and sines under the window: side by side, since the sums of all
+    /// frequencies are formed together.
+    waves: Vec<[Wave; 2]>,
     /// From the square of a sum to the density.
     factor: f64,
     samples: usize,
     segment: Vec<f64>,
-    powers: Thinned<[f64; FREQUENCIES], MOST_SEGMENTS>,
+    powers: Thinned<Wave, MOST_SEGMENTS>,
 }
 
 impl Density {
@@ -37,22 +43,28 @@ impl Density {
         let samples = ((SEGMENT_S / period_s).round() as usize).min(MOST_SAMPLES);
         let resolution_hz = 1.0 / (samples as f64 * period_s);
         let to_hz = TO_HZ.min(MOST_OF_RATE / period_s);
-        let mut waves = Vec::new();
         let window = |k: usize| 1.0 - (TAU * k as f64 / samples as f64).cos();
+        let (mut hz, mut waves) = (Vec::new(), Vec::new());
         if to_hz > 2.0 * FROM_HZ {
-            for i in 0..FREQUENCIES {
+            let cycles: Wave = std::array::from_fn(|i| {
                 let share = i as f64 / (FREQUENCIES - 1) as f64;
                 let hz = FROM_HZ * (to_hz / FROM_HZ).powf(share);
-                let cycles = (hz / resolution_hz).round();
-                let wave = |k: usize| {
-                    let (sin, cos) = (TAU * cycles * k as f64 / samples as f64).sin_cos();
-                    [window(k) * cos, window(k) * sin]
-                };
-                waves.push((cycles * resolution_hz, (0..samples).map(wave).collect()));
-            }
+                (hz / resolution_hz).round()
+            });
+            let wave = |k: usize| {
+                let window = window(k);
+                let angles = cycles.map(|c| TAU * c * k as f64 / samples as f64);
+                [
+                    angles.map(|a| window * a.cos()),
+                    angles.map(|a| window * a.sin()),
+                ]
+            };
+            hz = cycles.map(|c| c * resolution_hz).to_vec();
+            waves = (0..samples).map(wave).collect();
         }
         let squares: f64 = (0..samples).map(|k| window(k).powi(2)).sum();
         Density {
+            hz,
             waves,
             factor: 2.0 * period_s / squares,
             samples,
@@ -85,32 +97,31 @@ impl Density {
     /// band in Hz. `None` without a segment.
     pub fn ratio(&self, expected: impl Fn(f64) -> f64) -> Option<(f64, f64, [f64; 2])> {
         let segments = self.powers.items();
-        let band = [self.waves.first()?.0, self.waves.last()?.0];
+        let band = [*self.hz.first()?, *self.hz.last()?];
         if segments.is_empty() {
             return None;
         }
         let count = (segments.len() * FREQUENCIES) as f64;
         let each = segments.iter().flat_map(|powers| {
-            let waves = powers.iter().zip(&self.waves);
-            waves.map(|(power, (hz, _))| power / expected(*hz))
+            let both = powers.iter().zip(&self.hz);
+            both.map(|(power, hz)| power / expected(*hz))
         });
         // The square of a normal amplitude deviates by itself; low neighbours overlap a little.
         Some((each.sum::<f64>() / count, 1.5 / count.sqrt(), band))
     }
 }
 
-fn powers(waves: &[(f64, Vec<[f64; 2]>)], segment: &[f64], factor: f64) -> [f64; FREQUENCIES] {
+fn powers(waves: &[[Wave; 2]], segment: &[f64], factor: f64) -> Wave {
     let mean = segment.iter().sum::<f64>() / segment.len() as f64;
-    let mut out = [0.0; FREQUENCIES];
-    for (power, (_, wave)) in out.iter_mut().zip(waves) {
-        let [mut re, mut im] = [0.0; 2];
-        for (value, [cos, sin]) in segment.iter().zip(wave) {
-            re += (value - mean) * cos;
-            im += (value - mean) * sin;
+    let (mut re, mut im) = ([0.0; FREQUENCIES], [0.0; FREQUENCIES]);
+    for (value, [cos, sin]) in segment.iter().zip(waves) {
+        let off = value - mean;
+        for i in 0..FREQUENCIES {
+            re[i] += off * cos[i];
+            im[i] += off * sin[i];
         }
-        *power = factor * (re * re + im * im);
     }
-    out
+    std::array::from_fn(|i| factor * (re[i] * re[i] + im[i] * im[i]))
 }
 
 #[cfg(test)]

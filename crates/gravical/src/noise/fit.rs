@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::allan::Lengths;
-use super::model::{Model, TERMS, Term};
+use super::model::{Model, Pairs, TERMS, Term};
 
 /// Real noise follows the model to about this share of the variance: without it the first
 /// averaging times, known to a thousandth, would decide all terms.
@@ -90,6 +90,8 @@ pub(super) struct Points<'a> {
     pub variance: &'a [f64],
     pub lengths: &'a [Lengths],
     pub period_s: f64,
+    /// What the covariances of the points are made of.
+    pub pairs: &'a Pairs,
 }
 
 impl Points<'_> {
@@ -103,7 +105,7 @@ impl Points<'_> {
 
     /// Standard deviations under the model.
     fn deviations(&self, model: &Model) -> Vec<f64> {
-        let variances = model.variances(self.m, self.lengths);
+        let variances = model.variances(self.m, self.lengths, self.pairs);
         let both = self.m.iter().zip(variances);
         both.map(|(m, v)| (v + (MODEL_SHARE * model.variance(*m)).powi(2)).sqrt())
             .collect()
@@ -276,7 +278,7 @@ fn spread(
     deviations: &[f64],
 ) -> Option<DMatrix<f64>> {
     let matrix = solve(points, deviations, terms)?.matrix;
-    let covariance = model.covariance(points.m, points.lengths);
+    let covariance = model.covariance(points.m, points.lengths, points.pairs);
     Some(&matrix * covariance * matrix.transpose())
 }
 
@@ -350,6 +352,7 @@ fn unknown(
                 count: 1.0,
             }],
             period_s: points.period_s,
+            pairs: points.pairs,
         };
         let deviations = more.deviations(&limit);
         let variance = spread(&more, &limit, &terms, &deviations).map(|s| s[(at, at)]);
@@ -396,6 +399,7 @@ mod tests {
             variance: &variance,
             lengths: &lengths,
             period_s: 0.01,
+            pairs: &Pairs::default(),
         };
         fit(&points, terms).unwrap()
     }
@@ -446,6 +450,7 @@ mod tests {
             variance: &variance,
             lengths: &lengths,
             period_s: 0.01,
+            pairs: &Pairs::default(),
         };
         let found = fit(&points, &THREE).unwrap();
         assert!((5..=6).contains(&found.from), "{}", found.from);

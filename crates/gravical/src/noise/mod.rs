@@ -61,7 +61,7 @@ use crate::segment::still::{StillOptions, block_rows, find_stills};
 use crate::segment::turns::motions;
 use crate::{Error, Result};
 
-pub use allan::{Allan, AllanSums, Lengths, Spacing};
+pub use allan::{Allan, AllanSums, Lengths, Spacing, overlapping};
 pub use file::{NOISE_FORMAT, read_noise};
 pub use fit::{Estimate, NotObservable};
 pub use model::Term;
@@ -71,7 +71,7 @@ pub use words::{Unit, duration_text};
 use density::Density;
 use fit::{Fit, Outcome, Points, chi_square_factors, fit};
 use fold::{Channel, Fold, MEAN_S, Plan, Trend};
-use model::Model;
+use model::{Model, Pairs};
 
 /// Shortest static interval whose noise is analysed, s.
 const SHORTEST_S: f64 = 10.0;
@@ -363,9 +363,11 @@ pub fn noise_of_samples(
     period_s: f64,
     options: &NoiseOptions,
 ) -> ChannelNoise {
+    // Without what only samples with gaps need: nothing is copied.
     let mut sums = Channel::new(period_s, options);
-    sums.push(samples);
-    channel_noise(channel, sums, period_s, 1.0, options)
+    sums.allan.push(samples);
+    sums.density.push(samples);
+    channel_noise(channel, sums, [period_s, 1.0], options, &Pairs::default())
 }
 
 /// What is read again, and how.
@@ -439,6 +441,8 @@ fn finish(recording: &Recording, fold: Fold, options: &NoiseOptions) -> Result<N
     let mut channels = Vec::new();
     let mut filled = 0;
     let mut segments = 0;
+    // The channels have the same segments, but where cells are empty.
+    let pairs = Pairs::default();
     for (i, sums) in fold.channels.into_iter().enumerate() {
         let per_si = if i < 3 {
             Some(accel_per_si)
@@ -450,7 +454,7 @@ fn finish(recording: &Recording, fold: Fold, options: &NoiseOptions) -> Result<N
         let step = recording.resolution[i] / per_si;
         let deviation = sums.scatter.variance().sqrt() / per_si;
         segments = segments.max(sums.allan.segments());
-        let mut channel = channel_noise(CHANNELS[i], sums, period_s, per_si, options);
+        let mut channel = channel_noise(CHANNELS[i], sums, [period_s, per_si], options, &pairs);
         if channel.adev.is_empty() {
             findings.push(words::without_values(&channel));
             continue;
@@ -509,13 +513,14 @@ fn gyro_scale(
     nominal
 }
 
-/// The result of one channel; `per_si`: units of its values per unit of the result.
+/// The result of one channel; `per_si`: units of its values per unit of the result; `pairs` are
+/// shared by channels.
 fn channel_noise(
     name: &str,
     sums: Channel,
-    period_s: f64,
-    per_si: f64,
+    [period_s, per_si]: [f64; 2],
     options: &NoiseOptions,
+    pairs: &Pairs,
 ) -> ChannelNoise {
     let Channel {
         allan,
@@ -537,6 +542,7 @@ fn channel_noise(
         variance: &fit_variance,
         lengths: &lengths,
         period_s,
+        pairs,
     };
     let fitted = fit(&points, &options.terms);
     let model = fitted.as_ref().map_or(
@@ -561,7 +567,7 @@ fn channel_noise(
             "m/s^2"
         }
         .to_owned(),
-        adev: allan_points(&m, &variance, &model, &lengths),
+        adev: allan_points(&m, &variance, &model, &points),
         n: None,
         b: None,
         k: None,
@@ -603,9 +609,9 @@ fn allan_points(
     m: &[f64],
     variance: &[f64],
     model: &Model,
-    lengths: &[Lengths],
+    fitted: &Points<'_>,
 ) -> Vec<AllanPoint> {
-    let of_model = model.variances(m, lengths);
+    let of_model = model.variances(m, fitted.lengths, fitted.pairs);
     let mut points = Vec::with_capacity(m.len());
     for ((m, variance), of_model) in m.iter().zip(variance).zip(of_model) {
         let edf = 2.0 * model.variance(*m).powi(2) / of_model;

@@ -11,6 +11,8 @@
 //! order |h| for white noise, h² ln|h| for flicker noise, |h|³ for the random walk. For single
 //! noises the degrees of freedom agree with the approximations of NIST SP 1065 (tables 5 and 6).
 
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::f64::consts::{LN_2, PI};
 
 use nalgebra::DMatrix;
@@ -92,84 +94,143 @@ impl Model {
         2.0 * n + b / (PI * hz) + k / (2.0 * (PI * hz).powi(2)) + rounding
     }
 
-    /// Generalised covariance of the phase at a distance of h samples.
-    fn of_phase(&self, h: f64) -> f64 {
-        let h = h.abs();
-        // Allan variances over one sample.
+    /// Parts of the Allan variance over one sample of the terms that are random.
+    fn parts(&self) -> [f64; RANDOM] {
         let part = |term: Term| self.squares[term as usize] * term.shape(self.period_s);
-        if h == 0.0 {
-            return part(Term::Q) / 3.0;
+        [part(Term::N), part(Term::B), part(Term::K), part(Term::Q)]
+    }
+
+    /// Variances of the Allan variances over `m` samples.
+    pub fn variances(&self, m: &[f64], lengths: &[Lengths], pairs: &Pairs) -> Vec<f64> {
+        let parts = self.parts();
+        let variance = |m: &f64| pairs.covariance(*m, *m, lengths, &parts);
+        m.iter().map(variance).collect()
+    }
+
+    /// Their covariance matrix.
+    pub fn covariance(&self, m: &[f64], lengths: &[Lengths], pairs: &Pairs) -> DMatrix<f64> {
+        let parts = self.parts();
+        let mut all = DMatrix::zeros(m.len(), m.len());
+        for i in 0..m.len() {
+            for j in 0..=i {
+                all[(i, j)] = pairs.covariance(m[i], m[j], lengths, &parts);
+                all[(j, i)] = all[(i, j)];
+            }
         }
-        -0.5 * part(Term::N) * h
-            + part(Term::B) * h * h * h.ln() / (4.0 * LN_2)
-            + 0.25 * part(Term::K) * h * h * h
+        all
     }
+}
 
-    /// Covariance of the second difference over a samples with that over b samples, u later.
-    fn of_differences(&self, a: f64, b: f64, u: f64) -> f64 {
-        const WEIGHTS: [(f64, f64); 3] = [(0.0, 1.0), (1.0, -2.0), (2.0, 1.0)];
-        let pairs = WEIGHTS
-            .iter()
-            .flat_map(|i| WEIGHTS.iter().map(move |j| (i, j)));
-        pairs
-            .map(|((i, wi), (j, wj))| wi * wj * self.of_phase(u + j * b - i * a))
-            .sum()
-    }
+/// Terms that are random: N, B, K, Q.
+const RANDOM: usize = 4;
+/// Products of two of them.
+const PRODUCTS: usize = RANDOM * (RANDOM + 1) / 2;
 
-    /// Covariance of the Allan variances over a and b samples of one segment.
-    fn of_segment(&self, a: f64, b: f64, samples: f64) -> f64 {
-        let (na, nb) = (terms(a, samples), terms(b, samples));
-        let longest = a.max(b);
-        // Flicker noise has tails beyond the reach of both.
-        let low = (-na).max(-8.0 * longest);
-        let high = nb.min(8.0 * longest);
-        // C is smooth between the places where two phases coincide, w between these.
-        let mut places = vec![low, high, 0.0, nb - na];
-        for i in 0..3 {
-            places.extend((0..3).map(|j| f64::from(i) * a - f64::from(j) * b));
-        }
-        places.extend([-4.0, -3.0, 3.0, 4.0].map(|k| k * longest));
-        places.retain(|u| (low..=high).contains(u));
-        places.sort_by(f64::total_cmp);
-        places.dedup();
-        let value = |u: f64| {
-            let pairs = na.min(nb - u) - 0_f64.max(-u);
-            pairs.max(0.0) * self.of_differences(a, b, u).powi(2)
-        };
-        let sums = places.windows(2).map(|w| sum_between(w[0], w[1], value));
-        2.0 * sums.sum::<f64>() / (na * nb * 4.0 * (a * b).powi(2))
-    }
+/// What the covariance of two Allan variances is for any model: it is quadratic in the squares of
+/// the parameters, and its coefficients depend on the averaging times and the length of the segment
+/// alone. They are computed once and kept, for all steps of a fit and all channels.
+#[derive(Debug, Default)]
+pub(super) struct Pairs {
+    /// By the bits of both averaging times and the length, all in samples.
+    known: RefCell<HashMap<[u64; 3], [f64; PRODUCTS]>>,
+}
 
+impl Pairs {
     /// Covariance of the Allan variances over `a` and `b` samples, pooled over segments.
-    fn pooled(&self, a: f64, b: f64, lengths: &[Lengths]) -> f64 {
+    fn covariance(&self, a: f64, b: f64, lengths: &[Lengths], parts: &[f64; RANDOM]) -> f64 {
         let (mut sum, mut of_a, mut of_b) = (0.0, 0.0, 0.0);
         for l in lengths {
             let (na, nb) = (terms(a, l.samples), terms(b, l.samples));
             of_a += l.count * na;
             of_b += l.count * nb;
             if na > 0.0 && nb > 0.0 {
-                sum += l.count * na * nb * self.of_segment(a, b, l.samples);
+                let key = [a, b, l.samples].map(f64::to_bits);
+                let mut known = self.known.borrow_mut();
+                let products = known.entry(key).or_insert_with(|| segment(a, b, l.samples));
+                sum += l.count * na * nb * quadratic(products, parts);
             }
         }
         sum / (of_a * of_b)
     }
+}
 
-    /// Variances of the Allan variances over `m` samples.
-    pub fn variances(&self, m: &[f64], lengths: &[Lengths]) -> Vec<f64> {
-        m.iter().map(|m| self.pooled(*m, *m, lengths)).collect()
+/// Σ of all products of two parts, each times its coefficient.
+fn quadratic(products: &[f64; PRODUCTS], parts: &[f64; RANDOM]) -> f64 {
+    let mut at = products.iter();
+    let mut sum = 0.0;
+    for i in 0..RANDOM {
+        for j in 0..=i {
+            let twice = if i == j { 1.0 } else { 2.0 };
+            sum += twice * parts[i] * parts[j] * at.next().copied().unwrap_or(0.0);
+        }
     }
+    sum
+}
 
-    /// Their covariance matrix.
-    pub fn covariance(&self, m: &[f64], lengths: &[Lengths]) -> DMatrix<f64> {
-        let mut all = DMatrix::zeros(m.len(), m.len());
-        for i in 0..m.len() {
-            for j in 0..=i {
-                all[(i, j)] = self.pooled(m[i], m[j], lengths);
-                all[(j, i)] = all[(i, j)];
+/// Generalised covariance of the phase at a distance of h samples, for each random term with an
+/// Allan variance of 1 over one sample.
+#[inline]
+fn of_phase(h: f64) -> [f64; RANDOM] {
+    let h = h.abs();
+    if h == 0.0 {
+        return [0.0, 0.0, 0.0, 1.0 / 3.0];
+    }
+    let square = h * h;
+    [
+        -0.5 * h,
+        square * h.ln() / (4.0 * LN_2),
+        0.25 * square * h,
+        0.0,
+    ]
+}
+
+/// Covariance of the second difference over a samples with that over b samples, u later.
+#[inline]
+fn of_differences(a: f64, b: f64, u: f64) -> [f64; RANDOM] {
+    const WEIGHTS: [(f64, f64); 3] = [(0.0, 1.0), (1.0, -2.0), (2.0, 1.0)];
+    let mut sum = [0.0; RANDOM];
+    for (i, wi) in WEIGHTS {
+        for (j, wj) in WEIGHTS {
+            let phase = of_phase(u + j * b - i * a);
+            for (sum, of_term) in sum.iter_mut().zip(phase) {
+                *sum += wi * wj * of_term;
             }
         }
-        all
     }
+    sum
+}
+
+/// The coefficients for one segment.
+fn segment(a: f64, b: f64, samples: f64) -> [f64; PRODUCTS] {
+    let (na, nb) = (terms(a, samples), terms(b, samples));
+    let longest = a.max(b);
+    // Flicker noise has tails beyond the reach of both.
+    let low = (-na).max(-8.0 * longest);
+    let high = nb.min(8.0 * longest);
+    // C is smooth between the places where two phases coincide, w between these.
+    let mut places = vec![low, high, 0.0, nb - na];
+    for i in 0..3 {
+        places.extend((0..3).map(|j| f64::from(i) * a - f64::from(j) * b));
+    }
+    places.extend([-4.0, -3.0, 3.0, 4.0].map(|k| k * longest));
+    places.retain(|u| (low..=high).contains(u));
+    places.sort_by(f64::total_cmp);
+    places.dedup();
+    let mut products = [0.0; PRODUCTS];
+    let mut add = |u: f64, weight: f64| {
+        let pairs = (na.min(nb - u) - 0_f64.max(-u)).max(0.0);
+        let c = of_differences(a, b, u);
+        let mut at = products.iter_mut();
+        for i in 0..RANDOM {
+            for (j, product) in (0..=i).zip(&mut at) {
+                *product += weight * pairs * c[i] * c[j];
+            }
+        }
+    };
+    for w in places.windows(2) {
+        weigh_between(w[0], w[1], &mut add);
+    }
+    products.map(|sum| 2.0 * sum / (na * nb * 4.0 * (a * b).powi(2)))
 }
 
 /// Number of second differences over m samples.
@@ -185,18 +246,22 @@ const NODES: [(f64, f64); 4] = [
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
 ];
 
-/// Σ of `value` over the whole numbers between two of them, the ends with half their weight; the
-/// integral where they are many.
-fn sum_between(from: f64, to: f64, value: impl Fn(f64) -> f64) -> f64 {
+/// Places and weights of a sum over the whole numbers between two of them, the ends with half their
+/// weight; of the integral where they are many.
+fn weigh_between(from: f64, to: f64, add: &mut impl FnMut(f64, f64)) {
     const MANY: f64 = 64.0;
     let length = to - from;
     if length <= MANY {
-        let inner = (1..length as u32).map(|k| value(from + f64::from(k)));
-        return inner.sum::<f64>() + 0.5 * (value(from) + value(to));
+        add(from, 0.5);
+        (1..length as u32).for_each(|k| add(from + f64::from(k), 1.0));
+        add(to, 0.5);
+        return;
     }
     let (centre, half) = (0.5 * (from + to), 0.5 * length);
-    let nodes = NODES.map(|(x, w)| w * (value(centre - half * x) + value(centre + half * x)));
-    half * nodes.iter().sum::<f64>()
+    for (x, weight) in NODES {
+        add(centre - half * x, half * weight);
+        add(centre + half * x, half * weight);
+    }
 }
 
 #[cfg(test)]
@@ -217,7 +282,7 @@ mod tests {
                 ..Model::default()
             };
             model.squares[term as usize] = 1.0;
-            2.0 * model.variance(m).powi(2) / model.variances(&[m], &lengths)[0]
+            2.0 * model.variance(m).powi(2) / model.variances(&[m], &lengths, &Pairs::default())[0]
         };
         for m in [1.0, 2.0, 8.0, 64.0, 256.0, 1024.0, 2048.0] {
             let white = (3.0 * (n - 1.0) / (2.0 * m) - 2.0 * (n - 2.0) / n) * 4.0 * m * m
@@ -244,8 +309,8 @@ mod tests {
             samples: 5000.0,
             count,
         };
-        let one = model.covariance(&[4.0, 512.0], &[lengths(1.0)]);
-        let ten = model.covariance(&[4.0, 512.0], &[lengths(10.0)]);
+        let of = |count| model.covariance(&[4.0, 512.0], &[lengths(count)], &Pairs::default());
+        let (one, ten) = (of(1.0), of(10.0));
         assert!((&one / 10.0 - ten).abs().max() < 1e-12 * one.abs().max());
     }
 

@@ -135,24 +135,39 @@ impl Columns {
         self.labels.is_some()
     }
 
-    /// Doubles the capacity.
+    /// All columns of numbers.
+    fn numbers(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        let gyro = self.gyro.iter_mut().flatten();
+        let channels = self.accel.iter_mut().chain(gyro);
+        channels
+            .chain(&mut self.temperature)
+            .chain([&mut self.time_s])
+    }
+
+    /// Makes room for `rows` more rows, and for no others.
     ///
     /// # Errors
     ///
     /// `no-memory` if there is not enough.
     #[cold]
-    fn reserve(&mut self) -> Result<()> {
-        let more = self.time_s.len().max(1 << 10);
-        let gyro = self.gyro.iter_mut().flatten();
-        let mut channels = self
-            .accel
-            .iter_mut()
-            .chain(gyro)
-            .chain(&mut self.temperature);
-        channels
-            .try_for_each(|channel| channel.try_reserve(more))
-            .and_then(|()| self.time_s.try_reserve(more))
-            .map_err(|_| Error::no_memory(self.time_s.len() as u64))
+    fn reserve(&mut self, rows: usize) -> Result<()> {
+        let held = self.rows() as u64;
+        let labels = self
+            .labels
+            .as_mut()
+            .map(|l| l.of_row.try_reserve_exact(rows));
+        self.numbers()
+            .try_for_each(|column| column.try_reserve_exact(rows))
+            .and(labels.unwrap_or(Ok(())))
+            .map_err(|_| Error::no_memory(held))
+    }
+
+    /// Gives back the room that no row needed.
+    fn shrink(&mut self) {
+        self.numbers().for_each(Vec::shrink_to_fit);
+        if let Some(labels) = &mut self.labels {
+            labels.of_row.shrink_to_fit();
+        }
     }
 
     /// Adds a row; `is_break`: it does not continue the row before.
@@ -163,7 +178,7 @@ impl Columns {
     #[inline]
     pub fn push(&mut self, row: &Row<'_>, is_break: bool) -> Result<()> {
         if self.time_s.len() == self.time_s.capacity() {
-            self.reserve()?;
+            self.reserve((self.rows() / 4).max(1 << 10))?;
         }
         let number = self.time_s.len();
         for (i, channel) in self.accel.iter_mut().enumerate() {
@@ -207,9 +222,12 @@ impl Columns {
 impl Sink for Columns {
     fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
         rows.hold_at_most(usize::MAX);
+        // What was expected may be too much: the rows themselves decide.
+        let _ = self.reserve(rows.source().expected());
         while let Some(row) = rows.next_row()? {
             self.push(&row, row.is_break())?;
         }
+        self.shrink();
         Ok(())
     }
 }
@@ -260,7 +278,6 @@ impl Collected<Columns> {
             finding.file = Some(self.about.name.clone());
         }
         let found = self.finished.summary.facts;
-        let rows = self.rows.time_s.len();
         let even_hz = |facts: &Facts| {
             facts
                 .stamp_reading
@@ -271,7 +288,11 @@ impl Collected<Columns> {
                 .stamp_reading
                 .map(|_| match even_hz(&self.facts).and(even_hz(&found)) {
                     // The mean rate of all rows is more accurate than that of the first ones.
-                    Some(rate_hz) => (0..rows).map(|row| row as f64 / rate_hz).collect(),
+                    Some(rate_hz) => {
+                        let times = self.rows.time_s.iter_mut().enumerate();
+                        times.for_each(|(row, t_s)| *t_s = row as f64 / rate_hz);
+                        self.rows.time_s
+                    }
                     None => self.rows.time_s,
                 });
         // When the rows are read again, they have the same times.

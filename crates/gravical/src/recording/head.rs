@@ -67,6 +67,13 @@ impl Head {
         determine_facts(|facts| self.rows(facts))
     }
 
+    /// About how many lines a text of `size` bytes has, whose first `bytes` bytes these are; 0 if
+    /// its size is unknown.
+    pub fn expected(&self, bytes: usize, size: Option<u64>) -> usize {
+        let each = bytes as f64 / self.lines.len() as f64;
+        size.map_or(0, |size| (1.01 * size as f64 / each) as usize)
+    }
+
     /// Channels of its rows.
     pub fn channels(&self, facts: &Facts) -> HeadChannels {
         let channels = self.claims.channels(facts);

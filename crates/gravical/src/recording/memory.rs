@@ -392,6 +392,10 @@ impl Source for ColumnRows<'_> {
         self.next as u64
     }
 
+    fn expected(&self) -> usize {
+        self.rows
+    }
+
     fn text(&self) -> Text<'_> {
         let row = self.next.wrapping_sub(1);
         let label = self.label.and_then(|texts| texts.get(row));

@@ -53,8 +53,9 @@ impl Meter {
         }
     }
 
-    /// Ends reading: what is being read, and what is opened later, fails with `io`. For a user who
-    /// does not want to wait.
+    /// Ends reading: what is being read, and what is opened later, fails with `io`; a
+    /// [`motion`](crate::motion::MotionOptions::meter) ends in the same way. For a user who does not
+    /// want to wait.
     ///
     /// ```
     /// use gravical::recording::{Meter, ReadOptions, read_bytes};
@@ -67,6 +68,12 @@ impl Meter {
     /// ```
     pub fn stop(&self) {
         self.0.stopped.store(true, Ordering::Relaxed);
+    }
+
+    /// True after [`stop`](Self::stop).
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.0.stopped.load(Ordering::Relaxed)
     }
 
     /// Wraps `reader` and counts its bytes from the beginning.
@@ -95,7 +102,7 @@ struct Metered {
 
 impl Read for Metered {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.meter.0.stopped.load(Ordering::Relaxed) {
+        if self.meter.is_stopped() {
             return Err(io::Error::other("reading was stopped"));
         }
         let n = self.inner.read(buffer)?;

@@ -38,6 +38,8 @@ pub struct Input {
     cut_off: Arc<AtomicBool>,
     /// Number of bytes that are examined to determine the format.
     pub(crate) head_bytes: usize,
+    /// Number of bytes of the text; `None` for a pipe, and where it is unpacked or converted.
+    pub(crate) size: Option<u64>,
 }
 
 impl Input {
@@ -50,6 +52,7 @@ impl Input {
             digest: None,
             cut_off: Arc::default(),
             head_bytes,
+            size: None,
         }
     }
 
@@ -227,7 +230,9 @@ fn from_file(
         Some(meter) => meter.over(&path.display().to_string(), total, reader),
         None => reader,
     };
-    from_reader(reader, options.hash).map_err(|e| Error::io(path, e))
+    let mut input = from_reader(reader, options.hash).map_err(|e| Error::io(path, e))?;
+    input.size = total.filter(|_| input.unpacked.is_empty());
+    Ok(input)
 }
 
 /// Opens any reader.
@@ -272,6 +277,7 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
         digest,
         cut_off,
         head_bytes: HEAD,
+        size: None,
     })
 }
 

@@ -29,6 +29,10 @@ pub(crate) trait Source {
     fn next(&mut self, values: &mut Values) -> Result<Option<Item>>;
     /// Its number, from 1.
     fn number(&self) -> u64;
+    /// About how many rows there are, to make room for them; 0 if nothing tells.
+    fn expected(&self) -> usize {
+        0
+    }
     /// Text of the line, its fields and its label.
     fn text(&self) -> Text<'_> {
         Text::default()

@@ -42,6 +42,8 @@ pub(crate) struct TextRows<R> {
     spans: Vec<Span>,
     label: Span,
     number: u64,
+    /// About how many lines there are; 0 if nothing tells.
+    expected: usize,
     /// Number of the last blank line, and length of the run of blank lines that it ends.
     blank: (u64, u64),
     nul_lines: LineSpans,
@@ -108,12 +110,9 @@ pub(crate) fn open_rows(
     let of_head = TextRows::new(of_head, name, &format, !whole);
     let head = Head::read(of_head, &claims);
     let facts = facts.unwrap_or_else(|| head.facts());
-    let rows = Rows::new(
-        TextRows::new(lines, name, &format, false),
-        name,
-        claims,
-        facts,
-    );
+    let mut of_file = TextRows::new(lines, name, &format, false);
+    of_file.expected = head.expected(clean.len(), input.size);
+    let rows = Rows::new(of_file, name, claims, facts);
     Ok(OpenFile {
         rows,
         format,
@@ -219,6 +218,7 @@ impl<R: Read> TextRows<R> {
             scanner,
             label: (0, 0),
             number: 0,
+            expected: 0,
             blank: (0, 0),
             nul_lines: LineSpans::default(),
             foreign_lines: LineSpans::default(),
@@ -318,6 +318,10 @@ impl<R: Read> Source for TextRows<R> {
     #[inline]
     fn number(&self) -> u64 {
         self.number
+    }
+
+    fn expected(&self) -> usize {
+        self.expected
     }
 
     fn can_skip(&self) -> bool {

@@ -52,6 +52,68 @@ pub(super) fn take_out(channels: &mut [Vec<f64>; 3], step: [f64; 3]) -> usize {
 /// deviation of the neighbourhood. The latter and not the former gives the scale: behind a
 /// low-pass most samples are the median of their neighbours, but not all neighbours are alike.
 fn neighbourhoods(channel: &[f64]) -> Vec<[f64; 2]> {
+    let rows = channel.len();
+    if rows < WIDTH + LANES || !channel.iter().all(|v| v.is_finite()) {
+        return one_by_one(channel);
+    }
+    // Only those at the ends are narrower.
+    let mut all = one_by_one(&channel[..2 * REACH])[..REACH].to_vec();
+    all.reserve_exact(rows - REACH);
+    let mut from = 0;
+    while from + WIDTH + LANES - 1 <= rows {
+        let near: [[f64; LANES]; WIDTH] =
+            std::array::from_fn(|k| std::array::from_fn(|lane| channel[from + k + lane]));
+        let median = middle(&near);
+        let spread = middle(
+            &near.map(|values| std::array::from_fn(|lane| (values[lane] - median[lane]).abs())),
+        );
+        all.extend((0..LANES).map(|lane| [near[REACH][lane] - median[lane], spread[lane]]));
+        from += LANES;
+    }
+    // The last ones by a window that begins early enough for the first of them.
+    all.extend(&one_by_one(&channel[from..])[REACH..]);
+    all
+}
+
+/// Values of a neighbourhood, and how many of these are evaluated side by side.
+const WIDTH: usize = 2 * REACH + 1;
+const LANES: usize = 4;
+
+/// The middle of eleven finite values: of more than half of them and one, neither the least nor the
+/// greatest is the middle, whatever the others are. Both go and one of the others comes, until none
+/// is left.
+#[inline]
+fn middle(values: &[[f64; LANES]; WIDTH]) -> [f64; LANES] {
+    let mut some = [[0.0; LANES]; REACH + 2];
+    some.copy_from_slice(&values[..REACH + 2]);
+    extremes::<7>(&mut some);
+    some[0] = values[7];
+    extremes::<6>(&mut some);
+    some[0] = values[8];
+    extremes::<5>(&mut some);
+    some[0] = values[9];
+    extremes::<4>(&mut some);
+    some[0] = values[10];
+    extremes::<3>(&mut some);
+    some[1]
+}
+
+/// Puts the least of the first `COUNT` values first, and the greatest of them last.
+#[inline]
+fn extremes<const COUNT: usize>(some: &mut [[f64; LANES]; REACH + 2]) {
+    let mut order = |low: usize, high: usize| {
+        for lane in 0..LANES {
+            let (a, b) = (some[low][lane], some[high][lane]);
+            some[low][lane] = if a < b { a } else { b };
+            some[high][lane] = if a < b { b } else { a };
+        }
+    };
+    (1..COUNT).for_each(|i| order(0, i));
+    (1..COUNT - 1).for_each(|i| order(i, COUNT - 1));
+}
+
+/// The same one after the other, of channels with empty cells, too.
+fn one_by_one(channel: &[f64]) -> Vec<[f64; 2]> {
     let first = channel.iter().copied().take(REACH);
     let mut near = SortedWindow::new(first.filter(|v| v.is_finite()));
     let rows = 0..channel.len();
@@ -100,8 +162,13 @@ mod tests {
                 (3.0 * *v).round() / 8.0
             };
         }
-        for rows in [0, 1, 4, 11, 400] {
-            let found = neighbourhoods(&channel[..rows]);
+        let whole: Vec<f64> = channel.iter().copied().filter(|v| v.is_finite()).collect();
+        let parts = [0, 1, 4, 11, 15, 17, 18, 300].map(|rows| &whole[..rows]);
+        let empty = [0, 1, 4, 11, 400].map(|rows| &channel[..rows]);
+        for channel in parts.into_iter().chain(empty) {
+            let rows = channel.len();
+            let found = neighbourhoods(channel);
+            assert_eq!(found.len(), rows);
             for (row, [off, spread]) in found.iter().enumerate() {
                 let around = row.saturating_sub(REACH)..(row + REACH + 1).min(rows);
                 let finite = channel[around].iter().copied().filter(|v| v.is_finite());

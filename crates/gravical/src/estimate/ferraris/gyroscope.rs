@@ -108,7 +108,7 @@ pub fn gyroscope(
     Ok(fit)
 }
 
-fn singular(e: SixPositionError) -> Error {
+pub(super) fn singular(e: SixPositionError) -> Error {
     Error::input("singular", format!("the turns determine no gyroscope: {e}"))
 }
 

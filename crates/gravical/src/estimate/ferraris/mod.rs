@@ -3,6 +3,7 @@
 
 mod faces;
 mod gyroscope;
+mod samples;
 
 use gravical_core::calibration::Calibration;
 use gravical_core::six_position::{
@@ -14,6 +15,7 @@ use crate::{Error, Result};
 
 pub use faces::{Faces, sort_into_faces};
 pub use gyroscope::gyroscope;
+pub use samples::{ClosedForm, NamedSamples, of_samples};
 
 /// A fitted accelerometer.
 #[derive(Debug, Clone)]
