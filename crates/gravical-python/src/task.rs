@@ -50,7 +50,11 @@ pub fn run<T: Send + 'static>(
             Some(Err(RecvTimeoutError::Timeout)) => {
                 if let Err(signal) = py.check_signals() {
                     meter.stop();
-                    py.detach(|| wait(PATIENCE));
+                    py.detach(|| {
+                        if let Some(Ok(_)) = wait(PATIENCE) {
+                            let _ = thread.join();
+                        }
+                    });
                     return Err(signal);
                 }
             }

@@ -109,7 +109,7 @@ def working():
     names = [open(path).read() for path in glob.glob("/proc/self/task/*/comm")]
     return [name for name in names if name == "gravical\\n"]
 
-n = 1_500_000
+n = 300_000
 g = np.random.default_rng(1)
 t = np.arange(n) / 100
 accel = g.normal(0, 0.03, (n, 3)) + [0, 0, 9.81]
