@@ -189,6 +189,7 @@ fn assuming(
             mean: m.mean,
             standard_error: [options.noise_mps2; 3],
             role: role(m),
+            temperature_c: None,
         })
         .collect();
     let assumed = JointOptions {

@@ -175,6 +175,7 @@ mod tests {
                     mean: reading.mean.map(|u| u + drift * index as f64),
                     standard_error: [options.noise_mps2; 3],
                     role: Role::Open,
+                    temperature_c: None,
                 });
                 of.push(index);
             }

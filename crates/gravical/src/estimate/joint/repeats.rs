@@ -110,8 +110,7 @@ fn pairs(work: &[Pose], found: &Fit) -> Option<Vec<Pair>> {
     let inverse = matrix3::inverse(&found.state.m)?;
     let length = matrix3::norm(&found.state.m[0]) * found.model.gravity;
     let direction = |k: usize| {
-        let force = matrix3::sub(&work[k].mean, &found.state.b);
-        model::unit(matrix3::mul_vec(&inverse, &force))
+        model::unit(found.force(&inverse, &work[k]))
     };
     // Mean square of a component over the length of the reading.
     let noise = |k: usize| {

@@ -54,6 +54,7 @@ fn session(sensor: &Sensor, frees: usize, tilt: f64, rng: &mut ChaCha8Rng) -> Ve
                 mean: sensor.read(model::tilted(face, d).0, noise, rng),
                 standard_error: [noise; 3],
                 role: Role::Face(face),
+                temperature_c: None,
             }
         })
         .collect();
@@ -62,6 +63,7 @@ fn session(sensor: &Sensor, frees: usize, tilt: f64, rng: &mut ChaCha8Rng) -> Ve
             mean: sensor.read(free(rng), noise, rng),
             standard_error: [noise; 3],
             role: Role::Open,
+            temperature_c: None,
         });
     }
     out
@@ -129,6 +131,7 @@ fn each_disputed_direction_has_two_sides_of_its_own() {
                 mean: sensor.read(n, 1.24e-3, &mut rng),
                 standard_error: [1.24e-3; 3],
                 role: Role::Face(face),
+                temperature_c: None,
             });
         }
         if pair {
