@@ -125,6 +125,7 @@ impl Session {
                     None if given => Role::Free,
                     _ => Role::Open,
                 },
+                temperature_c: None,
             })
             .collect()
     }

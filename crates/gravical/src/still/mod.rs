@@ -131,6 +131,9 @@ pub struct Stills {
     /// Standard deviation of the quietest blocks, the three axes together
     /// (root of the sum of variances), in the unit of the file.
     pub noise: f64,
+    /// The sensor is worn, for half a day or longer: static is what stays within 13 mg on each axis
+    /// for 10 s, not within its noise.
+    pub worn: bool,
 }
 
 /// Channels in which static intervals are searched: of equal length, in any unit.
@@ -177,6 +180,7 @@ pub(crate) fn find_stills(recording: &Channels<'_>, options: &StillOptions) -> S
     Stills {
         spans: levels.without_turning(recording.gyro, spans),
         noise: levels.noise(),
+        worn: levels.worn,
     }
 }
 

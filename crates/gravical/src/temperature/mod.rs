@@ -61,8 +61,8 @@ use crate::{Error, Result};
 
 pub use crate::polynomial::evaluate;
 pub use attach::for_calibration;
-pub use from_poses::{enough_poses, from_poses};
 pub(crate) use attach::{cost_text, summary_finding};
+pub use from_poses::{enough_poses, from_poses};
 pub(crate) use reason::{in_unit, r2_text, short};
 pub use tested::LEAST_R2;
 

@@ -122,9 +122,7 @@ fn judge(work: &[Pose], whole: &Fit, held: &Held) -> Misfits {
 /// None when `pose` is the one that does not fit.
 fn dispute(work: &[Pose], whole: &Fit, held: &Held, pose: usize) -> Option<[Vec<usize>; 2]> {
     let inverse = matrix3::inverse(&whole.state.m)?;
-    let force = |k: usize| {
-        whole.force(&inverse, &work[k])
-    };
+    let force = |k: usize| whole.force(&inverse, &work[k]);
     let here: Vec<usize> = (0..work.len())
         .filter(|&k| !work[k].left_out && angle_deg(force(k), force(pose)) <= NEIGHBOUR_DEG)
         .collect();

@@ -59,8 +59,7 @@ fn errors_of_parts(poses: &[JointPose], options: &JointOptions) -> Result<Vec<f6
                 .filter(|f| f.converged)
                 .ok_or_else(|| search.open(&rest))?;
             let inverse = matrix3::inverse(&fit.state.m).ok_or(JointError::NotConverged)?;
-            let error =
-                |pose| (matrix3::norm(&fit.force(&inverse, pose)) - options.gravity).abs();
+            let error = |pose| (matrix3::norm(&fit.force(&inverse, pose)) - options.gravity).abs();
             Ok(work[out.clone()].iter().map(error).sum::<f64>() / out.len() as f64)
         })
         .collect()

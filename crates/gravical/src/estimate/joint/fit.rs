@@ -133,7 +133,9 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
     } else {
         Elements::All
     });
-    let Start { mut m, b, drift, .. } = *start;
+    let Start {
+        mut m, b, drift, ..
+    } = *start;
     if elements != Elements::All {
         m = upper(&m)?;
     }

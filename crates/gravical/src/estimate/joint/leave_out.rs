@@ -124,12 +124,7 @@ type Variance<'a> = Box<dyn Fn(&[f64; 15]) -> Option<f64> + 'a>;
 /// M + dM = M(I + E). The antisymmetric part of E is a rotation of the whole
 /// frame, which no length sees; without a face it may be large, and taken as
 /// linear it would lengthen all. So it is left away.
-fn refit(
-    rest: impl Fn() -> Vec<Pose>,
-    found: &Fit,
-    held: &Held,
-    step: &[f64],
-) -> Option<State> {
+fn refit(rest: impl Fn() -> Vec<Pose>, found: &Fit, held: &Held, step: &[f64]) -> Option<State> {
     let still = vec![0.0; 2 * found.model.places.len()];
     let moved = found.model.moved(&found.state, step, &still);
     let m = &found.state.m;

@@ -62,7 +62,7 @@ use crate::predicted;
 use crate::segment::face::Face;
 use crate::stats::median;
 
-pub use drift::{DriftTest, test_drift};
+pub use drift::{DriftTest, FOLDS, test_drift};
 use fit::{Fit, Held, Pose, Start, fit, rough_fit};
 pub use model::Elements;
 use reduced::Reduced;
