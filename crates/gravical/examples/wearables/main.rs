@@ -191,7 +191,10 @@ fn main() {
             s.bias.cells(1000.0),
             s.scale.cells(1000.0),
             s.cross.cells(1000.0),
-            s.drift.cells(1000.0),
+            match drift_g_per_c {
+                0.0 => "– | –".to_owned(),
+                _ => s.drift.cells(1000.0),
+            },
         );
         if s.failed > 0 {
             println!("{} of them have no result", s.failed);

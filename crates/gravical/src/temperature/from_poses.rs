@@ -3,7 +3,7 @@
 use crate::calibration_file::{
     CHANNELS, ChannelDrift, DriftVerdict, InputFile, ReferenceSource, TemperatureModel,
 };
-use crate::estimate::accelerometer::Estimate;
+use crate::estimate::accelerometer::{Estimate, MANY_POSES};
 use crate::numfmt::milli_g;
 use crate::recording::Recording;
 use crate::segment::{Placement, Segmentation};
@@ -12,10 +12,6 @@ use crate::stats::standard_deviation;
 use super::attach::{bring_to_reference, summary_finding};
 use super::{LEAST_SPAN_C, study_if_any};
 
-/// With fewer poses an eighth of them tests little, and one bad pose feigns a drift. No session on
-/// a desk has as many.
-const LEAST_POSES: usize = 64;
-
 /// True where the poses are enough, and at temperatures far enough apart, to fit the drift of the
 /// accelerometer with its other parameters: intervals in which the temperature changes while the
 /// sensor lies still, which [`study`](super::study) needs, are then not needed.
@@ -23,7 +19,7 @@ const LEAST_POSES: usize = 64;
 pub fn enough_poses(placements: &[Placement]) -> bool {
     let [low, high] = range_c(placements);
     let known = placements.iter().all(|p| p.temperature_c.is_some());
-    known && placements.len() >= LEAST_POSES && high - low > LEAST_SPAN_C
+    known && placements.len() >= MANY_POSES && high - low > LEAST_SPAN_C
 }
 
 fn temperatures(placements: &[Placement]) -> impl Iterator<Item = f64> {

@@ -153,6 +153,10 @@ pub struct Estimate {
 /// So many times the assumed tilt is more than chance and a good board explain.
 pub const UNUSUAL_TILT: f64 = 1.6;
 
+/// Nobody places a sensor in so many poses: they are found in days of wear, and enough to test a
+/// model on eighths of them.
+pub const MANY_POSES: usize = 64;
+
 /// Parameters of the magnitude: M Mᵀ and b.
 const MAGNITUDE_PARAMETERS: u32 = 9;
 

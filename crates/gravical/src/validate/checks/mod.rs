@@ -5,7 +5,7 @@ mod fit;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{AccelerometerSection, TiltSource};
-use crate::estimate::accelerometer::{Estimate, Method};
+use crate::estimate::accelerometer::{Estimate, MANY_POSES, Method};
 use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::Placement;
@@ -25,9 +25,8 @@ const BIAS_NOTE_MPS2: f64 = 1.2;
 /// Above this a face is accepted with a note, degrees.
 const FACE_NOTE_DEG: f64 = 10.0;
 
-/// Of so many poses that nobody placed each axis has to be beyond this on both sides, g: the limit
-/// of van Hees et al. (2014) and GGIR.
-const MANY_POSES: usize = 64;
+/// Of many free poses some have to be beyond this on both sides of each axis, g: the limit of van
+/// Hees et al. (2014) and GGIR.
 const LEAST_COVERED_G: f64 = 0.3;
 
 /// Oblique placements further off than so many times the predicted error
@@ -39,12 +38,13 @@ const OBLIQUE_GATE: f64 = 3.0;
 /// restless wrist is not the noise that the covariance knows.
 fn orientations(estimate: &Estimate) -> Option<Finding> {
     let fitted = estimate.uses.iter().filter(|u| u.fitted);
-    if fitted.clone().count() < MANY_POSES || fitted.clone().any(|u| u.face.is_some()) {
+    if fitted.clone().filter(|u| u.face.is_none()).count() < MANY_POSES {
         return None;
     }
     let range = |axis: usize| {
         let of = fitted.clone().filter_map(|u| Some(u.direction?[axis]));
-        of.fold([0.0_f64; 2], |[low, high], v| [low.min(v), high.max(v)])
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        of.fold(none, |[low, high], v| [low.min(v), high.max(v)])
     };
     let ranges: Vec<[f64; 2]> = (0..3).map(range).collect();
     let covered = |[low, high]: &[f64; 2]| *low < -LEAST_COVERED_G && *high > LEAST_COVERED_G;
