@@ -159,6 +159,7 @@ mod tests {
         start: None,
         elements: None,
         find_bad: true,
+        drift: false,
     };
 
     /// Recordings of `parts`, twelve or six placements each, the biases moved by
