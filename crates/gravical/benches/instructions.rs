@@ -105,6 +105,7 @@ mod counted {
                 mean: m.mean,
                 standard_error: [options.noise_mps2; 3],
                 role: Role::Open,
+                temperature_c: None,
             })
             .collect()
     }

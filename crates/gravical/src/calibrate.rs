@@ -35,7 +35,7 @@ use crate::estimate::{ferraris, gyro};
 use crate::gravity::Gravity;
 use crate::recording::{AccelUnit, Finding, FindingKind, Recording, Severity};
 use crate::segment::{SegmentOptions, Segmentation, segment};
-use crate::temperature::for_calibration;
+use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
 use crate::validate::{checks, errors, trust, verdict};
 use crate::{Error, Result};
@@ -152,8 +152,14 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let lost =
         |error: Error| error.after_losses(recordings.iter().map(|r| (&*r.name, &*r.findings)));
     let mut segmentation = segment(recordings, &options.segment).map_err(lost)?;
-    let temperature_model = for_calibration(recordings, &options.thermal, &mut segmentation)?;
-    let placements = &segmentation.placements;
+    // Does the joint fit tell the drift with temperature, or what lay still while it changed?
+    let drift = options.thermal.is_empty()
+        && options.estimate.method == Method::Joint
+        && enough_poses(&segmentation.placements);
+    let mut temperature_model = match drift {
+        true => None,
+        false => for_calibration(recordings, &options.thermal, &mut segmentation)?,
+    };
 
     // M and b of u = M a + b, and their covariance.
     let session = Session {
@@ -162,10 +168,16 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         axes: &options.segment.axes,
         faces_by_name: options.segment.faces_by_name,
         gravity,
+        drift,
     };
     let estimate = accelerometer(&session, &options.estimate)
         .map_err(|error| error.after(&segmentation.findings, FindingKind::NoStaticInterval))
         .map_err(lost)?;
+
+    if drift {
+        temperature_model = from_poses(recordings, &estimate, &mut segmentation);
+    }
+    let placements = &segmentation.placements;
 
     // The gyroscope from the pauses and the known turns.
     let turns = match &estimate.faces {

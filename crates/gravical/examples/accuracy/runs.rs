@@ -125,6 +125,7 @@ impl Session {
                     None if given => Role::Free,
                     _ => Role::Open,
                 },
+                temperature_c: None,
             })
             .collect()
     }
@@ -189,6 +190,7 @@ fn assuming(
             mean: m.mean,
             standard_error: [options.noise_mps2; 3],
             role: role(m),
+            temperature_c: None,
         })
         .collect();
     let assumed = JointOptions {

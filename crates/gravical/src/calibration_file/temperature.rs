@@ -25,7 +25,7 @@ pub struct TemperatureModel {
     pub reference_source: ReferenceSource,
     /// Lowest and highest temperature at which the model was fitted and tested, °C.
     pub range_c: [f64; 2],
-    /// Poses in which the temperature changed.
+    /// Poses that the drift was computed from.
     pub poses: u32,
     /// Sweeps of the temperature at rest, in order.
     pub sweeps: Vec<Sweep>,

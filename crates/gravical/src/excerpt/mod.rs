@@ -422,6 +422,7 @@ fn stills_in_memory(recording: &Recording, levels: &Levels, quiet: &[Range<usize
     Stills {
         spans: levels.without_turning(recording.gyro.as_ref(), spans),
         noise: levels.noise(),
+        worn: levels.worn,
     }
 }
 

@@ -363,6 +363,10 @@ kinds! {
             "an interval in which the sensor never rests"
             "not used"
             "record it again";
+        WornSensor "worn-sensor" Note
+            "a recording of half a day or longer, in which limits for a worn sensor find twice as many static intervals as its noise"
+            "static is what stays within 13 mg on each axis for 10 s or more"
+            "nothing";
         UnsteadyPose "unsteady-pose" Warning
             "the sensor moves slightly all the time, as if held by hand"
             "the quietest part is used; the message gives the residual motion"
@@ -417,6 +421,10 @@ kinds! {
             "only face poses, and one of the six faces is missing"
             "computed; the message gives the uncertainty of the magnitude with that face up"
             "record that face, or any free poses";
+        FewOrientations "few-orientations" Gate
+            "many poses without a face, as in days of wear, and none beyond ±0.3 g on some side of an axis"
+            "computed; the message gives the range of each axis"
+            "record longer, or turn the sensor so that each axis points up and down for a while";
         SameFaceTwice "same-face-twice" Gate
             "one face is recorded twice, once under the name of the missing face (or as two of six poses)"
             "computed without the missing face"

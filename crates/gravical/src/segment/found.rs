@@ -35,6 +35,15 @@ pub(super) fn in_recording(
     let mut recording = &recordings[index];
     let alone = recordings.len() == 1;
     let mut stills = find_stills(recording, &options.still);
+    if stills.worn {
+        findings.push(
+            Finding::new(
+                FindingKind::WornSensor,
+                "the sensor is worn: most of its rests are too restless for its noise; static is what stays within 13 mg on each axis for 10 s or more",
+            )
+            .in_file(&recording.name),
+        );
+    }
     // Spikes all over a recording hide its stills. Of an excerpt these are known.
     let mut despiked = None;
     if stills.spans.is_empty() && !recording.is_excerpt() {

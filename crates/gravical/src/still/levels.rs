@@ -23,6 +23,15 @@ const CORRELATED_FACTOR: f64 = 5.0;
 /// Scatter of means over noise/√width above which it is motion: the root of the variance
 /// inflation factor for a low-pass filter at a hundredth of the rate.
 const MOST_CORRELATED: f64 = 6.0;
+/// A recording of so many hours may be one of daily life: nobody turns a sensor by hand for longer.
+const WORN_HOURS: f64 = 12.0;
+/// Limits of van Hees et al., J. Appl. Physiol. 117 (2014) 738, for a sensor that is worn: the
+/// standard deviation of each axis at rest, g, and the shortest rest, s. Breath and pulse move a
+/// wrist by some mg, many times the noise of a good sensor.
+const WORN_SD_G: f64 = 0.013;
+const WORN_SHORTEST_S: f64 = 10.0;
+/// It is worn if these limits make so many times more of it static than its noise does.
+const WORN_GAIN: f64 = 2.0;
 /// Median length of a vector with three standard normal components.
 const MAXWELL_MEDIAN: f64 = 1.538;
 
@@ -76,6 +85,8 @@ pub(crate) struct Levels {
     /// Smallest number of rows of a static interval.
     pub shortest: usize,
     grows: bool,
+    /// The limits are those for a sensor that is worn.
+    pub worn: bool,
 }
 
 impl Levels {
@@ -109,6 +120,7 @@ impl Levels {
                 .max((options.least_s * rate) as usize)
                 .max(10),
             grows: options.grow_edges,
+            worn: false,
         };
         let gravity = typical_magnitude(all());
         // Means of blocks scatter by noise/√width, for correlated noise by a multiple of it.
@@ -124,7 +136,34 @@ impl Levels {
             let within = MOST_RATE_STEP * levels.most_gyro.sqrt();
             levels.agree_rate = within.max(TURNING_SHARE * fastest(groups));
         }
+        // Of many blocks only some are there, but their rows are those of the file.
+        let rows = groups
+            .last()
+            .and_then(|g| g.last())
+            .map_or(0, |b| b.rows.end);
+        if rows as f64 >= WORN_HOURS * 3600.0 * rate {
+            let worn = levels.worn(gravity, rate);
+            let static_by = |levels: &Levels| all().filter(|b| levels.is_quiet(b)).count() as f64;
+            if static_by(&worn) > WORN_GAIN * static_by(&levels) {
+                return Some(worn);
+            }
+        }
         Some(levels)
+    }
+
+    /// The same for a sensor that is worn; `gravity` in the unit of the file. The gyroscope, whose
+    /// noise is far less than the unrest of a wrist, tells nothing more.
+    fn worn(&self, gravity: f64, rate: f64) -> Levels {
+        let sd = WORN_SD_G * gravity;
+        Levels {
+            most_accel: self.most_accel.max(3.0 * sd * sd),
+            most_gyro: f64::INFINITY,
+            agree: self.agree.max(sd),
+            agree_rate: f64::INFINITY,
+            shortest: self.shortest.max((WORN_SHORTEST_S * rate) as usize),
+            worn: true,
+            ..self.clone()
+        }
     }
 
     /// Standard deviation of the quietest blocks, the three axes together.

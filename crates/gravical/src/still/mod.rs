@@ -10,7 +10,9 @@
 //! 3. `turning`: an even turn about the vertical is quiet and does not drift; its angular rate
 //!    differs from that of the neighbouring static intervals.
 //!
-//! There are no constants in m/s², so that the method works for any sensor in any unit. Noise is
+//! There are no constants in m/s², so that the method works for any sensor in any unit; but a
+//! sensor that is worn for half a day or longer is at rest within 13 mg on each axis, whatever its
+//! noise ([`Stills::worn`]). Noise is
 //! never assumed to be less than that of rounding ([`crate::resolution`]): values of
 //! two decimals may be constant at rest.
 //!
@@ -131,6 +133,9 @@ pub struct Stills {
     /// Standard deviation of the quietest blocks, the three axes together
     /// (root of the sum of variances), in the unit of the file.
     pub noise: f64,
+    /// The sensor is worn, for half a day or longer: static is what stays within 13 mg on each axis
+    /// for 10 s, not within its noise.
+    pub worn: bool,
 }
 
 /// Channels in which static intervals are searched: of equal length, in any unit.
@@ -177,6 +182,7 @@ pub(crate) fn find_stills(recording: &Channels<'_>, options: &StillOptions) -> S
     Stills {
         spans: levels.without_turning(recording.gyro, spans),
         noise: levels.noise(),
+        worn: levels.worn,
     }
 }
 

@@ -73,7 +73,11 @@ fn mean_c(placements: &[Placement]) -> Option<f64> {
 }
 
 /// Converts the means of a pose to the reference temperature.
-fn bring_to_reference(placement: &mut Placement, model: &TemperatureModel, zero_offset: f64) {
+pub(super) fn bring_to_reference(
+    placement: &mut Placement,
+    model: &TemperatureModel,
+    zero_offset: f64,
+) {
     let Some(t_c) = placement.temperature_c else {
         return;
     };

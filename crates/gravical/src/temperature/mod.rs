@@ -9,6 +9,10 @@
 //! with random folds, or within one sweep, would not test this: neighbours in time agree whatever
 //! the cause of their drift.
 //!
+//! Where hundreds of poses lie at many temperatures, as in days of wear, no pose has to last: the
+//! joint fit tests and fits the drift of the bias with its other parameters, and [`from_poses`]
+//! takes it from there.
+//!
 //! The result is a [`TemperatureModel`]; [`for_calibration`] adds it to the parameters of a
 //! session, [`crate::calibrate::soak_alone`] computes a calibration from it alone.
 //!
@@ -37,6 +41,7 @@
 mod attach;
 mod channel;
 mod fit;
+mod from_poses;
 pub(crate) mod intervals;
 mod reason;
 mod sweeps;
@@ -57,6 +62,7 @@ use crate::{Error, Result};
 pub use crate::polynomial::evaluate;
 pub use attach::for_calibration;
 pub(crate) use attach::{cost_text, summary_finding};
+pub use from_poses::{enough_poses, from_poses};
 pub(crate) use reason::{in_unit, r2_text, short};
 pub use tested::LEAST_R2;
 

@@ -13,6 +13,7 @@ use crate::estimate::accelerometer::{Estimate, Method};
 use crate::estimate::in_words;
 use crate::estimate::joint::{NORMAL_95, Source};
 use crate::gravity::Gravity;
+use crate::numfmt::milli_g;
 use crate::stats::{median, standard_deviation};
 use crate::uncertainty::{Covariance12, invariant_derivatives, of_gravity, sum};
 
@@ -290,11 +291,25 @@ fn budget(
     match temperature {
         Some(range) if temperatures.len() > 1 => {
             let spread = standard_deviation(temperatures);
+            // Of the bias, in m/s² per °C; over all directions it is that of one axis.
+            let fitted = estimate
+                .joint
+                .as_ref()
+                .and_then(|fit| fit.drift)
+                .map(|drift| {
+                    let axes = matrix3::row_norms(&estimate.model);
+                    let squares = (0..3).map(|i| (drift.sd[i] / axes[i]).powi(2));
+                    (squares.sum::<f64>() / 3.0).sqrt()
+                });
+            let basis = match fitted {
+                Some(sd) => format!("by a drift known to {:.3} mg/°C", milli_g(sd)),
+                None => "at 0.4 mg/°C".to_owned(),
+            };
             add(
                 "temperature",
-                Some(spread * DRIFT_MPS2_PER_C),
+                Some(spread * fitted.unwrap_or(DRIFT_MPS2_PER_C)),
                 format!(
-                    "{:.1} to {:.1} °C during the session at 0.4 mg/°C",
+                    "{:.1} to {:.1} °C during the session {basis}",
                     range.min, range.max
                 ),
             );

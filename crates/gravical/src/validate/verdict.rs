@@ -40,10 +40,11 @@ fn figure(mps2: f64) -> String {
 }
 
 /// What is wrong with the session comes before what is wrong with the fit.
-const SESSION: [FindingKind; 7] = [
+const SESSION: [FindingKind; 8] = [
     FindingKind::SameFileTwice,
     FindingKind::SameFaceTwice,
     FindingKind::MissingFace,
+    FindingKind::FewOrientations,
     FindingKind::NamesMirrored,
     FindingKind::UnitChanged,
     FindingKind::ClippedPose,

@@ -54,6 +54,7 @@ fn poses(means: &[MeanReading], reported: bool) -> Vec<JointPose> {
             mean: m.mean,
             standard_error: [MeansOptions::default().noise_mps2; 3],
             role: if reported { role(m) } else { Role::Open },
+            temperature_c: None,
         })
         .collect()
 }

@@ -29,6 +29,7 @@ fn session(seed: u64) -> Vec<JointPose> {
             mean: m.mean,
             standard_error: [parts.noise_mps2; 3],
             role: Role::Open,
+            temperature_c: None,
         })
         .collect()
 }
@@ -73,6 +74,7 @@ proptest! {
                 mean: p.mean.map(|v| v * scale),
                 standard_error: p.standard_error.map(|v| v * scale),
                 role: p.role,
+                temperature_c: None,
             })
             .collect();
         let other = joint(&scaled, &options(scale)).unwrap();
@@ -121,6 +123,7 @@ proptest! {
                 mean: [m[0], m[1], m[2]],
                 standard_error: [noise; 3],
                 role: Role::Open,
+                temperature_c: None,
             })
             .collect();
         if let Ok(fit) = joint(&poses, &JointOptions { prior, ..options(1.0) }) {

@@ -31,6 +31,7 @@ fn readings(recording: &Recording, spans: &[Range<usize>], robust: bool) -> Vec<
                 mean: mean.mean,
                 standard_error: mean.standard_error.unwrap(),
                 role: Role::Free,
+                temperature_c: None,
             }
         })
         .collect()

@@ -29,4 +29,5 @@ mod solve;
 mod support;
 mod truth;
 mod verdicts;
+mod wearables;
 mod writings;

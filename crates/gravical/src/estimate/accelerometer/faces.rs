@@ -22,6 +22,7 @@ pub(super) fn by_ferraris(
         .map(|index| Use::on_face(faces.face_of(index), &placements[index]))
         .collect();
     Ok(Estimate {
+        drift: None,
         method: Method::Ferraris,
         model: fit.parameters.model(),
         bias: fit.parameters.bias,

@@ -19,7 +19,7 @@ pub use sensors::one_sensor;
 
 use super::ferraris;
 pub use super::joint::ASSUMED_TILT_DEG;
-use super::joint::JointFit;
+use super::joint::{DriftTest, JointFit};
 use super::pose_noise::{PoseNoise, pose_noise};
 
 /// How the accelerometer is estimated.
@@ -142,6 +142,8 @@ pub struct Estimate {
     pub quality: Option<FitQuality>,
     /// What the joint fit, or a method with assumptions in place of it, says beyond that.
     pub joint: Option<JointFit>,
+    /// Whether a drift of the bias with temperature helps, where many poses tell.
+    pub drift: Option<DriftTest>,
     /// Uncertainty of the means.
     pub noise: PoseNoise,
     /// What is odd.
@@ -150,6 +152,10 @@ pub struct Estimate {
 
 /// So many times the assumed tilt is more than chance and a good board explain.
 pub const UNUSUAL_TILT: f64 = 1.6;
+
+/// Nobody places a sensor in so many poses: they are found in days of wear, and enough to test a
+/// model on eighths of them.
+pub const MANY_POSES: usize = 64;
 
 /// Parameters of the magnitude: M Mᵀ and b.
 const MAGNITUDE_PARAMETERS: u32 = 9;
@@ -167,6 +173,8 @@ pub struct Session<'a> {
     pub faces_by_name: bool,
     /// Local gravity, m/s².
     pub gravity: f64,
+    /// The drift with temperature is tested by the joint fit, and fitted where it helps.
+    pub drift: bool,
 }
 
 /// Estimates the accelerometer.

@@ -5,7 +5,9 @@ use gravical_core::matrix3;
 
 use crate::calibration_file::{FitQuality, PoseTilt};
 use crate::estimate::ferraris;
-use crate::estimate::joint::{Elements, JointFit, JointOptions, JointPose, Role, joint};
+use crate::estimate::joint::{
+    Elements, JointFit, JointOptions, JointPose, Role, joint, test_drift,
+};
 use crate::estimate::pose_noise::PoseNoise;
 use crate::recording::{Finding, FindingKind};
 use crate::segment::Placement;
@@ -31,6 +33,7 @@ pub(super) fn joint_problem(
             mean: p.mean,
             standard_error: noise.noise[k],
             role: role(p, options, session.axes),
+            temperature_c: p.temperature_c,
         })
         .collect();
     let start = session
@@ -45,6 +48,7 @@ pub(super) fn joint_problem(
         start,
         elements: None,
         find_bad: true,
+        drift: false,
     };
     (poses, joint_options)
 }
@@ -118,11 +122,15 @@ pub(super) fn by_joint(
         ferraris::accelerometer(faces, session.gravity, Some(session.axes))?;
     }
     let problem = joint_problem(session, options, &noise, nominal);
-    let (roles, joint_options) = assume(method, problem, session)?;
+    let (roles, mut joint_options) = assume(method, problem, session)?;
     let (of, poses): (Vec<usize>, Vec<JointPose>) = (0..)
         .zip(&roles)
         .filter_map(|(k, p)| Some((k, (*p)?)))
         .unzip();
+    let drift = (session.drift && method == Method::Joint)
+        .then(|| test_drift(&poses, &joint_options).ok())
+        .flatten();
+    joint_options.drift = drift.is_some_and(|test| test.helps);
     let fit = joint(&poses, &joint_options)
         .map_err(|e| undetermined::explain(e, &of, method, session))?;
     let turned = matrix3::scale_rows(&fit.model, &matrix3::row_norms(&fit.model).map(|k| 1.0 / k));
@@ -194,6 +202,7 @@ pub(super) fn by_joint(
         )
     };
     Ok(Estimate {
+        drift,
         method,
         model,
         bias: fit.bias,

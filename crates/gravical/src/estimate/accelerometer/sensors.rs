@@ -159,6 +159,7 @@ mod tests {
         start: None,
         elements: None,
         find_bad: true,
+        drift: false,
     };
 
     /// Recordings of `parts`, twelve or six placements each, the biases moved by
@@ -175,6 +176,7 @@ mod tests {
                     mean: reading.mean.map(|u| u + drift * index as f64),
                     standard_error: [options.noise_mps2; 3],
                     role: Role::Open,
+                    temperature_c: None,
                 });
                 of.push(index);
             }

@@ -122,10 +122,7 @@ fn judge(work: &[Pose], whole: &Fit, held: &Held) -> Misfits {
 /// None when `pose` is the one that does not fit.
 fn dispute(work: &[Pose], whole: &Fit, held: &Held, pose: usize) -> Option<[Vec<usize>; 2]> {
     let inverse = matrix3::inverse(&whole.state.m)?;
-    let force = |k: usize| {
-        let force = matrix3::sub(&work[k].mean, &whole.state.b);
-        matrix3::mul_vec(&inverse, &force)
-    };
+    let force = |k: usize| whole.force(&inverse, &work[k]);
     let here: Vec<usize> = (0..work.len())
         .filter(|&k| !work[k].left_out && angle_deg(force(k), force(pose)) <= NEIGHBOUR_DEG)
         .collect();
@@ -155,7 +152,7 @@ fn square_off(work: &[Pose], fit: &Fit, of: &[usize]) -> Option<f64> {
     let count = of.len() as f64;
     let (mut error, mut h, mut noise) = (0.0, [0.0; 12], 0.0);
     for pose in of.iter().map(|&k| &work[k]) {
-        let force = matrix3::mul_vec(&inverse, &matrix3::sub(&pose.mean, &fit.state.b));
+        let force = fit.force(&inverse, pose);
         error += (matrix3::norm(&force) - fit.model.gravity) / count;
         let own = predicted::sensitivity(&inverse, unit(force), fit.model.gravity);
         for (sum, own) in h.iter_mut().zip(own) {

@@ -74,7 +74,7 @@ pub(super) fn second_order(found: &Fit) -> Option<SecondOrder> {
 
 /// Gradient and second derivatives of every quantity by the shared parameters.
 fn quantities(found: &Fit) -> Vec<(DVector<f64>, DMatrix<f64>)> {
-    let elements = found.model.elements.list();
+    let elements = found.model.list();
     let p = elements.len();
     (0..QUANTITIES)
         .map(|a| {

@@ -18,6 +18,8 @@ pub(super) struct Pose {
     pub face: Option<Face>,
     /// Poses of the same group lay the same way and share their tilt.
     pub group: usize,
+    /// Temperature above the reference, °C.
+    pub warmer_c: f64,
     /// Not fitted.
     pub left_out: bool,
 }
@@ -35,6 +37,8 @@ pub(super) struct Held {
     pub scatter: f64,
     /// Elements to be fitted; none: all, or what poses on too few faces determine.
     pub elements: Option<Elements>,
+    /// The drift of the bias with temperature is fitted.
+    pub drift: bool,
 }
 
 /// Where a search starts.
@@ -42,6 +46,7 @@ pub(super) struct Held {
 pub(super) struct Start {
     pub m: [[f64; 3]; 3],
     pub b: [f64; 3],
+    pub drift: [f64; 3],
     /// Directions of the poses, where they are known in the frame of `m`.
     pub at: Vec<Option<Direction>>,
 }
@@ -110,15 +115,11 @@ fn fit_to(options: &Options, poses: &[Pose], held: &Held, start: &Start) -> Opti
     Some(fit)
 }
 
-/// M and b alone, as roughly.
-pub(super) fn roughly(
-    poses: &[Pose],
-    held: &Held,
-    start: &Start,
-) -> Option<([[f64; 3]; 3], [f64; 3])> {
+/// The parameters alone, as roughly.
+pub(super) fn roughly(poses: &[Pose], held: &Held, start: &Start) -> Option<State> {
     let (model, state, _) = placed(poses, held, start)?;
     let (state, summary) = solve(&model, state, &ROUGH);
-    summary.converged().then_some((state.m, state.b))
+    summary.converged().then_some(state)
 }
 
 /// The problem, where its search starts, and the place of every pose.
@@ -132,7 +133,9 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
     } else {
         Elements::All
     });
-    let Start { mut m, b, .. } = *start;
+    let Start {
+        mut m, b, drift, ..
+    } = *start;
     if elements != Elements::All {
         m = upper(&m)?;
     }
@@ -183,6 +186,7 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
                         _ => known * weight[i],
                     }
                 }),
+                warmer_c: pose.warmer_c,
             };
             if let Some((_, Some(place))) = group {
                 places[*place].readings.push(reading);
@@ -213,8 +217,9 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
         tilt: held.tilt,
         prior: held.prior,
         elements,
+        drift: held.drift,
     };
-    Some((model, State { m, b, at }, place_of))
+    Some((model, State { m, b, drift, at }, place_of))
 }
 
 /// Fits of means in single precision do not need more.
@@ -307,12 +312,36 @@ impl Fit {
         Start {
             m: self.state.m,
             b: self.state.b,
+            drift: self.state.drift,
             at: self
                 .place_of
                 .iter()
                 .map(|place| place.map(|place| self.state.at[place]))
                 .collect(),
         }
+    }
+
+    /// Variance of hᵀ(M, b, drift of b).
+    pub fn variance(&self, h: &[f64; 15]) -> Option<f64> {
+        let values = self.covariance.values.as_ref()?;
+        let at = |i: usize| h[self.model.list()[i]];
+        let row = |i: usize| (0..values.len()).map(|j| values[i][j] * at(j)).sum::<f64>();
+        Some((0..values.len()).map(|i| at(i) * row(i)).sum())
+    }
+
+    /// Standard deviations of the drift of b; infinite without a covariance.
+    pub fn drift_deviations(&self) -> [f64; 3] {
+        std::array::from_fn(|i| {
+            let mut h = [0.0; 15];
+            h[12 + i] = 1.0;
+            self.variance(&h).map_or(f64::INFINITY, f64::sqrt)
+        })
+    }
+
+    /// Specific force that a pose reads, times a rotation where no faces hold the frame.
+    pub fn force(&self, inverse: &[[f64; 3]; 3], pose: &Pose) -> [f64; 3] {
+        let offset = self.state.offset(pose.warmer_c);
+        matrix3::mul_vec(inverse, &matrix3::sub(&pose.mean, &offset))
     }
 
     /// The twelve by twelve covariance; zero for what the convention fixes.

@@ -7,7 +7,7 @@ use crate::predicted;
 use crate::segment::face::angle_deg;
 
 use super::fit::{Fit, Held, Pose, axes_of, fit, rough_fit, roughly};
-use super::model::{self, Elements};
+use super::model::{self, Elements, State};
 use super::reduced::Reduced;
 
 /// Neighbours within this angle know a pose's answer, degrees.
@@ -49,16 +49,17 @@ pub(super) fn errors(
                 .map(|d| angle_deg(*d, own) <= NEIGHBOUR_DEG)
                 .collect();
             let without = without(&gone, work, found, reduced, held)?;
-            let (m, b) = without.parameters;
-            let inverse = matrix3::inverse(&m)?;
-            let force = matrix3::mul_vec(&inverse, &matrix3::sub(&work[k].mean, &b));
+            let parameters = without.parameters;
+            let inverse = matrix3::inverse(&parameters.m)?;
+            let offset = parameters.offset(work[k].warmer_c);
+            let force = matrix3::mul_vec(&inverse, &matrix3::sub(&work[k].mean, &offset));
             let h = predicted::sensitivity(&inverse, model::unit(force), held.gravity);
             // The last three are the derivatives by b, and by the reading.
             let reading = work[k].sd.map(|s| s.hypot(held.model_error));
             let noise: f64 = (0..3).map(|i| (h[9 + i] * reading[i]).powi(2)).sum();
             Some(LeftOut {
                 error: matrix3::norm(&force) - held.gravity,
-                sd: ((without.variance)(&h)? + noise).sqrt(),
+                sd: ((without.variance)(&model::by_drift(&h, work[k].warmer_c))? + noise).sqrt(),
             })
         })
         .collect()
@@ -66,7 +67,7 @@ pub(super) fn errors(
 
 /// A fit without some poses.
 struct Without<'a> {
-    parameters: Parameters,
+    parameters: State,
     variance: Variance<'a>,
 }
 
@@ -95,17 +96,16 @@ fn without<'a>(
         .filter_map(|k| work[k].face);
     if axes_of(faces) < 2 && found.model.elements == Elements::All {
         let other = in_another_frame(&rest(), found, held)?;
-        let covariance = other.full_covariance()?;
         return Some(Without {
-            parameters: (other.state.m, other.state.b),
-            variance: Box::new(move |h| Some(predicted::variance(&covariance, h))),
+            parameters: other.state.clone(),
+            variance: Box::new(move |h| other.variance(h)),
         });
     }
     let [bare, whole] = reduced.without(gone)?;
     if bare.condition() > MOST_CONDITION {
         return None;
     }
-    let elements = found.model.elements.list();
+    let elements = found.model.list();
     Some(Without {
         parameters: refit(rest, found, held, &whole.step()?)?,
         variance: Box::new(move |h| {
@@ -115,23 +115,16 @@ fn without<'a>(
     })
 }
 
-type Parameters = ([[f64; 3]; 3], [f64; 3]);
+/// Variance of hᵀ(M, b, drift of b).
+type Variance<'a> = Box<dyn Fn(&[f64; 15]) -> Option<f64> + 'a>;
 
-/// Variance of hᵀ(M, b).
-type Variance<'a> = Box<dyn Fn(&[f64; 12]) -> Option<f64> + 'a>;
-
-/// M and b after a step of the shared parameters, or by a search where the step
+/// M, b and its drift after a step of the shared parameters, or by a search where the step
 /// is too large to be believed.
 ///
 /// M + dM = M(I + E). The antisymmetric part of E is a rotation of the whole
 /// frame, which no length sees; without a face it may be large, and taken as
 /// linear it would lengthen all. So it is left away.
-fn refit(
-    rest: impl Fn() -> Vec<Pose>,
-    found: &Fit,
-    held: &Held,
-    step: &[f64],
-) -> Option<Parameters> {
+fn refit(rest: impl Fn() -> Vec<Pose>, found: &Fit, held: &Held, step: &[f64]) -> Option<State> {
     let still = vec![0.0; 2 * found.model.places.len()];
     let moved = found.model.moved(&found.state, step, &still);
     let m = &found.state.m;
@@ -145,14 +138,17 @@ fn refit(
         // gravity. The second search has the weights of the first one's result.
         let first = fit(&rest(), held, &found.start())?;
         let second = fit(&rest(), held, &first.start())?;
-        return second.converged.then_some((second.state.m, second.state.b));
+        return second.converged.then_some(second.state);
     }
     let small = (0..3).all(|i| {
         off[i].abs() <= SMALL_STEP * held.gravity
             && (0..3).all(|j| (stretch[i][j] - f64::from(i == j)).abs() <= SMALL_STEP)
     });
     if small {
-        return Some((matrix3::mul(m, &stretch), moved.b));
+        return Some(State {
+            m: matrix3::mul(m, &stretch),
+            ..moved
+        });
     }
     roughly(&rest(), held, &found.start())
 }

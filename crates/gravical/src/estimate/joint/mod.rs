@@ -40,6 +40,7 @@
 
 mod bad;
 mod curvature;
+mod drift;
 mod fit;
 mod leave_out;
 mod model;
@@ -61,6 +62,7 @@ use crate::predicted;
 use crate::segment::face::Face;
 use crate::stats::median;
 
+pub use drift::{DriftTest, FOLDS, test_drift};
 use fit::{Fit, Held, Pose, Start, fit, rough_fit};
 pub use model::Elements;
 use reduced::Reduced;
@@ -92,21 +94,7 @@ const MOST_ROUNDS: i32 = 60;
 ///
 /// [`JointError`].
 pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, JointError> {
-    let start = start(poses, options).ok_or(JointError::NoPoses)?;
-    let alike = alike(poses, options.elements);
-    let mut work: Vec<Pose> = poses
-        .iter()
-        .enumerate()
-        .map(|(group, pose)| Pose {
-            mean: pose.mean,
-            sd: alike.unwrap_or(pose.standard_error),
-            face: None,
-            group,
-            left_out: false,
-        })
-        .collect();
-    roles::first(poses, &mut work, start);
-    let mut search = Search::new(poses, options, start);
+    let (mut work, mut search) = prepare(poses, options)?;
     let mut last = search.settle(&mut work)?;
     if options.elements.is_none()
         && let Some(scatter) = repeats::group(&mut work, &last, search.held.tilt)
@@ -131,6 +119,36 @@ pub fn joint(poses: &[JointPose], options: &JointOptions) -> Result<JointFit, Jo
     let mut fit = search.finish(&work, &bad)?;
     fit.disputed = disputed;
     Ok(fit)
+}
+
+/// The poses with their first roles, and the search.
+fn prepare<'a>(
+    poses: &'a [JointPose],
+    options: &'a JointOptions,
+) -> Result<(Vec<Pose>, Search<'a>), JointError> {
+    let start = start(poses, options).ok_or(JointError::NoPoses)?;
+    let alike = alike(poses, options.elements);
+    let reference_c = reference_c(poses);
+    let mut work: Vec<Pose> = poses
+        .iter()
+        .enumerate()
+        .map(|(group, pose)| Pose {
+            mean: pose.mean,
+            sd: alike.unwrap_or(pose.standard_error),
+            face: None,
+            group,
+            warmer_c: pose.temperature_c.map_or(0.0, |t| t - reference_c),
+            left_out: false,
+        })
+        .collect();
+    roles::first(poses, &mut work, start);
+    Ok((work, Search::new(poses, options, start)))
+}
+
+/// Mean temperature of the poses that have one; NaN without any.
+fn reference_c(poses: &[JointPose]) -> f64 {
+    let known = poses.iter().filter_map(|p| p.temperature_c);
+    known.clone().sum::<f64>() / known.count() as f64
 }
 
 /// The standard error of every mean where only lengths are fitted: all count alike, since real
@@ -236,10 +254,12 @@ impl<'a> Search<'a> {
                 model_error: 0.0,
                 scatter: 0.0,
                 elements: options.elements,
+                drift: options.drift,
             },
             start: Start {
                 m,
                 b,
+                drift: [0.0; 3],
                 at: Vec::new(),
             },
             tilt_from: match options.tilt {
@@ -369,7 +389,7 @@ impl<'a> Search<'a> {
                     Some(place) => found.model.direction(&found.state, place),
                     None => model::unit(matrix3::mul_vec(
                         &inverse,
-                        &matrix3::sub(&pose.mean, &found.state.b),
+                        &matrix3::sub(&pose.mean, &found.state.offset(pose.warmer_c)),
                     )),
                 };
                 let tilt = place.and_then(|place| {
@@ -419,6 +439,11 @@ impl<'a> Search<'a> {
             sources,
             model,
             bias,
+            drift: self.options.drift.then(|| BiasDrift {
+                reference_c: reference_c(self.poses),
+                per_c: found.state.drift,
+                sd: found.drift_deviations(),
+            }),
             covariance,
             poses: results,
             disputed: Vec::new(),

@@ -24,6 +24,8 @@ pub(super) struct Reading {
     /// Standard deviation of each component: noise, model error, and across the
     /// face the scatter of placements that share a tilt.
     pub sd: [f64; 3],
+    /// Temperature above the reference, °C.
+    pub warmer_c: f64,
 }
 
 /// A direction in space and the readings that share it.
@@ -46,13 +48,17 @@ pub(super) struct Model {
     pub prior: Option<f64>,
     /// Which of the twelve parameters are fitted.
     pub elements: Elements,
+    /// The drift of the bias with temperature is fitted, too.
+    pub drift: bool,
 }
 
-/// M, b and the direction of every place.
+/// M, b, the drift of b and the direction of every place.
 #[derive(Debug, Clone)]
 pub(super) struct State {
     pub m: [[f64; 3]; 3],
     pub b: [f64; 3],
+    /// Input unit per °C; 0 where it is not fitted.
+    pub drift: [f64; 3],
     pub at: Vec<Direction>,
 }
 
@@ -79,12 +85,26 @@ pub enum Elements {
 impl Elements {
     /// Their places in row-major M and b.
     pub fn list(self) -> &'static [usize] {
+        let all = self.with_drift();
+        &all[..all.len() - 3]
+    }
+
+    /// The same in row-major M, b and the drift of b.
+    fn with_drift(self) -> &'static [usize] {
         match self {
-            Elements::All => &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11],
-            Elements::Triangular => &[0, 1, 2, 4, 5, 8, 9, 10, 11],
-            Elements::Diagonal => &[0, 4, 8, 9, 10, 11],
+            Elements::All => &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14],
+            Elements::Triangular => &[0, 1, 2, 4, 5, 8, 9, 10, 11, 12, 13, 14],
+            Elements::Diagonal => &[0, 4, 8, 9, 10, 11, 12, 13, 14],
         }
     }
+}
+
+/// Derivatives by row-major M and b, and those by the drift of b that follow from them.
+pub(super) fn by_drift(h: &[f64; 12], warmer_c: f64) -> [f64; 15] {
+    std::array::from_fn(|i| match i {
+        0..12 => h[i],
+        _ => h[i - 3] * warmer_c,
+    })
 }
 
 /// A block of the problem, linearised: residuals, and their derivatives by the
@@ -156,7 +176,22 @@ fn tilted_second(face: Face, d: [f64; 2]) -> [[[f64; 3]; 2]; 2] {
     })
 }
 
+impl State {
+    /// What is read without specific force at so many °C above the reference.
+    pub fn offset(&self, warmer_c: f64) -> [f64; 3] {
+        std::array::from_fn(|i| self.b[i] + self.drift[i] * warmer_c)
+    }
+}
+
 impl Model {
+    /// Places of the fitted parameters in row-major M, b and the drift of b.
+    pub fn list(&self) -> &'static [usize] {
+        match self.drift {
+            true => self.elements.with_drift(),
+            false => self.elements.list(),
+        }
+    }
+
     /// A block at a state.
     pub fn rows(&self, state: &State, block: usize) -> Rows {
         let Shape { residuals, local } = self.shape(block);
@@ -179,8 +214,10 @@ impl Model {
     /// A p × p matrix of the fitted parameters among all twelve, 0 for the others.
     pub fn twelve(&self, of: impl Fn(usize, usize) -> f64) -> [[f64; 12]; 12] {
         let mut out = [[0.0; 12]; 12];
-        for (i, &row) in self.elements.list().iter().enumerate() {
-            for (j, &column) in self.elements.list().iter().enumerate() {
+        // M and b are first on the list.
+        let elements = self.elements.list();
+        for (i, &row) in elements.iter().enumerate() {
+            for (j, &column) in elements.iter().enumerate() {
                 out[row][column] = of(i, j);
             }
         }
@@ -199,7 +236,7 @@ impl Model {
 
     /// Second derivatives of every row of a block by (shared, local) parameters.
     pub fn second_derivatives(&self, state: &State, block: usize) -> Vec<DMatrix<f64>> {
-        let elements = self.elements.list();
+        let elements = self.list();
         let p = elements.len();
         let Some(place) = self.places.get(block) else {
             return self.prior_second(state, block);
@@ -256,7 +293,7 @@ impl Model {
     fn prior(&self, state: &State, nominal: f64, r: &mut [f64], jacobian: Option<Jacobian<'_>>) {
         let m = &state.m;
         let k = matrix3::row_norms(m);
-        let mut d = [[0.0; 12]; 9];
+        let mut d = [[0.0; 15]; 9];
         for i in 0..3 {
             r[i] = (k[i] / nominal - 1.0) / SCALE_SD;
             r[6 + i] = state.b[i] / (BIAS_SD_MPS2 * nominal);
@@ -275,7 +312,7 @@ impl Model {
             }
         }
         if let Some(j) = jacobian {
-            let elements = self.elements.list();
+            let elements = self.list();
             for (row, all) in d.iter().enumerate() {
                 for (column, &element) in elements.iter().enumerate() {
                     j.shared[row * elements.len() + column] = all[element];
@@ -289,7 +326,7 @@ impl Problem for Model {
     type State = State;
 
     fn shared(&self) -> usize {
-        self.elements.list().len()
+        self.list().len()
     }
 
     fn blocks(&self) -> usize {
@@ -328,19 +365,22 @@ impl Problem for Model {
             (Direction::Any(n), _) => (n, tangents(n)),
             (Direction::Tilted(_), None) => ([f64::NAN; 3], [[f64::NAN; 3]; 2]),
         };
-        let elements = self.elements.list();
+        let elements = self.list();
         let force = [0, 1, 2].map(|i| g * matrix3::dot(&state.m[i], &n));
         let along = derivative.map(|d| [0, 1, 2].map(|i| g * matrix3::dot(&state.m[i], &d)));
         for (at, reading) in place.readings.iter().enumerate() {
+            let offset = state.offset(reading.warmer_c);
             for i in 0..3 {
                 let row = 3 * at + i;
                 let s = reading.sd[i];
-                r[row] = (force[i] + state.b[i] - reading.mean[i]) / s;
+                r[row] = (force[i] + offset[i] - reading.mean[i]) / s;
                 let Some(j) = jacobian.as_mut() else { continue };
                 let shared = &mut j.shared[row * elements.len()..][..elements.len()];
                 for (slot, &element) in shared.iter_mut().zip(elements) {
                     *slot = if element == 9 + i {
                         1.0 / s
+                    } else if element == 12 + i {
+                        reading.warmer_c / s
                     } else if element < 9 && element / 3 == i {
                         g * n[element % 3] / s
                     } else {
@@ -364,11 +404,11 @@ impl Problem for Model {
 
     fn moved(&self, state: &State, shared: &[f64], local: &[f64]) -> State {
         let mut out = state.clone();
-        for (step, &element) in shared.iter().zip(self.elements.list()) {
-            if element < 9 {
-                out.m[element / 3][element % 3] += step;
-            } else {
-                out.b[element - 9] += step;
+        for (step, &element) in shared.iter().zip(self.list()) {
+            match element {
+                0..9 => out.m[element / 3][element % 3] += step,
+                9..12 => out.b[element - 9] += step,
+                _ => out.drift[element - 12] += step,
             }
         }
         for (at, step) in out.at.iter_mut().zip(local.chunks_exact(2)) {
@@ -398,6 +438,7 @@ mod tests {
         let reading = Reading {
             mean: [0.3, -0.1, -9.5],
             sd: [0.01, 0.02, 0.03],
+            warmer_c: -3.0,
         };
         let model = Model {
             places: vec![
@@ -417,10 +458,12 @@ mod tests {
             tilt: 0.02,
             prior: Some(1.0),
             elements: Elements::All,
+            drift: false,
         };
         let state = State {
             m: [[1.01, 0.02, -0.01], [0.015, 0.98, 0.03], [0.0, -0.02, 1.02]],
             b: [0.2, -0.3, 0.1],
+            drift: [0.003, 0.0, -0.002],
             at: vec![
                 Direction::Tilted([0.05, -0.03]),
                 Direction::Any(unit([0.5, 0.6, 0.55])),
@@ -432,9 +475,11 @@ mod tests {
     #[test]
     fn derivatives_equal_differences() {
         let (model, state) = state();
-        for elements in [Elements::All, Elements::Triangular, Elements::Diagonal] {
+        let kinds = [Elements::All, Elements::Triangular, Elements::Diagonal];
+        for (elements, drift) in kinds.into_iter().flat_map(|e| [(e, false), (e, true)]) {
             let model = Model {
                 elements,
+                drift,
                 ..model.clone()
             };
             let locals: Vec<usize> = (0..model.blocks()).map(|b| model.shape(b).local).collect();

@@ -109,10 +109,7 @@ fn likeliest(pairs: &[Pair], scatter: f64, tilt: f64) -> (f64, f64) {
 fn pairs(work: &[Pose], found: &Fit) -> Option<Vec<Pair>> {
     let inverse = matrix3::inverse(&found.state.m)?;
     let length = matrix3::norm(&found.state.m[0]) * found.model.gravity;
-    let direction = |k: usize| {
-        let force = matrix3::sub(&work[k].mean, &found.state.b);
-        model::unit(matrix3::mul_vec(&inverse, &force))
-    };
+    let direction = |k: usize| model::unit(found.force(&inverse, &work[k]));
     // Mean square of a component over the length of the reading.
     let noise = |k: usize| {
         let place = &found.model.places[found.place_of[k]?];

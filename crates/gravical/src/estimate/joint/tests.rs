@@ -54,6 +54,7 @@ fn session(sensor: &Sensor, frees: usize, tilt: f64, rng: &mut ChaCha8Rng) -> Ve
                 mean: sensor.read(model::tilted(face, d).0, noise, rng),
                 standard_error: [noise; 3],
                 role: Role::Face(face),
+                temperature_c: None,
             }
         })
         .collect();
@@ -62,6 +63,7 @@ fn session(sensor: &Sensor, frees: usize, tilt: f64, rng: &mut ChaCha8Rng) -> Ve
             mean: sensor.read(free(rng), noise, rng),
             standard_error: [noise; 3],
             role: Role::Open,
+            temperature_c: None,
         });
     }
     out
@@ -76,7 +78,87 @@ const OPTIONS: JointOptions = JointOptions {
     start: None,
     elements: None,
     find_bad: true,
+    drift: false,
 };
+
+/// 160 poses, nobody placed, between 20 and 33 °C in the order of time.
+fn wear(sensor: &Sensor, drift: [f64; 3], rng: &mut ChaCha8Rng) -> Vec<JointPose> {
+    (0..160)
+        .map(|k| {
+            let t = 26.5 + 6.5 * (f64::from(k) / 9.0).sin();
+            let mean = sensor.read(free(rng), 5e-3, rng);
+            JointPose {
+                mean: std::array::from_fn(|i| mean[i] + drift[i] * (t - 26.5)),
+                standard_error: [5e-3; 3],
+                role: Role::Free,
+                temperature_c: Some(t),
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn a_drift_is_found_where_there_is_one() {
+    let mut rng = ChaCha8Rng::seed_from_u64(21);
+    let (mut found, mut inside, mut all) = (0, 0, 0);
+    for run in 0..40 {
+        let sensor = sensor(&mut rng);
+        let drift = match run % 2 {
+            0 => [0.0; 3],
+            _ => std::array::from_fn(|_| 0.01 * normal(&mut rng)),
+        };
+        let poses = wear(&sensor, drift, &mut rng);
+        let test = test_drift(&poses, &OPTIONS).unwrap();
+        if run % 2 == 0 {
+            found += i32::from(test.helps);
+            continue;
+        }
+        assert!(test.helps && test.with_mps2 < test.without_mps2, "{test:?}");
+        let with = JointOptions {
+            drift: true,
+            ..OPTIONS
+        };
+        let fit = joint(&poses, &with).unwrap();
+        let fitted = fit.drift.unwrap();
+        assert!((fitted.reference_c - 26.5).abs() < 0.5);
+        for i in 0..3 {
+            all += 1;
+            inside += i32::from((fitted.per_c[i] - drift[i]).abs() < NORMAL_95 * fitted.sd[i]);
+        }
+        // M and b hold at the reference, where the drift is not zero.
+        let at = Sensor {
+            m: sensor.m,
+            b: std::array::from_fn(|i| sensor.b[i] + drift[i] * (fitted.reference_c - 26.5)),
+        };
+        let (good, bad) = (
+            norm_error(&at, &fit),
+            norm_error(&at, &joint(&poses, &OPTIONS).unwrap()),
+        );
+        assert!(good < 0.25 && good < bad + 0.02, "{good} {bad}");
+    }
+    assert!(found <= 4, "a drift in {found} of 20 without one");
+    // 60 intervals of 95 %: fewer than 52 inside has a chance of 0.5 %.
+    assert!(inside >= 52, "{inside} of {all}");
+}
+
+#[test]
+fn without_a_drift_the_temperature_changes_nothing() {
+    let mut rng = ChaCha8Rng::seed_from_u64(22);
+    let sensor = sensor(&mut rng);
+    let poses = wear(&sensor, [0.01, 0.0, -0.01], &mut rng);
+    let cold: Vec<JointPose> = poses
+        .iter()
+        .map(|p| JointPose {
+            temperature_c: None,
+            ..*p
+        })
+        .collect();
+    let [a, b] = [&poses, &cold].map(|poses| joint(poses, &OPTIONS).unwrap());
+    assert_eq!(
+        (a.model, a.bias, a.covariance),
+        (b.model, b.bias, b.covariance)
+    );
+}
 
 /// RMS over the sphere of ‖a‖ − g, mg.
 fn norm_error(sensor: &Sensor, found: &JointFit) -> f64 {
@@ -129,6 +211,7 @@ fn each_disputed_direction_has_two_sides_of_its_own() {
                 mean: sensor.read(n, 1.24e-3, &mut rng),
                 standard_error: [1.24e-3; 3],
                 role: Role::Face(face),
+                temperature_c: None,
             });
         }
         if pair {

@@ -19,6 +19,8 @@ pub struct JointPose {
     pub standard_error: [f64; 3],
     /// What is known of its direction.
     pub role: Role,
+    /// Mean temperature, °C; a pose without one counts as one at the mean of all.
+    pub temperature_c: Option<f64>,
 }
 
 /// What is known beside the poses.
@@ -41,6 +43,9 @@ pub struct JointOptions {
     pub elements: Option<Elements>,
     /// Leave out poses that do not fit.
     pub find_bad: bool,
+    /// Fit the drift of the bias with temperature, an offset per °C on each axis; M and b are
+    /// then those at the mean temperature of the poses.
+    pub drift: bool,
 }
 
 impl Default for JointOptions {
@@ -55,6 +60,7 @@ impl Default for JointOptions {
             start: None,
             elements: None,
             find_bad: true,
+            drift: false,
         }
     }
 }
@@ -77,6 +83,17 @@ pub struct FittedPose {
     pub left_out_sd: Option<f64>,
 }
 
+/// Drift of the bias with temperature, fitted with M and b.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BiasDrift {
+    /// Temperature at which M and b are valid, °C: the mean of the poses.
+    pub reference_c: f64,
+    /// Input unit per °C.
+    pub per_c: [f64; 3],
+    /// Standard deviation of these.
+    pub sd: [f64; 3],
+}
+
 /// The fitted accelerometer.
 #[derive(Debug, Clone)]
 pub struct JointFit {
@@ -84,6 +101,8 @@ pub struct JointFit {
     pub model: [[f64; 3]; 3],
     /// b, input unit.
     pub bias: [f64; 3],
+    /// Drift of b, where it was fitted.
+    pub drift: Option<BiasDrift>,
     /// Of M (row-major) and b, directions marginalised.
     pub covariance: [[f64; 12]; 12],
     /// The covariance by what it comes from.

@@ -5,7 +5,7 @@ mod fit;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::{AccelerometerSection, TiltSource};
-use crate::estimate::accelerometer::{Estimate, Method};
+use crate::estimate::accelerometer::{Estimate, MANY_POSES, Method};
 use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::Placement;
@@ -25,9 +25,45 @@ const BIAS_NOTE_MPS2: f64 = 1.2;
 /// Above this a face is accepted with a note, degrees.
 const FACE_NOTE_DEG: f64 = 10.0;
 
+/// Of many free poses some have to be beyond this on both sides of each axis, g: the limit of van
+/// Hees et al. (2014) and GGIR.
+const LEAST_COVERED_G: f64 = 0.3;
+
 /// Oblique placements further off than so many times the predicted error
 /// contradict the result.
 const OBLIQUE_GATE: f64 = 3.0;
+
+/// Many free poses that leave a side of an axis out. What people do with a sensor that they wear is
+/// no plan: where it never points, nothing tests the result, and what bends the readings of a
+/// restless wrist is not the noise that the covariance knows.
+fn orientations(estimate: &Estimate) -> Option<Finding> {
+    let fitted = estimate.uses.iter().filter(|u| u.fitted);
+    if fitted.clone().filter(|u| u.face.is_none()).count() < MANY_POSES {
+        return None;
+    }
+    let range = |axis: usize| {
+        let of = fitted.clone().filter_map(|u| Some(u.direction?[axis]));
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        of.fold(none, |[low, high], v| [low.min(v), high.max(v)])
+    };
+    let ranges: Vec<[f64; 2]> = (0..3).map(range).collect();
+    let covered = |[low, high]: &[f64; 2]| *low < -LEAST_COVERED_G && *high > LEAST_COVERED_G;
+    if ranges.iter().all(covered) {
+        return None;
+    }
+    let list: Vec<String> = ["x", "y", "z"]
+        .iter()
+        .zip(&ranges)
+        .map(|(axis, [low, high])| format!("{axis} {low:+.2} to {high:+.2} g"))
+        .collect();
+    Some(Finding::new(
+        FindingKind::FewOrientations,
+        format!(
+            "not enough orientations: only {} are covered; each axis has to be beyond ±{LEAST_COVERED_G} g on both sides",
+            list.join(", ")
+        ),
+    ))
+}
 
 /// Checks of the accelerometer's parameters and placements; `offset` is the zero
 /// offset in its bias.
@@ -104,6 +140,7 @@ pub fn accelerometer(
     }
     findings.extend(oblique(section, gravity));
     findings.extend(tilts(section, estimate, placements));
+    findings.extend(orientations(estimate));
     findings.extend(fit::findings(section, estimate, placements, gravity));
     findings
 }

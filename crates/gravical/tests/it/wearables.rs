@@ -1,0 +1,179 @@
+//! Stills of daily life: means without rows, and long recordings of a wrist.
+
+use std::io::Read as _;
+
+use gravical::calibrate::{CalibrateOptions, calibrate};
+use gravical::calibration_file::{CalibrationFile, Grade};
+use gravical::estimate::joint::{FOLDS, JointOptions, JointPose, Role, joint, test_drift};
+use gravical::gravity::Gravity;
+use gravical::recording::{ReadOptions, read_bytes};
+use gravical_core::matrix3;
+use gravical_core::unit::STANDARD_GRAVITY_MPS2 as G;
+
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution as _, StandardNormal};
+
+use crate::support::*;
+
+/// Columns of the stills that GGIR published: means, standard deviations and temperature.
+fn ggir_stills() -> Option<Vec<JointPose>> {
+    let file = std::fs::File::open(data()?.join("ggir-stills/stills_10s.csv.gz")).unwrap();
+    let mut text = String::new();
+    flate2::read::GzDecoder::new(file)
+        .read_to_string(&mut text)
+        .unwrap();
+    let number = |cell: &str| cell.parse::<f64>().unwrap();
+    let pose = |line: &str| {
+        let cells: Vec<f64> = line.split(',').map(number).collect();
+        JointPose {
+            mean: [cells[1], cells[2], cells[3]],
+            // Ten seconds of which a tenth of a second at a time is independent.
+            standard_error: std::array::from_fn(|i| cells[4 + i] / 10.0),
+            role: Role::Open,
+            temperature_c: Some(cells[7]),
+        }
+    };
+    Some(text.lines().skip(1).map(pose).collect())
+}
+
+/// Mean of |‖a‖ − 1 g|, mg, over eighths of 84 h of wear that the fit did not use. GGIR's model,
+/// fitted to the same seven eighths, reaches 2.20 mg, and what it published had used them all.
+#[test]
+fn autocalibration_predicts_stills_left_out() {
+    let Some(stills) = ggir_stills() else {
+        return;
+    };
+    let options = JointOptions {
+        gravity: G,
+        nominal: Some(1.0 / G),
+        ..JointOptions::default()
+    };
+    let mut sum = 0.0;
+    for part in 0..FOLDS {
+        let out = part * stills.len() / FOLDS..(part + 1) * stills.len() / FOLDS;
+        // As many as a week has poses of their own.
+        let used: Vec<JointPose> = (0..stills.len())
+            .filter(|k| !out.contains(k))
+            .step_by(12)
+            .map(|k| stills[k])
+            .collect();
+        let test = test_drift(&used, &options).unwrap();
+        let chosen = JointOptions {
+            drift: test.helps,
+            ..options
+        };
+        let fit = joint(&used, &chosen).unwrap();
+        let inverse = matrix3::inverse(&fit.model).unwrap();
+        let error = |still: &JointPose| {
+            let offset: [f64; 3] = std::array::from_fn(|i| {
+                let drift = fit.drift.map_or(0.0, |d| {
+                    d.per_c[i] * (still.temperature_c.unwrap() - d.reference_c)
+                });
+                fit.bias[i] + drift
+            });
+            let a = matrix3::mul_vec(&inverse, &matrix3::sub(&still.mean, &offset));
+            1000.0 * (matrix3::norm(&a) / G - 1.0).abs()
+        };
+        let errors: Vec<f64> = stills[out].iter().map(error).collect();
+        println!(
+            "eighth {part}: {:.2} mg, drift {}, {} left out",
+            mean(&errors),
+            test.helps,
+            fit.poses.iter().filter(|p| p.bad.is_some()).count()
+        );
+        sum += mean(&errors);
+    }
+    let reached = sum / FOLDS as f64;
+    println!("{reached:.3} mg");
+    assert!(reached <= 2.05, "{reached}");
+}
+
+const SCALE: [f64; 3] = [1.02, 0.99, 1.01];
+const BIAS_G: [f64; 3] = [0.02, -0.03, 0.01];
+const DRIFT_G_PER_C: [f64; 3] = [1e-3, -5e-4, 0.0];
+
+/// Hours of wear at 5 Hz: rests of six minutes with a tremor of 5 mg on each axis, movement between
+/// them, and every eighth rest on a table, far quieter. `turn` makes a direction of any.
+fn worn(hours: f64, turn: impl Fn([f64; 3]) -> [f64; 3]) -> gravical::Result<CalibrationFile> {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut text = String::from("t_s,ax_g,ay_g,az_g,temperature_c\n");
+    let mut n = [0.0, 0.0, 1.0];
+    for row in 0..(hours * 18_000.0) as usize {
+        let (cycle, at) = (row / 2400, row % 2400);
+        if at == 0 {
+            n = match cycle % 8 {
+                0 => [0.0, 0.6, 0.8],
+                _ => turn([normal(), normal(), normal()]),
+            };
+            n = n.map(|v| v / matrix3::norm(&n));
+        }
+        let noise = match (at, cycle % 8) {
+            (1800.., _) => 0.3,
+            (_, 0) => 0.0005,
+            _ => 0.005,
+        };
+        let t_s = row as f64 / 5.0;
+        let t_c = 26.0 + 6.0 * (t_s / 3000.0).sin();
+        let u: [f64; 3] = std::array::from_fn(|i| {
+            SCALE[i] * n[i] + BIAS_G[i] + DRIFT_G_PER_C[i] * (t_c - 26.0) + noise * normal()
+        });
+        text += &format!("{t_s:.1},{:.5},{:.5},{:.5},{t_c:.2}\n", u[0], u[1], u[2]);
+    }
+    let recording = read_bytes(text.as_bytes(), "week.csv", &ReadOptions::default()).unwrap();
+    let options = CalibrateOptions {
+        gravity: Gravity::given(G).unwrap(),
+        ..CalibrateOptions::default()
+    };
+    Ok(calibrate(&[recording], &options)?.file)
+}
+
+fn has(file: &CalibrationFile, kind: &str) -> bool {
+    file.findings.iter().any(|f| f.kind.name() == kind)
+}
+
+#[test]
+fn days_of_wear_calibrate_a_sensor_and_its_drift() {
+    let file = worn(14.0, |n| n).unwrap();
+    assert!(has(&file, "worn-sensor") && has(&file, "temperature-model"));
+    assert_eq!(
+        file.verdict.grade,
+        Grade::Good,
+        "{:?}",
+        file.verdict.reasons
+    );
+    let drift = file.temperature_model.as_ref().unwrap();
+    let section = &file.accelerometer;
+    assert!(section.poses.len() >= 90, "{}", section.poses.len());
+    for i in 0..3 {
+        let slope = drift.channels[i].coefficients[0];
+        assert!((slope - DRIFT_G_PER_C[i]).abs() < 3e-5, "{slope}");
+        let bias = BIAS_G[i] + DRIFT_G_PER_C[i] * (drift.reference_c - 26.0);
+        assert!((section.bias[i] - bias).abs() < 2e-4, "{:?}", section.bias);
+        assert!((section.scale[i] * G - SCALE[i]).abs() < 4e-4);
+    }
+}
+
+#[test]
+fn orientations_that_wear_leaves_out_are_named() {
+    let file = worn(14.0, |n| [n[0].abs() + 0.1, n[1], n[2]]).unwrap();
+    assert_eq!(file.verdict.grade, Grade::Poor);
+    let named = file
+        .findings
+        .iter()
+        .find(|f| f.kind.name() == "few-orientations");
+    let message = &named.unwrap().message;
+    assert!(
+        message.contains("not enough orientations: only x "),
+        "{message}"
+    );
+}
+
+/// The limits for a wrist are for wrists: half a day, and no less. By the noise of the table only
+/// what lay there is at rest, in one direction.
+#[test]
+fn a_few_hours_are_judged_by_their_noise() {
+    let error = worn(11.9, |n| n).unwrap_err();
+    assert_eq!(error.code(), "underdetermined");
+}
