@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::support::*;
 
-const ENDINGS: [&str; 5] = ["csv", "tsv", "log", "txt", "gz"];
+const ENDINGS: [&str; 6] = ["csv", "tsv", "log", "txt", "gz", "cwa"];
 
 /// Every file under `folder` that may be a recording.
 pub fn files(folder: &Path) -> Vec<PathBuf> {

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::{Error, Result};
 
 use super::dialect::decode;
+use super::file::{OpenFile, complete_rows, open_rows};
 use super::layout::Layout;
 use super::monitor::Facts;
 use super::names::Quantity;
@@ -16,7 +17,7 @@ use super::names::Role;
 use super::open::{HEAD, Input, Reopenable, open};
 use super::row::{ACCEL, GYRO, TEMPERATURE};
 use super::rows::{Finished, Row, Rows, Source};
-use super::text::{OpenFile, open_rows};
+
 use super::{AccelUnit, Finding, Labels, ReadOptions, Recording, RowMap, metadata};
 
 /// Reads the recording at `path`; `-` is standard input.
@@ -63,8 +64,7 @@ pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
     let read = reader.take(HEAD as u64).read_to_end(&mut bytes);
     read.map_err(|e| Error::io(path, e))?;
     if bytes.len() == HEAD {
-        let end = bytes.iter().rposition(|b| matches!(b, b'\n' | b'\r'));
-        bytes.truncate(end.map_or(HEAD, |at| at + 1));
+        bytes.truncate(complete_rows(&bytes));
     }
     read_bytes(&bytes, &path.display().to_string(), &options)
 }

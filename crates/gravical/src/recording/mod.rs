@@ -23,6 +23,7 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
+mod axivity;
 #[doc(hidden)]
 pub mod board;
 pub(crate) mod cells;
@@ -30,6 +31,7 @@ pub(crate) mod collect;
 #[doc(hidden)]
 pub mod dialect;
 pub(crate) mod excerpt;
+pub(crate) mod file;
 mod foreign;
 mod format;
 #[doc(hidden)]
@@ -55,7 +57,7 @@ pub(crate) mod range_end;
 pub mod row;
 pub(crate) mod rows;
 pub(crate) mod sample;
-pub(crate) mod text;
+mod text;
 #[doc(hidden)]
 pub mod timing;
 mod unit_choice;

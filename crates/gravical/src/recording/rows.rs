@@ -19,7 +19,7 @@ use crate::finding::{Finding, FindingKind, LineSpans};
 /// Largest number of rows held back if memory must not grow with the recording.
 const MOST_HELD: usize = 1 << 16;
 
-/// Source of rows: lines of text, or samples in memory.
+/// Source of rows: lines of text, samples of a binary file, or samples in memory.
 pub(crate) trait Source {
     /// The next line or sample; its numbers are written to `values`.
     ///
@@ -64,6 +64,8 @@ pub(crate) enum Item {
     Row,
     /// Not a row, and the reason.
     Aside(Aside),
+    /// No line: rows are missing here.
+    Gap,
 }
 
 /// Text of a line; empty for samples in memory.
@@ -284,6 +286,7 @@ impl<S: Source> Rows<S> {
                     }
                 }
                 Some(Item::Aside(reason)) => self.set_aside(reason),
+                Some(Item::Gap) => self.break_here(Aside::NamedGap),
                 Some(Item::Row) => {
                     if !self.pending_breaks.is_empty() {
                         self.confirm_breaks(values[TIME]);
@@ -358,12 +361,18 @@ impl<S: Source> Rows<S> {
 
     #[cold]
     fn set_aside(&mut self, reason: Aside) {
-        // A break needs a row before it.
-        if reason.is_break() && (self.ledger.rows > 0 || !self.held.is_empty()) {
-            self.pending_breaks.push(reason);
+        if reason.is_break() {
+            self.break_here(reason);
         }
         self.ledger
             .aside(reason, self.source.number(), self.source.text().bytes);
+    }
+
+    /// A break needs a row before it.
+    fn break_here(&mut self, reason: Aside) {
+        if self.ledger.rows > 0 || !self.held.is_empty() {
+            self.pending_breaks.push(reason);
+        }
     }
 
     /// A single blank line or header between rows is no break if the clock continues across it;
