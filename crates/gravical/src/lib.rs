@@ -52,6 +52,7 @@ pub mod calibrate;
 pub mod calibration_file;
 pub mod check;
 pub mod compare;
+pub mod convert;
 pub mod denoise;
 pub mod document;
 mod error;

@@ -10,6 +10,7 @@ mod bad_input;
 mod calibrated_board;
 mod compare_check;
 mod control;
+mod convert;
 mod demo;
 mod denoise;
 mod each;

@@ -341,7 +341,7 @@ fn about_calibration(
     poor.into_iter().chain(twice)
 }
 
-fn set_aside(ledger: &Ledger) -> Vec<SetAside> {
+pub(crate) fn set_aside(ledger: &Ledger) -> Vec<SetAside> {
     let reasons = ledger.reasons();
     reasons
         .map(|(reason, lines)| SetAside { reason, lines })
