@@ -76,7 +76,7 @@ pub struct ConvertSummary {
     /// Serial number of the sensor, where the file names it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub serial: Option<String>,
-    /// Its first time stamp, s since 1970, if it is a date.
+    /// When it starts, s since 1970, if its time stamps or the lines above the header say it.
     pub start_unix_s: Option<f64>,
     /// Its lines: `lines = rows + Σ set_aside`.
     pub lines: u64,
@@ -103,7 +103,7 @@ pub struct ConvertSummary {
 /// # Errors
 ///
 /// Those of [`crate::recording::read`]; `unit-unknown` (input) for counts of unknown range;
-/// `no-date` (input) if times since 1970 are asked for and the recording has no date; `changed`
+/// `no-date` (input) if times since 1970 are asked for and nothing says when it starts; `changed`
 /// (input) if the file does not have the same rows when it is read again; errors of writing.
 pub fn convert_file(
     path: &Path,
@@ -177,8 +177,8 @@ struct Table {
 enum Clock {
     /// Time stamps, from here on.
     Stamps(f64),
-    /// No stamps, but a rate.
-    Rate(f64),
+    /// No stamps, but a rate: the time of the first row, s, and Hz.
+    Rate(f64, f64),
     Unknown,
 }
 
@@ -202,24 +202,17 @@ impl Table {
             true => 1.0 / (accel * STANDARD_GRAVITY_MPS2),
             false => 1.0 / accel,
         };
-        let clock = match (&recording.time_s, recording.timing.rate_hz()) {
-            (Some(_), _) if options.absolute_time => {
-                let origin_s = recording.recorded_at().and(recording.time_origin_s);
-                Clock::Stamps(origin_s.ok_or_else(|| {
-                    Error::input("no-date", "the time stamps of this recording are no dates")
-                        .at(here, None)
-                        .with_hint(
-                            "leave --absolute-time out: times are seconds since the first row",
-                        )
-                })?)
-            }
-            (Some(_), _) => Clock::Stamps(0.0),
-            (None, _) if options.absolute_time => {
-                return Err(Error::input("no-date", "this recording has no time stamps")
+        let start_s = match options.absolute_time {
+            true => recording.start_unix_s().ok_or_else(|| {
+                Error::input("no-date", "nothing in this recording says when it was made")
                     .at(here, None)
-                    .with_hint("leave --absolute-time out"));
-            }
-            (None, Some(rate_hz)) => Clock::Rate(rate_hz),
+                    .with_hint("leave --absolute-time out: times are seconds since the first row")
+            })?,
+            false => 0.0,
+        };
+        let clock = match (&recording.time_s, recording.timing.rate_hz()) {
+            (Some(_), _) => Clock::Stamps(start_s),
+            (None, Some(rate_hz)) => Clock::Rate(start_s, rate_hz),
             (None, None) => Clock::Unknown,
         };
         let mut names = Vec::new();
@@ -260,7 +253,9 @@ impl Table {
     fn write_row(&self, sample: &Sample, number: usize, label: &[u8], out: &mut Vec<u8>) {
         match self.clock {
             Clock::Stamps(origin_s) => write_fixed(out, sample.time_s + origin_s, TIME_DECIMALS),
-            Clock::Rate(rate_hz) => write_fixed(out, number as f64 / rate_hz, TIME_DECIMALS),
+            Clock::Rate(start_s, rate_hz) => {
+                write_fixed(out, start_s + number as f64 / rate_hz, TIME_DECIMALS);
+            }
             Clock::Unknown => {}
         }
         let mut first = matches!(self.clock, Clock::Unknown);

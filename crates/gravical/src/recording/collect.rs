@@ -102,6 +102,7 @@ pub(crate) struct About {
     pub sha256: Option<String>,
     pub description: String,
     pub serial: Option<String>,
+    pub stated_start_s: Option<f64>,
     pub column_names: Vec<String>,
     /// The accelerometer is read from columns with the names of calibrated ones.
     pub is_calibrated: bool,
@@ -295,6 +296,7 @@ impl Collected<Columns> {
             temperature_c: temperature,
             time_s,
             time_origin_s: self.finished.summary.origin_s,
+            stated_start_s: self.about.stated_start_s,
             restarted: self.rows.restarted,
             labels,
             breaks,
@@ -468,6 +470,7 @@ fn read_all<T: Sink>(
         })?;
     let dialect = &file.format.dialect;
     let serial = metadata::serial(&dialect.metadata);
+    let stated_start_s = metadata::start_s(&dialect.metadata);
     let column_names = dialect.header.as_ref().map(|h| h.names.clone());
     let column_names = column_names.unwrap_or_default();
     let is_calibrated = file.format.layout.reads_calibrated(&column_names);
@@ -478,6 +481,7 @@ fn read_all<T: Sink>(
         sha256: read.sha256,
         description: read.description,
         serial,
+        stated_start_s,
         column_names,
         is_calibrated,
         is_calibrated_by_board,
