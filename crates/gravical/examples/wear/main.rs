@@ -1,9 +1,10 @@
 //! Writes a `.cwa` file of a simulated device that is worn:
 //!
-//!     cargo run --release -p gravical --example wear -- FILE [HOURS] [packed|plain|gyro]
+//!     cargo run --release --example wear -- FILE [HOURS] [packed|plain|gyro] [SECONDS]
 //!
-//! A week at 100 Hz for docs/benchmarks.md: `wear week.cwa 168`. The errors of the sensor stand in
-//! tests/support/wear.rs.
+//! SECONDS is the longest rest. A week at 100 Hz for docs/benchmarks.md: `wear week.cwa 168`; the file of
+//! docs/wearables.md: `wear examples/simulated-wear/wrist.cwa 0.05 packed 30`. The errors of the sensor
+//! stand in tests/support/wear.rs.
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -32,7 +33,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         true_rate_hz: 100.0,
         ..Device::new(coding)
     };
-    let mut wear = Wear::new(&device, 60.0..1800.0, 1);
+    let longest_s: f64 = arguments.get(3).map_or(Ok(1800.0), |text| text.parse())?;
+    let mut wear = Wear::new(&device, 5.0_f64.min(0.5 * longest_s)..longest_s, 1);
     let mut out = BufWriter::new(File::create_new(path)?);
     out.write_all(&device.header())?;
     while device.samples as f64 / device.true_rate_hz < hours * 3600.0 {

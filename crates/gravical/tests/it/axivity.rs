@@ -158,6 +158,20 @@ fn the_encoder_of_the_tests_is_that_of_the_device() {
     }
 }
 
+/// The example of the documents is what its command writes.
+#[test]
+fn the_example_is_what_its_command_writes() {
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/simulated-wear/wrist.cwa");
+    let mut device = Device {
+        true_rate_hz: 100.0,
+        ..Device::new(Coding::Packed)
+    };
+    let mut wear = Wear::new(&device, 5.0..30.0, 1);
+    let blocks: Vec<_> = (0..150).map(|_| wear.block(&mut device)).collect();
+    assert!(std::fs::read(path).unwrap() == file(&device, &blocks));
+}
+
 #[test]
 fn samples_times_and_temperatures_are_the_true_ones() {
     for coding in [Coding::Packed, Coding::Plain, Coding::WithGyro] {
