@@ -41,6 +41,7 @@ enum Verb {
     Calibrate(Box<cmd::calibrate::Args>),
     Apply(cmd::apply::Args),
     Denoise(Box<cmd::denoise::Args>),
+    Convert(Box<cmd::convert::Args>),
     Motion(Box<cmd::motion::Args>),
     Noise(Box<cmd::noise::Args>),
     Demo(cmd::demo::Args),

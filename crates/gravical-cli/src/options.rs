@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
+use gravical::apply::OutputUnit;
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::gravity::Gravity;
 use gravical::recording::{AccelUnit, ColumnsSpec, GyroUnit, ReadOptions, TimeUnit};
 use gravical::segment::face::AxisMap;
-use gravical::{Category, Result};
+use gravical::{Category, Error, Result};
 
 use crate::progress;
 
@@ -155,6 +156,19 @@ pub enum TimeUnitArg {
 }
 
 impl RecordingArgs {
+    /// Refuses --axes for a command that does not rotate; `what` it does.
+    ///
+    /// # Errors
+    ///
+    /// `axes-unused` (usage).
+    pub fn refuse_axes(&self, what: &str) -> Result<()> {
+        if self.axes.0 == AxisMap::default() {
+            return Ok(());
+        }
+        Err(Error::usage("axes-unused", what)
+            .with_hint("remove --axes; `gravical apply --axes` writes the axes of the case"))
+    }
+
     /// The same for the library.
     pub fn read_options(&self, hash: bool) -> ReadOptions {
         ReadOptions {
@@ -206,6 +220,25 @@ pub fn read_calibration(
             false => error,
         }
     })
+}
+
+/// Units of acceleration in a table, as options.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+pub enum OutputUnitArg {
+    /// metres per second squared
+    #[value(name = "m/s^2", alias = "m/s2", alias = "mps2")]
+    Mps2,
+    /// standard gravity, 9.80665 m/s²
+    G,
+}
+
+impl From<OutputUnitArg> for OutputUnit {
+    fn from(unit: OutputUnitArg) -> Self {
+        match unit {
+            OutputUnitArg::Mps2 => OutputUnit::MetrePerSecondSquared,
+            OutputUnitArg::G => OutputUnit::StandardGravity,
+        }
+    }
 }
 
 /// For commands whose first argument is the calibration.

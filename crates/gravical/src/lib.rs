@@ -54,6 +54,7 @@ pub mod check;
 #[doc(hidden)]
 pub mod cohort;
 pub mod compare;
+pub mod convert;
 pub mod denoise;
 pub mod document;
 mod error;

@@ -5,6 +5,9 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 
+use flate2::Compression;
+use flate2::write::GzEncoder;
+
 use crate::{Error, Result};
 
 /// Buffers output and writes it in blocks.
@@ -194,6 +197,8 @@ pub fn make_folder(path: &Path) -> Result<()> {
 /// Writes `path` atomically, so that a reader sees the old file or the complete new one. A device
 /// or a pipe is written to directly.
 ///
+/// What a name ends in `.gz` for is packed.
+///
 /// Until it is complete the new file has no name, if the file system supports this: nothing is
 /// left behind however the program ends. Otherwise it is a temporary file in the same folder. A
 /// replaced file keeps its permissions.
@@ -210,6 +215,17 @@ pub fn write_atomic(
     check_target(path, force)?;
     let folder = folder_of(path);
     let io = |e| Error::io(path, e);
+    let packed = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+    let fill = |out: &mut dyn Write| {
+        if !packed {
+            return fill(out);
+        }
+        let mut packer = GzEncoder::new(out, Compression::fast());
+        fill(&mut packer)?;
+        packer.finish().map(|_| ()).map_err(io)
+    };
     if is_special(path) {
         let mut writer = BufWriter::with_capacity(1 << 18, open_special(path).map_err(io)?);
         fill(&mut writer)?;

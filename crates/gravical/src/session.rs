@@ -104,7 +104,7 @@ pub fn calibrate_recordings(
 }
 
 /// Endings of files in a folder that may be recordings.
-pub const ENDINGS: [&str; 6] = ["csv", "txt", "tsv", "log", "dat", "gz"];
+pub const ENDINGS: [&str; 7] = ["csv", "txt", "tsv", "log", "dat", "gz", "cwa"];
 
 /// Files of a folder that may be recordings, in the order of their names.
 ///
@@ -142,7 +142,7 @@ fn no_recordings(folder: &Path) -> Error {
             path_word(Path::new(inside))
         ),
         None => {
-            "recordings are text files that end in .csv, .txt, .tsv, .log, .dat or .gz".to_owned()
+            "recordings are files that end in .csv, .txt, .tsv, .log, .dat, .gz or .cwa".to_owned()
         }
     };
     Error::input("no-recordings", "there is no recording in this folder")

@@ -6,16 +6,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use gravical::apply::{
-    ApplyOptions, ApplySummary, GyroscopeOutcome, OutputUnit, apply, apply_with_gyroscope,
-};
+use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply, apply_with_gyroscope};
 use gravical::document::{Block, Document, Remark, Section};
 use gravical::escape::one_line;
 use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, read};
 use gravical::{Error, Result, numfmt};
 
 use crate::each::EachArgs;
-use crate::options::{RecordingArgs, SWAPPED};
+use crate::options::{OutputUnitArg, RecordingArgs, SWAPPED};
 use crate::report::ReportArgs;
 use crate::store::StoreArgs;
 use crate::table::TableArgs;
@@ -72,16 +70,6 @@ pub struct Args {
     store: StoreArgs,
     #[command(flatten)]
     recording: RecordingArgs,
-}
-
-/// Units of calibrated acceleration, as options.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum OutputUnitArg {
-    /// metres per second squared
-    #[value(name = "m/s^2", alias = "m/s2", alias = "mps2")]
-    Mps2,
-    /// standard gravity, 9.80665 m/s²
-    G,
 }
 
 /// Runs the command.
@@ -151,10 +139,7 @@ impl Args {
             },
             keep_raw: self.keep_raw,
             axes: self.recording.axes.0,
-            output_unit: match self.output_unit {
-                OutputUnitArg::Mps2 => OutputUnit::MetrePerSecondSquared,
-                OutputUnitArg::G => OutputUnit::StandardGravity,
-            },
+            output_unit: self.output_unit.into(),
         }
     }
 }

@@ -4,11 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use gravical::Error;
 use gravical::denoise::{Channels, DenoiseOptions, Edge, FilterSpec, denoise_file};
 use gravical::escape::one_line;
 use gravical::report;
-use gravical::segment::face::AxisMap;
 
 use crate::options::RecordingArgs;
 use crate::report::{ReportArgs, with_origin};
@@ -91,14 +89,8 @@ enum ChannelsArg {
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let options = options_of(args);
     options.validate()?;
-    if args.recording.axes.0 != AxisMap::default() {
-        return Err(Error::usage(
-            "axes-unused",
-            "denoise filters each axis separately and does not rotate them",
-        )
-        .with_hint("remove --axes; `gravical apply --axes` writes the axes of the case")
-        .into());
-    }
+    args.recording
+        .refuse_axes("denoise filters each axis separately and does not rotate them")?;
     args.output.check(&args.report, &[&args.input])?;
     let read_options = args.recording.read_options(args.report.is_wanted());
     let done = args

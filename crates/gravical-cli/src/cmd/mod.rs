@@ -6,6 +6,7 @@ pub mod check;
 pub mod collect;
 pub mod compare;
 pub mod completions;
+pub mod convert;
 pub mod demo;
 pub mod denoise;
 pub mod export;
@@ -52,6 +53,7 @@ impl Verb {
             Verb::Inspect(args) => inspect::run(args),
             Verb::Calibrate(args) => calibrate::run(args),
             Verb::Apply(args) => apply::run(args),
+            Verb::Convert(args) => convert::run(args),
             Verb::Denoise(args) => denoise::run(args),
             Verb::Motion(args) => motion::run(args),
             Verb::Noise(args) => noise::run(args),
@@ -76,6 +78,7 @@ impl Verb {
             Verb::Inspect(args) => args.json,
             Verb::Calibrate(args) => args.json,
             Verb::Apply(args) => args.output.json,
+            Verb::Convert(args) => args.output.json,
             Verb::Denoise(args) => args.output.json,
             Verb::Motion(args) => args.json,
             Verb::Noise(args) => args.json,

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::support::*;
 
-const ENDINGS: [&str; 5] = ["csv", "tsv", "log", "txt", "gz"];
+const ENDINGS: [&str; 6] = ["csv", "tsv", "log", "txt", "gz", "cwa"];
 
 /// Every file under `folder` that may be a recording.
 pub fn files(folder: &Path) -> Vec<PathBuf> {
@@ -70,7 +70,7 @@ fn no_file_of_the_folder_crashes_and_every_account_balances() {
         assert_eq!(text.code, run.code, "{name}");
         assert_eq!(text.out.is_empty(), run.code == 3, "{name}");
     }
-    assert_eq!(read, 29, "recordings among {} files", all.len());
+    assert_eq!(read, 31, "recordings among {} files", all.len());
 }
 
 fn inspected(data: &Path, path: &str, more: &str) -> Value {

@@ -11,6 +11,7 @@ mod calibrated_board;
 mod cohort;
 mod compare_check;
 mod control;
+mod convert;
 mod demo;
 mod denoise;
 mod each;

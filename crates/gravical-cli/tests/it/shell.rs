@@ -4,11 +4,12 @@ use std::process::{Command, Stdio};
 
 use crate::support::*;
 
-const VERBS: [&str; 11] = [
+const VERBS: [&str; 12] = [
     "inspect",
     "calibrate",
     "apply",
     "denoise",
+    "convert",
     "motion",
     "check",
     "compare",

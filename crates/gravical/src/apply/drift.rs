@@ -8,10 +8,10 @@ use std::array::from_fn;
 use serde::Serialize;
 
 use crate::calibration_file::{CHANNELS, CalibrationFile, TemperatureModel};
+use crate::recording::file::HeadChannels;
 use crate::recording::layout::Layout;
 use crate::recording::names::Quantity;
 use crate::recording::row::{ACCEL, TEMPERATURE, Values};
-use crate::recording::text::HeadChannels;
 use crate::recording::{Finding, FindingKind, LineSpans};
 use crate::temperature::cost_text;
 

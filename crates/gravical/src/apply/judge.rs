@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use crate::calibration_file::{Applied, CalibrationFile};
+use crate::recording::file::HeadChannels;
 use crate::recording::monitor::{Facts, quiet};
-use crate::recording::text::HeadChannels;
 use crate::recording::{
     AccelClaim, AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Origin, ReadOptions,
     decide_accel,

@@ -2,10 +2,10 @@
 
 use crate::Result;
 use crate::calibration_file::CalibrationFile;
+use crate::recording::file::HeadChannels;
 use crate::recording::layout::Layout;
 use crate::recording::names::Quantity;
 use crate::recording::row::{ACCEL, GYRO, SLOTS, TEMPERATURE, TIME};
-use crate::recording::text::HeadChannels;
 use crate::recording::{AccelClaim, Finding, Origin, ReadOptions, Recording};
 
 use super::drift::Drift;

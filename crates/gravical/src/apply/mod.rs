@@ -61,10 +61,10 @@ use crate::Result;
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::output::BlockWriter;
 use crate::recording::board::why_calibrated;
+use crate::recording::file::open_rows;
 use crate::recording::monitor::refuse_unit_change;
 use crate::recording::names::Role;
 use crate::recording::open::Input;
-use crate::recording::text::open_rows;
 use crate::recording::{
     AccelScale, AccelUnit, Aside, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Recording,
 };
@@ -341,7 +341,7 @@ fn about_calibration(
     poor.into_iter().chain(twice)
 }
 
-fn set_aside(ledger: &Ledger) -> Vec<SetAside> {
+pub(crate) fn set_aside(ledger: &Ledger) -> Vec<SetAside> {
     let reasons = ledger.reasons();
     reasons
         .map(|(reason, lines)| SetAside { reason, lines })

@@ -74,9 +74,8 @@ pub use summary::{DenoiseSummary, FilterOutcome, Sigmas};
 use std::ops::Range;
 
 use crate::recording::{Finding, Recording};
-use crate::segment::gyro_unit::{Claims, Evidence, decide};
+use crate::segment::gyro_unit::settle;
 use crate::segment::still::{StillOptions, find_stills};
-use crate::segment::turns::motions;
 use crate::{Error, Result};
 
 use clock::{Clock, FIRST_STAMPS, StampFiller};
@@ -215,7 +214,7 @@ fn begin(recording: &mut Recording, options: &DenoiseOptions) -> Result<Begun> {
     }
     let filters = design(recording, options)?;
     let spans = find_stills(recording, &options.still).spans;
-    decide_gyro_unit(recording, &spans);
+    settle(recording, &spans);
     let in_file = |rows: &Range<usize>| {
         let first = recording.row_in_file(rows.start);
         first..first + recording.length(rows)
@@ -325,24 +324,6 @@ fn filter_in_memory(setup: &Setup, noise: Vec<Noise>, recording: &mut Recording)
         }
     }
     Ok(done)
-}
-
-/// The unit of the gyroscope by the rule of all commands, with its findings: the summary states
-/// its noise in rad/s.
-fn decide_gyro_unit(recording: &mut Recording, stills: &[Range<usize>]) {
-    let mut findings = Vec::new();
-    let scale = Claims::of(recording, None).map(|claims| {
-        let moves = motions(recording, stills);
-        decide(
-            claims,
-            &Evidence::of(recording, stills, &moves),
-            &mut findings,
-        )
-    });
-    if scale.is_some() {
-        recording.gyro_scale = scale;
-        recording.findings.extend(findings);
-    }
 }
 
 /// Filters the accelerometer of a recording that is to be integrated: the filtered recording, and

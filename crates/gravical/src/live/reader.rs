@@ -6,12 +6,12 @@ use std::io::{self, Read};
 use std::rc::Rc;
 
 use crate::recording::collect::{About, Collected, Columns};
+use crate::recording::file::{OpenFile, open_rows};
 use crate::recording::monitor::MonitorSummary;
 use crate::recording::names::Role;
 use crate::recording::open::Input;
 use crate::recording::row::{ACCEL, GYRO, TEMPERATURE, Values};
 use crate::recording::rows::{Finished, Row, Text};
-use crate::recording::text::{OpenFile, open_rows};
 use crate::recording::{ReadOptions, Recording, metadata};
 use crate::{Error, Result};
 
@@ -256,7 +256,7 @@ impl Reader {
         let column_names = self.column_names();
         let about = About {
             name: self.name.clone(),
-            description: dialect.description(),
+            description: file.format.description.clone(),
             serial: metadata::serial(&dialect.metadata),
             is_calibrated: file.format.layout.reads_calibrated(&column_names),
             column_names,

@@ -32,10 +32,10 @@ use super::{
 use crate::apply::drift::Drift;
 use crate::apply::sensor::Sensor;
 use crate::output::BlockWriter;
+use crate::recording::file::{OpenFile, ReadFile, open_rows};
 use crate::recording::monitor::refuse_unit_change;
 use crate::recording::names::Role;
 use crate::recording::open::Input;
-use crate::recording::text::{OpenFile, ReadFile, open_rows};
 use crate::recording::{Finding, FindingKind, ReadOptions, Recording, read_bytes};
 use crate::{Error, Result};
 
@@ -119,16 +119,6 @@ pub fn motion_stream(
     })
 }
 
-/// The lines of a head; of what is not all the last one is cut off.
-fn whole_lines(head: &[u8], whole: bool) -> &[u8] {
-    let end = if whole {
-        head.len()
-    } else {
-        head.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1)
-    };
-    &head[..end]
-}
-
 /// The noise that rests are found with, at the rate of the samples.
 fn rest_noise(rests: &Rests, samples: &Samples, rate_hz: f64) -> Option<RestNoise<f64>> {
     let accel = rests.accel?;
@@ -166,8 +156,11 @@ impl Begin {
         calibration: Option<Calibrated<'_>>,
         options: &MotionOptions,
     ) -> Result<Self> {
-        let head = whole_lines(&file.head_bytes, file.whole);
-        Self::of(read_bytes(head, name, read)?, calibration, options)
+        Self::of(
+            read_bytes(file.head_bytes(), name, read)?,
+            calibration,
+            options,
+        )
     }
 
     fn of(

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::{Error, Result};
 
 use super::dialect::decode;
+use super::file::{OpenFile, complete_rows, open_rows};
 use super::layout::Layout;
 use super::monitor::Facts;
 use super::names::Quantity;
@@ -16,7 +17,7 @@ use super::names::Role;
 use super::open::{HEAD, Input, Reopenable, open};
 use super::row::{ACCEL, GYRO, TEMPERATURE};
 use super::rows::{Finished, Row, Rows, Source};
-use super::text::{OpenFile, open_rows};
+
 use super::{AccelUnit, Finding, Labels, ReadOptions, Recording, RowMap, metadata};
 
 /// Reads the recording at `path`; `-` is standard input.
@@ -63,8 +64,7 @@ pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
     let read = reader.take(HEAD as u64).read_to_end(&mut bytes);
     read.map_err(|e| Error::io(path, e))?;
     if bytes.len() == HEAD {
-        let end = bytes.iter().rposition(|b| matches!(b, b'\n' | b'\r'));
-        bytes.truncate(end.map_or(HEAD, |at| at + 1));
+        bytes.truncate(complete_rows(&bytes));
     }
     read_bytes(&bytes, &path.display().to_string(), &options)
 }
@@ -102,6 +102,7 @@ pub(crate) struct About {
     pub sha256: Option<String>,
     pub description: String,
     pub serial: Option<String>,
+    pub stated_start_s: Option<f64>,
     pub column_names: Vec<String>,
     /// The accelerometer is read from columns with the names of calibrated ones.
     pub is_calibrated: bool,
@@ -223,7 +224,7 @@ impl Sink for Columns {
     fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
         rows.hold_at_most(usize::MAX);
         // What was expected may be too much: the rows themselves decide.
-        let _ = self.reserve(rows.source().expected());
+        let _ = self.reserve(rows.expected());
         while let Some(row) = rows.next_row()? {
             self.push(&row, row.is_break())?;
         }
@@ -316,6 +317,7 @@ impl Collected<Columns> {
             temperature_c: temperature,
             time_s,
             time_origin_s: self.finished.summary.origin_s,
+            stated_start_s: self.about.stated_start_s,
             restarted: self.rows.restarted,
             labels,
             breaks,
@@ -489,6 +491,7 @@ fn read_all<T: Sink>(
         })?;
     let dialect = &file.format.dialect;
     let serial = metadata::serial(&dialect.metadata);
+    let stated_start_s = metadata::start_s(&dialect.metadata);
     let column_names = dialect.header.as_ref().map(|h| h.names.clone());
     let column_names = column_names.unwrap_or_default();
     let is_calibrated = file.format.layout.reads_calibrated(&column_names);
@@ -499,6 +502,7 @@ fn read_all<T: Sink>(
         sha256: read.sha256,
         description: read.description,
         serial,
+        stated_start_s,
         column_names,
         is_calibrated,
         is_calibrated_by_board,

@@ -43,6 +43,7 @@ impl Dialect {
     #[must_use]
     pub fn description(&self) -> String {
         let header = match &self.header {
+            Some(h) if h.lines[0] == 0 => "columns of GENEActiv".to_owned(),
             Some(h) if h.lines[0] != h.lines[1] => {
                 let and = if h.texts.len() == 2 { "and" } else { "to" };
                 format!("header in lines {} {and} {}", h.lines[0], h.lines[1])
@@ -63,6 +64,7 @@ impl Dialect {
 #[derive(Debug, Clone)]
 pub struct Header {
     /// First and last line number; they differ if there are two rows of names, or rows of units.
+    /// 0 where the names are those of a known format without a header.
     pub lines: [u64; 2],
     /// Column names; `upper.lower` if there are two rows.
     pub names: Vec<String>,

@@ -67,7 +67,7 @@ impl Head {
         determine_facts(|facts| self.rows(facts))
     }
 
-    /// About how many lines a text of `size` bytes has, whose first `bytes` bytes these are; 0 if
+    /// About how many rows a file of `size` bytes has, whose first `bytes` bytes these are; 0 if
     /// its size is unknown.
     pub fn expected(&self, bytes: usize, size: Option<u64>) -> usize {
         let each = bytes as f64 / self.lines.len() as f64;

@@ -1,4 +1,5 @@
-//! Account of all lines of a file: rows, and lines that were set aside, with the reason.
+//! Account of all lines of a file: rows, and lines that were set aside, with the reason. Of a binary
+//! file every sample is a line, and every block that is skipped.
 
 use serde::{Deserialize, Serialize};
 
@@ -33,11 +34,19 @@ pub enum Aside {
     NotANumber,
     /// A row of zeros in every channel at the end of the file: not written by the sensor.
     ZeroTail,
+    /// A block of a binary file that cannot be decoded.
+    CorruptBlock,
+    /// A block that repeats the one before.
+    RepeatedBlock,
+    /// A block that is earlier than the one before.
+    LateBlock,
+    /// A block that was never written.
+    ErasedBlock,
 }
 
 impl Aside {
     /// All reasons, in the order of the output.
-    pub const ALL: [Aside; 12] = [
+    pub const ALL: [Aside; 16] = [
         Aside::Header,
         Aside::Metadata,
         Aside::Comment,
@@ -50,6 +59,10 @@ impl Aside {
         Aside::TooManyFields,
         Aside::NotANumber,
         Aside::ZeroTail,
+        Aside::CorruptBlock,
+        Aside::RepeatedBlock,
+        Aside::LateBlock,
+        Aside::ErasedBlock,
     ];
 
     /// True if a row after such a line does not continue the row before.
@@ -74,7 +87,19 @@ impl Aside {
             Aside::TooManyFields => FindingKind::TooManyFields,
             Aside::NotANumber => FindingKind::NotANumber,
             Aside::ZeroTail => FindingKind::ZeroTail,
+            Aside::CorruptBlock => FindingKind::CorruptBlock,
+            Aside::RepeatedBlock => FindingKind::RepeatedBlock,
+            Aside::LateBlock => FindingKind::LateBlock,
+            Aside::ErasedBlock => FindingKind::ErasedBlock,
         })
+    }
+
+    /// True for a block of a binary file.
+    fn is_block(self) -> bool {
+        matches!(
+            self,
+            Aside::CorruptBlock | Aside::RepeatedBlock | Aside::LateBlock | Aside::ErasedBlock
+        )
     }
 
     /// Name for messages.
@@ -109,6 +134,10 @@ impl Aside {
             Aside::ZeroTail => {
                 "all channels zero up to the end of the file (never written); set aside"
             }
+            Aside::CorruptBlock => "damaged; skipped",
+            Aside::RepeatedBlock => "repeating the one before; skipped",
+            Aside::LateBlock => "earlier than the one before (repeated or out of order); skipped",
+            Aside::ErasedBlock => "never written; skipped",
         }
     }
 }
@@ -201,10 +230,12 @@ impl Ledger {
                     ) => {
                         format!(", first: \"{text}\"")
                     }
+                    (Some(text), _) if reason.is_block() => format!(", first: {text}"),
                     _ => String::new(),
                 };
-                let lines = if n == 1 { "line" } else { "lines" };
-                let message = format!("{n} {lines}: {}{example}", reason.meaning());
+                let noun = if reason.is_block() { "block" } else { "line" };
+                let plural = if n == 1 { "" } else { "s" };
+                let message = format!("{n} {noun}{plural}: {}{example}", reason.meaning());
                 Some(Finding::new(kind, message).at_lines(self.lines_aside(reason)))
             })
             .collect()

@@ -312,7 +312,8 @@ fn collect(
         metadata_rate_hz: None,
     };
     // Facts are determined from all samples.
-    let rows = |facts| Rows::new(source.clone(), name, claims.clone(), facts);
+    let rows =
+        |facts| Rows::new(source.clone(), name, claims.clone(), facts).expecting(source.rows);
     let facts = determine_facts(rows);
     let mut rows = rows(facts);
     let mut columns = Columns::new(&claims.layout, &facts);
@@ -390,10 +391,6 @@ impl Source for ColumnRows<'_> {
 
     fn number(&self) -> u64 {
         self.next as u64
-    }
-
-    fn expected(&self) -> usize {
-        self.rows
     }
 
     fn text(&self) -> Text<'_> {

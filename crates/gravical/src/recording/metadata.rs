@@ -1,6 +1,7 @@
-//! Metadata above the header: sampling rate, range, serial number.
+//! Metadata above the header: sampling rate, range, serial number, start.
 
 use super::POSSIBLE;
+use super::timing::{parse_date, parse_date_day_first};
 
 /// Words and numbers of a line.
 fn words(line: &str) -> Vec<&str> {
@@ -89,13 +90,14 @@ pub(crate) fn range_g(metadata: &[String]) -> Option<f64> {
 }
 
 /// Names of a serial number, in lower case.
-const SERIAL: [&str; 6] = [
+const SERIAL: [&str; 7] = [
     "serial number",
     "serial no",
     "serialnumber",
     "device serial",
     "device id",
     "deviceid",
+    "serial code",
 ];
 /// Largest number of characters of a serial number.
 const LONGEST: usize = 64;
@@ -120,9 +122,66 @@ pub(crate) fn serial(metadata: &[String]) -> Option<String> {
     })
 }
 
+/// Dates have the day before the month: `date format d/M/yyyy`.
+pub(crate) fn is_day_first(metadata: &[String]) -> bool {
+    metadata.iter().any(|line| {
+        let line = line.to_ascii_lowercase();
+        let order = line
+            .split_once("date format")
+            .map(|(_, order)| order.trim_start());
+        order.is_some_and(|order| order.starts_with('d'))
+    })
+}
+
+/// When the recording starts, s since 1970: `Start Time 12:00:00` and `Start Date 5/19/2017`, or
+/// both in one line.
+pub(crate) fn start_s(metadata: &[String]) -> Option<f64> {
+    let after = |name: &str| {
+        metadata.iter().find_map(|line| {
+            let start = line.get(..name.len())?;
+            let value = line.get(name.len()..)?;
+            let value = value.trim_start_matches([' ', ':', ',', ';', '\t']);
+            start
+                .eq_ignore_ascii_case(name)
+                .then(|| value.trim_end_matches([',', ';', ' ']))
+        })
+    };
+    let parse = match is_day_first(metadata) {
+        true => parse_date_day_first,
+        false => parse_date,
+    };
+    let time = after("start time")?;
+    let both = match after("start date") {
+        Some(date) => format!("{date} {time}"),
+        None => time.to_owned(),
+    };
+    // A time of day alone is no start.
+    parse(both.as_bytes()).filter(|s| *s >= SECONDS_PER_DAY)
+}
+
+/// Seconds of a day.
+const SECONDS_PER_DAY: f64 = 86_400.0;
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_start_is_parsed_in_the_order_of_the_file() {
+        let lines = |head: &str, date: &str| {
+            [head, "Start Time 12:00:00", date]
+                .map(str::to_owned)
+                .to_vec()
+        };
+        let american = lines("… date format M/d/yyyy at 100 Hz", "Start Date 5/9/2017");
+        // `date -u -d '2017-05-09 12:00' +%s`, and of 5 September.
+        assert_eq!(start_s(&american), Some(1_494_331_200.0));
+        let other = lines("… date format d/M/yyyy at 100 Hz", "Start Date 5/9/2017");
+        assert_eq!(start_s(&other), Some(1_504_612_800.0));
+        assert_eq!(start_s(&["Start Time 12:00:00".to_owned()]), None);
+        let one = "Start Time,2011-05-31 16:43:44:000".to_owned();
+        assert_eq!(start_s(&[one]), Some(1_306_860_224.0));
+    }
 
     fn of<T>(read: impl Fn(&[String]) -> T, line: &str) -> T {
         read(&["Exported by an app".to_owned(), line.to_owned()])
@@ -177,6 +236,7 @@ mod tests {
             ("// DeviceId: 00B41234", Some("00B41234")),
             ("\"Serial no.\",1234", Some("1234")),
             ("Device serial;AB-12;x", Some("AB-12")),
+            ("Device Unique Serial Code,012345", Some("012345")),
             ("Serial number: unknown", None),
             ("Serial number:", None),
             ("Serial port: COM3", None),

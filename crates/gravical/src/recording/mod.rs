@@ -23,6 +23,7 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
+mod axivity;
 #[doc(hidden)]
 pub mod board;
 pub(crate) mod cells;
@@ -30,6 +31,7 @@ pub(crate) mod collect;
 #[doc(hidden)]
 pub mod dialect;
 pub(crate) mod excerpt;
+pub(crate) mod file;
 mod foreign;
 mod format;
 #[doc(hidden)]
@@ -38,6 +40,7 @@ pub(crate) mod full_scale;
 mod head;
 #[doc(hidden)]
 pub mod join;
+mod known;
 mod later;
 #[doc(hidden)]
 pub mod layout;
@@ -55,7 +58,7 @@ pub(crate) mod range_end;
 pub mod row;
 pub(crate) mod rows;
 pub(crate) mod sample;
-pub(crate) mod text;
+mod text;
 #[doc(hidden)]
 pub mod timing;
 mod unit_choice;
@@ -208,6 +211,9 @@ pub struct Recording {
     /// The first time stamp, s, on the recorder's clock: where [`time_s`](Self::time_s) is 0. It
     /// aligns two files from the same recorder.
     pub time_origin_s: Option<f64>,
+    /// When it starts by the lines above the header, s since 1970; used where no time stamp is a
+    /// date.
+    pub stated_start_s: Option<f64>,
     /// The clock restarted at least once.
     pub restarted: bool,
     /// The label column.
@@ -275,11 +281,17 @@ impl Recording {
         self.accel[0].len()
     }
 
-    /// When it starts, if its time stamps are dates or seconds since 1970; a date without a zone
-    /// counts as UTC.
+    /// When it starts, if its time stamps are dates or seconds since 1970, or the lines above the
+    /// header say it; a date without a zone counts as UTC.
     #[must_use]
     pub fn recorded_at(&self) -> Option<UtcTime> {
-        self.time_origin_s.and_then(UtcTime::of_stamp)
+        self.start_unix_s().and_then(UtcTime::of_stamp)
+    }
+
+    /// The same in s since 1970.
+    pub(crate) fn start_unix_s(&self) -> Option<f64> {
+        let is_date = |s: &f64| UtcTime::of_stamp(*s).is_some();
+        self.time_origin_s.filter(is_date).or(self.stated_start_s)
     }
 
     /// Line number in the file, from 1, of row `row` (from 0).

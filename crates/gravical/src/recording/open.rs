@@ -22,7 +22,7 @@ pub(crate) fn stem(name: &str) -> String {
         .file_name()
         .map_or_else(|| name.into(), |f| f.to_string_lossy());
     let mut stem = file.as_ref();
-    for ending in [".gz", ".csv", ".txt", ".tsv", ".log", ".dat"] {
+    for ending in [".gz", ".csv", ".txt", ".tsv", ".log", ".dat", ".cwa"] {
         stem = stem.strip_suffix(ending).unwrap_or(stem);
     }
     stem.to_owned()
@@ -295,7 +295,8 @@ fn wide_without_mark(start: &[u8]) -> Option<&'static Encoding> {
     }
 }
 
-fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, Box<dyn Read>)> {
+/// The first `n` bytes, and a reader that begins with them.
+pub(super) fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, Box<dyn Read>)> {
     let mut head = Vec::with_capacity(n);
     reader.by_ref().take(n as u64).read_to_end(&mut head)?;
     let again = io::Cursor::new(head.clone()).chain(reader);

@@ -3,7 +3,7 @@
 use crate::scan::{parse_field, parse_field_decimal_comma, scan_number};
 
 use super::board::BoardSettings;
-use super::timing::parse_date;
+use super::timing::{parse_date, parse_date_day_first};
 
 /// Number of slots of a row.
 pub const SLOTS: usize = 8;
@@ -81,6 +81,8 @@ pub struct RowScanner {
     instance: f64,
     /// Size in s of one unit of the fraction field.
     fraction_s: f64,
+    /// Dates have the day before the month.
+    day_first: bool,
 }
 
 /// Computes time stamps from the time column: differences from row to row are summed, time stamps
@@ -130,7 +132,13 @@ impl RowScanner {
             temperature_counts: None,
             instance: f64::NAN,
             fraction_s: 0.0,
+            day_first: false,
         }
+    }
+
+    /// Dates have the day before the month.
+    pub fn set_day_first(&mut self, day_first: bool) {
+        self.day_first = day_first;
     }
 
     /// Field `field` is read into `slot`.
@@ -361,6 +369,7 @@ impl RowScanner {
         }
         // A row is valid without its time stamp or temperature.
         match self.slot_of_field.get(index).map(|slot| usize::from(*slot)) {
+            Some(TIME) if self.day_first => Ok(parse_date_day_first(text)),
             Some(TIME) => Ok(parse_date(text)),
             Some(TEMPERATURE) => Ok(None),
             _ => Err(RowDefect::NotANumber(index)),

@@ -19,7 +19,7 @@ use crate::finding::{Finding, FindingKind, LineSpans};
 /// Largest number of rows held back if memory must not grow with the recording.
 const MOST_HELD: usize = 1 << 16;
 
-/// Source of rows: lines of text, or samples in memory.
+/// Source of rows: lines of text, samples of a binary file, or samples in memory.
 pub(crate) trait Source {
     /// The next line or sample; its numbers are written to `values`.
     ///
@@ -29,10 +29,6 @@ pub(crate) trait Source {
     fn next(&mut self, values: &mut Values) -> Result<Option<Item>>;
     /// Its number, from 1.
     fn number(&self) -> u64;
-    /// About how many rows there are, to make room for them; 0 if nothing tells.
-    fn expected(&self) -> usize {
-        0
-    }
     /// Text of the line, its fields and its label.
     fn text(&self) -> Text<'_> {
         Text::default()
@@ -68,6 +64,8 @@ pub(crate) enum Item {
     Row,
     /// Not a row, and the reason.
     Aside(Aside),
+    /// No line: rows are missing here.
+    Gap,
 }
 
 /// Text of a line; empty for samples in memory.
@@ -162,6 +160,7 @@ pub(crate) struct Rows<S> {
     times_known: bool,
     current: Option<Held>,
     values: Values,
+    expected: usize,
 }
 
 /// Results, available after the last row.
@@ -228,7 +227,19 @@ impl<S: Source> Rows<S> {
             times_known: false,
             current: None,
             values: [f64::NAN; SLOTS],
+            expected: 0,
         }
+    }
+
+    /// Sets about how many rows there are, to make room for them.
+    pub fn expecting(mut self, rows: usize) -> Self {
+        self.expected = rows;
+        self
+    }
+
+    /// About how many rows there are; 0 if nothing tells.
+    pub fn expected(&self) -> usize {
+        self.expected
     }
 
     /// Sets the largest number of rows held back.
@@ -288,6 +299,7 @@ impl<S: Source> Rows<S> {
                     }
                 }
                 Some(Item::Aside(reason)) => self.set_aside(reason),
+                Some(Item::Gap) => self.break_here(Aside::NamedGap),
                 Some(Item::Row) => {
                     if !self.pending_breaks.is_empty() {
                         self.confirm_breaks(values[TIME]);
@@ -362,12 +374,18 @@ impl<S: Source> Rows<S> {
 
     #[cold]
     fn set_aside(&mut self, reason: Aside) {
-        // A break needs a row before it.
-        if reason.is_break() && (self.ledger.rows > 0 || !self.held.is_empty()) {
-            self.pending_breaks.push(reason);
+        if reason.is_break() {
+            self.break_here(reason);
         }
         self.ledger
             .aside(reason, self.source.number(), self.source.text().bytes);
+    }
+
+    /// A break needs a row before it.
+    fn break_here(&mut self, reason: Aside) {
+        if self.ledger.rows > 0 || !self.held.is_empty() {
+            self.pending_breaks.push(reason);
+        }
     }
 
     /// A single blank line or header between rows is no break if the clock continues across it;

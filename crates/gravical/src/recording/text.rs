@@ -7,20 +7,16 @@ use crate::scan::{Line, Lines};
 use crate::{Error, Result};
 
 use super::ReadOptions;
-use super::dialect::{Dialect, sniff, terminator};
+use super::dialect::{Dialect, sniff};
 use super::foreign;
 use super::format::Format;
-use super::head::Head;
-pub(crate) use super::head::HeadChannels;
+use super::known;
 use super::later::LaterHeaders;
 use super::layout::{self, Request};
 use super::ledger::{Aside, is_comment};
-use super::metadata;
-use super::monitor::{Facts, RecordingClaims};
 use super::names::Role;
-use super::open::Input;
 use super::row::{RowDefect, RowScanner, RowStamps, Span, Values};
-use super::rows::{Finished, Item, Rows, Source, Text};
+use super::rows::{Item, Source, Text};
 use crate::finding::{Finding, FindingKind, LineSpans};
 
 /// Beginning of the line in which a logger reports missing rows. After it the clock of the board
@@ -42,8 +38,6 @@ pub(crate) struct TextRows<R> {
     spans: Vec<Span>,
     label: Span,
     number: u64,
-    /// About how many lines there are; 0 if nothing tells.
-    expected: usize,
     /// Number of the last blank line, and length of the run of blank lines that it ends.
     blank: (u64, u64),
     nul_lines: LineSpans,
@@ -52,80 +46,8 @@ pub(crate) struct TextRows<R> {
     cut: bool,
 }
 
-/// A file whose rows can be read.
-pub(crate) struct OpenFile {
-    pub rows: Rows<TextRows<Box<dyn Read>>>,
-    pub format: Format,
-    /// Findings about the columns.
-    pub findings: Vec<Finding>,
-    /// Its first lines.
-    head: Head,
-    /// The first lines are the whole file.
-    pub whole: bool,
-    /// Text of the first lines, without NUL bytes.
-    pub head_bytes: Vec<u8>,
-    input: Input,
-}
-
-/// Results of a file that was read to its end.
-pub(crate) struct ReadFile {
-    pub finished: Finished,
-    /// Text format of the file in words.
-    pub description: String,
-    pub sha256: Option<String>,
-    /// Findings about columns, lines and bytes.
-    pub findings: Vec<Finding>,
-}
-
-/// Opens `input`, determines its format and columns, and evaluates the first rows unless `facts`
-/// are given. `name` is used in messages.
-///
-/// # Errors
-///
-/// `empty-file`, `no-rows`, `no-accelerometer`, `no-gyroscope`, `columns-unknown` …; errors of
-/// reading.
-pub(crate) fn open_rows(
-    mut input: Input,
-    name: &str,
-    role: Role,
-    options: &ReadOptions,
-    facts: Option<Facts>,
-) -> Result<OpenFile> {
-    let here = Path::new(name);
-    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
-    let mut lines = Lines::new(reader);
-    let head = lines.peek(input.head_bytes);
-    let head = head.map_err(|e| Error::io(here, e))?.to_vec();
-    let whole = head.len() < input.head_bytes;
-    let lines = lines.with_terminator(terminator(&head));
-    let clean: Vec<u8> = head.iter().copied().filter(|b| *b != 0).collect();
-    let mut findings = Vec::new();
-    let format = find_format(&clean, whole, name, role, options, &mut findings)?;
-    let claims = RecordingClaims {
-        metadata_rate_hz: metadata::rate_hz(&format.dialect.metadata),
-        layout: format.layout.clone(),
-        options: options.clone(),
-    };
-    let of_head = Lines::new(&clean[..]).with_terminator(terminator(&clean));
-    let of_head = TextRows::new(of_head, name, &format, !whole);
-    let head = Head::read(of_head, &claims);
-    let facts = facts.unwrap_or_else(|| head.facts());
-    let mut of_file = TextRows::new(lines, name, &format, false);
-    of_file.expected = head.expected(clean.len(), input.size);
-    let rows = Rows::new(of_file, name, claims, facts);
-    Ok(OpenFile {
-        rows,
-        format,
-        findings,
-        head,
-        whole,
-        head_bytes: clean,
-        input,
-    })
-}
-
 /// Format and columns, from the first bytes of a file.
-fn find_format(
+pub(super) fn find_format(
     head: &[u8],
     whole: bool,
     name: &str,
@@ -141,8 +63,9 @@ fn find_format(
     }
     foreign::refuse_calibration(head, here)?;
     let min_columns = 3;
-    let dialect = sniff(head, whole, min_columns)
+    let mut dialect = sniff(head, whole, min_columns)
         .ok_or_else(|| foreign::no_table(head, here, "no rows of at least three numbers"))?;
+    known::name_columns(&mut dialect);
     if options.columns.is_none() && foreign::is_no_table(head, &dialect) {
         let what = "only a few lines of numbers among others";
         return Err(foreign::no_table(head, here, what));
@@ -156,6 +79,7 @@ fn find_format(
         .map_err(|e| e.at(here, dialect.header.as_ref().map(|h| h.lines[1])))?;
     layout.apply_board_settings(&dialect.metadata);
     Ok(Format {
+        description: dialect.description(),
         dialect,
         layout,
         role,
@@ -163,48 +87,8 @@ fn find_format(
     })
 }
 
-impl OpenFile {
-    /// Channels of the first rows.
-    pub fn head(&self) -> HeadChannels {
-        self.head.channels(self.rows.facts())
-    }
-
-    /// Provides the byte ranges of all fields with every row.
-    pub fn with_spans(mut self) -> Self {
-        self.rows.source_mut().with_spans = true;
-        self
-    }
-
-    /// Results; to be called after the last row.
-    ///
-    /// # Errors
-    ///
-    /// As [`Rows::finish`].
-    pub fn finish(mut self) -> Result<ReadFile> {
-        let finished = self.rows.finish()?;
-        let mut findings = self.findings;
-        if self.input.is_cut_off() {
-            let rows = finished.ledger.rows;
-            findings.push(Finding::new(
-                FindingKind::TruncatedFile,
-                format!("the packed file ends in the middle; {rows} rows could be unpacked"),
-            ));
-        }
-        findings.extend(finished.ledger.findings());
-        findings.extend(self.rows.source().odd_bytes(&self.input.unpacked));
-        let mut description = self.input.unpacked.clone();
-        description.push(self.format.dialect.description());
-        Ok(ReadFile {
-            finished,
-            description: description.join(", "),
-            sha256: self.input.sha256(),
-            findings,
-        })
-    }
-}
-
 impl<R: Read> TextRows<R> {
-    fn new(lines: Lines<R>, name: &str, format: &Format, cut: bool) -> Self {
+    pub(super) fn new(lines: Lines<R>, name: &str, format: &Format, cut: bool) -> Self {
         let scanner = format.layout.scanner(&format.dialect);
         TextRows {
             lines,
@@ -218,7 +102,6 @@ impl<R: Read> TextRows<R> {
             scanner,
             label: (0, 0),
             number: 0,
-            expected: 0,
             blank: (0, 0),
             nul_lines: LineSpans::default(),
             foreign_lines: LineSpans::default(),
@@ -226,8 +109,13 @@ impl<R: Read> TextRows<R> {
         }
     }
 
+    /// Provides the byte ranges of all fields with every row.
+    pub(super) fn provide_spans(&mut self) {
+        self.with_spans = true;
+    }
+
     /// Findings about headers and bytes; `unpacked`: the conversions applied.
-    fn odd_bytes(&self, unpacked: &[String]) -> Vec<Finding> {
+    pub(super) fn odd_bytes(&self, unpacked: &[String]) -> Vec<Finding> {
         let mut findings: Vec<Finding> = self.later.finding().into_iter().collect();
         if !self.nul_lines.is_empty() {
             findings.push(
@@ -318,10 +206,6 @@ impl<R: Read> Source for TextRows<R> {
     #[inline]
     fn number(&self) -> u64 {
         self.number
-    }
-
-    fn expected(&self) -> usize {
-        self.expected
     }
 
     fn can_skip(&self) -> bool {

@@ -3,7 +3,9 @@
 use std::io::Write;
 
 /// Powers of ten for the fast path.
-const POWERS: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
+const POWERS: [f64; 13] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12,
+];
 
 /// From here on an `f64` has no fraction.
 const TWO_POW_53: f64 = 9_007_199_254_740_992.0;
@@ -12,7 +14,7 @@ const TWO_POW_53: f64 = 9_007_199_254_740_992.0;
 ///
 /// The text is that of `format!("{value:.decimals$}")`, with two differences: values that round
 /// to zero have no sign (`0.000`, never `-0.000`), and NaN and infinities append nothing, which
-/// leaves an empty field. Fast for up to nine decimals and `|value| · 10^decimals < 2⁵⁰`; from
+/// leaves an empty field. Fast for up to twelve decimals and `|value| · 10^decimals < 2⁵⁰`; from
 /// there on an increasing share of the values is written by the standard library, from 2⁵¹ on all
 /// of them.
 ///
@@ -84,6 +86,28 @@ pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
     let length = out.len() + END - at;
     out.extend_from_slice(&text[at..at + COPIED]);
     out.truncate(length);
+}
+
+/// Appends `value` as [`write_fixed`] does, without zeros at the end of the decimals.
+///
+/// ```
+/// let mut row = Vec::new();
+/// gravical::scan::write_trimmed(&mut row, -0.0625, 12);
+/// assert_eq!(row, b"-0.0625");
+/// ```
+#[inline]
+pub fn write_trimmed(out: &mut Vec<u8>, value: f64, decimals: u32) {
+    let from = out.len();
+    write_fixed(out, value, decimals);
+    if decimals == 0 || out.len() == from {
+        return;
+    }
+    while out.last() == Some(&b'0') {
+        out.pop();
+    }
+    if out.last() == Some(&b'.') {
+        out.pop();
+    }
 }
 
 /// End of the text in its buffer, and number of bytes copied.

@@ -28,6 +28,6 @@ mod fixed;
 mod lines;
 mod number;
 
-pub use fixed::write_fixed;
+pub use fixed::{write_fixed, write_trimmed};
 pub use lines::{Line, Lines, MAX_LINE};
 pub use number::{parse_field, parse_field_decimal_comma, scan_number};

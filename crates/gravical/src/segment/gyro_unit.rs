@@ -11,7 +11,7 @@
 use std::ops::Range;
 
 use super::face::angle_deg;
-use super::turns::{Motion, residual_deg, steps};
+use super::turns::{Motion, motions, residual_deg, steps};
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, FindingKind, Recording};
@@ -84,6 +84,24 @@ pub(crate) struct Evidence {
     noise: Option<f64>,
     /// Not all values are whole numbers.
     fractions: bool,
+}
+
+/// The unit of the gyroscope by the rule of all commands, with its findings, set in the
+/// recording.
+pub(crate) fn settle(recording: &mut Recording, stills: &[Range<usize>]) {
+    let mut findings = Vec::new();
+    let scale = Claims::of(recording, None).map(|claims| {
+        let moves = motions(recording, stills);
+        decide(
+            claims,
+            &Evidence::of(recording, stills, &moves),
+            &mut findings,
+        )
+    });
+    if scale.is_some() {
+        recording.gyro_scale = scale;
+        recording.findings.extend(findings);
+    }
 }
 
 /// Turns of gravity under this angle decide nothing.

@@ -342,6 +342,67 @@ fn wearables() {
     });
     is_the_session(&read_as(&text, "a.csv"), name, Some(100.0), &[]);
 
+    let start = |r: &Recording| r.recorded_at().map(gravical::utc::UtcTime::minute);
+    let bare = read_as(&rows(""), "a.csv");
+    assert_eq!(start(&bare).as_deref(), Some("2017-05-19 12:00"));
+    assert_eq!(bare.serial.as_deref(), Some("MOS2D16114521"));
+    // Over midnight, with the day first, semicolons and decimal commas.
+    let metadata = metadata.replace("M/d/yyyy", "d/M/yyyy");
+    let text = written(
+        &format!("{metadata}Timestamp;{}", head.replace(',', ";")),
+        |s| {
+            let (day, second) = match s.i {
+                ..200 => (5, 58 + s.i / 100),
+                _ => (6, (s.i - 200) / 100),
+            };
+            let time = if day == 5 { "23:59" } else { "00:00" };
+            let stamp = format!("0{day}/06/2017 {time}:{second:02}.{:03}", 10 * (s.i % 100));
+            format!(
+                "{stamp};{}",
+                csv(&s.a, 3).replace(',', ";").replace('.', ",")
+            )
+        },
+    );
+    let recording = read_as(&text, "a.csv");
+    is_the_session(&recording, name, Some(100.0), &[]);
+    assert_eq!(start(&recording).as_deref(), Some("2017-06-05 23:59"));
+
+    let name = "GENEActiv";
+    let mut lines = vec![String::new(); 100];
+    for (line, text) in [
+        (1, "Device Type,GENEActiv"),
+        (2, "Device Model,1.1"),
+        (3, "Device Unique Serial Code,012967"),
+        (4, "Device Firmware Version,Ver2.06 date24Mar11"),
+        (5, "Calibration Date,2011-03-11 09:43:24:000"),
+        (11, "Measurement Frequency,100.0 Hz"),
+        (12, "Start Time,2011-05-31 16:43:44:000"),
+        (15, "Time Zone,GMT +01:00"),
+        (21, "Subject Code,17"),
+        (51, "Sensor type,MEMS accelerometer x-axis"),
+        (52, "Range,-8 to 8"),
+        (53, "Resolution,0.0039"),
+        (54, "Units,g"),
+        (76, "Sensor type,Temperature"),
+        (78, "Units,deg. C"),
+    ] {
+        lines[line - 1] = text.to_owned();
+    }
+    let text = written(&(lines.join("\n") + "\n"), |s| {
+        let stamp = format!(
+            "2011-05-31 16:43:{}:{:03}",
+            44 + s.i / 100,
+            10 * (s.i % 100)
+        );
+        format!("{stamp},{},{},0,25.{}", csv(&s.a, 4), s.i % 7, s.i / 100)
+    });
+    let recording = read_as(&text, "left wrist.csv");
+    is_the_session(&recording, name, Some(100.0), &["blank-rows"]);
+    assert_eq!(start(&recording).as_deref(), Some("2011-05-31 16:43"));
+    assert_eq!(recording.serial.as_deref(), Some("012967"));
+    assert!(recording.gyro.is_none());
+    assert_eq!(recording.temperature_c.map(|t| t[0]), Some(25.0));
+
     let name = "Empatica";
     let head = "1552572614.000000, 1552572614.000000, 1552572614.000000\n32.000000, 32.000000, 32.000000\n";
     let recording = read_as(&written(head, |s| csv(&counts(s.a, 64.0), 0)), "ACC.csv");

@@ -3,7 +3,10 @@
 // The exemption of tests in clippy.toml does not reach helpers outside #[test].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod axivity;
 mod compare_check;
+#[path = "../../../../tests/support/axivity.rs"]
+mod cwa;
 mod dialects;
 mod export;
 mod file_format;
@@ -29,5 +32,7 @@ mod solve;
 mod support;
 mod truth;
 mod verdicts;
+#[path = "../../../../tests/support/wear.rs"]
+mod wear;
 mod wearables;
 mod writings;

@@ -15,7 +15,7 @@ use crate::{Error, Result};
 
 use super::board::{self, BoardSettings};
 use super::dialect::Dialect;
-use super::metadata::range_g;
+use super::metadata::{is_day_first, range_g};
 use super::names::Role;
 use super::names::{ColumnName, Quantity, bare_axis, understand};
 use super::row::{ACCEL, GYRO, RowScanner, RowStamps, TEMPERATURE, TIME};
@@ -138,6 +138,7 @@ impl Layout {
                 Quantity::TimeStep | Quantity::Index | Quantity::Instance => {}
             }
         }
+        scanner.set_day_first(is_day_first(&dialect.metadata));
         if let Some((field, unit_s)) = self.fraction {
             scanner.assign_fraction(field, unit_s);
         }

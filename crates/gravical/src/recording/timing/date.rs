@@ -12,6 +12,16 @@ const LONGEST: usize = 64;
 /// used: only a change of date at midnight would show which is right.
 #[must_use]
 pub fn parse_date(text: &[u8]) -> Option<f64> {
+    parse(text, false)
+}
+
+/// The same; of two numbers that can both be the month, the second one is.
+#[must_use]
+pub fn parse_date_day_first(text: &[u8]) -> Option<f64> {
+    parse(text, true)
+}
+
+fn parse(text: &[u8], day_first: bool) -> Option<f64> {
     let text = text.trim_ascii();
     // Fast rejection of words, of which a header can have many, and of whole lines.
     if !text.first()?.is_ascii_digit() || !(4..=LONGEST).contains(&text.len()) {
@@ -22,7 +32,7 @@ pub fn parse_date(text: &[u8]) -> Option<f64> {
         .split_once(['T', ' '])
         .or_else(|| text.rsplit_once('/').filter(|(_, time)| time.contains(':')))
         .map_or((text, ""), |(a, b)| (a, b.trim_start()));
-    match day_s(first) {
+    match day_s(first, day_first) {
         Some(day) if rest.is_empty() => Some(day),
         Some(day) => Some(day + time_of_day_s(rest, true)?),
         None => time_of_day_s(text, false),
@@ -30,7 +40,7 @@ pub fn parse_date(text: &[u8]) -> Option<f64> {
 }
 
 /// Midnight of a date, s since 1970.
-fn day_s(text: &str) -> Option<f64> {
+fn day_s(text: &str, day_first: bool) -> Option<f64> {
     let mut parts = text.split(['-', '/', '.']);
     let (a, b, c) = (parts.next()?, parts.next()?, parts.next()?);
     if parts.next().is_some() {
@@ -42,7 +52,9 @@ fn day_s(text: &str) -> Option<f64> {
     };
     let (year, month, day) = match (a.len(), c.len()) {
         (4, _) => (number(a)?, number(b)?, number(c)?),
-        (_, 4) if number(a)? > 12 => (number(c)?, number(b)?, number(a)?),
+        (_, 4) if number(a)? > 12 || day_first && number(b)? <= 12 => {
+            (number(c)?, number(b)?, number(a)?)
+        }
         (_, 4) => (number(c)?, number(a)?, number(b)?),
         _ => return None,
     };

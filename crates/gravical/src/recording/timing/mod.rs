@@ -14,7 +14,7 @@ use super::POSSIBLE;
 use crate::finding::{Finding, FindingKind};
 
 pub(crate) use clock::{BreakKind, Clock, Follower};
-pub use date::parse_date;
+pub use date::{parse_date, parse_date_day_first};
 use steps::Steps;
 pub use unit::TimeUnit;
 use unit::guess_unit;

@@ -1,0 +1,216 @@
+//! `gravical convert`.
+
+use crate::support::*;
+
+const CSV: &str = "Timestamp;aX (g);aY (g);aZ (g);battery;Temp (C);label\n\
+    2024-03-01 08:00:00,00;0,010;-0,25;1,0;3,3;25,5;desk\n\
+    2024-03-01 08:00:00,01;0,020;-0,25;1,0;3,3;25,5;\"a \"\"b\"\", c\"\n\
+    2024-03-01 08:00:00,02;0,030;-0,25;1,0;3,3;25,75;desk\n\
+    \n\n\
+    2024-03-01 08:00:09,00;0,030;-0,25;1,0;3,3;25,75;shelf\n";
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("in.csv"), CSV).unwrap();
+    folder
+}
+
+#[test]
+fn a_table_in_si_or_in_g_with_breaks_and_labels() {
+    let folder = folder();
+    let run = run_in(folder.path(), ["convert", "in.csv", "-o", "-", "--quiet"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let expected = "time_s,ax_m_s2,ay_m_s2,az_m_s2,temperature_c,label\n\
+        0.000000,0.0980665,-2.4516625,9.80665,25.5,desk\n\
+        0.010000,0.196133,-2.4516625,9.80665,25.5,\"a \"\"b\"\", c\"\n\
+        0.020000,0.2941995,-2.4516625,9.80665,25.75,desk\n\
+        \n\n\
+        9.000000,0.2941995,-2.4516625,9.80665,25.75,shelf\n";
+    assert_eq!(run.out, expected);
+    let arguments = ["convert", "in.csv", "--output-unit", "g", "--absolute-time"];
+    let run = run_in(folder.path(), arguments);
+    let second = run.out.lines().nth(1).unwrap();
+    // `date -u -d '2024-03-01 08:00' +%s`
+    assert_eq!(second, "1709280000.000000,0.01,-0.25,1,25.5,desk");
+}
+
+#[test]
+fn a_file_is_not_replaced_and_may_be_packed() {
+    let folder = folder();
+    let first = ["convert", "in.csv", "-o", "out.csv.gz", "--json"];
+    let run = run_in(folder.path(), first);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let summary = run.json();
+    assert_eq!(summary["rows"], 4);
+    assert_eq!(summary["start_unix_s"], 1_709_280_000.0);
+    assert_eq!(summary["columns"][1], "ax_m_s2");
+    let again = run_in(folder.path(), first);
+    assert_eq!(
+        (again.code, again.json()["code"].as_str()),
+        (2, Some("exists"))
+    );
+    let bytes = std::fs::read(folder.path().join("out.csv.gz")).unwrap();
+    assert_eq!(bytes[..2], [0x1f, 0x8b]);
+    // It reads as what it is.
+    let read = run_in(folder.path(), ["convert", "out.csv.gz", "--quiet"]);
+    assert!(
+        read.out
+            .ends_with("9.000000,0.2941995,-2.4516625,9.80665,25.75,shelf\n"),
+        "{}",
+        read.out
+    );
+}
+
+#[test]
+fn what_cannot_be_converted_is_said() {
+    let folder = folder();
+    let rows: String = (0..100)
+        .map(|i| format!("{i},7,8,{}\n", 40 + i % 2))
+        .collect();
+    std::fs::write(
+        folder.path().join("counts.csv"),
+        format!("t_ms,ax,ay,az\n{rows}"),
+    )
+    .unwrap();
+    for (arguments, code) in [
+        (
+            &[
+                "convert",
+                "counts.csv",
+                "--accel-unit",
+                "counts",
+                "-o",
+                "out.csv",
+                "--json",
+            ][..],
+            "unit-unknown",
+        ),
+        (
+            &[
+                "convert",
+                "counts.csv",
+                "--accel-unit",
+                "g",
+                "--absolute-time",
+                "-o",
+                "out.csv",
+                "--json",
+            ],
+            "no-date",
+        ),
+        (
+            &[
+                "convert", "in.csv", "--axes", "y,x,-z", "-o", "out.csv", "--json",
+            ],
+            "axes-unused",
+        ),
+    ] {
+        let run = run_in(folder.path(), arguments);
+        assert_eq!(run.json()["code"], code, "{}", run.out);
+        assert!(!folder.path().join("out.csv").exists());
+    }
+}
+
+#[test]
+fn a_cwa_file_converts_to_its_samples() {
+    let Some(data) = data() else { return };
+    for name in ["ax3", "ax6"] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = data.join(format!("skdh-axivity/{name}_sample.cwa"));
+        let read = |path: &std::path::Path| {
+            gravical::recording::read(path, &gravical::recording::ReadOptions::default()).unwrap()
+        };
+        let own = read(&path);
+        for (unit, tolerance) in [("g", 0.0), ("m/s^2", 5.1e-10)] {
+            let out = folder.path().join(format!("{name}-{}.csv", &unit[..1]));
+            let run = run([
+                "convert".as_ref(),
+                path.as_os_str(),
+                "--output-unit".as_ref(),
+                unit.as_ref(),
+                "--absolute-time".as_ref(),
+                "-o".as_ref(),
+                out.as_os_str(),
+                "--quiet".as_ref(),
+            ]);
+            assert_eq!(run.code, 0, "{}", run.err);
+            let back = read(&out);
+            assert_eq!(back.rows(), own.rows());
+            let factor =
+                1.0 / own.accel_scale.nominal().unwrap() * back.accel_scale.nominal().unwrap();
+            for i in 0..own.rows() {
+                for axis in 0..3 {
+                    let (a, b) = (own.accel[axis][i] * factor, back.accel[axis][i]);
+                    assert!((a - b).abs() <= tolerance, "{name} row {i}: {a} and {b}");
+                }
+                if let (Some(a), Some(b)) = (&own.gyro, &back.gyro) {
+                    let per_degree = back.gyro_scale.unwrap().nominal().unwrap()
+                        / own.gyro_scale.unwrap().nominal().unwrap();
+                    let (a, b) = (a[1][i] * per_degree, b[1][i]);
+                    assert!((a - b).abs() <= tolerance, "{name} row {i}: {a} and {b}");
+                }
+                let t = |r: &gravical::recording::Recording| {
+                    r.time_s.as_ref().unwrap()[i] + r.time_origin_s.unwrap()
+                };
+                assert!((t(&own) - t(&back)).abs() < 1e-6, "{name} row {i}");
+            }
+            assert_eq!(own.temperature_c, back.temperature_c);
+        }
+    }
+}
+
+#[test]
+fn every_command_reads_a_cwa_file() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = data.join("skdh-axivity/ax6_sample.cwa");
+    let cwa = path.to_str().unwrap();
+    let run = run_in(folder.path(), ["inspect", cwa, "--json"]);
+    let recording = &run.json()["recordings"][0];
+    assert_eq!(recording["serial"], "6011802");
+    assert_eq!(recording["accelerometer"]["unit"], "g");
+    // Two minutes of wear cover no directions: that is said, not fitted.
+    let run = run_in(
+        folder.path(),
+        ["calibrate", cwa, "-o", "cal.json", "--json"],
+    );
+    assert_eq!(run.code, 3, "{}", run.out);
+    assert!(!folder.path().join("cal.json").exists());
+    let cal = r#"{"acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "g", "from_gyr_unit": "deg/s",
+        "cal_type": "Ferraris", "K_a": [[0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]], "b_a": [0, 0, 0.02],
+        "R_a": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "K_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "b_g": [0, 0, 0],
+        "R_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "K_ga": [[0, 0, 0], [0, 0, 0], [0, 0, 0]]}"#;
+    std::fs::write(folder.path().join("cal.json"), cal).unwrap();
+    let run = run_in(folder.path(), ["apply", "cal.json", cwa, "--quiet"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let mut lines = run.out.lines();
+    let header = "time_s,ax_mps2,ay_mps2,az_mps2,gx_deg_s,gy_deg_s,gz_deg_s,temperature_c";
+    assert_eq!(lines.next(), Some(header));
+    let first: Vec<f64> = lines
+        .next()
+        .unwrap()
+        .split(',')
+        .map(|c| c.parse().unwrap())
+        .collect();
+    // This calibration leaves the gyroscope alone: its text is copied.
+    assert_eq!(first[4], -66.223_144_531_25);
+    // −0.518555 g by the reference, divided by 0.1 g per m/s².
+    assert!(
+        (first[1] + 5.185_55).abs() < 1e-5 && (first[0] - 1_572_339_786.3).abs() < 0.02,
+        "{first:?}"
+    );
+    assert_eq!(lines.count() + 1, 259 * 40);
+    for arguments in [
+        &["denoise", cwa, "--filter", "mean:5", "--quiet"][..],
+        &["motion", cwa, "-o", "motion.csv"],
+        &["motion", cwa, "--causal", "-o", "causal.csv"],
+    ] {
+        let run = run_in(folder.path(), arguments);
+        assert!(
+            [0, 4].contains(&run.code),
+            "{arguments:?}: {} {}",
+            run.code,
+            run.err
+        );
+    }
+}

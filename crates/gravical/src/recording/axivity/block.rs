@@ -1,0 +1,300 @@
+//! Blocks of a `.cwa` file: 1024 bytes of header, then 512 bytes each of samples with one stamp.
+//!
+//! All numbers are little endian. The maker's description of the format is the Technical
+//! Documentation of the AX devices, <https://github.com/openmovementproject/openmovement>.
+
+use std::ops::RangeInclusive;
+
+use jiff::civil::DateTime;
+
+/// Length of the header, bytes.
+pub(crate) const HEADER: usize = 1024;
+/// Length of a block of samples, bytes.
+pub(crate) const BLOCK: usize = 512;
+
+/// Where the samples of a block are.
+const DATA: std::ops::Range<usize> = 30..510;
+/// Bytes of a sample: three times 10 bits and an exponent.
+const PACKED: usize = 4;
+/// Bytes of a number that is not packed.
+const NUMBER: usize = 2;
+/// Sampling rates that the code of a rate can name, Hz.
+const RATES_HZ: RangeInclusive<f64> = 6.25..=3200.0;
+
+fn u16_at(bytes: &[u8], at: usize) -> u16 {
+    u16::from_le_bytes([bytes[at], bytes[at + 1]])
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from(u16_at(bytes, at)) | u32::from(u16_at(bytes, at + 2)) << 16
+}
+
+/// The sampling rate, Hz, and the range of the accelerometer, g, by their common code.
+fn rate_and_range(code: u8) -> (f64, u32) {
+    let rate_hz = 3200.0 / f64::from(1_u32 << (15 - (code & 15)));
+    (rate_hz, 16 >> (code >> 6))
+}
+
+/// The header of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Header {
+    /// `AX3` or `AX6`.
+    pub model: &'static str,
+    /// The number printed on the device; 0 if unknown.
+    pub device: u32,
+    /// Number of the recording, chosen by who set it up.
+    pub session: u32,
+    /// Nominal sampling rate, Hz.
+    pub rate_hz: f64,
+    /// Range of the accelerometer, g.
+    pub range_g: u32,
+    /// Range of the gyroscope, °/s; `None` if it is off.
+    pub gyro_range_deg_s: Option<u32>,
+}
+
+impl Header {
+    /// `bytes` is the beginning of a file; `None` if it is not that of a `.cwa` file.
+    pub fn parse(bytes: &[u8]) -> Option<Self> {
+        let begins = bytes.len() >= HEADER + 2 && &bytes[..2] == b"MD";
+        if !begins || &bytes[HEADER..HEADER + 2] != b"AX" {
+            return None;
+        }
+        let high = match u16_at(bytes, 11) {
+            u16::MAX => 0,
+            high => u32::from(high) << 16,
+        };
+        let (rate_hz, range_g) = rate_and_range(bytes[36]);
+        Some(Header {
+            model: match bytes[4] {
+                0x64 => "AX6",
+                _ => "AX3",
+            },
+            device: high | u32::from(u16_at(bytes, 5)),
+            session: u32_at(bytes, 7),
+            rate_hz,
+            range_g,
+            gyro_range_deg_s: match bytes[35] & 15 {
+                0 | 15 => None,
+                n => Some(8000 >> n),
+            },
+        })
+    }
+}
+
+/// Why a block cannot be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Defect {
+    /// All bytes are 0xFF (or all 0): never written.
+    Erased,
+    /// It does not begin as a block of samples.
+    NotABlock,
+    /// The sum of its words is not zero.
+    Checksum,
+    /// The time stamp is no date.
+    NoDate,
+    /// Rate, channels, coding or number of samples that the format does not have.
+    Unknown,
+    /// The file ends within it.
+    Truncated,
+}
+
+impl Defect {
+    /// For messages.
+    pub fn text(self) -> &'static str {
+        match self {
+            Defect::Erased => "never written",
+            Defect::NotABlock => "not a block of samples",
+            Defect::Checksum => "wrong checksum",
+            Defect::NoDate => "time stamp without a date",
+            Defect::Unknown => "unknown coding",
+            Defect::Truncated => "cut off",
+        }
+    }
+}
+
+/// How the numbers of a sample are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Coding {
+    /// Three numbers of 10 bits, and their common exponent in the two highest bits.
+    Packed,
+    /// 16 bits each: the accelerometer alone, or the gyroscope and then the accelerometer.
+    Plain { gyro: bool },
+}
+
+/// A block of samples.
+#[derive(Debug, Clone)]
+pub(crate) struct Block {
+    pub session: u32,
+    pub sequence: u32,
+    /// The time stamp, s since 1970 on the clock of the device.
+    pub stamp_s: f64,
+    /// The sample, from that at the start of the block, to which the stamp belongs; it may lie
+    /// outside of the block.
+    pub stamp_sample: i64,
+    /// Temperature of the device, °C.
+    pub temperature_c: f64,
+    /// Voltage of the battery, V.
+    pub battery_v: f64,
+    /// Nominal sampling rate, Hz.
+    pub rate_hz: f64,
+    /// Number of samples.
+    pub samples: usize,
+    coding: Coding,
+    /// g per count.
+    accel_g: f64,
+    /// °/s per count.
+    gyro_deg_s: f64,
+    data: [u8; DATA.end - DATA.start],
+}
+
+impl Block {
+    /// # Errors
+    ///
+    /// Why the block cannot be used.
+    pub fn parse(bytes: &[u8; BLOCK]) -> Result<Self, Defect> {
+        if bytes.iter().all(|b| *b == 0xff) || bytes.iter().all(|b| *b == 0) {
+            return Err(Defect::Erased);
+        }
+        if &bytes[..2] != b"AX" || usize::from(u16_at(bytes, 2)) != BLOCK - 4 {
+            return Err(Defect::NotABlock);
+        }
+        let words = (0..BLOCK).step_by(2).map(|at| u16_at(bytes, at));
+        if words.fold(0, u16::wrapping_add) != 0 {
+            return Err(Defect::Checksum);
+        }
+        let (rate_hz, _) = rate_and_range(bytes[24]);
+        let (coding, sample_bytes) = match bytes[25] {
+            0x30 => (Coding::Packed, PACKED),
+            0x32 => (Coding::Plain { gyro: false }, 3 * NUMBER),
+            0x62 => (Coding::Plain { gyro: true }, 6 * NUMBER),
+            _ => return Err(Defect::Unknown),
+        };
+        let samples = usize::from(u16_at(bytes, 28));
+        if !(1..=DATA.len() / sample_bytes).contains(&samples) || !RATES_HZ.contains(&rate_hz) {
+            return Err(Defect::Unknown);
+        }
+        // With the top bit, the other bits are a fraction of the second; without it, the number
+        // of the device.
+        let fraction = u16_at(bytes, 4);
+        let fraction = match fraction & 0x8000 {
+            0 => 0,
+            _ => fraction << 1,
+        };
+        let stamp_sample = u16_at(bytes, 26).cast_signed();
+        // The index was written for a whole second; the samples in the fraction come on top.
+        let in_fraction = (f64::from(fraction) * rate_hz) as i64 >> 16;
+        let scales = u16_at(bytes, 18);
+        let gyro_range_deg_s = f64::from(8000_u32 >> (scales >> 10 & 7));
+        let mut data = [0; DATA.end - DATA.start];
+        data.copy_from_slice(&bytes[DATA]);
+        Ok(Block {
+            session: u32_at(bytes, 6),
+            sequence: u32_at(bytes, 10),
+            stamp_s: date_s(u32_at(bytes, 14)).ok_or(Defect::NoDate)?
+                + f64::from(fraction) / 65536.0,
+            stamp_sample: i64::from(stamp_sample) + in_fraction,
+            temperature_c: temperature_c(u16_at(bytes, 20) & 1023),
+            battery_v: (f64::from(bytes[23]) * 2.0 + 512.0) * 6.0 / 1024.0,
+            rate_hz,
+            samples,
+            coding,
+            accel_g: 1.0 / f64::from(256_u32 << (scales >> 13)),
+            gyro_deg_s: gyro_range_deg_s / 32768.0,
+            data,
+        })
+    }
+
+    /// True if the samples have angular rates.
+    pub fn has_gyro(&self) -> bool {
+        self.coding == Coding::Plain { gyro: true }
+    }
+
+    /// Specific force of sample `i`, g; `i` is below [`samples`](Self::samples).
+    #[inline]
+    pub fn accel(&self, i: usize) -> [f64; 3] {
+        let counts = match self.coding {
+            Coding::Packed => unpack(u32_at(&self.data, PACKED * i)),
+            Coding::Plain { gyro: false } => self.numbers(3 * i),
+            Coding::Plain { gyro: true } => self.numbers(6 * i + 3),
+        };
+        counts.map(|count| f64::from(count) * self.accel_g)
+    }
+
+    /// Angular rate of sample `i`, °/s; NaN without a gyroscope.
+    #[inline]
+    pub fn gyro(&self, i: usize) -> [f64; 3] {
+        match self.has_gyro() {
+            true => self
+                .numbers(6 * i)
+                .map(|count| f64::from(count) * self.gyro_deg_s),
+            false => [f64::NAN; 3],
+        }
+    }
+
+    #[inline]
+    fn numbers(&self, first: usize) -> [i32; 3] {
+        let number = |i| u16_at(&self.data, NUMBER * (first + i)).cast_signed();
+        [0, 1, 2].map(|i| i32::from(number(i)))
+    }
+}
+
+/// Three numbers of 10 bits with their exponent in the two highest bits.
+#[inline]
+fn unpack(word: u32) -> [i32; 3] {
+    let exponent = word >> 30;
+    // To the top, so that the shift back extends the sign.
+    [22, 12, 2].map(|up| (word << up).cast_signed() >> 22 << exponent)
+}
+
+/// Temperature of the device by the maker's formula for its sensor (MCP9700, 10 mV per °C and 500 mV
+/// at 0 °C, a converter of 10 bits over 3 V).
+fn temperature_c(raw: u16) -> f64 {
+    f64::from(raw) * 75.0 / 256.0 - 50.0
+}
+
+/// A packed date, s since 1970; `None` if there is no such date.
+fn date_s(packed: u32) -> Option<f64> {
+    let part = |from: u32, bits: u32| (packed >> from & ((1 << bits) - 1)) as i8;
+    let year = 2000 + i16::from(part(26, 6));
+    let (month, day) = (part(22, 4), part(17, 5));
+    let (hour, minute, second) = (part(12, 5), part(6, 6), part(0, 6));
+    let date = DateTime::new(year, month, day, hour, minute, second, 0).ok()?;
+    let stamp = jiff::tz::Offset::UTC.to_timestamp(date).ok()?;
+    Some(stamp.as_second() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packed_numbers_have_sign_and_exponent() {
+        // −1, 511 and −512, times 4.
+        let word = 2 << 30 | 0x200 << 20 | 0x1ff << 10 | 0x3ff;
+        assert_eq!(unpack(word), [-4, 2044, -2048]);
+    }
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        let packed = |y: u32, mo: u32, d: u32, h: u32, mi: u32, s: u32| {
+            y << 26 | mo << 22 | d << 17 | h << 12 | mi << 6 | s
+        };
+        // `date -u -d '2020-02-12 09:03:38' +%s`
+        assert_eq!(date_s(packed(20, 2, 12, 9, 3, 38)), Some(1_581_498_218.0));
+        assert_eq!(
+            date_s(packed(63, 12, 31, 23, 59, 59)),
+            Some(2_966_371_199.0)
+        );
+        assert_eq!(date_s(packed(21, 2, 29, 0, 0, 0)), None);
+        assert_eq!(date_s(0), None);
+    }
+
+    #[test]
+    fn the_temperature_is_that_of_the_sensor() {
+        // 500 mV of 3 V at 0 °C and 10 mV more for each °C.
+        let raw = |c: f64| ((500.0 + 10.0 * c) / 3000.0 * 1024.0).round() as u16;
+        for c in [-10.0, 0.0, 25.0, 40.0] {
+            assert!((temperature_c(raw(c)) - c).abs() < 0.15, "{c}");
+        }
+    }
+}

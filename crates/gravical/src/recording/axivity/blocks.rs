@@ -1,0 +1,280 @@
+//! The blocks of a file in order: which of them are used, and where something is missing.
+
+use std::io::{self, Read};
+
+use super::block::{BLOCK, Block, Defect};
+use crate::finding::{Finding, FindingKind, LineSpans};
+use crate::recording::ledger::Aside;
+
+/// What the stamps of successive blocks may deviate from the nominal rate before a piece is
+/// missing between them: sensors are off by some percent, and a stamp belongs to a sample only
+/// within a few samples.
+const RATE_TOLERANCE: f64 = 0.1;
+const STAMP_TOLERANCE_S: f64 = 0.1;
+
+/// What comes next in a file.
+#[derive(Debug)]
+pub(super) enum Event {
+    /// The next block does not continue the last one.
+    Gap,
+    /// A block that is skipped.
+    Skipped(Skipped),
+    /// A block of samples.
+    Block(Box<Placed>),
+}
+
+/// A block that is skipped.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Skipped {
+    pub reason: Aside,
+    /// Its number, from 1.
+    block: u64,
+    why: &'static str,
+}
+
+impl Skipped {
+    /// For messages.
+    pub fn text(&self) -> String {
+        format!("{}: {}", place(self.block), self.why)
+    }
+}
+
+/// A block, counted from 1, and where it begins.
+fn place(block: u64) -> String {
+    let byte = super::block::HEADER as u64 + (block - 1) * BLOCK as u64;
+    format!("block {block} at byte {byte}")
+}
+
+/// A block within its run.
+#[derive(Debug)]
+pub(super) struct Placed {
+    pub block: Block,
+    /// Samples of the run before it.
+    pub first: i64,
+}
+
+/// The last block that was used.
+#[derive(Debug, Clone, Copy)]
+struct Last {
+    session: u32,
+    sequence: u32,
+    rate_hz: f64,
+    stamp_s: f64,
+    /// The sample of the run to which its stamp belongs.
+    stamp_sample: i64,
+    /// Samples of the run up to its end.
+    samples: i64,
+}
+
+/// The blocks of a file.
+#[derive(Debug)]
+pub(super) struct Blocks<R> {
+    reader: R,
+    /// Blocks read.
+    read: u64,
+    last: Option<Last>,
+    /// Blocks skipped since then.
+    skipped: u64,
+    missing: Missing,
+    sessions: u64,
+    battery_v: Option<[f64; 2]>,
+}
+
+/// Places where blocks are missing.
+#[derive(Debug, Default)]
+struct Missing {
+    blocks: u64,
+    jumps: u64,
+    first: Option<String>,
+}
+
+impl<R: Read> Blocks<R> {
+    /// `reader` is at the first block.
+    pub fn new(reader: R) -> Self {
+        Blocks {
+            reader,
+            read: 0,
+            last: None,
+            skipped: 0,
+            missing: Missing::default(),
+            sessions: 0,
+            battery_v: None,
+        }
+    }
+
+    /// The next block, after a gap if there is one before it; `None` at the end of the file.
+    ///
+    /// # Errors
+    ///
+    /// Errors of reading.
+    pub fn next(&mut self) -> io::Result<Option<(Option<Event>, Event)>> {
+        let mut bytes = [0; BLOCK];
+        let length = fill(&mut self.reader, &mut bytes)?;
+        if length == 0 {
+            return Ok(None);
+        }
+        self.read += 1;
+        let parsed = match length {
+            BLOCK => Block::parse(&bytes),
+            _ => Err(Defect::Truncated),
+        };
+        Ok(Some(match parsed {
+            Ok(block) => self.place(block),
+            Err(defect) => {
+                let reason = match defect {
+                    Defect::Erased => Aside::ErasedBlock,
+                    _ => Aside::CorruptBlock,
+                };
+                (None, self.skip(reason, defect.text()))
+            }
+        }))
+    }
+
+    fn skip(&mut self, reason: Aside, why: &'static str) -> Event {
+        self.skipped += 1;
+        Event::Skipped(Skipped {
+            reason,
+            block: self.read,
+            why,
+        })
+    }
+
+    /// Where a block belongs.
+    fn place(&mut self, block: Block) -> (Option<Event>, Event) {
+        let mut first = 0;
+        let mut gap = None;
+        match self.last {
+            Some(last) if last.session == block.session => {
+                let restarted = block.sequence < last.sequence && block.stamp_s > last.stamp_s;
+                if block.sequence == last.sequence {
+                    return (
+                        None,
+                        self.skip(Aside::RepeatedBlock, "the one before again"),
+                    );
+                }
+                if block.sequence < last.sequence && !restarted {
+                    let why = "earlier than the one before";
+                    return (None, self.skip(Aside::LateBlock, why));
+                }
+                if block.sequence == last.sequence + 1 && last.continues_with(&block) {
+                    first = last.samples;
+                } else {
+                    gap = Some(Event::Gap);
+                    self.miss(last, &block);
+                }
+            }
+            Some(_) => {
+                gap = Some(Event::Gap);
+                self.sessions += 1;
+            }
+            None => self.sessions = 1,
+        }
+        self.skipped = 0;
+        self.last = Some(Last {
+            session: block.session,
+            sequence: block.sequence,
+            rate_hz: block.rate_hz,
+            stamp_s: block.stamp_s,
+            stamp_sample: first + block.stamp_sample,
+            samples: first + block.samples as i64,
+        });
+        let battery_v = self.battery_v.get_or_insert([block.battery_v; 2]);
+        battery_v[1] = block.battery_v;
+        (gap, Event::Block(Box::new(Placed { block, first })))
+    }
+
+    fn miss(&mut self, last: Last, block: &Block) {
+        let between = block.sequence.saturating_sub(last.sequence + 1);
+        let missing = u64::from(between).saturating_sub(self.skipped);
+        self.missing.blocks += missing;
+        // Where the numbers go on, the stamps jump; skipped blocks are named elsewhere.
+        let jump = between == 0;
+        self.missing.jumps += u64::from(jump);
+        if jump || missing > 0 {
+            let before_s = block.stamp_s - last.stamp_s;
+            let text = || format!("{}, {before_s:.1} s after", place(self.read));
+            self.missing.first.get_or_insert_with(text);
+        }
+    }
+
+    /// Findings about what is missing; `breaks`: the lines after the gaps.
+    pub fn findings(&self, breaks: &LineSpans) -> Vec<Finding> {
+        let Missing {
+            blocks,
+            jumps,
+            first,
+        } = &self.missing;
+        let mut findings = Vec::new();
+        if let Some(first) = first {
+            let plural = |n: u64, noun: &str| match n {
+                1 => format!("1 {noun}"),
+                n => format!("{n} {noun}s"),
+            };
+            let mut what = Vec::new();
+            if *blocks > 0 {
+                let missing = plural(*blocks, "block");
+                what.push(format!("{missing} missing by the sequence numbers"));
+            }
+            if *jumps > 0 {
+                let jumps = plural(*jumps, "jump");
+                what.push(format!("{jumps} of the time stamps without missing blocks"));
+            }
+            findings.push(
+                Finding::new(
+                    FindingKind::MissingBlocks,
+                    format!(
+                        "{}; each place is a break, first: {first} the one before",
+                        what.join(", ")
+                    ),
+                )
+                .at_lines(breaks)
+                .counting(*blocks + *jumps),
+            );
+        }
+        if self.sessions > 1 {
+            findings.push(
+                Finding::new(
+                    FindingKind::SeveralSessions,
+                    format!(
+                        "{} sessions in one file; a break between them",
+                        self.sessions
+                    ),
+                )
+                .counting(self.sessions),
+            );
+        }
+        findings
+    }
+
+    /// Voltage of the battery at the first and the last block, V.
+    pub fn battery_v(&self) -> Option<[f64; 2]> {
+        self.battery_v
+    }
+}
+
+impl Last {
+    /// The stamps leave no room for missing samples.
+    fn continues_with(&self, block: &Block) -> bool {
+        let steps = (self.samples + block.stamp_sample - self.stamp_sample) as f64;
+        let expected_s = steps / self.rate_hz;
+        let elapsed_s = block.stamp_s - self.stamp_s;
+        let off_s = (elapsed_s - expected_s).abs();
+        let same_rate = self.rate_hz == block.rate_hz;
+        let rises = steps > 0.0 && elapsed_s > 0.0;
+        same_rate && rises && off_s <= RATE_TOLERANCE * expected_s + STAMP_TOLERANCE_S
+    }
+}
+
+/// Fills `bytes` as far as there is input; returns how far.
+fn fill(reader: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
+    let mut length = 0;
+    while length < bytes.len() {
+        match reader.read(&mut bytes[length..]) {
+            Ok(0) => break,
+            Ok(n) => length += n,
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+            Err(e) => return Err(e),
+        }
+    }
+    Ok(length)
+}

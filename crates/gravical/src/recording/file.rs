@@ -1,0 +1,280 @@
+//! A file whose rows can be read, whatever its format.
+
+use std::io::Read;
+use std::path::Path;
+
+use crate::finding::{Finding, FindingKind};
+use crate::scan::Lines;
+use crate::{Error, Result};
+
+use super::ReadOptions;
+use super::axivity::{self, AxivityRows};
+use super::dialect::terminator;
+use super::format::Format;
+use super::head::Head;
+pub(crate) use super::head::HeadChannels;
+use super::layout;
+use super::metadata;
+use super::monitor::{Facts, RecordingClaims};
+use super::names::Role;
+use super::open::{Input, peek};
+use super::row::Values;
+use super::rows::{Finished, Item, Rows, Source, Text};
+use super::text::{TextRows, find_format};
+
+/// Rows of a file: lines of text, or samples of a binary format.
+pub(crate) enum FileRows<R> {
+    Text(Box<TextRows<R>>),
+    Axivity(Box<AxivityRows<R>>),
+}
+
+/// A file whose rows can be read.
+pub(crate) struct OpenFile {
+    pub rows: Rows<FileRows<Box<dyn Read>>>,
+    pub format: Format,
+    /// Findings about the columns.
+    pub findings: Vec<Finding>,
+    /// Its first lines.
+    head: Head,
+    /// The first lines are the whole file.
+    pub whole: bool,
+    /// The first bytes; of a text without NUL bytes.
+    head_bytes: Vec<u8>,
+    input: Input,
+}
+
+/// Results of a file that was read to its end.
+pub(crate) struct ReadFile {
+    pub finished: Finished,
+    /// Format of the file in words.
+    pub description: String,
+    pub sha256: Option<String>,
+    /// Findings about columns, lines and bytes.
+    pub findings: Vec<Finding>,
+}
+
+/// Opens `input`, determines its format and columns, and evaluates the first rows unless `facts`
+/// are given. `name` is used in messages.
+///
+/// # Errors
+///
+/// `empty-file`, `no-rows`, `no-accelerometer`, `no-gyroscope`, `columns-unknown` …; errors of
+/// reading.
+pub(crate) fn open_rows(
+    mut input: Input,
+    name: &str,
+    role: Role,
+    options: &ReadOptions,
+    facts: Option<Facts>,
+) -> Result<OpenFile> {
+    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
+    let begun = peek(reader, axivity::MAGIC);
+    let (magic, reader) = begun.map_err(|e| Error::io(Path::new(name), e))?;
+    let mut findings = Vec::new();
+    let begun = match axivity::is_axivity(&magic) {
+        true => begin_axivity(reader, &input, name, role, options, &mut findings)?,
+        false => begin_text(reader, &input, name, role, options, &mut findings)?,
+    };
+    let claims = RecordingClaims {
+        metadata_rate_hz: metadata::rate_hz(&begun.format.dialect.metadata),
+        layout: begun.format.layout.clone(),
+        options: options.clone(),
+    };
+    let head = Head::read(begun.of_head(name), &claims);
+    let facts = facts.unwrap_or_else(|| head.facts());
+    let expected = head.expected(begun.head.len(), input.size);
+    Ok(OpenFile {
+        rows: Rows::new(begun.rows, name, claims, facts).expecting(expected),
+        format: begun.format,
+        findings,
+        head,
+        whole: begun.whole,
+        head_bytes: begun.head,
+        input,
+    })
+}
+
+/// A file whose format is known.
+struct Begun {
+    rows: FileRows<Box<dyn Read>>,
+    format: Format,
+    head: Vec<u8>,
+    whole: bool,
+}
+
+impl Begun {
+    /// The rows of the head once more.
+    fn of_head(&self, name: &str) -> FileRows<&[u8]> {
+        match &self.rows {
+            FileRows::Axivity(rows) => FileRows::Axivity(Box::new(rows.of_head(&self.head, name))),
+            FileRows::Text(_) => {
+                let lines = Lines::new(&self.head[..]).with_terminator(terminator(&self.head));
+                let rows = TextRows::new(lines, name, &self.format, !self.whole);
+                FileRows::Text(Box::new(rows))
+            }
+        }
+    }
+}
+
+fn begin_text(
+    reader: Box<dyn Read>,
+    input: &Input,
+    name: &str,
+    role: Role,
+    options: &ReadOptions,
+    findings: &mut Vec<Finding>,
+) -> Result<Begun> {
+    let mut lines = Lines::new(reader);
+    let head = lines.peek(input.head_bytes);
+    let head = head.map_err(|e| Error::io(Path::new(name), e))?.to_vec();
+    let whole = head.len() < input.head_bytes;
+    let lines = lines.with_terminator(terminator(&head));
+    let clean: Vec<u8> = head.iter().copied().filter(|b| *b != 0).collect();
+    let format = find_format(&clean, whole, name, role, options, findings)?;
+    Ok(Begun {
+        rows: FileRows::Text(Box::new(TextRows::new(lines, name, &format, false))),
+        format,
+        head: clean,
+        whole,
+    })
+}
+
+fn begin_axivity(
+    reader: Box<dyn Read>,
+    input: &Input,
+    name: &str,
+    role: Role,
+    options: &ReadOptions,
+    findings: &mut Vec<Finding>,
+) -> Result<Begun> {
+    let here = Path::new(name);
+    let (head, reader) = peek(reader, input.head_bytes).map_err(|e| Error::io(here, e))?;
+    let opened = axivity::Opened::of(&head)
+        .ok_or_else(|| Error::input("no-rows", "no header of a .cwa file").at(here, None))?;
+    let request = layout::Request {
+        columns: options.columns.as_ref(),
+        sensor: options.sensor.as_deref(),
+        file: name,
+    };
+    let layout = layout::find(role, &opened.dialect, request, findings);
+    let rows = AxivityRows::new(reader, name, &opened);
+    let rows = rows.map_err(|e| Error::io(here, e))?;
+    Ok(Begun {
+        format: Format {
+            description: opened.description,
+            layout: layout.map_err(|e| e.at(here, None))?,
+            dialect: opened.dialect,
+            role,
+            options: options.clone(),
+        },
+        rows: FileRows::Axivity(Box::new(rows)),
+        whole: head.len() < input.head_bytes,
+        head,
+    })
+}
+
+/// Length of the complete rows of `head`, the beginning of a longer file.
+pub(crate) fn complete_rows(head: &[u8]) -> usize {
+    if axivity::is_axivity(head) {
+        return axivity::complete_blocks(head);
+    }
+    let end = head.iter().rposition(|b| matches!(b, b'\n' | b'\r'));
+    end.map_or(head.len(), |at| at + 1)
+}
+
+impl OpenFile {
+    /// Channels of the first rows.
+    pub fn head(&self) -> HeadChannels {
+        self.head.channels(self.rows.facts())
+    }
+
+    /// The complete rows of the first bytes.
+    pub fn head_bytes(&self) -> &[u8] {
+        match self.whole {
+            true => &self.head_bytes,
+            false => &self.head_bytes[..complete_rows(&self.head_bytes)],
+        }
+    }
+
+    /// Provides the text of every row, with the byte ranges of all fields.
+    pub fn with_spans(mut self) -> Self {
+        match self.rows.source_mut() {
+            FileRows::Text(rows) => rows.provide_spans(),
+            FileRows::Axivity(rows) => rows.provide_text(),
+        }
+        self
+    }
+
+    /// Results; to be called after the last row.
+    ///
+    /// # Errors
+    ///
+    /// As [`Rows::finish`].
+    pub fn finish(mut self) -> Result<ReadFile> {
+        let finished = self.rows.finish()?;
+        let mut findings = self.findings;
+        if self.input.is_cut_off() {
+            let rows = finished.ledger.rows;
+            findings.push(Finding::new(
+                FindingKind::TruncatedFile,
+                format!("the packed file ends in the middle; {rows} rows could be unpacked"),
+            ));
+        }
+        findings.extend(finished.ledger.findings());
+        let mut description = self.input.unpacked.clone();
+        description.push(self.format.description);
+        match self.rows.source() {
+            FileRows::Text(rows) => findings.extend(rows.odd_bytes(&self.input.unpacked)),
+            FileRows::Axivity(rows) => {
+                findings.extend(rows.findings());
+                description.extend(rows.battery());
+            }
+        }
+        Ok(ReadFile {
+            finished,
+            description: description.join(", "),
+            sha256: self.input.sha256(),
+            findings,
+        })
+    }
+}
+
+impl<R: Read> Source for FileRows<R> {
+    #[inline]
+    fn next(&mut self, values: &mut Values) -> Result<Option<Item>> {
+        match self {
+            FileRows::Text(rows) => rows.next(values),
+            FileRows::Axivity(rows) => rows.next(values),
+        }
+    }
+
+    #[inline]
+    fn number(&self) -> u64 {
+        match self {
+            FileRows::Text(rows) => rows.number(),
+            FileRows::Axivity(rows) => rows.number(),
+        }
+    }
+
+    #[inline]
+    fn text(&self) -> Text<'_> {
+        match self {
+            FileRows::Text(rows) => rows.text(),
+            FileRows::Axivity(rows) => rows.text(),
+        }
+    }
+
+    fn can_skip(&self) -> bool {
+        match self {
+            FileRows::Text(rows) => rows.can_skip(),
+            FileRows::Axivity(rows) => rows.can_skip(),
+        }
+    }
+
+    fn skip_to(&mut self, line: u64) -> Result<()> {
+        match self {
+            FileRows::Text(rows) => rows.skip_to(line),
+            FileRows::Axivity(rows) => rows.skip_to(line),
+        }
+    }
+}

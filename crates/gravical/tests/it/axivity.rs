@@ -1,0 +1,423 @@
+//! `.cwa` files: real ones against their reference, simulated ones against the truth, and damaged
+//! ones.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use gravical::recording::{FindingKind, ReadOptions, Recording, read, read_bytes};
+use proptest::prelude::*;
+
+use crate::cwa::{Coding, Counts, Device, Fields, encode, seal};
+use crate::support::{finding, kinds};
+use crate::wear::Wear;
+
+fn data(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("GRAVICAL_DATA")?;
+    Some(Path::new(&folder).join("skdh-axivity").join(name))
+}
+
+fn read_cwa(bytes: &[u8]) -> Recording {
+    let recording = read_bytes(bytes, "wrist.cwa", &ReadOptions::default()).unwrap();
+    assert!(recording.ledger.balances(), "{}", recording.ledger.sum());
+    recording
+}
+
+/// Absolute times of the rows, s since 1970.
+fn times_s(recording: &Recording) -> Vec<f64> {
+    let origin_s = recording.time_origin_s.unwrap();
+    let times = recording.time_s.as_ref().unwrap();
+    times.iter().map(|t| t + origin_s).collect()
+}
+
+/// Every channel of a row, in the order of the file.
+fn row(recording: &Recording, i: usize) -> Vec<f64> {
+    let gyro = recording.gyro.iter().flatten();
+    let channels = recording.accel.iter().chain(gyro);
+    channels.map(|c| c[i]).collect()
+}
+
+/// Blocks of a worn device.
+fn worn(coding: Coding, blocks: usize) -> (Device, Vec<[u8; 512]>) {
+    let mut device = Device::new(coding);
+    let mut wear = Wear::new(&device, 20.0..60.0, 7);
+    let blocks = (0..blocks).map(|_| wear.block(&mut device)).collect();
+    (device, blocks)
+}
+
+fn file(device: &Device, blocks: &[[u8; 512]]) -> Vec<u8> {
+    let mut bytes = device.header();
+    blocks.iter().for_each(|block| bytes.extend(block));
+    bytes
+}
+
+#[test]
+fn real_files_have_the_samples_and_times_of_another_decoder() {
+    for (name, rate_hz, device, words) in [
+        (
+            "ax3",
+            197.2,
+            "51888",
+            "Axivity AX3, session 1020030004, nominal 200 Hz, ±8 g",
+        ),
+        (
+            "ax6",
+            98.4,
+            "6011802",
+            "Axivity AX6, session 0, nominal 100 Hz, ±16 g, ±2000 °/s",
+        ),
+    ] {
+        let (Some(path), Some(reference)) = (
+            data(&format!("{name}_sample.cwa")),
+            data(&format!("{name}_decoded.csv.gz")),
+        ) else {
+            return;
+        };
+        let recording = read(&path, &ReadOptions::default()).unwrap();
+        let mut text = String::new();
+        let packed = std::fs::File::open(reference).unwrap();
+        std::io::Read::read_to_string(&mut flate2::read::GzDecoder::new(packed), &mut text)
+            .unwrap();
+        let mut lines = text.lines().skip(1);
+        let times = times_s(&recording);
+        for (i, time) in times.iter().enumerate() {
+            let cells: Vec<f64> = lines
+                .next()
+                .unwrap()
+                .split(',')
+                .map(|cell| cell.parse().unwrap())
+                .collect();
+            let (t, samples) = (cells[0], &cells[1..cells.len() - 1]);
+            assert!((time - t).abs() < 0.02, "{name} row {i}: {time} and {t}");
+            let own = row(&recording, i);
+            assert_eq!(own.len(), samples.len());
+            for (a, b) in own.iter().zip(samples) {
+                // Six or seven digits are written; a count is far larger.
+                assert!(
+                    (a - b).abs() <= 1e-6_f64.max(b.abs() * 1e-6),
+                    "{name} row {i}: {a} and {b}"
+                );
+            }
+            // By another formula of the same counts: 0.318269 raw − 54.424.
+            let raw = (recording.temperature_c.as_ref().unwrap()[i] + 50.0) * 256.0 / 75.0;
+            let theirs = cells[cells.len() - 1];
+            assert!((0.318_269 * raw - 54.424 - theirs).abs() < 0.006, "{raw}");
+        }
+        assert_eq!(lines.next(), None);
+        let mean_hz = recording.timing.mean_rate_hz.unwrap();
+        assert!((mean_hz - rate_hz).abs() < 0.1, "{mean_hz}");
+        assert_eq!(recording.serial.as_deref(), Some(device));
+        assert!(
+            recording.description.starts_with(words),
+            "{}",
+            recording.description
+        );
+        let units = (recording.accel_scale.unit.name(), recording.breaks.len());
+        assert_eq!(units, ("g", 0));
+    }
+}
+
+/// The blocks of a real file, decoded and encoded again, are the same bytes.
+#[test]
+fn the_encoder_of_the_tests_is_that_of_the_device() {
+    for (name, coding) in [("ax3", Coding::Packed), ("ax6", Coding::WithGyro)] {
+        let Some(path) = data(&format!("{name}_sample.cwa")) else {
+            return;
+        };
+        let bytes = std::fs::read(&path).unwrap();
+        let recording = read(&path, &ReadOptions::default()).unwrap();
+        let device = Device::new(coding);
+        let scales = [device.accel_g(), device.gyro_deg_s()];
+        let mut rows = (0..recording.rows()).map(|i| -> Counts {
+            let mut counts = [0; 6];
+            for (axis, value) in row(&recording, i).iter().enumerate() {
+                counts[axis] = (value / scales[axis / 3]).round() as i16;
+            }
+            counts
+        });
+        for (number, block) in bytes[1024..].chunks(512).enumerate() {
+            let u16_at = |at: usize| u16::from_le_bytes([block[at], block[at + 1]]);
+            let u32_at = |at: usize| u32::from(u16_at(at)) | u32::from(u16_at(at + 2)) << 16;
+            let samples: Vec<Counts> = rows.by_ref().take(u16_at(28).into()).collect();
+            let fields = Fields {
+                fraction: u16_at(4),
+                session: u32_at(6),
+                sequence: u32_at(10),
+                stamp: u32_at(14),
+                light: u16_at(18),
+                temperature: u16_at(20),
+                events: block[22],
+                battery: block[23],
+                rate_code: block[24],
+                stamped: u16_at(26).cast_signed(),
+            };
+            assert!(
+                encode(&fields, coding, &samples) == block,
+                "{name} block {number}"
+            );
+        }
+    }
+}
+
+/// The example of the documents is what its command writes.
+#[test]
+fn the_example_is_what_its_command_writes() {
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/simulated-wear/wrist.cwa");
+    let mut device = Device {
+        true_rate_hz: 100.0,
+        ..Device::new(Coding::Packed)
+    };
+    let mut wear = Wear::new(&device, 5.0..30.0, 1);
+    let blocks: Vec<_> = (0..150).map(|_| wear.block(&mut device)).collect();
+    assert!(std::fs::read(path).unwrap() == file(&device, &blocks));
+}
+
+#[test]
+fn samples_times_and_temperatures_are_the_true_ones() {
+    for coding in [Coding::Packed, Coding::Plain, Coding::WithGyro] {
+        let mut device = Device::new(coding);
+        let mut wear = Wear::new(&device, 20.0..60.0, 3);
+        let (mut blocks, mut truth) = (Vec::new(), Vec::new());
+        for _ in 0..100 {
+            let (raw, celsius) = (wear.temperature(), wear.temperature_c());
+            let samples: Vec<Counts> = (0..coding.samples())
+                .map(|_| wear.next(&device, celsius))
+                .collect();
+            blocks.push(device.block(&samples, raw));
+            truth.extend(samples.iter().map(|s| (*s, celsius)));
+        }
+        let recording = read_cwa(&file(&device, &blocks));
+        assert_eq!(recording.rows(), truth.len());
+        let times = times_s(&recording);
+        for (i, (counts, celsius)) in truth.iter().enumerate() {
+            let scale = |axis: usize| match axis {
+                0..3 => device.accel_g(),
+                _ => device.gyro_deg_s(),
+            };
+            for (axis, value) in row(&recording, i).iter().enumerate() {
+                assert_eq!(
+                    *value,
+                    f64::from(counts[axis]) * scale(axis),
+                    "{coding:?} row {i}"
+                );
+            }
+            let time = device.time_s(i as u64);
+            assert!(
+                (times[i] - time).abs() < 1e-4,
+                "row {i}: {} and {time}",
+                times[i]
+            );
+            // The converter has 0.3 °C.
+            let read_c = recording.temperature_c.as_ref().unwrap()[i];
+            assert!((read_c - celsius).abs() < 0.15, "{read_c} and {celsius}");
+        }
+        let mean_hz = recording.timing.mean_rate_hz.unwrap();
+        assert!((mean_hz - device.true_rate_hz).abs() < 0.01, "{mean_hz}");
+        assert_eq!(recording.accel_scale.unit.name(), "g");
+        let gyro = recording.gyro_scale.map(|g| g.unit.name());
+        assert_eq!(gyro.is_some(), coding == Coding::WithGyro);
+        assert!(gyro.is_none_or(|unit| unit == "deg/s"), "{gyro:?}");
+        assert!(recording.breaks.is_empty(), "{:?}", kinds(&recording));
+    }
+}
+
+#[test]
+fn a_packed_file_is_read_as_the_plain_one() {
+    let (device, blocks) = worn(Coding::Packed, 40);
+    let bytes = file(&device, &blocks);
+    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gz.write_all(&bytes).unwrap();
+    let (packed, plain) = (read_cwa(&gz.finish().unwrap()), read_cwa(&bytes));
+    assert_eq!(packed.accel, plain.accel);
+    assert_eq!(packed.time_s, plain.time_s);
+    assert!(packed.description.starts_with("gzip, Axivity AX3"));
+}
+
+#[test]
+fn damage_is_named_and_the_rest_is_read_in_its_own_time() {
+    let (device, blocks) = worn(Coding::Packed, 60);
+    let mut damaged = blocks.clone();
+    // Block 51 twice more, out of order.
+    damaged.insert(55, blocks[50]);
+    // Block 41 twice.
+    damaged.insert(40, blocks[40]);
+    // Block 31 changed, blocks 11 and 12 missing.
+    damaged[30][100] ^= 1;
+    damaged.drain(10..12);
+    // Never written, and cut off.
+    damaged.push([0xff; 512]);
+    damaged.push(blocks[0]);
+    let mut bytes = file(&device, &damaged);
+    bytes.truncate(bytes.len() - 100);
+    let recording = read_cwa(&bytes);
+    assert_eq!(recording.rows(), 57 * 120);
+    // A line is a sample or a skipped block.
+    assert_eq!(recording.ledger.lines, 57 * 120 + 5);
+    assert_eq!(recording.breaks, [10 * 120, 28 * 120]);
+    let message = |kind: &str| finding(&recording, kind).message.clone();
+    let corrupt = message("corrupt-block");
+    assert!(
+        corrupt.starts_with("2 blocks")
+            && corrupt.contains("block 29 at byte 15360: wrong checksum"),
+        "{corrupt}"
+    );
+    assert!(message("repeated-block").contains("block 40 at byte 20992"));
+    assert!(message("late-block").contains("block 55 at byte 28672"));
+    assert!(message("erased-block").starts_with("1 block"));
+    let missing = message("missing-blocks");
+    assert!(
+        missing.contains("2 blocks missing") && missing.contains("block 11 at byte 6144"),
+        "{missing}"
+    );
+    // Rows keep the time of their sample.
+    let times = times_s(&recording);
+    let expected = (0..60_u64).filter(|block| ![10, 11, 30].contains(block));
+    let expected = expected.flat_map(|block| block * 120..(block + 1) * 120);
+    for (time, k) in times.iter().zip(expected) {
+        assert!((time - device.time_s(k)).abs() < 1e-3, "{k}");
+    }
+}
+
+#[test]
+fn a_pause_is_no_slow_sample() {
+    let mut device = Device::new(Coding::Plain);
+    let mut wear = Wear::new(&device, 20.0..60.0, 5);
+    let mut blocks: Vec<_> = (0..20).map(|_| wear.block(&mut device)).collect();
+    // The device loses 0.6 s, but no number.
+    device.samples += 59;
+    blocks.extend((0..20).map(|_| wear.block(&mut device)));
+    let recording = read_cwa(&file(&device, &blocks));
+    assert_eq!(recording.breaks, [20 * 80]);
+    assert!(
+        finding(&recording, "missing-blocks")
+            .message
+            .contains("1 jump")
+    );
+    let times = times_s(&recording);
+    let steps = times.windows(2).map(|w| w[1] - w[0]);
+    let long: Vec<f64> = steps.filter(|s| *s > 0.0105).collect();
+    assert!(
+        long.len() == 1 && (long[0] - 60.0 / 98.4).abs() < 1e-3,
+        "{long:?}"
+    );
+}
+
+#[test]
+fn sessions_are_separated() {
+    let (device, mut blocks) = worn(Coding::Packed, 20);
+    let mut other = Device {
+        session: 18,
+        start_s: device.start_s + 3600.0,
+        ..Device::new(Coding::Packed)
+    };
+    let mut wear = Wear::new(&other, 20.0..60.0, 8);
+    blocks.extend((0..20).map(|_| wear.block(&mut other)));
+    let recording = read_cwa(&file(&device, &blocks));
+    assert_eq!(recording.breaks, [20 * 120]);
+    assert!(
+        recording
+            .findings
+            .iter()
+            .any(|f| f.kind == FindingKind::SeveralSessions)
+    );
+    let times = times_s(&recording);
+    assert!((times[20 * 120] - other.time_s(0)).abs() < 1e-3);
+}
+
+/// A change of a file.
+#[derive(Debug, Clone)]
+enum Change {
+    Flip(usize, u8),
+    Drop(usize),
+    Repeat(usize, usize),
+    Erase(usize),
+    /// Any field, with a right checksum.
+    Set(usize, usize, u8),
+}
+
+fn changes() -> impl Strategy<Value = Vec<Change>> {
+    let block = 0..30_usize;
+    let one = prop_oneof![
+        (block.clone(), any::<u8>()).prop_map(|(b, x)| Change::Flip(b, x | 1)),
+        block.clone().prop_map(Change::Drop),
+        (block.clone(), 0..30_usize).prop_map(|(a, b)| Change::Repeat(a, b)),
+        block.clone().prop_map(Change::Erase),
+        (block, 0..30_usize, any::<u8>()).prop_map(|(b, at, x)| Change::Set(b, at, x)),
+    ];
+    prop::collection::vec(one, 0..8)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Whatever happens to the blocks of a file, each is read or skipped.
+    #[test]
+    fn every_block_is_rows_or_was_skipped(changes in changes(), cut in 0..512_usize) {
+        let (device, mut blocks) = worn(Coding::Packed, 30);
+        let mut fields_changed = false;
+        for change in changes {
+            match change {
+                _ if blocks.is_empty() => break,
+                Change::Flip(block, bits) => {
+                    let at = block % blocks.len();
+                    blocks[at][usize::from(bits)] ^= bits;
+                }
+                Change::Drop(block) => drop(blocks.remove(block % blocks.len())),
+                Change::Repeat(from, to) => {
+                    let again = blocks[from % blocks.len()];
+                    blocks.insert(to % blocks.len(), again);
+                }
+                Change::Erase(block) => {
+                    let at = block % blocks.len();
+                    blocks[at] = [0xff; 512];
+                }
+                Change::Set(block, byte, value) => {
+                    let at = block % blocks.len();
+                    blocks[at][byte] = value;
+                    seal(&mut blocks[at]);
+                    fields_changed = true;
+                }
+            }
+        }
+        let mut bytes = file(&device, &blocks);
+        bytes.truncate((bytes.len() - cut).max(1026));
+        if let Ok(recording) = read_bytes(&bytes, "wrist.cwa", &ReadOptions::default()) {
+            prop_assert!(recording.ledger.balances());
+            let skipped = recording.ledger.lines - recording.ledger.rows;
+            let blocks = (bytes.len() as u64 - 1024).div_ceil(512);
+            if !fields_changed {
+                prop_assert_eq!(recording.rows() as u64, 120 * (blocks - skipped));
+            }
+            let times = recording.time_s.unwrap_or_default();
+            prop_assert!(times.iter().all(|t| t.is_finite()));
+        }
+    }
+
+    /// No bytes after a header stop the reader.
+    #[test]
+    fn any_bytes_are_read_or_skipped(
+        mut noise in prop::collection::vec(any::<u8>(), 2..4000),
+        coding in 0..3_usize,
+        sealed in any::<bool>(),
+    ) {
+        let coding = [Coding::Packed, Coding::Plain, Coding::WithGyro][coding];
+        noise[..2].copy_from_slice(b"AX");
+        if sealed {
+            // Any fields, in blocks that are accepted.
+            let template = Device::new(coding).block(&[[1; 6]; 40], 260);
+            for block in noise.chunks_exact_mut(512) {
+                block[..4].copy_from_slice(&template[..4]);
+                block[14..18].copy_from_slice(&template[14..18]);
+                block[24..30].copy_from_slice(&template[24..30]);
+                if let Ok(block) = block.try_into() {
+                    seal(block);
+                }
+            }
+        }
+        let mut bytes = Device::new(coding).header();
+        bytes.extend(noise);
+        if let Ok(recording) = read_bytes(&bytes, "wrist.cwa", &ReadOptions::default()) {
+            prop_assert!(recording.ledger.balances());
+        }
+    }
+}
