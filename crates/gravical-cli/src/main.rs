@@ -43,6 +43,7 @@ enum Verb {
     Denoise(Box<cmd::denoise::Args>),
     Motion(Box<cmd::motion::Args>),
     Noise(Box<cmd::noise::Args>),
+    Summarise(Box<cmd::summarise::Args>),
     Demo(cmd::demo::Args),
     Check(Box<cmd::check::Args>),
     Collect(cmd::collect::Args),

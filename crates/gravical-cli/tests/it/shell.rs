@@ -4,7 +4,7 @@ use std::process::{Command, Stdio};
 
 use crate::support::*;
 
-const VERBS: [&str; 11] = [
+const VERBS: [&str; 12] = [
     "inspect",
     "calibrate",
     "apply",
@@ -14,6 +14,7 @@ const VERBS: [&str; 11] = [
     "compare",
     "export",
     "simulate",
+    "summarise",
     "completions",
     "man",
 ];
