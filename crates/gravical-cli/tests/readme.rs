@@ -10,7 +10,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const DOCUMENTS: [&str; 13] = [
+const DOCUMENTS: [&str; 14] = [
     "README.md",
     "docs/tutorial.md",
     "docs/reading-results.md",
@@ -21,6 +21,7 @@ const DOCUMENTS: [&str; 13] = [
     "docs/noise.md",
     "docs/store.md",
     "docs/wearables.md",
+    "docs/summarise.md",
     "docs/file-formats.md",
     "docs/exports.md",
     "examples/simulated-six-position/README.md",

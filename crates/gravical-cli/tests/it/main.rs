@@ -39,6 +39,7 @@ mod reports;
 mod sessions;
 mod shell;
 mod store;
+mod summarise;
 mod support;
 mod terminal;
 mod thermal;

@@ -15,6 +15,7 @@ const VERBS: [&str; 12] = [
     "compare",
     "export",
     "simulate",
+    "summarise",
     "completions",
     "man",
 ];

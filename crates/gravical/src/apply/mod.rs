@@ -315,7 +315,7 @@ fn run(
 }
 
 /// What is odd about applying this calibration to this recording.
-fn about_calibration(
+pub(crate) fn about_calibration(
     calibration: &CalibrationFile,
     already: bool,
     by_board: bool,

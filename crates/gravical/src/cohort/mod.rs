@@ -23,5 +23,5 @@ pub use journal::{Beginning, FORMAT, Item, Journal, Line, Origin, Shard, journal
 pub use row::{COMMON, Columns, Row, Status, columns, kinds};
 pub use values::{
     ApplyValues, AxisColumns, COMMANDS, CalibrationValues, CheckValues, ColumnUnit, CommandColumns,
-    NoiseValues,
+    NoiseValues, SummaryValues,
 };

@@ -9,6 +9,7 @@ use crate::calibration_file::{CalibrationFile, Deviations};
 use crate::check::CheckReport;
 use crate::noise::{NoiseResult, Term};
 use crate::numfmt::unit;
+use crate::wearable::WearableSummary;
 
 /// A type with columns whose names are those of its fields.
 macro_rules! columns {
@@ -205,6 +206,48 @@ impl From<&NoiseResult> for NoiseValues {
     }
 }
 
+columns! {
+    /// The sums over the epochs of a worn sensor.
+    SummaryValues {
+        input_unit: String,
+        calibrated: bool,
+        rate_hz: Option<f64>,
+        start: String,
+        end: String,
+        epochs: u64,
+        epochs_empty: u64,
+        samples: u64,
+        missing: u64,
+        wear_s: u64,
+        nonwear_s: u64,
+        unjudged_s: u64,
+        enmo_mg: Option<f64>,
+        findings: String,
+    }
+}
+
+impl From<&WearableSummary> for SummaryValues {
+    fn from(summary: &WearableSummary) -> Self {
+        let worn = &summary.worn;
+        SummaryValues {
+            input_unit: summary.accelerometer.unit.name().to_owned(),
+            calibrated: summary.calibrated,
+            rate_hz: summary.rate_hz,
+            start: summary.start.clone(),
+            end: summary.end.clone(),
+            epochs: worn.epochs,
+            epochs_empty: worn.epochs_empty,
+            samples: summary.samples,
+            missing: summary.missing,
+            wear_s: worn.wear_s,
+            nonwear_s: worn.nonwear_s,
+            unjudged_s: worn.unjudged_s,
+            enmo_mg: worn.enmo_mg,
+            findings: kinds(&summary.findings),
+        }
+    }
+}
+
 /// A table of one command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CommandColumns {
@@ -245,7 +288,13 @@ pub enum ColumnUnit {
 }
 
 /// Units by the ending of a name.
-const ENDINGS: [(&str, &str); 4] = [("_mps2", "m/s²"), ("_c", "°C"), ("_hz", "Hz"), ("_s", "s")];
+const ENDINGS: [(&str, &str); 5] = [
+    ("_mps2", "m/s²"),
+    ("_c", "°C"),
+    ("_hz", "Hz"),
+    ("_s", "s"),
+    ("_mg", "mg"),
+];
 
 impl CommandColumns {
     /// Unit of the column `name`, in a row whose column `input_unit` or `gyro_unit` is `text` of it.
@@ -270,7 +319,7 @@ impl CommandColumns {
 }
 
 /// The tables of all commands that work on many items.
-pub const COMMANDS: [CommandColumns; 4] = [
+pub const COMMANDS: [CommandColumns; 5] = [
     CommandColumns {
         command: "calibrate",
         names: CalibrationValues::NAMES,
@@ -326,6 +375,13 @@ pub const COMMANDS: [CommandColumns; 4] = [
             },
         ],
     },
+    CommandColumns {
+        command: "summarise",
+        names: SummaryValues::NAMES,
+        worst: "missing",
+        worst_unit: "",
+        axes: &[],
+    },
 ];
 
 #[cfg(test)]
@@ -342,6 +398,7 @@ mod tests {
             serde_json::to_value(CheckValues::default()).unwrap(),
             serde_json::to_value(ApplyValues::default()).unwrap(),
             serde_json::to_value(NoiseValues::default()).unwrap(),
+            serde_json::to_value(SummaryValues::default()).unwrap(),
         ] {
             let fields = value.as_object().unwrap();
             assert!(fields.values().all(|v| !v.is_object() && !v.is_array()));

@@ -776,6 +776,24 @@ kinds! {
             "the message gives both"
             "nothing";
     }
+    "Epochs" {
+        EpochsUncalibrated "epochs-uncalibrated" Warning
+            "`summarise`: no calibration was applied, and the values are not calibrated"
+            "the nominal scale is used; ENMO holds the error of ‖a‖ at rest"
+            "calibrate the sensor, and give the file with `--calibration`";
+        EpochsEmpty "epochs-empty" Note
+            "`summarise`: epochs without a sample: the recorder was off, or rows are lost"
+            "rows with empty cells"
+            "nothing";
+        EpochsJump "epochs-jump" Warning
+            "`summarise`: the clock was set back, or ahead by more than a week"
+            "the table goes on with the new time, so that its rows are not in order, or a gap is not filled"
+            "look at the lines; a clock in local time is set back each autumn";
+        EpochRowsUntimed "epoch-rows-untimed" Warning
+            "`summarise`: rows before the first time stamp"
+            "in no epoch"
+            "nothing, if they are few";
+    }
     "Check and compare" {
         CovarianceMissing "covariance-missing" Warning
             "a calibration has no covariance (files of imucal never do)"

@@ -256,12 +256,33 @@ impl<T> Collected<T> {
         };
         (self.rows, rest)
     }
+
+    /// Rate of evenly spaced rows, Hz: the mean of all rows, which is more accurate than that of the
+    /// first ones; `None` if each row has a time of its own.
+    pub fn even_hz(&self) -> Option<f64> {
+        let of = |facts: &Facts| facts.stamp_reading.and_then(|reading| reading.even_hz);
+        of(&self.facts).and(of(&self.finished.summary.facts))
+    }
+
+    /// What the rows are read with another time.
+    pub fn known(&self) -> Known {
+        let mut facts = self.facts;
+        if let Some(reading) = &mut facts.stamp_reading {
+            reading.even_hz = self.even_hz().or(reading.even_hz);
+        }
+        Known {
+            facts,
+            zeros_from: self.zeros_from,
+        }
+    }
 }
 
 impl Collected<Columns> {
     /// The recording. If its rows were read with facts that all rows contradict, a finding
     /// reports it.
     pub fn into_recording(mut self) -> Recording {
+        // When the rows are read again, they have the same times.
+        let (even_hz, known) = (self.even_hz(), self.known());
         let Columns {
             accel,
             gyro,
@@ -279,30 +300,13 @@ impl Collected<Columns> {
             finding.file = Some(self.about.name.clone());
         }
         let found = self.finished.summary.facts;
-        let even_hz = |facts: &Facts| {
-            facts
-                .stamp_reading
-                .and_then(|stamp_reading| stamp_reading.even_hz)
-        };
-        let time_s =
-            self.facts
-                .stamp_reading
-                .map(|_| match even_hz(&self.facts).and(even_hz(&found)) {
-                    // The mean rate of all rows is more accurate than that of the first ones.
-                    Some(rate_hz) => {
-                        let times = self.rows.time_s.iter_mut().enumerate();
-                        times.for_each(|(row, t_s)| *t_s = row as f64 / rate_hz);
-                        self.rows.time_s
-                    }
-                    None => self.rows.time_s,
-                });
-        // When the rows are read again, they have the same times.
-        let mut known = self.facts;
-        if let Some(reading) = &mut known.stamp_reading
-            && let (Some(own_hz), Some(rate_hz)) = (&mut reading.even_hz, even_hz(&found))
-        {
-            *own_hz = rate_hz;
-        }
+        let time_s = self.facts.stamp_reading.map(|_| {
+            if let Some(rate_hz) = even_hz {
+                let times = self.rows.time_s.iter_mut().enumerate();
+                times.for_each(|(row, t_s)| *t_s = row as f64 / rate_hz);
+            }
+            self.rows.time_s
+        });
         Recording {
             name: self.about.name,
             sha256: self.about.sha256,
@@ -331,10 +335,7 @@ impl Collected<Columns> {
             ledger: self.finished.ledger,
             findings,
             line_map: lines,
-            known: Known {
-                facts: known,
-                zeros_from: self.zeros_from,
-            },
+            known,
             excerpt: None,
         }
     }

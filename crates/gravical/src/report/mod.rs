@@ -18,6 +18,7 @@ mod provenance;
 mod store;
 mod temperature;
 mod truth;
+mod wearable;
 
 #[cfg(test)]
 mod tests;
@@ -34,6 +35,7 @@ pub use motion::motion;
 pub use noise::noise;
 pub use provenance::Provenance;
 pub use store::{choice, history, store_list, stored};
+pub use wearable::wearable;
 
 use crate::document::short_name;
 

@@ -30,8 +30,8 @@ use crate::{Error, Result};
 
 pub(crate) use defects::Defects;
 pub use unit::quiet_norm;
-pub(crate) use unit::{GyroCounts, Quiet, quiet};
-use unit::{QuietBlocks, UnitWatch, Unsigned};
+pub(crate) use unit::{GyroCounts, Quiet, QuietBlocks, quiet};
+use unit::{UnitWatch, Unsigned};
 
 /// Recordings with fewer rows are tables of means or a single pose and need no sampling rate.
 const LEAST_ROWS: u64 = 40;

@@ -42,7 +42,7 @@ pub(crate) fn quiet(accel: &[Vec<f64>; 3]) -> Option<Quiet> {
 
 /// The same, row by row. Of a long recording only every nth block is stored.
 #[derive(Debug, Clone)]
-pub(super) struct QuietBlocks {
+pub(crate) struct QuietBlocks {
     rows: [[f64; 3]; BLOCK],
     filled: usize,
     blocks: Thinned<Block, MOST>,
