@@ -161,7 +161,7 @@ def calls(
         return verb, lambda: gravical.Recording.from_arrays(accel=accel, **kept)
     if verb == "use":
         raw, other = array(r), array(r)
-        target: Any = r.choice(["x.docx", "", folder, "\0.html", folder / "no/such/x.json"])
+        target: Any = r.choice([folder / "x.docx", "", folder, "\0.html", folder / "no/such/x.json"])
         uses: list[Callable[[], Any]] = [
                 lambda: calibration.apply(raw),
                 lambda: calibration.apply_gyro(raw, other),
