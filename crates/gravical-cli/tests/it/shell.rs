@@ -4,7 +4,7 @@ use std::process::{Command, Stdio};
 
 use crate::support::*;
 
-const VERBS: [&str; 12] = [
+const VERBS: [&str; 13] = [
     "inspect",
     "calibrate",
     "apply",
