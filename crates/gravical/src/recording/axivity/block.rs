@@ -194,7 +194,8 @@ impl Block {
                 + f64::from(fraction) / 65536.0,
             stamp_sample: i64::from(stamp_sample) + in_fraction,
             temperature_c: temperature_c(u16_at(bytes, 20) & 1023),
-            battery_v: (f64::from(bytes[23]) * 2.0 + 512.0) * 6.0 / 1024.0,
+            // The upper half of a converter of 10 bits, over 6 V.
+            battery_v: (f64::from(bytes[23]) + 512.0) * 6.0 / 1024.0,
             rate_hz,
             samples,
             coding,
