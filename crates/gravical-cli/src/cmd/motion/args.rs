@@ -277,6 +277,7 @@ impl Args {
             tilt_change_deg: m.tilt_change.unwrap_or(preset.tilt_change_deg),
             bands: !m.no_bands,
             keep_uncalibrated: self.figures.figures.is_some() || self.report.is_wanted(),
+            meter: None,
             axes: self.recording.axes.0,
         })
     }
