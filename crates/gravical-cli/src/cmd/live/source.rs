@@ -32,6 +32,8 @@ const RATE_HZ: f64 = 100.0;
 const DECIMALS: usize = 4;
 /// It is asked after this time, s.
 const STEP_S: f64 = 0.02;
+/// Longest time that a simulated sensor goes on in one step, s, before its speed.
+const LONGEST_STEP_S: f64 = 2.0 * STEP_S;
 /// Pause in its clock when a session is resumed, s.
 const RESUMED_AFTER_S: f64 = 5.0;
 
@@ -127,7 +129,9 @@ pub struct Simulated {
     rows: u64,
     /// Time stamp of its start, s.
     offset_s: f64,
-    started: Instant,
+    /// Until when rows are due, s, and when that was found.
+    due_s: f64,
+    last: Instant,
     speed: f64,
 }
 
@@ -166,9 +170,23 @@ impl Simulated {
             header: resumes,
             rows: 0,
             offset_s,
-            started: Instant::now(),
+            due_s: 0.0,
+            last: Instant::now(),
             speed,
         })
+    }
+
+    /// Moves the time of the sensor on. Where the session does not keep up, the sensor waits for it: a
+    /// hand could do nothing during the rows that would have been due.
+    fn pass(&mut self) {
+        let now = Instant::now();
+        let passed_s = (now - self.last).as_secs_f64().min(LONGEST_STEP_S);
+        self.last = now;
+        self.due_s = match self.speed > 0.0 {
+            true => self.due_s + passed_s * self.speed,
+            // As fast as possible: rows of 0.1 s at a time.
+            false => self.rows as f64 / RATE_HZ + 0.1,
+        };
     }
 }
 
@@ -186,17 +204,13 @@ fn last_row_s(path: &Path) -> std::io::Result<f64> {
 
 impl Source for Simulated {
     fn next(&mut self) -> Result<Incoming> {
-        // As fast as possible: rows of 0.1 s at a time.
-        let due_s = match self.speed > 0.0 {
-            true => self.started.elapsed().as_secs_f64() * self.speed,
-            false => self.rows as f64 / RATE_HZ + 0.1,
-        };
+        self.pass();
         let mut text = String::new();
         if !std::mem::replace(&mut self.header, true) {
             text.push_str("# simulated, not measured\n");
             text.push_str(InteractiveReading::HEADER);
         }
-        while (self.rows as f64) < due_s * RATE_HZ {
+        while (self.rows as f64) < self.due_s * RATE_HZ {
             let t_s = self.rows as f64 / RATE_HZ;
             text += &self.sensor.at(t_s).row(self.offset_s + t_s, DECIMALS);
             self.rows += 1;
