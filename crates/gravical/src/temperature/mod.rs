@@ -10,7 +10,7 @@
 //! the cause of their drift.
 //!
 //! Where hundreds of poses lie at many temperatures, as in days of wear, no pose has to last: the
-//! joint fit tests and fits the drift of the bias with its other parameters, and [`from_poses`]
+//! joint fit tests and fits the drift of the bias with its other parameters, and [`from_poses()`]
 //! takes it from there.
 //!
 //! The result is a [`TemperatureModel`]; [`for_calibration`] adds it to the parameters of a
