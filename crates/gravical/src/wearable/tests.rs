@@ -68,7 +68,7 @@ fn the_measures_are_those_of_numpy() {
     assert_eq!(table.len(), expected.len());
     for (row, expected) in table.iter().zip(&expected) {
         assert_eq!(row["time"], expected["time"]);
-        let mut compare = |column: &str, value: &Value, within: f64| {
+        let compare = |column: &str, value: &Value, within: f64| {
             let (own, value) = (number(row, column), value.as_f64().unwrap());
             assert!((own - value).abs() <= within, "{column}: {own} {value}");
         };
