@@ -53,7 +53,7 @@ pub fn wearable(summary: &WearableSummary) -> Document<'static> {
             Cell::maybe(key("enmo_mg"), day.worn.enmo_mg, |mg| fixed(mg, 1)),
         ])
     };
-    let table = Table::new("Days")
+    let table = Table::new("Time and activity")
         .columns([
             Column::left("day"),
             Column::number("worn, h"),
