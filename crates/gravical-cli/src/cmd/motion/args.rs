@@ -269,6 +269,7 @@ impl Args {
                 Some(Switch::Off) => None,
                 _ => m.stance_rate.or(preset.stance_rate_rad_s),
             },
+            meter: preset.meter,
             v0_mps: m.v0.map(|v| v.0),
             p0_m: m.p0.map_or(preset.p0_m, |p| p.0),
             noise,
