@@ -8,9 +8,10 @@ import time
 from pathlib import Path
 from typing import Any
 
+import gravical
 from gravical import cohort
 
-_calibrate = cohort.calibrate
+_calibrate = gravical.calibrate
 
 
 def _as_named(path: str, **given: Any) -> Any:

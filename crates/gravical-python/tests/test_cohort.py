@@ -34,7 +34,8 @@ class Cluster:
         shared = ["--scheduler-file", str(self.file), "--no-dashboard"]
         address = ["--host", "127.0.0.1"]
         self.scheduler = self.start("scheduler", *shared, *address, "--port", "0")
-        worker = ["worker", *shared, *address, "--nthreads", "1", "--preload", str(HERE / "deadly.py")]
+        worker = ["worker", *shared, *address, "--nthreads", "1", "--death-timeout", "60"]
+        worker += ["--preload", str(HERE / "deadly.py")]
         self.workers = [self.start(*worker, "--local-directory", str(folder)) for _ in range(2)]
 
     def start(self, *words: str) -> subprocess.Popen[bytes]:
@@ -53,7 +54,7 @@ class Cluster:
             process.terminate()
         for process in [*self.workers, self.scheduler]:
             try:
-                process.wait(10)
+                process.wait(5)
             except subprocess.TimeoutExpired:
                 process.kill()
         self.log.close()
@@ -64,7 +65,7 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     cluster = Cluster(tmp_path_factory.mktemp("cluster"))
     client = cluster.client()
     yield client
-    client.close()
+    client.shutdown()
     cluster.end()
 
 
@@ -140,11 +141,12 @@ def test_check_noise_and_apply(
     file = tmp_path / "c.json"
     calibration.save(file)
     rest = gravical.simulate("static", duration=60, output=tmp_path / "rest").paths[0]
-    for task, paths, options in [
+    runs: list[tuple[str, list[Path], dict[str, Any]]] = [
         ("check", sessions[:2], {"calibration": file}),
         ("apply", sessions[:2], {"calibration": file}),
         ("noise", [Path(rest)], {}),
-    ]:
+    ]
+    for task, paths, options in runs:
         out, plain = tmp_path / task, tmp_path / f"plain-{task}"
         rows = by_name(cohort.submit(client, paths, task, out, **options))
         summary = tmp_path / f"{task}.json"
@@ -186,23 +188,22 @@ def test_what_is_done_is_skipped_and_what_changed_is_not(
 def test_workers_that_die_and_tasks_that_fail(
     client: Any, sessions: list[Path], program: Program, tmp_path: Path
 ) -> None:
-    names = ["a", "killer", "b", "once", "c", "strange", "d"]
+    names = ["a", "b", "once", "c", "strange", "d"]
     paths = [*copies(sessions[0], tmp_path, *names), tmp_path / "absent.csv"]
     out = tmp_path / "out"
-    rows = by_name(cohort.submit(client, paths, "calibrate", out, gravity=GRAVITY))
-    codes = {name: row["error_code"] for name, row in rows.items()}
-    assert codes.pop("killer") == "worker-died"
-    assert codes.pop("strange") == "internal"
-    assert codes.pop("absent") == "not-found"
-    assert codes == dict.fromkeys(["a", "b", "once", "c", "d"])
+
+    def codes() -> dict[str, Any]:
+        rows = by_name(cohort.submit(client, paths, "calibrate", out, gravity=GRAVITY))
+        return {name: row["error_code"] for name, row in rows.items()}
+
+    expected = dict.fromkeys(names) | {"strange": "internal", "absent": "not-found"}
+    assert codes() == expected
     assert (tmp_path / "once.csv.met").exists(), "no worker died of it"
+    # Behind the others: Dask may also blame a task that waits in the worker that dies.
+    paths += copies(sessions[0], tmp_path, "killer")
+    assert codes() == expected | {"killer": "worker-died"}
     counts = collected(program, out)
     assert (counts["done"], counts["error"], counts["missing"]) == (5, 3, 0)
-    # Whoever died is asked again: now its name is another one.
-    shutil.move(tmp_path / "killer.csv", tmp_path / "tame.csv")
-    paths[1] = tmp_path / "tame.csv"
-    rows = by_name(cohort.submit(client, paths, "calibrate", out, gravity=GRAVITY))
-    assert rows["tame"]["status"] == "done"
 
 
 def test_a_scheduler_that_dies_and_a_new_client(
@@ -230,7 +231,7 @@ def test_a_scheduler_that_dies_and_a_new_client(
     cluster = Cluster(tmp_path)
     client = cluster.client()
     after = by_name(cohort.submit(client, paths, "calibrate", out, gravity=GRAVITY))
-    client.close()
+    client.shutdown()
     cluster.end()
     assert after.keys() == set(names)
     assert {row["status"] for row in after.values()} == {"done"}
@@ -280,13 +281,14 @@ def test_rows_that_nobody_takes_are_cancelled(
 
 
 def test_wrong_calls(tmp_path: Path, sessions: list[Path]) -> None:
-    for task, options, code in [
+    calls: list[tuple[str, dict[str, Any], str]] = [
         ("motion", {}, "usage"),
         ("calibrate", {"gyro": "g.csv"}, "each-option"),
         ("calibrate", {"gravity": object()}, "usage"),
         ("check", {}, "usage"),
         ("check", {"calibration": tmp_path / "absent.json"}, "not-found"),
-    ]:
+    ]
+    for task, options, code in calls:
         with pytest.raises(gravical.Error) as wrong:
             cohort.Run(sessions, task, tmp_path / "out", **options)
         assert wrong.value.code == code

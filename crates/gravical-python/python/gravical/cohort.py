@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
+from importlib import import_module
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -215,8 +216,8 @@ def submit(
     return _rows(client, Run(recordings, task, out, force=force, **options), window)
 
 
-def _rows(client: Client, run: Run, window: int | None) -> Iterator[Row]:
-    from distributed import as_completed
+def _rows(client: Any, run: Run, window: int | None) -> Iterator[Row]:
+    distributed: Any = import_module("distributed")
 
     todo = enumerate(run.tasks())
     held: dict[Any, int] = {}
@@ -228,9 +229,9 @@ def _rows(client: Client, run: Run, window: int | None) -> Iterator[Row]:
 
     threads = sum(client.nthreads().values())
     try:
-        done = as_completed(more(window or max(1, _WINDOW * threads)))
+        done = distributed.as_completed(more(window or max(1, _WINDOW * threads)))
         for future in done:
-            row = _row(run, held.pop(future), future)
+            row = _row(run, held.pop(future), future, distributed.KilledWorker)
             future.release()
             done.update(more(1))
             yield row
@@ -240,9 +241,7 @@ def _rows(client: Client, run: Run, window: int | None) -> Iterator[Row]:
         run.close()
 
 
-def _row(run: Run, index: int, future: Any) -> Row:
-    from distributed import KilledWorker
-
+def _row(run: Run, index: int, future: Any, killed: type[Exception]) -> Row:
     if future.status in ("cancelled", "lost"):
         raise MachineError(
             "the engine lost a task that was not done: its scheduler is gone, or somebody cancelled it",
@@ -252,7 +251,7 @@ def _row(run: Run, index: int, future: Any) -> Row:
     error = future.exception()
     if error is None:
         return run.take(index, future.result())
-    if isinstance(error, KilledWorker):
+    if isinstance(error, killed):
         hint = "look at the logs of the workers: most often their memory was too small"
         return run.failed(index, "worker-died", f"its task ended several workers: {error}", hint)
     if isinstance(error, Error):
