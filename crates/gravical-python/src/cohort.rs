@@ -82,9 +82,8 @@ impl CohortRun {
     fn task(&self, py: Python<'_>, index: usize) -> PyResult<String> {
         let item = self.item(index)?.clone();
         let result = item.file.as_ref().map(|file| self.folder.join(file));
-        let replaces = self.with(|journal| {
-            result.is_some_and(|result| journal.is_own(&item, &result))
-        });
+        let replaces =
+            self.with(|journal| result.is_some_and(|result| journal.is_own(&item, &result)));
         let task = Task {
             folder: self.folder.clone(),
             origin: self.origin.clone(),
@@ -93,9 +92,12 @@ impl CohortRun {
             item,
         };
         let text = serde_json::to_string(&task).map_err(|e| {
-            Error::usage("each-input", format!("an engine cannot take this path: {e}"))
-                .at(&task.item.path, None)
-                .with_hint("rename it: only UTF-8 can be sent to another machine")
+            Error::usage(
+                "each-input",
+                format!("an engine cannot take this path: {e}"),
+            )
+            .at(&task.item.path, None)
+            .with_hint("rename it: only UTF-8 can be sent to another machine")
         });
         text.or_raise(py)
     }
@@ -184,9 +186,12 @@ impl CohortItem {
     /// The row of a calibration, which is written.
     fn calibrated(&self, py: Python<'_>, calibration: &Bound<'_, Calibration>) -> PyResult<String> {
         let (work, file) = (self.work()?, calibration.get().file.clone());
-        finish(py, work, Measured::<CalibrationValues>::from(&*file), |path| {
-            file.write(path, work.may_replace())
-        })
+        finish(
+            py,
+            work,
+            Measured::<CalibrationValues>::from(&*file),
+            |path| file.write(path, work.may_replace()),
+        )
     }
 
     /// The row of a check or of noise, which is written.
@@ -194,7 +199,9 @@ impl CohortItem {
         let work = self.work()?;
         match &outcome.get().kind {
             Kind::Check(report) => {
-                finish(py, work, Measured::<CheckValues>::from(&**report), |_| Ok(()))
+                finish(py, work, Measured::<CheckValues>::from(&**report), |_| {
+                    Ok(())
+                })
             }
             Kind::Noise(result) => {
                 finish(py, work, Measured::<NoiseValues>::from(&**result), |path| {

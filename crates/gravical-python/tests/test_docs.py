@@ -35,7 +35,7 @@ def test_the_recipes_of_the_engines(engine: str, root: Path, tmp_path: Path) -> 
     [block] = [b for b in blocks if re.search(rf"^(from|import) {engine}\b", b, re.M)]
     paths = []
     for seed in range(1, 4):
-        made = gravical.simulate("poses", free=3, seed=seed, output=tmp_path / f"unit-{seed}")
+        made = gravical.simulate("poses", free=8, seed=seed, output=tmp_path / f"unit-{seed}")
         paths.append(made.paths[0])
     (tmp_path / "list.txt").write_text("\n".join([*paths, "absent.csv"]))
     script = tmp_path / "recipe.py"

@@ -9,7 +9,8 @@ use std::thread;
 use std::time::Duration;
 
 use gravical::cohort::{
-    Beginning, Columns, Content, Ending, Item, Journal, Origin, Outcome, Row, SEPARATOR, Status, journal_name, sha256_of,
+    Beginning, Columns, Content, Ending, Item, Journal, Origin, Outcome, Row, SEPARATOR, Status,
+    journal_name, sha256_of,
 };
 use gravical::escape::{one_line, path_text, shown_json};
 use gravical::numfmt::count;

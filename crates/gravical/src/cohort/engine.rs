@@ -118,7 +118,9 @@ impl Work {
     ///
     /// `changed` if the files of the item changed meanwhile.
     pub fn check_unchanged(&self) -> Result<()> {
-        self.content.as_ref().map_or(Ok(()), Content::check_unchanged)
+        self.content
+            .as_ref()
+            .map_or(Ok(()), Content::check_unchanged)
     }
 
     /// To be called once the result is written. If that cannot be noted, the row is an error.
@@ -132,7 +134,12 @@ impl Work {
     }
 
     /// To be called if there is no result, with the code of the error, its message and hint.
-    pub fn failed<V: Serialize + DeserializeOwned>(&self, code: &str, message: &str, hint: Option<&str>) -> Row<V> {
+    pub fn failed<V: Serialize + DeserializeOwned>(
+        &self,
+        code: &str,
+        message: &str,
+        hint: Option<&str>,
+    ) -> Row<V> {
         let mut row = self.row();
         row.failed(code, message, hint);
         let own = self.result().filter(|_| self.is_own);

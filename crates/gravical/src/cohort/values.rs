@@ -234,7 +234,10 @@ impl From<&ApplySummary> for Outcome<ApplyValues> {
         Outcome {
             verdict: "done".to_owned(),
             is_poor: false,
-            reasons: vec![with_kinds(format!("{} rows", summary.rows), &summary.findings)],
+            reasons: vec![with_kinds(
+                format!("{} rows", summary.rows),
+                &summary.findings,
+            )],
             values: summary.into(),
         }
     }
