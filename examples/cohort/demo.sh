@@ -16,7 +16,6 @@ done
 # 4: of one or the other the quality gate failed. It is in the report.
 gravical calibrate --each "$folder/recordings" -o "$folder/out" --gravity 9.80665 --resume --quiet || [ $? = 4 ]
 gravical collect "$folder/out" -o "$folder/cohort.csv" --report "$folder/cohort.html" --force || [ $? = 4 ]
-echo "Report: $folder/cohort.html"
 if [ -t 1 ]; then
     open=$(command -v xdg-open || command -v open || true)
     [ -z "$open" ] || "$open" "$folder/cohort.html" >/dev/null 2>&1 || true
