@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use gravical::Error;
+use gravical::TOOL;
 use gravical::calibration_file::{InputFile, creation_time};
 use gravical::check::CheckReport;
 use gravical::compare::Comparison;
@@ -16,7 +17,6 @@ use gravical::motion::{Motion, Track, write_table};
 use gravical::noise::NoiseResult;
 use gravical::output::write_atomic;
 use gravical::recording::Recording;
-use gravical::TOOL;
 use gravical::report::{self, Provenance};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyKeyError, PyValueError};

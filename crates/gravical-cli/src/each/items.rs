@@ -1,11 +1,11 @@
 //! From the arguments to the items: what is a session, and what it is called.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::fs;
 use std::io::{self, BufRead as _, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use gravical::cohort::{Item, not_twice};
+use gravical::cohort::{Ending, Item, named, not_twice};
 use gravical::escape::path_text;
 use gravical::live::folder::is_session;
 use gravical::session::{ENDINGS, may_be_recording};
@@ -51,7 +51,7 @@ impl Items {
         arguments: &[PathBuf],
         kind: Kind,
         outputs: &[&Path],
-        ending: Option<fn(&Path) -> String>,
+        ending: Option<Ending>,
     ) -> Result<Self> {
         let mut found = Found::new(kind, outputs);
         for argument in arguments {
@@ -70,7 +70,18 @@ impl Items {
                 ENDINGS.join(", .")
             )));
         }
-        let all = named(paths, ending, &mut notes);
+        let (all, renamed) = named(paths, ending);
+        if !renamed.is_empty() {
+            let renamed = renamed.iter().map(|item| {
+                let path = path_text(&item.path);
+                format!("{path} is {}", item.name)
+            });
+            let renamed: Vec<String> = renamed.collect();
+            notes.push(format!(
+                "names that several would share: {}",
+                listed(&renamed)
+            ));
+        }
         Ok(Items { all, notes })
     }
 }
@@ -221,92 +232,6 @@ fn listed(names: &[String]) -> String {
         shown.push(format!("and {} more", names.len() - MOST_NAMES));
     }
     shown.join(", ")
-}
-
-/// Name of a file without the endings of recordings; a folder keeps all of its name.
-pub fn stem(path: &Path) -> String {
-    let whole = match path.file_name() {
-        Some(name) => name.to_string_lossy().into_owned(),
-        // Such as `..`.
-        None => path
-            .canonicalize()
-            .ok()
-            .and_then(|p| Some(p.file_name()?.to_string_lossy().into_owned()))
-            .unwrap_or_else(|| "session".to_owned()),
-    };
-    if path.is_dir() {
-        return whole;
-    }
-    let without = |name: &str| {
-        let (stem, ending) = name.rsplit_once('.')?;
-        let known = ENDINGS.iter().any(|e| ending.eq_ignore_ascii_case(e));
-        (known && !stem.is_empty()).then(|| stem.to_owned())
-    };
-    // `x.csv.gz`
-    let once = without(&whole).unwrap_or(whole);
-    without(&once).unwrap_or(once)
-}
-
-/// Gives each path a name of its own. Those that would share a name get that of their folder in
-/// front, and a number where that does not help.
-fn named(
-    paths: Vec<PathBuf>,
-    ending: Option<fn(&Path) -> String>,
-    notes: &mut Vec<String>,
-) -> Vec<Item> {
-    let ending = |path: &Path| ending.map(|ending| ending(path));
-    // File systems that ignore case take `A.json` and `a.json` for one file.
-    let key = |name: &str, path: &Path| {
-        let ending = ending(path).unwrap_or_default();
-        format!("{}{ending}", name.to_lowercase())
-    };
-    let mut stems: Vec<String> = paths.iter().map(|p| stem(p)).collect();
-    let mut uses: HashMap<String, usize> = HashMap::new();
-    for (stem, path) in stems.iter().zip(&paths) {
-        *uses.entry(key(stem, path)).or_default() += 1;
-    }
-    let (mut taken, mut renamed) = (HashSet::new(), Vec::new());
-    // The number that a name has reached: with thousands of one name, none is tried twice.
-    let mut numbers: HashMap<String, usize> = HashMap::new();
-    for (stem, path) in stems.iter_mut().zip(&paths) {
-        let shared = uses[&key(stem, path)] > 1;
-        if shared && let Some(folder) = folder_name(path) {
-            *stem = format!("{folder}-{stem}");
-        }
-        let plain = stem.clone();
-        let number = numbers.entry(key(&plain, path)).or_insert(1);
-        // A name that others have from the start stays theirs.
-        while taken.contains(&key(stem, path))
-            || (*stem != plain || shared) && uses.contains_key(&key(stem, path))
-        {
-            *number += 1;
-            *stem = format!("{plain}-{number}");
-        }
-        taken.insert(key(stem, path));
-        if shared {
-            renamed.push(format!("{} is {stem}", path_text(path)));
-        }
-    }
-    if !renamed.is_empty() {
-        notes.push(format!(
-            "names that several would share: {}",
-            listed(&renamed)
-        ));
-    }
-    let items = paths.into_iter().zip(stems);
-    items
-        .map(|(path, name)| Item {
-            file: ending(&path).map(|ending| format!("{name}{ending}")),
-            name,
-            path,
-        })
-        .collect()
-}
-
-fn folder_name(path: &Path) -> Option<String> {
-    let folder = path.canonicalize().ok()?;
-    let name = folder.parent()?.file_name()?;
-    Some(name.to_string_lossy().into_owned())
 }
 
 #[cfg(test)]

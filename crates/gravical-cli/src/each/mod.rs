@@ -26,7 +26,7 @@ mod workers;
 
 pub use args::EachArgs;
 pub use items::Kind;
-pub use run::{Job, Outcome, Plan, Work, run};
+pub use run::{Job, Plan, Work, run};
 pub use summary::write_table;
 pub use words::Words;
 

@@ -9,7 +9,8 @@ use std::thread;
 use std::time::Duration;
 
 use gravical::cohort::{
-    Beginning, Columns, Content, Item, Journal, Origin, Row, Status, journal_name, sha256_of,
+    Beginning, Columns, Content, Ending, Item, Journal, Origin, Outcome, Row, SEPARATOR, Status,
+    journal_name, sha256_of,
 };
 use gravical::escape::{one_line, path_text, shown_json};
 use gravical::numfmt::count;
@@ -22,14 +23,12 @@ use super::items::{Items, Kind};
 use super::summary::{Counts, Form, Writer};
 use super::words::Words;
 use super::workers::in_order;
-use crate::failure::{self, RenderedError};
+use crate::failure;
 use crate::table::write_file;
 use crate::{crash, progress, text};
 
 /// Widest column of names on the screen.
 const WIDEST: usize = 40;
-/// Between reasons, which have semicolons of their own.
-const SEPARATOR: &str = " / ";
 /// Codes of errors that may be gone at the next attempt: of the file system, of memory, of a file that
 /// was being written.
 const TRANSIENT: [&str; 3] = ["io", "no-memory", "changed"];
@@ -38,19 +37,6 @@ const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_PAUSE: Duration = Duration::from_secs(60);
 /// Most codes in the sentence about errors.
 const MOST_CODES: usize = 4;
-
-/// The result of an item.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Outcome<V> {
-    /// The verdict as it is printed.
-    pub verdict: String,
-    /// Whether it failed its quality gate.
-    pub is_poor: bool,
-    /// Reasons of the verdict, the main one first.
-    pub reasons: Vec<String>,
-    /// What was measured.
-    pub values: V,
-}
 
 /// What a command does with one item.
 pub trait Job: Sync {
@@ -98,7 +84,7 @@ pub struct Plan<'a> {
     /// Folder of the results.
     pub output: Option<&'a Path>,
     /// Ending of a result, with the dot, from the path of its item; none for no result.
-    pub ending: Option<fn(&Path) -> String>,
+    pub ending: Option<Ending>,
     /// Files that belong to the options.
     pub files: Vec<&'a Path>,
     pub force: bool,
@@ -392,14 +378,7 @@ impl<'a, J: Job> Run<'a, J> {
         let own = result.clone().filter(|result| self.is_own(item, result));
         match self.outcome(item, result.as_deref(), own.is_some(), &content)? {
             Ok(outcome) => {
-                row.status = match outcome.is_poor {
-                    true => Status::Poor,
-                    false => Status::Done,
-                };
-                row.verdict = Some(outcome.verdict);
-                row.reason = Some(outcome.reasons.join(SEPARATOR)).filter(|r| !r.is_empty());
-                row.result = result.as_deref().map(path_text);
-                row.values = Some(outcome.values);
+                row.measured(outcome, result.as_deref());
                 Ok(Attempt {
                     own: result,
                     ..Attempt::new(row)
@@ -597,12 +576,10 @@ impl Tally {
 }
 
 fn set_error<V>(row: &mut Row<V>, error: &anyhow::Error) {
-    let rendered = RenderedError::of(error);
-    let text = |key: &str| Some(rendered.as_ref()?.object[key].as_str()?.to_owned());
-    row.status = Status::Error;
-    row.error_code = text("code").or_else(|| Some("internal".to_owned()));
-    row.reason = text("message").or_else(|| Some(format!("{error:#}")));
-    row.hint = text("hint");
+    match error.downcast_ref::<Error>() {
+        Some(error) => row.failed(error.code(), &error.in_flags(), error.hint()),
+        None => row.failed("internal", &format!("{error:#}"), None),
+    }
 }
 
 /// The journal is beside the results, or beside the summary where there are none.

@@ -250,6 +250,21 @@ fn scripts_of_the_queues_do_all_shards() {
 
 #[test]
 #[cfg(unix)]
+fn the_demonstration_ends_in_a_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for _ in 0..2 {
+        let mut demo = std::process::Command::new(script("demo.sh"));
+        let demo = demo.arg(at).arg("3").env("GRAVICAL", program());
+        let done = demo.output().unwrap();
+        assert!(done.status.success(), "{done:?}");
+    }
+    assert_eq!(collected(at, "", 0)["counts"]["items"], 3);
+    assert!(at.join("cohort.html").exists() && at.join("cohort.csv").exists());
+}
+
+#[test]
+#[cfg(unix)]
 fn a_job_whose_time_is_up_is_queued_again_and_continues() {
     let folder = fleet(1);
     let at = folder.path();

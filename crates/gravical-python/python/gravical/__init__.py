@@ -15,6 +15,7 @@ in the ``findings`` of a result.
 
 from __future__ import annotations
 
+from . import cohort
 from ._arrays import (
     AllanDeviation,
     Ferraris,
@@ -95,6 +96,7 @@ __all__ = [
     "apply",
     "calibrate",
     "check",
+    "cohort",
     "compare",
     "denoise",
     "export_targets",

@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 use super::content::Stamp;
 use super::row::{Row, Status};
 use crate::hash::sha256;
+use crate::output::write_atomic;
 use crate::{Error, Result, TOOL};
 
 /// Name of the format, of the journal and of a summary.
@@ -30,7 +31,7 @@ pub const FORMAT: &str = "gravical-each/1";
 const ENDING: &str = ".journal.ndjson";
 
 /// One of many recordings or sessions.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Item {
     /// What it is called: unique among all, whatever the case of its letters.
     pub name: String,
@@ -129,7 +130,10 @@ impl Origin {
     #[must_use]
     pub fn key(&self) -> String {
         let files: Vec<&String> = self.files.values().collect();
-        sha256(format!("{:?}", (&self.tool, &self.command, &self.options, files)).as_bytes())
+        // Those of one name keep their order; the others have none in Python.
+        let mut options: Vec<&str> = self.options.iter().map(String::as_str).collect();
+        options.sort_by_key(|option| option.split('=').next());
+        sha256(format!("{:?}", (&self.tool, &self.command, options, files)).as_bytes())
     }
 }
 
@@ -240,6 +244,12 @@ pub fn journal_name(command: &str, shard: Option<Shard>) -> String {
     }
 }
 
+/// Name of the journal of one item, which an engine distributes. A hash: names of items have any length,
+/// and could be those of shards.
+pub(super) fn item_journal_name(command: &str, item: &str) -> String {
+    format!("{command}.{}{ENDING}", &sha256(item.as_bytes())[..32])
+}
+
 /// The journals in `folder`, in order of their names.
 ///
 /// # Errors
@@ -279,10 +289,18 @@ struct Done {
     length: usize,
 }
 
+/// Where lines go.
+enum Sink {
+    /// To the end of a file.
+    Appended(File),
+    /// Into a file that is written anew each time: these are its lines.
+    Replaced(Vec<u8>),
+}
+
 /// The journal, open for one run alone.
 pub struct Journal {
     path: PathBuf,
-    file: Mutex<File>,
+    sink: Mutex<Sink>,
     key: String,
     known: HashMap<String, Known>,
     summaries: HashMap<PathBuf, Option<Stamp>>,
@@ -336,7 +354,8 @@ impl Journal {
         }
         let mut journal = Journal {
             path: path.to_owned(),
-            file: Mutex::new(file),
+            // Through the handle with the lock: some systems let no other one read.
+            sink: Mutex::new(Sink::Appended(file.try_clone().map_err(io)?)),
             key: run.origin.key(),
             known: HashMap::new(),
             summaries: HashMap::new(),
@@ -344,12 +363,41 @@ impl Journal {
         let mut whole = 0;
         if resume {
             journal.read_others(&run.origin.command)?;
-            // Through the handle with the lock: some systems let no other one read.
-            let own = journal.lock().try_clone().map_err(io)?;
-            whole = journal.read(path, own)?;
+            whole = journal.read(path, file.try_clone().map_err(io)?)?;
         }
-        journal.lock().set_len(whole).map_err(io)?;
+        file.set_len(whole).map_err(io)?;
         journal.begin_run(run)?;
+        Ok(journal)
+    }
+
+    /// The journal at `path` of one item alone, which is worked on wherever an engine puts it, and by
+    /// two workers at a time if it lost sight of one. It is complete or absent, and the last writer
+    /// wins: all of them have the same result. With `anew` what it says is not read.
+    ///
+    /// # Errors
+    ///
+    /// `journal-syntax` if it is none; errors of the file system.
+    pub fn of_one(path: &Path, origin: &Origin, anew: bool) -> Result<Self> {
+        let mut journal = Journal {
+            path: path.to_owned(),
+            sink: Mutex::new(Sink::Replaced(Vec::new())),
+            key: origin.key(),
+            known: HashMap::new(),
+            summaries: HashMap::new(),
+        };
+        match File::open(path) {
+            Ok(file) if !anew => {
+                journal.read(path, file)?;
+            }
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(path, e)),
+            _ => {}
+        }
+        let run = journal.text(&Line::<()>::Run {
+            origin: origin.clone(),
+            shard: None,
+            items: None,
+        })?;
+        *journal.lock() = Sink::Replaced(run);
         Ok(journal)
     }
 
@@ -420,8 +468,8 @@ impl Journal {
         })
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, File> {
-        self.file.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> std::sync::MutexGuard<'_, Sink> {
+        self.sink.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The run, and those of its items that no journal knows.
@@ -452,10 +500,17 @@ impl Journal {
 
     /// Writes at once: whenever the program is ended, a line is there or it is the torn last one.
     fn append(&self, text: &[u8]) -> Result<()> {
-        let mut file = self.lock();
-        let end = file.seek(SeekFrom::End(0));
-        end.and_then(|_| file.write_all(text))
-            .map_err(|e| Error::io(&self.path, e))
+        let io = |e| Error::io(&self.path, e);
+        match &mut *self.lock() {
+            Sink::Appended(file) => {
+                let end = file.seek(SeekFrom::End(0));
+                end.and_then(|_| file.write_all(text)).map_err(io)
+            }
+            Sink::Replaced(lines) => {
+                lines.extend(text);
+                write_atomic(&self.path, true, |out| out.write_all(lines).map_err(io))
+            }
+        }
     }
 
     fn write<R: Serialize>(&self, line: &Line<R>) -> Result<()> {
@@ -488,10 +543,9 @@ impl Journal {
             file.seek(SeekFrom::Start(done.at))?;
             file.read_exact(line)
         };
-        if done.journal == self.path {
-            read(&self.lock(), &mut line).ok()?;
-        } else {
-            read(&File::open(&done.journal).ok()?, &mut line).ok()?;
+        match &*self.lock() {
+            Sink::Appended(file) if done.journal == self.path => read(file, &mut line).ok()?,
+            _ => read(&File::open(&done.journal).ok()?, &mut line).ok()?,
         }
         match serde_json::from_slice(&line).ok()? {
             Line::Done { row, .. } => Some(row),

@@ -1,10 +1,29 @@
 //! What is said of an item: one row.
 
+use std::path::Path;
+
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::escape::path_text;
 use crate::finding::{Finding, Severity};
+
+/// Between reasons, which have semicolons of their own.
+pub const SEPARATOR: &str = " / ";
+
+/// What a command made of an item.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome<V> {
+    /// The verdict as it is printed.
+    pub verdict: String,
+    /// Whether it failed its quality gate.
+    pub is_poor: bool,
+    /// Reasons of the verdict, the main one first.
+    pub reasons: Vec<String>,
+    /// What was measured.
+    pub values: V,
+}
 
 /// The row of an item: common to all commands, and `values` of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -92,6 +111,26 @@ impl<V> Row<V> {
             sha256: None,
             values: None,
         }
+    }
+
+    /// The item has this outcome, in the file `result`.
+    pub fn measured(&mut self, outcome: Outcome<V>, result: Option<&Path>) {
+        self.status = match outcome.is_poor {
+            true => Status::Poor,
+            false => Status::Done,
+        };
+        self.verdict = Some(outcome.verdict);
+        self.reason = Some(outcome.reasons.join(SEPARATOR)).filter(|r| !r.is_empty());
+        self.result = result.map(path_text);
+        self.values = Some(outcome.values);
+    }
+
+    /// The item has no result, for this reason.
+    pub fn failed(&mut self, code: &str, message: &str, hint: Option<&str>) {
+        self.status = Status::Error;
+        self.error_code = Some(code.to_owned());
+        self.reason = Some(message.to_owned());
+        self.hint = hint.map(str::to_owned);
     }
 }
 

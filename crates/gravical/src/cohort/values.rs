@@ -3,11 +3,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::row::{Columns, kinds};
+use super::row::{Columns, Outcome, kinds};
 use crate::apply::ApplySummary;
-use crate::calibration_file::{CalibrationFile, Deviations};
-use crate::check::CheckReport;
-use crate::noise::{NoiseResult, Term};
+use crate::calibration_file::{CalibrationFile, Deviations, Grade};
+use crate::check::{CheckReport, Judgement};
+use crate::finding::Finding;
+use crate::noise::{NoiseResult, Term, duration_text};
 use crate::numfmt::unit;
 use crate::wearable::WearableSummary;
 
@@ -246,6 +247,77 @@ impl From<&WearableSummary> for SummaryValues {
             findings: kinds(&summary.findings),
         }
     }
+}
+
+impl From<&CalibrationFile> for Outcome<CalibrationValues> {
+    fn from(file: &CalibrationFile) -> Self {
+        Outcome {
+            verdict: file.verdict.grade.name().to_owned(),
+            is_poor: file.verdict.grade == Grade::Poor,
+            reasons: file.verdict.reasons.clone(),
+            values: file.into(),
+        }
+    }
+}
+
+impl From<&CheckReport> for Outcome<CheckValues> {
+    fn from(report: &CheckReport) -> Self {
+        let judgement = report.verdict.judgement;
+        Outcome {
+            verdict: judgement.name().to_owned(),
+            is_poor: judgement == Judgement::DoesNotFit,
+            reasons: report.verdict.reasons.clone(),
+            values: report.into(),
+        }
+    }
+}
+
+impl From<&ApplySummary> for Outcome<ApplyValues> {
+    fn from(summary: &ApplySummary) -> Self {
+        Outcome {
+            verdict: "done".to_owned(),
+            is_poor: false,
+            reasons: vec![with_kinds(
+                format!("{} rows", summary.rows),
+                &summary.findings,
+            )],
+            values: summary.into(),
+        }
+    }
+}
+
+impl From<&NoiseResult> for Outcome<NoiseValues> {
+    fn from(result: &NoiseResult) -> Self {
+        let used = format!("{} at rest", duration_text(result.used_s));
+        Outcome {
+            verdict: "analysed".to_owned(),
+            is_poor: false,
+            reasons: vec![with_kinds(used, &result.findings)],
+            values: result.into(),
+        }
+    }
+}
+
+impl From<&WearableSummary> for Outcome<SummaryValues> {
+    fn from(summary: &WearableSummary) -> Self {
+        let worn = duration_text(summary.worn.wear_s as f64);
+        let epochs = format!("{} epochs, {worn} worn", summary.worn.epochs);
+        Outcome {
+            verdict: "done".to_owned(),
+            is_poor: false,
+            reasons: vec![with_kinds(epochs, &summary.findings)],
+            values: summary.into(),
+        }
+    }
+}
+
+fn with_kinds(mut reason: String, findings: &[Finding]) -> String {
+    let kinds = kinds(findings);
+    if !kinds.is_empty() {
+        reason.push_str("; ");
+        reason.push_str(&kinds);
+    }
+    reason
 }
 
 /// A table of one command.

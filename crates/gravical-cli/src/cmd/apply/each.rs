@@ -4,14 +4,14 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use gravical::Error;
-use gravical::apply::{ApplyOptions, ApplySummary, apply};
+use gravical::apply::{ApplyOptions, apply};
 use gravical::calibration_file::CalibrationFile;
-use gravical::cohort::{ApplyValues, kinds};
+use gravical::cohort::{ApplyValues, Outcome, ending_of};
 use gravical::recording::{ReadOptions, open};
 
 use super::Args;
 use crate::cmd::words;
-use crate::each::{self, EachArgs, Job, Kind, Outcome, Plan, Work};
+use crate::each::{self, EachArgs, Job, Kind, Plan, Work};
 use crate::options::{SWAPPED, read_calibration};
 use crate::table::write_file;
 
@@ -50,7 +50,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             false => Kind::Named,
         },
         output: Some(output),
-        ending: Some(ending),
+        ending: ending_of("apply"),
         files: vec![Path::new(&args.calibration)],
         force: args.output.force,
         json: args.output.json,
@@ -62,16 +62,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         options,
     };
     each::run(&plan, &job)
-}
-
-/// The ending of the recording, unpacked.
-fn ending(path: &Path) -> String {
-    let plain = match path.extension() {
-        Some(e) if e.eq_ignore_ascii_case("gz") => path.with_extension(""),
-        _ => path.to_owned(),
-    };
-    let ending = plain.extension().unwrap_or_else(|| "csv".as_ref());
-    format!(".{}", ending.to_string_lossy())
 }
 
 struct Applications {
@@ -94,37 +84,6 @@ impl Job for Applications {
             work.check_unchanged()?;
             Ok(summary)
         })?;
-        Ok(Outcome {
-            verdict: "done".to_owned(),
-            is_poor: false,
-            reasons: vec![reason(&summary)],
-            values: ApplyValues::from(&summary),
-        })
-    }
-}
-
-fn reason(summary: &ApplySummary) -> String {
-    let rows = format!("{} rows", summary.rows);
-    match kinds(&summary.findings) {
-        none if none.is_empty() => rows,
-        kinds => format!("{rows}; {kinds}"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn results_are_not_packed() {
-        for (path, own) in [
-            ("a.csv", ".csv"),
-            ("a.TXT", ".TXT"),
-            ("a.csv.gz", ".csv"),
-            ("a.gz", ".csv"),
-            ("a", ".csv"),
-        ] {
-            assert_eq!(ending(Path::new(path)), own, "{path}");
-        }
+        Ok(Outcome::from(&summary))
     }
 }

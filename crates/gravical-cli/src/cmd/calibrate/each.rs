@@ -4,14 +4,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::calibrate::CalibrateOptions;
-use gravical::calibration_file::{Grade, InputFile};
-use gravical::cohort::CalibrationValues;
+use gravical::calibration_file::InputFile;
+use gravical::cohort::{CalibrationValues, Outcome, ending_of};
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::recording::ReadOptions;
 
 use super::{Args, compute, save};
 use crate::cmd::words;
-use crate::each::{self, EachArgs, Job, Kind, Outcome, Plan, Words, Work};
+use crate::each::{self, EachArgs, Job, Kind, Plan, Words, Work};
 
 /// Runs the command for each of its sessions.
 ///
@@ -46,7 +46,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         inputs: &args.inputs,
         kind: Kind::Sessions,
         output: args.output.as_deref(),
-        ending: Some(|_| ".json".to_owned()),
+        ending: ending_of("calibrate"),
         files: files.collect(),
         force: args.force,
         json: args.json,
@@ -83,11 +83,6 @@ impl Job for Calibrations<'_> {
         if let Some(path) = work.result {
             save(path, work.force, &file)?;
         }
-        Ok(Outcome {
-            verdict: file.verdict.grade.name().to_owned(),
-            is_poor: file.verdict.grade == Grade::Poor,
-            reasons: file.verdict.reasons.clone(),
-            values: CalibrationValues::from(&file),
-        })
+        Ok(Outcome::from(&file))
     }
 }

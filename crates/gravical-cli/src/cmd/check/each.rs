@@ -4,13 +4,13 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use gravical::calibration_file::CalibrationFile;
-use gravical::check::{CheckOptions, Judgement};
-use gravical::cohort::CheckValues;
+use gravical::check::CheckOptions;
+use gravical::cohort::{CheckValues, Outcome};
 use gravical::recording::ReadOptions;
 
 use super::{Args, compute};
 use crate::cmd::words;
-use crate::each::{self, EachArgs, Job, Kind, Outcome, Plan, Work};
+use crate::each::{self, EachArgs, Job, Kind, Plan, Work};
 use crate::options::{SWAPPED, read_calibration};
 
 /// Runs the command for each of its sessions.
@@ -74,12 +74,6 @@ impl Job for Checks<'_> {
             &self.options,
         )?;
         work.check_unchanged()?;
-        let judgement = report.verdict.judgement;
-        Ok(Outcome {
-            verdict: judgement.name().to_owned(),
-            is_poor: judgement == Judgement::DoesNotFit,
-            reasons: report.verdict.reasons.clone(),
-            values: CheckValues::from(&report),
-        })
+        Ok(Outcome::from(&report))
     }
 }

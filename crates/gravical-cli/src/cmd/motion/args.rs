@@ -269,6 +269,7 @@ impl Args {
                 Some(Switch::Off) => None,
                 _ => m.stance_rate.or(preset.stance_rate_rad_s),
             },
+            meter: preset.meter,
             v0_mps: m.v0.map(|v| v.0),
             p0_m: m.p0.map_or(preset.p0_m, |p| p.0),
             noise,
@@ -277,7 +278,6 @@ impl Args {
             tilt_change_deg: m.tilt_change.unwrap_or(preset.tilt_change_deg),
             bands: !m.no_bands,
             keep_uncalibrated: self.figures.figures.is_some() || self.report.is_wanted(),
-            meter: None,
             axes: self.recording.axes.0,
         })
     }

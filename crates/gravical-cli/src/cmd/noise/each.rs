@@ -2,13 +2,13 @@
 
 use std::process::ExitCode;
 
-use gravical::cohort::{NoiseValues, kinds};
-use gravical::noise::{NoiseOptions, duration_text, noise};
+use gravical::cohort::{NoiseValues, Outcome, ending_of};
+use gravical::noise::{NoiseOptions, noise};
 use gravical::recording::ReadOptions;
 
 use super::{Args, json, options_of, write_text};
 use crate::cmd::words;
-use crate::each::{self, EachArgs, Job, Kind, Outcome, Plan, Work};
+use crate::each::{self, EachArgs, Job, Kind, Plan, Work};
 
 /// Runs the command for each of its recordings.
 ///
@@ -32,7 +32,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         inputs: &args.inputs,
         kind: Kind::Recordings,
         output: args.output.as_deref(),
-        ending: Some(|_| ".json".to_owned()),
+        ending: ending_of("noise"),
         files: Vec::new(),
         force: args.force,
         json: args.json,
@@ -60,16 +60,6 @@ impl Job for Analyses {
         if let Some(path) = work.result {
             write_text(path, work.force, &json(&result)?)?;
         }
-        let mut reason = format!("{} at rest", duration_text(result.used_s));
-        let kinds = kinds(&result.findings);
-        if !kinds.is_empty() {
-            reason.push_str(&format!("; {kinds}"));
-        }
-        Ok(Outcome {
-            verdict: "analysed".to_owned(),
-            is_poor: false,
-            reasons: vec![reason],
-            values: NoiseValues::from(&result),
-        })
+        Ok(Outcome::from(&result))
     }
 }

@@ -3,13 +3,12 @@
 use std::process::ExitCode;
 
 use gravical::calibration_file::CalibrationFile;
-use gravical::cohort::{SummaryValues, kinds};
-use gravical::noise::duration_text;
+use gravical::cohort::{Outcome, SummaryValues, ending_of};
 use gravical::wearable::{SummariseOptions, summarise};
 
 use super::Args;
 use crate::cmd::words;
-use crate::each::{self, EachArgs, Job, Kind, Outcome, Plan, Work};
+use crate::each::{self, EachArgs, Job, Kind, Plan, Work};
 use crate::table::write_file;
 
 /// Runs the command for each of its recordings.
@@ -27,7 +26,7 @@ pub fn run(args: &Args, mut options: SummariseOptions) -> anyhow::Result<ExitCod
         inputs: &args.inputs,
         kind: Kind::Recordings,
         output: args.output.output.as_deref(),
-        ending: Some(|_| ".csv".to_owned()),
+        ending: ending_of("summarise"),
         files: args.calibration.iter().map(|p| p.as_path()).collect(),
         force: args.output.force,
         json: args.output.json,
@@ -61,17 +60,6 @@ impl Job for Summaries {
             Some(path) => write_file(path, work.force, pass)?,
             None => pass(&mut std::io::sink())?,
         };
-        let worn = duration_text(summary.worn.wear_s as f64);
-        let mut reason = format!("{} epochs, {worn} worn", summary.worn.epochs);
-        let kinds = kinds(&summary.findings);
-        if !kinds.is_empty() {
-            reason.push_str(&format!("; {kinds}"));
-        }
-        Ok(Outcome {
-            verdict: "done".to_owned(),
-            is_poor: false,
-            reasons: vec![reason],
-            values: SummaryValues::from(&summary),
-        })
+        Ok(Outcome::from(&summary))
     }
 }
