@@ -103,6 +103,9 @@ pub fn ferraris<'py>(
     Ok((both(&accelerometer.bias, &accelerometer.matrix), gyroscope))
 }
 
+/// One column.
+type Column<'py> = Bound<'py, PyArray1<f64>>;
+
 /// Averaging times, s, and Allan deviations; of octaves without `taus`.
 #[pyfunction]
 pub fn allan_deviation<'py>(
@@ -110,7 +113,7 @@ pub fn allan_deviation<'py>(
     samples: PyReadonlyArray1<'py, f64>,
     rate: f64,
     taus: Option<Vec<f64>>,
-) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+) -> PyResult<(Column<'py>, Column<'py>)> {
     let samples = samples.as_slice()?;
     let m = match taus {
         Some(taus) => taus
