@@ -10,7 +10,11 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 
 #[path = "../../../../tests/support/axivity.rs"]
-#[allow(dead_code, clippy::unwrap_used, reason = "support of tests, which use more of it")]
+#[allow(
+    dead_code,
+    clippy::unwrap_used,
+    reason = "support of tests, which use more of it"
+)]
 mod cwa;
 #[path = "../../../../tests/support/wear.rs"]
 #[allow(dead_code, reason = "the tests use more of it")]
