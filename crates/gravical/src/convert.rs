@@ -146,7 +146,7 @@ pub fn convert_file(
     rows.trailing().iter().for_each(|_| out.bytes.push(b'\n'));
     out.finish()?;
     Ok(ConvertSummary {
-        start_unix_s: recording.recorded_at().and(recording.time_origin_s),
+        start_unix_s: recording.recorded_at().and(recording.start_unix_s()),
         description: recording.description,
         serial: recording.serial,
         lines: recording.ledger.lines,

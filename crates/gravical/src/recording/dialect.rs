@@ -39,6 +39,12 @@ pub struct Dialect {
 }
 
 impl Dialect {
+    /// The last line of the header, if it is in the file.
+    pub fn header_line(&self) -> Option<u64> {
+        let line = self.header.as_ref()?.lines[1];
+        (line > 0).then_some(line)
+    }
+
     /// For messages: `comma separated, header in line 1`.
     #[must_use]
     pub fn description(&self) -> String {

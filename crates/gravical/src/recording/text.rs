@@ -76,7 +76,7 @@ pub(super) fn find_format(
         file: name,
     };
     let mut layout = layout::find(role, &dialect, request, findings)
-        .map_err(|e| e.at(here, dialect.header.as_ref().map(|h| h.lines[1])))?;
+        .map_err(|e| e.at(here, dialect.header_line()))?;
     layout.apply_board_settings(&dialect.metadata);
     Ok(Format {
         description: dialect.description(),

@@ -30,6 +30,8 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 /// Longest gap that is filled with empty rows, s: a week. Beyond it a stamp is more likely wrong.
 pub(super) const MOST_FILLED_S: i64 = 7 * 86_400;
+/// Empty epochs for each one with samples, beside those of one such gap.
+const FILLED_EACH: i64 = 10;
 
 /// Size of a table that is kept in memory until it is complete; a larger one goes to a file without
 /// a name.
@@ -74,6 +76,9 @@ pub(super) struct Epochs {
     last_s: f64,
     /// The epoch that is being filled.
     now: Option<i64>,
+    /// Epochs that were begun, and empty ones between them.
+    begun: i64,
+    empty: i64,
     samples: EpochSamples,
     missing: u64,
     /// End of the part of the non-wear rule that is being filled, s.
@@ -145,6 +150,8 @@ impl Epochs {
             rows: 0,
             last_s: f64::NAN,
             now: None,
+            begun: 0,
+            empty: 0,
             samples: EpochSamples::default(),
             missing: 0,
             part_end_s: f64::NEG_INFINITY,
@@ -268,6 +275,17 @@ impl Epochs {
         self.time.insert(time).origin_s()
     }
 
+    /// The clock of the recording begins anew: dates are those of its stamps from here on.
+    #[cold]
+    fn restart(&mut self, t_s: f64, stamp: f64) {
+        if let (Some(TimeColumn::Dates { origin_s, .. }), Clock::Stamps { stamp_s, .. }) =
+            (&mut self.time, self.clock)
+            && (stamp - t_s).is_finite()
+        {
+            *origin_s = stamp * stamp_s - t_s;
+        }
+    }
+
     /// Moves on to the time of a row.
     #[inline]
     fn advance(&mut self, t_s: f64, paused: bool, line: u64) -> Result<()> {
@@ -289,16 +307,21 @@ impl Epochs {
 
     fn advance_far(&mut self, t_s: f64, number: i64, paused: bool, line: u64) -> Result<()> {
         let part = (t_s / PART_S as f64).floor() as i64;
+        // So that a few rows far apart do not make a table without end.
         let filled = MOST_FILLED_S / self.epoch_s;
+        let in_all = filled + FILLED_EACH * self.begun - self.empty;
+        self.begun += 1;
         match self.now {
             // Stamps that step back by less than an epoch are noise of the clock.
             Some(now) if number + 1 == now => return Ok(()),
-            Some(now) if number < now || number - now > filled => {
+            Some(now) if number < now || number - now > filled.min(in_all) => {
                 self.jumps.push(line);
+                self.last_s = t_s;
                 self.end_stretch()?;
                 self.begin(number, part);
             }
             Some(now) => {
+                self.empty += (number - now - 1).max(0);
                 let mut lost = match paused || !self.is_step(t_s) {
                     true => Lost::none(),
                     false => Lost::between(self.last_s, t_s, self.usual_s()),
@@ -438,6 +461,9 @@ impl Sink for Epochs {
                 continue;
             };
             let [x, y, z, ..] = sensor.calibrate(row.values, row.line);
+            if row.restarted {
+                self.restart(row.t_s, row.values[TIME]);
+            }
             let Some(t_s) = self.time_s(row.t_s, row.values[TIME]) else {
                 if !matches!(self.clock, Clock::Unknown) {
                     self.untimed.push(row.line);

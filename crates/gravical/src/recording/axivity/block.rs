@@ -55,8 +55,10 @@ pub(crate) struct Header {
 impl Header {
     /// `bytes` is the beginning of a file; `None` if it is not that of a `.cwa` file.
     pub fn parse(bytes: &[u8]) -> Option<Self> {
+        // By the length of the header or by the first block: one of them may be damaged.
         let begins = bytes.len() >= HEADER + 2 && &bytes[..2] == b"MD";
-        if !begins || &bytes[HEADER..HEADER + 2] != b"AX" {
+        let is_long = || u16_at(bytes, 2) as usize == HEADER - 4;
+        if !begins || !(is_long() || &bytes[HEADER..HEADER + 2] == b"AX") {
             return None;
         }
         let high = match u16_at(bytes, 11) {

@@ -131,7 +131,9 @@ impl<R: Read> Blocks<R> {
     }
 
     fn skip(&mut self, reason: Aside, why: &'static str) -> Event {
-        self.skipped += 1;
+        // Repeated and late blocks take no number of those that are missing.
+        let counts = matches!(reason, Aside::CorruptBlock | Aside::ErasedBlock);
+        self.skipped += u64::from(counts);
         Event::Skipped(Skipped {
             reason,
             block: self.read,
@@ -156,7 +158,9 @@ impl<R: Read> Blocks<R> {
                     let why = "earlier than the one before";
                     return (None, self.skip(Aside::LateBlock, why));
                 }
-                if block.sequence == last.sequence + 1 && last.continues_with(&block) {
+                if last.sequence.checked_add(1) == Some(block.sequence)
+                    && last.continues_with(&block)
+                {
                     first = last.samples;
                 } else {
                     gap = Some(Event::Gap);
@@ -184,7 +188,9 @@ impl<R: Read> Blocks<R> {
     }
 
     fn miss(&mut self, last: Last, block: &Block) {
-        let between = block.sequence.saturating_sub(last.sequence + 1);
+        let between = block
+            .sequence
+            .saturating_sub(last.sequence.saturating_add(1));
         let missing = u64::from(between).saturating_sub(self.skipped);
         self.missing.blocks += missing;
         // Where the numbers go on, the stamps jump; skipped blocks are named elsewhere.

@@ -256,6 +256,7 @@ impl<R: Read> AxivityRows<R> {
                 Some(Item::Aside(skipped.reason))
             }
             Event::Block(placed) => {
+                self.text.clear();
                 if self.clock.is_empty() {
                     self.clock.begin(1.0 / placed.block.rate_hz);
                     self.clock
