@@ -15,9 +15,13 @@
 set -uo pipefail
 list=$1 out=$2
 shift 2
-gravical calibrate --each "@$list" -o "$out" "$@" \
-    --shard "$SGE_TASK_ID/$SGE_TASK_LAST" \
-    --threads "${NSLOTS:-1}" --resume --retries 3 --quiet &
+# The warning goes to all processes of the job: only this shell answers it.
+(
+    trap '' USR1 USR2
+    exec gravical calibrate --each "@$list" -o "$out" "$@" \
+        --shard "$SGE_TASK_ID/$SGE_TASK_LAST" \
+        --threads "${NSLOTS:-1}" --resume --retries 3 --quiet
+) &
 run=$!
 trap 'kill -TERM "$run"' USR1 USR2 TERM
 wait "$run"
@@ -27,6 +31,8 @@ while kill -0 "$run" 2>/dev/null; do
     wait "$run"
     code=$?
 done
+# The run may have ended between the signal and the loop: its own code is still there.
+[ "$code" -gt 128 ] && { wait "$run"; code=$?; }
 case $code in
     # Recordings that failed are rows of `gravical collect`, not a failure of the job.
     0 | 4) exit 0 ;;

@@ -28,6 +28,8 @@ while kill -0 "$run" 2>/dev/null; do
     wait "$run"
     code=$?
 done
+# The run may have ended between the signal and the loop: its own code is still there.
+[ "$code" -gt 128 ] && { wait "$run"; code=$?; }
 case $code in
     # Recordings that failed are rows of `gravical collect`, not a failure of the job.
     0 | 4) exit 0 ;;

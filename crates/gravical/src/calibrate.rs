@@ -162,20 +162,27 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     };
 
     // M and b of u = M a + b, and their covariance.
-    let session = Session {
-        recordings,
-        segmentation: &segmentation,
-        axes: &options.segment.axes,
-        faces_by_name: options.segment.faces_by_name,
-        gravity,
-        drift,
+    let estimated = |segmentation: &Segmentation, drift: bool| {
+        let session = Session {
+            recordings,
+            segmentation,
+            axes: &options.segment.axes,
+            faces_by_name: options.segment.faces_by_name,
+            gravity,
+            drift,
+        };
+        accelerometer(&session, &options.estimate)
+            .map_err(|error| error.after(&segmentation.findings, FindingKind::NoStaticInterval))
+            .map_err(lost)
     };
-    let estimate = accelerometer(&session, &options.estimate)
-        .map_err(|error| error.after(&segmentation.findings, FindingKind::NoStaticInterval))
-        .map_err(lost)?;
-
+    let mut estimate = estimated(&segmentation, drift)?;
     if drift {
         temperature_model = from_poses(recordings, &estimate, &mut segmentation);
+        if estimate.drift.is_none() {
+            // The poses of one part of the session are all there are of some direction.
+            temperature_model = for_calibration(recordings, &[], &mut segmentation)?;
+            estimate = estimated(&segmentation, false)?;
+        }
     }
     let placements = &segmentation.placements;
 

@@ -277,36 +277,45 @@ fn a_job_whose_time_is_up_is_queued_again_and_continues() {
     write(at, "scontrol", "#!/bin/sh\necho \"$@\" > queued\n");
     let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
     fs::set_permissions(at.join("scontrol"), mode).unwrap();
-    let slurm = || {
+    let out = |name: &str| at.join(format!("out-{name}"));
+    let job = |name: &str| {
         let mut job = shell(at, "bash");
-        job.arg(script("slurm.sh")).args(["list.txt", "out"]);
+        job.arg(script(&format!("{name}.sh")))
+            .args(["list.txt".as_ref(), out(name).as_os_str()]);
         job.env("SLURM_ARRAY_TASK_ID", "1")
-            .env("SLURM_ARRAY_TASK_COUNT", "1");
-        job.env("SLURM_ARRAY_JOB_ID", "77");
+            .env("SLURM_ARRAY_TASK_COUNT", "1")
+            .env("SLURM_ARRAY_JOB_ID", "77")
+            .env("SGE_TASK_ID", "1")
+            .env("SGE_TASK_LAST", "1");
+        // A queue signals the shell, or all processes of the job.
+        std::os::unix::process::CommandExt::process_group(&mut job, 0);
         job
     };
-    let mut job = slurm().spawn().unwrap();
-    while fs::read_dir(at.join("out")).map_or(0, Iterator::count) < 5 {
-        std::thread::sleep(std::time::Duration::from_millis(2));
-        assert!(job.try_wait().unwrap().is_none());
+    for (name, signal, whom, code) in [("slurm", "TERM", "", 0), ("sge", "USR2", "-", 99)] {
+        let mut run = job(name).spawn().unwrap();
+        while fs::read_dir(out(name)).map_or(0, Iterator::count) < 5 {
+            std::thread::sleep(std::time::Duration::from_millis(2));
+            assert!(run.try_wait().unwrap().is_none());
+        }
+        let target = format!("{whom}{}", run.id());
+        let kill = std::process::Command::new("kill")
+            .args(["-s", signal, "--", &target])
+            .status();
+        assert!(kill.unwrap().success());
+        assert_eq!(run.wait().unwrap().code(), Some(code), "{name}");
+        let collect = |code| {
+            let line = format!("collect out-{name} --json");
+            let (out, _) = ends_with(at, &line, code);
+            serde_json::from_str::<Value>(&out).unwrap()["counts"].clone()
+        };
+        let counts = collect(4);
+        assert!(counts["missing"].as_u64().unwrap() > 0, "{name}: {counts}");
+        assert!(counts["done"].as_u64().unwrap() > 3, "{name}: {counts}");
+        assert!(job(name).status().unwrap().success());
+        let counts = collect(0);
+        let whole = (&counts["done"], &counts["missing"]);
+        assert_eq!(whole, (&301.into(), &0.into()), "{name}");
     }
-    let kill = std::process::Command::new("kill")
-        .args(["-s", "TERM", &job.id().to_string()])
-        .status();
-    assert!(kill.unwrap().success() && job.wait().unwrap().success());
-    assert_eq!(
-        fs::read_to_string(at.join("queued")).unwrap(),
-        "requeue 77_1\n"
-    );
-    let counts = collected(at, "", 4)["counts"].clone();
-    assert!(
-        counts["missing"].as_u64().unwrap() > 0 && counts["done"].as_u64().unwrap() > 3,
-        "{counts}"
-    );
-    assert!(slurm().status().unwrap().success());
-    let counts = collected(at, "", 0)["counts"].clone();
-    assert_eq!(
-        (&counts["done"], &counts["missing"]),
-        (&301.into(), &0.into())
-    );
+    let queued = fs::read_to_string(at.join("queued")).unwrap();
+    assert_eq!(queued, "requeue 77_1\n");
 }

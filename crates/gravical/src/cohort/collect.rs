@@ -12,7 +12,8 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::journal::{Line, Origin, Shard, journals, parse_line, read_lines};
+use super::content::Stamp;
+use super::journal::{Line, Origin, Shard, is_there, journals, parse_line, read_lines};
 use super::row::{Row, Status};
 use super::values::{COMMANDS, CommandColumns};
 use crate::calibration_file::CalibrationFile;
@@ -27,8 +28,12 @@ use crate::{Error, Result, TOOL};
 const COHORT_FORMAT: &str = "gravical-cohort/1";
 /// Names listed with each code of an error.
 const MOST_EXAMPLES: usize = 5;
+/// Calibrations of one sensor that are tested at most.
+const MOST_TESTED: usize = 1000;
 /// Number of the worst items that are listed.
 const MOST_WORST: usize = 10;
+/// Number of shards without a journal that are listed.
+const MOST_SHARDS: usize = 1000;
 /// Code of an item without a row, and of one whose result is gone.
 const MISSING: &str = "missing";
 
@@ -69,6 +74,8 @@ pub struct Cohort {
     pub repeated_sensors: u64,
     /// Those that changed.
     pub changed_sensors: Vec<ChangedSensor>,
+    /// Calibrations of these sensors that could not be read, with the reason.
+    pub unreadable: Vec<String>,
     /// The values of the distributions, sorted; not part of the JSON.
     #[serde(skip)]
     pub sorted: BTreeMap<String, Vec<f64>>,
@@ -199,8 +206,9 @@ struct Place {
     status: Status,
     /// Which of the origins.
     origin: usize,
-    /// File of the result.
+    /// File of the result, and its stamp.
     file: Option<String>,
+    stamp: Option<Stamp>,
 }
 
 /// What is known of an item.
@@ -287,12 +295,22 @@ impl Gathered {
                     self.items.entry(name).or_insert(State::Open(path));
                 }
                 Line::Done {
-                    name, file, status, ..
+                    name,
+                    file,
+                    stamp,
+                    status,
+                    ..
                 } => {
-                    // A failure elsewhere does not take a result away.
-                    let keeps = |known: &State| {
-                        matches!(known, State::Row(place) if place.journal != journal
-                            && place.status != Status::Error && status == Status::Error)
+                    // A failure elsewhere does not take a result away, and of two journals that one
+                    // is right whose result is there.
+                    let there = |file: Option<&str>, stamp| is_there(&self.folder, file, stamp);
+                    let keeps = |known: &State| match known {
+                        State::Row(place) if place.journal != journal => {
+                            place.status != Status::Error && status == Status::Error
+                                || there(place.file.as_deref(), place.stamp)
+                                    && !there(file.as_deref(), stamp)
+                        }
+                        _ => false,
                     };
                     if !self.items.get(&name).is_some_and(keeps) {
                         let place = Place {
@@ -302,6 +320,7 @@ impl Gathered {
                             status,
                             origin,
                             file,
+                            stamp,
                         };
                         self.items.insert(name, State::Row(place));
                     }
@@ -402,7 +421,8 @@ impl Gathered {
         let of = self.shards.iter().map(|s| s.of).max();
         let all_shards = of.filter(|_| unnamed > 0).into_iter();
         let all_shards = all_shards.flat_map(|of| (1..=of).map(move |number| Shard { number, of }));
-        let missing_shards = all_shards.filter(|s| !self.shards.contains(s)).collect();
+        let missing_shards = all_shards.filter(|s| !self.shards.contains(s));
+        let missing_shards = missing_shards.take(MOST_SHARDS).collect();
         let mut origins: Vec<OriginCount> = sums
             .origins
             .iter()
@@ -435,9 +455,9 @@ impl Gathered {
         }
         let repeated = sums.sensors.iter().filter(|(_, items)| items.len() > 1);
         let repeated_sensors = repeated.clone().count() as u64;
-        let mut changed_sensors = Vec::new();
+        let (mut changed_sensors, mut unreadable) = (Vec::new(), Vec::new());
         for (sensor_id, items) in repeated {
-            changed_sensors.extend(self.changed(sensor_id, items)?);
+            changed_sensors.extend(self.changed(sensor_id, items, &mut unreadable));
         }
         Ok(Cohort {
             format: COHORT_FORMAT.to_owned(),
@@ -455,23 +475,31 @@ impl Gathered {
             worst: sums.worst,
             repeated_sensors,
             changed_sensors,
+            unreadable,
             sorted,
         })
     }
 
-    /// Whether a sensor changed between its calibrations.
-    fn changed(&self, sensor_id: &str, items: &[String]) -> Result<Option<ChangedSensor>> {
+    /// Whether a sensor changed between its calibrations; of very many the last ones are tested.
+    fn changed(
+        &self,
+        sensor_id: &str,
+        items: &[String],
+        unreadable: &mut Vec<String>,
+    ) -> Option<ChangedSensor> {
         let mut files = Vec::new();
-        for name in items {
+        for name in items.iter().rev().take(MOST_TESTED) {
             let Some(State::Row(Place {
                 file: Some(file), ..
             })) = self.items.get(name)
             else {
                 continue;
             };
-            let file = CalibrationFile::read(&self.folder.join(file))?;
-            let time = time_of(&file)?.0;
-            files.push((time, name.clone(), file));
+            let read = CalibrationFile::read(&self.folder.join(file));
+            match read.and_then(|file| Ok((time_of(&file)?.0, file))) {
+                Ok((time, file)) => files.push((time, name.clone(), file)),
+                Err(error) => unreadable.push(error.to_string()),
+            }
         }
         files.sort_by(|a, b| (a.0, &a.1).cmp(&(b.0, &b.1)));
         let named: Vec<(&CalibrationFile, &str)> = files
@@ -479,13 +507,11 @@ impl Gathered {
             .map(|(_, name, file)| (file, name.as_str()))
             .collect();
         let verdict = history(&named).verdict;
-        Ok(
-            (verdict.judgement == Stability::Changed).then(|| ChangedSensor {
-                sensor_id: sensor_id.to_owned(),
-                items: named.iter().map(|(_, name)| (*name).to_owned()).collect(),
-                reasons: verdict.reasons,
-            }),
-        )
+        (verdict.judgement == Stability::Changed).then(|| ChangedSensor {
+            sensor_id: sensor_id.to_owned(),
+            items: named.iter().map(|(_, name)| (*name).to_owned()).collect(),
+            reasons: verdict.reasons,
+        })
     }
 }
 

@@ -218,6 +218,12 @@ pub(super) fn read_lines<R: DeserializeOwned>(
     }
 }
 
+/// True if the result `file` in `folder` is the one that had this `stamp`.
+pub(super) fn is_there(folder: &Path, file: Option<&str>, stamp: Option<Stamp>) -> bool {
+    let there = file.and_then(|file| Stamp::of(&folder.join(file)));
+    there.is_some() && there == stamp
+}
+
 /// Parses line `number` of the journal at `path`.
 ///
 /// # Errors
@@ -422,15 +428,19 @@ impl Journal {
     /// Reads the lines of earlier runs; returns the length of those that are whole.
     fn read(&mut self, path: &Path, file: File) -> Result<u64> {
         let mut key = String::new();
-        let (known, summaries) = (&mut self.known, &mut self.summaries);
-        read_lines::<IgnoredAny>(path, file, |line, at, length| {
+        let mut known: HashMap<String, Known> = HashMap::new();
+        let is_own = path == self.path;
+        let summaries = &mut self.summaries;
+        // Of a result that was there before, until another one is written.
+        let stamp_of = |known: &HashMap<String, Known>, name: &str| known.get(name)?.stamp;
+        let whole = read_lines::<IgnoredAny>(path, file, |line, at, length| {
             match line {
                 Line::Run { origin, .. } => key = origin.key(),
                 Line::Planned { .. } => {}
                 Line::Begin { name, file } => {
                     let begun = Known {
                         file: Some(file),
-                        stamp: None,
+                        stamp: stamp_of(&known, &name),
                         being_written: true,
                         done: None,
                     };
@@ -452,20 +462,36 @@ impl Journal {
                         at,
                         length,
                     };
+                    let before = stamp_of(&known, &name).filter(|_| status == Status::Error);
                     let done = Known {
                         file,
-                        stamp,
+                        stamp: stamp.or(before),
                         being_written: false,
                         done: Some(done),
                     };
                     known.insert(name, done);
                 }
-                Line::Summary { file, stamp } => {
+                // That of another shard has other rows.
+                Line::Summary { file, stamp } if is_own => {
                     summaries.insert(file, stamp);
                 }
+                Line::Summary { .. } => {}
             }
             Ok(())
-        })
+        })?;
+        // What several journals know, the one knows best whose result is there.
+        let folder = path.parent().unwrap_or_else(|| Path::new(""));
+        for (name, new) in known {
+            let there = |known: &Known| is_there(folder, known.file.as_deref(), known.stamp);
+            if !self
+                .known
+                .get(&name)
+                .is_some_and(|old| there(old) && !there(&new))
+            {
+                self.known.insert(name, new);
+            }
+        }
+        Ok(whole)
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Sink> {
@@ -503,8 +529,12 @@ impl Journal {
         let io = |e| Error::io(&self.path, e);
         match &mut *self.lock() {
             Sink::Appended(file) => {
-                let end = file.seek(SeekFrom::End(0));
-                end.and_then(|_| file.write_all(text)).map_err(io)
+                let end = file.seek(SeekFrom::End(0)).map_err(io)?;
+                file.write_all(text).map_err(|e| {
+                    // A torn line in the middle would make all of it unreadable.
+                    let _ = file.set_len(end);
+                    io(e)
+                })
             }
             Sink::Replaced(lines) => {
                 lines.extend(text);
@@ -773,5 +803,62 @@ mod tests {
         for wrong in ["", "3", "0/2", "3/2", "a/b", "1/0"] {
             assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn a_failure_leaves_a_result_its_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = begun(folder.path());
+        let result = folder.path().join("a.json");
+        let open = |options: &[&str]| Journal::open(&path, &origin(options), true, false).unwrap();
+        let failed = row("a", None);
+        let failed = Row {
+            status: Status::Error,
+            ..failed
+        };
+        // Before anything of it was read, and after the work was begun.
+        let journal = open(&["--g"]);
+        journal.end(&item("a"), None, &failed).unwrap();
+        drop(journal);
+        let journal = open(&["--g"]);
+        assert!(journal.is_own(&item("a"), &result));
+        journal.begin(&item("a")).unwrap();
+        journal.end(&item("a"), None, &failed).unwrap();
+        drop(journal);
+        assert!(open(&["--g"]).is_own(&item("a"), &result));
+    }
+
+    #[test]
+    fn of_several_journals_that_one_counts_whose_result_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let items = ["a"].map(item);
+        let result = folder.path().join("a.json");
+        let run = |shard: Option<Shard>, options: &[&str]| {
+            let run = Beginning {
+                shard,
+                all: 1,
+                items: &items,
+                ..origin(options)
+            };
+            let path = folder.path().join(journal_name("calibrate", shard));
+            Journal::open(&path, &run, true, false).unwrap()
+        };
+        let write = |journal: &Journal, text: &str| {
+            journal.begin(&items[0]).unwrap();
+            fs::write(&result, text).unwrap();
+            let done = row("a", Some(2.0));
+            journal.end(&items[0], Some(&result), &done).unwrap();
+        };
+        let shard = Some("1/1".parse().unwrap());
+        write(&run(shard, &["--old"]), "old");
+        write(&run(None, &["--new"]), "newer");
+        // The shard continues: its own journal is of the old options.
+        let journal = run(shard, &["--new"]);
+        assert!(journal.is_own(&items[0], &result));
+        assert!(
+            journal
+                .done::<Length>(&items[0], "00", Some(&result))
+                .is_some()
+        );
     }
 }

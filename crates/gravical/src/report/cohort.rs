@@ -269,6 +269,10 @@ fn sensors(cohort: &Cohort) -> Section<'static> {
     if cohort.repeated_sensors == 0 {
         return section;
     }
+    let section = match cohort.unreadable.is_empty() {
+        true => section,
+        false => section.with(Block::List(cohort.unreadable.clone())),
+    };
     let with_several = format!(
         "{} with several calibrations",
         count(cohort.repeated_sensors, "sensor")
