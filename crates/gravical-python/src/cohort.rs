@@ -83,7 +83,7 @@ impl CohortRun {
         let item = self.item(index)?.clone();
         let result = item.file.as_ref().map(|file| self.folder.join(file));
         let replaces =
-            self.with(|journal| result.is_some_and(|result| journal.is_own(&item, &result)));
+            self.with(|journal| result.is_some_and(|result| journal.is_own(&item, None, &result)));
         let task = Task {
             folder: self.folder.clone(),
             origin: self.origin.clone(),

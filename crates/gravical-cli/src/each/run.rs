@@ -375,7 +375,12 @@ impl<'a, J: Job> Run<'a, J> {
                 ..Attempt::new(before)
             });
         }
-        let own = result.clone().filter(|result| self.is_own(item, result));
+        let sha256 = Some(content.sha256.as_str());
+        let is_own = |result: &PathBuf| {
+            let journal = self.journal.as_ref();
+            journal.is_some_and(|j| j.is_own(item, sha256, result))
+        };
+        let own = result.clone().filter(is_own);
         match self.outcome(item, result.as_deref(), own.is_some(), &content)? {
             Ok(outcome) => {
                 row.measured(outcome, result.as_deref());
@@ -400,12 +405,6 @@ impl<'a, J: Job> Run<'a, J> {
         }
     }
 
-    /// True if the result may be replaced because an earlier run wrote it.
-    fn is_own(&self, item: &Item, result: &Path) -> bool {
-        let journal = self.journal.as_ref();
-        journal.is_some_and(|j| j.is_own(item, result))
-    }
-
     /// What the job makes of an item: the inner error is the item's.
     fn outcome(
         &self,
@@ -415,12 +414,11 @@ impl<'a, J: Job> Run<'a, J> {
         content: &Content,
     ) -> Result<anyhow::Result<Outcome<J::Values>>> {
         let force = self.plan.force || is_own;
-        if let Some(result) = result
-            && let Err(error) = check_target(result, force)
-        {
-            return Ok(Err(error.into()));
-        }
         if let Some(journal) = &self.journal {
+            let check = |result| journal.check_target(item, result, force);
+            if let Some(Err(error)) = result.map(check) {
+                return Ok(Err(error.into()));
+            }
             journal.begin(item)?;
         }
         let work = Work {

@@ -20,8 +20,9 @@ use serde::{Deserialize, Serialize};
 
 use super::content::Stamp;
 use super::row::{Row, Status};
+use crate::escape::one_line;
 use crate::hash::sha256;
-use crate::output::write_atomic;
+use crate::output::{check_target, write_atomic};
 use crate::{Error, Result, TOOL};
 
 /// Name of the format, of the journal and of a summary.
@@ -164,6 +165,9 @@ pub enum Line<R> {
     Begin {
         /// Name of the item.
         name: String,
+        /// Its path as given.
+        #[serde(default)]
+        path: Option<String>,
         /// File of the result.
         file: String,
     },
@@ -171,6 +175,9 @@ pub enum Line<R> {
     Done {
         /// Name of the item.
         name: String,
+        /// Its path as given.
+        #[serde(default)]
+        path: Option<String>,
         /// File of the result, in the folder of the journal.
         file: Option<String>,
         /// Of the result, if there is one.
@@ -282,7 +289,26 @@ struct Known {
     /// As it was written; none while it was being written.
     stamp: Option<Stamp>,
     being_written: bool,
+    /// Whose result it is.
+    owner: Owner,
     done: Option<Done>,
+}
+
+/// The recording that a result is of: names may be those of others in another list.
+#[derive(Clone)]
+struct Owner {
+    /// Unknown in journals of the first format.
+    path: Option<String>,
+    sha256: Option<String>,
+}
+
+impl Owner {
+    /// It is the item, or one of the same content.
+    fn is(&self, item: &Item, sha256: Option<&str>) -> bool {
+        let same_path = |path: &String| Path::new(path) == item.path;
+        self.path.as_ref().is_none_or(same_path)
+            || sha256.is_some() && self.sha256.as_deref() == sha256
+    }
 }
 
 struct Done {
@@ -433,27 +459,37 @@ impl Journal {
         let summaries = &mut self.summaries;
         // Of a result that was there before, until another one is written.
         let stamp_of = |known: &HashMap<String, Known>, name: &str| known.get(name)?.stamp;
+        let owner_of = |known: &HashMap<String, Known>, name: &str| {
+            let known = known.get(name)?;
+            Some(known.owner.clone())
+        };
         let whole = read_lines::<IgnoredAny>(path, file, |line, at, length| {
             match line {
                 Line::Run { origin, .. } => key = origin.key(),
                 Line::Planned { .. } => {}
-                Line::Begin { name, file } => {
+                Line::Begin { name, path, file } => {
                     let begun = Known {
                         file: Some(file),
                         stamp: stamp_of(&known, &name),
                         being_written: true,
+                        owner: Owner { path, sha256: None },
                         done: None,
                     };
                     known.insert(name, begun);
                 }
                 Line::Done {
                     name,
+                    path: of,
                     file,
                     stamp,
                     sha256,
                     status,
                     ..
                 } => {
+                    let own = Owner {
+                        path: of,
+                        sha256: sha256.clone(),
+                    };
                     let done = Done {
                         key: key.clone(),
                         sha256,
@@ -462,11 +498,15 @@ impl Journal {
                         at,
                         length,
                     };
-                    let before = stamp_of(&known, &name).filter(|_| status == Status::Error);
+                    // A failure leaves a result to the recording that it is of.
+                    let failed = status == Status::Error;
+                    let before = stamp_of(&known, &name).filter(|_| failed);
+                    let owner = owner_of(&known, &name).filter(|_| before.is_some());
                     let done = Known {
                         file,
                         stamp: stamp.or(before),
                         being_written: false,
+                        owner: owner.unwrap_or(own),
                         done: Some(done),
                     };
                     known.insert(name, done);
@@ -508,7 +548,7 @@ impl Journal {
         for item in run
             .items
             .iter()
-            .filter(|i| !self.known.contains_key(&i.name))
+            .filter(|i| self.known.get(&i.name).is_none_or(|k| !k.owner.is(i, None)))
         {
             text.extend(self.text(&Line::<()>::Planned {
                 name: item.name.clone(),
@@ -584,12 +624,43 @@ impl Journal {
     }
 
     /// True if the file at `result` is what an earlier run wrote for this item, unchanged since.
-    pub fn is_own(&self, item: &Item, result: &Path) -> bool {
-        self.known.get(&item.name).is_some_and(|known| {
-            known.file == item.file
-                && (known.being_written
-                    || known.stamp.is_some() && known.stamp == Stamp::of(result))
-        })
+    /// Items are the same if their path or their content is.
+    pub fn is_own(&self, item: &Item, sha256: Option<&str>, result: &Path) -> bool {
+        let written = self.written(item, result);
+        written.is_some_and(|owner| owner.is(item, sha256))
+    }
+
+    /// Checks that the result of an item can be written; with `may_replace` it may be there.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`check_target`]; `exists` says if it is the result of another item of this name.
+    pub fn check_target(&self, item: &Item, result: &Path, may_replace: bool) -> Result<()> {
+        let checked = check_target(result, may_replace);
+        let other = self.written(item, result).and_then(|o| o.path.as_deref());
+        match (checked, other) {
+            (Err(error), Some(other))
+                if error.code() == "exists" && Path::new(other) != item.path =>
+            {
+                Err(Error::usage(
+                    "exists",
+                    format!(
+                        "it is the result of another recording of this name, {}",
+                        one_line(other)
+                    ),
+                )
+                .at(result, None)
+                .with_hint("name another folder with -o; --force replaces it"))
+            }
+            (checked, _) => checked,
+        }
+    }
+
+    /// Whose the file at `result` is, if an earlier run wrote it and it is unchanged since.
+    fn written(&self, item: &Item, result: &Path) -> Option<&Owner> {
+        let known = self.known.get(&item.name)?;
+        let same = known.being_written || known.stamp.is_some() && known.stamp == Stamp::of(result);
+        (known.file == item.file && same).then_some(&known.owner)
     }
 
     /// The same of a summary.
@@ -608,8 +679,8 @@ impl Journal {
         let Some(file) = item.file.clone() else {
             return Ok(());
         };
-        let name = item.name.clone();
-        self.write(&Line::<()>::Begin { name, file })
+        let (name, path) = (item.name.clone(), Some(item.path.display().to_string()));
+        self.write(&Line::<()>::Begin { name, path, file })
     }
 
     /// To be called once an item is done. `own` is its result, if this or an earlier run wrote it.
@@ -625,6 +696,7 @@ impl Journal {
     ) -> Result<()> {
         self.write(&Line::Done {
             name: item.name.clone(),
+            path: Some(item.path.display().to_string()),
             file: item.file.clone(),
             stamp: own.and_then(Stamp::of),
             sha256: row.sha256.clone(),
@@ -686,6 +758,7 @@ mod tests {
         journal
             .write(&Line::<()>::Begin {
                 name: "c".to_owned(),
+                path: None,
                 file: "c.json".to_owned(),
             })
             .unwrap();
@@ -712,11 +785,11 @@ mod tests {
         // Other options: done again, over its own result and no other.
         let journal = open(&["--h"]);
         assert_eq!(done(&journal, "a", "00"), None);
-        assert!(journal.is_own(&item("a"), &at("a.json")));
-        assert!(journal.is_own(&item("b"), &at("b.json")));
-        assert!(!journal.is_own(&item("c"), &at("c.json")));
+        assert!(journal.is_own(&item("a"), None, &at("a.json")));
+        assert!(journal.is_own(&item("b"), None, &at("b.json")));
+        assert!(!journal.is_own(&item("c"), None, &at("c.json")));
         fs::write(at("a.json"), "of somebody else").unwrap();
-        assert!(!journal.is_own(&item("a"), &at("a.json")));
+        assert!(!journal.is_own(&item("a"), None, &at("a.json")));
         drop(journal);
         let journal = open(&["--g"]);
         assert_eq!(done(&journal, "a", "00"), None, "another result");
@@ -821,11 +894,49 @@ mod tests {
         journal.end(&item("a"), None, &failed).unwrap();
         drop(journal);
         let journal = open(&["--g"]);
-        assert!(journal.is_own(&item("a"), &result));
+        assert!(journal.is_own(&item("a"), None, &result));
         journal.begin(&item("a")).unwrap();
         journal.end(&item("a"), None, &failed).unwrap();
         drop(journal);
-        assert!(open(&["--g"]).is_own(&item("a"), &result));
+        assert!(open(&["--g"]).is_own(&item("a"), None, &result));
+    }
+
+    #[test]
+    fn a_result_belongs_to_a_recording_and_not_to_a_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = begun(folder.path());
+        let result = folder.path().join("a.json");
+        let other = Item {
+            path: "other/a.csv".into(),
+            ..item("a")
+        };
+        let items = [other.clone()];
+        let open = || {
+            let run = Beginning {
+                items: &items,
+                ..origin(&["--h"])
+            };
+            Journal::open(&path, &run, true, false).unwrap()
+        };
+        let journal = open();
+        assert!(!journal.is_own(&other, Some("11"), &result));
+        // Moved to another place, it is still the same.
+        assert!(journal.is_own(&other, Some("00"), &result));
+        let refused = journal.check_target(&other, &result, false).unwrap_err();
+        assert!(refused.to_string().contains("of this name, a.csv"));
+        // Its failure does not make the result its own.
+        let failed = Row {
+            status: Status::Error,
+            sha256: Some("11".to_owned()),
+            ..row("a", None)
+        };
+        journal.end(&other, None, &failed).unwrap();
+        drop(journal);
+        let journal = open();
+        assert!(!journal.is_own(&other, Some("11"), &result));
+        assert!(journal.is_own(&item("a"), None, &result));
+        let planned = fs::read_to_string(&path).unwrap();
+        assert!(planned.contains(r#"{"type":"planned","name":"a","path":"other/a.csv"}"#));
     }
 
     #[test]
@@ -854,7 +965,7 @@ mod tests {
         write(&run(None, &["--new"]), "newer");
         // The shard continues: its own journal is of the old options.
         let journal = run(shard, &["--new"]);
-        assert!(journal.is_own(&items[0], &result));
+        assert!(journal.is_own(&items[0], None, &result));
         assert!(
             journal
                 .done::<Length>(&items[0], "00", Some(&result))

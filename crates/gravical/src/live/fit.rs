@@ -24,7 +24,7 @@ pub(super) const FULL_FIT: usize = 6;
 ///
 /// Those of [`calibrate`].
 pub(super) fn fit(
-    recording: Recording,
+    recording: &Recording,
     sections: Vec<Section>,
     options: &LiveOptions,
 ) -> Result<CalibrationFile> {
@@ -38,7 +38,7 @@ pub(super) fn fit(
         sensor: options.sensor.clone(),
         ..CalibrateOptions::default()
     };
-    Ok(calibrate(&[recording], &options)?.file)
+    Ok(calibrate(std::slice::from_ref(recording), &options)?.file)
 }
 
 /// The name of a pose in a section list: it claims no face, so that the data decide.

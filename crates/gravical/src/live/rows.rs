@@ -75,7 +75,7 @@ impl SessionRows {
     }
 
     /// All rows that were kept.
-    pub fn kept(&self) -> Option<&Columns> {
-        self.kept.as_ref()
+    pub fn kept_mut(&mut self) -> Option<&mut Columns> {
+        self.kept.as_mut()
     }
 }

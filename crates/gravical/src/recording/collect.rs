@@ -131,6 +131,28 @@ impl Columns {
         self.time_s.len()
     }
 
+    /// The columns, without a copy of what is large, until [`take_back`](Self::take_back).
+    pub fn lend(&mut self) -> Self {
+        let (accel, gyro, temperature) = (
+            std::mem::take(&mut self.accel),
+            self.gyro.take(),
+            self.temperature.take(),
+        );
+        Columns {
+            accel,
+            gyro,
+            temperature,
+            ..self.clone()
+        }
+    }
+
+    /// Takes back what [`lend`](Self::lend) gave, from the recording that was made of it.
+    pub fn take_back(&mut self, recording: Recording) {
+        self.accel = recording.accel;
+        self.gyro = recording.gyro;
+        self.temperature = recording.temperature_c;
+    }
+
     /// There is a label column.
     pub fn has_labels(&self) -> bool {
         self.labels.is_some()

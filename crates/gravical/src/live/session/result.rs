@@ -8,6 +8,7 @@ use crate::live::fit::{FIRST_FIT, FULL_FIT, fit, section_label};
 use crate::live::judge::Accepted;
 use crate::live::{mg, words};
 use crate::numfmt::count;
+use crate::recording::collect::Columns;
 use crate::segment::sections::Section;
 
 use super::Session;
@@ -46,18 +47,19 @@ impl Session {
         self.ask();
     }
 
-    fn calibrated(&self) -> Result<CalibrationFile> {
-        let columns = self.rows.kept().cloned().unwrap_or_default();
+    fn calibrated(&mut self) -> Result<CalibrationFile> {
+        let columns = self.rows.kept_mut().map(Columns::lend).unwrap_or_default();
         let recording = self.reader.recording(columns)?;
         let section = |p: &Accepted| Section {
             label: section_label(p.pose.pose),
             rows: p.kept.clone(),
         };
-        fit(
-            recording,
-            self.poses.iter().map(section).collect(),
-            &self.options,
-        )
+        let sections = self.poses.iter().map(section).collect();
+        let fitted = fit(&recording, sections, &self.options);
+        if let Some(kept) = self.rows.kept_mut() {
+            kept.take_back(recording);
+        }
+        fitted
     }
 
     /// Says which pose is wanted next.
