@@ -40,11 +40,13 @@ use crate::output::BlockWriter;
 use crate::recording::collect::Rereader;
 use crate::recording::names::Quantity;
 use crate::recording::open::Reopenable;
+use crate::recording::row::TIME;
 use crate::recording::sample::Sample;
 use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording};
 use crate::scan::{write_fixed, write_trimmed};
 use crate::segment::gyro_unit::settle;
 use crate::segment::still::{StillOptions, find_stills};
+use crate::utc::UtcTime;
 use crate::{Error, Result};
 
 /// As [`GyroScale::nominal`] has it, so that °/s stay as they are.
@@ -120,7 +122,7 @@ pub fn convert_file(
     let mut again = Rereader::new(&mut source, &name, read, recording.known);
     let file = again.open()?;
     let layout = &file.format.layout;
-    let table = Table::new(
+    let mut table = Table::new(
         &recording,
         options,
         recording.known.facts.celsius && layout.field(Quantity::Temperature).is_some(),
@@ -134,6 +136,9 @@ pub fn convert_file(
     let mut number = 0;
     while let Some(row) = rows.next_row()? {
         let sample = Sample::of_row(&row, number, &recording.known);
+        if row.restarted {
+            table.restart(row.values[TIME], sample.time_s);
+        }
         // Breaks are written as blank lines.
         out.bytes.extend(row.before.iter().map(|_| b'\n'));
         table.write_row(&sample, number, row.text.label, &mut out.bytes);
@@ -175,8 +180,8 @@ struct Table {
 /// The time column.
 #[derive(Clone, Copy)]
 enum Clock {
-    /// Time stamps, from here on.
-    Stamps(f64),
+    /// Time stamps, and what is added to them, s; the length of their unit, s, if they are dates.
+    Stamps(f64, Option<f64>),
     /// No stamps, but a rate: the time of the first row, s, and Hz.
     Rate(f64, f64),
     Unknown,
@@ -211,7 +216,11 @@ impl Table {
             false => 0.0,
         };
         let clock = match (&recording.time_s, recording.timing.rate_hz()) {
-            (Some(_), _) => Clock::Stamps(start_s),
+            (Some(_), _) => {
+                let reading = recording.known.facts.stamp_reading;
+                let unit_s = reading.map(|reading| reading.unit.seconds());
+                Clock::Stamps(start_s, unit_s.filter(|_| options.absolute_time))
+            }
             (None, Some(rate_hz)) => Clock::Rate(start_s, rate_hz),
             (None, None) => Clock::Unknown,
         };
@@ -249,10 +258,21 @@ impl Table {
         })
     }
 
+    /// The clock of the recording was set at a row with this stamp and time: dates are those of its
+    /// stamps from there on.
+    #[cold]
+    fn restart(&mut self, stamp: f64, time_s: f64) {
+        if let Clock::Stamps(start_s, Some(unit_s)) = &mut self.clock
+            && UtcTime::of_stamp(stamp * *unit_s).is_some()
+        {
+            *start_s = stamp * *unit_s - time_s;
+        }
+    }
+
     #[inline]
     fn write_row(&self, sample: &Sample, number: usize, label: &[u8], out: &mut Vec<u8>) {
         match self.clock {
-            Clock::Stamps(origin_s) => write_fixed(out, sample.time_s + origin_s, TIME_DECIMALS),
+            Clock::Stamps(start_s, _) => write_fixed(out, sample.time_s + start_s, TIME_DECIMALS),
             Clock::Rate(start_s, rate_hz) => {
                 write_fixed(out, start_s + number as f64 / rate_hz, TIME_DECIMALS);
             }

@@ -1,8 +1,8 @@
 //! Writes a `.cwa` file of a simulated device that is worn:
 //!
-//!     cargo run --release --example wear -- FILE [HOURS] [packed|plain|gyro] [SECONDS]
+//!     cargo run --release --example wear -- FILE [HOURS] [packed|plain|gyro] [SECONDS [SEED]]
 //!
-//! SECONDS is the longest rest. A week at 100 Hz for docs/benchmarks.md: `wear week.cwa 168`; the file of
+//! SECONDS is the longest rest, 1800. A week at 100 Hz for docs/benchmarks.md: `wear week.cwa 168`; the file of
 //! docs/wearables.md: `wear examples/simulated-wear/wrist.cwa 0.05 packed 30`. The errors of the sensor
 //! stand in tests/support/wear.rs.
 
@@ -38,7 +38,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..Device::new(coding)
     };
     let longest_s: f64 = arguments.get(3).map_or(Ok(1800.0), |text| text.parse())?;
-    let mut wear = Wear::new(&device, 5.0_f64.min(0.5 * longest_s)..longest_s, 1);
+    let seed: u64 = arguments.get(4).map_or(Ok(1), |text| text.parse())?;
+    let mut wear = Wear::new(&device, 5.0_f64.min(0.5 * longest_s)..longest_s, seed);
     let mut out = BufWriter::new(File::create_new(path)?);
     out.write_all(&device.header())?;
     while device.samples as f64 / device.true_rate_hz < hours * 3600.0 {

@@ -28,6 +28,7 @@ use crate::Result;
 use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::recording::collect::{Columns, Known, Rereader, Sink, collect, collect_from};
 use crate::recording::excerpt::Excerpt;
+use crate::recording::format::Format;
 use crate::recording::layout::Layout;
 use crate::recording::monitor::Facts;
 use crate::recording::names::Role;
@@ -149,15 +150,20 @@ fn read_rows_from(
     options.validate()?;
     let name = path.display().to_string();
     let wanted = plan::merged(wanted.to_vec());
-    let sink = |layout: &Layout, facts: &Facts| StoredRows {
+    let sink = |format: &Format, facts: &Facts| StoredRows {
         to_end: true,
-        ..StoredRows::new(layout, facts, wanted.clone())
+        ..StoredRows::new(&format.layout, facts, wanted.clone())
     };
     let (stored, read) = collect(&mut source, &name, Role::Recording, options, sink)?.with(());
     if stored.row <= whole {
-        return Ok(
-            collect(&mut source, &name, Role::Recording, options, Columns::new)?.into_recording(),
-        );
+        return Ok(collect(
+            &mut source,
+            &name,
+            Role::Recording,
+            options,
+            Columns::of_format,
+        )?
+        .into_recording());
     }
     let even_hz = read
         .finished
@@ -198,8 +204,8 @@ fn read_from(
         false => usize::MAX,
     };
     let survey = |rate: Option<f64>| {
-        move |layout: &Layout, facts: &Facts| {
-            let columns = Columns::new(layout, facts);
+        move |format: &Format, facts: &Facts| {
+            let columns = Columns::of_format(format, facts);
             // Labels refer to all rows.
             let whole = match columns.has_labels() && !bounds.ahead {
                 true => usize::MAX,
@@ -260,7 +266,7 @@ fn read_from(
     let mut quiet = Default::default();
     if blocks.is_thinned() {
         drop(blocks);
-        let sink = |_: &Layout, facts: &Facts| {
+        let sink = |_: &Format, facts: &Facts| {
             QuietRows::new(levels.clone(), width, gyro, facts, bounds.at_once)
         };
         quiet = rereader.collect(sink)?.found;
@@ -277,10 +283,10 @@ fn read_from(
     // … and read their rows.
     let wide = temperature_c.is_some_and(|[low, high]| high - low > LEAST_SPAN_C);
     let wanted_rows = std::mem::take(&mut plan.rows);
-    let stored = rereader.collect(|layout: &Layout, facts: &Facts| StoredRows {
+    let stored = rereader.collect(|format: &Format, facts: &Facts| StoredRows {
         thermal: wide.then(|| TemperatureCutter::new(rate, gyro)),
         marks,
-        ..StoredRows::new(layout, facts, wanted_rows)
+        ..StoredRows::new(&format.layout, facts, wanted_rows)
     })?;
     if stored.complete < stored.wanted.len() {
         return Err(rereader.changed());

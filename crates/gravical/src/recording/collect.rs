@@ -10,6 +10,7 @@ use crate::{Error, Result};
 
 use super::dialect::decode;
 use super::file::{OpenFile, complete_rows, open_rows};
+use super::format::Format;
 use super::layout::Layout;
 use super::monitor::Facts;
 use super::names::Quantity;
@@ -31,7 +32,13 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
     let mut source = Reopenable::of(path);
     let name = path.display().to_string();
-    let read = collect(&mut source, &name, Role::Recording, options, Columns::new)?;
+    let read = collect(
+        &mut source,
+        &name,
+        Role::Recording,
+        options,
+        Columns::of_format,
+    )?;
     Ok(read.into_recording())
 }
 
@@ -43,7 +50,13 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
 pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
     let mut source = Reopenable::Memory(bytes.into());
-    let read = collect(&mut source, name, Role::Recording, options, Columns::new);
+    let read = collect(
+        &mut source,
+        name,
+        Role::Recording,
+        options,
+        Columns::of_format,
+    );
     read.map(Collected::into_recording)
 }
 
@@ -124,6 +137,11 @@ impl Columns {
             labels: has(Quantity::Label).then(Default::default),
             ..Columns::default()
         }
+    }
+
+    /// The same for a format.
+    pub fn of_format(format: &Format, facts: &Facts) -> Self {
+        Columns::new(&format.layout, facts)
     }
 
     /// Number of rows.
@@ -373,7 +391,7 @@ pub(crate) fn collect<T: Sink>(
     name: &str,
     role: Role,
     options: &ReadOptions,
-    sink: impl Fn(&Layout, &Facts) -> T,
+    sink: impl Fn(&Format, &Facts) -> T,
 ) -> Result<Collected<T>> {
     let input = source.open(options)?;
     collect_from(input, source, name, role, options, sink)
@@ -390,7 +408,7 @@ pub(crate) fn collect_from<T: Sink>(
     name: &str,
     role: Role,
     options: &ReadOptions,
-    sink: impl Fn(&Layout, &Facts) -> T,
+    sink: impl Fn(&Format, &Facts) -> T,
 ) -> Result<Collected<T>> {
     let (mut known, mut zeros_from) = (None, None);
     let mut passes = 1;
@@ -473,9 +491,9 @@ impl<'a> Rereader<'a> {
     /// # Errors
     ///
     /// As [`Self::open`].
-    pub fn collect<T: Sink>(&mut self, sink: impl FnOnce(&Layout, &Facts) -> T) -> Result<T> {
+    pub fn collect<T: Sink>(&mut self, sink: impl FnOnce(&Format, &Facts) -> T) -> Result<T> {
         let mut file = self.open()?;
-        let mut sink = sink(&file.format.layout, &self.known.facts);
+        let mut sink = sink(&file.format, &self.known.facts);
         sink.collect(&mut file.rows)?;
         Ok(sink)
     }
@@ -502,10 +520,10 @@ pub(crate) struct Known {
 fn read_all<T: Sink>(
     mut file: OpenFile,
     name: &str,
-    sink: impl Fn(&Layout, &Facts) -> T,
+    sink: impl Fn(&Format, &Facts) -> T,
 ) -> Result<Collected<T>> {
     let facts = *file.rows.facts();
-    let mut rows = sink(&file.format.layout, &facts);
+    let mut rows = sink(&file.format, &facts);
     let here = Path::new(name);
     rows.collect(&mut file.rows)
         .map_err(|e| match e.location() {

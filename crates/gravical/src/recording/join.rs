@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::{Error, Result};
 
 use super::collect::{Collected, Columns, collect, collect_from};
-use super::layout::Layout;
+use super::format::Format;
 use super::monitor::Facts;
 use super::names::{Quantity, Role};
 use super::open::{self, Reopenable};
@@ -87,7 +87,7 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
         ..options.clone()
     };
     let source = &mut Reopenable::of(path);
-    let read = collect(source, &name, Role::Gyroscope, &options, Columns::new);
+    let read = collect(source, &name, Role::Gyroscope, &options, Columns::of_format);
     let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
     read.is_ok_and(|read| {
         let names = read.about.column_names;
@@ -173,7 +173,8 @@ fn read_beside(
     options: &ReadOptions,
 ) -> Result<Recording> {
     let unit_is_open = Cell::new(false);
-    let sink = |layout: &Layout, facts: &Facts| {
+    let sink = |format: &Format, facts: &Facts| {
+        let layout = &format.layout;
         let stamped = layout.field(Quantity::Time).is_some();
         unit_is_open.set(stamped && layout.time_claim.is_none() && options.time_unit.is_none());
         Columns::new(layout, facts)
@@ -191,7 +192,14 @@ fn read_beside(
     let Some(input) = source.reopen(&options)? else {
         return Ok(own);
     };
-    let read = collect_from(input, source, name, Role::Gyroscope, &options, Columns::new);
+    let read = collect_from(
+        input,
+        source,
+        name,
+        Role::Gyroscope,
+        &options,
+        Columns::of_format,
+    );
     let by_unit = read.map(Collected::into_recording)?;
     let rates = recording.timing.rate_hz().zip(by_unit.timing.rate_hz());
     let similar = rates.is_some_and(|(accel, gyro)| (0.02..50.0).contains(&(accel / gyro)));

@@ -33,7 +33,7 @@ pub mod dialect;
 pub(crate) mod excerpt;
 pub(crate) mod file;
 mod foreign;
-mod format;
+pub(crate) mod format;
 #[doc(hidden)]
 pub mod frame;
 pub(crate) mod full_scale;

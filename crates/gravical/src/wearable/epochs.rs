@@ -18,7 +18,8 @@ use crate::apply::sensor::Sensor;
 use crate::calibration_file::CalibrationFile;
 use crate::recording::collect::Sink;
 use crate::recording::file::HeadChannels;
-use crate::recording::layout::Layout;
+use crate::recording::format::Format;
+use crate::recording::metadata;
 use crate::recording::monitor::{Facts, QuietBlocks};
 use crate::recording::row::{TEMPERATURE, TIME};
 use crate::recording::rows::{Rows, Source};
@@ -68,6 +69,8 @@ pub(super) struct Epochs {
     g_mps2: f64,
     clock: Clock,
     zone: Option<Zone>,
+    /// When it starts by the lines above the header, s since 1970.
+    stated_start_s: Option<f64>,
     celsius: bool,
     /// The time in the first column; known from the first row with a time.
     pub time: Option<TimeColumn>,
@@ -100,11 +103,11 @@ pub(super) struct Epochs {
 }
 
 impl Epochs {
-    /// For rows with this layout and these facts.
+    /// For rows of this format and with these facts.
     pub fn new(
         options: &SummariseOptions,
         calibration: Option<&CalibrationFile>,
-        layout: &Layout,
+        format: &Format,
         facts: &Facts,
     ) -> Self {
         let mut drift_findings = Vec::new();
@@ -113,7 +116,7 @@ impl Epochs {
                 let drift = Drift::new(
                     file,
                     &HeadChannels::default(),
-                    layout,
+                    &format.layout,
                     facts.celsius,
                     false,
                     &mut drift_findings,
@@ -145,6 +148,7 @@ impl Epochs {
                 None => Clock::Unknown,
             },
             zone: options.time_zone.clone(),
+            stated_start_s: metadata::start_s(&format.dialect.metadata),
             celsius: facts.celsius,
             time: None,
             rows: 0,
@@ -257,16 +261,17 @@ impl Epochs {
         })
     }
 
-    /// The first row with a time: whether stamps are dates.
+    /// The first row with a time: whether stamps are dates, or those that follow a stated start.
     #[cold]
     fn start(&mut self, t_s: f64, stamp: f64) -> f64 {
         let date = match self.clock {
             Clock::Stamps { stamp_s, .. } => stamp * stamp_s,
             Clock::Rate(_) | Clock::Unknown => f64::NAN,
         };
-        let time = match UtcTime::of_stamp(date) {
-            Some(_) => TimeColumn::Dates {
-                origin_s: date - t_s,
+        let stamped_s = UtcTime::of_stamp(date).map(|_| date);
+        let time = match stamped_s.or(self.stated_start_s) {
+            Some(start_s) => TimeColumn::Dates {
+                origin_s: start_s - t_s,
                 zone: self.zone.clone().unwrap_or_default(),
             },
             None => TimeColumn::Relative,
@@ -280,7 +285,8 @@ impl Epochs {
     fn restart(&mut self, t_s: f64, stamp: f64) {
         if let (Some(TimeColumn::Dates { origin_s, .. }), Clock::Stamps { stamp_s, .. }) =
             (&mut self.time, self.clock)
-            && (stamp - t_s).is_finite()
+            && t_s.is_finite()
+            && UtcTime::of_stamp(stamp * stamp_s).is_some()
         {
             *origin_s = stamp * stamp_s - t_s;
         }

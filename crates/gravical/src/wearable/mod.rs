@@ -57,7 +57,8 @@ use serde::Serialize;
 use crate::apply::about_calibration;
 use crate::calibration_file::{Applied, CalibrationFile};
 use crate::recording::collect::{Collected, Rereader, collect};
-use crate::recording::monitor::refuse_unit_change;
+use crate::recording::format::Format;
+use crate::recording::monitor::{Facts, refuse_unit_change};
 use crate::recording::names::Role;
 use crate::recording::open::Reopenable;
 use crate::recording::{AccelScale, Finding, FindingKind, ReadOptions};
@@ -173,14 +174,13 @@ pub fn summarise(
     let name = path.display().to_string();
     let mut source = Reopenable::of(path);
     let role = Role::Recording;
-    let read = collect(&mut source, &name, role, &options.read, |layout, facts| {
-        Epochs::new(options, calibration, layout, facts)
-    })?;
+    let sink = |format: &Format, facts: &Facts| Epochs::new(options, calibration, format, facts);
+    let read = collect(&mut source, &name, role, &options.read, sink)?;
     let (mut epochs, mut rest) = read.with(());
     // Evenly spaced rows have the mean rate of all of them, which is known only now.
     if rest.even_hz().is_some() {
         let mut again = Rereader::new(&mut source, &name, &options.read, rest.known());
-        epochs = again.collect(|layout, facts| Epochs::new(options, calibration, layout, facts))?;
+        epochs = again.collect(sink)?;
     }
     epochs.check(&name)?;
     refuse_unit_change(&rest.finished.summary.found, &options.read, &name)?;

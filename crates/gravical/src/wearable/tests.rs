@@ -231,6 +231,25 @@ fn a_clock_without_dates_counts_from_the_first_sample() {
 }
 
 #[test]
+fn a_start_above_the_header_gives_dates() {
+    let rows = at((0..1000).map(|i| f64::from(i) / 50.0));
+    let untimed: String = rows
+        .lines()
+        .map(|line| line.split_once(',').unwrap().1.to_owned() + "\n")
+        .collect();
+    let options = SummariseOptions {
+        time_zone: zone("Europe/Berlin"),
+        ..SummariseOptions::default()
+    };
+    let head = "Start Time 12:00:00\nStart Date 2026-01-01\nSampling rate: 50 Hz\n";
+    for csv in [untimed, rows] {
+        let (summary, table) = run(&format!("{head}{csv}"), &options);
+        assert_eq!(table[0]["time"], "2026-01-01T13:00:00+01:00");
+        assert_eq!((table.len(), &summary.days[0].day[..]), (4, "2026-01-01"));
+    }
+}
+
+#[test]
 fn stamps_of_whole_seconds_are_spread_evenly() {
     // 30 Hz, 20 min; the first minutes hold half a sample a second more.
     let seconds = (0..1200).flat_map(|s| {

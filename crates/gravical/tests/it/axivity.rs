@@ -4,6 +4,7 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use gravical::convert::{ConvertOptions, convert_file};
 use gravical::recording::{FindingKind, ReadOptions, Recording, read, read_bytes};
 use proptest::prelude::*;
 
@@ -322,6 +323,47 @@ fn sessions_are_separated() {
     );
     let times = times_s(&recording);
     assert!((times[20 * 120] - other.time_s(0)).abs() < 1e-3);
+}
+
+#[test]
+fn a_clock_that_was_set_back_begins_anew() {
+    let (device, mut blocks) = worn(Coding::Packed, 20);
+    let mut other = Device {
+        start_s: device.start_s - 86_400.0,
+        ..Device::new(Coding::Packed)
+    };
+    let mut wear = Wear::new(&other, 20.0..60.0, 8);
+    blocks.extend((0..20).map(|_| wear.block(&mut other)));
+    let bytes = file(&device, &blocks);
+    let recording = read_cwa(&bytes);
+    assert_eq!(
+        (recording.rows(), recording.breaks.as_slice()),
+        (40 * 120, &[20 * 120][..])
+    );
+    assert!(recording.restarted && !kinds(&recording).contains(&"late-block"));
+    // Dates are those of the stamps.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wrist.cwa");
+    std::fs::write(&path, &bytes).unwrap();
+    let options = ConvertOptions {
+        absolute_time: true,
+        ..ConvertOptions::default()
+    };
+    let mut table = Vec::new();
+    convert_file(&path, &ReadOptions::default(), &options, &mut table).unwrap();
+    let table = String::from_utf8(table).unwrap();
+    let times: Vec<f64> = table
+        .lines()
+        .filter_map(|line| line.split(',').next()?.parse().ok())
+        .collect();
+    for (row, time_s) in [
+        (0, device.time_s(0)),
+        (20 * 120 - 1, device.time_s(20 * 120 - 1)),
+        (20 * 120, other.time_s(0)),
+        (40 * 120 - 1, other.time_s(20 * 120 - 1)),
+    ] {
+        assert!((times[row] - time_s).abs() < 1e-3, "{row}: {}", times[row]);
+    }
 }
 
 /// A change of a file.

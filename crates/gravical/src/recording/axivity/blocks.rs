@@ -60,6 +60,8 @@ struct Last {
     sequence: u32,
     rate_hz: f64,
     stamp_s: f64,
+    /// When the numbers of the blocks began, s, at the earliest.
+    began_s: f64,
     /// The sample of the run to which its stamp belongs.
     stamp_sample: i64,
     /// Samples of the run up to its end.
@@ -145,9 +147,15 @@ impl<R: Read> Blocks<R> {
     fn place(&mut self, block: Block) -> (Option<Event>, Event) {
         let mut first = 0;
         let mut gap = None;
+        let mut began_s = block.earliest_s();
         match self.last {
             Some(last) if last.session == block.session => {
-                let restarted = block.sequence < last.sequence && block.stamp_s > last.stamp_s;
+                // Numbers that begin anew: at a time of its own, also by a clock that was set back.
+                let restarted = block.sequence < last.sequence
+                    && (block.stamp_s > last.stamp_s || block.stamp_s < last.began_s);
+                if !restarted {
+                    began_s = last.began_s;
+                }
                 if block.sequence == last.sequence {
                     return (
                         None,
@@ -179,6 +187,7 @@ impl<R: Read> Blocks<R> {
             sequence: block.sequence,
             rate_hz: block.rate_hz,
             stamp_s: block.stamp_s,
+            began_s,
             stamp_sample: first + block.stamp_sample,
             samples: first + block.samples as i64,
         });
@@ -255,6 +264,14 @@ impl<R: Read> Blocks<R> {
     /// Voltage of the battery at the first and the last block, V.
     pub fn battery_v(&self) -> Option<[f64; 2]> {
         self.battery_v
+    }
+}
+
+impl Block {
+    /// When the first block of its session was recorded, s, at the earliest.
+    fn earliest_s(&self) -> f64 {
+        let samples = (f64::from(self.sequence) + 1.0) * self.samples as f64;
+        self.stamp_s - (1.0 + RATE_TOLERANCE) * samples / self.rate_hz - STAMP_TOLERANCE_S
     }
 }
 
