@@ -7,6 +7,7 @@ use gravical::document::{Detail, Document};
 use gravical::escape::path_text;
 use gravical::output::write_atomic;
 use gravical::{Error, Result};
+use serde::Serialize;
 
 use crate::report::ReportArgs;
 use crate::text;
@@ -62,14 +63,32 @@ impl TableArgs {
         }
     }
 
-    /// Prints the summary on stderr.
-    pub fn print_summary(&self, done: &str, document: &Document<'_>, detail: Detail) {
+    /// Prints the summary: as JSON on stdout if asked for, and what was `done` with the document on
+    /// stderr.
+    ///
+    /// # Errors
+    ///
+    /// Errors of printing.
+    pub fn print_summary(
+        &self,
+        summary: &impl Serialize,
+        done: &str,
+        document: &Document<'_>,
+        detail: Detail,
+    ) -> anyhow::Result<()> {
+        if self.json {
+            text::print_json(summary)?;
+        }
+        if self.quiet {
+            return Ok(());
+        }
         let target = self.target();
         text::say(&format!("{done}{}", target.arrow()));
         text::say_report(document.to_text(detail).trim_end());
         if target == Target::Nowhere {
             text::say(target.hint().trim_end());
         }
+        Ok(())
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use gravical::apply::apply;
 use gravical::cohort::{
     AnyValues, ApplyValues, Beginning, CalibrationValues, CheckValues, Columns, Item, Journal,
-    NoiseValues, Origin, Outcome as Measured, Row, Status, Task, TaskWork, Work, ending_of,
+    List, NoiseValues, Origin, Outcome as Measured, Row, Status, Task, TaskWork, Work, ending_of,
     journal_name, named, sha256_of,
 };
 use gravical::output::{make_folder, write_atomic};
@@ -58,7 +58,7 @@ impl CohortRun {
             let beginning = Beginning {
                 origin: origin.clone(),
                 shard: None,
-                all: items.len(),
+                list: List::of(&items),
                 items: &items,
             };
             let path = folder.join(journal_name(command, None));

@@ -17,7 +17,6 @@ use crate::options::{OutputUnitArg, RecordingArgs, SWAPPED};
 use crate::report::ReportArgs;
 use crate::store::StoreArgs;
 use crate::table::TableArgs;
-use crate::text;
 
 /// Apply a calibration to a recording
 ///
@@ -113,20 +112,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Some(joined) => apply_with_gyroscope(calibration, input, &name, out, &options, joined),
         None => apply(calibration, input, &name, out, &options),
     })?;
-    if args.output.json {
-        text::print_json(&taken.with(&summary))?;
-    }
-    if !args.output.quiet {
-        let done = format!(
-            "{}: {} rows calibrated",
-            one_line(&summary.input),
-            summary.rows
-        );
-        let detail = ReportArgs::detail_of(args.verbose);
-        let mut document = document(&summary);
-        taken.add_to(&mut document);
-        args.output.print_summary(&done, &document, detail);
-    }
+    let (input, rows) = (one_line(&summary.input), summary.rows);
+    let done = format!("{input}: {rows} rows calibrated");
+    let mut document = document(&summary);
+    taken.add_to(&mut document);
+    let detail = ReportArgs::detail_of(args.verbose);
+    let output = &args.output;
+    output.print_summary(&taken.with(&summary), &done, &document, detail)?;
     Ok(ExitCode::SUCCESS)
 }
 

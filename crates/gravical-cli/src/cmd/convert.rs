@@ -11,7 +11,6 @@ use gravical::numfmt;
 use crate::options::{OutputUnitArg, RecordingArgs};
 use crate::report::ReportArgs;
 use crate::table::TableArgs;
-use crate::text;
 
 /// Write a recording of any format as a plain table in SI units
 ///
@@ -60,19 +59,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let summary = args
         .output
         .write(|out| convert_file(&args.input, &read, &options, out))?;
-    if args.output.json {
-        text::print_json(&summary)?;
-    }
-    if !args.output.quiet {
-        let done = format!(
-            "{}: {} rows converted",
-            one_line(&summary.input),
-            summary.rows
-        );
-        let detail = ReportArgs::detail_of(args.verbose);
-        args.output
-            .print_summary(&done, &document(&summary), detail);
-    }
+    let (input, rows) = (one_line(&summary.input), summary.rows);
+    let done = format!("{input}: {rows} rows converted");
+    let detail = ReportArgs::detail_of(args.verbose);
+    args.output
+        .print_summary(&summary, &done, &document(&summary), detail)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -11,7 +11,6 @@ use gravical::report;
 use crate::options::RecordingArgs;
 use crate::report::{ReportArgs, with_origin};
 use crate::table::TableArgs;
-use crate::text;
 
 /// Filter a recording and report the effect on its noise
 ///
@@ -98,17 +97,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .write(|out| denoise_file(&args.input, &read_options, &options, out))?;
     let document = with_origin(report::denoise(&done.summary), &done.inputs);
     args.report.write(args.output.force, &document)?;
-    if args.output.json {
-        text::print_json(&done.summary)?;
-    }
+    let (input, rows) = (one_line(&done.summary.input), done.summary.rows);
+    let said = format!("{input}: {rows} rows filtered");
+    args.output
+        .print_summary(&done.summary, &said, &document, args.report.detail())?;
     if !args.output.quiet {
-        let said = format!(
-            "{}: {} rows filtered",
-            one_line(&done.summary.input),
-            done.summary.rows
-        );
-        args.output
-            .print_summary(&said, &document, args.report.detail());
         args.report.say();
     }
     Ok(ExitCode::SUCCESS)

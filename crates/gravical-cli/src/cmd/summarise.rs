@@ -15,7 +15,6 @@ use crate::each::EachArgs;
 use crate::options::{RecordingArgs, read_calibration};
 use crate::report::{ReportArgs, with_origin};
 use crate::table::TableArgs;
-use crate::text;
 
 /// Summarise days of a worn accelerometer in epochs: ENMO, MAD, angle z, non-wear
 ///
@@ -97,12 +96,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     inputs.extend(used);
     let document = with_origin(report::wearable(&summary), &inputs);
     args.report.write(args.output.force, &document)?;
-    if args.output.json {
-        text::print_json(&summary)?;
-    }
+    args.output
+        .print_summary(&summary, &said(&summary), &document, args.report.detail())?;
     if !args.output.quiet {
-        args.output
-            .print_summary(&said(&summary), &document, args.report.detail());
         args.report.say();
     }
     Ok(ExitCode::SUCCESS)

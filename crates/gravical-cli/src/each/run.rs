@@ -9,8 +9,8 @@ use std::thread;
 use std::time::Duration;
 
 use gravical::cohort::{
-    Beginning, Columns, Content, Ending, Item, Journal, Origin, Outcome, Row, SEPARATOR, Status,
-    journal_name, sha256_of,
+    Beginning, Columns, Content, Ending, Item, Journal, List, Origin, Outcome, Row, SEPARATOR,
+    Status, journal_name, sha256_of,
 };
 use gravical::escape::{one_line, path_text, shown_json};
 use gravical::numfmt::count;
@@ -225,7 +225,7 @@ impl<'a, J: Job> Run<'a, J> {
         outputs.extend(journal.as_deref());
         let ending = plan.ending.filter(|_| plan.output.is_some());
         let mut items = Items::of(plan.inputs, plan.kind, &outputs, ending)?;
-        let all = items.all.len();
+        let list = List::of(&items.all);
         if let Some(shard) = each.shard {
             let mut index = 0..;
             let own = |_: &Item| index.next().is_some_and(|i| shard.takes(i));
@@ -260,7 +260,7 @@ impl<'a, J: Job> Run<'a, J> {
         let beginning = Beginning {
             origin,
             shard: each.shard,
-            all,
+            list,
             items: &run.items.all,
         };
         let journal = journal.map(|path| Journal::open(&path, &beginning, each.resume, plan.force));

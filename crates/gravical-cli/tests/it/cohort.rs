@@ -88,6 +88,33 @@ fn shards_together_are_one_run() {
 }
 
 #[test]
+fn two_lists_share_a_folder_and_replace_nothing_of_each_other() {
+    let folder = fleet(3);
+    let at = folder.path();
+    ends_with(at, "calibrate --each fleet -o out", 0);
+    fs::create_dir(at.join("other")).unwrap();
+    for (from, to) in [("2", "unit-1"), ("2", "a"), ("3", "b")] {
+        let to = at.join(format!("other/{to}.csv"));
+        fs::copy(at.join(format!("fleet/unit-{from}.csv")), to).unwrap();
+    }
+    let before = results(&at.join("out"));
+    // The names in order: a, b, unit-1. Of the second shard is b.
+    let line = "calibrate --each other -o out --resume --shard 1/2";
+    let (out, _) = ends_with(at, line, 4);
+    assert!(
+        out.contains("another recording of this name, fleet/unit-1.csv"),
+        "{out}"
+    );
+    let after = results(&at.join("out"));
+    assert!(before.iter().all(|file| after.contains(file)), "replaced");
+    let cohort = collected(at, "", 4);
+    assert_eq!(
+        (&cohort["counts"]["unnamed"], &cohort["missing_shards"]),
+        (&1.into(), &serde_json::json!(["2/2"]))
+    );
+}
+
+#[test]
 #[cfg(unix)]
 fn what_an_interrupted_run_leaves_is_missing_by_name() {
     let folder = fleet(3);

@@ -12,9 +12,9 @@ import numpy as np
 from . import _gravical, _tables
 from ._errors import usage
 from ._findings import Verdict
-from ._recording import session_of
+from ._recording import Source, session_of
 from ._results import Judged, NoiseResult
-from ._types import Floats, Path, Reading, Source, options, text
+from ._types import Floats, Path, Reading, options, text
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -13,9 +13,9 @@ from . import _gravical, _tables
 from ._calibration import Calibration, calibration_of, noise_of
 from ._errors import usage
 from ._findings import Finding
-from ._recording import Recording, path_of, read
+from ._recording import Recording, Source, path_of, read
 from ._results import Judged, NoiseResult
-from ._types import Floats, Path, Reading, Source, options
+from ._types import Floats, Path, Reading, options
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

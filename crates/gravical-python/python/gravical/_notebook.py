@@ -5,10 +5,19 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Iterable
 from html import escape
-from typing import TYPE_CHECKING
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from ._results import Figure
+
+class Drawn(Protocol):
+    """A figure."""
+
+    @property
+    def title(self) -> str: ...
+    @property
+    def caption(self) -> str: ...
+    @property
+    def svg(self) -> str: ...
+
 
 _BLOCK = (
     "font-family: ui-monospace, monospace; font-size: 0.85em; line-height: 1.35;"
@@ -16,14 +25,14 @@ _BLOCK = (
 )
 
 
-def page(kind: str, text: str, figures: Iterable[Figure]) -> str:
+def page(kind: str, text: str, figures: Iterable[Drawn]) -> str:
     """HTML without scripts; figures are images, which cannot disturb the page around them."""
     parts = [f'<pre style="{_BLOCK}">{escape(text)}</pre>']
     parts += [_figure(figure) for figure in figures]
     return f'<div class="gravical" aria-label="{escape(kind)}">{"".join(parts)}</div>'
 
 
-def _figure(figure: Figure) -> str:
+def _figure(figure: Drawn) -> str:
     data = b64encode(figure.svg.encode()).decode()
     return (
         '<figure style="margin: 0 0 1.2em 0">'

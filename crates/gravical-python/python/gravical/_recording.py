@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
 from . import _gravical, _tables
 from ._errors import usage
 from ._findings import Finding
-from ._types import Floats, Path, Reading, Source, options, text
+from ._types import Floats, Path, Reading, options, text
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -320,6 +320,12 @@ class Recording:
         rate = f", {self.rate_hz:.6g} Hz" if self.rate_hz else ""
         gyro = f", gyroscope in {self.gyro_unit}" if self.gyro_unit else ""
         return f"<Recording {self.name!r}: {self.rows} rows{rate}, {self.accel_unit}{gyro}>"
+
+
+
+#: A path, a recording, or a table: a data frame of pandas or polars, an object with
+#: ``__arrow_c_stream__``, or a mapping from column names to arrays.
+Source = Union[Path, Recording, Mapping[str, Any], Any]
 
 
 def _unpickled(data: bytes) -> Recording:

@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, Union
+from typing import Any, Literal, TypedDict, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from ._errors import usage
 
-if TYPE_CHECKING:
-    from ._recording import Recording
-
 Path = Union[str, "os.PathLike[str]"]
 Floats = npt.NDArray[np.float64]
-
-#: A path, a recording, or a table: a data frame of pandas or polars, an object with
-#: ``__arrow_c_stream__``, or a mapping from column names to arrays.
-Source = Union[Path, "Recording", Mapping[str, Any], Any]
 
 AccelUnit = Literal["m/s^2", "m/s2", "mps2", "g", "mg", "counts"]
 GyroUnit = Literal["rad/s", "deg/s", "dps", "counts"]

@@ -14,7 +14,7 @@ from . import _gravical, _tables
 from ._calibration import Calibration, calibration_of
 from ._errors import usage
 from ._findings import Finding
-from ._recording import Recording, path_of, read, session_of
+from ._recording import Recording, Source, path_of, read, session_of
 from ._results import (
     ApplySummary,
     CheckReport,
@@ -25,7 +25,7 @@ from ._results import (
     _FORMATS,
     _Kept,
 )
-from ._types import Floats, Path, Reading, Source, options
+from ._types import Floats, Path, Reading, options
 
 if TYPE_CHECKING:
     from typing_extensions import TypeGuard, Unpack

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::content::Stamp;
-use super::journal::{Line, Origin, Shard, is_there, journals, parse_line, read_lines};
+use super::journal::{Line, List, Origin, Shard, is_there, journals, parse_line, read_lines};
 use super::row::{Row, Status};
 use super::values::{COMMANDS, CommandColumns};
 use crate::calibration_file::CalibrationFile;
@@ -228,10 +228,12 @@ pub struct Gathered {
     journals: Vec<PathBuf>,
     items: BTreeMap<String, State>,
     origins: Vec<Origin>,
-    /// The largest number of items that a run announced.
-    announced: u64,
-    shards: BTreeSet<Shard>,
+    /// The shards of each list of recordings.
+    lists: BTreeMap<List, Shards>,
 }
+
+/// The shards of a list that were begun, by how many there are; without shards it is the only one.
+type Shards = BTreeMap<u32, BTreeSet<Shard>>;
 
 impl Gathered {
     /// Reads the journals in `folder`, of `command` if they are of several.
@@ -267,8 +269,7 @@ impl Gathered {
             journals: of_command,
             items: BTreeMap::new(),
             origins: Vec::new(),
-            announced: 0,
-            shards: BTreeSet::new(),
+            lists: BTreeMap::new(),
         };
         for journal in 0..gathered.journals.len() {
             gathered.journal(journal)?;
@@ -285,11 +286,14 @@ impl Gathered {
                 Line::Run {
                     origin: own,
                     shard,
-                    items,
+                    list,
                 } => {
                     origin = self.origin(own);
-                    self.announced = self.announced.max(items.unwrap_or(0));
-                    self.shards.extend(shard);
+                    if let Some(list) = list {
+                        let shard = shard.unwrap_or(Shard { number: 1, of: 1 });
+                        let shards = self.lists.entry(list).or_default();
+                        shards.entry(shard.of).or_default().insert(shard);
+                    }
                 }
                 Line::Planned { name, path } => {
                     self.items.entry(name).or_insert(State::Open(path));
@@ -413,16 +417,33 @@ impl Gathered {
         }
     }
 
+    /// Items that no journal names, and the shards to which they belong.
+    fn not_begun(&self) -> (u64, Vec<Shard>) {
+        let (mut items, mut missing) = (0, Vec::new());
+        for (List { items: all, .. }, shards) in &self.lists {
+            // Of several ways to share out one list that one counts which is nearest to its end.
+            let absent = shards.iter().map(|(of, begun)| {
+                let every = (1..=*of).map(|number| Shard { number, of: *of });
+                let absent: Vec<Shard> = every.filter(|s| !begun.contains(s)).collect();
+                (absent.iter().map(|s| s.count(*all)).sum::<u64>(), absent)
+            });
+            if let Some((count, absent)) = absent.min_by_key(|(count, _)| *count) {
+                items += count;
+                missing.extend(absent.into_iter().filter(|s| s.count(*all) > 0));
+            }
+        }
+        // A journal may end before its list does.
+        let announced = self.lists.keys().map(|list| list.items).max().unwrap_or(0);
+        let known = self.items.len() as u64;
+        (items.max(announced.saturating_sub(known)), missing)
+    }
+
     fn cohort(&self, mut sums: Sums) -> Result<Cohort> {
-        let unnamed = self.announced.saturating_sub(self.items.len() as u64);
+        let (unnamed, mut missing_shards) = self.not_begun();
         sums.counts.items = self.items.len() as u64 + unnamed;
         sums.counts.missing += unnamed;
         sums.counts.unnamed = unnamed;
-        let of = self.shards.iter().map(|s| s.of).max();
-        let all_shards = of.filter(|_| unnamed > 0).into_iter();
-        let all_shards = all_shards.flat_map(|of| (1..=of).map(move |number| Shard { number, of }));
-        let missing_shards = all_shards.filter(|s| !self.shards.contains(s));
-        let missing_shards = missing_shards.take(MOST_SHARDS).collect();
+        missing_shards.truncate(MOST_SHARDS);
         let mut origins: Vec<OriginCount> = sums
             .origins
             .iter()

@@ -42,6 +42,27 @@ pub struct Item {
     pub file: Option<String>,
 }
 
+/// All items of a run, or of the runs that share them.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct List {
+    /// How many there are.
+    pub items: u64,
+    /// SHA-256 of their names.
+    sha256: String,
+}
+
+impl List {
+    /// Of these items.
+    #[must_use]
+    pub fn of(items: &[Item]) -> Self {
+        let names: Vec<&str> = items.iter().map(|item| item.name.as_str()).collect();
+        List {
+            items: items.len() as u64,
+            sha256: sha256(format!("{names:?}").as_bytes()),
+        }
+    }
+}
+
 /// Part of the items that one of several runs takes: `2/8`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
@@ -150,9 +171,9 @@ pub enum Line<R> {
         /// Its part of the items; all of them if null.
         #[serde(default)]
         shard: Option<Shard>,
-        /// Number of items of all shards together.
+        /// The items of all shards together.
         #[serde(default)]
-        items: Option<u64>,
+        list: Option<List>,
     },
     /// An item that belongs to the run.
     Planned {
@@ -345,8 +366,8 @@ pub struct Beginning<'a> {
     pub origin: Origin,
     /// The part of the items.
     pub shard: Option<Shard>,
-    /// Number of items of all shards together.
-    pub all: usize,
+    /// The items of all shards together.
+    pub list: List,
     /// The items of this run.
     pub items: &'a [Item],
 }
@@ -427,7 +448,7 @@ impl Journal {
         let run = journal.text(&Line::<()>::Run {
             origin: origin.clone(),
             shard: None,
-            items: None,
+            list: None,
         })?;
         *journal.lock() = Sink::Replaced(run);
         Ok(journal)
@@ -543,7 +564,7 @@ impl Journal {
         let mut text = self.text(&Line::<()>::Run {
             origin: run.origin.clone(),
             shard: run.shard,
-            items: Some(run.all as u64),
+            list: Some(run.list.clone()),
         })?;
         for item in run
             .items
@@ -739,7 +760,7 @@ mod tests {
         Beginning {
             origin: Origin::new("calibrate", &options, BTreeMap::new()),
             shard: None,
-            all: 0,
+            list: List::of(&[]),
             items: &[],
         }
     }
@@ -947,7 +968,7 @@ mod tests {
         let run = |shard: Option<Shard>, options: &[&str]| {
             let run = Beginning {
                 shard,
-                all: 1,
+                list: List::of(&items),
                 items: &items,
                 ..origin(options)
             };

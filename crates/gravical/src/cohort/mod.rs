@@ -23,7 +23,7 @@ pub use collect::{
 };
 pub use content::{Content, not_twice, sha256_of};
 pub use engine::{Task, TaskWork, Work};
-pub use journal::{Beginning, FORMAT, Item, Journal, Line, Origin, Shard, journal_name};
+pub use journal::{Beginning, FORMAT, Item, Journal, Line, List, Origin, Shard, journal_name};
 pub use names::{Ending, ending_of, named};
 pub use row::{COMMON, Columns, Outcome, Row, SEPARATOR, Status, columns, kinds};
 pub use values::{
