@@ -1,12 +1,13 @@
-//! Recordings of Axivity AX3 and AX6 (`.cwa`) as a source of rows.
+//! Files of worn devices as a source of rows: blocks of samples, each with one time stamp.
 //!
-//! [`block`] decodes, [`blocks`] tells which blocks follow one another, [`clock`] gives each sample
-//! its time. A "line" of such a file is a sample, or a block that is skipped, counted from 1 in the
-//! order of the file.
+//! Each format has a module that decodes; [`order`] tells which blocks follow one another, [`clock`]
+//! gives each sample its time. A "line" of such a file is a sample, or a block that is skipped,
+//! counted from 1 in the order of the file.
 
-mod block;
-mod blocks;
+mod axivity;
 mod clock;
+pub(super) mod gt3x;
+mod order;
 
 use std::collections::VecDeque;
 use std::io::{self, BufReader, Read};
@@ -20,15 +21,17 @@ use super::dialect::{Dialect, Header as Names};
 use super::row::{ACCEL, Delimiter, GYRO, Span, TEMPERATURE, TIME, Values};
 use super::rows::{Item, Source, Text};
 
-use block::{BLOCK, Block, HEADER, Header};
-use blocks::{Blocks, Event, Placed};
 use clock::RunClock;
+use order::{Event, Order, Placed};
 
-/// Bytes that tell a `.cwa` file from others.
-pub(super) const MAGIC: usize = HEADER + 2;
+/// Bytes that tell the files of devices from others.
+pub(super) const MAGIC: usize = axivity::MAGIC;
 
 /// Largest number of skipped blocks across which the next block is looked for.
 const MOST_AHEAD: usize = 64;
+
+/// Specific force, g, and angular rate, °/s (NaN without a gyroscope).
+type Sample = [f64; 6];
 
 /// Number of rows by which columns are recognised, as of a text.
 const SAMPLE: usize = 200;
@@ -56,19 +59,109 @@ const SLOTS: [usize; 8] = [
     TEMPERATURE,
 ];
 
-/// Decimals of the time in a text, s, and of the samples: a 2048th of a g, a 32768th of a range
-/// and a 256th of a °C are exact.
+/// Decimals of the time in a text, s, and of the samples: of Axivity, a 2048th of a g, a 32768th of
+/// a range and a 256th of a °C are exact.
 const TIME_DECIMALS: u32 = 6;
 const DECIMALS: u32 = 12;
 
-/// True if a file that begins with `head` is a `.cwa` file.
-pub(super) fn is_axivity(head: &[u8]) -> bool {
-    Header::parse(head).is_some()
+/// The formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Device {
+    Axivity,
+    ActiGraph,
+}
+
+impl Device {
+    /// The device whose file begins with `head`, of [`MAGIC`] bytes or more.
+    pub fn of(head: &[u8]) -> Option<Self> {
+        if axivity::is_one(head) {
+            return Some(Device::Axivity);
+        }
+        gt3x::is_one(head).then_some(Device::ActiGraph)
+    }
+
+    fn blocks<R: Read>(self, reader: R, head: &[u8]) -> Result<Blocks<R>, OpenError> {
+        Ok(match self {
+            Device::Axivity => Blocks::Axivity(axivity::Blocks::new(reader)?),
+            Device::ActiGraph => Blocks::ActiGraph(gt3x::Records::new(reader, head)?),
+        })
+    }
+}
+
+/// Why a file cannot be read.
+#[derive(Debug)]
+pub(super) enum OpenError {
+    Io(io::Error),
+    /// The header lacks this.
+    Incomplete(&'static str),
+}
+
+impl From<io::Error> for OpenError {
+    fn from(e: io::Error) -> Self {
+        OpenError::Io(e)
+    }
+}
+
+impl OpenError {
+    /// The error about the file `name`.
+    pub fn about(self, name: &Path) -> Error {
+        match self {
+            OpenError::Io(e) => Error::io(name, e),
+            OpenError::Incomplete(what) => Error::input(
+                "header-incomplete",
+                format!("the header of the file lacks {what}"),
+            )
+            .at(name, None)
+            .with_hint("export the recording as CSV with the program of its maker, and read that"),
+        }
+    }
+}
+
+/// Blocks of a file.
+#[derive(Debug)]
+enum Blocks<R> {
+    Axivity(axivity::Blocks<R>),
+    ActiGraph(gt3x::Records<R>),
+}
+
+impl<R: Read> Blocks<R> {
+    fn next(&mut self, cut: bool) -> io::Result<Option<(Option<Event>, Event)>> {
+        match self {
+            Blocks::Axivity(blocks) => blocks.next(cut),
+            Blocks::ActiGraph(records) => records.next(cut),
+        }
+    }
+
+    /// Bytes of the file up to the end of the last whole block.
+    fn bytes(&self) -> u64 {
+        match self {
+            Blocks::Axivity(blocks) => blocks.bytes(),
+            Blocks::ActiGraph(records) => records.bytes(),
+        }
+    }
+
+    fn order(&self) -> &Order {
+        match self {
+            Blocks::Axivity(blocks) => &blocks.order,
+            Blocks::ActiGraph(records) => &records.order,
+        }
+    }
+
+    fn finding(&self) -> Option<Finding> {
+        match self {
+            Blocks::Axivity(_) => None,
+            Blocks::ActiGraph(records) => records.finding(),
+        }
+    }
 }
 
 /// Length of the complete blocks of `head`, the beginning of a file.
-pub(super) fn complete_blocks(head: &[u8]) -> usize {
-    head.len() - head.len().saturating_sub(HEADER) % BLOCK
+pub(super) fn complete_blocks(device: Device, head: &[u8]) -> usize {
+    let Ok(mut blocks) = device.blocks(head, head) else {
+        return head.len();
+    };
+    while let Ok(Some(_)) = blocks.next(true) {}
+    usize::try_from(blocks.bytes()).map_or(head.len(), |n| n.min(head.len()))
 }
 
 /// What the first bytes of a file tell.
@@ -78,92 +171,113 @@ pub(super) struct Opened {
     pub description: String,
     /// The samples as a table.
     pub dialect: Dialect,
-    with_gyro: bool,
+    columns: Vec<usize>,
 }
 
 impl Opened {
-    /// `head` are the first bytes of a file; `None` if it is not a `.cwa` file.
-    pub fn of(head: &[u8]) -> Option<Self> {
-        let header = Header::parse(head)?;
-        // The blocks say what was measured, the header what was wanted.
-        let first = first_block(&head[HEADER..]);
-        let with_gyro = match &first {
-            Some(block) => block.has_gyro(),
-            None => header.gyro_range_deg_s.is_some(),
+    fn new(
+        description: String,
+        serial: &str,
+        rate_hz: f64,
+        with_gyro: bool,
+        with_temperature: bool,
+    ) -> Self {
+        let is_there = |column: &usize| match SLOTS[*column] {
+            TEMPERATURE => with_temperature,
+            slot => with_gyro || !(GYRO..GYRO + 3).contains(&slot),
         };
-        let rate_hz = first.as_ref().map_or(header.rate_hz, |b| b.rate_hz);
-        let mut opened = Opened {
-            description: describe(&header, rate_hz, with_gyro),
+        let columns: Vec<usize> = (0..COLUMNS.len()).filter(is_there).collect();
+        Opened {
+            description,
             dialect: Dialect {
                 delimiter: Delimiter::Byte(b','),
                 decimal_comma: false,
-                fields: 0,
-                header: None,
+                fields: columns.len(),
+                header: Some(Names {
+                    lines: [0, 0],
+                    names: columns.iter().map(|c| COLUMNS[*c].to_owned()).collect(),
+                    units: Vec::new(),
+                    texts: Vec::new(),
+                }),
                 first_data_line: 1,
                 metadata: vec![
-                    format!("Serial number: {}", header.device),
+                    format!("Serial number: {serial}"),
                     format!("Sampling rate: {rate_hz} Hz"),
                 ],
                 regular_blanks: 0,
                 misfit: None,
                 sample: Vec::new(),
             },
-            with_gyro,
+            columns,
+        }
+    }
+
+    /// `head` are the first bytes of a file of this device.
+    ///
+    /// # Errors
+    ///
+    /// What the header lacks.
+    pub fn of(device: Device, head: &[u8]) -> Result<Self, OpenError> {
+        let mut opened = match device {
+            Device::Axivity => axivity::open(head).ok_or(OpenError::Incomplete("its start"))?,
+            Device::ActiGraph => gt3x::open(head)?,
         };
-        let columns: Vec<usize> = columns(with_gyro).collect();
-        opened.dialect.fields = columns.len();
-        opened.dialect.header = Some(Names {
-            lines: [0, 0],
-            names: columns.iter().map(|c| COLUMNS[*c].to_owned()).collect(),
-            units: Vec::new(),
-            texts: Vec::new(),
-        });
-        let mut rows = AxivityRows::behind_header(&head[HEADER..], "", with_gyro);
+        let mut rows = opened.rows(device, head, head, "", true)?;
         let mut values = [f64::NAN; super::row::SLOTS];
         while let Ok(Some(item)) = rows.next(&mut values)
             && opened.dialect.sample.len() < SAMPLE
         {
             if item == Item::Row {
-                let row = columns.iter().map(|c| values[SLOTS[*c]]);
+                let row = opened.columns.iter().map(|c| values[SLOTS[*c]]);
                 opened.dialect.sample.push(row.collect());
             }
         }
-        Some(opened)
+        Ok(opened)
     }
-}
 
-fn columns(with_gyro: bool) -> impl Iterator<Item = usize> + Clone {
-    (0..COLUMNS.len()).filter(move |c| with_gyro || !(GYRO..GYRO + 3).contains(&SLOTS[*c]))
-}
-
-/// The first block of these that can be used.
-fn first_block(mut bytes: &[u8]) -> Option<Block> {
-    while let Some((block, rest)) = bytes.split_first_chunk() {
-        if let Ok(block) = Block::parse(block) {
-            return Some(block);
-        }
-        bytes = rest;
+    /// The rows of `reader`, which is at the start of the file that begins with `head`; with `cut`
+    /// it is the beginning of a longer file.
+    ///
+    /// # Errors
+    ///
+    /// Errors of reading.
+    pub fn rows<R: Read>(
+        &self,
+        device: Device,
+        reader: R,
+        head: &[u8],
+        name: &str,
+        cut: bool,
+    ) -> Result<DeviceRows<R>, OpenError> {
+        let reader = BufReader::with_capacity(1 << 18, reader);
+        Ok(DeviceRows {
+            blocks: device.blocks(reader, head)?,
+            cut,
+            name: name.to_owned(),
+            with_gyro: self.columns.iter().any(|c| SLOTS[*c] == GYRO),
+            columns: self.columns.clone(),
+            ahead: VecDeque::new(),
+            ended: false,
+            current: None,
+            next: 0,
+            clock: RunClock::default(),
+            number: 0,
+            breaks: LineSpans::default(),
+            with_text: false,
+            text: Vec::new(),
+            spans: Vec::new(),
+        })
     }
-    None
-}
-
-fn describe(header: &Header, rate_hz: f64, with_gyro: bool) -> String {
-    let mut parts = vec![
-        format!("Axivity {}", header.model),
-        format!("session {}", header.session),
-        format!("nominal {rate_hz} Hz"),
-        format!("±{} g", header.range_g),
-    ];
-    if let Some(range) = header.gyro_range_deg_s.filter(|_| with_gyro) {
-        parts.push(format!("±{range} °/s"));
-    }
-    parts.join(", ")
 }
 
 /// Samples of a file as rows.
-pub(crate) struct AxivityRows<R> {
+pub(crate) struct DeviceRows<R> {
     blocks: Blocks<BufReader<R>>,
+    /// The input is the beginning of a longer file.
+    cut: bool,
     name: String,
+    /// Those of [`COLUMNS`] that there are.
+    columns: Vec<usize>,
     with_gyro: bool,
     /// Blocks, read ahead for the stamp of the next one.
     ahead: VecDeque<Event>,
@@ -181,41 +295,7 @@ pub(crate) struct AxivityRows<R> {
     spans: Vec<Span>,
 }
 
-impl<R: Read> AxivityRows<R> {
-    /// `reader` is at the start of the file.
-    ///
-    /// # Errors
-    ///
-    /// Errors of reading.
-    pub(super) fn new(mut reader: R, name: &str, opened: &Opened) -> io::Result<Self> {
-        reader.read_exact(&mut [0; HEADER])?;
-        Ok(Self::behind_header(reader, name, opened.with_gyro))
-    }
-
-    /// The rows of `head`, the first bytes of this file.
-    pub fn of_head<'a>(&self, head: &'a [u8], name: &str) -> AxivityRows<&'a [u8]> {
-        let blocks = head.get(HEADER..complete_blocks(head)).unwrap_or_default();
-        AxivityRows::behind_header(blocks, name, self.with_gyro)
-    }
-
-    fn behind_header(reader: R, name: &str, with_gyro: bool) -> Self {
-        AxivityRows {
-            blocks: Blocks::new(BufReader::with_capacity(1 << 18, reader)),
-            name: name.to_owned(),
-            with_gyro,
-            ahead: VecDeque::new(),
-            ended: false,
-            current: None,
-            next: 0,
-            clock: RunClock::default(),
-            number: 0,
-            breaks: LineSpans::default(),
-            with_text: false,
-            text: Vec::new(),
-            spans: Vec::new(),
-        }
-    }
-
+impl<R: Read> DeviceRows<R> {
     /// Provides the text of every row, as a table.
     pub fn provide_text(&mut self) {
         self.with_text = true;
@@ -223,12 +303,14 @@ impl<R: Read> AxivityRows<R> {
 
     /// Findings about blocks.
     pub fn findings(&self) -> Vec<Finding> {
-        self.blocks.findings(&self.breaks)
+        let mut findings = self.blocks.order().findings(&self.breaks);
+        findings.extend(self.blocks.finding());
+        findings
     }
 
     /// The battery in words.
     pub fn battery(&self) -> Option<String> {
-        let [from, to] = self.blocks.battery_v()?;
+        let [from, to] = self.blocks.order().battery_v()?;
         Some(format!("battery {from:.2} to {to:.2} V"))
     }
 
@@ -289,7 +371,7 @@ impl<R: Read> AxivityRows<R> {
     }
 
     fn read_ahead(&mut self) -> Result<()> {
-        let next = self.blocks.next();
+        let next = self.blocks.next(self.cut);
         match next.map_err(|e| Error::io(Path::new(&self.name), e))? {
             Some((gap, event)) => {
                 self.ahead.extend(gap);
@@ -303,7 +385,7 @@ impl<R: Read> AxivityRows<R> {
     fn write_text(&mut self, values: &Values) {
         self.text.clear();
         self.spans.clear();
-        for column in columns(self.with_gyro) {
+        for &column in &self.columns {
             let from = self.text.len() as u32;
             let value = values[SLOTS[column]];
             match SLOTS[column] {
@@ -317,27 +399,19 @@ impl<R: Read> AxivityRows<R> {
     }
 }
 
-impl Placed {
-    /// The sample of the run to which the stamp belongs.
-    fn stamp_sample(&self) -> i64 {
-        self.first + self.block.stamp_sample
-    }
-}
-
-impl<R: Read> Source for AxivityRows<R> {
+impl<R: Read> Source for DeviceRows<R> {
     #[inline]
     fn next(&mut self, values: &mut Values) -> Result<Option<Item>> {
         loop {
             if let Some(placed) = &self.current
-                && self.next < placed.block.samples
+                && let Some([ax, ay, az, gx, gy, gz]) = placed.block.samples.get(self.next)
             {
-                let (block, i) = (&placed.block, self.next);
-                values[TIME] = self.clock.time_s(placed.first + i as i64);
-                values[ACCEL..ACCEL + 3].copy_from_slice(&block.accel(i));
+                values[TIME] = self.clock.time_s(placed.first + self.next as i64);
+                values[ACCEL..ACCEL + 3].copy_from_slice(&[*ax, *ay, *az]);
                 if self.with_gyro {
-                    values[GYRO..GYRO + 3].copy_from_slice(&block.gyro(i));
+                    values[GYRO..GYRO + 3].copy_from_slice(&[*gx, *gy, *gz]);
                 }
-                values[TEMPERATURE] = block.temperature_c;
+                values[TEMPERATURE] = placed.block.temperature_c;
                 self.next += 1;
                 self.number += 1;
                 if self.with_text {
@@ -367,7 +441,7 @@ impl<R: Read> Source for AxivityRows<R> {
             let left = self
                 .current
                 .as_ref()
-                .map_or(0, |placed| placed.block.samples - self.next);
+                .map_or(0, |placed| placed.block.samples.len() - self.next);
             if left == 0 {
                 if self.advance()?.is_none() {
                     break;
