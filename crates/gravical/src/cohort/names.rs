@@ -20,8 +20,8 @@ pub fn ending_of(command: &str) -> Option<Ending> {
     }
 }
 
-/// Endings of recordings that are no text.
-const BINARY: [&str; 2] = ["cwa", "gt3x"];
+/// Endings of recordings that are no table.
+const BINARY: [&str; 3] = ["cwa", "gt3x", "bin"];
 
 /// The ending of the recording, unpacked.
 fn unpacked(path: &Path) -> String {

@@ -122,7 +122,7 @@ kinds! {
             "read as Windows-1252 or UTF-16"
             "nothing";
         TruncatedFile "truncated-file" Warning
-            "a truncated gzip file"
+            "a truncated gzip file, or a damaged `.gt3x` archive"
             "the part that can be unpacked is used"
             "copy the file again";
         CorruptBlock "corrupt-block" Warning

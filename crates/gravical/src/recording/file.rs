@@ -219,7 +219,7 @@ impl OpenFile {
             let rows = finished.ledger.rows;
             findings.push(Finding::new(
                 FindingKind::TruncatedFile,
-                format!("the packed file ends in the middle; {rows} rows could be unpacked"),
+                format!("the packed file is damaged or ends in the middle; {rows} rows could be unpacked"),
             ));
         }
         findings.extend(finished.ledger.findings());

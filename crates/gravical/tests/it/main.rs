@@ -12,6 +12,9 @@ mod dialects;
 mod export;
 mod file_format;
 mod formats;
+mod geneactiv;
+#[path = "../../../../tests/support/geneactiv.rs"]
+mod geneactiv_bin;
 #[path = "../../../../tests/support/actigraph.rs"]
 mod gt3x;
 #[path = "../../examples/live_sessions/hand.rs"]

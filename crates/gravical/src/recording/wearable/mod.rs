@@ -6,11 +6,12 @@
 
 mod axivity;
 mod clock;
+mod geneactiv;
 pub(super) mod gt3x;
 mod order;
 
 use std::collections::VecDeque;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
 use crate::finding::{Finding, LineSpans};
@@ -69,6 +70,7 @@ const DECIMALS: u32 = 12;
 pub(super) enum Device {
     Axivity,
     ActiGraph,
+    GeneActiv,
 }
 
 impl Device {
@@ -77,13 +79,17 @@ impl Device {
         if axivity::is_one(head) {
             return Some(Device::Axivity);
         }
-        gt3x::is_one(head).then_some(Device::ActiGraph)
+        if gt3x::is_one(head) {
+            return Some(Device::ActiGraph);
+        }
+        geneactiv::is_one(head).then_some(Device::GeneActiv)
     }
 
-    fn blocks<R: Read>(self, reader: R, head: &[u8]) -> Result<Blocks<R>, OpenError> {
+    fn blocks<R: BufRead>(self, reader: R, head: &[u8]) -> Result<Blocks<R>, OpenError> {
         Ok(match self {
             Device::Axivity => Blocks::Axivity(axivity::Blocks::new(reader)?),
             Device::ActiGraph => Blocks::ActiGraph(gt3x::Records::new(reader, head)?),
+            Device::GeneActiv => Blocks::GeneActiv(geneactiv::Pages::new(reader, head)?),
         })
     }
 }
@@ -122,13 +128,15 @@ impl OpenError {
 enum Blocks<R> {
     Axivity(axivity::Blocks<R>),
     ActiGraph(gt3x::Records<R>),
+    GeneActiv(geneactiv::Pages<R>),
 }
 
-impl<R: Read> Blocks<R> {
+impl<R: BufRead> Blocks<R> {
     fn next(&mut self, cut: bool) -> io::Result<Option<(Option<Event>, Event)>> {
         match self {
             Blocks::Axivity(blocks) => blocks.next(cut),
             Blocks::ActiGraph(records) => records.next(cut),
+            Blocks::GeneActiv(pages) => pages.next(cut),
         }
     }
 
@@ -137,6 +145,7 @@ impl<R: Read> Blocks<R> {
         match self {
             Blocks::Axivity(blocks) => blocks.bytes(),
             Blocks::ActiGraph(records) => records.bytes(),
+            Blocks::GeneActiv(pages) => pages.bytes(),
         }
     }
 
@@ -144,12 +153,13 @@ impl<R: Read> Blocks<R> {
         match self {
             Blocks::Axivity(blocks) => &blocks.order,
             Blocks::ActiGraph(records) => &records.order,
+            Blocks::GeneActiv(pages) => &pages.order,
         }
     }
 
     fn finding(&self) -> Option<Finding> {
         match self {
-            Blocks::Axivity(_) => None,
+            Blocks::Axivity(_) | Blocks::GeneActiv(_) => None,
             Blocks::ActiGraph(records) => records.finding(),
         }
     }
@@ -221,6 +231,7 @@ impl Opened {
         let mut opened = match device {
             Device::Axivity => axivity::open(head).ok_or(OpenError::Incomplete("its start"))?,
             Device::ActiGraph => gt3x::open(head)?,
+            Device::GeneActiv => geneactiv::open(head)?,
         };
         let mut rows = opened.rows(device, head, head, "", true)?;
         let mut values = [f64::NAN; super::row::SLOTS];
