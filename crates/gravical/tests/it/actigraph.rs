@@ -149,7 +149,7 @@ fn a_file_is_recognised_by_its_content_and_unpacked() {
     // The first 256 KiB of a longer one end with a whole record.
     std::fs::write(&path, file(&records(Coding::Plain, 2000))).unwrap();
     let head = read_head(&path, &ReadOptions::default()).unwrap();
-    assert!(head.ledger.lines == head.ledger.rows && head.rows() % 30 == 0);
+    assert!(head.ledger.lines == head.ledger.rows && head.rows().is_multiple_of(30));
     assert!(
         (1300..2000).contains(&(head.rows() / 30)),
         "{}",

@@ -108,7 +108,7 @@ fn the_first_bytes_end_with_a_whole_page() {
     let path = folder.path().join("anything.txt");
     std::fs::write(&path, file(&device, &pages(&device, 200))).unwrap();
     let head = read_head(&path, &ReadOptions::default()).unwrap();
-    assert!(head.ledger.lines == head.ledger.rows && head.rows() % 300 == 0);
+    assert!(head.ledger.lines == head.ledger.rows && head.rows().is_multiple_of(300));
     assert!((60..70).contains(&(head.rows() / 300)), "{}", head.rows());
 }
 
